@@ -108,7 +108,8 @@ def _undrawn(spec: SensorSpec, bus: Bus, bare: Layout) -> list[tuple[LeadPair, .
 
 @record
 class _Attempt:
-    # The coils wound, and how they are led out if they are.
+    """The coils wound, how they are led out if they are, and what found no room."""
+
     wound: tuple[WoundCoil, ...]
     routing: Routing | None
     bus: Bus
@@ -198,10 +199,11 @@ def _assemble(spec: SensorSpec, found: _Attempt) -> Layout:
     traces = tuple(piece for piece in pieces if isinstance(piece, Trace))
     vias = tuple(piece for piece in pieces if isinstance(piece, Via))
     contacts = tuple(sorted([*pads, *unused_contacts(tail)] if pads else [], key=lambda pad: pad.number))
-    begin = turn_begin(spec, bus, tail)
+    begin = turn_begin(spec.fpc.rules, bus, tail)
     # the tail may bend where its sides are straight, up to the stiffener or its turn, free of vias
     bend_start = tail.start + tail.taper.reach_beyond
-    bend_end = min(tail.end - tail.connector.stiffener_length, first_via(spec, tail), begin if tail.turn else math.inf)
+    before = tail.end - tail.connector.stiffener_length, begin if tail.turn else math.inf
+    bend_end = min(first_via(spec.fpc.rules, tail), *before)
     bends = spec.fpc.tail is not None and spec.fpc.tail.bend != "none" and bend_end > bend_start
     copper = _copper_points(traces, vias, body.start + CORNER_RADIUS)
     straight = Layout(

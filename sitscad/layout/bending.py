@@ -130,7 +130,7 @@ def stiffener(spec: SensorSpec, tail: TailFrame) -> Stiffener | None:
         thickness, adhesive = wanted, 0.0
     if thickness <= 0.0:
         return None
-    start = max(tail.start, min(tail.end - connector.stiffener_length, first_via(spec, tail)))
+    start = max(tail.start, min(tail.end - connector.stiffener_length, first_via(spec.fpc.rules, tail)))
     return Stiffener(Region(tail.strip(start)), thickness, "polyimide", adhesive)
 
 

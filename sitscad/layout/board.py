@@ -352,7 +352,8 @@ def _outlines(layout: Layout, trace: Trace, leg: Segment) -> Iterator[Path]:
 
 @record
 class _Try:
-    # An outline at one end of a track (its index), whose leg leaves there.
+    """An outline at one end of a track (its index), whose leg leaves there."""
+
     outline: Path
     track: int
     at_start: bool

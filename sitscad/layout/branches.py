@@ -27,7 +27,15 @@ import numpy as np
 from sitscad.arrays import Array, Index
 from sitscad.geometry.path import TWO_PI, Line, Path, Point
 from sitscad.layout.board import Coil, Role, Trace
-from sitscad.layout.clearance import Breadth, TrackToPlace, ViaToPlace, hole_distance, hole_keep_out, joined_hole
+from sitscad.layout.clearance import (
+    Breadth,
+    TrackToPlace,
+    ViaToPlace,
+    hole_distance,
+    hole_keep_out,
+    joined_hole,
+    off_stretch,
+)
 from sitscad.layout.lanes import Bus, Ring
 from sitscad.record import record
 from sitscad.spec.coil import CoilPlacement, CoilSpec
@@ -364,7 +372,5 @@ def _interval_gap(low: Any, sweep: Any, other_low: Any, other_sweep: Any) -> Arr
 
 def _to_stretches(starts: Array, steps: Array, points: Array) -> Array:
     """Distances (m) of points (p, 2) from straight stretches: (stretches, p); nan for points that are nan."""
-    (x, y), (dx, dy) = (points[:, k] - starts[:, k, None] for k in (0, 1)), steps.T[:, :, None]
-    share = (x * dx + y * dy) / np.maximum(dx * dx + dy * dy, 1e-30)
-    np.minimum(np.maximum(share, 0.0, out=share), 1.0, out=share)
-    return np.asarray(np.hypot(x - share * dx, y - share * dy))
+    x, y = (points[:, k] - starts[:, k, None] for k in (0, 1))
+    return off_stretch(x, y, *steps.T[:, :, None])

@@ -194,6 +194,23 @@ def _meetings(copper: CopperBoxes, centres: Array, keep: Array) -> Index:
     return pairs[gaps < keep[hole] + copper.half_width[piece] - SLACK]
 
 
+def off_stretch(x: Array, y: Array, dx: Array, dy: Array) -> Array:
+    """Distances (m) of points from straight stretches: points (x, y) are counted from where each stretch begins, (dx,
+    dy) is its step. All are broadcast; nan for a point that is nan.
+    """
+    share = (x * dx + y * dy) / np.maximum(dx * dx + dy * dy, 1e-30)
+    np.minimum(np.maximum(share, 0.0, out=share), 1.0, out=share)
+    return np.asarray(np.hypot(x - share * dx, y - share * dy))
+
+
+def via_room(rules: DesignRules, spacing: float, width: float) -> float:
+    """The room (m) that the smallest via takes which joins tracks of a width (m): from its far side to copper that is
+    not joined to it.
+    """
+    hole = joined_hole(rules, width)
+    return hole_keep_out(hole, rules, spacing) + hole.pad / 2
+
+
 def joined_hole(rules: DesignRules, width: float) -> ViaToPlace:
     """The smallest via, unplaced, with the round ends of the tracks (width in m) that it joins."""
     return ViaToPlace(Point(0.0, 0.0), max(rules.via_pad, width), rules.via_drill)

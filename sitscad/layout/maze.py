@@ -13,13 +13,12 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from itertools import pairwise, product
-from typing import Any
 
 import numpy as np
 
 from sitscad.arrays import Array, Flags
 from sitscad.geometry.path import Point
-from sitscad.layout.clearance import Breadth, TrackToPlace, ViaToPlace, hole_keep_out
+from sitscad.layout.clearance import Breadth, TrackToPlace, ViaToPlace, hole_keep_out, off_stretch
 from sitscad.layout.lanes import BENT_BACK, Bus, Exit, Ring, straightness
 from sitscad.record import record
 from sitscad.spec.coil import CoilPlacement
@@ -228,7 +227,7 @@ class Maze:
         """Nodes nearer than `need` (m) to the stretch from a to b are free no more."""
         columns, rows = self.lattice.around(np.minimum(a, b) - need, np.maximum(a, b) + need)
         x, y = self.lattice.xs[columns, None], self.lattice.ys[None, rows]
-        self._free[columns, rows] &= _from_stretch(x, y, *a, *b) >= need
+        self._free[columns, rows] &= off_stretch(x - a[0], y - a[1], *(b - a)) >= need
 
     def _keep_out(self, hole: ViaToPlace) -> float:
         return hole_keep_out(hole, self.spec.fpc.rules, self.bus.spacing) + self.bus.width / 2 + MARGIN
@@ -328,18 +327,13 @@ class Maze:
         (left, low), (right, high) = points.min(axis=0), points.max(axis=0)
         near = (np.minimum(ax, bx) - need <= right) & (np.maximum(ax, bx) + need >= left)
         near &= (np.minimum(ay, by) - need <= high) & (np.maximum(ay, by) + need >= low)
-        away = _from_stretch(points[:, :1], points[:, 1:], ax[near], ay[near], bx[near], by[near])
+        x, y = points[:, :1] - ax[near], points[:, 1:] - ay[near]
+        away = off_stretch(x, y, (bx - ax)[near], (by - ay)[near])
         return np.asarray((away >= need[near]).all(axis=1))
 
 
-def _from_stretch(x: Array, y: Array, ax: Any, ay: Any, bx: Any, by: Any) -> Array:
-    """Distance (m) of points from the stretch between a and b; all are broadcast."""
-    dx, dy = bx - ax, by - ay
-    share = np.clip(((x - ax) * dx + (y - ay) * dy) / np.maximum(dx * dx + dy * dy, 1e-30), 0.0, 1.0)
-    return np.asarray(np.hypot(x - ax - share * dx, y - ay - share * dy))
-
-
 def _between(one: Point, other: Point, step: float) -> Array:
+    """Points (n, 2) on the way from one place to another, no farther apart than a step (m)."""
     count = max(2, math.ceil(one.distance(other) / step) + 1)
     t = np.linspace(0.0, 1.0, count)[:, None]
     return np.array([one]) + t * (np.array([other]) - np.array([one]))

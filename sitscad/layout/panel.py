@@ -77,14 +77,16 @@ def bridge_ends(outline: Path, stops: tuple[Bridge, ...]) -> tuple[tuple[Point, 
     return tuple((piece.start, piece.end) for piece in pieces)
 
 
-def bridges(layout: Layout) -> tuple[Bridge, ...]:
-    """Bridges along an outline: at the end of the tail on both its sides, the others as far apart as they can be.
+def bridges(layout: Layout, width: float | None = None) -> tuple[Bridge, ...]:
+    """Bridges along an outline, of a width (m; left out the spec's): at the end of the tail on both its sides, the
+    others as far apart as they can be.
 
-    None at the contacts, beside what is plugged in or in the bend zone, where a nick in the edge would do harm; on
-    straight edges unless those are too few. Wide bridges on a small part may find fewer places than
+    There are none at the contacts, beside what is plugged in or in the bend zone, where a nick in the edge would do
+    harm; they are on straight edges unless these are too few. Wide bridges on a small part may find fewer places than
     `FEWEST_BRIDGES`: then only those are made that there is room for.
     """
-    edge, least = layout.outline, 2.0 * layout.spec.fpc.panel.bridge
+    width = layout.spec.fpc.panel.bridge if width is None else width
+    edge, least = layout.outline, 2.0 * width
 
     def apart_from(marks: list[Point], places: list[Bridge]) -> list[Bridge]:
         return [place for place in places if all(place.middle(edge).distance(mark) > least for mark in marks)]
@@ -93,12 +95,12 @@ def bridges(layout: Layout) -> tuple[Bridge, ...]:
     if layout.pads:  # on the stiffener where there is one: without these two a long tail would hang free
         centres = [pad.centre for pad in layout.pads]
         middle = Point(*(math.fsum(values) / len(centres) for values in zip(*centres, strict=True)))
-        places = list(_places(layout, _is_at_end, _FINE_STEP)) or list(_places(layout, _is_free, _STEP))
+        places = list(_places(layout, width, _is_at_end, _FINE_STEP)) or list(_places(layout, width, _is_free, _STEP))
         while places and len(chosen) < 2:
             chosen.append(min(places, key=lambda place: round(place.middle(edge).distance(middle), 6)))
             places = apart_from([chosen[-1].middle(edge)], places)
     wanted = max(FEWEST_BRIDGES, math.ceil(edge.length / BRIDGE_RUN) - len(chosen))
-    places = list(_places(layout, _is_free, _STEP))
+    places = list(_places(layout, width, _is_free, _STEP))
     straight = [place for place in places if isinstance(edge.segments[place.segment], Line)]
     marks = [bridge.middle(edge) for bridge in chosen]
     places = apart_from(marks, straight if len(straight) >= wanted else places)
@@ -113,18 +115,15 @@ def bridges(layout: Layout) -> tuple[Bridge, ...]:
 
 def narrower_bridge(layout: Layout) -> float | None:
     """The widest narrower bridge (m), in steps, of which enough find a place on a board; None if none do."""
-    spec = layout.spec
-    most, least = math.ceil(spec.fpc.panel.bridge / NARROWER - 1e-6) - 1, round(NARROWEST / NARROWER)
-    for width in (steps * NARROWER for steps in range(most, least - 1, -1)):
-        panel = replace(spec.fpc.panel, bridge=width)
-        if len(bridges(replace(layout, spec=replace(spec, fpc=replace(spec.fpc, panel=panel))))) >= FEWEST_BRIDGES:
-            return width
-    return None
+    most, least = math.ceil(layout.spec.fpc.panel.bridge / NARROWER - 1e-6) - 1, round(NARROWEST / NARROWER)
+    widths = (steps * NARROWER for steps in range(most, least - 1, -1))
+    return next((width for width in widths if len(bridges(layout, width)) >= FEWEST_BRIDGES), None)
 
 
-def _places(layout: Layout, is_fit: Callable[[Layout, Box | None, Path], bool], step: float) -> Iterator[Bridge]:
-    """Every bridge that could be made where the edge is fit for it, at steps (m) along each segment."""
-    width = layout.spec.fpc.panel.bridge
+def _places(
+    layout: Layout, width: float, is_fit: Callable[[Layout, Box | None, Path], bool], step: float
+) -> Iterator[Bridge]:
+    """Every bridge of a width (m) that could be made where the edge is fit for it, at steps (m) along each segment."""
     plate = None if layout.stiffener is None else bounding_box([layout.stiffener.outline.outline])
     for index, segment in enumerate(layout.outline):
         room = segment.length - 2.0 * width

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from sitscad.geometry.path import Point
 from sitscad.layout.branches import BranchGround, OuterEnd
-from sitscad.layout.clearance import Breadth, Obstacles, TrackToPlace, hole_keep_out, joined_hole
+from sitscad.layout.clearance import Breadth, Obstacles, TrackToPlace, hole_keep_out, joined_hole, via_room
 from sitscad.layout.escape import SPARED, TRIALS_OF_A_WAVE, Escape, Joined, SearchLimit, escape
 from sitscad.layout.lanes import Bus, Exit, Lane, Ring, assign_lanes, exits, lane_height, rows_of_lanes
 from sitscad.layout.outline import body_breadth, breadth_of, edge_of_body, ends, far_end, given_box, roots, walls
@@ -59,9 +59,7 @@ def in_line(spec: SensorSpec) -> bool:
 
 def front_of(spec: SensorSpec, bus: Bus) -> float:
     """Where along x all coils, their vias and leads lie behind: from here on only lanes run."""
-    rules = spec.fpc.rules
-    hole = joined_hole(rules, bus.width)
-    reach = hole_keep_out(hole, rules, bus.spacing) + hole.pad / 2
+    reach = via_room(spec.fpc.rules, bus.spacing, bus.width)
     lanes = (len(spec.array.placements) - 1) // 2 + 1
     ends = (p.centre[0] + Ring(spec.coil, p, 0.0).half_size[0] for p in spec.array.placements)
     return max(ends) + reach + lanes * bus.pitch
@@ -73,14 +71,13 @@ def boards(spec: SensorSpec, bus: Bus) -> list[tuple[Bus, Breadth]]:
     take, room for a track, or room for a via.
     """
     rules = spec.fpc.rules
-    hole = joined_hole(rules, bus.width)
-    via_room = hole_keep_out(hole, rules, bus.spacing) + hole.pad / 2
+    room = via_room(rules, bus.spacing, bus.width)
     passing = len(spec.array.placements) // 2
     boards = []
-    for base in (0.0, bus.pitch, via_room) if passing else (0.0,):
+    for base in (0.0, bus.pitch, room) if passing else (0.0,):
         raised = replace(bus, base=base)
         lanes = lane_height(raised, passing - 1, 1) + bus.width / 2 if passing else bus.reach
-        for beside in (0.0, bus.spacing + bus.width, via_room):
+        for beside in (0.0, bus.spacing + bus.width, room):
             boards.append(
                 (raised, _beyond_coils(bus, max(lanes, bus.reach + beside) + rules.copper_to_edge - bus.reach))
             )
@@ -194,8 +191,10 @@ def _led_out(board: _BoardToRoute, order: list[int], way_out: _WayOut) -> dict[i
 
 @record
 class _BoardToRoute:
-    # A board on which coils are to be led out: the lanes are those of the tail, from `front` (m) on only they run. The
-    # ways that `joined` two ends on other boards are shared. `walls` are its edge, where the spec gives that.
+    """A board on which coils are to be led out: the lanes are those of the tail, from `front` (m) on only they run. The
+    ways that `joined` two ends on other boards are shared. `walls` are its edge, where the spec gives that.
+    """
+
     spec: SensorSpec
     bus: Bus
     wound: tuple[WoundCoil, ...]
@@ -224,12 +223,13 @@ _WayOut = Callable[[int, tuple[Escape, ...]], "Escape | Stuck"]
 
 
 def _routing(board: _BoardToRoute, escapes: dict[int, Escape], tail: TailFrame) -> Routing:
+    """The answer of the search once every coil is led out: the tail made as long as that takes, and its tracks."""
     spec, bus, lanes = board.spec, board.bus, board.lanes
     ways = tuple(escapes[i] for i in range(len(lanes)))
     down = ways_down(spec.array.placements, bus, tail, lanes, [way.entries for way in ways])
     pieces = [branch for way in ways for branch in way.branches]
     far = far_end(spec, (t for b in pieces for t in b.tracks), (h for b in pieces for h in b.holes))
-    long = reaching_ahead(spec, far, stretched(spec, bus, tail, down))
+    long = reaching_ahead(spec, far, stretched(spec.fpc.rules, bus, tail, down))
     laid = tuple(runs(spec.fpc, bus, long, lane, both) for lane, both in zip(lanes, down, strict=True))
     return Routing(bus, ways, laid, board.breadth, far, long)
 
@@ -374,12 +374,11 @@ def grounds_between(spec: SensorSpec, bus: Bus) -> list[tuple[Bus, Breadth]]:
     reaches across. There is room outside the coils for a track, for a via, or for a via and a track beside it.
     """
     rules = spec.fpc.rules
-    hole = joined_hole(rules, bus.width)
-    keep_out = hole_keep_out(hole, rules, bus.spacing)
+    keep_out = hole_keep_out(joined_hole(rules, bus.width), rules, bus.spacing)
     across = sorted({breadth for _, breadth in boards(spec, bus)}, key=lambda breadth: breadth.half)[-2:]
     if spec.fpc.body is None:
         across.append(_beyond_coils(bus, across[-1].high - bus.coils.high + keep_out + bus.width))
-    bases = (0.0, bus.pitch, keep_out + hole.pad / 2)
+    bases = (0.0, bus.pitch, via_room(rules, bus.spacing, bus.width))
     return [(replace(bus, base=base), breadth) for breadth in across for base in bases]
 
 

@@ -13,7 +13,7 @@ from functools import cached_property
 from itertools import pairwise
 
 from sitscad.geometry.path import Arc, Line, Path, Point, Segment, rounded
-from sitscad.layout.clearance import ViaToPlace, hole_keep_out
+from sitscad.layout.clearance import hole_keep_out, joined_hole
 from sitscad.layout.lanes import STAGGER, Bus, Lane, lane_height
 from sitscad.record import record, replace
 from sitscad.spec.circuit import Chip, Connector, Tail
@@ -309,7 +309,7 @@ def fan_pitch(spec: SensorSpec, bus: Bus, connector: Connector) -> float:
 
 def _beside_via(rules: DesignRules, bus: Bus) -> float:
     """From a via's centre to the nearest edge of a track beside it (m)."""
-    return hole_keep_out(ViaToPlace(Point(0, 0), rules.via_pad, rules.via_drill), rules, bus.spacing)
+    return hole_keep_out(joined_hole(rules, 0.0), rules, bus.spacing)
 
 
 def chip_of(spec: SensorSpec, bus: Bus) -> Chip | None:
@@ -333,20 +333,20 @@ def parting(rules: DesignRules, bus: Bus, tail: TailFrame) -> float:
     """Where along x the two tracks of a stacked pair part, or a flat pair must have reached its lanes."""
     if not bus.is_stacked:
         return tail.pad_start - CAP
-    return tail.fan_end - rules.via_pad - 2.0 * CAP - tail.fan_pitch / 2
+    return first_via(rules, tail) - tail.fan_pitch / 2
 
 
-def turn_begin(spec: SensorSpec, bus: Bus, tail: TailFrame) -> float:
+def turn_begin(rules: DesignRules, bus: Bus, tail: TailFrame) -> float:
     """Where along x the turn begins; on a straight tail, where the pairs must have come down to their lanes."""
-    apart = parting(spec.fpc.rules, bus, tail)
+    apart = parting(rules, bus, tail)
     if not tail.turn:
         return apart
     return min(apart, tail.end - tail.connector.stiffener_length) - CAP - tail.turn
 
 
-def first_via(spec: SensorSpec, tail: TailFrame) -> float:
+def first_via(rules: DesignRules, tail: TailFrame) -> float:
     """Where along x the vias at the contacts begin: up to there the tail may be bent."""
-    return tail.fan_end - spec.fpc.rules.via_pad - 2.0 * CAP
+    return tail.fan_end - rules.via_pad - 2.0 * CAP
 
 
 ASKEW = "within a tail's turn everything has to run along the tail"

@@ -21,7 +21,7 @@ from sitscad.layout.tail_frame import CAP, TailFrame, contact_height, pair_heigh
 from sitscad.record import record
 from sitscad.spec.circuit import FpcSpec
 from sitscad.spec.coil import CoilPlacement
-from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.design_rules import DesignRules
 
 SAME = 1e-9  # Heights that differ by less (m) are equal
 
@@ -118,14 +118,14 @@ def ways_down(
     return list(zip(flat[::2], flat[1::2], strict=True))
 
 
-def stretched(spec: SensorSpec, bus: Bus, tail: TailFrame, ways: list[tuple[Descent, Descent]]) -> TailFrame:
+def stretched(rules: DesignRules, bus: Bus, tail: TailFrame, ways: list[tuple[Descent, Descent]]) -> TailFrame:
     """The tail made longer where pairs come down to their lanes too late, begun later where the outer ones wait."""
     both = [way for pair in ways for way in pair]
     waited = max((way.bend - tail.funnel for way in both if not way.parts), default=0.0) - tail.wait
     if waited > SAME and tail.taper.narrows:
         begin, start, end = tail.body_end + waited, tail.start + waited, tail.end + waited
         tail = replace(tail, body_end=begin, start=start, end=end)
-    limit = turn_begin(spec, bus, tail)
+    limit = turn_begin(rules, bus, tail)
     late = max(0.0, tail.start + tail.taper.reach_beyond - limit) if tail.turn else 0.0
     late = max(late, *(way.foot.x + 1.5 * tail.fan_pitch - limit for way in both))
     return replace(tail, end=tail.end + late)

@@ -16,7 +16,7 @@ from sitscad.finding import Missing, Shortfall
 from sitscad.geometry.path import Path, Point, Segment, polar, polyline
 from sitscad.geometry.shapes import CHORD_TOLERANCE, SpiralDimensions
 from sitscad.layout.board import Winding
-from sitscad.layout.clearance import ALONG, ViaToPlace, hole_distance, hole_keep_out
+from sitscad.layout.clearance import ALONG, ViaToPlace, hole_distance, hole_keep_out, joined_hole, off_stretch
 from sitscad.layout.lanes import Bus
 from sitscad.record import record, replace
 from sitscad.spec.circuit import CopperLayer
@@ -115,13 +115,15 @@ def place_inner_vias(
 
 @record
 class _Innermost:
-    # Of a layer the last turn and a bit: the copper that the centre can touch, with points (n, 2) on it.
+    """The last turn of a layer and a bit: the copper that the centre can touch, with points (n, 2) on it."""
+
     end: InnerEnd
     segments: tuple[Segment, ...]
     points: Array
 
     @classmethod
     def of(cls, winding: Winding, turns: float) -> _Innermost:
+        """The innermost turn of a winding of so many turns."""
         path = winding.path if winding.inward else winding.path.reversed()
         end, before = path.end, path.segments[-1].at(1.0 - min(0.5, 20e-6 / path.segments[-1].length))
         length = end.distance(before)
@@ -136,7 +138,7 @@ class _Innermost:
 
 def room_needed(joins: int, rules: DesignRules, spacing: float) -> float:
     """Smallest clear inner diameter (m) for a number of inner vias that all keep their distance, on one ring."""
-    hole = ViaToPlace(Point(0.0, 0.0), rules.via_pad, rules.via_drill)
+    hole = joined_hole(rules, 0.0)
     keep = hole_keep_out(hole, rules, spacing)
     if joins == 1:
         return 2.0 * keep
@@ -385,9 +387,7 @@ def _stubs_clear(joins: list[InnerJoin], holes: Array, keep: float) -> Flags:
     rows = [(k, *line.start, *line.end) for k, join in enumerate(joins) for _, path in join.stubs for line in path]
     table = np.array(rows)
     start, step = table[:, 1:3], table[:, 3:5] - table[:, 1:3]
-    away = holes[None] - start[:, None]
-    share = np.clip(np.sum(away * step[:, None], axis=2) / np.sum(step**2, axis=1)[:, None], 0.0, 1.0)
-    distance = np.hypot(*(away - share[..., None] * step[:, None]).transpose(2, 0, 1))
+    distance = off_stretch(*(holes.T[:, None] - start.T[:, :, None]), *step.T[:, :, None])
     nearest = np.full((len(joins), len(holes)), np.inf)
     np.minimum.at(nearest, table[:, 0].astype(int), distance)
     return np.asarray(nearest >= keep)
