@@ -9,6 +9,7 @@ from __future__ import annotations
 import difflib
 import math
 import re
+from collections.abc import Sequence
 from decimal import Decimal
 
 
@@ -235,3 +236,9 @@ def counted(count: int, what: str) -> str:
 def cell(value: float) -> str:
     """A figure in a table for programs: ten digits, nothing where there is none."""
     return f"{value + 0.0:.10g}" if math.isfinite(value) else ""
+
+
+def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+    """The lines of a table for people: the cells of its rows under each other, two spaces between columns."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return ["  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]

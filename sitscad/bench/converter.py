@@ -67,7 +67,7 @@ class Registers:
         self.reset()
 
     def reset(self) -> None:
-        """As after power-up: registers at their defaults, asleep."""
+        """The converter as after power-up: registers at their defaults, asleep."""
         self.words = dict.fromkeys(range(128), 0) | at.AT_RESET | {at.DEVICE_ID: self.device.device_id}
         for channel in range(self.device.channels, at.MOST_CHANNELS):
             self.words[at.RCOUNT + channel] = 0
@@ -324,7 +324,7 @@ class SimulatedConverter(Registers):
         super().advance(nanoseconds)
 
     def hold(self, frequencies: ArrayLike) -> None:
-        """From now on the coils have these frequencies (Hz; all coils of the sensor)."""
+        """Let the coils have these frequencies from now on (Hz; all coils of the sensor)."""
         own = slice(self._first, self._first + len(self.coils))
         self._times, self._read = np.zeros(1), np.atleast_2d(frequencies)[:1, own]
 
@@ -357,7 +357,7 @@ class SimulatedConverter(Registers):
 
 
 def lost_layer(coil: CoilEstimate, layers: int) -> tuple[float, float]:
-    """By what frequency and R_P of a tank change when one of a coil's layers is bridged, of one layer half its turns:
+    """The factors of a tank's frequency and R_P when one of a coil's layers is bridged, of one layer half its turns:
     the winding's inductance goes as the square of the turns that are left, which is so for layers near to each other,
     its resistance as their number, and R_P is L / (R C).
     """

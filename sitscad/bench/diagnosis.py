@@ -6,8 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from sitscad.bench.board import WATCHDOG, Board, CoilReading
-from sitscad.bench.lines import LineBoard
+from sitscad.bench.board import WATCHDOG, Board, CoilReading, LineBoard
 from sitscad.estimates.circuit.bands import Band
 from sitscad.readout import ldc_registers as at
 from sitscad.record import record
@@ -140,7 +139,7 @@ def _amplitude(board: Board, coil: int, rows: Sequence[CoilReading]) -> Verdict:
 
 
 def _noise(board: Board, coil: int, rows: Sequence[CoilReading]) -> Verdict:
-    """By second differences, which leave even motion out; the median of their sizes, which single jumps do not move."""
+    """The noise by second differences, which leave even motion out: by the median of their sizes, safe from jumps."""
     name, good = f"{board.bands[coil].coil} noise", [row.counts for row in rows if row.is_good]
     if len(good) < FEWEST:
         return Verdict(name, NOT_EVALUATED, f"{len(good)} good results, {FEWEST} are wanted")

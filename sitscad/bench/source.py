@@ -11,9 +11,8 @@ from urllib.parse import parse_qsl
 
 import numpy as np
 
-from sitscad.bench.board import Board, BusConverter
+from sitscad.bench.board import BAUD, Board, BusConverter, LineBoard, Port
 from sitscad.bench.converter import SimulatedConverter
-from sitscad.bench.lines import BAUD, LineBoard, Port
 from sitscad.calibration.calibration import sensors_of
 from sitscad.calibration.unknowns import units
 from sitscad.design import Design, respond

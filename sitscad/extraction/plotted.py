@@ -44,7 +44,7 @@ class Plotted:
     objects: NDArray[np.int64]
 
     def shifted(self, dx: int, dy: int) -> Plotted:
-        """All objects moved."""
+        """All objects, moved (nm)."""
         moved = self.objects.copy()
         moved[:, _X] += dx
         moved[:, _Y] += dy
@@ -63,7 +63,7 @@ class Plotted:
         return np.where((mode > 1)[:, None], round_it, self.boxes_of_ends())
 
     def chosen(self, mask: Flags) -> Plotted:
-        """Some of the objects."""
+        """The objects that a mask has."""
         return Plotted(self.objects[mask])
 
     def in_order(self) -> NDArray[np.int64]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cached_property
 from itertools import pairwise
 from typing import NamedTuple
@@ -337,7 +337,11 @@ def enclosed_area(path: Path) -> float:
 
 def bounding_box(paths: Iterable[Path]) -> tuple[float, float, float, float]:
     """(x_min, y_min, x_max, y_max) in metres of the centre lines of some paths, arcs exact."""
-    boxes = [segment.box for path in paths for segment in path.segments]
+    return box_around([segment.box for path in paths for segment in path.segments])
+
+
+def box_around(boxes: Sequence[tuple[float, float, float, float]]) -> tuple[float, float, float, float]:
+    """The box (x_min, y_min, x_max, y_max; m) that holds some boxes."""
     return min(b[0] for b in boxes), min(b[1] for b in boxes), max(b[2] for b in boxes), max(b[3] for b in boxes)
 
 

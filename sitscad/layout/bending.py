@@ -153,7 +153,7 @@ class Unfit:
 
 @record
 class Stretch:
-    """From one x to another (m); not above zero long where there is none."""
+    """A stretch from one x to another (m); its length is not above zero where there is none."""
 
     start: float
     end: float
@@ -165,7 +165,7 @@ class Stretch:
 
 
 def bend_stretch(layout: Layout) -> tuple[float, float] | None:
-    """Between which x (m) the tail may be bent; None where it has no bend, or nothing straight to bend."""
+    """The range of x (m) in which the tail may be bent; None where it has no bend, or nothing straight to bend."""
     if layout.bend_zone is None:
         return None
     longest = longest_straight(layout.bend_zone, unfit_for_bending(layout))
@@ -230,7 +230,7 @@ def longest_straight(zone: tuple[float, float], unfit: list[Unfit]) -> Stretch:
 
 
 def unfit_for_bending(layout: Layout) -> list[Unfit]:
-    """All in the bend zone that is unfit for bending, from the body on."""
+    """What is unfit for bending in the bend zone, from the body on."""
     zone = layout.bend_zone
     if zone is None:
         return []

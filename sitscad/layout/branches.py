@@ -133,7 +133,7 @@ class BranchGround:
 
     @cached_property
     def keep_out(self) -> float:
-        """From a via's centre to the edge of copper that is not joined to it (m)."""
+        """The distance (m) from a via's centre to the edge of copper that is not joined to it."""
         return hole_keep_out(self.joined, self.spec.fpc.rules, self.bus.spacing)
 
     @cached_property

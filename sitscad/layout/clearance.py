@@ -30,12 +30,12 @@ class Breadth:
 
     @property
     def half(self) -> float:
-        """Half of all of it (m)."""
+        """Half the width (m) from edge to edge."""
         return (self.high - self.low) / 2
 
     @property
     def farthest(self) -> float:
-        """From the axis to the edge that is farther away (m)."""
+        """The distance (m) from the axis to the edge that is farther away."""
         return max(-self.low, self.high)
 
     def holds(self, low: float, high: float, keep: float) -> bool:
@@ -125,7 +125,7 @@ class Obstacles:
         return all(self._admits_track(t) for t in tracks) and all(bool(self.admitted([h])) for h in holes)
 
     def admits_each(self, tracks: Sequence[TrackToPlace]) -> Flags:
-        """Of tracks on one layer whether each keeps its distances: as `admits`, all of them at once."""
+        """Whether each of some tracks on one layer keeps its distances: as `admits`, all tracks at once."""
         own = CopperBoxes.of(tracks)
         of = np.repeat(np.arange(len(tracks)), [len(track.boxes) for track in tracks])
         keep = self._rules.copper_to_edge + own.half_width - 2 * SLACK

@@ -129,7 +129,7 @@ class Escape:
 
     @property
     def branches(self) -> tuple[Branch, ...]:
-        """All of them."""
+        """Joins and leads."""
         return (*self.joins, self.lead_a, self.lead_b)
 
     @property
@@ -204,7 +204,7 @@ def cheapest_first(branches: Iterable[Branch]) -> list[Branch]:
 
 
 class _Search:
-    """In depth over the connections' branches, cheapest first, on sets of those that the chosen ones leave room for."""
+    """A search in depth over the connections' branches, cheapest first, on sets of those that have room yet."""
 
     def __init__(self, obstacles: Obstacles, searches: SearchLimit) -> None:
         self._obstacles = obstacles

@@ -161,7 +161,7 @@ class Bus:
 
     @property
     def ring_offset(self) -> float:
-        """From a coil's copper edge to the centre line of the ring road."""
+        """The distance (m) from a coil's copper edge to the centre line of the ring road."""
         return self.spacing + self.width / 2
 
     @property
@@ -252,7 +252,7 @@ def exits(coil: CoilSpec, bus: Bus, lane: Lane, funnel_x: float, turned: bool = 
     upper, lower = bus.layers
 
     def passing(angle: float, track: int = 0) -> tuple[Point, ...]:
-        """At 45 degrees towards the tail up to the lane, and along it."""
+        """The way at 45 degrees towards the tail up to the lane, and along it."""
         start, height = ring.at(angle), lane.side * lane_height(bus, lane.index, track)
         return Point(start.x + abs(height - start.y), height), Point(funnel_x, height)
 

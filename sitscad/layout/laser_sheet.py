@@ -8,7 +8,7 @@ from dataclasses import replace
 from enum import StrEnum
 
 from sitscad.geometry.convex import Box, Footprint, joined_boxes
-from sitscad.geometry.path import Path, Point, circle, enclosed_area, polyline, rectangle
+from sitscad.geometry.path import Path, Point, box_around, circle, enclosed_area, polyline, rectangle
 from sitscad.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
 from sitscad.record import record
@@ -160,7 +160,7 @@ def joined_part(spec: SensorSpec) -> CutPart | None:
         return None
     pads = [footprint(cell, pad) for cell in cell_specs(spec)]
     boxes = tuple(one.box for one in (*pads, *strips))
-    x0, y0, x1, y1 = (end(box[k] for box in boxes) for k, end in enumerate((min, min, max, max)))
+    x0, y0, x1, y1 = box_around(boxes)
     place = Footprint(False, (x1 - x0, y1 - y0), Point((x0 + x1) / 2, (y0 + y1) / 2))
     assert spec.cells is not None and spec.cells.web is not None
     x, y = (in_mm(side) for side in pad.size)

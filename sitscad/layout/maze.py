@@ -76,7 +76,7 @@ def spread(free: Flags, sources: Sequence[Node], between: Flags | None = None) -
 
 
 def _ways(free: Flags, between: Flags | None) -> Sequence[int]:
-    """Of each node, with the border, which of the eight steps may be taken: one bit each."""
+    """Which of the eight steps may be taken from each node, the border included: one bit each."""
     n, m = free.shape
     found = np.zeros((n + 2, m + 2), dtype=np.intp)
     bordered = np.zeros((n + 2, m + 2), dtype=bool)
@@ -93,7 +93,7 @@ def _ways(free: Flags, between: Flags | None) -> Sequence[int]:
 
 @lru_cache(maxsize=16)
 def _onward(stride: int) -> tuple[tuple[tuple[int, float], ...], ...]:
-    """For every set of steps their offsets in rows of a length, and their lengths."""
+    """The offsets of every set of steps in rows of a length, and the lengths of these steps."""
     steps = [(dx * stride + dy, math.hypot(dx, dy)) for dx, dy in _STEPS]
     return tuple(tuple(step for bit, step in enumerate(steps) if bits >> bit & 1) for bits in range(1 << len(steps)))
 

@@ -190,7 +190,7 @@ class BodyExtent:
     edge: Path | None = None
 
     def half_width(self, side: int) -> float:
-        """From the axis to its edge on one side (m): +1 is the upper one, -1 the lower one."""
+        """The distance (m) from the axis to its edge on one side: +1 is the upper one, -1 the lower one."""
         return self.high if side > 0 else -self.low
 
     @property

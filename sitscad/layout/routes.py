@@ -140,8 +140,8 @@ def route_in_line(
 
 
 def _least_round(routed: Iterator[Routing], widest: float, searches: SearchLimit) -> Routing | None:
-    """Of boards as they are found the one whose leads run least round their coils beyond what they must; the first one,
-    and of the others those no wider than `widest` (half, m), while their limit lasts.
+    """The board, of those as they are found, whose leads run least round their coils beyond what they must. The first
+    one is looked at, and of the others those no wider than `widest` (half, m), while their limit lasts.
     """
     best = next(routed, None)
     if best is None or best.excess < SPARED:
@@ -214,7 +214,7 @@ class _BoardToRoute:
         return found
 
     def key(self, index: int, there: Iterable[Escape]) -> tuple[Any, ...]:
-        """By what a coil's search may differ: other efforts and orders come to the same one again."""
+        """What a coil's search may differ by: other efforts and orders come to an equal search again."""
         return (self.bus.base, self.breadth, self.lanes[index], index, *map(id, there))
 
 

@@ -45,7 +45,7 @@ class Taper:
 
     @property
     def step(self) -> float:
-        """By how much (m) the half width changes."""
+        """The change (m) of the half width."""
         return abs(self.near - self.far)
 
     @cached_property
@@ -187,13 +187,13 @@ class TailFrame:
 
     @property
     def taper(self) -> Taper:
-        """From the body to the tail; at an outer first corner a lead bends there and keeps off the rounding."""
+        """The taper from the body to the tail; at an outer first corner a lead bends and keeps off the rounding."""
         shoulder = self.edge + self.lead_width / 2
         return Taper(self.body_end, self.start, self.body_half_width, self.half_width, self.inner_radius, shoulder)
 
     @cached_property
     def plug_taper(self) -> Taper:
-        """From the tail to what is plugged in, which has its own width from the contacts on."""
+        """The taper from the tail to what is plugged in, which has its own width from the contacts on."""
         widths = (self.half_width, self.plug_half_width, self.inner_radius, 0.0)
         corners = Taper(0.0, self.shoulder, *widths)
         end = self.pad_start - corners.reach_beyond
@@ -202,7 +202,7 @@ class TailFrame:
 
     @property
     def squeeze(self) -> float:
-        """By how much a contact's track is farther from the axis at its via than at the contact, for the first one."""
+        """How much farther (m) the first contact's track is from the axis at its via than at the contact."""
         return self.outer_contact * (self.fan_pitch / self.connector.pitch - 1.0)
 
     @property
@@ -308,7 +308,7 @@ def fan_pitch(spec: SensorSpec, bus: Bus, connector: Connector) -> float:
 
 
 def _beside_via(rules: DesignRules, bus: Bus) -> float:
-    """From a via's centre to the nearest edge of a track beside it (m)."""
+    """The distance (m) from a via's centre to the nearest edge of a track beside it."""
     return hole_keep_out(joined_hole(rules, 0.0), rules, bus.spacing)
 
 

@@ -50,7 +50,7 @@ class Descent:
         return Point(self.bend + abs(self.climb), self.height)
 
     def neck(self, length: float) -> Path:
-        """From the entry to the foot, and so far (m) along the lane."""
+        """The way from the entry to the foot, and so far (m) along the lane."""
         bend = Point(self.bend, self.entry.y)
         return polyline([self.entry, bend, self.foot, self.foot.shifted(length, 0.0)])
 

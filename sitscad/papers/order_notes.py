@@ -30,7 +30,7 @@ from sitscad.layout.tail_tracks import contact_rows
 from sitscad.spec.circuit import MASK, LayerKind, Plating
 from sitscad.spec.presets import is_unverified, unverified_rows
 from sitscad.spec.sensor import SensorSpec
-from sitscad.units import show
+from sitscad.units import aligned, show
 
 
 def render(
@@ -65,9 +65,7 @@ def _contact_table(layout: Layout) -> list[str]:
     rows = contact_rows(layout)
     if not rows:
         return []
-    widths = [max(len(row[k]) for row in rows) + 2 for k in range(len(rows[0]))]
-    lines = ["".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
-    return notes.headed("Contacts, for whoever wires the sensor (numbered as in the drawing)", lines)
+    return notes.headed("Contacts, for whoever wires the sensor (numbered as in the drawing)", aligned(rows))
 
 
 def _fingerprint(spec: SensorSpec, panel: Panel | None, files: Mapping[str, bytes]) -> list[str]:

@@ -158,7 +158,7 @@ def _clash(layout: Layout, whole: tuple[Solid, ...], fault: Measured, loads: tup
 
 
 def _figure(fault: Measured, shared: Any) -> str:
-    """By how much a fault misses what is allowed, in words."""
+    """The words that say by how much a fault misses what is allowed."""
     both = f"both take {float(shared.volume()):.3g} mm3"
     if fault.unit == "m":  # a gap that has to be left
         return f"{both}: no gap is left" if not shared.is_empty() else f"the gap is {show(fault.value, 'm', 3)}"

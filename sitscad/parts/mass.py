@@ -58,7 +58,7 @@ def weigh(layout: Layout, solids: tuple[Solid, ...]) -> tuple[Weight, ...]:
 
 
 def balance(weights: tuple[Weight, ...]) -> Balance:
-    """All of them together."""
+    """The mass and the centre of all pieces together."""
     known = [(w, w.mass) for w in weights if w.mass is not None]
     mass = math.fsum(m for _, m in known)
     centre = [math.fsum(m * w.centre[axis] for w, m in known) / mass if mass else 0.0 for axis in range(3)]

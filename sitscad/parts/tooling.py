@@ -26,7 +26,7 @@ from itertools import combinations
 from typing import Any
 
 from sitscad.geometry.convex import Box, Footprint, within_box
-from sitscad.geometry.path import Line, Path, Point, Region, bounding_box, circle, rectangle
+from sitscad.geometry.path import Line, Path, Point, Region, bounding_box, box_around, circle, rectangle
 from sitscad.layout.board import Layout
 from sitscad.parts.plates import grown, over_body
 from sitscad.parts.solid import Solid, box, one_solid, prism, raised, require, tapered, without
@@ -189,8 +189,8 @@ def jig(layout: Layout) -> tuple[Solid, ...]:
             reliefs = (circle(side.start, relief) for side in piece.outline() if isinstance(side, Line))
             tools += [prism(outline, low, high) for outline in (piece.outline(room), *reliefs)]
         found.append((f"jig-{kind}", without(prism(rectangle(*plan, 2e-3), 0.0, height), tools, "jig")))
-        line, boxes = max(1, lines) * layout.spec.assembly.glue_line, [body.footprint.box for body in row]
-        x0, y0, x1, y1 = (end(box[k] for box in boxes) for k, end in enumerate((min, min, max, max)))
+        line = max(1, lines) * layout.spec.assembly.glue_line
+        x0, y0, x1, y1 = box_around([body.footprint.box for body in row])
         press = prism(rectangle(x0 - COLLAR, y0 - COLLAR, x1 + COLLAR, y1 + COLLAR, 2e-3), height, height + COLLAR)
         for body in row:
             press = one_solid(prism(body.outline(), upper + line, height) + press, "press")

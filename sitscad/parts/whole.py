@@ -323,7 +323,7 @@ def _kind(name: str) -> str:
 
 
 def _lifts(layout: Layout) -> dict[str, float]:
-    """By how much glue lifts every piece (m): its lower face in the plane tier, less that of the solids."""
+    """How far (m) glue lifts every piece: its lower face in the plane tier, less that of the solids."""
     at, mount = levels(column(layout)), layout.spec.mount
     if not at or mount is None:
         # The same (m) without a jaw: glue is under the pad and the target, under the board, and round a shield

@@ -69,12 +69,12 @@ class Body:
 
     @property
     def heights(self) -> Heights:
-        """Both heights (m)."""
+        """The heights (m) of the lower and the upper face."""
         return self.lower, self.upper
 
     @property
     def thickness(self) -> float:
-        """From face to face (m)."""
+        """The distance (m) from face to face."""
         return self.upper - self.lower
 
     @property
@@ -163,7 +163,7 @@ def shield_heights(spec: SensorSpec) -> Heights | None:
 
 
 def seat_heights(spec: SensorSpec) -> Heights | None:
-    """From the face that carries the mount up to the board's bottom face: the standoff; None without a mount."""
+    """The standoff: from the face that carries the mount up to the board's bottom face; None without a mount."""
     lower = board_heights(spec.fpc.stackup)[0]
     return None if spec.mount is None else (lower - spec.mount.standoff, lower)
 
@@ -203,7 +203,7 @@ def lines_below_target(spec: SensorSpec) -> int:
 
 
 def target_gap(spec: SensorSpec) -> float | None:
-    """From the board's top face to the target's near face at rest (m), glue counted; None without a target."""
+    """The gap (m) from the board's top face to the target's near face at rest, glue counted; None without a target."""
     plate = target(spec)
     return None if plate is None else plate.lower + target_lines(spec)
 

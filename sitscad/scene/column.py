@@ -36,18 +36,18 @@ class Toleranced:
         return cls(nominal, ((cause, tolerance),) if tolerance else ())
 
     def __add__(self, other: Toleranced) -> Toleranced:
-        """Both, one after the other."""
+        """The sum of two lengths, cause by cause."""
         found = dict(self.terms)
         for cause, change in other.terms:
             found[cause] = found.get(cause, 0.0) + change
         return Toleranced(self.nominal + other.nominal, tuple(found.items()))
 
     def __mul__(self, factor: float) -> Toleranced:
-        """So many times as long."""
+        """The length times a factor."""
         return Toleranced(factor * self.nominal, tuple([(cause, factor * change) for cause, change in self.terms]))
 
     def __sub__(self, other: Toleranced) -> Toleranced:
-        """From the end of one to the end of the other."""
+        """The difference of two lengths, cause by cause."""
         return self + other * -1.0
 
     @property

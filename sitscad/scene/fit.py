@@ -114,7 +114,7 @@ def fit(layout: Layout) -> tuple[Measure, ...]:
 
 
 def measures(layout: Layout) -> tuple[Measure, ...]:
-    """As `fit`; nothing where shield and standoff contradict each other (which is a finding of its own)."""
+    """What `fit` measures; nothing where shield and standoff contradict each other (which is a finding of its own)."""
     try:
         return fit(layout)
     except PartsError:

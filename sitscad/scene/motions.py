@@ -1,4 +1,4 @@
-"""Tables that a user hands in, as text."""
+"""Poses, loads and scans of a target as a user writes them, in words or as tables of numbers, and frequencies."""
 
 from __future__ import annotations
 

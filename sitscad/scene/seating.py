@@ -105,7 +105,7 @@ def relief(layout: Layout) -> Relief | None:
 
 
 def _straight_from(outline: Path, tail: tuple[float, float], start: float, end: float) -> float:
-    """From where on (m) no edge of the board, its taper included, stands beyond the tail's sides at the end."""
+    """The x (m) from which on no edge of the board, its taper included, stands beyond the tail's sides at the end."""
     points = outline.flattened(1e-5)
     beyond = [start]
     for a, b in pairwise([*points, points[0]]):

@@ -87,7 +87,7 @@ class TailPath:
 
     @property
     def length(self) -> float:
-        """All of it (m)."""
+        """The length (m) of all stretches."""
         return math.fsum(stretch.length for stretch in self.stretches)
 
     def at(self, length: float) -> Station:
@@ -202,7 +202,7 @@ def round_edge(fpc: FpcSpec, end: float, depth: float, turn: float) -> Lip:
 
 
 def free_from(layout: Layout) -> float:
-    """From where on (m) the tail may be bent away from the coils: beyond a bench plate's edge, or the body's end."""
+    """The x (m) from which on the tail may be bent away from the coils: a bench plate's edge, or the body's end."""
     mount, end = layout.spec.mount, layout.body[2]
     if mount is None or mount.kind != "bench-plate":
         return end
@@ -280,7 +280,7 @@ def own_bend(layout: Layout) -> Bend | None:
 
 
 def room_for_own(layout: Layout) -> tuple[float, float] | None:
-    """Between which x (m) of straight tracks, beyond the mount and its bends, the spec's own bend has room, or None."""
+    """The range of x (m) of straight tracks, beyond the mount and its bends, for the spec's own bend, or None."""
     tail, stretch = layout.spec.fpc.tail, bend_stretch(layout)
     if tail is None or stretch is None:
         return None

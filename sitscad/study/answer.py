@@ -170,7 +170,7 @@ def front(asked: Asked, found: Found, but: Collection[Point] = ()) -> list[Point
 
 
 def best_of(asked: Asked, judged: Mapping[Point, Evaluation]) -> list[Point]:
-    """Of some designs those that keep everything and that no other one beats, the best by the first goal first."""
+    """The designs, of some, that keep everything and that no other one beats, the best by the first goal first."""
     good = passing(asked, judged)
     ranks = ranked([costs(asked, judged[point]) for point in good])
     first = [point for point, rank in zip(good, ranks, strict=True) if rank == 0]

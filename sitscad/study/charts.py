@@ -12,7 +12,7 @@ from itertools import pairwise
 
 from sitscad.drawing.sheet import COLOURS, Pen, Sheet, text_width
 from sitscad.drawing.svg import svg
-from sitscad.geometry.path import Path, Point, bounding_box, circle, polyline, rectangle
+from sitscad.geometry.path import Path, Point, bounding_box, box_around, circle, polyline, rectangle
 from sitscad.record import record
 
 INK, SOFT, LINE = "#1c2126", "#5c6670", "#d9dee3"
@@ -238,8 +238,7 @@ def board_sketch(
     """A board without leads, as seen from the top (m): its outline, the tail cut off behind the body, the tracks of a
     layer, and the targets over it.
     """
-    x0, y0, x1, y1 = (pick(ends) for pick, ends in zip(
-        (min, min, max, max), zip(body, *(bounding_box([path]) for path in targets), strict=True), strict=True))
+    x0, y0, x1, y1 = box_around([body, *(bounding_box([path]) for path in targets)])
     scale = 400.0 / (x1 - x0)
     wide, high = 420.0, (y1 - y0) * scale + 20.0
 

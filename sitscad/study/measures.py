@@ -57,7 +57,7 @@ class DesignMeasure:
 
     @property
     def needed(self) -> str:
-        """In words, what a spec needs to have it."""
+        """What a spec needs to have it, in words."""
         return ", ".join(need.words for need in self.needs)
 
 
@@ -355,7 +355,7 @@ def measures_named(names: list[str] | tuple[str, ...] | None, level: str = SCREE
 
 
 def nearest_measures(word: str) -> str:
-    """In words, which measures a word may have meant."""
+    """The measures that a word may have meant, in words."""
     import difflib
 
     near = difflib.get_close_matches(word.lower(), list(MEASURES), n=3, cutoff=0.5)

@@ -88,7 +88,7 @@ class StudyPage:
 
     @cached_property
     def scales(self) -> dict[str, tuple[float, str]]:
-        """By measure the factor and the unit in which it is drawn: that of the front's middle design, or of any."""
+        """The factor and the unit in which each measure is drawn: that of the front's middle design, or of any."""
         import numpy as np
 
         found = {}
@@ -123,7 +123,7 @@ class StudyPage:
 
     @cached_property
     def axes(self) -> dict[str, Axis]:
-        """By measure an axis that holds the front, or the better four fifths of all where a front has few designs."""
+        """The axis of each measure holds the front, or the better four fifths of all where a front has few designs."""
         found = {}
         wanted = [k for k, mark in enumerate(self.marks) if mark.kind in ("kept", "front")]
         is_few = len(wanted) < FEW
@@ -338,7 +338,7 @@ class StudyPage:
         return f"<p class='soft'>{words}</p><div class='cuts'>{drawn}</div>" if drawn else ""
 
     def _only_in_full(self, k: int, one: KeySlice) -> dict[str, list[tuple[int, int]]]:
-        """By rule that the full level broke and the screen did not: of each value of key `k`, how many designs it
+        """The rules that the full level broke and the screen did not: of each value of key `k`, how many designs each
         refused, and how many were judged in full.
         """
         found, counts = self.said.found, []

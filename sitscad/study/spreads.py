@@ -89,10 +89,10 @@ def _judged(design: Design, measures: Sequence[str]) -> UnitJudged:
 
 @record
 class Yield:
-    """Of `units` so many are `good` as they are made, `calibrated` once each was calibrated, and `failed` made a
-    computation fail; the interval of 95 % (Wilson 1927); by what part of all units a rule or requirement is broken
-    (`broken`); by how much each spread decides it (`costs`); and the standard deviations of the measures that were
-    drawn.
+    """The yield: of `units` so many are `good` as they are made, `calibrated` once each was calibrated, and `failed`
+    made a computation fail; the interval of 95 % (Wilson 1927); by what part of all units a rule or requirement is
+    broken (`broken`); by how much each spread decides it (`costs`); and the standard deviations of the measures that
+    were drawn.
     """
 
     units: int

@@ -25,7 +25,7 @@ from sitscad.study.evaluating import NO_SCREEN, Executor, Workers, judged, scree
 from sitscad.study.evaluation import FAILS, FULL, SCREEN, Evaluation
 from sitscad.study.measures import MEASURES, measures_named
 from sitscad.study.space import Base, Changes, RangeError, counted, require_key
-from sitscad.units import cell, show
+from sitscad.units import aligned, cell, show
 from sitscad.version import __version__
 
 Progress = Callable[[int, int], None]
@@ -158,20 +158,13 @@ def sweep_text(table: SweepTable) -> str:
          table.verdict[k], ", ".join(table.refused_by[k])]
         for k in range(len(table))
     ]
-    return aligned([head, *rows])
+    return "\n".join(aligned([head, *rows])) + "\n"
 
 
 def _within(name: str, value: float, error: float) -> str:
     """A figure and the share of it that it may be off by: ``1.263 kohm +-11%``."""
     share = 100.0 * error / abs(value) if value and error > 0.0 else 0.0
     return f"{shown(name, value)} +-{float(f'{share:.2g}'):g}%" if share else shown(name, value)
-
-
-def aligned(rows: Sequence[Sequence[str]]) -> str:
-    """Rows with their cells under each other."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    lines = ("  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows)
-    return "\n".join(lines) + "\n"
 
 
 def sweep_csv(table: SweepTable) -> str:
@@ -219,7 +212,7 @@ PANEL = (140.0, 80.0)
 
 
 def sweep_svg(table: SweepTable) -> str:
-    """Of one key a curve a measure, with its band of error; of two a field a measure, in whose cells nothing is
+    """A curve a measure of one key, with its band of error; a field a measure of two keys, in whose cells nothing is
     interpolated, with the edges of what each rule refuses. Raises ValueError for more keys.
     """
     from sitscad.drawing.sheet import Sheet, plot
@@ -365,8 +358,8 @@ def measures_text() -> str:
          row.meaning + (f" (needs {row.needed})" if row.needs else "")]
         for row in MEASURES.values()
     ]
-    table = aligned([["measure", "unit", "levels", "meaning"], *rows])
-    return f"{table}\n{NO_SCREEN[0].upper()}{NO_SCREEN[1:]}: other designs are judged in full.\n"
+    table = "\n".join(aligned([["measure", "unit", "levels", "meaning"], *rows]))
+    return f"{table}\n\n{NO_SCREEN[0].upper()}{NO_SCREEN[1:]}: other designs are judged in full.\n"
 
 
 def measures_json() -> str:

@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from tolerance import approx
 
 import sitscad
-from sitscad.bench.lines import LineBoard, checksum
+from sitscad.bench.board import LineBoard, checksum
 from sitscad.cli import cli
 from tests.bench.conftest import STRICT, TEMPLATES, Bench
 
