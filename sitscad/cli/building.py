@@ -21,6 +21,7 @@ from sitscad.cli.terminal import (
     print_result,
     say,
     show_findings,
+    show_unreadable,
     specs_of,
     warn_of_unknown_specs,
 )
@@ -67,9 +68,7 @@ def build(
             policy = policy_for(path)
             loaded.append((opened(path, policy), policy))
         except sitscad.SpecError as error:
-            from sitscad.inspection import unreadable
-
-            show_findings([unreadable(path, error)])
+            show_unreadable(path, error)
             code = 2
     require_distinct_names([spec for spec, _ in loaded])
     alone = len(loaded) == 1 and sys.stderr.isatty()

@@ -15,7 +15,16 @@ from typing import TYPE_CHECKING
 import click
 
 import sitscad
-from sitscad.cli.terminal import Example, print_result, progress_of, row_of, say, show_findings, spec_of
+from sitscad.cli.terminal import (
+    Example,
+    print_result,
+    progress_of,
+    row_of,
+    say,
+    show_findings,
+    show_unreadable,
+    spec_of,
+)
 from sitscad.units import counted
 
 if TYPE_CHECKING:
@@ -82,9 +91,7 @@ def sweep(
     except RangeError as error:
         raise click.UsageError(f"{error}{f' ({error.hint})' if error.hint else ''}") from error
     except sitscad.SpecError as error:
-        from sitscad.inspection import unreadable
-
-        show_findings([unreadable(spec, error)])
+        show_unreadable(spec, error)
         return 2
     except ValueError as error:
         raise click.UsageError(str(error)) from error
@@ -231,7 +238,9 @@ def _study_progress() -> StudyProgress:
             return
         told, rate = now, state.made / max(spent[state.stage], 1e-3)
         best = "".join(f", best {name} {shown(name, value)}" for name, value in state.best.items())
-        of = f" of {state.of}, {_minutes((state.of - state.done) / rate)} left" if state.of > state.done else ""
+        left = (state.of - state.done) / rate
+        left_in_words = f"{left:.0f} s" if left < 100.0 else f"{left / 60.0:.0f} min"
+        of = f" of {state.of}, {left_in_words} left" if state.of > state.done else ""
         words = f"{state.stage}: {state.done}{of}, {rate:.3g} a second, {state.feasible} keep all{best}"
         if on_terminal:
             click.echo(f"\r\033[K  {words}", err=True, nl=False)
@@ -239,7 +248,3 @@ def _study_progress() -> StudyProgress:
             say(words)
 
     return show
-
-
-def _minutes(seconds: float) -> str:
-    return f"{seconds:.0f} s" if seconds < 100.0 else f"{seconds / 60.0:.0f} min"

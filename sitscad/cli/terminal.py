@@ -172,6 +172,13 @@ def show_findings(checked: list[CheckedSpec], named: bool = False) -> None:
     click.echo(FINDING_FORMATS["text"](checked, layout_of(sys.stderr, named)), err=True, nl=False, color=True)
 
 
+def show_unreadable(path: str, error: sitscad.SpecError) -> None:
+    """What is wrong with a spec that cannot be read, as text to stderr."""
+    from sitscad.inspection import unreadable
+
+    show_findings([unreadable(path, error)])
+
+
 def spec_of(path: str) -> SensorSpec | None:
     """The spec of a file, under the configuration above it; None where it cannot be read, and then that is said."""
     from sitscad.opening import opened, policy_for
@@ -179,9 +186,7 @@ def spec_of(path: str) -> SensorSpec | None:
     try:
         return opened(path, policy_for(path))
     except sitscad.SpecError as error:
-        from sitscad.inspection import unreadable
-
-        show_findings([unreadable(path, error)])
+        show_unreadable(path, error)
         return None
 
 

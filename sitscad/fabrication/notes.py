@@ -26,7 +26,7 @@ from sitscad.scene.tail_path import bends, own_bend, pivot_line
 from sitscad.spec.circuit import CopperLayer, FpcSpec, LayerKind, Plating, StackLayer, Stackup, Tail
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.presets import finish, names
-from sitscad.units import in_mm, show
+from sitscad.units import counted, in_mm, show
 
 FOILS = {"rolled-annealed": "rolled annealed (RA)", "electrodeposited": "electrodeposited (ED)"}
 
@@ -88,7 +88,7 @@ def holes_text(layout: Layout) -> str:
     inside = tail_holes(layout)
     if not inside:
         return "through all layers"
-    own = f"{inside} in the tail through its {through} layer{'s' * (through > 1)}"
+    own = f"{inside} in the tail through its {counted(through, 'layer')}"
     return f"{count - inside} through all {layout.copper_layers} layers, {own}"
 
 
@@ -296,14 +296,14 @@ def quantity_text(boards: int | None, panel_parts: int | None, multiple: int = 1
     """
     if boards is None:
         return ""
-    wanted = f"{boards} board{'s' * (boards > 1)}"
+    wanted = counted(boards, "board")
     if panel_parts is None:
         sold = math.ceil(boards / multiple) * multiple
         return wanted if sold == boards else f"{wanted}: order {sold}, they are sold in multiples of {multiple}"
     panels = math.ceil(boards / panel_parts)
     spare = panels * panel_parts - boards
     more = f", {spare} more than wanted" if spare else ""
-    return f"{wanted}: {panels} panel{'s' * (panels > 1)} of {panel_parts} ({panels * panel_parts} boards{more})"
+    return f"{wanted}: {counted(panels, 'panel')} of {panel_parts} ({panels * panel_parts} boards{more})"
 
 
 _LAMINATES = {

@@ -27,7 +27,7 @@ def header(found: InverseMap, conversion: Conversion, remarks: Sequence[str] = (
         "",
         *_product(found),
         *_changes(found, conversion),
-        *_mixed(),
+        *MIXED,
         *_terms(found),
         *_sums(found),
         "",
@@ -188,26 +188,25 @@ def _changes(found: InverseMap, conversion: Conversion) -> list[str]:
     ]
 
 
-def _mixed() -> list[str]:
-    """C that mixes the coils, says where that is beyond the map and stays at its end, and takes powers of it."""
-    return [
-        "    for (int axis = 0; axis < SITSCAD_AXES; ++axis) {",
-        "        float mixed = 0.0f;",
-        "        for (int coil = 0; coil < SITSCAD_COILS; ++coil)",
-        "            mixed += sitscad_mix[axis][coil] * seen[coil];",
-        "        /* beyond its ends the map would run away: it is read at the end */",
-        "        if (!(mixed >= sitscad_low[axis])) {",
-        "            mixed = sitscad_low[axis];",
-        "            result = SITSCAD_BEYOND;",
-        "        } else if (mixed > sitscad_high[axis]) {",
-        "            mixed = sitscad_high[axis];",
-        "            result = SITSCAD_BEYOND;",
-        "        }",
-        "        power[axis][0] = 1.0f;",
-        "        for (int k = 1; k < SITSCAD_POWERS; ++k)",
-        "            power[axis][k] = power[axis][k - 1] * mixed;",
-        "    }",
-    ]
+MIXED = (
+    "    for (int axis = 0; axis < SITSCAD_AXES; ++axis) {",
+    "        float mixed = 0.0f;",
+    "        for (int coil = 0; coil < SITSCAD_COILS; ++coil)",
+    "            mixed += sitscad_mix[axis][coil] * seen[coil];",
+    "        /* beyond its ends the map would run away: it is read at the end */",
+    "        if (!(mixed >= sitscad_low[axis])) {",
+    "            mixed = sitscad_low[axis];",
+    "            result = SITSCAD_BEYOND;",
+    "        } else if (mixed > sitscad_high[axis]) {",
+    "            mixed = sitscad_high[axis];",
+    "            result = SITSCAD_BEYOND;",
+    "        }",
+    "        power[axis][0] = 1.0f;",
+    "        for (int k = 1; k < SITSCAD_POWERS; ++k)",
+    "            power[axis][k] = power[axis][k - 1] * mixed;",
+    "    }",
+)
+"""C that mixes the coils, says where that is beyond the map and stays at its end, and takes powers of it."""
 
 
 def _terms(found: InverseMap) -> list[str]:

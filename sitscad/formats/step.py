@@ -60,7 +60,7 @@ def assembly(solids: tuple[Solid, ...], title: str) -> bytes:
         whole.add(cq.Shape.cast(solid.shape.wrapped), name=solid.name)
     with TemporaryDirectory() as folder:
         path = FilePath(folder) / "assembly.step"
-        require("cadquery").exporters.assembly.exportAssembly(whole, str(path))
+        cq.exporters.assembly.exportAssembly(whole, str(path))
         return _finished(path.read_text(encoding="ascii"), title, solids)
 
 

@@ -14,7 +14,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from sitscad.finding import Severity
 from sitscad.package.folder import (
@@ -47,10 +47,11 @@ from sitscad.package.manifest import (
     unplotted,
     version_of,
 )
-from sitscad.policy import Baseline, Policy
+from sitscad.policy import Baseline, Policy, known_of
 from sitscad.record import record
 from sitscad.report.findings.document import CheckedSpec, read_findings
 from sitscad.spec.sensor import SensorSpec, without_text
+from sitscad.units import counted
 from sitscad.writer import STAGES, marks
 
 if TYPE_CHECKING:
@@ -77,18 +78,14 @@ class BuildRequest:
         """Whether what the checks found stops the build."""
         return not self.force and checked.fails(Severity.WARNING if self.strict else Severity.ERROR)
 
-    @property
-    def known(self) -> dict[str, Any]:
-        """What the baseline knows of the spec, as plain values."""
-        return {} if self.baseline is None else self.baseline.as_json(self.spec.source.path, self.spec.name)
-
     def made_from(self, old: Manifest) -> str:
         """Hash of everything that the whole package depends on, after what it was: the same hash, the same bytes."""
         source = self.spec.source
         files = {name: sha256(content) for name, content in source.kept.items()}
         has_solids = not (self.wanted | _stages_of(old)).isdisjoint(SOLID_STAGES)
         versions = {package: version_of(package) for package in KERNELS if has_solids}
-        said = (source.text, Path(source.path).name, files, json.dumps(self.policy.as_json()), self.known)
+        known = known_of(self.baseline, source.path, self.spec.name)
+        said = (source.text, Path(source.path).name, files, json.dumps(self.policy.as_json()), known)
         return made_from(without_text(self.spec), *said, versions, *marks())
 
 
@@ -187,7 +184,7 @@ def stale(
     files = {name: content for name, content in made.files.items() if made.entries[name].stage not in lacking}
     differing = _differing(asked.directory, old, files)
     if lacking:
-        names = ", ".join(f"{stage} ({count} file{'s' * (count > 1)})" for stage, count in lacking.items())
+        names = ", ".join(f"{stage} ({counted(count, 'file')})" for stage, count in lacking.items())
         known = ",".join(stage for stage in STAGES if stage in old.built_for)
         differing = [f"it was built without {names}: with --only {known} it is compared as it was built", *differing]
     return BuildResult(asked.directory, made.contents.checked, False, made.results, stale=tuple(differing))

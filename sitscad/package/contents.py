@@ -14,7 +14,7 @@ import json
 from dataclasses import field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from sitscad.calibration.calibration import Calibration, foretell
 from sitscad.checks import all_rules
@@ -36,6 +36,7 @@ from sitscad.report.calibration import calibration_page, plan_table, plan_words
 from sitscad.report.findings import CheckedSpec, checked_spec, to_json
 from sitscad.scene.motions import ROTATIONS
 from sitscad.spec.sensor import SensorSpec
+from sitscad.units import counted
 from sitscad.version import __version__
 from sitscad.writer import is_felt
 
@@ -107,8 +108,8 @@ class Contents:
         """What is wrong with a package that is built in spite of errors, and what could not be written of it."""
         errors = [finding for finding in self.checked.findings if finding.severity == Severity.ERROR]
         silenced = self.checked.silenced
-        count = f"{len(errors) + len(silenced)} error{'' if len(errors) + len(silenced) == 1 else 's'}"
         how = "with --force" if errors else "with rules silenced"
+        count = counted(len(errors) + len(silenced), "error")
         lines = [
             f"The package {self.spec.name} was built {how} in spite of {count}.",
             "It is known not to meet its own checks. Do not order from it unless you know why:",
@@ -121,10 +122,9 @@ class Contents:
         return "\n".join([*lines, ""])
 
     @property
-    def known(self) -> dict[str, Any]:
-        """What the baseline knows of this spec, as plain values."""
-        spec = self.design.spec
-        return {} if self.baseline is None else self.baseline.as_json(spec.source.path, spec.name)
+    def is_forced(self) -> bool:
+        """Whether the package is marked as one that is not to be ordered from."""
+        return bool(self.forced)
 
     @cached_property
     def file_name(self) -> str:

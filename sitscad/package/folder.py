@@ -251,7 +251,11 @@ DEFAULT_TEMPLATE = "grasper_4layer"
 
 def list_templates() -> dict[str, str]:
     """Every template's name with its one-line description: the first comment line of the file."""
-    return {name: _description(templates.read(name)) for name in templates.names()}
+    found = {}
+    for name in templates.names():
+        comments = (line.strip("# ") for line in templates.read(name).splitlines() if line.startswith("#"))
+        found[name] = next((comment for comment in comments if comment), "")
+    return found
 
 
 def write_template(name: str = DEFAULT_TEMPLATE, path: str | Path | None = None, force: bool = False) -> Path:
@@ -332,8 +336,3 @@ def _find(name: str) -> str:
     near = difflib.get_close_matches(wanted, names, n=1)
     meant = f" Did you mean {near[0]}?" if near else ""
     raise PackageError(f"There is no template {name!r}.{meant} There are: {', '.join(names)}.")
-
-
-def _description(text: str) -> str:
-    comments = (line.strip("# ") for line in text.splitlines() if line.startswith("#"))
-    return next((comment for comment in comments if comment), "")

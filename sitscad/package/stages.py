@@ -40,7 +40,7 @@ from sitscad.package.manifest import (
 )
 from sitscad.papers import PAPERS
 from sitscad.parts import MissingExtra
-from sitscad.policy import Baseline, Policy
+from sitscad.policy import Baseline, Policy, known_of
 from sitscad.record import record
 from sitscad.report.findings import as_json, numbered_places, to_json
 from sitscad.spec.sensor import SensorSpec
@@ -76,9 +76,11 @@ def manifest_of(contents: Contents, made: Made, old: Manifest, built_from: str, 
     before = old.built_for if old.built_from == built_from else ()
     # what besides the spec the package goes by: policy and baseline that its findings are judged by, and plugins
     judged_by = contents.policy.as_json() if contents.policy.says_anything else {}
-    beside = {"baseline": contents.known, "plugins": dict(marks())}
+    source = contents.design.spec.source
+    known = known_of(contents.baseline, source.path, contents.spec.name)
+    beside = {"baseline": known, "plugins": dict(marks())}
     return Manifest(
-        spec=contents.origin, forced=not contents.checked.is_orderable, nets=contents.nets, files=made.entries,
+        spec=contents.origin, forced=contents.is_forced, nets=contents.nets, files=made.entries,
         configuration={**judged_by, **{key: value for key, value in beside.items() if value}}, built_from=built_from,
         built_for=tuple(sorted({*wanted, *before})),
     )
@@ -251,10 +253,12 @@ def _ingredients(
     contents: Contents, stage: str, numbers: bool, entries: dict[str, Entry], failures: list[str]
 ) -> tuple[object, ...]:
     """Everything that the files of a stage, or its writers of numbers, depend on, besides sitscad itself."""
-    judged_by = (json.dumps(contents.policy.as_json()), contents.known)
-    text = (contents.spec, contents.design.spec.source.text, contents.file_name, judged_by, contents.measured)
+    source = contents.design.spec.source
+    known = known_of(contents.baseline, source.path, contents.spec.name)
+    judged_by = (json.dumps(contents.policy.as_json()), known)
+    text = (contents.spec, source.text, contents.file_name, judged_by, contents.measured)
     if stage == CHECK_STAGE:
-        read = {name: sha256(content) for name, content in contents.design.spec.source.kept.items()}
+        read = {name: sha256(content) for name, content in source.kept.items()}
         felt = entries[FELT].sha256 if FELT in entries else None
         return (*text, read, failures, any(name.startswith("fpc/") for name in entries), felt)
     if stage == "report":
@@ -264,7 +268,7 @@ def _ingredients(
         return *read_of_board(stage, contents.layout), kernels
     if stage == "kicad":
         return read_by(stage, contents.spec)
-    forced = bool(contents.forced)  # papers carry the mark of a forced package
+    forced = contents.is_forced  # papers carry the mark of a forced package
     if stage in BESIDE_TAIL:
         return *read_of_board(stage, contents.layout), kernels, forced
     if stage in SOLID_STAGES:
@@ -294,9 +298,12 @@ def _rendered(
     if stage == "calibration":
         from sitscad.package.contents import drawn_calibration
 
-        new |= _distinct(stage, new, drawn_calibration(contents.design.bare, bool(contents.forced)), theirs)
+        new |= _distinct(stage, new, drawn_calibration(contents.design.bare, contents.is_forced), theirs)
     if stage == "report":
-        new |= _distinct(stage, new, _report(contents, before | new), theirs)
+        files = before | new
+        failing = failing_fit(contents, SOLIDS_PICTURE if SOLIDS_PICTURE in files else "")
+        pages = {"report.html": page_of(contents, files | failing), **_live(contents, files), **failing}
+        new |= _distinct(stage, new, pages, theirs)
     return Rendered(new, failures, theirs)
 
 
@@ -311,7 +318,7 @@ def _written(
         try:
             made = writer.render(*(beside | new if name == "files" else contents.value(name) for name in writer.takes))
         except ValueError as error:
-            if not contents.forced:
+            if not contents.is_forced:
                 raise PackageError(f"{writer.name} cannot be written: {error}; nothing was changed") from error
             failures.append(f"{writer.name}: {error}")
             continue
@@ -375,32 +382,16 @@ def _kept_name(name: str) -> str:
     return "/".join(re.sub(r"^[.\s]|[^\w .+-]|\s$", "_", part) or "_" for part in name.split("/"))
 
 
-def _report(contents: Contents, files: dict[str, bytes]) -> dict[str, bytes]:
-    """The page for a person, and the picture of a fit that fails."""
-    failing = failing_fit(contents, SOLIDS_PICTURE if SOLIDS_PICTURE in files else "")
-    return {"report.html": page_of(contents, files | failing), **_live(contents, files), **failing}
-
-
 def _live(contents: Contents, files: Mapping[str, bytes]) -> dict[str, bytes]:
     """``live.html``, where the package has a driver whose lines it reads."""
     from sitscad.report.live import live_page
 
     if "firmware/sensor_line.h" not in files:
         return {}
-    return {"live.html": live_page(contents.spec, contents.estimates, _maps(files), forced=bool(contents.forced))}
-
-
-def _maps(files: Mapping[str, bytes]) -> list[dict[str, Any]]:
-    """All maps that the package has, in their documents: one, or one a cell."""
-    names = (name for name in files if re.fullmatch(r"calibration/(cell-\d+/)?calibration\.json", name))
-    return [json.loads(files[name]) for name in sorted(names, key=lambda name: (len(name), name))]
-
-
-def _known(files: Mapping[str, bytes]) -> dict[str, Any] | None:
-    """The map of what the page pushes, in its document."""
-    cell = _felt(files).get("cells", {}).get("pushed_of")  # of cells that of the one which the page solves
-    text = files.get("calibration/calibration.json" if cell is None else f"calibration/cell-{cell}/calibration.json")
-    return None if text is None else dict(json.loads(text))
+    # all maps that the package has, in their documents: one, or one a cell
+    names = [name for name in files if re.fullmatch(r"calibration/(cell-\d+/)?calibration\.json", name)]
+    maps = [json.loads(files[name]) for name in sorted(names, key=lambda name: (len(name), name))]
+    return {"live.html": live_page(contents.spec, contents.estimates, maps, forced=contents.is_forced)}
 
 
 def page_of(contents: Contents, files: Mapping[str, bytes]) -> bytes:
@@ -427,7 +418,10 @@ def _moving(contents: Contents, files: Mapping[str, bytes], felt: Mapping[str, A
     found = {}
     if "mount/assembly.glb" in files:
         found["solids"] = solids_document(files["mount/assembly.glb"], contents.layout)
-    if (pushed := pushed_document(contents.layout, contents.estimates, felt, _known(files))) is not None:
+    cell = felt.get("cells", {}).get("pushed_of")  # of cells the map of the one which the page solves
+    text = files.get("calibration/calibration.json" if cell is None else f"calibration/cell-{cell}/calibration.json")
+    known = None if text is None else json.loads(text)
+    if (pushed := pushed_document(contents.layout, contents.estimates, felt, known)) is not None:
         found["pushed"] = pushed
     return found
 
@@ -438,7 +432,7 @@ def failing_fit(contents: Contents, bodies: str) -> dict[str, bytes]:
     from sitscad.papers.drawings import fit
 
     faults = [f for f in contents.checked.findings if f.severity.weighs(Severity.WARNING)]
-    sheet = fit.drawing(contents.layout, faults, not contents.checked.is_orderable, bodies)
+    sheet = fit.drawing(contents.layout, faults, contents.is_forced, bodies)
     return {} if sheet is None else {FIT_PICTURE: svg(sheet).encode("utf-8")}
 
 
@@ -457,7 +451,7 @@ def _pictures(contents: Contents, files: Mapping[str, bytes]) -> dict[str, str]:
     ]
     has_jaw = contents.spec.mount is not None and contents.spec.mount.jaw is not None
     body = "The part that lies on the jaw" if has_jaw else "The part with the coils"
-    layers = stackup_drawing.drawing(layout, "see the package", not contents.checked.is_orderable)
+    layers = stackup_drawing.drawing(layout, "see the package", contents.is_forced)
     wrong = {
         "What does not fit: too much in red, limits in black.": FIT_PICTURE,
         f"What does not fit, cut open ({SOLIDS_PICTURE}).": SOLIDS_PICTURE,
@@ -471,7 +465,7 @@ def _pictures(contents: Contents, files: Mapping[str, bytes]) -> dict[str, str]:
     }
     if (jaws := _jaws(contents)) is not None:
         drawn["The closed pair in its port, with dimensions, and the jaws closed and open."] = jaws
-    if (over := plan_view.drawing(layout, not contents.checked.is_orderable)) is not None:
+    if (over := plan_view.drawing(layout, contents.is_forced)) is not None:
         drawn["Elastomer and target over the coils, seen from the top, to scale."] = svg(over)
     solids = (name for name in sorted(files) if name == "mount/assembly.svg")  # the jaw drawing is shown above
     return drawn | {f"The sensor in its mount ({name}).": files[name].decode("utf-8") for name in solids}
@@ -484,7 +478,7 @@ def _jaws(contents: Contents) -> str | None:
     from sitscad.scene.jaws import PartsError
 
     try:
-        sheet = jaw.drawing(contents.layout, not contents.checked.is_orderable)
+        sheet = jaw.drawing(contents.layout, contents.is_forced)
     except PartsError:
         return None
     return None if sheet is None else svg(sheet)

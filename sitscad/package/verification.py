@@ -8,7 +8,6 @@ and the plugins.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -137,8 +136,13 @@ def verify(directory: str | Path, rebuild: bool = False) -> Verification:
         again = tuple(rebuilt_differences(folder, manifest)) if rebuild else None
         read = Verification(folder, files, len(manifest.files), None, forced=manifest.forced, **counts)
         if any(name.startswith("fpc/") and name.endswith(".gbr") for name in manifest.files):
-            with _readers():
+            try:
                 read = _with_boards(read, folder, manifest)
+            except ImportError as error:
+                from sitscad.parts import MissingExtra
+
+                package = (error.name or "a package").partition(".")[0]
+                raise MissingExtra(f"reading Gerber files back needs {package}: pip install 'sitscad[all]'") from error
     if again is None:
         return read
     return replace(read, differences=(*read.differences, *again), rebuilt=len(again))
@@ -199,18 +203,6 @@ def _archive_differences(folder: Path, manifest: Manifest) -> tuple[str, ...] | 
     has_plugins = bool(manifest.configuration.get("plugins"))
     found = differences((folder / archive).read_bytes(), files, manifest.spec["name"], forced, not has_plugins)
     return tuple(f"{archive}: {words}" for words in found)
-
-
-@contextmanager
-def _readers() -> Iterator[None]:
-    """What reading Gerber files needs and is not installed, said in words."""
-    from sitscad.parts import MissingExtra
-
-    try:
-        yield
-    except ImportError as error:
-        missing = (error.name or "a package").partition(".")[0]
-        raise MissingExtra(f"reading Gerber files back needs {missing}: pip install 'sitscad[all]'") from error
 
 
 def _file_differences(folder: Path, manifest: Manifest) -> tuple[list[str], list[str], list[str]]:

@@ -35,7 +35,7 @@ from sitscad.papers.drawings.plan_view import drawing, plan, plan_scale
 from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.places import cell_placements
 from sitscad.spec.sensor import SensorSpec
-from sitscad.units import show
+from sitscad.units import counted, show
 
 ROOM = (170.0, 96.0, 112.0, 96.0)  # Of the drawing on the first page: left, low, width, height (mm)
 
@@ -152,8 +152,7 @@ def _widths(rows: Rows, first: float, whole: float) -> list[float]:
 
 def _about(layout: Layout, felt: Sequence[Performance]) -> str:
     """What the sensor is and tells, in two sentences."""
-    full, own = felt[-1], len(layout.cell(1).coils)
-    coils = f"{own} coil{'s' if own > 1 else ''}"
+    full, coils = felt[-1], counted(len(layout.cell(1).coils), "coil")
     axes = " and ".join(name.replace("_", " along ") for name in full.axes)
     cells = len(cell_placements(layout.spec))
     array = f"{cells} cells, each of " if cells > 1 else ""
@@ -280,7 +279,7 @@ def sensor(
         ("resonance of target and pad, nothing on it", resonances or NONE),
         ("condition number, rest to full load", f"{felt[0].condition_number:.2g} to {full.condition_number:.2g}"),
         ("one load to a reading", "yes" if full.invertible else "NO: see the notes"),
-        ("converter", f"{readout.device.part}, {len(estimates.coils)} channel{'s' * (len(estimates.coils) > 1)}"),
+        ("converter", f"{readout.device.part}, {counted(len(estimates.coils), 'channel')}"),
         *([("its result", readout.result_in_words)] if readout.result_in_words else []),
         ("tank capacitor", show(readout.capacitance, "F", 3)),
         ("target", f"{target.material.name}, {_size(target)}, {show(target.thickness, 'm')}"),

@@ -14,7 +14,7 @@ from sitscad.layout.laser_sheet import LOOKS, CutLayer, LaserSheet, joined_part
 from sitscad.papers.order_codes import order_of
 from sitscad.scene.stack import sheets
 from sitscad.spec.sensor import SensorSpec
-from sitscad.units import in_mm, parse_quantity
+from sitscad.units import counted, in_mm, parse_quantity
 
 WIDTH = 96
 SILICONE = "silicone"
@@ -28,9 +28,8 @@ def render(layout: Layout, forced: str = "") -> dict[str, bytes]:
 
 def text(spec: SensorSpec, sheets: tuple[LaserSheet, ...], forced: bool = False) -> str:
     """The whole page."""
-    boards = spec.fpc.boards or 1
     lines = [FORCED, ""] if forced else []
-    lines += [f"{spec.name}: parts to be cut, for {boards} sensor{'s' if boards > 1 else ''}", ""]
+    lines += [f"{spec.name}: parts to be cut, for {counted(spec.fpc.boards or 1, 'sensor')}", ""]
     for sheet in sheets:
         lines += [*_sheet(spec, sheet), ""]
     lines.append("Colours and order")

@@ -285,7 +285,7 @@ def _balance(found: Balance) -> dict[str, Any]:
 
 
 def _rounded(value: float, digits: int = 9) -> float:
-    """To a nanometre, or so many digits: what lies below is the kernel's rounding, and differs between machines."""
+    """A value to a nanometre, or to so many digits: below is the kernel's rounding, which differs between machines."""
     return round(value, digits) + 0.0
 
 

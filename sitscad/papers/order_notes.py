@@ -30,7 +30,7 @@ from sitscad.layout.tail_tracks import contact_rows
 from sitscad.spec.circuit import MASK, LayerKind, Plating
 from sitscad.spec.presets import is_unverified, unverified_rows
 from sitscad.spec.sensor import SensorSpec
-from sitscad.units import aligned, show
+from sitscad.units import aligned, counted, show
 
 
 def render(
@@ -90,7 +90,7 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     x0, y0, x1, y1 = bounding_box([layout.outline])
     copper = fpc.stackup.copper
     yield from layout.spec.issue.rows
-    yield "Type", f"flexible circuit, {len(copper)} copper layer{'s' * (len(copper) > 1)}"
+    yield "Type", f"flexible circuit, {counted(len(copper), 'copper layer')}"
     yield "Size", f"{show(x1 - x0, 'm')} x {show(y1 - y0, 'm')} over all (outline file, middle of the line)"
     parts = None if panel is None else len(panel.parts)
     if quantity := notes.quantity_text(fpc.boards, parts, fpc.rules.order_multiple):
@@ -154,9 +154,9 @@ def _thin_tail(layout: Layout) -> str:
     lower = f"copper {first}" if first == last else f"copper {first} to {last}"
     (extent,) = body_files(layout)
     return (
-        f"beyond x = {show(layout.body[2], 'm')} the board has only its first {first - 1} copper "
-        f"layer{'s' * (first > 2)}: {lower} and what lies between end there (file {extent.name}); the tail is "
-        f"{show(sum(layer.thickness for layer in tail_layers(layout)), 'm')} thick. "
+        f"beyond x = {show(layout.body[2], 'm')} the board has only its first "
+        f"{counted(first - 1, 'copper layer')}: {lower} and what lies between end there (file {extent.name}); the "
+        f"tail is {show(sum(layer.thickness for layer in tail_layers(layout)), 'm')} thick. "
         + "".join(f"{notes.step_text(layout)} (File {file.name}.) " for file in tail_coverlay_files(layout))
         + "Holes in the tail go through its own layers only and have a drill file of their own."
     )

@@ -32,7 +32,7 @@ from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.mount import HolePattern, Mount
 from sitscad.spec.places import cell_placements, place_in_words
 from sitscad.spec.sensor import SensorSpec
-from sitscad.units import in_mm, show
+from sitscad.units import counted, in_mm, show
 
 USUAL_CHIP = "chip-0603"  # What a tank capacitor is where the spec names no package: it can still be soldered by hand
 
@@ -101,7 +101,6 @@ def _plate_size(shape: str, size: tuple[float, float], thickness: float) -> str:
 def _circuit(layout: Layout) -> Iterator[Item]:
     fpc = layout.spec.fpc
     x0, y0, x1, y1 = bounding_box([layout.outline])
-    count = layout.copper_layers
     note = "order from fpc/"
     if layout.spec.issue.rows:
         note += f"; {layout.spec.issue.words}"
@@ -111,7 +110,7 @@ def _circuit(layout: Layout) -> Iterator[Item]:
         note += f"; {contact_text(layout)}"
     yield Item(
         "flexible printed circuit", 1, layout.spec.name,
-        f"{fpc.stackup.name}, {count} copper layer{'s' if count > 1 else ''}",
+        f"{fpc.stackup.name}, {counted(layout.copper_layers, 'copper layer')}",
         f"{in_mm(x1 - x0)} x {in_mm(y1 - y0)} x {in_mm(fpc.stackup.thickness)} mm", note,
     )
     if fpc.tail is None or fpc.tail.connector.insertion_thickness == 0.0:

@@ -97,6 +97,11 @@ class Baseline:
         return {"named": self.named, "known": rows} if rows else {}
 
 
+def known_of(baseline: Baseline | None, path: str, name: str) -> dict[str, Any]:
+    """What a baseline knows of a spec as plain values; empty without a baseline."""
+    return {} if baseline is None else baseline.as_json(path, name)
+
+
 def read_baseline(path: str) -> Baseline:
     """The baseline in a file that ``sitscad check --format json`` printed. Paths in it count from the file's own
     folder. Raises `PolicyError` for any other file.

@@ -225,7 +225,7 @@ def _moved(old: str | None, new: str) -> float:
 
 def verdict(data: Mapping[str, Any]) -> str:
     """How a design stands, in a few words."""
-    counts = [f"{count} {kind}{'s' * (count > 1)}" for kind, count in data["counts"].items() if count]
+    counts = [counted(count, kind) for kind, count in data["counts"].items() if count]
     stands = "unreadable" if data.get("unreadable") else "refused" if data["counts"]["error"] else "ok"
     return f"{stands}: {', '.join(counts) or 'nothing found'}"
 

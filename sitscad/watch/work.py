@@ -152,7 +152,7 @@ def _performance_figures(design: Design, pushed: ResponseModel | None = None) ->
 
 def _calibration(contents: Contents) -> dict[str, bytes]:
     """The map by which the pushed sensor's forces are read back: as much work again as what it feels."""
-    found = drawn_calibration(contents.design.bare, bool(contents.forced))
+    found = drawn_calibration(contents.design.bare, contents.is_forced)
     return {name: content for name, content in found.items() if name == CALIBRATION}
 
 
@@ -185,21 +185,17 @@ def _numbers(design: Design) -> Document:
         for name, state in coil.states.items():
             values = (("L", state.inductance, "H"), ("f", state.frequency, "Hz"), ("Q", state.quality_factor, ""),
                       ("Rp", state.parallel_resistance, "ohm"), ("amplitude", state.amplitude, "V"))
-            found |= {f"{what} of {coil.name} {name}": _shown(value, unit) for what, value, unit in values}
-    return found | {f"{each.name}, to spare": _shown(each.margin, "m") for each in design.fit}
+            found |= {f"{what} of {coil.name} {name}": quantity(value, unit) for what, value, unit in values}
+    return found | {f"{each.name}, to spare": quantity(each.margin, "m") for each in design.fit}
 
 
 def _felt(point: Document) -> Document:
     """What every axis tells apart and how far it goes at full load."""
     return {
-        f"{what} of {name.replace('_', ' along ')}": _shown(axis[key], "N")
+        f"{what} of {name.replace('_', ' along ')}": quantity(axis[key], "N")
         for name, axis in point["axes"].items()
         for what, key in (("resolution", "resolution_N"), ("range", "range_N"))
     }
-
-
-def _shown(value: float | None, unit: str) -> str:
-    return quantity(value, unit, 4)
 
 
 def work(asked: Connection, told: Connection, path: str, serves: bool) -> None:

@@ -176,7 +176,12 @@ class _CoilFootprint:
             yield self._hole(number, holes[-1])
         tracks = ((name, hole) for hole in holes for name in _OUTER if self._strokes(name, hole))
         for number, (name, hole) in enumerate(tracks, 3 + len(self.joints)):
-            yield self._track_pad(number, name, hole)
+            size = length(self.layout.spec.coil.trace_width)
+            yield node(
+                f'pad "{number}" smd custom {self._at(hole)} (size {size} {size}) (layers {quoted(name)})',
+                "(options (clearance outline) (anchor circle))", node("primitives", *self._strokes(name, hole)),
+                identity(*self.owner, "pad", number),
+            )
 
     def _hole(self, number: int, hole: ViaToPlace) -> str:
         """A plated hole with its ring on every layer, and on inner layers the tracks that end at it."""
@@ -188,14 +193,6 @@ class _CoilFootprint:
             f'pad "{number}" thru_hole circle {self._at(hole)} {size}',
             f'(drill {length(hole.drill)}) (layers "*.Cu") (remove_unused_layers no)',
             *([node("padstack", "(mode custom)", *stack)] if any(strokes for _, strokes in inner) else []),
-            identity(*self.owner, "pad", number),
-        )
-
-    def _track_pad(self, number: int, name: str, hole: ViaToPlace) -> str:
-        size = length(self.layout.spec.coil.trace_width)
-        return node(
-            f'pad "{number}" smd custom {self._at(hole)} (size {size} {size}) (layers {quoted(name)})',
-            "(options (clearance outline) (anchor circle))", node("primitives", *self._strokes(name, hole)),
             identity(*self.owner, "pad", number),
         )
 

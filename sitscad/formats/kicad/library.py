@@ -17,7 +17,7 @@ from sitscad.formats.kicad.sexpr import Grid, copper_names, grid, identity, leng
 from sitscad.geometry.path import Path, Region, bounding_box
 from sitscad.layout.board import Capacitor, Coil, Layout, Pad
 from sitscad.spec.sensor import SensorSpec
-from sitscad.units import decimal, show
+from sitscad.units import counted, decimal, show
 
 REFERENCE = "J1"
 FOOTPRINT_NAME = "contacts"
@@ -232,8 +232,7 @@ def _sensor(layout: Layout) -> str:
         for pad, y in rows
     ]
     issue = f", {layout.spec.issue.words}" if layout.spec.issue.rows else ""
-    many = "s" * (len(layout.coils) > 1)
-    words = f"inductive sensor of {len(layout.coils)} coil{many}: both pins of a coil are one net{issue}"
+    words = f"inductive sensor of {counted(len(layout.coils), 'coil')}: both pins of a coil are one net{issue}"
     return _symbol(layout.spec, name, "J", FOOTPRINT_NAME, words, (LEFT, top + GRID / 2, low - GRID / 2), drawn, pins)
 
 
@@ -258,8 +257,8 @@ def _coil(layout: Layout, coil: Coil) -> str:
         for number, sign in ((1, 1.0), (2, -1.0))
     ]
     words = (
-        f"printed coil, {spec.shape}, {spec.turns_in_words} turns, {len(spec.layers)} "
-        f"layer{'s' * (len(spec.layers) > 1)}, {show(spec.outer_diameter, 'm')}; for stack-up "
+        f"printed coil, {spec.shape}, {spec.turns_in_words} turns, "
+        f"{counted(len(spec.layers), 'layer')}, {show(spec.outer_diameter, 'm')}; for stack-up "
         f"{layout.spec.fpc.stackup.name}"
     )
     drawn = _winding(0.0, reach, -reach, 0.0)

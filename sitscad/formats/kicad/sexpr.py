@@ -153,7 +153,7 @@ def layer_table(count: int) -> str:
 
 def stackup_section(stackup: Stackup, finish: str) -> str:
     """The ``stackup`` section: coverlays as mask layers, dielectrics between coppers with their sublayers. A copper
-    layer that the board has not (see `unused_layer`) has the thickness 0. `finish` is the spec's word.
+    layer that the board has not (see `layer_table`) has the thickness 0. `finish` is the spec's word.
     """
     layers = stackup.layers
     coppers = [i for i, layer in enumerate(layers) if layer.kind is LayerKind.COPPER]
