@@ -17,7 +17,7 @@ from sitscad.estimates.states.pressing import joined, pressed, web_stiffness
 from sitscad.estimates.states.solved_target import own_changes
 from sitscad.estimates.values import Estimates
 from sitscad.layout.board import Layout
-from sitscad.mechanics.web_law import WEB_SIGMA
+from sitscad.mechanics.surround_law import WEB_SIGMA
 from sitscad.record import record
 from sitscad.scene.state import REST
 from sitscad.spec.places import cell_specs

@@ -55,18 +55,6 @@ class SpiralDimensions:
         return (self.size[1] - self.trace_width) / 2
 
 
-def archimedean(dimensions: SpiralDimensions, outer_angle: float) -> Path:
-    """Archimedean spiral r = (D - w)/2 - p theta / (2 pi), drawn as arcs through three of its points each."""
-    slope = dimensions.pitch / TWO_PI
-    total = TWO_PI * dimensions.turns
-    # an arc through both ends and the middle of a spiral piece departs from it by under slope step^3 / 60
-    longest = math.pi / 4 if dimensions.tolerance <= CHORD_TOLERANCE else 0.95 * math.pi
-    count = max(1, math.ceil(total / min(longest, (60.0 * dimensions.tolerance / slope) ** (1 / 3))))
-    angles = (total * i / (2 * count) for i in range(2 * count + 1))
-    points = [polar(dimensions.outer_radius - slope * theta, outer_angle + theta) for theta in angles]
-    return Path(tuple(_arc_through(points[2 * i], points[2 * i + 1], points[2 * i + 2]) for i in range(count)))
-
-
 def _arc_through(start: Point, middle: Point, end: Point) -> Arc | Line:
     ax, ay = middle.x - start.x, middle.y - start.y
     bx, by = end.x - start.x, end.y - start.y
@@ -78,36 +66,6 @@ def _arc_through(start: Point, middle: Point, end: Point) -> Arc | Line:
     return Arc(start, end, centre, ccw=cross > 0)
 
 
-def regular(corners: int, dimensions: SpiralDimensions, outer_angle: float) -> Path:
-    """The spiral on a regular polygon, one flat facing +x: side m lies floor(m / corners) pitches further in. The step
-    inwards at the end of a whole turn shortens its last side; where less than a track's width would be left of it (in
-    an octagon's small turns less than nothing), the spiral ends a corner earlier. Only a four-sided spiral may be
-    longer one way than the other.
-    """
-    step = TWO_PI / corners
-    first = math.floor((outer_angle - step / 2) / step + 1e-9)
-    count = round(dimensions.turns * corners)
-
-    def side(m: int, turn: int) -> tuple[float, float]:
-        index = first + 1 + m
-        size = dimensions.size[index % 2 if corners == 4 else 1]
-        return index, (size - dimensions.trace_width) / 2 - dimensions.pitch * turn
-
-    sides = [side(-1, 0), *(side(m, m // corners) for m in range(count))]
-    points = [crossing(one, other, step) for one, other in pairwise(sides)]
-    end, normal = crossing(sides[-1], side(count, count // corners), step), sides[-1][0] * step
-    ahead = (end.y - points[-1].y) * math.cos(normal) - (end.x - points[-1].x) * math.sin(normal)
-    if count % corners or ahead >= dimensions.trace_width:
-        points.append(end)
-    return Path(tuple(Line(a, b) for a, b in pairwise(points)))
-
-
-def corner(corners: int, angle: float) -> float:
-    """The angle (rad) of the last corner at or before an angle, walking counter-clockwise."""
-    step = TWO_PI / corners
-    return math.floor((angle - step / 2) / step + 1e-9) * step + step / 2
-
-
 def crossing(one: tuple[float, float], other: tuple[float, float], step: float) -> Point:
     """Where two lines cross, each given by the number of its normal's direction and its distance from the origin."""
     a, b = one[0] * step, other[0] * step
@@ -116,30 +74,6 @@ def crossing(one: tuple[float, float], other: tuple[float, float], step: float) 
         (one[1] * math.sin(b) - other[1] * math.sin(a)) / determinant,
         (other[1] * math.cos(a) - one[1] * math.cos(b)) / determinant,
     )
-
-
-def racetrack(dimensions: SpiralDimensions, outer_angle: float) -> Path:
-    """Straight sides along x and semicircles: turn joins turn because every other end is moved across by half a pitch.
-    The first end that is walked is concentric about the axis, the other family stands p/2 nearer to the side that the
-    layer began at, with radii p/2 smaller. Begins at the junction of the quadrant that ``outer_angle`` lies in.
-    """
-    half = (dimensions.size[0] - dimensions.size[1]) / 2
-    quadrant = math.floor(outer_angle / (math.pi / 2) + 1e-9) % 4
-    up = 1.0 if quadrant < 2 else -1.0
-    side_first = quadrant % 2 == 0
-    y, x = up * dimensions.outer_radius, half if quadrant in (0, 3) else -half
-    segments: list[Segment] = []
-    for piece in range(round(4 * dimensions.turns)):
-        start = Point(x, y)
-        if (piece % 2 == 0) == side_first:
-            x = -x
-            segments.append(Line(start, Point(x, y)))
-            continue
-        # The end that begins the second half of a turn comes back one pitch nearer to the axis.
-        other = -y + (math.copysign(dimensions.pitch, y) if piece % 4 >= 2 else 0.0)
-        segments.append(Arc(start, Point(x, other), Point(x, (y + other) / 2)))
-        y = other
-    return Path(tuple(segments))
 
 
 def rounded_corners(path: Path, radius: float, sides: int, pitch: float) -> Path:
@@ -272,8 +206,15 @@ class Round(Outline):
         return math.pi / 4.0
 
     def inwards(self, dimensions: SpiralDimensions, outer_angle: float) -> Path:
-        """An Archimedean spiral, drawn as arcs."""
-        return archimedean(dimensions, outer_angle)
+        """An Archimedean spiral r = (D - w)/2 - p theta / (2 pi), drawn as arcs through three of its points each."""
+        slope = dimensions.pitch / TWO_PI
+        total = TWO_PI * dimensions.turns
+        # an arc through both ends and the middle of a spiral piece departs from it by under slope step^3 / 60
+        longest = math.pi / 4 if dimensions.tolerance <= CHORD_TOLERANCE else 0.95 * math.pi
+        count = max(1, math.ceil(total / min(longest, (60.0 * dimensions.tolerance / slope) ** (1 / 3))))
+        angles = (total * i / (2 * count) for i in range(2 * count + 1))
+        points = [polar(dimensions.outer_radius - slope * theta, outer_angle + theta) for theta in angles]
+        return Path(tuple(_arc_through(points[2 * i], points[2 * i + 1], points[2 * i + 2]) for i in range(count)))
 
     def boundary(self, size: Size, offset: float) -> Path:
         """Four quarters of a circle."""
@@ -315,12 +256,31 @@ class Polygon(Outline):
         return 8.0 if self.sides == 4 else 2.0 * self.sides * math.tan(math.pi / self.sides)
 
     def inwards(self, dimensions: SpiralDimensions, outer_angle: float) -> Path:
-        """Sides at whole pitches from the outermost, a turn each."""
-        return regular(self.sides, dimensions, outer_angle)
+        """Side m lies floor(m / sides) pitches further in. The step inwards at the end of a whole turn shortens its
+        last side; where less than a track's width would be left of it (in an octagon's small turns less than nothing),
+        the spiral ends a corner earlier. Only a four-sided spiral may be longer one way than the other.
+        """
+        step = TWO_PI / self.sides
+        first = math.floor((outer_angle - step / 2) / step + 1e-9)
+        count = round(dimensions.turns * self.sides)
+
+        def side(m: int, turn: int) -> tuple[float, float]:
+            index = first + 1 + m
+            size = dimensions.size[index % 2 if self.sides == 4 else 1]
+            return index, (size - dimensions.trace_width) / 2 - dimensions.pitch * turn
+
+        sides = [side(-1, 0), *(side(m, m // self.sides) for m in range(count))]
+        points = [crossing(one, other, step) for one, other in pairwise(sides)]
+        end, normal = crossing(sides[-1], side(count, count // self.sides), step), sides[-1][0] * step
+        ahead = (end.y - points[-1].y) * math.cos(normal) - (end.x - points[-1].x) * math.sin(normal)
+        if count % self.sides or ahead >= dimensions.trace_width:
+            points.append(end)
+        return Path(tuple(Line(a, b) for a, b in pairwise(points)))
 
     def start(self, angle: float, sense: int) -> float:
         """The last corner at or before it, in the direction of winding."""
-        return sense * corner(self.sides, sense * angle)
+        step = TWO_PI / self.sides
+        return sense * (math.floor((sense * angle - step / 2) / step + 1e-9) * step + step / 2)
 
     def boundary(self, size: Size, offset: float) -> Path:
         """The polygon itself, larger."""
@@ -365,8 +325,28 @@ class Racetrack(Outline):
         return 2
 
     def inwards(self, dimensions: SpiralDimensions, outer_angle: float) -> Path:
-        """Straight sides and half circles in turn."""
-        return racetrack(dimensions, outer_angle)
+        """Straight sides along x and half circles: turn joins turn because every other end is moved across by half a
+        pitch. The first end that is walked is concentric about the axis, the other family stands p/2 nearer to the side
+        that the layer began at, with radii p/2 smaller. Begins at the junction of the quadrant that ``outer_angle``
+        lies in.
+        """
+        half = (dimensions.size[0] - dimensions.size[1]) / 2
+        quadrant = math.floor(outer_angle / (math.pi / 2) + 1e-9) % 4
+        up = 1.0 if quadrant < 2 else -1.0
+        side_first = quadrant % 2 == 0
+        y, x = up * dimensions.outer_radius, half if quadrant in (0, 3) else -half
+        segments: list[Segment] = []
+        for piece in range(round(4 * dimensions.turns)):
+            start = Point(x, y)
+            if (piece % 2 == 0) == side_first:
+                x = -x
+                segments.append(Line(start, Point(x, y)))
+                continue
+            # The end that begins the second half of a turn comes back one pitch nearer to the axis.
+            other = -y + (math.copysign(dimensions.pitch, y) if piece % 4 >= 2 else 0.0)
+            segments.append(Arc(start, Point(x, other), Point(x, (y + other) / 2)))
+            y = other
+        return Path(tuple(segments))
 
     def start(self, angle: float, sense: int) -> float:
         """It begins where a straight side does: with angle 0 at +x, +y (clockwise: +x, -y), with half a turn at the
@@ -422,8 +402,6 @@ PLATES: dict[str, Outline] = {name: SHAPES[name] for name in ("square", "circle"
 
 LONG_PLATE = next(name for name, outline in PLATES.items() if outline.is_long)
 """The plate whose two sides may differ."""
-
-
 
 
 def nearest_sides(known: Iterable[int], sides: int) -> tuple[int, ...]:

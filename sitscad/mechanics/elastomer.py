@@ -7,7 +7,7 @@ the principle of minimum potential energy no elastic body becomes stiffer when m
 * the whole pad under a rigid plate gives way less than the real pad, whose surface beside the target is free.
 
 The strain that is stated is that of the first block: too large rather than too small. `least_strain` is the second's.
-The law of a block is `pad_law`'s: within a few percent of finite elements (`model_sigma`). The surround adds 18 to
+The law of a block is `pad_law`'s: within a few percent of finite elements (`pad_law.sigma`). The surround adds 18 to
 116 % to the stiffness of the first block (discs of 1 to 2 pad thicknesses' radius, small strains).
 """
 
@@ -18,7 +18,7 @@ from functools import lru_cache
 
 from sitscad.mechanics import pad_law
 from sitscad.mechanics.pad_law import NEO_HOOKEAN
-from sitscad.mechanics.web_law import NO_WEBS, Webs
+from sitscad.mechanics.surround_law import NO_WEBS, Webs
 from sitscad.record import record, replace
 
 VALID_STRAIN = 0.30
@@ -122,15 +122,6 @@ def even_rim(pad: Face, face: Face, aside: tuple[float, float], thickness: float
         return None
     wide = max(0.0, min(rims) / thickness - (1.0 - EVEN)) / EVEN
     return (sum(rims) + wide * (sum(rooms) - sum(rims))) / 4.0
-
-
-def model_sigma(
-    face: Face, thickness: float, around: Surround = BARE, shear_modulus: float = 1.0, exponent: float = NEO_HOOKEAN
-) -> float:
-    """One sigma of the bonded block's stiffness, relative, for a loaded face, a thickness (m), what is around it, and
-    the pad's shear modulus (Pa), to which a film's is compared, and Ogden exponent.
-    """
-    return pad_law.sigma(around.block(face, thickness, shear_modulus, exponent))
 
 
 @record

@@ -16,7 +16,7 @@ import numpy as np
 
 from sitscad.arrays import Array
 from sitscad.mechanics import pad_law
-from sitscad.mechanics.elastomer import Face, Surround
+from sitscad.mechanics.elastomer import BARE, Face, Surround
 from sitscad.mechanics.motion import (
     Law,
     Load,
@@ -30,7 +30,6 @@ from sitscad.mechanics.motion import (
     rotations,
 )
 from sitscad.mechanics.pad_law import NEO_HOOKEAN
-from sitscad.mechanics.web_law import NO_WEBS, Webs
 from sitscad.record import record
 from sitscad.solutions import solved
 
@@ -144,24 +143,19 @@ SHEAR_STEPS = 4
 class BondedPad:
     """A bonded pad under the face of a rigid target.
 
-    Face and thickness in metres, moduli in pascals; `rim` by how much the pad reaches beyond the target on the average
-    (m), `film` and `film_modulus` the thickness (m) and shear modulus (Pa) of a film round pad and target, bonded to
-    both and to the board; `height` (m) from the target's near face to where loads act. `exponent` and `film_exponent`
-    are those of Ogden's rubber of one term, 2 being neo-Hookean; moduli are those at rest. `webs` (their width in m)
-    join the pad to its neighbours; those of one side alone move the middle from which it holds the target.
+    Face and thickness in metres, moduli in pascals and at rest; `around` the target are the pad's rim, a film that is
+    bonded to pad, target and board, and webs, of which those of one side alone move the middle from which the pad holds
+    the target; `height` (m) from the target's near face to where loads act. `exponent` is that of Ogden's rubber of one
+    term, 2 being neo-Hookean.
     """
 
     face: Face
     thickness: float
     shear_modulus: float
     bulk_modulus: float = math.inf
-    rim: float = 0.0
-    film: float = 0.0
-    film_modulus: float = 0.0
+    around: Surround = BARE
     height: float = 0.0
     exponent: float = NEO_HOOKEAN
-    film_exponent: float = NEO_HOOKEAN
-    webs: Webs = NO_WEBS
 
     @cached_property
     def courses(self) -> Courses:
@@ -177,10 +171,9 @@ class BondedPad:
         sizes = (self.face.width_x, self.face.width_y, h, self.shear_modulus, self.bulk_modulus)
         if not all(value > 0.0 for value in sizes):
             raise ValueError("a pad needs positive widths, thickness and moduli")
-        if min(self.rim, self.film, self.film_modulus, self.height) < 0.0:
+        if min(self.around.rim, self.around.film, self.around.film_modulus, self.height) < 0.0:
             raise ValueError("a pad's rim, film and load height are 0 or more")
-        around = Surround(self.rim, self.film, self.film_modulus, self.film_exponent, self.webs)
-        return around.block(self.face, h, self.shear_modulus, self.exponent)
+        return self.around.block(self.face, h, self.shear_modulus, self.exponent)
 
     @property
     def sigma(self) -> float:
@@ -218,7 +211,9 @@ class BondedPad:
 
     @cached_property
     def _middle(self) -> Array:
-        """Where the middle of what holds the target lies from the target's own (3,; m): `web_law.Stiffer.aside`."""
+        """Where the middle of what holds the target lies from the target's own (3,; m):
+        `surround_law.Stiffer.aside`.
+        """
         return self.thickness * np.array([self.block.stiffer.aside, self.block.turned.stiffer.aside, 0.0])
 
     @cached_property

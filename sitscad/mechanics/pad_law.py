@@ -23,8 +23,7 @@ from typing import TypeVar
 import numpy as np
 
 from sitscad.arrays import Array
-from sitscad.mechanics.film_law import Film, film_hardening, films
-from sitscad.mechanics.web_law import NO_WEBS, WEB_SIGMA, Stiffer, Webs, stiffened
+from sitscad.mechanics.surround_law import NO_WEBS, WEB_SIGMA, Film, Stiffer, Webs, film_hardening, films, stiffened
 from sitscad.record import record, replace
 
 Number = TypeVar("Number", float, Array)

@@ -15,7 +15,7 @@ from sitscad.estimates.winding.methods import WindingGeometry
 from sitscad.geometry.path import Point
 from sitscad.physics.constants import MU0
 from sitscad.physics.inductance.spirals import SpiralLayer
-from sitscad.physics.inductance.tracks import track
+from sitscad.physics.inductance.track_strands import track
 
 UM = 1e-6
 

@@ -17,7 +17,7 @@ from tolerance import approx
 import sitscad
 from sitscad.estimates.states.pressing import web_stiffness
 from sitscad.formats import volume_mesh
-from sitscad.mechanics.elastomer import Face
+from sitscad.mechanics.elastomer import Face, Surround
 from sitscad.mechanics.pad import BondedPad
 from sitscad.scene.bodies import BodyRole
 from tests.bench.conftest import TEMPLATES
@@ -183,7 +183,7 @@ def test_calculix_runs_the_deck_and_needs_the_force_of_the_pads_law(sensor, thro
     sideways, force = [abs(float(each)) for each in totals[-1][:2]], -float(totals[-1][2])
     face = Face(*handmade.layout(sensor).spec.target.size, 1.0 if pad.outline.is_round else 0.0)
     rim = 0.5 * (pad.size[0] - face.width_x) if sensor == "round" else 0.0
-    law = BondedPad(face, pad.thickness, pad.material.shear_modulus, pad.material.bulk_modulus, rim,
+    law = BondedPad(face, pad.thickness, pad.material.shear_modulus, pad.material.bulk_modulus, Surround(rim),
                     exponent=pad.material.ogden_exponent)
     assert force == approx(float(law.pressure([volume_mesh.STRAIN])[0]), rel=0.1)
     assert max(sideways) < 0.01 * force

@@ -20,9 +20,8 @@ from sitscad.mechanics.pad import BondedPad
 
 FIGURES = Path(__file__).parents[1] / "validation"
 PADS = ("along", "across", "round", "rim", "skin", "skin_modulus")
-HARD = BondedPad(Face(6e-3, 4e-3), 2e-3, 50e3, 1.5e9, rim=0.4e-3, height=0.2e-3, exponent=3.3)
-FILMED = BondedPad(Face(5e-3, 4e-3), 2e-3, 50e3, 1.5e9, film=0.2e-3, film_modulus=300e3, height=0.2e-3, exponent=2.5,
-                   film_exponent=3.05)
+HARD = BondedPad(Face(6e-3, 4e-3), 2e-3, 50e3, 1.5e9, Surround(0.4e-3), 0.2e-3, 3.3)
+FILMED = BondedPad(Face(5e-3, 4e-3), 2e-3, 50e3, 1.5e9, Surround(0.0, 0.2e-3, 300e3, 3.05), 0.2e-3, 2.5)
 
 
 def rows(name):
@@ -35,6 +34,10 @@ def key_of(row):
     return (*(row[name] for name in (*PADS, "degree")), row["x"], row["z"], round(row["ry"], 5))
 
 
+def of_exponent(pad, exponent):
+    return replace(pad, exponent=exponent, around=replace(pad.around, film_exponent=exponent))
+
+
 def figures():
     """By pad: the law's pad, the same neo-Hookean, the elements' rows and those of neo-Hookean elements."""
     found = list(rows("ogden_figures.csv"))
@@ -44,10 +47,10 @@ def figures():
     wanted = [row for row in found if key_of(row) in plain and row["exponent"] != 2.0 and (row["x"] or row["z"])]
     for measures, group in groupby(wanted, key=lambda row: tuple(row[name] for name in names)):
         exponent, skin_exponent, along, across, is_round, rim, skin, modulus = measures
-        pad = BondedPad(Face(along, across, is_round), 1.0, 1.0, 1e4, rim, skin, modulus if skin else 0.0,
-                        exponent=exponent, film_exponent=skin_exponent)
+        around = Surround(rim, skin, modulus if skin else 0.0, skin_exponent)
+        pad = BondedPad(Face(along, across, is_round), 1.0, 1.0, 1e4, around, exponent=exponent)
         of_pad = list(group)
-        yield pad, replace(pad, exponent=2.0, film_exponent=2.0), of_pad, [plain[key_of(row)] for row in of_pad]
+        yield pad, of_exponent(pad, 2.0), of_pad, [plain[key_of(row)] for row in of_pad]
 
 
 def values(of_pad, *names):
@@ -118,13 +121,13 @@ def test_stiffnesses_under_load_are_those_of_finite_elements():
 def test_two_is_neo_hookean_and_nothing_jumps_there(pad):
     """With exponents of 2 the law is that without any, to the last bit; beside it, nearly."""
     where = np.array([[0.2e-3, 0.1e-3, -0.5e-3, 0.01, 0.03, 0.02], [0.0, 0.0, 0.1e-3, 0.0, 0.0, 0.0]])
-    plain = replace(pad, exponent=2.0, film_exponent=2.0)
+    plain = of_exponent(pad, 2.0)
     assert plain.block.ogden is None
     for off in (-1e-7, 1e-7):
-        beside = replace(pad, exponent=2.0 + off, film_exponent=2.0 + off).force(where)
+        beside = of_exponent(pad, 2.0 + off).force(where)
         assert beside == approx(plain.force(where), rel=1e-6, abs=1e-9)
     steps = np.linspace(1.0, 4.0, 301)
-    held = np.array([replace(pad, exponent=one, film_exponent=one).force(where)[0] for one in steps])
+    held = np.array([of_exponent(pad, one).force(where)[0] for one in steps])
     jumps = np.abs(np.diff(held, axis=0))
     usual = np.abs(np.diff(held, n=2, axis=0)).max(axis=0)
     assert np.all(usual < 0.1 * jumps.max(axis=0) + 1e-9)
@@ -164,7 +167,7 @@ def test_force_rises_with_strain_whatever_the_exponent(exponent, along, across, 
 
 @given(st.floats(1.5, 4.0), st.floats(1.5, 4.0), st.floats(0.03, 0.4), st.floats(1.0, 40.0), st.floats(0.0, 0.9))
 def test_force_rises_with_strain_under_any_film(exponent, film_exponent, skin, modulus, strain):
-    pad = BondedPad(Face(2.0, 3.0), 1.0, 1.0, 1e4, 0.0, skin, modulus, 0.0, exponent, film_exponent)
+    pad = BondedPad(Face(2.0, 3.0), 1.0, 1.0, 1e4, Surround(0.0, skin, modulus, film_exponent), exponent=exponent)
     force = pad.pressure(np.array([strain, strain + 0.01]))
     assert force[0] < force[1]
 

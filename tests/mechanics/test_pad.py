@@ -14,14 +14,14 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from tolerance import approx
 
-from sitscad.mechanics.elastomer import Face, even_rim
+from sitscad.mechanics.elastomer import Face, Surround, even_rim
 from sitscad.mechanics.motion import _coefficients, angles, crosses, exponentials, rotation_vectors, rotations
 from sitscad.mechanics.pad import BondedPad
 from sitscad.mechanics.pad_law import FILM_SIGMA, Block, compression_modulus, pressure_stiffness, sigma
 
 FIGURES = Path(__file__).parents[1] / "validation" / "pad_figures.csv"
 SQUARE = BondedPad(Face(4e-3, 4e-3), 2e-3, 50e3, 1.5e9, height=0.3e-3)
-OBLONG = BondedPad(Face(6e-3, 4e-3), 2e-3, 50e3, 1.5e9, rim=0.4e-3, height=0.2e-3)
+OBLONG = BondedPad(Face(6e-3, 4e-3), 2e-3, 50e3, 1.5e9, Surround(0.4e-3), 0.2e-3)
 WIDTH = st.floats(1.0, 8.0)
 
 
@@ -40,7 +40,7 @@ def figures():
     for measures, of_pad in groupby(rows, key=lambda row: tuple(row[name] for name in pads)):
         along, across, is_round, rim, skin, skin_modulus = measures
         face = Face(along, across, is_round)
-        yield BondedPad(face, 1.0, 1.0, 1e4, rim, skin, skin_modulus if skin else 0.0), list(of_pad)
+        yield BondedPad(face, 1.0, 1.0, 1e4, Surround(rim, skin, skin_modulus if skin else 0.0)), list(of_pad)
 
 
 def errors(pad, rows):
@@ -58,7 +58,7 @@ def errors(pad, rows):
 def test_forces_are_those_of_finite_elements(kind, rms, most):
     """Within 5 % but for a few of the flattest, the hardest sheared and the stiffest films."""
     found = [errors(pad, rows) for pad, rows in figures()
-             if kind == ("film" if pad.film else "rim" if pad.rim else "bare")]
+             if kind == ("film" if pad.around.film else "rim" if pad.around.rim else "bare")]
     force, moment = (np.concatenate(part) for part in zip(*found, strict=True))
     assert len(force) >= 20
     assert math.sqrt(np.mean(force**2)) < rms
@@ -66,7 +66,7 @@ def test_forces_are_those_of_finite_elements(kind, rms, most):
     assert np.quantile(moment, 0.95) < 0.04
     assert np.quantile(force, 0.95) < (0.07 if kind == "film" else 0.051)
     if kind == "film":  # pressed, of what is built: up to a fifth of the thickness, faces of two thicknesses and more
-        usual = [off[k] for pad, rows in figures() if pad.film and 0.05 <= pad.film <= 0.2 and pad.face.width_x >= 2.0
+        usual = [off[k] for pad, rows in figures() if 0.05 <= pad.around.film <= 0.2 and pad.face.width_x >= 2.0
                  for off in [errors(pad, rows)[0]]
                  for k, row in enumerate(r for r in rows if r["x"] or r["z"]) if row["z"] < 0.0]
         assert len(usual) > 100 and np.quantile(usual, 0.95) < 0.05
@@ -89,13 +89,13 @@ def test_the_stated_error_holds():
     """Two sigma enclose 95 % of all forces."""
     outside = [off > 2.0 * pad.sigma for pad, rows in figures() for off in errors(pad, rows)[0]]
     assert np.mean(outside) < 0.08
-    assert BondedPad(Face(4e-3, 4e-3), 2e-3, 15e3, film=0.1e-3, film_modulus=660e3).sigma > 0.5 * FILM_SIGMA
+    assert BondedPad(Face(4e-3, 4e-3), 2e-3, 15e3, around=Surround(0.0, 0.1e-3, 660e3)).sigma > 0.5 * FILM_SIGMA
 
 
 @pytest.mark.parametrize(("least", "most"), [(0.2, 0.55), (0.6, 0.8), (0.9, 1.1), (1.4, 2.0)])
 def test_the_stated_error_is_no_smaller_than_what_pads_of_a_shape_factor_say(least, most):
     there = [(pad.sigma, errors(pad, rows)[0]) for pad, rows in figures()
-             if not pad.film and not pad.rim and least < pad.block.shape_factor < most]
+             if not pad.around.film and not pad.around.rim and least < pad.block.shape_factor < most]
     off = np.concatenate([of_pad for _, of_pad in there])
     stated = np.concatenate([np.full_like(of_pad, sigma) for sigma, of_pad in there])
     assert len(off) >= 8
@@ -177,7 +177,7 @@ def test_no_work_is_gained_on_a_closed_way():
 
 
 def test_a_quarter_turn_of_everything_changes_nothing():
-    across = BondedPad(Face(4e-3, 6e-3), 2e-3, 50e3, 1.5e9, rim=0.4e-3, height=0.2e-3)
+    across = BondedPad(Face(4e-3, 6e-3), 2e-3, 50e3, 1.5e9, Surround(0.4e-3), 0.2e-3)
     one = OBLONG.pose(np.array([[0.5, 0.04, 0.0]]))[0]
     other = across.pose(np.array([[0.5, 0.0, 0.04]]))[0]
     assert other[[1, 2, 3]] == approx([one[0], one[2], -one[4]], rel=1e-6)
@@ -218,7 +218,7 @@ def test_what_gives_way_or_shuts_is_not_answered():
     for loads in ([[1.0, math.nan, 0.0]], [[1.0, 0.0]], [1.0, 0.0, 0.0]):
         with pytest.raises(ValueError):
             SQUARE.pose(np.array(loads))
-    for wrong in ({"rim": -1.0}, {"film": -1.0}, {"height": -1.0}):
+    for wrong in ({"around": Surround(-1.0)}, {"around": Surround(film=-1.0)}, {"height": -1.0}):
         with pytest.raises(ValueError):
             BondedPad(Face(1.0, 1.0), 1.0, 1.0, **wrong).force(np.zeros((1, 6)))
     with pytest.raises(ValueError):
@@ -229,7 +229,7 @@ def test_what_gives_way_or_shuts_is_not_answered():
 def test_a_film_of_soft_rubber_is_a_wider_pad(modulus):
     """Of the pad's own rubber as much as the wider pad adds, of a softer one in proportion."""
     bare, wide = BondedPad(Face(4.0, 4.0), 2.0, 1.0), BondedPad(Face(4.4, 4.4), 2.0, 1.0)
-    skinned = replace(bare, film=0.2, film_modulus=modulus)
+    skinned = replace(bare, around=Surround(0.0, 0.2, modulus))
     pose = np.array([[0.0, 0.0, -0.3, 0.0, 0.0, 0.0], [0.0, 0.0, -0.1, 0.0, 0.0, 0.0]])
     one, none, all_of_it = (pad.force(pose)[:, 2] for pad in (skinned, bare, wide))
     assert (one - none) / (all_of_it - none) == approx(modulus * np.ones(2), abs=0.25 * modulus)
@@ -238,7 +238,7 @@ def test_a_film_of_soft_rubber_is_a_wider_pad(modulus):
 @example(skin=0.5, modulus=1.0, along=1.0, strain=1.175494351e-38)  # right at the first try: half of it was taken
 @given(st.floats(0.02, 0.5), st.floats(0.1, 45.0), WIDTH, st.floats(0.0, 0.9))
 def test_force_rises_with_strain_under_any_film(skin, modulus, along, strain):
-    pad = BondedPad(Face(along, along), 1.0, 1.0, 1e4, film=skin, film_modulus=modulus)
+    pad = BondedPad(Face(along, along), 1.0, 1.0, 1e4, Surround(0.0, skin, modulus))
     force = pad.pressure(np.array([strain, strain + 0.01]))
     assert force[0] < force[1]
     assert pad.pressure(pad.strain(force)) == approx(force, rel=1e-9, abs=1e-300)  # denormal numbers have no 1e-9
@@ -252,8 +252,8 @@ def test_nothing_jumps_where_a_measure_is_swept(name):
     def pad(f):
         made = {"thickness": 2e-3, "modulus": 50e3, "film": 0.1e-3, "film_modulus": 300e3, "rim": 0.4e-3, "width": 5e-3}
         made[name] *= f
-        return BondedPad(Face(made["width"], 4e-3), made["thickness"], made["modulus"], 1.5e9, made["rim"],
-                         made["film"], made["film_modulus"])
+        return BondedPad(Face(made["width"], 4e-3), made["thickness"], made["modulus"], 1.5e9,
+                         Surround(made["rim"], made["film"], made["film_modulus"]))
 
     poses = np.array([[0.2e-3, 0.1e-3, -0.25e-3, 0.01, 0.03, 0.02]])
     held = np.array([pad(f).force(poses)[0] for f in factor])
@@ -288,7 +288,7 @@ def test_forces_are_slopes_of_an_energy(x, y, z, rx, ry):
             assert abs(work.sum()) < 2e-3 * np.abs(work).max() + 1e-13
 
 
-@pytest.mark.parametrize("pad", [SQUARE, OBLONG, replace(OBLONG, film=0.2e-3, film_modulus=600e3, exponent=3.2)])
+@pytest.mark.parametrize("pad", [SQUARE, OBLONG, replace(OBLONG, around=Surround(0.4e-3, 0.2e-3, 600e3), exponent=3.2)])
 @pytest.mark.parametrize("turned", [0.1, 1.2])
 def test_what_lacks_to_balance_is_what_the_force_says_and_its_slopes_are_its_changes(pad, turned):
     """Of a level, a tilted and a far turned target, with a moment: by virtual work, and by differences."""

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 from tolerance import approx
 
-from sitscad.mechanics.elastomer import Face
+from sitscad.mechanics.elastomer import Face, Surround
 from sitscad.mechanics.pad import BondedPad
 from sitscad.mechanics.pad_law import sigma
-from sitscad.mechanics.web_law import NO_WEBS, WEB_SIGMA, Webs, grip
+from sitscad.mechanics.surround_law import NO_WEBS, WEB_SIGMA, Webs, grip
 
 FIGURES = Path(__file__).parents[1] / "validation" / "web_figures.csv"
 ROWS = [{name: float(value) for name, value in row.items()}
@@ -25,7 +25,11 @@ def joined(row: dict[str, float], **webs: float) -> BondedPad:
     """The pad of a row in metres, with webs or the row's one."""
     size = [1e-3 * (row[name] - 2.0 * row["rim"]) for name in ("along", "across")]
     found = Webs(1e-3 * row["web"], **webs or {"right": grip(row["gap"])})
-    return BondedPad(Face(*size), 1e-3, 60e3, rim=1e-3 * row["rim"], webs=found)
+    return BondedPad(Face(*size), 1e-3, 60e3, around=Surround(1e-3 * row["rim"], webs=found))
+
+
+def without_webs(pad: BondedPad) -> BondedPad:
+    return replace(pad, around=replace(pad.around, webs=NO_WEBS))
 
 
 def test_what_a_web_adds_is_that_of_finite_elements():
@@ -37,7 +41,7 @@ def test_what_a_web_adds_is_that_of_finite_elements():
         for name, most in MOST.items():
             assert found[name] == approx(row[name], rel=most), (row, name)
         assert abs(aside.shear - 1.0 - row["side_shear"]) < 0.025 > abs(aside.tilt - 1.0 - row["side_tilt"])
-        held, bare = (one.stiffness(np.zeros((1, 6)))[0] for one in (pad, replace(pad, webs=NO_WEBS)))
+        held, bare = (one.stiffness(np.zeros((1, 6)))[0] for one in (pad, without_webs(pad)))
         for axis, name in ((2, "press"), (0, "shear")):
             assert held[axis, axis] / bare[axis, axis] - 1.0 == approx(row[name], rel=MOST[name] + 0.01)
 
@@ -55,7 +59,7 @@ def test_a_web_at_one_side_holds_that_side_up():
     assert back.pose(loads[:1])[0, 3] == approx(-tilted[0, 4], rel=1e-6)
     small = right.pose(np.array([[0.01, 0.0, 0.0]]))[0]
     of_elements = row["aside"] * 1e-3 * (1.0 + row["press"]) / (1.0 + row["tilt"])
-    bare = replace(right, webs=NO_WEBS).stiffness(np.zeros((1, 6)))[0]
+    bare = without_webs(right).stiffness(np.zeros((1, 6)))[0]
     assert small[4] / small[2] == approx(of_elements * bare[2, 2] / bare[4, 4], rel=0.1)
     level = right.pose(loads[:1], is_held=True)
     assert level[0, 3:] == approx(np.zeros(3), abs=0.0)
@@ -65,7 +69,8 @@ def test_a_web_at_one_side_holds_that_side_up():
 def test_webs_on_all_sides_are_about_a_rim():
     """As long and as wide as the side, they leave out the corners of the pad that reaches as far on all sides."""
     pad = BondedPad(Face(8e-3, 8e-3), 1e-3, 60e3)
-    wide, held = replace(pad, rim=3e-3), replace(pad, webs=Webs(8e-3, *(4 * [grip(3.0)])))
+    webs = Webs(8e-3, *(4 * [grip(3.0)]))
+    wide, held = (replace(pad, around=around) for around in (Surround(3e-3), Surround(webs=webs)))
     more, most = (one.block.stiffer.press * one.pressure(np.array([0.0, 1e-4]))[1] / one.block.stiffer.press
                   / pad.pressure(np.array([1e-4]))[0] - 1.0 for one in (held, wide))
     assert 0.6 * most < more < most
@@ -74,5 +79,5 @@ def test_webs_on_all_sides_are_about_a_rim():
 def test_the_law_is_less_sure_of_a_pad_with_webs():
     held = joined(ROWS[2])
     added = held.block.stiffer.press
-    bare = sigma(replace(held, webs=NO_WEBS).block)
+    bare = sigma(without_webs(held).block)
     assert held.sigma == approx(np.hypot(bare, WEB_SIGMA * (1.0 - 1.0 / added)), rel=1e-12)

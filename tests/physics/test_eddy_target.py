@@ -17,7 +17,7 @@ from sitscad.physics.eddy.disc import disc, toroidal
 from sitscad.physics.eddy.graded_line import FINEST, gaussian_sum
 from sitscad.physics.eddy.image import Mirror, _factor, image_modes
 from sitscad.physics.eddy.surface import skin
-from sitscad.physics.eddy.target import solve, turned
+from sitscad.physics.eddy.target import SolvedTarget, turned
 from sitscad.physics.inductance.filaments import PolylineTrack
 from sitscad.physics.metal.half_spaces import MetalLayer, reflection
 from sitscad.physics.special_functions import j1
@@ -42,7 +42,7 @@ STRAIGHT = np.zeros((1, 3))
 
 def a_box(size=PLATE, conductivity=COPPER, fine=1.0, points=24):
     surface = box(size, 15e-6 / fine, 0.5e-3 / fine, (points, points, 5))
-    return solve(surface, -0.5 * size[2], skin(FREQUENCY, conductivity, size[2]))
+    return SolvedTarget(surface, -0.5 * size[2], skin(FREQUENCY, conductivity, size[2]))
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +53,7 @@ def plate():
 @pytest.fixture(scope="module")
 def round_plate():
     surface = disc(4e-3, 0.2e-3, 15e-6, 0.4e-3, (20, 4), 16)
-    return solve(surface, -0.1e-3, skin(FREQUENCY, COPPER, 0.2e-3))
+    return SolvedTarget(surface, -0.1e-3, skin(FREQUENCY, COPPER, 0.2e-3))
 
 
 def change(target, poses, rings=JAW, centres=CENTRES, floor=-math.inf):
@@ -114,7 +114,7 @@ def test_an_endless_plate_is_the_image():
     from box_of_loops import endless_change
 
     size = (22e-3, 22e-3, 0.3e-3)
-    target = solve(box(size, 30e-6, 0.6e-3, (60, 60, 3)), -0.5 * size[2], skin(FREQUENCY, LOSSLESS, size[2]))
+    target = SolvedTarget(box(size, 30e-6, 0.6e-3, (60, 60, 3)), -0.5 * size[2], skin(FREQUENCY, LOSSLESS, size[2]))
     for gap in (0.5e-3, 1.5e-3):
         ours = change(target, [0.0, 0.0, gap, 0.0, 0.0, 0.0], centres=np.zeros((1, 2)))[0, 0, 0].real
         assert ours == approx(endless_change(*JAW, gap), rel=2e-3)
@@ -124,7 +124,7 @@ def test_an_endless_disc_off_centre_is_the_image():
     from box_of_loops import endless_change
 
     surface = disc(24e-3, 0.3e-3, 30e-6, 0.6e-3, (48, 3), 30)
-    target = solve(surface, -0.15e-3, skin(FREQUENCY, LOSSLESS, 0.3e-3))
+    target = SolvedTarget(surface, -0.15e-3, skin(FREQUENCY, LOSSLESS, 0.3e-3))
     ours = change(target, [3e-3, 1e-3, 1.5e-3, 0.0, 0.0, 0.0], centres=np.zeros((1, 2)))[0, 0, 0].real
     assert ours == approx(endless_change(*JAW, 1.5e-3), rel=3e-3)
 
@@ -183,7 +183,7 @@ def test_the_energy_of_a_harmonic_potential_within_a_box_is_its_own(size, axes):
 
 def test_a_magnetic_square_turned_by_a_quarter_is_the_same():
     surface = box((3e-3, 3e-3, 0.3e-3), 15e-6, 0.4e-3, (20, 20, 5), FINEST)
-    square = solve(surface, -0.15e-3, skin(FREQUENCY, 1.3e6, 0.3e-3, 95.0))
+    square = SolvedTarget(surface, -0.15e-3, skin(FREQUENCY, 1.3e6, 0.3e-3, 95.0))
     pose = [0.3e-3, 0.2e-3, 1e-3, 0.0, 0.0]
     assert change(square, [*pose, math.pi / 2.0]) == approx(change(square, [*pose, 0.0]), rel=1e-3)
 
@@ -197,7 +197,7 @@ def test_an_endless_magnetic_sheet_is_that_of_half_spaces(conductivity, permeabi
     factor = reflection(k, FREQUENCY, [MetalLayer(*metal, thickness)])
     endless = MU0 * math.pi * complex(np.sum(share * spectrum**2 * np.exp(-2.0 * k * gap) * factor))
     surface = disc(30e-3, thickness, 20e-6, 0.9e-3, (60, 4), 0, FINEST)
-    target = solve(surface, -0.5 * thickness, skin(FREQUENCY, conductivity, thickness, permeability))
+    target = SolvedTarget(surface, -0.5 * thickness, skin(FREQUENCY, conductivity, thickness, permeability))
     ours = change(target, [0.0, 0.0, gap, 0.0, 0.0, 0.0], EIGHT, np.zeros((1, 2)))[0, 0, 0]
     assert abs(ours - endless) < 0.01 * abs(endless)
 
@@ -268,7 +268,7 @@ def test_with_a_mirror_it_is_a_box_of_loops_over_one(floor, gap):
     mirror, near_face = Mirror(floor), -0.5 * PLATE[2]
     surface, coarse = box(PLATE, 15e-6, 0.5e-3, (24, 24, 5)), box(PLATE, 15e-6, 0.5e-3, (8, 8, 3))
     images = image_modes(surface, coarse, near_face, 0.2e-3, mirror)
-    target = solve(surface, near_face, skin(FREQUENCY, LOSSLESS, PLATE[2]), mirror, images)
+    target = SolvedTarget(surface, near_face, skin(FREQUENCY, LOSSLESS, PLATE[2]), mirror, images)
     centres = np.array([[2.25e-3, 0.0]])
     ours = change(target, [0.0, 0.0, gap, 0.0, 0.0, 0.0], centres=centres, floor=floor)[0, 0, 0].real
     assert ours == approx(converged_change(PLATE[:2], PLATE[2], 2.25e-3, *JAW, gap, floor=floor), rel=5e-3)
@@ -280,7 +280,7 @@ def test_few_combinations_carry_the_image():
     poses, found = [[0.3e-3, 0.0, 0.3e-3, 0.05, 0.1, 0.2], [0.0, 0.5e-3, 1e-3, -0.2, 0.0, 0.0]], []
     for points in (8, 11):
         images = image_modes(surface, box(PLATE, 15e-6, 0.5e-3, (points, points, 4)), near_face, 0.2e-3, mirror)
-        target = solve(surface, near_face, skin(FREQUENCY, COPPER, PLATE[2]), mirror, images)
+        target = SolvedTarget(surface, near_face, skin(FREQUENCY, COPPER, PLATE[2]), mirror, images)
         found.append(change(target, poses, floor=-0.4e-3))
     assert images.currents.shape[2] < 160
     assert found[0] == approx(found[1], abs=5e-4 * np.abs(found[1]).max())

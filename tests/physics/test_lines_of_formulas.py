@@ -60,7 +60,7 @@ def test_direct_current_of_a_bend_stores_what_its_shift_takes_from_an_even_one()
     modes = ModeSet(4, 1, (6, 2))
     place = local_points(modes)[0]
     smooth = 1e-8 * np.stack([1.0 + place, 2.0 - place])
-    bare, within = (mode_system(cut, one, None, COPPER, modes) for one in (np.zeros_like(smooth), smooth))
+    bare, within = (mode_system(cut, one, COPPER, modes) for one in (np.zeros_like(smooth), smooth))
     outside = within.coupling - bare.coupling
     assert within.shift.any() and outside.any()
     assert within.change - bare.change == approx(2.0 * float(within.shift @ outside), rel=1e-9)

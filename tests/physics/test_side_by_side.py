@@ -15,7 +15,8 @@ from tolerance import approx
 from sitscad.physics.constants import MU0
 from sitscad.physics.inductance import clusters, side_by_side
 from sitscad.physics.inductance.spirals import SpiralLayer
-from sitscad.physics.inductance.tracks import track, tracks_mutual_inductance
+from sitscad.physics.inductance.track_strands import track
+from sitscad.physics.inductance.tracks import tracks_mutual_inductance
 
 UM = 1e-6
 

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from tolerance import approx
 
 from sitscad.physics.inductance.filaments import inclined_integral
-from sitscad.physics.inductance.tracks import track, tracks_mutual_inductance
+from sitscad.physics.inductance.track_strands import track
+from sitscad.physics.inductance.tracks import tracks_mutual_inductance
 
 
 def inclined_exactly(u0, u1, v0, v1, angle, square):

@@ -33,7 +33,8 @@ from sitscad.physics.inductance.filaments import (
 )
 from sitscad.physics.inductance.mean_distance import log_mean_distance
 from sitscad.physics.inductance.rings import ring_winding_inductance
-from sitscad.physics.inductance.tracks import track, tracks_mutual_inductance
+from sitscad.physics.inductance.track_strands import track
+from sitscad.physics.inductance.tracks import tracks_mutual_inductance
 from sitscad.physics.loss.proximity import smooth_rings
 from sitscad.physics.metal.current_spectrum import _bessel_slopes
 from sitscad.physics.special_functions import coaxial_rings

@@ -20,7 +20,7 @@ from sitscad.geometry.path import Arc, Path
 from sitscad.geometry.shapes import SHAPES as OUTLINES
 from sitscad.geometry.shapes import SpiralDimensions
 from sitscad.physics.inductance.spirals import SpiralLayer
-from sitscad.physics.inductance.tracks import Track, track
+from sitscad.physics.inductance.track_strands import Track, track
 from sitscad.spec.coil import CoilSpec
 
 SHAPES = ("circle", "square", "rectangle", "hexagon", "octagon", "racetrack")

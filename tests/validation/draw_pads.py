@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sitscad.mechanics.elastomer import Face
+from sitscad.mechanics.elastomer import Face, Surround
 from sitscad.mechanics.pad import BondedPad
 
 FIGURES = Path(__file__).with_name("pad_figures.csv")
@@ -46,7 +46,8 @@ def pads() -> Iterator[tuple[BondedPad, list[Row]]]:
         for row in sorted(of_pad, key=lambda row: row["degree"]):
             finest[row["x"], row["z"], row["ry"]] = row
         yield (
-            BondedPad(Face(along, across, bool(is_round)), 1.0, 1.0, BULK, rim, skin, modulus if skin else 0.0),
+            BondedPad(Face(along, across, bool(is_round)), 1.0, 1.0, BULK,
+                      Surround(rim, skin, modulus if skin else 0.0)),
             list(finest.values()),
         )
 
@@ -66,8 +67,8 @@ def off(pad: BondedPad, rows: list[Row]) -> np.ndarray:
 
 
 def _is(pad: BondedPad, face: tuple[float, float], skin: float = 0.0, modulus: float = 1.0) -> bool:
-    same = (pad.face.width_x, pad.face.width_y) == face and not pad.face.round and not pad.rim
-    return same and pad.film == skin and (not skin or pad.film_modulus == modulus)
+    same = (pad.face.width_x, pad.face.width_y) == face and not pad.face.round and not pad.around.rim
+    return same and pad.around.film == skin and (not skin or pad.around.film_modulus == modulus)
 
 
 def draw() -> None:
@@ -111,9 +112,9 @@ def draw() -> None:
 
 
 KINDS = {
-    "bare": lambda pad: not pad.film and not pad.rim,
-    "smaller target than pad": lambda pad: bool(pad.rim),
-    "in a film": lambda pad: bool(pad.film),
+    "bare": lambda pad: not pad.around.film and not pad.around.rim,
+    "smaller target than pad": lambda pad: bool(pad.around.rim),
+    "in a film": lambda pad: bool(pad.around.film),
 }
 
 

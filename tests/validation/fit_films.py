@@ -14,9 +14,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sitscad.mechanics import film_law, pad_law
-from sitscad.mechanics.film_law import COURSES, DATA, MOST, QUICK, terms, units
+from sitscad.mechanics import pad_law, surround_law
 from sitscad.mechanics.pad_law import Block
+from sitscad.mechanics.surround_law import COURSES, DATA, MOST, QUICK, terms, units
 
 FIGURES = Path(__file__).with_name("pad_figures.csv")
 PADS = ("along", "across", "round", "rim", "skin", "skin_modulus")
@@ -146,5 +146,5 @@ def written() -> str:
 
 if __name__ == "__main__":
     DATA.write_text(written(), encoding="utf-8")
-    film_law.table.cache_clear()
-    film_law._rows.cache_clear()
+    surround_law.table.cache_clear()
+    surround_law._rows.cache_clear()

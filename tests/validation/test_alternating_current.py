@@ -33,7 +33,7 @@ from sitscad.physics.inductance.mean_distance import log_mean_distance
 from sitscad.physics.inductance.rings import radii_at
 from sitscad.physics.loss import proximity
 from sitscad.physics.loss.bent_tracks import BentTrack, bent_winding_loss
-from sitscad.physics.loss.current_modes import cut_loss, joined, parallel_tracks_loss
+from sitscad.physics.loss.current_modes import joined, mode_system, parallel_tracks_loss
 from sitscad.physics.loss.resistance import bend_squares
 from sitscad.physics.loss.track_modes import Cut, ModeSet, suited_modes
 from tests.oracles.losses import inductance_change
@@ -60,7 +60,7 @@ def rings_by_modes(radius, height, width, thickness, modes):
     one = np.ones(radius.size)
     cut = Cut(radius, height, width * one, thickness * one, 2.0 * math.pi * radius, 1.0 / radius)
     smooth = proximity.ring_flux(cut, modes) / (2.0 * math.pi * radius[:, None])
-    return cut_loss(cut, smooth, None, COPPER, modes, 36)
+    return mode_system(cut, smooth, COPPER, modes).loss(36)
 
 
 @lru_cache
@@ -196,7 +196,7 @@ def test_lone_and_paired_straight_tracks(case):
     two = np.ones(len(across))
     cut = Cut(np.array(across), np.array(height), width * two, thickness * two, two, 0.0 * two)
     loss = parallel_tracks_loss(
-        cut, np.array(signs, float), COPPER, suited_modes(width, thickness, 60 * UM, 21 * UM, True)
+        cut, np.array(signs, float), COPPER, suited_modes(width, thickness, 60 * UM, 21 * UM, True), 16
     )
     ours = [loss.direct * loss.resistance_ratio(f) for f in frequencies]
     assert np.abs(better.real / limit - 1.0).max() < 0.008

@@ -28,7 +28,8 @@ from sitscad.estimates.winding.methods import bent_track, choose_method, winding
 from sitscad.geometry.shapes import SHAPES
 from sitscad.layout import lay_out
 from sitscad.physics.constants import skin_depth
-from sitscad.physics.inductance.tracks import track, winding_inductance
+from sitscad.physics.inductance.track_strands import track
+from sitscad.physics.inductance.tracks import winding_inductance
 from sitscad.physics.loss import corner_excess
 from sitscad.physics.loss.bent_tracks import bent_winding_loss
 from sitscad.physics.loss.corner_excess import relaxation

@@ -15,7 +15,7 @@ from tolerance import approx
 from sitscad.physics.eddy.box import box
 from sitscad.physics.eddy.graded_line import FINEST
 from sitscad.physics.eddy.surface import skin
-from sitscad.physics.eddy.target import solve, turned
+from sitscad.physics.eddy.target import SolvedTarget, turned
 
 pytestmark = pytest.mark.needs("scipy")
 
@@ -35,7 +35,7 @@ def test_a_ferrite_box_is_one_of_poles(case):
     coarse, better = (pole_share(sides, thickness, offset, radii, heights, gap, *n) for n in ((16, 4), (24, 6)))
     steps = min(float(thickness) / 4.0, 0.02 * float(min(sides))), 0.06 * float(max(sides))
     surface = box((*map(float, sides), float(thickness)), *steps, (30, 30, 8), FINEST)
-    target = solve(surface, -0.5 * float(thickness), skin(FREQUENCY, 1e-3, float(thickness), 1e5))
+    target = SolvedTarget(surface, -0.5 * float(thickness), skin(FREQUENCY, 1e-3, float(thickness), 1e5))
     place, centre = np.array([[0.0, 0.0, float(gap)]]), np.array([[float(offset), 0.0]])
     found = target.changes(turned(np.zeros((1, 3))), place, [Rings(radii, heights)], centre)[0, 0, 0].real
     share = found / _mutual(radii, heights, 2.0 * gap - heights, 1.0)

@@ -11,7 +11,7 @@ import numpy as np
 
 from sitscad.arrays import Array, Flags
 from sitscad.estimates.states.pressing import loaded_face, rests_on_pad, surround
-from sitscad.mechanics.elastomer import Surround
+from sitscad.mechanics.elastomer import BARE
 from sitscad.mechanics.pad import BondedPad
 from sitscad.scene.bodies import film_thickness
 from sitscad.spec.sensor import SensorSpec
@@ -42,10 +42,8 @@ def soft_pad(spec: SensorSpec, modulus: float = 1.0) -> BondedPad:
     if pad is None or not rests_on_pad(spec):
         raise NoResponse("a load needs an elastomer under the target")
     above = film_thickness(spec.encapsulation) + (spec.target.thickness if spec.target is not None else 0.0)
-    around = surround(spec) or Surround()
     return BondedPad(loaded_face(spec)[0], pad.thickness, modulus * pad.material.shear_modulus,
-                     pad.material.bulk_modulus, around.rim, around.film, around.film_modulus, above,
-                     pad.material.ogden_exponent, around.film_exponent, around.webs)
+                     pad.material.bulk_modulus, surround(spec) or BARE, above, pad.material.ogden_exponent)
 
 
 def pushed(
@@ -106,8 +104,8 @@ def _posed(pad: BondedPad, along_y: bool, normal: float, shear: float, is_held: 
     from sitscad.mechanics.elements import HalfPad, fanned
 
     solid, free = _solid(pad, along_y), 2 if is_held else 3
-    elements = HalfPad(solid, CELLS, pad.shear_modulus, pad.film_modulus, DEGREE, fanned(solid, CELLS, 1),
-                       (pad.exponent, pad.film_exponent))
+    elements = HalfPad(solid, CELLS, pad.shear_modulus, pad.around.film_modulus, DEGREE, fanned(solid, CELLS, 1),
+                       (pad.exponent, pad.around.film_exponent))
     guess = pad.pose(np.array([[normal, 0.0, shear] if along_y else [normal, shear, 0.0]]), is_held)[0]
     pose = np.array([guess[1], guess[2], -guess[3]]) if along_y else guess[[0, 2, 4]]
     if not np.all(np.isfinite(guess)):
@@ -136,15 +134,15 @@ def _solid(pad: BondedPad, along_y: bool) -> GluedPlate:
     from sitscad.mechanics.elements import GluedPlate
 
     face = pad.face
-    if pad.webs.width:
+    if pad.around.webs.width:
         raise NoResponse("finite elements know a pad alone, not one that webs join to others")
     is_round = face.round > 0.5
     if 0.0 < face.round < 1.0 or (is_round and abs(face.width_x - face.width_y) > 1e-9):
         raise NoResponse("finite elements know rectangular and circular faces of a pad, not what lies between")
-    if pad.rim and pad.film:
+    if pad.around.rim and pad.around.film:
         raise NoResponse("finite elements know a film round a target that covers its pad, not one beyond a rim")
     widths = (face.width_y, face.width_x) if along_y else (face.width_x, face.width_y)
-    return GluedPlate(*widths, pad.thickness, is_round, pad.rim, pad.film)
+    return GluedPlate(*widths, pad.thickness, is_round, pad.around.rim, pad.around.film)
 
 
 def straight(pad: BondedPad, loads: Array) -> Array:

@@ -25,7 +25,7 @@ from sitscad.physics.eddy.disc import Disc, disc
 from sitscad.physics.eddy.graded_line import FINER, FINEST
 from sitscad.physics.eddy.image import Mirror, image_modes
 from sitscad.physics.eddy.surface import Surface, skin
-from sitscad.physics.eddy.target import SolvedTarget, changes_at, solve
+from sitscad.physics.eddy.target import SolvedTarget, changes_at
 from sitscad.physics.metal.half_spaces import MetalLayer, Reflector, reflection
 from sitscad.physics.metal.polyline_spectrum import chorded
 from sitscad.record import record
@@ -171,7 +171,7 @@ class Solving:
             smooth = with_points(whole, away)
         metal = _conductivity(self.target), self.target.thickness, self.target.material.relative_permeability
         skins = [skin(frequency, *metal) for frequency in self.frequencies]
-        return tuple(solve(whole, near_face, one, self.mirror, images, smooth) for one in skins)
+        return tuple(SolvedTarget(whole, near_face, one, self.mirror, images, smooth) for one in skins)
 
     @cached_property
     def said(self) -> bytes:

@@ -9,8 +9,9 @@ from functools import lru_cache
 
 from sitscad.geometry.convex import Footprint, centroid
 from sitscad.geometry.path import bounding_box, enclosed_area
-from sitscad.mechanics.elastomer import Compression, Face, Surround, even_rim, model_sigma, press_part
-from sitscad.mechanics.web_law import NO_WEBS, Webs, grip
+from sitscad.mechanics.elastomer import BARE, Compression, Face, Surround, even_rim, press_part
+from sitscad.mechanics.pad_law import sigma
+from sitscad.mechanics.surround_law import NO_WEBS, Webs, grip
 from sitscad.record import kept, record, replace
 from sitscad.scene.bodies import elastomer, target
 from sitscad.spec.places import cell_specs
@@ -118,17 +119,17 @@ def formula_sigma(spec: SensorSpec) -> float:
     """One sigma, relative, of the stiffness that the law says of the loaded pad; of a mean pad of cells also by how
     much theirs differ, of which some have more webs than others.
     """
-    pad, around, each = spec.elastomer, surround(spec) or Surround(), web_stiffness(spec)
+    pad, around, each = spec.elastomer, surround(spec) or BARE, web_stiffness(spec)
     assert pad is not None
     material, mean = pad.material, math.fsum(each) / len(each)
-    own = model_sigma(loaded_face(spec)[0], pad.thickness, around, material.shear_modulus, material.ogden_exponent)
+    own = sigma(around.block(loaded_face(spec)[0], pad.thickness, material.shear_modulus, material.ogden_exponent))
     return math.hypot(own, math.dist(each, len(each) * [mean]) / math.sqrt(len(each)) / mean)
 
 
 def web_stiffness(spec: SensorSpec) -> list[float]:
     """Factor, by cell, by which webs make its pad stiffer against a press."""
     assert spec.elastomer is not None
-    face, thickness, around = loaded_face(spec)[0], spec.elastomer.thickness, surround(spec) or Surround()
+    face, thickness, around = loaded_face(spec)[0], spec.elastomer.thickness, surround(spec) or BARE
     return [replace(around, webs=joined(cell)).block(face, thickness, 1.0).stiffer.press for cell in cell_specs(spec)]
 
 

@@ -27,7 +27,8 @@ from sitscad.physics.inductance.spirals import (
     monomial,
     spiral_inductance_matrix,
 )
-from sitscad.physics.inductance.tracks import BentPiece, Side, Track, track, winding_inductance
+from sitscad.physics.inductance.track_strands import BentPiece, Side, Track, track
+from sitscad.physics.inductance.tracks import winding_inductance
 from sitscad.physics.loss.bent_tracks import BentTrack
 from sitscad.physics.loss.corners import MOST_TURN, bend_loops
 from sitscad.physics.metal.current_spectrum import CurrentSpectrum, ring_spectrum, spiral_spectrum

@@ -188,14 +188,6 @@ def changes_at(
     return found
 
 
-def solve(
-    surface: Surface, near_face: float, skin: Skin, mirror: Mirror | None = None, images: ImageModes | None = None,
-    smooth: Surface | None = None,
-) -> SolvedTarget:
-    """The target's currents at the frequency of a skin."""
-    return SolvedTarget(surface, near_face, skin, mirror, images if mirror is not None else None, smooth)
-
-
 def turned(angles: Array) -> Array:
     """Rotations (n, 3, 3; no unit) about x, y and z by angles (n, 3) in rad: Rx Ry Rz (textbook), as applied to a point
     of the target.

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -162,7 +163,7 @@ def arcs_with_arcs(one: Track, other: Track, pairs: Pairs, strands: Bundle) -> f
     if not pairs.first.size:
         return 0.0
     far = _far_rule(np.concatenate([one.arcs, other.arcs]))
-    methods = ((_by(_opposite_arcs, far), far[0].size ** 2), *METHODS)
+    methods: tuple[tuple[Method, int], ...] = ((partial(_opposite_arcs, rule=far), far[0].size ** 2), *METHODS)
     total = 0.0
     for chosen, (method, points) in zip(_sorted(one, other, pairs), methods, strict=True):
         some = pairs.where(chosen)
@@ -206,11 +207,11 @@ def _distances(a: Array, b: Array) -> Array:
     return found
 
 
-def _opposite_arcs(a: Array, b: Array, strands: Bundle, times: Array, rule: Rule | None = None) -> float:
+def _opposite_arcs(a: Array, b: Array, strands: Bundle, times: Array, rule: Rule) -> float:
     """Sum of t1.t2 / distance (m; Neumann's integral) over pairs of arcs about centres well apart: a product of two
     rules, its points crowded at the ends where the arcs may meet.
     """
-    rule, middle = rule or _crowded(10), np.zeros(1)
+    middle = np.zeros(1)
     p, q = _arc_points(a, middle, rule)[0], _arc_points(b, middle, rule)[0]
     x, y = (p[:, :, :, None, k] - q[:, :, None, :, k] for k in (0, 1))
     clearance = strands.clearance(np.sqrt(np.min(x * x + y * y, axis=(1, 2, 3))))
@@ -257,11 +258,11 @@ def _concentric_arcs(a: Array, b: Array, strands: Bundle, times: Array) -> float
     return total
 
 
-def _other_arcs(a: Array, b: Array, strands: Bundle, times: Array, rule: Rule | None = None) -> float:
+def _other_arcs(a: Array, b: Array, strands: Bundle, times: Array, rule: Rule) -> float:
     """Sum of t1.t2 / distance (m; Neumann's integral) over the other pairs of arcs: points of the one in the inner
     integral over the other, whose points are graded about the azimuth that is nearest (`_TurnedTangents`).
     """
-    where, tangent, length = _arc_points(a, strands.offsets[0], rule or _crowded(20))
+    where, tangent, length = _arc_points(a, strands.offsets[0], rule)
     b = b[:, :, None, None]
     radius = b[:, 2] - b[:, 4] * strands.offsets[1][:, None]
     away = where - np.moveaxis(b[:, :2], 1, 3)
@@ -311,15 +312,14 @@ class _TurnedTangents:
         return np.asarray(np.sum(jacobian * dot / np.sqrt(np.maximum(gap + four * square * both, FLOOR)), axis=3))
 
 
-def _by(method: Method, rule: Rule) -> Method:
-    return lambda a, b, strands, times: method(a, b, strands, times, rule)
-
-
 SAMPLED: Rule = (np.linspace(0.0, 1.0, SAMPLES), np.ones(SAMPLES))
 
 METHODS: tuple[tuple[Method, int], ...] = (
-    (_concentric_arcs, 14), (_by(_opposite_arcs, _plain(MIDDLING_POINTS)), MIDDLING_POINTS**2), (_opposite_arcs, 100),
-    (_by(_opposite_arcs, _plain(SPACED_POINTS)), SPACED_POINTS**2), (_by(_other_arcs, _crowded(16)), 128),
-    (_other_arcs, 160),
+    (_concentric_arcs, 14),
+    (partial(_opposite_arcs, rule=_plain(MIDDLING_POINTS)), MIDDLING_POINTS**2),
+    (partial(_opposite_arcs, rule=_crowded(10)), 100),
+    (partial(_opposite_arcs, rule=_plain(SPACED_POINTS)), SPACED_POINTS**2),
+    (partial(_other_arcs, rule=_crowded(16)), 128),
+    (partial(_other_arcs, rule=_crowded(20)), 160),
 )
 """How the kinds of pairs of arcs that are not far are summed, and at how many points at once."""

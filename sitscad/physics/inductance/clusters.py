@@ -9,6 +9,7 @@ their heights add is a polynomial, too.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
@@ -28,6 +29,21 @@ APART = 2.0
 
 ORDER = 8
 """Nodes along a box's longer side: with APART, the sum over two windings is right to 1e-6 of itself."""
+
+
+ALIKE = 1e-10
+"""Plans whose numbers differ by less (m, rad) are one."""
+
+
+def plan_numbers(layers: Sequence[Array]) -> list[int]:
+    """The number of each layer's plan, from rows (any; m, rad) that say where it runs: every other layer repeats."""
+    known: list[Array] = []
+    found = []
+    for layer in layers:
+        same = [k for k, one in enumerate(known) if one.shape == layer.shape and np.all(np.abs(one - layer) <= ALIKE)]
+        found += same[:1] or [len(known)]
+        known += [] if same else [layer]
+    return found
 
 
 @record(eq=False)

@@ -53,6 +53,14 @@ class PolylineTrack:
         return self.corners + offset * mitre
 
 
+def distances_in_plane(points: Array, starts: Array, ends: Array) -> Array:
+    """Distances (points, filaments; m) in the plane of points (points, 1, 2) from straight filaments (filaments, 2)."""
+    span = ends - starts
+    away = points - starts
+    along = np.clip(np.sum(away * span, axis=-1) / np.sum(span * span, axis=-1), 0.0, 1.0)
+    return np.asarray(np.hypot(*np.moveaxis(away - along[..., None] * span, -1, 0)))
+
+
 def parallel_filaments(length: Array, start: Array, end: Array, distance_squared: Array) -> Array:
     """Mutual inductance (H) of parallel straight filaments; arrays that broadcast together, metres. The first runs from
     0 to `length` along an axis, the second from `start` to `end` along the same axis (end < start for opposite current)
@@ -196,16 +204,13 @@ def inclined_integral(
     far = middle > 12.0 * np.maximum(np.abs(u1 - u0), np.abs(v1 - v0))
     if far.any():
         far = np.broadcast_to(far, result.shape)
-        result[far] = _inclined_far(*(np.broadcast_to(x, far.shape)[far] for x in (u0, u1, v0, v1, cosine, square)))
+        u0, u1, v0, v1, cosine, square = (np.broadcast_to(x, far.shape)[far] for x in (u0, u1, v0, v1, cosine, square))
+        nodes, weights = gauss(4)
+        u = (0.5 * (u0 + u1))[:, None, None] + (0.5 * (u1 - u0))[:, None, None] * nodes[:, None]
+        v = (0.5 * (v0 + v1))[:, None, None] + (0.5 * (v1 - v0))[:, None, None] * nodes
+        distance = np.sqrt(u * u + v * v - 2.0 * u * v * cosine[:, None, None] + square[:, None, None])
+        result[far] = 0.25 * (u1 - u0) * (v1 - v0) * np.sum(weights[:, None] * weights / distance, axis=(1, 2))
     return result
-
-
-def _inclined_far(u0: Array, u1: Array, v0: Array, v1: Array, cosine: Array, square: Array) -> Array:
-    nodes, weights = gauss(4)
-    u = (0.5 * (u0 + u1))[:, None, None] + (0.5 * (u1 - u0))[:, None, None] * nodes[:, None]
-    v = (0.5 * (v0 + v1))[:, None, None] + (0.5 * (v1 - v0))[:, None, None] * nodes
-    distance = np.sqrt(u * u + v * v - 2.0 * u * v * cosine[:, None, None] + square[:, None, None])
-    return 0.25 * (u1 - u0) * (v1 - v0) * np.sum(weights[:, None] * weights / distance, axis=(1, 2))
 
 
 def via_inductance(length: float, diameter: float) -> float:

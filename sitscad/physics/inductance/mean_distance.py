@@ -116,25 +116,16 @@ def level_heights(height: float, thicknesses: tuple[float, float], levels: int) 
 @lru_cache(maxsize=256)
 def _even_moments(w: tuple[float, float], t: tuple[float, float]) -> tuple[float, ...]:
     """Real moments <xi^2> to <xi^10> (no unit: lengths in the largest side) of the difference xi = x + i z of two
-    places in rectangles of widths w and thicknesses t: the binomial theorem.
+    places in rectangles of widths w and thicknesses t. A place along a side of length a has the even moments (a / 2)^(2
+    n) / (2 n + 1) (textbook), sums and differences follow by the binomial theorem.
     """
-    x = _difference_moments(*w)
-    z = _difference_moments(*t)
+
+    def of_difference(one: float, other: float) -> list[float]:
+        first, second = ([(width / 2) ** (2 * n) / (2 * n + 1) for n in range(6)] for width in (one, other))
+        return [sum(math.comb(2 * n, 2 * k) * first[n - k] * second[k] for k in range(n + 1)) for n in range(6)]
+
+    x, z = of_difference(*w), of_difference(*t)
     return tuple(sum(math.comb(2 * n, 2 * k) * (-1) ** k * x[n - k] * z[k] for k in range(n + 1)) for n in range(1, 6))
-
-
-@lru_cache(maxsize=64)
-def _difference_moments(a: float, b: float) -> tuple[float, ...]:
-    """Even moments of order 0 to 10 (no unit, as its widths) of the difference of two uniform variables of widths a and
-    b: (a / 2)^(2 n) / (2 n + 1) of each (textbook), by the binomial theorem.
-    """
-
-    def uniform(width: float, n: int) -> float:
-        return (width / 2) ** (2 * n) / (2 * n + 1)
-
-    return tuple(
-        sum(math.comb(2 * n, 2 * k) * uniform(a, n - k) * uniform(b, k) for k in range(n + 1)) for n in range(6)
-    )
 
 
 def _closed(d: Array, h: float, w: tuple[float, float], t: tuple[float, float]) -> Array:

@@ -14,7 +14,8 @@ import numpy as np
 
 from sitscad.arrays import Array, Index
 from sitscad.physics.constants import MU0
-from sitscad.physics.inductance.clusters import Plans, neumann_sum
+from sitscad.physics.inductance.clusters import Plans, neumann_sum, plan_numbers
+from sitscad.physics.inductance.filaments import distances_in_plane
 from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.inductance.track_strands import Track
 from sitscad.physics.special_functions import gauss
@@ -46,9 +47,6 @@ HEADINGS = 128
 
 SAMPLED = math.radians(6.0)
 """Angle between the points of a curve that tell its reach."""
-
-ALIKE = 1e-10
-"""Plans that differ by less (m, rad) are one."""
 
 DISTANCES = 1 << 16
 """Distances of points and pieces that are worked on at once: a few megabytes."""
@@ -129,17 +127,16 @@ class Pieces:
         """Least distance (m) in the plane of points (k, 2) from the centre lines."""
         if not len(self.rows):
             return np.full(len(where), np.inf)
-        from_one = self._from_curves if self.is_curved else self._from_sides
         step = max(1, DISTANCES // len(self.rows))
-        parts = (where[begin : begin + step, None, :] for begin in range(0, max(1, len(where)), step))
-        return np.concatenate([from_one(part).min(axis=1) for part in parts])
-
-    def _from_sides(self, p: Array) -> Array:
-        """Distances (points, pieces; m) of points (points, 1, 2; m) from straight pieces."""
-        start, step = self.rows[:, :2], self.rows[:, 2:4] - self.rows[:, :2]
-        s = np.clip(np.sum((p - start) * step, axis=-1) / np.sum(step * step, axis=-1), 0.0, 1.0)
-        away = p - start - s[..., None] * step
-        return np.hypot(away[..., 0], away[..., 1])
+        found = []
+        for begin in range(0, max(1, len(where)), step):
+            part = where[begin : begin + step, None, :]
+            if self.is_curved:
+                away = self._from_curves(part)
+            else:
+                away = distances_in_plane(part, self.rows[:, :2], self.rows[:, 2:4])
+            found.append(away.min(axis=1))
+        return np.concatenate(found)
 
     def _from_curves(self, p: Array) -> Array:
         """Distances (points, pieces; m) of points from pieces of spirals, radially or from their ends."""
@@ -162,26 +159,15 @@ def track_pieces(tracks: Sequence[Track]) -> tuple[Pieces, Pieces, Layers]:
     """The straight and the curved pieces of a winding's distinct plans, and its layers; the tracks have one width."""
     sides = [np.concatenate([t.starts, t.ends, t.before, t.after], axis=1) for t in tracks]
     arcs = [np.concatenate([t.arcs, np.zeros((len(t.arcs), 1))], axis=1) for t in tracks]
-    plans = _plans([np.concatenate([a.ravel(), b.ravel()]) for a, b in zip(sides, arcs, strict=True)])
+    plans = plan_numbers([np.concatenate([a.ravel(), b.ravel()]) for a, b in zip(sides, arcs, strict=True)])
     return _joined(sides, plans, tracks[0].width), _joined(arcs, plans, tracks[0].width), _layers(plans, tracks)
 
 
 def spiral_pieces(layers: Sequence[SpiralLayer]) -> tuple[Pieces, Layers]:
     """The half turns (m) of round layers' distinct plans, along the current, and the layers; all of one width."""
     rows = [_half_turns(layer) for layer in layers]
-    plans = _plans([row.ravel() for row in rows])
+    plans = plan_numbers([row.ravel() for row in rows])
     return _joined(rows, plans, layers[0].width), _layers(plans, layers)
-
-
-def _plans(layers: Sequence[Array]) -> list[int]:
-    """The number of each layer's plan: every other layer repeats."""
-    known: list[Array] = []
-    found = []
-    for layer in layers:
-        same = [k for k, one in enumerate(known) if one.shape == layer.shape and np.all(np.abs(one - layer) <= ALIKE)]
-        found += same[:1] or [len(known)]
-        known += [] if same else [layer]
-    return found
 
 
 def _joined(rows: Sequence[Array], plans: Sequence[int], width: float) -> Pieces:

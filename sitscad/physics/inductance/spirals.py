@@ -182,7 +182,10 @@ def _over_strands(
             c = sense * ahead
             squared = (x1 - x2 - step) ** 2 + (a - c) ** 2 + extra
             squared += 2.0 * ((p * q + a * c) * half + (p * c - a * q) * (sense * sine))
-            inverse = _inverse_distance(squared, levels_apart)
+            if levels_apart:  # the mean of 1/distance at both heights
+                inverse = 0.5 / np.sqrt(squared - levels_apart) + 0.5 / np.sqrt(squared + levels_apart)
+            else:
+                inverse = 1.0 / np.sqrt(squared)
             total += share * other_share * float(np.sum(weight * stretch * other_stretch * inverse))
     return total
 
@@ -208,13 +211,6 @@ def _levels(height: float, thicknesses: tuple[float, float], levels: int) -> tup
     """
     low, *_, high = 2 * level_heights(height, thicknesses, levels)  # one height is both
     return 0.5 * (low**2 + high**2), 0.5 * (high**2 - low**2)
-
-
-def _inverse_distance(squared: Array, levels_apart: float) -> Array:
-    """The mean of 1/distance at both heights, of `_levels`."""
-    if not levels_apart:
-        return 1.0 / np.sqrt(squared)
-    return 0.5 / np.sqrt(squared - levels_apart) + 0.5 / np.sqrt(squared + levels_apart)
 
 
 def _crossing(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: Resolution) -> float:

@@ -23,10 +23,8 @@ from sitscad.physics.inductance.mean_distance import height_nodes, level_heights
 from sitscad.physics.inductance.track_strands import (
     BLOCK,
     FLOOR,
-    BentPiece,
     Bundle,
     Pairs,
-    Side,
     Track,
     bundle,
     common_levels,
@@ -35,7 +33,6 @@ from sitscad.physics.inductance.track_strands import (
     distinct_pairs,
     kinds,
     pool,
-    track,
 )
 from sitscad.record import record
 
@@ -201,8 +198,6 @@ def ends_and_corners(one: Track, strands: int) -> float:
     corners = np.interp(one.turnings, _TURNINGS, [0.0, *at[2:]]) if strands == 3 else 0.0
     return one.width * (2.0 * at[strands - 2] + float(np.sum(corners)))
 
-
-__all__ = ["BentPiece", "Side", "Track", "track", "tracks_mutual_inductance", "winding_inductance"]
 
 Layers = tuple[int, int, float]
 """Numbers of two layers, and how often their pair counts."""

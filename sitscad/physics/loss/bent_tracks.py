@@ -295,7 +295,7 @@ def _cut_system(sides: _Sides, index: Index, fraction: float, weight: float, con
     flux = integrated(-MU0 / (4.0 * math.pi) * total * (1.0 + cut.curvature[:, None] * offset), cut, modes)
     if cut.curvature.any():
         flux += _bend_flux(cut, 0.5 * np.abs(cut.curvature) * sides.length[index], modes)
-    return mode_system(cut, flux, None, conductivity, modes, matrix)
+    return mode_system(cut, flux, conductivity, modes, matrix)
 
 
 def _bend_flux(cut: Cut, half: Array, modes: ModeSet) -> Array:

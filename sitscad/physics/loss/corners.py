@@ -16,6 +16,7 @@ import numpy as np
 
 from sitscad.arrays import Array, Index
 from sitscad.physics.constants import MU0
+from sitscad.physics.inductance.filaments import distances_in_plane
 from sitscad.physics.loss.bent_tracks import BentTrack
 from sitscad.physics.loss.corner_excess import (
     TIGHT,
@@ -193,7 +194,7 @@ def corner_inductance(tracks: Sequence[BentTrack]) -> float:
         part = np.arange(low, min(low + rows, field.size))
         point = corners.middle[part, None]
         far = normal_field(point, corners.height[part, None], filaments.start, filaments.end, filaments.height)
-        near = _distances(point, filaments) < NEAR * corners.width[part, None]
+        near = distances_in_plane(point, filaments.start, filaments.end) < NEAR * corners.width[part, None]
         numbers = np.arange(len(filaments.start))
         near |= (numbers >= corners.arms[part, :1]) & (numbers <= corners.arms[part, 1:])
         field[part] = np.sum(np.where(near, 0.0, far), axis=1)
@@ -326,14 +327,6 @@ def _on_arc(start: Array, end: Array, turn: float, fraction: float) -> Array:
     angle = 0.5 * turn * (fraction - 1.0)
     c, s = math.cos(angle), math.sin(angle)
     return np.asarray(start + chord * np.array([c * span[0] - s * span[1], s * span[0] + c * span[1]]))
-
-
-def _distances(point: Array, filaments: MitredFilaments) -> Array:
-    """Distances (n, filaments; m) in the plane of points (n, 1, 2) from filaments."""
-    span = filaments.end - filaments.start
-    away = point - filaments.start
-    along = np.clip(np.sum(away * span, axis=2) / np.sum(span * span, axis=1), 0.0, 1.0)
-    return np.asarray(np.hypot(*np.moveaxis(away - along[..., None] * span, -1, 0)))
 
 
 def _from_near(filaments: MitredFilaments, corners: Corners, i: Index, j: Index) -> Array:

@@ -135,11 +135,6 @@ class ModeSystem:
         rates, vectors = np.linalg.eigh(self.project(self.project(self.matrix).T))
         return rates, (self.project(self.coupling) @ vectors) ** 2
 
-    def with_measure(self, rates: Array, strengths: Array) -> ProximityLoss:
-        """The loss of modes of such relaxation times (s) and strengths (ohm s2)."""
-        below = float(np.sum(strengths[rates < 0.0]))
-        return ProximityLoss(self.direct, np.maximum(rates, 0.0), strengths, self.change, below)
-
 
 def losses(systems: Sequence[ModeSystem], steps: int) -> list[ProximityLoss]:
     """R (ohm) and L (H) of systems of one matrix and one carrier, driven otherwise: by Lanczos runs side by side
@@ -150,11 +145,15 @@ def losses(systems: Sequence[ModeSystem], steps: int) -> list[ProximityLoss]:
     if len(found) < len(systems):
         driven = np.stack([system.project(system.coupling) for system in systems])
         found = _lanczos(systems[0].matrix, driven, steps, systems[0].project)
-    return [system.with_measure(*measure) for system, measure in zip(systems, found, strict=True)]
+    return [
+        ProximityLoss(system.direct, np.maximum(rates, 0.0), strengths, system.change,
+                      float(np.sum(strengths[rates < 0.0])))
+        for system, (rates, strengths) in zip(systems, found, strict=True)
+    ]
 
 
-def mode_system(cut: Cut, smooth: Array | None, current: Array | None, conductivity: float, modes: ModeSet,
-                matrix: Array | NearAndFar | None = None) -> ModeSystem:
+def mode_system(cut: Cut, smooth: Array | None, conductivity: float, modes: ModeSet,
+                matrix: Array | NearAndFar | None = None, current: Array | None = None) -> ModeSystem:
     """The modes of a cut's tracks in series, with `conductivity` in S/m.
 
     The tracks drive each other as straight parallel ones do; `smooth` (n, points; Wb/m/A) is what the real path adds:
@@ -190,18 +189,11 @@ def mode_system(cut: Cut, smooth: Array | None, current: Array | None, conductiv
     return ModeSystem(matrix, coupling, source, shift, carrier / np.sqrt(size), direct, change)
 
 
-def cut_loss(cut: Cut, smooth: Array | None, current: Array | None, conductivity: float, modes: ModeSet,
-             steps: int, matrix: Array | NearAndFar | None = None) -> ProximityLoss:
-    """Loss of a cut's tracks in series: `mode_system` by a Lanczos run of so many steps."""
-    return mode_system(cut, smooth, current, conductivity, modes, matrix).loss(steps)
-
-
-def parallel_tracks_loss(cut: Cut, current: Array, conductivity: float, modes: ModeSet, steps: int = 16,
-                         ) -> ProximityLoss:
+def parallel_tracks_loss(cut: Cut, current: Array, conductivity: float, modes: ModeSet, steps: int) -> ProximityLoss:
     """Loss (ohm and H for the length in `cut`, m) of long straight parallel tracks, one alone or several with their
     currents (+1, -1); conductivity in S/m.
     """
-    return cut_loss(cut, None, current, conductivity, modes, steps)
+    return mode_system(cut, None, conductivity, modes, current=current).loss(steps)
 
 
 def _lanczos(

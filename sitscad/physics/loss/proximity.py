@@ -22,9 +22,9 @@ from sitscad.physics.loss.current_modes import ModeSystem, ProximityLoss, joined
 from sitscad.physics.loss.track_modes import (
     Cut,
     ModeSet,
-    at_all_points,
     few_points,
     field_nodes,
+    from_few_points,
     integrated,
     points_of,
     rough_modes,
@@ -122,7 +122,7 @@ def _mean_cut(layers: tuple[SpiralLayer, ...], conductivity: float, modes: ModeS
     height, width, thickness = np.array(rows).T
     cut = Cut(across, height, width, thickness, 2.0 * math.pi * across * part, 1.0 / across)
     smooth = ring_flux(cut, modes) / (2.0 * math.pi * across[:, None])
-    system = mode_system(cut, smooth, None, conductivity, modes)
+    system = mode_system(cut, smooth, conductivity, modes)
     driven = np.repeat(part, len(modes.orders))
     return WindingCut(cut, replace(system, coupling=system.coupling * driven))
 
@@ -208,7 +208,7 @@ def azimuth_system(layers: Sequence[SpiralLayer], azimuth: float, cut: Cut, cond
     """The modes of such a cut of a conductivity (S/m), driven by the real winding."""
     smooth = ring_flux(cut, modes) / (2.0 * math.pi * cut.across[:, None])
     smooth += _end_flux(layers, azimuth, cut, modes)
-    return mode_system(cut, smooth, None, conductivity, modes)
+    return mode_system(cut, smooth, conductivity, modes)
 
 
 def ring_flux(cut: Cut, modes: ModeSet) -> Array:
@@ -221,7 +221,7 @@ def ring_flux(cut: Cut, modes: ModeSet) -> Array:
     squared[own, :, own] = 1.0
     mutual = smooth_rings(r[..., None], cut.across, squared, cut.unit)
     mutual[own, :, own] = 0.0
-    others = at_all_points(mutual.sum(axis=2), modes)
+    others = mutual.sum(axis=2) @ from_few_points(modes)
     # In its own track the kernel's remainder is averaged over the source's width.
     r, z = points_of(cut, modes)
     nodes, share = gauss(modes.points[0])

@@ -115,21 +115,16 @@ def _integrals(modes: ModeSet) -> Array:
 
 def few_points(modes: ModeSet) -> ModeSet:
     """The set with no more points (numbers, no unit) than what is smooth over a cross-section needs: see
-    `at_all_points`.
+    `from_few_points`.
     """
     return replace(modes, points=(min(SMOOTH_POINTS[0], modes.points[0]), min(SMOOTH_POINTS[1], modes.points[1])))
 
 
-def at_all_points(values: Array, modes: ModeSet) -> Array:
-    """Values at the points of `few_points` (n, few) as polynomials through them have them at all points (n, points), in
-    their unit.
-    """
-    return np.asarray(values @ _interpolation(modes))
-
-
 @lru_cache(maxsize=16)
-def _interpolation(modes: ModeSet) -> Array:
-    """Values at the many points of a track from those at few ones (many, few), no unit, by their polynomials."""
+def from_few_points(modes: ModeSet) -> Array:
+    """What takes values at the points of `few_points` to those of their polynomials at all points of a track: (few,
+    points), no unit.
+    """
     few = few_points(modes)
     across, through = (
         np.linalg.solve(legendre(few.points[k] - 1, gauss(few.points[k])[0]).T,

@@ -122,10 +122,7 @@ def reflected_inductances(
     """
     key = frequencies.tobytes(), above, below, tuple(distances)
     if key not in spectrum.returned:
-        k, z = spectrum.wave_numbers, spectrum.heights
-        both, mixed, other = returned_waves(k, frequencies, above, below, (float(z.min()), float(z.max())))
-        up, cross, down = spectrum.sums
-        waves = spectrum.weights * (both * up + 2.0 * mixed * cross + other * down)
+        waves = spectrum.weights * _returned_power(spectrum, frequencies, above, below)
         shift = np.array([spectrum.shift(distance) for distance in distances])
         spectrum.returned[key] = np.asarray(MU0 * math.pi * (waves @ shift.T))
     return spectrum.returned[key].copy()
@@ -137,10 +134,21 @@ def raised_inductances(
     """What the reflectors add to a coil's inductance (n,; H, complex) at a frequency (Hz), that above being farther by
     each of (n,) lengths (m): as `reflected_inductances`.
     """
-    k, z, (up, cross, down) = spectrum.wave_numbers, spectrum.heights, spectrum.sums
+    power = _returned_power(spectrum, np.array([frequency]), above, below, raised[:, None])
+    return np.asarray(MU0 * math.pi * (power @ spectrum.weights))
+
+
+def _returned_power(
+    spectrum: CurrentSpectrum, frequencies: Array, above: Reflector | None, below: Reflector | None,
+    raised: Array | float = 0.0
+) -> ComplexArray:
+    """Power (frequencies, wave numbers; m2, complex) of a coil's waves with what comes back of them
+    (`returned_waves`).
+    """
+    (up, cross, down), z = spectrum.sums, spectrum.heights
     levels = float(z.min()), float(z.max())
-    both, mixed, other = returned_waves(k, np.array([frequency]), above, below, levels, raised[:, None])
-    return np.asarray(MU0 * math.pi * ((both * up + 2.0 * mixed * cross + other * down) @ spectrum.weights))
+    both, mixed, other = returned_waves(spectrum.wave_numbers, frequencies, above, below, levels, raised)
+    return np.asarray(both * up + 2.0 * mixed * cross + other * down)
 
 
 def distance_derivative(spectrum: CurrentSpectrum, heights: Sequence[float]) -> Array:

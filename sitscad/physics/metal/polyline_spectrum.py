@@ -16,6 +16,7 @@ from itertools import pairwise
 import numpy as np
 
 from sitscad.arrays import Array, ComplexArray, Flags, Index
+from sitscad.physics.inductance.clusters import plan_numbers
 from sitscad.physics.inductance.filaments import PolylineTrack
 from sitscad.physics.loss.bent_tracks import BentTrack
 from sitscad.physics.loss.corner_excess import Loops
@@ -178,7 +179,8 @@ def polyline_spectrum(tracks: Sequence[PolylineTrack], nearest: float, loops: Se
     everything = np.concatenate([track.corners for track in tracks])
     centre = 0.5 * (everything.min(axis=0) + everything.max(axis=0))
     k, weights = wave_numbers(float(np.hypot(*(everything - centre).T).max()), nearest)
-    distinct, owner = _distinct(tracks)
+    owner = plan_numbers([np.append(track.corners, track.width) for track in tracks])
+    distinct = [tracks[owner.index(n)] for n in range(max(owner) + 1)]
     directions = _Directions.of([track.corners for track in distinct])
     used = [loops[owner.index(n)] for n in range(len(distinct))] if loops else []
     shapes = [_Mitred(track, centre, used[n] if used else None) for n, track in enumerate(distinct)]
@@ -216,24 +218,6 @@ def _all_waves(shapes: Sequence[_Mitred], follows: Sequence[TrackImage | None], 
         else:
             found[n] = image.waves(found[image.of], numbers[:, None] * unit, *seen)
     return found
-
-
-def _distinct(tracks: Sequence[PolylineTrack]) -> tuple[list[PolylineTrack], list[int]]:
-    """Paths (m) that differ, and which of them each one is: every other layer repeats."""
-    shapes: list[PolylineTrack] = []
-    owner = []
-    for track in tracks:
-        same = [
-            i
-            for i, shape in enumerate(shapes)
-            if shape.width == track.width
-            and shape.corners.shape == track.corners.shape
-            and np.all(np.abs(shape.corners - track.corners) <= 1e-9)
-        ]
-        if not same:
-            shapes.append(track)
-        owner.append(same[0] if same else len(shapes) - 1)
-    return shapes, owner
 
 
 @record
