@@ -205,12 +205,12 @@ class Design:
 
     @_without_text
     def solved(self) -> Felt:
-        """What the sensor feels by its response, each when it is asked for; raises `NoResponse` without a pad."""
+        """What the sensor feels by its response; raises `NoResponse` where there is nothing to feel."""
         if self.spec.cells is not None:
             return self.one.solved
-        from sitscad.estimates.performance.points import solved_performance
+        from sitscad.estimates.performance.points import feel
 
-        return solved_performance(self.response)
+        return feel(self.layout, self.estimates, self.response)
 
     @_without_text
     def performance(self) -> tuple[Performance, ...]:
@@ -248,12 +248,16 @@ class Design:
 
     @_without_text
     def felt(self) -> Felt | None:
-        """The performance by the quick method, for checks; None where there is nothing to feel."""
+        """What the sensor feels by the quick method, for checks; None where there is nothing to feel."""
         if self.spec.cells is not None:
             return self.one.felt
-        from sitscad.estimates.performance.quick import quick_performance
+        from sitscad.estimates.performance.points import feel
+        from sitscad.estimates.response.pad import NoResponse
 
-        return quick_performance(self.layout, self.estimates)
+        try:
+            return feel(self.layout, self.estimates)
+        except NoResponse:
+            return None
 
     @_without_text
     def twins(self) -> tuple[Loads, Loads] | None:

@@ -14,7 +14,7 @@ from sitscad.checks import RULES
 from sitscad.checks.reading.response import FEWEST_STEPS
 from sitscad.checks.rules import apply_rule
 from sitscad.design import Design
-from sitscad.estimates.performance.quick import quick_performance
+from sitscad.estimates.performance.points import feel
 from sitscad.estimates.states.moved_target import moved_changes
 from sitscad.finding import Severity
 from sitscad.spec.places import shared_middles
@@ -57,7 +57,7 @@ def test_a_target_that_ends_at_the_rims_feels_a_tilt_as_more_than_the_shear():
     wide = pad.replace({"target.size": 14, "elastomer.size": 14})
     found = [one for one in sitscad.check(wide).findings if one.rule == "SIT218"]
     assert [one.key for one in found] == ["target.size"] * 2
-    felt = quick_performance(sitscad.lay_out(wide), sitscad.estimate(sitscad.lay_out(wide))).points[1]
+    felt = feel(sitscad.lay_out(wide), sitscad.estimate(sitscad.lay_out(wide))).points[1]
     for finding, other, axis in zip(found, "xy", (2, 1), strict=True):
         assert f"one degree about {other}" in finding.message and "(tried)" in finding.hint
         assert finding.measured == approx(felt.tilt_errors(math.radians(1.0))[axis].max(), rel=0.2)

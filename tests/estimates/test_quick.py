@@ -11,7 +11,8 @@ from tolerance import approx
 import sitscad
 from sitscad import Design
 from sitscad.estimates.performance import quick
-from sitscad.estimates.performance.quick import quick_performance, tank_law
+from sitscad.estimates.performance.points import feel
+from sitscad.estimates.performance.quick import tank_law
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
 
@@ -21,7 +22,7 @@ TEMPLATES = Path(__file__).parents[2] / "templates"
                                         pytest.param("fingertip_foil", marks=pytest.mark.slow)])
 def both(request):
     design = Design(sitscad.load(TEMPLATES / f"{request.param}.yaml"))
-    return quick_performance(design.layout, design.estimates), design.performance
+    return feel(design.layout, design.estimates), design.performance
 
 
 def test_resolutions_are_within_three_per_cent(both):
@@ -62,7 +63,7 @@ def test_its_chart_is_as_good_as_a_finer_one(pressed_far, monkeypatch):
     usual = pressed_far.felt.points
     monkeypatch.setattr(quick, "PLACES", 11)
     monkeypatch.setattr(quick, "HEIGHTS", 9)
-    finer = quick_performance(pressed_far.layout, pressed_far.estimates)
+    finer = feel(pressed_far.layout, pressed_far.estimates)
     for point, other in zip(usual, finer.points, strict=True):
         assert point.noise == approx(other.noise, rel=0.03, abs=0.0)
 
@@ -91,7 +92,7 @@ def steel():
 
 def test_loss_in_magnetic_steel_pulls_the_tank_too(steel):
     """By inductance alone the noise in newtons was 18, 72 and 117 % off, and a tilt's errors by half."""
-    quick = quick_performance(steel.layout, steel.estimates)
+    quick = feel(steel.layout, steel.estimates)
     for point, other in zip(quick.points, steel.performance, strict=True):  # 30 um of copper: the steel has more of R
         assert point.noise == approx([axis.resolution for axis in other.axes.values()], rel=0.03)
         errors = np.array([list(row.values()) for row in other.tilt_error.values()])
@@ -114,4 +115,4 @@ def test_temperature_is_within_a_tenth(both):
 
 def test_without_target_there_is_nothing_to_feel():
     design = Design(sitscad.load(TEMPLATES / "single_coil.yaml"))
-    assert quick_performance(design.layout, design.estimates) is None
+    assert design.felt is None and design.performance == ()

@@ -18,10 +18,11 @@ from sitscad.estimates import estimated
 from sitscad.estimates.performance.bench import Bench
 from sitscad.estimates.performance.causes import DEGREE, WARMER, Disturbed, Tilts, by_metal, resonances
 from sitscad.estimates.performance.inversion import SolvedRange, crosstalk, solved_range
+from sitscad.estimates.performance.quick import quick_bench
 from sitscad.estimates.performance.units import Units, units_of
 from sitscad.estimates.performance.values import AXES, AxisPerformance, Loads, Performance, along
 from sitscad.estimates.response.model import ResponseModel
-from sitscad.estimates.response.pad import TOO_SOFT, compliance, pushed
+from sitscad.estimates.response.pad import TOO_SOFT, NoResponse, compliance, pushed
 from sitscad.estimates.response.working_range import beyond_held_shear, held_shear, required_range
 from sitscad.estimates.scatter import manufacturing_scatter
 from sitscad.estimates.states.pressing import rests_on_pad
@@ -30,7 +31,6 @@ from sitscad.estimates.winding.losses import SCREENING
 from sitscad.layout.board import Layout
 from sitscad.record import record
 from sitscad.scene.state import FREE
-from sitscad.spec.sensor import SensorSpec
 
 LIMITS = 3.0  # Standard deviations of manufacture between which a coil before assembly counts as sound
 HALF_SCANS, RESONANCE = "half the scan rate", "resonance of target and pad"  # What a bandwidth is limited by
@@ -117,29 +117,32 @@ class Felt:
         return full.friction(full.errors(self.units, self.working.map_errors), shear)
 
 
-def can_feel(spec: SensorSpec, estimates: Estimates) -> bool:
-    """Whether there are a target on its pad and tanks that the converter can count."""
-    has_parts = spec.target is not None and spec.elastomer is not None and rests_on_pad(spec)
-    return has_parts and estimates.readout.rcount is not None
-
-
-def solved_performance(model: ResponseModel) -> Felt:
-    """What a sensor feels by its response. Raises NoResponse without a pad."""
+def feel(layout: Layout, estimates: Estimates, model: ResponseModel | None = None) -> Felt:
+    """What a sensor feels: by its response where there is a `model`, else by a chart at a small part of the cost, which
+    `quick` says how far off it is. Raises NoResponse where target, pad or a tank that the converter can count are
+    missing, and for a chart where a coil has no state at rest.
+    """
+    spec = layout.spec
+    if spec.target is None or spec.elastomer is None or not rests_on_pad(spec):
+        raise NoResponse("nothing is felt without a target on its pad")
+    if estimates.readout.rcount is None:
+        raise NoResponse("nothing is felt by tanks that the converter cannot count")
+    if model is None:
+        return Felt(layout, estimates, quick_bench(layout, estimates))
 
     def frequencies(poses: Array) -> Array:
         return model.on_pad(poses).frequency
 
-    bench = Bench(model.spec, model.estimates, required_range(model.spec), frequencies, frequencies)
-    return Felt(model.layout, model.estimates, bench)
+    return Felt(layout, estimates, Bench(model.spec, estimates, required_range(model.spec), frequencies, frequencies))
 
 
 def performance(
     felt: Felt, model: ResponseModel, twins: Callable[[], tuple[Loads, Loads] | None]
 ) -> tuple[Performance, ...]:
-    """Performance at rest, half and full load; nothing where target, elastomer or tank are missing, or where the pad
-    gives way under full load. `twins` gives two loads of one reading (`Design.twins`).
+    """Performance at rest, half and full load; nothing where the pad gives way under full load. `twins` gives two loads
+    of one reading (`Design.twins`).
     """
-    if not can_feel(model.spec, model.estimates) or not all(felt.held):
+    if not all(felt.held):
         return ()
     alike = twins()
     return tuple(_at(at, point, felt, model, alike) for (at, _), point in zip(POINTS, felt.warmed, strict=True))

@@ -17,8 +17,7 @@ import numpy as np
 
 from sitscad.arrays import Array, ComplexArray
 from sitscad.estimates.performance.bench import Bench
-from sitscad.estimates.performance.points import Felt, can_feel
-from sitscad.estimates.response.pad import soft_pad
+from sitscad.estimates.response.pad import NoResponse, soft_pad
 from sitscad.estimates.response.working_range import required_range
 from sitscad.estimates.states.assembly import warmed
 from sitscad.estimates.states.moved_target import target_effects
@@ -188,16 +187,14 @@ def _pull(estimates: Estimates) -> Array:
     return found
 
 
-def quick_performance(layout: Layout, estimates: Estimates) -> Felt | None:
-    """What the rules ask of a sensor; None where target, pad, the state at rest or the tank are missing."""
-    if not can_feel(layout.spec, estimates):
-        return None
+def quick_bench(layout: Layout, estimates: Estimates) -> Bench:
+    """A design with a target on its pad, by the chart. Raises NoResponse where a coil has no state at rest."""
     if not all(coil.states.get(REST) is not None and coil.states[REST].frequency > 0.0 for coil in estimates.coils):
-        return None
+        raise NoResponse("nothing is felt by a coil without a state at rest")
     spec = warmed(layout.spec, layout.spec.requirements.temperature)
     level = chart(layout, estimates)
     if estimates.is_rough:
-        return Felt(layout, estimates, Bench(spec, estimates, required_range(spec, True), level, level))
+        return Bench(spec, estimates, required_range(spec, True), level, level)
     law, pressed, warm = tank_law(spec.readout.device, estimates), estimates.pressed_place, replace(layout, spec=spec)
 
     def tilted(poses: Array) -> Array:
@@ -211,4 +208,4 @@ def quick_performance(layout: Layout, estimates: Estimates) -> Felt | None:
         said = law.logarithms(change[1:] * held(estimates, change[0]))
         return np.asarray(level(flat) * np.exp(said[: len(poses)] - said[len(poses) :]))
 
-    return Felt(layout, estimates, Bench(spec, estimates, required_range(spec), level, tilted))
+    return Bench(spec, estimates, required_range(spec), level, tilted)
