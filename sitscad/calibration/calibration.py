@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from sitscad.calibration.plan import Plan, plan
 from sitscad.calibration.points import Points
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import PAD_ERRORS, POSE_ERRORS, SURELY, WIDEST
+from sitscad.estimates.performance.inversion import Crosstalk, axis_sweeps, crosstalk_of
 from sitscad.estimates.performance.values import AXES, of_full_scale
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.pad import NoResponse
@@ -91,6 +92,16 @@ class Calibration:
                                           for name, size in zip(self.map.axes, full, strict=True))
         return (head, *((one.of, *(of_full_scale(error, size) for error, size in zip(one.error, full, strict=True)))
                         for one in self.unit_errors))
+
+    @cached_property
+    def crosstalk(self) -> Crosstalk:
+        """Crosstalk by this map, half the normal force on the sensor, which is as it is drawn. `Performance.crosstalk`
+        is another figure: what the best polynomial in the readings leaves.
+        """
+        scope, none = self.sensors.range, np.zeros(len(self.sensors.known))
+        loads = axis_sweeps(scope, np.array([0.5 * scope.normal, 0.0, 0.0]))
+        frequency = self.sensors.under(none, np.vstack([np.zeros((1, 3)), loads.reshape(-1, 3)]), exact=True)
+        return crosstalk_of(scope, loads, self.map(frequency[1:], frequency[0]))
 
     @property
     def errors_are(self) -> str:

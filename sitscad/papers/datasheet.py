@@ -83,6 +83,7 @@ def figures_for_programs(
         known = found.document()
         whole["unit_to_unit"] = {key: known[key] for key in ("errors_are", "rotation", "unit_errors")}
         whole["unit_to_unit"]["in_words"] = found.error_rows
+        whole["map_crosstalk"] = found.crosstalk
     if response is not None:
         whole["pushed"] = response_table(response).document()
     rounded = json.loads(json.dumps(whole), parse_float=_plain)
@@ -237,7 +238,10 @@ def summary(felt: Sequence[Performance], layout: Layout, found: Calibration | No
     )
     row("nonlinearity, straight map", *(_share(half.axes[name].nonlinearity) for name in names))
     row("crosstalk, straight map", *(_crosstalk(half.straight_crosstalk, name) for name in names))
-    row("crosstalk, curved map, of this design as drawn", *(_crosstalk(half.crosstalk, name) for name in names))
+    row("crosstalk, best curved map, of this design as drawn", *(_crosstalk(half.crosstalk, name) for name in names))
+    if found is not None:
+        row(f"crosstalk, the map to newtons, of this design as drawn{', least signal' if has_cells else ''}",
+            *(_crosstalk(found.crosstalk, name) for name in names))
     degrees = f"{math.degrees(full.tilt):.3g}"
     tilt = "one degree" if degrees == "1" else f"{degrees} degrees"
     for angle in ("rx", "ry"):

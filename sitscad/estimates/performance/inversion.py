@@ -1,4 +1,10 @@
-"""From readings to loads: the curved map that a calibration leaves, and whether there is only one load to a reading."""
+"""From readings to loads: the best curved map of one design, and whether there is only one load to a reading.
+
+It says what the readings can tell at best, without noise, so that designs are judged by themselves and at a check's
+cost. The map that firmware gets is another, `calibration.inverse_map`: it has to hold for noisy readings of any unit,
+beyond the loads that it was made for, and in C. Data sheets tell the crosstalk of both; the two differ by up to 1 % of
+full scale (tests/papers/test_datasheet.py).
+"""
 
 from __future__ import annotations
 
@@ -12,6 +18,7 @@ import numpy as np
 from sitscad.arrays import Array
 from sitscad.estimates.performance.bench import Bench
 from sitscad.estimates.performance.values import Loads, along
+from sitscad.estimates.response.working_range import WorkingRange
 from sitscad.physics.polynomials import Exponents, exponents, monomials
 from sitscad.record import record
 
@@ -31,6 +38,9 @@ DRAWN = 3e-3  # What readings may be off by (rms), of their span, where loads ar
 TOLD = 0.1
 """Singular values of the readings' slopes, over the largest, from which on a step goes along them: along what is hardly
 told any load reads alike, and a step there would bring two loads together."""
+
+SWEEP = 5  # Loads along an axis at which crosstalk is looked for
+Crosstalk = dict[str, dict[str, float]]  # Errors by axis, and by the axis that makes them
 
 TRIED = 12  # Pairs of loads from which two with one reading are searched
 
@@ -233,19 +243,28 @@ def _alike(forward: Polynomial, full: Array, names: tuple[str, ...]) -> Iterator
             yield places[one], here
 
 
-def crosstalk(working: SolvedRange, load: Array, straight: Array) -> tuple[dict[str, dict[str, float]], ...]:
-    """Crosstalk by the curved map and by a `straight` one (N per reading; axes, coils): how far (of its full scale)
-    every axis errs while another goes to both ends of its full scale, from a working point's `load` (3; N).
+def crosstalk(working: SolvedRange, load: Array, straight: Array) -> tuple[Crosstalk, ...]:
+    """Crosstalk by the curved map and by a `straight` one (N per reading; axes, coils), from a working point's `load`
+    (3; N).
     """
-    bench, names = working.bench, working.bench.range.axes
-    found: tuple[dict[str, dict[str, float]], ...] = ({a: {} for a in names}, {a: {} for a in names})
-    for b in names:
-        forces = np.linspace(0.0 if b == "normal" else -1.0, 1.0, 5) * bench.full[b]
-        loads = np.vstack([load, along(load, b, forces)])
-        readings = bench.readings(bench.poses(loads))
-        for maps, read in zip(found, (working.map(readings), readings @ straight.T), strict=True):
-            error = np.abs((read - read[0]) - (loads - loads[0])[:, bench.range.columns]).max(axis=0)
-            for k, a in enumerate(names):
-                if a != b:
-                    maps[a][b] = float(error[k] / bench.full[a])
-    return found
+    bench = working.bench
+    loads = axis_sweeps(bench.range, load)
+    readings = bench.readings(bench.poses(loads.reshape(-1, 3)))
+    return tuple(crosstalk_of(bench.range, loads, read) for read in (working.map(readings), readings @ straight.T))
+
+
+def axis_sweeps(scope: WorkingRange, load: Array) -> Array:
+    """Loads (axes, n, 3; N) from a `load` (3; N), the first of each axis, to both ends of one axis after the other."""
+    sweeps = zip(scope.axes, scope.lowest, scope.full_scales, strict=True)
+    return np.array([np.vstack([load, along(load, name, np.linspace(low, 1.0, SWEEP) * full)])
+                     for name, low, full in sweeps])
+
+
+def crosstalk_of(scope: WorkingRange, loads: Array, read: Array) -> Crosstalk:
+    """How far every axis errs, of its full scale, while another goes over its own, by the forces (axes * n, axes told
+    apart; N) that a map reads of `axis_sweeps` (axes, n, 3; N).
+    """
+    found = read.reshape(*loads.shape[:2], -1)
+    true = loads[:, :, scope.columns]
+    error = np.abs((found - found[:, :1]) - (true - true[:, :1])).max(axis=1) / scope.full_scales
+    return {a: {b: float(error[j, k]) for j, b in enumerate(scope.axes) if b != a} for k, a in enumerate(scope.axes)}
