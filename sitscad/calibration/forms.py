@@ -10,12 +10,12 @@ from dataclasses import replace
 import numpy as np
 
 from sitscad.arrays import Array
-from sitscad.calibration.inverse_map import BEYOND, InverseMap, changes, terms
+from sitscad.calibration.inverse_map import BEYOND, InverseMap, MapForm, changes, terms
 from sitscad.calibration.model_fit import SUSPECT, ModelFit
 from sitscad.calibration.points import load_errors, load_slopes, unknown_slopes
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import units
-from sitscad.physics.polynomials import Exponents, exponents, monomials
+from sitscad.physics.polynomials import exponents, monomials
 from sitscad.record import record
 
 SMALL = 1e-10  # Share of the largest singular value below which terms of a map count as one
@@ -67,41 +67,15 @@ class Samples:
     forces: Array
 
 
-@record(eq=False)
-class FittedForm:
-    """A form fitted to samples: the arrays of an `InverseMap`; `size` counts its coefficients."""
-
-    form: Form
-    mix: Array
-    powers: Exponents
-    spline_powers: Exponents
-    denominator_powers: Exponents
-    numerator: Array
-    denominator: Array
-    low: Array
-    high: Array
-
-    @property
-    def size(self) -> int:
-        """How many coefficients it has."""
-        return self.numerator.size + self.denominator.size
-
-    def forces(self, samples: Samples, gain: Array) -> Array:
-        """Forces (n, axes; full scales) by the map."""
-        mixed = changes(samples.readings, samples.rest, gain, self.form.logarithmic) @ self.mix.T
-        top = terms(mixed, self.powers, np.array(self.form.knots), self.spline_powers) @ self.numerator.T
-        return np.asarray(top / (1.0 + monomials(mixed, self.denominator_powers) @ self.denominator.T))
-
-
-def fitted(form: Form, samples: Samples, gain: Array, noise: Array) -> FittedForm | None:
+def fitted(form: Form, samples: Samples, gain: Array, noise: Array) -> MapForm | None:
     """A form fitted to samples; `noise` (coils), one sigma, relative. None where its denominator comes near nothing."""
     seen = changes(samples.readings, samples.rest, gain, form.logarithmic)
     mix = linear(seen, samples.forces, 2.0 * noise * (gain if form.logarithmic else 1.0))
     mixed, axes = seen @ mix.T, len(mix)
     ones = [1.0] * axes
     powers, beside = exponents(ones, form.degree, 1), exponents(ones, form.beside if form.knots else -1.0)
-    columns = terms(mixed, powers, np.array(form.knots), beside)
-    below = exponents(ones, form.below, 1)
+    below, knots = exponents(ones, form.below, 1), np.array(form.knots)
+    columns = terms(mixed, powers, knots, beside)
     numerator, denominator = _coefficients(columns, monomials(mixed, below), samples.forces)
     low, high = mixed.min(axis=0), mixed.max(axis=0)
     if below.size:  # the least denominator of any axis in the box that readings may lie in, and a little beyond
@@ -109,7 +83,7 @@ def fitted(form: Form, samples: Samples, gain: Array, noise: Array) -> FittedFor
         box = np.stack(np.meshgrid(*ends, indexing="ij"), axis=-1).reshape(-1, len(ends))
         if float((1.0 + monomials(box, below) @ denominator.T).min()) < LEAST_DENOMINATOR:
             return None
-    return FittedForm(form, mix, powers, beside, below, numerator, denominator, low, high)
+    return MapForm(gain, form.logarithmic, mix, powers, numerator, denominator, below, low, high, knots, beside)
 
 
 def linear(seen: Array, forces: Array, noise: Array) -> Array:
@@ -151,9 +125,13 @@ def compared(parts: Sequence[tuple[Samples, Samples]], gain: Array, noise: Array
         wanted = len(exponents(ones, form.degree, 1)) + len(exponents(ones, form.below, 1)) + spline
         for learnt, asked in parts:  # half as many more samples as terms are wanted
             shape = fitted(form, learnt, gain, noise) if len(learnt.forces) >= 1.5 * wanted else None
-            left = np.inf if shape is None else float(np.mean((shape.forces(asked, gain) - asked.forces) ** 2))
-            square.append(left)
-            size = 0 if shape is None else shape.size
+            if shape is None:
+                square.append(np.inf)
+                size = 0
+                continue
+            top, bottom = shape.quotient(shape.mixed(asked.readings, asked.rest))
+            square.append(float(np.mean((top / bottom - asked.forces) ** 2)))
+            size = shape.numerator.size + shape.denominator.size
         found.append(Tried(form, float(np.sqrt(np.mean(square))), size))
     return tuple(found)
 
@@ -287,9 +265,8 @@ def _map(sensors: Sensors, form: Form, learnt: Samples, errors: Array) -> Invers
         shape = fitted(Form("polynomial of degree 3", True, 3), learnt, own, sensors.noise)
     assert shape is not None
     rest = np.rint(sensors.conversion.counts(sensors.under(errors, np.zeros((1, 3)))[0]))
-    spec, form = sensors.model.spec, shape.form
+    spec, scope = sensors.model.spec, sensors.range
     return InverseMap(
-        spec.name, spec.issue.revision or "", sensors.coils, sensors.range.axes, sensors.range.full_scales, own,
-        shape.mix, shape.powers, shape.numerator, shape.denominator, shape.denominator_powers, shape.low, shape.high,
-        np.zeros(len(sensors.range.axes)), rest, form.logarithmic, np.array(form.knots), shape.spline_powers,
+        **vars(shape), sensor=spec.name, revision=spec.issue.revision or "", coils=sensors.coils, axes=scope.axes,
+        full_scale=scope.full_scales, error=np.zeros(len(scope.axes)), rest=rest,
     )

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import field, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +22,33 @@ BEYOND = 0.1  # By how much of full scale a reading may lie outside what the map
 
 
 @record(eq=False)
-class InverseMap:
+class MapForm:
+    """The arrays of an `InverseMap` that make forces, over their full scales, of readings over their tare."""
+
+    gain: Array
+    logarithmic: bool
+    mix: Array
+    powers: Exponents
+    numerator: Array
+    denominator: Array
+    denominator_powers: Exponents
+    low: Array
+    high: Array
+    knots: Array
+    spline_powers: Exponents
+
+    def mixed(self, readings: Array, tare: Array) -> Array:
+        """About the force on every axis over its full scale, v (n, axes), of readings (n, coils) after a tare."""
+        return np.asarray(changes(readings, tare, self.gain, self.logarithmic) @ self.mix.T)
+
+    def quotient(self, mixed: Array) -> tuple[Array, Array]:
+        """What the force over full scale is a quotient of, (n, axes) each, however far v is beyond `low` and `high`."""
+        top = terms(mixed, self.powers, self.knots, self.spline_powers) @ self.numerator.T
+        return top, 1.0 + monomials(mixed, self.denominator_powers) @ self.denominator.T
+
+
+@record(eq=False)
+class InverseMap(MapForm):
     """Readings to forces. With n0 the tare (counts or frequencies at rest), n a reading and s = (n0/n)^2 - 1, which is
     L/L(rest) - 1, every coil gives u = ln(1 - gain s), the logarithm of the target's change over that at rest (or
     u = -s where the map is not `logarithmic`). v = `mix` u is about the force on every axis over its full scale, and
@@ -40,26 +66,15 @@ class InverseMap:
     coils: tuple[str, ...]
     axes: tuple[str, ...]
     full_scale: Array
-    gain: Array
-    mix: Array
-    powers: Exponents
-    numerator: Array
-    denominator: Array
-    denominator_powers: Exponents
-    low: Array
-    high: Array
     error: Array
     rest: Array
-    logarithmic: bool = True
-    knots: Array = field(default_factory=lambda: np.zeros(0))
-    spline_powers: Exponents = field(default_factory=lambda: np.zeros((0, 1), dtype=np.int64))
 
     def __call__(self, readings: ArrayLike, tare: ArrayLike) -> Array:
         """Forces (n, axes; N) of readings (n, coils) after a tare (coils): counts or frequencies, both of one kind. Of
         readings beyond what the map was made for (`holds`) it is the force where it ends. Raises ValueError for other
         shapes, and for readings that are not positive.
         """
-        return self.forces_at(np.clip(self.mixed(readings, tare), self.low - BEYOND, self.high + BEYOND))
+        return self.forces_at(np.clip(self.checked(readings, tare), self.low - BEYOND, self.high + BEYOND))
 
     @property
     def end(self) -> float:
@@ -67,24 +82,23 @@ class InverseMap:
         ends = np.where(np.arange(len(self.high)) == 0, self.high + BEYOND, 0.0)
         return float(self.forces_at(ends[None])[0, 0])
 
-    def mixed(self, readings: ArrayLike, tare: ArrayLike) -> Array:
-        """About the force on every axis over its full scale, (n, axes)."""
+    def checked(self, readings: ArrayLike, tare: ArrayLike) -> Array:
+        """What `mixed` gives of readings and tare that a map can take; raises ValueError for others."""
         given, rest = np.atleast_2d(np.asarray(readings, dtype=float)), np.asarray(tare, dtype=float)
         if given.shape[1:] != (len(self.coils),) or rest.shape != (len(self.coils),):
             raise ValueError(f"readings of {len(self.coils)} coils, and one tare for each, are wanted")
         if not (np.all(given > 0.0) and np.all(rest > 0.0)):
             raise ValueError("readings and tare are positive numbers")
-        return changes(given, rest, self.gain, self.logarithmic) @ self.mix.T
+        return self.mixed(given, rest)
 
     def forces_at(self, mixed: Array) -> Array:
         """Forces (n, axes; N) at what `mixed` gives, however far beyond what the map was made for."""
-        top = terms(mixed, self.powers, self.knots, self.spline_powers) @ self.numerator.T
-        bottom = 1.0 + monomials(mixed, self.denominator_powers) @ self.denominator.T
+        top, bottom = self.quotient(mixed)
         return np.asarray(self.full_scale * top / bottom)
 
     def holds(self, readings: ArrayLike, tare: ArrayLike) -> Flags:
         """Whether readings (n, coils) are such as the map was made for, (n,)."""
-        mixed = self.mixed(readings, tare)
+        mixed = self.checked(readings, tare)
         return np.all((mixed >= self.low - BEYOND) & (mixed <= self.high + BEYOND), axis=1)
 
     def document(self) -> dict[str, Any]:
@@ -126,7 +140,7 @@ def map_of(document: Mapping[str, Any] | str | Path) -> InverseMap:
 
 
 def changes(readings: Array, rest: Array, gain: Array, logarithmic: bool) -> Array:
-    """What every coil gives (n, coils): see `InverseMap`."""
+    """What every coil gives (n, coils): u of a `MapForm`."""
     share = (rest - readings) / readings
     change = share * (2.0 + share)
     return np.log(np.maximum(1.0 - gain * change, LEAST)) if logarithmic else -change
@@ -177,17 +191,16 @@ def ridge(columns: Array, wanted: Array, weight: float) -> tuple[Array, Array]:
 def correct(given: InverseMap, readings: Array, tare: Array, forces: Array) -> Correction:
     """The correction of a map by readings (n, coils) and forces (n, axes; N), the tare left out."""
     mixed = given.mixed(readings, tare)
-    before = forces - given.forces_at(mixed)
-    bottom = 1.0 + monomials(mixed, given.denominator_powers) @ given.denominator.T
-    whole = terms(mixed, given.powers, given.knots, given.spline_powers)
+    top, bottom = given.quotient(mixed)
+    before = forces - given.full_scale * top / bottom
     found = Correction(given, 0, before, before)
     for degree in DEGREES:
         chosen = np.flatnonzero(given.powers.sum(axis=1) <= degree)
+        columns = monomials(mixed, given.powers[chosen])
         for weight in WEIGHTS if len(before) >= POINTS_A_TERM * len(chosen) else ():
             numerator, alone = given.numerator.copy(), np.empty_like(before)
             for k, scale in enumerate(given.full_scale):
-                columns = whole[:, chosen] / bottom[:, k : k + 1]
-                added, left = ridge(columns, before[:, k : k + 1] / scale, weight)
+                added, left = ridge(columns / bottom[:, k : k + 1], before[:, k : k + 1] / scale, weight)
                 numerator[k, chosen] += added[:, 0]
                 alone[:, k] = left[:, 0] * scale
             share = np.linalg.norm(alone / given.full_scale) / np.linalg.norm(found.after / given.full_scale)
