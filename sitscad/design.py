@@ -120,13 +120,14 @@ class Design:
         if self.spec.cells is None:
             return self
         coils = self.spec.cells.coils
-        return self.once(f"cell {number}", lambda: self._cell(number, coils))
 
-    def _cell(self, number: int, coils: int) -> Design:
-        layout, found = self.layout.cell(number), self.estimates.part((number - 1) * coils, number * coils)
-        readout = replace(layout.spec.readout, capacitance=found.readout.capacitance)
-        spec = replace(layout.spec, readout=readout, name=f"{self.spec.name}-cell-{number}")
-        return Design(spec, replace(layout, spec=spec), found)
+        def made() -> Design:
+            layout, found = self.layout.cell(number), self.estimates.part((number - 1) * coils, number * coils)
+            readout = replace(layout.spec.readout, capacitance=found.readout.capacitance)
+            spec = replace(layout.spec, readout=readout, name=f"{self.spec.name}-cell-{number}")
+            return Design(spec, replace(layout, spec=spec), found)
+
+        return self.once(f"cell {number}", made)
 
     @property
     def cells(self) -> int:

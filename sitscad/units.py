@@ -81,12 +81,21 @@ def parse_quantity(value: str | int | float, dimension: str) -> float:
     if isinstance(value, bool) or not isinstance(value, (str, int, float)):
         raise UnitError(f"{_shortened(value)} is no {dimension}", "type", f"write it like {EXAMPLES[dimension]}")
     number, unit = _split(value, dimension)
-    if not unit:
-        return float(number * _bare_factor(number, dimension))
-    factor = UNITS[dimension].get(unit)
-    if factor is None:
-        raise _unit_error(number, unit, dimension)
-    return _finite(number * factor, value)
+    if unit:
+        factor = UNITS[dimension].get(unit)
+        if factor is None:
+            raise _unit_error(number, unit, dimension)
+    elif dimension == "length":
+        factor = Decimal("1e-3")
+    elif dimension == "angle" and number == 0:
+        factor = Decimal(1)
+    else:
+        needs = f"{'an' if dimension[0] in 'aeiou' else 'a'} {dimension} needs one"
+        raise UnitError(f"{number} has no unit, and {needs}", "unit", f"write it like {EXAMPLES[dimension]}")
+    found = float(number * factor)
+    if not math.isfinite(found):
+        raise UnitError(f"{_shortened(value)} is not a usable number", "range", "it is too large for any sensor")
+    return found
 
 
 def _split(value: str | int | float, dimension: str) -> tuple[Decimal, str]:
@@ -106,21 +115,6 @@ def _split(value: str | int | float, dimension: str) -> tuple[Decimal, str]:
         meant, is_thousand = text.replace(",", "."), re.match(r",\d{3}(?!\d)", unit) is not None
         raise UnitError(f"{_shortened(value)} has a decimal comma", "number", f"write {meant}", meant, not is_thousand)
     return Decimal(match.group()), unit
-
-
-def _bare_factor(number: Decimal, dimension: str) -> Decimal:
-    """What a number without a unit is multiplied by; UnitError where a unit is needed."""
-    if dimension == "length":
-        return Decimal("1e-3")
-    if dimension == "angle" and number == 0:
-        return Decimal(1)
-    raise UnitError(
-        f"{number} has no unit, and {_a(dimension)} needs one", "unit", f"write it like {EXAMPLES[dimension]}"
-    )
-
-
-def _a(dimension: str) -> str:
-    return f"{'an' if dimension[0] in 'aeiou' else 'a'} {dimension}"
 
 
 _SCALES: dict[str, tuple[Decimal, Decimal]] = {
@@ -150,13 +144,6 @@ def _unit_error(number: Decimal, unit: str, dimension: str) -> UnitError:
     )
     one = f"{number} {close[0]}" if meant and len(close) == 1 else ""
     return UnitError(what, "unit", f"{meant}allowed: {allowed}", one, is_sure)
-
-
-def _finite(number: Decimal, value: object) -> float:
-    result = float(number)
-    if not math.isfinite(result):
-        raise UnitError(f"{_shortened(value)} is not a usable number", "range", "it is too large for any sensor")
-    return result
 
 
 def _shortened(value: object) -> str:

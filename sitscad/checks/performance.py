@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sitscad.check_values import RequirementResult
-from sitscad.checks.rules import Advice, Rule, Undecided, Verdict, Violation, rule_of
+from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, rule_of
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.fixes.pads import other_metals, other_silicones, other_thicknesses, slower_scans
 from sitscad.fixes.search import first_tried
 from sitscad.readout.converter import source_in_all
 from sitscad.record import record, replace
-from sitscad.spec.sensor import Requirements, SensorSpec
+from sitscad.spec.sensor import Requirements
 from sitscad.units import show
 
 if TYPE_CHECKING:
@@ -55,8 +55,11 @@ def judged(
     found = Violation("", "", f"requirements.{key}", most.value, asked, unit or None)
     told = told or show(asked, unit, 3)
     if most.value > asked:
-        yield replace(found, message=f"{words}; {told} is required",
-                      advice=more_signal(design.spec, 1.1 * most.value / asked if slows else None))
+        # a hint with metals and pads that feel more per newton, before them fewer scans where those help
+        slower = slower_scans(design.spec, 1.1 * most.value / asked) if slows else ()
+        ways = (slower, other_metals(design.spec), other_silicones(design.spec, is_softer=True),
+                other_thicknesses(design.spec))
+        yield replace(found, message=f"{words}; {told} is required", advice=first_tried(list(map(list, ways))))
     elif nearly is not None and (1.0 + nearly[1]) * most.value > asked:
         yield replace(
             found, message=f"{nearly[0]} comes to {show(most.value, unit, 3)} ({most.axis}, {most.at}) where {told} is "
@@ -166,13 +169,6 @@ def worst(found: Felt, axes: Iterable[str], of: Callable[[int, int], float]) -> 
         if axis in names
     ]
     return max(each, key=lambda one: one.value, default=None)
-
-
-def more_signal(spec: SensorSpec, factor: float | None = None) -> Advice:
-    """A hint with metals and pads that feel more per newton; with a factor, first as many times fewer scans."""
-    slower = [list(slower_scans(spec, factor))] if factor is not None else []
-    pads = [list(other_silicones(spec, is_softer=True)), list(other_thicknesses(spec))]
-    return first_tried([*slower, list(other_metals(spec)), *pads])
 
 
 SHEARS = ("shear_x", "shear_y")

@@ -99,6 +99,9 @@ def rule_of(
     return Rule(number, row["name"], Severity(row["severity"]), **texts, needs=needs, apply=apply, cases=cases)
 
 
+_ASKED = {"normal force": ("normal_force",), "shear force": ("shear_force",), "bandwidth": ("bandwidth",)}
+"""Needs of single requirements."""
+
 _FEELING = {"normal resolution": ("normal_resolution",), "shear resolution": ("shear_resolution",),
             "crosstalk": ("crosstalk",), "tilt error": ("tilt", "tilt_error"), "friction error": ("friction_error",),
             "temperature error": ("temperature_range", "temperature_error")}
@@ -114,14 +117,11 @@ NEEDS: dict[str, tuple[Callable[[SensorSpec], bool], str]] = {
     "elastomer": (lambda s: s.elastomer is not None, "no elastomer in the spec"),
     "plate": (lambda s: s.target is not None or s.elastomer is not None, "no target and no elastomer in the spec"),
     "mount": (lambda s: s.mount is not None, "no mount in the spec"),
-    "jaw": (lambda s: s.mount is not None and s.mount.jaw is not None, "no jaw: the mount is not for a grasper"),
+    "jaw": (lambda s: s.jaw is not None, "no jaw: the mount is not for a grasper"),
     "shield": (lambda s: s.shield is not None, "no shield in the spec"),
     "tail": (lambda s: s.fpc.tail is not None, "no tail in the spec"),
-    "normal force": (lambda s: s.requirements.normal_force is not None, "no requirements.normal_force in the spec"),
-    "shear force": (lambda s: s.requirements.shear_force is not None, "no requirements.shear_force in the spec"),
-    "bandwidth": (lambda s: s.requirements.bandwidth is not None, "no requirements.bandwidth in the spec"),
     **{need: (partial(_states, keys=keys), f"no {' or '.join(f'requirements.{key}' for key in keys)} in the spec")
-       for need, keys in _FEELING.items()},
+       for need, keys in (_ASKED | _FEELING).items()},
     "feeling": (lambda s: any(_states(s, keys) for keys in _FEELING.values()),
                 "the spec does not ask how finely the sensor feels (requirements.normal_resolution and others)"),
 }

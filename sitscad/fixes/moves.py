@@ -446,12 +446,12 @@ def other_start_angles(spec: SensorSpec) -> Iterator[Fix]:
         yield setting(spec, "coil.start_angle", math.radians(float(f"{angle:.6g}")), f"{angle:.6g} deg")
 
 
-def wider_connectors(spec: SensorSpec) -> Iterator[Fix]:
-    """Connectors of wider pitch, the next one first; none without a tail."""
+def larger_connectors(spec: SensorSpec, length: str) -> Iterator[Fix]:
+    """Connectors of which one length (a field) is larger, the next one first; none without a tail."""
     tail = spec.fpc.tail
     if tail is None:
         return
-    for name in sorted(names("connector"), key=lambda name: connector(name).pitch):
-        wider = connector(name)
-        if wider.pitch > tail.connector.pitch + 1e-9:
-            yield setting(spec, "fpc.tail.connector", wider, name)
+    now, known = getattr(tail.connector, length), {name: connector(name) for name in names("connector")}
+    for name in sorted(known, key=lambda name: getattr(known[name], length)):
+        if getattr(known[name], length) > now + SAME:
+            yield setting(spec, "fpc.tail.connector", known[name], name)

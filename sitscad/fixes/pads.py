@@ -11,7 +11,7 @@ from dataclasses import replace
 from sitscad.fixes.moves import read_anew, resized, scans
 from sitscad.fixes.search import Fix, Left, setting
 from sitscad.spec import presets
-from sitscad.spec.places import coils_from
+from sitscad.spec.places import breadth_from
 from sitscad.spec.sensor import SensorSpec
 
 STEPS = 4
@@ -24,8 +24,7 @@ def smaller_targets(spec: SensorSpec) -> Iterator[Fix]:
     """
     target, pad = spec.target, spec.elastomer
     assert target is not None
-    places = coils_from(spec, target).values()
-    reach = [2.0 * max(abs(place[k]) for place in places) for k in (0, 1)]
+    reach = breadth_from(spec, target)
     usual = target.size if target.outline.is_long else (max(*reach, *spec.coil.size),) * 2
     whole = [reach[k] if reach[k] > 0.0 else usual[k] for k in (0, 1)]
     for step in range(1, STEPS + 1):
@@ -48,12 +47,11 @@ def wider_arrays(spec: SensorSpec) -> Iterator[Fix]:
     target, pitch = spec.target, spec.array.pitch
     if target is None or pitch is None:
         return
-    places = coils_from(spec, target).values()
-    shares = [2.0 * max(abs(place[k]) for place in places) / target.size[k] for k in (0, 1)]
-    if max(shares) <= 0.0:
+    share = max(reach / side for reach, side in zip(breadth_from(spec, target), target.size, strict=True))
+    if share <= 0.0:
         return
     for step in range(1, STEPS):
-        wanted = _tenths(pitch * (1.0 + (1.0 / max(shares) - 1.0) * step / STEPS))
+        wanted = _tenths(pitch * (1.0 + (1.0 / share - 1.0) * step / STEPS))
         if wanted > pitch * (1.0 + 1e-9):
             yield from read_anew(spec, "array.pitch", 1e3 * wanted)
 

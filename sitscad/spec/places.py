@@ -114,6 +114,15 @@ def coils_from(spec: SensorSpec, plate: Target | ElastomerPad) -> dict[str, tupl
     return {placement.name: here.place_of(Point(*placement.centre)) for placement in spec.array.placements}
 
 
+def breadth_from(spec: SensorSpec, plate: Target | ElastomerPad) -> tuple[float, float]:
+    """Twice the distance (m) of the farthest coil's centre from a plate's middle, along each of the plate's own axes:
+    the sides of a plate that ends over the middles of the outer coils.
+    """
+    places = coils_from(spec, plate).values()
+    x, y = (2.0 * max(abs(place[axis]) for place in places) for axis in (0, 1))
+    return x, y
+
+
 def shared_middles(spec: SensorSpec) -> tuple[Point, ...]:
     """By coil, the middle of the box that it has in common with the target at rest, both as they are turned, from the
     mean of the coils' centres; of a coil beside the target the nearest place of it.

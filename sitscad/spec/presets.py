@@ -267,9 +267,9 @@ def unverified_figures(spec: SensorSpec) -> tuple[UnverifiedFigure, ...]:
 
 def _of_presets(spec: SensorSpec) -> Iterator[UnverifiedFigure]:
     fpc, mount = spec.fpc, spec.mount
-    jaw, holes = (mount.jaw, mount.holes) if mount is not None else (None, None)
+    jaw, holes = spec.jaw, None if mount is None else mount.holes
     metals = [part.material for part in (spec.target, spec.shield) if part is not None]
-    metals += [mount.metal] if mount is not None and mount.metal is not None else []
+    metals += [] if spec.metal is None else [spec.metal]
     soft = [part.material for part in (spec.elastomer, spec.encapsulation) if part is not None]
     glue = spec.assembly.adhesive if any((spec.target, spec.elastomer, mount)) else None
     used = [

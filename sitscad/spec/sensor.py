@@ -30,7 +30,7 @@ from sitscad.spec.format.kinds import (
     refuse,
 )
 from sitscad.spec.format.section import Part, Section, key, schema_of
-from sitscad.spec.materials import Cells, Cutting, ElastomerPad, Encapsulation, Shield, Target
+from sitscad.spec.materials import Cells, Conductor, Cutting, ElastomerPad, Encapsulation, Shield, Target
 from sitscad.spec.mount import Assembly, Jaw, Mount
 from sitscad.spec.yaml.source import Issue, SpecSource
 
@@ -289,6 +289,11 @@ class SensorSpec:
     def jaw(self) -> Jaw | None:
         """The jaw of the mount; None without one."""
         return None if self.mount is None else self.mount.jaw
+
+    @property
+    def metal(self) -> Conductor | None:
+        """The metal that the coils see at the mount's standoff; None where there is none."""
+        return None if self.mount is None else self.mount.metal
 
     @classmethod
     def from_mapping(cls, sections: Mapping[str, Any] | None = None, /, **named: Any) -> SensorSpec:

@@ -31,7 +31,7 @@ from sitscad.scene.stack import BODY, shield
 from sitscad.scene.tail_path import tail_path
 from sitscad.spec.circuit import Tail
 from sitscad.spec.materials import ElastomerPad
-from sitscad.spec.mount import Jaw, Mount
+from sitscad.spec.mount import Jaw
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import counted, show
 
@@ -68,8 +68,8 @@ def tail_bend(design: Design) -> Iterator[Verdict]:
 
 def _bend_radius(design: Design, tail: Tail, field: str, ratio: float) -> Iterator[Verdict]:
     """The radius that is wanted, or that so thick a tail needs by a figure of the fabricator's, inside the port."""
-    thickness, mount = tail_thickness(design.spec.fpc), design.spec.mount
-    room = mount.jaw.port_diameter / 2.0 if mount is not None and mount.jaw is not None else None
+    thickness, jaw = tail_thickness(design.spec.fpc), design.spec.jaw
+    room = None if jaw is None else jaw.port_diameter / 2.0
     radius, stated = ratio * thickness, tail.bend_radius or 0.0
     if room is None:
         yield Undecided("no jaw: the room for the tail's bend is not known")
@@ -145,10 +145,10 @@ def bare_metal(design: Design) -> Iterator[Verdict]:
                         advice=first_tried([list(sealed(design.spec))], hint))
 
 
-def jaw_of(mount: Mount | None) -> Jaw:
+def jaw_of(spec: SensorSpec) -> Jaw:
     """The jaw of a rule that needs one."""
-    assert mount is not None and mount.jaw is not None
-    return mount.jaw
+    assert spec.jaw is not None
+    return spec.jaw
 
 
 def pad_of(spec: SensorSpec) -> ElastomerPad:
@@ -190,7 +190,7 @@ def on_solids(design: Design) -> Iterator[Verdict]:
 
 def tail_past_pin(design: Design) -> Iterator[Verdict]:
     """The tail on its way past the hinge's pin, closed and wide open, and the room for its bend there."""
-    layout, jaw = design.layout, jaw_of(design.spec.mount)
+    layout, jaw = design.layout, jaw_of(design.spec)
     try:
         pair, closed = closed_section(layout), tail_path(layout)
     except PartsError:

@@ -24,7 +24,7 @@ from sitscad.units import show
 
 def mount_joint(design: Design) -> Iterator[Verdict]:
     """Tongue or pins of a grasper's pad: made by the mount's process, and with metal enough round them."""
-    mount, jaw, found = design.spec.mount, jaw_of(design.spec.mount), retention(design.layout)
+    mount, jaw, found = design.spec.mount, jaw_of(design.spec), retention(design.layout)
     assert mount is not None
     if jaw.fenestration is not None:
         # what a window through the jaw's face leaves beside it and at its ends

@@ -96,11 +96,11 @@ def _where(box: tuple[float, ...], on: tuple[float, ...]) -> str:
 
 def _jaw_in_the_way(design: Design) -> str:
     """Words for the end or sides of the jaw at which the body stops growing about the coils; none where it does not."""
-    (x0, y0, x1, y1), (x, y), mount = design.layout.body, design.spec.array.middle, design.spec.mount
+    (x0, y0, x1, y1), (x, y), jaw = design.layout.body, design.spec.array.middle, design.spec.jaw
     beside = [abs((x0 + x1) / 2 - x), abs((y0 + y1) / 2 - y)]
-    if mount is None or mount.jaw is None or max(beside) < GRAIN:
+    if jaw is None or max(beside) < GRAIN:
         return ""
-    word, size = ("long", mount.jaw.length) if beside[0] >= beside[1] else ("wide", mount.jaw.width)
+    word, size = ("long", jaw.length) if beside[0] >= beside[1] else ("wide", jaw.width)
     return (
         f"; the body's middle stands {show(max(beside), 'm', 3)} beside the mean of the coils' centres, because the "
         f"jaw, {show(size, 'm')} {word}, leaves it no room to grow to the other side"

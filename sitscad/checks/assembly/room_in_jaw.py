@@ -57,7 +57,7 @@ def sensor_width(design: Design) -> Iterator[Verdict]:
     """Board, elastomer and target across the jaw, whose middle lies under the body's; the whole board, laid flat, in
     the port.
     """
-    jaw, (_, low, _, high) = jaw_of(design.spec.mount), bounding_box((design.layout.outline,))
+    jaw, (_, low, _, high) = jaw_of(design.spec), bounding_box((design.layout.outline,))
     for slab in above_board(design.spec):
         yield from _across_jaw(design, jaw, slab)
     yield from _overhang(design, jaw)
@@ -187,7 +187,7 @@ def _overhang(design: Design, jaw: Jaw) -> Iterator[Verdict]:
 
 def sensor_length(design: Design) -> Iterator[Verdict]:
     """The board's body along the jaw."""
-    jaw, measure = jaw_of(design.spec.mount), measure_of(design, LENGTH)
+    jaw, measure = jaw_of(design.spec), measure_of(design, LENGTH)
     severity = None if measure is None else weight_of(measure)
     if measure is None or severity is None:
         return
@@ -209,7 +209,7 @@ def stack_height(design: Design) -> Iterator[Verdict]:
     except PartsError as error:
         yield Undecided(str(error))
         return
-    pair, jaw = measure_of(design, CLOSED_PAIR), jaw_of(design.spec.mount)
+    pair, jaw = measure_of(design, CLOSED_PAIR), jaw_of(design.spec)
     if jaw.face is None and jaw.width > jaw.port_diameter + ROUNDING:
         yield Violation(
             f"the jaw alone is {show(jaw.width, 'm')} wide, the port {show(jaw.port_diameter, 'm')}: its back was "

@@ -246,8 +246,8 @@ def _modulus_for_shear(
 
 def _larger_area(design: Design, area: float, wanted: float) -> str:
     """A larger target and pad (m2) as the other way, where the jaw's face has room for them."""
-    spec, pad, target, mount = design.spec, pad_of(design.spec), design.spec.target, design.spec.mount
-    room = mount.jaw.width * mount.jaw.length if mount is not None and mount.jaw is not None else math.inf
+    spec, pad, target, jaw = design.spec, pad_of(design.spec), design.spec.target, design.spec.jaw
+    room = math.inf if jaw is None else jaw.width * jaw.length
     now, then, has = (f"{show(each * 1e6, '', 3)} mm2" for each in (area, wanted, room))
     if wanted > room:
         return f" (target and pad would have to be {then}, the jaw's face has {has})"
@@ -282,7 +282,7 @@ def target_bending(design: Design) -> Iterator[Verdict]:
     limits, contact = own_limits(), spec.requirements.contact
     is_finger = contact is None
     if contact is None:
-        if spec.mount is not None and spec.mount.jaw is not None:
+        if spec.jaw is not None:
             return
         contact = (limits["fingertip_contact"].value,) * 2
     is_all = all(part >= side for part, side in zip(contact, target.size, strict=True))

@@ -13,20 +13,19 @@ import numpy as np
 
 from sitscad.arrays import Array, Index
 from sitscad.checks.board.copper import Copper, Item, Nearness, copper_of, drill_nearness, too_near
-from sitscad.checks.board.fabrication import ROUNDING, gap_asked_by, house, source_of
+from sitscad.checks.board.fabrication import ROUNDING, gap_asked_by, house, short_of, source_of
 from sitscad.checks.rules import Rule, Verdict, Violation, rule_of
 from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Missing, Place
-from sitscad.fixes.moves import wider
-from sitscad.fixes.search import Left, first_that_mends, setting, tried
+from sitscad.fixes.moves import larger_connectors, wider
+from sitscad.fixes.search import Left, first_that_mends, tried
 from sitscad.geometry.path import Line, Path, Point
 from sitscad.geometry.primitives import Primitives, distances, from_rows, nearest_pairs, path_rows, to_points
 from sitscad.layout.board import Pad, Role, Teardrop, Trace, Via
 from sitscad.spec.circuit import LayerKind
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.design_rules import DesignRules
-from sitscad.spec.presets import connector, names
 from sitscad.units import show
 
 GRAIN = 1e-6
@@ -55,11 +54,11 @@ def copper_to_edge(design: Design) -> Iterator[Verdict]:
     for (what, layer), (gap, index, item) in _near_edge(design).items():
         x, y = copper_in(design).pieces.start[index].tolist()
         missing = f"{show(asked - gap, 'm')} are missing: "
-        found = Violation(
-            f"{what} on layer {layer} comes within {show(max(0.0, gap), 'm')} of the board's edge; "
-            f"{house(design.spec.fpc.rules, 'copper_to_edge')} asks {show(asked, 'm')}",
-            f"{missing}a wider board, or a smaller coil, gives it room", "coil.outer_diameter", gap, asked, "m",
-            source=source_of(design.spec.fpc.rules, "copper_to_edge"), place=Place(x, y, layer, (item.net,)),
+        found = short_of(
+            design.spec.fpc.rules, "copper_to_edge", gap,
+            f"{what} on layer {layer} comes within {show(max(0.0, gap), 'm')} of the board's edge",
+            f"{missing}a wider board, or a smaller coil, gives it room", "coil.outer_diameter",
+            Place(x, y, layer, (item.net,)),
         )
         at_plug = tail is not None and isinstance(item, Trace) and item.role is Role.TAIL
         if is_told and not at_plug:
@@ -87,20 +86,17 @@ def _near_edge(design: Design) -> dict[tuple[str, int], tuple[float, int, Item]]
 
 def _connector_with_edge(design: Design, left: Left) -> str:
     """A connector whose contacts stand far enough from the edge, found by laying the board out with it."""
-    spec, tail = design.spec, design.spec.fpc.tail
+    tail = design.spec.fpc.tail
     assert tail is not None
     unseen = " (unverified)" if is_unverified(tail.connector.source, "edge_margin") else ""
     have = f"{tail.connector.name} has {show(tail.connector.edge_margin, 'm')}{unseen}"
     margin = f"beside its contacts {have} of board from their middle"
-    for name in sorted(names("connector"), key=lambda name: connector(name).edge_margin):
-        other = connector(name)
-        if other.edge_margin > tail.connector.edge_margin:
-            fix = setting(spec, "fpc.tail.connector", other, name)
-            layout = left.drawn(fix.spec)
-            if layout is None:
-                break
-            if not layout.shortfalls and not _near_edge(Design(fix.spec, layout)) and left(fix) == ():
-                return f"{margin}; fpc.tail.connector: {name} has enough (it was tried)"
+    for fix in larger_connectors(design.spec, "edge_margin"):
+        layout = left.drawn(fix.spec)
+        if layout is None:
+            break
+        if not layout.shortfalls and not _near_edge(Design(fix.spec, layout)) and left(fix) == ():
+            return f"{margin}; {fix.words} has enough (it was tried)"
     if left.is_cut_short:
         return f"{margin}: a connector with more, or a fabricator who cuts nearer to copper"
     return f"{margin}, and no installed connector has enough: take a fabricator who cuts nearer to copper"
@@ -256,17 +252,13 @@ def _narrow_web(
     pairs = nearest_pairs(one.boxes, np.full(len(one), asked), other.boxes, np.zeros(len(other)))
     web = float(np.min(distances(one.take(pairs[:, 0]), other.take(pairs[:, 1])), initial=np.inf))
     if web < asked - ROUNDING:
-        yield Violation(
-            f"{what} {show(web, 'm')} {where}; {house(rules, 'coverlay_web')} asks {show(asked, 'm')}", hint,
-            "fpc.tail.connector", web, asked, "m", source=source_of(rules, "coverlay_web"),
-            place=Place(float(one.start[0, 0]), float(one.start[0, 1])),
-        )
+        yield short_of(rules, "coverlay_web", web, f"{what} {show(web, 'm')} {where}", hint, "fpc.tail.connector",
+                       Place(float(one.start[0, 0]), float(one.start[0, 1])))
 
 
 def coverlay_opening(design: Design) -> Iterator[Verdict]:
     """Copper that must stay covered: that there is a coverlay, and every opening's edge in it."""
     spec, layout, films = design.spec, design.layout, design.spec.fpc.stackup.layers
-    asked, who = spec.fpc.rules.coverlay_opening_to_trace, house(spec.fpc.rules, "coverlay_opening_to_trace")
     for side, film, openings in (("top", films[0], layout.top_openings), ("bottom", films[-1], layout.bottom_openings)):
         if film.kind is LayerKind.COPPER:
             lies = ""
@@ -286,19 +278,18 @@ def coverlay_opening(design: Design) -> Iterator[Verdict]:
     for number, openings in ((1, layout.top_openings), (layout.copper_layers, layout.bottom_openings)):
         for region in openings:
             for item, gap, point in _bared(design, number, region.outline):
-                yield Violation(
-                    f"{name_of(item)} on layer {number} comes within {show(max(0.0, gap), 'm')} of an opening of the "
-                    f"coverlay; {who} asks {show(asked, 'm')}",
-                    "bare copper beside the contact: lengthen the tail or move the track", "fpc.tail", gap, asked, "m",
-                    source=source_of(spec.fpc.rules, "coverlay_opening_to_trace"),
-                    place=Place(float(point[0]), float(point[1]), number, (item.net,)),
+                yield short_of(
+                    spec.fpc.rules, "coverlay_opening_to_trace", gap, f"{name_of(item)} on layer {number} comes within "
+                    f"{show(max(0.0, gap), 'm')} of an opening of the coverlay",
+                    "bare copper beside the contact: lengthen the tail or move the track", "fpc.tail",
+                    Place(float(point[0]), float(point[1]), number, (item.net,)),
                 )
 
 
 def _bared(design: Design, number: int, opening: Path) -> Iterator[tuple[Trace | Via, float, Array]]:
     """Tracks and vias of a layer in or too near an opening in which they do not end: item, worst gap (m), where."""
     copper, asked = copper_in(design), design.spec.fpc.rules.coverlay_opening_to_trace
-    edge, corners = from_rows([row for row, _ in path_rows(opening)]), opening.flattened(1e-6)
+    edge, corners = edge_of(opening), opening.flattened(1e-6)
     worst: dict[int, tuple[float, int]] = {}
     for index, gap in edge_gaps(copper, edge, asked):
         if copper.layer[index] == number:

@@ -114,14 +114,13 @@ def too_near(copper: Copper, spacing: float, winding_spacing: float) -> Iterator
     A coil's own turns, and what leads to them, are held against `winding_spacing`. One result a pair of items and
     layer, the nearest place of it.
     """
-    i, j = _pairs(copper, spacing)
-    solid = np.array([not isinstance(item, Trace) for item in copper.items], dtype=bool)
-    keep = ~((copper.item[i] == copper.item[j]) & solid[copper.item[i]])
-    i, j = i[keep], j[keep]
-    # Pairs of tracks of one conductor of which one at least is a turn.
     track = np.array([isinstance(item, Trace) for item in copper.items], dtype=bool)
     turn = np.array([isinstance(item, Trace) and item.role is Role.WINDING for item in copper.items], dtype=bool)
+    i, j = _pairs(copper, spacing)
+    keep = track[copper.item[i]] | (copper.item[i] != copper.item[j])
+    i, j = i[keep], j[keep]
     one, other = copper.item[i], copper.item[j]
+    # pairs of tracks of one conductor of which one at least is a turn
     own = track[one] & track[other] & (turn[one] | turn[other]) & (copper.chain[i] == copper.chain[j])
     asked = np.where(own, winding_spacing, spacing)
     gap = _gaps(copper, i, j, asked)
@@ -279,23 +278,17 @@ def _pieces(item: Item) -> Iterator[tuple[Row, float, float, float, float]]:
 
 def _stands(layout: Layout) -> Iterator[tuple[int, _Stand]]:
     """Where every item stands along its coil's conductor, by the identity of the layout's own objects."""
-    items: tuple[Trace | Via, ...] = (*layout.traces, *layout.vias)
-    own = {_key(item): item for item in items}
-    for number, coil in enumerate(layout.coils):
-        way = 0.0
-        for element in coil.series:
-            item = own.get(_key(element))
-            if item is not None:
-                yield id(item), _Stand(number, way)
-            way += element.path.length if isinstance(element, Trace) else 0.0
-        yield from _contact_stands(layout, coil, number, way)
-    # a teardrop stands where its track begins or ends
     ways: dict[tuple[object, ...], _Stand] = {}
     for number, coil in enumerate(layout.coils):
         way = 0.0
         for element in coil.series:
             ways[_key(element)] = _Stand(number, way)
             way += element.path.length if isinstance(element, Trace) else 0.0
+        yield from _contact_stands(layout, coil, number, way)
+    items: tuple[Trace | Via, ...] = (*layout.traces, *layout.vias)
+    own = {_key(item): item for item in items}
+    yield from ((id(own[key]), stand) for key, stand in ways.items() if key in own)
+    # a teardrop stands where its track begins or ends
     for drop in layout.teardrops:
         track = layout.traces[drop.track]
         stand = ways.get(_key(track))

@@ -40,16 +40,11 @@ def _cell(point: Point) -> tuple[int, int]:
 
 @record
 class ConductorLoop:
-    """A closed way along conductors, seen from above; ``layer`` is that of the track that closes it."""
+    """A closed way along conductors, seen from above, from where it closes; ``layer`` is the closing track's."""
 
     points: tuple[Point, ...]
     nets: tuple[str, ...]
     layer: int
-
-    @property
-    def place(self) -> tuple[float, float]:
-        """Where the loop closes (m)."""
-        return self.points[0].x, self.points[0].y
 
     @property
     def area(self) -> float:
@@ -324,7 +319,7 @@ def shorted_turn(design: Design) -> Iterator[Verdict]:
             does = f"closes a loop round coil {' and '.join(round_it)}: a shorted turn"
         yield Violation(
             f"copper of {' and '.join(loop.nets)} {does}", "open the loop: the current induced in it takes inductance "
-            "and quality; tell us if the layout drew it", "coil", place=Place(*loop.place, loop.layer, loop.nets),
+            "and quality; tell us if the layout drew it", "coil", place=Place(*loop.points[0], loop.layer, loop.nets),
         )
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import islice
+from itertools import combinations, islice
 
 from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, rule_of
 from sitscad.data import is_unverified
@@ -47,30 +47,25 @@ def annular_ring(design: Design) -> Iterator[Verdict]:
     for via in design.layout.vias:
         ring = (via.pad - via.drill) / 2.0
         if ring < rules.annular_ring - ROUNDING:
-            yield Violation(
-                f"a via of {via.net} has an annular ring of {show(ring, 'm')}; {house(rules, 'annular_ring')} asks "
-                f"{show(rules.annular_ring, 'm')}",
-                f"a pad of {show(via.drill + 2.0 * rules.annular_ring, 'm')} is needed", "fpc.rules", ring,
-                rules.annular_ring, "m", source=source_of(rules, "annular_ring"),
-                place=Place(*via.centre, nets=(via.net,)),
+            yield short_of(
+                rules, "annular_ring", ring, f"a via of {via.net} has an annular ring of {show(ring, 'm')}",
+                f"a pad of {show(via.drill + 2.0 * rules.annular_ring, 'm')} is needed", "fpc.rules",
+                Place(*via.centre, nets=(via.net,)),
             )
 
 
 def hole_to_hole(design: Design) -> Iterator[Verdict]:
     """The wall between every two drilled holes."""
-    rules, vias = design.spec.fpc.rules, design.layout.vias
-    for k, via in enumerate(vias):
-        for other in vias[k + 1 :]:
-            wall = via.centre.distance(other.centre) - (via.drill + other.drill) / 2.0
-            if wall < rules.hole_to_hole - ROUNDING:
-                yield Violation(
-                    f"two holes ({via.net}, {other.net}) leave {show(wall, 'm')} between them; "
-                    f"{house(rules, 'hole_to_hole')} asks {show(rules.hole_to_hole, 'm')}",
-                    f"move them {show(rules.hole_to_hole - wall, 'm')} apart: a larger inner diameter gives the room",
-                    "coil.turns", wall, rules.hole_to_hole, "m", source=source_of(rules, "hole_to_hole"),
-                    place=Place((via.centre.x + other.centre.x) / 2.0, (via.centre.y + other.centre.y) / 2.0,
-                                nets=tuple(sorted({via.net, other.net}))),
-                )
+    rules = design.spec.fpc.rules
+    for via, other in combinations(design.layout.vias, 2):
+        wall = via.centre.distance(other.centre) - (via.drill + other.drill) / 2.0
+        if wall < rules.hole_to_hole - ROUNDING:
+            yield short_of(
+                rules, "hole_to_hole", wall, f"two holes ({via.net}, {other.net}) leave {show(wall, 'm')} between them",
+                f"move them {show(rules.hole_to_hole - wall, 'm')} apart: a larger inner diameter gives the room",
+                "coil.turns", Place((via.centre.x + other.centre.x) / 2.0, (via.centre.y + other.centre.y) / 2.0,
+                                    nets=tuple(sorted({via.net, other.net}))),
+            )
 
 
 def part_size(design: Design) -> Iterator[Verdict]:
@@ -144,6 +139,15 @@ def house(rules: DesignRules, field: str) -> str:
 def source_of(rules: DesignRules, field: str) -> str:
     """Where one figure of the fabricator's rules comes from."""
     return rules.sources.get(field) or rules.source or FABRICATOR
+
+
+def short_of(
+    rules: DesignRules, field: str, have: float, what: str, hint: str, key: str, place: Place
+) -> Violation:
+    """The complaint about a length (m), in words, that is less than one figure of the fabricator's rules asks."""
+    asked = getattr(rules, field)
+    return Violation(f"{what}; {house(rules, field)} asks {show(asked, 'm')}", hint, key, have, asked, "m",
+                     source=source_of(rules, field), place=place)
 
 
 def gap_asked_by(rules: DesignRules, asked: float) -> tuple[str, str]:

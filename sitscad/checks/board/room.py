@@ -190,7 +190,7 @@ def _fitting(spec: SensorSpec, largest: BodySpec, left: Left) -> str:
 
 def _room_at_contacts(design: Design, plain: Violation, left: Left) -> Violation | str:
     """The connector of the next wider pitch with which the tracks keep their distance."""
-    for fix in moves.wider_connectors(design.spec):
+    for fix in moves.larger_connectors(design.spec, "pitch"):
         if _holds(left, fix.spec) and fix.spec.fpc.tail is not None:
             pitch = fix.spec.fpc.tail.connector.pitch
             hint = (

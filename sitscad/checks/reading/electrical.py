@@ -207,7 +207,7 @@ def tank_capacitor(design: Design) -> Iterator[Verdict]:
 
 def _distance_advice(spec: SensorSpec, worst: Reading) -> str:
     """How less of the inductance is taken away by metal, in words."""
-    has_metal = spec.mount is not None and spec.mount.metal is not None
+    has_metal = spec.metal is not None
     ways = ["a larger mount.standoff (board higher over the metal)"] if has_metal else []
     if spec.shield is None and has_metal:
         ways.append("a copper shield")

@@ -85,8 +85,8 @@ AT_RISK = 1.0
 
 def more_distance(spec: SensorSpec) -> str:
     """More distance from the metal that a spec puts before and behind the coils, in words; empty without any."""
-    behind = [] if spec.mount is None or spec.mount.metal is None else ["jaw" if spec.mount.jaw else "mount"]
-    names = [*(["target"] if spec.target else []), *(["shield"] if spec.shield else behind)]
+    behind = "shield" if spec.shield else "jaw" if spec.jaw else "mount" if spec.metal else ""
+    names = [name for name in ("target" if spec.target else "", behind) if name]
     return f"more distance from the {' and the '.join(names)}" if names else ""
 
 

@@ -22,7 +22,7 @@ from sitscad.scene.fit import passes_port
 from sitscad.scene.state import PRESSED, REST
 from sitscad.spec import presets
 from sitscad.spec.materials import Target
-from sitscad.spec.places import coils_from, shared_middles
+from sitscad.spec.places import breadth_from, coils_from, shared_middles
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
@@ -172,8 +172,7 @@ def _over_all_coils(spec: SensorSpec, deaf: Sequence[SignalChange]) -> Advice:
     """A hint with the target over the middle of the coils; one that is there has to cover all of them."""
     target = spec.target
     assert target is not None
-    places = coils_from(spec, target).values()
-    length, width = (2.0 * max(abs(place[k]) for place in places) + max(spec.coil.size) for k in (0, 1))
+    length, width = (reach + max(spec.coil.size) for reach in breadth_from(spec, target))
     return first_tried([list(over_the_middle(spec)) or list(larger_target(spec, length, width))],
                        _under_the_target(spec, deaf))
 
@@ -218,6 +217,9 @@ def small_signal(design: Design) -> Iterator[Verdict]:
     best, least = strongest_signal(found, design.spec), own_limits()["least_signal"]
     if abs(best.share) >= least.value:
         return
+    cell, cells = "", design.spec.cells
+    if cells is not None:
+        cell = f"cell {1 + [p.name for p in design.spec.array.placements].index(best.coil) // cells.coils}: "
     drift, share = own_limits()["drift_of_ten_kelvin"].value, abs(best.share)
     steps = f", {best.steps:.0f} steps of the converter" if best.steps else ""
     scale = f"{100.0 * drift / share:.0f} % of full scale" if share > drift else "all of it and more"
@@ -227,7 +229,7 @@ def small_signal(design: Design) -> Iterator[Verdict]:
         "reference coil without a target, or a tare before each grasp"
     )
     yield Violation(
-        f"{_cell_of(best.coil, design.spec)}the whole signal is small: from rest to {show(best.force, 'N')} the "
+        f"{cell}the whole signal is small: from rest to {show(best.force, 'N')} the "
         f"reading of coil {best.coil} changes by {100.0 * share:.2g} % (by the converter's formula; the inductance at "
         f"the contacts by {100.0 * abs(best.by_inductance):.2g} %){steps}",
         hint, "elastomer.thickness", share, least.value,
@@ -236,12 +238,6 @@ def small_signal(design: Design) -> Iterator[Verdict]:
         f"{100.0 * best.frequency_share:+.2g} %; ten degrees of warming move the reading by {100.0 * drift:.2g} % by "
         f"the copper alone, {scale}; silicone adds to that (response --performance has all of it)",
     )
-
-
-def _cell_of(coil: str, spec: SensorSpec) -> str:
-    """Which cell a coil is of, before what is said of it; nothing without cells."""
-    names = [placement.name for placement in spec.array.placements]
-    return "" if spec.cells is None else f"cell {1 + names.index(coil) // spec.cells.coils}: "
 
 
 def _more(design: Design, left: Left, otherwise: str) -> str:
@@ -260,7 +256,7 @@ def _more_signal(spec: SensorSpec) -> str:
         whole = [max(c[k] for c in coils) - min(c[k] for c in coils) + max(spec.coil.size) for k in (0, 1)]
         if min(target.size) < min(whole) or max(target.size) < max(whole):
             ways.append("a larger target")
-    if spec.shield is not None or (spec.mount is not None and spec.mount.metal is not None):
+    if spec.shield is not None or spec.metal is not None:
         ways.append("more distance from the metal behind the coils")
     return ", or ".join(ways)
 
@@ -360,11 +356,11 @@ def _edges_over_coils(spec: SensorSpec, axis: int) -> str:
     assert target is not None
     if abs(math.sin(target.rotation)) > 1e-9 and not target.outline.is_round:
         return f"only a target whose edges move over the coils along {AXES[axis]} tells shear, not one that covers all"
-    reach = max(abs(place[axis]) for place in coils_from(spec, target).values())
-    beyond = 0.5 * target.size[axis] - reach
+    apart = breadth_from(spec, target)[axis]
+    beyond = 0.5 * (target.size[axis] - apart)
     return (
         "only a target whose edges move over the coils tells shear, best one that ends over the middles of the outer "
-        f"coils, which stand {show(2.0 * reach, 'm', 3)} apart along {AXES[axis]}"
+        f"coils, which stand {show(apart, 'm', 3)} apart along {AXES[axis]}"
         + (f"; this one ends {show(beyond, 'm', 3)} beyond them" if beyond > 0.25 * least else "")
         + "; a softer or thicker elastomer lets it move farther. Where the force only has to be borne, "
         "this does not matter"

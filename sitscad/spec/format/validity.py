@@ -9,7 +9,6 @@ from __future__ import annotations
 import re
 from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import fields, is_dataclass
-from enum import Enum
 from functools import cache
 from types import UnionType
 from typing import Any, Union, cast, get_args, get_origin, get_type_hints
@@ -88,14 +87,10 @@ def _tuple_misfits(value: Any, inner: tuple[Any, ...], key: str) -> Iterator[Fla
 
 def _is_scalar(value: Any, wanted: Any) -> bool:
     """Whether a value is of a plain type, numbers finite."""
-    if wanted is type(None):
-        return value is None
     if wanted is float:  # whole numbers may be too large for a float; the comparison fails for what is no number
         return isinstance(value, (int, float)) and not isinstance(value, bool) and -1e30 < value < 1e30
     if wanted is int:
         return isinstance(value, int) and not isinstance(value, bool)
-    if isinstance(wanted, type) and issubclass(wanted, Enum):
-        return isinstance(value, wanted)
     return isinstance(value, wanted)
 
 
