@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 Kept = TypeVar("Kept")
 
 ROOM_TEMPERATURE = 20.0
-"""At which boards are tested and sensors are switched on (degrees Celsius)."""
+"""The temperature (degrees Celsius) at which boards are tested and sensors are switched on."""
 
 
 def _without_text(make: Callable[[Design], Kept]) -> cached_property[Kept]:
@@ -273,7 +273,7 @@ class Design:
 
     @cached_property
     def scatter(self) -> tuple[Scatter, ...]:
-        """By how much one unit differs from the next, cause by cause."""
+        """The scatter of one unit from the next, cause by cause."""
         from sitscad.estimates.scatter import manufacturing_scatter
 
         return manufacturing_scatter(self.spec, self.estimates)

@@ -139,8 +139,8 @@ def processors() -> int:
 
 
 def processes(count: int, undisturbed: bool = False) -> ProcessPoolExecutor:
-    """So many processes for work side by side, which end when this one does, even where it is killed. Those that are
-    `undisturbed` leave Ctrl-C to this one.
+    """Processes for work side by side, which end when this one does, even where it is killed. `undisturbed` ones leave
+    Ctrl-C to this one.
     """
     from concurrent.futures import ProcessPoolExecutor  # only where there are several
 

@@ -324,7 +324,7 @@ def of_refused(error: SpecError, rules: tuple[Rule, ...], hints: str) -> tuple[F
 
 
 def _mending(finding: Finding, error: SpecError, source: SpecSource) -> Iterator[Remedy]:
-    """Of a finding's fixes those with which the text can be read, or is read further than before."""
+    """The fixes of a finding with which the text can be read, or is read further than before."""
     for remedy in finding.fixes:
         try:
             edits = completed(source.text, remedy.edits)

@@ -131,7 +131,7 @@ def unusual(design: Design) -> Iterator[Verdict]:
 
 
 def _by(usual: UsualRange, value: float) -> float:
-    """By how much a value lies beyond a range, in parts of the bound that it passes."""
+    """The distance of a value beyond a range, in parts of the bound that it passes; negative within the range."""
     passed = ((usual.low, usual.low - value), (usual.high, value - usual.high))
     return max(by / (abs(bound) or 1.0) for bound, by in passed if math.isfinite(bound))
 

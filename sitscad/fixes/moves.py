@@ -34,18 +34,18 @@ from sitscad.units import show
 MOST_LAYERS = 8
 
 AS_GOOD_AS_NONE = 0.05
-"""So far (turns) a lead may run back round a coil that a hint names."""
+"""How far (turns) a lead may run back round a coil that a hint names."""
 
 
 def with_turns(spec: SensorSpec, turns: float, *before: Edit) -> Fix:
-    """So many turns a layer, after other edits that the spec has already."""
+    """The coil with so many turns a layer, after other edits that the spec has already."""
     edits = (*before, Edit("coil.turns", f"{turns:.7g}"))
     return Fix(edits, replace(spec, coil=replace(spec.coil, turns=turns)))
 
 
 def more_turns(spec: SensorSpec, factor: float) -> Iterator[Fix]:
-    """So many times the turns, then half the way to the most that the outline takes, then those; whole parts of a turn
-    of the shape, with which no lead runs back round the coil. Nothing for layers of unequal turns.
+    """The turns times a factor, then half the way to the most that the outline takes, then the most; whole parts of a
+    turn of the shape, with which no lead runs back round the coil. Nothing for layers of unequal turns.
     """
     coil = spec.coil
     if coil.has_unequal_turns:
@@ -61,7 +61,7 @@ def more_turns(spec: SensorSpec, factor: float) -> Iterator[Fix]:
 
 
 def _up(coil: CoilSpec, part: int, parts: int) -> int:
-    """So many parts of a turn, or the fewest more with which no lead runs back round the coil."""
+    """The least number of parts of a turn, from `part` on, with which no lead runs back round the coil."""
     return next((more for more in range(part, part + parts) if not _runs_back(coil, more / parts)), part)
 
 
@@ -184,7 +184,7 @@ def capacitor(spec: SensorSpec, values: Iterable[float]) -> Iterator[Fix]:
 
 
 def scans(spec: SensorSpec, rate: float) -> Fix:
-    """So many scans a second (Hz)."""
+    """Another number of scans a second (Hz)."""
     return setting(spec, "readout.scan_rate", rate, show(rate, "Hz", 6))
 
 

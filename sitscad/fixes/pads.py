@@ -77,7 +77,7 @@ THICKNESSES = (1.25, 0.8, 1.5)
 
 
 def slower_scans(spec: SensorSpec, factor: float) -> Iterator[Fix]:
-    """So many times fewer scans a second, no fewer than the bandwidth takes; nothing where that is no change."""
+    """Fewer scans a second by a factor, no fewer than the bandwidth takes; nothing where that is no change."""
     least = max(SCANS_A_BAND * (spec.requirements.bandwidth or 0.0), FEWEST_SCANS)
     wanted = max(spec.readout.scan_rate / factor, least)
     digits = 10.0 ** (math.floor(math.log10(wanted)) - 1)

@@ -204,8 +204,8 @@ class Left(Protocol):
         """Whether a fix that was not tried was laid out and nothing that needs no estimate speaks against it."""
 
     def share(self, changed: SensorSpec) -> float | None:
-        """By how much of itself the reading changes over the required force, of the coil where it changes most; None
-        where that was not tried, or nothing is felt.
+        """The share by which the reading changes over the required force, of the coil where it changes most; None where
+        that was not tried, or nothing is felt.
         """
 
     def drawn(self, changed: SensorSpec) -> Layout | None:

@@ -30,7 +30,7 @@ LARGEST = 1e15
 """No figure of a finding is so large in SI units: what is larger in a baseline was not measured."""
 
 SAME = 1e-6
-"""By so much of its limit a figure may come out worse from one machine to the next."""
+"""The part of its limit by which a figure may come out worse from one machine to the next."""
 
 
 @record
@@ -61,7 +61,7 @@ class Known:
 
 @record
 class Baseline:
-    """For every spec (its absolute path, and its name) the findings known of it, by what makes them the same."""
+    """The findings known of every spec (its absolute path, and its name), by what makes two findings the same."""
 
     named: str
     known: Mapping[tuple[str, str], Mapping[str, Known]]
@@ -75,8 +75,8 @@ class Baseline:
         return (_place(path), name) in self.known
 
     def covered(self, path: str, name: str, findings: Sequence[Finding]) -> list[bool]:
-        """Of the findings of a spec, which were known and are no graver: each by its own entry, or by another one of
-        its rule and key that no finding has, because one that stood before it was mended.
+        """Which findings of a spec were known and are no graver: each by its own entry, or by another one of its rule
+        and key that no finding has, because one that stood before it was mended.
         """
         free, found = dict(self.of(path, name)), [False] * len(findings)
         names = identities(findings)

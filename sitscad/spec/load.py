@@ -1,4 +1,4 @@
-"""From a file to the frozen `SensorSpec`: the one way in. Everything that is wrong is reported at once. Sensors that a
+"""The one way from a file to the frozen `SensorSpec`. Everything that is wrong is reported at once. Sensors that a
 program says in dictionaries, and changes of one, go the same way: they are written as a text and read.
 """
 

@@ -109,7 +109,7 @@ def footprint(spec: SensorSpec, plate: Target | ElastomerPad) -> Footprint:
 
 
 def coils_from(spec: SensorSpec, plate: Target | ElastomerPad) -> dict[str, tuple[float, float]]:
-    """By coil, where its centre stands (m) from a plate's middle, along the plate's own axes."""
+    """Where each coil's centre stands (m) from a plate's middle, along the plate's own axes, by the coil's name."""
     here = footprint(spec, plate)
     return {placement.name: here.place_of(Point(*placement.centre)) for placement in spec.array.placements}
 
@@ -124,8 +124,8 @@ def breadth_from(spec: SensorSpec, plate: Target | ElastomerPad) -> tuple[float,
 
 
 def shared_middles(spec: SensorSpec) -> tuple[Point, ...]:
-    """By coil, the middle of the box that it has in common with the target at rest, both as they are turned, from the
-    mean of the coils' centres; of a coil beside the target the nearest place of it.
+    """The middle (m) of the box that each coil has in common with the target at rest, both as they are turned, from the
+    mean of the coils' centres; of a coil beside the target the nearest place of the target.
     """
     assert spec.target is not None
     target, spec = spec.target, gathered(spec)

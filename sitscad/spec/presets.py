@@ -206,7 +206,7 @@ def permittivity(material: str) -> float:
 
 
 def unverified_rows(kind: str, name: str) -> tuple[tuple[str, str, str], ...]:
-    """Of a preset's rows those whose source was not seen: field, value, source; none for a name without a preset."""
+    """The rows of a preset whose source was not seen: field, value, source; none for a name without a preset."""
     if name not in names(kind):
         return ()
     rows = _rows(kind, name) if kind in FOLDERS else (_table(TABLES[kind])[name],)

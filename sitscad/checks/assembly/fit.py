@@ -1,6 +1,5 @@
 """SIT308, SIT309, SIT311 and SIT320 to SIT326: the tail's bend, the shield behind the board, bare metal, and what is
-measured of the assembly in three dimensions; a design's measures in its jaw, as rules judge them: nominally, by
-root-sum-square of tolerances, at worst.
+measured of the assembly in three dimensions.
 
 `check` loads no CAD kernel, so it says of SIT320 to SIT323 and SIT326 that they are not checked. `build` measures the
 solids (`sitscad.parts.proof`), writes what it measured into ``mount/fit.json``, and these rules judge that.
@@ -14,7 +13,6 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
-from sitscad.check_values import Measure
 from sitscad.checks.board.fabrication import house, source_of
 from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, finding_of, located, rule_of
 from sitscad.data import is_unverified
@@ -162,27 +160,6 @@ def unverified(jaw: Jaw) -> str:
     return "the jaw's figures are unverified: measure yours" if is_unverified(jaw.source) else ""
 
 
-JAW_SOURCE = "the jaw's figures (mount.jaw); thesis of Jones 2.5: jaw about 5 mm wide, sensing body 5 x 10 mm"
-
-
-def measure_of(design: Design, name: str) -> Measure | None:
-    """One of the design's measures; None where it was not taken."""
-    return next((measure for measure in design.fit if measure.name == name), None)
-
-
-def weight_of(measure: Measure) -> Severity | None:
-    """An error where it is too much nominally or by root-sum-square, a warning where it is at worst."""
-    if max(measure.nominal, measure.root_sum_square) > measure.limit + ROUNDING:
-        return Severity.ERROR
-    return Severity.WARNING if measure.worst > measure.limit + ROUNDING else None
-
-
-def with_tolerances(measure: Measure) -> str:
-    """What tolerances make of a size, in words."""
-    likely, worst = (show(value, "m", 4) for value in (measure.root_sum_square, measure.worst))
-    return f" ({likely} by root-sum-square of all tolerances, {worst} at worst)"
-
-
 def on_solids(design: Design) -> Iterator[Verdict]:
     """Nothing can be said without solids."""
     yield Undecided("measured on the solids by sitscad build (mount/fit.json), not by check")
@@ -294,7 +271,7 @@ def settles(document: Mapping[str, Any]) -> frozenset[str]:
 JUDGED_BY = {"interference": ("SIT320", "mount"), "port": ("SIT321", "mount"), "opening": ("SIT322", "mount"),
              "travel": ("SIT323", "requirements"), "bulge": ("SIT323", "requirements"), "support": ("SIT326", "mount"),
              "no support": ("SIT326", "mount")}
-"""By kind of measurement: the rule that judges it, and the key that it points at."""
+"""The rule that judges each kind of measurement, and the key that the rule points at."""
 
 RULES: tuple[Rule, ...] = (
     rule_of("SIT308", tail_bend, "tail"),

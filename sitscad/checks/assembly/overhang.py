@@ -85,7 +85,7 @@ def overhang(design: Design) -> Iterator[Verdict]:
 
 
 def _where(box: tuple[float, ...], on: tuple[float, ...]) -> str:
-    """At which sides of what it lies on a box stands out, and how far; at the corners where it does at none."""
+    """The sides at which a box stands out of what it lies on, and how far; the corners where it does at no side."""
     out = [sign * (on[i] - box[i]) for i, sign in enumerate((1.0, 1.0, -1.0, -1.0))]
     sides = [(by, end) for by, end in zip(out, ENDS, strict=True) if by > ROUNDING]
     if len(sides) < 2:

@@ -214,7 +214,7 @@ TARGET_LENGTH_TOLERANCE = 0.2
 
 
 def target_proportions(design: Design) -> Iterator[Verdict]:
-    """Over two coils in a line: length as their distance, width at least a coil's; else at least as large as a coil."""
+    """A target over two coils in a line is as long as they are apart and as wide as one; else as large as a coil."""
     target, array = design.spec.target, design.spec.array
     assert target is not None
     pitch, coil, length = _line_pitch(array), _largest_coil(design.spec, target.rotation), _chord(target)
@@ -379,7 +379,7 @@ def plates_apart(design: Design) -> Iterator[Verdict]:
 
 
 def _gap(one: Footprint, other: Footprint) -> float:
-    """Between two alike plates, neither turned against the other (m); negative where they overlap."""
+    """The gap (m) between two alike plates, neither turned against the other; negative where they overlap."""
     if one.is_round:
         return one.centre.distance(other.centre) - one.size[0]
     x, y = (abs(way) - size for way, size in zip(one.place_of(other.centre), one.size, strict=True))

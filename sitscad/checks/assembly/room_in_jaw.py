@@ -1,4 +1,6 @@
-"""SIT301 to SIT303: does the board, with what lies on it, fit the jaw and its port, and do the closed jaws pass it."""
+"""SIT301 to SIT303: does the board, with what lies on it, fit the jaw and its port, and do the closed jaws pass it; a
+design's measures in its jaw are judged nominally, by root-sum-square of tolerances, and at worst.
+"""
 
 from __future__ import annotations
 
@@ -9,16 +11,7 @@ from functools import cache
 from itertools import islice
 
 from sitscad.check_values import Measure
-from sitscad.checks.assembly.fit import (
-    GRAIN,
-    JAW_SOURCE,
-    ROUNDING,
-    jaw_of,
-    measure_of,
-    unverified,
-    weight_of,
-    with_tolerances,
-)
+from sitscad.checks.assembly.fit import GRAIN, ROUNDING, jaw_of, unverified
 from sitscad.checks.assembly.plates import pair as in_brackets
 from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, joined, rule_of
 from sitscad.design import Design
@@ -36,6 +29,8 @@ from sitscad.scene.stack import width_under
 from sitscad.spec.mount import Jaw
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
+
+JAW_SOURCE = "the jaw's figures (mount.jaw); thesis of Jones 2.5: jaw about 5 mm wide, sensing body 5 x 10 mm"
 
 OTHER_SEAT = "a thicker seat (mount.standoff), or a jaw with a wider face"
 NARROWER = "smaller coils, narrower leads and gaps (fpc.rules)"
@@ -122,13 +117,13 @@ def _narrower_body(design: Design, excess: float, left: Left) -> str:
 def _led_otherwise(design: Design, name: str, left: Left) -> Iterator[Fix]:
     # Other ends of the layers whose leads leave the body so narrow that a measure is an error no more, or no warning
     # where it is one now; as far as the budget goes.
-    now = measure_of(design, name)
+    now = _measure_of(design, name)
     for fix in other_ends(design.spec):
         layout = left.drawn(fix.spec)
         if now is None or layout is None:
             return
-        then = measure_of(Design(fix.spec, layout), name)
-        if then is not None and weight_of(then) not in (Severity.ERROR, weight_of(now)):
+        then = _measure_of(Design(fix.spec, layout), name)
+        if then is not None and _weight_of(then) not in (Severity.ERROR, _weight_of(now)):
             yield fix
 
 
@@ -155,8 +150,8 @@ def _in_pocket(design: Design, jaw: Jaw, long: float, wide: float) -> Iterator[V
 
 def _overhang(design: Design, jaw: Jaw) -> Iterator[Verdict]:
     """The board beside the jaw's true face: how far it stands over it, against what the seat below holds."""
-    over, body = measure_of(design, OVERHANG), design.layout.body_size[1]
-    severity = None if over is None else weight_of(over)
+    over, body = _measure_of(design, OVERHANG), design.layout.body_size[1]
+    severity = None if over is None else _weight_of(over)
     if over is None or over.worst <= ROUNDING or (severity is None and over.nominal <= ROUNDING):
         return
     wide = width_under(design.layout)
@@ -165,7 +160,7 @@ def _overhang(design: Design, jaw: Jaw) -> Iterator[Verdict]:
     said = (
         f"the board's body, {show(body, 'm')} wide{_shares(design) if severity else ''}, stands "
         f"{show(max(0.0, over.nominal), 'm', 3)} over each side of the jaw's face, which is "
-        f"{show(section(rim(jaw)).face, 'm')} wide{with_tolerances(over)}; "
+        f"{show(section(rim(jaw)).face, 'm')} wide{_with_tolerances(over)}; "
     )
     found = Violation(said, "", "coil.outer_diameter", over.measured, over.limit, "m", severity or Severity.NOTE,
                       detail=unverified(jaw))
@@ -187,15 +182,15 @@ def _overhang(design: Design, jaw: Jaw) -> Iterator[Verdict]:
 
 def sensor_length(design: Design) -> Iterator[Verdict]:
     """The board's body along the jaw."""
-    jaw, measure = jaw_of(design.spec), measure_of(design, LENGTH)
-    severity = None if measure is None else weight_of(measure)
+    jaw, measure = jaw_of(design.spec), _measure_of(design, LENGTH)
+    severity = None if measure is None else _weight_of(measure)
     if measure is None or severity is None:
         return
     excess = measure.worst - jaw.length
     less, too_much = _less_margin(design.spec, 0, excess), f"{show(excess, 'm')} too much at worst: "
     pitch = ", or a smaller pitch" if len(design.spec.array.placements) > 1 else ""
     yield Violation(
-        f"the board's body is {show(measure.nominal, 'm')} long{with_tolerances(measure)}, the jaw "
+        f"the board's body is {show(measure.nominal, 'm')} long{_with_tolerances(measure)}, the jaw "
         f"{show(jaw.length, 'm')}", too_much + (less.words if less else f"fewer or smaller coils{pitch}"),
         "fpc.margin" if less else design.distance_key, measure.measured, jaw.length, "m", severity=severity,
         advice=(lambda left: f"{too_much}{less.words}{tried(less, left)}") if less else None, detail=unverified(jaw),
@@ -209,7 +204,7 @@ def stack_height(design: Design) -> Iterator[Verdict]:
     except PartsError as error:
         yield Undecided(str(error))
         return
-    pair, jaw = measure_of(design, CLOSED_PAIR), jaw_of(design.spec)
+    pair, jaw = _measure_of(design, CLOSED_PAIR), jaw_of(design.spec)
     if jaw.face is None and jaw.width > jaw.port_diameter + ROUNDING:
         yield Violation(
             f"the jaw alone is {show(jaw.width, 'm')} wide, the port {show(jaw.port_diameter, 'm')}: its back was "
@@ -228,7 +223,7 @@ def stack_height(design: Design) -> Iterator[Verdict]:
             "a higher stack (mount.standoff), or mount.jaw.recess as it is measured", "mount.jaw.recess", rims, between,
             "m",
         )
-    if pair is not None and weight_of(pair) is not None:
+    if pair is not None and _weight_of(pair) is not None:
         yield _too_high(design, jaw, pair)
 
 
@@ -277,8 +272,8 @@ def _too_high(design: Design, jaw: Jaw, pair: Measure) -> Violation:
     passes = f"it would pass {show(wider, 'm')}, the smallest measured port of that nominal size"
     return Violation(
         f"the closed jaws with the sensor glued between them need a circle of {show(pair.nominal, 'm')}"
-        f"{with_tolerances(pair)}, which the {pair.decided_by} decides; the port's is {show(jaw.port_diameter, 'm')}",
-        "", "mount.standoff", pair.measured, jaw.port_diameter, "m", severity=weight_of(pair),
+        f"{_with_tolerances(pair)}, which the {pair.decided_by} decides; the port's is {show(jaw.port_diameter, 'm')}",
+        "", "mount.standoff", pair.measured, jaw.port_diameter, "m", severity=_weight_of(pair),
         advice=advice if pair.decided_by == BOARD else None, finds_hint=hint,
         detail=joined(f"glue lines are {show(glue, 'm', 3)} of it", unverified(jaw),
                       "" if pair.measured > wider + ROUNDING else passes),
@@ -286,7 +281,7 @@ def _too_high(design: Design, jaw: Jaw, pair: Measure) -> Violation:
 
 
 def _width_to_take_off(design: Design, pair: Measure) -> float | None:
-    """By how much (m) the board is to be narrower until the pair passes at worst; None where that is not enough."""
+    """The width (m) that has to go until the pair passes at worst; None where no narrower board is enough."""
     x0, y0, x1, y1 = design.layout.body
 
     def passes(less: float) -> bool:
@@ -328,6 +323,24 @@ def _least_that(passes: Callable[[float], bool], over: float, most: float) -> fl
         middle = 0.5 * (low + high)
         low, high = (low, middle) if passes(middle) else (middle, high)
     return LEAST_STEP * math.ceil(high / LEAST_STEP)
+
+
+def _measure_of(design: Design, name: str) -> Measure | None:
+    """One of the design's measures; None where it was not taken."""
+    return next((measure for measure in design.fit if measure.name == name), None)
+
+
+def _weight_of(measure: Measure) -> Severity | None:
+    """An error where it is too much nominally or by root-sum-square, a warning where it is at worst."""
+    if max(measure.nominal, measure.root_sum_square) > measure.limit + ROUNDING:
+        return Severity.ERROR
+    return Severity.WARNING if measure.worst > measure.limit + ROUNDING else None
+
+
+def _with_tolerances(measure: Measure) -> str:
+    """What tolerances make of a size, in words."""
+    likely, worst = (show(value, "m", 4) for value in (measure.root_sum_square, measure.worst))
+    return f" ({likely} by root-sum-square of all tolerances, {worst} at worst)"
 
 
 RULES: tuple[Rule, ...] = (

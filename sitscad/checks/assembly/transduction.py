@@ -321,7 +321,7 @@ def target_bending(design: Design) -> Iterator[Verdict]:
 
 
 def _part(pressed: elastomer.Compression) -> str:
-    """In words, that only part of the pad is loaded."""
+    """The words that only part of the pad is loaded; none where all of it is."""
     if pressed.loaded_share >= LOADED:
         return ""
     cut = f", which is taken as cut out (were all of it loaded, {100.0 * pressed.least_strain:.0f} %)"

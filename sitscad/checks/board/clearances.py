@@ -38,7 +38,9 @@ ALLOWED_SHORTFALL = 1e-6
 
 
 def nearer_by(coil: CoilSpec) -> float:
-    """By how much (m) neighbouring turns of a circle come nearer than its spacing, at most: at the inner end."""
+    """The most (m) that neighbouring turns of a circle come nearer than its spacing: at the inner end, where the slope
+    of the spiral against the circle, pitch over circumference, is steepest.
+    """
     if not coil.outline.is_round:
         return 0.0
     inner = (coil.size[0] - coil.trace_width) / 2 - coil.pitch * max(coil.layer_turns)

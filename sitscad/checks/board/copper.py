@@ -297,7 +297,7 @@ def _stands(layout: Layout) -> Iterator[tuple[int, _Stand]]:
 
 
 def _contact_stands(layout: Layout, coil: Coil, number: int, length: float) -> Iterator[tuple[int, _Stand]]:
-    """By contact of a coil, where along the coil's conductor (m) it stands."""
+    """Each contact of a coil (by identity), and where along the coil's conductor (m) it stands."""
     traces = [element for element in coil.series if isinstance(element, Trace)]
     if not traces:
         return

@@ -156,7 +156,7 @@ def open_nets(graph: TrackGraph) -> Iterator[tuple[Pad, Pad]]:
 
 
 def _meetings(layout: Layout) -> dict[int, list[tuple[float, Point]]]:
-    """For each track the ends of others that run into it, away from its own ends: the way along it (m), and where."""
+    """The ends of other tracks that run into each track, away from its own ends: the way along it (m), and where."""
     found: dict[int, list[tuple[float, Point]]] = defaultdict(list)
     for layer in range(1, layout.copper_layers + 1):
         own = [(i, trace) for i, trace in enumerate(layout.traces) if trace.layer == layer]
@@ -244,7 +244,7 @@ ACUTE = math.radians(59.9)
 own stubs meet their spirals at 75 degrees and more."""
 
 MOST_DRAWN = 2
-"""So many boards that are drawn otherwise are held against all rules."""
+"""How many boards that are drawn otherwise are held against all rules."""
 
 _SAME_PLACE = 1e-8
 

@@ -21,11 +21,11 @@ from sitscad.spec.presets import finish, stock_stiffeners
 from sitscad.units import show
 
 LONGEST_BAR = 1.5e-3
-"""From a contact's tip to the board's edge (m): as far as a plating bar is taken to be drawn without a look at it."""
+"""The distance (m) from a contact's tip to the board's edge up to which a plating bar is taken to be drawn unasked."""
 
 CLOSER_CUT = 2.0
-"""By so much a better way of cutting is closer than the usual one of the same house: a steel die +-0.05 mm, a router
-+-0.1 mm (wellerpcba.com/flex-pcb-capability).
+"""The usual tolerance of cutting over the closer one of the same house: a router cuts within +-0.1 mm, a steel die
+within +-0.05 mm (wellerpcba.com/flex-pcb-capability).
 """
 
 PADS = Undecided("the tail ends in solder pads: no connector takes it")
@@ -186,7 +186,7 @@ def contact_finish(design: Design) -> Iterator[Verdict]:
 
 
 def _to_the_edge(outline: Path, pad: Pad) -> float:
-    """From a contact's end straight on to the outline (m), in the nearer direction along the contact."""
+    """The distance (m) from a contact's end straight on to the outline, in the nearer direction along the contact."""
     half, corners, found = max(pad.size) / 2, outline.flattened(1e-6), [math.inf]
     dx, dy = (1.0, 0.0) if pad.size[0] >= pad.size[1] else (0.0, 1.0)
     for sign in (-1.0, 1.0):  # as far as a metre

@@ -38,7 +38,7 @@ LENGTH_GRAIN, TRIALS, LONGEST = 0.1e-3, 5, 5.0
 """
 
 FIRST_ROOM = 1e-3
-"""By so much (m) a tail without any room to bend is lengthened at least, trial by trial."""
+"""The least length (m) by which a tail without any room to bend is lengthened, trial by trial."""
 
 NO_ROOM = "lengthen the tail, or fpc.tail.bend: none"
 

@@ -87,7 +87,7 @@ def inductance_floor(design: Design) -> Iterator[Verdict]:
 
 
 def _beside(design: Design, worst: Reading, attribute: str, limit: float, unit: str, digits: int = 3) -> str:
-    """The same coil's other states, and how far a reading lies from its limit."""
+    """The other states of a reading's coil, and how far the reading lies from its limit."""
     return joined(other_states(design, worst, attribute, unit, digits), in_sigmas(worst, limit, unit))
 
 
@@ -229,7 +229,7 @@ TOGETHER = 0.1
 """Leads that run round their coil by no more than this (turns) run together, as good as."""
 
 TRIED = 3
-"""So many changes are drawn to find one without a closing arc."""
+"""How many changes are drawn to find one without a closing arc."""
 
 WHOLE_TURNS = "turns whose sum over the layers is whole let the leads run together"
 

@@ -177,7 +177,7 @@ def where(reading: Reading) -> str:
 
 
 def other_states(design: Design, worst: Reading, attribute: str, unit: str, digits: int = 3) -> str:
-    """The same coil's other states, with as many digits as the message gives the worst."""
+    """The other states of the worst reading's coil, with as many digits as the message gives that one."""
     others = [r for r in readings_of(design, attribute) if r.coil == worst.coil and r.state != worst.state]
     words = [f"{in_words(r.state)} {show(r.value, unit, digits) if unit else f'{r.value:.{digits}g}'}" for r in others]
     return ", ".join(words)

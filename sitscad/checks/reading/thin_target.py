@@ -118,7 +118,7 @@ def _cost(design: Design, thick: SensorSpec) -> _Cost | None:
 
 
 def _change(design: Design, other: Design) -> tuple[float, str]:
-    """By what share the coil that feels the other design most changes less, and that in words."""
+    """The share by which the coil that feels the other design most changes less, and the share in words."""
     mine, theirs = _effects(design, design), _effects(design, other)
     best = max((name for name in theirs if name in mine and theirs[name]), key=lambda n: abs(theirs[n]), default=None)
     if best is None:

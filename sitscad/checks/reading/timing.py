@@ -26,7 +26,9 @@ def _channel_sources(family: str | None = None) -> str:
 
 
 MOST_COUPLING = 2e-3
-"""Of coils of different converters: their tanks pull each other within half of this, about what tolerances part."""
+"""The coupling of coils of different converters from which on a finding warns: their tanks pull each other where their
+frequencies come within half of it, about what tolerances part.
+"""
 
 
 def input_frequency(design: Design) -> Iterator[Verdict]:

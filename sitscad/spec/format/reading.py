@@ -59,7 +59,7 @@ class SpecError(ValueError):
 
 KINDS = {"sitscad": ("spec", "`sitscad new --study` writes a study, whose `base` this spec can be"),
          "sitscad_study": ("study", "`sitscad design` takes it")}
-"""By the key that says what a file is: what it is, and what is done with it where another is wanted."""
+"""What a file is by the key that says so, and what is done with it where another is wanted."""
 
 
 @record
@@ -287,7 +287,7 @@ def _unknown_key(loc: tuple[Any, ...], key: str, source: SpecSource, form: type[
 
 @cache
 def _sections_of_keys(form: Hashable) -> dict[str, str]:
-    """For keys that live in one section only, where that is: for keys written in the wrong section."""
+    """The place of every key that lives in one section only: what a key written in the wrong section is meant for."""
     homes: dict[str, str] = {}
     doubled: set[str] = set()
     for top, key in cast(type[Section], form).keys.items():

@@ -29,7 +29,7 @@ DOCUMENTS: dict[type, type[Section]] = {SensorSpec: SpecDocument, Issue: SpecDoc
 """The section of the format that has the keys of a value's fields, where the value is not itself that section."""
 
 FARTHEST = 1.0
-"""Of a coil's centre from the origin (m)."""
+"""The largest distance (m) of a coil's centre from the origin."""
 
 
 def refuse_unusable(spec: SensorSpec) -> None:

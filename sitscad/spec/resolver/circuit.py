@@ -32,7 +32,7 @@ from sitscad.units import show
 _DEFAULT_STACKUP = {1: "flex-2l-30um", 2: "flex-2l-30um", 3: "flex-4l", 4: "flex-4l", 5: "flex-6l", 6: "flex-6l"}
 _LARGEST_STACKUP = "flex-8l"
 USUAL_PLATING = 12e-6
-"""As in the presets (m): plating adds 8 to 15 um to the foil (wellerpcba.com)."""
+"""The presets' plating (m): it adds 8 to 15 um to the foil (wellerpcba.com)."""
 _TURN_RADIUS = 2e-3
 ROUNDING = 1e-9
 

@@ -160,7 +160,7 @@ def _read_mapping(events: Iterator[Event], key: str, found: YamlText, in_bracket
 
 
 CHOICES = "with."
-"""In a study, keys below are values of what is chosen among, numbers as well; no spec has such a section."""
+"""The section of a study whose keys are values that are chosen among, numbers as well; no spec has such a section."""
 
 
 def _key_name(event: Event, may_be_number: bool) -> str:

@@ -15,7 +15,7 @@ from typing import Any
 from sitscad.spec.yaml.source import MAX_BYTES, TextError, YamlText, plain_value
 
 MAX_NODES, MAX_DEPTH = 3000, 10
-"""Within what the whole reader takes, so that it alone decides what is too large."""
+"""Both stay within what the whole reader takes, so that it alone decides what is too large."""
 
 _OTHER_CHARACTERS = re.compile(r"[^\n -~\u00a1-\u2027\u202a-\ud7ff]")
 _KEY = re.compile(r"[A-Za-z_][A-Za-z0-9_-]{0,60}")

@@ -147,7 +147,7 @@ class _SpecText:
 
     @property
     def indent(self) -> int:
-        """By how much the first section of the text is indented."""
+        """The spaces by which the first section of the text is indented."""
         for top in self.below(""):
             inner = self.below(top)
             if inner and top not in self.found.ends and isinstance(self.value(top), dict):
