@@ -96,7 +96,7 @@ class Calibration:
     @cached_property
     def crosstalk(self) -> Crosstalk:
         """Crosstalk by this map, half the normal force on the sensor, which is as it is drawn. `Performance.crosstalk`
-        is another figure: what the best polynomial in the readings leaves.
+        is another figure: what a polynomial in the readings leaves.
         """
         scope, none = self.sensors.range, np.zeros(len(self.sensors.known))
         loads = axis_sweeps(scope, np.array([0.5 * scope.normal, 0.0, 0.0]))

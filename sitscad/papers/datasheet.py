@@ -238,9 +238,9 @@ def summary(felt: Sequence[Performance], layout: Layout, found: Calibration | No
     )
     row("nonlinearity, straight map", *(_share(half.axes[name].nonlinearity) for name in names))
     row("crosstalk, straight map", *(_crosstalk(half.straight_crosstalk, name) for name in names))
-    row("crosstalk, best curved map, of this design as drawn", *(_crosstalk(half.crosstalk, name) for name in names))
+    row("crosstalk, curved map, of this design as drawn", *(_crosstalk(half.crosstalk, name) for name in names))
     if found is not None:
-        row(f"crosstalk, the map to newtons, of this design as drawn{', least signal' if has_cells else ''}",
+        row(f"crosstalk, map to newtons, design as drawn{', least signal' if has_cells else ''}",
             *(_crosstalk(found.crosstalk, name) for name in names))
     degrees = f"{math.degrees(full.tilt):.3g}"
     tilt = "one degree" if degrees == "1" else f"{degrees} degrees"

@@ -1,9 +1,9 @@
-"""From readings to loads: the best curved map of one design, and whether there is only one load to a reading.
+"""From readings to loads: a curved map of one design, and whether there is only one load to a reading.
 
-It says what the readings can tell at best, without noise, so that designs are judged by themselves and at a check's
-cost. The map that firmware gets is another, `calibration.inverse_map`: it has to hold for noisy readings of any unit,
-beyond the loads that it was made for, and in C. Data sheets tell the crosstalk of both; the two differ by up to 1 % of
-full scale (tests/papers/test_datasheet.py).
+The map is a polynomial in exact readings over the box of required loads: what the design itself leaves, found at a
+check's cost. The map that firmware gets is another, `calibration.inverse_map`: its form serves noisy readings of all
+units of a design, and it is made for both shears within one limit and says where it ends. Crosstalk of the two differs
+by up to 1 % of full scale (tests/papers/test_datasheet.py); data sheets tell both.
 """
 
 from __future__ import annotations
