@@ -12,9 +12,9 @@ from tolerance import approx
 
 import sitscad
 from sitscad import Design
-from sitscad.calibration.calibration import sensors_of
+from sitscad.calibration.calibration import foretell, sensors_of
 from sitscad.estimates import scatter, uncertainty
-from sitscad.estimates.performance.units import readings_of
+from sitscad.estimates.performance.units import readings_of, root_sum_of_mean_squares
 from sitscad.estimates.scatter import CAPACITOR
 from sitscad.estimates.states.pressing import GLUE, MODULUS, PAD, PAD_SIZE
 
@@ -144,3 +144,17 @@ def test_three_levels_of_simulated_units_read_alike(name):
     for cause, levels in found.items():  # the part of the pad that a turned target loads is not as drawn
         off = [float(np.sqrt(np.mean((level - levels[-1]) ** 2))) / together[-1] for level in levels[:-1]]
         assert max(off) < 0.1, (cause, off)
+
+
+@pytest.mark.parametrize("name", ["bench_7mm", pytest.param("three_axis_triangle", marks=pytest.mark.slow)])
+def test_errors_by_cause_add_up_to_those_of_simulated_units(name):
+    """What one map reads of units after their tare, over one range: to first order, and of 24 that are drawn."""
+    design = Design(sitscad.load(TEMPLATES / f"{name}.yaml"))
+    found = foretell(design.response, is_held=True)
+    scope, bench = found.sensors.range, design.felt.bench
+    loads, square = scope.inside(40), 0.0
+    for cause in design.scatter:
+        ways = [[found.map(np.exp(one), np.ones(one.shape[1])) - loads[:, scope.columns] for one in each]
+                for each in readings_of(bench, cause, loads)]
+        square += root_sum_of_mean_squares(ways) ** 2 if ways else 0.0
+    assert np.sqrt(np.mean(square, axis=0)) == approx(found.map.error, rel=0.25)
