@@ -9,7 +9,7 @@ from __future__ import annotations
 import difflib
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from decimal import Decimal
 
 
@@ -223,6 +223,16 @@ def counted(count: int, what: str) -> str:
 def cell(value: float) -> str:
     """A figure in a table for programs: ten digits, nothing where there is none."""
     return f"{value + 0.0:.10g}" if math.isfinite(value) else ""
+
+
+def csv_text(rows: Iterable[Sequence[object]]) -> str:
+    """A table for programs: its rows, the head first, as comma-separated values, a line each."""
+    import csv  # most commands write none
+    import io
+
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    return text.getvalue()
 
 
 def aligned(rows: Sequence[Sequence[str]]) -> list[str]:

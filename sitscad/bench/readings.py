@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
@@ -16,6 +14,7 @@ from sitscad.bench.source import Source
 from sitscad.calibration.inverse_map import InverseMap
 from sitscad.estimates.circuit.bands import STATUS
 from sitscad.spec.places import map_columns
+from sitscad.units import csv_text
 from sitscad.version import __version__
 
 Scan = dict[int, CoilReading]
@@ -139,16 +138,17 @@ def table(board: Board, rows: Sequence[Scan]) -> bytes:
     """A CSV file: time (s), and of every coil counts, frequency (Hz) and what is said of them; empty where a scan has
     no result of a coil.
     """
-    text, names = io.StringIO(), [one.coil for one in board.bands]
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["time_s", *(f"{name}_{what}" for name in names for what in ("counts", "Hz", "status"))])
+    names = [one.coil for one in board.bands]
+    lines: list[list[object]] = [
+        ["time_s", *(f"{name}_{what}" for name in names for what in ("counts", "Hz", "status"))]
+    ]
     for scan in rows:
         row: list[object] = [f"{_when(scan):.6f}"]
         for k in range(len(names)):
             one = scan.get(k)
             row += ["", "", STALE] if one is None else [one.counts, f"{board.frequency(one.counts):.1f}", one.status]
-        writer.writerow(row)
-    return text.getvalue().encode("utf-8")
+        lines.append(row)
+    return csv_text(lines).encode("utf-8")
 
 
 def document(board: Board, source: str) -> bytes:

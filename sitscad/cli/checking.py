@@ -131,7 +131,7 @@ def check(
 
 
 def _drawings(picture: str | None, specs: list[str], mends: bool) -> list[str]:
-    """Where the drawing of each spec goes: the file, or one in the folder named like the spec; nothing without one."""
+    """The path of each spec's drawing: the file, or one in the folder named like the spec; nothing without one."""
     if picture is None:
         return []
     if mends:

@@ -24,7 +24,7 @@ NOT_STATED = "not stated"
 
 SCALES = (50.0, 20.0, 10.0, 5.0, 3.0, 2.0, 1.5, 1.0, 0.5, 0.2, 0.1)
 DETAIL_SCALES = (50.0, 40.0, 30.0, 25.0, 20.0, 15.0, 12.0, 10.0, 8.0, 7.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.0)
-"""Of details, which have finer steps, so that they are larger than the whole."""
+"""The scales of details have finer steps, so that a detail is larger than the whole."""
 THICK, THIN, HIDDEN = Pen(0.5), Pen(0.18), Pen(0.18, BLACK, (1.2, 0.8))
 CHAIN = Pen(0.18, "#555555", (4.0, 0.8, 0.8, 0.8))
 TEXT = 2.6
@@ -94,7 +94,7 @@ def placed(box: tuple[float, float, float, float], scale: float, room: tuple[flo
 
 
 class View:
-    """From the board's metres to the paper's millimetres: a scale, and where the board's origin comes to lie."""
+    """A map from the board's metres to the paper's millimetres: a scale, and where the board's origin comes to lie."""
 
     def __init__(self, scale: float, origin: tuple[float, float]) -> None:
         self.scale, self.origin = scale, origin

@@ -233,7 +233,7 @@ FORCED_NOTE = "FORCED.txt"
 """The note of a package that was built in spite of errors, there and beside what goes to a fabricator."""
 
 NOT_WRITTEN = "\nLeft out, because it cannot be written:"
-"""With what a forced package's note goes on where something is missing."""
+"""The line with which a forced package's note goes on where something is missing."""
 
 Progress = Callable[[str, str, float], None]
 """Called with a stage, what happens (``start``; ``made``, ``kept``, ``dropped``, ``none``, ``stopped``), seconds."""

@@ -161,7 +161,7 @@ def _with_boards(read: Verification, folder: Path, manifest: Manifest) -> Verifi
 
 
 def spec_path(folder: Path, manifest: Manifest) -> Path:
-    """Where a package keeps its spec."""
+    """The path of the spec that a package keeps."""
     own = manifest.spec["file"]
     return folder / SPEC_FOLDER / (own if FILE_NAME.fullmatch(own) else UNNAMED)
 

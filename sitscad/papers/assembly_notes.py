@@ -187,7 +187,7 @@ def _into_jaw(layout: Layout, at: Levels) -> Iterator[str]:
 
 
 def _squared(layout: Layout) -> str:
-    """Where on the jaw the mount is glued, and how it is kept straight; empty where pocket or joint place it."""
+    """The mount's place on the jaw, and how it is kept straight; empty where pocket or joint place it."""
     jaw, mount = layout.spec.jaw, layout.spec.mount
     if jaw is None or mount is None or jaw.pocket is not None or retention(layout) is not None:
         return ""
@@ -342,7 +342,7 @@ def _with_sigma(value: float, sigma: float | None, unit: str) -> str:
 
 
 def _drive(spec: SensorSpec, estimates: Estimates, bench: Estimates) -> str:
-    """With which drive code the converter reads a bare board; empty where no code is chosen."""
+    """The drive code with which the converter reads a bare board; empty where no code is chosen."""
     device, readout, code = spec.readout.device, estimates.readout, bare_board_code(bench)
     if code is None or readout.high_current or readout.drive_code is None:
         return ""

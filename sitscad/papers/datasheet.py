@@ -349,7 +349,7 @@ def drift(felt: Sequence[Performance]) -> Rows:
 
 
 def production(felt: Sequence[Performance]) -> Rows:
-    """Between which limits a bare coil is sound."""
+    """The limits of inductance and frequency between which a bare coil is sound."""
     rows: Rows = [("bare coil, before assembly", "L from", "L to", "f from", "f to")]
     for coil, limits in felt[0].production.items():
         low, high = (show(limits[f"inductance_{end}_H"], "H", 4) for end in ("min", "max"))

@@ -18,12 +18,12 @@ from sitscad.writer import comment_text
 
 
 def header_path(converter: Converter) -> str:
-    """Where the C header stands in the package."""
+    """The path of the C header in the package."""
     return f"firmware/{converter.name}_config.h"
 
 
 def table_path(converter: Converter) -> str:
-    """Where the JSON stands in the package."""
+    """The path of the JSON in the package."""
     return f"firmware/{converter.name}_config.json"
 
 

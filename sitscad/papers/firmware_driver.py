@@ -63,7 +63,7 @@ def _counts(band: Band, conversion: Conversion) -> tuple[int, ...]:
 
 
 def unlike(found: Sequence[CoilBands]) -> float:
-    """By how much (Hz) two coils' designs have to differ so that an exchange is seen in spite of manufacture."""
+    """The difference (Hz) of two coils' designs from which on an exchange is seen in spite of manufacture."""
     widest = sorted(band.own_sigma for band in found)[-2:]
     return 5.0 * math.hypot(*widest)
 
@@ -136,7 +136,7 @@ def _coil(place: Channel, found: CoilBands, conversion: Conversion) -> str:
 
 
 def _tank(place: Channel, coil: CoilEstimate) -> str:
-    """Where a coil is read, frequency and R_P as drawn: assembled where it has that state."""
+    """A coil's converter and channel, its frequency and R_P as drawn: assembled where it has that state."""
     state = coil.states.get(REST) or next(iter(coil.states.values()))
     return f"{{{place.converter}, {place.number}, {state.frequency:.9e}, {state.parallel_resistance:.9e}}},"
 

@@ -76,10 +76,9 @@ def _fingerprint(spec: SensorSpec, panel: Panel | None, files: Mapping[str, byte
         "folder that holds them that line prints the same. Drawings show its first 16 digits."
     )
     if panel is not None:
-        name = panel_path(spec, "-readme.txt").rpartition("/")[2]
         what += (
             f" It is that of the single board, whose files are not in the archive; that of the panel's files stands in "
-            f"{name}."
+            f"{_panel_name(spec, '-readme.txt')}."
         )
     words = wrap(what, notes.TEXT_WIDTH, break_long_words=False, break_on_hyphens=False)
     return notes.headed("Fingerprint", [*words, "", fingerprint(files, images), shell_line(images)])
@@ -97,13 +96,16 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
         yield "Quantity", quantity
     if panel is not None:
         width, height = (show(side, "m") for side in panel.size)
-        many = f"{len(panel.parts)} boards each, as drawn in {_panel_name(layout.spec)}"
+        many = f"{len(panel.parts)} boards each, as drawn in {_panel_name(layout.spec, '-drawing.pdf')}"
         yield "Delivery", f"in panels of {width} x {height}, {many}"
     else:
         small = "; smaller than the smallest part of these rules: ask for a panel" if is_too_small(layout) else ""
         yield "Delivery", f"single boards, cut out{small}"
     yield "Thickness", f"{show(fpc.stackup.thickness, 'm')} finished, without stiffener"
-    yield "Tolerances", _tolerances(layout)
+    yield "Tolerances", (
+        f"outline {notes.outline_text(fpc.rules)}, layers in register within {show(fpc.rules.registration, 'm')}, "
+        "finished thickness " + ", ".join(f"{place} {text}" for place, text in notes.thickness_texts(layout).items())
+    )
     if tail_copper(layout) < len(copper):
         yield "Tail", _thin_tail(layout)
         yield "Build", notes.build_text(layout)
@@ -135,17 +137,8 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     yield "Made for rules", _rules(layout.spec)
 
 
-def _panel_name(spec: SensorSpec) -> str:
-    return panel_path(spec, "-drawing.pdf").rpartition("/")[2]
-
-
-def _tolerances(layout: Layout) -> str:
-    rules = layout.spec.fpc.rules
-    places = ", ".join(f"{place} {text}" for place, text in notes.thickness_texts(layout).items())
-    return (
-        f"outline {notes.outline_text(rules)}, layers in register within {show(rules.registration, 'm')}, "
-        f"finished thickness {places}"
-    )
+def _panel_name(spec: SensorSpec, ending: str) -> str:
+    return panel_path(spec, ending).rpartition("/")[2]
 
 
 def _thin_tail(layout: Layout) -> str:
@@ -277,10 +270,10 @@ def _files(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     yield _name(layout.spec, "drawing.pdf"), words
     yield _name(layout.spec, "stackup.pdf"), "drawing of the stack-up (also as SVG)"
     if panel is not None:
-        readme = panel_path(layout.spec, "-readme.txt").rpartition("/")[2]
+        readme, drawing = (_panel_name(layout.spec, ending) for ending in ("-readme.txt", "-drawing.pdf"))
         words = f"holds the panel's images, listed in {readme}; those of the single board listed here stay in the"
         yield "Archive", f"{words} package"
-        yield "panel", f"folder of the panel's own images, drill files, drawing and readme ({_panel_name(layout.spec)})"
+        yield "panel", f"folder of the panel's own images, drill files, drawing and readme ({drawing})"
     yield _name(layout.spec, "order.zip"), "what is sent: the files of the order under the fabricator's names"
     yield _name(layout.spec, "board.svg"), "picture of the whole board, for orientation only"
     yield _name(layout.spec, "body.svg"), "picture of the part with the coils, for orientation only"

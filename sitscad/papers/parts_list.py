@@ -4,10 +4,8 @@ on the tail stand (``placement.csv``): a table for whoever places them, in the c
 
 from __future__ import annotations
 
-import csv
-import io
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import astuple, fields, replace
 
 from sitscad.data import is_unverified
@@ -32,7 +30,7 @@ from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.mount import HolePattern, Mount
 from sitscad.spec.places import cell_placements, place_in_words
 from sitscad.spec.sensor import SensorSpec
-from sitscad.units import counted, in_mm, show
+from sitscad.units import counted, csv_text, in_mm, show
 
 USUAL_CHIP = "chip-0603"  # What a tank capacitor is where the spec names no package: it can still be soldered by hand
 
@@ -62,14 +60,7 @@ def render(layout: Layout, estimates: Estimates, forced: str = "") -> dict[str, 
         cells = map(str, astuple(item))
         # no spreadsheet may take a cell for a formula
         lines.append([f"'{cell}" if cell[:1] in ("=", "+", "-", "@") else cell for cell in cells])
-    return {"bom.csv": _table_text(lines).encode("utf-8")}
-
-
-def _table_text(lines: Iterable[Sequence[object]]) -> str:
-    """The text of a CSV file."""
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(lines)
-    return text.getvalue()
+    return {"bom.csv": csv_text(lines).encode("utf-8")}
 
 
 def items(layout: Layout, estimates: Estimates) -> tuple[Item, ...]:
@@ -197,7 +188,7 @@ def _soft_parts(layout: Layout) -> Iterator[Item]:
 
 
 def _place(plate: Target | ElastomerPad) -> str:
-    """Where a plate is to be mounted, if it does not stand straight over the mean of the coils."""
+    """A plate's place in words; empty where it stands straight over the mean of the coils."""
     return f"; {place}" if (place := place_in_words(plate)) else ""
 
 
@@ -302,7 +293,7 @@ def render_placement(layout: Layout, estimates: Estimates | None) -> dict[str, b
         turned = (0 if dx > 0 else 180) if abs(dx) > abs(dy) else (90 if dy > 0 else 270)
         at = tuple(in_mm(place, 4, 4) for place in each.centre)
         lines.append([each.reference, value, each.package, *at, turned, "top"])
-    return {fabrication_path(layout.spec, "placement.csv"): _table_text(lines).encode("ascii")}
+    return {fabrication_path(layout.spec, "placement.csv"): csv_text(lines).encode("ascii")}
 
 
 def capacitance_text(chosen: float | None) -> str:

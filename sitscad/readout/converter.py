@@ -17,7 +17,7 @@ from sitscad.data import rows
 from sitscad.record import record
 
 WORDS = "words"
-"""In the place of a unit: a row that says or cites something."""
+"""What stands in the place of a unit in a row that says or cites something."""
 
 DRIVEN_FAMILY = "ldc161x"
 """The family that the driver in ``data/firmware`` is written for."""
@@ -78,7 +78,7 @@ def limits_of(family: str) -> dict[str, Limit]:
 
 @cache
 def source_in_all(name: str) -> str:
-    """Where a figure of that name stands for all families, as one text."""
+    """The sources of a figure of one name in all families, as one text."""
     families = dict.fromkeys(row["family"] for row in rows("converters"))
     return "; ".join(dict.fromkeys(_source(family, name) for family in families))
 
@@ -163,7 +163,7 @@ class Converter:
         return limits_of(self.family)[name].value
 
     def source_of(self, name: str) -> str:
-        """Where a figure or an equation stands; of a row of words these. KeyError for an unknown name."""
+        """The source of a figure or an equation; of a row of words these. KeyError for an unknown name."""
         return _source(self.family, name)
 
     def cited_alone(self, text: str) -> str:
@@ -402,8 +402,8 @@ class Converter:
 
 @record
 class Channel:
-    """Where a coil is wired: the converter and its channel, the controller's I2C bus, all from 0, and the converter's
-    7-bit address on it.
+    """The place where a coil is wired: the converter and its channel, the controller's I2C bus, all from 0, and the
+    converter's 7-bit address on it.
     """
 
     converter: int

@@ -110,7 +110,7 @@ _TISSUE = (0.0, 0.5e-3, 1e-3, 2e-3, 3e-3, 5e-3)
 
 
 def closing_words(closing: Closing) -> str:
-    """At which grasped thickness the faces are parallel, and how much they tilt on thicker tissue, in one line."""
+    """The grasped thickness at which the faces are parallel, and how much they tilt on thicker tissue, in one line."""
     tilt = closing.tilt(closing.parallel_at + 1e-3)
     leans = "" if tilt is None else f"; every millimetre more tilts them by {math.degrees(tilt):.1f} deg"
     if closing.parallel_at < 0.0:

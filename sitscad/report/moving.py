@@ -129,8 +129,8 @@ def pushed_document(
 
 
 def _cells(layout: Layout, estimates: Estimates) -> dict[str, Any]:
-    """Of which cell (from 1) the table is, and of every cell its coils, their frequencies at rest (Hz), its signal in
-    parts of that one's, and what its neighbours read of it at most, in parts of its signal.
+    """The cell (from 1) that the table is of, and of every cell its coils, their frequencies at rest (Hz), its signal
+    in parts of that one's, and what its neighbours read of it at most, in parts of its signal.
     """
     spec, number = layout.spec, weakest_cell(layout.spec, estimates)
     signals, crosstalk = cell_signals(spec, estimates), cell_crosstalk(layout, estimates)
@@ -149,6 +149,6 @@ def _cells(layout: Layout, estimates: Estimates) -> dict[str, Any]:
 
 
 def _span(boxes: list[tuple[float, float, float, float]], axis: int) -> list[float]:
-    """From where to where (mm) boxes (m: x0, y0, x1, y1) reach along an axis."""
+    """The first and the last place (mm) that boxes (m: x0, y0, x1, y1) reach along an axis."""
     low, high = min(box[axis] for box in boxes), max(box[2 + axis] for box in boxes)
     return [round(MM * low, 4), round(MM * high, 4)]

@@ -328,7 +328,7 @@ def incoming_table(bench: Estimates) -> Table:
 
 
 def compression_rows(estimates: Estimates) -> list[list[str]]:
-    """How far the required force presses the elastomer; none without an elastomer and a force."""
+    """What the required force does to the elastomer, a row a figure; none without an elastomer and a force."""
     pressed = estimates.compression
     if pressed is None:
         return []
@@ -398,7 +398,7 @@ def html_table(head: Sequence[str], rows: Iterable[Sequence[str]], caption: str)
 
 
 def number_columns(rows: Sequence[Sequence[str]]) -> list[bool]:
-    """For every column whether all its cells are numbers or dashes."""
+    """Whether all cells of a column are numbers or dashes, for every column."""
     return [all(cell[:1] in _NUMERIC for cell in column) for column in zip(*rows, strict=True)]
 
 

@@ -137,7 +137,7 @@ def _picture(drawing: str, caption: str) -> str:
 
 
 def _verdict(checked: CheckedSpec) -> str:
-    """In green only what nothing at all was said of."""
+    """The verdict; it is green only where nothing at all was found."""
     errors, warnings = (checked.count(severity) for severity in (Severity.ERROR, Severity.WARNING))
     if checked.silenced:
         kind, words = "bad", f"{counted(len(checked.silenced), 'error')} silenced: do not order this"
@@ -257,7 +257,7 @@ def _finding(checked: CheckedSpec, finding: Finding, number: int | None) -> str:
 
 
 def _where(finding: Finding, number: int | None) -> str:
-    """Where on the board a finding stands, with its number in the pictures."""
+    """A finding's place on the board, with its number in the pictures."""
     place = finding.place
     if place is None or number is None:
         return ""

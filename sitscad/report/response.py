@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -14,7 +13,7 @@ from sitscad.arrays import Array
 from sitscad.report.findings import printable, styled, to_json
 from sitscad.report.measures import NONE, quantity
 from sitscad.report.numbers import felt_blocks, table
-from sitscad.units import cell
+from sitscad.units import cell, csv_text
 from sitscad.version import __version__
 
 if TYPE_CHECKING:
@@ -104,14 +103,12 @@ def response_csv(path: str, response: Response, colour: bool = False, felt: Felt
             columns |= {f"{name}.{coil}": value[:, k] for k, coil in enumerate(coils)}
         else:
             columns |= {f"{name}.{a}.{b}": value[:, i, j] for i, a in enumerate(coils) for j, b in enumerate(coils)}
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
     named = any(response.cases)
-    writer.writerow([*(["case"] if named else []), *columns, "notes"])
+    rows = [[*(["case"] if named else []), *columns, "notes"]]
     for k in range(len(response)):
         case = [response.cases[k]] if named else []
-        writer.writerow([*case, *(cell(values[k]) for values in columns.values()), "; ".join(response.notes[k])])
-    return text.getvalue()
+        rows.append([*case, *(cell(values[k]) for values in columns.values()), "; ".join(response.notes[k])])
+    return csv_text(rows)
 
 
 AXES = ("x", "y", "z")

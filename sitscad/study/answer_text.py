@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import shlex
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
@@ -18,7 +16,7 @@ from sitscad.study.space import Point, at_key, code_version
 from sitscad.study.spreads import Yield, wilson
 from sitscad.study.study import StudyAnswer
 from sitscad.study.sweeping import rule_titles, shown
-from sitscad.units import cell, counted, show
+from sitscad.units import cell, counted, csv_text, show
 from sitscad.version import __version__
 
 BY_YIELD = "yield by "
@@ -282,13 +280,12 @@ def yield_json(units: Yield) -> dict[str, Any]:
 
 def front_csv(said: StudyAnswer) -> str:
     """The front: one row a design, the best by the first goal first; kept designs by their number."""
-    asked, text = said.asked, io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
+    asked = said.asked
     named = [title for name in asked.measures for title in (name, f"{name}.error")]
-    writer.writerow([*(v.key for v in asked.space.variables), *named, "design"])
+    rows: list[list[object]] = [[*(v.key for v in asked.space.variables), *named, "design"]]
     numbers: dict[Point, int] = {one.point: k for k, one in enumerate(said.kept, 1)}
     for point in said.front:
         one = said.found.full[point]
         figures = [cell(value) for name in asked.measures for value in one.values.get(name, (float("nan"),) * 2)]
-        writer.writerow([*asked.space.chosen(point).values(), *figures, numbers.get(point, "")])
-    return text.getvalue()
+        rows.append([*asked.space.chosen(point).values(), *figures, numbers.get(point, "")])
+    return csv_text(rows)

@@ -4,7 +4,6 @@ and a picture; and the list of measures.
 
 from __future__ import annotations
 
-import csv
 import io
 import math
 import re
@@ -25,7 +24,7 @@ from sitscad.study.evaluating import NO_SCREEN, Executor, Workers, judged, scree
 from sitscad.study.evaluation import FAILS, FULL, SCREEN, Evaluation
 from sitscad.study.measures import MEASURES, measures_named
 from sitscad.study.space import Base, Changes, RangeError, counted, require_key
-from sitscad.units import aligned, cell, show
+from sitscad.units import aligned, cell, csv_text, show
 from sitscad.version import __version__
 
 Progress = Callable[[int, int], None]
@@ -169,16 +168,14 @@ def _within(name: str, value: float, error: float) -> str:
 
 def sweep_csv(table: SweepTable) -> str:
     """One row a design, columns named by key and measure; what a design has not is empty."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
     named = [title for name in table.values for title in (name, f"{name}.error")]
-    writer.writerow([*table.keys, *named, "verdict", "refused_by", "warned_by"])
+    rows: list[list[object]] = [[*table.keys, *named, "verdict", "refused_by", "warned_by"]]
     for k in range(len(table)):
         keys = [values[k] for values in table.keys.values()]
         pairs = [cell(float(of[name][k])) for name in table.values for of in (table.values, table.errors)]
         rules = " ".join(table.refused_by[k]), " ".join(table.warned_by[k])
-        writer.writerow([*keys, *pairs, table.verdict[k], *rules])
-    return text.getvalue()
+        rows.append([*keys, *pairs, table.verdict[k], *rules])
+    return csv_text(rows)
 
 
 def sweep_json(table: SweepTable) -> str:

@@ -190,7 +190,7 @@ def _gravest(found: Mapping[str, Any], width: int) -> list[str]:
 
 
 def _swept(numbers: Mapping[str, str], width: int) -> list[str]:
-    """How far a study's first designs were looked at; once all were, the best of each goal as well."""
+    """The number of a study's first designs that were looked at; once all were, the best of each goal as well."""
     lines = [f"{name}: {value}" for name, value in numbers.items()]
     done, _, of = numbers["designs"].partition(" of ")
     if done != of:
@@ -215,7 +215,7 @@ def _all_numbers(found: Mapping[str, list[Any]]) -> list[str]:
 
 
 def _moved(old: str | None, new: str) -> float:
-    """By what share of itself a number with a unit moved; 0 where that cannot be read off, as across a prefix."""
+    """The share of itself by which a number with a unit moved; 0 where that cannot be read off, as across a prefix."""
     (was, unit), (now, other) = (each.partition(" ")[::2] for each in (old or "", new))
     try:
         return abs(float(now) / float(was) - 1.0) if unit == other else 0.0

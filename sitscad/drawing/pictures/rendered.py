@@ -46,7 +46,7 @@ class Coloured:
 
 @record(eq=False)
 class SpaceView:
-    """From space to the sheet: unit vectors right, up and to the viewer, the scale, and the left upper corner."""
+    """A map from space to the sheet: unit vectors right, up and to the viewer, the scale, and the left upper corner."""
 
     right: Array
     up: Array

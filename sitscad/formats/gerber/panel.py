@@ -149,7 +149,7 @@ def _drills(panel: Panel) -> dict[str, bytes]:
 
 
 def _places(panel: Panel) -> bytes:
-    """Where everything is (mm), from the panel's lower left corner; bridges from the origin of their copy."""
+    """The places of everything (mm) from the panel's lower left corner; bridges from the origin of their copy."""
 
     def points(found: tuple[Point, ...]) -> list[list[float]]:
         return [[round(at.x * 1e3, 6), round(at.y * 1e3, 6)] for at in found]

@@ -116,7 +116,7 @@ class _CoilFootprint:
         return first, self._end(last.path.end, last.layer, [first.hole] if first.hole else ())
 
     def _end(self, at: Point, layer: int, taken: Sequence[ViaToPlace]) -> _End:
-        """Where an end of the winding gets its pad, by a hole inside the board; ValueError where none fits."""
+        """The pad of an end of the winding, by a hole inside the board; ValueError where none fits."""
         if self.names[layer - 1] in _OUTER:
             return _End(at, layer, self.layout.spec.coil.trace_width)
         for way in self._ways_out(at):

@@ -33,7 +33,7 @@ _ATTRIBUTES = "(attr smd exclude_from_pos_files exclude_from_bom allow_soldermas
 
 
 def anchor(pads: tuple[Pad, ...]) -> Grid:
-    """Where the footprint stands: the middle of its pads."""
+    """The footprint's place: the middle of its pads."""
     low, high = extent(pads)
     return (low[0] + high[0]) // 2, (low[1] + high[1]) // 2
 

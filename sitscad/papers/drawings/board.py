@@ -133,10 +133,11 @@ def _whole(sheet: Sheet, layout: Layout, view: View) -> None:
     sheet.draw(view.path(layout.outline), THICK, name="drawing-outline")
     _marks(sheet, layout, view, "drawing")
     low, high = view.y(y0), view.y(y1)
-    ordinates(sheet, view, 0, list(_stations(layout)), low, low - 7.0)
+    stations = list(_stations(layout))
+    ordinates(sheet, view, 0, stations, low, low - 7.0)
     tail = _tail_reach(layout)
     ordinates(sheet, view, 1, [y0, y1, *tail, layout.body[1], layout.body[3]], view.x(x0), view.x(x0) - 9.0)
-    below = low - 9.0 - max(text_width(mm(x), TEXT) for x in _stations(layout))  # the ordinates
+    below = low - 9.0 - max(text_width(mm(x), TEXT) for x in stations)  # the ordinates
     level = max(high + 6.0, named + 2.0, _tail_width(sheet, layout, view) + 2.0,
                 _bend(sheet, layout, view, below) + 4.0)
     span(sheet, (view.x(x0), level), (view.x(x1), level), f"{mm(x1 - x0)} +/- {_outline(layout.spec.fpc.rules)}")

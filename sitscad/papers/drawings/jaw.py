@@ -126,7 +126,7 @@ def _sides(sheet: Sheet, layout: Layout, jaw: Jaw, closes: Closing) -> None:
 
 
 def _closed(layout: Layout, closes: Closing, pivot: float) -> tuple[float, str]:
-    """By which angle (rad) each jaw is turned where the pair is drawn closed, and what that is in words: parallel on
+    """The angle (rad) that each jaw is turned by where the pair is drawn closed, and what that is in words: parallel on
     the tissue that leaves it so; where the sensor is too thick for that, until its end at the heel touches.
     """
     if closes.reach is None:

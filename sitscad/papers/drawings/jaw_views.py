@@ -118,7 +118,7 @@ def _film(layout: Layout, at: dict[str, tuple[float, float]]) -> Iterator[Path]:
 
 
 def draw_names(sheet: Sheet, layout: Layout, jaw: Jaw, view: View, right: float) -> None:
-    """Beside the section, right of a place on paper (mm), every layer with its thickness and its tolerance."""
+    """Every layer's name, thickness and tolerance beside the section, right of a place on paper (mm)."""
     layers = column(layout)
     at, named = levels(layers), [layer for layer in layers if not layer.is_glue]
     middle = at["opposing-jaw"][1].nominal / 2

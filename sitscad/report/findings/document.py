@@ -135,7 +135,7 @@ def worst_first(checked: Sequence[CheckedSpec]) -> list[tuple[CheckedSpec, Findi
 
 
 def identities(findings: Sequence[Finding]) -> list[str]:
-    """For every finding a text that stays the same when lines move, or when the numbers in its message change. Findings
+    """A text for every finding that stays the same when lines move, or when the numbers in its message change. Findings
     of one rule at one key are told apart by their turn, in the order given.
     """
     seen: Counter[tuple[str, str | None, str | None]] = Counter()
