@@ -22,7 +22,7 @@ from sitscad.papers.mounting import cures_badly
 from sitscad.papers.order_codes import Order, capacitor, order_of
 from sitscad.parts.tooling import pour, skin_pour
 from sitscad.record import record
-from sitscad.scene.bodies import MOUNT_PIECES, board_heights, seat_spans, shield_heights
+from sitscad.scene.bodies import MOUNT_PIECES, seat_spans, shield_heights
 from sitscad.scene.column import column
 from sitscad.scene.seating import adapter_needed
 from sitscad.scene.stack import has_round_body, shield, shield_part
@@ -257,8 +257,7 @@ def _mount(layout: Layout, spec: SensorSpec, mount: Mount) -> Iterator[Item]:
         return
     sheet = shield_heights(spec)
     whole = f"{in_mm(mount.standoff)} mm of standoff in all" + (", with the shield" if sheet else "")
-    spans = seat_spans(board_heights(spec.fpc.stackup)[0], mount.standoff, sheet)
-    for name, (lower, upper) in zip(MOUNT_PIECES, spans, strict=False):
+    for name, (lower, upper) in zip(MOUNT_PIECES, seat_spans(spec), strict=False):
         yield Item(name, 1, mount.kind, "printed", f"{in_mm(upper - lower)} mm thick", f"{note}; {whole}")
 
 

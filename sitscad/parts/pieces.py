@@ -217,11 +217,11 @@ def mount(layout: Layout) -> tuple[Solid, ...]:
         return ()
     shapes: tuple[Any, ...] = ()
     if wanted.kind != "custom":
-        shapes = BUILDERS[wanted.kind](layout, wanted.standoff)
+        shapes = BUILDERS[wanted.kind](layout)
     elif wanted.step is not None:
         shapes = (imported(layout.spec.source, wanted.step, axis(layout), board_heights(layout.spec.fpc.stackup)[0]),)
     named: list[tuple[str, Any]] = list(zip(MOUNT_PIECES, shapes, strict=False))
-    if wanted.kind == "bench-plate" and (below := adapter(layout, wanted.standoff)) is not None:
+    if wanted.kind == "bench-plate" and (below := adapter(layout)) is not None:
         named.insert(0, (ADAPTER, below))
     material = MATERIALS[wanted.process]
     return tuple(Solid(name, shape, material, COLOUR, BodyRole.MOUNT) for name, shape in named)

@@ -43,10 +43,10 @@ TAIL_RELIEF = 0.5e-3
 LEFT = 0.3  # Share of the plastic under the tail that the round lip leaves at the plate's end
 
 
-def bench_plate(layout: Layout, standoff: float) -> tuple[Any, ...]:
+def bench_plate(layout: Layout) -> tuple[Any, ...]:
     """The plate, and the spacer over a shield."""
     shield = shield_that_fits(layout.spec)
-    floor, bottom = _floor(layout, standoff, shield)
+    floor, bottom = _floor(layout, shield)
     plan = plate_plan(layout, film_thickness(layout.spec.encapsulation))
     # The plate with its upper edge rounded all round
     plate = prism(rectangle(*plan, CORNER), bottom, 0.0)
@@ -59,25 +59,26 @@ def bench_plate(layout: Layout, standoff: float) -> tuple[Any, ...]:
     return (plate, *spacer(layout, shield))
 
 
-def _floor(layout: Layout, standoff: float, shield: Heights | None) -> tuple[float, float]:
+def _floor(layout: Layout, shield: Heights | None) -> tuple[float, float]:
     """The thickness of the plate's plastic below board or shield, and the height of its lower face (m). Plastic thinner
     than half its screws' diameter would bend.
     """
     mount, under = layout.spec.mount, board_heights(layout.spec.fpc.stackup)[0]
-    holes = mount.holes.holes if mount is not None and mount.holes is not None else ()
+    assert mount is not None
+    holes = mount.holes.holes if mount.holes is not None else ()
     least = max(FLOOR, *(0.5 * hole.diameter for hole in holes)) if holes and not adapter_needed(layout) else FLOOR
     used = under - (shield[0] if shield else under)
-    floor = max(standoff - used, least)
+    floor = max(mount.standoff - used, least)
     return floor, under - used - floor
 
 
-def adapter(layout: Layout, standoff: float) -> Any | None:
+def adapter(layout: Layout) -> Any | None:
     """The piece between load cell and plate; None where the plate's own holes serve."""
     holes = adapter_needed(layout)
     if not holes:
         return None
     plan = plate_plan(layout, film_thickness(layout.spec.encapsulation))
-    _, top = _floor(layout, standoff, shield_that_fits(layout.spec))
+    _, top = _floor(layout, shield_that_fits(layout.spec))
     head = max(hole.diameter for hole in holes)
     bottom = top - head - FLOOR
     body = prism(rectangle(*plan, CORNER), bottom, top)
@@ -180,7 +181,7 @@ TOUCHED = 1.5e-3  # Radius of the edges that are touched (m)
 LEAST_GRIP = 3e-3
 
 
-def fingertip(layout: Layout, standoff: float) -> tuple[Any, ...]:
+def fingertip(layout: Layout) -> tuple[Any, ...]:
     """The cap, and the spacer over a shield. Raises `PartsError` where the tail's stiffener leaves no room to grip."""
     mount = layout.spec.mount
     assert mount is not None and mount.finger is not None
@@ -193,7 +194,7 @@ def fingertip(layout: Layout, standoff: float) -> tuple[Any, ...]:
         raise PartsError("the tail's stiffener begins where the cap has to grip the finger: a longer fpc.tail.length")
     side = max(ENGAGED * finger.screw, ledge(mount))
     half = max(finger.size[0] / 2 + room + side, (y1 - y0) / 2 + room + ledge(mount))
-    top, y = under - standoff, axis(layout).y
+    top, y = under - mount.standoff, axis(layout).y
     floor = print_limit(mount.process, "free_wall").value
     bottom = top - finger.size[1] - 2.0 * room - max(FRONT, floor)
     # The block with all edges rounded but those of its open end
@@ -203,7 +204,7 @@ def fingertip(layout: Layout, standoff: float) -> tuple[Any, ...]:
     radius = min(TOUCHED * MM, 0.3 * min(block.bounding_box().size))
     cap = block.fillet(radius, edges)
     cap = one_solid(cap - _bore(layout, finger, top, x0 - room, end + 1e-3), "cap")
-    cap = without(cap, (*recess(layout, shield), *_leaving(layout, end, standoff)), "cap")
+    cap = without(cap, (*recess(layout, shield), *_leaving(layout, end, mount.standoff)), "cap")
     # The holes of the clamping screws, one from each side at the finger's half height
     x = (x1 + end) / 2
     z = top - finger.size[1] / 2

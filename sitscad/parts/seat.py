@@ -26,7 +26,7 @@ from sitscad.parts.solid import (
     rounded_at_tip,
     top_edges,
 )
-from sitscad.scene.bodies import BodyRole, Heights, board_heights, seat_spans
+from sitscad.scene.bodies import BodyRole, Heights, seat_spans
 from sitscad.scene.column import print_limit, process_of
 from sitscad.scene.jaws import (
     POCKET_CLEARANCE,
@@ -63,9 +63,10 @@ GROOVE_DEPTH = 0.1e-3
 GROOVES = (0.2, 0.4, 0.6, 0.8)
 
 
-def grasper_pad(layout: Layout, standoff: float) -> tuple[Any, ...]:
+def grasper_pad(layout: Layout) -> tuple[Any, ...]:
     """The seat's pieces from the bottom up; none where the board lies on the metal itself."""
-    spans = seat_spans(board_heights(layout.spec.fpc.stackup)[0], standoff, shield_that_fits(layout.spec))
+    shield_that_fits(layout.spec)
+    spans = seat_spans(layout.spec)
     if not spans:
         return ()
     tongue, (x0, y0, x1, y1) = relief(layout), layout.body

@@ -337,8 +337,7 @@ def _lifts(layout: Layout) -> dict[str, float]:
     board = at["board"][0].nominal - board_heights(layout.spec.fpc.stackup)[0]
     stands = {part: lower.nominal - board for part, (lower, _) in at.items()}
     bare = {body.role.value: body.lower for body in stack.stack(layout)}  # the lower faces (m) of the pieces alone
-    spans = seat_spans(board_heights(layout.spec.fpc.stackup)[0], mount.standoff, shield_heights(layout.spec))
-    bare |= {name: lower for name, (lower, _) in zip(MOUNT_PIECES, spans, strict=False)}
+    bare |= {name: lower for name, (lower, _) in zip(MOUNT_PIECES, seat_spans(layout.spec), strict=False)}
     found = {part: stands[part] - lower for part, lower in bare.items() if part in stands}
     return found | {"encapsulation": found.get("target", found.get("elastomer", 0.0))}
 

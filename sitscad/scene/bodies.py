@@ -168,12 +168,14 @@ def seat_heights(spec: SensorSpec) -> Heights | None:
     return None if spec.mount is None else (lower - spec.mount.standoff, lower)
 
 
-def seat_spans(board_bottom: float, standoff: float, shield: Heights | None) -> list[Heights]:
-    """The heights (m) that the seat on a jaw fills, from the metal to the shield and from there to the board's bottom.
-    Its pieces are printed, and bear the names of `MOUNT_PIECES` in that order.
+def seat_spans(spec: SensorSpec) -> list[Heights]:
+    """The heights (m) that the seat on a jaw fills, from the metal to the shield and from there to the board's bottom;
+    none without a mount. Its pieces are printed, and bear the names of `MOUNT_PIECES` in that order.
     """
-    metal = board_bottom - standoff
-    spans = [(metal, board_bottom)] if shield is None else [(metal, shield[0]), (shield[1], board_bottom)]
+    seat, shield = seat_heights(spec), shield_heights(spec)
+    if seat is None:
+        return []
+    spans = [seat] if shield is None else [(seat[0], shield[0]), (shield[1], seat[1])]
     return [(lower, upper) for lower, upper in spans if upper - lower > 1e-9]
 
 
@@ -223,7 +225,7 @@ def metal_face(spec: SensorSpec) -> float | None:
     seat, sheet = seat_heights(spec), shield_heights(spec)
     if seat is None or spec.mount is None:
         return None
-    pieces = len(seat_spans(board_heights(spec.fpc.stackup)[0], spec.mount.standoff, sheet)) + (sheet is not None)
+    pieces = len(seat_spans(spec)) + (sheet is not None)
     return seat[0] - spec.assembly.glue_line * (pieces + (spec.mount.jaw is not None))
 
 

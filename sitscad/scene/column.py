@@ -15,7 +15,7 @@ from sitscad.data import cited, rows
 from sitscad.layout.bending import Where, finished_thickness
 from sitscad.layout.board import Layout
 from sitscad.record import kept, record
-from sitscad.scene.bodies import MOUNT_PIECES, board_heights, film_thickness, seat_spans, shield_heights
+from sitscad.scene.bodies import MOUNT_PIECES, film_thickness, seat_spans, shield_heights
 from sitscad.spec.mount import Assembly, Mount
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import parse_quantity
@@ -122,16 +122,15 @@ def column(layout: Layout) -> tuple[Layer, ...]:
 
 
 def _layers(layout: Layout) -> tuple[Layer, ...]:
-    spec, mount = layout.spec, layout.spec.mount
-    if mount is None or mount.jaw is None:
+    spec, jaw, assembly = layout.spec, layout.spec.jaw, layout.spec.assembly
+    if jaw is None:
         return ()
-    jaw, assembly = mount.jaw, spec.assembly
     finished, written = finished_thickness(layout, Where.COIL), assembly.tolerance("board")
     board = SizeTolerance(finished.maximum - finished.nominal, finished.source)
     board = board if written is None else SizeTolerance(written, WRITTEN)
     stacked = [_layer("jaw", jaw.height, jaw_tolerance(assembly, jaw.height))]
     source = assembly.adhesive.source if assembly.adhesive is not None else "the spec (assembly)"
-    for layer in (*_behind(spec, mount), _layer("board", spec.fpc.stackup.thickness, board), *_above(spec)):
+    for layer in (*_behind(spec), _layer("board", spec.fpc.stackup.thickness, board), *_above(spec)):
         if assembly.glue_line:
             glue = SizeTolerance(assembly.glue_tolerance, source)
             stacked.append(_layer(f"{GLUE}{layer.part}", assembly.glue_line, glue))
@@ -211,11 +210,10 @@ def plate_thickness(spec: SensorSpec, name: str) -> Toleranced:
     return next(layer.thickness for layer in _above(spec) if layer.part == name)
 
 
-def _behind(spec: SensorSpec, mount: Mount) -> list[Layer]:
+def _behind(spec: SensorSpec) -> list[Layer]:
     """Printed pieces and shield between metal and board, from the metal upwards."""
-    bottom, sheet = board_heights(spec.fpc.stackup)[0], shield_heights(spec)
-    spans = zip(MOUNT_PIECES, seat_spans(bottom, mount.standoff, sheet), strict=False)
-    printed = mount_tolerance(spec)
+    sheet, printed = shield_heights(spec), mount_tolerance(spec)
+    spans = zip(MOUNT_PIECES, seat_spans(spec), strict=False)
     found = [(lower, _layer(name, upper - lower, printed)) for name, (lower, upper) in spans]
     if sheet is not None and spec.shield is not None:
         thickness = spec.shield.thickness

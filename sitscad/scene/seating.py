@@ -14,7 +14,7 @@ from sitscad.geometry.convex import Box
 from sitscad.geometry.path import Path, bounding_box
 from sitscad.layout.board import Layout, Stiffener
 from sitscad.record import record
-from sitscad.scene.bodies import above_board, board_heights, seat_spans
+from sitscad.scene.bodies import above_board, seat_spans
 from sitscad.scene.column import print_limit, process_of
 from sitscad.scene.jaws import axis, jaw_range, rim, room_across, section, shield_that_fits
 from sitscad.scene.stack import tail_heights
@@ -73,7 +73,8 @@ def side_ledges(layout: Layout) -> tuple[float, float] | None:
     mount, jaw = layout.spec.mount, layout.spec.jaw
     if mount is None or jaw is None or mount.kind != "grasper-pad":
         return None
-    spans = seat_spans(board_heights(layout.spec.fpc.stackup)[0], mount.standoff, shield_that_fits(layout.spec))
+    shield_that_fits(layout.spec)
+    spans = seat_spans(layout.spec)
     inner = layout.body_size[1] / 2 + clearance(mount)
     outer = inner + ledge(mount)
     if not spans or outer > section(rim(jaw)).face / 2:

@@ -213,7 +213,7 @@ def _carriers(layout: Layout) -> tuple[Box | None, Box | None] | None:
         return None
     (x0, low, x1, high), y, under = layout.body, axis(layout).y, board_heights(layout.spec.fpc.stackup)[0]
     sheet, jaw, closed = shield_that_fits(layout.spec), layout.spec.jaw, closed_span(layout.spec)
-    spans = seat_spans(under, mount.standoff, sheet)
+    spans = seat_spans(layout.spec)
     if sheet is not None and under - sheet[1] <= 1e-9:
         half = half_width(layout, sheet[0])
         return (x0, y - half, x1, y + half), None

@@ -9,7 +9,7 @@ import math
 from sitscad.layout.bending import Bend, bend_length, bend_radius, bend_stretch, tail_thickness
 from sitscad.layout.board import Layout
 from sitscad.record import record
-from sitscad.scene.bodies import board_heights, film_thickness, metal_face, seat_spans, shield_heights
+from sitscad.scene.bodies import film_thickness, metal_face, seat_spans
 from sitscad.scene.jaws import pivot_along
 from sitscad.scene.seating import LEAST_RELIEF, cap_end, plate_plan, relief
 from sitscad.scene.stack import tail_heights
@@ -185,8 +185,8 @@ def lip(layout: Layout) -> Lip | None:
     tongue = relief(layout)
     if tongue is None:
         return None
-    spans = seat_spans(board_heights(layout.spec.fpc.stackup)[0], mount.standoff, shield_heights(layout.spec))
-    found = round_edge(layout.spec.fpc, tongue.along[1], (1.0 - LEFT) * (tongue.top - spans[-1][0]), turn)
+    foot = seat_spans(layout.spec)[-1][0]
+    found = round_edge(layout.spec.fpc, tongue.along[1], (1.0 - LEFT) * (tongue.top - foot), turn)
     return found if found.start - tongue.along[0] >= LEAST_RELIEF else None
 
 

@@ -11,7 +11,7 @@ from sitscad.checks.assembly.fit import ROUNDING, jaw_of, unverified
 from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, rule_of
 from sitscad.design import Design
 from sitscad.finding import Severity
-from sitscad.scene.bodies import MOUNT_PIECES, board_heights, seat_spans
+from sitscad.scene.bodies import MOUNT_PIECES, seat_heights, seat_spans
 from sitscad.scene.column import print_limit
 from sitscad.scene.jaws import PartsError, section, shield_that_fits
 from sitscad.scene.seating import joint_clearance, metal_below, neck, pin_places, retention
@@ -37,7 +37,7 @@ def mount_joint(design: Design) -> Iterator[Verdict]:
                 "mount.jaw.fenestration: a smaller window, or the jaw's true sizes", "mount.jaw.fenestration", left,
                 wall.value, "m", source=wall.source, detail=unverified(jaw),
             )
-    if found is not None and not _stands_on_metal(design.spec, mount):
+    if found is not None and not _stands_on_metal(design.spec):
         yield Violation(
             f"the {found.kind} has nothing to stand on: no printed piece lies on the jaw's metal",
             "a larger mount.standoff, a shield nearer to the board (shield.gap), or retention: glue", "mount.retention",
@@ -46,14 +46,14 @@ def mount_joint(design: Design) -> Iterator[Verdict]:
         yield from (_dovetail if found.kind == "dovetail" else _pins)(design, mount.process, jaw, found)
 
 
-def _stands_on_metal(spec: SensorSpec, mount: Mount) -> bool:
+def _stands_on_metal(spec: SensorSpec) -> bool:
     """Whether a printed piece lies on the jaw's metal."""
-    bottom = board_heights(spec.fpc.stackup)[0]
     try:
-        spans = seat_spans(bottom, mount.standoff, shield_that_fits(spec))
+        shield_that_fits(spec)
     except PartsError:
         return True  # which is a finding of its own
-    return bool(spans) and abs(spans[0][0] - (bottom - mount.standoff)) < ROUNDING
+    spans, seat = seat_spans(spec), seat_heights(spec)
+    return bool(spans) and seat is not None and abs(spans[0][0] - seat[0]) < ROUNDING
 
 
 def _dovetail(design: Design, process: str, jaw: Jaw, found: Retention) -> Iterator[Verdict]:
@@ -141,7 +141,7 @@ def printed_wall(design: Design) -> Iterator[Verdict]:
         sheet = shield_that_fits(spec)
     except PartsError:
         return
-    spans = seat_spans(board_heights(spec.fpc.stackup)[0], mount.standoff, sheet) if mount.kind != "custom" else ()
+    spans = seat_spans(spec) if mount.kind != "custom" else []
     for name, (lower, upper) in zip(MOUNT_PIECES, spans, strict=False):
         is_spacer = sheet is not None and lower > sheet[0]
         if upper - lower < limit.value - ROUNDING and (is_spacer or mount.kind != "bench-plate"):
