@@ -19,7 +19,7 @@ from sitscad.estimates.response.working_range import WorkingRange, working_range
 from sitscad.mechanics.motion import angles, rotations
 from sitscad.mechanics.pad import HELD_SHEAR, HELD_STRAIN
 from sitscad.physics.polynomials import Exponents, chebyshev, exponents, spread
-from sitscad.physics.resonator import tank_frequencies
+from sitscad.physics.resonator import oscillate_alike
 from sitscad.readout.conversion import Conversion
 from sitscad.record import record
 from sitscad.scene.state import REST
@@ -271,12 +271,10 @@ class Sensors:
         off, free = named(self.known, errors), self.alone[0]
         changed = free + (inductance - free) * math.exp(off["target_change"])
         delay = self.model.tank.converter.limit("drive_delay")
-        found = []
-        for k, (name, network) in enumerate(zip(self.coils, self.model.networks, strict=True)):
-            more = free[k] * (off["inductance"] + off[f"inductance.{name}"])
-            own = replace(network, capacitor=network.capacitor * math.exp(off[f"capacitor.{name}"]))
-            found.append(tank_frequencies(own, changed[:, k] + more, resistance[:, k], delay)[0])
-        return np.stack(found, axis=1) * (1.0 - off["clock"])
+        more = free * (off["inductance"] + np.array([off[f"inductance.{name}"] for name in self.coils]))
+        network = self.model.network
+        own = replace(network, capacitor=network.capacitor * np.exp([off[f"capacitor.{name}"] for name in self.coils]))
+        return oscillate_alike(own, changed + more, resistance, delay).frequency * (1.0 - off["clock"])
 
     def under(self, errors: Array, loads: Array, exact: bool = False) -> Array:
         """Frequencies (Hz; n, coils) of one sensor under (n, 3) loads (N)."""
@@ -286,9 +284,7 @@ class Sensors:
     def free_frequencies(self) -> Array:
         """Frequencies (Hz; coils) of the sensor as drawn without its target, jaw and shield where they are."""
         delay = self.model.tank.converter.limit("drive_delay")
-        pairs = zip(self.model.networks, *self.alone, strict=True)
-        return np.array([tank_frequencies(network, np.array([own]), np.array([lost]), delay)[0][0]
-                         for network, own, lost in pairs])
+        return oscillate_alike(self.model.network, *self.alone, delay).frequency
 
     @cached_property
     def conversion(self) -> Conversion:

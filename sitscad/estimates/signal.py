@@ -13,7 +13,7 @@ from sitscad.arrays import Array
 from sitscad.check_values import Most, Signal
 from sitscad.estimates.states.moved_target import target_effects
 from sitscad.estimates.states.pressing import pressed
-from sitscad.physics.polynomials import chebyshev_points, shares
+from sitscad.physics.polynomials import Interpolant, chebyshev_points
 from sitscad.scene.fit import passes_port
 from sitscad.scene.state import PRESSED, REST
 
@@ -120,7 +120,8 @@ def _best_pad(layout: Layout, estimates: Estimates, best: Signal, passes: Passes
     effect = _effects(layout, estimates, best, heights)
     if not np.all(effect * effect[0] > 0.0):
         return None  # a magnetic target's effect goes through nothing: there is no logarithm of it
-    sizes = np.exp(shares(heights, ends.ravel()) @ np.log(np.abs(effect))).reshape(ends.shape)
+    through = Interpolant(ends.min(keepdims=True).ravel(), ends.max(keepdims=True).ravel(), np.log(np.abs(effect)))
+    sizes = np.exp(through(ends.reshape(-1, 1))).reshape(ends.shape)
     change = np.abs(np.diff(sizes, axis=1)[:, 0])
     by_signal = [held[k] for k in np.argsort(-change, kind="stable")]
     thickness = next((t for t in by_signal if passes("elastomer", t)), None)

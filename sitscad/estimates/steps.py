@@ -178,8 +178,8 @@ def _unsure(circuit: CoilCircuit, tank: Tank, strangeness: float) -> float:
     """
     worst = 0.0
     for state, reflection in circuit.reflections.items():
-        frequency = tank.oscillation(circuit, state).frequency
-        inductance, resistance = circuit.terminal(state, frequency)
+        at = tank.oscillation(circuit, state)
+        frequency, inductance, resistance = at.frequency, at.inductance, at.resistance
         if abs(reflection.endless_change(frequency)) > NOTHING * inductance:
             worst = max(worst, strangeness)
         more, lost = map(abs, reflection.unsure(frequency))

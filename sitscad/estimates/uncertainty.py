@@ -224,7 +224,7 @@ def spread(circuit: CoilCircuit, tank: Tank, state: StateEstimate, slopes: Slope
     more_inductance, more_resistance = tank.in_series()
     inductance, resistance = state.inductance + more_inductance, state.resistance + more_resistance
     capacitance = tank.capacitance(circuit)
-    later, sooner = (circuit.terminal(state.state, at)[1] for at in (state.frequency * STEP, state.frequency / STEP))
+    sooner, later = circuit.terminal(state.state, state.frequency * np.array([1.0 / STEP, STEP]))[1].tolist()
     growth = (later - sooner) / (2.0 * math.log(STEP)) / resistance
     moved: dict[str, tuple[float, float, float, float]] = {}
     for name, (by_l, by_r, by_c) in _moves(circuit, tank, state, slopes).items():

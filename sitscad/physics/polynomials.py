@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from itertools import product
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.arrays import Array
+from sitscad.record import record
 
 Exponents = NDArray[np.int64]
 
@@ -58,12 +60,13 @@ def node_counts(half: Sequence[float], longest: float, order: int, apart: float)
     return tuple(math.ceil(order * rate / math.acosh(1.0 + way)) for way in ways)
 
 
-def evaluated(tensor: Array, grid: Sequence[Array], places: Array) -> Array:
-    """Polynomials in several variables at (n, axes) places, (n, values): the product of those along each axis through a
-    `tensor` of values, (points of each axis of the `grid` ..., values); in the unit of the values. By `shares`.
+def evaluated(tensor: NDArray[Any], grid: Sequence[Array], places: Array) -> NDArray[Any]:
+    """Polynomials in several variables at (n, axes) places, (n, ...): the product of those along each axis through a
+    `tensor` of values, (points of each axis of the `grid` ..., what is one value); in the unit of the values. By
+    `shares`.
     """
     weights = [shares(points, places[:, axis]) for axis, points in enumerate(grid)]
-    found = np.empty((len(places), tensor.shape[-1]))
+    found = np.empty((len(places), *tensor.shape[len(grid):]), dtype=tensor.dtype)
     for first in range(0, len(places), AT_ONCE):
         some = slice(first, first + AT_ONCE)
         part = np.tensordot(weights[0][some], tensor, axes=(1, 0))
@@ -71,6 +74,27 @@ def evaluated(tensor: Array, grid: Sequence[Array], places: Array) -> Array:
             part = np.einsum("ni,ni...->n...", weight[some], part)
         found[some] = part
     return found
+
+
+@record(eq=False)
+class Interpolant:
+    """A function charted in a box by polynomials through its `values` (points along every variable, and what is one
+    value there) at all products of Chebyshev's points between the ends `low` and `high` (variables).
+    """
+
+    low: Array
+    high: Array
+    values: NDArray[Any]
+
+    @cached_property
+    def grid(self) -> tuple[Array, ...]:
+        """Chebyshev's points of every variable, rising."""
+        ends = zip(self.low, self.high, self.values.shape, strict=False)
+        return tuple(chebyshev_points(low, high, count) for low, high, count in ends)
+
+    def __call__(self, places: Array) -> NDArray[Any]:
+        """Values (n, ...) at (n, variables) places; beyond the ends what they are there."""
+        return evaluated(self.values, self.grid, np.clip(places, self.low, self.high))
 
 
 def exponents(weights: Sequence[float], degree: float, least: int = 0) -> Exponents:

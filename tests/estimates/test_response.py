@@ -21,7 +21,7 @@ from sitscad.estimates.response.scan import FEW, Changes, Exact, mapped
 from sitscad.estimates.response.terminals import curves
 from sitscad.physics.eddy.target import changes_at
 from sitscad.physics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
-from sitscad.physics.resonator import Network, oscillate, tank_frequencies
+from sitscad.physics.resonator import Network, oscillate_alike
 from sitscad.spec.load import load_text
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
@@ -212,17 +212,15 @@ def test_curves_go_through_smooth_functions():
 
 
 @pytest.mark.parametrize("at_coil", [True, False])
-@pytest.mark.parametrize("times", [1, 4])
-def test_many_tanks_swing_like_one(at_coil, times):
-    """Few are found one by one, more than `resonator.FEW` all at once."""
+def test_many_tanks_swing_like_one(at_coil):
     network = Network(20e-12, 10e-12, 300e-12, at_coil, 0.02, 180e-9, 0.3)
-    inductance, resistance = np.tile([2e-6, 1.5e-6, 2e-6], times), np.tile([3.0, 5.0, 4e3], times)
-    frequency, parallel = tank_frequencies(network, inductance, resistance, 5e-9)
+    inductance, resistance = np.array([2e-6, 1.5e-6, 2e-6]), np.array([3.0, 5.0, 4e3])
+    found = oscillate_alike(network, inductance, resistance, 5e-9)
     for k in range(2):
-        one = oscillate(network, inductance[k], resistance[k], 5e-9)
-        assert frequency[k] == approx(one.frequency, rel=1e-9)
-        assert parallel[k] == approx(one.parallel_resistance, rel=1e-6)
-    assert np.isnan(frequency[2::3]).all()
+        (one,) = oscillate_alike(network, inductance[k:k + 1], resistance[k:k + 1], 5e-9).one_by_one()
+        assert found.frequency[k] == approx(one.frequency, rel=1e-12)
+        assert found.parallel_resistance[k] == approx(one.parallel_resistance, rel=1e-9)
+    assert np.isnan(found.frequency[2])
 
 
 def test_a_pose_inside_the_board_says_so(plain):

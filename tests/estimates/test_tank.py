@@ -10,7 +10,8 @@ import pytest
 from tolerance import approx
 
 from sitscad.estimates import estimate
-from sitscad.estimates.circuit.tank import preferred_values, smooth_curve
+from sitscad.estimates.circuit.tank import POINTS, preferred_values
+from sitscad.estimates.response.terminals import curves as through_logarithms
 from sitscad.estimates.steps import tune, wind
 from sitscad.estimates.winding.losses import SCREENING
 from sitscad.layout import lay_out, sketch
@@ -33,11 +34,11 @@ def test_the_curve_is_the_function_that_it_stands_for():
         wall = -3e-7 * (1.0 - 1e-2 * np.sqrt(1e6 / frequency))
         return 2.5e-6 + loss.inductance_changes(frequency) + wall, loss.direct * loss.resistance_ratios(frequency)
 
-    curve = smooth_curve(exact, 1e6, 11e6)
-    for frequency in (1e6, 1.7e6, 3.3e6, 6.1e6, 8.8e6, 11e6):
-        inductance, resistance = exact(np.array([frequency]))
-        assert curve(frequency)[0] == approx(inductance[0], rel=1e-5)
-        assert curve(frequency)[1] == approx(resistance[0], rel=5e-4)
+    curve = through_logarithms(1e6, 11e6, lambda frequencies: np.stack(exact(frequencies), axis=1), POINTS)
+    frequencies = np.array([1e6, 1.7e6, 3.3e6, 6.1e6, 8.8e6, 11e6])
+    inductance, resistance = exact(frequencies)
+    assert curve(frequencies)[:, 0] == approx(inductance, rel=1e-5)
+    assert curve(frequencies)[:, 1] == approx(resistance, rel=5e-4)
 
 
 @pytest.mark.parametrize("capacitance", ["47 pF", "3300 pF"])
@@ -96,7 +97,7 @@ def test_the_screen_interpolates_what_metal_changes_of_crowding():
     for circuit in tuned.circuits:
         for state in circuit.reflections:
             at = tuned.tank.oscillation(circuit, state).frequency * np.array([0.98, 1.0, 1.02])
-            found, exact = circuit.crowding(state, at), circuit._by_metal(state, at)
+            found, exact = circuit.crowding(state, at), circuit.by_metal(state, at)
             own = circuit.resistance * (circuit.loss.resistance_ratios(at) - 1.0)
             assert found[1] == approx(own + exact[1], rel=2e-3)
             assert found[1][2] - found[1][0] == approx((own + exact[1])[2] - (own + exact[1])[0], rel=0.03)

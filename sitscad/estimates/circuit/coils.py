@@ -8,13 +8,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from functools import lru_cache, partial
+from itertools import product
 
 import numpy as np
 
 from sitscad.arrays import Array, ComplexArray
 from sitscad.estimates.circuit.leads import NO_LEADS, estimate_leads, led_round, sketched_leads
 from sitscad.estimates.circuit.neighbours import Circuit, idle_neighbours
-from sitscad.estimates.circuit.tank import CoilCircuit, Tank
+from sitscad.estimates.circuit.tank import CoilCircuit, Tank, terminals
 from sitscad.estimates.states.assembly import AssemblyStates, Reflection, SolvedReflection, Surroundings, metal_behind
 from sitscad.estimates.states.finite_target import FREQUENCY, TargetChanges, TargetShares
 from sitscad.estimates.states.window import WindowedReflection, WindowEffect, missing_parts
@@ -43,10 +44,14 @@ UNRESOLVED = (
 def working(circuits: list[CoilCircuit]) -> tuple[list[CoilCircuit], dict[str, str]]:
     """The circuits without the states in which the model fails, and why each of those is missing."""
     failed: dict[str, str] = {}
+    states = list(circuits[0].reflections)
+    both = terminals(circuits, states, np.full((len(circuits), len(states), 1), PROBE))
+    each = zip(*(part.ravel().tolist() for part in both), strict=True)
+    found = dict(zip(product([circuit.name for circuit in circuits], states), each, strict=True))
     for circuit in circuits:
-        free = circuit.terminal(FREE, PROBE)[0]
+        free = found[circuit.name, FREE][0]
         for state in circuit.reflections:
-            inductance, resistance = circuit.terminal(state, PROBE)
+            inductance, resistance = found[circuit.name, state]
             if not circuit.loss.is_resolved(PROBE):
                 failed[state] = UNRESOLVED
             elif state == FREE and not (inductance > 0.0 and resistance > 0.0):
@@ -73,6 +78,7 @@ def without(circuit: CoilCircuit, failed: Mapping[str, object]) -> CoilCircuit:
 def overdamped(circuits: list[CoilCircuit], tank: Tank) -> dict[str, float]:
     """The states in which some coil's tank does not oscillate, and its quality factor."""
     found: dict[str, float] = {}
+    tank.oscillate(circuits)
     for circuit in circuits:
         for state in circuit.reflections:
             at = tank.oscillation(circuit, state)

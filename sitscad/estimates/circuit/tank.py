@@ -5,17 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import field
-from functools import partial
+from itertools import islice
 
 import numpy as np
 
-from sitscad.arrays import Array
+from sitscad.arrays import Array, Index
 from sitscad.estimates.circuit.leads import LeadEstimate
 from sitscad.estimates.circuit.neighbours import Circuit
 from sitscad.estimates.states.assembly import Reflection
 from sitscad.estimates.values import CoilEstimate, ReadoutEstimate, StateEstimate
 from sitscad.physics.loss.current_modes import ProximityLoss
-from sitscad.physics.resonator import Network, Oscillation, apparent_inductance, oscillate, resonance_frequency
+from sitscad.physics.polynomials import chebyshev_points, shares
+from sitscad.physics.resonator import EXACTLY, Network, Oscillation, Oscillations, apparent_inductance, oscillate
 from sitscad.readout.conversion import shown
 from sitscad.readout.converter import Converter
 from sitscad.record import record, replace
@@ -49,7 +50,7 @@ class CoilCircuit:
     reflections: Mapping[str, Reflection]
     winding_capacitance: float = 0.0
     neighbours: Mapping[str, Circuit] = field(default_factory=dict)
-    curves: dict[tuple[str, str, int], SmoothPair] = field(default_factory=dict)
+    curves: dict[tuple[str, str, int], Array] = field(default_factory=dict)
     known: dict[tuple[str, bytes], tuple[Array, Array]] = field(default_factory=dict)
     oscillations: dict[tuple[str, float], Oscillation] = field(default_factory=dict)
 
@@ -63,13 +64,14 @@ class CoilCircuit:
         latter is interpolated from where the terminal values are known.
         """
         if self.reflections[state].is_rough:
-            change, lost = between([self._curve("_by_metal", state, _band(float(frequencies.mean())))], frequencies)[0]
+            band = int(bands_of(frequencies.mean()))
+            change, lost = (shares(points_of(band), np.log(frequencies)) @ self.curve("by_metal", state, band)).T
         else:
-            change, lost = self._by_metal(state, frequencies)
+            change, lost = self.by_metal(state, frequencies)
         added = self.resistance * (self.loss.resistance_ratios(frequencies) - 1.0)
         return self.loss.inductance_changes(frequencies) + change, added + lost
 
-    def _by_metal(self, state: str, frequencies: Array) -> tuple[Array, Array]:
+    def by_metal(self, state: str, frequencies: Array) -> tuple[Array, Array]:
         """What metal changes of `crowding` (H, ohm)."""
         change = self.reflections[state].crowding(frequencies)
         return change.real, -2.0 * math.pi * frequencies * change.imag
@@ -95,70 +97,45 @@ class CoilCircuit:
         change, added = self.neighbours[state](frequencies)
         return inductance + change, resistance + added
 
-    def terminal(self, state: str, frequency: float) -> tuple[float, float]:
-        """Inductance (H) and resistance (ohm) between the contacts in a state at a frequency (Hz)."""
-        return self._curve("exactly", state, _band(frequency))(frequency)
+    def terminal(self, state: str, frequencies: Array) -> tuple[Array, Array]:
+        """Inductance (H) and resistance (ohm) between the contacts in a state at (n,) frequencies (Hz)."""
+        inductance, resistance = terminals([self], [state], frequencies[None, None])
+        return inductance[0, 0], resistance[0, 0]
 
-    def terminals(self, frequencies: Array) -> Array:
-        """Inductance (H) and resistance (ohm) in every state at (n,) frequencies (Hz): (states, 2, n)."""
-        bands = np.floor(np.log(frequencies / LOWEST) / math.log(BAND)).astype(int)
-        found = np.empty((len(self.reflections), 2, frequencies.size))
-        for band in set(bands.tolist()):
-            inside = bands == band
-            pairs = [self._curve("exactly", state, band) for state in self.reflections]
-            found[:, :, inside] = between(pairs, frequencies[inside])
-        return found
-
-    def _curve(self, of: str, state: str, band: int) -> SmoothPair:
+    def curve(self, of: str, state: str, band: int) -> Array:
+        """Inductance (H) and resistance (ohm) of a state, as the method `of` this name has them, at the Chebyshev
+        points of a band, (`POINTS`, 2).
+        """
         key = of, state, band
         if key not in self.curves:
-            low = LOWEST * BAND**band
-            self.curves[key] = smooth_curve(partial(getattr(self, of), state), low, BAND * low)
+            self.curves[key] = np.stack(getattr(self, of)(state, np.exp(points_of(band))), axis=1)
         return self.curves[key]
 
 
-def _band(frequency: float) -> int:
-    """The number of the band that a frequency (Hz) lies in."""
-    return math.floor(math.log(frequency / LOWEST) / math.log(BAND))
+def points_of(band: int) -> Array:
+    """Logarithms of the frequencies (Hz) at which curves are known over a band."""
+    low = math.log(LOWEST) + band * math.log(BAND)
+    return chebyshev_points(low, low + math.log(BAND), POINTS)
 
 
-@record(eq=False)
-class SmoothPair:
-    """A pair of smooth functions of frequency, known at `POINTS` Chebyshev points of ln f over a band, at any frequency
-    (Hz) there by barycentric interpolation.
+def bands_of(frequencies: Array) -> Index:
+    """The numbers of the bands that frequencies (Hz) lie in."""
+    return np.floor(np.log(frequencies / LOWEST) / math.log(BAND)).astype(int)
+
+
+def terminals(circuits: Sequence[CoilCircuit], states: Sequence[str], frequencies: Array) -> tuple[Array, Array]:
+    """Inductances (H) and resistances (ohm) of coils between their contacts in states, each at its own (coils, states,
+    n) frequencies (Hz).
     """
-
-    points: tuple[tuple[float, float, float, float], ...]
-    """Ln f, the weight, and both functions' values at every point."""
-
-    def __call__(self, frequency: float) -> tuple[float, float]:
-        """Both at a frequency (Hz)."""
-        place = math.log(frequency)
-        first = second = total = 0.0
-        for near, weight, one, other in self.points:
-            if abs(place - near) < 1e-12:
-                return one, other
-            share = weight / (place - near)
-            first, second, total = first + share * one, second + share * other, total + share
-        return first / total, second / total
-
-
-def between(pairs: Sequence[SmoothPair], frequencies: Array) -> Array:
-    """Pairs of one band at (n,) frequencies (Hz): (pairs, 2, n)."""
-    points = np.array([pair.points for pair in pairs])
-    near, weight = points[0, :, :2].T
-    away = np.log(frequencies)[:, None] - near
-    share = weight / np.where(np.abs(away) < 1e-12, 1e-300, away)
-    return np.asarray(points[:, :, 2:].transpose(0, 2, 1) @ share.T / share.sum(axis=1))
-
-
-def smooth_curve(exact: Circuit, low: float, high: float) -> SmoothPair:
-    """The pair of a circuit over a band (Hz)."""
-    angles = [math.pi * (k + 0.5) / POINTS for k in range(POINTS)]
-    middle, half = 0.5 * math.log(low * high), 0.5 * math.log(high / low)
-    places = [middle + half * math.cos(angle) for angle in angles]
-    weights = [(-1.0) ** k * math.sin(angle) for k, angle in enumerate(angles)]
-    return SmoothPair(tuple(zip(places, weights, *(each.tolist() for each in exact(np.exp(places))), strict=True)))
+    bands, found = bands_of(frequencies), np.empty((2, *frequencies.shape))
+    for band in set(bands.ravel().tolist()):
+        inside = bands == band
+        values = np.zeros((*frequencies.shape[:2], POINTS, 2))
+        for coil, state in np.argwhere(inside.any(axis=2)).tolist():
+            values[coil, state] = circuits[coil].curve("exactly", states[state], band)
+        weights = shares(points_of(band), np.log(frequencies[inside]))
+        found[:, inside] = np.einsum("ni,nij->jn", weights, values[np.nonzero(inside)[:2]])
+    return found[0], found[1]
 
 
 POINTS = 6
@@ -197,12 +174,14 @@ class Tank:
         cable = self.readout.cable if self.readout.capacitor_at != "coil" else None
         return (0.0, 0.0) if cable is None else (cable.inductance, cable.resistance)
 
-    def network(self, circuit: CoilCircuit) -> Network:
-        """The two-port between contacts and pins: half of the cable's capacitance at either end (pi section)."""
+    def network(self, self_capacitance: float | Array) -> Network:
+        """The two-port between contacts and pins, of coils with so much capacitance of their own (F): half of the
+        cable's at either end (pi section).
+        """
         cable = self.readout.cable
         half = 0.5 * cable.capacitance if cable else 0.0
         return Network(
-            coil_side=circuit.self_capacitance + half,
+            coil_side=self_capacitance + half,
             converter_side=self.converter.limit("pin_capacitance") + half,
             capacitor=self.capacitor,
             capacitor_at_coil=self.readout.capacitor_at == "coil",
@@ -213,23 +192,36 @@ class Tank:
 
     def oscillation(self, circuit: CoilCircuit, state: str) -> Oscillation:
         """Where the tank runs in a state, if anywhere; inductance and loss are those at that very frequency."""
-        key = state, self.capacitor
-        if key in circuit.oscillations:
-            return circuit.oscillations[key]
-        network, delay = self.network(circuit), self.converter.limit("drive_delay")
-        frequency = resonance_frequency(
-            circuit.inductance + circuit.leads.inductance + self.in_series()[0], self.capacitance(circuit)
-        )
-        found = oscillate(network, *circuit.terminal(state, frequency), delay)
-        for _ in range(12):
-            if not found.exists:
-                break
-            before = found.frequency
-            found = oscillate(network, *circuit.terminal(state, before), delay, before)
-            if abs(found.frequency - before) <= 1e-9 * before:
-                break
-        circuit.oscillations[key] = found
-        return found
+        if (state, self.capacitor) not in circuit.oscillations:
+            self.oscillate([circuit])
+        return circuit.oscillations[state, self.capacitor]
+
+    def oscillate(self, circuits: Sequence[CoilCircuit]) -> None:
+        """Finds where the tanks of coils, which have the same states, run in all of them: at once takes least."""
+        found = iter(oscillations(circuits, self, np.array([self.capacitor])).one_by_one())
+        for circuit in circuits:
+            circuit.oscillations.update(((state, self.capacitor), next(found)) for state in circuit.reflections)
+
+
+ROUGHLY = 1e-3
+"""What a frequency may be off by, relative, where capacitors are compared for screening."""
+
+
+def oscillations(
+    circuits: Sequence[CoilCircuit], tank: Tank, capacitors: Array, is_rough: bool = False
+) -> Oscillations:
+    """Where tanks run that differ from one by their capacitors (n; F) alone, of coils which have the same states,
+    (coils, states, n); to `ROUGHLY` of the frequency where that is enough.
+    """
+    own, inductance = np.array([(c.self_capacitance, c.inductance + c.leads.inductance) for c in circuits]).T
+    states = list(circuits[0].reflections)
+    network = replace(tank.network(own[:, None, None]), capacitor=capacitors)
+    plain = network.resonance(inductance[:, None, None]) / (2.0 * math.pi)
+    # beyond the band nothing works; roughly, what is above it is not worth another curve
+    highest = HIGHEST if is_rough else math.inf
+    return oscillate(
+        network, lambda at: terminals(circuits, states, np.minimum(at, highest)), tank.converter.limit("drive_delay"),
+        np.tile(plain, (1, len(states), 1)), ROUGHLY if is_rough else EXACTLY)
 
 
 def working_states(circuit: CoilCircuit) -> list[str]:
@@ -245,7 +237,7 @@ def state_estimates(circuit: CoilCircuit, tank: Tank, readout: ReadoutEstimate) 
     found, converter = {}, tank.converter
     for state in circuit.reflections:
         at = tank.oscillation(circuit, state)
-        inductance, resistance = circuit.terminal(state, at.frequency)
+        inductance, resistance = at.inductance, at.resistance
         volts = converter.amplitude(at.parallel_resistance, readout.drive_code, readout.high_current)
         found[state] = StateEstimate(
             state, inductance, resistance, at.frequency, at.parallel_resistance, at.quality_factor, volts,
@@ -254,29 +246,6 @@ def state_estimates(circuit: CoilCircuit, tank: Tank, readout: ReadoutEstimate) 
             coil_amplitude=volts * at.coil_share,
         )
     return found
-
-
-def oscillations(circuit: CoilCircuit, tanks: Sequence[Tank], is_rough: bool) -> list[list[Oscillation]]:
-    """Where tanks run that differ by their capacitors alone, in every state; roughly by SNOSCY9A's formula (see
-    `oscillate`), which has no cable.
-    """
-    converter, readout = tanks[0].converter, tanks[0].readout
-    if not is_rough or readout.cable is not None:
-        return [[tank.oscillation(circuit, state) for tank in tanks] for state in circuit.reflections]
-    capacitance = np.array([tank.capacitance(circuit) for tank in tanks])
-    plain = 0.5 / (math.pi * np.sqrt((circuit.inductance + circuit.leads.inductance) * capacitance))
-    # beyond the band nothing works; what is above it is not worth another curve
-    inductance, resistance = circuit.terminals(np.minimum(plain, HIGHEST)).transpose(1, 0, 2)
-    omega = 1.0 / np.sqrt(inductance * capacitance)
-    quality = omega * inductance / (resistance + converter.limit("capacitor_resistance"))
-    square = 1.0 - quality**-2 - converter.limit("drive_delay") * omega / quality
-    omega *= np.sqrt(np.maximum(square, 0.0))
-    impedance = resistance + (omega * inductance) ** 2 / resistance
-    rows = np.stack([0.5 * omega / math.pi, impedance, quality, square], axis=2).tolist()
-    return [[
-        Oscillation(frequency, parallel, q, 1.0) if left > 0.0 else Oscillation(math.nan, math.nan, q, math.nan, False)
-        for frequency, parallel, q, left in row
-    ] for row in rows]
 
 
 def choose_capacitor(
@@ -294,10 +263,11 @@ def choose_capacitor(
         return math.nan, "none chosen: no state of the coils could be estimated"
     converter = readout.device
     values = preferred_values(converter)
-    tanks = [Tank(value, readout) for value in values]
-    every = [(each, state in working_states(circuit)) for circuit in _distinct(circuits)
-             for state, each in zip(circuit.reflections, oscillations(circuit, tanks, is_rough), strict=True)]
-    scored = [(_trespass([(each[k], works) for each, works in every], tanks[k], self_resonance), value)
+    tanks, some = [Tank(value, readout) for value in values], _distinct(circuits)
+    each = iter(oscillations(some, tanks[0], np.array(values), is_rough).one_by_one())
+    every = [(list(islice(each, len(values))), state in working_states(circuit))
+             for circuit in some for state in circuit.reflections]
+    scored = [(_trespass([(found[k], works) for found, works in every], tanks[k], self_resonance), value)
               for k, value in enumerate(values)]
     (trespass, windows), value = min(scored, key=lambda row: (round(row[0][0][0], 9), row[1]))
     return value, _reason(value, trespass, windows, converter.limit("capacitor_tolerance"))

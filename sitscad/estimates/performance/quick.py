@@ -25,7 +25,7 @@ from sitscad.estimates.states.solved_target import own_changes
 from sitscad.estimates.values import Estimates
 from sitscad.layout.board import Layout
 from sitscad.mechanics.elastomer import VALID_STRAIN
-from sitscad.physics.polynomials import chebyshev_points, evaluated
+from sitscad.physics.polynomials import Interpolant, chebyshev_points
 from sitscad.readout.converter import Converter
 from sitscad.record import record
 from sitscad.scene.state import PRESSED, REST
@@ -147,7 +147,9 @@ def chart(layout: Layout, estimates: Estimates) -> Callable[[Array], Array]:
         values = law.logarithms(change * held(estimates, effect[-count - 1, 0] - effect[0, 0]))
     else:
         values = -0.5 * np.log1p(np.maximum(change.real / law.inductance, -0.9)) * _pull(estimates)
-    grid, middles = (sides, sides, heights), np.array([(at.x, at.y) for at in shared_middles(spec)])
+    ends = np.array([-aside, -aside, low]), np.array([aside, aside, high])
+    charts = [Interpolant(*ends, values[..., k]) for k in range(values.shape[-1])]
+    middles = np.array([(at.x, at.y) for at in shared_middles(spec)])
 
     def frequencies(poses: Array) -> Array:
         found = np.empty((len(poses), len(middles)))
@@ -155,8 +157,7 @@ def chart(layout: Layout, estimates: Estimates) -> Callable[[Array], Array]:
             where = poses[:, :3].copy()
             away = middle - where[:, :2]
             where[:, 2] += away[:, 1] * np.tan(poses[:, 3]) - away[:, 0] * np.tan(poses[:, 4])
-            inside = np.clip(where, [-aside, -aside, low], [aside, aside, high])  # the outermost points lie within
-            found[:, k] = evaluated(values[..., k : k + 1], grid, inside)[:, 0]
+            found[:, k] = charts[k](where)
         return np.asarray(law.frequency * np.exp(found))
 
     return frequencies

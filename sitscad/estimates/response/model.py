@@ -16,7 +16,7 @@ from sitscad.estimates.response.pad import NoResponse, holding, pushed, pushed_b
 from sitscad.estimates.response.placed import LEAST_HEIGHT, Cover, Placed, at_rest
 from sitscad.estimates.response.plate import LOSSY, TargetPlate, endless_like, plate_over_jaw, stated_errors
 from sitscad.estimates.response.scan import Changes, Exact, mapped
-from sitscad.estimates.response.terminals import at_frequencies, curves, oscillating
+from sitscad.estimates.response.terminals import at_frequencies, curves
 from sitscad.estimates.response.values import Response, joined
 from sitscad.estimates.response.working_range import normal_at, shear_at
 from sitscad.estimates.states.assembly import AssemblyStates, Surroundings, metal_behind
@@ -29,7 +29,7 @@ from sitscad.layout.board import Layout
 from sitscad.mechanics.elastomer import VALID_SHEAR, VALID_STRAIN
 from sitscad.mechanics.pad import HELD_SHEAR, HELD_TILT
 from sitscad.physics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
-from sitscad.physics.resonator import Network
+from sitscad.physics.resonator import Network, oscillate
 from sitscad.record import record
 from sitscad.scene.state import REST, REST_POSE, State
 from sitscad.spec.sensor import SensorSpec
@@ -99,9 +99,10 @@ class ResponseModel:
         return Tank(self.estimates.readout.capacitance, self.spec.readout)
 
     @cached_property
-    def networks(self) -> tuple[Network, ...]:
-        """What lies between every coil's contacts and the converter's pins."""
-        return tuple(self.tank.network(circuit) for circuit in self._circuits(self.wound.winding))
+    def network(self) -> Network:
+        """What lies between the coils' contacts and the converter's pins, (coils,)."""
+        own = [circuit.self_capacitance for circuit in self._circuits(self.wound.winding)]
+        return self.tank.network(np.array(own))
 
     @cached_property
     def _volts(self) -> Array:
@@ -141,10 +142,12 @@ class ResponseModel:
         changes = changes_by(at_tank)
         known = {coil.name: next(iter(coil.states.values())).frequency for coil in self.estimates.coils if coil.states}
         start = np.array([known.get(coil.name, usual) for coil in self.layout.coils])
-        terminals = oscillating(self._impedances(at_tank, placed, changes), self.networks, self.tank,
-                                np.tile(start, (len(poses), 1)))
+        whole = self._impedances(at_tank, placed, changes)
+        terminals = oscillate(self.network, lambda at: at_frequencies(whole, at, self.tank),
+                              self.tank.converter.limit("drive_delay"), np.tile(start, (len(poses), 1)))
         near, shown, taken_at = at_tank, changes, terminals.frequency
-        inductance, resistance = terminals.inductance, terminals.resistance
+        inductance, resistance = (np.where(np.isfinite(taken_at), part, np.nan)
+                                  for part in (terminals.inductance, terminals.resistance))
         if frequency is not None:
             near = self._near(cover, (frequency, 1.05 * frequency))
             shown = changes_by(near)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.arrays import Array, ComplexArray
-from sitscad.physics.polynomials import chebyshev_points, evaluated
+from sitscad.physics.polynomials import Interpolant, chebyshev_points
 from sitscad.record import record
 
 Progress = Callable[[int, int], None]
@@ -112,10 +112,10 @@ def _interpolated(
     nodes = np.tile(0.5 * (low + high), (math.prod(map(len, grid)), 1))
     nodes[:, moved] = np.stack(np.meshgrid(*grid, indexing="ij"), axis=-1).reshape(-1, len(moved))
     values = _packed(_all(exact, nodes, progress)) * np.exp(decay * nodes[:, 2])[:, None]
-    tensor = values.reshape(*map(len, grid), -1)
+    chart = Interpolant(low[moved], high[moved], values.reshape(*map(len, grid), -1))
 
     def through(some: Array) -> Array:
-        return evaluated(tensor, grid, some[:, moved]) * np.exp(-decay * some[:, 2])[:, None]
+        return chart(some[:, moved]) * np.exp(-decay * some[:, 2])[:, None]
 
     generator = np.random.default_rng(7)
     tried = poses[generator.choice(len(poses), CHECKED, replace=False)]
