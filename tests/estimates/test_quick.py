@@ -12,7 +12,7 @@ import sitscad
 from sitscad import Design
 from sitscad.estimates.performance import quick
 from sitscad.estimates.performance.points import feel
-from sitscad.estimates.performance.quick import tank_law
+from sitscad.estimates.performance.quick import resting_tanks
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
 
@@ -99,13 +99,13 @@ def test_loss_in_magnetic_steel_pulls_the_tank_too(steel):
         assert point.tilt_errors(other.tilt) == approx(errors, abs=0.03 * errors.max())
 
 
-def test_the_law_of_the_tanks_is_that_of_the_states(steel):
-    law, coil = tank_law(steel.spec.readout.device, steel.estimates), steel.estimates.coils[0]
+def test_the_tanks_are_those_of_the_states(steel):
+    tanks, coil = resting_tanks(steel.spec.readout, steel.estimates), steel.estimates.coils[0]
     rest, pressed = coil.states["rest"], coil.states["pressed"]
     lost = (pressed.resistance - rest.resistance) / (2.0 * np.pi * rest.frequency)
-    said = law.logarithms(np.array([complex(pressed.inductance - rest.inductance, -lost)]))[0]
+    said = tanks.logarithms(np.array([complex(pressed.inductance - rest.inductance, -lost)]))[0]
     assert said == approx(np.log(pressed.frequency / rest.frequency), rel=1e-3)
-    assert np.abs(law.logarithms(np.zeros((3, 1), dtype=complex))).max() < 1e-12
+    assert np.abs(tanks.logarithms(np.zeros((3, 1), dtype=complex))).max() < 1e-12
 
 
 def test_temperature_is_within_a_tenth(both):

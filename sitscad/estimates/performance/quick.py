@@ -16,6 +16,7 @@ from itertools import compress, product
 import numpy as np
 
 from sitscad.arrays import Array, ComplexArray
+from sitscad.estimates.circuit.tank import Tank
 from sitscad.estimates.performance.bench import Bench
 from sitscad.estimates.response.pad import NoResponse, soft_pad
 from sitscad.estimates.response.working_range import required_range
@@ -26,30 +27,26 @@ from sitscad.estimates.values import Estimates
 from sitscad.layout.board import Layout
 from sitscad.mechanics.elastomer import VALID_STRAIN
 from sitscad.physics.polynomials import Interpolant, chebyshev_points
-from sitscad.readout.converter import Converter
+from sitscad.physics.resonator import Network, oscillate_alike
 from sitscad.record import record
 from sitscad.scene.state import PRESSED, REST
 from sitscad.spec.places import shared_middles
-from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.sensor import ReadoutSpec, SensorSpec
 
-TURNS, LATEST = 4, 1.3  # How often the frequency is put in again, and the angle (rad) that it is late by at most
-
-SLOWEST = 0.04
-"""Least square of a frequency over that at rest: tanks that a chart takes beyond what oscillates stay finite."""
+LEAST_INDUCTANCE, SLOWEST = 0.1, 0.2
+"""Least inductance and frequency, over those at rest: tanks that a chart takes beyond what oscillates stay finite."""
 
 LEAST, MOST = 1e-6, 4.0
 """Change, over the inductance, below which it is not held to that of the states; and by how much more or less it is."""
 
 
 @record(eq=False)
-class TankLaw:
-    """Tanks at rest, (coils,): inductance (H), resistance (ohm) and frequency (Hz); and the drive's delay (s).
-
-    The susceptance is minus the conductance times tan(omega delay), as in `physics.resonator.oscillate`:
-    (omega L)^2 = (L - R tan(omega delay) / omega) / C - R^2, C being what makes it that at rest. So loss pulls, too: a
-    magnetic metal's does as much as its change of inductance.
+class RestingTanks:
+    """The tanks of all coils at rest, (coils,): their network, inductance (H), resistance (ohm) and frequency (Hz); and
+    the drive's delay (s).
     """
 
+    network: Network
     inductance: Array
     resistance: Array
     frequency: Array
@@ -57,27 +54,21 @@ class TankLaw:
 
     def logarithms(self, change: ComplexArray) -> Array:
         """Logarithms of frequencies over those at rest, by changes of the inductances since then (H, complex; (...,
-        coils)).
+        coils)): loss pulls, too, a magnetic metal's as much as its change of inductance. Loss and inductance are those
+        at the frequency at rest.
         """
-        start = 2.0 * np.pi * self.frequency
-        inductance = np.maximum(self.inductance + change.real, 0.1 * self.inductance)
-        resistance = np.maximum(self.resistance - start * change.imag, 0.0)
-        behind = np.tan(start * self.delay) / start
-        square = self.resistance**2 + (start * self.inductance) ** 2
-        capacitance = (self.inductance - self.resistance * behind) / square
-        omega = np.broadcast_to(start, inductance.shape)
-        for _ in range(TURNS):
-            late = np.tan(np.minimum(omega * self.delay, LATEST)) / omega
-            square = ((inductance - resistance * late) / capacitance - resistance**2) / inductance**2
-            omega = np.sqrt(np.maximum(square, SLOWEST * start**2))
-        return np.asarray(np.log(omega / start))
+        inductance = np.maximum(self.inductance + change.real, LEAST_INDUCTANCE * self.inductance)
+        resistance = np.maximum(self.resistance - 2.0 * np.pi * self.frequency * change.imag, 0.0)
+        found = oscillate_alike(self.network, inductance, resistance, self.delay).frequency
+        return np.asarray(np.log(np.fmax(found / self.frequency, SLOWEST)))
 
 
-def tank_law(device: Converter, estimates: Estimates) -> TankLaw:
-    """The law of all coils' tanks, which have a state at rest."""
+def resting_tanks(spec: ReadoutSpec, estimates: Estimates) -> RestingTanks:
+    """The tanks of all coils, which have a state at rest."""
     states = [coil.states[REST] for coil in estimates.coils]
     inductance, resistance, frequency = np.array([(s.inductance, s.resistance, s.frequency) for s in states]).T
-    return TankLaw(inductance, resistance, frequency, device.limit("drive_delay"))
+    network = Tank(estimates.readout.capacitance, spec).network(np.array([c.self_capacitance for c in estimates.coils]))
+    return RestingTanks(network, inductance, resistance, frequency, spec.device.limit("drive_delay"))
 
 
 def held(estimates: Estimates, said: ComplexArray) -> ComplexArray:
@@ -134,9 +125,9 @@ def chart(layout: Layout, estimates: Estimates) -> Callable[[Array], Array]:
     middle, rough = places // 2, estimates.is_rough
     asked = [not rough or middle in point for point in product(range(places), repeat=2)]
     moves = [(0.0, 0.0), *compress(product(sides.tolist(), sides.tolist()), asked)]
-    law, pressed = tank_law(spec.readout.device, estimates), estimates.pressed_place
+    tanks, pressed = resting_tanks(spec.readout, estimates), estimates.pressed_place
     over = [0.0, *([pressed] if estimates.is_solved and pressed is not None else []), *map(float, heights)]
-    effect = target_effects(layout, moves, over, float(law.frequency.mean()), estimates.is_solved, rough)
+    effect = target_effects(layout, moves, over, float(tanks.frequency.mean()), estimates.is_solved, rough)
     since_rest = np.zeros((count, places * places, effect.shape[-1]), dtype=complex)
     since_rest[:, asked] = effect[-count:, 1:] - effect[0, 0]
     change = since_rest.reshape(count, places, places, -1).transpose(1, 2, 0, 3)
@@ -144,9 +135,9 @@ def chart(layout: Layout, estimates: Estimates) -> Callable[[Array], Array]:
         along, across = change[:, middle, None], change[None, middle]
         change = along + across - change[middle, middle]
     if estimates.is_solved:
-        values = law.logarithms(change * held(estimates, effect[-count - 1, 0] - effect[0, 0]))
+        values = tanks.logarithms(change * held(estimates, effect[-count - 1, 0] - effect[0, 0]))
     else:
-        values = -0.5 * np.log1p(np.maximum(change.real / law.inductance, -0.9)) * _pull(estimates)
+        values = -0.5 * np.log1p(np.maximum(change.real / tanks.inductance, -0.9)) * _pull(estimates)
     ends = np.array([-aside, -aside, low]), np.array([aside, aside, high])
     charts = [Interpolant(*ends, values[..., k]) for k in range(values.shape[-1])]
     middles = np.array([(at.x, at.y) for at in shared_middles(spec)])
@@ -158,7 +149,7 @@ def chart(layout: Layout, estimates: Estimates) -> Callable[[Array], Array]:
             away = middle - where[:, :2]
             where[:, 2] += away[:, 1] * np.tan(poses[:, 3]) - away[:, 0] * np.tan(poses[:, 4])
             found[:, k] = charts[k](where)
-        return np.asarray(law.frequency * np.exp(found))
+        return np.asarray(tanks.frequency * np.exp(found))
 
     return frequencies
 
@@ -196,7 +187,8 @@ def quick_bench(layout: Layout, estimates: Estimates) -> Bench:
     level = chart(layout, estimates)
     if estimates.is_rough:
         return Bench(spec, estimates, required_range(spec, True), level, level)
-    law, pressed, warm = tank_law(spec.readout.device, estimates), estimates.pressed_place, replace(layout, spec=spec)
+    tanks, pressed = resting_tanks(spec.readout, estimates), estimates.pressed_place
+    warm = replace(layout, spec=spec)
 
     def tilted(poses: Array) -> Array:
         """What a turn adds, by the response's own solution of the target at one frequency, crowding left out; held to
@@ -204,9 +196,9 @@ def quick_bench(layout: Layout, estimates: Estimates) -> Bench:
         """
         flat, states = poses.copy(), np.zeros((2, 6))
         flat[:, 3:], states[1, 2] = 0.0, pressed or 0.0
-        change = own_changes(warm, np.concatenate([states, poses, flat]), float(law.frequency.mean()))
+        change = own_changes(warm, np.concatenate([states, poses, flat]), float(tanks.frequency.mean()))
         change = change[1:] - change[0]
-        said = law.logarithms(change[1:] * held(estimates, change[0]))
+        said = tanks.logarithms(change[1:] * held(estimates, change[0]))
         return np.asarray(level(flat) * np.exp(said[: len(poses)] - said[len(poses) :]))
 
     return Bench(spec, estimates, required_range(spec), level, tilted)
