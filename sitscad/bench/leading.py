@@ -13,7 +13,7 @@ from sitscad.bench.diagnosis import JUMP
 from sitscad.bench.readings import Scan, scans
 from sitscad.bench.source import Simulation, Source
 from sitscad.calibration.calibration import Calibration
-from sitscad.calibration.plan import load_words, table_head
+from sitscad.calibration.points import load_words, table_head
 from sitscad.calibration.unknowns import usual
 from sitscad.estimates.circuit.settings import identity
 from sitscad.record import record

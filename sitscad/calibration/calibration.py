@@ -14,8 +14,7 @@ from sitscad.calibration.forms import Tried, chosen_form, drawn_map, error_by_mi
 from sitscad.calibration.inverse_map import Correction, InverseMap, correct
 from sitscad.calibration.misfit import far_off, pattern
 from sitscad.calibration.model_fit import SUSPECT, ModelFit, NoFit, fit_model
-from sitscad.calibration.plan import Plan, plan
-from sitscad.calibration.points import Points
+from sitscad.calibration.points import Plan, Points, plan
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import PAD_ERRORS, POSE_ERRORS, SURELY, WIDEST
 from sitscad.estimates.performance.inversion import Crosstalk, axis_sweeps, crosstalk_of

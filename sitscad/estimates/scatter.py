@@ -1,6 +1,6 @@
 """What differs from one unit of a design to the next: every cause once, with its band, its source, and what it moves.
 
-Units are simulated on three levels, all by this list. `performance.units` moves pad and pose of a unit by one sigma of
+Units are simulated on three levels, all by this list. `performance.causes` moves pad and pose of a unit by one sigma of
 a cause at a time and adds up squares, the part of the pad under the target staying as drawn. `calibration.sensors`
 draws all causes together and reads a chart. `study.spreads` makes a spec of each unit and works out the whole design,
 which costs a hundred times as much. tests/estimates/test_scatter.py holds them together: what one cause does to the
@@ -18,14 +18,7 @@ from sitscad.estimates.states.pressing import GLUE, MODULUS, PAD, PAD_SIZE
 from sitscad.estimates.values import Estimates
 from sitscad.record import record, replace
 from sitscad.scene.bodies import lines_below_target
-from sitscad.scene.column import (
-    WRITTEN,
-    SizeTolerance,
-    elastomer_tolerance,
-    placement,
-    plate_tolerance,
-    usual_tolerances,
-)
+from sitscad.scene.column import WRITTEN, SizeTolerance, elastomer_tolerance, placement, usual_tolerances
 from sitscad.scene.state import FREE
 from sitscad.spec.circuit import LayerKind
 from sitscad.spec.sensor import SensorSpec
@@ -101,12 +94,8 @@ def _of_converter(name: str) -> Callable[[SensorSpec], SizeTolerance]:
     return tolerance
 
 
-def _pad_thickness_band(spec: SensorSpec) -> SizeTolerance | None:
-    return None if spec.elastomer is None else elastomer_tolerance(spec.assembly, "elastomer", PAD)
-
-
-def _pad_size_band(spec: SensorSpec) -> SizeTolerance | None:
-    return None if spec.elastomer is None else plate_tolerance(spec.assembly, "elastomer", min(spec.elastomer.size))
+def _of_pad(written: str, name: str) -> Callable[[SensorSpec], SizeTolerance | None]:
+    return lambda spec: None if spec.elastomer is None else elastomer_tolerance(spec.assembly, written, name)
 
 
 def _modulus_sigma(spec: SensorSpec) -> SizeTolerance | None:
@@ -226,8 +215,8 @@ CAUSES = (
     Cause(DIAMETER, "1", BOARD, _of_table(DIAMETER)),
     Cause(PERMITTIVITY, "1", BOARD, _of_table(PERMITTIVITY)),
     Cause(CAPACITOR, "1", COIL, _of_converter("capacitor_tolerance"), "readout.capacitance", _with_capacitor),
-    Cause(PAD, "m", UNIT, _pad_thickness_band, "elastomer.thickness", _with_pad, pose=2),
-    Cause(PAD_SIZE, "m", UNIT, _pad_size_band),
+    Cause(PAD, "m", UNIT, _of_pad("elastomer", PAD), "elastomer.thickness", _with_pad, pose=2),
+    Cause(PAD_SIZE, "m", UNIT, _of_pad("elastomer_size", PAD_SIZE)),
     Cause(MODULUS, "1", UNIT, _modulus_sigma, "elastomer.modulus", _with_modulus, is_logarithmic=True),
     Cause(GLUE, "m", UNIT, _glue_band, "assembly.glue_line", _with_glue, pose=2),
     Cause(OFFSET_X, "m", UNIT, _placement_band, "target.offset.x", _beside(0), pose=0),

@@ -11,7 +11,7 @@ import numpy as np
 
 from sitscad.arrays import Array
 from sitscad.calibration.calibration import Calibration
-from sitscad.calibration.plan import Plan, load_words, table_head
+from sitscad.calibration.points import Plan, load_words, table_head
 from sitscad.calibration.unknowns import usual
 from sitscad.drawing.sheet import Pen, Sheet
 from sitscad.drawing.svg import svg

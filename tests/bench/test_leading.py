@@ -12,7 +12,7 @@ import sitscad
 from sitscad.bench.board import Board
 from sitscad.bench.leading import Leading, NotTaken, head, taken
 from sitscad.bench.source import Source, source_of
-from sitscad.calibration.plan import Plan
+from sitscad.calibration.points import Plan
 from tests.bench.conftest import TEMPLATES
 
 SPEC = TEMPLATES / "bench_7mm.yaml"

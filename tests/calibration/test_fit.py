@@ -18,8 +18,7 @@ from sitscad.calibration.calibration import calibrate_by
 from sitscad.calibration.forms import Form, Samples, fitted
 from sitscad.calibration.inverse_map import ridge
 from sitscad.calibration.model_fit import NoFit, levenberg_marquardt
-from sitscad.calibration.plan import offered
-from sitscad.calibration.points import Points
+from sitscad.calibration.points import Points, offered
 from sitscad.calibration.unknowns import units
 from sitscad.data import json_file
 from sitscad.package.contents import calibration_files

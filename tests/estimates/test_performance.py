@@ -14,7 +14,7 @@ import sitscad
 from sitscad import Design
 from sitscad.estimates.performance.inversion import _alike, best_fitted, fitted
 from sitscad.estimates.performance.values import AXES
-from sitscad.estimates.response.working_range import axes_told_apart
+from sitscad.estimates.response.working_range import WorkingRange, axes_told_apart
 from sitscad.spec import presets
 
 LDC1614 = presets.converter("ldc1614")
@@ -169,12 +169,12 @@ def test_a_capacitor_of_another_value_leaves_ratios_to_the_tare_as_they_were(ben
 
 def test_two_loads_of_one_reading_are_found():
     """A reading that turns back: x - x^2 is alike at 0.2 and 0.8."""
-    x = np.linspace(0.0, 1.0, 40)[:, None]
+    x, one_axis = np.linspace(0.0, 1.0, 40)[:, None], WorkingRange(("normal",), 1.0, 0.0)
     folded = fitted(x, x - x**2, 2)
-    for pair in _alike(folded, np.array([1.0]), ("normal",)):
+    for pair in _alike(folded, one_axis):
         one, other = np.sort(np.concatenate(pair))
         assert other - one > 0.05 and one + other == approx(1.0, abs=2e-3)
-    assert not list(_alike(fitted(x, x + 0.2 * x**2, 2), np.array([1.0]), ("normal",)))
+    assert not list(_alike(fitted(x, x + 0.2 * x**2, 2), one_axis))
 
 
 @pytest.mark.slow

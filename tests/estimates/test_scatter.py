@@ -14,7 +14,7 @@ import sitscad
 from sitscad import Design
 from sitscad.calibration.calibration import foretell, sensors_of
 from sitscad.estimates import scatter, uncertainty
-from sitscad.estimates.performance.units import readings_of, root_sum_of_mean_squares
+from sitscad.estimates.performance.causes import readings_of, root_sum_of_mean_squares
 from sitscad.estimates.scatter import CAPACITOR
 from sitscad.estimates.states.pressing import GLUE, MODULUS, PAD, PAD_SIZE
 

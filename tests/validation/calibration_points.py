@@ -32,8 +32,7 @@ import sitscad
 from sitscad.calibration.calibration import calibrate_by, sensors_of
 from sitscad.calibration.forms import Tried, chosen_form, drawn_map
 from sitscad.calibration.inverse_map import InverseMap, ridge
-from sitscad.calibration.plan import plan
-from sitscad.calibration.points import Points
+from sitscad.calibration.points import Points, plan
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import units
 from sitscad.physics.polynomials import exponents, monomials

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from sitscad.arrays import Array
+from sitscad.estimates.performance.causes import readings_of, root_sum_of_mean_squares
 from sitscad.estimates.performance.points import Felt
-from sitscad.estimates.performance.units import readings_of, root_sum_of_mean_squares
 from sitscad.estimates.performance.values import along
 from sitscad.estimates.response.working_range import held_shear
 from sitscad.estimates.scatter import manufacturing_scatter

@@ -159,7 +159,7 @@ class SolvedRange:
         nearly alike by this one; None where none are found.
         """
         ranged = self.bench.range
-        pairs = islice(chain(self._unseen(), _alike(self.forward, ranged.full_scales, ranged.axes)), POLISHED)
+        pairs = islice(chain(self._unseen(), _alike(self.forward, ranged)), POLISHED)
         nearly = [pair for pair in (self._polished(*pair, DOUBTED) for pair in pairs) if pair is not None]
         judge = replace(self, bench=exact()) if nearly else self
         found = (judge._polished(*pair, ALIKE) for pair in nearly)
@@ -218,12 +218,12 @@ def solved_range(bench: Bench) -> SolvedRange:
     return SolvedRange(bench, fit, readings[: len(fit)], (judged, readings[len(fit) :]))
 
 
-def _alike(forward: Polynomial, full: Array, names: tuple[str, ...]) -> Iterator[tuple[Array, Array]]:
+def _alike(forward: Polynomial, scope: WorkingRange) -> Iterator[tuple[Array, Array]]:
     """Two places (in full scales) of one reading by the polynomials: the likeliest of a grid, the second moved by steps
     of Gauss-Newton until it reads the same, where these lead to such a place apart from the first.
     """
-    lowest = np.array([0.0 if name == "normal" else -1.0 for name in names])
-    count = {1: 41, 2: 13, 3: 7}[len(names)]
+    lowest, full = scope.lowest, scope.full_scales
+    count = {1: 41, 2: 13, 3: 7}[len(lowest)]
     places = np.array(list(product(*(np.linspace(low, 1.0, count) for low in lowest))))
     values = forward(places * full)
     span = np.maximum(np.ptp(values, axis=0), 1e-300)

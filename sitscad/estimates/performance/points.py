@@ -16,10 +16,9 @@ import numpy as np
 from sitscad.arrays import Array
 from sitscad.estimates import estimated
 from sitscad.estimates.performance.bench import Bench
-from sitscad.estimates.performance.causes import DEGREE, WARMER, Disturbed, Tilts, by_metal, resonances
+from sitscad.estimates.performance.causes import DEGREE, WARMER, Disturbed, Tilts, Units, by_metal, resonances, units_of
 from sitscad.estimates.performance.inversion import SolvedRange, crosstalk, solved_range
 from sitscad.estimates.performance.quick import quick_bench
-from sitscad.estimates.performance.units import Units, units_of
 from sitscad.estimates.performance.values import AXES, AxisPerformance, Loads, Performance, along
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.pad import TOO_SOFT, NoResponse, compliance, pushed
