@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from sitscad.arrays import Array, Flags, Index
+from sitscad.arrays import Array, Flags, Index, slices
 from sitscad.geometry.path import Arc, Segment
 from sitscad.record import record
 
@@ -219,7 +219,7 @@ def _blocks(boxes: Array) -> list[Index]:
     side = max(1, math.isqrt(len(boxes) // 32))
     field = np.minimum((side * (middle - low) / np.maximum(high - low, 1e-300)).astype(np.intp), side - 1)
     order = np.argsort(field[:, 0] * side + field[:, 1], kind="stable")
-    return [order[start : start + _BLOCK] for start in range(0, len(order), _BLOCK)]
+    return [order[part] for part in slices(len(order), _BLOCK)]
 
 
 def _around(boxes: Array) -> Array:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.arrays import Array
+from sitscad.arrays import Array, slices
 from sitscad.record import record
 
 Exponents = NDArray[np.int64]
@@ -67,8 +67,7 @@ def evaluated(tensor: NDArray[Any], grid: Sequence[Array], places: Array) -> NDA
     """
     weights = [shares(points, places[:, axis]) for axis, points in enumerate(grid)]
     found = np.empty((len(places), *tensor.shape[len(grid):]), dtype=tensor.dtype)
-    for first in range(0, len(places), AT_ONCE):
-        some = slice(first, first + AT_ONCE)
+    for some in slices(len(places), AT_ONCE):
         part = np.tensordot(weights[0][some], tensor, axes=(1, 0))
         for weight in weights[1:]:
             part = np.einsum("ni,ni...->n...", weight[some], part)

@@ -16,7 +16,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.arrays import Array, ComplexArray, Index
+from sitscad.arrays import Array, ComplexArray, Index, slices
 from sitscad.physics.constants import MU0
 from sitscad.physics.eddy.graded_line import interpolation
 from sitscad.physics.inductance.filaments import PolylineTrack
@@ -84,6 +84,7 @@ class _Octave:
             found = np.zeros(x.size, dtype=complex)
             for dipole in self.dipoles:
                 found += _dipole_potential(points, dipole).reshape(-1, x.size).sum(axis=0)
+                # an even field B along z has the potential B x r / 2, that is i B (x + i y) / 2
                 even = -MU0 * dipole.moment / (4.0 * math.pi) * LATTICE_REST / self.side**3
                 found += 0.5j * even * (x + 1j * y)
             to_grid = _to_grid(count)
@@ -122,8 +123,7 @@ class CoilPotential:
             if number < 0:
                 found[chosen] = sum(_dipole_potential(points[chosen], dipole) for dipole in self.dipoles)
                 continue
-            for k in range(0, len(chosen), AT_ONCE):
-                some = chosen[k : k + AT_ONCE]
+            for some in (chosen[part] for part in slices(len(chosen), AT_ONCE)):
                 found[some] = _looked_up(self.octaves[number], points[some], height[some], 0.5 * self.side)
         return found
 

@@ -281,6 +281,7 @@ class Disc:
         """
         radius, on_face = self.meridian.places[:, 0][:, None], self.meridian.on_face[:, None]
         out, up = np.where(on_face, order * values, 0.0), np.where(on_face, 0.0, order * values)
+        # cos(m phi) round the axis and sin(m phi) outwards are waves of m + 1 and m - 1 along x +- i y
         more, less = slopes * radius - out, slopes * radius + out
         total = up.T @ (same[order] + parity * other[order]) @ up
         for current, turned in ((more, order + 1), (less, abs(order - 1))):

@@ -12,7 +12,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from sitscad.arrays import Array, ComplexArray
+from sitscad.arrays import Array, ComplexArray, slices
 from sitscad.physics.eddy.coil_potential import CoilPotential
 from sitscad.physics.eddy.image import ImageModes, Mirror, combined
 from sitscad.physics.eddy.surface import CurrentClass, Skin, Surface, through_magnet
@@ -169,11 +169,9 @@ def changes_at(
     field is `returned` alone, in the same places: from as far as the mirror it is as smooth as the image's own.
     """
     first = targets[0]
-    at_once = max(1, AT_ONCE // (len(first.surface.points) * len(centres)))
     count = len(coils) + len(returned)
     found = np.zeros((len(targets), len(places), count, count), dtype=complex)
-    for k in range(0, len(places), at_once):
-        some = slice(k, k + at_once)
+    for some in slices(len(places), AT_ONCE // (len(first.surface.points) * len(centres))):
         posed = turns[some], places[some]
         linked = first._linked(first.surface, *posed, coils, centres)
         if returned:

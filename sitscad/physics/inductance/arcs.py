@@ -12,7 +12,7 @@ from functools import partial
 
 import numpy as np
 
-from sitscad.arrays import Array, Flags
+from sitscad.arrays import Array, Flags, slices
 from sitscad.physics.inductance.track_strands import FLOOR, Bundle, Pairs, Track, directions
 from sitscad.physics.special_functions import gauss
 from sitscad.record import record
@@ -201,9 +201,9 @@ def _distances(a: Array, b: Array) -> Array:
     """Least distances (n; m) of pairs of arcs (n, 6), as their SAMPLES points have it."""
     one, other = (_arc_points(arcs, np.zeros(1), SAMPLED)[0][:, 0] for arcs in (a, b))
     found = np.empty(len(a))
-    for k in range(0, len(a), 500):
-        away = one[k : k + 500, :, None] - other[k : k + 500, None, :]
-        found[k : k + 500] = np.sqrt(np.min(_dot(away, away), axis=(1, 2)))
+    for part in slices(len(a), 500):
+        away = one[part, :, None] - other[part, None, :]
+        found[part] = np.sqrt(np.min(_dot(away, away), axis=(1, 2)))
     return found
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sitscad.arrays import Array, Index
+from sitscad.arrays import Array, Index, slices
 from sitscad.physics.constants import MU0
 from sitscad.physics.inductance.mean_distance import clearance_table
 from sitscad.physics.special_functions import gauss
@@ -227,8 +227,7 @@ def curve_segments_mutual(curve: tuple[Array, Array], segments: SegmentSet, clea
     of every segment. `clearance` (m) keeps pieces that touch apart, as their mean distance does.
     """
     points, elements = curve
-    rows = max(1, AT_ONCE // max(1, len(segments.starts)))
-    parts = (slice(first, first + rows) for first in range(0, len(points), rows))
+    parts = slices(len(points), AT_ONCE // max(1, len(segments.starts)))
     total = math.fsum(_weighed_potential(points[part], elements[part], segments, clearance) for part in parts)
     return MU0 / (4.0 * math.pi) * total
 

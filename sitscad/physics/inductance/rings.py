@@ -106,6 +106,7 @@ def mean_ring_inductance(layers: Sequence[SpiralLayer]) -> float:
     gap, height = rings.radii[:, None] - rings.radii, z[:, None] - z
     # of one sense: ahead by a share of a pitch, for the rest of the turn that less a pitch
     ahead = (sense * (angle[:, None] - angle) / (2.0 * math.pi)) % 1.0
+    # <ln|z + xi|> is ln|z| - Re <xi^2> / (2 z^2) + ..., and <xi^2> of two rectangles twice (w^2 - t^2) / 12
     moment = (first.width**2 - thickness[:, None] * thickness) / 12.0
     own = np.eye(gap.size // len(z), dtype=bool)
     logs = np.zeros_like(gap)

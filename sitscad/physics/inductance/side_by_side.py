@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from sitscad.arrays import Array, Index
+from sitscad.arrays import Array, Index, slices
 from sitscad.physics.constants import MU0
 from sitscad.physics.inductance.clusters import Plans, neumann_sum, plan_numbers
 from sitscad.physics.inductance.filaments import distances_in_plane
@@ -127,16 +127,15 @@ class Pieces:
         """Least distance (m) in the plane of points (k, 2) from the centre lines."""
         if not len(self.rows):
             return np.full(len(where), np.inf)
-        step = max(1, DISTANCES // len(self.rows))
-        found = []
-        for begin in range(0, max(1, len(where)), step):
-            part = where[begin : begin + step, None, :]
+        found = np.empty(len(where))
+        for part in slices(len(where), DISTANCES // len(self.rows)):
+            points = where[part, None, :]
             if self.is_curved:
-                away = self._from_curves(part)
+                away = self._from_curves(points)
             else:
-                away = distances_in_plane(part, self.rows[:, :2], self.rows[:, 2:4])
-            found.append(away.min(axis=1))
-        return np.concatenate(found)
+                away = distances_in_plane(points, self.rows[:, :2], self.rows[:, 2:4])
+            found[part] = away.min(axis=1)
+        return found
 
     def _from_curves(self, p: Array) -> Array:
         """Distances (points, pieces; m) of points from pieces of spirals, radially or from their ends."""

@@ -138,7 +138,9 @@ def _along_each_other(first: SpiralLayer, second: SpiralLayer, unit: float, reso
     count = math.ceil((span + 2.0 * math.pi) / (2.0 * math.pi)) + 1
     centres = offset % (2.0 * math.pi) + 2.0 * math.pi * np.arange(-count - 1, count + 1, dtype=np.float64)
     apart = np.abs(rb - ra - b * centres)
+    # Points crowd by one radius for all turns: between the outer and the inner one, if that is not too small.
     mean_radius = math.sqrt(max(ra * (ra - b * span), 0.04 * ra * ra))
+    # Turns are as far apart across the track as along the radius, less by the cosine of the spiral's slope.
     slant = mean_radius / math.hypot(mean_radius, b)
     widths, thicknesses = (first.width / unit, second.width / unit), (first.thickness / unit, second.thickness / unit)
     levels = 2 if height else 1
@@ -147,6 +149,7 @@ def _along_each_other(first: SpiralLayer, second: SpiralLayer, unit: float, reso
     low, high, owner = _panels(centres, -spans[0], spans[1], [0.0, spans[1] - spans[0]])
     reach = apart**2 + height**2 + clearance
     smallest = 0.02 * (first.width / unit) ** 2
+    # 1 / distance has fallen by a root of two where the arc between both is as long as their least distance.
     scale = np.sqrt(np.maximum(reach, smallest))[owner] / mean_radius
     v, weight = _graded(low - centres[owner], high - centres[owner], scale, resolution.around)
     u = v + centres[owner][:, None]
@@ -244,6 +247,7 @@ def _crossing(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: 
     apart = ra - rb
     gap, gap_weight = _graded(apart + least.ravel(), apart + most.ravel(), width.ravel(), 2 * resolution.along)
     shape = (*width.shape, 2 * resolution.along)
+    # the area of a step in both angles is that in their sum and in the gap, over 2 b
     gap, weight = gap.reshape(shape), (weight.ravel()[:, None] * gap_weight).reshape(shape) / (2.0 * b)
     extra = level + np.interp(np.abs(gap), *table)
     both = (ra + rb - b * total_angle)[..., None]

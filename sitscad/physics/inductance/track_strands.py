@@ -15,7 +15,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from sitscad.arrays import Array, Flags, Index
+from sitscad.arrays import Array, Flags, Index, slices
 from sitscad.physics.inductance.mean_distance import clearance_table, level_heights
 from sitscad.physics.special_functions import gauss
 from sitscad.record import record
@@ -78,7 +78,7 @@ class Pairs:
 
     def parts(self, size: int) -> list[Pairs]:
         """All pairs (numbers, no unit), so many at a time."""
-        return [self.where(slice(k, k + size)) for k in range(0, len(self.first), size)]
+        return [self.where(part) for part in slices(len(self.first), size)]
 
     def at(self, columns: Sequence[int]) -> Pairs:
         """The pairs that occur in some columns of `times`, and only these columns (numbers, no unit)."""
@@ -142,8 +142,7 @@ class Bundle:
 
     def blocks(self, count: int, points: int = 3) -> list[slice]:
         """So many pairs of pieces, each of so many points, in parts that a processor's cache holds."""
-        rows = max(1, BLOCK // (points * self.shares.size * self.heights.size))
-        return [slice(k, k + rows) for k in range(0, count, rows)]
+        return slices(count, BLOCK // (points * self.shares.size * self.heights.size))
 
     def ends(self, track: Track, sides: Index, which: int) -> tuple[Array, Array]:
         """Starts and ends (n, k, 2; m) of the strands of some sides of the first (0) or the second (1) track."""
@@ -333,9 +332,8 @@ def _counted(one: Kinds, other: Kinds, turns: Turns, first: int, second: int) ->
     how often it occurs; some rows at a time.
     """
     rows, columns = np.nonzero(one.owner == first)[0], np.nonzero(other.owner == second)[0]
-    size = max(1, AT_ONCE // max(1, columns.size))
-    for k in range(0, rows.size, size):
-        here = rows[k : k + size, None]
+    for part in slices(rows.size, AT_ONCE // max(1, columns.size)):
+        here = rows[part, None]
         where = (here * len(other.number) + columns).ravel()
         codes, space = _codes(one, other, turns, here, columns)
         found, index, counts = _tallied(codes.ravel(), space)

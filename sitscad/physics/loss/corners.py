@@ -14,7 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from sitscad.arrays import Array, Index
+from sitscad.arrays import Array, Index, slices
 from sitscad.physics.constants import MU0
 from sitscad.physics.inductance.filaments import distances_in_plane
 from sitscad.physics.loss.bent_tracks import BentTrack
@@ -188,10 +188,8 @@ def corner_inductance(tracks: Sequence[BentTrack]) -> float:
     parts = [_pieces(track) for track in tracks]
     filaments = MitredFilaments(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
     field = np.zeros(corners.width.size)
-    rows = max(1, BLOCK // len(filaments.start))
     pairs: list[tuple[Index, Index]] = []
-    for low in range(0, field.size, rows):
-        part = np.arange(low, min(low + rows, field.size))
+    for part in slices(field.size, BLOCK // len(filaments.start)):
         point = corners.middle[part, None]
         far = normal_field(point, corners.height[part, None], filaments.start, filaments.end, filaments.height)
         near = distances_in_plane(point, filaments.start, filaments.end) < NEAR * corners.width[part, None]
@@ -199,10 +197,10 @@ def corner_inductance(tracks: Sequence[BentTrack]) -> float:
         near |= (numbers >= corners.arms[part, :1]) & (numbers <= corners.arms[part, 1:])
         field[part] = np.sum(np.where(near, 0.0, far), axis=1)
         i, j = np.nonzero(near)
-        pairs.append((part[i], j))
+        pairs.append((part.start + i, j))
     first, second = (np.concatenate([pair[k] for pair in pairs]) for k in (0, 1))
-    for low in range(0, first.size, BLOCK):
-        i, j = first[low : low + BLOCK], second[low : low + BLOCK]
+    for part in slices(first.size, BLOCK):
+        i, j = first[part], second[part]
         np.add.at(field, i, _from_near(filaments, corners, i, j))
     through = 2.0 * float(np.sum(corners.moment * field))
     return arcs + float(np.sum(corners.own)) + through + _between(corners)

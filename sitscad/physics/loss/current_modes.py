@@ -183,6 +183,7 @@ def mode_system(cut: Cut, smooth: Array | None, conductivity: float, modes: Mode
         stretch = np.sqrt(1.0 + cut.curvature[:, None] * 0.5 * cut.width[:, None] * local_points(modes)[0])
         outside = ((smooth / stretch) @ projection(modes).T * scale).ravel()
         if shift.any():
+            # direct current's inductance s' M s less an even one's, which has s - shift for s; and likewise outside
             change = float(shift @ (2.0 * coupling - matrix @ shift + 2.0 * outside))
         coupling = coupling + outside
     direct = float(np.sum(amount[:, 0] ** 2 / size[:, 0]))

@@ -16,7 +16,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.arrays import Array, Flags, Index
+from sitscad.arrays import Array, Flags, Index, slices
 from sitscad.physics.constants import MU0
 from sitscad.physics.loss.track_modes import Cut, ModeSet, mode_conductances, points_of, projection
 from sitscad.physics.special_functions import gauss, legendre
@@ -164,9 +164,7 @@ def _ways(cut: Cut, i: Index, j: Index) -> tuple[Index, Index]:
 
 def _each(blocks: Array, way: Index) -> Iterator[tuple[slice, Array]]:
     """The block of every pair, of those of all ways that they lie (ways, modes, modes): some at once."""
-    step = max(1, AT_ONCE // max(blocks[0].size, 1)) if len(blocks) else 1
-    for low in range(0, way.size, step):
-        part = slice(low, min(low + step, way.size))
+    for part in slices(way.size, AT_ONCE // max(blocks[0].size, 1) if len(blocks) else 1):
         yield part, blocks[way[part]]
 
 
@@ -178,14 +176,13 @@ def _mutual_logs(cut: Cut, modes: ModeSet, i: Index, j: Index, kept: Index | Non
     weights = projection(modes) if kept is None else projection(modes)[kept]
     points = x.shape[1]
     found = np.empty((i.size, len(weights), len(weights)))
-    step = max(1, AT_ONCE // points**2)
-    for low in range(0, i.size, step):
-        first, second = i[low : low + step], j[low : low + step]
+    for part in slices(i.size, AT_ONCE // points**2):
+        first, second = i[part], j[part]
         squared = np.square(x[first][:, :, None] - x[second][:, None, :])
         squared += np.square(z[first][:, :, None] - z[second][:, None, :])
         np.log(np.maximum(squared, 1e-30, out=squared), out=squared)
         half = squared.reshape(-1, points) @ (0.5 * weights.T)
-        found[low : low + step] = weights @ half.reshape(first.size, points, -1)
+        found[part] = weights @ half.reshape(first.size, points, -1)
     return found
 
 

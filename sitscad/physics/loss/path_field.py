@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.arrays import Array, Flags, Index
+from sitscad.arrays import Array, Flags, Index, slices
 from sitscad.physics.polynomials import chebyshev_points, node_counts, shares
 from sitscad.record import record
 
@@ -163,9 +163,7 @@ def _summed(filaments: Filaments, where: Array, twice: Single | None = None, blo
     along, aside = np.sum(filaments.start.T * axis, axis=0), np.sum(filaments.start.T * left, axis=0)
     clear, long = filaments.clear.astype(np.float32), length.astype(np.float32)
     found = np.empty(len(where))
-    step = max(1, AT_ONCE // max(len(length), 1))
-    for low in range(0, len(where), step):
-        part = slice(low, low + step)
+    for part in slices(len(where), AT_ONCE // max(len(length), 1)):
         flat = where[part, :2]
         lateral = (aside - flat @ left).astype(np.float32)
         x = (along - flat @ axis).astype(np.float32)

@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from sitscad.arrays import Array, ComplexArray
+from sitscad.arrays import Array, ComplexArray, slices
 from sitscad.physics.inductance.rings import mean_rings
 from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.special_functions import bessel_orders, gauss, j0, j1
@@ -94,9 +94,7 @@ def spiral_spectrum(layers: Sequence[SpiralLayer], nearest: float, harmonics: in
     radii = {_size(layer): _radii(layer, float(k[-1]), highest) for layer in layers}
     twice = np.where(np.arange(highest + 1) > 0, 2.0, 1.0)
     power = np.empty((k.size, len(layers), len(layers)))
-    step = max(1, AT_ONCE // max(r.size for r, _ in radii.values()))
-    for first in range(0, k.size, step):
-        some = slice(first, first + step)
+    for some in slices(k.size, AT_ONCE // max(r.size for r, _ in radii.values())):
         # layers of one size share all but angle, sense and way of the current
         known = {size: _Radial(r, share, *_bessel_slopes(k[some, None] * r, highest))
                  for size, (r, share) in radii.items()}

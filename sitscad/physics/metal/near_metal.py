@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.arrays import Array, ComplexArray, Index
+from sitscad.arrays import Array, ComplexArray, Index, slices
 from sitscad.physics.constants import MU0
 from sitscad.physics.loss.current_modes import ModeSystem
 from sitscad.physics.loss.proximity import WindingCut
@@ -167,13 +167,12 @@ def _mode_waves(cut: Cut, k: Array, nearest: float, levels: tuple[float, float],
     scale = mode_conductances(cut, conductivity, modes)
     aways = levels[1] - z[:, 0, :], z[:, 0, :] - levels[0]
     table = np.empty((2 * k.size, r.shape[0] * a.size), dtype=np.float32)
-    block = max(1, AT_ONCE // r.size)
-    for first in range(0, k.size, block):
-        some = k[first : first + block, None, None]
+    for part in slices(k.size, AT_ONCE // r.size):
+        some = k[part, None, None]
         waves = ((np.sqrt(r) * j1(some * r)) @ over.T)[:, :, a]
-        for begin, away in zip((first, first + k.size), aways, strict=True):
+        for half, away in zip((table[: k.size], table[k.size :]), aways, strict=True):
             vertical = np.exp(-some * away) @ through.T
-            table[begin : begin + len(some)] = (waves * vertical[:, :, b] * scale).reshape(len(some), -1)
+            half[part] = (waves * vertical[:, :, b] * scale).reshape(len(some), -1)
     return table
 
 
