@@ -354,9 +354,9 @@ class Racetrack(Outline):
         """
         return sense * (math.pi * math.floor(sense * angle / math.pi + 0.5 + 1e-9) + math.pi / 4)
 
-    def boundary(self, size: Size, offset: float, parts: int = 12) -> Path:
+    def boundary(self, size: Size, offset: float) -> Path:
         """Straight sides that touch both semicircles from outside: roads around a coil are laid side by side."""
-        half, radius = (size[0] - size[1]) / 2, size[1] / 2 + offset
+        half, radius, parts = (size[0] - size[1]) / 2, size[1] / 2 + offset, 12
         step = math.pi / parts
         reach = radius / math.cos(step / 2)
         points = [polar(reach, step * (i + 0.5), Point(half, 0.0)) for i in range(parts // 2)]

@@ -257,12 +257,17 @@ class Mesh:
     faces: dict[str, np.ndarray]
 
 
-def fanned(solid: GluedPlate, cells: int, layers: int = 2, depth: float = 0.3, ratio: float = 0.4) -> Mesh:
-    """Half of a pad (y >= 0): `cells` elements through the inner box's height, and `layers` of them in the frame, its
-    thickness `depth` of the pad's, each layer's bounds `ratio` as far from the face as the one inside it.
+FRAME, CLOSER = 0.3, 0.4
+"""Thickness of the frame round the inner box, over the least of the pad's thickness and half sides; and how far each of
+its layers' bounds is from the face, over the one inside it."""
+
+
+def fanned(solid: GluedPlate, cells: int, layers: int = 2) -> Mesh:
+    """Half of a pad (y >= 0; m): `cells` elements through the inner box's height, and `layers` of them in the frame
+    round it (FRAME, CLOSER).
     """
-    frame = depth * min(solid.thickness, 0.5 * solid.width_x, 0.5 * solid.width_y)
-    bounds = frame * np.append(ratio ** np.arange(layers), 0.0)
+    frame = FRAME * min(solid.thickness, 0.5 * solid.width_x, 0.5 * solid.width_y)
+    bounds = frame * np.append(CLOSER ** np.arange(layers), 0.0)
     half = 0.5 * np.array([solid.width_x, solid.width_y, solid.thickness])
     inner = [_lines(side - frame, solid.thickness, cells) for side in half]
     inner[1] = inner[1][inner[1] > -1e-12]

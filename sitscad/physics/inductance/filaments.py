@@ -37,10 +37,6 @@ class PolylineTrack:
         """Length of the centre line (m)."""
         return float(np.sum(np.hypot(*np.diff(self.corners, axis=0).T)))
 
-    def shifted(self, dx: float, dy: float) -> PolylineTrack:
-        """The track moved by (dx, dy) metres."""
-        return PolylineTrack(self.corners + np.array([dx, dy]), self.width, self.thickness, self.z)
-
     def strand(self, offset: float) -> Array:
         """Corners (n, 2; m) of the parallel line `offset` metres to the left, mitred at corners, square at the ends:
         the sum of both normals over 1 + their product (derived here).

@@ -51,17 +51,17 @@ def azimuths(layers: Sequence[SpiralLayer], points: int) -> list[tuple[float, fl
     return chosen
 
 
-def ring_winding_inductance(layers: Sequence[SpiralLayer], points: int | None = None) -> float:
+def ring_winding_inductance(layers: Sequence[SpiralLayer]) -> float:
     """Inductance (H) of the layers in series as coaxial rings (Maxwell 1873, art. 701), averaged over azimuths; self
     terms by the GMD.
 
     Rings of every pair keep the geometric mean distance of their rectangles. Half of 198 random coils of five turns and
     more are within 0.014 %, nine in ten within 0.08 %, all within 0.23 %; a ring ignores that a fractional turn is
-    open, so up to 1 % below that. `points` azimuths lie between two ends of layers: enough by default, up to MOST, for
-    the rings of crossing layers to pass each other.
+    open, so up to 1 % below that. As many azimuths lie between two ends of layers as the rings of crossing layers need
+    to pass each other, up to MOST.
     """
     total = 0.0
-    for azimuth, weight in azimuths(layers, points or _enough(layers)):
+    for azimuth, weight in azimuths(layers, _enough(layers)):
         radii = radii_at(layers, azimuth)
         for i, first in enumerate(layers):
             for j in range(i + 1):

@@ -18,7 +18,7 @@ import numpy as np
 from sitscad.arrays import Array, Flags, Index, slices
 from sitscad.physics.inductance.mean_distance import clearance_table, level_heights
 from sitscad.physics.special_functions import gauss
-from sitscad.record import record
+from sitscad.record import record, replace
 
 FLOOR = 1e-24
 """Least squared distance over the squared size of the tracks: strands that meet do so without a division by zero."""
@@ -52,14 +52,13 @@ class Track:
         """The track moved by (dx, dy) metres."""
         step = np.array([dx, dy])
         arcs = self.arcs + np.array([dx, dy, 0.0, 0.0, 0.0, 0.0])
-        return Track(self.starts + step, self.ends + step, self.before, self.after, arcs, self.turnings, self.width,
-                     self.thickness, self.z)
+        return replace(self, starts=self.starts + step, ends=self.ends + step, arcs=arcs)
 
     def scaled(self, factor: float) -> Track:
         """The track with every length (m) multiplied."""
         arcs = self.arcs * np.array([factor, factor, factor, 1.0, 1.0, 1.0])
-        return Track(self.starts * factor, self.ends * factor, self.before, self.after, arcs, self.turnings,
-                     self.width * factor, self.thickness * factor, self.z * factor)
+        return replace(self, starts=self.starts * factor, ends=self.ends * factor, arcs=arcs, width=self.width * factor,
+                       thickness=self.thickness * factor, z=self.z * factor)
 
 
 @record(eq=False)
