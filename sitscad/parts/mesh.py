@@ -5,6 +5,7 @@ the spec's figures alone, by an independent way that needs no CAD kernel.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from itertools import combinations
 from typing import Any
@@ -126,19 +127,32 @@ def clearances(solids: tuple[Solid, ...]) -> tuple[Clearance, ...]:
     )
 
 
-def interferences(solids: tuple[Solid, ...], tolerance: float = 1e-15) -> tuple[Interference, ...]:
-    """Every two solids that share more than `tolerance` (m3): faces that touch share nothing. The meshes find the pairs
-    (manifold3d); since two chord meshes of one touching round face overlap by slivers, what they find is then settled
-    on the exact shapes (OpenCASCADE).
+TOUCHING = 1e-15
+"""Solids that share no more than this (m3) touch."""
+
+
+def interferences(solids: tuple[Solid, ...]) -> tuple[Interference, ...]:
+    """Every two solids that share a volume."""
+    found = overlaps([(solid, manifold(tessellate(solid))) for solid in solids])
+    return tuple(Interference(first.name, second.name, volume) for first, second, _, volume in found)
+
+
+def overlaps(pieces: Sequence[tuple[Solid, Any]]) -> Iterator[tuple[Solid, Solid, Any, float]]:
+    """Every two solids, each given with its mesh as a manifold, that share a volume: both, what their meshes share, and
+    the volume (m3). The meshes find the pairs (manifold3d); since two chord meshes of one touching round face overlap
+    by slivers, what they find is then settled on the exact shapes (OpenCASCADE).
     """
-    bodies = [(solid, manifold(tessellate(solid))) for solid in solids]
-    found = []
-    for (first, a), (second, b) in combinations(bodies, 2):
-        if float((a ^ b).volume()) * 1e-9 > tolerance:
-            volume = shared_volume(first, second)
-            if volume > tolerance:
-                found.append(Interference(first.name, second.name, volume))
-    return tuple(found)
+    for (first, a), (second, b) in combinations(pieces, 2):
+        if box_gap(a, b) < 0.0:
+            shared = a ^ b
+            if float(shared.volume()) * 1e-9 > TOUCHING and (volume := shared_volume(first, second)) > TOUCHING:
+                yield first, second, shared, volume
+
+
+def box_gap(one: Any, other: Any) -> float:
+    """How far (mm) the boxes of two meshes are apart along the axis on which it is most; negative where they meet."""
+    a, b = one.bounding_box(), other.bounding_box()
+    return float(max(max(a[k] - b[k + 3], b[k] - a[k + 3]) for k in range(3)))
 
 
 def shared_volume(first: Solid, second: Solid) -> float:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from sitscad.layout.board import Layout
-from sitscad.parts.mesh import CHORD, Clearance, interferences, manifold, shared_volume, tessellate
+from sitscad.parts.mesh import CHORD, Clearance, box_gap, interferences, manifold, overlaps, tessellate
 from sitscad.parts.pieces import assemble
 from sitscad.parts.solid import MM, PartsError, Solid, require
 from sitscad.record import record
@@ -101,13 +101,8 @@ def prove(layout: Layout, whole: tuple[Solid, ...], loads: tuple[PadLoad, ...] =
     port = _in_port(layout, meshed, jaw.port_diameter / 2)
     # Every two pieces that share a volume; one measurement that nothing does where there are none
     found = [
-        Measured(INTERFERENCE, one.solid.name, other.solid.name, volume, 0.0, "m3", False, _middle(shared))
-        for one, other in combinations(meshed, 2)
-        if _apart(one.body, other.body) < 0.0
-        for shared in [one.body ^ other.body]
-        if float(shared.volume()) * 1e-9 > 1e-15
-        for volume in [shared_volume(one.solid, other.solid)]
-        if volume > 1e-15
+        Measured(INTERFERENCE, one.name, other.name, volume, 0.0, "m3", False, _middle(shared))
+        for one, other, shared, volume in overlaps([(each.solid, each.body) for each in meshed])
     ]
     found = [*(found or [Measured(INTERFERENCE, "all pieces", "", 0.0, 0.0, "m3", True, (0.0, 0.0, 0.0))]), port]
     if opened is not None:
@@ -167,7 +162,7 @@ def _while_opening(layout: Layout, meshed: tuple[Meshed, ...], opening: float) -
         for one in moving:
             there = turned(layout, one.body, angle)
             when = f"open by {math.degrees(angle):.3g} deg"
-            for other in (other for other in still if _apart(there, other.body) < 0.0):
+            for other in (other for other in still if box_gap(there, other.body) < 0.0):
                 shared, key = there ^ other.body, (other.solid.name, one.solid.name)
                 volume = float(shared.volume()) * 1e-9  # that both take
                 if volume > SLIVER and (key not in worst or volume > worst[key].value):
@@ -217,19 +212,13 @@ def _gaps(meshed: tuple[Meshed, ...]) -> tuple[Clearance, ...]:
 
 def _gap(some: list[Any], others: list[Any]) -> float:
     """The least gap (mm) of two groups of meshes, `SEARCH` at most; only of those whose boxes are nearer than it."""
-    pairs = [(_apart(one, other), k, one, other) for k, (one, other) in enumerate(product(some, others))]
+    pairs = [(box_gap(one, other), k, one, other) for k, (one, other) in enumerate(product(some, others))]
     least = SEARCH
     for apart, _, one, other in sorted(pairs):
         if apart >= least:
             break
         least = min(least, float(one.min_gap(other, least)))
     return least
-
-
-def _apart(one: Any, other: Any) -> float:
-    """How far (mm) the boxes of two meshes are apart along the axis on which it is most; negative where they meet."""
-    a, b = one.bounding_box(), other.bounding_box()
-    return float(max(max(a[k] - b[k + 3], b[k] - a[k + 3]) for k in range(3)))
 
 
 def _middle(body: Any) -> tuple[float, float, float]:

@@ -130,8 +130,9 @@ def _deviations(judged: Sequence[UnitJudged]) -> dict[str, float]:
     return {name: float(np.std(values, ddof=1)) for name, values in drawn.items() if len(values) > 1}
 
 
-def wilson(good: int, count: int, z: float = 1.959964) -> tuple[float, float]:
-    """The interval of a share (Wilson 1927): by default 95 %."""
+def wilson(good: int, count: int) -> tuple[float, float]:
+    """The interval of 95 % of a share (Wilson 1927)."""
+    z = 1.959964  # of the normal distribution 2.5 % lie beyond
     share, square = good / count, z * z
     middle = (share + square / (2.0 * count)) / (1.0 + square / count)
     half = z / (1.0 + square / count) * math.sqrt(share * (1.0 - share) / count + square / (4.0 * count * count))
