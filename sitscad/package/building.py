@@ -34,7 +34,6 @@ from sitscad.package.manifest import (
     MANIFEST,
     SOLID_STAGES,
     BuildResult,
-    Entry,
     Manifest,
     Progress,
     StageResult,
@@ -180,11 +179,14 @@ def stale(
     contents = stages.contents_of(design or asked.spec, asked.policy, asked.baseline)
     with known_solutions(asked.directory.name, writes=False):
         made = stages.make_all(contents, asked.directory, old, asked.wanted, lambda *_: None, asked.force, jobs)
-    lacking = _lacking(old, made.entries)
+    # stages that it was built without, and how many files each would have; none where there is no package
+    asked_for = {*old.built_for, *_stages_of(old)} if old.files else set(STAGES)
+    count = Counter(entry.stage for entry in made.entries.values() if entry.stage not in (*asked_for, CHECK_STAGE))
+    lacking = {stage: count[stage] for stage in STAGES if stage in count}
     files = {name: content for name, content in made.files.items() if made.entries[name].stage not in lacking}
     differing = _differing(asked.directory, old, files)
     if lacking:
-        names = ", ".join(f"{stage} ({counted(count, 'file')})" for stage, count in lacking.items())
+        names = ", ".join(f"{stage} ({counted(files, 'file')})" for stage, files in lacking.items())
         known = ",".join(stage for stage in STAGES if stage in old.built_for)
         differing = [f"it was built without {names}: with --only {known} it is compared as it was built", *differing]
     return BuildResult(asked.directory, made.contents.checked, False, made.results, stale=tuple(differing))
@@ -271,13 +273,6 @@ def _unchanged(asked: BuildRequest, old: Manifest, key: str) -> BuildResult | No
 
 def _stages_of(old: Manifest) -> frozenset[str]:
     return frozenset(entry.stage for entry in old.files.values())
-
-
-def _lacking(old: Manifest, entries: Mapping[str, Entry]) -> dict[str, int]:
-    """Stages that a package was built without, and how many files each would have; none where there is no package."""
-    asked_for = {*old.built_for, *_stages_of(old)} if old.files else set(STAGES)
-    count = Counter(entry.stage for entry in entries.values() if entry.stage not in (*asked_for, CHECK_STAGE))
-    return {stage: count[stage] for stage in STAGES if stage in count}
 
 
 def _differing(directory: Path, old: Manifest, files: Mapping[str, bytes]) -> list[str]:

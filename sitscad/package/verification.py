@@ -125,7 +125,10 @@ def verify(directory: str | Path, rebuild: bool = False) -> Verification:
     folder = Path(directory)
     with explained(f"cannot read {folder}"):
         manifest = read_manifest(folder)
-        missing, changed, foreign = _file_differences(folder, manifest)
+        missing = [name for name in manifest.files if not (folder / name).exists()]
+        there = {name: entry for name, entry in manifest.files.items() if name not in missing}
+        changed = [name for name, entry in there.items() if intact(folder, {name: entry}) is None]
+        foreign = [name for name in foreign_files(folder, manifest) if name not in manifest.files]
         files = (
             *(f"{name} is missing" for name in missing),
             *(f"{name} is not the file that was built (its SHA-256 differs)" for name in changed),
@@ -203,14 +206,6 @@ def _archive_differences(folder: Path, manifest: Manifest) -> tuple[str, ...] | 
     has_plugins = bool(manifest.configuration.get("plugins"))
     found = differences((folder / archive).read_bytes(), files, manifest.spec["name"], forced, not has_plugins)
     return tuple(f"{archive}: {words}" for words in found)
-
-
-def _file_differences(folder: Path, manifest: Manifest) -> tuple[list[str], list[str], list[str]]:
-    """The files that are missing, those that are not as they were built, and those that the manifest does not name."""
-    missing = [name for name in manifest.files if not (folder / name).exists()]
-    there = {name: entry for name, entry in manifest.files.items() if name not in missing}
-    changed = [name for name, entry in there.items() if intact(folder, {name: entry}) is None]
-    return missing, changed, [name for name in foreign_files(folder, manifest) if name not in manifest.files]
 
 
 def _net_differences(folder: Path, intended: Mapping[str, tuple[str, ...]]) -> Iterator[str]:

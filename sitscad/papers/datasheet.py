@@ -172,6 +172,11 @@ def _page(
     banner = "<p class='banner'>Made in spite of errors: the design does not meet its own checks.</p>" if forced else ""
     assembly = drawing(layout, forced)
     shown = figure(svg(assembly), "Target and elastomer over the coils, to scale.") if assembly is not None else ""
+    curves = ""
+    for plotted in plots:
+        sheet = Sheet(plotted.caption, plotted.size, decimals=3)
+        plot(sheet, (0.0, 0.0, *plotted.size), plotted.draw)
+        curves += figure(svg(sheet), plotted.caption)
     units = "" if found is None else f"{_table(list(found.error_rows))}<p class='soft'>{escape(found.errors_are)}</p>"
     parts = [
         f"<header><h1>{escape(spec.name)}</h1><p class='soft'>{escape(_about(layout, felt))}</p></header>{banner}",
@@ -179,7 +184,7 @@ def _page(
         *([part("Cells", _table(cell_rows(told)) + f"<p class='soft'>{escape(_of_cells(layout, estimates))}</p>")]
           if told else []),
         part("Drawing", shown),
-        part("Curves", "".join(map(_plotted, plots))),
+        part("Curves", curves),
         part("Errors", units + _table(errors(felt)) + _table(drift(felt))),
         part("Contacts", _table(contact_rows(layout))),
         part("Production", _table(production(felt)) + _table(incoming(bench))
@@ -190,12 +195,6 @@ def _page(
         part("Notes", "<ul>" + "".join(f"<li>{escape(note)}</li>" for note in notes(felt, found)) + "</ul>"),
     ]
     return page(f"{spec.name}: data sheet", parts)
-
-
-def _plotted(plotted: Plot) -> str:
-    sheet = Sheet(plotted.caption, plotted.size, decimals=3)
-    plot(sheet, (0.0, 0.0, *plotted.size), plotted.draw)
-    return figure(svg(sheet), plotted.caption)
 
 
 def _table(rows: Rows) -> str:

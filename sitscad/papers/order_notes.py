@@ -49,23 +49,18 @@ def readme(
     incomplete = [f"- {lack.message}" for lack in layout.shortfalls]
     if incomplete:
         incomplete = ["DO NOT ORDER FROM THESE FILES: the layout is not complete.", *incomplete, ""]
+    wired = aligned(contact_rows(layout))
     sections = [
         [f"{FORCED}.", ""] if forced else [], incomplete, notes.section("What to make", _order(layout, panel)),
         notes.section("Stack-up, from the top", _layers(layout)),
         notes.section("What the sensor depends on", _care(layout)), notes.section("Test", _test(layout)),
         *([notes.section("Questions", notes.questions(layout.spec.fpc))] if layout.spec.fpc.rules.one_process else ()),
-        _contact_table(layout), notes.section("Files", _files(layout, panel)),
+        notes.headed("Contacts, for whoever wires the sensor (numbered as in the drawing)", wired) if wired else [],
+        notes.section("Files", _files(layout, panel)),
         _fingerprint(layout.spec, panel, files) if files else []
     ]
     title = f"{layout.spec.name}: flexible printed circuit of an inductive sensor"
     return "\n".join([title, "=" * len(title), "", *(line for lines in sections for line in lines)])
-
-
-def _contact_table(layout: Layout) -> list[str]:
-    rows = contact_rows(layout)
-    if not rows:
-        return []
-    return notes.headed("Contacts, for whoever wires the sensor (numbered as in the drawing)", aligned(rows))
 
 
 def _fingerprint(spec: SensorSpec, panel: Panel | None, files: Mapping[str, bytes]) -> list[str]:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from sitscad.scene.state import titled
-from sitscad.units import show
+from sitscad.units import in_mm, show
 
 if TYPE_CHECKING:
     from sitscad.check_values import Closing, Measure, Most, RequirementResult, Signal
@@ -54,7 +54,9 @@ def fit_words(fit: Sequence[Measure], whole: bool = False) -> list[str]:
     """A line a measure: at worst, or in all three cases."""
     found = []
     for m in fit:
-        nominal, likely, worst, limit = map(_mm, (m.nominal, m.root_sum_square, m.worst, m.limit))
+        nominal, likely, worst, limit = (
+            in_mm(size, 3) for size in (m.nominal, m.root_sum_square, m.worst, m.limit)
+        )
         cases = f"{nominal}, by root-sum-square {likely}, at worst {worst}" if whole else f"at worst {worst}"
         # only the board beside the face has a figure below zero
         side = " (below zero: back from the face's edge)" if m.nominal < 0.0 else ""
@@ -64,10 +66,6 @@ def fit_words(fit: Sequence[Measure], whole: bool = False) -> list[str]:
             spare = f"{_length(-m.margin, 3)} short{likely}"
         found.append(f"{m.name} {cases} of {limit} mm{side}, {spare}")
     return found
-
-
-def _mm(value: float) -> str:
-    return f"{value * 1e3:.3f}".rstrip("0").rstrip(".")
 
 
 def fit_rows(fit: Sequence[Measure]) -> list[list[str]]:

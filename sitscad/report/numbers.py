@@ -240,6 +240,8 @@ def readout_rows(estimates: Estimates) -> list[list[str]]:
     """The settings of the converter, with the reason for the capacitor."""
     r = estimates.readout
     clock = quantity(r.reference_frequency * r.reference_divider, "Hz")
+    # none where all channels have one code
+    codes = ", ".join(f"{coil.name} {code}" for coil, code in zip(estimates.coils, r.drive_codes, strict=False))
     return [
         ["tank capacitor", quantity(r.capacitance, "F")],
         ["why this one", str(r.capacitance_reason)],
@@ -250,7 +252,7 @@ def readout_rows(estimates: Estimates) -> list[list[str]]:
             else []
         ),
         ["drive current", f"{quantity(r.drive_current, 'A')} (code {_count(r.drive_code)})"],
-        *([["a code for every channel", _codes(estimates)]] if r.drive_codes else []),
+        *([["a code for every channel", f"{codes}: one for all leaves a coil below 1.2 V"]] if r.drive_codes else []),
         [
             "reference frequency f_REF",
             f"{quantity(r.reference_frequency, 'Hz')} (f_CLK {clock}, divider {r.reference_divider})",
@@ -264,11 +266,6 @@ def readout_rows(estimates: Estimates) -> list[list[str]]:
         ["high-current drive", "yes" if r.high_current else "no"],
         *([["supply current, about", quantity(r.supply_current, "A", 3)]] if r.supply_current else []),
     ]
-
-
-def _codes(estimates: Estimates) -> str:
-    pairs = zip(estimates.coils, estimates.readout.drive_codes, strict=True)
-    return ", ".join(f"{coil.name} {code}" for coil, code in pairs) + ": one for all leaves a coil below 1.2 V"
 
 
 def _count(value: int | None) -> str:

@@ -130,7 +130,10 @@ def changes(event: Event, before: Event | None) -> dict[str, Any]:
     """
     old = before.data if before is not None else {}
     if "findings" in event.data:
-        now, was = ({_key(each): each for each in data.get("findings", ())} for data in (event.data, old))
+        now, was = (
+            {(each["rule"], each["key"], each["message"]): each for each in data.get("findings", ())}
+            for data in (event.data, old)
+        )
         return {
             "new": [each for key, each in now.items() if key not in was],
             "gone": [each for key, each in was.items() if key not in now],
@@ -139,10 +142,6 @@ def changes(event: Event, before: Event | None) -> dict[str, Any]:
         }
     numbers, was = event.data.get("numbers", {}), old.get("numbers", {})
     return {"numbers": {name: [was.get(name), value] for name, value in numbers.items() if was.get(name) != value}}
-
-
-def _key(finding: Mapping[str, Any]) -> tuple[str, ...]:
-    return finding["rule"], finding["key"], finding["message"]
 
 
 def words(revision: int, event: Event, before: Event | None, width: int = 80, verbose: bool = False) -> list[str]:

@@ -89,13 +89,14 @@ def board_rules(rules: DesignRules) -> dict[str, Any]:
     }
 
 
-def _net_class(layout: Layout, name: str, track_width: float, clearance: float, priority: int) -> dict[str, Any]:
+def _net_class(layout: Layout, name: str, track_width: float, priority: int) -> dict[str, Any]:
     rules = layout.spec.fpc.rules
+    clearance = _mm(rules.trace_spacing)
     via_pad = max((via.pad for via in layout.vias), default=rules.via_pad)
     via_drill = max((via.drill for via in layout.vias), default=rules.via_drill)
     return {
-        "bus_width": 12, "clearance": _mm(clearance), "diff_pair_gap": _mm(clearance),
-        "diff_pair_via_gap": _mm(clearance), "diff_pair_width": _mm(track_width), "line_style": 0,
+        "bus_width": 12, "clearance": clearance, "diff_pair_gap": clearance, "diff_pair_via_gap": clearance,
+        "diff_pair_width": _mm(track_width), "line_style": 0,
         "microvia_diameter": _mm(rules.via_pad), "microvia_drill": _mm(rules.via_drill), "name": name,
         "pcb_color": "rgba(0, 0, 0, 0.000)", "priority": priority, "schematic_color": "rgba(0, 0, 0, 0.000)",
         "track_width": _mm(track_width), "via_diameter": _mm(via_pad), "via_drill": _mm(via_drill), "wire_width": 6,
@@ -107,8 +108,8 @@ def project(layout: Layout) -> str:
     spec = layout.spec
     rules = spec.fpc.rules
     classes = [
-        _net_class(layout, "Default", rules.trace_width, rules.trace_spacing, 2147483647),
-        _net_class(layout, NET_CLASS, spec.coil.trace_width, rules.trace_spacing, 0),
+        _net_class(layout, "Default", rules.trace_width, 2147483647),
+        _net_class(layout, NET_CLASS, spec.coil.trace_width, 0),
     ]
     value = {
         "board": {

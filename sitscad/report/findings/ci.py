@@ -57,12 +57,18 @@ def sarif(checked: Sequence[CheckedSpec], output: OutputOptions) -> str:
         for spec in checked
         for skipped in spec.not_checked
     ]
+    results = []
+    for spec in checked:
+        ignored = {id(each.finding): each for each in spec.ignored}
+        findings = [*spec.findings, *(each.finding for each in spec.ignored)]
+        for finding, name in zip(findings, identities(findings), strict=True):
+            results.append(_result(spec, finding, name, output, indices, ignored.get(id(finding))))
     run = {
         "tool": {"driver": driver},
         "invocations": [{"executionSuccessful": True, "toolExecutionNotifications": notifications}],
         "originalUriBaseIds": {ROOT: {"description": {"text": "The folder of the repository."}}},
         "columnKind": "unicodeCodePoints",
-        "results": [result for spec in checked for result in _results(spec, output, indices)],
+        "results": results,
     }
     return to_json({"$schema": SCHEMA, "version": "2.1.0", "runs": [run]})
 
@@ -79,13 +85,6 @@ def _rule(rule: RuleTexts) -> dict[str, Any]:
         "defaultConfiguration": {"level": rule.severity.value},
         "properties": {"tags": [_GROUPS.get(rule.id[3:4], "other")]},
     }
-
-
-def _results(spec: CheckedSpec, output: OutputOptions, indices: dict[str, int]) -> list[dict[str, Any]]:
-    ignored = {id(each.finding): each for each in spec.ignored}
-    findings = [*spec.findings, *(each.finding for each in spec.ignored)]
-    named = zip(findings, identities(findings), strict=True)
-    return [_result(spec, finding, name, output, indices, ignored.get(id(finding))) for finding, name in named]
 
 
 def _result(
