@@ -13,7 +13,6 @@ from sitscad.checks.trials import Trials, of_refused
 from sitscad.design import Design
 from sitscad.finding import Finding, NotChecked, Severity
 from sitscad.fixes.search import DECISIVE, HINTS, Budget
-from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
 from sitscad.record import record
 from sitscad.spec.format.reading import RULE_NAMES, SpecError
@@ -106,10 +105,9 @@ def judged(design: Design, hints: str = DECISIVE, least: Severity | None = Sever
     findings = Trials(design, all_rules(), said, not_checked, budget).advised(least)
     from sitscad.estimates.signal import signals  # loads nothing that the rules have not loaded
 
-    x0, y0, x1, y1 = bounding_box([design.layout.outline])
     findings.sort(key=lambda finding: (finding.rule, finding.line or 0, finding.column or 0, finding.message))
     return CheckResult(tuple(findings), tuple(not_checked), signals(design.estimates), design.fit, design.closing,
-                       performance.noted(design), (*design.layout.body_size, x1 - x0, y1 - y0))
+                       performance.noted(design), (*design.layout.body_size, *design.layout.size))
 
 
 def mended(error: SpecError, hints: str = DECISIVE) -> tuple[Finding, ...]:

@@ -17,6 +17,9 @@ from sitscad.record import record, replace
 from sitscad.spec.format.reading import RULE_TEXTS
 from sitscad.spec.sensor import SensorSpec
 
+ROUNDING = 1e-9
+"""Lengths that differ by less than this (m) are equal: a nanometre is rounding, not a breach."""
+
 
 @record
 class Violation:

@@ -386,10 +386,8 @@ class _EasierSearch:
 
     def _fewer(self) -> list[Fix]:
         """The most turns that leave room for the vias inside, and some parts of a turn less."""
-        coil = self._spec.coil
-        most = coil.outline.most_turns(coil.size, coil.trace_width, coil.pitch)
         fitting: list[Fix] = []
-        for fix in moves.fewer_turns(self._spec, most, MOST_STEPS):
+        for fix in moves.fewer_turns(self._spec, self._spec.coil.turns_that_fit, MOST_STEPS):
             if len(fitting) == MOST_ROUTED or not self.left.affords(winding_work(fix.spec.coil)):
                 break
             if moves.inner_vias_fit(fix.spec):

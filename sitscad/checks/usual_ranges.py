@@ -11,7 +11,6 @@ from typing import Any
 from sitscad.checks.rules import Rule, Verdict, Violation, rule_of
 from sitscad.data import cited, rows
 from sitscad.design import Design
-from sitscad.geometry.path import bounding_box
 from sitscad.record import record
 from sitscad.spec.circuit import LayerKind
 from sitscad.units import parse_quantity, show
@@ -67,11 +66,6 @@ def _poisson(design: Design) -> float | None:
     return (3.0 * bulk - 2.0 * shear) / (6.0 * bulk + 2.0 * shear)
 
 
-def _board(design: Design) -> list[float]:
-    x0, y0, x1, y1 = bounding_box([design.layout.outline])
-    return [x1 - x0, y1 - y0]
-
-
 def _asked(design: Design) -> list[float]:
     """What the requirements let an error be, in parts of the force that they require."""
     asked, normal = design.spec.requirements, design.spec.requirements.normal_force
@@ -91,7 +85,7 @@ WORKED_OUT: dict[str, Callable[[Design], Any]] = {
     "copper": _layers(LayerKind.COPPER),
     "dielectrics": _layers(LayerKind.DIELECTRIC),
     "foils": lambda design: [copper.foil for copper in design.spec.fpc.stackup.copper],
-    "board": _board,
+    "board": lambda design: design.layout.size,
     "tolerances": lambda design: dict(design.spec.assembly.tolerances),
     "poisson": _poisson,
     "plating": lambda design: design.spec.fpc.stackup.plating_thickness or None,

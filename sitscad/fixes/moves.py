@@ -51,7 +51,7 @@ def more_turns(spec: SensorSpec, factor: float) -> Iterator[Fix]:
     if coil.has_unequal_turns:
         return
     parts = coil.outline.ends or 4
-    room = math.floor(parts * coil.outline.most_turns(coil.size, coil.trace_width, coil.pitch) + 1e-9)
+    room = math.floor(parts * coil.turns_that_fit + 1e-9)
     most = next((part for part in range(room, 0, -1) if not _runs_back(coil, part / parts)), room)
     wanted = min(_up(coil, math.ceil(parts * coil.most_turns * factor - 1e-9), parts), most)
     middle = min(_up(coil, math.ceil((wanted + most) / 2.0 - 1e-9), parts), most)
@@ -81,7 +81,7 @@ def fewer_turns(spec: SensorSpec, room: float, steps: int = 1) -> Iterator[Fix]:
     whole = math.floor(parts * room + 1e-9)
     fewer = (part / parts for part in range(whole, 0, -1) if not _runs_back(coil, part / parts))
     for turns in dict.fromkeys((coil.most_turns, *islice(fewer, steps + 1))):
-        if 0.0 < turns <= coil.outline.most_turns(coil.size, coil.trace_width, coil.pitch):
+        if 0.0 < turns <= coil.turns_that_fit:
             yield with_turns(spec, turns)
 
 
@@ -94,9 +94,8 @@ def whole_turns(spec: SensorSpec) -> Iterator[Fix]:
         return
     parts = math.gcd(coil.outline.ends or layers, layers)
     below = math.floor(parts * coil.most_turns + 1e-6) / parts
-    most = coil.outline.most_turns(coil.size, coil.trace_width, coil.pitch)
     for turns in sorted((below, below + 1.0 / parts), key=lambda turns: round(abs(turns - coil.most_turns), 6)):
-        if 0.0 < turns <= most and abs(turns - coil.most_turns) > 1e-6:
+        if 0.0 < turns <= coil.turns_that_fit and abs(turns - coil.most_turns) > 1e-6:
             yield with_turns(spec, turns)
 
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from sitscad.arrays import Array, Index
 from sitscad.finding import Shortfall
-from sitscad.geometry.path import Arc, Line, Path, Point, Region, Segment, closed_polygon
+from sitscad.geometry.path import Arc, Line, Path, Point, Region, Segment, bounding_box, closed_polygon
 from sitscad.geometry.primitives import (
     Primitives,
     Row,
@@ -241,6 +241,12 @@ class Layout:
     def copper_layers(self) -> int:
         """Number of copper layers of the stack-up."""
         return len(self.spec.fpc.stackup.copper)
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Length along the jaw and width across it (m) of the whole board, its tail included."""
+        x0, y0, x1, y1 = bounding_box([self.outline])
+        return x1 - x0, y1 - y0
 
     @property
     def body_size(self) -> tuple[float, float]:

@@ -210,8 +210,7 @@ class Panel:
 
 def is_too_small(layout: Layout) -> bool:
     """Whether the board is smaller than the smallest part that the fabricator handles singly."""
-    x0, y0, x1, y1 = bounding_box([layout.outline])
-    have, need = sorted((x1 - x0, y1 - y0)), sorted(layout.spec.fpc.rules.part_size)
+    have, need = sorted(layout.size), sorted(layout.spec.fpc.rules.part_size)
     return any(size < smallest - 1e-9 for size, smallest in zip(have, need, strict=True))
 
 
@@ -223,10 +222,10 @@ def is_wanted(layout: Layout) -> bool:
 
 def least_size(layout: Layout) -> tuple[float, float]:
     """The least sides (m) of a panel with the parts that the spec asks for, or with one; without a coupon."""
-    wish, (x0, y0, x1, y1) = layout.spec.fpc.panel, bounding_box([layout.outline])
+    wish, (length, width) = layout.spec.fpc.panel, layout.size
     columns, rows = wish.parts or (1, 1)
     frame = 2 * (wish.rail + wish.gap) - wish.gap
-    return columns * (x1 - x0 + wish.gap) + frame, rows * (y1 - y0 + wish.gap) + frame
+    return columns * (length + wish.gap) + frame, rows * (width + wish.gap) + frame
 
 
 def plan(layout: Layout) -> Panel | None:

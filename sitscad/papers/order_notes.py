@@ -81,11 +81,11 @@ def _fingerprint(spec: SensorSpec, panel: Panel | None, files: Mapping[str, byte
 
 def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     fpc = layout.spec.fpc
-    x0, y0, x1, y1 = bounding_box([layout.outline])
+    along, across = layout.size
     copper = fpc.stackup.copper
     yield from layout.spec.issue.rows
     yield "Type", f"flexible circuit, {counted(len(copper), 'copper layer')}"
-    yield "Size", f"{show(x1 - x0, 'm')} x {show(y1 - y0, 'm')} over all (outline file, middle of the line)"
+    yield "Size", f"{show(along, 'm')} x {show(across, 'm')} over all (outline file, middle of the line)"
     parts = None if panel is None else len(panel.parts)
     if quantity := notes.quantity_text(fpc.boards, parts, fpc.rules.order_multiple):
         yield "Quantity", quantity

@@ -91,7 +91,7 @@ def _plate_size(shape: str, size: tuple[float, float], thickness: float) -> str:
 
 def _circuit(layout: Layout) -> Iterator[Item]:
     fpc = layout.spec.fpc
-    x0, y0, x1, y1 = bounding_box([layout.outline])
+    along, across = layout.size
     note = "order from fpc/"
     if layout.spec.issue.rows:
         note += f"; {layout.spec.issue.words}"
@@ -102,7 +102,7 @@ def _circuit(layout: Layout) -> Iterator[Item]:
     yield Item(
         "flexible printed circuit", 1, layout.spec.name,
         f"{fpc.stackup.name}, {counted(layout.copper_layers, 'copper layer')}",
-        f"{in_mm(x1 - x0)} x {in_mm(y1 - y0)} x {in_mm(fpc.stackup.thickness)} mm", note,
+        f"{in_mm(along)} x {in_mm(across)} x {in_mm(fpc.stackup.thickness)} mm", note,
     )
     if fpc.tail is None or fpc.tail.connector.insertion_thickness == 0.0:
         yield Item("wires", len(layout.pads), "", "", "", "soldered to the contacts of the circuit")

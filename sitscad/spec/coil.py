@@ -87,6 +87,11 @@ class CoilSpec(Section):
         return max(self.layer_turns)
 
     @property
+    def turns_that_fit(self) -> float:
+        """Turns a layer that its outline takes at most, with nothing inside of them."""
+        return self.outline.most_turns(self.size, self.trace_width, self.pitch)
+
+    @property
     def turns_in_words(self) -> str:
         """The turns for people: one number, or those of every layer."""
         return ", ".join(f"{turns:g}" for turns in (self.layer_turns if self.has_unequal_turns else (self.turns,)))

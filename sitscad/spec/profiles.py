@@ -119,6 +119,27 @@ class Origin:
             return path
         return None
 
+    def content(
+        self, name: str, key: str, remarks: Remarks, what: str, like: str, most: int, smaller: str
+    ) -> tuple[bytes, set[str]] | None:
+        """The bytes of a file that the spec names, and its paths from the spec's folder; None with the reason noted
+        where it must not or cannot be read, or has more than `most` bytes (`smaller` is what helps then). `what` and
+        `like` as of `located`.
+        """
+        path = self.located(name, key, remarks, what, like)
+        if path is None:
+            return None
+        try:
+            with path.open("rb") as stream:
+                content = stream.read(most + 1)
+        except OSError as error:
+            remarks.flaw("SIT011", key, f"cannot read {name}: {error.strerror or error}", "is the path right?")
+            return None
+        if len(content) > most:
+            remarks.flaw("SIT010", key, f"{name} is larger than {most // 2**20} MiB", smaller)
+            return None
+        return content, self.names_of(name, path)
+
     def opened(
         self, name: str, form: type[Form], begins: str, key: str, remarks: Remarks
     ) -> tuple[Form, Origin] | None:
@@ -161,22 +182,6 @@ def _beside(folder: Path, like: str) -> str:
     kind, endings = next((kind, endings) for kind, endings in FILES.items() if like.endswith(endings))
     there = sorted(path.name for path in folder.iterdir() if path.name.lower().endswith(endings))[:6]
     return f"there are: {', '.join(there)}" if there else f"there is no {kind} file in that folder"
-
-
-def content_of(path: Path, name: str, key: str, remarks: Remarks, most: int, smaller: str) -> bytes | None:
-    """The bytes of a file that a spec names; None with the reason noted where it cannot be read, or has more than
-    `most` (`smaller` is what helps then).
-    """
-    try:
-        with path.open("rb") as stream:
-            content = stream.read(most + 1)
-    except OSError as error:
-        remarks.flaw("SIT011", key, f"cannot read {name}: {error.strerror or error}", "is the path right?")
-        return None
-    if len(content) > most:
-        remarks.flaw("SIT010", key, f"{name} is larger than {most // 2**20} MiB", smaller)
-        return None
-    return content
 
 
 @cache

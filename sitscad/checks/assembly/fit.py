@@ -14,7 +14,7 @@ from dataclasses import replace
 from typing import Any
 
 from sitscad.checks.board.fabrication import house, source_of
-from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, finding_of, located, rule_of
+from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, finding_of, located, rule_of
 from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Finding, Place, Severity
@@ -32,8 +32,6 @@ from sitscad.spec.materials import ElastomerPad
 from sitscad.spec.mount import Jaw
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import counted, show
-
-ROUNDING = 1e-9
 
 GRAIN = 10e-6
 """Sizes and margins that are named are whole multiples of it (m): nobody cuts finer."""

@@ -7,8 +7,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from sitscad.checks.assembly.fit import ROUNDING, jaw_of, unverified
-from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, rule_of
+from sitscad.checks.assembly.fit import jaw_of, unverified
+from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, rule_of
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.scene.bodies import MOUNT_PIECES, seat_heights, seat_spans

@@ -11,7 +11,7 @@ from contextlib import suppress
 from dataclasses import replace
 
 from sitscad.checks.assembly import room_in_jaw, transduction
-from sitscad.checks.assembly.fit import GRAIN, ROUNDING
+from sitscad.checks.assembly.fit import GRAIN
 from sitscad.checks.assembly.plates import (
     MOST_MARGIN,
     PROPORTIONS,
@@ -24,7 +24,7 @@ from sitscad.checks.assembly.plates import (
     pad_under_target,
     pair,
 )
-from sitscad.checks.rules import Rule, Verdict, Violation, apply_rule, rule_of
+from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, apply_rule, rule_of
 from sitscad.design import Design
 from sitscad.finding import Edit, Severity
 from sitscad.fixes.moves import larger_body

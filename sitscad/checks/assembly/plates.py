@@ -10,8 +10,8 @@ from dataclasses import replace
 from itertools import combinations
 from typing import Any
 
-from sitscad.checks.assembly.fit import GRAIN, ROUNDING
-from sitscad.checks.rules import Undecided, Verdict, Violation, rule_of
+from sitscad.checks.assembly.fit import GRAIN
+from sitscad.checks.rules import ROUNDING, Undecided, Verdict, Violation, rule_of
 from sitscad.data import rows
 from sitscad.design import Design
 from sitscad.finding import Edit, Severity

@@ -11,14 +11,13 @@ from functools import cache
 from itertools import islice
 
 from sitscad.check_values import Measure
-from sitscad.checks.assembly.fit import GRAIN, ROUNDING, jaw_of, unverified
+from sitscad.checks.assembly.fit import GRAIN, jaw_of, unverified
 from sitscad.checks.assembly.plates import pair as in_brackets
-from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, joined, rule_of
+from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, joined, rule_of
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.fixes.moves import narrower, other_ends
 from sitscad.fixes.search import Fix, Left, first_or_vain, named, setting, tried, ways
-from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
 from sitscad.layout.lanes import coils_breadth
 from sitscad.scene.bodies import Body, above_board
@@ -52,12 +51,11 @@ def sensor_width(design: Design) -> Iterator[Verdict]:
     """Board, elastomer and target across the jaw, whose middle lies under the body's; the whole board, laid flat, in
     the port.
     """
-    jaw, (_, low, _, high) = jaw_of(design.spec), bounding_box((design.layout.outline,))
+    jaw, across = jaw_of(design.spec), design.layout.size[1]
     for slab in above_board(design.spec):
         yield from _across_jaw(design, jaw, slab)
     yield from _overhang(design, jaw)
     yield from _in_pocket(design, jaw, *design.layout.body_size)
-    across = high - low
     if across > jaw.port_diameter + ROUNDING:
         is_body = across <= design.layout.body_size[1] + ROUNDING
         at_tail = "a straight tail, fewer contacts, a finer connector"

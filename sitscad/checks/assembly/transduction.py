@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cache
 
-from sitscad.checks.assembly.fit import ROUNDING, pad_of
+from sitscad.checks.assembly.fit import pad_of
 from sitscad.checks.assembly.plates import lies
-from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, own_limits, rule_of
+from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, own_limits, rule_of
 from sitscad.design import Design
 from sitscad.estimates.states.pressing import BESIDE_PAD, loaded_face, pressed, rests_on_pad, surround
 from sitscad.finding import Severity

@@ -13,8 +13,8 @@ import numpy as np
 
 from sitscad.arrays import Array, Index
 from sitscad.checks.board.copper import Copper, Item, Nearness, copper_of, drill_nearness, too_near
-from sitscad.checks.board.fabrication import ROUNDING, gap_asked_by, house, short_of, source_of
-from sitscad.checks.rules import Rule, Verdict, Violation, rule_of
+from sitscad.checks.board.fabrication import gap_asked_by, house, short_of, source_of
+from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, rule_of
 from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Missing, Place

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sitscad.checks.rules import ROUNDING
 from sitscad.geometry.path import Point
 from sitscad.geometry.primitives import (
     Primitives,
@@ -30,8 +31,6 @@ if TYPE_CHECKING:
 
 DETOUR = 1.5
 """A way along the conductor this many times the way across is a turn back (right angle 1.41, half circle 1.57)."""
-
-ROUNDING = 1e-9
 
 _SPLITS = 4
 

@@ -9,22 +9,18 @@ from dataclasses import replace
 from functools import partial
 from itertools import combinations, islice
 
-from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, rule_of
+from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, rule_of
 from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Place, Severity
 from sitscad.fixes.moves import finer_fabricators, plated_in_holes_alone, wider
 from sitscad.fixes.search import Fix, Left, first_or_vain, first_that_mends
-from sitscad.geometry.path import bounding_box
 from sitscad.layout.panel import FEWEST_BRIDGES, bridges, is_wanted, least_size, narrower_bridge
 from sitscad.spec import presets
 from sitscad.spec.circuit import MASK, LayerKind, Stackup
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
-
-ROUNDING = 1e-9
-"""Lengths that differ by less than this (m) are equal: a nanometre is rounding, not a breach."""
 
 FABRICATOR = "the fabricator's design rules (fpc.rules)"
 
@@ -71,8 +67,8 @@ def hole_to_hole(design: Design) -> Iterator[Verdict]:
 def part_size(design: Design) -> Iterator[Verdict]:
     """The whole outline against the smallest part that the fabricator handles."""
     rules, in_panel = design.spec.fpc.rules, is_wanted(design.layout)
-    x0, y0, x1, y1 = bounding_box([design.layout.outline])
-    (width, length), least = sorted((x1 - x0, y1 - y0)), sorted(rules.part_size)
+    board = design.layout.size
+    (width, length), least = sorted(board), sorted(rules.part_size)
     short = next(((size, limit) for size, limit in zip((width, length), least, strict=True)
                   if size < limit - ROUNDING), None)
     if short is not None:
@@ -96,8 +92,8 @@ def part_size(design: Design) -> Iterator[Verdict]:
         yield from _too_few_bridges(design)
     elif not is_unverified(source_of(rules, "panel_size")):
         yield from _panel_size(
-            rules, (x1 - x0, y1 - y0),
-            Violation(f"the board is {show(x1 - x0, 'm')} x {show(y1 - y0, 'm')}",
+            rules, board,
+            Violation(f"the board is {show(board[0], 'm')} x {show(board[1], 'm')}",
                       "a smaller board or a shorter tail, or a fabricator of larger panels", "fpc.rules"),
             ", out of which a board that is sold singly is cut, too")
 

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from sitscad.checks.board.clearances import crossings
-from sitscad.checks.board.fabrication import ROUNDING, house, source_of
-from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, rule_of
+from sitscad.checks.board.fabrication import house, source_of
+from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, rule_of
 from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Place, Severity

@@ -9,8 +9,7 @@ from dataclasses import replace
 from functools import partial
 from itertools import islice
 
-from sitscad.checks.board.fabrication import ROUNDING
-from sitscad.checks.rules import Rule, Verdict, Violation, rule_of
+from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, rule_of
 from sitscad.design import Design
 from sitscad.finding import Missing, Place, Shortfall
 from sitscad.fixes import moves

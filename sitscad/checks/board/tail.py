@@ -8,8 +8,8 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 
-from sitscad.checks.board.fabrication import ROUNDING, house, source_of
-from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, rule_of
+from sitscad.checks.board.fabrication import house, source_of
+from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, rule_of
 from sitscad.design import Design
 from sitscad.fabrication.notes import build_text
 from sitscad.finding import Edit, Place, Severity

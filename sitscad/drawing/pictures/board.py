@@ -143,10 +143,10 @@ def _scale_bar(sheet: Sheet, layout: Layout, view: View, top: float) -> None:
     power = 10.0 ** math.floor(math.log10(length))
     length = max(f * power for f in (1.0, 2.0, 5.0) if f * power <= length * (1 + 1e-9))
     end = 20.0 + view.length(length)
-    body, board = layout.body_size, bounding_box([layout.outline])
+    body, board = layout.body_size, layout.size
     sizes = (
         f"{layout.spec.name}: body {show(body[0], 'm')} x {show(body[1], 'm')}, "
-        f"board {show(board[2] - board[0], 'm')} x {show(board[3] - board[1], 'm')}, seen from the top"
+        f"board {show(board[0], 'm')} x {show(board[1], 'm')}, seen from the top"
     )
     bar = (((20.0, 8.0), (20.0, 16.0)), ((20.0, 12.0), (end, 12.0)), ((end, 8.0), (end, 16.0)))
     strokes = [polyline([Point(x, top - down) for x, down in ends]) for ends in bar]

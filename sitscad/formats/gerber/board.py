@@ -24,7 +24,6 @@ from sitscad.fabrication.files import (
 )
 from sitscad.fabrication.notes import copper_text
 from sitscad.formats.gerber.image import document, drill_text, layer_files, map_text
-from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
 from sitscad.spec.circuit import MASK, LayerKind, StackLayer
 from sitscad.spec.presets import finish
@@ -63,13 +62,13 @@ def render_job(layout: Layout) -> dict[str, bytes]:
     software = {"Vendor": VENDOR, "Application": VENDOR, "Version": __version__}
     created = creation_date()
     # Size is that of the outline's middle line, in millimetres; the thickness is without the stiffener
-    x0, y0, x1, y1 = bounding_box([layout.outline])
+    length, width = layout.size
     name, revision = layout.spec.name, layout.spec.issue.revision or UNNUMBERED
     job: dict[str, Any] = {
         "Header": {"GenerationSoftware": software, **({"CreationDate": created} if created else {})},
         "GeneralSpecs": {
             "ProjectId": {"Name": name, "GUID": project_guid(name), "Revision": revision},
-            "Size": {"X": _mm(x1 - x0), "Y": _mm(y1 - y0)},
+            "Size": {"X": _mm(length), "Y": _mm(width)},
             "LayerNumber": layout.copper_layers,
             "BoardThickness": _mm(layout.spec.fpc.stackup.thickness),
             "Finish": finish(layout.spec.fpc.finish).job_name,

@@ -13,7 +13,7 @@ from typing import Any
 from sitscad.geometry.path import Arc, Line, Path, Point, Segment, bounding_box, circle, enclosed_area, polar
 from sitscad.spec.circuit import BodySpec
 from sitscad.spec.format.reading import Remarks
-from sitscad.spec.profiles import Origin, content_of
+from sitscad.spec.profiles import Origin
 from sitscad.units import show
 
 MOST_BYTES, MOST_PIECES = 4 * 2**20, 2_000
@@ -41,18 +41,15 @@ def drawn(part: BodySpec, name: str, place: Origin, remarks: Remarks) -> BodySpe
     if part.file is None:
         remarks.flaw("SIT003", key, "a body of shape dxf has no file", "write a file beside the spec, like body.dxf")
         return None
-    path = place.located(part.file, key, remarks, "DXF", "body.dxf")
-    if path is None:
+    found = place.content(part.file, key, remarks, "DXF", "body.dxf", MOST_BYTES, "export the body's outline alone")
+    if found is None:
         return None
-    content = content_of(path, part.file, key, remarks, MOST_BYTES, "export the body's outline alone")
-    if content is None:
-        return None
+    content, kept = found
     try:
         edge = outline(content)
     except UnfitError as error:
         remarks.flaw("SIT011", key, f"{part.file}: {error}", ASKED)
         return None
-    kept = place.names_of(part.file, path)
     remarks.files |= dict.fromkeys(kept, content)
     return replace(part, file=min(kept), edge=edge)
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from pathlib import Path
 
 from sitscad.spec import presets
 from sitscad.spec.circuit import (
@@ -24,9 +23,8 @@ from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.format.reading import Remarks
 from sitscad.spec.format.section import WRITTEN_SOURCE
 from sitscad.spec.mount import Mount
-from sitscad.spec.profiles import resolve_rules, spec_origin
+from sitscad.spec.profiles import Origin, resolve_rules
 from sitscad.spec.resolver.body import resolve_body
-from sitscad.spec.yaml.source import SpecSource
 from sitscad.units import show
 
 _DEFAULT_STACKUP = {1: "flex-2l-30um", 2: "flex-2l-30um", 3: "flex-4l", 4: "flex-4l", 5: "flex-6l", 6: "flex-6l"}
@@ -38,10 +36,10 @@ ROUNDING = 1e-9
 
 
 def resolve_fpc(
-    document: FpcSpec, coil: CoilSpec, mount: Mount | None, remarks: Remarks, source: SpecSource, folder: Path | None
+    document: FpcSpec, coil: CoilSpec, mount: Mount | None, remarks: Remarks, place: Origin
 ) -> FpcSpec:
-    """The flexible circuit of a sensor on its mount; a stack-up that lacks the coil's layers is a flaw.
-    `folder` is where profile files are.
+    """The flexible circuit of a sensor on its mount; a stack-up that lacks the coil's layers is a flaw. Names of files
+    count from `place`, the spec.
     """
     words = document.values()
     stackup = _stackup(words["stackup"], coil, remarks)
@@ -54,10 +52,9 @@ def resolve_fpc(
         more = f", like fpc.stackup: {name}" if name else ""
         hint = f"use fewer layers, or a stack-up with more copper{more}"
         remarks.flaw("SIT009", "coil.layers", message, hint, **facts)
-    rules = resolve_rules(words["rules"], stackup.line_foil(coil.layers), spec_origin(source, folder), remarks)
+    rules = resolve_rules(words["rules"], stackup.line_foil(coil.layers), place, remarks)
     tail, panel = _tail(document.tail, copper, rules, mount, remarks), _panel(words["panel"], remarks)
     rules = rules.for_layers(copper)
-    place = spec_origin(source, folder)
     body, largest = (
         resolve_body(getattr(document, name), f"fpc.{name}", place, remarks) for name in ("body", "largest")
     )

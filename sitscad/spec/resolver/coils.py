@@ -41,7 +41,7 @@ def resolve_coil(written: CoilSpec, remarks: Remarks) -> CoilSpec:
 
 def check_coil(coil: CoilSpec, remarks: Remarks, written: tuple[float, ...] = ()) -> None:
     """Whether a coil's size, turns and corners fit its shape and each other; `written` are its turns as they are."""
-    (x, y), outline, most = coil.size, coil.outline, coil.outline.most_turns(coil.size, coil.trace_width, coil.pitch)
+    (x, y), outline, most = coil.size, coil.outline, coil.turns_that_fit
     if not outline.is_long and x != y:
         hint = f"write one number, or choose {' or '.join(name for name, row in SHAPES.items() if row.is_long)}"
         remarks.flaw("SIT009", "coil.outer_diameter", f"a {coil.shape} has one size, not [x, y]", hint)

@@ -5,7 +5,6 @@ STEP files that a spec names, in its folder and below, of a size that a part has
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 from sitscad.finding import Edit
@@ -14,7 +13,7 @@ from sitscad.spec.format.reading import Remarks
 from sitscad.spec.format.section import WRITTEN_SOURCE
 from sitscad.spec.materials import Shield
 from sitscad.spec.mount import LEVEL, Finger, Hole, HolePattern, Jaw, Mount, Retention, StepPart
-from sitscad.spec.profiles import Origin, content_of
+from sitscad.spec.profiles import Origin
 from sitscad.units import show
 
 DEFAULT_STANDOFF = 1e-3
@@ -179,28 +178,18 @@ def _step(part: Mount | Jaw, section: str, place: Origin, remarks: Remarks) -> S
     if isinstance(datum, str) and (part.along or part.up):
         message = f"the coordinate system {datum} says which way its axes run"
         remarks.flaw("SIT009", f"{section}.{'along' if part.along else 'up'}", message, "leave along and up out")
-    path = place.located(name, key, remarks, "STEP", "jaw.step")
-    content = None if path is None else _content(path, name, key, remarks)
-    if path is None or content is None:
+    smaller = "export the jaw alone, without the instrument's other parts"
+    found = place.content(name, key, remarks, "STEP", "jaw.step", MOST_STEP_BYTES, smaller)
+    if found is None:
         return None
-    import hashlib  # loads OpenSSL, which most uses of a spec do not need
-
-    kept = place.names_of(name, path)
-    remarks.files |= dict.fromkeys(kept, content)
-    point = datum if isinstance(datum, str) else (datum[0], datum[1], datum[2])
-    return StepPart(min(kept), hashlib.sha256(content).hexdigest(), point, along, up)
-
-
-def _content(path: Path, name: str, key: str, remarks: Remarks) -> bytes | None:
-    """The bytes of a file that is one of STEP; None with what is wrong noted."""
-    content = content_of(
-        path, name, key, remarks, MOST_STEP_BYTES, "export the jaw alone, without the instrument's other parts"
-    )
-    if content is None:
-        return None
+    content, kept = found
     text = content.strip()
     if not text.startswith(BEGINS) or not text.endswith(ENDS) or b"\0" in content:
         message = f"{name} does not begin with {BEGINS.decode()} and end with {ENDS.decode()}"
         remarks.flaw("SIT011", key, message, "is it a STEP file (AP203, AP214 or AP242), and whole?")
         return None
-    return content
+    import hashlib  # loads OpenSSL, which most uses of a spec do not need
+
+    remarks.files |= dict.fromkeys(kept, content)
+    point = datum if isinstance(datum, str) else (datum[0], datum[1], datum[2])
+    return StepPart(min(kept), hashlib.sha256(content).hexdigest(), point, along, up)

@@ -37,12 +37,12 @@ def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = No
     """The sensor in SI values, and what there is to say about it: unusable where that has flaws or findings. `folder`
     is the spec's, where the profile files are that it names; None for a text without a file.
     """
-    remarks = Remarks()
+    remarks, place = Remarks(), spec_origin(source, folder)
     coil = resolve_coil(document.coil, remarks)
     array = resolve_array(document.array, coil, remarks)
     check_amount(coil, len(array.placements), remarks)
-    mount = resolve_mount(document.mount, document.shield, remarks, spec_origin(source, folder))
-    fpc = resolve_fpc(document.fpc, coil, mount, remarks, source, folder)
+    mount = resolve_mount(document.mount, document.shield, remarks, place)
+    fpc = resolve_fpc(document.fpc, coil, mount, remarks, place)
     _check_contacts(fpc.tail, 2 * len(array.placements), remarks)
     # by default plates are as wide as the coils are far apart, and at least as wide as a coil
     side = max(coil.outer_diameter, array.pitch or 0.0)
