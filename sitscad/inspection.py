@@ -90,8 +90,14 @@ def _inspected(
     left_out = [rule.id for rule in all_rules() if rule.id not in wanted]
     checked = checked.without(left_out, "left out by --select or --ignore") if left_out else checked
     checked = judged(checked, spec.source, all_rules(), policy, options.baseline)
-    drawn = fit_drawing(design, checked) if draws_fit else ""
-    return Inspection(checked, _picture(design, checked) if draws else "", drawn)
+    drawn, picture = fit_drawing(design, checked) if draws_fit else "", ""
+    if draws:  # the board in letters with the findings' numbers at their places
+        from sitscad.drawing.pictures.board import PicturePoint, dot_picture
+
+        numbered = ((number, finding.place) for number, finding in numbered_places(checked.findings))
+        marks = [PicturePoint(place.x, place.y, str(number), "") for number, place in numbered if place is not None]
+        picture = dot_picture(design.layout, marks)
+    return Inspection(checked, picture, drawn)
 
 
 def as_configured(spec: SensorSpec, result: CheckResult, policy: Policy | None = None) -> CheckedSpec:
@@ -125,15 +131,6 @@ def fit_drawing(design: Design, checked: CheckedSpec) -> str:
         return ""
     sheet = sheet or plan_view.drawing(layout, forced)
     return "" if sheet is None else svg(sheet)
-
-
-def _picture(design: Design, checked: CheckedSpec) -> str:
-    """The board in letters with the findings' numbers at their places."""
-    from sitscad.drawing.pictures.board import PicturePoint, dot_picture
-
-    numbered = ((number, finding.place) for number, finding in numbered_places(checked.findings))
-    marks = [PicturePoint(place.x, place.y, str(number), "") for number, place in numbered if place is not None]
-    return dot_picture(design.layout, marks)
 
 
 @record(eq=False)

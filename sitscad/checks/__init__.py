@@ -25,16 +25,13 @@ if TYPE_CHECKING:
 
 __all__ = ["HINTS", "RULES", "CheckResult", "Rule", "add_rules", "all_rules", "check", "explain", "mended"]
 
-_LOADING = tuple(map(rule_of, RULE_NAMES))
-"""The rules of the spec itself: applied while it is loaded, listed here so that all rules stand in one table."""
-
 _ROOMS = (fit, mount, overhang, plates, room_in_jaw, transduction, clearances, drawn_form, fabrication, plug,
           room, tail, drive, electrical, response, thin_target, timing, performance, usual_ranges)
 
 RULES: tuple[Rule, ...] = tuple(
-    sorted((*_LOADING, *(rule for module in _ROOMS for rule in module.RULES)), key=lambda rule: rule.id)
+    sorted((*map(rule_of, RULE_NAMES), *(rule for module in _ROOMS for rule in module.RULES)), key=lambda rule: rule.id)
 )
-"""Every rule, in the order of their identifiers."""
+"""Every rule, in the order of their identifiers; those of the spec itself (SIT0xx) are applied while it is loaded."""
 
 
 _added: tuple[Rule, ...] = ()

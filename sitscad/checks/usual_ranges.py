@@ -19,11 +19,13 @@ from sitscad.units import parse_quantity, show
 @record
 class UsualRange:
     """What is usual for the figure of one key: least and most (SI; endless where one is open), as they are written, and
-    where that is from. ``value`` names what is looked at: a path of the spec's values, or one of `WORKED_OUT`.
+    where that is from. ``value`` names what is looked at: a path of the spec's values, or one of `WORKED_OUT`;
+    ``called`` is what messages call it.
     """
 
     key: str
     value: str
+    called: str
     dimension: str
     low: float
     high: float
@@ -44,7 +46,9 @@ def usual_ranges() -> tuple[UsualRange, ...]:
         low, high, dimension = row["low"], row["high"], row["dimension"]
         bounds = (_figure(low, dimension, -math.inf), _figure(high, dimension, math.inf))
         words = f"{low} to {high}" if low and high else f"{high} at most" if high else f"{low} at least"
-        found.append(UsualRange(row["key"], row["value"] or row["key"], dimension, *bounds, words, cited(row)))
+        value, key = row["value"] or row["key"], row["key"]
+        called = WORKED_OUT[value][0] if value in WORKED_OUT else ""
+        found.append(UsualRange(key, value, called or key, dimension, *bounds, words, cited(row)))
     return tuple(found)
 
 
@@ -80,23 +84,28 @@ def _holes(design: Design) -> list[float]:
     return [each for hole in (mount.holes.holes if mount and mount.holes else ()) for each in hole.at]
 
 
-WORKED_OUT: dict[str, Callable[[Design], Any]] = {
-    "coverlays": _layers(LayerKind.COVERLAY),
-    "copper": _layers(LayerKind.COPPER),
-    "dielectrics": _layers(LayerKind.DIELECTRIC),
-    "foils": lambda design: [copper.foil for copper in design.spec.fpc.stackup.copper],
-    "board": lambda design: design.layout.size,
-    "tolerances": lambda design: dict(design.spec.assembly.tolerances),
-    "poisson": _poisson,
-    "plating": lambda design: design.spec.fpc.stackup.plating_thickness or None,
-    "permittivities": lambda design: [
+WORKED_OUT: dict[str, tuple[str, Callable[[Design], Any]]] = {
+    "coverlays": ("a coverlay", _layers(LayerKind.COVERLAY)),
+    "copper": ("finished copper", _layers(LayerKind.COPPER)),
+    "dielectrics": ("a dielectric", _layers(LayerKind.DIELECTRIC)),
+    "foils": ("the copper's foil, before plating,",
+              lambda design: [copper.foil for copper in design.spec.fpc.stackup.copper]),
+    "board": ("the board's longer side", lambda design: design.layout.size),
+    "tolerances": ("", lambda design: dict(design.spec.assembly.tolerances)),
+    "poisson": ("Poisson's ratio of the pad by its bulk and shear modulus", _poisson),
+    "plating": ("", lambda design: design.spec.fpc.stackup.plating_thickness or None),
+    "permittivities": ("a layer's permittivity", lambda design: [
         one.relative_permittivity for one in design.spec.fpc.stackup.layers if one.relative_permittivity is not None
-    ],
-    "asked": _asked,
-    "loads": lambda design: [abs(each) for load in design.spec.loads for each in (load.normal or 0.0, *load.shear)],
-    "holes": _holes,
+    ]),
+    "asked": ("what an error may be, in parts of the required force,", _asked),
+    "loads": ("a force of a load case", lambda design: [
+        abs(each) for load in design.spec.loads for each in (load.normal or 0.0, *load.shear)
+    ]),
+    "holes": ("the place of a hole", _holes),
 }
-"""What no single value of the spec is, by the name that the table has for it."""
+"""What no single value of the spec is, by the name that the table has for it: what it is called (empty: by its key),
+and what gives it.
+"""
 
 
 def unusual(design: Design) -> Iterator[Verdict]:
@@ -110,7 +119,7 @@ def unusual(design: Design) -> Iterator[Verdict]:
     for section, found in groupby(farthest, key=lambda pair: pair[0].key.rpartition(".")[0]):
         if section == "fpc.rules":
             beyond = list(found)
-            told = [f"{NAMES.get(usual.value, usual.key)} {_shown(value, usual.dimension)} ({usual.words})"
+            told = [f"{usual.called} {_shown(value, usual.dimension)} ({usual.words})"
                     for usual, value in beyond]
             sources = "; ".join(dict.fromkeys(usual.source for usual, _ in beyond))
             yield Violation(f"nobody is known who makes what these rules say: {', '.join(told)}",
@@ -118,8 +127,7 @@ def unusual(design: Design) -> Iterator[Verdict]:
             continue
         for usual, value in found:
             bound = usual.low if value < usual.low else usual.high
-            what = NAMES.get(usual.value, usual.key)
-            yield Violation(f"{what} is {_shown(value, usual.dimension)}; {usual.words} are usual",
+            yield Violation(f"{usual.called} is {_shown(value, usual.dimension)}; {usual.words} are usual",
                             f"look at number and unit ({usual.source}); {IGNORE}", usual.key, value, bound,
                             SI.get(usual.dimension), source=usual.source)
 
@@ -134,7 +142,7 @@ def _values(design: Design, path: str) -> list[float]:
     """The numbers at a path of the spec's values; nothing where one of them is left out."""
     found: Any = design.spec
     if path in WORKED_OUT:
-        found = WORKED_OUT[path](design)
+        found = WORKED_OUT[path][1](design)
     else:
         for name in path.split("."):
             found = getattr(found, name) if found is not None else None
@@ -150,14 +158,6 @@ def _shown(value: float, dimension: str) -> str:
               "temperature coefficient": f"{value * 1e6:.4g} ppm/K"}
     return others.get(dimension, f"{value:.4g}")
 
-
-NAMES = {
-    "coverlays": "a coverlay", "copper": "finished copper", "dielectrics": "a dielectric",
-    "foils": "the copper's foil, before plating,", "board": "the board's longer side",
-    "poisson": "Poisson's ratio of the pad by its bulk and shear modulus", "permittivities": "a layer's permittivity",
-    "asked": "what an error may be, in parts of the required force,", "holes": "the place of a hole",
-    "loads": "a force of a load case",
-}
 
 IGNORE = "where it is meant, say why at its line: # sitscad: ignore SIT134 they make it"
 

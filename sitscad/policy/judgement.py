@@ -225,21 +225,22 @@ def _commented(
     """Findings that comments silence moved to the ignored ones, and a warning of every comment that is in vain."""
     if not written:
         return checked
-    kept, ignored = [], []
     used: set[tuple[int, str]] = set()
-    for finding in checked.findings:
+
+    def reason(finding: Finding) -> str | None:
         comment = next((each for each in written if each.covers(finding, source)), None)
         if comment is None:
-            kept.append(finding)
-        else:
-            used.add((comment.line, finding.rule))
-            ignored.append(Ignored(finding, comment.reason, "comment"))
+            return None
+        used.add((comment.line, finding.rule))
+        return comment.reason
+
+    checked = _ignored(checked, "comment", reason)
     skipped = {each.rule for each in checked.not_checked}
     warnings: list[Finding] = []
     for comment in written:
         spare = [rule for rule in comment.rules if (comment.line, rule) not in used and rule not in skipped]
         warnings += _vain(comment, spare, names)
-    return replace(checked, findings=(*kept, *warnings), ignored=(*checked.ignored, *ignored))
+    return replace(checked, findings=(*checked.findings, *warnings))
 
 
 def _vain(comment: Comment, spare: Sequence[str], names: Mapping[str, str]) -> Iterator[Finding]:

@@ -12,7 +12,7 @@ from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, 
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.scene.bodies import MOUNT_PIECES, seat_heights, seat_spans
-from sitscad.scene.column import print_limit
+from sitscad.scene.column import PrintLimit, print_limit
 from sitscad.scene.jaws import PartsError, section, shield_that_fits
 from sitscad.scene.seating import joint_clearance, metal_below, neck, pin_places, retention
 from sitscad.scene.stack import BODY, HALF_OF_IT, MOST_OF_IT, support
@@ -31,11 +31,10 @@ def mount_joint(design: Design) -> Iterator[Verdict]:
         (long, wide), wall = jaw.fenestration, print_limit("machined", "wall")
         left = min((section(jaw).face - wide) / 2, (jaw.length - long) / 2)
         if left < wall.value - ROUNDING:
-            yield Violation(
-                f"a window of {show(long, 'm')} x {show(wide, 'm')} leaves {show(left, 'm', 3)} of the jaw's face "
-                f"beside it: {show(wall.value, 'm', 3)} at least",
-                "mount.jaw.fenestration: a smaller window, or the jaw's true sizes", "mount.jaw.fenestration", left,
-                wall.value, "m", source=wall.source, detail=unverified(jaw),
+            yield _too_little(
+                wall, left, f"a window of {show(long, 'm')} x {show(wide, 'm')} leaves {show(left, 'm', 3)} of the "
+                "jaw's face beside it", "mount.jaw.fenestration: a smaller window, or the jaw's true sizes",
+                "mount.jaw.fenestration", unverified(jaw),
             )
     if found is not None and not _stands_on_metal(design.spec):
         yield Violation(
@@ -44,6 +43,12 @@ def mount_joint(design: Design) -> Iterator[Verdict]:
         )
     elif found is not None:
         yield from (_dovetail if found.kind == "dovetail" else _pins)(design, mount.process, jaw, found)
+
+
+def _too_little(limit: PrintLimit, have: float, what: str, hint: str, key: str, detail: str = "") -> Violation:
+    """The complaint about a length (m), in words, below the least that a process makes or that is left of metal."""
+    return Violation(f"{what}: {show(limit.value, 'm', 3)} at least", hint, key, have, limit.value, "m",
+                     source=limit.source, detail=detail)
 
 
 def _stands_on_metal(spec: SensorSpec) -> bool:
@@ -68,19 +73,19 @@ def _dovetail(design: Design, process: str, jaw: Jaw, found: Retention) -> Itera
             across, "m",
         )
     elif narrow < wall.value - ROUNDING:
-        yield Violation(
-            f"the dovetail's tongue is {show(narrow, 'm', 3)} wide at its neck, which {process} does not make: "
-            f"{show(wall.value, 'm', 3)} at least",
+        yield _too_little(
+            wall, narrow,
+            f"the dovetail's tongue is {show(narrow, 'm', 3)} wide at its neck, which {process} does not make",
             f"mount.retention.width: {(found.width + wall.value - narrow) * 1e3:.6g}, a smaller depth, or steeper "
-            "flanks", "mount.retention.width", narrow, wall.value, "m", source=wall.source,
+            "flanks", "mount.retention.width",
         )
     left = metal_below(design.layout)
     if left is not None and left < metal.value - ROUNDING:
-        yield Violation(
-            f"the dovetail's groove, with {show(joint_clearance(design.spec), 'm', 3)} of room for the tongue and "
-            f"its glue, leaves {show(left, 'm', 3)} of the jaw's metal: {show(metal.value, 'm', 3)} at least",
+        yield _too_little(
+            metal, left, f"the dovetail's groove, with {show(joint_clearance(design.spec), 'm', 3)} of room for the "
+            f"tongue and its glue, leaves {show(left, 'm', 3)} of the jaw's metal",
             "a narrower or shallower tongue (mount.retention.width, depth), pins, or glue alone",
-            "mount.retention.depth", left, metal.value, "m", source=metal.source, detail=unverified(jaw),
+            "mount.retention.depth", unverified(jaw),
         )
 
 
@@ -88,10 +93,9 @@ def _pins(design: Design, process: str, jaw: Jaw, found: Retention) -> Iterator[
     """The pins' diameter and length, and the metal round their holes."""
     pin, room = print_limit(process, "pin"), joint_clearance(design.layout.spec)
     if found.diameter < pin.value - ROUNDING:
-        yield Violation(
-            f"the pins are {show(found.diameter, 'm', 3)} thick, which {process} does not make: "
-            f"{show(pin.value, 'm', 3)} at least", "mount.retention.diameter, or another mount.process",
-            "mount.retention.diameter", found.diameter, pin.value, "m", source=pin.source,
+        yield _too_little(
+            pin, found.diameter, f"the pins are {show(found.diameter, 'm', 3)} thick, which {process} does not make",
+            "mount.retention.diameter, or another mount.process", "mount.retention.diameter",
         )
     if found.depth > jaw.height - ROUNDING:
         yield Violation(
@@ -104,11 +108,10 @@ def _pins(design: Design, process: str, jaw: Jaw, found: Retention) -> Iterator[
     left = min(section(jaw).face, min(jaw.length, jaw.pocket[0] if jaw.pocket else jaw.length) - found.spacing,
                found.spacing - jaw.fenestration[0] if jaw.fenestration else math.inf) / 2 - radius
     if left < metal.value - ROUNDING and pin_places(design.layout):
-        yield Violation(
-            f"{show(left, 'm', 3)} of the jaw's metal is left beside the holes for the pins: "
-            f"{show(metal.value, 'm', 3)} at least",
+        yield _too_little(
+            metal, left, f"{show(left, 'm', 3)} of the jaw's metal is left beside the holes for the pins",
             "thinner pins (mount.retention.diameter), or another mount.retention.spacing", "mount.retention.spacing",
-            left, metal.value, "m", source=metal.source, detail=unverified(jaw),
+            unverified(jaw),
         )
 
 
@@ -145,10 +148,10 @@ def printed_wall(design: Design) -> Iterator[Verdict]:
     for name, (lower, upper) in zip(MOUNT_PIECES, spans, strict=False):
         is_spacer = sheet is not None and lower > sheet[0]
         if upper - lower < limit.value - ROUNDING and (is_spacer or mount.kind != "bench-plate"):
-            yield Violation(
-                f"the {name} is {show(upper - lower, 'm', 3)} thick, which {mount.process} does not make: "
-                f"{show(limit.value, 'm', 3)} at least", _thicker(spec.shield, is_spacer, limit.value),
-                "shield.gap" if is_spacer else "mount.standoff", upper - lower, limit.value, "m", source=limit.source,
+            yield _too_little(
+                limit, upper - lower,
+                f"the {name} is {show(upper - lower, 'm', 3)} thick, which {mount.process} does not make",
+                _thicker(spec.shield, is_spacer, limit.value), "shield.gap" if is_spacer else "mount.standoff",
             )
 
 

@@ -38,12 +38,12 @@ def drive_amplitude(design: Design) -> Iterator[Verdict]:
     yield from undecided(design, "amplitude")
     if readout.drive_code is None:
         return
-    near: list[Violation] = []
-    yield from _too_strong(design, worst_of(design, "amplitude", max, True), near)
-    yield from _too_weak(design, worst_of(design, "amplitude", min, True), near)
+    said = [*_too_strong(design, worst_of(design, "amplitude", max, True)),
+            *_too_weak(design, worst_of(design, "amplitude", min, True))]
+    yield from (each for each in said if not each.keeps_limit)
     # what is to be known of one drive code beside its errors, as one finding: apart, one would ask for a weaker
     # code and another for a stronger one. Place and figures are those of the gravest
-    near += _copper_ends(design)
+    near = [*(each for each in said if each.keeps_limit), *_copper_ends(design)]
     if near:
         gravest = min(near, key=lambda aside: list(Severity).index(aside.severity or Severity.NOTE))
         yield replace(gravest, message=joined(*dict.fromkeys(aside.message for aside in near)),
@@ -83,9 +83,10 @@ def _copper_ends(design: Design) -> Iterator[Violation]:
         )
 
 
-def _too_strong(design: Design, largest: Reading | None, near: list[Violation]) -> Iterator[Verdict]:
-    # The largest amplitude against what clamps, and the same drive code when the sensor is switched on at room
-    # temperature; what keeps the limit by little goes to `near`.
+def _too_strong(design: Design, largest: Reading | None) -> Iterator[Violation]:
+    """The largest amplitude against what clamps, and the same drive code when the sensor is switched on at room
+    temperature; also where it keeps the limit by little.
+    """
     converter, readout = design.converter, design.spec.readout
     high, source = converter.limit("amplitude_max"), converter.limits["amplitude_max"].source
     clamps = f"above {show(high, 'V')} the input clamps and shifts the frequency"
@@ -101,7 +102,7 @@ def _too_strong(design: Design, largest: Reading | None, near: list[Violation]) 
         )
         return
     if largest is not None:
-        near += near_limit(largest, high, "V", "amplitude", _other_code(design, largest, -1), CODE_KEY)
+        yield from near_limit(largest, high, "V", "amplitude", _other_code(design, largest, -1), CODE_KEY)
     cold = design.at_room_temperature
     if cold is design:
         return
@@ -118,7 +119,7 @@ def _too_strong(design: Design, largest: Reading | None, near: list[Violation]) 
         )
 
 
-def _too_weak(design: Design, smallest: Reading | None, near: list[Violation]) -> Iterator[Verdict]:
+def _too_weak(design: Design, smallest: Reading | None) -> Iterator[Violation]:
     """The smallest amplitude against the low-noise window and what lets the tank stop; as `_too_strong`."""
     limit = design.converter.limit
     optimum, high = limit("amplitude_optimum_min"), limit("amplitude_max")
@@ -126,7 +127,7 @@ def _too_weak(design: Design, smallest: Reading | None, near: list[Violation]) -
         return
     code = _code(design, smallest)
     if smallest.value >= optimum:
-        near += near_limit(smallest, optimum, "V", "amplitude", _other_code(design, smallest, 1), CODE_KEY)
+        yield from near_limit(smallest, optimum, "V", "amplitude", _other_code(design, smallest, 1), CODE_KEY)
         return
     name, severity = "amplitude_stable_min", None
     window = f"below {show(limit(name), 'V')} the oscillation may stop"
