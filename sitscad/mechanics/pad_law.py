@@ -170,7 +170,7 @@ class Block:
 
     @property
     def area(self) -> float:
-        """Area in squares of the thickness, no unit."""
+        """Area in squares of the thickness, no unit: as `elastomer.Face.area`."""
         return (1.0 - (1.0 - math.pi / 4.0) * self.round) * self.along * self.across
 
     @property
@@ -212,8 +212,8 @@ def compression_modulus(block: Block) -> float:
 
 
 def _bonded(block: Block) -> float:
-    """How far (0 to 1) bonded ends make a pad differ from a bar: not at all where it is many times as high as wide.
-    Fitted as `compression_modulus`.
+    """How far (0 to 1, no unit) bonded ends make a pad differ from a bar: not at all where it is many times as high as
+    wide. Fitted as `compression_modulus`.
     """
     return -math.expm1(-block.shape_factor / 0.1)
 
@@ -350,6 +350,7 @@ def shear(block: Block) -> tuple[Callable[[Array], Array], Callable[[Array], Arr
     of_film = film_hardening(block.skin_modulus) * film.rest
 
     def course(strain: Array) -> Array:
+        """Force over area and shear strain where that is small, at compressions (n,), in shear moduli."""
         e = np.clip(strain, LEAST_STRAIN, MOST_STRAIN)
         softened = 1.0 - first * e * (1.0 + second * e + third * e * e)
         if ogden is None:
@@ -359,6 +360,7 @@ def shear(block: Block) -> tuple[Callable[[Array], Array], Callable[[Array], Arr
         return np.asarray(stiffness * (softened + ogden.shear(e)) + film(e) * in_film)
 
     def cubic(strain: Array) -> Array:
+        """Force over area and the cube of the shear strain, at compressions (n,), in shear moduli."""
         pressed = np.clip(strain, 0.0, MOST_STRAIN)
         found = hardening + hardening_by * pressed**3 + of_film * (1.0 + 4.0 * pressed)
         if ogden is None:
@@ -385,6 +387,7 @@ def tilt(block: Block) -> Callable[[Array], Array]:
     film = block.films[2]
 
     def course(strain: Array) -> Array:
+        """Moment over area, thickness and angle at compressions (n,), in shear moduli."""
         e = np.clip(strain, LEAST_STRAIN, MOST_STRAIN)
         grown = (1.0 - e) ** -power * (1.0 + 0.844 * e - 1.407 * e * e)
         if ogden is None:

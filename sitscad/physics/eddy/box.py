@@ -237,7 +237,7 @@ def _numbers(sizes: Sequence[int]) -> tuple[Index, ...]:
 
 
 def _on_surface(sizes: Sequence[int]) -> Flags:
-    """Which products of functions are not 0 on the surface: flags of the `sizes`."""
+    """Which products of functions are not 0 on the surface: flags (no unit) of the `sizes`."""
     kept = np.zeros(sizes, dtype=bool)
     kept[-1], kept[:, -1], kept[:, :, -1] = True, True, True
     return kept

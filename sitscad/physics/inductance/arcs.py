@@ -72,6 +72,7 @@ def _arc_points(arcs: Array, offsets: Array, rule: Rule) -> tuple[Array, Array, 
 
 
 def _dot(a: Array, b: Array) -> Array:
+    """Scalar products (...) of vectors (..., 2), in the product of their units."""
     return np.asarray(a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1])
 
 

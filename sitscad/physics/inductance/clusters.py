@@ -155,12 +155,14 @@ class _Heights:
 
 
 def _whole(plans: Plans) -> Cluster:
+    """All points of a winding's plans (m) as one cluster, each point's element in the column of its plan."""
     elements = np.zeros((len(plans.places), plans.count, 2))
     elements[np.arange(len(plans.places)), plans.owner] = plans.elements
     return _cluster(plans.places, elements)
 
 
 def _cluster(places: Array, elements: Array) -> Cluster:
+    """Points (n, 2; m) and elements (n, plans, 2; m) in the box that holds them."""
     low, high = places.min(axis=0), places.max(axis=0)
     return Cluster(places, elements, 0.5 * (low + high), 0.5 * (high - low))
 

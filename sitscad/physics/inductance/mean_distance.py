@@ -129,8 +129,8 @@ def _even_moments(w: tuple[float, float], t: tuple[float, float]) -> tuple[float
 
 
 def _closed(d: Array, h: float, w: tuple[float, float], t: tuple[float, float]) -> Array:
-    """Mean logarithm of the distance of two rectangles, (n,), lengths in the largest side: derived here. The mean
-    across is the second difference of `_twice_integrated`, the one over the heights a sum over Gauss points.
+    """Mean logarithm of the distance of two rectangles, (n,; no unit), lengths in the largest side: derived here. The
+    mean across is the second difference of `_twice_integrated`, the one over the heights a sum over Gauss points.
     """
     heights, weights = _height_nodes(h, t)
     outer, inner = 0.5 * (w[0] + w[1]), 0.5 * abs(w[0] - w[1])

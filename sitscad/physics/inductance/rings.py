@@ -128,6 +128,7 @@ def _passing(gap: Array, height: Array, reach: float) -> Array:
     """
 
     def integral(x: Array) -> Array:
+        """Integral (m) of ln sqrt(x^2 + height^2) over x (m), by parts; a constant may be missing."""
         return 0.5 * x * np.log(x * x + height * height) - x + height * np.arctan(x / height)
 
     return np.asarray((integral(gap + reach) - integral(gap - reach)) / (2.0 * reach))

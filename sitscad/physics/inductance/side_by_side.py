@@ -138,7 +138,9 @@ class Pieces:
         return found
 
     def _from_curves(self, p: Array) -> Array:
-        """Distances (points, pieces; m) of points from pieces of spirals, radially or from their ends."""
+        """Distances (points, pieces; m) of points from pieces of spirals: radially, or from their ends; derived here,
+        the slope of a spiral being small.
+        """
         x, y, radius, azimuth, direction, angle, fall = self.rows.T
         dx, dy = p[..., 0] - x, p[..., 1] - y
         turned = direction * (np.arctan2(dy, dx) - azimuth) % (2.0 * math.pi)
@@ -182,7 +184,9 @@ def _layers(plans: Sequence[int], layers: Sequence[Track | SpiralLayer]) -> Laye
 
 
 def _half_turns(layer: SpiralLayer) -> Array:
-    """A layer as rows of half turns: centre, radius (m), azimuth, direction, angle (rad) and fall (m/rad)."""
+    """A layer as rows (n, 7) of half turns: centre, radius (m), azimuth, direction, angle (rad) and fall (m/rad), along
+    the current.
+    """
     count, slope = max(1, math.ceil(2.0 * layer.turns)), layer.pitch / (2.0 * math.pi)
     step = layer.span / count
     theta = step * np.arange(count)
@@ -246,6 +250,7 @@ class _WindingOutline:
 
 
 def _outline(winding: Sequence[Pieces]) -> _WindingOutline:
+    """A winding's reach (m) in HEADINGS directions all round and across its straight sides."""
     angle = 2.0 * math.pi / HEADINGS * np.arange(HEADINGS)
     across = np.array(sorted({round(normal, 6) for pieces in winding for normal in pieces.normals.tolist()}))
     angle = np.concatenate([angle, across, across + math.pi])

@@ -113,7 +113,9 @@ def _graded(low: Array, high: Array, scale: Array, count: int) -> tuple[Array, A
 
 
 def _panels(centres: Array, low: float, high: float, cuts: list[float]) -> tuple[Array, Array, Array]:
-    """Panels (rad) of [low, high]: each belongs to the nearest centre, ends at it, half-way to the next or at a cut."""
+    """Panels (n; rad) of [low, high], low ends, high ends and owners: each belongs to the nearest centre, ends at it,
+    half-way to the next or at a cut.
+    """
     edges = {low, high, *(c for c in cuts if low < c < high)}
     halves = np.concatenate([centres, centres - math.pi, centres + math.pi])
     edges.update(float(e) for e in halves if low < e < high)

@@ -133,7 +133,7 @@ def side_distances(one: Track, other: Track, pairs: Pairs) -> Array:
 
 
 def _points_to_sides(start: Array, end: Array, other_start: Array, other_end: Array) -> Array:
-    """Least squared distances (n; m2) of both ends and the middle of one side from the other (all n, 2)."""
+    """Least squared distances (n; m2) of both ends and the middle of one side from the other (all n, 2; m)."""
     step = other_end - other_start
     length = np.hypot(step[:, 0], step[:, 1])
     tx, ty = step[:, 0] / length, step[:, 1] / length
@@ -330,15 +330,16 @@ def _by_points(stack: _Stack, pairs: Pairs, apart: Array, summed: Callable[..., 
 
 
 def _near(stack: _Stack, pairs: Pairs, apart: Array) -> Iterator[Pairs]:
-    # For every relation those of its pairs that are not distant.
+    """For every relation those of its pairs (numbers, no unit) that are not distant, `apart` (n; m) as they are."""
     near = pairs.where(apart < stack.distant)
     for k in range(len(stack.relations)):
         yield near.at([k])
 
 
 def _distant(stack: _Stack, pairs: Pairs, apart: Array) -> Iterator[tuple[Pairs, Array, Array]]:
-    # The distant ones, with how often they count at as few heights as their distance allows, their distances (m), and
-    # the squares of those heights (m2).
+    """The distant ones of pairs, with how often they count (no unit) at as few heights as their distance allows, their
+    distances (m), and the squares of those heights (m2).
+    """
     beyond = apart >= stack.distant
     enough = np.where(beyond, nodes_enough(stack.squares, apart), 0)
     for count in np.unique(enough[beyond]).tolist():

@@ -183,8 +183,9 @@ Block = tuple[Array, float, float, float]
 
 
 def _blocks(track: BentTrack) -> Iterator[Block]:
-    # Straight sides, and runs of arcs in blocks between fixed directions, so that those of all turns lie abreast:
-    # nodes, length (m), turn (rad), direction (rad).
+    """Straight sides, and runs of arcs in blocks between fixed directions, so that those of all turns lie abreast:
+    nodes (n, 2; m), length (m), turn (rad), direction (rad).
+    """
     first = 0
     while first < len(track.turns):
         last = first + 1
@@ -211,12 +212,12 @@ def _run(starts: Array, ends: Array, turns: Array, width: float) -> Iterator[Blo
 
 @lru_cache(maxsize=64)
 def _alone(x: float, y: float, turn: float, width: float) -> tuple[Block, ...]:
-    # The blocks of an arc from the origin to a place in widths.
+    """The blocks (m) of an arc from the origin to a place (x, y) in widths."""
     return tuple(_curve(np.zeros((1, 2)), width * np.array([[x, y]]), np.array([turn]), width))
 
 
 def _curve(starts: Array, ends: Array, turns: Array, width: float) -> Iterator[Block]:
-    """Blocks of a run of arcs between directions: nodes, length (m), turn (rad), direction (rad)."""
+    """Blocks of a run of arcs between directions: nodes (n, 2; m), length (m), turn (rad), direction (rad)."""
     sign = math.copysign(1.0, turns[0])
     spans = ends - starts
     radii = np.hypot(spans[:, 0], spans[:, 1]) / (2.0 * np.sin(0.5 * np.abs(turns)))
@@ -242,7 +243,9 @@ def _curve(starts: Array, ends: Array, turns: Array, width: float) -> Iterator[B
 
 
 def _on_arcs(start: Array, end: Array, turn: Array, fraction: Array) -> Array:
-    """Points at fractions of arcs, all arrays (n, ...): the chord's start turned about the arc's centre."""
+    """Points (n, 2; m) at fractions (n) of arcs, turns in rad: the chord's start turned about the arc's centre (derived
+    here).
+    """
     span = end - start
     left = np.stack([-span[:, 1], span[:, 0]], axis=1)
     centre = 0.5 * (start + end) + left * (0.5 / np.tan(0.5 * turn))[:, None]
@@ -253,7 +256,7 @@ def _on_arcs(start: Array, end: Array, turn: Array, fraction: Array) -> Array:
 
 
 def _group(known: list[tuple[float, int]], heading: float, part: int) -> int:
-    # The number of the group of that direction; a new one when none is near.
+    """The number of the group of a direction (rad), for straight sides and arcs apart; a new one when none is near."""
     for number, (other, kind) in enumerate(known):
         if kind == part and abs(math.remainder(heading - other, 2.0 * math.pi)) < ABREAST:
             return number
@@ -328,8 +331,9 @@ def _bend_flux(cut: Cut, half: Array, modes: ModeSet) -> Array:
 
 
 def _seen(sides: _Sides, index: Index, place: Array) -> tuple[_Chords, Index]:
-    # The chords that a cut at places (n, 2) sees, fewer where arcs are farther than they are long; and which of them
-    # are the cut's own.
+    """The chords that a cut at places (n, 2; m) sees, fewer where arcs are farther than they are long; and the numbers
+    of the cut's own among them.
+    """
     near = box_of(place).distance(sides.middle, sides.middle) < DISTANT * sides.reach
     near[sides.block[index]] = True
     many, few = near[sides.block], ~near[sides.chords.block]

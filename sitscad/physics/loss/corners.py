@@ -142,7 +142,7 @@ def mitred(track: BentTrack) -> BentTrack:
 
 
 def opened(tracks: Sequence[BentTrack]) -> tuple[float, tuple[BentTrack, ...], tuple[BentTrack, ...]]:
-    """Tracks with every arc between sides that is neither a corner nor open made a corner, and made open; and which
+    """Tracks (m) with every arc between sides that is neither a corner nor open made a corner, and made open; and which
     share (0 to 1) of the second they are, by their mean radius. Where the sides are too short for open arcs, 0.
     """
     between = [[b for b in _bends(track) if b.is_between_sides and TIGHT[-1] <= b.radius < OPEN] for track in tracks]
@@ -157,7 +157,9 @@ def opened(tracks: Sequence[BentTrack]) -> tuple[float, tuple[BentTrack, ...], t
 
 
 def _rounded(track: BentTrack, bends: Sequence[_TrackBend], radius: float) -> BentTrack:
-    """The track (m) with some of its bends rounded with another radius (widths)."""
+    """The track (m) with some of its bends rounded with another radius (widths), whose tangents are r tan(turn / 2)
+    long.
+    """
     starts, ends = track.starts.copy(), track.ends.copy()
     for bend in bends:
         k, corner = bend.piece, np.array(bend.corner)
@@ -169,7 +171,7 @@ def _rounded(track: BentTrack, bends: Sequence[_TrackBend], radius: float) -> Be
 
 
 def _keeps_its_sides(track: BentTrack, changed: BentTrack) -> bool:
-    # Whether every straight side still runs forwards.
+    """Whether every straight side (m) still runs forwards."""
     straight = track.turns == 0.0
     steps = [(t.ends - t.starts)[straight] for t in (track, changed)]
     return bool(np.all(np.sum(steps[0] * steps[1], axis=1) > 0.0))
@@ -298,6 +300,7 @@ def _corner(track: BentTrack, bend: _TrackBend) -> tuple[Array, float, float, Ar
 
 
 def _chords(track: BentTrack) -> Index:
+    """How many chords (n; no unit) each piece has: one for each CHORD of its turn."""
     return np.maximum(1, np.ceil(np.abs(track.turns) / CHORD)).astype(np.intp)
 
 

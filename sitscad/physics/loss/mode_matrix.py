@@ -130,8 +130,9 @@ def _near_and_far(cut: Cut, modes: ModeSet, scale: Array) -> NearAndFar:
 
 
 def _neighbours(cut: Cut, modes: ModeSet, near: Flags) -> tuple[Index, Index, Array, Index]:
-    # The near pairs sorted by how they lie, both ways round and each track with itself: first, second, the block of
-    # each way and where it begins. Where few lie alike, every pair has its own block.
+    """The near pairs sorted by how they lie, both ways round and each track with itself: first, second, the block (no
+    unit) of each way and where it begins. Where few lie alike, every pair has its own block.
+    """
     i, j = np.nonzero(np.triu(near, 1))
     examples, way = _ways(cut, i, j)
     own = np.arange(len(near))
@@ -187,7 +188,9 @@ def _mutual_logs(cut: Cut, modes: ModeSet, i: Index, j: Index, kept: Index | Non
 
 
 def _own_logs(cut: Cut, modes: ModeSet) -> Array:
-    """Logarithms (no unit) of every track with itself (n, modes, modes)."""
+    """Logarithms (n, modes, modes; no unit) of the distances of every track from itself: `log_block`, the mean one in
+    `unit`.
+    """
     found = np.empty((cut.across.size, len(modes.orders), len(modes.orders)))
     for width, thickness in {(float(w), float(t)) for w, t in zip(cut.width, cut.thickness, strict=True)}:
         block = log_block(thickness / width, replace(modes, points=(1, 1))).copy()

@@ -120,6 +120,9 @@ def ring_spectrum(layers: Sequence[SpiralLayer], nearest: float) -> CurrentSpect
 
 
 def _size(layer: SpiralLayer) -> tuple[float, ...]:
+    """What layers share whose waves differ by angle, sense and way of the current alone: radius, pitch (m) and
+    turns.
+    """
     return layer.radius, layer.pitch, layer.turns
 
 

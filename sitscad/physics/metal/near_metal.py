@@ -90,6 +90,7 @@ class CrowdingNearMetal:
         return self.changed[key]
 
     def _changes(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
+        """The changes (H, complex) at (n,) frequencies (Hz) worked out: see `changes`."""
         total = np.zeros(frequencies.size, dtype=np.complex128)
         about = tuple(
             _about(side, level, self.nearest) for side, level in ((above, self.levels[1]), (below, -self.levels[0])))
