@@ -153,40 +153,41 @@ class Compression:
         return (self.strain - self.least_strain) / math.sqrt(3.0)
 
 
-def shape_factor(width_x: float, width_y: float, thickness: float, circular: float = False) -> float:
-    """Loaded area over force-free area: ab/(2h(a + b)) for a rectangle, d/(4h) for a disc (dimensionless).
+def shape_factor(face: Face, thickness: float) -> float:
+    """Loaded area over force-free area (no unit) of a face on a pad of a thickness (m): ab/(2h(a + b)) for a rectangle,
+    d/(4h) for a disc (Gent and Lindley 1959).
 
     Of a face that is partly round the perimeter lies between both like its area (an octagon's: within 0.1 %); that of
     an ellipse is Ramanujan's (1914, error below 5e-4).
     """
-    h = ((width_x - width_y) / (width_x + width_y)) ** 2
-    ellipse = math.pi / 2.0 * (width_x + width_y) * (1.0 + 3.0 * h / (10.0 + math.sqrt(4.0 - 3.0 * h)))
-    around = (1.0 - circular) * 2.0 * (width_x + width_y) + circular * ellipse
-    return Face(width_x, width_y, circular).area / (around * thickness)
+    both = face.width_x + face.width_y
+    h = ((face.width_x - face.width_y) / both) ** 2
+    ellipse = math.pi / 2.0 * both * (1.0 + 3.0 * h / (10.0 + math.sqrt(4.0 - 3.0 * h)))
+    around = (1.0 - face.round) * 2.0 * both + face.round * ellipse
+    return face.area / (around * thickness)
 
 
 @lru_cache(maxsize=1024)  # designs of a study, trials for hints and states press one pad
 def compress(
-    width_x: float, width_y: float, thickness: float, shear_modulus: float, bulk_modulus: float, force: float,
-    circular: float = False, around: Surround = BARE, exponent: float = NEO_HOOKEAN,
+    face: Face, thickness: float, shear_modulus: float, bulk_modulus: float, force: float, around: Surround = BARE,
+    exponent: float = NEO_HOOKEAN,
 ) -> Compression:
     """How far a bonded pad gives way under a normal force, with what is `around` the loaded face.
 
-    Widths and thickness in metres, moduli in pascals, force in newtons (0 or more, compressive). `pad_law.compression`:
+    Thickness in metres, moduli in pascals, force in newtons (0 or more, compressive). `pad_law.compression`:
     F = Ea A e for small strains e, and the neo-Hookean bar for slender pads, or Ogden's of one term and its
     exponent. Raises ValueError for sizes or moduli that are not positive or a negative force.
     """
-    if not all(value > 0.0 for value in (width_x, width_y, thickness, shear_modulus, bulk_modulus)):
+    if not all(value > 0.0 for value in (face.width_x, face.width_y, thickness, shear_modulus, bulk_modulus)):
         raise ValueError("a pad needs positive widths, thickness and moduli")
     if not force >= 0.0:
         raise ValueError("the compressive force must be 0 or more")
-    face = Face(width_x, width_y, circular)
     law = pad_law.compression(around.block(face, thickness, shear_modulus, exponent), bulk_modulus / shear_modulus)
     strain = law.strain(force / (shear_modulus * face.area))
     reasons = _beyond(strain, face, thickness)
     return Compression(
-        strain, thickness * (1.0 - strain), shape_factor(width_x, width_y, thickness, circular),
-        shear_modulus * law.at_rest, not reasons, "; ".join(reasons) or WITHIN, strain, face.area,
+        strain, thickness * (1.0 - strain), shape_factor(face, thickness), shear_modulus * law.at_rest, not reasons,
+        "; ".join(reasons) or WITHIN, strain, face.area,
     )
 
 
@@ -201,12 +202,11 @@ def press_part(
     the loaded part cut out of the pad, an upper bound as far as the law holds, and the whole pad under a rigid plate
     gives `least_strain`.
     """
-    moduli = shear_modulus, bulk_modulus
-    found = compress(face.width_x, face.width_y, thickness, *moduli, force, face.round, around or BARE, exponent)
+    found = compress(face, thickness, shear_modulus, bulk_modulus, force, around or BARE, exponent)
     share = min(1.0, face.area / pad.area)
     reasons = _beyond(found.strain, face, thickness)
     if around is None:
-        whole = compress(pad.width_x, pad.width_y, thickness, *moduli, force, pad.round, exponent=exponent)
+        whole = compress(pad, thickness, shear_modulus, bulk_modulus, force, exponent=exponent)
         found = replace(found, least_strain=min(found.strain, whole.strain))
         if found.strain - found.least_strain > DOUBTED * found.strain:
             reasons.append(
@@ -224,15 +224,14 @@ def press_part(
 
 
 def force_for_strain(
-    strain: float, width_x: float, width_y: float, thickness: float, shear_modulus: float, bulk_modulus: float,
-    circular: float = False, around: Surround = BARE, exponent: float = NEO_HOOKEAN,
+    strain: float, face: Face, thickness: float, shear_modulus: float, bulk_modulus: float, around: Surround = BARE,
+    exponent: float = NEO_HOOKEAN,
 ) -> float:
     """The force (N) that compresses the pad by an engineering strain (0 to below 1): the inverse of `compress`, whose
     units it has. Raises ValueError for other strains.
     """
     if not 0.0 <= strain < 1.0:
         raise ValueError("a compressive strain lies from 0 to below 1")
-    face = Face(width_x, width_y, circular)
     law = pad_law.compression(around.block(face, thickness, shear_modulus, exponent), bulk_modulus / shear_modulus)
     return shear_modulus * face.area * law.at(strain)
 

@@ -175,9 +175,9 @@ def test_force_rises_with_strain_under_any_film(exponent, film_exponent, skin, m
 def test_the_formulas_of_a_press_have_the_exponent():
     """Strain and force are each other's inverse, and a film brings its own exponent."""
     around = Surround(0.0, 0.1e-3, 300e3, 3.05)
-    pad = (4e-3, 4e-3, 2e-3, 50e3, 1.5e9)
+    pad = (Face(4e-3, 4e-3), 2e-3, 50e3, 1.5e9)
     for exponent in (2.0, 2.5, 3.3):
-        force = force_for_strain(0.3, *pad, False, around, exponent)
-        assert compress(*pad, force, False, around, exponent).strain == approx(0.3, rel=1e-9)
-    one, other = (force_for_strain(0.3, *pad, False, replace(around, film_exponent=e), 2.5) for e in (2.0, 3.05))
+        force = force_for_strain(0.3, *pad, around, exponent)
+        assert compress(*pad, force, around, exponent).strain == approx(0.3, rel=1e-9)
+    one, other = (force_for_strain(0.3, *pad, replace(around, film_exponent=e), 2.5) for e in (2.0, 3.05))
     assert other > 1.01 * one

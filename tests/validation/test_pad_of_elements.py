@@ -17,7 +17,7 @@ SMALL = 1e-6
 
 def block(radius: float, thickness: float) -> float:
     """Stiffness (N/m) of a disc by the formula."""
-    modulus = compress(2 * radius, 2 * radius, thickness, SHEAR, BULK, 0.0, True).apparent_modulus
+    modulus = compress(Face(2 * radius, 2 * radius, 1.0), thickness, SHEAR, BULK, 0.0).apparent_modulus
     return modulus * math.pi * radius**2 / thickness
 
 

@@ -339,10 +339,9 @@ def _stiffer(spec: SensorSpec, force: float, left: Left | None = None) -> str:
     pad, face = pad_of(spec), loaded_face(spec)[0]
     strain, sigma = elastomer.VALID_STRAIN, pad.material.shear_modulus_sigma
     around = surround(spec) or elastomer.BARE
-    size = (face.width_x, face.width_y, pad.thickness)
 
     def bears(rubber: ElastomerMaterial, modulus: float) -> bool:
-        block = (*size, modulus, rubber.bulk_modulus, face.round, around, rubber.ogden_exponent)
+        block = (face, pad.thickness, modulus, rubber.bulk_modulus, around, rubber.ogden_exponent)
         return elastomer.force_for_strain(strain, *block) >= force
 
     low, high = 1.0, pad.material.bulk_modulus
