@@ -89,6 +89,13 @@ def stored_zip(members: Mapping[str, bytes]) -> bytes:
     return made.getvalue()
 
 
+def json_bytes(document: object) -> bytes:
+    """A document as a file of JSON: pure ASCII, a line a value, moved in by one for each level."""
+    import json  # a check writes none
+
+    return (json.dumps(document, indent=1) + "\n").encode("ascii")
+
+
 def comment_text(text: str) -> str:
     """A text on one line that neither ends a comment of C nor begins one in it."""
     return text.replace("*/", "* /").replace("/*", "/ *").replace("\n", " ").replace("\\", "/")

@@ -22,7 +22,6 @@ that cannot change its volume. So the deck takes less bulk modulus than the mate
 from __future__ import annotations
 
 import itertools
-import json
 import signal
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -44,6 +43,7 @@ from sitscad.scene import bodies
 from sitscad.scene.bodies import BodyRole, target_gap
 from sitscad.spec.materials import ElastomerPad
 from sitscad.spec.sensor import SensorSpec
+from sitscad.writer import json_bytes
 
 FACES = ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0))  # The corners of a tetrahedron's faces S1 to S4
 
@@ -310,7 +310,7 @@ def elastomer_meshes(
         found["inp"] = ("\n".join(_deck(gmsh, pad_of, of_cells)) + "\n").encode("ascii")
         sizes = {"element_size_m": edge * 1e-3, "size_at_bonded_edges_m": AT_EDGES * edge * 1e-3}
         document = {**sizes, "first_order": first, "second_order": quality(gmsh)}
-        return {**found, "json": (json.dumps(document, indent=1) + "\n").encode("ascii")}
+        return {**found, "json": json_bytes(document)}
 
 
 AIR, OUTER = "air", "outer"
@@ -419,7 +419,7 @@ def _meshed(regions: dict[str, Any], fine: float, room: float) -> dict[str, byte
             volume = sum(gmsh.model.occ.getMass(3, tag) for _, tag in own) * 1e-9
             worth[region] = {"volume_m3": float(f"{volume:.9g}"), **quality(gmsh, own)}
         document = {"size_at_edges_m": round(fine * 1e-3, 9), "air_m": round(room * 1e-3, 9), "all": quality(gmsh)}
-        return {**made, "json": (json.dumps({**document, "regions": worth}, indent=1) + "\n").encode("ascii")}
+        return {**made, "json": json_bytes({**document, "regions": worth})}
 
 
 def _fragmented(gmsh: Any, regions: dict[str, Any], room: float, folder: Path) -> dict[str, list[Entity]]:

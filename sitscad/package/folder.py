@@ -21,6 +21,7 @@ from sitscad.spec import templates
 from sitscad.spec.format.reading import SpecError
 from sitscad.spec.load import load
 from sitscad.spec.sensor import SensorSpec, json_schema
+from sitscad.writer import json_bytes
 
 PACKAGE_NAME = re.compile(r"[a-z0-9][a-z0-9._-]{0,63}")
 _PART = r"[\w+-](?:[\w .+-]*[\w.+-])?"
@@ -318,12 +319,10 @@ def write_schema(folder: str | Path) -> Path | None:
 
     Raises `PackageError` where it cannot be written.
     """
-    import json
-
     target = Path(folder) / SCHEMA_FILE
     if target.is_symlink() or target.exists():
         return None
-    write_file(target, (json.dumps(json_schema(), indent=1) + "\n").encode("ascii"))
+    write_file(target, json_bytes(json_schema()))
     return target
 
 

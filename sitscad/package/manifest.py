@@ -21,7 +21,7 @@ from sitscad.record import record
 from sitscad.report.findings import CheckedSpec
 from sitscad.spec.sensor import SensorSpec
 from sitscad.version import __version__
-from sitscad.writer import is_felt
+from sitscad.writer import is_felt, json_bytes
 
 MANIFEST = "manifest.json"
 
@@ -68,7 +68,7 @@ class Manifest:
             "built": {"from": self.built_from, "for": list(self.built_for)},
             "files": files,
         }
-        return (json.dumps(document, indent=1) + "\n").encode("ascii")
+        return json_bytes(document)
 
     def of_stage(self, stage: str) -> dict[str, Entry]:
         """The files of one stage."""

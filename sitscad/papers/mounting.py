@@ -7,7 +7,6 @@ assembly weighs (``assembly.json``), and its picture.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
@@ -36,6 +35,7 @@ from sitscad.spec.materials import Encapsulation
 from sitscad.spec.mount import Mount
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import in_mm, show
+from sitscad.writer import json_bytes
 
 LEAST_FIXED = 3e-3  # How much of a tail (m) is glued to the jaw where nothing else holds it
 
@@ -178,7 +178,7 @@ def render_fit(layout: Layout, solids: tuple[Solid, ...]) -> dict[str, bytes]:
 
 
 def _as_file(said: dict[str, Any]) -> dict[str, bytes]:
-    return {"mount/fit.json": (json.dumps(said, indent=1) + "\n").encode("ascii")}
+    return {"mount/fit.json": json_bytes(said)}
 
 
 def loads(spec: SensorSpec) -> tuple[PadLoad, ...]:
@@ -253,7 +253,7 @@ def render_print(solids: tuple[Solid, ...], aids: tuple[Solid, ...], spec: Senso
         "can_be_made": not any(piece.faults for piece in pieces),
         "pieces": [as_json(piece, process) for piece in pieces],
     }
-    return {"mount/print.json": (json.dumps(document, indent=1) + "\n").encode("utf-8")}
+    return {"mount/print.json": json_bytes(document)}
 
 
 def render_weights(layout: Layout, solids: tuple[Solid, ...]) -> dict[str, bytes]:
@@ -274,7 +274,7 @@ def render_weights(layout: Layout, solids: tuple[Solid, ...]) -> dict[str, bytes
             "centre_m": [_rounded(value) for value in weight.centre], "density_source": weight.source,
         } for weight in weights],
     }
-    return {"mount/assembly.json": (json.dumps(document, indent=1) + "\n").encode("utf-8")}
+    return {"mount/assembly.json": json_bytes(document)}
 
 
 def _balance(found: Balance) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tolerance import approx
 
-from sitscad.units import UNITS, UnitError, parse_quantity, show
+from sitscad.units import UNITS, UnitError, csv_text, parse_quantity, show
 
 SHOWN_AS = {
     "length": "m",
@@ -164,3 +164,7 @@ def test_a_missing_unit_is_told_in_plain_english(dimension):
         parse_quantity("7", dimension)
     article = "an" if dimension[0] in "aeio" else "a"
     assert f"7 has no unit, and {article} {dimension} needs one" == str(caught.value)
+
+
+def test_a_table_for_programs_quotes_cells_with_commas():
+    assert csv_text([("part", "note"), (2, 'thin, "wide"')]) == 'part,note\n2,"thin, ""wide"""\n'

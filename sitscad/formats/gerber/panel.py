@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
@@ -45,6 +44,7 @@ from sitscad.formats.gerber.image import (
 from sitscad.geometry.path import Path, Point, Region, rectangle
 from sitscad.layout.board import Layout
 from sitscad.layout.panel import FIDUCIAL, FIDUCIAL_OPENING, TOOLING_HOLE, Bridge, Panel, bridge_ends
+from sitscad.writer import json_bytes
 
 TEXT_HEIGHT = 1.5e-3
 TEXT_PEN = 0.2e-3
@@ -167,7 +167,7 @@ def _places(panel: Panel) -> bytes:
         "fiducial_diameter": round(FIDUCIAL * 1e3, 6),
         "fiducial_opening": round(FIDUCIAL_OPENING * 1e3, 6),
     }
-    return (json.dumps(document, indent=1) + "\n").encode("ascii")
+    return json_bytes(document)
 
 
 def _bridge_ends(part: Layout | None, stops: tuple[Bridge, ...], copies: tuple[Point, ...]) -> list[list[list[float]]]:
