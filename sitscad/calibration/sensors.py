@@ -18,7 +18,7 @@ from sitscad.estimates.response.pad import pushed
 from sitscad.estimates.response.working_range import WorkingRange, working_range
 from sitscad.mechanics.motion import angles, rotations
 from sitscad.mechanics.pad import HELD_SHEAR, HELD_STRAIN
-from sitscad.physics.polynomials import Exponents, chebyshev, exponents, spread
+from sitscad.physics.polynomials import Polynomial, chebyshev, exponents, least_squares, spread
 from sitscad.physics.resonator import oscillate_alike
 from sitscad.readout.conversion import Conversion
 from sitscad.record import record
@@ -38,25 +38,21 @@ LEAST = 1e-7  # Least share of a coil's inductance that a target's change counts
 class Chart:
     """Inductance (H) and resistance (ohm) of every coil at its contacts, at its tank's frequency.
 
-    `lean` (2; rad/m) is how much a target turns about x when it goes along y, and about y along x, as a rule; `middle`
-    and `half` (6; m, rad) are the box of poses with so much taken off their turns; `free` (coils) is the inductance
-    without target; `change` and `loss` (terms, coils) are the coefficients of ln(1 - L/L0) and of the resistance.
-    `error` is what the chart is off by, of a sensor's change of L from rest: rms over `CHECKED` poses.
+    `lean` (2; rad/m) is how much a target turns about x when it goes along y, and about y along x, as a rule; `through`
+    has, by poses (6; m, rad) with so much taken off their turns, ln(1 - L/L0) of all coils and then their resistances;
+    `free` (coils) is the inductance L0 without target. `error` is what the chart is off by, of a sensor's change of L
+    from rest: rms over `CHECKED` poses.
     """
 
     lean: Array
-    middle: Array
-    half: Array
-    orders: Exponents
+    through: Polynomial
     free: Array
-    change: Array
-    loss: Array
     error: float
 
     def __call__(self, poses: Array) -> tuple[Array, Array]:
         """Inductances (H) and resistances (ohm), (n, coils) each, at (n, 6) poses."""
-        values = chebyshev((upright(poses, self.lean) - self.middle) / self.half, self.orders)
-        return self.free * (1.0 - np.exp(values @ self.change)), values @ self.loss
+        change, loss = np.hsplit(self.through(upright(poses, self.lean)), 2)
+        return self.free * (1.0 - np.exp(change)), loss
 
 
 def terminals(model: ResponseModel, poses: Array) -> tuple[Array, Array]:
@@ -94,15 +90,16 @@ def chart(model: ResponseModel, free: Array, reached: Array, moved: Array, most:
     low[:2], high[:2] = np.maximum(low[:2], -most), np.minimum(high[:2], most)
     middle, half = 0.5 * (low + high), np.maximum(WIDER * 0.5 * (high - low), SMALLEST)
     orders = exponents(WEIGHTS, DEGREE)
-    inside = np.sin(0.5 * np.pi * (2.0 * spread(int(POINTS_A_TERM * len(orders)), 6) - 1.0))  # denser at the ends
+    count = int(POINTS_A_TERM * len(orders))
+    places = middle + half * np.sin(0.5 * np.pi * (2.0 * spread(count, 6) - 1.0))  # denser at the ends
     asked = reached[: CHECKED[0], np.linspace(0, reached.shape[1] - 1, 1 + CHECKED[1]).astype(int)]
-    poses = np.vstack([upright(middle + half * inside, lean, 1.0), asked.reshape(-1, 6)])
+    poses = np.vstack([upright(places, lean, 1.0), asked.reshape(-1, 6)])
     inductance, resistance = terminals(model, poses)
-    known = len(inside)
+    known = len(places)
     change = np.log(np.maximum(1.0 - inductance[:known] / free, LEAST))
-    coefficients = np.linalg.lstsq(chebyshev(inside, orders), np.hstack([change, resistance[:known]]), rcond=None)[0]
-    change, loss = coefficients[:, : free.size], coefficients[:, free.size :]
-    found = Chart(lean, middle, half, orders, free, change, loss, 0.0)
+    through = least_squares(places, np.hstack([change, resistance[:known]]), orders, middle - half, middle + half,
+                            chebyshev)
+    found = Chart(lean, through, free, 0.0)
     told, true = (part.reshape(*asked.shape[:2], -1) for part in (found(poses[known:])[0], inductance[known:]))
     moves = true[:, 1:] - true[:, :1]
     return replace(found, error=float(np.sqrt(np.mean((told[:, 1:] - told[:, :1] - moves) ** 2) / np.mean(moves**2))))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property, lru_cache
 from itertools import product
 from typing import Any
@@ -127,6 +127,57 @@ def chebyshev(points: Array, orders: Exponents) -> Array:
         highest = int(orders[:, k].max(initial=0))
         found *= np.cos(angles[:, k : k + 1] * np.arange(highest + 1))[:, orders[:, k]]
     return found
+
+
+Basis = Callable[[Array, Exponents], Array]
+"""`monomials`, or `chebyshev` where high orders are summed."""
+
+
+@record(eq=False)
+class Polynomial:
+    """A function charted in a box by products of polynomials, one of each variable, of low order in all: where a grid
+    of all products of points, as an `Interpolant` has, would take more of them than can be solved for. The variables
+    are brought to -1 to 1 between `low` and `high` (variables); `orders` (terms, variables) are of the `basis`,
+    `coefficients` (terms, outputs) in the unit of what is charted.
+    """
+
+    low: Array
+    high: Array
+    orders: Exponents
+    coefficients: Array
+    basis: Basis = monomials
+
+    @property
+    def degree(self) -> int:
+        """The highest order of a product."""
+        return int(self.orders.sum(axis=1).max())
+
+    def __call__(self, points: Array) -> Array:
+        """Values (n, outputs) at (n, variables) points; of monomials also beyond the box."""
+        return np.asarray(self.basis(_inside(points, self.low, self.high), self.orders) @ self.coefficients)
+
+    def slope(self, points: Array) -> Array:
+        """Derivatives (n, outputs, variables), by central differences of a thousandth of half the box."""
+        steps = 5e-4 * (self.high - self.low)
+        found = [(self(points + step) - self(points - step)) / (2.0 * step.sum()) for step in np.diag(steps)]
+        return np.stack(found, axis=2)
+
+
+def least_squares(
+    points: Array, values: Array, orders: Exponents, low: Array, high: Array, basis: Basis = monomials,
+    least: float | None = None,
+) -> Polynomial:
+    """The polynomial of these orders in a box that is nearest to (n, outputs) values at (n, variables) points. Of those
+    that are as near, the one with the smallest coefficients: combinations of terms count as left open by the points
+    where their singular value is below a part of `least` of the largest (of rounding, where it is left out).
+    """
+    columns = basis(_inside(points, low, high), orders)
+    return Polynomial(low, high, orders, np.asarray(np.linalg.lstsq(columns, values, rcond=least)[0]), basis)
+
+
+def _inside(points: Array, low: Array, high: Array) -> Array:
+    """Points (n, variables) with the box between both ends brought to -1 to 1; no unit."""
+    return (points - 0.5 * (low + high)) / (0.5 * (high - low))
 
 
 def spread(count: int, variables: int, skip: int = 0) -> Array:

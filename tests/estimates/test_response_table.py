@@ -23,7 +23,8 @@ def test_the_table_is_within_its_error_of_the_response(name):
     table = response_table(model)
     assert table.error < 0.03
     generator = np.random.default_rng(7)
-    asked = table.low + generator.random((30, 5)) * (table.high - table.low)
+    low, high = table.through.low, table.through.high
+    asked = low + generator.random((30, 5)) * (high - low)
     asked[:20, 3:] = 0.0
     poses = pushed(model.spec, asked[:, :3])[0]
     poses[:, 3:] += np.pad(asked[:, 3:], ((0, 0), (0, 1)))

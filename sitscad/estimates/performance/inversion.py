@@ -19,7 +19,7 @@ from sitscad.arrays import Array
 from sitscad.estimates.performance.bench import Bench
 from sitscad.estimates.performance.values import Loads, along
 from sitscad.estimates.response.working_range import WorkingRange
-from sitscad.physics.polynomials import Exponents, exponents, monomials
+from sitscad.physics.polynomials import Polynomial, exponents, least_squares
 from sitscad.record import record
 
 GRID = {1: 13, 2: 8, 3: 5}  # Points along each axis of the grid that the map is fitted to, by how many axes there are
@@ -56,41 +56,16 @@ manufacture lie: coefficients made of that err by several full scales on the nex
 """
 
 
-@record(eq=False)
-class Polynomial:
-    """A polynomial without constant term: nothing read is no load. `scale` (variables) divides what goes in, `powers`
-    (terms, variables) are exponents, `coefficients` (terms, outputs).
-    """
-
-    degree: int
-    scale: Array
-    powers: Exponents
-    coefficients: Array
-
-    def __call__(self, points: Array) -> Array:
-        """Values (n, outputs) at (n, variables) points."""
-        return np.asarray(monomials(points / self.scale, self.powers) @ self.coefficients)
-
-    def slope(self, points: Array) -> Array:
-        """Derivatives (n, outputs, variables), by central differences of a thousandth of the scale."""
-        steps = 1e-3 * self.scale
-        found = [(self(points + step) - self(points - step)) / (2.0 * step.sum()) for step in np.diag(steps)]
-        return np.stack(found, axis=2)
-
-
 def fitted(points: Array, values: Array, degree: int) -> Polynomial:
-    """The polynomial of least squares through (n, variables) points and (n, outputs) values, of those the smallest
-    where the points leave some combinations of terms open.
-
-    Raises ValueError where the points are fewer than its terms.
+    """The polynomial through (n, variables) points and (n, outputs) values without constant term: nothing read is no
+    load. Raises ValueError where the points are fewer than its terms.
     """
     powers = exponents([1.0] * points.shape[1], degree, 1)
     if len(points) < len(powers):
         raise ValueError(f"{len(points)} points do not hold {len(powers)} terms")
     scale = np.maximum(np.abs(points).max(axis=0), 1e-300)
     least = LEAST_SHARE_REDUNDANT if points.shape[1] > values.shape[1] else LEAST_SHARE
-    found = np.linalg.lstsq(monomials(points / scale, powers), values, rcond=least)[0]
-    return Polynomial(degree, scale, powers, np.asarray(found))
+    return least_squares(points, values, powers, -scale, scale, least=least)
 
 
 def best_fitted(points: Array, values: Array, held_out: tuple[Array, Array], most: int) -> Polynomial:

@@ -15,7 +15,7 @@ from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.pad import pushed
 from sitscad.estimates.response.working_range import WorkingRange, working_range
 from sitscad.mechanics.pad import HELD_TILT
-from sitscad.physics.polynomials import Exponents, exponents, monomials, spread
+from sitscad.physics.polynomials import Polynomial, exponents, least_squares, spread
 from sitscad.record import record
 
 INPUTS = ("normal_N", "shear_x_N", "shear_y_N", "rx_rad", "ry_rad")  # What the table is asked for, in its order
@@ -36,29 +36,25 @@ class ResponseTable:
     """Polynomials in the `INPUTS`, each brought to -1 to 1: of ln of every coil's frequency over that at `rest` (Hz),
     and of the target's travel (m) along x, y and z.
 
-    `low` and `high` (5; N, rad) are the inputs' ends, `powers` (terms, 5), `coefficients` (terms, coils + 3); `error`
-    is the largest of what the frequencies are off by at points that are solved, of the span of all.
+    `through` has the inputs' ends (5; N, rad), exponents (terms, 5) and coefficients (terms, coils + 3); `error` is the
+    largest of what the frequencies are off by at points that are solved, of the span of all.
     """
 
     coils: tuple[str, ...]
     range: WorkingRange
-    low: Array
-    high: Array
-    powers: Exponents
-    coefficients: Array
+    through: Polynomial
     rest: Array
     error: float = 0.0
 
     def __call__(self, asked: Array) -> tuple[Array, Array]:
         """Frequencies (Hz; n, coils) and travel (m; n, 3) at inputs (n, 5), beyond its ends those of the ends."""
-        inside = np.clip(2.0 * (asked - self.low) / (self.high - self.low) - 1.0, -1.0, 1.0)
-        values = monomials(inside, self.powers) @ self.coefficients
+        values = self.through(np.clip(asked, self.through.low, self.through.high))
         return self.rest * np.exp(values[:, : self.rest.size]), values[:, self.rest.size :]
 
     def document(self) -> dict[str, Any]:
         """The table as plain values for JSON."""
-        arrays = {"low": self.low, "high": self.high, "rest_Hz": self.rest, "powers": self.powers,
-                  "coefficients": self.coefficients}
+        arrays = {"low": self.through.low, "high": self.through.high, "rest_Hz": self.rest,
+                  "powers": self.through.orders, "coefficients": self.through.coefficients}
         return {
             "inputs": list(INPUTS), "coils": list(self.coils), "axes": list(self.range.axes),
             "full_scale_N": {"normal": self.range.normal, "shear": self.range.shear}, "error": self.error,
@@ -94,11 +90,9 @@ def response_table(model: ResponseModel) -> ResponseTable:
     frequency = model.on_pad(poses).frequency
     values = np.hstack([np.log(frequency / frequency[0]), poses[:, :3]])
     parts = [slice(0, 1 + counts[0]), slice(1 + len(rows[0]), 1 + len(rows[0]) + counts[1])]
-    own = np.linalg.lstsq(monomials(points[parts[0]], plain), values[parts[0]], rcond=None)[0]
-    added = values[parts[1]] - monomials(points[parts[1]], plain) @ own
-    more = np.linalg.lstsq(monomials(points[parts[1]], tilted), added, rcond=None)[0]
-    table = ResponseTable(
-        tuple(coil.name for coil in model.layout.coils), found, low, high, np.vstack([plain, tilted]),
-        np.vstack([own, more]), frequency[0],
-    )
+    own = least_squares(asked[parts[0]], values[parts[0]], plain, low, high)
+    more = least_squares(asked[parts[1]], values[parts[1]] - own(asked[parts[1]]), tilted, low, high)
+    both = replace(own, orders=np.vstack([plain, tilted]),
+                   coefficients=np.vstack([own.coefficients, more.coefficients]))
+    table = ResponseTable(tuple(coil.name for coil in model.layout.coils), found, both, frequency[0])
     return replace(table, error=float((np.abs(table(asked)[0] - frequency) / np.ptp(frequency, axis=0)).max()))
