@@ -39,14 +39,14 @@ def chebyshev_points(low: float, high: float, count: int) -> Array:
     return np.asarray(0.5 * (low + high) + 0.5 * (high - low) * _roots(count)[0])
 
 
-def shares(points: Array, at: Array) -> Array:
-    """What values at Chebyshev's points weigh in the polynomial through them at (n,) places, (n, points): the
-    barycentric formula (Berrut and Trefethen, SIAM Review 46, 2004).
+def shares(points: Array, at: Array, weights: Array | None = None) -> Array:
+    """What values at points weigh in the polynomial through them at (n,) places, (n, points): the barycentric formula
+    (Berrut and Trefethen, SIAM Review 46, 2004), of Chebyshev's points unless other `weights` (points) are given.
     """
     away = at[:, None] - points
     away[away == 0.0] = 1e-300  # at a point its own weight outweighs all others
-    weights = _roots(points.size)[1] / away
-    return np.asarray(weights / weights.sum(axis=1)[:, None])
+    each = (_roots(points.size)[1] if weights is None else weights) / away
+    return np.asarray(each / each.sum(axis=1)[:, None])
 
 
 def node_counts(half: Sequence[float], longest: float, order: int, apart: float) -> tuple[int, ...]:

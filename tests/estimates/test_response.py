@@ -15,10 +15,10 @@ from tolerance import approx
 import sitscad
 from sitscad import Design, NoResponse, respond
 from sitscad.estimates import estimated
+from sitscad.estimates.response.model import curves
 from sitscad.estimates.response.placed import Cover, Placed
 from sitscad.estimates.response.plate import endless_like, solved_plate
 from sitscad.estimates.response.scan import FEW, Changes, Exact, mapped
-from sitscad.estimates.response.terminals import curves
 from sitscad.physics.eddy.target import changes_at
 from sitscad.physics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
 from sitscad.physics.resonator import Network, oscillate_alike

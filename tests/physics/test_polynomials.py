@@ -52,7 +52,7 @@ def test_a_grid_holds_complex_values_and_ends_where_its_box_ends():
 
 
 def test_the_error_of_a_grid_falls_as_the_nearest_pole_says():
-    """1 / (x + 1) over 1 to 3: its pole is three half boxes from the middle, so each point more leaves 1 / (3 + sqrt(8))
+    """1 / (x + 1) over 1 to 3: its pole is three half boxes from the middle, so a point more leaves 1 / (3 + sqrt(8))
     (Trefethen, Approximation Theory and Approximation Practice, theorem 8.2).
     """
     off = [np.abs(interpolant(lambda points: 1.0 / (points[:, 0] + 0.0 * points[:, 1] + 1.0), count)(INSIDE)

@@ -114,28 +114,39 @@ def idle_load(omega: Array, readout: ReadoutSpec) -> ComplexArray:
     return np.asarray(pins + resistance + 1j * omega * inductance)
 
 
+def at_contacts(active: int, impedances: ComplexArray, frequencies: Array, load: ComplexArray) -> tuple[Array, Array]:
+    """Inductance (H) and resistance (ohm) of one coil at (n,) frequencies (Hz), by (n, coils, coils) inductance
+    matrices (H, complex: the imaginary part times -omega is a resistance); the others are idle, their contacts closed
+    by (n,) loads (ohm). Every idle loop has no voltage left: Z = Z_aa - Z_ai Z_ii^-1 Z_ia.
+    """
+    omega = 2.0 * math.pi * frequencies
+    own = impedances[:, active, active]
+    others = [i for i in range(impedances.shape[1]) if i != active]
+    if others:
+        loops = impedances[:, others][:, :, others] + np.eye(len(others)) * (load / (1j * omega))[:, None, None]
+        towards = impedances[:, active, others]
+        own = own - np.einsum("ni,ni->n", towards, np.linalg.solve(loops, towards[..., None])[..., 0])
+    return own.real, -omega * own.imag
+
+
 def idle_neighbours(active: int, circuits: Sequence[Circuit], mutual: Mutual, readout: ReadoutSpec) -> Circuit:
     """What all other coils, idle, add to the inductance and resistance of the active one.
 
     `circuits` give each coil's own inductance and resistance, `mutual` the (complex) mutual inductance of two coils.
-    Every idle loop has no voltage left: Z = -Z_ai Z_ii^-1 Z_ia.
     """
-    others = [i for i in range(len(circuits)) if i != active]
 
     def added(frequencies: Array) -> tuple[Array, Array]:
-        """Inductance (H) and resistance (ohm) that the idle coils add at frequencies (n,): the loops' currents solved
-        for.
+        """Inductance (H) and resistance (ohm) that the idle coils add at frequencies (n,): the active one's own left
+        out.
         """
-        omega = 2.0 * math.pi * frequencies
-        load = idle_load(omega, readout)
-        towards = np.stack([1j * omega * mutual(active, i, frequencies) for i in others], axis=1)
-        loops = np.empty((omega.size, len(others), len(others)), dtype=np.complex128)
-        for k, i in enumerate(others):
-            for n, j in enumerate(others):
-                loops[:, k, n] = 1j * omega * mutual(i, j, frequencies) if i != j else 0.0
-            inductance, resistance = circuits[i](frequencies)
-            loops[:, k, k] = resistance + 1j * omega * inductance + load
-        impedance = -np.sum(towards * np.linalg.solve(loops, towards[..., None])[..., 0], axis=1)
-        return impedance.imag / omega, impedance.real
+        omega, count = 2.0 * math.pi * frequencies, len(circuits)
+        matrix = np.zeros((omega.size, count, count), dtype=np.complex128)
+        for i, j in product(range(count), repeat=2):
+            if i != j:
+                matrix[:, i, j] = mutual(i, j, frequencies)
+            elif i != active:
+                inductance, resistance = circuits[i](frequencies)
+                matrix[:, i, i] = inductance - 1j * resistance / omega
+        return at_contacts(active, matrix, frequencies, idle_load(omega, readout))
 
     return added

@@ -11,12 +11,12 @@ import numpy as np
 
 from sitscad.arrays import Array, ComplexArray, Flags
 from sitscad.estimates.circuit.coils import coil_circuits
+from sitscad.estimates.circuit.neighbours import at_contacts, idle_load
 from sitscad.estimates.circuit.tank import CoilCircuit, Tank
 from sitscad.estimates.response.pad import NoResponse, holding, pushed, pushed_by_elements
 from sitscad.estimates.response.placed import LEAST_HEIGHT, Cover, Placed, at_rest
 from sitscad.estimates.response.plate import LOSSY, TargetPlate, endless_like, plate_over_jaw, stated_errors
 from sitscad.estimates.response.scan import Changes, Exact, mapped
-from sitscad.estimates.response.terminals import at_frequencies, curves
 from sitscad.estimates.response.values import Response, joined
 from sitscad.estimates.response.working_range import normal_at, shear_at
 from sitscad.estimates.states.assembly import AssemblyStates, Surroundings, metal_behind
@@ -29,6 +29,7 @@ from sitscad.layout.board import Layout
 from sitscad.mechanics.elastomer import VALID_SHEAR, VALID_STRAIN
 from sitscad.mechanics.pad import HELD_SHEAR, HELD_TILT
 from sitscad.physics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
+from sitscad.physics.polynomials import Interpolant, chebyshev_points, shares
 from sitscad.physics.resonator import Network, oscillate
 from sitscad.record import record
 from sitscad.scene.state import REST, REST_POSE, State
@@ -279,16 +280,34 @@ class ResponseModel:
 
 
 def _between(places: Array, values: ComplexArray, at: Array) -> ComplexArray:
-    """The polynomial through `values` (n, m) at (m,) places, at (n, k) others, held beyond the ends."""
-    x = np.clip(at, places[0], places[-1])
-    found = np.zeros(at.shape, dtype=complex)
-    for i, place in enumerate(places):
-        weight = np.ones_like(x)
-        for j, other in enumerate(places):
-            if i != j:
-                weight = weight * (x - other) / (place - other)
-        found += weight * values[:, i : i + 1]
-    return found
+    """The polynomial through `values` (n, m) at (m,) even places, at (n, k) others, held beyond the ends."""
+    even = np.array([(-1) ** k * math.comb(len(places) - 1, k) for k in range(len(places))], dtype=float)
+    weights = shares(places, np.clip(at, places[0], places[-1]).ravel(), even)
+    return np.asarray(np.einsum("nkm,nm->nk", weights.reshape(*at.shape, -1), values))
+
+
+def at_frequencies(impedances: Callable[[Array], ComplexArray], frequencies: Array, tank: Tank) -> tuple[Array, Array]:
+    """Inductance (H) and resistance (ohm) at the contacts, (n, coils), each coil at its own (n, coils) frequency (Hz),
+    by inductance matrices as `at_contacts` takes them at (n,) frequencies, one a pose.
+    """
+    found = [at_contacts(k, impedances(at), at, idle_load(2.0 * math.pi * at, tank.readout))
+             for k, at in enumerate(frequencies.T)]
+    inductance, resistance = (np.stack(parts, axis=1) for parts in zip(*found, strict=True))
+    return inductance, resistance
+
+
+POINTS = 8  # Chebyshev points in ln f at which what does not depend on the pose is known
+
+
+def curves(
+    low: float, high: float, exact: Callable[[Array], ComplexArray], points: int = POINTS
+) -> Callable[[Array], ComplexArray]:
+    """`exact`, which takes (m,) frequencies (Hz) and gives (m, ...), through Chebyshev points of ln f between two ends;
+    beyond these what it is there.
+    """
+    values = exact(np.exp(chebyshev_points(math.log(low), math.log(high), points)))
+    through = Interpolant(np.log([low]), np.log([high]), values)
+    return lambda frequencies: through(np.log(frequencies)[:, None])
 
 
 def response_model(layout: Layout, estimates: Estimates) -> ResponseModel:
