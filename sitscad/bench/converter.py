@@ -125,16 +125,13 @@ class Registers:
         self.seed = word
         return word
 
-    def _normal(self) -> float:
-        """Nearly a normal deviate: twelve even ones added."""
-        drawn = [self._drawn() for _ in range(6)]
-        return (sum((word >> 16) + (word & 0xFFFF) for word in drawn) + 6.0) / 65536.0 - 6.0
-
     def _converted(self, channel: int) -> int:
         full = (self._of(at.CLOCK_DIVIDERS, channel) >> 12) * self._reference(channel)
         count = self.tank(channel, self.time)[0] / full * 2.0**self.device.bits
         sigma = self.noise_steps / (32.0 * self._of(at.RCOUNT, channel))
-        found = count + count * sigma * self._normal() - 4096.0 * self._of(at.OFFSET, channel)
+        drawn = [self._drawn() for _ in range(6)]  # of which twelve even deviates, added, are nearly a normal one
+        normal = (sum((word >> 16) + (word & 0xFFFF) for word in drawn) + 6.0) / 65536.0 - 6.0
+        found = count + count * sigma * normal - 4096.0 * self._of(at.OFFSET, channel)
         if channel in self.glitch:
             self.glitch.discard(channel)
             which = self._drawn() % 14

@@ -367,7 +367,7 @@ def _ring(layout: Layout, coil: Coil, number: int) -> Region:
     """The ring of a layer: for round coils where its tracks are on the average over a turn, in which they go inwards by
     a pitch; other shapes step in at one place, and cover what is drawn of them.
     """
-    spec, drawn = layout.spec.coil, ring(layout, coil, number)
+    spec, drawn = layout.spec.coil, ring(layout.spec.coil, coil, number)
     if not spec.outline.is_round:
         return drawn
     step = (spec.trace_width + spec.trace_spacing) / 2

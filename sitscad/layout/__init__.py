@@ -210,8 +210,8 @@ def _assemble(spec: SensorSpec, found: _Attempt) -> Layout:
         spec=spec, coils=tuple(coils), traces=traces, vias=vias, pads=contacts,
         outline=outline(body, tail, copper, spec.fpc.rules.copper_to_edge),
         body=(body.start, body.low, body.end, body.high),
-        top_openings=openings(spec, tail, contacts, (pad for each in capacitors for pad in each.pads)),
-        bottom_openings=(), stiffener=stiffener(spec, tail), bend_zone=(bend_start, bend_end) if bends else None,
+        top_openings=openings(spec.fpc.rules, tail, contacts, (pad for each in capacitors for pad in each.pads)),
+        bottom_openings=(), stiffener=stiffener(spec.fpc, tail), bend_zone=(bend_start, bend_end) if bends else None,
         shortfalls=found.shortfalls, capacitors=tuple(capacitors), tail_length=tail.end - tail.body_end,
     )
     line = course(spec.fpc.tail, tail.half_width, begin)

@@ -15,7 +15,6 @@ from sitscad.layout.tail_frame import TailFrame, first_via
 from sitscad.record import record
 from sitscad.spec.circuit import FpcSpec, LayerKind, StackLayer
 from sitscad.spec.presets import stock_stiffeners
-from sitscad.spec.sensor import SensorSpec
 
 
 class Where(StrEnum):
@@ -110,17 +109,17 @@ def tail_thickness(fpc: FpcSpec) -> float:
     return -(last.z - last.thickness / 2) + below
 
 
-def stiffener(spec: SensorSpec, tail: TailFrame) -> Stiffener | None:
+def stiffener(fpc: FpcSpec, tail: TailFrame) -> Stiffener | None:
     """The plate under the contacts that brings them to the connector's insertion thickness; none for solder pads. As
     thick as the spec says, its adhesive that of a stock film; else the stock one, or none, that comes nearest to what
     is wanted; else what is wanted, with an adhesive of 0.
     """
     connector = tail.connector
-    if spec.fpc.tail is None or connector.insertion_thickness <= 0.0:
+    if fpc.tail is None or connector.insertion_thickness <= 0.0:
         return None
-    top, written, stock = spec.fpc.stackup.layers[0], spec.fpc.tail.stiffener, stock_stiffeners()
+    top, written, stock = fpc.stackup.layers[0], fpc.tail.stiffener, stock_stiffeners()
     opened = top.thickness if top.kind is LayerKind.COVERLAY else 0.0
-    wanted = connector.insertion_thickness - tail_thickness(spec.fpc) + opened
+    wanted = connector.insertion_thickness - tail_thickness(fpc) + opened
     film, adhesive = min(((0.0, 0.0), *stock), key=lambda pair: (round(abs(sum(pair) - wanted), 9), pair[1]))
     thickness = film + adhesive
     if written is not None:
@@ -130,7 +129,7 @@ def stiffener(spec: SensorSpec, tail: TailFrame) -> Stiffener | None:
         thickness, adhesive = wanted, 0.0
     if thickness <= 0.0:
         return None
-    start = max(tail.start, min(tail.end - connector.stiffener_length, first_via(spec.fpc.rules, tail)))
+    start = max(tail.start, min(tail.end - connector.stiffener_length, first_via(fpc.rules, tail)))
     return Stiffener(Region(tail.strip(start)), thickness, "polyimide", adhesive)
 
 

@@ -15,6 +15,7 @@ from sitscad.layout.lanes import Ring
 from sitscad.layout.tail_frame import CHIP_OPENING, CORNER_RADIUS, TailFrame
 from sitscad.record import record, replace
 from sitscad.spec.circuit import FpcSpec
+from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
@@ -312,7 +313,7 @@ def _far_corner_radius(body: BodyExtent, side: int, copper: list[tuple[Point, fl
 
 
 def openings(
-    spec: SensorSpec, tail: TailFrame, contacts: tuple[Pad, ...], chip_pads: Iterable[Pad]
+    rules: DesignRules, tail: TailFrame, contacts: tuple[Pad, ...], chip_pads: Iterable[Pad]
 ) -> tuple[Region, ...]:
     """The coverlay's openings: one over a plug or one over each contact for solder, and those over capacitors' pads.
 
@@ -321,7 +322,6 @@ def openings(
     register. Past the edges it reaches as far as outline and coverlay may be off together. The coverlay covers the rims
     of contacts for solder, of which half stays bare; a capacitor's pads are bare altogether.
     """
-    rules = spec.fpc.rules
     over_chips = (_grown(pad, CHIP_OPENING) for pad in chip_pads)
     if tail.connector.kind == "pads":
         return (*(_grown(pad, -min(rules.pad_lap, min(pad.size) / 4)) for pad in contacts), *over_chips)

@@ -40,6 +40,7 @@ from sitscad.scene.bodies import (
 from sitscad.scene.column import GLUE, column, levels
 from sitscad.scene.tail_path import BentStretch, Station, TailPath, tail_path
 from sitscad.spec.circuit import LayerKind, StackLayer
+from sitscad.spec.coil import CoilSpec
 
 COLOURS = {"coverlay": "#c8821e", "copper": "#d98a4b", "dielectric": "#b0741c", "fill": "#d9b26a"}
 FILL = "adhesive"
@@ -73,9 +74,8 @@ def _body_face(layout: Layout) -> Any:
     return (face(Region(layout.outline)) & face(Region(rectangle(*layout.body)))).faces()[0]
 
 
-def ring(layout: Layout, coil: Coil, number: int) -> Region:
+def ring(spec: CoilSpec, coil: Coil, number: int) -> Region:
     """The ring that a coil's tracks cover on one of its layers, seen from above."""
-    spec = layout.spec.coil
     order = [winding.layer for winding in coil.windings].index(number)
     depth = spec.layer_turns[order] * (spec.trace_width + spec.trace_spacing) - spec.trace_spacing
     outer = _turned(spec.outline.edge(spec.size, spec.corner_radius + spec.trace_width / 2), coil)
@@ -98,7 +98,7 @@ def _of_body(
         yield Solid(name, shape, _material(layer), COLOURS[kind], BodyRole.BOARD)
         return
     coils = [c for c in layout.coils if any(w.layer == number for w in c.windings)]
-    rings = [(coil, ring(layout, coil, number)) for coil in coils]
+    rings = [(coil, ring(layout.spec.coil, coil, number)) for coil in coils]
     boxes, (x0, y0, x1, y1) = [bounding_box((plate.outline,)) for _, plate in rings], layout.body
     inside = (b[0] > x0 and b[1] > y0 and b[2] < x1 and b[3] < y1 for b in boxes)
     rings = [each for each, is_inside in zip(rings, inside, strict=True) if is_inside]

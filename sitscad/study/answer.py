@@ -12,11 +12,11 @@ import numpy as np
 
 from sitscad.arrays import Array
 from sitscad.record import record
-from sitscad.study.document import Asked, Goal
+from sitscad.study.document import Asked, Goal, Requirement
 from sitscad.study.evaluation import FULL, UNDRAWN, UNKNOWN, Breach, Evaluation
 from sitscad.study.running import IN_VAIN, Found, costs, is_unmade, violations
 from sitscad.study.search import ranked
-from sitscad.study.space import Point, apart, at_key
+from sitscad.study.space import Point, Space, apart, at_key
 from sitscad.study.spreads import Yield
 from sitscad.study.sweeping import rule_titles
 
@@ -87,10 +87,10 @@ IN_SLICE = 13
 """Values of a key that a slice has, and that of the design itself."""
 
 
-def slice_points(asked: Asked, through: Point) -> dict[str, tuple[Point, ...]]:
+def slice_points(space: Space, through: Point) -> dict[str, tuple[Point, ...]]:
     """The points of the slices through a design, by key: values spread evenly, its own among them."""
     found = {}
-    for k, variable in enumerate(asked.space.variables):
+    for k, variable in enumerate(space.variables):
         last = len(variable.values) - 1
         wanted = {round(n * last / (IN_SLICE - 1)) for n in range(IN_SLICE)} | {through[k]}
         found[variable.key] = tuple((*through[:k], n, *through[k + 1 :]) for n in sorted(wanted))
@@ -140,14 +140,14 @@ def unjudged(asked: Asked, found: Found) -> int:
     return sum(not violations(asked, one) for point, one in found.screened.items() if point not in found.full)
 
 
-def agreement(asked: Asked, found: Found) -> Agreement:
+def agreement(goals: Sequence[Goal], found: Found) -> Agreement:
     """How well the screen agrees with the full level on the designs that both judged and whose leads were drawn."""
     both = [(found.screened[point], full) for point, full in found.full.items()
             if point in found.screened and found.screened[point].level != FULL and not UNDRAWN & full.refused.keys()]
     differ = sum(one.verdict != UNKNOWN and one.verdict != other.verdict for one, other in both)
     open_ones = sum(one.verdict == UNKNOWN for one, _ in both)
     ranks = {}
-    for goal in asked.goals:
+    for goal in goals:
         pairs = [(one.values[goal.measure][0], other.values[goal.measure][0]) for one, other in both
                  if goal.measure in one.values and goal.measure in other.values]
         ranks[goal.measure] = _rank_correlation(np.array(pairs)) if len(pairs) > 2 else None
@@ -251,9 +251,9 @@ def hypervolume(values: Array) -> float:
     return float(np.sum(np.prod(sizes, axis=0)[covered]))
 
 
-def alike_goals(asked: Asked, found: Found) -> Iterator[Goal]:
+def alike_goals(goals: Sequence[Goal], found: Found) -> Iterator[Goal]:
     """Goals that are the same of every design that was evaluated: nothing that varies decides them."""
-    for goal in asked.goals:
+    for goal in goals:
         values = {one.values[goal.measure][0] for one in found.screened.values() if goal.measure in one.values}
         if len(values) == 1 and len(found.screened) > 1:
             yield goal
@@ -265,9 +265,9 @@ def changed(asked: Asked, point: Point) -> dict[str, Any]:
     return {key: value for key, value in asked.space.changes(point) if apart(at_key(before, key), value)}
 
 
-def limits_broken(asked: Asked, values: Mapping[str, float]) -> tuple[str, ...]:
+def limits_broken(require: Sequence[Requirement], values: Mapping[str, float]) -> tuple[str, ...]:
     """Requirements of the study that figures break, or that they are lacking for."""
-    found = ((one, values.get(one.measure, math.nan)) for one in asked.require if one.measure != "yield")
+    found = ((one, values.get(one.measure, math.nan)) for one in require if one.measure != "yield")
     return tuple(one.measure for one, value in found if not one.holds(value))
 
 

@@ -150,8 +150,8 @@ class Study:
         asked = self.asked
         return StudyAnswer(
             self.name, asked, judged(asked.base.spec, asked.measures), found, tuple(answer.bindings(asked, found)),
-            answer.relaxation(asked, found), answer.agreement(asked, found), tuple(answer.alike_goals(asked, found)),
-            tuple(answer.front(asked, found)), (), (),
+            answer.relaxation(asked, found), answer.agreement(asked.goals, found),
+            tuple(answer.alike_goals(asked.goals, found)), tuple(answer.front(asked, found)), (), (),
         )
 
 
@@ -167,7 +167,7 @@ def _keeping(said: StudyAnswer, run: StudyRun, points: Sequence[Point], yields: 
 def _slices(asked: Asked, run: StudyRun, through: Point | None) -> tuple[KeySlice, ...]:
     if through is None:
         return ()
-    wanted = answer.slice_points(asked, through)
+    wanted = answer.slice_points(asked.space, through)
     found = run.aside([*dict.fromkeys(point for points in wanted.values() for point in points)])
     return tuple(KeySlice(key, points, tuple(found[point] for point in points)) for key, points in wanted.items())
 
@@ -182,7 +182,8 @@ def _with_yields(said: StudyAnswer, run: StudyRun, draws: int) -> StudyAnswer:
     points = [one.point for one in said.kept]
     while True:
         units = run.units([point for point in points if point not in yields], draws)
-        yields |= {point: yield_of(judged, partial(answer.limits_broken, asked)) for point, judged in units.items()}
+        broken = partial(answer.limits_broken, asked.require)
+        yields |= {point: yield_of(judged, broken) for point, judged in units.items()}
         low = {point for point in points if not all(each.holds(yields[point].share) for each in limits)}
         is_last = not low or len(fallen) >= asked.keep
         fallen |= low

@@ -606,7 +606,7 @@ def test_an_undrawable_design_counts_for_its_own_rule_alone(folder):
     assert told == {"SIT016": (0.75, 0.5), "inductance": (0.25, 0.25), "SIT014": (0.25, 0.0)}
     assert costs(asked, unmade).violation > costs(asked, weak).violation + 10
     said = answer_text(StudyAnswer("x", asked, weak, found, tuple(bindings(asked, found)), None,
-                                   agreement(asked, found), (), (), (), ()))
+                                   agreement(asked.goals, found), (), (), (), ()))
     assert "cannot be drawn" in said
 
 
@@ -632,7 +632,7 @@ def test_a_relaxation_is_of_a_design_judged_in_full(folder):
     both = replace(found, full={(0, 0): fallen, (1, 0): weak})
     assert relaxation(asked, both).names == ("inductance",)  # nobody can let go of room for vias
     assert relaxation(asked, replace(found, full={(0, 0): hopeful})) is None
-    assert agreement(asked, found).designs == 0  # its leads are not drawn
+    assert agreement(asked.goals, found).designs == 0  # its leads are not drawn
     assert "smallest relaxation" not in page_so_far(study, found, 20)  # by the screen some keep everything
 
 
