@@ -33,7 +33,7 @@ from sitscad.physics.inductance.mean_distance import log_mean_distance
 from sitscad.physics.inductance.rings import radii_at
 from sitscad.physics.loss import proximity
 from sitscad.physics.loss.bent_tracks import BentTrack, bent_winding_loss
-from sitscad.physics.loss.current_modes import joined, mode_system, parallel_tracks_loss
+from sitscad.physics.loss.current_modes import joined, mode_system
 from sitscad.physics.loss.resistance import bend_squares
 from sitscad.physics.loss.track_modes import Cut, ModeSet, suited_modes
 from tests.oracles.losses import inductance_change
@@ -195,9 +195,8 @@ def test_lone_and_paired_straight_tracks(case):
     limit = (4.0 * better.real - coarse.real) / 3.0
     two = np.ones(len(across))
     cut = Cut(np.array(across), np.array(height), width * two, thickness * two, two, 0.0 * two)
-    loss = parallel_tracks_loss(
-        cut, np.array(signs, float), COPPER, suited_modes(width, thickness, 60 * UM, 21 * UM, True), 16
-    )
+    modes = suited_modes(width, thickness, 60 * UM, 21 * UM, True)
+    loss = mode_system(cut, None, COPPER, modes, current=np.array(signs, float)).loss(16)
     ours = [loss.direct * loss.resistance_ratio(f) for f in frequencies]
     assert np.abs(better.real / limit - 1.0).max() < 0.008
     assert ours == approx(limit, rel=0.004)

@@ -115,9 +115,7 @@ def bent_winding_loss(tracks: Sequence[BentTrack], conductivity: float, modes: M
         return found
     area = sides.section[:, 1] * sides.section[:, 2]
     whole = float(np.sum((sides.length / area)[sides.key >= 0])) / conductivity
-    times = whole / math.fsum(part.direct for part in parts)
-    return ProximityLoss(found.direct * times, found.rates, found.strengths * times, found.direct_change * times,
-                         found.unresolved * times)
+    return found.scaled(whole)
 
 
 def _group_losses(sides: _Sides, index: Index, cuts: int, conductivity: float, modes: ModeSet,

@@ -190,13 +190,6 @@ def mode_system(cut: Cut, smooth: Array | None, conductivity: float, modes: Mode
     return ModeSystem(matrix, coupling, source, shift, carrier / np.sqrt(size), direct, change)
 
 
-def parallel_tracks_loss(cut: Cut, current: Array, conductivity: float, modes: ModeSet, steps: int) -> ProximityLoss:
-    """Loss (ohm and H for the length in `cut`, m) of long straight parallel tracks, one alone or several with their
-    currents (+1, -1); conductivity in S/m.
-    """
-    return mode_system(cut, None, conductivity, modes, current=current).loss(steps)
-
-
 def _lanczos(
     matrix: Array | NearAndFar, vectors: Array, steps: int, project: Callable[[Array], Array]
 ) -> list[tuple[Array, Array]]:

@@ -14,7 +14,7 @@ from functools import lru_cache
 import numpy as np
 
 from sitscad.physics.constants import skin_depth
-from sitscad.physics.loss.current_modes import ProximityLoss, parallel_tracks_loss
+from sitscad.physics.loss.current_modes import ProximityLoss, mode_system
 from sitscad.physics.loss.track_modes import Cut, suited_modes
 
 COPPER_CONDUCTIVITY = 58.0e6
@@ -22,6 +22,10 @@ COPPER_CONDUCTIVITY = 58.0e6
 
 COPPER_TEMPERATURE_COEFFICIENT = 3.93e-3
 """Rise of copper's resistivity per kelvin about 20 C (NBS Handbook 100)."""
+
+
+LANCZOS_STEPS = 30
+"""Steps of the Lanczos run for tracks alone or in pairs, at most."""
 
 
 def conductivity_at(temperature: float, conductivity: float = COPPER_CONDUCTIVITY,
@@ -68,7 +72,7 @@ def lone_track_loss(width: float, thickness: float, conductivity: float) -> Prox
     modes = suited_modes(width, thickness, width, skin_depth(10e6, conductivity), True)
     one = np.ones(1)
     cut = Cut(0.0 * one, 0.0 * one, width * one, thickness * one, one, 0.0 * one)
-    return parallel_tracks_loss(cut, one, conductivity, modes, 30)
+    return mode_system(cut, None, conductivity, modes).loss(LANCZOS_STEPS)
 
 
 @lru_cache(maxsize=64)
@@ -81,7 +85,7 @@ def pair_loss(width: float, thickness: float, across: float, height: float, cond
     modes = suited_modes(width, thickness, gap, skin_depth(10e6, conductivity), True)
     two = np.ones(2)
     cut = Cut(np.array([0.0, across]), np.array([0.0, height]), width * two, thickness * two, two, 0.0 * two)
-    return parallel_tracks_loss(cut, np.array([1.0, -1.0]), conductivity, modes, 30)
+    return mode_system(cut, None, conductivity, modes, current=np.array([1.0, -1.0])).loss(LANCZOS_STEPS)
 
 
 TERMS = 400

@@ -139,7 +139,7 @@ def _changes(plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: float,
 def _solved_changes(
     plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: float, floor: float
 ) -> tuple[Array, Array]:
-    """`_changes` (m) worked out: the sheet by `_disc` or `_sheet_energies`, and what the thickness keeps out by
+    """`_changes` (m) worked out: the sheet by `_sheet_changes`, and what the thickness keeps out by
     `_field_on`.
     """
     outer = float(coil.radii.max())
@@ -150,17 +150,25 @@ def _solved_changes(
     front = _endless(k, weights, coil.spectrum(k, gap, floor), gap - floor)
     spectrum, room = coil.spectrum(k, middle, floor), middle - floor
     sheet = _endless(k, weights, spectrum, room)
-    source = k, weights, spectrum
     detail = min(depth, 0.5 * outer)
-    if plate.is_round:
-        changes = _disc(float(half[0]), offsets, (k, weights, spectrum[None]), detail, np.array([room]))[0]
-    else:
-        # of a rectangular plate at every place, by projection of the field on Chebyshev's functions
-        counts = _modes(half[0], detail), _modes(half[1], detail)
-        flux = _fluxes(half, offsets, (k, weights, spectrum[None]), counts)
-        changes = _sheet_energies(half, counts, np.array([room]), flux)[0]
-    excluded = _field_on(plate, np.minimum(half, 0.5 * np.array(plate.size)), offsets, source, detail, j1)
+    planes = k, weights, spectrum[None]
+    changes = _sheet_changes(plate.is_round, half, offsets, planes, detail, np.array([room]), MOST_MODES, 16)[0]
+    on_plate = np.minimum(half, 0.5 * np.array(plate.size))
+    excluded = _field_on(plate, on_plate, offsets, (k, weights, spectrum), detail, j1)
     return changes + 0.5 * (front - sheet) * (excluded + changes / sheet), np.array(front)
+
+
+def _sheet_changes(
+    is_round: bool, half: Array, offsets: Array, source: Source, detail: float, rooms: Array, most: int, nodes: int
+) -> Array:
+    """Size (planes, places; m, times mu0 pi H) of the change by a sheet of half sides `half` (m) in planes so far (m)
+    from a mirror, of every one of several spectra. A rectangle's with at most so many functions along a side, and so
+    many `nodes` in a panel of their energies.
+    """
+    if is_round:
+        return _disc(float(half[0]), offsets, source, detail, rooms)
+    counts = min(_modes(half[0], detail), most), min(_modes(half[1], detail), most)
+    return _sheet_energies(half, counts, rooms, _fluxes(half, offsets, source, counts), nodes)
 
 
 def magnetic_share(
@@ -357,7 +365,7 @@ def _fluxes(half: Array, offsets: Array, source: Source, counts: tuple[int, int]
     return np.asarray(half[0] * half[1] * (u[1] @ field.transpose(3, 0, 1, 2) @ v[1].T))
 
 
-def _sheet_energies(half: Array, counts: tuple[int, int], rooms: Array, flux: Array, nodes: int = 16) -> Array:
+def _sheet_energies(half: Array, counts: tuple[int, int], rooms: Array, flux: Array, nodes: int) -> Array:
     """Size of the change (times mu0 pi H) that a rectangular sheet makes by the fluxes (planes, places, functions,
     functions) through it, in planes so far (m) from a mirror: (planes, places). Derived here: what of a rectangle's
     energies neither side has alone is summed at nodes along both, k = |kx| + |ky| - 2 |kx ky| / (k + |kx| + |ky|): the
@@ -421,12 +429,9 @@ def sheet_shares(
     spectra = coil.spectra(k, middles, floor)
     whole = np.array([_endless(k, weights, one, z - floor) for one, z in zip(spectra, middles, strict=True)])
     detail = 0.5 * (min(depth, 0.5 * outer) + 0.5 * outer)
-    if plate.is_round:
-        found = _disc(float(half[0]), offsets, (k, weights, spectra), detail, middles - floor)
-        return np.minimum(found / whole[:, None], 1.0)
-    counts = min(_modes(half[0], detail), ROUGH_MODES), min(_modes(half[1], detail), ROUGH_MODES)
-    flux = _fluxes(half, offsets, (k, weights, spectra), counts)
-    return np.minimum(_sheet_energies(half, counts, middles - floor, flux, ROUGH_NODES) / whole[:, None], 1.0)
+    planes, rooms = (k, weights, spectra), middles - floor
+    found = _sheet_changes(plate.is_round, half, offsets, planes, detail, rooms, ROUGH_MODES, ROUGH_NODES)
+    return np.minimum(found / whole[:, None], 1.0)
 
 
 ROUGH_TOP, ROUGH_PANELS, ROUGH_MODES, ROUGH_NODES = 7.0, 4, 8, 8
