@@ -117,8 +117,8 @@ def beyond(outline: Path, point: Point) -> float:
 
 
 def _tangents(outline: Path) -> tuple[list[Side], list[Round]]:
-    """Of a closed convex path the sides, each by a point (m) and its outward normal; and arcs and corners by centre,
-    radius (m; none of corners) and the directions that they look in: the first (rad), and on by a turn.
+    """The sides of a closed convex path, each by a point (m) and its outward normal; and its arcs and corners by
+    centre, radius (m; none of corners) and the directions that they look in: the first (rad), and on by a turn.
     """
 
     def normal(side: Line) -> tuple[float, float]:

@@ -111,7 +111,7 @@ class Outline(ABC):
 
     @property
     def ends(self) -> int | None:
-        """Into how many parts a turn may be broken; None where any number of turns is defined."""
+        """The number of parts into which a turn may be broken; None where any number of turns is defined."""
         return self.sides or None
 
     @property
@@ -129,7 +129,7 @@ class Outline(ABC):
 
     @property
     def area(self) -> float:
-        """Its area over that of the rectangle that its sizes span, corners of any radius not taken off."""
+        """The outline's area over that of the rectangle that its sizes span, corners of any radius not taken off."""
         return 1.0
 
     @property
@@ -228,11 +228,11 @@ class Round(Outline):
         return circle(_ORIGIN, size[0] / 2)
 
     def core(self, size: Size) -> tuple[tuple[Point, ...], float]:
-        """Its centre, and its radius."""
+        """The circle's centre, and its radius."""
         return (_ORIGIN,), size[0] / 2
 
     def shifts_inwards(self, turns: float) -> float:
-        """It comes inwards steadily."""
+        """A spiral comes inwards steadily."""
         return 0.5 * turns
 
     def _most_in(self, room: float) -> float:
@@ -300,7 +300,7 @@ class Polygon(Outline):
         return rounded([polar(reach, (i + 0.5) * step) for i in range(self.sides)], radius)
 
     def core(self, size: Size) -> tuple[tuple[Point, ...], float]:
-        """Its corners."""
+        """The polygon's corners."""
         x, y = size[0] / 2, size[1] / 2
         if self.is_long:
             return (Point(x, y), Point(-x, y), Point(-x, -y), Point(x, -y)), 0.0
@@ -321,7 +321,7 @@ class Racetrack(Outline):
 
     @property
     def ends(self) -> int | None:
-        """It ends where a straight side does."""
+        """A racetrack ends where a straight side does."""
         return 2
 
     def inwards(self, dimensions: SpiralDimensions, outer_angle: float) -> Path:
@@ -349,8 +349,8 @@ class Racetrack(Outline):
         return Path(tuple(segments))
 
     def start(self, angle: float, sense: int) -> float:
-        """It begins where a straight side does: with angle 0 at +x, +y (clockwise: +x, -y), with half a turn at the
-        opposite junction. Its junctions are named by the middle of their quadrant.
+        """A racetrack begins where a straight side does: with angle 0 at +x, +y (clockwise: +x, -y), with half a turn
+        at the opposite junction. Its junctions are named by the middle of their quadrant.
         """
         return sense * (math.pi * math.floor(sense * angle / math.pi + 0.5 + 1e-9) + math.pi / 4)
 
@@ -376,11 +376,11 @@ class Racetrack(Outline):
         return (Point(half, 0.0), Point(-half, 0.0)), size[1] / 2
 
     def corner_radius(self, size: Size, asked: float) -> float:
-        """Its ends are half circles."""
+        """A racetrack's ends are half circles."""
         return 0.5 * min(size)
 
     def shifts_inwards(self, turns: float) -> float:
-        """It comes inwards by half a pitch in the middle of each turn."""
+        """A racetrack comes inwards by half a pitch in the middle of each turn."""
         return 0.25
 
     def _most_in(self, room: float) -> float:
@@ -398,7 +398,7 @@ SHAPES: dict[str, Outline] = {
 """Every outline by the name that a spec gives it; a new one is a row."""
 
 PLATES: dict[str, Outline] = {name: SHAPES[name] for name in ("square", "circle", "rectangle")}
-"""Those of them that plates are cut in: target and elastomer."""
+"""The outlines that plates are cut in: target and elastomer."""
 
 LONG_PLATE = next(name for name, outline in PLATES.items() if outline.is_long)
 """The plate whose two sides may differ."""

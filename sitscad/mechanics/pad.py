@@ -39,7 +39,7 @@ FIRST, LAST, PIECES = -0.25, 0.45, 560
 STEP = (LAST - FIRST) / PIECES
 
 SMALL = 1e-6
-"""By how much a strain is moved for the slope of the pressure, which is not tabulated."""
+"""Step of a strain for the slope of the pressure, which is not tabulated."""
 
 
 @record(eq=False)
@@ -385,7 +385,7 @@ class BondedPad:
 
     @cached_property
     def _steps(self) -> Array:
-        """By how much each number of a pose is moved for a slope (m and rad)."""
+        """The step of each number of a pose for a slope (6; m and rad)."""
         return np.array(3 * [1e-6 * self.thickness] + 3 * [1e-6])
 
     @cached_property

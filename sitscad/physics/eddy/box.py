@@ -56,7 +56,7 @@ class BoxClass:
 
     @property
     def in_plane(self) -> tuple[int, int]:
-        """Its parities along x and y, no unit."""
+        """The class's parities along x and y, no unit."""
         return self.parity[:2]
 
     def drive(self, potential: Array) -> Array:
@@ -164,7 +164,7 @@ class Box:
 
 @lru_cache(maxsize=1)
 def _inductances(lines: tuple[GradedLine, ...]) -> tuple[tuple[Parity, Array, tuple[Index, ...]], ...]:
-    """Of every parity its inductance matrix (H per unit functions), and the `numbers` of a `BoxClass`."""
+    """The inductance matrix (n, n; H per unit functions) of every parity, and the `numbers` of a `BoxClass`."""
     reach = 2.0 * math.hypot(*(line.half for line in lines))
     finest = min(float(line.steps.min()) for line in lines)
     gaussians = gaussian_sum(0.25 * finest, reach)

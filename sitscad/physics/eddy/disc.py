@@ -113,7 +113,7 @@ class DiscClass:
 
     @property
     def in_plane(self) -> tuple[int, str]:
-        """Its order and phase round the axis, no unit."""
+        """The class's order and phase round the axis, no unit."""
         return self.order, self.phase
 
     def drive(self, potential: Array) -> Array:
@@ -212,7 +212,7 @@ class Disc:
 
     @cached_property
     def meridian(self) -> Meridian:
-        """Its outline (m)."""
+        """The disc's outline (m)."""
         # Gauss points of half the disc's section, from the axis over the face down the wall
         radii, heights = self.face.nodes[self.face.nodes.size // 2 :], self.wall.nodes[self.wall.nodes.size // 2 :]
         top = np.stack([radii, np.full_like(radii, self.wall.half)], axis=1)

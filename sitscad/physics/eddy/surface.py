@@ -19,7 +19,7 @@ EDGE, EDGE_FROM = 1.4, 1.65
 """Rise of the impedance at an edge, and the thickness in skin depths at which half of it is there."""
 
 EDGE_OF_MAGNETS = 0.95
-"""That rise for a metal of high permeability."""
+"""Rise of the impedance at an edge for a metal of high permeability."""
 
 WALL, MOST_WALL = 1.55, 1e3
 """Thickness in skin depths at which a wall has twice a thick plate's impedance; the most that it has."""

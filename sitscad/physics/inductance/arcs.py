@@ -59,8 +59,8 @@ def _plain(count: int) -> Rule:
 
 
 def _arc_points(arcs: Array, offsets: Array, rule: Rule) -> tuple[Array, Array, Array]:
-    """At a rule's p shares of m arcs, for k strands: points (m, k, p, 2; m), unit tangents (m, 1, p, 2), lengths (m, k,
-    p; m).
+    """Points (m, k, p, 2; m), unit tangents (m, 1, p, 2) and lengths (m, k, p; m) of m arcs at a rule's p shares of
+    them, for k strands.
     """
     t, weights = rule
     radius = arcs[:, 2, None] - arcs[:, 4, None] * offsets

@@ -74,7 +74,7 @@ class Cluster:
 
     @cached_property
     def parts(self) -> tuple[Cluster, ...]:
-        """Its halves (m); none where points are few or all in one place."""
+        """The cluster's halves (m); none where points are few or all in one place."""
         axis = int(self.half[1] > self.half[0])
         left = self.places[:, axis] < self.centre[axis]
         if len(self.places) <= LEAF or left.all() or not left.any():

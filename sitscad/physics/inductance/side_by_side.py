@@ -303,7 +303,7 @@ def _counts(ratio: Array, angle: Array) -> Index:
 
 
 def _strands(pieces: Pieces, away: Array) -> Index:
-    """As many strands (n; no unit) as a part's width over its distance `away` (n; m) asks for."""
+    """How many strands (n; no unit) parts get: as a track's width asks for over their distance `away` (n; m)."""
     size = float(pieces.rows[:, 2].max()) if pieces.is_curved else 0.5 * float(pieces.lengths.max())
     return np.where(pieces.width > NEAR * away, 3, 2 if pieces.width > WIDE * size else 1)
 

@@ -281,7 +281,7 @@ COEFFICIENTS: dict[int, SheetCoefficients] = {
     8: SheetCoefficients((1.07, 2.29, 0.00, 0.19), (2.25, 3.55), (1.33e-3, -1.21, -0.163, 2.43, 1.75, -0.049)),
     0: SheetCoefficients((1.00, 2.46, 0.00, 0.20), None, None),
 }
-"""By the number of sides; 0 is the circle."""
+"""The constants by the number of sides; 0 is the circle."""
 
 
 @record

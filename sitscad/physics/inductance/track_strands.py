@@ -258,7 +258,7 @@ def kinds(tracks: Sequence[Track]) -> tuple[Kinds, Kinds, Turns]:
 
 
 def _sides(track: Track) -> tuple[Array, Array, Array]:
-    """Of sides seen from their own direction: rows (n, 5) that a turn about the centre leaves alone, those of the
+    """Rows (n, 5) of sides seen from their own direction, which a turn about the centre leaves alone, those of the
     mirror images, and directions (n; rad).
     """
     step = track.ends - track.starts
@@ -275,7 +275,7 @@ def _sides(track: Track) -> tuple[Array, Array, Array]:
 
 
 def _arcs(track: Track) -> tuple[Array, Array, Array]:
-    """Of arcs seen from the direction at their middle: rows (n, 5) that a turn about the centre leaves alone, those of
+    """Rows (n, 5) of arcs seen from the direction at their middle, which a turn about the centre leaves alone, those of
     the mirror images, and directions (n; rad).
     """
     x, y, radius, start, way, angle = track.arcs.T
@@ -319,7 +319,7 @@ def distinct_pairs(
 
 
 def _plans(kinds: Kinds) -> list[int]:
-    """Of every layer (no unit) the first one with the same pieces: many coils repeat every other one."""
+    """The first layer (no unit) with the same pieces as each layer: many coils repeat every other one."""
     known: dict[tuple[bytes, ...], int] = {}
     layers = [kinds.owner == layer for layer in range(int(kinds.owner.max(initial=-1)) + 1)]
     tables = kinds.number, kinds.mirrored, kinds.heading

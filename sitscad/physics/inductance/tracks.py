@@ -330,7 +330,9 @@ def _by_points(stack: _Stack, pairs: Pairs, apart: Array, summed: Callable[..., 
 
 
 def _near(stack: _Stack, pairs: Pairs, apart: Array) -> Iterator[Pairs]:
-    """For every relation those of its pairs (numbers, no unit) that are not distant, `apart` (n; m) as they are."""
+    """Pairs (numbers, no unit) that are not distant, for every relation its own; `apart` (n; m) is how far they lie
+    apart.
+    """
     near = pairs.where(apart < stack.distant)
     for k in range(len(stack.relations)):
         yield near.at([k])

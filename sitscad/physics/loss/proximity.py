@@ -53,7 +53,7 @@ LEAST_CUTS, MOST_CUTS = 3, 40
 """Cuts around a turn, at least and about at most."""
 
 HARMONICS = np.arange(1, 80)
-"""Of the azimuth: those in which crossing layers are looked at."""
+"""Harmonics of the azimuth in which crossing layers are looked at."""
 
 UNSEEN = {False: 0.02, True: 0.005}
 """Share of the extra loss that the cuts of the usual and of the fine resolution may miss: see `missed_crossings`."""

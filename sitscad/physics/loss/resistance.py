@@ -89,7 +89,7 @@ def pair_loss(width: float, thickness: float, across: float, height: float, cond
 
 
 TERMS = 400
-"""Of the series for a pad: what is left out is below 1e-3 squares for pads of up to ten widths."""
+"""Terms of the series for a pad: what is left out is below 1e-3 squares for pads of up to ten widths."""
 
 
 @lru_cache(maxsize=256)
