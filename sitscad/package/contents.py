@@ -79,12 +79,6 @@ class Contents:
         return self.forced if name == "forced" else getattr(design, name)
 
     @cached_property
-    def nets(self) -> dict[str, tuple[str, ...]]:
-        """The pins that every net of the layout joins."""
-        pads = self.layout.all_pads
-        return {net: tuple(sorted(pad.pin for pad in pads if pad.net == net)) for net in self.layout.nets}
-
-    @cached_property
     def checked(self) -> CheckedSpec:
         """The findings, each with its place in the spec's text."""
         # kept by the design: what is measured on the solids later changes nothing that the rules look at
@@ -130,11 +124,6 @@ class Contents:
     def file_name(self) -> str:
         """The spec's file name without its folder."""
         return Path(self.design.spec.source.path).name
-
-    @cached_property
-    def origin(self) -> dict[str, str]:
-        """What the manifest says of the spec."""
-        return {"name": self.spec.name, "file": self.file_name, "sha256": self.design.spec.source.sha256}
 
 
 _ELECTRICAL = ("requirements", "readout", "source")

@@ -79,8 +79,11 @@ def manifest_of(contents: Contents, made: Made, old: Manifest, built_from: str, 
     source = contents.design.spec.source
     known = known_of(contents.baseline, source.path, contents.spec.name)
     beside = {"baseline": known, "plugins": dict(marks())}
+    layout = contents.layout
+    pins = {net: tuple(sorted(pad.pin for pad in layout.all_pads if pad.net == net)) for net in layout.nets}
     return Manifest(
-        spec=contents.origin, forced=contents.is_forced, nets=contents.nets, files=made.entries,
+        spec={"name": contents.spec.name, "file": contents.file_name, "sha256": source.sha256},
+        forced=contents.is_forced, nets=pins, files=made.entries,
         configuration={**judged_by, **{key: value for key, value in beside.items() if value}}, built_from=built_from,
         built_for=tuple(sorted({*wanted, *before})),
     )
@@ -371,15 +374,14 @@ def _spec_files(contents: Contents) -> dict[str, bytes]:
     package may hold), and the profiles that it names where it looks for them, so that the folder builds the same again.
     """
     files, own = contents.design.spec.source.kept, contents.file_name
-    names = {name: _kept_name(name) for name in files} | ({} if FILE_NAME.fullmatch(own) else {own: UNNAMED})
+    names = {}
+    for name in files:
+        # letters that a package may not hold are written as _
+        parts = (re.sub(r"^[.\s]|[^\w .+-]|\s$", "_", part) or "_" for part in name.split("/"))
+        names[name] = name if FILE_NAME.fullmatch(name) else "/".join(parts)
+    if not FILE_NAME.fullmatch(own):
+        names[own] = UNNAMED
     return {f"{SPEC_FOLDER}/{names[name]}": content for name, content in sorted(files.items())}
-
-
-def _kept_name(name: str) -> str:
-    """A file's name as a package may hold it: letters that it may not hold are written as ``_``."""
-    if FILE_NAME.fullmatch(name):
-        return name
-    return "/".join(re.sub(r"^[.\s]|[^\w .+-]|\s$", "_", part) or "_" for part in name.split("/"))
 
 
 def _live(contents: Contents, files: Mapping[str, bytes]) -> dict[str, bytes]:

@@ -17,14 +17,9 @@ from sitscad.units import show
 from sitscad.writer import comment_text
 
 
-def header_path(converter: Converter) -> str:
-    """The path of the C header in the package."""
-    return f"firmware/{converter.name}_config.h"
-
-
-def table_path(converter: Converter) -> str:
-    """The path of the JSON in the package."""
-    return f"firmware/{converter.name}_config.json"
+def config_path(converter: Converter, ending: str) -> str:
+    """The path in the package of the C header (``h``) or of the JSON (``json``)."""
+    return f"firmware/{converter.name}_config.{ending}"
 
 
 def render(spec: SensorSpec, estimates: Estimates, forced: str = "") -> dict[str, bytes]:
@@ -42,8 +37,8 @@ def render(spec: SensorSpec, estimates: Estimates, forced: str = "") -> dict[str
         files = refusal(spec, str(error))
     else:
         files = {
-            header_path(converter): header(spec, estimates, found, bool(forced)),
-            table_path(converter): table(spec, estimates, found, bool(forced)),
+            config_path(converter, "h"): header(spec, estimates, found, bool(forced)),
+            config_path(converter, "json"): table(spec, estimates, found, bool(forced)),
             **driver,
         }
     return {path: text.encode("utf-8") for path, text in files.items()}
@@ -55,8 +50,8 @@ def refusal(spec: SensorSpec, reason: str) -> dict[str, str]:
     converter = spec.readout.device
     value = {"name": spec.name, "device": converter.name, "refused": reason, "converters": []}
     return {
-        header_path(converter): f'#error "no {converter.part} settings for {spec.name}: {text}"\n',
-        table_path(converter): json.dumps(value, indent=2) + "\n",
+        config_path(converter, "h"): f'#error "no {converter.part} settings for {spec.name}: {text}"\n',
+        config_path(converter, "json"): json.dumps(value, indent=2) + "\n",
     }
 
 

@@ -198,13 +198,17 @@ def render_readme(layout: Layout, estimates: Estimates, bench: Estimates, forced
         found = bands(estimates, usual("coil_inductance"))
     except ValueError:
         return {}
+    steps = []
+    for number, step in enumerate(_steps(spec, estimates, found), 1):
+        text, *commands = step.split("\n")
+        steps += [*hanging(f"{number:>2}. ", text, WIDTH), *(f"      {command}" for command in commands)]
     parts = [
         *([f"{FORCED}."] if forced else []),
         f"The sensor {spec.name}: from the board on the bench to newtons",
         *([f"{spec.issue.title}."] if spec.issue.rows else []),
         "", "WIRING", "", *_wiring(layout, estimates),
         "", "WHAT EACH COIL READS", "", *_readings(found, bench),
-        "", "THE FIRST TEN STEPS", "", *_numbered(_steps(spec, estimates, found)),
+        "", "THE FIRST TEN STEPS", "", *steps,
         "", "FILES", "", *(f"  {name:<22}{said}" for name, said in FILES),
     ]
     return {"firmware/readme.txt": ("\n".join(parts) + "\n").encode("ascii", "replace")}
@@ -330,14 +334,6 @@ def _steps(spec: SensorSpec, estimates: Estimates, found: tuple[CoilBands, ...])
     else:
         yield "This spec has no target on an elastomer, so there is no map to newtons: sensor_forces says so."
         yield "Read frequencies; the header of the register table says what inductance they are."
-
-
-def _numbered(steps: Iterator[str]) -> Iterator[str]:
-    """The steps with their numbers, the commands that follow a step's words moved in."""
-    for number, step in enumerate(steps, 1):
-        text, *commands = step.split("\n")
-        yield from hanging(f"{number:>2}. ", text, WIDTH)
-        yield from (f"      {command}" for command in commands)
 
 
 FILES = (

@@ -114,7 +114,9 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     if not fpc.rules.one_process:
         yield "Class", "IPC-6013 class 2 unless the order says otherwise"
     if layout.stiffener is not None:
-        yield "Stiffener", _stiffener(layout)
+        left, low, right, high = bounding_box([layout.stiffener.outline.outline])
+        where = f"x = {show(left, 'm')} to {show(right, 'm')}, y = {show(low, 'm')} to {show(high, 'm')}"
+        yield "Stiffener", f"{notes.stiffener_text(layout)}, on the bottom face, {where}"
     if fpc.tail is not None and fpc.tail.connector.insertion_thickness > 0.0:
         yield "Contacts", _contacts(layout)
     elif layout.pads:
@@ -157,14 +159,6 @@ def _holes(layout: Layout) -> str:
     counts = [sum((round(v.drill, 9), round(v.pad, 9)) == size for v in layout.vias) for size in sizes]
     kinds = (f"{n} of {show(drill, 'm')} (pad {show(pad, 'm')})" for n, (drill, pad) in zip(counts, sizes, strict=True))
     return f"{', '.join(kinds)}, plated, finished diameters; {notes.holes_text(layout)}"
-
-
-def _stiffener(layout: Layout) -> str:
-    plate = layout.stiffener
-    assert plate is not None
-    x0, y0, x1, y1 = bounding_box([plate.outline.outline])
-    where = f"x = {show(x0, 'm')} to {show(x1, 'm')}, y = {show(y0, 'm')} to {show(y1, 'm')}"
-    return f"{notes.stiffener_text(layout)}, on the bottom face, {where}"
 
 
 def _contacts(layout: Layout) -> str:

@@ -44,12 +44,6 @@ def plus_minus(value: float, sigma: float | None, unit: str, per: str = "", digi
     return f"{number} +- {float(f'{sigma * scale:.2g}'):.7g} {name}{per}"
 
 
-FIT_TITLE = "Fit in the jaw, as glued together"
-FIT_HEAD = ("measure", "nominal", "root-sum-square", "at worst", "limit", "to spare at worst", "decided by")
-PARTS_TITLE = "What the closed pair is made of"
-PARTS_HEAD = ("part", "size", "tolerance", "where that comes from")
-
-
 def fit_words(fit: Sequence[Measure], whole: bool = False) -> list[str]:
     """A line a measure: at worst, or in all three cases."""
     found = []
@@ -68,24 +62,24 @@ def fit_words(fit: Sequence[Measure], whole: bool = False) -> list[str]:
     return found
 
 
-def fit_rows(fit: Sequence[Measure]) -> list[list[str]]:
-    """One row a measure."""
-    return [
-        [
-            m.name, *(_length(value) for value in (m.nominal, m.root_sum_square, m.worst, m.limit, m.margin)),
-            m.decided_by,
-        ]
-        for m in fit
-    ]
+def fit_table(fit: Sequence[Measure]) -> Table:
+    """The measures of the fit, a row each."""
+    head = "measure", "nominal", "root-sum-square", "at worst", "limit", "to spare at worst", "decided by"
+    rows = []
+    for m in fit:
+        sizes = map(_length, (m.nominal, m.root_sum_square, m.worst, m.limit, m.margin))
+        rows.append([m.name, *sizes, m.decided_by])
+    return Table(head, rows, "Fit in the jaw, as glued together")
 
 
-def part_rows(fit: Sequence[Measure]) -> list[list[str]]:
+def part_table(fit: Sequence[Measure]) -> Table:
     """What the first measure, the closed pair, is made of, from the jaw upwards."""
-    return [
+    rows = [
         [share.part, _length(share.nominal) if share.nominal else "", f"+-{_length(share.tolerance)}", share.source]
         for measure in fit[:1]
         for share in measure.parts
     ]
+    return Table(("part", "size", "tolerance", "where that comes from"), rows, "What the closed pair is made of")
 
 
 MEASURE = {

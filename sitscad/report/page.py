@@ -332,8 +332,8 @@ def _stack(spec: SensorSpec, estimates: Estimates) -> str:
 
 def _fit(checked: CheckedSpec) -> str:
     return (
-        _table(measures.FIT_HEAD, measures.fit_rows(checked.fit), measures.FIT_TITLE)
-        + _table(measures.PARTS_HEAD, measures.part_rows(checked.fit), measures.PARTS_TITLE)
+        _table(*measures.fit_table(checked.fit))
+        + _table(*measures.part_table(checked.fit))
         + ("" if checked.closing is None else _table(*measures.closing_table(checked.closing)))
     )
 

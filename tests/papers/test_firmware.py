@@ -22,7 +22,7 @@ from sitscad.spec.load import load_text
 from sitscad.units import show
 
 SPEC = layouts.sensor_spec()
-HEADER, TABLE = (path(SPEC.readout.device) for path in (firmware.header_path, firmware.table_path))
+HEADER, TABLE = (firmware.config_path(SPEC.readout.device, ending) for ending in ("h", "json"))
 
 
 def estimates(coils=2, **changes):

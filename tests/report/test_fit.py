@@ -10,7 +10,7 @@ from tolerance import approx
 
 from sitscad.check_values import Measure, Share
 from sitscad.report.findings import CheckedSpec, OutputOptions, as_json, as_text
-from sitscad.report.measures import FIT_HEAD, PARTS_HEAD, fit_rows, fit_words, part_rows
+from sitscad.report.measures import fit_table, fit_words, part_table
 from sitscad.scene.fit import fit
 
 MEASURED = fit(handmade.jaw_sensor())
@@ -53,7 +53,7 @@ def test_json_has_every_number_and_where_it_comes_from():
 
 
 def test_the_page_s_tables_have_a_row_a_measure_and_a_row_a_part():
-    assert [len(row) for row in fit_rows(MEASURED)] == [len(FIT_HEAD)] * len(MEASURED)
-    rows = part_rows(MEASURED)
-    assert len(rows) == len(MEASURED[0].parts) and {len(row) for row in rows} == {len(PARTS_HEAD)}
-    assert fit_rows(()) == [] and part_rows(()) == []
+    fit, parts = fit_table(MEASURED), part_table(MEASURED)
+    assert [len(row) for row in fit.rows] == [len(fit.head)] * len(MEASURED)
+    assert len(parts.rows) == len(MEASURED[0].parts) and {len(row) for row in parts.rows} == {len(parts.head)}
+    assert fit_table(()).rows == [] and part_table(()).rows == []

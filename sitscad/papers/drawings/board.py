@@ -138,8 +138,12 @@ def _whole(sheet: Sheet, layout: Layout, view: View) -> None:
     tail = _tail_reach(layout)
     ordinates(sheet, view, 1, [y0, y1, *tail, layout.body[1], layout.body[3]], view.x(x0), view.x(x0) - 9.0)
     below = low - 9.0 - max(text_width(mm(x), TEXT) for x in stations)  # the ordinates
-    level = max(high + 6.0, named + 2.0, _tail_width(sheet, layout, view) + 2.0,
-                _bend(sheet, layout, view, below) + 4.0)
+    reached = 0.0  # how high on paper the tail's width goes, where it is longest the same, near the body's end of that
+    if (found := tail_width(layout)) is not None:
+        at, bottom, top = view.x(found[0]), view.y(found[1]), view.y(found[2])
+        outer_span(sheet, (at, bottom), (at, top), _tail_words(layout, found), upright=True)
+        reached = top + 5.0 + TEXT
+    level = max(high + 6.0, named + 2.0, reached + 2.0, _bend(sheet, layout, view, below) + 4.0)
     span(sheet, (view.x(x0), level), (view.x(x1), level), f"{mm(x1 - x0)} +/- {_outline(layout.spec.fpc.rules)}")
     for x in (x0, x1):
         sheet.line(view.x(x), high + 1.0, view.x(x), level + 1.0, THIN)
@@ -170,16 +174,6 @@ def _stiffener(sheet: Sheet, layout: Layout, view: View) -> float:
 
 def _tail_words(layout: Layout, found: tuple[float, float, float]) -> str:
     return f"tail {mm(found[2] - found[1])} +/- {_outline(layout.spec.fpc.rules)}"
-
-
-def _tail_width(sheet: Sheet, layout: Layout, view: View) -> float:
-    """The tail's width where it is longest the same, near the body's end of that; how high on paper this reaches."""
-    found = tail_width(layout)
-    if found is None:
-        return 0.0
-    at, low, high = view.x(found[0]), view.y(found[1]), view.y(found[2])
-    outer_span(sheet, (at, low), (at, high), _tail_words(layout, found), upright=True)
-    return high + 5.0 + TEXT
 
 
 def _stations(layout: Layout) -> Iterator[float]:
