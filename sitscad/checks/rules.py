@@ -16,6 +16,7 @@ from sitscad.readout.converter import Converter, source_in_all
 from sitscad.record import record, replace
 from sitscad.spec.format.reading import RULE_TEXTS
 from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.yaml.source import SpecSource
 
 ROUNDING = 1e-9
 """Lengths that differ by less than this (m) are equal: a nanometre is rounding, not a breach."""
@@ -157,7 +158,7 @@ def apply_rule(
     and none is looked for where a finding is milder than the `least`, of all where that is None.
     """
     found, undecided = outcomes(rule, design, least)
-    return [located(outcome.finding, design.spec) for outcome in found], undecided
+    return [located(outcome.finding, design.spec.source) for outcome in found], undecided
 
 
 def outcomes(
@@ -222,14 +223,14 @@ def finding_of(
     )
 
 
-def located(finding: Finding, spec: SensorSpec) -> Finding:
+def located(finding: Finding, source: SpecSource) -> Finding:
     """The finding with line and column of its key in the spec's text; a key that is not there is named in the hint. One
     in a section that the spec leaves out points at the spec's end, where the section can be added.
     """
-    section, source = (finding.key or "").partition(".")[0], spec.source
+    section = (finding.key or "").partition(".")[0]
     is_left_out = source.text and section and section not in source.keys
     line, column = (len(source.text.rstrip().splitlines()), 1) if is_left_out else source.locate(finding.key)
-    missing = spec.source.absent(finding.key)
+    missing = source.absent(finding.key)
     if missing is None:
         return replace(finding, line=line, column=column)
     added = f"(the spec leaves {missing} out: add {missing} to change it)"

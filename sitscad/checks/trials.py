@@ -69,12 +69,12 @@ class Trials:
         of a large design little is for warnings beside errors.
         """
         first = sorted(range(len(self._said)), key=lambda k: list(Severity).index(self._said[k].finding.severity))
-        found, is_refused = {}, bool(self._errors)
+        found, is_refused, source = {}, bool(self._errors), self._design.spec.source
         for k in first:
             if is_refused and self._said[k].finding.severity is not Severity.ERROR:
                 self.budget, is_refused = self.budget.after_errors(self._design.spec), False
             is_wanted = least is not None and self._said[k].finding.severity.weighs(least)
-            found[k] = self._advised(self._said[k]) if is_wanted else located(self._said[k].finding, self._design.spec)
+            found[k] = self._advised(self._said[k]) if is_wanted else located(self._said[k].finding, source)
         return [found[k] for k in range(len(self._said))]
 
     def left(self, finding: Finding | None = None) -> _LeftOfFinding:
@@ -83,9 +83,9 @@ class Trials:
 
     def _advised(self, outcome: Outcome) -> Finding:
         """One finding with the hint and the fixes that were found for it, and its place in the text."""
-        finding, advice = outcome.finding, outcome.advice
+        finding, advice, source = outcome.finding, outcome.advice, self._design.spec.source
         if advice is None:
-            return located(finding, self._design.spec)
+            return located(finding, source)
         left = self.left(finding)
         advised = advice(left) if self.budget.left > 0.0 else ""
         if isinstance(advised, Violation):
@@ -95,8 +95,7 @@ class Trials:
             finding = replace(finding, hint=advised)
         if left.is_cut_short or self.budget.left <= 0.0:
             finding = replace(finding, hint=f"{finding.hint} ({NOT_FURTHER})")
-        fixes = as_written(left.mending, self._design.spec.source)
-        return located(replace(finding, fixes=fixes), self._design.spec)
+        return located(replace(finding, fixes=as_written(left.mending, source)), source)
 
     def broken(self, finding: Finding, changed: SensorSpec) -> tuple[str, ...] | None:
         """What a changed design breaks: the rule itself if it still complains of the same key (of a note: if it still

@@ -110,12 +110,12 @@ def narrower(spec: SensorSpec, by: float) -> Iterator[Fix]:
     size = Edit("coil.outer_diameter", f"[{x * 1e3:g}, {across * 1e3:g}]" if long else f"{across * 1e3:g}")
     small = replace(spec, coil=replace(coil, size=(x if long else across, across)))
     for fix in fewer_turns(small, coil.most_turns - (y - across) / 2.0 / coil.pitch, 0):
-        yield _besides((size,), fix, coil)
+        yield _besides((size,), fix, coil.most_turns)
 
 
-def _besides(edits: tuple[Edit, ...], turned: Fix, coil: CoilSpec) -> Fix:
-    """Edits together with those of the turns, where these are others than the coil has now."""
-    return replace(turned, edits=(*edits, *(turned.edits if turned.spec.coil.most_turns != coil.most_turns else ())))
+def _besides(edits: tuple[Edit, ...], turned: Fix, turns: float) -> Fix:
+    """Edits together with those of the turns, where these are others than the `turns` of now."""
+    return replace(turned, edits=(*edits, *(turned.edits if turned.spec.coil.most_turns != turns else ())))
 
 
 def other_ends(spec: SensorSpec) -> Iterator[Fix]:
@@ -172,7 +172,7 @@ def wider(spec: SensorSpec, width: float, spacing: float) -> Iterator[Fix]:
         yield Fix(edits, replace(spec, coil=wide))
     room = coil.most_turns * coil.pitch / wide.pitch
     for fix in fewer_turns(replace(spec, coil=wide), room):
-        yield _besides(edits, fix, coil)
+        yield _besides(edits, fix, coil.most_turns)
 
 
 def capacitor(spec: SensorSpec, values: Iterable[float]) -> Iterator[Fix]:

@@ -114,6 +114,6 @@ def test_faults_of_the_drawing_point_at_the_key():
 def test_a_finding_by_hand_points_at_the_key(rule, root):
     spec = sitscad.load(root / "templates" / "grasper_4layer.yaml")
     (row,) = (each for each in sitscad.RULES if each.id == rule)
-    finding = located(finding_of(row, Violation("it is so", key=BY_HAND[rule]), spec.readout.device), spec)
+    finding = located(finding_of(row, Violation("it is so", key=BY_HAND[rule]), spec.readout.device), spec.source)
     (result,) = results_of(checked_spec(spec, (finding,), ()))
     assert_points_at_its_key(result, spec.source.text)

@@ -59,12 +59,12 @@ def tail_bend(design: Design) -> Iterator[Verdict]:
     if figure is None:
         yield Undecided(f"{spec.fpc.rules.name} states no bend radius for a {tail.bend} bend")
     else:
-        yield from _bend_radius(design, tail, *figure)
+        yield from _bend_radius(spec, tail, *figure)
 
 
-def _bend_radius(design: Design, tail: Tail, field: str, ratio: float) -> Iterator[Verdict]:
+def _bend_radius(spec: SensorSpec, tail: Tail, field: str, ratio: float) -> Iterator[Verdict]:
     """The radius that is wanted, or that so thick a tail needs by a figure of the fabricator's, inside the port."""
-    thickness, jaw = tail_thickness(design.spec.fpc), design.spec.jaw
+    thickness, jaw = tail_thickness(spec.fpc), spec.jaw
     room = None if jaw is None else jaw.port_diameter / 2.0
     radius, stated = ratio * thickness, tail.bend_radius or 0.0
     if room is None:
@@ -80,11 +80,11 @@ def _bend_radius(design: Design, tail: Tail, field: str, ratio: float) -> Iterat
                 "buttons), or no bend")
         yield Violation(
             f"a {tail.bend} bend of {counted(tail.layers, 'copper layer')} needs a radius of {show(radius, 'm', 3)} "
-            f"({house(design.spec.fpc.rules, field)} asks {ratio:g} times the {show(thickness, 'm', 3)} tail); inside "
+            f"({house(spec.fpc.rules, field)} asks {ratio:g} times the {show(thickness, 'm', 3)} tail); inside "
             f"the port there are {show(room, 'm', 3)}", hint, "fpc.tail.bend", radius, room, "m",
             severity=Severity.WARNING if tail.bend != "static" or tail.layers > 2 else Severity.NOTE,
-            source=source_of(design.spec.fpc.rules, field), advice=lambda left: first_tried(
-                [list(thinner_tails(design.spec)), list(plated_in_holes_alone(design.spec))], hint)(left),
+            source=source_of(spec.fpc.rules, field), advice=lambda left: first_tried(
+                [list(thinner_tails(spec)), list(plated_in_holes_alone(spec))], hint)(left),
         )
 
 
@@ -218,7 +218,7 @@ def judged_on_solids(document: Mapping[str, Any], spec: SensorSpec) -> tuple[Fin
             rule, key = JUDGED_BY[each["what"]]
             said = replace(_fault(each), key=key, measured=each["value"], limit=each["limit"], unit=each["unit"],
                            place=Place(*each["where_m"][:2]))
-            found.append(located(finding_of(_RULES[rule], said, spec.readout.device), spec))
+            found.append(located(finding_of(_RULES[rule], said, spec.readout.device), spec.source))
     return tuple(found)
 
 

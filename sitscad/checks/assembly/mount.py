@@ -193,16 +193,16 @@ def carried(design: Design) -> Iterator[Verdict]:
         besides = "" if is_all or found.pressed == found.body else whole
         yield Violation(
             f"{under} is carried on {area * 1e6:.3g} of its {of * 1e6:.3g} mm2{besides}; the rest has nothing under it",
-            _what_carries(design, mount), "mount.standoff", area, (HALF_OF_IT if is_all else MOST_OF_IT) * of, "m2",
+            _what_carries(mount), "mount.standoff", area, (HALF_OF_IT if is_all else MOST_OF_IT) * of, "m2",
             severity=Severity.ERROR if area < HALF_OF_IT * of else Severity.WARNING,
         )
 
 
-def _what_carries(design: Design, mount: Mount) -> str:
+def _what_carries(mount: Mount) -> str:
     """What would put something under the board."""
     if mount.kind == "fingertip":
         return "mount.standoff: plastic between the finger and the board carries all of it"
-    if design.layout.spec.jaw is not None and not mount.standoff:
+    if mount.jaw is not None and not mount.standoff:
         return "mount.standoff: a seat bridges the jaw's window, and carries what stands beside its face"
     return (
         "the seat is cut back to the port and the pad pocket: a lower stack (a thinner elastomer, a smaller "

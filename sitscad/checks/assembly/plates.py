@@ -341,6 +341,8 @@ def plates_apart(design: Design) -> Iterator[Verdict]:
     bulge = 0.0
     if spec.requirements.normal_force and spec.elastomer is not None:
         x, y = spec.elastomer.size
+        # Rubber keeps its volume: what is pressed out goes through the sides, x y strain over their length 2 (x + y) in
+        # the mean, and in the middle of a side's parabola half as much again.
         bulge = 1.5 * pressed(spec).strain * x * y / (2.0 * (x + y))
     beside = 2.0 * bulge if joints(spec) else max(wall, 2.0 * bulge)  # one piece has one well in the jig
     finest = max((parse_quantity(row["least"], "length") for row in rows("laser_cutting")

@@ -18,6 +18,7 @@ from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.fixes.moves import narrower, other_ends
 from sitscad.fixes.search import Fix, Left, first_or_vain, named, setting, tried, ways
+from sitscad.geometry.convex import Box
 from sitscad.layout.board import Layout
 from sitscad.layout.lanes import coils_breadth
 from sitscad.scene.bodies import Body, above_board
@@ -53,7 +54,7 @@ def sensor_width(design: Design) -> Iterator[Verdict]:
     """
     jaw, across = jaw_of(design.spec), design.layout.size[1]
     for slab in above_board(design.spec):
-        yield from _across_jaw(design, jaw, slab)
+        yield from _across_jaw(design.layout.body, jaw, slab)
     yield from _overhang(design, jaw)
     yield from _in_pocket(design, jaw, *design.layout.body_size)
     if across > jaw.port_diameter + ROUNDING:
@@ -68,9 +69,9 @@ def sensor_width(design: Design) -> Iterator[Verdict]:
         )
 
 
-def _across_jaw(design: Design, jaw: Jaw, slab: Body) -> Iterator[Verdict]:
+def _across_jaw(body: Box, jaw: Jaw, slab: Body) -> Iterator[Verdict]:
     """Elastomer or target across the jaw, each where it stands, beyond both the jaw and the board that carries it."""
-    (_, low, _, high), (_, y0, _, y1) = slab.footprint.box, design.layout.body
+    (_, low, _, high), (_, y0, _, y1) = slab.footprint.box, body
     middle, width = (y0 + y1) / 2, high - low
     needed, room = 2.0 * max(high - middle, middle - low), max(jaw.width, min(y1 - y0, jaw.port_diameter))
     if needed > room + ROUNDING:

@@ -26,6 +26,7 @@ from sitscad.layout.board import Pad, Role, Teardrop, Trace, Via
 from sitscad.spec.circuit import LayerKind
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.design_rules import DesignRules
+from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
 GRAIN = 1e-6
@@ -68,7 +69,7 @@ def copper_to_edge(design: Design) -> Iterator[Verdict]:
         yield found if not at_plug else replace(
             found, hint=f"{missing}a connector with more board beside its contacts", key="fpc.tail.connector",
             advice=lambda left, missing=missing: missing + design.once(  # type: ignore[misc]
-                "connector with more edge", lambda: _connector_with_edge(design, left)),
+                "connector with more edge", lambda: _connector_with_edge(design.spec, left)),
         )
 
 
@@ -86,14 +87,14 @@ def _near_edge(design: Design) -> dict[tuple[str, int], tuple[float, int, Item]]
     return worst
 
 
-def _connector_with_edge(design: Design, left: Left) -> str:
+def _connector_with_edge(spec: SensorSpec, left: Left) -> str:
     """A connector whose contacts stand far enough from the edge, found by laying the board out with it."""
-    tail = design.spec.fpc.tail
+    tail = spec.fpc.tail
     assert tail is not None
     unseen = " (unverified)" if is_unverified(tail.connector.source, "edge_margin") else ""
     have = f"{tail.connector.name} has {show(tail.connector.edge_margin, 'm')}{unseen}"
     margin = f"beside its contacts {have} of board from their middle"
-    for fix in larger_connectors(design.spec, "edge_margin"):
+    for fix in larger_connectors(spec, "edge_margin"):
         layout = left.drawn(fix.spec)
         if layout is None:
             break
@@ -149,12 +150,12 @@ def _worst_of_each_kind(design: Design, of_vias: bool, key: str) -> Iterator[Vio
             words = sorted((_kind(near.one), _kind(near.other)))
             kinds.setdefault((*words, near.one.net == near.other.net, near.one is near.other), []).append(near)
     for places in kinds.values():
-        yield _spacing_complaint(design, places[0], len(places), key)
+        yield _spacing_complaint(design.spec, places[0], len(places), key)
 
 
-def _spacing_complaint(design: Design, near: Nearness, places: int, key: str) -> Violation:
+def _spacing_complaint(spec: SensorSpec, near: Nearness, places: int, key: str) -> Violation:
     """The complaint for two pieces that are too near, and how many such places there are."""
-    spec, asked = design.spec, near.asked + ALLOWED_SHORTFALL
+    asked = near.asked + ALLOWED_SHORTFALL
     how = "overlap" if near.gap <= 0.0 else f"are {show(near.gap, 'm')} apart"
     more = f" (and in {places - 1} more)" if places > 1 else ""
     who, source = gap_asked_by(spec.fpc.rules, asked)
@@ -235,6 +236,8 @@ def _others(count: int, taken: Index) -> Index:
 
 def crossings(start: Point, end: Point, corners: Sequence[Point]) -> Iterator[float]:
     """How far along a line, as a share of it, a closed polygon's edges cross it."""
+    # Line and edge, start + t d and a + u b, meet where both cross products with what lies between them say so:
+    # t = (a x b) / (d x b) and u = (a x d) / (d x b), with `a` counted from the line's start.
     dx, dy = end - start
     for a, b in pairwise(corners):
         (ax, ay), (bx, by) = (a.x - start.x, a.y - start.y), (b.x - a.x, b.y - a.y)

@@ -4,7 +4,7 @@ pieces come to one another: turn to turn of one net just as much as net to net.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -194,6 +194,8 @@ def _gaps(copper: Copper, i: Index, j: Index, asked: Array, half: Array | None =
     joined = np.where(copper.chain[i] == copper.chain[j], joined, 0.0)
     far = np.flatnonzero(way >= joined)
     gap[far] = distances(copper.pieces.take(i[far]), copper.pieces.take(j[far])) - widths[far]
+    # What is joined is cut off the facing ends, so that as much way lies between the rest as counts as joined. The cut
+    # may fall on either end, so it is shared out between both in `_SPLITS` steps, and the nearest of all counts.
     near = np.flatnonzero(way < joined)
     if near.size:
         shares = np.linspace(0.0, 1.0, _SPLITS + 1)
@@ -283,7 +285,7 @@ def _stands(layout: Layout) -> Iterator[tuple[int, _Stand]]:
         for element in coil.series:
             ways[_key(element)] = _Stand(number, way)
             way += element.path.length if isinstance(element, Trace) else 0.0
-        yield from _contact_stands(layout, coil, number, way)
+        yield from _contact_stands(layout.all_pads, coil, number, way)
     items: tuple[Trace | Via, ...] = (*layout.traces, *layout.vias)
     own = {_key(item): item for item in items}
     yield from ((id(own[key]), stand) for key, stand in ways.items() if key in own)
@@ -295,7 +297,7 @@ def _stands(layout: Layout) -> Iterator[tuple[int, _Stand]]:
             yield id(drop), _Stand(stand.chain, stand.at + (0.0 if drop.at_start else track.path.length))
 
 
-def _contact_stands(layout: Layout, coil: Coil, number: int, length: float) -> Iterator[tuple[int, _Stand]]:
+def _contact_stands(pads: Sequence[Pad], coil: Coil, number: int, length: float) -> Iterator[tuple[int, _Stand]]:
     """Each contact of a coil (by identity), and where along the coil's conductor (m) it stands."""
     traces = [element for element in coil.series if isinstance(element, Trace)]
     if not traces:
@@ -307,7 +309,7 @@ def _contact_stands(layout: Layout, coil: Coil, number: int, length: float) -> I
         way += one.path.length if isinstance(one, Trace) else 0.0
         if isinstance(one, Trace) and isinstance(other, Trace) and one.layer == other.layer:
             ends.append((one.path.end, way))
-    for pad in layout.all_pads:
+    for pad in pads:
         (x, y), dx, dy = pad.centre, pad.size[0] / 2.0 + ROUNDING, pad.size[1] / 2.0 + ROUNDING
         for point, at in ends:
             if pad.net == coil.net and abs(point.x - x) <= dx and abs(point.y - y) <= dy:

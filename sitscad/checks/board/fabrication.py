@@ -231,7 +231,7 @@ def loop_lines(design: Design) -> Iterator[Verdict]:
                 f"{WAIVER}, or widen tracks and gaps, which takes turns and lowers L and Rp (see SIT201 and SIT203)",
                 f"coil.{field}", value, smallest, "m", Severity.ERROR if binds else Severity.WARNING,
                 source_of(rules, f"coil_{field}"),
-                advice=partial(_waived if binds else _hardly_widened, design, f"coil_{field}"),
+                advice=partial(_waived if binds else _hardly_widened, design.spec, f"coil_{field}"),
                 detail="" if binds else f"this only warns: {why}",
             )
     unknown = next((f for f in ("coil_trace_width", "coil_trace_spacing") if f in rules.beyond), None)
@@ -277,19 +277,19 @@ def _finer(houses: Sequence[Fix]) -> str:
     return f"a finer fabricator by fpc.rules ({', '.join(fix.edits[0].new for fix in houses[:NAMED])})"
 
 
-def _hardly_widened(design: Design, field: str, left: Left) -> str:
+def _hardly_widened(spec: SensorSpec, field: str, left: Left) -> str:
     """Tracks and gaps as a rule asks that only warns, where the coil has room for that with all its turns."""
-    rules = design.spec.fpc.rules
+    rules = spec.fpc.rules
     widths = (rules.coil_trace_width or 0.0, rules.coil_trace_spacing or 0.0)
-    fixes = islice(wider(design.spec, *widths), 1)
-    found = first_that_mends((fix for fix in fixes if fix.spec.coil.turns == design.spec.coil.turns), left)
+    fixes = islice(wider(spec, *widths), 1)
+    found = first_that_mends((fix for fix in fixes if fix.spec.coil.turns == spec.coil.turns), left)
     widened = "" if found is None else f"{found.words} keeps all turns{TRIED}"
-    known = [words for words in (widened, _as_foil(design.spec, field, left)) if words]
+    known = [words for words in (widened, _as_foil(spec, field, left)) if words]
     return _once("; or ".join((*known, WAIVER))) if known else ""
 
 
-def _waived(design: Design, field: str, left: Left) -> str:
-    widened = _widened(design.spec, field, left)
+def _waived(spec: SensorSpec, field: str, left: Left) -> str:
+    widened = _widened(spec, field, left)
     return f"{WAIVER}, or {widened}" if widened else ""
 
 

@@ -31,6 +31,7 @@ from sitscad.layout.lanes import Ring
 from sitscad.record import record
 from sitscad.scene.tail_path import TOO_SHORT, bends_of_mount, own_bend, room_for_own, tail_path
 from sitscad.spec.circuit import Plating, Stackup
+from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
 LENGTH_GRAIN, TRIALS, LONGEST = 0.1e-3, 5, 5.0
@@ -86,7 +87,7 @@ def bend_zone(design: Design) -> Iterator[Verdict]:
     yield from _mount_bends(design)
     yield from _too_short(design)
     yield from _misplaced(design)
-    yield from _too_sharp(design)
+    yield from _too_sharp(design.spec)
 
 
 def _mount_bends(design: Design) -> Iterator[Violation]:
@@ -186,21 +187,21 @@ def _misplaced(design: Design) -> Iterator[Violation]:
         )
 
 
-def _too_sharp(design: Design) -> Iterator[Violation]:
+def _too_sharp(spec: SensorSpec) -> Iterator[Violation]:
     """A bend whose radius the spec gives, and which is sharper than the fabricator's."""
-    tail, least, figure = design.spec.fpc.tail, least_bend_radius(design.spec.fpc), bend_figure(design.spec.fpc)
+    tail, least, figure = spec.fpc.tail, least_bend_radius(spec.fpc), bend_figure(spec.fpc)
     if tail is None or tail.bend_radius is None or least is None or figure is None:
         return
     if tail.bend_radius < least - ROUNDING:
         rounder = math.ceil(least * 1e5 - 1e-6) * 1e-5  # as it is written
-        spec = setting(design.spec, "fpc.tail.bend_radius", rounder, "").spec
-        fix = Fix((Edit("fpc.tail.bend.radius", f"{rounder * 1e3:.6g}"),), spec)
+        changed = setting(spec, "fpc.tail.bend_radius", rounder, "").spec
+        fix = Fix((Edit("fpc.tail.bend.radius", f"{rounder * 1e3:.6g}"),), changed)
         hint = "a larger fpc.tail.bend.radius, or leave it out"
         yield Violation(
             f"a {tail.bend} bend of {show(tail.bend_radius, 'm', 3)} inside radius is sharper than the {figure[1]:g} "
-            f"thicknesses that {house(design.spec.fpc.rules, figure[0])} asks: {show(least, 'm', 3)}", hint,
+            f"thicknesses that {house(spec.fpc.rules, figure[0])} asks: {show(least, 'm', 3)}", hint,
             "fpc.tail.bend.radius", tail.bend_radius, least, "m", severity=Severity.WARNING,
-            source=source_of(design.spec.fpc.rules, figure[0]),
+            source=source_of(spec.fpc.rules, figure[0]),
             advice=first_tried([[fix]], hint),
         )
 

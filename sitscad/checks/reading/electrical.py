@@ -99,6 +99,7 @@ def frequency_ceiling(design: Design) -> Iterator[Verdict]:
     if worst is not None and worst.value > high:
         now = design.estimates.readout.capacitance
         whole = next(coil.capacitance for coil in design.estimates.coils if coil.name == worst.coil)
+        # f = 1 / (2 pi sqrt(L C)), so the whole capacitance grows with the square of what the frequency is to fall by
         wanted = now + whole * ((worst.value / (0.95 * high)) ** 2 - 1.0)
         fitting = [value for value in preferred_values(design.converter) if value >= wanted]
         larger = list(capacitor(design.spec, fitting[:3]))

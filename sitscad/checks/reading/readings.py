@@ -144,6 +144,7 @@ def overdamped_tank(design: Design) -> Iterator[Verdict]:
         return
     value, name, state = min(found)
     now = design.estimates.readout.capacitance
+    # Q goes with the root of L/C: capacitors with which it would come to 10 or more, far from overdamped
     below = [each for each in reversed(preferred_values(design.converter)) if each <= now * (value / 10.0) ** 2]
     smaller = list(capacitor(design.spec, below[:2]))
 

@@ -150,6 +150,8 @@ def _convex(pieces: list[Piece]) -> Path:
     path = Path(tuple(piece for _, piece in pieces))
     if enclosed_area(path) < 0.0:
         pieces, path = [(words, piece.reversed()) for words, piece in reversed(pieces)], path.reversed()
+    # A closed outline is convex where it turns to one side alone, at corners and in arcs, and once round in all: one
+    # that crosses itself turns round more often.
     around = 0.0
     for (words, piece), (_, before) in zip(pieces, [pieces[-1], *pieces[:-1]], strict=True):
         turn = math.remainder(_heading(piece, 0.0) - _heading(before, 1.0), 2.0 * math.pi)

@@ -253,7 +253,7 @@ EVEN = 0.2  # Thicknesses by which a joined pad may reach farther beyond its tar
 
 
 def check_webs(
-    web: float | None, array: ArraySpec, target: Target | None, pad: ElastomerPad | None, has_film: bool,
+    web: float | None, pattern: str, target: Target | None, pad: ElastomerPad | None, has_film: bool,
     remarks: Remarks,
 ) -> None:
     """Whether strips of that width (m) can join the pads: rectangles in rows and columns, under targets that stand as
@@ -261,7 +261,7 @@ def check_webs(
     """
     if web is None or pad is None or target is None:
         return
-    if array.pattern not in ("line", "grid"):
+    if pattern not in ("line", "grid"):
         remarks.flaw("SIT009", "cells.web", "webs join pads in rows and columns", "array.pattern: line or grid")
     if pad.outline.is_round or web >= min(pad.size):
         remarks.flaw("SIT009", "cells.web", "webs join square or rectangular pads and are narrower than these",

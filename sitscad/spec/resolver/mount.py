@@ -61,7 +61,7 @@ def resolve_mount(part: Mount | None, shield: Shield | None, remarks: Remarks, p
         return mount
     if isinstance(retention, str):
         retention = Retention(retention)
-    _check_retention(retention, mount, remarks)
+    _check_retention(retention, mount.jaw, remarks)
     return replace(mount, retention=retention)
 
 
@@ -137,12 +137,12 @@ def _written_over(own: Jaw, step: StepPart | None) -> Jaw:
     return replace(base, **figures, name=own.name, step=step, source=source, written=written)
 
 
-def _check_retention(retention: Retention, mount: Mount, remarks: Remarks) -> None:
+def _check_retention(retention: Retention, jaw: Jaw | None, remarks: Remarks) -> None:
     """Whether the jaw is known that is to be cut, and whether a dovetail can slide in."""
-    if mount.jaw is None or mount.jaw.step is not None:
+    if jaw is None or jaw.step is not None:
         message = "the jaw is a STEP file, which is not cut here"
         remarks.flaw("SIT009", "mount.retention", message, "retention: glue, and cut the file's jaw yourself")
-    elif retention.kind == "dovetail" and mount.jaw.pocket is not None and mount.jaw.recess:
+    elif retention.kind == "dovetail" and jaw.pocket is not None and jaw.recess:
         message = "a dovetail slides in from the tip, where the jaw's pad pocket is closed"
         remarks.flaw("SIT009", "mount.retention", message, "retention: pins, or a jaw without a pocket")
 

@@ -55,7 +55,7 @@ def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = No
     if pad is not None:
         pad = _sized(pad, "elastomer", (side, side) if target is None else _carrying(target, pad.offset), remarks)
     if cells is not None:
-        check_webs(cells.web, array, target, pad, document.encapsulation is not None, remarks)
+        check_webs(cells.web, array.pattern, target, pad, document.encapsulation is not None, remarks)
     is_glued = any((target, pad, mount))
     readout = _readout(document.readout, document.fpc.tail, remarks)
     assembly = _assembly(document.assembly, is_glued, remarks)
