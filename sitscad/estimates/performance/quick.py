@@ -169,6 +169,9 @@ def _reach(spec: SensorSpec) -> tuple[float, float]:
 def _pull(estimates: Estimates) -> Array:
     """How much more or less a tank's frequency follows its inductance than a free one's: by the states at rest,
     pressed.
+
+    This is no second law of the tank beside `RestingTanks`, which asks for the loss that the target changes: shares of
+    an endless target leave it out, so what loss and delay pull is taken in proportion, as the states have it.
     """
     found = np.ones(len(estimates.coils))
     for k, coil in enumerate(estimates.coils):
