@@ -16,6 +16,7 @@ from sitscad.calibration.unknowns import POSE_ERRORS, WIDEST, Unknown, named, un
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.pad import pushed
 from sitscad.estimates.response.working_range import WorkingRange, working_range
+from sitscad.estimates.scatter import with_modulus, with_pad
 from sitscad.mechanics.motion import angles, rotations
 from sitscad.mechanics.pad import HELD_SHEAR, HELD_STRAIN
 from sitscad.physics.polynomials import Polynomial, chebyshev, exponents, least_squares, spread
@@ -242,14 +243,11 @@ class Sensors:
 
     def _own(self, off: Mapping[str, float]) -> SensorSpec:
         """The spec with the pad of one sensor."""
-        pad = self.model.spec.elastomer
+        spec = with_modulus(with_pad(self.model.spec, off["gap"]), off["modulus"])
+        pad = spec.elastomer
         assert pad is not None
-        material = replace(
-            pad.material,
-            shear_modulus=pad.material.shear_modulus * math.exp(off["modulus"]),
-            ogden_exponent=pad.material.ogden_exponent + off["exponent"],
-        )
-        return replace(self.model.spec, elastomer=replace(pad, thickness=pad.thickness + off["gap"], material=material))
+        material = replace(pad.material, ogden_exponent=pad.material.ogden_exponent + off["exponent"])
+        return replace(spec, elastomer=replace(pad, material=material))
 
     def placed(self, errors: Array, travel: Array) -> Array:
         """The poses (n, 6) of one sensor's target that has gone by `travel` (n, 6; m, rad) from where it rests."""

@@ -170,14 +170,16 @@ def _with_capacitor(spec: SensorSpec, off: float) -> SensorSpec:
     return spec if chosen is None else replace(spec, readout=replace(spec.readout, capacitance=chosen * (1.0 + off)))
 
 
-def _with_pad(spec: SensorSpec, off: float) -> SensorSpec:
+def with_pad(spec: SensorSpec, off: float) -> SensorSpec:
+    """The spec with a pad thicker by so much (m)."""
     pad = spec.elastomer
     if pad is None:
         return spec
     return replace(spec, elastomer=replace(pad, thickness=max(LEAST_FACTOR * pad.thickness, pad.thickness + off)))
 
 
-def _with_modulus(spec: SensorSpec, off: float) -> SensorSpec:
+def with_modulus(spec: SensorSpec, off: float) -> SensorSpec:
+    """The spec with a pad whose shear modulus has a logarithm larger by so much."""
     pad = spec.elastomer
     if pad is None:
         return spec
@@ -215,9 +217,9 @@ CAUSES = (
     Cause(DIAMETER, "1", BOARD, _of_table(DIAMETER)),
     Cause(PERMITTIVITY, "1", BOARD, _of_table(PERMITTIVITY)),
     Cause(CAPACITOR, "1", COIL, _of_converter("capacitor_tolerance"), "readout.capacitance", _with_capacitor),
-    Cause(PAD, "m", UNIT, _of_pad("elastomer", PAD), "elastomer.thickness", _with_pad, pose=2),
+    Cause(PAD, "m", UNIT, _of_pad("elastomer", PAD), "elastomer.thickness", with_pad, pose=2),
     Cause(PAD_SIZE, "m", UNIT, _of_pad("elastomer_size", PAD_SIZE)),
-    Cause(MODULUS, "1", UNIT, _modulus_sigma, "elastomer.modulus", _with_modulus, is_logarithmic=True),
+    Cause(MODULUS, "1", UNIT, _modulus_sigma, "elastomer.modulus", with_modulus, is_logarithmic=True),
     Cause(GLUE, "m", UNIT, _glue_band, "assembly.glue_line", _with_glue, pose=2),
     Cause(OFFSET_X, "m", UNIT, _placement_band, "target.offset.x", _beside(0), pose=0),
     Cause(OFFSET_Y, "m", UNIT, _placement_band, "target.offset.y", _beside(1), pose=1),
