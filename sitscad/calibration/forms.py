@@ -15,7 +15,7 @@ from sitscad.calibration.model_fit import SUSPECT, ModelFit
 from sitscad.calibration.points import load_errors, load_slopes, unknown_slopes
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import units
-from sitscad.physics.polynomials import exponents, monomials
+from sitscad.physics.polynomials import POINTS_A_TERM, exponents, monomials
 from sitscad.record import record
 
 SMALL = 1e-10  # Share of the largest singular value below which terms of a map count as one
@@ -123,8 +123,8 @@ def compared(parts: Sequence[tuple[Samples, Samples]], gain: Array, noise: Array
         ones = [1.0] * parts[0][0].forces.shape[1]
         spline = len(form.knots) * len(exponents(ones, form.beside)) if form.knots else 0
         wanted = len(exponents(ones, form.degree, 1)) + len(exponents(ones, form.below, 1)) + spline
-        for learnt, asked in parts:  # half as many more samples as terms are wanted
-            shape = fitted(form, learnt, gain, noise) if len(learnt.forces) >= 1.5 * wanted else None
+        for learnt, asked in parts:
+            shape = fitted(form, learnt, gain, noise) if len(learnt.forces) >= POINTS_A_TERM * wanted else None
             if shape is None:
                 square.append(np.inf)
                 size = 0

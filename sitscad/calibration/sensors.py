@@ -19,7 +19,7 @@ from sitscad.estimates.response.working_range import WorkingRange, working_range
 from sitscad.estimates.scatter import with_modulus, with_pad
 from sitscad.mechanics.motion import angles, rotations
 from sitscad.mechanics.pad import HELD_SHEAR, HELD_STRAIN
-from sitscad.physics.polynomials import Polynomial, chebyshev, exponents, least_squares, spread
+from sitscad.physics.polynomials import POINTS_A_TERM, Polynomial, chebyshev, exponents, least_squares, spread
 from sitscad.physics.resonator import oscillate_alike
 from sitscad.readout.conversion import Conversion
 from sitscad.record import record
@@ -29,7 +29,6 @@ from sitscad.spec.sensor import SensorSpec
 WEIGHTS, DEGREE = (1.0, 1.0, 1.5, 2.0, 2.0, 3.0), 6.0
 """What a degree costs along each number of a pose, and how much in all: 151 terms."""
 
-POINTS_A_TERM = 1.5  # Poses solved for every term
 CHECKED = 8, 3  # Sensors, and loads of each, at which a chart is held against poses that are solved
 FAR = 0.02  # Height (m) from which a target of a few millimetres changes nothing: 1e-6 of its change at rest
 LEAST = 1e-7  # Least share of a coil's inductance that a target's change counts as: its logarithm is charted

@@ -16,6 +16,9 @@ from sitscad.record import record
 
 Exponents = NDArray[np.int64]
 
+POINTS_A_TERM = 1.5
+"""Points for each term of a polynomial that is fitted by least squares: of fewer it swings between them."""
+
 PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
 """Bases of Halton's sequence."""
 

@@ -19,7 +19,7 @@ from sitscad.arrays import Array
 from sitscad.estimates.performance.bench import Bench
 from sitscad.estimates.performance.values import Loads, along
 from sitscad.estimates.response.working_range import WorkingRange
-from sitscad.physics.polynomials import Polynomial, exponents, least_squares
+from sitscad.physics.polynomials import POINTS_A_TERM, Polynomial, exponents, least_squares
 from sitscad.record import record
 
 GRID = {1: 13, 2: 8, 3: 5}  # Points along each axis of the grid that the map is fitted to, by how many axes there are
@@ -73,7 +73,7 @@ def best_fitted(points: Array, values: Array, held_out: tuple[Array, Array], mos
     found, apart = None, np.inf
     spread = np.maximum(np.ptp(values, axis=0), 1e-300)
     for degree in range(1, most + 1):
-        if 1.5 * len(exponents([1.0] * points.shape[1], degree, 1)) > len(points):
+        if POINTS_A_TERM * len(exponents([1.0] * points.shape[1], degree, 1)) > len(points):
             break
         one = fitted(points, values, degree)
         error = float(np.sqrt(np.mean(((one(held_out[0]) - held_out[1]) / spread) ** 2)))

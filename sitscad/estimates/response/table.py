@@ -15,14 +15,13 @@ from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.pad import pushed
 from sitscad.estimates.response.working_range import WorkingRange, working_range
 from sitscad.mechanics.pad import HELD_TILT
-from sitscad.physics.polynomials import Polynomial, exponents, least_squares, spread
+from sitscad.physics.polynomials import POINTS_A_TERM, Polynomial, exponents, least_squares, spread
 from sitscad.record import record
 
 INPUTS = ("normal_N", "shear_x_N", "shear_y_N", "rx_rad", "ry_rad")  # What the table is asked for, in its order
 DEGREE, TILT_DEGREE = 7, 3  # Of the polynomials in the forces of a level target, and in all inputs of what a tilt adds
 
-POINTS_A_TERM, ASKED = 1.5, (16, 8)
-"""Points solved for every term, and others on which the table is tried: level ones and tilted ones."""
+ASKED = 16, 8  # Points, level and tilted, beside those it is fitted to, on which the table is tried
 
 DOWN = 0.4
 """Share of the height left under a level target's edge, by the table's largest force, by which a tilt may lower it."""
