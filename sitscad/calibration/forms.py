@@ -67,8 +67,10 @@ class Samples:
     forces: Array
 
 
-def fitted(form: Form, samples: Samples, gain: Array, noise: Array) -> MapForm | None:
-    """A form fitted to samples; `noise` (coils), one sigma, relative. None where its denominator comes near nothing."""
+def fitted_form(form: Form, samples: Samples, gain: Array, noise: Array) -> MapForm | None:
+    """A form fitted to samples; `noise` (coils), one sigma, relative. None where samples are too few for its terms, or
+    where its denominator comes near nothing.
+    """
     seen = changes(samples.readings, samples.rest, gain, form.logarithmic)
     mix = linear(seen, samples.forces, 2.0 * noise * (gain if form.logarithmic else 1.0))
     mixed, axes = seen @ mix.T, len(mix)
@@ -76,6 +78,8 @@ def fitted(form: Form, samples: Samples, gain: Array, noise: Array) -> MapForm |
     powers, beside = exponents(ones, form.degree, 1), exponents(ones, form.beside if form.knots else -1.0)
     below, knots = exponents(ones, form.below, 1), np.array(form.knots)
     columns = terms(mixed, powers, knots, beside)
+    if len(columns) < POINTS_A_TERM * (columns.shape[1] + len(below)):
+        return None
     numerator, denominator = _coefficients(columns, monomials(mixed, below), samples.forces)
     low, high = mixed.min(axis=0), mixed.max(axis=0)
     if below.size:  # the least denominator of any axis in the box that readings may lie in, and a little beyond
@@ -120,11 +124,8 @@ def compared(parts: Sequence[tuple[Samples, Samples]], gain: Array, noise: Array
     found = []
     for form in FORMS:
         square, size = [], 0
-        ones = [1.0] * parts[0][0].forces.shape[1]
-        spline = len(form.knots) * len(exponents(ones, form.beside)) if form.knots else 0
-        wanted = len(exponents(ones, form.degree, 1)) + len(exponents(ones, form.below, 1)) + spline
         for learnt, asked in parts:
-            shape = fitted(form, learnt, gain, noise) if len(learnt.forces) >= POINTS_A_TERM * wanted else None
+            shape = fitted_form(form, learnt, gain, noise)
             if shape is None:
                 square.append(np.inf)
                 size = 0
@@ -260,9 +261,9 @@ def _set_right(sensors: Sensors, errors: Array, loads: Array, solved: Array) -> 
 def _map(sensors: Sensors, form: Form, learnt: Samples, errors: Array) -> InverseMap:
     """A form fitted to samples of one sensor, as a map; a plain polynomial where the form cannot be fitted to them."""
     own = gain(sensors)
-    shape = fitted(form, learnt, own, sensors.noise)
+    shape = fitted_form(form, learnt, own, sensors.noise)
     if shape is None:
-        shape = fitted(Form("polynomial of degree 3", True, 3), learnt, own, sensors.noise)
+        shape = fitted_form(Form("polynomial of degree 3", True, 3), learnt, own, sensors.noise)
     assert shape is not None
     rest = np.rint(sensors.conversion.counts(sensors.under(errors, np.zeros((1, 3)))[0]))
     spec, scope = sensors.model.spec, sensors.range

@@ -15,7 +15,7 @@ from tolerance import approx
 import sitscad
 from sitscad.calibration import calibrate, map_of
 from sitscad.calibration.calibration import calibrate_by
-from sitscad.calibration.forms import Form, Samples, fitted
+from sitscad.calibration.forms import Form, Samples, fitted_form
 from sitscad.calibration.inverse_map import ridge
 from sitscad.calibration.model_fit import NoFit, levenberg_marquardt
 from sitscad.calibration.points import Points, offered
@@ -201,9 +201,9 @@ def test_a_rational_map_with_a_pole_between_its_samples_is_not_taken():
     readings = 1.0 / np.sqrt(1.0 - x[:, None])
     forces = (x / (1.0 - x / 0.5))[:, None]
     rational = Form("rational", False, 1, 1)
-    assert fitted(rational, Samples(readings, np.ones(1), forces), np.ones(1), np.full(1, 1e-9)) is None
+    assert fitted_form(rational, Samples(readings, np.ones(1), forces), np.ones(1), np.full(1, 1e-9)) is None
     smooth = Samples(readings, np.ones(1), (x / (1.0 + 0.5 * x))[:, None])
-    assert fitted(rational, smooth, np.ones(1), np.full(1, 1e-9)) is not None
+    assert fitted_form(rational, smooth, np.ones(1), np.full(1, 1e-9)) is not None
 
 
 def test_too_many_points_are_refused(design):
