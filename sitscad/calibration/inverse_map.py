@@ -159,7 +159,7 @@ def terms(mixed: Array, powers: Exponents, knots: Array, spline_powers: Exponent
 WEIGHTS = (1e-3, 1e-2, 1e-1, 1.0, 10.0)  # How firmly a correction is held small: of its columns' mean square
 DEGREES = (1, 2)  # Degrees of corrections that are tried
 
-SERVES, POINTS_A_TERM = 0.8, 3
+SERVES, MEASURED_A_TERM = 0.8, 3
 """A correction is taken where it leaves less than this of the errors, every point foretold by the others, and where
 there are so many points for each of its terms."""
 
@@ -197,7 +197,7 @@ def correct(given: InverseMap, readings: Array, tare: Array, forces: Array) -> C
     for degree in DEGREES:
         chosen = np.flatnonzero(given.powers.sum(axis=1) <= degree)
         columns = monomials(mixed, given.powers[chosen])
-        for weight in WEIGHTS if len(before) >= POINTS_A_TERM * len(chosen) else ():
+        for weight in WEIGHTS if len(before) >= MEASURED_A_TERM * len(chosen) else ():
             numerator, alone = given.numerator.copy(), np.empty_like(before)
             for k, scale in enumerate(given.full_scale):
                 added, left = ridge(columns / bottom[:, k : k + 1], before[:, k : k + 1] / scale, weight)
