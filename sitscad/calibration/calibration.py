@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from sitscad.arrays import Array
-from sitscad.calibration.forms import Tried, chosen_form, drawn_map, error_by_misfit, error_by_unknowns, own_map
+from sitscad.calibration.forms import Tried, chosen_form, error_by_misfit, error_by_unknowns, error_on_others, own_map
 from sitscad.calibration.inverse_map import Correction, InverseMap, correct
 from sitscad.calibration.misfit import far_off, pattern
 from sitscad.calibration.model_fit import SUSPECT, ModelFit, NoFit, fit_model
@@ -184,9 +184,12 @@ def foretell(model: ResponseModel, is_held: bool = True, count: int = USUAL_POIN
         raise ValueError(f"{FEWEST} to {MOST} points are planned, not {count}")
     sensors = sensors_of(model, is_held)
     form, tried = chosen_form(sensors)
-    drawn, planned = drawn_map(sensors, form.form), plan(sensors, count)
-    # what a tare alone leaves is that of simulated units, not of first order; no point makes more of it
-    errors = np.vstack([drawn.error, np.minimum(planned.errors[1:], drawn.error)])
+    drawn, planned = own_map(sensors, form.form, np.zeros(len(sensors.known))), plan(sensors, count)
+    untold = error_on_others(sensors, drawn)
+    # What a tare alone leaves is that of simulated units, not of first order; no point makes more of it. What the form
+    # itself leaves, no point takes away.
+    errors = np.vstack([untold, np.minimum(np.hypot(planned.errors[1:], drawn.error), untold)])
+    drawn = replace(drawn, error=untold)
     found = Calibration(sensors, drawn, form, tried, replace(planned, errors=errors))
     return replace(found, turned=turned_otherwise(found, np.zeros(len(sensors.known))))
 

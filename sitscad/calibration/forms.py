@@ -188,21 +188,20 @@ def chosen_form(sensors: Sensors) -> tuple[Tried, tuple[Tried, ...]]:
     return best(tried), tried
 
 
-def drawn_map(sensors: Sensors, form: Form) -> InverseMap:
-    """The map of the sensor as it is drawn; its error is that on other sensors of the design, after their own tare."""
-    none = np.zeros(len(sensors.known))
-    found = _map(sensors, form, samples(sensors, none, _learnt_and_asked(sensors)[0]), none)
+def error_on_others(sensors: Sensors, found: InverseMap) -> Array:
+    """Errors (axes; N), rms, of a map on sensors as they are made, each after its own tare."""
     loads, square = sensors.range.inside(ASKED // 2, LEARNT), []
     for errors in units(sensors.known, SCATTERED, SCATTER_SEED):
         other = samples(sensors, errors, loads)
         square.append((found(other.readings, other.rest) / sensors.range.full_scales - other.forces) ** 2)
-    return replace(found, error=np.sqrt(np.mean(square, axis=(0, 1))) * sensors.range.full_scales)
+    return np.asarray(np.sqrt(np.mean(square, axis=(0, 1))) * sensors.range.full_scales)
 
 
 def own_map(sensors: Sensors, form: Form, errors: Array) -> InverseMap:
-    """The map of one sensor, to a chart that some loads solved for it set right; its error is what the form itself
-    leaves of loads that it was not fitted to, the converter's noise in it, and what the chart is off by at those loads,
-    each as if it had not set the chart right, where a chart that ends before this sensor does shows.
+    """The map of one sensor, by its `errors` (zeros: as it is drawn), to a chart that some loads solved for it set
+    right; its error is what the form itself leaves of loads that it was not fitted to, the converter's noise in it,
+    and what the chart is off by at those loads, each as if it had not set the chart right, where a chart that ends
+    before this sensor does shows.
     """
     learnt, asked = _learnt_and_asked(sensors)
     loads, count = np.vstack([learnt, asked]), len(learnt)
@@ -210,7 +209,7 @@ def own_map(sensors: Sensors, form: Form, errors: Array) -> InverseMap:
     solved = sensors.under(errors, np.vstack([np.zeros((1, 3)), loads[:SOLVED]]), exact=True)
     right, left = _set_right(sensors, errors, loads, solved)
     readings = whole.readings * right
-    found = _map(sensors, form, Samples(readings[:count], whole.rest, whole.forces[:count]), errors)
+    found = _map(sensors, form, Samples(readings[:count], whole.rest, whole.forces[:count]), solved[0])
     noisy = sensors.read(readings[count:], np.random.default_rng(SEED), 1)
     by_form = found(noisy, whole.rest) - whole.forces[count:] * sensors.range.full_scales
     by_chart = found(solved[1:] * left, solved[0]) - found(readings[:SOLVED], whole.rest)
@@ -258,16 +257,17 @@ def _set_right(sensors: Sensors, errors: Array, loads: Array, solved: Array) -> 
     return np.exp(asked @ found), np.exp(more)
 
 
-def _map(sensors: Sensors, form: Form, learnt: Samples, errors: Array) -> InverseMap:
-    """A form fitted to samples of one sensor, as a map; a plain polynomial where the form cannot be fitted to them."""
+def _map(sensors: Sensors, form: Form, learnt: Samples, rest: Array) -> InverseMap:
+    """A form fitted to samples of one sensor, as a map; a plain polynomial where the form cannot be fitted to them.
+    `rest` (coils; Hz) is what it reads without load, solved, as a response tells it.
+    """
     own = gain(sensors)
     shape = fitted_form(form, learnt, own, sensors.noise)
     if shape is None:
         shape = fitted_form(Form("polynomial of degree 3", True, 3), learnt, own, sensors.noise)
     assert shape is not None
-    rest = np.rint(sensors.conversion.counts(sensors.under(errors, np.zeros((1, 3)))[0]))
     spec, scope = sensors.model.spec, sensors.range
     return InverseMap(
         **vars(shape), sensor=spec.name, revision=spec.issue.revision or "", coils=sensors.coils, axes=scope.axes,
-        full_scale=scope.full_scales, error=np.zeros(len(scope.axes)), rest=rest,
+        full_scale=scope.full_scales, error=np.zeros(len(scope.axes)), rest=np.rint(sensors.conversion.counts(rest)),
     )

@@ -14,7 +14,7 @@ import numpy as np
 from sitscad.arrays import Array, Flags
 from sitscad.calibration.unknowns import POSE_ERRORS, WIDEST, Unknown, named, units, unknowns, usual
 from sitscad.estimates.response.model import ResponseModel
-from sitscad.estimates.response.pad import pushed
+from sitscad.estimates.response.pad import NoResponse, pushed
 from sitscad.estimates.response.working_range import WorkingRange, working_range
 from sitscad.estimates.scatter import with_modulus, with_pad
 from sitscad.mechanics.motion import angles, rotations
@@ -32,6 +32,7 @@ WEIGHTS, DEGREE = (1.0, 1.0, 1.5, 2.0, 2.0, 3.0), 6.0
 CHECKED = 8, 3  # Sensors, and loads of each, at which a chart is held against poses that are solved
 FAR = 0.02  # Height (m) from which a target of a few millimetres changes nothing: 1e-6 of its change at rest
 LEAST = 1e-7  # Least share of a coil's inductance that a target's change counts as: its logarithm is charted
+BOTH_WAYS = 0.01  # Of a coil's largest change, the largest of the other sign with which its logarithm is charted
 
 
 @record(eq=False)
@@ -39,20 +40,21 @@ class Chart:
     """Inductance (H) and resistance (ohm) of every coil at its contacts, at its tank's frequency.
 
     `lean` (2; rad/m) is how much a target turns about x when it goes along y, and about y along x, as a rule; `through`
-    has, by poses (6; m, rad) with so much taken off their turns, ln(1 - L/L0) of all coils and then their resistances;
-    `free` (coils) is the inductance L0 without target. `error` is what the chart is off by, of a sensor's change of L
-    from rest: rms over `CHECKED` poses.
+    has, by poses (6; m, rad) with so much taken off their turns, ln |1 - L/L0| of all coils and then their resistances;
+    `free` (coils) is the inductance L0 without target, of which `sign` (coils) tells whether the target takes off (1)
+    or adds (-1). `error` is what the chart is off by, of a sensor's change of L from rest: rms over `CHECKED` poses.
     """
 
     lean: Array
     through: Polynomial
     free: Array
+    sign: Array
     error: float
 
     def __call__(self, poses: Array) -> tuple[Array, Array]:
         """Inductances (H) and resistances (ohm), (n, coils) each, at (n, 6) poses."""
         change, loss = np.hsplit(self.through(upright(poses, self.lean)), 2)
-        return self.free * (1.0 - np.exp(change)), loss
+        return self.free * (1.0 - self.sign * np.exp(change)), loss
 
 
 def terminals(model: ResponseModel, poses: Array) -> tuple[Array, Array]:
@@ -75,7 +77,8 @@ def chart(model: ResponseModel, free: Array, reached: Array, moved: Array, most:
     """The chart of a model over the box of all poses (m, rad) that may be reached: `reached` (sensors, n, 6; the first
     of each at rest) by some sensors, of which the first is the one as drawn, and as far from that one's as its errors
     may move it together, each `moved` (ways, unknowns, n, 6) as far as it may by itself; none farther aside than `most`
-    (m). Few sensors leave out what a soft and thin one does. `free` (coils; H) is the inductance without target.
+    (m). Few sensors leave out what a soft and thin one does. `free` (coils; H) is the inductance without target. Raises
+    NoResponse where the target takes inductance off in some of those poses and adds some in others.
     """
     # poses that are farther are brought back to `most` aside, with the turns that go with it
     aside, reached = np.hypot(reached[..., 0], reached[..., 1]), reached.copy()
@@ -96,10 +99,15 @@ def chart(model: ResponseModel, free: Array, reached: Array, moved: Array, most:
     poses = np.vstack([upright(places, lean, 1.0), asked.reshape(-1, 6)])
     inductance, resistance = terminals(model, poses)
     known = len(places)
-    change = np.log(np.maximum(1.0 - inductance[:known] / free, LEAST))
+    taken = 1.0 - inductance[:known] / free
+    sign = np.sign(taken.sum(axis=0))
+    if np.any((-sign * taken).max(axis=0) > np.maximum(BOTH_WAYS * (sign * taken).max(axis=0), LEAST)):
+        raise NoResponse("the target adds inductance in some poses and takes it off in others, as magnetic metal does: "
+                         "no map to newtons is made of what passes through nothing; copper or aluminium")
+    change = np.log(np.maximum(sign * taken, LEAST))
     through = least_squares(places, np.hstack([change, resistance[:known]]), orders, middle - half, middle + half,
                             chebyshev)
-    found = Chart(lean, through, free, 0.0)
+    found = Chart(lean, through, free, sign, 0.0)
     told, true = (part.reshape(*asked.shape[:2], -1) for part in (found(poses[known:])[0], inductance[known:]))
     moves = true[:, 1:] - true[:, :1]
     return replace(found, error=float(np.sqrt(np.mean((told[:, 1:] - told[:, :1] - moves) ** 2) / np.mean(moves**2))))

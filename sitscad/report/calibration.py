@@ -159,7 +159,8 @@ def figure(found: Calibration) -> str:
 
 LOADING = {
     "held": ("a stiff flat plate presses on all of it, guided so that it stays parallel to the board (a linear stage,",
-             "a press stand), a load cell behind it; shear is a push on the plate. Weights and threads do not do so."),
+             "a press stand), a load cell behind it; shear is a push on the plate, which is stuck to the target by",
+             "thin double-sided tape: laid on, it slips where shear is much. Weights and threads do not do so."),
     "free": ("weights on its middle, threads glued to the middle of its outermost face.",),
 }
 """How loads are put on, by rotation."""

@@ -13,6 +13,7 @@ from sitscad.calibration import calibrate
 from sitscad.calibration.calibration import calibrate_by, sensors_of
 from sitscad.calibration.points import Points
 from sitscad.calibration.unknowns import WIDEST
+from sitscad.spec import templates
 
 SENSOR = """
 sitscad: 1
@@ -89,3 +90,27 @@ def test_readings_of_another_modulus_without_noise_give_that_modulus(soft):
     error = np.sqrt(np.mean(off**2, axis=0))
     assert np.all(error < 0.005 * found.map.full_scale) and np.all(error < found.map.error)
     assert np.all(found.map.error < 4.5 * foretold.plan.errors[-1]), "95 % of sensors, where plans state one sigma"
+
+
+def _with_target(material: str):
+    text = templates.read("bench_7mm").replace("\n  material: copper", f"\n  material: {material}")
+    return sitscad.Design(sitscad.load_text(text))
+
+
+def test_a_target_that_adds_inductance_is_charted_by_how_much_it_adds():
+    """A ferrite's change counted as next to nothing in every pose, so that the plan promised 6 % of full scale."""
+    found = calibrate(_with_target("ferrite"))
+    assert np.all(found.sensors.chart.sign < 0.0) and found.sensors.chart.error < 0.02
+    assert np.all(found.plan.errors[-1] < 0.02 * found.map.full_scale)
+
+
+def test_no_map_is_made_where_the_change_passes_through_nothing():
+    """A map of such steel read -1.7 N at rest and 1.2 N between nothing and 4 N."""
+    steel = "{name: steel, conductivity: 5 MS/m, relative_permeability: 200}"
+    with pytest.raises(ValueError, match="adds inductance in some poses and takes it off in others"):
+        calibrate(_with_target(steel))
+
+
+def test_the_counts_at_rest_are_those_of_the_response(design, foretold):
+    found = sitscad.respond(design, loads=[(0.0, 0.0, 0.0)])
+    assert foretold.map.rest == approx(found.counts[0], rel=1e-6, abs=0.0)

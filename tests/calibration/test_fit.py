@@ -6,6 +6,7 @@ import json
 import re
 import warnings
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -27,6 +28,8 @@ from sitscad.report.calibration import calibration_page
 from sitscad.scene.motions import read_motions
 from sitscad.spec import templates
 from tests.oracles.bench import simulated
+
+SAMPLES = Path(__file__).parents[1] / "samples"
 
 
 @pytest.fixture(scope="module")
@@ -285,8 +288,32 @@ def test_a_map_reaches_the_edge_of_its_range():
     """It ended before the required load, where it read 2 % too little and said that this lies beyond it."""
     found = calibrate(sitscad.Design(sitscad.load_text(templates.read("three_axis_pad"))))
     sensors, edge = found.sensors, found.sensors.range.rim
-    assert len(edge) == 32
-    read = sensors.under(np.zeros(len(sensors.known)), np.vstack([np.zeros((1, 3)), edge]))
+    assert len(edge) == 33
+    read = sensors.under(np.zeros(len(sensors.known)), np.vstack([np.zeros((1, 3)), edge]), exact=True)
     assert np.all(found.map.holds(read[1:], read[0]))
     off = np.abs(found.map(read[1:], read[0]) - edge) / sensors.range.full_scales
-    assert off.max() < 0.005
+    assert off.max() < 0.007
+
+
+@pytest.fixture(scope="module")
+def coarse():
+    """A sensor whose map's form leaves more than points leave open."""
+    return calibrate(sitscad.Design(sitscad.load(SAMPLES / "four_coil_fingertip.yaml")))
+
+
+@pytest.mark.parametrize("which", ["foretold", "coarse"])
+def test_a_plan_promises_no_less_than_the_map_itself_leaves(which, request):
+    """It promised 0.43 % of full scale where the map of the very sensor as drawn left 0.7 %."""
+    found = request.getfixturevalue(which)
+    scope, none = found.sensors.range, np.zeros(len(found.sensors.known))
+    loads = np.vstack([np.zeros((1, 3)), scope.inside(40, 900)])
+    left = _off(found.map, (loads[1:, scope.columns], found.sensors.under(none, loads, exact=True)))
+    assert np.all(left < found.plan.errors[-1] / scope.full_scales)
+
+
+def test_full_normal_force_alone_is_well_inside_the_map(coarse):
+    """The map was made for it with full shear only, ended at 4.99 of 5 N, and called that beyond what it holds."""
+    scope, none = coarse.sensors.range, np.zeros(len(coarse.sensors.known))
+    tare, read = coarse.sensors.under(none, np.array([[0.0, 0.0, 0.0], [scope.normal, 0.0, 0.0]]), exact=True)
+    assert coarse.map.holds(read, tare) and coarse.map.end > 1.05 * scope.normal
+    assert coarse.map(read, tare)[0, 0] == approx(scope.normal, rel=0.02)

@@ -84,14 +84,14 @@ def test_errors_from_unit_to_unit_are_those_of_the_calibration_beside_it(bench, 
 
 
 def test_crosstalk_is_told_of_the_curved_map_and_of_the_one_that_is_delivered(bench, files):
-    """The sheet had 0.09 % by a polynomial in exact readings alone, where the map in calibration/ leaves 0.9 %."""
+    """The sheet had 0.09 % by a polynomial in exact readings alone, where the map in calibration/ left 0.9 %."""
     told = json.loads(files["datasheet.json"])["map_crosstalk"]["normal"]["shear_x"]
     found = foretell(bench.response, is_held=True)
     full, shear = found.map.full_scale
     loads = [[0.0, 0.0, 0.0], *([0.5 * full, share * shear, 0.0] for share in (0.0, -1.0, -0.5, 0.5, 1.0))]
     tare, *frequency = sitscad.respond(bench, loads=loads, rotation="held").frequency
     normal = found.map(frequency, tare)[:, 0]
-    assert told == approx(np.abs(normal - normal[0]).max() / full, rel=0.01)
+    assert told == approx(np.abs(normal - normal[0]).max() / full, rel=0.05)
     assert bench.performance[1].crosstalk["normal"]["shear_x"] < told < 0.01
     assert "crosstalk, map to newtons, design as drawn" in files["datasheet.html"].decode()
 

@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 
 import sitscad
 from sitscad.calibration.calibration import calibrate_by, sensors_of
-from sitscad.calibration.forms import Tried, chosen_form, drawn_map
+from sitscad.calibration.forms import Tried, chosen_form, own_map
 from sitscad.calibration.inverse_map import InverseMap, ridge
 from sitscad.calibration.points import Points, plan
 from sitscad.calibration.sensors import Sensors
@@ -86,10 +86,10 @@ def shown(name: str, count: int, jobs: int) -> list[tuple[object, ...]]:
     began = time.monotonic()
     design = sitscad.Design(sitscad.load(HERE.parents[1] / "templates" / f"{name}.yaml"))
     sensors = sensors_of(design.response)
-    form = chosen_form(sensors)[0]
+    form, nothing_off = chosen_form(sensors)[0], np.zeros(len(sensors.known))
     print(f"# {name}: {form.form.name}", flush=True)
     others = tuple(of_another_law(design, more) for more in OTHER_EXPONENTS)
-    trial = Trial(sensors, form, plan(sensors, max(FEW)).loads, drawn_map(sensors, form.form), others)
+    trial = Trial(sensors, form, plan(sensors, max(FEW)).loads, own_map(sensors, form.form, nothing_off), others)
     errors: Errors = {}
     with multiprocessing.get_context("fork").Pool(jobs, _take, (trial,)) as pool:
         for number, found in enumerate(pool.imap(_one, enumerate(units(sensors.known, count, SEED)))):

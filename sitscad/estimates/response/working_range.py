@@ -71,7 +71,7 @@ class WorkingRange:
     @property
     def rim(self) -> Array:
         """The loads at its edge, (n, 3): the full shear in `DIRECTIONS`, or both ways where one is told, with the full
-        normal force and without.
+        normal force and without; and that force alone.
         """
         shears = [k for k in self.columns if k]
         angles = 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
@@ -79,7 +79,8 @@ class WorkingRange:
         found = np.zeros((2, len(ways), 3))
         found[1, :, 0] = self.normal
         found[:, :, shears] = self.shear * ways[:, : len(shears)]
-        return found.reshape(-1, 3) if shears else found[1, :1]
+        alone = np.array([[self.normal, 0.0, 0.0]])
+        return np.vstack([found.reshape(-1, 3), alone]) if shears else alone
 
     def inside(self, count: int, skip: int = 0) -> Array:
         """Loads (count, 3) that fill it evenly, always the same."""

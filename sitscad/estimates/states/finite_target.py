@@ -48,7 +48,7 @@ class TargetShares:
     `shares` are of the inductance, `losses` of the resistance; the errors are relative, of every share. Targets that
     are not usual may miss them: `strangeness` is how near one is to that, 1 and more where it is not. `covering` is how
     far the target reaches beyond all coils, in the larger of their sizes (-inf: something behind the board, where even
-    an endless one's effect may be farther off).
+    an endless one's effect may be farther off). Of thin and magnetic ones it is said because their shares miss by more.
     """
 
     shares: Mapping[tuple[str, str], float]
@@ -59,6 +59,7 @@ class TargetShares:
     strangeness: float = 0.0
     is_thin: bool = False
     covering: float = -math.inf
+    is_magnetic: bool = False
 
     def of(self, coil: str, state: str) -> tuple[float, float]:
         """The shares of inductance and loss for a coil in a state: 1 where nothing is known to be smaller."""
@@ -68,7 +69,7 @@ class TargetShares:
         """Shares of a target of whose effect a part should be solved and takes too long for that."""
         if not part:
             return self
-        wider = WIDER_THIN if self.is_thin else WIDER
+        wider = WIDER_MAGNETIC if self.is_magnetic else WIDER_THIN if self.is_thin else WIDER
         errors = tuple(
             own + part * (eased(self.covering, COVERING / EASED, own + more, min(own + more, covered)) - own)
             for own, more, covered in zip((self.error, self.loss_error), wider, COVERED, strict=True)
@@ -81,9 +82,9 @@ class TargetShares:
         return self.of(coil, state)
 
 
-WIDER, WIDER_THIN = (0.1, 0.5), (0.3, 0.8)
-"""What is added to the relative errors of shares, of inductance and loss, of a target that takes too long to solve; and
-of one that is thinner than the field goes into it."""
+WIDER, WIDER_THIN, WIDER_MAGNETIC = (0.1, 0.5), (0.3, 0.8), (1.5, 0.8)
+"""What is added to the relative errors of shares, of inductance and loss, of a target that takes too long to solve; of
+one that is thinner than the field goes into it; and of magnetic metal, which may add what shares say that it takes."""
 
 COVERING, COVERED = 0.5, (0.02, 0.05)
 """How far a target reaches beyond all coils, in the larger of their sizes, from which on its shares are nearly those of
@@ -91,8 +92,8 @@ an endless one; and their errors of inductance and loss there, of any metal (squ
 ferrite over round coils, racetracks and pairs, nothing behind them: the change of L within 1.2 %, R within 2.8 %)."""
 
 TOO_LARGE = (
-    "the target is so much larger than its distance from the coils, or so thin, that it is not solved for the states: "
-    "shares serve, known within {} % (inductance) and {} % (loss) of themselves; `response` solves it"
+    "the target is so much larger than its distance from the coils, so thin or so magnetic that it is not solved for "
+    "the states: shares serve, known within {} % (inductance) and {} % (loss) of themselves; `response` solves it"
 )
 """What is said of such a target."""
 
@@ -158,7 +159,8 @@ def target_shares(
     is_bare = all(around.below is None for around in states)
     covering = -_uncovered(spec, spec.target) / max(spec.coil.size) if is_bare else -math.inf
     return TargetShares(shares, losses, tuple(notes), *errors, max(opaque, _strangeness(spec, spec.target, states)),
-                        spec.target.thickness < OPAQUE * _skin_depth(spec.target), covering)
+                        spec.target.thickness < OPAQUE * _skin_depth(spec.target), covering,
+                        spec.target.material.relative_permeability > MAGNETIC)
 
 
 ROUGHER, LOSS_ROUGHER = 0.03, 0.3

@@ -30,9 +30,9 @@ LEAST_LOSSY = 5.0
 """Times its loss that a magnetic target's complex change counts as, at most: what hardly loses has no large error."""
 
 
-MOST, MAGNETIC = 650.0**3, 560.0**3
-"""Work (`solving_work`) up to which a target is solved for its states, and of magnetic metals, whose system is twice as
-large: one or two seconds."""
+MOST, MAGNETIC = 650.0**3, 900.0**3
+"""Work (`solving_work`) up to which a target is solved for its states: one or two seconds. Of magnetic metals more, two
+to six: their shares may have the sign of the change wrong."""
 
 
 def is_affordable(spec: SensorSpec, coils: Sequence[Coil], assembly: AssemblyStates, band: tuple[float, float]) -> bool:
