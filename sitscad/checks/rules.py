@@ -25,8 +25,8 @@ ROUNDING = 1e-9
 @record
 class Violation:
     """What a rule found, before it knows its name: a severity or source of its own overrides the rule's. ``advice``
-    writes the hint where changes of the spec are tried for it, or says the whole anew; ``hint`` stands where none are
-    tried, and where it finds nothing to say (an empty text); ``finds_hint`` writes that one where it takes a search.
+    writes the hint where changes of the spec are tried for it; ``hint`` stands where none are tried, and where it finds
+    nothing to say (an empty text); ``finds_hint`` writes that one where it takes a search.
     ``keeps_limit`` is set where ``measured`` lies on the right side of the limit, by little.
     """
 
@@ -58,8 +58,8 @@ def joined(*words: str) -> str:
     return "; ".join(filter(None, words))
 
 
-Advice = Callable[[Left], str | Violation]
-"""Writes a hint, given what tells whether a change mends the finding."""
+Advice = Callable[[Left], str]
+"""Writes a hint, given what tells whether a change mends the finding; message and place are the same without it."""
 
 Verdict = Violation | Undecided
 

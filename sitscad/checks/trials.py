@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
-from sitscad.checks.rules import Outcome, Rule, Violation, apply_rule, finding_of, located, outcomes
+from sitscad.checks.rules import Outcome, Rule, apply_rule, located, outcomes
 from sitscad.design import Design
 from sitscad.finding import Edit, Finding, Missing, NotChecked, Remedy, Severity
 from sitscad.fixes import moves
@@ -88,10 +88,7 @@ class Trials:
             return located(finding, source)
         left = self.left(finding)
         advised = advice(left) if self.budget.left > 0.0 else ""
-        if isinstance(advised, Violation):
-            rule = next(rule for rule in self._rules if rule.id == finding.rule)
-            finding = finding_of(rule, advised, self._design.converter)
-        elif advised:
+        if advised:
             finding = replace(finding, hint=advised)
         if left.is_cut_short or self.budget.left <= 0.0:
             finding = replace(finding, hint=f"{finding.hint} ({NOT_FURTHER})")

@@ -339,7 +339,7 @@ HALVINGS, FINE_HALVINGS = 2, 5
 GRAIN = 10e-6
 """Amounts are rounded up to this (m)."""
 
-TURNED = (15.0, 30.0, 45.0, 90.0, 135.0, 180.0, 270.0)
+TURNED = (15.0, 30.0, 45.0, 90.0, 135.0, 180.0, 225.0, 270.0, 315.0)
 """Start angles (degrees) that are tried, counted from the spec's."""
 
 Works = Callable[[SensorSpec], bool]

@@ -14,7 +14,7 @@ from sitscad.design import Design
 from sitscad.finding import Missing, Place, Shortfall
 from sitscad.fixes import moves
 from sitscad.fixes.moves import fewer_turns
-from sitscad.fixes.search import Fix, Left, first_that_mends, setting, tried, winding_work
+from sitscad.fixes.search import Left, first_that_mends, setting, tried, winding_work
 from sitscad.geometry.convex import beyond
 from sitscad.geometry.path import bounding_box
 from sitscad.scene.stack import ground
@@ -41,22 +41,28 @@ def no_room(what: Missing) -> Callable[[Design], Iterator[Verdict]]:
 def _complaint(design: Design, lack: Shortfall) -> Violation:
     """What a shortfall is under its rule; what is advised makes room, and is held against all other rules too."""
     # hint, key and source (empty: the rule's)
-    of_rules = f"and spacing of the rules {design.spec.fpc.rules.name}"
+    spec, body = design.spec, design.spec.fpc.body
+    is_sized = body is not None and body.size is not None
+    of_rules = f"and spacing of the rules {spec.fpc.rules.name}"
     at_contacts = "a connector of wider pitch" + ("" if lack.need else ", fewer coils on one tail, or a longer tail")
+    between = design.distance_key if len(spec.array.placements) > 1 else "coil.start_angle"
     said = {
-        Missing.WAY_OUT: (f"take {len(design.spec.coil.layers) + 1} layers, or a stack-up with one more copper layer",
+        Missing.WAY_OUT: (f"take {len(spec.coil.layers) + 1} layers, or a stack-up with one more copper layer",
                           "coil.layers", ""),
         Missing.INNER_ROOM: ("take fewer turns, fewer layers or finer rules", "coil.turns", f"via pad {of_rules}"),
         Missing.LEAD_ROOM: ("change coil.start_angle or the number of turns, so that the layers end at other angles",
-                            "coil.start_angle", f"via pad {of_rules}"),
+                            "fpc.body" if is_sized else between, f"via pad {of_rules}"),
         Missing.TAIL_LAYERS: ("give the tail two layers (fpc.tail.layers: 2), or take pattern line", "fpc.tail.layers",
                               ""),
-        Missing.TAIL_ROOM: (at_contacts, "fpc.tail.connector" if design.spec.fpc.tail else "fpc",
+        Missing.TAIL_ROOM: (at_contacts, "fpc.tail.connector" if spec.fpc.tail else "fpc",
                             f"{'trace' if lack.need else 'via pad'} {of_rules}"),
         Missing.BODY_ROOM: ("a larger body, smaller coils, or coils nearer to each other", "fpc.body", ""),
     }
     hint, key, source = said[lack.what]
-    plain = Violation(lack.message, hint, key, lack.have, lack.need, lack.unit, source=source or None, place=lack.place)
+    message = lack.message
+    if lack.what is Missing.LEAD_ROOM and is_sized and body is not None:
+        message = f"{message} inside the body that is asked for ({body.written})"
+    plain = Violation(message, hint, key, lack.have, lack.need, lack.unit, source=source or None, place=lack.place)
     find = _ROOM.get(lack.what)
     return plain if find is None else replace(plain, advice=lambda left: find(design, plain, left))
 
@@ -72,68 +78,93 @@ def no_way_out(design: Design) -> Iterator[Verdict]:
         )
 
 
-def _room_inside(design: Design, plain: Violation, left: Left) -> Violation:
+def _room_inside(design: Design, plain: Violation, left: Left) -> str:
     """Fewer turns, then a larger coil with as much more room inside as its vias need."""
     spec = design.spec
     steps = fewer_turns(spec, spec.coil.most_turns, MOST_STEPS)
     fewer = first_that_mends(islice((fix for fix in steps if _vias_fit(fix.spec, left)), 2), left)
+    hint = plain.hint
     if fewer is not None:
         hint = f"{fewer.words} leaves room for them (it was tried); or take fewer layers or finer rules"
-        plain = replace(plain, hint=hint)
     if fewer is not None and not left.wants_another():
-        return plain
+        return hint
     assert plain.measured is not None and plain.limit is not None
     first = max(plain.limit - plain.measured, 0.5 * spec.fpc.rules.via_pad)
     found = moves.least(spec, moves.larger_coils, lambda changed: _vias_fit(changed, left), first, left.wants_another)
-    if found is None:
-        return plain
-    more, fix = found
-    return replace(plain, message=f"{plain.message}: at most {more * 1e6:.0f} um are missing",
-                   hint=f"{fix.words} makes room{tried(fix, left)}; or {plain.hint}", limit=plain.measured + more)
+    return hint if found is None else f"{found[1].words} makes room{tried(found[1], left)}; or {hint}"
 
 
 def _vias_fit(spec: SensorSpec, left: Left) -> bool:
     return left.affords(winding_work(spec.coil)) and moves.inner_vias_fit(spec)
 
 
-def _room_between(design: Design, plain: Violation, left: Left) -> Violation | str:
-    """Coils farther apart, else other start angles, else both."""
-    spec = design.spec
-    if (larger := _room_in_body(design, plain, left)) != "":
-        return larger
-
-    def routes(changed: SensorSpec) -> bool:
-        layout = left.drawn(changed)  # contacts too near each other are a finding of their own
-        return layout is not None and {lack.what for lack in layout.shortfalls} <= {Missing.TAIL_ROOM}
-
-    def angle(of: SensorSpec) -> Fix | None:
-        return next((fix for fix in moves.other_start_angles(of) if routes(fix.spec)), None)
-
-    def too_near(near: float, more: float, hint: str) -> Violation:
-        return replace(
-            plain, message="leads and outer vias find no room between the coils, whose centres are "
-            f"{near * 1e3:.3f} mm apart: at most {more * 1e6:.0f} um are missing", hint=hint, key=design.distance_key,
-            measured=near, limit=near + more, unit="m",
-        )
-
+def _room_between(design: Design, plain: Violation, left: Left) -> str:
+    """Inside a body of a given outline other ends of the layers, then a larger body; else coils farther apart, then
+    other ends; what comes second only where much may be tried, or the first is in vain. Last, both together.
+    """
+    spec, body = design.spec, design.spec.fpc.body
+    if body is not None and body.size is not None:
+        turned = _other_ends(spec, left)
+        if turned and not left.wants_another():
+            return turned
+        return "; or ".join(filter(None, (turned or _in_vain(spec, left), _room_in_body(design, plain, left))))
     near, first = moves.nearest_distance(spec.array.placements), moves.lead_room(spec)
-    found = None if near is None else moves.least(spec, moves.coils_apart, routes, first, left.wants_another)
-    if near is not None and found is not None:
-        more, fix = found
-        words = f"{fix.words} lets them pass{tried(fix, left)}, or perhaps another coil.start_angle"
-        return too_near(near, more, words)
-    turned = angle(spec)
-    if turned is not None:
-        return f"{turned.words} gives them one{tried(turned, left)}"
-    apart = moves.coils_apart(spec, moves.GROWTH * first)
-    turned = None if near is None else angle(apart.spec)
-    if near is None or turned is None:
+    found = None
+    if near is not None:
+        found = moves.least(spec, moves.coils_apart, partial(_routes, left), first, left.wants_another)
+    if found is not None:
+        apart = f"{found[1].words} lets them pass{tried(found[1], left)}"
+        if not left.wants_another():
+            return f"{apart}, or perhaps another coil.start_angle"
+        return f"{apart}; or {_other_ends(spec, left) or _in_vain(spec, left)}"
+    turned = _other_ends(spec, left)
+    if turned or near is None:
+        return turned or _in_vain(spec, left)
+    farther = moves.coils_apart(spec, moves.GROWTH * first)
+    both = next((fix for fix in moves.other_start_angles(farther.spec) if _routes(left, fix.spec)), None)
+    if both is None:
+        return _in_vain(spec, left)
+    return f"{farther.words} together with {both.words} lets them pass{tried(farther.with_also(both), left)}"
+
+
+def _routes(left: Left, changed: SensorSpec) -> bool:
+    """Whether all leads of a changed design find a way; contacts too near each other are a finding of their own."""
+    layout = left.drawn(changed)
+    return layout is not None and {lack.what for lack in layout.shortfalls} <= {Missing.TAIL_ROOM}
+
+
+def _other_ends(spec: SensorSpec, left: Left) -> str:
+    """The first other start angle, or part of a turn less or more, that gives the leads a way out and breaks nothing,
+    else the first that gives them one; nothing to say where none does. It is the first of all where not much may be
+    tried.
+    """
+    first = None
+    for fix in moves.other_ends(spec):
+        if not _routes(left, fix.spec):
+            continue
+        first = first or fix
+        if left(fix) == ():
+            first = fix
+            break
+        if not left.wants_another():
+            break
+    return "" if first is None else f"{first.words} gives them a way out{tried(first, left)}"
+
+
+def _in_vain(spec: SensorSpec, left: Left) -> str:
+    """The start angles and turns that were all tried and give the leads no way out; nothing to say where the search
+    ended before.
+    """
+    if left.is_cut_short:
         return ""
-    both = f"{apart.words} together with {turned.words} lets them pass{tried(apart.with_also(turned), left)}"
-    return too_near(near, moves.GROWTH * first, both)
+    fixes: dict[str, list[str]] = {}
+    for fix in moves.other_ends(spec):
+        fixes.setdefault(fix.edits[0].key, []).append(fix.edits[0].new)
+    listed = " and ".join(f"{key} ({', '.join(values)})" for key, values in fixes.items())
+    return f"{listed}: tried in vain; fewer turns or smaller coils leave more room"
 
 
-def _room_in_body(design: Design, plain: Violation, left: Left) -> Violation | str:
+def _room_in_body(design: Design, plain: Violation, left: Left) -> str:
     """The least body, of those tried, in which everything finds its place; nothing to say where none is given."""
     spec, body = design.spec, design.spec.fpc.body
     if body is None or body.size is None:
@@ -142,12 +173,9 @@ def _room_in_body(design: Design, plain: Violation, left: Left) -> Violation | s
     if plain.measured is not None and plain.limit is not None:  # leads then want room beside the coils, too
         missing = plain.limit - plain.measured + moves.lead_room(spec)
     found = moves.least(spec, moves.larger_body, partial(_holds, left), missing, left.wants_another)
-    inside = f"inside the body that is asked for ({body.written})"
-    message = plain.message if inside in plain.message else f"{plain.message} {inside}"
     if found is None:
-        return replace(plain, message=message, key="fpc.body")
-    hint = f"{found[1].words} holds all of it{tried(found[1], left)}; or smaller coils, or coils nearer to each other"
-    return replace(plain, message=message, hint=hint, key="fpc.body")
+        return ""
+    return f"{found[1].words} holds all of it{tried(found[1], left)}; or smaller coils, or coils nearer to each other"
 
 
 def _holds(left: Left, changed: SensorSpec) -> bool:
@@ -187,20 +215,19 @@ def _fitting(spec: SensorSpec, largest: BodySpec, left: Left) -> str:
     return f"it would hold smaller coils: {found[1].words} together with {as_asked.words}"
 
 
-def _room_at_contacts(design: Design, plain: Violation, left: Left) -> Violation | str:
+def _room_at_contacts(design: Design, plain: Violation, left: Left) -> str:
     """The connector of the next wider pitch with which the tracks keep their distance."""
     for fix in moves.larger_connectors(design.spec, "pitch"):
         if _holds(left, fix.spec) and fix.spec.fpc.tail is not None:
             pitch = fix.spec.fpc.tail.connector.pitch
-            hint = (
+            return (
                 f"{fix.words} gives them room{tried(fix, left)}: {(pitch - (plain.measured or 0.0)) * 1e6:.0f} um more "
                 "from contact to contact; or fewer coils on one tail"
             )
-            return replace(plain, hint=hint, limit=pitch)
     return ""
 
 
-_ROOM: dict[Missing, Callable[[Design, Violation, Left], Violation | str]] = {
+_ROOM: dict[Missing, Callable[[Design, Violation, Left], str]] = {
     Missing.INNER_ROOM: _room_inside, Missing.LEAD_ROOM: _room_between, Missing.TAIL_ROOM: _room_at_contacts,
     Missing.BODY_ROOM: _room_in_body,
 }
