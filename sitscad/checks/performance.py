@@ -18,7 +18,6 @@ from sitscad.fixes.pads import other_metals, other_silicones, other_thicknesses,
 from sitscad.fixes.search import first_tried
 from sitscad.readout.converter import source_in_all
 from sitscad.record import record, replace
-from sitscad.spec.sensor import Requirements
 from sitscad.units import show
 
 if TYPE_CHECKING:
@@ -79,10 +78,12 @@ def noted(design: Design) -> tuple[RequirementResult, ...]:
     found, needs = design.felt if kept else None, design.spec.requirements
     if found is None or not found.held[0]:
         return tuple(kept)
+    from sitscad.estimates.performance.causes import farthest  # loaded by whatever feels
+
     end = farthest(needs)
     drift = abs(end - needs.temperature) * found.warmed[0].temperature
     k = int(np.argmax(drift / found.bench.range.full_scales))
-    at = f"between {needs.temperature:.3g} and {end:.3g} degC"
+    at = f"at rest, between {needs.temperature:.3g} and {end:.3g} degC"
     axis = _along(found.bench.range.axes[k])
     return (*kept, RequirementResult("zero_drift", "SIT406", float(drift[k]), None, "N", axis, at))
 
@@ -95,16 +96,6 @@ def _of_cells(design: Design) -> tuple[RequirementResult, ...]:
             if one.requirement not in worst or one.measured > worst[one.requirement].measured:
                 worst[one.requirement] = replace(one, at=f"{one.at}, cell {number}")
     return tuple(worst.values())
-
-
-def farthest(needs: Requirements) -> float:
-    """The temperature (degrees Celsius) of the required range that is farthest from the tare's; `WARMER` where none is
-    required, as in the budget of errors.
-    """
-    from sitscad.estimates.performance.causes import WARMER  # loaded by whatever feels
-
-    ends = needs.temperature_range or (needs.temperature + WARMER,)
-    return max(ends, key=lambda end: abs(end - needs.temperature))
 
 
 def _along(axis: str) -> str:
@@ -211,7 +202,7 @@ ONE_AXIS = Undecided("one coil tells one axis: what shear does to it is read as 
 @where_felt
 @where_held
 def crosstalk(found: Felt, design: Design) -> Iterator[Verdict]:
-    """What every axis errs by while another goes over its full scale, by the curved map."""
+    """What every axis errs by while another goes over its full scale, by the best polynomial in the readings."""
     from sitscad.estimates.performance.inversion import crosstalk as crossed
 
     asked = design.spec.requirements.crosstalk
@@ -228,7 +219,7 @@ def crosstalk(found: Felt, design: Design) -> Iterator[Verdict]:
     if most is not None:
         words = (
             f"{most.axis} errs by {100.0 * most.value:.2g} % of its full scale while another axis goes over its own "
-            f"({most.at}, after calibration)"
+            f"({most.at}, by the best polynomial of this design as drawn)"
         )
         yield from judged(design, "SIT403", "crosstalk", most, words, "", told=f"{100.0 * asked:.2g} %")
 
@@ -270,8 +261,10 @@ def friction_error(found: Felt, design: Design) -> Iterator[Verdict]:
 @where_felt
 def temperature_error(found: Felt, design: Design) -> Iterator[Verdict]:
     """Drift of every axis at full load between the temperature of the tare and the farther end of the range."""
+    from sitscad.estimates.performance.causes import warming
+
     needs = design.spec.requirements
-    apart = abs(farthest(needs) - needs.temperature)
+    apart = warming(needs)
     if not found.held[-1]:
         return
     drift = apart * found.warmed[-1].temperature

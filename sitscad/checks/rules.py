@@ -4,7 +4,7 @@ itself (`data/own_limits.csv`).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from functools import cache, partial
 from string import Formatter
 
@@ -112,6 +112,16 @@ _FEELING = {"normal resolution": ("normal_resolution",), "shear resolution": ("s
 """Needs of SIT4xx, and the requirements that each takes."""
 
 
+_REQUIRED = _ASKED | _FEELING
+
+NO_REQUIREMENT = "no requirements."
+"""How a reason begins that names requirements which are not in the spec."""
+
+
+def _unstated(keys: Sequence[str]) -> str:
+    return f"{NO_REQUIREMENT}{' and requirements.'.join(keys)} in the spec"
+
+
 def _states(spec: SensorSpec, keys: tuple[str, ...]) -> bool:
     return all(getattr(spec.requirements, key) is not None for key in keys)
 
@@ -124,12 +134,17 @@ NEEDS: dict[str, tuple[Callable[[SensorSpec], bool], str]] = {
     "jaw": (lambda s: s.jaw is not None, "no jaw: the mount is not for a grasper"),
     "shield": (lambda s: s.shield is not None, "no shield in the spec"),
     "tail": (lambda s: s.fpc.tail is not None, "no tail in the spec"),
-    **{need: (partial(_states, keys=keys), f"no {' or '.join(f'requirements.{key}' for key in keys)} in the spec")
-       for need, keys in (_ASKED | _FEELING).items()},
+    **{need: (partial(_states, keys=keys), _unstated(keys)) for need, keys in _REQUIRED.items()},
     "feeling": (lambda s: any(_states(s, keys) for keys in _FEELING.values()),
                 "the spec does not ask how finely the sensor feels (requirements.normal_resolution and others)"),
 }
 """What a rule may need of the spec: how to tell, and the reason given when it is missing."""
+
+
+def _why_missing(need: str, spec: SensorSpec) -> str:
+    """The reason given for a need that is missing: of several requirements it names those that are not stated."""
+    absent = [key for key in _REQUIRED.get(need, ()) if getattr(spec.requirements, key) is None]
+    return _unstated(absent) if absent else NEEDS[need][1]
 
 
 @record
@@ -171,7 +186,7 @@ def outcomes(
     if missing is not None:
         mount = design.spec.mount
         is_by_file = missing == "jaw" and mount is not None and mount.is_jaw_unmeasured
-        return [], [NotChecked(rule.id, JAW_BY_FILE_ALONE if is_by_file else NEEDS[missing][1])]
+        return [], [NotChecked(rule.id, JAW_BY_FILE_ALONE if is_by_file else _why_missing(missing, design.spec))]
     found: list[Outcome] = []
     undecided: list[NotChecked] = []
     for verdict in rule.apply(design) if rule.apply else ():

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from html import escape
 from typing import Any
@@ -235,12 +235,13 @@ def summary(felt: Sequence[Performance], layout: Layout, found: Calibration | No
         f"largest sensitivity {'in the least cell,' if has_cells else 'of a coil at'} half load",
         *(f"{show(max(map(abs, half.axes[name].sensitivity)), 'Hz', 3)}/N" for name in names),
     )
-    row("nonlinearity, straight map", *(_share(half.axes[name].nonlinearity) for name in names))
-    row("crosstalk, straight map", *(_crosstalk(half.straight_crosstalk, name) for name in names))
-    row("crosstalk, curved map, of this design as drawn", *(_crosstalk(half.crosstalk, name) for name in names))
+    row("nonlinearity, straight map, half load", *(_share(half.axes[name].nonlinearity) for name in names))
+    row("crosstalk, straight map, half load", *(_crosstalk([half.straight_crosstalk], name) for name in names))
+    row("crosstalk, best polynomial, design as drawn, worst load",
+        *(_crosstalk([point.crosstalk for point in felt], name) for name in names))
     if found is not None:
-        row(f"crosstalk, map to newtons, design as drawn{', least signal' if has_cells else ''}",
-            *(_crosstalk(found.crosstalk, name) for name in names))
+        row(f"crosstalk, map to newtons, design as drawn, half load{', least signal' if has_cells else ''}",
+            *(_crosstalk([found.crosstalk], name) for name in names))
     degrees = f"{math.degrees(full.tilt):.3g}"
     tilt = "one degree" if degrees == "1" else f"{degrees} degrees"
     for angle in ("rx", "ry"):
@@ -393,11 +394,12 @@ def _share(part: float) -> str:
     return f"{100.0 * part:.0f} %" if part >= 0.1 else f"{100.0 * part:.2g} %"
 
 
-def _crosstalk(table: object, name: str) -> str:
-    row = table[name]  # type: ignore[index]
-    if not row:
+def _crosstalk(tables: Iterable[Mapping[str, Mapping[str, float]]], name: str) -> str:
+    """The largest crosstalk that an axis has in any of some tables."""
+    shares = [share for table in tables for share in table[name].values()]
+    if not shares:
         return NONE
-    worst = max(row.values())
+    worst = max(shares)
     return _share(worst) if worst >= LEAST_TOLD else f"below {_share(LEAST_TOLD)}"
 
 

@@ -240,7 +240,8 @@ class Requirements(Section):
     )
     shear_resolution: float | None = key(Resolution, "the same of every shear axis", None)
     crosstalk: float | None = key(
-        Number(0, 10), "error of an axis per full scale of another, over its own full scale, after calibration", None
+        Number(0, 10), "error of an axis per full scale of another, over its own full scale, by the best polynomial in "
+        "the readings", None
     )
     tilt: float | None = key(Quantity("angle", "0 deg", "15 deg"), "that the contact may have, like 2 deg", None)
     tilt_error: float | None = key(Resolution, "what that may cost on any axis, like 100 mN", None)

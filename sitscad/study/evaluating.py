@@ -21,7 +21,7 @@ from typing import Any, Protocol, TypeVar
 from sitscad.check_values import RequirementResult
 from sitscad.checks import CheckResult, all_rules
 from sitscad.checks import judged as checked
-from sitscad.checks.rules import NEEDS, Rule, apply_rule
+from sitscad.checks.rules import NEEDS, NO_REQUIREMENT, Rule, apply_rule
 from sitscad.data import rows
 from sitscad.design import Design
 from sitscad.estimates import Estimates, estimated
@@ -44,7 +44,7 @@ from sitscad.study.measures import MEASURES, AbsentError
 from sitscad.study.space import Base, Changes, code_version
 
 NO_NEED = frozenset(reason for _, reason in NEEDS.values())
-"""Reasons for which a rule is not applied because the spec has not what it is about."""
+"""Reasons for which a rule is not applied because the spec has not what it is about, all requirements left out."""
 
 BY_BUILD = "by sitscad build"
 """In the reason of what only a build measures."""
@@ -88,8 +88,13 @@ def breaches(findings: Iterable[Finding], severity: Severity) -> Mapping[str, Br
     return found
 
 
+def _is_absent(reason: str) -> bool:
+    """Whether a rule is not applied because the spec has not what it is about."""
+    return reason in NO_NEED or reason.startswith(NO_REQUIREMENT)
+
+
 def _undecided(not_checked: Iterable[NotChecked]) -> tuple[str, ...]:
-    left = (one.rule for one in not_checked if one.reason not in NO_NEED and BY_BUILD not in one.reason)
+    left = (one.rule for one in not_checked if not _is_absent(one.reason) and BY_BUILD not in one.reason)
     return tuple(sorted(set(left)))
 
 

@@ -173,11 +173,10 @@ def _by_tilt(found: Felt, axis: str) -> float:
 
 
 def _by_warmth(found: Felt, axis: str) -> float:
-    from sitscad.checks.performance import farthest
+    from sitscad.estimates.performance.causes import warming
 
-    needs = found.layout.spec.requirements
-    apart = abs(farthest(needs) - needs.temperature)
-    return float(apart * found.warmed[-1].temperature[found.bench.range.axes.index(axis)])
+    apart, by_kelvin = warming(found.layout.spec.requirements), found.warmed[-1].temperature
+    return float(apart * by_kelvin[found.bench.range.axes.index(axis)])
 
 
 def _range(axis: str) -> Reader:
@@ -309,8 +308,8 @@ def _rows() -> Iterator[DesignMeasure]:
         for axis in AXES:
             yield DesignMeasure(f"{name}.{axis}", "N", meaning.format(axis=axis.replace("_", " along ")),
                                 PADDED if axis == "normal" else (*PADDED, _told_apart(axis)), read(axis), levels)
-    yield DesignMeasure("crosstalk", "", "largest error of an axis, of its full scale, while another goes over its own "
-                        "(curved map)", (*PADDED, TWO_COILS), _crosstalk, (FULL,))
+    yield DesignMeasure("crosstalk", "", "largest error of an axis, of its full scale, while another goes over its "
+                        "own, by the best polynomial of the design as drawn", (*PADDED, TWO_COILS), _crosstalk, (FULL,))
     yield DesignMeasure("crosstalk.cells", "", "share of a cell's full signal that all neighbours pressed at once "
                         "change, at most", (CELLS,), _cell_crosstalk, (FULL,))
     yield DesignMeasure("error.gap", "N", "one sigma at full load of what glue lines and pad thickness differ by from "

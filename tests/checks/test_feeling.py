@@ -84,7 +84,7 @@ def test_what_temperature_does_to_zero_stands_beside_what_is_felt(bench, needs, 
     design = Design(asked, replace(bench.layout, spec=asked), bench.estimates)
     checked = as_configured(asked, check(asked, design.layout, bench.estimates, "none"))
     drift = abs(end - 20.0) * design.felt.warmed[0].temperature[0]
-    line = f"temperature moves zero by {show(float(drift), 'N', 2)} (normal) between 20 and {end:.3g} degC"
+    line = f"temperature moves zero by {show(float(drift), 'N', 2)} (normal, at rest, between 20 and {end:.3g} degC)"
     assert line in as_text([checked]) and drift > 0.1
     assert json.loads(as_json([checked]))["specs"][0]["felt"][-1]["limit"] is None
 
@@ -93,6 +93,29 @@ def test_what_temperature_does_to_zero_stands_beside_what_is_felt(bench, needs, 
 def test_what_is_not_required_is_not_checked(bench, rule_id):
     found, (skipped,) = _judged(rule_id, bench)
     assert not found and "requirements." in skipped.reason
+
+
+@pytest.mark.parametrize(("rule_id", "needs", "absent"), [
+    ("SIT406", {"temperature_range": (15.0, 35.0)}, "requirements.temperature_error"),
+    ("SIT404", {"tilt_error": 0.1}, "requirements.tilt"),
+    ("SIT404", {}, "requirements.tilt and requirements.tilt_error"),
+])
+def test_of_two_requirements_the_one_that_is_not_stated_is_named(bench, rule_id, needs, absent):
+    """A spec with a range of temperatures was told that there is none, or no error."""
+    _, (skipped,) = _judged(rule_id, bench, **needs)
+    assert skipped.reason == f"no {absent} in the spec"
+
+
+def test_the_budget_of_errors_takes_the_required_range_of_temperatures(bench):
+    """The largest error of a sensor for 15 to 35 degC stood as "temperature, 10 K"."""
+    asked = replace(bench.spec, requirements=replace(bench.spec.requirements, temperature_range=(-10.0, 45.0)))
+    ranged = Design(asked, replace(bench.layout, spec=asked), bench.estimates)
+    wide, usual = (design.performance[-1].axes["normal"].errors for design in (ranged, bench))
+    assert "temperature, 10 K" not in wide
+    assert wide["temperature, 30 K"] == approx(3.0 * usual["temperature, 10 K"], rel=1e-9)
+    shear = next(axis for axis in bench.performance[-1].axes if axis != "normal")
+    wide, usual = (design.felt.friction(shear) for design in (ranged, bench))
+    assert wide["temperature, 30 K"] == approx(3.0 * usual["temperature, 10 K"], rel=1e-9)
 
 
 def test_the_resolution_that_is_judged_is_that_of_the_response(bench):

@@ -93,7 +93,18 @@ def test_crosstalk_is_told_of_the_curved_map_and_of_the_one_that_is_delivered(be
     normal = found.map(frequency, tare)[:, 0]
     assert told == approx(np.abs(normal - normal[0]).max() / full, rel=0.05)
     assert bench.performance[1].crosstalk["normal"]["shear_x"] < told < 0.01
-    assert "crosstalk, map to newtons, design as drawn" in files["datasheet.html"].decode()
+    assert "crosstalk, map to newtons, design as drawn, half load" in files["datasheet.html"].decode()
+
+
+def test_figures_of_one_load_name_it_and_crosstalk_is_that_which_is_judged(bench):
+    """Crosstalk and nonlinearity were those at half load and did not say so; SIT403 judged full load, and more."""
+    found = foretell(bench.response, is_held=True)
+    rows = {row[0]: row[1:] for row in summary(bench.performance, bench.layout, found)}
+    named = [name for name in rows if name.startswith(("crosstalk", "nonlinearity"))]
+    assert len(named) == 4 and all("load" in name for name in named)
+    worst = max(point.crosstalk["normal"]["shear_x"] for point in bench.performance)
+    share = f"{100.0 * worst:.2g} %" if worst >= 1e-4 else "below"
+    assert rows["crosstalk, best polynomial, design as drawn, worst load"][0].startswith(share)
 
 
 def test_the_file_for_programs_has_the_same_figures(bench, files):

@@ -122,10 +122,10 @@ def test_runs_of_rules_are_drawn_together():
 
 def test_requirements_that_are_not_stated_make_one_line():
     reasons = ("no requirements.bandwidth in the spec", "no shield in the spec",
-               "no requirements.tilt or requirements.tilt_error in the spec")
+               "no requirements.tilt and requirements.tilt_error in the spec")
     checked = CheckedSpec("x", "", (), tuple(map(NotChecked, ("SIT210", "SIT309", "SIT404"), reasons)))
     assert as_text([checked], WHOLE).splitlines()[:2] == [
-        "not checked: SIT210, SIT404 (no requirements in the spec for bandwidth, tilt or tilt_error)",
+        "not checked: SIT210, SIT404 (no requirements in the spec for bandwidth, tilt and tilt_error)",
         "not checked: SIT309 (no shield in the spec)",
     ]
 

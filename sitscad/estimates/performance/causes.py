@@ -29,6 +29,7 @@ from sitscad.estimates.values import Estimates
 from sitscad.record import record
 from sitscad.scene.bodies import film_thickness
 from sitscad.scene.state import REST
+from sitscad.spec.sensor import Requirements
 
 MOVED_POSES = {cause.name: cause.pose for cause in CAUSES if cause.pose is not None}
 """Which number of the pose at rest a cause moves."""
@@ -116,6 +117,20 @@ def readings_of(bench: Bench, cause: Scatter, loads: Array) -> list[list[Array]]
 
 
 WARMER = 10.0  # Kelvin by which the sensor is warmed to see what copper and other metal do
+
+
+def farthest(needs: Requirements) -> float:
+    """The temperature (degrees Celsius) of the required range that is farthest from the tare's; that after `WARMER`
+    where none is required.
+    """
+    ends = needs.temperature_range or (needs.temperature + WARMER,)
+    return max(ends, key=lambda end: abs(end - needs.temperature))
+
+
+def warming(needs: Requirements) -> float:
+    """By how many kelvin the sensor is warmed or cooled after the tare, in the budget of errors and in checks."""
+    return abs(farthest(needs) - needs.temperature)
+
 
 FLAT = 3.0
 """Rise of a flat bonded pad over its linear expansion: sideways it cannot grow, and its volume grows all the same."""
@@ -228,6 +243,16 @@ class Disturbed:
         }
 
     @property
+    def warming(self) -> float:
+        """By how many kelvin the budget of errors has the sensor warmed or cooled after the tare."""
+        return warming(self.bench.spec.requirements)
+
+    @property
+    def warmed_by(self) -> str:
+        """The cause of errors that this is, in words."""
+        return f"temperature, {self.warming:.3g} K"
+
+    @property
     def temperature(self) -> Array:
         """One sigma (N/K) of every axis: what has a known sign added up, capacitors beside it."""
         known = sum(value for name, value in self.by_kelvin.items() if name != "capacitors")
@@ -272,7 +297,7 @@ class Disturbed:
             "hysteresis": self.hysteresis,
             "creep": material.creep * self.carried,
             "curved map": map_errors,
-            "temperature, 10 K": 10.0 * self.temperature,
+            self.warmed_by: self.warming * self.temperature,
             "tilt of 1 degree": np.hypot(*self.tilt_errors(DEGREE).T),
             "twist of 1 degree": DEGREE * np.abs(self.tilts[:, 2]),
             "contact 0.1 mm beside the middle": 0.1 * np.hypot(*self.contact.T),
@@ -305,7 +330,7 @@ class Disturbed:
         causes = ("noise", "hysteresis", "curved map", "manufacture, after calibration")
         found = {name: apart(errors[name]) for name in causes}
         warmed = {name: value for name, value in self.by_kelvin.items() if not name.startswith("modulus")}
-        found["temperature, 10 K"] = 10.0 * math.hypot(
+        found[self.warmed_by] = self.warming * math.hypot(
             of(warmed["copper and other metal"] + warmed["expansion of the pad"]), apart(warmed["capacitors"])
         )
         tilt = self.bench.spec.requirements.tilt
