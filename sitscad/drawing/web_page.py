@@ -27,6 +27,11 @@ def part(title: str, body: str, stage: str = "") -> str:
     return f"<section{named}><h2>{title}</h2>{body}</section>" if body else ""
 
 
+def soft(text: str) -> str:
+    """A paragraph of less weight, which is escaped here; nothing without a text."""
+    return f"<p class='soft'>{escape(text)}</p>" if text else ""
+
+
 def figure(drawing: str, caption: str) -> str:
     """A drawing (SVG text) on white paper over its caption, which is escaped here."""
     shown = drawing[drawing.index("<svg") :]

@@ -16,10 +16,11 @@ from sitscad.estimates.values import METER_FREQUENCY, CoilEstimate, Estimates
 from sitscad.fabrication.notes import hanging
 from sitscad.layout.board import Layout
 from sitscad.layout.laser_sheet import joined_part
-from sitscad.papers.mounting import RAW_RESIN, amount, cures_badly, fastened, jaw_cut, skin, tail_held
+from sitscad.papers.mounting import RAW_RESIN, amount, cures_badly, fastened, jaw_cut, skin, tail_held, toleranced
 from sitscad.papers.order_codes import order_of
 from sitscad.parts.tooling import pour, skin_pour
-from sitscad.scene.column import Levels, Toleranced, column, levels, plate_thickness
+from sitscad.scene.bodies import BodyRole
+from sitscad.scene.column import Levels, Toleranced, column, levels, on_board, plate_thickness
 from sitscad.scene.fit import measures
 from sitscad.scene.jaws import jaw_range
 from sitscad.scene.seating import retention, side_ledges, stop_place
@@ -55,7 +56,8 @@ def text(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
         f"mount/assembly.svg shows the pieces apart{jaws}. Parts and quantities are in bom.csv. Work under a "
         f"microscope, with gloves; clean metal and plastic with isopropanol. {jig}Lengths are in mm."
     )
-    parts = [f"{spec.name}: how it is put together", "", *hanging("", head, WIDTH), ""]
+    issue = [f"{spec.issue.title}."] if spec.issue.rows else []
+    parts = [f"{spec.name}: how it is put together", *issue, "", *hanging("", head, WIDTH), ""]
     for number, step in enumerate(_steps(layout, estimates, bench), 1):
         said, *lines = step.split("\n")
         parts += hanging(f"{number:>2}. ", said, WIDTH)
@@ -65,7 +67,7 @@ def text(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
 
 def _steps(layout: Layout, estimates: Estimates, bench: Estimates) -> Iterator[str]:
     """The steps from the jig to the finished sensor; lines of figures follow a step's words after line breaks."""
-    spec, at = layout.spec, levels(column(layout))
+    spec, at = layout.spec, levels(column(layout) or on_board(layout))
     yield from _prepared(layout)
     yield bare_board(layout, estimates, bench)
     # Which faces get a primer; nothing where none is needed
@@ -132,21 +134,21 @@ def _prepared(layout: Layout) -> Iterator[str]:
             f"{spec.elastomer.material.name} ({amount(poured)}), take the air out of it, fill the cavities of "
             "mould-tray a little over, draw mould-lid over it from one side, weigh it down and let it cure as its "
             "maker says. "
-            f"Choose a pad that is {_length(plate_thickness(spec, 'elastomer'))} thick."
+            f"Choose a pad that is {toleranced(plate_thickness(spec, 'elastomer'))} thick."
         )
 
 
-def _glued(spec: SensorSpec, part: str, under: str, height: Toleranced | None) -> str:
+def _glued(spec: SensorSpec, part: str, under: str, height: Toleranced) -> str:
     assembly = spec.assembly
     line = f"{in_mm(assembly.glue_line)} +-{in_mm(assembly.glue_tolerance)} mm"
-    measured = "" if height is None else f" From the board's top face to its upper face are {_length(height)} then."
     is_one = part == "elastomer" and joined_part(spec) is not None
     wells = 1 if is_one else len(cell_placements(spec))
     drop = f"drop the {part} into the well" if wells == 1 else f"drop one {part} into each of the {wells} wells"
     return (
         f"Put the frame jig-{part} on the base: it goes on one way only. Wet {under} with a thin film of "
         f"{_glue(assembly)}, {drop}, and press with jig-{part}-press until its collar lies on the "
-        f"frame: the glue line is {line}. Let it set, lift press and frame.{measured}"
+        f"frame: the glue line is {line}. Let it set, lift press and frame. From the board's top "
+        f"face to its upper face are {toleranced(height)} then."
     )
 
 
@@ -156,8 +158,8 @@ def _glue(assembly: Assembly) -> str:
 
 
 def _above_board(at: Levels, part: str) -> Toleranced | None:
-    """How high a piece's upper face is above the board's top face; None where no closed pair says it."""
-    return at[part][1] - at["board"][1] if part in at and "board" in at else None
+    """How high a piece's upper face is above the board's top face."""
+    return at[part][1] - at["board"][1]
 
 
 def _into_jaw(layout: Layout, at: Levels) -> Iterator[str]:
@@ -171,7 +173,7 @@ def _into_jaw(layout: Layout, at: Levels) -> Iterator[str]:
         return
     yield from jaw_cut(layout)
     metal = at["jaw"][1]
-    heights = ", ".join(f"{part} {_length(at[part][1] - metal)}" for part in order)
+    heights = ", ".join(f"{part} {toleranced(at[part][1] - metal)}" for part in order)
     against = ""  # what of the mount places the board; nothing where it lies on metal or shield alone
     if "mount" in order:
         between = " between the ledges" if side_ledges(layout) is not None else ""
@@ -215,14 +217,10 @@ def _checks(layout: Layout) -> list[str]:
     unseen = {f.what.split()[-1] for f in unverified_figures(layout.spec) if f.what.startswith("jaw ")}
     words = words.format(" (the jaw's figures are unverified: measure yours)" if unseen else "")
     rows = [
-        f"  {layer.part:<28}{_length(layer.thickness)}{'  unverified' if OF_JAW.get(layer.part) in unseen else ''}"
+        f"  {layer.part:<28}{toleranced(layer.thickness)}{'  unverified' if OF_JAW.get(layer.part) in unseen else ''}"
         for layer in column(layout)
     ]
     return [*hanging("", words, WIDTH), "", "From the jaw's back to the other jaw's:", *rows]
-
-
-def _length(size: Toleranced) -> str:
-    return f"{size.nominal * 1e3:.3f} +-{size.spread * 1e3:.3f} mm"
 
 
 HEAVIEST = 6  # Pieces whose weight the notes name
@@ -238,10 +236,14 @@ def _weights(content: bytes) -> list[str]:
     document = json.loads(content)
     found, pieces = document["sensor"], [each for each in document["pieces"] if not each["is_carrier"]]
     x, y, z = (round(value * 1e3, 2) + 0.0 for value in found["centre_m"])
-    lines = [
-        f"The sensor without what carries it weighs {_grams(found['mass_kg'])}; its centre is at x {x:.2f}, y {y:.2f},",
-        f"z {z:.2f} (mm, axes of mount/assembly.step). Its {HEAVIEST} heaviest pieces (all: mount/assembly.json):",
-    ]
+    mounts = [each["mass_kg"] or 0.0 for each in pieces if each["name"].startswith(BodyRole.MOUNT)]
+    mounted = f" with its mount ({_grams(math.fsum(mounts))} of it)" if mounts else ""
+    carried = ", without the jaws," if len(pieces) < len(document["pieces"]) else ""
+    weighed = (
+        f"The sensor{mounted}{carried} weighs {_grams(found['mass_kg'])}; its centre is at x {x:.2f}, y {y:.2f}, z "
+        f"{z:.2f} (mm, axes of mount/assembly.step). Its {HEAVIEST} heaviest pieces (all: mount/assembly.json):"
+    )
+    lines = hanging("", weighed, WIDTH)
     heaviest = sorted(pieces, key=lambda piece: (-(piece["mass_kg"] or 0.0), piece["name"]))[:HEAVIEST]
     for each in heaviest:
         material = each["material"] + (", copper" if each["copper_m3"] else "")

@@ -16,7 +16,7 @@ from sitscad.drawing.frame import fitting_paragraph, new_sheet, numbered, scale_
 from sitscad.drawing.pdf import pdf
 from sitscad.drawing.sheet import Sheet, plot
 from sitscad.drawing.svg import svg
-from sitscad.drawing.web_page import figure, page, part
+from sitscad.drawing.web_page import figure, page, part, soft
 from sitscad.drawing.web_page import table as html_table
 from sitscad.estimates.cells import FIGURES_ARE, WEBS_KNOWN, AlikeCells, cell_rows, document, weakest_cell
 from sitscad.estimates.performance.curves import Curves
@@ -179,7 +179,7 @@ def _page(
         curves += figure(svg(sheet), plotted.caption)
     units = "" if found is None else f"{_table(list(found.error_rows))}<p class='soft'>{escape(found.errors_are)}</p>"
     parts = [
-        f"<header><h1>{escape(spec.name)}</h1><p class='soft'>{escape(_about(layout, felt))}</p></header>{banner}",
+        f"<header><h1>{escape(spec.name)}</h1>{soft(spec.issue.words)}{soft(_about(layout, felt))}</header>{banner}",
         part("What it feels", _table(summary(felt, layout, found)) + _table(sensor(felt, layout, estimates, told))),
         *([part("Cells", _table(cell_rows(told)) + f"<p class='soft'>{escape(_of_cells(layout, estimates))}</p>")]
           if told else []),

@@ -29,7 +29,8 @@ def render(layout: Layout, forced: str = "") -> dict[str, bytes]:
 def text(spec: SensorSpec, sheets: tuple[LaserSheet, ...], forced: bool = False) -> str:
     """The whole page."""
     lines = [FORCED, ""] if forced else []
-    lines += [f"{spec.name}: parts to be cut, for {counted(spec.fpc.boards or 1, 'sensor')}", ""]
+    lines += [f"{spec.name}: parts to be cut, for {counted(spec.fpc.boards or 1, 'sensor')}"]
+    lines += [*([f"{spec.issue.title}."] if spec.issue.rows else []), ""]
     for sheet in sheets:
         lines += [*_sheet(spec, sheet), ""]
     lines.append("Colours and order")

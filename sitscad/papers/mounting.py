@@ -25,7 +25,7 @@ from sitscad.parts.proof import Measured, PadLoad, Proof, prove, require_clear
 from sitscad.parts.solid import Solid, of_role
 from sitscad.parts.tooling import LEAST_MIX, Pour, skin_pour
 from sitscad.scene.bodies import BodyRole, elastomer
-from sitscad.scene.column import print_limit
+from sitscad.scene.column import Toleranced, on_seat, print_limit
 from sitscad.scene.fit import pin_gaps
 from sitscad.scene.jaws import jaw_range
 from sitscad.scene.seating import adapter_needed, joint_clearance, relief, retention, tongue_across
@@ -38,6 +38,11 @@ from sitscad.units import in_mm, show
 from sitscad.writer import json_bytes
 
 LEAST_FIXED = 3e-3  # How much of a tail (m) is glued to the jaw where nothing else holds it
+
+
+def toleranced(size: Toleranced) -> str:
+    """A length in millimetres, with the farthest that its tolerances take it from that."""
+    return f"{size.nominal * 1e3:.3f} +-{size.spread * 1e3:.3f} mm"
 
 
 def jaw_cut(layout: Layout) -> Iterator[str]:
@@ -93,11 +98,11 @@ def fastened(layout: Layout, glue: str) -> Iterator[str]:
         return
     has_tail = layout.spec.fpc.tail is not None
     slot = ", tail in the slot" if has_tail else ""
-    glued = f"Glue the board's whole body with a thin film of {glue} into the mount's recess{slot}"
+    glued = f"Glue the board's whole body with a thin film of {glue} into the mount's recess{slot}.{_seated(layout)}"
     if mount.finger is not None:
         screw = f"M{in_mm(mount.finger.screw)}"
         yield (
-            f"Tap both holes in the cap's sides {screw}. {glued}. Slip the cap over the finger and clamp it by two "
+            f"Tap both holes in the cap's sides {screw}. {glued} Slip the cap over the finger and clamp it by two "
             f"{screw} set screws of plastic or brass: steel is seen."
         )
     elif mount.kind == "custom":
@@ -107,12 +112,22 @@ def fastened(layout: Layout, glue: str) -> Iterator[str]:
             f"Screw mount-adapter on ({mount.holes.name}, {len(mount.holes.holes)} screws, their heads sunk). Lay four "
             "M2 nuts into it from below first; they hold the mount's four screws."
         )
-        yield f"Screw the mount on the adapter. {glued}."
+        yield f"Screw the mount on the adapter. {glued}"
     elif mount.holes is not None:
         screws = f" {mount.holes.thread} screws" if mount.holes.thread else " screws"
-        yield f"Screw the mount down ({mount.holes.name},{screws}). {glued}."
+        yield f"Screw the mount down ({mount.holes.name},{screws}). {glued}"
     if has_tail:
         yield bent_text(layout)
+
+
+def _seated(layout: Layout) -> str:
+    """How high the board's top face is above the face under the mount; nothing over a shield, which is glued itself."""
+    spec = layout.spec
+    if spec.mount is None or spec.shield is not None:
+        return ""
+    height = sum((layer.thickness for layer in on_seat(layout)), Toleranced(0.0))
+    face = "the face that the mount stands on" if spec.mount.finger is None else "the cap's face against the finger"
+    return f" From {face} to the board's top face are {toleranced(height)} then."
 
 
 def skin(layout: Layout, film: Encapsulation) -> str:

@@ -11,18 +11,18 @@ import numpy as np
 
 from sitscad.arrays import Array
 from sitscad.calibration.calibration import Calibration
+from sitscad.calibration.misfit import UNUSUAL
 from sitscad.calibration.points import Plan, load_words, table_head
 from sitscad.calibration.unknowns import usual
 from sitscad.drawing.sheet import Pen, Sheet
 from sitscad.drawing.svg import svg
-from sitscad.drawing.web_page import page
+from sitscad.drawing.web_page import page, soft
 from sitscad.geometry.path import Point, circle
 from sitscad.report.findings import printable
 from sitscad.report.measures import quantity
 from sitscad.report.numbers import head_and_rows, html_table, table
 from sitscad.scene.motions import ROTATIONS
-
-UNUSUAL = 2.0  # Standard deviations from which on an unknown is said to be unusual
+from sitscad.units import counted
 
 MOVED_HEAD = ("unknown", "found", "+-", "usual scatter", "moved by")
 
@@ -75,9 +75,10 @@ def calibration_text(found: Calibration) -> str:
 
 def calibration_page(found: Calibration) -> bytes:
     """The calibration as a page with a figure."""
-    name = escape(printable(found.map.sensor))
+    name, issue = escape(printable(found.map.sensor)), found.sensors.model.spec.issue
     parts = [
-        f"<h1>Calibration of {name}</h1>", f"<p>{escape(found.form.form.name)}</p>",
+        f"<h1>Calibration of {name}</h1>", soft(issue.words),
+        f"<p>{escape(found.form.form.name)}</p>",
         html_table(*head_and_rows(found.error_rows), found.errors_are), *_measured(found), *_foretold(found),
         *(f"<p>{escape(note)}</p>" for note in found.notes),
     ]
@@ -88,7 +89,7 @@ def _measured(found: Calibration) -> Iterable[str]:
     """What the points say, and what is left of each."""
     if found.fit is not None:
         yield "<h2>What the points say of this sensor</h2>"
-        yield html_table(MOVED_HEAD, moved_rows(found), "Moved by: in sigmas of manufacture; more than 2 is unusual.")
+        yield html_table(MOVED_HEAD, moved_rows(found), MOVED)
     head, rows = point_rows(found)
     if rows:
         yield "<h2>Points</h2>"
@@ -100,19 +101,24 @@ def _foretold(found: Calibration) -> Iterable[str]:
     """The points to take, and which forms were tried."""
     if found.plan is not None:
         axes = found.map.axes
-        rows = [["tare", *["0"] * len(axes), *["as above"] * len(axes)]]
-        for k, load in enumerate(found.plan.loads):
-            forces = [f"{force:.3g}" for force in load[found.sensors.range.columns]]
-            rows.append([str(k + 1), *forces, *(f"{error:.2g}" for error in found.plan.errors[k + 1])])
+        loads = np.vstack([np.zeros((1, 3)), found.plan.loads])[:, found.sensors.range.columns]
+        rows = []
+        for k, (load, errors) in enumerate(zip(loads, found.plan.errors, strict=True)):
+            rows.append([str(k) if k else "tare", *(f"{force:.3g}" for force in load),
+                         *(f"{error:.2g}" for error in errors)])
         head = ["point", *(f"{name} N" for name in axes), *(f"error of {name}" for name in axes)]
         yield "<h2>The points to take</h2>"
         yield html_table(head, rows, PLANNED)
     if found.tried:
-        shares = [f"{100.0 * one.error:.2g} %" if np.isfinite(one.error) else "cannot be fitted" for one in found.tried]
-        rows = [[one.form.name, share, str(one.size)] for one, share in zip(found.tried, shares, strict=True)]
+        fitted = [one for one in found.tried if np.isfinite(one.error)]
+        rows = [[one.form.name, f"{100.0 * one.error:.2g} %", str(one.size)] for one in fitted]
         yield "<h2>Forms of the map</h2>"
         yield html_table(("form", "error of full scale", "coefficients"), rows, TRIED)
+        if len(fitted) < len(found.tried):
+            yield f"<p>{counted(len(found.tried) - len(fitted), 'more form')} cannot be fitted to these sensors.</p>"
 
+
+MOVED = f"Moved by: in sigmas of manufacture; more than {UNUSUAL:g} is unusual."
 
 PLANNED = """In the order of what they tell. The errors are those of the first table, once the points so far are
 measured."""
@@ -175,13 +181,14 @@ def plan_table(found: Calibration, plan: Plan) -> bytes:
 
 def plan_words(found: Calibration, plan: Plan) -> bytes:
     """What to do, and what each point buys."""
+    issue = found.sensors.model.spec.issue
     scope, readings = found.sensors.range, int(usual("readings"))
     rotation, device = found.sensors.rotation, found.sensors.conversion.device
     made = f": {device.part}_COUNTS of results, firmware/{device.name}_config.h" if device.has_gains else ""
     (other,) = (one for one in ROTATIONS if one != rotation)
     of = "" if found.cell is None else f" --cell {found.cell}"
     lines = [
-        f"Calibration of the sensor {found.map.sensor}", "",
+        f"Calibration of the sensor {found.map.sensor}", *([f"{issue.title}."] if issue.rows else []), "",
         "1. Let board and converter run for ten minutes, and load the sensor fully and unload it five to ten times:",
         "   raw readings drift after start, and silicones soften on the first pulls.",
         "2. Fill in plan.csv: for every row put the load on, wait ten seconds, write down the mean of",

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from sitscad.drawing.sheet import Pen, Sheet
 from sitscad.drawing.svg import svg
-from sitscad.drawing.web_page import figure, page, part
+from sitscad.drawing.web_page import figure, page, part, soft
 from sitscad.finding import Finding, Severity
 from sitscad.geometry.path import Point, polyline, rectangle
 from sitscad.record import record
@@ -171,9 +171,8 @@ def _head(checked: CheckedSpec, spec: SensorSpec, estimates: Estimates) -> str:
     banner = "" if checked.is_orderable else f"<p class='banner'>{FORCED}</p>"
     skipped = len(checked.not_checked)
     not_made = f"{counted(skipped, 'rule')} not checked, for reasons listed below" if skipped else "every rule checked"
-    issue = f"<p class='soft'>{escape(spec.issue.words)}</p>" if spec.issue.rows else ""
     return (
-        f"<header><h1>{escape(spec.name)}</h1>{issue}<p class='soft'>{escape(what)}</p>"
+        f"<header><h1>{escape(spec.name)}</h1>{soft(spec.issue.words)}{soft(what)}"
         f"{_verdict(checked)}"
         + (f"<p class='signal'>Signal: {escape(felt)}</p>" if felt else "")
         + f"<p class='soft'>{', '.join(counts) or 'no findings'}; {not_made}</p></header>{banner}"

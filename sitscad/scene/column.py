@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from functools import cache, lru_cache
+from itertools import chain
 
 from sitscad.data import cited, rows
 from sitscad.layout.bending import Where, finished_thickness
@@ -125,16 +126,9 @@ def _layers(layout: Layout) -> tuple[Layer, ...]:
     spec, jaw, assembly = layout.spec, layout.spec.jaw, layout.spec.assembly
     if jaw is None:
         return ()
-    finished, written = finished_thickness(layout, Where.COIL), assembly.tolerance("board")
-    board = SizeTolerance(finished.maximum - finished.nominal, finished.source)
-    board = board if written is None else SizeTolerance(written, WRITTEN)
     stacked = [_layer("jaw", jaw.height, jaw_tolerance(assembly, jaw.height))]
-    source = assembly.adhesive.source if assembly.adhesive is not None else "the spec (assembly)"
-    for layer in (*_behind(spec), _layer("board", spec.fpc.stackup.thickness, board), *_above(spec)):
-        if assembly.glue_line:
-            glue = SizeTolerance(assembly.glue_tolerance, source)
-            stacked.append(_layer(f"{GLUE}{layer.part}", assembly.glue_line, glue))
-        stacked.append(layer)
+    for layer in (*_behind(spec), _board(layout), *_above(spec)):
+        stacked += [*_glue_under(layer, assembly), layer]
     film, pad = film_thickness(spec.encapsulation), jaw.opposing_pad_thickness  # neither is glued
     if film:
         stacked.append(_layer("encapsulation", film, _tolerance(assembly, "encapsulation", "film", "coated", film)))
@@ -142,6 +136,31 @@ def _layers(layout: Layout) -> tuple[Layer, ...]:
         moulded = _tolerance(assembly, "opposing_pad", "opposing-pad", "moulded", pad)
         stacked.append(_layer("opposing-pad", pad, moulded))
     return (*stacked, _layer("opposing-jaw", jaw.height, jaw_tolerance(assembly, jaw.height)))
+
+
+def on_board(layout: Layout) -> tuple[Layer, ...]:
+    """The board and the layers that are glued on it one after the other, in a jaw or not, from the board upwards."""
+    glued = [(*_glue_under(layer, layout.spec.assembly), layer) for layer in _above(layout.spec)]
+    return (_board(layout), *chain.from_iterable(glued))
+
+
+def on_seat(layout: Layout) -> tuple[Layer, ...]:
+    """The printed pieces and the board that is glued on them, from the face that carries them upwards."""
+    return (*_behind(layout.spec), *_glue_under(_board(layout), layout.spec.assembly), _board(layout))
+
+
+def _board(layout: Layout) -> Layer:
+    finished, written = finished_thickness(layout, Where.COIL), layout.spec.assembly.tolerance("board")
+    own = SizeTolerance(finished.maximum - finished.nominal, finished.source)
+    return _layer("board", layout.spec.fpc.stackup.thickness,
+                  own if written is None else SizeTolerance(written, WRITTEN))
+
+
+def _glue_under(layer: Layer, assembly: Assembly) -> Iterator[Layer]:
+    """The glue line under a layer; none where the spec has none."""
+    source = assembly.adhesive.source if assembly.adhesive is not None else "the spec (assembly)"
+    if assembly.glue_line:
+        yield _layer(f"{GLUE}{layer.part}", assembly.glue_line, SizeTolerance(assembly.glue_tolerance, source))
 
 
 def levels(layers: tuple[Layer, ...]) -> Levels:

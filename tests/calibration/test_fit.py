@@ -18,6 +18,7 @@ from sitscad.calibration import calibrate, map_of
 from sitscad.calibration.calibration import calibrate_by
 from sitscad.calibration.forms import Form, Samples, fitted_form
 from sitscad.calibration.inverse_map import ridge
+from sitscad.calibration.misfit import UNUSUAL
 from sitscad.calibration.model_fit import NoFit, levenberg_marquardt
 from sitscad.calibration.points import Points, offered
 from sitscad.calibration.unknowns import units
@@ -181,6 +182,22 @@ def test_table_and_figure_of_the_page_number_the_points_alike(calibrated):
     counted = list(map(str, range(1, len(rows) - 1)))
     assert re.findall(r">(\d+)</text>", figure)[-len(counted):] == counted
     assert re.findall(r"<td>(\d+|tare)</td>", table) == ["tare", "1", "2", "tare", *counted[2:]]
+
+
+def test_forms_that_cannot_be_fitted_are_counted_not_listed(foretold):
+    """Of 40 rows of the table 20 said that they cannot be fitted."""
+    tried = tuple(replace(one, error=np.inf) if k % 2 else one for k, one in enumerate(foretold.tried))
+    page = calibration_page(replace(foretold, tried=tried)).decode()
+    forms = page.partition("<h2>Forms of the map</h2>")[2]
+    kept = sum(bool(np.isfinite(one.error)) for one in tried)
+    assert forms.count("<tr>") == 1 + kept
+    assert f"{len(tried) - kept} more form" in forms and "inf" not in forms
+
+
+def test_an_unknown_is_unusual_alike_in_the_page_and_in_the_notes(calibrated):
+    """The page said more than 2 sigma, docs/calibration.md and the notes 3."""
+    assert f"more than {UNUSUAL:g} is unusual" in calibration_page(calibrated).decode()
+    assert f"{UNUSUAL:g} sigma is unusual" in (Path(__file__).parents[2] / "docs" / "calibration.md").read_text()
 
 
 def test_the_document_keeps_to_its_published_schema(foretold, calibrated):

@@ -96,6 +96,33 @@ def test_a_bench_plate_has_no_jaw_to_glue_into():
     assert "M2 screws" in said and "port" not in said and "jaw" not in said
 
 
+@pytest.mark.parametrize("template", ["bench_7mm", "fingertip_foil", "round_button_12mm"])
+def test_each_gluing_step_ends_in_a_height_without_jaws_too(template):
+    """Only sensors in jaws had the heights that docs/assembling.md promises."""
+    layout = sitscad.lay_out(sitscad.load_text(templates.read(template), "t.yaml"))
+    spec, said = layout.spec, in_one_line(layout)
+    line, board = spec.assembly.glue_line, spec.fpc.stackup.thickness
+    to_pad = line + spec.elastomer.thickness
+    for words, height in (
+        ("From the board's top face to its upper face are", to_pad),
+        ("From the board's top face to its upper face are", to_pad + line + spec.target.thickness),
+        ("to the board's top face are", spec.mount.standoff + line + board),
+    ):
+        assert f"{words} {1e3 * height:.3f} +-" in said
+
+
+def test_the_weight_says_what_is_of_the_mount():
+    """A fingertip "without what carries it" weighed 6.2 g, 5.6 g of it the mount."""
+    pieces = [{"name": name, "is_carrier": False, "material": "steel", "mass_kg": mass, "copper_m3": 0.0,
+               "density_source": "x"} for name, mass in (("mount", 5e-3), ("mount-spacer", 1e-3), ("target", 1e-3))]
+    content = {"sensor": {"mass_kg": 7e-3, "centre_m": [0.0, 0.0, 0.0], "not_weighed": []}, "pieces": pieces}
+    said = " ".join(assembly_notes._weights(json.dumps(content).encode()))
+    assert said.startswith("The sensor with its mount (6 g of it) weighs 7 g;")
+    carried = content | {"pieces": [*pieces, pieces[0] | {"name": "jaw", "is_carrier": True}]}
+    said = " ".join(assembly_notes._weights(json.dumps(carried).encode()))
+    assert said.startswith("The sensor with its mount (6 g of it), without the jaws, weighs 7 g;")
+
+
 def test_without_a_mount_there_is_no_page_and_without_a_pad_no_mould():
     bare = handmade.bare()
     assert render(bare, SENSOR.estimates, SENSOR.bench_estimates, "", {}) == {}

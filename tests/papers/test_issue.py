@@ -13,6 +13,7 @@ from dataclasses import replace
 
 import pytest
 
+from sitscad.design import Design
 from sitscad.drawing.pictures import board as board_picture
 from sitscad.drawing.sheet import Label
 from sitscad.formats import ipc356, laser
@@ -21,12 +22,15 @@ from sitscad.formats.gerber import panel
 from sitscad.formats.kicad import board as kicad_board
 from sitscad.layout.laser_sheet import laser_sheets
 from sitscad.layout.panel import plan
+from sitscad.package.contents import drawn_calibration
+from sitscad.papers import assembly_notes, laser_notes
 from sitscad.papers import order_notes as fabrication_notes
 from sitscad.papers import parts_list as bom
 from sitscad.papers.drawings import board as board_drawing
 from sitscad.papers.drawings import contacts as _contact_sheet
 from sitscad.papers.drawings import panel as panel_drawing
 from sitscad.papers.drawings import stackup as stackup_drawing
+from sitscad.spec import templates
 from sitscad.spec.circuit import PanelSpec
 from sitscad.spec.format.reading import SpecError
 from sitscad.spec.load import load_text
@@ -80,6 +84,19 @@ def test_the_readmes_name_it(issued):
     spec = replace(issued.spec, fpc=replace(issued.spec.fpc, panel=PanelSpec("always")))
     words = panel_drawing.readme(plan(replace(issued, spec=spec)), None)
     assert "Part number: TS-104 (a)\nRevision: B.2\nDate: 2026-11-22\n" in words
+
+
+def test_papers_of_the_assembly_and_the_cut_sheets_name_it(issued):
+    """Their revision was promised in docs/spec.md, and missing."""
+    design = Design(load_text(templates.read("bench_7mm"), "t.yaml"))
+    spec = replace(design.spec, issue=ISSUE)
+    layout, title = replace(design.layout, spec=spec), "Part number TS-104 (a), revision B.2, 2026-11-22."
+    (cut,) = laser_notes.render(layout).values()
+    (steps,) = assembly_notes.render(layout, design.estimates, design.bench_estimates, "", {}).values()
+    assert cut.decode().splitlines()[1] == steps.decode().splitlines()[1] == title
+    files = drawn_calibration(Design(spec, layout, design.estimates))
+    assert files["calibration/plan.txt"].decode().splitlines()[1] == title
+    assert f"<p class='soft'>{ISSUE.words}</p>" in files["calibration/calibration.html"].decode()
 
 
 def test_gerber_drill_and_job_files_carry_it_and_are_read(issued, tmp_path):
