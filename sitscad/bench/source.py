@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qsl
@@ -182,9 +182,9 @@ def _port(text: str) -> Port:
 
 
 def _simulated(design: Design, query: str, tares: int) -> Simulation:
-    """A simulated board: `load` is AXIS:FIRST:LAST (N), over `seconds` after so many scans without load; `fault` may
-    come several times; `unit` is the number of a sensor as it is made, left out the one as drawn; `cell` is that
-    of its cells which a load is on; `state` and `seed` as for `SimulatedConverter`.
+    """A simulated board: `load` is AXIS:FIRST:LAST (N), of several axes with commas between, over `seconds` after so
+    many scans without load; `fault` may come several times; `unit` is the number of a sensor as it is made, left out
+    the one as drawn; `cell` is that of its cells which a load is on; `state` and `seed` as for `SimulatedConverter`.
     """
     pairs = parse_qsl(query, keep_blank_values=True)
     given = dict(pairs)
@@ -196,17 +196,8 @@ def _simulated(design: Design, query: str, tares: int) -> Simulation:
     seconds = float(given.get("seconds", 1.0))
     rate = design.estimates.readout.scan_rate
     before = BEGUN + (tares + 1) / rate if tares and rate else 0.0
-    loads = np.zeros((RAMP, 4))
-    loads[:, 0] = np.linspace(before, before + seconds, RAMP)
-    for name, value in pairs:
-        if name == "load":
-            found = LOAD.fullmatch(value)
-            if found is None:
-                raise ValueError(
-                    f"load is AXIS:NEWTONS or AXIS:FIRST:LAST with {', '.join(AXES)}, one load= an axis, not {value!r}"
-                )
-            axis, first, last = found.groups()
-            loads[:, 1 + AXES.index(axis)] = np.linspace(float(first), float(last or first), RAMP)
+    times = np.linspace(before, before + seconds, RAMP)
+    loads = np.column_stack([times, _ramps(value for name, value in pairs if name == "load")])
     if before:
         loads = np.vstack([[0.0] * 4, [before - 1e-6, 0.0, 0.0, 0.0], loads])
     number = design.converter.needed(len(design.estimates.coils))
@@ -228,6 +219,26 @@ def _simulated(design: Design, query: str, tares: int) -> Simulation:
         for k in range(number)
     ]
     return Simulation(design, chips, before + seconds, unit)
+
+
+def _ramps(texts: Iterable[str]) -> np.ndarray:
+    """Loads (`RAMP`, 3; N) of texts of AXIS:NEWTONS or AXIS:FIRST:LAST, several of them in one with commas between.
+    Raises ValueError for what is none, and for an axis that comes twice.
+    """
+    loads, known = np.zeros((RAMP, len(AXES))), set()
+    for one in (one for text in texts for one in text.split(",")):
+        found = LOAD.fullmatch(one)
+        if found is None:
+            raise ValueError(
+                f"load is AXIS:NEWTONS or AXIS:FIRST:LAST with {', '.join(AXES)}, of several axes with a comma between "
+                f"(load=normal:5,shear_x:2), not {one!r}"
+            )
+        axis, first, last = found.groups()
+        if axis in known:
+            raise ValueError(f"load says twice what {axis} is")
+        known.add(axis)
+        loads[:, AXES.index(axis)] = np.linspace(float(first), float(last or first), RAMP)
+    return loads
 
 
 def _on_cell(design: Design, number: int, loads: np.ndarray, seed: int | None = None) -> np.ndarray:

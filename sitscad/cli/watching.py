@@ -40,7 +40,7 @@ def watch(spec: str, serve: bool, port: int, host: str, opens: bool, format_name
     while they fill up.
     """
     from sitscad.watch.server import Showing
-    from sitscad.watch.watching import Watch, words
+    from sitscad.watch.watching import OVERTAKEN, Watch, words
     from sitscad.watch.work import Event
 
     showing, made = Showing(), None
@@ -55,6 +55,8 @@ def watch(spec: str, serve: bool, port: int, host: str, opens: bool, format_name
             for line in words(revision, event, before, shutil.get_terminal_size().columns, verbose):
                 print_result(line)
         sys.stdout.flush()
+        if event.stage == OVERTAKEN:
+            return  # the page is of the save that comes
         showing.tell(revision, event, before)
         if opens and revision == 1 and event.stage == "findings":
             webbrowser.open(address)

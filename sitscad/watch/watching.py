@@ -18,6 +18,9 @@ from sitscad.watch.work import Event, work
 PAUSE, SETTLE = 0.1, 0.02
 """Seconds between two looks at the files, and those for which a file has to stay as it is: editors write in steps."""
 
+OVERTAKEN = "overtaken"
+"""The stage of what is told of a save whose work the next one (``by``) has ended."""
+
 Stamp = tuple[int, int, int] | None
 Told = Callable[[int, Event, Event | None], None]
 
@@ -67,7 +70,7 @@ class Watch:
 
     def __init__(self, path: str, serves: bool = False) -> None:
         self.path, self.serves = path, serves
-        self.revision, self.busy = 0, False
+        self.revision, self.busy, self.overtaken = 0, False, False
         self.last: dict[str, Event] = {}
         self.worker, self.spare = started(path, serves), started(path, serves)
         self.stamps: dict[str, Stamp] = {path: None}
@@ -79,6 +82,9 @@ class Watch:
         try:
             while not until():
                 self.look()
+                if self.overtaken:
+                    self.overtaken = False
+                    told(self.revision - 1, Event(OVERTAKEN, {"by": self.revision}), None)
                 for revision, event in self.heard():
                     told(revision, event, self.last.get(event.stage))
                     if event.stage != "failed" and not event.data.get("unreadable"):
@@ -96,6 +102,7 @@ class Watch:
         if {path: stamp(path) for path in self.stamps} != found:
             return
         self.stamps = found
+        self.overtaken = self.busy
         if self.busy or not self.worker.process.is_alive():
             self.worker.end()
             self.worker, self.spare = self.spare, started(self.path, self.serves)
@@ -151,6 +158,8 @@ def words(revision: int, event: Event, before: Event | None, width: int = 80, ve
     found = changes(event, before)
     if event.stage == "failed":
         return [event.data["message"]]
+    if event.stage == OVERTAKEN:
+        return [f"save {revision}: overtaken by save {event.data['by']}"]
     if event.stage == "sweep" and not verbose:
         return _swept(event.data["numbers"], width)
     if event.stage != "findings":

@@ -21,7 +21,7 @@ from sitscad.bench.board import GOOD, Board, CoilReading
 from sitscad.bench.converter import SimulatedConverter
 from sitscad.bench.diagnosis import MET, NOT_EVALUATED, NOT_MET, _noise, diagnosis
 from sitscad.bench.readings import Forces, scans
-from sitscad.bench.source import Simulation, Wired, source_of
+from sitscad.bench.source import Simulation, Wired, _ramps, source_of
 from sitscad.cli import cli
 from sitscad.cli.streaming import sinks
 from tests.bench.conftest import TEMPLATES, sound_boards
@@ -134,10 +134,21 @@ def test_a_single_wrong_result_makes_no_force_and_a_step_comes_one_scan_late(des
     assert 1 <= step.count("stale") <= 2 and step[-1] == "good"
 
 
-@pytest.mark.parametrize("load", ["normal=5", "normal:5,shear_x:1", "normal:nan", "tilt:1", "normal:1:2:3"])
+NO_LOADS = ["normal=5", "normal:5,shear_x=1", "normal:nan", "tilt:1", "normal:1:2:3", "normal:5,"]
+
+
+@pytest.mark.parametrize("load", NO_LOADS)
 def test_a_load_that_is_none_is_refused_with_its_form(load):
-    with pytest.raises(ValueError, match=r"load is AXIS:NEWTONS or AXIS:FIRST:LAST with normal, .* one load= an axis"):
+    with pytest.raises(ValueError, match=r"load is AXIS:NEWTONS or AXIS:FIRST:LAST with normal, .* a comma between"):
         source_of(f"sim:{SPEC}?load={load}", None)
+
+
+def test_loads_on_several_axes_stand_in_one_or_in_several():
+    one, two = _ramps(["normal:0:4,shear_x:1"]), _ramps(["shear_x:1", "normal:0:4"])
+    assert one.tolist() == two.tolist() and one[0].tolist() == [0.0, 1.0, 0.0] and one[-1].tolist() == [4.0, 1.0, 0.0]
+    source_of(f"sim:{SPEC}?load=normal:0:4,shear_x:1", None)
+    with pytest.raises(ValueError, match="load says twice what normal is"):
+        source_of(f"sim:{SPEC}?load=normal:4,normal:5", None)
 
 
 def test_readings_beyond_the_map_are_said_to_be(design):

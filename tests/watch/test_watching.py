@@ -51,6 +51,11 @@ def test_only_what_has_changed_is_said():
     assert words(2, later, numbers, verbose=True) == ["L of C1: 2 uH -> 2.1 uH", "L of C2: 3 uH -> 4 uH"]
 
 
+def test_a_save_that_was_overtaken_leaves_a_line():
+    """Of two saves in the work of the one before nothing was said: after save 1 came save 4."""
+    assert words(2, Event("overtaken", {"by": 3}), None) == ["save 2: overtaken by save 3"]
+
+
 def test_a_save_says_a_dozen_lines_of_a_terminal_and_the_verdict_last():
     first = _verdict(_finding("SIT204", 3, "1.4 V"), *(
         _finding(f"SIT1{k:02}", k, "gone") for k in range(3)))
@@ -207,7 +212,11 @@ def test_saves_are_followed_and_interrupting_ends_it(watched):
     path.unlink()
     time.sleep(0.3)
     _saved(path, SPEC)
-    last = found.until(lambda event: event["revision"] == 3 and event.get("last"))
+    found.until(lambda event: event["revision"] == 3)
+    _saved(path, SPEC + "# again\n")
+    overtaken = found.until(lambda event: event["revision"] == 3 and (event["stage"] == "overtaken" or "last" in event))
+    assert overtaken == {"stage": "overtaken", "revision": 3, "by": 4}
+    last = found.until(lambda event: event["revision"] == 4 and event.get("last"))
     assert last["counts"]["error"] == 0
     found.process.send_signal(signal.SIGINT)
     assert found.process.wait(20) == 0
