@@ -402,3 +402,16 @@ def test_more_turns_than_can_be_estimated_are_refused_before_anything_is_compute
         load_text(text)
     (finding,) = raised.value.findings
     assert finding.rule == "SIT019" and said in finding.message and finding.line == 3
+
+
+def test_a_tolerance_as_large_as_what_it_is_of_is_refused():
+    """A pad of 1 mm +- 5 mm was only unusual: half a band can be no more than what comes out of it."""
+    plates = "target: {size: 4, thickness: 0.2}\nelastomer: {size: 4, thickness: 1}\n"
+    for part, least in (("elastomer", 1.0), ("target", 0.2), ("elastomer_size", 4.0), ("target_size", 4.0)):
+        with pytest.raises(SpecError) as refused:
+            loaded(f"{plates}assembly: {{tolerances: {{{part}: {least}}}}}")
+        (found,) = refused.value.findings
+        assert (found.rule, found.key, found.line) == ("SIT009", f"assembly.tolerances.{part}", 6)
+        assert found.measured == found.limit == approx(1e-3 * least, rel=1e-9)
+        loaded(f"{plates}assembly: {{tolerances: {{{part}: {0.9 * least}}}}}")
+    loaded(f"{plates}assembly: {{tolerances: {{placement: 5, shield: 5}}}}")

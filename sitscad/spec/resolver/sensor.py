@@ -18,7 +18,7 @@ from sitscad.spec.format.kinds import Preset
 from sitscad.spec.format.reading import Remarks
 from sitscad.spec.format.section import NameOr, Part, Section, section_of
 from sitscad.spec.materials import ElastomerPad, Target
-from sitscad.spec.mount import Assembly, Mount
+from sitscad.spec.mount import Assembly, Mount, TolerancesDocument
 from sitscad.spec.profiles import spec_origin
 from sitscad.spec.resolver.circuit import resolve_fpc
 from sitscad.spec.resolver.coils import check_amount, check_cells, check_webs, resolve_array, resolve_coil
@@ -66,6 +66,7 @@ def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = No
         issue=Issue(document.revision, document.part_number, document.date), assembly=assembly,
         cutting=document.cutting, loads=_loads(document, mount, remarks), cells=cells,
     )
+    _check_tolerances(spec, remarks)
     _note_plain_defaults(SpecDocument, document, "", source.keys, remarks)
     return spec, remarks
 
@@ -124,6 +125,27 @@ def _assembly(part: Assembly, is_glued: bool, remarks: Remarks) -> Assembly:
         message = f"a glue line of {show(line, 'm')} cannot come out {show(spread, 'm')} thinner"
         remarks.flaw("SIT009", "assembly.glue_tolerance", message, "at most the thickness of the line itself")
     return replace(part, adhesive=adhesive, glue_line=line, glue_tolerance=spread)
+
+
+def _check_tolerances(spec: SensorSpec, remarks: Remarks) -> None:
+    """A flaw each for written tolerances as large as the size of which they are half the band."""
+    target, pad, film, shield = spec.target, spec.elastomer, spec.encapsulation, spec.shield
+    jaw = spec.mount.jaw if spec.mount is not None else None
+    sizes = {
+        "board": spec.fpc.stackup.thickness,
+        "elastomer": pad and pad.thickness, "elastomer_size": pad and min(pad.size),
+        "target": target and target.thickness, "target_size": target and min(target.size),
+        "encapsulation": film and film.thickness, "shield": shield and shield.thickness,
+        "jaw": jaw and min(jaw.height, jaw.width), "opposing_pad": jaw and jaw.opposing_pad_thickness,
+    }
+    for part, tolerance in spec.assembly.tolerances:
+        size = sizes.get(part)
+        if size and tolerance >= size:
+            key = f"assembly.tolerances.{part}"
+            what = f"{TolerancesDocument.keys[part].about} is {show(size, 'm')}"
+            message = f"{what} and cannot come out {show(tolerance, 'm')} less"
+            remarks.flaw("SIT009", key, message, "half of the band in which your parts were measured",
+                         measured=tolerance, limit=size, unit="m")
 
 
 _CABLE_PER_METRE = {"inductance": (600e-9, "H"), "capacitance": (100e-12, "F"), "resistance": (1.0, "ohm")}
