@@ -59,9 +59,9 @@ class SweepTable:
 def measure(
     spec: SensorSpec, level: str = SCREEN, measures: Sequence[str] | None = None
 ) -> Evaluation:
-    """Figures of one design, each with what it may be off by, and what the rules say of it. Where no `measures` are named
-    these are all of the level but ranges, sigmas and the yield. Raises ValueError for a level or a measure that there
-    is not.
+    """Figures of one design, each with what it may be off by, and what the rules say of it: where no `measures` are
+    named, all of the level but ranges, sigmas and the yield. Raises ValueError for a level or a measure that there is
+    not.
     """
     names = _measures_of(level, measures)
     return judged(spec, names) if level == FULL else screened([spec], names)[0]
