@@ -157,7 +157,7 @@ def _glue(assembly: Assembly) -> str:
     return glue.product if glue is not None else "glue"
 
 
-def _above_board(at: Levels, part: str) -> Toleranced | None:
+def _above_board(at: Levels, part: str) -> Toleranced:
     """How high a piece's upper face is above the board's top face."""
     return at[part][1] - at["board"][1]
 

@@ -125,6 +125,7 @@ def _coil_document(spec: SensorSpec, estimates: Estimates, index: int) -> dict[s
             }
             for name, state in coil.states.items()
         },
+        "inductance_by": "1 / (C (2 pi f)^2), C = conversion_capacitance_F; estimate.json has it at the contacts",
         "inductance_H_per_N": change,
         "sigma_inductance_H_per_N": sigma,
     }

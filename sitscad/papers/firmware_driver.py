@@ -207,7 +207,7 @@ def render_readme(layout: Layout, estimates: Estimates, bench: Estimates, forced
         f"The sensor {spec.name}: from the board on the bench to newtons",
         *([f"{spec.issue.title}."] if spec.issue.rows else []),
         "", "WIRING", "", *_wiring(layout, estimates),
-        "", "WHAT EACH COIL READS", "", *_readings(found, bench),
+        "", "WHAT EACH COIL READS", "", *_readings(spec, found, bench),
         "", "THE FIRST TEN STEPS", "", *steps,
         "", "FILES", "", *(f"  {name:<22}{said}" for name, said in FILES),
     ]
@@ -259,13 +259,16 @@ def _wiring(layout: Layout, estimates: Estimates) -> Iterator[str]:
     yield from hanging("", said, WIDTH)
 
 
-def _readings(found: tuple[CoilBands, ...], bench: Estimates) -> Iterator[str]:
+def _readings(spec: SensorSpec, found: tuple[CoilBands, ...], bench: Estimates) -> Iterator[str]:
     """Every coil's frequencies with the bands of manufacture, and what a meter reads of the bare board."""
     yield "Frequency at the converter, with the band that sound boards keep (5 sigma of manufacture):"
     for one in found:
         for name, band in (("bare board", one.bare), ("assembled", one.assembled)):
             ends = f"{show(band.low, 'Hz', 4)} to {show(band.high, 'Hz', 4)}"
             yield f"  {one.coil:<6}{name:<12}{show(band.design, 'Hz', 5):<12} {ends}"
+    yield from hanging("", _too_fast(spec.readout.device, found), WIDTH)
+    if is_felt(spec):
+        yield from hanging("", TARED, WIDTH)
     if bench.metered:
         meter = f"An LCR meter at {show(bench.metered[0].frequency, 'Hz')}"
         yield f"{meter} between the contacts of the bare board, far from metal, at 20 degC:"
@@ -275,6 +278,29 @@ def _readings(found: tuple[CoilBands, ...], bench: Estimates) -> Iterator[str]:
                 f"  {read.coil:<6}L {show(read.inductance, 'H', 4)} +- {show(inductance, 'H', 2)} (5 sigma), "
                 f"direct current {show(read.direct, 'ohm', 3)} +- {show(direct, 'ohm', 2)}"
             )
+
+
+TARED = (
+    "Frequencies are those of the states, as in estimate.json, mount/assembly.txt and the driver's tables. The view "
+    '"Push it" of report.html, calibration/ and `sitscad response` solve the response, which differs a little at rest '
+    "(that view says by how much). Either serves: a tare takes the difference away."
+)
+
+
+def _too_fast(device: Converter, found: tuple[CoilBands, ...]) -> str:
+    """What becomes of boards that are sound and too fast for the converter; empty where no band reaches so far."""
+    most = device.limit("sensor_frequency_max")
+    each = [(one.coil, name, band) for one in found
+            for name, band in (("the bare board", one.bare), ("assembled and at rest", one.assembled))]
+    shares = {(coil, name): band.share_above(most) for coil, name, band in each if band.high > most}
+    if not shares:
+        return ""
+    (coil, name), share = max(shares.items(), key=lambda found: found[1])
+    return (
+        f"Above {show(most, 'Hz')} a tank is too fast for the {device.part}: boards at the upper end of a band are "
+        f"sound, and the converter's results of them are not. Of coil {coil}, {name}, these are "
+        f"{show(100.0 * share, '%', 2)} of what manufacture makes; a larger capacitor makes them fewer (SIT202)."
+    )
 
 
 def _steps(spec: SensorSpec, estimates: Estimates, found: tuple[CoilBands, ...]) -> Iterator[str]:

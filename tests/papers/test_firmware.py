@@ -7,6 +7,7 @@ import math
 import re
 import subprocess
 from dataclasses import replace
+from statistics import NormalDist
 from types import SimpleNamespace
 
 import layouts
@@ -14,8 +15,9 @@ import pytest
 from tolerance import approx
 
 from sitscad.estimates import estimate
+from sitscad.estimates.circuit.bands import Band, CoilBands
 from sitscad.layout import lay_out
-from sitscad.papers import firmware
+from sitscad.papers import firmware, firmware_driver
 from sitscad.report.measures import other_rows
 from sitscad.spec import presets
 from sitscad.spec.load import load_text
@@ -274,6 +276,16 @@ def test_every_coil_s_channel_and_place_are_in_header_and_json():
 PRESSED = RACETRACK.replace("CABLE", "scan_rate: 500 Hz") + "requirements: {normal_force: 4 N}\n"
 
 
+def test_the_readme_says_what_of_a_band_the_converter_cannot_read():
+    """A band ended at 10.11 MHz, and nothing said that the converter does at 10."""
+    fast = Band(9.4e6, 8.65e6, 10.15e6)  # one sigma is 150 kHz: 10 MHz are four of them away
+    slow = Band(8.8e6, 8.1e6, 9.5e6)
+    said = firmware_driver._too_fast(SPEC.readout.device, (CoilBands("C1", slow, fast, fast, 1e4),))
+    assert "Above 10 MHz" in said and "coil C1, assembled and at rest" in said
+    assert f"{100.0 * NormalDist().cdf(-4.0):.2g} %" == "0.0032 %" and "0.0032 %" in said
+    assert firmware_driver._too_fast(SPEC.readout.device, (CoilBands("C1", slow, slow, slow, 1e4),)) == ""
+
+
 def test_forces_and_what_they_do_are_macros_and_json():
     spec = load_text(PRESSED, "long.yaml")
     found = estimate(lay_out(spec))
@@ -288,5 +300,8 @@ def test_forces_and_what_they_do_are_macros_and_json():
     )
     assert (macros["COIL0_L_PER_NEWTON_H"], macros["COIL0_L_PER_NEWTON_SIGMA_H"]) == approx((change, sigma), rel=1e-6)
     (coil,) = table["coils"]
+    assert coil["inductance_by"].startswith("1 / (C (2 pi f)^2), C = conversion_capacitance_F;")
+    own, known = table["conversion_capacitance_F"], coil["expected"]["rest"]
+    assert known["inductance_H"] == approx(1.0 / (own * (2.0 * math.pi * known["frequency_Hz"]) ** 2), rel=1e-9)
     assert [state["force_N"] for state in coil["expected"].values()] == [0.0, 0.0, 4.0]
     assert (coil["inductance_H_per_N"], coil["sigma_inductance_H_per_N"]) == approx((change, sigma), rel=1e-6)

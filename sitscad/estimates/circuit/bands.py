@@ -26,6 +26,10 @@ class Band:
     low: float
     high: float
 
+    def share_above(self, limit: float) -> float:
+        """The part of what manufacture makes, normally distributed, whose frequency is above a limit (Hz)."""
+        return 0.5 * math.erfc((limit - self.design) * SIGMAS / ((self.high - self.design) * math.sqrt(2.0)))
+
 
 @record
 class CoilBands:
