@@ -185,9 +185,9 @@ def foretell(model: ResponseModel, is_held: bool = True, count: int = USUAL_POIN
     sensors = sensors_of(model, is_held)
     form, tried = chosen_form(sensors)
     drawn, planned = own_map(sensors, form.form, np.zeros(len(sensors.known))), plan(sensors, count)
-    untold = error_on_others(sensors, drawn)
-    # What a tare alone leaves is that of simulated units, not of first order; no point makes more of it. What the form
-    # itself leaves, no point takes away.
+    # What a tare alone leaves is that of simulated units, not of first order; no point makes more of it. What the map
+    # itself leaves no point takes away, nor is it less on units that are not as drawn.
+    untold = np.maximum(error_on_others(sensors, drawn), drawn.error)
     errors = np.vstack([untold, np.minimum(np.hypot(planned.errors[1:], drawn.error), untold)])
     drawn = replace(drawn, error=untold)
     found = Calibration(sensors, drawn, form, tried, replace(planned, errors=errors))
