@@ -110,12 +110,14 @@ pre {
 .scroll { overflow-x: auto; }
 table { border-collapse: collapse; width: 100%; margin: .6rem 0; font-variant-numeric: tabular-nums; }
 caption { text-align: left; padding-bottom: .3rem; font-size: .9rem; }
-th, td { text-align: left; vertical-align: top; padding: .35rem .8rem .35rem 0; border-bottom: 1px solid var(--line); }
+th, td { text-align: left; vertical-align: baseline; padding: .35rem .8rem .35rem 0;
+  border-bottom: 1px solid var(--line); }
 th { color: var(--soft); font-weight: 600; font-size: .85rem; }
 .number { text-align: right; white-space: nowrap; }
 figure { margin: 1rem 0; break-inside: avoid; }
 figure > svg, .paper > svg { display: block; width: 100%; height: auto; }
 .paper { background: #ffffff; border: 1px solid var(--line); border-radius: .4rem; padding: .4rem; }
+.narrow { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(24rem, 100%), 1fr)); gap: 0 1rem; }
 figcaption { font-size: .9rem; margin-top: .3rem; }
 .section text { fill: var(--ink); font-size: 13px; font-family: inherit; }
 .section .leader { stroke: var(--soft); stroke-width: 1; }
@@ -138,6 +140,7 @@ button[aria-pressed="true"] { background: var(--note); color: var(--ground); }
 .marks i { position: absolute; transform: translate(-50%, -50%); width: 1.3em; height: 1.3em; border-radius: 50%;
   background: var(--error); color: var(--ground); font: 700 .7rem/1.3em inherit; text-align: center; }
 .inputs { display: grid; grid-template-columns: repeat(auto-fit, minmax(18rem, 1fr)); gap: .4rem 1.5rem; }
+.inputs label { white-space: nowrap; }
 .inputs input { flex: 1; min-width: 6rem; }
 .inputs output { min-width: 5.5em; text-align: right; font-variant-numeric: tabular-nums; }
 .cuts { display: grid; grid-template-columns: repeat(auto-fit, minmax(18rem, 1fr)); gap: 1rem; margin: .8rem 0; }

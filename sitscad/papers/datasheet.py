@@ -172,11 +172,8 @@ def _page(
     banner = "<p class='banner'>Made in spite of errors: the design does not meet its own checks.</p>" if forced else ""
     assembly = drawing(layout, forced)
     shown = figure(svg(assembly), "Target and elastomer over the coils, to scale.") if assembly is not None else ""
-    curves = ""
-    for plotted in plots:
-        sheet = Sheet(plotted.caption, plotted.size, decimals=3)
-        plot(sheet, (0.0, 0.0, *plotted.size), plotted.draw)
-        curves += figure(svg(sheet), plotted.caption)
+    wide, narrow = ([_figure(plotted) for plotted in plots if (plotted.size == WIDE) is is_wide]
+                    for is_wide in (True, False))
     units = "" if found is None else f"{_table(list(found.error_rows))}<p class='soft'>{escape(found.errors_are)}</p>"
     parts = [
         f"<header><h1>{escape(spec.name)}</h1>{soft(spec.issue.words)}{soft(_about(layout, felt))}</header>{banner}",
@@ -184,7 +181,7 @@ def _page(
         *([part("Cells", _table(cell_rows(told)) + f"<p class='soft'>{escape(_of_cells(layout, estimates))}</p>")]
           if told else []),
         part("Drawing", shown),
-        part("Curves", curves),
+        part("Curves", f"{''.join(wide)}<div class='narrow'>{''.join(narrow)}</div>" if plots else ""),
         part("Errors", units + _table(errors(felt)) + _table(drift(felt))),
         part("Contacts", _table(contact_rows(layout))),
         part("Production", _table(production(felt)) + _table(incoming(bench))
@@ -195,6 +192,13 @@ def _page(
         part("Notes", "<ul>" + "".join(f"<li>{escape(note)}</li>" for note in notes(felt, found)) + "</ul>"),
     ]
     return page(f"{spec.name}: data sheet", parts)
+
+
+def _figure(plotted: Plot) -> str:
+    """A plot as a figure of the page; narrow ones stand side by side, so that their letters are those of wide ones."""
+    sheet = Sheet(plotted.caption, plotted.size, decimals=3)
+    plot(sheet, (0.0, 0.0, *plotted.size), plotted.draw)
+    return figure(svg(sheet), plotted.caption)
 
 
 def _table(rows: Rows) -> str:

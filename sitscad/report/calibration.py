@@ -106,7 +106,7 @@ def _foretold(found: Calibration) -> Iterable[str]:
         for k, (load, errors) in enumerate(zip(loads, found.plan.errors, strict=True)):
             rows.append([str(k) if k else "tare", *(f"{force:.3g}" for force in load),
                          *(f"{error:.2g}" for error in errors)])
-        head = ["point", *(f"{name} N" for name in axes), *(f"error of {name}" for name in axes)]
+        head = ["point", *(f"{name} N" for name in axes), *(f"error of {name} N" for name in axes)]
         yield "<h2>The points to take</h2>"
         yield html_table(head, rows, PLANNED)
     if found.tried:

@@ -41,6 +41,14 @@ def bench():
     return lay_out(spec())
 
 
+def test_a_tail_without_a_bend_of_its_own_has_no_limit(advised, bench):
+    """The report showed "limit 0 mm" of a tail that only its mount bends."""
+    fpc = replace(bench.spec.fpc, tail=replace(bench.spec.fpc.tail, bend_angle=0.0))
+    straight = replace(bench.spec, fpc=fpc)
+    (note,) = advised("SIT123", straight, replace(bench, spec=straight))
+    assert note.severity is Severity.NOTE and note.measured > 0.0 and note.limit is None
+
+
 def test_what_lies_in_the_bend(advised, bench):
     (note,) = advised("SIT123", bench.spec, bench)
     start, end = bench.bend_zone

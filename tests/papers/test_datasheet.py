@@ -24,7 +24,15 @@ from sitscad.estimates.response.working_range import held_shear
 from sitscad.package.contents import drawn_calibration
 from sitscad.papers import PAPERS
 from sitscad.papers.datasheet import errors, notes, render, sensor, summary
-from sitscad.papers.datasheet_plots import BEYOND, BEYOND_LINES, FROM_UNIT_TO_UNIT, difference, figures
+from sitscad.papers.datasheet_plots import (
+    BEYOND,
+    BEYOND_LINES,
+    FROM_UNIT_TO_UNIT,
+    NARROW,
+    WIDE,
+    difference,
+    figures,
+)
 from sitscad.units import show
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
@@ -94,6 +102,16 @@ def test_crosstalk_is_told_of_the_curved_map_and_of_the_one_that_is_delivered(be
     assert told == approx(np.abs(normal - normal[0]).max() / full, rel=0.05)
     assert bench.performance[1].crosstalk["normal"]["shear_x"] < told < 0.01
     assert "crosstalk, map to newtons, design as drawn, half load" in files["datasheet.html"].decode()
+
+
+def test_plots_have_letters_of_one_size_on_the_page(files):
+    """Narrow ones were drawn as wide as the page, with letters of twice the size."""
+    curves = files["datasheet.html"].decode().partition("<h2>Curves</h2>")[2].partition("</section>")[0]
+    wide, _, narrow = curves.partition("<div class='narrow'>")
+    sizes = {part: re.findall(r"<svg [^>]*viewBox='0 0 ([0-9.]+)", found)
+             for part, found in (("wide", wide), ("narrow", narrow))}
+    assert sizes["wide"] and set(sizes["wide"]) == {f"{WIDE[0]:g}"}
+    assert sizes["narrow"] and set(sizes["narrow"]) == {f"{NARROW[0]:g}"}
 
 
 def test_figures_of_one_load_name_it_and_crosstalk_is_that_which_is_judged(bench):

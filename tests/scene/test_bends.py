@@ -97,5 +97,7 @@ def test_a_jaw_whose_hinge_is_not_known_asks_for_no_bend_but_those_of_its_mount(
     """90 degrees were ordered 27 mm behind the heel, within the tube."""
     layout = laid("grasper_4layer", ("jaw: generic-5mm ", "jaw: {width: 4.8, length: 20, height: 1.3} "))
     assert own_bend(layout) is None and bends(layout) == bends_of_mount(layout)
-    assert any(told.startswith("fpc.tail.bend: 0 deg down") for told in layout.spec.source.defaults)
+    told = [one.partition(": ") for one in layout.spec.source.defaults if one.startswith("fpc.tail.bend")]
+    assert ("fpc.tail.bend.angle", "0 deg down") in [(key, value.partition(",")[0]) for key, _, value in told]
+    assert len({key for key, _, _ in told}) == len(told), "one line a key"
     assert own_bend(laid("grasper_4layer")).angle == approx(math.radians(30.0), rel=1e-9)

@@ -125,7 +125,7 @@ def _too_short(design: Design) -> Iterator[Violation]:
         place = replace(straight.unfit, x=straight.start)
         if fits:
             yield Violation(rest, "all bends of the drawing lie there: bend the tail nowhere else", "fpc.tail.bend",
-                            straight.length, needed, "m", Severity.NOTE, place=place)
+                            straight.length, needed or None, "m", Severity.NOTE, place=place)
     if fits:
         return
     angle, radius = f"{math.degrees(tail.bend_angle):g} deg", ""

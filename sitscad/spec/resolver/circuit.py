@@ -214,6 +214,5 @@ def _bent(tail: Tail, written: str | BendDocument, mount: Mount | None, remarks:
             return replace(tail, bend_angle=written.angle)
     else:
         tail = replace(tail, bend=written)
-    key = "fpc.tail.bend" + (".angle" if isinstance(written, BendDocument) else "")
-    remarks.default(key, f"{math.degrees(angle):.4g} deg {tail.bend_direction}", why)
+    remarks.default("fpc.tail.bend.angle", f"{math.degrees(angle):.4g} deg {tail.bend_direction}", why)
     return replace(tail, bend_angle=angle)
