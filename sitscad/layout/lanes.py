@@ -39,12 +39,14 @@ class Ring:
 
     @cached_property
     def half_size(self) -> tuple[float, float]:
-        """Half the ring's extent in x and y (m)."""
+        """How far the ring reaches from its centre in x and y (m), to the farther side where a corner has a side across
+        from it.
+        """
         if self.coil.outline.is_round:
             radius = 0.5 * self.coil.size[0] + self.offset
             return radius, radius
         box = bounding_box([self.boundary.rotated(self.placement.rotation)])
-        return box[2], box[3]
+        return max(box[2], -box[0]), max(box[3], -box[1])
 
     @cached_property
     def _known(self) -> dict[float | Point, Any]:

@@ -109,6 +109,7 @@ def _coil_document(spec: SensorSpec, estimates: Estimates, index: int) -> dict[s
     coil, channel = estimates.coils[index], spec.readout.device.places(len(estimates.coils))[index]
     force = spec.requirements.normal_force
     change, sigma = coil.converter_sensitivity(force) or (None, None)
+    forces = {state.name: state.force for state in estimates.states}
     return {
         "name": coil.name,
         "converter": channel.converter,
@@ -119,7 +120,7 @@ def _coil_document(spec: SensorSpec, estimates: Estimates, index: int) -> dict[s
         "centre_m": list(coil.centre),
         "expected": {
             name: {
-                "force_N": force if name == PRESSED else 0.0,
+                "force_N": forces[name],
                 "frequency_Hz": state.frequency,
                 "inductance_H": state.converter_inductance,
             }

@@ -11,6 +11,7 @@ from sitscad.checks import RULES
 from sitscad.checks.rules import apply_rule
 from sitscad.design import Design
 from sitscad.geometry.path import Point, polar
+from sitscad.geometry.shapes import SHAPES, Polygon
 from sitscad.layout import lay_out
 from sitscad.layout.board import Role
 from sitscad.layout.lanes import Ring
@@ -99,3 +100,14 @@ def test_rotation_turns_the_ring(sensor):
     straight, turned = ring(sensor, shape="hexagon"), ring(sensor, 0.3, shape="hexagon")
     assert turned.at(1.3).distance(turned.centre) == approx(straight.at(1.0).distance(straight.centre), rel=1e-6)
     assert replace(turned, placement=straight.placement) == straight
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.5 * math.pi, math.pi])
+def test_a_ring_reaches_as_far_as_its_farther_corner(sensor, monkeypatch, turn):
+    """Of a pentagon the board ended before the corner that has a side across from it."""
+    monkeypatch.setitem(SHAPES, "square", Polygon("square", "pentagonal", 5))
+    at = CoilPlacement("C1", (0.0, 0.0), turn)
+    pentagon = replace(ring(sensor, shape="square", diameter=4e-3), placement=at)
+    points = [pentagon.at(2.0 * math.pi * k / 720) for k in range(720)]
+    reach = max(abs(point.x) for point in points), max(abs(point.y) for point in points)
+    assert pentagon.half_size == approx(reach, rel=1e-4)

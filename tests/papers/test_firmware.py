@@ -19,6 +19,7 @@ from sitscad.estimates.circuit.bands import Band, CoilBands
 from sitscad.layout import lay_out
 from sitscad.papers import firmware, firmware_driver
 from sitscad.report.measures import other_rows
+from sitscad.scene.state import State
 from sitscad.spec import presets
 from sitscad.spec.load import load_text
 from sitscad.units import show
@@ -55,6 +56,7 @@ def estimates(coils=2, **changes):
             for i in range(coils)
         ],
         readout=SimpleNamespace(**(readout | changes)),
+        states=(State("free"), State("pressed", force=4.0)),
     )
 
 
@@ -305,3 +307,14 @@ def test_forces_and_what_they_do_are_macros_and_json():
     assert known["inductance_H"] == approx(1.0 / (own * (2.0 * math.pi * known["frequency_Hz"]) ** 2), rel=1e-9)
     assert [state["force_N"] for state in coil["expected"].values()] == [0.0, 0.0, 4.0]
     assert (coil["inductance_H_per_N"], coil["sigma_inductance_H_per_N"]) == approx((change, sigma), rel=1e-6)
+
+
+def test_every_state_has_the_force_that_presses_the_target_there():
+    """A state that was added, by half the force, was pressed by 0 N."""
+    found = estimates()
+    for coil in found.coils:
+        coil.states["half"] = coil.states["pressed"]
+    found.states = (*found.states, State("half", force=2.0))
+    for coil in rendered(found)[1]["coils"]:
+        forces = {name: one["force_N"] for name, one in coil["expected"].items()}
+        assert forces == {"free": 0.0, "pressed": 4.0, "half": 2.0}

@@ -77,10 +77,10 @@ def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None, is_rou
 
     force, lines = spec.requirements.normal_force or 0.0, target_lines(spec)
 
-    def at_gap(name: str, gap: float) -> Surroundings:
-        """The target let down straight until so much of the pad's thickness (m) is left."""
+    def at_gap(name: str, gap: float, pushed: float = 0.0) -> Surroundings:
+        """The target let down straight, by a force (N), until so much of the pad's thickness (m) is left."""
         assert over is not None
-        state = State(name, Pose(z=gap - over.lower), force if name == PRESSED else 0.0)
+        state = State(name, Pose(z=gap - over.lower), pushed)
         return _around(over, lines, state, behind)
 
     def between(state: str, cause: str, less: float, more: float) -> None:
@@ -96,7 +96,7 @@ def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None, is_rou
     compression = scatter = None
     if over is not None and spec.requirements.normal_force and rests_on_pad(spec):
         compression = pressed(spec)
-        around.append(at_gap(PRESSED, compression.gap))
+        around.append(at_gap(PRESSED, compression.gap, force))
         left[PRESSED] = compression.gap
         cases = straight_cases(spec, sigmas, compression) if is_rough else pressed_cases(spec, sigmas)
         scatter = scatter_of(cases)
