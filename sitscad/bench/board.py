@@ -9,12 +9,13 @@ import re
 from collections import deque
 from collections.abc import Collection, Sequence
 from time import monotonic
-from typing import Protocol
+from typing import Protocol, cast
 
 from sitscad.calibration.unknowns import usual
 from sitscad.design import Design
 from sitscad.estimates.circuit.bands import LEAP, STATUS, bands
 from sitscad.estimates.circuit.settings import devices, identity
+from sitscad.readout.registers import DriverRegisters
 from sitscad.record import record
 
 GOOD, STALE, UNDER_RANGE, OVER_RANGE, WATCHDOG, OUT_OF_BAND, AMPLITUDE = STATUS
@@ -60,7 +61,7 @@ class Board:
         conversion = design.estimates.readout.conversion
         assert conversion is not None
         self.conversion = conversion
-        self.at = design.converter.register_map
+        self.at = cast(DriverRegisters, design.converter.register_map)
         self.places = design.converter.places(len(self.bands))
         self.idle = [0] * len(chips)
         self.past: dict[int, tuple[int, int, int | None]] = {}

@@ -141,7 +141,7 @@ def header(spec: SensorSpec, estimates: Estimates, found: Sequence[Device], forc
         *([f" * {FORCED}."] if forced else []),
         f" * Register settings of the {converter.part} for the sensor {comment_text(spec.name)}.",
         *([f" * {spec.issue.title}."] if spec.issue.rows else []),
-        " * Write them in this order after power-up or reset; CONFIG comes last and wakes the device.",
+        f" * Write them in this order after power-up or reset; {converter.register_map.ORDER}.",
         f" * Clock f_CLK {show(spec.readout.clock, 'Hz')} at CLKIN; FREF_DIVIDER {readout.reference_divider} makes "
         f"of it f_REF {_shown(readout.reference_frequency, 'Hz')}. Capacitor {_shown(readout.capacitance, 'F')}.",
         " * Each value is 16 bits, sent most significant byte first.",
@@ -263,26 +263,13 @@ def _result_macros(converter: Converter, readout: ReadoutEstimate) -> list[str]:
     """Addresses, mask and flags of the results."""
     registers, macro, words = converter.register_map, converter.part, converter.result_words
     upper = f"DATA_{words[0]}" if len(words) > 1 else "DATA"
-    largest, digits = 2**converter.bits - 1, -(-converter.bits // 4)
-    ends = f"{converter.bits} bits, 0x{0:0{digits}X} being"
-    over = f"0x{largest:0{digits}X} over-range ({converter.source_of('cite_results')})"
+    how = f"DATA = register & {macro}_{upper}_MASK"
     if len(words) > 1:
         first, second = words
-        lines = [
-            f"/* Results: read {first} before {second}; "
-            f"DATA = ({first} & {macro}_{upper}_MASK) << 16 | {second}, {ends}",
-            f" * under-range and {over}. The flags in {first} rise only where",
-        ]
-    else:
-        lines = [
-            f"/* Results: DATA = register & {macro}_{upper}_MASK, {ends} under-range and",
-            f" * {over}. The flags above them rise only where",
-        ]
-    lines += [
-        " * ERROR_CONFIG lets them (bits 15 to 11: under-range, over-range, watchdog, amplitude high and low; "
-        f"{converter.source_of('cite_errors')});",
-        " * the value below lets all. */",
-    ]
+        how = f"read {first} before {second}; DATA = ({first} & {macro}_{upper}_MASK) << 16 | {second}"
+    cited = converter.source_of("cite_results"), converter.source_of("cite_errors")
+    said = registers.said_of_results(converter.bits, words, *cited)
+    lines = f"/* Results: {how}, {converter.bits} bits, {said} */".replace("\n", "\n * ").splitlines()
     for channel in range(converter.channels):
         for word, address in zip(words, converter.data_addresses(channel), strict=True):
             ending = f"_{word}" if len(words) > 1 else ""

@@ -10,10 +10,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from functools import cache
-from importlib import import_module
-from types import ModuleType
 
 from sitscad.data import rows
+from sitscad.readout.registers import ChannelSettings, Register, RegisterMap, register_map
 from sitscad.record import record
 
 WORDS = "words"
@@ -31,28 +30,6 @@ class Limit:
     unit: str
     source: str
     verified: bool
-
-
-@record
-class ChannelSettings:
-    """The settings of one channel; `offset` is taken from its conversions where results show a part of them."""
-
-    rcount: int
-    settle_count: int
-    input_divider: int
-    reference_divider: int
-    drive_code: int
-    offset: int = 0
-
-
-@record
-class Register:
-    """One 16-bit write: address, name, value and what it sets."""
-
-    address: int
-    name: str
-    value: int
-    meaning: str
 
 
 @cache
@@ -362,9 +339,11 @@ class Converter:
     # ----------------------------------------------------------------------------------------------------- registers
 
     @property
-    def register_map(self) -> ModuleType:
-        """The module of this room that has addresses, masks and flags, and packs the registers."""
-        return import_module(f"sitscad.readout.{self.source_of('register_map')}")
+    def register_map(self) -> RegisterMap:
+        """The module of this room that has addresses, masks and flags, and packs the registers. Raises ValueError
+        where it lacks what such a module must have.
+        """
+        return register_map(self.source_of("register_map"))
 
     @property
     def result_mask(self) -> int:
@@ -381,8 +360,7 @@ class Converter:
         """Addresses of a channel's result, upper register first and to be read in this order."""
         if not 0 <= channel < self.channels:
             raise ValueError(f"channel is {channel}; it must lie in 0 to {self.channels - 1}")
-        found: tuple[int, ...] = self.register_map.data_addresses(channel, len(self.result_words))
-        return found
+        return self.register_map.data_addresses(channel, len(self.result_words))
 
     def registers(
         self,
@@ -394,10 +372,7 @@ class Converter:
     ) -> tuple[Register, ...]:
         """Every register to write after reset, in order; ValueError where a setting does not fit its field."""
         gain = output_gain if self.has_gains else None
-        found: tuple[Register, ...] = self.register_map.registers(
-            channels, highest_sensor_frequency, external_clock, high_current, gain
-        )
-        return found
+        return self.register_map.registers(channels, highest_sensor_frequency, external_clock, high_current, gain)
 
 
 @record

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sitscad.readout.converter import ChannelSettings, Register
+from sitscad.readout.registers import ChannelSettings, Register
 
 MOST_CHANNELS = 4
 """Channels that the registers have addresses for."""
@@ -21,6 +21,9 @@ DATA_FLAGS = {
     "ERR_AE": (0x1000, "amplitude outside about 1.2 to 1.8 V"),
 }
 """Error flags in the upper or only register of a result by name: mask and meaning (nominal amplitudes: STATUS)."""
+
+ORDER = "CONFIG comes last and wakes the device"
+"""What the header says of the order of writing (8.2.5)."""
 
 ERRORS_REPORTED = 0b11111 << 11 | 1
 """ERROR_CONFIG: every error of a conversion to its result, and a finished scan to STATUS and INTB (7.6.27)."""
@@ -57,6 +60,21 @@ ERROR_CHANNEL, DATA_READY, UNREAD = 14, 1 << 6, 1 << 3
 def data_addresses(channel: int, words: int) -> tuple[int, ...]:
     """Addresses of a channel's result of one or two registers (7.6.2 and on)."""
     return tuple(2 * channel + word for word in range(words))
+
+
+def said_of_results(bits: int, words: tuple[str, ...], results_by: str, errors_by: str) -> str:
+    """What the header says of results: 0 and all ones are their ends, and ERROR_CONFIG lets flags into them."""
+    digits = -(-bits // 4)
+    under, over = f"0x{0:0{digits}X}", f"0x{2**bits - 1:0{digits}X}"
+    if len(words) > 1:
+        ends, place = f"{under} being\nunder-range and {over}", f"in {words[0]}"
+    else:
+        ends, place = f"{under} being under-range and\n{over}", "above them"
+    return (
+        f"{ends} over-range ({results_by}). The flags {place} rise only where\n"
+        "ERROR_CONFIG lets them (bits 15 to 11: under-range, over-range, watchdog, amplitude high and low; "
+        f"{errors_by});\nthe value below lets all."
+    )
 
 
 def deglitch(highest_sensor_frequency: float) -> int:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import sys
 from dataclasses import replace
 from types import SimpleNamespace
@@ -12,41 +11,28 @@ from tolerance import approx
 
 import sitscad
 from sitscad.bench.board import GOOD, Board
-from sitscad.data import FOLDER
 from sitscad.formats.kicad.schematic import parts
 from sitscad.papers import firmware
 from sitscad.readout import ldc_registers
 from sitscad.spec import presets
-from sitscad.spec.format.kinds import names
 from tests.bench.conftest import TEMPLATES
 
 
 @pytest.fixture
-def add_family(monkeypatch, tmp_path):
+def add_family(data):
     """A converter called ldc9914 that has the figures of another's family but for those given, from data alone."""
-    folder = tmp_path / "data"
-    shutil.copytree(FOLDER, folder, ignore=shutil.ignore_patterns("*.py", "__pycache__"))
-    monkeypatch.setattr("sitscad.data.FOLDER", folder)
-    _forget()
 
     def add(like: str, family: str, **figures: object):
-        lines = (folder / f"converters/{like}.csv").read_text().splitlines()
+        lines = (data / f"converters/{like}.csv").read_text().splitlines()
         for name, value in figures.items():
             lines = [f"{name},{value},{line.split(',')[2]},verified,invented" if line.startswith(f"{name},") else line
                      for line in lines]
-        (folder / f"converters/{family}.csv").write_text("\n".join(lines) + "\n")
-        with (folder / "converters.csv").open("a") as table:
+        (data / f"converters/{family}.csv").write_text("\n".join(lines) + "\n")
+        with (data / "converters.csv").open("a") as table:
             table.write(f"ldc9914,{family},4,0x2A 0x2B,,verified,invented\n")
         return presets.converter("ldc9914")
 
-    yield add
-    _forget()
-
-
-def _forget() -> None:
-    """What was read of the tables."""
-    for read in (presets._table, presets.converter, names):
-        read.cache_clear()
+    return add
 
 
 def test_results_that_take_the_bits_of_the_flags_are_refused(add_family):

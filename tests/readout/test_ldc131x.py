@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from tolerance import approx
 
 from sitscad.readout.conversion import Conversion, shown
-from sitscad.readout.converter import ChannelSettings
+from sitscad.readout.registers import ChannelSettings
 from sitscad.spec import presets
 
 LDC1314 = presets.converter("ldc1314")

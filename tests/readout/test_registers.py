@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from sitscad.readout.converter import ChannelSettings as Channel
 from sitscad.readout.ldc_registers import deglitch, mux_config, registers
+from sitscad.readout.registers import ChannelSettings as Channel
 from sitscad.spec import presets
 
 LDC1614 = presets.converter("ldc1614")

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 from sitscad.estimates.values import Estimates
-from sitscad.readout.converter import ChannelSettings, Register
+from sitscad.readout.registers import ChannelSettings, Register
 from sitscad.record import record
 from sitscad.spec.sensor import ReadoutSpec
 
