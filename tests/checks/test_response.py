@@ -92,6 +92,28 @@ def test_a_share_of_the_best_coil_is_asked_too(design, estimates, judge):
     assert judge("SIT215", spec, None, answers(estimates, spec, (1e3, 1.1 * LEAST_SHARE * 1e3))) == []
 
 
+@pytest.mark.parametrize(("shear", "severity"), [(1.0, Severity.ERROR), (None, Severity.WARNING)])
+def test_a_coil_that_feels_nothing_is_told_with_what_it_costs(shear, severity, design, estimates, judge):
+    """With one of two coils lost shear is a normal force: that was a warning of the steps alone."""
+    spec = design(requirements__shear_force=None if shear is None else f"{shear} N")
+    (found,) = judge("SIT215", spec, None, answers(estimates, spec, (1e3, 0.01)))
+    assert found.severity is severity
+    assert "nothing of C2 is told from noise: its channel is read in vain, and shear along x" in found.message
+    (weak,) = judge("SIT215", spec, None, answers(estimates, spec, (1e3, 29.0)))
+    assert weak.severity is Severity.WARNING and "in vain" not in weak.message
+
+
+CELLS = (TEMPLATES / "skin_strip_6.yaml").read_text(encoding="utf-8").replace("coils: 1  ", "coils: 3  ")
+
+
+def test_of_cells_each_has_to_tell_shear():
+    """Three coils a cell under a target over the middle one, six in all: two of them felt something, each alone."""
+    text = CELLS.replace("normal_force: 8 N", "normal_force: 8 N\n  shear_force: 1 N")
+    result = sitscad.check(sitscad.load_text(text, "strip.yaml"), hints="none")
+    (found,) = (each for each in result.findings if each.rule == "SIT215")
+    assert found.severity is Severity.ERROR and "nothing of C1, C3, C4, C6 is told" in found.message
+
+
 def test_few_steps_of_every_coil_ask_for_more_change(design, estimates, judge):
     spec = design()
     (found,) = judge("SIT215", spec, None, answers(estimates, spec, (29.0, 29.0)))

@@ -11,7 +11,7 @@ from functools import partial
 
 from sitscad.checks.assembly.plates import is_as_long_as_line
 from sitscad.checks.reading.readings import failed_states
-from sitscad.checks.rules import NEEDS, Advice, Rule, Undecided, Verdict, Violation, own_limits, rule_of
+from sitscad.checks.rules import NEEDS, ROUNDING, Advice, Rule, Undecided, Verdict, Violation, own_limits, rule_of
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.fixes.moves import larger_target, over_the_middle
@@ -52,6 +52,11 @@ class SignalChange:
     step: float
     steps: float
     noise: float
+
+    @property
+    def is_lost(self) -> bool:
+        """Whether the change is not told from the noise."""
+        return self.steps < TOLD_FROM_NOISE * self.noise
 
 
 def responses(design: Design) -> list[SignalChange]:
@@ -94,8 +99,11 @@ def coil_response(design: Design) -> Iterator[Verdict]:
     names, force = [response.coil for response in deaf], show(required, "N")
     hardly = f"coils {', '.join(names[:-1])} and {names[-1]} hardly feel"
     hardly = f"coil {names[0]} hardly feels" if len(names) == 1 else hardly
+    untold = _untold_shear(design.spec, found)
+    is_needed = untold and design.spec.requirements.shear_force
     said = Violation(
-        f"{hardly} {force}: {which} changes by {worst.steps:.2g} steps of the converter", severity=Severity.WARNING,
+        f"{hardly} {force}: {which} changes by {worst.steps:.2g} steps of the converter{_in_vain(found, untold)}",
+        severity=Severity.ERROR if is_needed else Severity.WARNING,
         detail=f"from rest to pressed {_changes(deaf)}{against}; asked are {FEWEST_STEPS:.0f} steps and "
         f"{100.0 * LEAST_SHARE:.0f} % of the best coil's change",
     )
@@ -110,7 +118,34 @@ def coil_response(design: Design) -> Iterator[Verdict]:
 
 def _is_lost(found: Sequence[SignalChange]) -> bool:
     """Whether no coil's change is told from the noise."""
-    return all(response.steps < TOLD_FROM_NOISE * response.noise for response in found)
+    return all(response.is_lost for response in found)
+
+
+def _untold_shear(spec: SensorSpec, found: Sequence[SignalChange]) -> str:
+    """The axes along which the coils of a sensor, or of one of its cells, stand apart, and those of them that feel
+    anything do not: shear along these reads as a normal force. In words, empty where there is none.
+    """
+    placements, lost = spec.array.placements, {response.coil for response in found if response.is_lost}
+    count = len(placements) if spec.cells is None else spec.cells.coils
+    untold = set()
+    for first in range(0, len(placements), count):
+        cell = placements[first : first + count]
+        for axis in (0, 1):
+            places = [one.centre[axis] for one in cell]
+            felt = [one.centre[axis] for one in cell if one.name not in lost]
+            if max(places) - min(places) > ROUNDING and felt and max(felt) - min(felt) <= ROUNDING:
+                untold.add(AXES[axis])
+    return " and ".join(sorted(untold))
+
+
+def _in_vain(found: Sequence[SignalChange], untold: str) -> str:
+    """What it means that some coils feel nothing, in words with a semicolon before; none where all feel something."""
+    lost = [response.coil for response in found if response.is_lost]
+    if not lost:
+        return ""
+    channels = "its channel is" if len(lost) == 1 else "their channels are"
+    shear = f", and shear along {untold} and tilt cannot be told from a normal force" if untold else ""
+    return f"; nothing of {', '.join(lost)} is told from noise: {channels} read in vain{shear}"
 
 
 def _not_felt(deaf: Sequence[SignalChange], best: SignalChange, force: str) -> Violation:
@@ -276,7 +311,7 @@ def shear_response(design: Design) -> Iterator[Verdict]:
     assert force is not None
     # only along axes (0: x, 1: y) on which the coils stand apart can the array tell shear
     centres = [placement.centre for placement in spec.array.placements]
-    axes = [k for k in (0, 1) if max(c[k] for c in centres) - min(c[k] for c in centres) > 1e-9]
+    axes = [k for k in (0, 1) if max(c[k] for c in centres) - min(c[k] for c in centres) > ROUNDING]
     if not axes:
         yield Undecided("one coil alone cannot tell shear from normal force, so the force is taken as one to be borne")
         return
