@@ -149,8 +149,35 @@ def more_by_metal(spec: SensorSpec, left: Left) -> str:
     return f"{why if metal.relative_permeability >= MAGNETIC else ''}{', '.join(told)} (tried)"
 
 
+def cut_to_target(spec: SensorSpec) -> Fix | None:
+    """The pad as large as the target that lies on it: a rim beside that holds it up. None where the pad is no wider,
+    or stands otherwise.
+    """
+    target, pad = spec.target, spec.elastomer
+    if target is None or pad is None or pad.outline.is_round != target.outline.is_round:
+        return None
+    if pad.offset != target.offset or (target.rotation and not target.outline.is_round) or pad.size == target.size:
+        return None
+    if any(own < side for own, side in zip(pad.size, target.size, strict=True)):
+        return None
+    *_, (edits, narrower) = resized("elastomer", pad, target.size)
+    return Fix(edits, replace(spec, elastomer=narrower))
+
+
+def more_by_narrower(spec: SensorSpec, left: Left) -> str:
+    """How many times as much the reading changes on a pad that is no wider than the target, found by trying; nothing
+    where it is no wider, that makes little, or another rule fails.
+    """
+    fix, here = cut_to_target(spec), left.share(spec)
+    if fix is None or not here:
+        return ""
+    broken = left(fix)
+    there = 0.0 if broken is None or set(broken) - SIGNAL_RULES else left.share(fix.spec) or 0.0
+    return f"{fix.words} gives {there / here:.2g} times the signal (tried)" if there > MORE * here else ""
+
+
 MORE = 1.2
-"""Times the signal from which on another metal is named."""
+"""Times the signal from which on another metal, or a narrower pad, is named."""
 
 
 AS_WRITTEN = tuple(1e-3 * t for t in (0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0))

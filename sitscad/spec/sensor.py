@@ -234,7 +234,8 @@ class Requirements(Section):
         "it, and else a fingertip of 10 mm", None,
     )
     bandwidth: float | None = key(Rate, "of the force signal, like 100 Hz", None)
-    temperature: float = key(Temperature, "of the sensor in use: copper and metal are computed there", "20 degC")
+    temperature: float = key(Temperature, "of the sensor in use: copper and metal are computed there, pads at "
+                             "20 degC", "20 degC")
     normal_resolution: float | None = key(
         Resolution, "one sigma of noise at the scan rate, at every working point, like 20 mN", None
     )

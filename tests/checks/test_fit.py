@@ -17,6 +17,7 @@ from sitscad.checks.assembly.plates import target_proportions
 from sitscad.design import Design
 from sitscad.estimates.response.pad import soft_pad
 from sitscad.estimates.response.working_range import beyond_held_shear, held_shear, shear_at
+from sitscad.estimates.states.pressing import pressed
 from sitscad.finding import Severity
 from sitscad.layout import lay_out
 from sitscad.mechanics.elastomer import VALID_SHEAR
@@ -158,6 +159,24 @@ def test_the_suggested_modulus_keeps_thirty_percent(modulus, sigma, bulk_modulus
     for factor, count in ((1.0, 0), (0.98, 1)):
         enough = replace(soft, shear_modulus=wanted * factor)
         assert len(judge("SIT304", replace(spec, elastomer=replace(spec.elastomer, material=enough)))) == count
+
+
+@pytest.mark.parametrize(("celsius", "severity"), [(200, Severity.NOTE), (60, Severity.NOTE), (-60, Severity.WARNING)])
+def test_a_pad_that_is_used_warm_or_cold_is_told_to_be_computed_at_twenty_degrees(celsius, severity, judge, design):
+    """At -60, 20 and 200 degrees the strain was the same, without a word."""
+    spec = design(encapsulation=None, requirements__temperature=f"{celsius} degC")
+    law = {"shear_modulus": 34e3, "shear_modulus_sigma": 0.0}
+    spec = replace(spec, elastomer=replace(spec.elastomer, material=replace(spec.elastomer.material, **law)))
+    (found,) = judge("SIT304", spec)
+    assert found.severity is severity and f"at {celsius} degC, with" in found.message
+    more = 1.0 + 3411e-6 * (celsius - 20.0)
+    there = replace(spec.elastomer.material, shear_modulus=34e3 * more)
+    there = replace(spec, elastomer=replace(spec.elastomer, material=there))
+    assert found.measured == approx(pressed(there).strain, rel=1e-9) and found.keeps_limit is (found.measured <= 0.3)
+
+
+def test_at_room_temperature_no_word_is_said_of_the_pad(judge, design):
+    assert judge("SIT304", design(requirements__temperature="30 degC")) == []
 
 
 def test_shear_beyond_the_range_that_a_data_sheet_states_warns():

@@ -13,7 +13,7 @@ from sitscad.checks.rules import own_limits
 from sitscad.design import Design
 from sitscad.estimates.signal import signals
 from sitscad.finding import Severity
-from sitscad.fixes.pads import other_metals
+from sitscad.fixes.pads import cut_to_target, other_metals
 from sitscad.report.findings import checked_spec, json_document
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
@@ -212,6 +212,24 @@ def test_a_magnetic_target_is_told_and_which_metal_gives_how_much_more():
         assert float(times) == approx(there / here, rel=0.05)
     copper = sitscad.load(TEMPLATES / "bench_7mm.yaml")
     assert not list(other_metals(copper)), "there is no better conductor"
+
+
+def test_a_pad_wider_than_the_target_is_told_to_be_cut_to_it():
+    """Cutting it from 12 mm to the target's 10 helped most, and no hint said so."""
+    wide = """
+    {sitscad: 1, name: tip, coil: {shape: circle, outer_diameter: 10, turns: 13, layers: 2, trace_width: 0.16,
+     trace_spacing: 0.16}, target: {shape: square, size: 10, thickness: 0.2, material: copper},
+     elastomer: {shape: square, size: 13, thickness: 1.8, material: ecoflex-00-30}, requirements: {normal_force: 0.4 N}}
+    """
+    spec = sitscad.load_text(wide, "wide.yaml")
+    narrow = spec.replace("elastomer.size", 10)
+    here, there = (abs(signals(Design(each).estimates)[0].share) for each in (spec, narrow))
+    (found,) = (f for f in sitscad.check(spec).findings if f.rule == "SIT217")
+    times = re.match(r"elastomer\.size: 10 gives ([\d.]+) times the signal \(tried\)", found.hint)[1]
+    assert float(times) == approx(there / here, rel=0.05) and there > 1.2 * here
+    (untried,) = (f for f in sitscad.check(spec, hints="none").findings if f.rule == "SIT217")
+    assert "a pad no wider than the target (elastomer.size: 10)" in untried.hint
+    assert cut_to_target(narrow) is None and cut_to_target(spec.replace("elastomer.offset", [0.5, 0])) is None
 
 
 def test_the_thickness_of_most_signal_is_named():

@@ -10,7 +10,7 @@ from functools import cache
 from sitscad.checks.assembly.fit import pad_of
 from sitscad.checks.assembly.plates import lies
 from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, own_limits, rule_of
-from sitscad.design import Design
+from sitscad.design import ROOM_TEMPERATURE, Design
 from sitscad.estimates.states.pressing import BESIDE_PAD, loaded_face, pressed, rests_on_pad, surround
 from sitscad.finding import Severity
 from sitscad.fixes.moves import stiffer_pad
@@ -30,6 +30,9 @@ STRAIN_ERROR = 0.5
 LOADED = 0.99
 """Share of a pad from which on it counts as loaded all over."""
 
+WARMTH_TOLD = 0.05
+"""Share by which warmth makes the pad's modulus another one from which on that is told; its spread is wider."""
+
 SLENDERNESS = 0.25
 """Thickness over width of the 8 x 8 x 2 mm bench pad (Jones, thesis, Leeds), whose target was seen to stay level."""
 
@@ -43,6 +46,7 @@ def elastomer_strain(design: Design) -> Iterator[Verdict]:
         return
     rubber, sigma, valid = pad.material, pad.material.shear_modulus_sigma, elastomer.VALID_STRAIN
     nominal, least, most = (pressed(design.spec, modulus=factor) for factor in (1.0, 1.0 + sigma, _softest(sigma)))
+    yield from _in_use(design.spec, force, nominal)
     if most.strain <= valid:
         return
     certain = nominal.strain
@@ -70,6 +74,27 @@ def elastomer_strain(design: Design) -> Iterator[Verdict]:
         advice=(lambda left: _stiffer(design.spec, force, left) + otherwise) if is_error else None,
         detail=f"{which}, {100.0 * strain:.1f} %, is more than {100.0 * limit:.0f} %{beyond}; shape factor "
         f"{nominal.shape_factor:.2f}{_part(nominal)}",
+    )
+
+
+def _in_use(spec: SensorSpec, force: float, nominal: elastomer.Compression) -> Iterator[Verdict]:
+    """That all numbers are of a pad at 20 degrees Celsius, with how far the force compresses it where the sensor is
+    used, where that makes its modulus another one.
+    """
+    at, slope = spec.requirements.temperature, pad_of(spec).material.modulus_temperature_coefficient
+    more = slope * (at - ROOM_TEMPERATURE)
+    if abs(more) < WARMTH_TOLD:
+        return
+    film = spec.encapsulation.material.modulus_temperature_coefficient if spec.encapsulation is not None else 0.0
+    factors = {"modulus": 1.0 + more, "film": 1.0 + film * (at - ROOM_TEMPERATURE)}
+    there, valid = pressed(spec, **factors).strain, elastomer.VALID_STRAIN
+    yield Violation(
+        f"all numbers are of a pad at {ROOM_TEMPERATURE:g} degC, which {show(force, 'N')} compress by "
+        f"{100.0 * nominal.strain:.1f} %; at {at:g} degC, with {100.0 * more:+.0f} % of modulus, they compress it by "
+        f"{100.0 * there:.1f} %", "where you know the modulus at that temperature, write it "
+        "(elastomer.material.shear_modulus)", "requirements.temperature", there, valid,
+        severity=Severity.WARNING if there > valid >= nominal.strain else Severity.NOTE, keeps_limit=there <= valid,
+        detail=f"the modulus by {slope * 1e6:.4g} ppm/K (elastomer.material.modulus_temperature_coefficient)",
     )
 
 
@@ -379,7 +404,8 @@ def _rounded_up(value: float) -> float:
 
 
 RULES: tuple[Rule, ...] = (
-    rule_of("SIT304", elastomer_strain, "elastomer", "normal force", source=elastomer.SOURCE),
+    rule_of("SIT304", elastomer_strain, "elastomer", "normal force", source=elastomer.SOURCE,
+            warmth_told=100.0 * WARMTH_TOLD),
     rule_of("SIT310", target_rotation, "elastomer", "target"),
     rule_of(
         "SIT312", elastomer_shear, "elastomer", "target", "shear force", valid_shear=100.0 * elastomer.VALID_SHEAR,

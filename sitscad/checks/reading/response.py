@@ -11,11 +11,29 @@ from functools import partial
 
 from sitscad.checks.assembly.plates import is_as_long_as_line
 from sitscad.checks.reading.readings import failed_states
-from sitscad.checks.rules import NEEDS, ROUNDING, Advice, Rule, Undecided, Verdict, Violation, own_limits, rule_of
+from sitscad.checks.rules import (
+    NEEDS,
+    ROUNDING,
+    Advice,
+    Rule,
+    Undecided,
+    Verdict,
+    Violation,
+    joined,
+    own_limits,
+    rule_of,
+)
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.fixes.moves import larger_target, over_the_middle
-from sitscad.fixes.pads import best_thickness, more_by_metal, smaller_targets, wider_arrays
+from sitscad.fixes.pads import (
+    best_thickness,
+    cut_to_target,
+    more_by_metal,
+    more_by_narrower,
+    smaller_targets,
+    wider_arrays,
+)
 from sitscad.fixes.search import Left, first_tried
 from sitscad.record import record
 from sitscad.scene.fit import passes_port
@@ -276,17 +294,20 @@ def small_signal(design: Design) -> Iterator[Verdict]:
 
 
 def _more(design: Design, left: Left, otherwise: str) -> str:
-    # Another metal of the target, else another thickness of the pad, before what else makes more signal, where trying
-    # finds one.
+    # Another metal of the target, else another thickness of the pad, and a pad no wider than the target before what
+    # else makes more signal, where trying finds one.
     # the best thickness is another one for each metal
     found = more_by_metal(design.spec, left) or best_thickness(design.spec, left, partial(passes_port, design.layout))
-    return f"{found}; {otherwise}" if found else otherwise
+    return joined(found, more_by_narrower(design.spec, left), otherwise)
 
 
 def _more_signal(spec: SensorSpec) -> str:
     """What makes the change over the force larger, of that which the spec leaves to be done."""
     target, coils = spec.target, [p.centre for p in spec.array.placements]
+    narrower = cut_to_target(spec)
     ways = [_MORE_CHANGE]
+    if narrower is not None:
+        ways.append(f"a pad no wider than the target ({narrower.words}), which gives way more")
     if target is not None:
         whole = [max(c[k] for c in coils) - min(c[k] for c in coils) + max(spec.coil.size) for k in (0, 1)]
         if min(target.size) < min(whole) or max(target.size) < max(whole):
