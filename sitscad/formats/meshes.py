@@ -92,7 +92,9 @@ def stl(mesh: TriangleMesh) -> bytes:
     return bytes(body.export(file_type="stl"))
 
 
-SEE_THROUGH = {BodyRole.ENCAPSULATION: 0.35, BodyRole.OPPOSING_JAW: 0.5, BodyRole.OPPOSING_PAD: 0.5}
+SEE_THROUGH = {
+    BodyRole.ENCAPSULATION: 0.35, BodyRole.OPPOSING_JAW: 0.5, BodyRole.OPPOSING_PAD: 0.5, BodyRole.FINGER: 0.5,
+}
 """How much is seen of pieces that would hide the rest."""
 
 

@@ -20,6 +20,7 @@ from sitscad.fabrication.notes import bent_text
 from sitscad.layout.board import Layout
 from sitscad.parts.clash import at_pin, carried, clashes
 from sitscad.parts.mass import Balance, balance, weigh
+from sitscad.parts.plates import finger_end
 from sitscad.parts.printable import as_json, printable
 from sitscad.parts.proof import Measured, PadLoad, Proof, prove, require_clear
 from sitscad.parts.solid import Solid, of_role
@@ -304,8 +305,9 @@ def _rounded(value: float, digits: int = 9) -> float:
     return round(value, digits) + 0.0
 
 
-def render_picture(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
-    """``mount/assembly.svg``; nothing without a mount."""
+def render_picture(layout: Layout, solids: tuple[Solid, ...]) -> dict[str, bytes]:
+    """``mount/assembly.svg``, under a cap the finger, where that is of metal; nothing without a mount."""
+    spec = layout.spec
     if spec.mount is None:
         return {}
-    return {"mount/assembly.svg": assembly_svg(solids, spec).encode("utf-8")}
+    return {"mount/assembly.svg": assembly_svg((*finger_end(layout), *solids), spec).encode("utf-8")}

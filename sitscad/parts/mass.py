@@ -47,14 +47,15 @@ class Balance:
 
 
 def weigh(layout: Layout, solids: tuple[Solid, ...]) -> tuple[Weight, ...]:
-    """Every piece of the whole assembly, in its order."""
+    """Every piece of the whole assembly, in its order, but for a finger, of which only the end is drawn."""
     # Densities (kg/m3) of the spec's silicones, with their sources
     spec = layout.spec
     parts = (spec.elastomer, spec.encapsulation)
     silicones: list[ElastomerMaterial] = [part.material for part in parts if part is not None]
     known = {each.name: (each.density, each.source) for each in silicones if each.density is not None}
     leads = copper_in_films(layout, frozenset(s.name for s in solids if s.role is BodyRole.COPPER))
-    return tuple(_weight(layout, solid, known, leads.get(solid.name, 0.0)) for solid in solids)
+    return tuple(_weight(layout, solid, known, leads.get(solid.name, 0.0)) for solid in solids
+                 if solid.role is not BodyRole.FINGER)
 
 
 def balance(weights: tuple[Weight, ...]) -> Balance:

@@ -17,8 +17,8 @@ from typing import Any
 from sitscad.geometry.convex import Box
 from sitscad.geometry.path import Point, Region, circle, rectangle
 from sitscad.layout.board import Layout
-from sitscad.parts.solid import MM, PartsError, box, face, one_solid, prism, raised, require, without
-from sitscad.scene.bodies import Heights, board_heights, film_thickness
+from sitscad.parts.solid import MM, PartsError, Solid, box, face, one_solid, prism, raised, require, without
+from sitscad.scene.bodies import BodyRole, Heights, board_heights, film_thickness
 from sitscad.scene.column import print_limit
 from sitscad.scene.jaws import axis, shield_that_fits
 from sitscad.scene.seating import (
@@ -34,6 +34,7 @@ from sitscad.scene.seating import (
 from sitscad.scene.stack import ground, has_round_body
 from sitscad.scene.tail_path import Lip, lip, round_edge
 from sitscad.spec.mount import Finger, Hole
+from sitscad.spec.presets import metal_colour
 
 FLOOR = 2.0e-3
 CORNER = 2.0e-3
@@ -216,10 +217,31 @@ def fingertip(layout: Layout) -> tuple[Any, ...]:
     return (cap, *spacer(layout, shield))
 
 
+CUT_OFF = 4e-3  # How far beyond the cap (m) the finger is drawn
+
+
+def finger_end(layout: Layout) -> tuple[Solid, ...]:
+    """The end of the finger in its cap, cut off a little beyond: drawn only where its metal is known, and no part of
+    what is made, weighed or printed.
+    """
+    mount, end = layout.spec.mount, cap_end(layout)
+    if mount is None or mount.finger is None or mount.finger.material is None or end is None:
+        return ()
+    top, metal = board_heights(layout.spec.fpc.stackup)[0] - mount.standoff, mount.finger.material.name
+    shape = _finger(layout, mount.finger, top, layout.body[0], end + CUT_OFF, 0.0)
+    return (Solid(BodyRole.FINGER, shape, metal, metal_colour(metal), BodyRole.FINGER),)
+
+
 def _bore(layout: Layout, finger: Finger, top: float, start: float, end: float) -> Any:
     """The finger's end with its clearance, its upper face at a height (m)."""
-    bd, room = require("build123d"), clearance(layout.spec.mount)
-    y, (width, height) = axis(layout).y, finger.size
+    return _finger(layout, finger, top, start, end, clearance(layout.spec.mount))
+
+
+def _finger(layout: Layout, finger: Finger, top: float, start: float, end: float, room: float) -> Any:
+    """The finger from one place along the tail to another (m), larger by `room` (m) all round, its upper face at a
+    height (m).
+    """
+    bd, y, (width, height) = require("build123d"), axis(layout).y, finger.size
     if finger.outline.is_round:
         radius = width / 2 + room
         lie = bd.Plane((start * MM, y * MM, (top - radius) * MM), x_dir=(0, 1, 0), z_dir=(1, 0, 0))

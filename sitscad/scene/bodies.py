@@ -38,6 +38,7 @@ class BodyRole(StrEnum):
     OPPOSING_PAD = "opposing-pad"
     COPPER = "copper"
     GLUE = "glue"
+    FINGER = "finger"
     JIG = "jig"
     MOULD = "mould"
 

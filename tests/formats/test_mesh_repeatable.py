@@ -12,12 +12,18 @@ from pathlib import Path
 import handmade
 import pytest
 
+from sitscad.drawing.pictures.assembly import assembly_svg
 from sitscad.formats import meshes, step, volume_mesh
-from sitscad.papers import mounting
 
 pytestmark = pytest.mark.cad
 ROOT = Path(__file__).parents[2]
-WRITERS = (step.render, meshes.render_stl, meshes.render_3mf, volume_mesh.render, mounting.render_picture,
+
+
+def picture(solids, spec):
+    return {"mount/assembly.svg": assembly_svg(solids, spec).encode()}
+
+
+WRITERS = (step.render, meshes.render_stl, meshes.render_3mf, volume_mesh.render, picture,
            step.render_whole, meshes.render_whole_3mf, meshes.render_glb)
 
 SCRIPT = """
@@ -26,10 +32,12 @@ sys.path[:0] = [{samples!r}, {root!r}]
 import handmade
 from sitscad.formats import meshes, step
 from sitscad.formats import volume_mesh
-from sitscad.papers import mounting
+from sitscad.drawing.pictures.assembly import assembly_svg
 found = {{}}
+def picture(solids, spec):
+    return {{"mount/assembly.svg": assembly_svg(solids, spec).encode()}}
 for sensor in ("bench", "jaw"):
-    for render in (meshes.render_glb, mounting.render_picture, volume_mesh.render, meshes.render_whole_3mf,
+    for render in (meshes.render_glb, picture, volume_mesh.render, meshes.render_whole_3mf,
                    meshes.render_3mf, meshes.render_stl, step.render_whole, step.render):
         files = render(handmade.solids(sensor), handmade.layout(sensor).spec)
         found.update({{sensor + " " + name: hashlib.sha256(data).hexdigest() for name, data in files.items()}})

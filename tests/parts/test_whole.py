@@ -9,6 +9,7 @@ import shapely
 from tolerance import approx
 
 import sitscad
+from sitscad import parts
 from sitscad.layout.bending import tail_layers
 from sitscad.parts import mesh
 from sitscad.scene.bodies import BodyRole
@@ -100,6 +101,29 @@ def test_without_a_jaw_there_is_still_an_assembly():
     assert {solid.role for solid in found.values()} >= {BodyRole.COPPER, BodyRole.GLUE, BodyRole.BOARD}
     lift = found["target"].shape.bounding_box().min.Z - found["elastomer"].shape.bounding_box().size.Z
     assert lift == approx(2e3 * spec.assembly.glue_line, rel=1e-6)
+
+
+def test_the_metal_finger_is_drawn_in_its_cap_and_not_weighed():
+    """What the coils of a fingertip see was in no picture."""
+    from sitscad.papers.mounting import render_picture
+    from sitscad.parts.mass import weigh
+    from sitscad.parts.whole import whole
+
+    spec = sitscad.load(TEMPLATES / "fingertip_foil.yaml")
+    plain = sitscad.lay_out(spec)
+    finger = replace(spec.mount.finger, material=spec.target.material)
+    metal = replace(plain, spec=replace(spec, mount=replace(spec.mount, finger=finger)))
+    found = whole(metal)
+    assert {s.name for s in found} - {s.name for s in whole(plain)} == {"finger"}
+    (drawn,), (cap,) = ([s for s in found if s.name == name] for name in ("finger", "mount"))
+    box, (width, height) = drawn.shape.bounding_box(), finger.size
+    assert approx((1e3 * width, 1e3 * height), rel=1e-6) == (box.size.Y, box.size.Z)
+    board = -1e3 * spec.fpc.stackup.thickness - 1e3 * spec.assembly.glue_line
+    assert board - box.max.Z == approx(1e3 * spec.mount.standoff, rel=1e-6)
+    assert (drawn.shape & cap.shape) is None or (drawn.shape & cap.shape).volume < 1e-6
+    assert box.max.X > cap.shape.bounding_box().max.X, "it is seen to go on"
+    assert "finger" not in {weight.name for weight in weigh(metal, found)}
+    assert b"finger: aluminium, 10 mm" in render_picture(metal, parts.solids(metal))["mount/assembly.svg"]
 
 
 def test_all_copper_is_weighed_leads_contacts_and_tail_among_it(layout, pieces):
