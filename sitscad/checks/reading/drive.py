@@ -174,7 +174,8 @@ def _other_code(design: Design, reading: Reading, step: int) -> str:
     """Which drive code lies next to a reading's, and of which coil where each has its own; or that there is none."""
     code, how = _code(design, reading) + step, "stronger" if step > 0 else "weaker"
     whose = f" for coil {reading.coil}" if design.estimates.readout.drive_codes else ""
-    return f"drive code {code} is the next {how}{whose}" if 0 <= code <= 31 else f"there is no {how} drive{whose}"
+    is_there = 0 <= code < len(design.converter.drive_currents)
+    return f"drive code {code} is the next {how}{whose}" if is_there else f"there is no {how} drive{whose}"
 
 
 def _weak_advice(design: Design, smallest: Reading) -> str:
@@ -186,7 +187,7 @@ def _weak_advice(design: Design, smallest: Reading) -> str:
     values = readings_of(design, "parallel_resistance", True)
     own = [r.value for r in values if r.coil == smallest.coil]
     most = max(values, key=lambda r: r.value)
-    if _code(design, smallest) == 31:
+    if _code(design, smallest) == len(design.converter.drive_currents) - 1:
         return f"R_P, {show(min(own), 'ohm', 3)}, is too low even for the strongest drive: {distance}"
     within, between = max(own) / min(own), most.value / max(own)
     if between <= within:

@@ -27,7 +27,9 @@ from sitscad.units import show
 E12 = (1.0, 1.2, 1.5, 1.8, 2.2, 2.7, 3.3, 3.9, 4.7, 5.6, 6.8, 8.2)  # Preferred values of a decade (IEC 60063)
 
 FREQUENCY_MARGIN = 0.95
-"""Share of the converter's 10 MHz up to which a capacitor is chosen: tolerances of coil and capacitor need the rest."""
+"""Share of the converter's highest frequency up to which a capacitor is chosen, and of the frequencies themselves that
+its lowest may be: tolerances of coil and capacitor need the rest.
+"""
 
 ROBUST_CAPACITANCE = 100e-12  # Below this (F), pins, tail and cable make up a good part of the tank's capacitance
 
@@ -144,7 +146,7 @@ POINTS = 6
 LOWEST, BAND = 1e6, 11.0
 """The terminal values are known from 1 to 11 MHz, and in bands of the same ratio below and above that where asked."""
 
-HIGHEST = 0.999999 * LOWEST * BAND  # The last frequency (Hz) of the first of them, which no converter reaches
+HIGHEST = 0.999999 * LOWEST * BAND  # The last frequency (Hz) of the first of them, which most converters do not reach
 
 
 @record
@@ -217,8 +219,9 @@ def oscillations(
     states = list(circuits[0].reflections)
     network = replace(tank.network(own[:, None, None]), capacitor=capacitors)
     plain = network.resonance(inductance[:, None, None]) / (2.0 * math.pi)
-    # beyond the band nothing works; roughly, what is above it is not worth another curve
-    highest = HIGHEST if is_rough else math.inf
+    # where the converter works within the band, what is above it is not worth another curve, roughly
+    is_enough = is_rough and tank.converter.limit("sensor_frequency_max") < HIGHEST
+    highest = HIGHEST if is_enough else math.inf
     return oscillate(
         network, lambda at: terminals(circuits, states, np.minimum(at, highest)), tank.converter.limit("drive_delay"),
         np.tile(plain, (1, len(states), 1)), ROUGHLY if is_rough else EXACTLY)
@@ -253,9 +256,10 @@ def choose_capacitor(
 ) -> tuple[float, str]:
     """The tank capacitor (F) and why: the spec's, or of E12 the one with the least trespass on the windows.
 
-    Windows, over all coils and states: frequency up to 95 % of 10 MHz (and 0.75 of self-resonance), parallel resistance
-    from the data sheet's 1.0 kohm, amplitude 1.2 to 1.8 V in the working states with one drive code, capacitor from
-    100 pF. Among those that keep them the highest parallel resistance is taken, which is the highest frequency.
+    Windows, over all coils and states: frequency within the converter's less 5 % at either end (and up to 0.75 of
+    self-resonance), parallel resistance within the data sheet's, amplitude within the low-noise window in the working
+    states with one drive code, capacitor from 100 pF. Among those that keep them the highest parallel resistance is
+    taken, which is the highest frequency.
     """
     if readout.capacitance is not None:
         return readout.capacitance, "given in the spec"
@@ -310,9 +314,11 @@ def _trespass(
     swing = converter.amplitude(min(working), code), converter.amplitude(max(working), code)
     strict = converter.limit("self_resonance_fraction_strict")
     ceiling = min(FREQUENCY_MARGIN * converter.limit("sensor_frequency_max"), strict * self_resonance)
+    floor = converter.limit("sensor_frequency_min") / FREQUENCY_MARGIN
     over = (
         OVERDAMPED * damped
         + 100.0 * _beyond(max(frequencies), ceiling)
+        + 100.0 * _beyond(floor, min(frequencies))
         + 3.0 * _beyond(converter.limit("parallel_resistance_min"), min(resistances))
         + 1.0 * _beyond(max(resistances), converter.limit("parallel_resistance_max"))
         + 2.0 * _beyond(converter.limit("amplitude_optimum_min"), swing[0])
@@ -341,7 +347,8 @@ def _reason(value: float, trespass: tuple[float, bool], windows: tuple[float, fl
 def settle(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, capacitor: float, reason: str) -> ReadoutEstimate:
     """Dividers and counts for all coils and states with that capacitor; None and NaN where none is left.
 
-    The drive code is the strongest below 1.8 V: `drive.driven` makes it careful once the scatter is known.
+    The drive code is the strongest below the largest amplitude: `drive.driven` makes it careful once the scatter is
+    known.
     """
     tank, device, count = Tank(capacitor, readout), readout.device, len(circuits)
     divider = device.reference_divider(readout.clock, device.shares(count)[-1])

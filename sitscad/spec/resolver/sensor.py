@@ -160,6 +160,11 @@ def _readout(part: ReadoutSpec, tail: Tail | None, remarks: Remarks) -> ReadoutS
             why = f"the default for {length} of cable (unverified: measure yours)"
             remarks.default(f"readout.cable.{name}", show(value, unit), why)
             cable = replace(cable, **{name: value})
+    strongest = len(part.device.drive_currents) - 1
+    if part.drive_code is not None and part.drive_code > strongest:
+        message = f"{part.device.part} has the drive codes 0 to {strongest}, and none of {part.drive_code}"
+        remarks.flaw("SIT006", "readout.drive_code", message, "leave it out, and the code is chosen",
+                     measured=float(part.drive_code), limit=float(strongest))
     if place is None:
         place = "coil" if part.chip else "converter"
         remarks.default("readout.capacitor_at", place)
