@@ -148,6 +148,9 @@ def source_of(text: str, design: Design | None, tares: int = 0) -> tuple[Source,
         return _simulated(own, query, tares), design or own
     if design is None:
         raise ValueError("--design says which design the board is of")
+    if text.startswith((BUS, SERIAL)) and not design.converter.has_driver:
+        raise ValueError(f"{text} cannot be read: sitscad has no driver for {design.converter.part} (for LDC1612 and "
+                         "LDC1614 it has one); firmware/ of its package has the settings")
     if text.startswith(BUS):
         try:
             import smbus2

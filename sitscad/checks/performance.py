@@ -16,7 +16,7 @@ from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.fixes.pads import other_metals, other_silicones, other_thicknesses, slower_scans
 from sitscad.fixes.search import first_tried
-from sitscad.readout.converter import source_in_all
+from sitscad.readout.figures import source_in_all
 from sitscad.record import record, replace
 from sitscad.units import show
 

@@ -12,7 +12,8 @@ from sitscad.data import rows
 from sitscad.design import Design
 from sitscad.finding import Finding, NotChecked, Place, Severity
 from sitscad.fixes.search import Left
-from sitscad.readout.converter import Converter, source_in_all
+from sitscad.readout.converter import Converter
+from sitscad.readout.figures import source_in_all
 from sitscad.record import record, replace
 from sitscad.spec.format.reading import RULE_TEXTS
 from sitscad.spec.sensor import SensorSpec

@@ -88,9 +88,10 @@ def crash(error: Exception) -> int:
     """One sentence for what is known to go wrong, one with how to report it for what is not."""
     if os.environ.get("SITSCAD_TRACEBACK"):
         raise error
+    from sitscad.data import DataError
     from sitscad.policy import PolicyError
 
-    if isinstance(error, (sitscad.PackageError, sitscad.MissingExtra, PolicyError, sitscad.PluginError)):
+    if isinstance(error, (DataError, sitscad.PackageError, sitscad.MissingExtra, PolicyError, sitscad.PluginError)):
         say(str(error))
     elif type(error).__name__ == "BrokenProcessPool":  # of concurrent.futures, which few commands load
         say("a process ended without a word (too little memory, or ended by a plugin or somebody): --jobs 1 shows more")

@@ -12,6 +12,10 @@ FOLDER = Path(__file__).parent
 Row = dict[str, str]
 
 
+class DataError(ValueError):
+    """A table of figures that does not hold what it has to: which, and what of it, in words."""
+
+
 def rows(name: str) -> tuple[Row, ...]:
     """The rows of a table by its name (a path below this folder, without `.csv`); lines that begin with # are remarks.
 

@@ -31,8 +31,9 @@ RECOVERY = 5.2e-3
 
 
 def addr_pin(converter: Converter, address: int) -> str:
-    """Level of the ADDR pin that selects an address."""
-    return ("low", "high")[converter.addresses.index(address)]
+    """Level of the ADDR pin that selects an address, or the line that it is tied to."""
+    net = converter.address_net(address)
+    return {"GND": "low", "VDD": "high"}.get(net, f"to {net}")
 
 
 def driver_files(
@@ -223,7 +224,7 @@ def _wiring(layout: Layout, estimates: Estimates) -> Iterator[str]:
         yield from hanging(f"  {name:<10}", said + ".", WIDTH)
     places = [at for at in device.places(len(estimates.coils)) if at.number == 0]
     for at in places:
-        level = {"low": "to GND", "high": "to VDD"}[addr_pin(device, at.address)]
+        level = f"to {device.address_net(at.address)}"
         bus = f", converter {at.converter + 1} on bus {at.bus + 1}" if places[-1].bus else ""
         yield f"  {'ADDR':<10}{level}: address 0x{at.address:02X}{bus}. Never open"
     if places[-1].bus:

@@ -1,75 +1,20 @@
 """A converter as a value: what can be bought, what it can drive, how it times its conversions and counts.
 
 The formulas are those of TI's multi-channel inductance converters (LDC1312 to LDC1614), which differ in their results
-and figures: every figure stands with its source in ``data/converters``, a file a family and ``bench.csv`` for what is
-no converter's own. SI units throughout.
+and figures (`figures`); a converter of another family has to be timed like them. SI units throughout.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from functools import cache
 
-from sitscad.data import rows
+from sitscad.readout.figures import Limit, cited_alone, figure_source, limits_of, numbers
 from sitscad.readout.registers import ChannelSettings, Register, RegisterMap, register_map
 from sitscad.record import record
 
-WORDS = "words"
-"""What stands in the place of a unit in a row that says or cites something."""
-
 DRIVEN_FAMILY = "ldc161x"
 """The family that the driver in ``data/firmware`` is written for."""
-
-
-@record
-class Limit:
-    """One figure of the family: value in SI units, where it comes from, and whether that source was seen."""
-
-    value: float
-    unit: str
-    source: str
-    verified: bool
-
-
-@cache
-def _rows_of(family: str) -> dict[str, dict[str, str]]:
-    """The rows of a family's figures by name, the bench's own among them."""
-    return {row["name"]: row for table in ("bench", family) for row in rows(f"converters/{table}")}
-
-
-@cache
-def _numbers(family: str, name: str) -> tuple[float, ...]:
-    return tuple(map(float, _rows_of(family)[name]["value"].split()))
-
-
-@cache
-def limits_of(family: str) -> dict[str, Limit]:
-    """A family's figures by name (``sensor_frequency_max``, ``amplitude_max``, ...)."""
-    return {
-        name: Limit(float(row["value"]), row["unit"], row["source"], row["status"] == "verified")
-        for name, row in _rows_of(family).items()
-        if row["unit"] != WORDS and " " not in row["value"]
-    }
-
-
-@cache
-def source_in_all(name: str) -> str:
-    """The sources of a figure of one name in all families, as one text."""
-    families = dict.fromkeys(row["family"] for row in rows("converters"))
-    return "; ".join(dict.fromkeys(_source(family, name) for family in families))
-
-
-@cache
-def _cited_alone(family: str, text: str) -> str:
-    for name in _rows_of(family):
-        text = text.replace(source_in_all(name), _source(family, name))
-    return text
-
-
-def _source(family: str, name: str) -> str:
-    row = _rows_of(family)[name]
-    return row["value"] if row["unit"] == WORDS else row["source"]
 
 
 @record
@@ -97,6 +42,15 @@ class Converter:
     def pins(self) -> tuple[tuple[str, str], ...]:
         """Pins from 1 before those of the coils: names and KiCad's electrical types."""
         return tuple((name, kind) for name, _, kind in (pin.partition(":") for pin in self.source_of("pins").split()))
+
+    @property
+    def address_nets(self) -> tuple[str, ...]:
+        """What its pin ADDR is tied to for each of its addresses, in their order."""
+        return tuple(self.source_of("address_nets").split())
+
+    def address_net(self, address: int) -> str:
+        """What its pin ADDR is tied to for an address."""
+        return self.address_nets[self.addresses.index(address)]
 
     @property
     def has_driver(self) -> bool:
@@ -141,18 +95,18 @@ class Converter:
 
     def source_of(self, name: str) -> str:
         """The source of a figure or an equation; of a row of words these. KeyError for an unknown name."""
-        return _source(self.family, name)
+        return figure_source(self.family, name)
 
     def cited_alone(self, text: str) -> str:
         """A text that cites all families (`source_in_all`), with what it says of this one alone."""
-        return _cited_alone(self.family, text)
+        return cited_alone(self.family, text)
 
     # ------------------------------------------------------------------------------------------- drive and amplitude
 
     @property
     def drive_currents(self) -> tuple[float, ...]:
         """Sensor drive currents (A, peak of the square wave) by code."""
-        return _numbers(self.family, "drive_currents")
+        return numbers(self.family, "drive_currents")
 
     def drive_current(self, code: int, high_current: bool = False) -> float:
         """Sensor drive current (A, peak of the square wave) of a code; `high_current` is channel 0 alone at code 31.
@@ -302,7 +256,7 @@ class Converter:
     @property
     def gains(self) -> tuple[int, ...]:
         """Bits by which a result is shifted to the left before its upper bits are dropped, by the gain's code."""
-        return tuple(map(int, _numbers(self.family, "output_gains")))
+        return tuple(map(int, numbers(self.family, "output_gains")))
 
     @property
     def has_gains(self) -> bool:

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from importlib import import_module
 from typing import Protocol, cast
 
+from sitscad.data import DataError
 from sitscad.record import record
 
 
@@ -85,14 +86,14 @@ REQUIRED = (*RegisterMap.__annotations__, *(name for name in vars(RegisterMap) i
 
 
 def register_map(name: str) -> RegisterMap:
-    """A module of registers of this room. Raises ValueError where there is none, or it lacks a name."""
+    """A module of registers of this room. Raises `DataError` where there is none, or it lacks a name."""
     place = f"sitscad.readout.{name}"
     try:
         found = import_module(place)
     except ModuleNotFoundError as error:
         if error.name != place:
             raise
-        raise ValueError(f"there is no module {place}, which register_map names") from error
+        raise DataError(f"there is no module {place}, which register_map names") from error
     if lacking := [wanted for wanted in REQUIRED if not hasattr(found, wanted)]:
-        raise ValueError(f"{place} lacks {', '.join(lacking)}, which RegisterMap in readout/registers.py asks for")
+        raise DataError(f"{place} lacks {', '.join(lacking)}, which RegisterMap in readout/registers.py asks for")
     return cast(RegisterMap, found)

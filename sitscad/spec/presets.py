@@ -14,7 +14,7 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Any
 
-from sitscad.data import UNVERIFIED, Row, cited, cited_by_field
+from sitscad.data import UNVERIFIED, DataError, Row, cited, cited_by_field
 from sitscad.data import is_unverified as is_unseen
 from sitscad.data import rows as read_rows
 from sitscad.readout.converter import Converter
@@ -81,13 +81,16 @@ def chip(name: str) -> Chip:
 
 @cache
 def converter(name: str) -> Converter:
-    """A converter. Raises ValueError where its family's figures and register map contradict each other."""
+    """A converter. Raises `DataError` where its row, its family's figures and its register map do not go together."""
     row = _table("converters")[name]
     addresses = tuple(int(address, 16) for address in row["bus_addresses"].split())
     found = Converter(name, row["family"], int(row["channels"]), addresses, row["package"], cited(row))
+    if len(addresses) > len(found.address_nets):
+        raise DataError(f"data/converters/{found.family}.csv, address_nets: {len(found.address_nets)} nets for the "
+                        f"{len(addresses)} addresses of {name} in data/converters.csv")
     if found.covered_flags:
-        raise ValueError(f"{found.part}: results of {found.bits} bits take the bits of {', '.join(found.covered_flags)}"
-                         f": {found.source_of('register_map')} is not the register map of {found.family}")
+        raise DataError(f"{found.part}: results of {found.bits} bits take the bits of {', '.join(found.covered_flags)}"
+                        f": {found.source_of('register_map')} is not the register map of {found.family}")
     return found
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from sitscad.data import FOLDER
-from sitscad.readout import converter
+from sitscad.readout import figures
 from sitscad.readout.converter import Converter
 from sitscad.spec import presets
 from sitscad.spec.format.kinds import names
@@ -22,7 +22,7 @@ OWN_ROW = 'xdc2214,xdc221x,4,0x10 0x11 0x12 0x13,"QFN-24, 5 x 5 mm",verified,"X 
 
 def forget() -> None:
     """What was read of the tables."""
-    cached = [read for read in vars(converter).values() if hasattr(read, "cache_clear")]
+    cached = [read for read in vars(figures).values() if hasattr(read, "cache_clear")]
     for read in (presets._table, presets.converter, names, *cached):
         read.cache_clear()
 

@@ -10,14 +10,21 @@ from types import SimpleNamespace
 import pytest
 
 import sitscad
+from sitscad.bench.source import source_of
 from sitscad.checks.reading.drive import _other_code
 from sitscad.checks.reading.readings import readings_of
+from sitscad.cli import crash
+from sitscad.data import DataError
+from sitscad.formats.kicad.schematic import _converter
 from sitscad.papers import firmware
+from sitscad.papers.firmware_driver import addr_pin
 from sitscad.readout import ldc_registers
 from sitscad.readout.converter import Converter
+from sitscad.readout.figures import ASKED, rows_of, source_in_all
 from sitscad.readout.registers import REQUIRED, RegisterMap
 from sitscad.spec import presets
 from tests.bench.conftest import TEMPLATES
+from tests.readout.conftest import forget
 from tests.readout.family import xdc_registers
 
 
@@ -78,3 +85,60 @@ def test_a_capacitor_is_chosen_that_keeps_the_lowest_frequency(xdc2214):
         )
     assert chosen["XDC2214"][0] < chosen["LDC1614"][0]
     assert chosen["LDC1614"][1] < 5e6 <= chosen["XDC2214"][1]
+
+
+@pytest.mark.parametrize(("was", "written", "said"), [
+    ("switch_delay,400e-9,s", "switch_delay,400,ns", "switch_delay: its unit is 'ns', and 's' is asked"),
+    ("switch_delay,400e-9,s", "switch_delay,400,s", "switch_delay: 400 s is not within 0 to 0.001 s"),
+    ("switch_delay,400e-9,s", "switch_delay,nan,s", "switch_delay: nan s is not within"),
+    ("noise_steps,3,", "noise_step,3,", "noise_steps: no such row, and it is asked of every family"),
+    ("noise_steps,3,", "noise_steps,3 4,", "noise_steps: '3 4' is not one number"),
+    ("noise_steps,3,", "supply_current,5e-3,A,verified,again\nnoise_steps,3,", "supply_current: it stands there twice"),
+    ("rcount_min,20,", "rcount_min,20.5,", "rcount_min: 20.5 is not a whole number"),
+    ("rcount_min,20,", "rcount_min,20,1,", "rcount_min: it has more or fewer columns"),
+    ("result_bits,20,", "result_bits,twenty,", "result_bits: 'twenty' is not a number"),
+    ("pin_capacitance,6e-12,F,verified", "pin_capacitance,6e-12,F,seen", "pin_capacitance: its status is 'seen'"),
+    ("clock_min,8e6", "clock_min,88e6", "clock_min: 88e6 is more than clock_max, 80e6"),
+    ("50e-6 100e-6", "100e-6 50e-6", "drive_currents: a larger code has to be a stronger drive"),
+    ("GND VDD SDA SCL", "GND VDD", "address_nets: 2 nets for the 4 addresses of xdc2214"),
+])
+def test_figures_are_checked_when_they_are_read(xdc2214, data, was, written, said, capsys):
+    """400 ns were taken as 400 s; a row that was missing, or one more, ended `check` of every LDC1614 spec."""
+    place = data / "converters/xdc221x.csv"
+    text = place.read_text()
+    assert was in text
+    place.write_text(text.replace(was, written, 1))
+    forget()
+    with pytest.raises(DataError, match=re.escape(f"data/converters/xdc221x.csv, {said}")) as refused:
+        presets.converter("xdc2214")
+    assert crash(refused.value) == 2
+    assert "fault of sitscad" not in (told := capsys.readouterr().err) and said in told
+
+
+def test_a_family_may_have_figures_of_its_own(xdc2214, data):
+    with (data / "converters/xdc221x.csv").open("a") as table:
+        table.write("wake_time,4e-5,s,verified,XAC0001 9\nsleep,asleep until RUN,words,verified,XAC0001 9\n")
+    forget()
+    for device in map(presets.converter, ("xdc2214", "ldc1614")):
+        assert device.cited_alone(source_in_all("noise_law")) == device.source_of("noise_law")
+    assert presets.converter("xdc2214").limit("wake_time") == 4e-5
+
+
+def test_every_figure_of_a_family_is_asked():
+    for family in ("ldc161x", "ldc131x"):
+        assert set(rows_of(family)) == set(ASKED)
+
+
+def test_four_addresses_are_told_by_what_addr_is_tied_to(xdc2214):
+    """The third ended `build` with an IndexError."""
+    layout = SimpleNamespace(spec=SimpleNamespace(readout=SimpleNamespace(device=xdc2214)),
+                             coils=[SimpleNamespace(name=f"C{k}") for k in range(32)])
+    drawn = [next(pin.net for pin in _converter(layout, number).left if pin.name == "ADDR") for number in range(8)]
+    assert drawn == ["GND", "VDD", "SDA", "SCL", "GND", "VDD", "SDA2", "SCL2"]
+    assert [addr_pin(xdc2214, address) for address in xdc2214.addresses] == ["low", "high", "to SDA", "to SCL"]
+
+
+def test_what_has_no_driver_is_not_read(xdc2214):
+    for text in ("/dev/i2c-1", "serial:/dev/ttyACM0"):
+        with pytest.raises(ValueError, match="cannot be read: sitscad has no driver for XDC2214"):
+            source_of(text, design_with(xdc2214))

@@ -25,8 +25,7 @@ class Device:
 
 
 def devices(asked: ReadoutSpec, estimates: Estimates) -> tuple[Device, ...]:
-    """The converters, which share the coils alike: of each bus the first at the address with ADDR low, the second with
-    ADDR high.
+    """The converters, which share the coils alike, on each bus in the order of their addresses.
 
     Raises ValueError where a setting is unknown or does not fit its field, and where the buses have not as many
     addresses.

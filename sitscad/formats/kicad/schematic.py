@@ -148,8 +148,9 @@ def _converter(layout: Layout, number: int) -> SchematicPart:
     own = [(at, coil.name) for at, coil in zip(device.places(len(layout.coils)), layout.coils, strict=True)
            if at.converter == number]
     names, place = {at.number: name for at, name in own}, own[0][0]
-    nets = {"CLKIN": "CLK", "ADDR": ("GND", "VDD")[device.addresses.index(place.address)], "INTB": f"INTB{number + 1}",
-            **{line: line + "2" for line in BUS if place.bus}}
+    bus = {line: line + "2" for line in BUS if place.bus}
+    tied = device.address_net(place.address)
+    nets = {"CLKIN": "CLK", "ADDR": bus.get(tied, tied), "INTB": f"INTB{number + 1}", **bus}
     left = tuple(Pin(k, name, kind, nets.get(name, name)) for k, (name, kind) in enumerate(device.pins, 1))
     right = []
     for channel in range(device.channels):
