@@ -111,7 +111,7 @@ def test_another_readout_neither_draws_nor_solves_nor_models_anew(tmp_path, monk
 
     monkeypatch.setattr("sitscad.layout.arrange", drawn)
     monkeypatch.setattr("sitscad.mechanics.pad.BondedPad._posed", drawn)
-    monkeypatch.setattr("sitscad.estimates.response.plate.solve", drawn)
+    monkeypatch.setattr("sitscad.estimates.response.plate.SolvedTarget", drawn)
     monkeypatch.setattr(sitscad.layout, "lay_out", drawn)
     path.write_text(rewritten(own, [Edit("readout.scan_rate", "60 Hz")]), encoding="utf-8")
     second = list(worked_out(str(path), before, serves=True))
