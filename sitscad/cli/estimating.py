@@ -164,8 +164,9 @@ What the sensor feels (--performance), at rest, half and full load:
   range          how far the axis goes, and what ends it first.
   noise          one sigma of the converter's noise, in force.
   nonlinear      distance from the best straight line, of the range.
-  crosstalk      error per full scale of another axis, of the range, after
-                 the curved map (the data sheet has both).
+  crosstalk      error per full scale of another axis, of the range, by the
+                 polynomial that fits this design as drawn best (the data
+                 sheet has that of the map in calibration/, too).
   error          the largest of the errors by cause, one sigma, that neither
                  tare nor calibration takes away: also what shear does that
                  the array does not measure. What a calibration leaves from

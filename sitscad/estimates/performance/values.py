@@ -61,10 +61,10 @@ class AxisPerformance:
 class Performance:
     """The sensor at a working point `at` (rest, half, full) under `load` (N).
 
-    `crosstalk[a][b]` is the error of axis a while b goes over its full scale, over a's full scale: of the curved map,
-    and of the straight one at this point (`straight_crosstalk`). `tilt_error` (N) by axis and angle (rx, ry) of a
-    contact that is tilted by `tilt` (rad: the required one, else a degree), the worse of both ways; `tilt_slope`
-    (N/rad) is that of small angles, which leaves out all that grows with their square;
+    `crosstalk[a][b]` is the error of axis a while b goes over its full scale, over a's full scale: of the polynomial
+    that fits the design best, and of the straight map at this point (`straight_crosstalk`). `tilt_error` (N) by axis
+    and angle (rx, ry) of a contact that is tilted by `tilt` (rad: the required one, else a degree), the worse of both
+    ways; `tilt_slope` (N/rad) is that of small angles, which leaves out all that grows with their square;
     `contact_error` (N/mm) by axis and direction in which the force stands beside the middle, the target tilting as it
     likes; `temperature_error` (N/K, one sigma) with its causes (N/K, signed where the sign is known);
     `friction_error` that of shear over normal (None without shear or at rest) with its causes; `bandwidth` (Hz)
