@@ -207,10 +207,10 @@ class ReadoutEstimate:
     their own `drive_codes` holds one a coil, and `drive_code` and `drive_current` are the strongest of them.
 
     `dwell_time` is `settle_time`, `conversion_time` and `switch_time`; `read_back_time` is that of all results over I2C
-    at 400 kHz; `supply_current` (A) that of all converters with their drive; `capacitor_tolerance` is the part's,
-    relative. `conversion_capacitance` (F) turns a measured frequency into inductance: capacitor, pins and cable, not
-    the coil's own. `output_gain` and `offsets` (one a coil) bring results of few bits where the frequencies are: see
-    `Conversion`. Where no coil has a state left, what follows from states is None or NaN.
+    at its fastest clock; `supply_current` (A) that of all converters with their drive; `capacitor_tolerance` is the
+    part's, relative. `conversion_capacitance` (F) turns a measured frequency into inductance: capacitor, pins and
+    cable, not the coil's own. `output_gain` and `offsets` (one a coil) bring results of few bits where the frequencies
+    are: see `Conversion`. Where no coil has a state left, what follows from states is None or NaN.
     """
 
     device: Converter

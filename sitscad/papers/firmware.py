@@ -175,7 +175,7 @@ def _expected(spec: SensorSpec, estimates: Estimates) -> list[str]:
     force, device = spec.requirements.normal_force, spec.readout.device
     part, result = device.part, "COUNTS" if device.has_gains else "DATA"
     pins, delay = show(device.limit("pin_capacitance"), "F"), show(device.limit("drive_delay"), "s")
-    lines = [*_timing(estimates), "", "Expected (estimates; compare with what the first board gives):"]
+    lines = [*_timing(estimates, device), "", "Expected (estimates; compare with what the first board gives):"]
     for coil in estimates.coils:
         for name, state in coil.states.items():
             lines.append(
@@ -205,7 +205,7 @@ def _expected(spec: SensorSpec, estimates: Estimates) -> list[str]:
     ]
 
 
-def _timing(estimates: Estimates) -> list[str]:
+def _timing(estimates: Estimates, device: Converter) -> list[str]:
     """What a scan takes, and the supply's current."""
     readout, lines = estimates.readout, list[str]()
     times = (readout.settle_time, readout.conversion_time, readout.switch_time)
@@ -221,8 +221,8 @@ def _timing(estimates: Estimates) -> list[str]:
         )
     if readout.scan_rate is not None:
         lines.append(
-            f"{readout.scan_rate:.1f} scans a second; reading the results over I2C at 400 kHz takes "
-            f"{_shown(readout.read_back_time, 's', 3)} of each."
+            f"{readout.scan_rate:.1f} scans a second; reading the results over I2C at {device.serial_clock_in_words} "
+            f"takes {_shown(readout.read_back_time, 's', 3)} of each."
         )
     if readout.supply_current is not None:
         lines.append(f"Supply current about {_shown(readout.supply_current, 'A', 3)}.")

@@ -188,13 +188,30 @@ PINS = (
 """Pins of a converter, and what is wired to them (SNOSCY9A, 5 and 6.3; values of resistors are usual)."""
 
 
+README = "firmware/readme.txt"
+
+
+def _without_driver(device: Converter) -> Iterator[str]:
+    """What the readme says for a converter that no driver is written for."""
+    yield (f"There is no driver for {device.part} in this folder: sitscad has one for LDC1612 and LDC1614 alone. Nor "
+           f"do `sitscad read` and the simulated converter know {device.part}.")
+    yield (f"{device.name}_config.h and {device.name}_config.json have every register to write, in order, where "
+           "results stand, and what makes frequency and inductance of them. What sets up the converter, reads it and "
+           "looks after faults is yours to write and to test.")
+
+
 def render_readme(layout: Layout, estimates: Estimates, bench: Estimates, forced: str = "") -> dict[str, bytes]:
     """``firmware/readme.txt``: what is wired to what, and the first ten steps from a board on the bench to newtons.
-    There is none for a converter of another family, or where it cannot be set up.
+    For a converter of another family it says that there is no driver; there is none where it cannot be set up.
     """
     spec, readout = layout.spec, estimates.readout
-    if not spec.readout.device.has_driver or readout.conversion is None:
+    if readout.conversion is None:
         return {}
+    if not spec.readout.device.has_driver:
+        parts = [f"{FORCED}."] if forced else []
+        for text in _without_driver(spec.readout.device):
+            parts += hanging("", text, WIDTH)
+        return {README: ("\n".join(parts) + "\n").encode("ascii", "replace")}
     try:
         found = bands(estimates, usual("coil_inductance"))
     except ValueError:
@@ -212,7 +229,7 @@ def render_readme(layout: Layout, estimates: Estimates, bench: Estimates, forced
         "", "THE FIRST TEN STEPS", "", *steps,
         "", "FILES", "", *(f"  {name:<22}{said}" for name, said in FILES),
     ]
-    return {"firmware/readme.txt": ("\n".join(parts) + "\n").encode("ascii", "replace")}
+    return {README: ("\n".join(parts) + "\n").encode("ascii", "replace")}
 
 
 def _wiring(layout: Layout, estimates: Estimates) -> Iterator[str]:

@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from sitscad.readout.figures import Limit, cited_alone, figure_source, limits_of, numbers
 from sitscad.readout.registers import ChannelSettings, Register, RegisterMap, register_map
 from sitscad.record import record
+from sitscad.units import show
 
 DRIVEN_FAMILY = "ldc161x"
 """The family that the driver in ``data/firmware`` is written for."""
@@ -109,10 +110,10 @@ class Converter:
         return numbers(self.family, "drive_currents")
 
     def drive_current(self, code: int, high_current: bool = False) -> float:
-        """Sensor drive current (A, peak of the square wave) of a code; `high_current` is channel 0 alone at code 31.
+        """Sensor drive current (A, peak of the square wave) of a code; `high_current`: channel 0 alone, last code.
 
         TI gives 6 mA, more than 3.5 mA and 3 mA (SNOA950) for the high-current mode: the largest is taken here,
-        because an amplitude above 1.8 V is the worse fault; see `high_current_range`.
+        because too large an amplitude is the worse fault; see `high_current_range`.
         """
         return self.limit("high_current_max") if high_current else self.drive_currents[code]
 
@@ -131,11 +132,11 @@ class Converter:
         return 4.0 * parallel_resistance * current / math.pi
 
     def drive_code(self, parallel_resistance: float) -> int:
-        """The highest code that keeps the amplitude below 1.8 V at `parallel_resistance` (ohm).
+        """The highest code that keeps the amplitude below the largest (1.8 V of TI's) at `parallel_resistance` (ohm).
 
         Give the largest R_P of the working range, which is the target at its greatest distance (8.1.5; SNOA950), with
         one sigma of manufacture added where sensors are still to be made. Code 0
-        when even that one drives harder; code 31 when none reaches 1.8 V: check the amplitude.
+        when even that one drives harder; the last when none reaches it: check the amplitude.
         """
         most = self.limit("amplitude_max")
         allowed = [
@@ -219,16 +220,21 @@ class Converter:
         periods = (1.0 / (scan_rate * channels) - overhead) * reference_frequency
         return min(0xFFFF, max(int(self.limit("rcount_min")), math.floor(periods / 16.0 + 1e-9)))
 
-    def read_back_time(self, channels: int, serial_clock: float = 400e3) -> float:
-        """Time (s) to read the results of some channels over I2C at `serial_clock` (Hz).
+    @property
+    def serial_clock_in_words(self) -> str:
+        """Its fastest I2C clock, at which results are taken to be read."""
+        return show(self.limit("serial_clock_max"), "Hz")
+
+    def read_back_time(self, channels: int, serial_clock: float | None = None) -> float:
+        """Time (s) to read the results of some channels over I2C at `serial_clock` (Hz), by default its fastest.
 
         A register takes five frames of nine bits each plus start, repeated start, stop and bus-free time: 49 bits,
         which is what the 4.08 kSPS at 400 kHz of a result in two registers come to (SNOSCY9A figure 12, 6.5).
         """
-        return channels * len(self.result_words) * 49.0 / serial_clock
+        return channels * len(self.result_words) * 49.0 / (serial_clock or self.limit("serial_clock_max"))
 
     def read_back_time_optimistic(self, channels: int) -> float:
-        """Time (s) to read some channels at 400 kHz by the maker's more hopeful figure: fewer bits than it shows."""
+        """Time (s) to read some channels at that clock by the maker's more hopeful figure: fewer bits than it shows."""
         return channels * self.limit("read_back_four_channels") / 4.0
 
     def supply_current(self, drive: float, rcount: int, count: int, reference_frequency: float, channels: int) -> float:

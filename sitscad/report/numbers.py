@@ -240,6 +240,7 @@ def readout_rows(estimates: Estimates) -> list[list[str]]:
     """The settings of the converter, with the reason for the capacitor."""
     r = estimates.readout
     clock = quantity(r.reference_frequency * r.reference_divider, "Hz")
+    least = show(r.device.limit("amplitude_optimum_min"), "V")
     # none where all channels have one code
     codes = ", ".join(f"{coil.name} {code}" for coil, code in zip(estimates.coils, r.drive_codes, strict=False))
     return [
@@ -252,7 +253,7 @@ def readout_rows(estimates: Estimates) -> list[list[str]]:
             else []
         ),
         ["drive current", f"{quantity(r.drive_current, 'A')} (code {_count(r.drive_code)})"],
-        *([["a code for every channel", f"{codes}: one for all leaves a coil below 1.2 V"]] if r.drive_codes else []),
+        *([["a code for every channel", f"{codes}: one for all leaves a coil below {least}"]] if r.drive_codes else []),
         [
             "reference frequency f_REF",
             f"{quantity(r.reference_frequency, 'Hz')} (f_CLK {clock}, divider {r.reference_divider})",
@@ -287,7 +288,8 @@ def _timing_rows(r: ReadoutEstimate, coils: int) -> list[list[str]]:
         parts = [("- settling", r.settle_time), *parts, ("- switching to the next coil", r.switch_time)]
     rows += [[name, quantity(value, "s")] for name, value in parts if value is not None]
     if r.read_back_time is not None:
-        rows.append(["reading all results over I2C at 400 kHz", quantity(r.read_back_time, "s", 3)])
+        clock = r.device.serial_clock_in_words
+        rows.append([f"reading all results over I2C at {clock}", quantity(r.read_back_time, "s", 3)])
         rows.append(["scans a second that I2C can carry", quantity(r.readable_rate, "")])
     return rows
 

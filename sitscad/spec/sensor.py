@@ -81,7 +81,8 @@ class ReadoutSpec(Section):
     clock: float = key(Quantity("frequency", "100 kHz", "1 GHz"), "reference clock", "40 MHz")
     scan_rate: float = key(Rate, "complete scans of all coils per second", "100 Hz")
     drive_code: int | None = key(
-        Either("auto", Number(0, 31, whole=True)), "of all channels; auto: the strongest one sigma below 1.8 V", "auto"
+        Either("auto", Number(0, 31, whole=True)),
+        "of all channels; auto: the strongest that keeps one sigma below the largest amplitude", "auto",
     )
     buses: int = key(Number(1, 2, whole=True), "I2C buses of the controller, each for two converters", 1)
 

@@ -409,7 +409,7 @@ def test_the_explanations_name_the_limits_that_are_applied() -> None:
         "SIT201": [f"{LDC1614.limit('inductance_min') * 1e6:g} uH"],
         "SIT202": ["1 kHz to 10 MHz" if LDC1614.limit("sensor_frequency_max") == 10e6 else "?"],
         "SIT203": [f"{kilohms[0]:.1f} kohm", f"{kilohms[1]:.2f} kohm", f"{kilohms[2]:.2f} kohm"],
-        "SIT204": [f"above {volts[0]:g} V", f"below {volts[1]:g} V", f"below {volts[2]:g} V"],
+        "SIT204": [f"{volts[1]:g} to {volts[0]:g} V peak", f"oscillation stable ({volts[2]:g} V)"],
         "SIT205": [f"at least {LDC1614.limit('quality_factor_min'):g}"],
         "SIT206": [
             f"{LDC1614.limit('self_resonance_fraction'):g}",

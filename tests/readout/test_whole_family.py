@@ -8,6 +8,7 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
+from tolerance import approx
 
 import sitscad
 from sitscad.bench.source import source_of
@@ -17,11 +18,12 @@ from sitscad.cli import crash
 from sitscad.data import DataError
 from sitscad.formats.kicad.schematic import _converter
 from sitscad.papers import firmware
-from sitscad.papers.firmware_driver import addr_pin
+from sitscad.papers.firmware_driver import addr_pin, render_readme
 from sitscad.readout import ldc_registers
 from sitscad.readout.converter import Converter
 from sitscad.readout.figures import ASKED, rows_of, source_in_all
 from sitscad.readout.registers import REQUIRED, RegisterMap
+from sitscad.report.numbers import readout_rows
 from sitscad.spec import presets
 from tests.bench.conftest import TEMPLATES
 from tests.readout.conftest import forget
@@ -142,3 +144,24 @@ def test_what_has_no_driver_is_not_read(xdc2214):
     for text in ("/dev/i2c-1", "serial:/dev/ttyACM0"):
         with pytest.raises(ValueError, match="cannot be read: sitscad has no driver for XDC2214"):
             source_of(text, design_with(xdc2214))
+
+
+def test_a_package_says_that_there_is_no_driver(xdc2214):
+    design = design_with(xdc2214)
+    files = render_readme(design.layout, design.estimates, design.bench_estimates)
+    said = " ".join(files["firmware/readme.txt"].decode().split())
+    assert "There is no driver for XDC2214 in this folder" in said and "xdc2214_config.json" in said
+
+
+def test_results_are_read_at_the_family_s_own_clock(xdc2214):
+    """The report said 400 kHz and 1.2 V of any converter."""
+    design = design_with(xdc2214, scan_rate=1e4)
+    assert design.estimates.readout.read_back_time == approx(2 * 2 * 49 / 1e6, rel=1e-9)
+    assert "reading 2 coils over I2C at 1 MHz takes 196 us" in next(
+        one.message for one in sitscad.check(design.spec).findings if one.rule == "SIT209")
+    header = firmware.render(design.spec, design.estimates)["firmware/xdc2214_config.h"].decode()
+    assert "reading the results over I2C at 1 MHz takes 196 us" in header
+    apart = replace(design.estimates, readout=replace(design.estimates.readout, drive_codes=(3, 4)))
+    rows = dict(readout_rows(apart))
+    assert rows["a code for every channel"] == "C1 3, C2 4: one for all leaves a coil below 900 mV"
+    assert "reading all results over I2C at 1 MHz" in rows

@@ -74,9 +74,10 @@ def read_back(design: Design) -> Iterator[Verdict]:
     sure, hopeful = 1.0 / converter.read_back_time(channels), 1.0 / converter.read_back_time_optimistic(channels)
     if wanted > sure:
         impossible = wanted > hopeful
-        pause = "" if impossible else ", or a host that reads without any pause, as TI's more hopeful figure takes it"
+        how = ", or a host that reads without any pause, as the maker's more hopeful figure takes it"
+        pause, clock = "" if impossible else how, converter.serial_clock_in_words
         yield Violation(
-            f"reading {'one coil' if channels == 1 else f'{channels} coils'} over I2C at 400 kHz takes "
+            f"reading {'one coil' if channels == 1 else f'{channels} coils'} over I2C at {clock} takes "
             f"{show(1.0 / sure, 's', 3)}: a scan rate of {show(sure, 'Hz')} at most; {show(wanted, 'Hz')} are asked",
             f"a lower readout.scan_rate{pause}",
             "readout.scan_rate", wanted, sure, "Hz", severity=Severity.ERROR if impossible else Severity.WARNING,

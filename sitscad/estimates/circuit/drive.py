@@ -12,8 +12,8 @@ from sitscad.scene.state import FREE
 from sitscad.spec.sensor import ReadoutSpec
 
 SIGMAS_BELOW = 1.0
-"""Standard deviations of all manufacture by which the amplitude stays below 1.8 V. TI takes the strongest code that
-does, since clamping is worse than noise (8.1.5; SNOA950), for one known sensor; this is for those still to be
+"""Standard deviations of all manufacture by which the amplitude stays below the largest. TI takes the strongest code
+that does, since clamping is worse than noise (8.1.5; SNOA950), for one known sensor; this is for those still to be
 made."""
 
 
@@ -30,10 +30,10 @@ def driven(
 ) -> tuple[tuple[CoilEstimate, ...], ReadoutEstimate]:
     """Coils and settings with the drive codes that suit all working states, or with the code that the spec sets.
 
-    The code is the strongest with which every coil stays below 1.8 V in every working state, one sigma beyond its
-    estimate and with the thickest copper that is delivered (a board has one foil and one plating: their ends are
-    common, and no test of the board tells them). Where that
-    leaves a coil below 1.2 V, and a code for every channel leaves none, the channels have codes of their own.
+    The code is the strongest with which every coil stays below the largest amplitude in every working state, one sigma
+    beyond its estimate and with the thickest copper that is delivered (a board has one foil and one plating: their ends
+    are common, and no test of the board tells them). Where that leaves a coil below the low-noise window, and a code
+    for every channel leaves none, the channels have codes of their own.
     """
     if readout.drive_code is None or readout.high_current:
         return tuple(coils), readout
@@ -71,7 +71,7 @@ def driven(
 
 
 def drive_codes(swings: Sequence[Swing], converter: Converter) -> tuple[int, ...]:
-    """The code of every channel: the same one unless only codes of their own keep all coils within 1.2 to 1.8 V."""
+    """The code of every channel: the same one unless only codes of their own keep all coils in the window."""
 
     def reached(codes: Sequence[int]) -> bool:
         return all(converter.amplitude(swing.least, code) >= converter.limit("amplitude_optimum_min")
@@ -89,8 +89,8 @@ def _careful(state: StateEstimate) -> float:
 
 
 def bare_board_code(bench: Estimates) -> int | None:
-    """The strongest drive code that keeps every coil alone, without target and jaw, one sigma below 1.8 V; None where
-    no coil's free state has a parallel resistance.
+    """The strongest drive code that keeps every coil alone, without target and jaw, one sigma below the largest
+    amplitude; None where no coil's free state has a parallel resistance.
     """
     bare = [_careful(coil.states[FREE]) for coil in bench.coils if FREE in coil.states]
     known = [value for value in bare if math.isfinite(value)]
