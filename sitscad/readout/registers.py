@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from importlib import import_module
 from typing import Protocol, cast
 
@@ -46,7 +45,7 @@ class RegisterMap(Protocol):
     DEVICE_ID: int
     STATUS: int
     MANUFACTURER: int
-    DATA_FLAGS: Mapping[str, tuple[int, str]]
+    DATA_FLAGS: dict[str, tuple[int, str]]
     ORDER: str
 
     def data_addresses(self, channel: int, words: int) -> tuple[int, ...]:

@@ -94,7 +94,9 @@ def _too_strong(design: Design, largest: Reading | None) -> Iterator[Violation]:
         code = _code(design, largest)
         hint = f"use drive code {code - 1} or lower, or a coil whose R_P changes less between its states"
         if code == 0:
-            hint = "even the weakest drive is too strong: put 100 kohm in parallel with the sensor (data sheet 8.1.5)"
+            largest_load = show(converter.limit("parallel_resistance_max"), "ohm")
+            hint = (f"even the weakest drive is too strong: put {largest_load} in parallel with the sensor (data sheet "
+                    f"{converter.source_of('cite_drive')})")
         yield Violation(
             f"with drive code {code} the tank of {where(largest)} swings {show(largest.value, 'V', 3)} peak; {clamps}",
             hint if readout.drive_code is None else CODE_IS_SET, CODE_KEY, largest.value, high, "V", source=source,
@@ -151,7 +153,7 @@ def _code(design: Design, reading: Reading) -> int:
 
 
 def _high_current_amplitude(design: Design) -> Iterator[Verdict]:
-    """TI's texts disagree on the high-current drive: say which amplitudes they lead to, and judge what is certain."""
+    """The maker's texts disagree on the high-current drive: say what amplitudes they lead to, judge what is certain."""
     converter, (low_current, high_current) = design.converter, design.converter.high_current_range
     values = [reading.value for reading in readings_of(design, "parallel_resistance", True)]
     if not values:
@@ -162,8 +164,8 @@ def _high_current_amplitude(design: Design) -> Iterator[Verdict]:
     too_weak = least < converter.limit("amplitude_optimum_min")
     if too_weak or most > converter.limit("amplitude_max"):
         yield Violation(
-            f"the high-current drive is {show(low_current, 'A')} or {show(high_current, 'A')}, as TI's texts disagree: "
-            f"the amplitude lies between {show(least, 'V', 3)} and {show(most, 'V', 3)} peak",
+            f"the high-current drive is {show(low_current, 'A')} or {show(high_current, 'A')}, as the maker's texts "
+            f"disagree: the amplitude lies between {show(least, 'V', 3)} and {show(most, 'V', 3)} peak",
             "measure the amplitude at the converter's pins before trusting a reading", "coil.turns",
             least if too_weak else most, converter.limit("amplitude_optimum_min" if too_weak else "amplitude_max"), "V",
             severity=Severity.WARNING, source=converter.limits["high_current_max"].source,
