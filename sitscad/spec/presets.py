@@ -79,12 +79,23 @@ def chip(name: str) -> Chip:
     return Chip(name, **lengths, source=cited(row), model=row["model"])
 
 
+BUS_ADDRESSES = range(0x08, 0x78)
+"""The 7-bit addresses of I2C that are not reserved (NXP UM10204, 3.1.12)."""
+
+
 @cache
 def converter(name: str) -> Converter:
     """A converter. Raises `DataError` where its row, its family's figures and its register map do not go together."""
     row = _table("converters")[name]
-    addresses = tuple(int(address, 16) for address in row["bus_addresses"].split())
-    found = Converter(name, row["family"], int(row["channels"]), addresses, row["package"], cited(row))
+    try:
+        channels, addresses = int(row["channels"]), tuple(int(each, 16) for each in row["bus_addresses"].split())
+    except ValueError as error:
+        raise DataError(f"data/converters.csv, {name}: {error}") from error
+    if channels < 1 or not addresses or len(set(addresses)) < len(addresses):
+        raise DataError(f"data/converters.csv, {name}: no channel, no address, or one address twice")
+    if strange := [f"0x{each:02X}" for each in addresses if each not in BUS_ADDRESSES]:
+        raise DataError(f"data/converters.csv, {name}: {', '.join(strange)} cannot be a device's address on an I2C bus")
+    found = Converter(name, row["family"], channels, addresses, row["package"], cited(row))
     if len(addresses) > len(found.address_nets):
         raise DataError(f"data/converters/{found.family}.csv, address_nets: {len(found.address_nets)} nets for the "
                         f"{len(addresses)} addresses of {name} in data/converters.csv")

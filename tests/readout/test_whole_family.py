@@ -121,6 +121,19 @@ def test_figures_are_checked_when_they_are_read(xdc2214, data, was, written, sai
     assert "fault of sitscad" not in (told := capsys.readouterr().err) and said in told
 
 
+@pytest.mark.parametrize(("was", "written", "said"), [
+    ("xdc221x,4,", "xdc221x,four,", "invalid literal for int() with base 10: 'four'"),
+    ("0x10 0x11", "0x10 0x10", "no channel, no address, or one address twice"),
+    ("0x10 0x11", "0x10 0x84", "0x84 cannot be a device's address on an I2C bus"),
+])
+def test_a_converter_s_row_is_checked(xdc2214, data, was, written, said):
+    place = data / "converters.csv"
+    place.write_text(place.read_text().replace(was, written))
+    forget()
+    with pytest.raises(DataError, match=re.escape(f"data/converters.csv, xdc2214: {said}")):
+        presets.converter("xdc2214")
+
+
 def test_a_family_may_have_figures_of_its_own(xdc2214, data):
     with (data / "converters/xdc221x.csv").open("a") as table:
         table.write("wake_time,4e-5,s,verified,XAC0001 9\nsleep,asleep until RUN,words,verified,XAC0001 9\n")
