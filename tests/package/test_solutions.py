@@ -58,7 +58,7 @@ def test_another_scan_rate_solves_nothing_anew_and_gives_the_same_bytes(cache, t
     assert [path.name for path in (tmp_path / "one").iterdir()] == ["bench-7mm"]
     first = cache.read_bytes()
     monkeypatch.setattr(pad.BondedPad, "_posed", None)
-    monkeypatch.setattr(plate, "solve", None)
+    monkeypatch.setattr(plate, "SolvedTarget", None)
     monkeypatch.setattr(finite_plate, "_solved_changes", None)
     monkeypatch.setattr(losses, "crowding_near_metal", None)
     known = built(OTHER, tmp_path / "two")
