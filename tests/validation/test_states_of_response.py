@@ -12,6 +12,7 @@ from tolerance import approx
 import sitscad
 from sitscad import Design, load_text
 from sitscad.estimates import estimated
+from sitscad.estimates.states import solved_target
 from sitscad.estimates.states.assembly import assemble
 from sitscad.estimates.states.finite_target import target_shares
 from sitscad.report.numbers import coil_rows
@@ -98,8 +99,9 @@ def large(size, thickness, metal, shield=""):
 
 
 @pytest.mark.parametrize("size, thickness, metal", [(46, 0.05, "stainless-304"), (40, 0.2, "stainless-17-4ph")])
-def test_a_target_that_reaches_far_beyond_its_coil_has_no_wide_errors(size, thickness, metal):
+def test_a_target_that_reaches_far_beyond_its_coil_has_no_wide_errors(size, thickness, metal, monkeypatch):
     """By shares with errors widened 34 and 14 % of the change were stated, 84 and 61 % of R."""
+    monkeypatch.setattr(solved_target, "MAGNETIC", 500.0**3)  # beyond which the steel is not solved, either
     found = large(size, thickness, metal)
     state = found.estimates.coils[0].states["rest"]
     assert not found.estimates.is_solved
@@ -115,7 +117,7 @@ def test_its_error_narrows_without_a_jump_and_not_before_a_mirror():
     errors, losses = np.array([one.error for one in shares]), np.array([one.loss_error for one in shares])
     assert errors[0] > 0.1 and errors[-1] == approx(0.02, rel=1e-6)
     assert losses[0] > 0.5 and losses[-1] == approx(0.05, rel=1e-6)
-    assert np.abs(np.diff(errors)).max() < 0.03 and np.abs(np.diff(losses)).max() < 0.1
+    assert np.abs(np.diff(errors)).max() < 0.08 * np.ptp(errors) and np.abs(np.diff(losses)).max() < 0.1
     mirrored = large(42, 0.2, "stainless-17-4ph", "shield: {material: copper, thickness: 0.1, gap: 0.3}\n")
     assert target_shares_of(mirrored).widened(1.0).error > 0.1
 
