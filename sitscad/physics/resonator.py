@@ -16,18 +16,6 @@ def resonance_frequency(inductance: float, capacitance: float) -> float:
     return 1.0 / (2.0 * math.pi * math.sqrt(inductance * capacitance))
 
 
-def parallel_resistance(inductance: float, resistance: float, frequency: float) -> float:
-    """(omega L)^2 / R in ohm of a coil (H, ohm) at a frequency (Hz): the resistance that the converter's drive sees at
-    resonance (SNOSCY9A 7.3).
-    """
-    return (2.0 * math.pi * frequency * inductance) ** 2 / resistance
-
-
-def quality_factor(inductance: float, resistance: float, frequency: float) -> float:
-    """Quality factor omega L / R of a coil (H, ohm) at a frequency (Hz), by its definition; without a unit."""
-    return 2.0 * math.pi * frequency * inductance / resistance
-
-
 def apparent_inductance(inductance: float, resistance: float, capacitance: float, frequency: float) -> float:
     """What a meter reads (H) where a capacitance (F) lies across the coil: the series inductance of the pair, from the
     sum of both admittances (textbook). L / (1 - omega^2 L C) for a coil without loss; infinite and then negative about

@@ -26,7 +26,7 @@ class Limit:
 
 
 @record
-class Asked:
+class RowForm:
     """What a row has to be: its unit, the least and the most that can be meant, whether it is a whole number, and
     whether it is several.
     """
@@ -38,19 +38,19 @@ class Asked:
     several: bool = False
 
 
-_SAYING = Asked(WORDS)
-_FREQUENCY, _CURRENT, _VOLTAGE = Asked("Hz", 1.0, 1e10), Asked("A", 1e-6, 1.0), Asked("V", 0.01, 20.0)
-_RESISTANCE, _SHARE = Asked("ohm", 1.0, 1e7), Asked("1", 0.01, 1.0)
+_SAYING = RowForm(WORDS)
+_FREQUENCY, _CURRENT, _VOLTAGE = RowForm("Hz", 1.0, 1e10), RowForm("A", 1e-6, 1.0), RowForm("V", 0.01, 20.0)
+_RESISTANCE, _SHARE = RowForm("ohm", 1.0, 1e7), RowForm("1", 0.01, 1.0)
 
-ASKED: dict[str, Asked] = {
-    "result_bits": Asked("bit", 8, 32, whole=True),
-    "output_gains": Asked("bit", 0, 16, whole=True, several=True),
+ASKED: dict[str, RowForm] = {
+    "result_bits": RowForm("bit", 8, 32, whole=True),
+    "output_gains": RowForm("bit", 0, 16, whole=True, several=True),
     "result_registers": _SAYING,
     "register_map": _SAYING,
     "pins": _SAYING,
     "address_nets": _SAYING,
-    "device_id": Asked("1", 0, 0xFFFF, whole=True),
-    "drive_currents": Asked("A", 1e-7, 0.1, several=True),
+    "device_id": RowForm("1", 0, 0xFFFF, whole=True),
+    "drive_currents": RowForm("A", 1e-7, 0.1, several=True),
     **dict.fromkeys(("cite_address", "cite_frequency", "cite_inductance", "cite_pins", "cite_drive", "cite_results",
                      "cite_errors", "scan_timing", "idle_channels", "noise_law"), _SAYING),
     "sensor_frequency_min": _FREQUENCY,
@@ -71,27 +71,27 @@ ASKED: dict[str, Asked] = {
     "clock_max": _FREQUENCY,
     "input_to_reference_max": _SHARE,
     "input_divider_2_from": _FREQUENCY,
-    "rcount_min": Asked("1", 1, 0xFFFF, whole=True),
-    "settle_count_min": Asked("1", 0, 0xFFFF, whole=True),
-    "switch_delay": Asked("s", 0.0, 1e-3),
-    "pin_capacitance": Asked("F", 0.0, 1e-9),
-    "serial_clock_max": Asked("Hz", 1e3, 1e8),
-    "single_channel_rate_max": Asked("Hz", 1.0, 1e7),
-    "read_back_four_channels": Asked("s", 1e-7, 1.0),
+    "rcount_min": RowForm("1", 1, 0xFFFF, whole=True),
+    "settle_count_min": RowForm("1", 0, 0xFFFF, whole=True),
+    "switch_delay": RowForm("s", 0.0, 1e-3),
+    "pin_capacitance": RowForm("F", 0.0, 1e-9),
+    "serial_clock_max": RowForm("Hz", 1e3, 1e8),
+    "single_channel_rate_max": RowForm("Hz", 1.0, 1e7),
+    "read_back_four_channels": RowForm("s", 1e-7, 1.0),
     "self_resonance_fraction": _SHARE,
     "supply_current": _CURRENT,
-    "idle_pin_resistance": Asked("ohm", 0.0, 1e4),
-    "drive_delay": Asked("s", 0.0, 1e-6),
-    "noise_steps": Asked("1", 0.0, 1e3),
+    "idle_pin_resistance": RowForm("ohm", 0.0, 1e4),
+    "drive_delay": RowForm("s", 0.0, 1e-6),
+    "noise_steps": RowForm("1", 0.0, 1e3),
     "self_resonance_fraction_strict": _SHARE,
-    "quality_factor_min": Asked("1", 0.0, 1e3),
-    "inductance_min": Asked("H", 1e-9, 1e-3),
-    "capacitor_min": Asked("F", 1e-13, 1e-6),
-    "capacitor_max": Asked("F", 1e-13, 1e-6),
-    "capacitor_resistance": Asked("ohm", 0.0, 10.0),
-    "capacitor_tolerance": Asked("1", 0.0, 0.5),
-    "clock_tolerance": Asked("1", 0.0, 0.1),
-    "capacitor_temperature": Asked("1/K", 0.0, 1e-2),
+    "quality_factor_min": RowForm("1", 0.0, 1e3),
+    "inductance_min": RowForm("H", 1e-9, 1e-3),
+    "capacitor_min": RowForm("F", 1e-13, 1e-6),
+    "capacitor_max": RowForm("F", 1e-13, 1e-6),
+    "capacitor_resistance": RowForm("ohm", 0.0, 10.0),
+    "capacitor_tolerance": RowForm("1", 0.0, 0.5),
+    "clock_tolerance": RowForm("1", 0.0, 0.1),
+    "capacitor_temperature": RowForm("1/K", 0.0, 1e-2),
 }
 """Every figure that is asked of a family, the bench's own among them."""
 
@@ -143,7 +143,7 @@ def _flaws(row: Row) -> Iterator[str]:
         yield f"its status is {row['status']!r}, neither verified nor unverified"
     if not row["value"].strip() or not row["source"].strip():
         yield "value or source is empty"
-    asked = ASKED.get(row["name"], Asked(row["unit"], several=True))
+    asked = ASKED.get(row["name"], RowForm(row["unit"], several=True))
     if row["unit"] != asked.unit:
         yield f"its unit is {row['unit']!r}, and {asked.unit!r} is asked"
         return
@@ -156,7 +156,7 @@ def _flaws(row: Row) -> Iterator[str]:
         yield from _flaws_of_number(text, asked)
 
 
-def _flaws_of_number(text: str, asked: Asked) -> Iterator[str]:
+def _flaws_of_number(text: str, asked: RowForm) -> Iterator[str]:
     try:
         value = float(text)
     except ValueError:
