@@ -1,9 +1,8 @@
 """Behind `build`, `verify` and `new`: the only package of sitscad that writes files.
 
-`building` sees whether anything has to be done, `stages` decides what is made and what can be kept, `folder` writes a
-package so that it is replaced as a whole or not at all, and a file alone, `manifest` says what is in it and from what
-it was made, `verification` reads one back, and `template` hands out the example specs. Only `folder` and `template`
-touch the disk for writing.
+`building` decides whether anything has to be done, `stages` what is made and what can be kept, `replacing` lets a whole
+package take the place of the one before, `folder` writes one file alone and hands out the example specs, `manifest`
+says what is in a package and what it was made from, `verification` reads a package back.
 """
 
 from __future__ import annotations

@@ -20,13 +20,8 @@ from sitscad.finding import Severity
 from sitscad.package.folder import (
     PackageError,
     explained,
-    has_leftovers,
-    opened_for_building,
-    put_in_place,
     replace_file,
     require_package_name,
-    set_aside,
-    write_files,
 )
 from sitscad.package.manifest import (
     CHECK_STAGE,
@@ -46,6 +41,7 @@ from sitscad.package.manifest import (
     unplotted,
     version_of,
 )
+from sitscad.package.replacing import has_leftovers, opened_for_building, put_in_place, write_package
 from sitscad.policy import Baseline, Policy, known_of
 from sitscad.record import record
 from sitscad.report.findings.document import CheckedSpec, read_findings
@@ -151,10 +147,8 @@ def _made_anew(asked: BuildRequest, contents: Contents, report: Progress, jobs: 
         is_whole = intact(directory, old.files) is not None and not foreign_files(directory, old)
         if manifest == old and is_whole:
             return BuildResult(directory, contents.checked, True, made.results)
-        write_files(staged, made.files)
-        write_files(staged, {MANIFEST: manifest.as_bytes()})
-        kept_aside = set_aside(directory, foreign_files(directory, old) if directory.exists() else [])
-        put_in_place(staged, directory)
+        write_package(staged, made.files, manifest)
+        kept_aside = put_in_place(staged, directory)
     return BuildResult(directory, contents.checked, True, made.results, kept_aside)
 
 

@@ -1,5 +1,5 @@
-"""What is written to disk: a package's folder, one writer at a time, staged beside the target and replaced as a whole
-or not at all; and one file alone, in one step, so that an interruption leaves the old one.
+"""Names that a package may hold, the files of its folder, and one file written alone, in one step, so that an
+interruption leaves the old one.
 
 Handing out the example specs that come with sitscad.
 """
@@ -7,9 +7,7 @@ Handing out the example specs that come with sitscad.
 from __future__ import annotations
 
 import contextlib
-import ctypes
 import difflib
-import errno
 import os
 import re
 import secrets
@@ -26,9 +24,6 @@ from sitscad.writer import json_bytes
 PACKAGE_NAME = re.compile(r"[a-z0-9][a-z0-9._-]{0,63}")
 _PART = r"[\w+-](?:[\w .+-]*[\w.+-])?"
 FILE_NAME = re.compile(rf"{_PART}(/{_PART})*")
-
-_AT_FDCWD = -100
-_RENAME_EXCHANGE = 2
 
 
 class PackageError(Exception):
@@ -49,43 +44,6 @@ def require_inside(path: str) -> str:
     return path
 
 
-@contextlib.contextmanager
-def opened_for_building(parent: Path, name: str) -> Iterator[Path]:
-    """Hold the package `parent/name` for one build and yield an empty staging folder beside it.
-
-    Leftovers of builds that were killed are cleaned first. The staging folder is gone afterwards, whatever happens.
-
-    Raises
-    ------
-    PackageError
-        when another build holds the package, or the folder cannot be written.
-    """
-    with explained(f"cannot build in {parent}"):
-        parent.mkdir(parents=True, exist_ok=True)
-        lock = _lock(parent, name)
-    try:
-        with explained(f"cannot build in {parent}"):
-            # put right what a killed build left behind; the lock is held, so nobody else uses these folders
-            target = parent / name
-            ours = _leftovers_of(name)
-            for leftover in sorted(path for path in parent.iterdir() if ours.fullmatch(path.name)):
-                if leftover.name.startswith(f".{name}.old-") and not target.exists():
-                    os.rename(leftover, target)
-                else:
-                    shutil.rmtree(leftover, ignore_errors=True)
-            staged = parent / f".{name}.new-{secrets.token_hex(6)}"
-            staged.mkdir()
-        try:
-            yield staged
-        finally:
-            shutil.rmtree(staged, ignore_errors=True)
-    finally:
-        if lock is not None:
-            with contextlib.suppress(OSError):
-                (parent / f".{name}.lock").unlink()
-            os.close(lock)
-
-
 def write_files(folder: Path, files: Mapping[str, bytes]) -> None:
     """Write files below `folder` (keys are checked names) and make sure that they have reached the disk."""
     with explained(f"cannot write into {folder.parent}"):
@@ -98,48 +56,18 @@ def write_files(folder: Path, files: Mapping[str, bytes]) -> None:
                 os.fsync(stream.fileno())
 
 
-def put_in_place(staged: Path, target: Path) -> None:
-    """Let the staged folder take the target's place in one step, and remove what stood there.
-
-    Where the system cannot exchange two folders, the old one is moved aside first; a build killed between the two
-    moves is put right by the next one.
-    """
-    with explained(f"cannot replace {target}"):
-        for folder in (staged, *(path for path in staged.rglob("*") if path.is_dir())):
-            _sync_folder(folder)
-        if not target.exists():
-            os.rename(staged, target)
-        elif not _exchange(staged, target):
-            aside = target.parent / f".{target.name}.old-{secrets.token_hex(6)}"
-            os.rename(target, aside)
-            os.rename(staged, target)
-            shutil.rmtree(aside, ignore_errors=True)
-        _sync_folder(target.parent)
-
-
-def set_aside(target: Path, files: list[str]) -> Path | None:
-    """Copy files that somebody else made or changed to ``NAME.kept-1`` (2, 3 ...) before a package is replaced."""
-    if not files:
-        return None
-    number = 1
-    while (kept := target.parent / f"{target.name}.kept-{number}").exists():
-        number += 1
-    partial = target.parent / f".{target.name}.new-{secrets.token_hex(6)}"
-    with explained(f"cannot keep the changed files of {target}"):
-        for name in files:
-            copy = partial / name
-            copy.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy2(target / name, copy, follow_symlinks=False)
-        os.rename(partial, kept)
-    return kept
-
-
 def list_files(folder: Path) -> list[str]:
-    """Names of all files below `folder`, sorted, relative to it, with forward slashes; links count as files."""
-    found = []
-    for root, folders, files in os.walk(folder):
-        links = [entry for entry in folders if os.path.islink(os.path.join(root, entry))]
-        found += [Path(root, entry).relative_to(folder).as_posix() for entry in (*files, *links)]
+    """Names of all files below `folder`, sorted, relative to it, with forward slashes. Links count as files, and so do
+    folders that cannot be read.
+    """
+    found: list[str] = []
+
+    def add(path: str) -> None:
+        found.append(Path(path).relative_to(folder).as_posix())
+
+    for root, folders, files in os.walk(folder, onerror=lambda error: add(error.filename)):
+        for entry in (*files, *(name for name in folders if os.path.islink(os.path.join(root, name)))):
+            add(os.path.join(root, entry))
     return sorted(found)
 
 
@@ -152,63 +80,6 @@ def explained(what: str) -> Iterator[None]:
         reason = error.strerror or str(error)
         where = f" ({error.filename})" if error.filename else ""
         raise PackageError(f"{what}: {reason}{where}; nothing was changed") from error
-
-
-def _lock(parent: Path, name: str) -> int | None:
-    """Descriptor of an advisory lock that dies with its process; None where the system has none.
-
-    Without locks the staging names still keep two builds apart, and the one that ends last wins.
-    """
-    try:
-        import fcntl
-    except ImportError:  # pragma: no cover - not a POSIX system
-        return None
-    path = parent / f".{name}.lock"
-    while True:
-        descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError as error:
-            os.close(descriptor)
-            if error.errno not in (errno.EWOULDBLOCK, errno.EACCES):
-                return None  # a file system without locks
-            message = f"another build of {name} is writing to {parent}; wait for it, or give another -o folder"
-            raise PackageError(message) from None
-        with contextlib.suppress(FileNotFoundError):
-            if os.path.samestat(os.fstat(descriptor), os.stat(path)):
-                return descriptor
-        os.close(descriptor)  # its owner removed it between our opening and locking it
-
-
-def has_leftovers(parent: Path, name: str) -> bool:
-    """Whether a killed build, or one that is at work, has left something beside a package."""
-    if not parent.is_dir():
-        return False
-    ours = _leftovers_of(name)
-    return any(entry.name == f".{name}.lock" or ours.fullmatch(entry.name) for entry in parent.iterdir())
-
-
-def _leftovers_of(name: str) -> re.Pattern[str]:
-    return re.compile(re.escape(f".{name}.") + "(new|old)-[0-9a-f]{12}")
-
-
-def _exchange(one: Path, other: Path) -> bool:
-    """Swap two folders in one step of the file system (Linux renameat2); False where that cannot be done."""
-    try:
-        rename = ctypes.CDLL(None, use_errno=True).renameat2
-    except (OSError, AttributeError, TypeError):
-        return False
-    return rename(_AT_FDCWD, os.fsencode(one), _AT_FDCWD, os.fsencode(other), _RENAME_EXCHANGE) == 0
-
-
-def _sync_folder(folder: Path) -> None:
-    """Have the system write a folder's entries to the disk, where it can."""
-    with contextlib.suppress(OSError):  # not every system opens folders
-        descriptor = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(descriptor)
-        finally:
-            os.close(descriptor)
 
 
 def write_file(path: str | Path, content: bytes) -> None:
@@ -228,7 +99,7 @@ def write_file(path: str | Path, content: bytes) -> None:
 
 def replace_file(target: Path, content: bytes) -> None:
     """Write a file, or replace it, as a whole; raises OSError."""
-    partial = target.with_name(f".{target.name}.{os.getpid()}")
+    partial = target.with_name(f".{target.name}.{secrets.token_hex(6)}")
     try:
         partial.write_bytes(content)
         if target.exists() and target.stat().st_nlink > 1:

@@ -9,6 +9,7 @@ import enum
 import hashlib
 import json
 import os
+import re
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import field
 from functools import cache
@@ -144,29 +145,49 @@ def sha256(content: bytes) -> str:
 
 
 def intact(folder: Path, entries: Mapping[str, Entry]) -> dict[str, bytes] | None:
-    """The bytes of all these files, or None when one is missing, a link, or not what the manifest says."""
+    """The bytes of all these files, or None if a file is missing, a link, unreadable, or not what the manifest says."""
     contents = {}
     for name, entry in entries.items():
         path = folder / name
-        if path.is_symlink() or not path.is_file():
+        try:
+            if path.is_symlink() or not path.is_file():
+                return None
+            contents[name] = path.read_bytes()
+        except OSError:
             return None
-        contents[name] = path.read_bytes()
         if sha256(contents[name]) != entry.sha256:
             return None
     return contents
 
 
 def foreign_files(folder: Path, manifest: Manifest) -> list[str]:
-    """Files that sitscad did not write, or that were changed since; what KiCad leaves lying does not count."""
+    """Files that sitscad did not write, or that were changed since, without those that KiCad leaves beside a project of
+    the package.
+    """
     found = []
     for name in list_files(folder):
-        entry, last = manifest.files.get(name), name.rpartition("/")[2]
-        is_left = last.endswith((".kicad_prl", ".lck")) or last == "fp-info-cache" or "-backups/" in name
-        if name == MANIFEST or is_left:
+        entry = manifest.files.get(name)
+        if name == MANIFEST or is_left_by_kicad(name, manifest.files):
             continue
         if entry is None or intact(folder, {name: entry}) is None:
             found.append(name)
     return found
+
+
+def is_left_by_kicad(name: str, files: Collection[str]) -> bool:
+    """Whether KiCad leaves a file of that name beside one of the projects among a package's files: settings of its
+    windows, locks, its cache of footprints, backups.
+    """
+    if name in files:
+        return False
+    projects = (file.removesuffix(".kicad_pro") for file in files if file.endswith(".kicad_pro"))
+    for folder, _, project in (path.rpartition("/") for path in projects):
+        own = re.escape(project)
+        lock, backup = rf"~{own}\.kicad_(pro|pcb|sch)\.lck", rf"{own}-backups/{own}-[0-9_-]+\.zip"
+        left = re.compile(rf"{re.escape(folder)}/({own}\.kicad_prl|fp-info-cache|{lock}|{backup})")
+        if left.fullmatch(name):
+            return True
+    return False
 
 
 def made_from(*ingredients: object) -> str:

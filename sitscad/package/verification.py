@@ -24,6 +24,7 @@ from sitscad.package.manifest import (
     Manifest,
     foreign_files,
     intact,
+    is_left_by_kicad,
     read_manifest,
     sha256,
 )
@@ -33,6 +34,7 @@ from sitscad.spec.format.reading import SpecError, decoded, read_file
 from sitscad.spec.load import load
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.source import TextError
+from sitscad.units import counted
 from sitscad.version import __version__
 from sitscad.writer import STAGES, marks
 
@@ -50,7 +52,8 @@ class Verification:
     single one, None where there is no panel; ``wrong_nets`` and ``wrong_boards`` count the differences of either;
     ``forced`` is set of a package that was built in spite of errors; ``rebuilt`` counts what is not, byte by byte, what
     its spec makes, None where nothing was built again; ``wrong_layers`` what layers and job file contradict each other
-    in, ``wrong_archive`` what of the archive that is sent is not as the files beside it.
+    in, ``wrong_archive`` what of the archive that is sent is not as the files beside it. ``by_kicad`` names files that
+    KiCad left beside its project: they are not of the package, and no difference.
     """
 
     directory: Path
@@ -67,6 +70,7 @@ class Verification:
     rebuilt: int | None = None
     wrong_layers: int = 0
     wrong_archive: int | None = None
+    by_kicad: tuple[str, ...] = ()
 
     @property
     def ok(self) -> bool:
@@ -83,6 +87,8 @@ class Verification:
         wrong = ((self.missing, "missing"), (self.changed, "changed"), (self.foreign, "not in the manifest"))
         words = ", ".join(f"{count} {word}" for count, word in wrong if count)
         yield f"{self.files} files against the manifest{f' ({words})' if words else ''}"
+        if self.by_kicad:
+            yield f"beside them {counted(len(self.by_kicad), 'file')} by KiCad ({', '.join(self.by_kicad)})"
         if self.nets is None:
             yield "no Gerber files"
         elif self.wrong_nets:
@@ -137,7 +143,9 @@ def verify(directory: str | Path, rebuild: bool = False) -> Verification:
         )
         counts = {"missing": len(missing), "changed": len(changed), "foreign": len(foreign)}
         again = tuple(rebuilt_differences(folder, manifest)) if rebuild else None
-        read = Verification(folder, files, len(manifest.files), None, forced=manifest.forced, **counts)
+        by_kicad = tuple(name for name in list_files(folder) if is_left_by_kicad(name, manifest.files))
+        read = Verification(
+            folder, files, len(manifest.files), None, forced=manifest.forced, by_kicad=by_kicad, **counts)
         if any(name.startswith("fpc/") and name.endswith(".gbr") for name in manifest.files):
             try:
                 read = _with_boards(read, folder, manifest)

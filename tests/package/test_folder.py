@@ -4,28 +4,35 @@ from __future__ import annotations
 
 import os
 import signal
+import socket
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
-from sitscad.package import folder
-from sitscad.package.folder import PackageError, opened_for_building, put_in_place, set_aside, write_files
+from sitscad.package import folder, replacing
+from sitscad.package.folder import PackageError, write_file, write_files
+from sitscad.package.manifest import MANIFEST, Entry, Manifest, sha256
+from sitscad.package.replacing import opened_for_building, put_in_place, write_package
 
 
 def _contents(directory: Path) -> dict[str, bytes]:
-    return {name: (directory / name).read_bytes() for name in folder.list_files(directory)}
+    names = (name for name in folder.list_files(directory) if name != MANIFEST)
+    return {name: (directory / name).read_bytes() for name in names}
 
 
-def _replace(parent: Path, files: dict[str, bytes], name: str = "pack") -> None:
+def _replace(parent: Path, files: dict[str, bytes], name: str = "pack") -> Path | None:
+    entries = {name: Entry(sha256(content), "kicad", "x") for name, content in files.items()}
+    spec = dict.fromkeys(("name", "file", "sha256"), "x")
     with opened_for_building(parent, name) as staged:
-        write_files(staged, files)
-        put_in_place(staged, parent / name)
+        write_package(staged, files, Manifest(spec=spec, files=entries))
+        return put_in_place(staged, parent / name)
 
 
 @pytest.mark.parametrize("exchanges", [True, False], ids=["exchange", "two renames"])
 def test_a_new_package_takes_the_place_of_the_old_one_whole(tmp_path, monkeypatch, exchanges):
     if not exchanges:
-        monkeypatch.setattr(folder, "_exchange", lambda one, other: False)
+        monkeypatch.setattr(replacing, "_exchange", lambda one, other: False)
     _replace(tmp_path, {"a/one.txt": b"1", "two.txt": b"2"})
     _replace(tmp_path, {"a/three.txt": b"3"})
     assert _contents(tmp_path / "pack") == {"a/three.txt": b"3"}
@@ -60,7 +67,7 @@ def _build_and_die(parent: Path, files: dict[str, bytes], instant: int, exchange
     for name in ("rename", "open", "mkdir", "fsync", "unlink", "rmdir"):
         setattr(os, name, counted(getattr(os, name)))
     if not exchanges:
-        folder._exchange = lambda one, other: False
+        replacing._exchange = lambda one, other: False
     _replace(parent, files)
     os._exit(0)
 
@@ -119,12 +126,117 @@ def test_no_package_name_leaves_the_output_folder(name):
 
 
 def test_changed_files_are_kept_in_a_folder_of_their_own(tmp_path):
-    _replace(tmp_path, {"kicad/board.txt": b"mine", "two.txt": b"2"})
-    first = set_aside(tmp_path / "pack", ["kicad/board.txt"])
-    second = set_aside(tmp_path / "pack", ["two.txt"])
+    files = {"kicad/board.txt": b"1", "two.txt": b"2"}
+    _replace(tmp_path, files)
+    (tmp_path / "pack" / "kicad" / "board.txt").write_bytes(b"mine")
+    first = _replace(tmp_path, files)
+    (tmp_path / "pack" / "two.txt").write_bytes(b"mine, too")
+    second = _replace(tmp_path, files)
     assert (first.name, second.name) == ("pack.kept-1", "pack.kept-2")
-    assert _contents(first) == {"kicad/board.txt": b"mine"}
-    assert set_aside(tmp_path / "pack", []) is None
+    assert _contents(first) == {"kicad/board.txt": b"mine"} and _contents(second) == {"two.txt": b"mine, too"}
+    assert _replace(tmp_path, files) is None
+    assert _contents(tmp_path / "pack") == files
+
+
+def _left_by_a_user(package: Path, what: str) -> Path:
+    """Leave something of a kind in a package that no build wrote, and name it."""
+    name = package / {
+        "backups": "kicad/mine-backups/a.txt", "a lock": "notes.lck", "settings": "fpc/board.kicad_prl",
+        "a cache": "fp-info-cache", "hidden": ".git/HEAD", "capitals": "KICAD/Board.txt",
+    }.get(what, f"kicad/{what.replace(' ', '-')}")
+    name.parent.mkdir(parents=True, exist_ok=True)
+    if what == "a pipe":
+        os.mkfifo(name)
+    elif what == "a socket":
+        with socket.socket(socket.AF_UNIX) as made:
+            made.bind(os.path.relpath(name))
+    elif what.startswith("a link"):
+        name.symlink_to({"a link to nowhere": "nothing", "a link to itself": name.name, "a link up": ".."}[what])
+    else:
+        name.write_bytes(b"mine")
+    return name
+
+
+KINDS = ("backups", "a lock", "settings", "a cache", "hidden", "capitals", "a pipe", "a socket", "a link to nowhere",
+         "a link to itself", "a link up", "unreadable", "a folder that is closed", "a folder that is unreadable")
+
+
+@pytest.mark.parametrize("exchanges", [True, False], ids=["exchange", "two renames"])
+@pytest.mark.parametrize("what", KINDS)
+def test_a_users_file_of_any_kind_is_kept_when_the_package_is_replaced(
+    open_folder, as_a_user, monkeypatch, what, exchanges
+):
+    open_folder.chmod(0o777)
+    monkeypatch.chdir(open_folder)  # a socket's path may have a hundred letters
+    if not exchanges:
+        monkeypatch.setattr(replacing, "_exchange", lambda one, other: False)
+    package = open_folder / "pack"
+    with as_a_user():
+        _replace(open_folder, {"kicad/board.txt": b"old"})
+        mine = _left_by_a_user(package, what)
+        closed = {"unreadable": (mine, 0), "a folder that is closed": (mine.parent, 0o555),
+                  "a folder that is unreadable": (mine.parent, 0)}.get(what)
+        if closed:
+            closed[0].chmod(closed[1])
+        kept = _replace(open_folder, {"kicad/board.txt": b"new"})
+        assert _contents(package) == {"kicad/board.txt": b"new"}
+        if closed:
+            (kept / closed[0].relative_to(package)).chmod(0o755)
+        assert os.path.lexists(kept / mine.relative_to(package))
+        assert sorted(os.listdir(open_folder)) == ["pack", "pack.kept-1"], "nothing else is left beside it"
+        assert not (kept / MANIFEST).exists(), "what is kept is no package"
+
+
+def test_a_file_that_appears_while_the_package_is_replaced_is_kept(tmp_path, monkeypatch):
+    _replace(tmp_path, {"one.txt": b"1"})
+    real = replacing.intact
+
+    def intact(old, entries):
+        (old / "late.txt").write_bytes(b"mine")
+        return real(old, entries)
+
+    monkeypatch.setattr(replacing, "intact", intact)
+    kept = _replace(tmp_path, {"one.txt": b"2"})
+    assert _contents(kept) == {"late.txt": b"mine"}
+
+
+def test_a_build_that_is_killed_while_it_removes_the_old_package_loses_no_file(tmp_path):
+    for instant in range(60):
+        parent = tmp_path / str(instant)
+        _replace(parent, {"a/one.txt": b"old"})
+        (parent / "pack" / "a" / "mine.txt").write_bytes(b"mine")
+        status = _build_and_die(parent, {"a/one.txt": b"new"}, instant, exchanges=True)
+        _replace(parent, {"a/one.txt": b"newer"})
+        places = [place for place in parent.iterdir() if (place / "a" / "mine.txt").is_file()]
+        assert [place.name for place in places] == ["pack.kept-1"], f"killed at step {instant}"
+        if status == 0:
+            return
+    pytest.fail("the build never finished")
+
+
+BY_KICAD = ("kicad/coil.kicad_prl", "kicad/fp-info-cache", "kicad/~coil.kicad_pcb.lck",
+            "kicad/coil-backups/coil-2026-11-28_121314.zip")
+
+
+def test_what_kicad_leaves_beside_its_project_stays_there(tmp_path):
+    files = {"kicad/coil.kicad_pro": b"1", "kicad/coil.kicad_pcb": b"2"}
+    _replace(tmp_path, files)
+    for name in BY_KICAD:
+        (tmp_path / "pack" / name).parent.mkdir(exist_ok=True)
+        (tmp_path / "pack" / name).write_bytes(b"left")
+    assert _replace(tmp_path, files) is None
+    assert _contents(tmp_path / "pack") == files | dict.fromkeys(BY_KICAD, b"left")
+    kept = _replace(tmp_path, {"one.txt": b"1"})
+    assert _contents(kept) == dict.fromkeys(BY_KICAD, b"left"), "without the project they are kept aside"
+
+
+def test_one_file_written_by_many_threads_is_whole_and_no_write_fails(tmp_path):
+    target = tmp_path / "out.txt"
+    contents = [bytes([letter]) * 1000 for letter in range(40)]
+    with ThreadPoolExecutor(8) as pool:
+        list(pool.map(lambda content: write_file(target, content), contents * 5))
+    assert target.read_bytes() in contents
+    assert os.listdir(tmp_path) == ["out.txt"]
 
 
 def test_a_folder_that_cannot_be_written_is_one_sentence(tmp_path):

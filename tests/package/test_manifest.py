@@ -109,8 +109,8 @@ def test_changed_added_linked_and_missing_files_are_told_apart(tmp_path):
     (tmp_path / "missing").unlink()
     (tmp_path / "linked").rename(tmp_path / "elsewhere")
     (tmp_path / "linked").symlink_to("elsewhere")
-    (tmp_path / "board.kicad_prl").write_bytes(b"window positions")
-    assert foreign_files(tmp_path, manifest) == ["changed", "elsewhere", "linked"]
+    (tmp_path / "board.kicad_prl").write_bytes(b"of no project in this package")
+    assert foreign_files(tmp_path, manifest) == ["board.kicad_prl", "changed", "elsewhere", "linked"]
     assert intact(tmp_path, {"same": manifest.files["same"]}) == {"same": b"1"}
     for name in ("changed", "missing", "linked"):
         assert intact(tmp_path, {name: manifest.files[name]}) is None
