@@ -209,6 +209,8 @@ def _plain(value: object) -> object:
         return [_plain(entry) for entry in value]
     if isinstance(value, enum.Enum):
         return value.name
+    if isinstance(value, bytes):  # a file that the spec names, like a STEP file: a list, which no text is
+        return [sha256(value)]
     if value is None or isinstance(value, (str, int, float)):
         return value
     raise TypeError(f"a {type(value).__name__} has no place in a hash")

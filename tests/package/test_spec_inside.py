@@ -81,3 +81,17 @@ def test_a_text_without_a_file_and_a_name_that_no_package_holds_are_kept_under_s
     built = sitscad.build(odd, tmp_path / "two", ("firmware",)).directory
     assert [n for n in list_files(built) if n.startswith("spec/")] == ["spec/spec.yaml"]
     assert (built / "spec" / "spec.yaml").read_bytes() == SPEC.encode()
+
+
+def test_a_spec_that_names_a_step_file_is_built_again_when_the_bytes_of_the_file_change(tmp_path):
+    path = _written(tmp_path, "mine.yaml", (SPEC + "mount: {kind: custom, step: parts/own.step}\n").encode())
+    one, other = (b"ISO-10303-21;\n%s\nEND-ISO-10303-21;\n" % inside for inside in (b"DATA;", b"DATA; "))
+    _written(tmp_path, "parts/own.step", one)
+    built = sitscad.build(sitscad.load(path), tmp_path / "out", ("firmware",))
+    assert (built.directory / "spec" / "parts" / "own.step").read_bytes() == one
+    assert sitscad.build(sitscad.load(path), tmp_path / "out", ("firmware",)).is_unchanged
+    assert sitscad.verify(built.directory, rebuild=True).ok
+    _written(tmp_path, "parts/own.step", other)
+    again = sitscad.build(sitscad.load(path), tmp_path / "out", ("firmware",))
+    assert not again.is_unchanged
+    assert (built.directory / "spec" / "parts" / "own.step").read_bytes() == other
