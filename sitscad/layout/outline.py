@@ -324,11 +324,20 @@ def openings(
     """
     over_chips = (_grown(pad, CHIP_OPENING) for pad in chip_pads)
     if tail.connector.kind == "pads":
-        return (*(_grown(pad, -min(rules.pad_lap, min(pad.size) / 4)) for pad in contacts), *over_chips)
+        return (*(_grown(pad, -rim_lap(rules, pad)) for pad in contacts), *over_chips)
     past = rules.outline_tolerance + rules.registration
     half = tail.plug_half_width + past
     begin = tail.end - tail.end_gap - tail.connector.contact_length - rules.registration
     return (Region(rectangle(begin, -half, tail.end + past, half)), *over_chips)
+
+
+def rim_lap(rules: DesignRules, pad: Pad) -> float:
+    """Return how far (m) the coverlay covers the rims of a contact for solder: the fabricator's lap, or less, so that
+    half of the contact's area stays bare.
+    """
+    # The lap that bares just half of w x h solves (w - 2 lap) (h - 2 lap) = w h / 2; whole micrometres stay above half
+    w, h = pad.size
+    return min(rules.pad_lap, math.floor((w + h - math.hypot(w, h)) / 4 * 1e6) * 1e-6)
 
 
 def _grown(pad: Pad, by: float) -> Region:

@@ -133,6 +133,22 @@ def test_pads_for_solder_are_held_by_the_coverlay_over_their_rims():
             assert rims == approx((lap,) * 4, rel=1e-6)
 
 
+@pytest.mark.parametrize("lap", [0.15, 0.25, 1.0])
+def test_pads_for_solder_under_a_wide_lap_stay_half_bare_and_the_lap_is_found_to_lack(lap):
+    layout = board(1, "solder-pads", fpc=f", rules: {{pad_lap: {lap}}}")
+    for pad, opening in zip(layout.pads, layout.top_openings, strict=True):
+        x0, y0, x1, y1 = bounding_box([opening.outline])
+        assert (x1 - x0) * (y1 - y0) >= 0.5 * pad.size[0] * pad.size[1]
+    x0, *_ = bounding_box([layout.top_openings[0].outline])
+    drawn = x0 - (layout.pads[0].centre.x - layout.pads[0].size[0] / 2)
+    found = [f for f in sitscad.check(layout.spec, layout, hints="none").findings if f.rule == "SIT115"]
+    if lap == 0.15:
+        assert drawn == approx(lap * MM, rel=1e-6) and not found
+    else:
+        assert 0.9 * 0.16 * MM < drawn < lap * MM
+        assert [(f.measured, f.limit) for f in found] == [(approx(drawn, rel=1e-6), approx(lap * MM, rel=1e-6))]
+
+
 def test_a_tighter_outline_needs_no_word_about_the_width():
     layout = board(2, "zif-0.5mm", fpc=", rules: {outline_tolerance: 50 um}")
     assert "SIT126" not in {f.rule for f in sitscad.check(layout.spec, layout).findings}

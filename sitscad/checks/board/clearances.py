@@ -23,6 +23,7 @@ from sitscad.fixes.search import Left, first_that_mends, tried
 from sitscad.geometry.path import Line, Path, Point
 from sitscad.geometry.primitives import Primitives, distances, from_rows, nearest_pairs, path_rows, to_points
 from sitscad.layout.board import Pad, Role, Teardrop, Trace, Via
+from sitscad.layout.outline import rim_lap
 from sitscad.spec.circuit import LayerKind
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.design_rules import DesignRules
@@ -289,6 +290,19 @@ def coverlay_opening(design: Design) -> Iterator[Verdict]:
                     "bare copper beside the contact: lengthen the tail or move the track", "fpc.tail",
                     Place(float(point[0]), float(point[1]), number, (item.net,)),
                 )
+    yield from _narrow_rims(design)
+
+
+def _narrow_rims(design: Design) -> Iterator[Violation]:
+    """Yield the complaint about solder pads that are too small for the lap over their rims that is asked for."""
+    rules, tail = design.spec.fpc.rules, design.spec.fpc.tail
+    is_soldered = tail is None or tail.connector.kind == "pads"
+    for pad in design.layout.pads[:1] if is_soldered else ():  # all are of one size
+        lap = rim_lap(rules, pad)
+        if lap < rules.pad_lap - ROUNDING:
+            what = f"the coverlay covers {show(lap, 'm')} of the rims of solder pads, of which half stays bare"
+            hint = "a connector that is plugged in, or a narrower lap: ask the fabricator"
+            yield short_of(rules, "pad_lap", lap, what, hint, "fpc.tail.connector", Place(*pad.centre, 1, (pad.net,)))
 
 
 def _bared(design: Design, number: int, opening: Path) -> Iterator[tuple[Trace | Via, float, Array]]:
