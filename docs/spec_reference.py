@@ -154,7 +154,7 @@ def _table(section: type[Section], places: Places) -> str:
     rows = ["| key | value | default | what it is |", "| --- | --- | --- | --- |"]
     for name, key in section.keys.items():
         value = _value(key.kind, places).replace("|", "\\|") + _usually(name, places[section])
-        rows.append(f"| `{name}` | {value} | {_default(key)} | {key.about} |")
+        rows.append(f"| `{name}` | {value} | {_default(key, _stand_in(section, name))} | {key.about} |")
     for like in section.alike.values():
         rows.append(f"| `{like.example}` and the like | {_value(like.kind, places)} |  | {like.about} |")
     return "\n".join(rows)
@@ -167,9 +167,15 @@ def _usually(name: str, paths: list[str]) -> str:
     return f"; usually {words[0]}" if words else ""
 
 
-def _default(key: Key) -> str:
-    if key.is_required:
-        return "**required**"
+def _stand_in(section: type[Section], name: str) -> str:
+    """The key that may be written in place of another; empty if there is none."""
+    other, replaced = section.stands_in
+    return other if name in replaced else ""
+
+
+def _default(key: Key, stand_in: str) -> str:
+    if key.is_required or stand_in:
+        return "**required**" + (f", or `{stand_in}`" if stand_in else "")
     if key.default is None or key.default == "":
         return ""
     return "see its keys" if key.default == {} else f"`{key.default}`"

@@ -129,6 +129,7 @@ class Edit:
 SETTLED = (
     "coil.turns",
     "coil.outer_diameter",
+    "coil.inner_diameter",
     "coil.layers",
     "fpc.tail.layers",
     "fpc.stackup",

@@ -328,6 +328,7 @@ def _coil_estimate(coil: Coil, circuit: CoilCircuit, tuned: Tuned, states: Mappi
         quality_factor=free.quality_factor,
         self_resonance=self_resonance(circuit),
         trace_length=math.fsum(w.path.length for w in coil.windings),
+        inner_diameter=tuned.wound.layout.spec.coil.inner_diameter,
         states=states,
         lead_parts=circuit.leads.parts,
         winding_capacitance=circuit.winding_capacitance,

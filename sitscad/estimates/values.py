@@ -109,6 +109,7 @@ class CoilEstimate:
     leads and tail, `winding_capacitance` the winding's. `lead_parts` shares out `lead_inductance` by name.
     `apparent_inductance` is that of the free state. `failed_states` gives a reason for every state in which the model
     fails or the tank is overdamped: such a state is absent from `states`, and numbers of an absent free state are NaN.
+    `inner_diameter` is across the inner copper edges, of a long coil its shorter side.
     `overdamped` are the quality factors of those whose tank does not oscillate. `press_share` is what the coil's own
     pad makes of the change from rest to pressed, which of cells is that of a mean pad: sensitivities have it. SI units.
     """
@@ -133,6 +134,7 @@ class CoilEstimate:
     states: Mapping[str, StateEstimate]
     lead_parts: Mapping[str, float] = field(default_factory=dict)
     winding_capacitance: float | None = None
+    inner_diameter: float = math.nan
     apparent_inductance: float | None = None
     failed_states: Mapping[str, str] = field(default_factory=dict)
     overdamped: Mapping[str, float] = field(default_factory=dict)
@@ -382,7 +384,7 @@ def _coil_document(coil: CoilEstimate, place: Channel, force: float | None) -> d
         **_figures(coil, "winding_inductance_H terminal_inductance_H inductance_error resistance_error "
                          "bend_inductance_H method lead_inductance_H resistance_dc_ohm resistance_ac_ohm "
                          "terminal_resistance_dc_ohm capacitance_F self_capacitance_F sensor_frequency_Hz "
-                         "parallel_resistance_ohm quality_factor self_resonance_Hz trace_length_m"),
+                         "parallel_resistance_ohm quality_factor self_resonance_Hz trace_length_m inner_diameter_m"),
         "lead_inductance_parts_H": _numbers(coil.lead_parts),
         "inductance_parts_H": _numbers(coil.inductance_parts),
         **_figures(coil, "winding_capacitance_F apparent_inductance_H"),

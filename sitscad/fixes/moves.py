@@ -22,7 +22,7 @@ from sitscad.layout.lanes import bus_for
 from sitscad.layout.windings import wind_all
 from sitscad.spec import presets
 from sitscad.spec.circuit import Plating
-from sitscad.spec.coil import CoilPlacement, CoilSpec
+from sitscad.spec.coil import INNER, CoilPlacement, CoilSpec
 from sitscad.spec.format.reading import SpecError
 from sitscad.spec.materials import ElastomerPad, Encapsulation, Target
 from sitscad.spec.places import footprint
@@ -37,10 +37,23 @@ AS_GOOD_AS_NONE = 0.05
 """How far (turns) a lead may run back round a coil that a hint names."""
 
 
-def with_turns(spec: SensorSpec, turns: float, *before: Edit) -> Fix:
-    """The coil with so many turns a layer, after other edits that the spec has already."""
-    edits = (*before, Edit("coil.turns", f"{turns:.7g}"))
-    return Fix(edits, replace(spec, coil=replace(spec.coil, turns=turns)))
+def with_turns(spec: SensorSpec, turns: float) -> Fix:
+    """The coil with so many turns a layer."""
+    coil = replace(spec.coil, turns=turns)
+    edits = (Edit("coil.turns", f"{turns:.7g}"),) if "coil.turns" in _written(spec) else ()
+    return Fix((*edits, *_inner(spec, coil)), replace(spec, coil=coil))
+
+
+def _written(spec: SensorSpec) -> set[str]:
+    """The keys that decide on the coil's turns and tracks, as this spec writes them."""
+    all_of_them = {f"coil.{key}" for key in CoilSpec.stands_in[1]}
+    is_by_inner = INNER in spec.source.keys
+    return {INNER, *(all_of_them & spec.source.keys.keys())} if is_by_inner else all_of_them
+
+
+def _inner(spec: SensorSpec, coil: CoilSpec) -> tuple[Edit, ...]:
+    """The edit that gives a changed coil its inner diameter, if the spec writes that."""
+    return (Edit(INNER, _mm(coil.inner_diameter)),) if INNER in _written(spec) else ()
 
 
 def more_turns(spec: SensorSpec, factor: float) -> Iterator[Fix]:
@@ -114,8 +127,11 @@ def narrower(spec: SensorSpec, by: float) -> Iterator[Fix]:
 
 
 def _besides(edits: tuple[Edit, ...], turned: Fix, turns: float) -> Fix:
-    """Edits together with those of the turns, where these are others than the `turns` of now."""
-    return replace(turned, edits=(*edits, *(turned.edits if turned.spec.coil.most_turns != turns else ())))
+    """Edits together with those of the turns, if these are others than the `turns` of now; a written inner diameter
+    follows both.
+    """
+    turning = (edit for edit in turned.edits if edit.key == INNER or turned.spec.coil.most_turns != turns)
+    return replace(turned, edits=(*edits, *turning))
 
 
 def other_ends(spec: SensorSpec) -> Iterator[Fix]:
@@ -166,10 +182,10 @@ def wider(spec: SensorSpec, width: float, spacing: float) -> Iterator[Fix]:
     edits = tuple(
         Edit(f"coil.{key}", show(getattr(wide, key), "m", 6))
         for key in ("trace_width", "trace_spacing")
-        if getattr(wide, key) > getattr(coil, key) + 1e-12
+        if getattr(wide, key) > getattr(coil, key) + 1e-12 and f"coil.{key}" in _written(spec)
     )
     if wide.pitch < GROWN * coil.pitch:
-        yield Fix(edits, replace(spec, coil=wide))
+        yield Fix((*edits, *_inner(spec, wide)), replace(spec, coil=wide))
     room = coil.most_turns * coil.pitch / wide.pitch
     for fix in fewer_turns(replace(spec, coil=wide), room):
         yield _besides(edits, fix, coil.most_turns)
@@ -351,9 +367,11 @@ def larger_coils(spec: SensorSpec, by: float) -> Fix:
     size = (spec.coil.size[0] + by, spec.coil.size[1] + by)
     is_long = spec.coil.outline.is_long
     written = f"[{_mm(size[0])}, {_mm(size[1])}]" if is_long else _mm(size[0])
-    edit, apart = Edit("coil.outer_diameter", written), coils_apart(spec, by)
-    said = f"{_said(edit, by)} with {apart.words}" if apart.edits else _said(edit, by)
-    return Fix((edit, *apart.edits), replace(apart.spec, coil=replace(spec.coil, size=size)), said)
+    edit, apart, coil = Edit("coil.outer_diameter", written), coils_apart(spec, by), replace(spec.coil, size=size)
+    others = (*_inner(spec, coil), *apart.edits)
+    words = [*(f"{other.key}: {other.new}" for other in _inner(spec, coil)), *([apart.words] if apart.edits else [])]
+    said = f"{_said(edit, by)} with {' and '.join(words)}" if words else _said(edit, by)
+    return Fix((edit, *others), replace(apart.spec, coil=coil), said)
 
 
 def larger_body(spec: SensorSpec, by: float) -> Fix:

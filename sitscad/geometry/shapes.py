@@ -40,7 +40,8 @@ SKETCHED = 10e-6
 @record
 class SpiralDimensions:
     """Outer size [x, y] across the copper edges, trace width and turn-to-turn pitch (m); turns of this layer; and how
-    far (m) what is drawn may lie off.
+    far (m) what is drawn may lie off. A four-sided layer begins and ends at corners, or `is_mid_side` in the middle of
+    sides.
     """
 
     size: tuple[float, float]
@@ -48,6 +49,7 @@ class SpiralDimensions:
     pitch: float
     turns: float
     tolerance: float = CHORD_TOLERANCE
+    is_mid_side: bool = False
 
     @property
     def outer_radius(self) -> float:
@@ -141,7 +143,7 @@ class Outline(ABC):
     def inwards(self, dimensions: SpiralDimensions, outer_angle: float) -> Path:
         """A layer wound counter-clockwise about the origin, from the outside in."""
 
-    def start(self, angle: float, sense: int) -> float:
+    def start(self, angle: float, sense: int, is_mid_side: bool = False) -> float:
         """The angle at which a layer asked to begin at `angle` does begin."""
         return angle
 
@@ -161,6 +163,21 @@ class Outline(ABC):
         """Radius (m) of what rounds the outer edge of a polygon of that corner radius, or of what ends another."""
         return asked
 
+    @property
+    def outermost_turns(self) -> float:
+        """Turns along the outer edge before the winding stands one pitch further in: none of a spiral."""
+        return 1.0
+
+    def inset(self, trace_width: float, pitch: float, turns: float) -> float:
+        """Distance (m) from the outer copper edge to the inner one, through all turns of a layer. For a polygon it is the
+        mean of all sides of the innermost turn.
+        """
+        return trace_width + pitch * max(0.0, turns - self.outermost_turns)
+
+    def turns_within(self, inset: float, trace_width: float, pitch: float) -> float:
+        """Turns that fill an inset (m) exactly, whole sides or not."""
+        return self.outermost_turns + (inset - trace_width) / pitch
+
     def shifts_inwards(self, turns: float) -> float:
         """How far (pitches) the mean of a turn, or of that share of one, lies inside of where it begins."""
         return 0.0
@@ -174,6 +191,9 @@ class Outline(ABC):
         """
         path = self.inwards(dimensions, sense * outer_angle)
         path = path if sense > 0 else path.mapped(lambda p: Point(p.x, -p.y), flips=True)
+        if dimensions.is_mid_side:  # no corner stands outside of its inner end
+            corners = [path.start, *(segment.end for segment in path)]
+            return rounded_polyline(corners, [corner_radius] * len(corners)) if corner_radius > 0.0 else path
         return rounded_corners(path, corner_radius, self.sides, dimensions.pitch) if self.sides else path
 
     def nearest_turns(self, turns: float) -> float:
@@ -231,6 +251,11 @@ class Round(Outline):
         """The circle's centre, and its radius."""
         return (_ORIGIN,), size[0] / 2
 
+    @property
+    def outermost_turns(self) -> float:
+        """A spiral comes inwards from its outer end on."""
+        return 0.0
+
     def shifts_inwards(self, turns: float) -> float:
         """A spiral comes inwards steadily."""
         return 0.5 * turns
@@ -261,7 +286,8 @@ class Polygon(Outline):
         the spiral ends a corner earlier. Only a four-sided spiral may be longer one way than the other.
         """
         step = TWO_PI / self.sides
-        first = math.floor((outer_angle - step / 2) / step + 1e-9)
+        first = math.floor((outer_angle - (0.0 if dimensions.is_mid_side else step / 2)) / step + 1e-9)
+        first -= dimensions.is_mid_side
         count = round(dimensions.turns * self.sides)
 
         def side(m: int, turn: int) -> tuple[float, float]:
@@ -269,6 +295,11 @@ class Polygon(Outline):
             size = dimensions.size[index % 2 if self.sides == 4 else 1]
             return index, (size - dimensions.trace_width) / 2 - dimensions.pitch * turn
 
+        if dimensions.is_mid_side:  # from the foot of the perpendicular on the first side to that on the last
+            flats = [side(m, m // self.sides) for m in range(count + 1)]
+            begin, end = (polar(distance, index * step) for index, distance in (flats[0], flats[-1]))
+            points = [begin, *(crossing(one, other, step) for one, other in pairwise(flats)), end]
+            return Path(tuple(Line(a, b) for a, b in pairwise(points)))
         sides = [side(-1, 0), *(side(m, m // self.sides) for m in range(count))]
         points = [crossing(one, other, step) for one, other in pairwise(sides)]
         end, normal = crossing(sides[-1], side(count, count // self.sides), step), sides[-1][0] * step
@@ -277,9 +308,11 @@ class Polygon(Outline):
             points.append(end)
         return Path(tuple(Line(a, b) for a, b in pairwise(points)))
 
-    def start(self, angle: float, sense: int) -> float:
-        """The last corner at or before it, in the direction of winding."""
+    def start(self, angle: float, sense: int, is_mid_side: bool = False) -> float:
+        """The last corner, or middle of a side, at or before it, in the direction of winding."""
         step = TWO_PI / self.sides
+        if is_mid_side:
+            return sense * math.floor(sense * angle / step + 1e-9) * step
         return sense * (math.floor((sense * angle - step / 2) / step + 1e-9) * step + step / 2)
 
     def boundary(self, size: Size, offset: float) -> Path:
@@ -348,7 +381,7 @@ class Racetrack(Outline):
             y = other
         return Path(tuple(segments))
 
-    def start(self, angle: float, sense: int) -> float:
+    def start(self, angle: float, sense: int, is_mid_side: bool = False) -> float:
         """A racetrack begins where a straight side does: with angle 0 at +x, +y (clockwise: +x, -y), with half a turn
         at the opposite junction. Its junctions are named by the middle of their quadrant.
         """

@@ -406,14 +406,15 @@ def _wind(coil: CoilSpec, layers: tuple[CopperLayer, ...], rotation: float, tole
     """The windings of a coil about the origin: the coils of an array differ in their places alone."""
     sense = -1 if coil.clockwise else 1
     sweeps = [sense * 2.0 * math.pi * turns for turns in coil.layer_turns]
-    angle = coil.outline.start(coil.start_angle, sense)
+    angle = coil.outline.start(coil.start_angle, sense, coil.is_mid_side)
     windings = []
     for index, copper in enumerate(layers):
         inward = index % 2 == 0
         if not inward:
             angle += sweeps[index - 1] + sweeps[index]  # on to the inner end of the layer before, and out as far again
         layer_sense = sense if inward else -sense
-        dimensions = SpiralDimensions(coil.size, coil.trace_width, coil.pitch, coil.layer_turns[index], tolerance)
+        turns = coil.layer_turns[index]
+        dimensions = SpiralDimensions(coil.size, coil.trace_width, coil.pitch, turns, tolerance, coil.is_mid_side)
         path = coil.outline.wind(dimensions, angle, layer_sense, coil.corner_radius)
         path = path if inward else path.reversed()
         path = path.rotated(rotation) if rotation else path

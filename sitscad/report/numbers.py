@@ -132,6 +132,7 @@ def coil_rows(estimates: Estimates) -> list[list[str]]:
         ("sensor frequency, free", lambda c: quantity(c.sensor_frequency, "Hz")),
         ("self-resonance", lambda c: quantity(c.self_resonance, "Hz")),
         ("length of the track", lambda c: quantity(c.trace_length, "m")),
+        ("inner diameter, between copper edges", lambda c: quantity(c.inner_diameter, "m")),
     )
     found = [[name, *(value(coil) for coil in estimates.coils)] for name, value in rows]
     # How far off the computed resistance of each state can be, one value a coil; nothing where none is known

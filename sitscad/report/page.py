@@ -170,6 +170,7 @@ def _head(checked: CheckedSpec, spec: SensorSpec, estimates: Estimates) -> str:
     coils = counted(len(spec.array.placements), f"{coil.outline.adjective} coil")
     what = (
         f"{coils} of {' x '.join(show(side, 'm') for side in dict.fromkeys(coil.size))}, {turns}, "
+        f"{show(coil.inner_diameter, 'm', 4)} between inner copper edges, "
         f"traces {show(coil.trace_width, 'm')} wide and {show(coil.trace_spacing, 'm')} apart"
     )
     banner = "" if checked.is_orderable else f"<p class='banner'>{FORCED}</p>"

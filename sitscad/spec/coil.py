@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 from sitscad.geometry.shapes import SHAPES, Outline
 from sitscad.record import record
@@ -26,6 +26,9 @@ from sitscad.spec.format.kinds import (
 from sitscad.spec.format.section import ListOf, Section, key
 
 Trace = Quantity("length", "1 um", "20 mm")
+LayerTurns = Number(0.25, 200)
+TURNS, INNER = "coil.turns", "coil.inner_diameter"
+"""The keys that say how far inwards a coil is wound, of which a spec may write either."""
 
 
 @record
@@ -40,13 +43,27 @@ class Sense(Choice):
 
 
 @record
+class Start(Choice):
+    """Where a four-sided spiral begins and ends, read as whether that is in the middle of a side."""
+
+    allowed: tuple[str, ...] = ("corner", "mid-side")
+
+    def read(self, value: Any) -> Any:
+        """Whether it is in the middle of a side."""
+        return super().read(value) == "mid-side"
+
+
+@record
 class CoilSpec(Section):
     """One coil: all its layers are one conductor.
 
     ``size`` is measured across the outer copper edges (polygons: across flats), equal in x and y except for rectangle
     and racetrack. ``layers`` are copper layer numbers from 1 at the top, in winding order; ``turns`` is one number for
-    all of them, or those of each.
+    all of them, or those of each. ``turns``, ``trace_width`` and ``trace_spacing`` are None only until the one that is
+    left out is worked out from ``written_inner``, which is None from then on.
     """
+
+    stands_in: ClassVar[tuple[str, tuple[str, ...]]] = ("inner_diameter", ("turns", "trace_width", "trace_spacing"))
 
     shape: str = key(Choice(tuple(SHAPES)), "outline of the turns")
     size: tuple[float, float] = key(
@@ -55,13 +72,22 @@ class CoilSpec(Section):
         written="outer_diameter",
     )
     turns: float | tuple[float, ...] = key(
-        NumberOrList(Number(0.25, 200)), "per layer; a list gives each its own, in the order of layers: [8, 7]"
+        NumberOrList(LayerTurns), "per layer; a list gives each its own, in the order of layers: [8, 7]", None
+    )
+    written_inner: tuple[float, float] | None = key(
+        Pair(Size, single=True),
+        "across the inner copper edges, in place of turns, trace_width or trace_spacing; rectangle and racetrack: the "
+        "shorter side, or [x, y]", None, written="inner_diameter",
     )
     layers: tuple[int, ...] = key(Layers(), "copper layers in series: a count from the top, or a list like [1, 2]", 1)
-    trace_width: float = key(Trace, "width of the trace")
-    trace_spacing: float = key(Trace, "gap between neighbouring turns")
+    trace_width: float = key(Trace, "width of the trace", None)
+    trace_spacing: float = key(Trace, "gap between neighbouring turns", None)
     start_angle: float = key(
         Angle, "where layer 1 begins at the outside, from +x, counter-clockwise, like 90 deg", "0 deg"
+    )
+    is_mid_side: bool = key(
+        Start(), "of square and rectangle: where a layer begins and ends, at corners or in the middle of sides",
+        "corner", written="start",
     )
     clockwise: bool = key(Sense(), "how layer 1 winds inward, seen from the top", "counter-clockwise", written="sense")
     corner_radius: float = key(Quantity("length", "0 mm", "100 mm"), "of polygons; 0: mitred corners", 0)
@@ -85,6 +111,21 @@ class CoilSpec(Section):
     def most_turns(self) -> float:
         """Turns of the layer that has most."""
         return max(self.layer_turns)
+
+    @property
+    def inset(self) -> float:
+        """Distance (m) from the outer copper edge to the inner one, on the layer with most turns."""
+        return self.outline.inset(self.trace_width, self.pitch, self.most_turns)
+
+    @property
+    def inner_size(self) -> tuple[float, float]:
+        """Size (m) across the inner copper edges, as `size` is across the outer ones."""
+        return self.size[0] - 2.0 * self.inset, self.size[1] - 2.0 * self.inset
+
+    @property
+    def inner_diameter(self) -> float:
+        """The smaller inner size in metres."""
+        return min(self.inner_size)
 
     @property
     def turns_that_fit(self) -> float:

@@ -169,3 +169,18 @@ def test_the_boundary_of_a_racetrack_surrounds_it():
         middle = segment.at(0.5)
         assert math.hypot(max(0.0, abs(middle.x) - 2 * MM), middle.y) >= 2.7 * MM - 1e-12
         assert math.hypot(max(0.0, abs(segment.end.x) - 2 * MM), segment.end.y) <= 2.73 * MM
+
+
+@pytest.mark.parametrize(("shape", "size"), [("square", (5 * MM, 5 * MM)), ("rectangle", (8 * MM, 5 * MM))])
+@pytest.mark.parametrize("turns", [0.25, 1.0, 3.75, 6.0])
+@pytest.mark.parametrize("sense", [1, -1])
+def test_mid_side_spiral_runs_between_middles_of_sides_at_its_pitch(shape, size, turns, sense):
+    dimensions = SpiralDimensions(size, 0.1 * MM, 0.25 * MM, turns, is_mid_side=True)
+    path = SHAPES[shape].wind(dimensions, SHAPES[shape].start(0.3, sense, True), sense)
+    for end, level in ((path.start, 0), (path.end, math.floor(turns))):
+        flats = [(one - 0.1 * MM) / 2 - level * 0.25 * MM for one in size]
+        assert min(abs(end.x), abs(end.y)) == approx(0.0, abs=1e-12)
+        assert max(abs(end.x) - flats[0], abs(end.y) - flats[1]) == approx(0.0, abs=1e-12)
+    headings = [math.atan2(s.end.y - s.start.y, s.end.x - s.start.x) for s in path]
+    turned = math.fsum(math.remainder(b - a, 2 * math.pi) for a, b in pairwise(headings))
+    assert turned == approx(sense * 2 * math.pi * turns, abs=1e-9)

@@ -74,8 +74,8 @@ def built(spec: CoilSpec, heights: tuple[float, ...], copper: float) -> Design:
         spirals = tuple(coil(spec.size[1], spec.turns, spec.trace_width, spec.trace_spacing, heights,
                              [copper] * len(heights)))
         return Design(spec, spirals, (), tuple(volume_integral.spiral(layer) for layer in spirals))
-    dimensions = SpiralDimensions(spec.size, spec.trace_width, spec.pitch, spec.turns)
-    angle, drawn, conductors = spec.outline.start(spec.start_angle, 1), [], []
+    dimensions = SpiralDimensions(spec.size, spec.trace_width, spec.pitch, spec.turns, is_mid_side=spec.is_mid_side)
+    angle, drawn, conductors = spec.outline.start(spec.start_angle, 1, spec.is_mid_side), [], []
     for k, z in enumerate(heights):
         inward = k % 2 == 0
         if not inward:

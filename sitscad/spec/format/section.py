@@ -90,14 +90,16 @@ class Section:
     of the instance.
 
     ``attributes`` are the attributes of keys; ``alike`` the keys that are declared by a pattern: the attribute's name
-    and the declaration; ``form`` is what the JSON Schema calls the section. The first paragraph of the docstring is
-    for users. A section that is also a record is the spec's own value.
+    and the declaration; ``form`` is what the JSON Schema calls the section. ``stands_in`` is a key that replaces any
+    one of several keys, which are else all required. The first paragraph of the docstring is for users. A section that
+    is also a record is the spec's own value.
     """
 
     keys: ClassVar[dict[str, Key]] = {}
     attributes: ClassVar[dict[str, str]] = {}
     alike: ClassVar[dict[str, KeysLike]] = {}
     form: ClassVar[str] = ""
+    stands_in: ClassVar[tuple[str, tuple[str, ...]]] = ("", ())
     is_whole: ClassVar[bool] = False
 
     def __init_subclass__(cls) -> None:
@@ -249,5 +251,8 @@ def _object(section: type[Section]) -> dict[str, Any]:
     alike = {f"^{like.pattern.pattern}$": {"description": like.about, **like.kind.schema()}
              for like in section.alike.values()}
     required = [name for name, k in section.keys.items() if k.is_required]
+    other, replaced = section.stands_in
+    ways = [{"required": [other if name == left_out else name for name in replaced]} for left_out in ("", *replaced)]
     return {"type": "object", "description": section.about(), "additionalProperties": False, "required": required,
-            "properties": properties, **({"patternProperties": alike} if alike else {})}
+            "properties": properties, **({"patternProperties": alike} if alike else {}),
+            **({"oneOf": ways} if replaced else {})}

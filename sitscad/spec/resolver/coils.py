@@ -10,10 +10,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations
+from typing import Any
 
 from sitscad.finding import Edit
 from sitscad.geometry.shapes import SHAPES
-from sitscad.spec.coil import ArrayDocument, ArraySpec, CoilPlacement, CoilSpec
+from sitscad.spec.coil import INNER, TURNS, ArrayDocument, ArraySpec, CoilPlacement, CoilSpec, LayerTurns, Trace
 from sitscad.spec.format.reading import Remarks
 from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.units import show
@@ -27,20 +28,99 @@ GB at 400 turns near metal), its time with both.
 
 
 def resolve_coil(written: CoilSpec, remarks: Remarks) -> CoilSpec:
-    """The coil, with its turns held against its shape and size."""
-    outline = written.outline
+    """The coil, with what its inner diameter stands in for, and its turns held against its shape and size."""
+    outline, by_inner = written.outline, written.written_inner is not None and written.values()["turns"] is None
+    written = _within(written, remarks)
     turns = tuple(outline.nearest_turns(n) if outline.is_whole(n) else n for n in written.layer_turns)
     if len(turns) not in (1, len(written.layers)):
         message = f"{len(turns)} numbers of turns for {len(written.layers)} layers"
         facts = {"measured": float(len(turns)), "limit": float(len(written.layers))}
         remarks.flaw("SIT009", "coil.turns", message, "write one number for each layer, or one for all", **facts)
     coil = replace(written, turns=turns if len(set(turns)) > 1 else turns[0])
-    check_coil(coil, remarks, turns)
+    check_coil(coil, remarks, turns, INNER if by_inner else TURNS)
     return coil
 
 
-def check_coil(coil: CoilSpec, remarks: Remarks, written: tuple[float, ...] = ()) -> None:
-    """Whether a coil's size, turns and corners fit its shape and each other; `written` are its turns as they are."""
+SAME_INSET = 1e-6
+"""How far (m) the two sides of a long coil may differ between outer and inner edge: rounding of what is written."""
+
+
+def _within(coil: CoilSpec, remarks: Remarks) -> CoilSpec:
+    """The coil with the one key that is left out worked out of its inner diameter."""
+    inner, values = coil.written_inner, coil.values()
+    if inner is None:
+        return coil
+    width = values["trace_width"] or 0.0
+    # a single length is across the shorter side
+    insets = [(size - each) / 2.0 for size, each in zip(coil.size, inner, strict=True)]
+    inset = insets[0] if inner[0] != inner[1] else (min(coil.size) - inner[0]) / 2.0
+    found: dict[str, Any] = {name: usual for name, usual in STAND_INS.items() if values[name] is None}
+    if not coil.outline.is_long and inner[0] != inner[1]:
+        remarks.flaw("SIT009", INNER, f"a {coil.shape} has one inner size, not [x, y]", "write one number")
+    elif inner[0] != inner[1] and abs(insets[0] - insets[1]) > 2.0 * SAME_INSET:
+        along = " and ".join(f"{show(one, 'm', 4)} along {axis}" for one, axis in zip(insets, "xy", strict=True))
+        remarks.flaw("SIT009", INNER, f"the turns take {along}, which are equal", "write the shorter side alone")
+    elif inset <= 0.0 or inset < width * (1 - 1e-9):
+        message = f"{show(min(inner), 'm')} leave no room for a turn in {show(min(coil.size), 'm')}"
+        remarks.flaw("SIT009", INNER, message, "make coil.inner_diameter smaller, or coil.outer_diameter larger",
+                     measured=min(inner), limit=min(coil.size) - 2.0 * width, unit="m")
+    elif values["turns"] is None:
+        found["turns"] = (_turns_within(coil, inset, remarks),)
+    else:
+        for name in found:
+            found[name] = _wide_enough(coil, name, inset, remarks)
+    return replace(coil, written_inner=None, **found)
+
+
+STAND_INS = {"turns": (1.0,), "trace_width": 1e-6, "trace_spacing": 1e-6}
+"""Values with which a spec is read on whose inner diameter cannot be (m)."""
+
+
+def _turns_within(coil: CoilSpec, inset: float, remarks: Remarks) -> float:
+    """The turns that fill an inset (m): of a circle exactly, of other shapes the nearest whole sides, which is said."""
+    exact = coil.outline.turns_within(inset, coil.trace_width, coil.pitch)
+    turns = round(coil.outline.nearest_turns(exact), 9)
+    if not LayerTurns.low <= turns <= LayerTurns.high:
+        limit = LayerTurns.low if turns < LayerTurns.low else LayerTurns.high
+        message = f"it makes {turns:.3g} turns a layer: {LayerTurns.low:g} to {LayerTurns.high:g}"
+        remarks.flaw("SIT009", INNER, message, "write another inner diameter, width or spacing", measured=turns,
+                     limit=limit)
+        return limit
+    left = min(coil.size) - 2.0 * coil.outline.inset(coil.trace_width, coil.pitch, turns)
+    why = "of its inner diameter"
+    if coil.outline.ends and abs(exact - turns) > 1e-6 * turns:
+        why = f"the whole sides nearest to its inner diameter, which comes to {show(left, 'm', 6)}"
+    remarks.default(TURNS, f"{turns:.7g}", why)
+    return turns
+
+
+def _wide_enough(coil: CoilSpec, name: str, inset: float, remarks: Remarks) -> float:
+    """The trace width or spacing (m), whichever is left out, with which the turns fill an inset (m)."""
+    gaps = max(coil.layer_turns) - coil.outline.outermost_turns
+    if name == "trace_spacing" and gaps <= 0.0:
+        message = f"{max(coil.layer_turns):g} turns of a {coil.shape} leave no gap that an inner diameter could tell"
+        remarks.flaw("SIT009", INNER, message, f"write {name} in place of inner_diameter")
+        return coil.trace_width
+    if name == "trace_spacing":
+        other, found = "trace_width", (inset - coil.trace_width) / gaps - coil.trace_width
+    else:
+        other, found = "trace_spacing", (inset - gaps * coil.trace_spacing) / (1.0 + gaps)
+    low, high = Trace.range
+    if low <= found <= high:
+        remarks.default(f"coil.{name}", show(found, "m", 6), "of its turns and its inner diameter")
+        return round(found, 12)
+    message = f"turns, inner_diameter and {other} leave a {name} of {show(found, 'm', 3)}: {Trace.low} to {Trace.high}"
+    remarks.flaw("SIT009", INNER, message, f"fewer turns, or write {name} in place of inner_diameter",
+                 measured=found, limit=low if found < low else high, unit="m")
+    return min(max(found, low), high)
+
+
+def check_coil(
+    coil: CoilSpec, remarks: Remarks, written: tuple[float, ...] = (), turns_key: str = "coil.turns"
+) -> None:
+    """Whether a coil's size, turns and corners fit its shape and each other; `written` are its turns as they are,
+    `turns_key` is the key that says them.
+    """
     (x, y), outline, most = coil.size, coil.outline, coil.turns_that_fit
     if not outline.is_long and x != y:
         hint = f"write one number, or choose {' or '.join(name for name, row in SHAPES.items() if row.is_long)}"
@@ -54,7 +134,10 @@ def check_coil(coil: CoilSpec, remarks: Remarks, written: tuple[float, ...] = ()
         remarks.flaw("SIT016", "coil.outer_diameter", message, "make the coil larger or the trace finer")
     turns = written or (coil.layer_turns if coil.has_unequal_turns else coil.layer_turns[:1])
     for index, number in enumerate(turns):
-        _check_turns(coil, number, most, "coil.turns" if len(turns) == 1 else f"coil.turns.{index}", remarks)
+        _check_turns(coil, number, most, turns_key if len(turns) == 1 else f"coil.turns.{index}", remarks)
+    if coil.is_mid_side and outline.sides != 4:
+        message, corner = f"a {coil.shape} does not begin in the middle of a side", (Edit("coil.start", "corner"),)
+        remarks.flaw("SIT009", "coil.start", message, "shapes that do: square, rectangle", edits=corner)
     limit = coil.outer_diameter / 2
     if coil.corner_radius and not outline.sides:
         message, none = f"a {coil.shape} has no corners to round", (Edit("coil.corner_radius", "0"),)
@@ -70,7 +153,7 @@ def _check_turns(coil: CoilSpec, turns: float, most: float, key: str, remarks: R
     if parts and not coil.outline.is_whole(turns):
         nearest = coil.outline.nearest_turns(turns)
         nearest = most if nearest > most > 0 else nearest
-        end = "corner" if coil.outline.sides else "side"
+        end = "mid-side" if coil.is_mid_side else "corner" if coil.outline.sides else "side"
         message = f"{turns:g} turns of a {coil.shape} do not end at a {end}: a multiple of 1/{parts} is wanted"
         whole = (Edit(key, f"{nearest:.7g}"),) if nearest > 0 else ()
         facts = {"measured": turns, "limit": nearest}

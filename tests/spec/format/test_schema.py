@@ -29,7 +29,10 @@ def test_the_dialect_and_the_required_keys():
     schema = json_schema()
     assert schema["$schema"] == "https://json-schema.org/draft/2020-12/schema"
     assert schema["required"] == ["sitscad", "name", "coil"]
-    assert section("coil")["required"] == ["shape", "outer_diameter", "turns", "trace_width", "trace_spacing"]
+    assert section("coil")["required"] == ["shape", "outer_diameter"]
+    ways = [set(way["required"]) for way in section("coil")["oneOf"]]
+    four = {"turns", "inner_diameter", "trace_width", "trace_spacing"}
+    assert sorted(map(sorted, ways)) == sorted(sorted(four - {one}) for one in four)
     assert schema["additionalProperties"] is False
 
 
