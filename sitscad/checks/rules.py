@@ -15,6 +15,7 @@ from sitscad.fixes.search import Left
 from sitscad.readout.converter import Converter
 from sitscad.readout.figures import source_in_all
 from sitscad.record import record, replace
+from sitscad.spec.coil import written_key
 from sitscad.spec.format.reading import RULE_TEXTS
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.source import SpecSource
@@ -243,6 +244,7 @@ def located(finding: Finding, source: SpecSource) -> Finding:
     """The finding with line and column of its key in the spec's text; a key that is not there is named in the hint. One
     in a section that the spec leaves out points at the spec's end, where the section can be added.
     """
+    finding = replace(finding, key=written_key(finding.key, source.keys))
     section = (finding.key or "").partition(".")[0]
     is_left_out = source.text and section and section not in source.keys
     line, column = (len(source.text.rstrip().splitlines()), 1) if is_left_out else source.locate(finding.key)

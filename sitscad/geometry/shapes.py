@@ -169,8 +169,8 @@ class Outline(ABC):
         return 1.0
 
     def inset(self, trace_width: float, pitch: float, turns: float) -> float:
-        """Distance (m) from the outer copper edge to the inner one, through all turns of a layer. For a polygon it is the
-        mean of all sides of the innermost turn.
+        """Distance (m) from the outer copper edge to the inner one, through all turns of a layer. For a polygon
+        it is the mean of all sides of the innermost turn.
         """
         return trace_width + pitch * max(0.0, turns - self.outermost_turns)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Container
 from functools import cached_property
 from typing import Any, ClassVar
 
@@ -29,6 +30,12 @@ Trace = Quantity("length", "1 um", "20 mm")
 LayerTurns = Number(0.25, 200)
 TURNS, INNER = "coil.turns", "coil.inner_diameter"
 """The keys that say how far inwards a coil is wound, of which a spec may write either."""
+
+
+def written_key(key: str | None, written: Container[str]) -> str | None:
+    """Return the inner diameter's key if it stands in for `key` among the keys `written`, else `key`."""
+    stood_for = {f"coil.{name}" for name in CoilSpec.stands_in[1]}
+    return INNER if key in stood_for and key not in written and INNER in written else key
 
 
 @record

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from tolerance import approx
 
-from sitscad import SensorSpec
+from sitscad import SensorSpec, check, sweep
 from sitscad.fixes import moves
 from sitscad.layout.windings import wind_coil
 from sitscad.spec.coil import CoilSpec
@@ -118,3 +118,15 @@ def test_fix_of_turns_and_tracks_edits_the_keys_that_are_written(keys, move):
 def test_all_but_one_of_the_keys_are_named_in_the_class():
     other, replaced = CoilSpec.stands_in
     assert {other, *replaced} <= CoilSpec.keys.keys()
+
+
+def test_finding_of_the_turns_points_at_the_inner_diameter():
+    found = [one for one in check(spec(inner_diameter=0.5, **TRACK)).findings if one.rule == "SIT112"]
+    assert [one.key for one in found] == ["coil.inner_diameter"]
+    assert {edit.key for one in found for remedy in one.fixes for edit in remedy.edits} == {"coil.inner_diameter"}
+
+
+def test_sweep_of_the_inner_diameter_changes_the_turns():
+    table = sweep(spec(inner_diameter=2.0, **TRACK), {"coil.inner_diameter": [2.0, 3.0]}, measures=["inductance"])
+    more, fewer = table.values["inductance"]
+    assert more > fewer
