@@ -14,7 +14,7 @@ from typing import Protocol, cast
 from sitscad.calibration.unknowns import usual
 from sitscad.design import Design
 from sitscad.estimates.circuit.bands import LEAP, STATUS, bands
-from sitscad.estimates.circuit.settings import devices, identity
+from sitscad.estimates.circuit.settings import devices, identity, serial_settings
 from sitscad.readout.registers import DriverRegisters
 from sitscad.record import record
 
@@ -166,9 +166,6 @@ class Board:
         return next((name for is_so, name in said if is_so), GOOD)
 
 
-BAUD = 115_200
-"""What the sketch sets, where the port does not say."""
-
 PATIENCE = 8.0
 """Seconds until the first reading: a board that starts as its port is opened, its self-test and its tare."""
 
@@ -207,6 +204,7 @@ class LineBoard(Board):
         super().__init__(design, ())
         self.port, self.rest, self.waiting = port, b"", deque[dict[int, tuple[int, int]]]()
         self.identity = identity(design.spec.name, self.devices)
+        self.serial = serial_settings(len(self.bands), design.estimates.readout.scan_rate)
         self.sequence: int | None = None
         self.good = self.lost = self.corrupted = self.another = self.starts = 0
         self.told: deque[str] = deque(maxlen=8)
@@ -293,4 +291,5 @@ class LineBoard(Board):
         last = f"; the firmware said: {self.told[-1]}" if self.told else ""
         if self.another:
             raise OSError(f"the lines are of another sensor, or of other settings than {self.identity:08X}{last}")
-        raise OSError(f"no line of a reading came, {self.corrupted} were no such: port, baud, firmware{last}")
+        raise OSError(f"no line of a reading came, {self.corrupted} were no such: port, firmware, or "
+                      f"another baud than its {self.serial.baud}{last}")

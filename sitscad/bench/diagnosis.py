@@ -53,7 +53,7 @@ def diagnosis(board: Board, wrong: Sequence[str], readings: Sequence[Sequence[Co
 def _line(board: LineBoard) -> Verdict:
     """What came over a serial line; identity and settings are looked after by the firmware."""
     is_so = not (board.lost or board.corrupted or board.another or board.starts)
-    more = "" if is_so else ": baud, cable, or a slow reader"
+    more = "" if is_so else f": cable, a slow reader, or another baud than {board.serial.baud}"
     return Verdict("lines", MET if is_so else NOT_MET, board.said + more)
 
 
@@ -154,6 +154,8 @@ def _noise(board: Board, coil: int, rows: Sequence[CoilReading]) -> Verdict:
 
 def _rate(board: Board, readings: Sequence[Sequence[CoilReading]]) -> Verdict:
     wanted = board.design.estimates.readout.scan_rate
+    if isinstance(board, LineBoard):
+        wanted /= board.serial.scans_per_line
     counted = [(len(rows) - 1) / (rows[-1].time - rows[0].time) for rows in readings if len(rows) >= FEWEST]
     if not counted:
         return Verdict("rate", NOT_EVALUATED, f"fewer than {FEWEST} results of every coil")

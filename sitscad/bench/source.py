@@ -11,12 +11,12 @@ from urllib.parse import parse_qsl
 
 import numpy as np
 
-from sitscad.bench.board import BAUD, Board, BusConverter, LineBoard, Port
+from sitscad.bench.board import Board, BusConverter, LineBoard, Port
 from sitscad.bench.converter import SimulatedConverter
 from sitscad.calibration.calibration import sensors_of
 from sitscad.calibration.unknowns import units
 from sitscad.design import Design, respond
-from sitscad.estimates.circuit.settings import devices
+from sitscad.estimates.circuit.settings import BAUD_RATES, devices, serial_settings
 from sitscad.estimates.performance.values import AXES
 from sitscad.spec.load import load
 
@@ -162,16 +162,20 @@ def source_of(text: str, design: Design | None, tares: int = 0) -> tuple[Source,
         buses = [smbus2.SMBus(path) for path in paths]
         return Source([Wired(buses[one.bus], one.address) for one in wanted]), design
     if text.startswith(SERIAL):
-        return SerialLine(_port(text)), design
+        estimates = design.estimates
+        baud = serial_settings(len(estimates.coils), estimates.readout.scan_rate).baud
+        return SerialLine(_port(text, baud)), design
     raise ValueError(
         f"{text!r} is no source: sim:SPEC?load=normal:0:5&seconds=2&fault=open:C2, /dev/i2c-N (of two buses with a "
         "comma between), "
-        f"or serial:PORT?baud={BAUD}"
+        f"or serial:PORT?baud={BAUD_RATES[0]}"
     )
 
 
-def _port(text: str) -> Port:
-    """The serial port that a source names. Raises ValueError without pyserial, OSError where it does not open."""
+def _port(text: str, baud: int) -> Port:
+    """The serial port that a source names, at `baud` unless it says another. Raises ValueError without pyserial and
+    OSError if the port does not open.
+    """
     try:
         import serial
     except ImportError as error:
@@ -179,8 +183,8 @@ def _port(text: str) -> Port:
     path, _, query = text.removeprefix(SERIAL).partition("?")
     given = dict(parse_qsl(query, keep_blank_values=True))
     if set(given) - {"baud"} or not given.get("baud", "1").isdigit():
-        raise ValueError(f"serial:PORT takes ?baud={BAUD} and nothing else, not {query!r}")
-    port: Port = serial.Serial(path, int(given.get("baud", BAUD)), timeout=0.05)
+        raise ValueError(f"serial:PORT takes ?baud={baud} and nothing else, not {query!r}")
+    port: Port = serial.Serial(path, int(given.get("baud", baud)), timeout=0.05)
     return port
 
 

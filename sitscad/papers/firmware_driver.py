@@ -10,7 +10,7 @@ from sitscad.calibration.unknowns import usual
 from sitscad.data import FOLDER
 from sitscad.drawing.frame import FORCED
 from sitscad.estimates.circuit.bands import LEAP, Band, CoilBands, bands
-from sitscad.estimates.circuit.settings import Device, identity
+from sitscad.estimates.circuit.settings import Device, identity, serial_settings
 from sitscad.estimates.values import CoilEstimate, Estimates
 from sitscad.fabrication.board_end import socket_pad
 from sitscad.fabrication.notes import hanging
@@ -77,7 +77,8 @@ def _config(
     readout, scale = estimates.readout, 2.0**conversion.device.count_bits / conversion.full_scale
     places = spec.readout.device.places(len(found))
     scan = 1.0 / readout.scan_rate if readout.scan_rate else 0.0
-    waited = 4.0 * scan + 2 * len(found) * RECOVERY + 2e-3
+    serial = serial_settings(len(found), readout.scan_rate or 0.0)
+    waited = _self_test_time(len(found), readout.scan_rate)
     rows = [
         f"{{{number}u, 0x{register.address:02X}u, 0x{register.value:04X}u}}, /* {register.name} */"
         for number, device in enumerate(devices)
@@ -101,6 +102,9 @@ def _config(
         f"#define SENSOR_HZ_PER_COUNT {1.0 / scale:.9e}f",
         f"#define SENSOR_SCAN_US {round(scan * 1e6)}u /* a scan of all coils */",
         f"#define SENSOR_POLLS {math.ceil(waited / READ_TIME)}u /* at 400 kHz they take longer than four scans */",
+        f"#define SENSOR_BAUD {serial.baud} /* of the serial port that lines of text go to */",
+        f"#define SENSOR_LINE_EVERY {serial.scans_per_line} /* scans of all coils between lines of text */",
+        f"#define SENSOR_WAKE_MS {_wake(conversion.device)} /* from the fall of SD to the first answer */",
         f"#define SENSOR_UNLIKE {round(unlike(found) * scale)}u /* designs so far apart are told apart */",
         "#define SENSOR_BUS_OF {" + ", ".join(f"{device.bus}u" for device in devices) + "} /* of a converter */",
         "#define SENSOR_ADDRESSES {" + ", ".join(f"0x{device.address:02X}u" for device in devices) + "}",
@@ -165,7 +169,18 @@ def _python_config(
     for place, one in zip(spec.readout.device.places(len(found)), found, strict=True):
         _, low, high = _counts(one.working, conversion)
         lines.append(f'    ("{_plain(one.coil)}", {place.converter}, {place.number}, {low}, {high}),')
-    return "\n".join([*lines, ")", f"HZ_PER_COUNT = {conversion.full_scale / 2.0**conversion.device.count_bits!r}", ""])
+    lines += [")", f"HZ_PER_COUNT = {conversion.full_scale / 2.0**conversion.device.count_bits!r}"]
+    return "\n".join([*lines, f"WAKE_MS = {_wake(conversion.device)}  # from the fall of SD to the first answer", ""])
+
+
+def _self_test_time(coils: int, scan_rate: float) -> float:
+    """Longest time (s) of a self-test at 400 kHz: four scans, and a coil that has to be started again twice."""
+    return (4.0 / scan_rate if scan_rate else 0.0) + 2 * coils * RECOVERY + 2e-3
+
+
+def _wake(device: Converter) -> int:
+    """Whole milliseconds that a converter takes from the fall of SD to its first answer."""
+    return math.ceil(1e3 * device.limit("wake_time"))
 
 
 def _macro(name: str, rows: Sequence[str]) -> list[str]:
@@ -182,7 +197,7 @@ PINS = (
     ("VDD, GND", "supply 2.7 to 3.6 V (data sheet 6.3), 100 nF and 1 uF beside the pins; the die pad to GND, too"),
     ("SCL, SDA", "the I2C bus, at most 400 kHz, each with one pull-up resistor (2.2 to 4.7 kohm are usual)"),
     ("SD", "low: works; high: shut down, all settings lost. To an output of the controller, with 10 kohm to VDD, so "
-           "that the converter stays off until the controller has started; to GND where no output is free. Never open"),
+           "that the converter stays off until the program drives it low; to GND if no output is free. Never open"),
     ("INTB", "falls when a scan is ready; push-pull, no pull-up. To an input, or open where the bus is polled"),
 )
 """Pins of a converter, and what is wired to them (SNOSCY9A, 5 and 6.3; values of resistors are usual)."""
@@ -227,6 +242,7 @@ def render_readme(layout: Layout, estimates: Estimates, bench: Estimates, forced
         "", "WIRING", "", *_wiring(layout, estimates),
         "", "WHAT EACH COIL READS", "", *_readings(spec, found, bench),
         "", "THE FIRST TEN STEPS", "", *steps,
+        "", "IN A PROGRAM OF YOUR OWN", "", *_program(spec.readout.device, estimates),
         "", "FILES", "", *(f"  {name:<22}{said}" for name, said in FILES),
     ]
     return {README: ("\n".join(parts) + "\n").encode("ascii", "replace")}
@@ -324,11 +340,11 @@ def _too_fast(device: Converter, found: tuple[CoilBands, ...]) -> str:
 def _steps(spec: SensorSpec, estimates: Estimates, found: tuple[CoilBands, ...]) -> Iterator[str]:
     rate = f"{estimates.readout.scan_rate:.0f} readings a second"
     yield "Look at the board, then measure every coil with an ohmmeter and, if there is one, an LCR meter: table above."
-    yield "Wire it as above, without power. SD last: it decides whether the converter answers at all."
+    yield "Wire it as above, without power, and SD to GND for the first look: nothing answers while SD is high."
     second = "; so on the second bus" * spec.readout.device.places(len(found))[-1].bus
     yield (
         "Switch on with a limit of 50 mA, and look for the address: `i2cdetect -y 1` shows 2a (and 2b for a second)"
-        f"{second}."
+        f"{second}. Then switch off, wire SD to its output, and tell the program which one that is (below)."
     )
     yield (
         "Copy the package and work in the copy's folder firmware/ from here on: `sitscad verify` would call what is "
@@ -378,6 +394,29 @@ def _steps(spec: SensorSpec, estimates: Estimates, found: tuple[CoilBands, ...])
     else:
         yield "This spec has no target on an elastomer, so there is no map to newtons: sensor_forces says so."
         yield "Read frequencies; the header of the register table says what inductance they are."
+
+
+PROGRAM = (
+    ("SD", "Drive it low and wait {wake} ms before sensor_begin. The pin is SENSOR_SD_PIN in firmware.ino (4; -1 if SD "
+           "is wired to GND), sd=/dev/gpiochipN:LINE of the Linux example, sd=Pin(...) in MicroPython, sd-gpios in "
+           "zephyr/app.overlay."),
+    ("threads", "The driver has no lock. Call all functions of one `sensor` from one thread, and copy readings to "
+                "others. Other devices may share the bus if your bus functions lock it for each transfer."),
+    ("interrupts", "Call no function of the driver in an interrupt handler. INTB falls when a scan is ready: let its "
+                   "handler set a flag, and call sensor_poll when the flag is set or a scan's time has passed."),
+    ("hung bus", "A controller that is reset within a transfer may leave SDA low. Your bus functions need a time limit "
+                 "and return other than 0 when it ends. Then give nine pulses on SCL and a stop condition, set SD high "
+                 "for 1 ms (that this alone frees the bus is not verified), and start again."),
+    ("watchdog", "sensor_begin and sensor_self_test together return within about {longest} at 400 kHz, all others "
+                 "within one scan: give the controller's watchdog more."),
+)
+"""What a program has to do around the driver, by the subject."""
+
+
+def _program(device: Converter, estimates: Estimates) -> Iterator[str]:
+    longest = show(_self_test_time(len(estimates.coils), estimates.readout.scan_rate), "s", 2)
+    for name, text in PROGRAM:
+        yield from hanging(f"  {name:<12}", text.format(wake=_wake(device), longest=longest), WIDTH)
 
 
 FILES = (

@@ -74,6 +74,7 @@ ASKED: dict[str, RowForm] = {
     "rcount_min": RowForm("1", 1, 0xFFFF, whole=True),
     "settle_count_min": RowForm("1", 0, 0xFFFF, whole=True),
     "switch_delay": RowForm("s", 0.0, 1e-3),
+    "wake_time": RowForm("s", 0.0, 1.0),
     "pin_capacitance": RowForm("F", 0.0, 1e-9),
     "serial_clock_max": RowForm("Hz", 1e3, 1e8),
     "single_channel_rate_max": RowForm("Hz", 1.0, 1e7),

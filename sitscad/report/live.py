@@ -13,7 +13,7 @@ from sitscad.drawing.frame import FORCED
 from sitscad.drawing.web_page import page, part
 from sitscad.estimates import Estimates
 from sitscad.estimates.circuit.bands import STATUS, bands
-from sitscad.estimates.circuit.settings import devices, identity
+from sitscad.estimates.circuit.settings import devices, identity, serial_settings
 from sitscad.report.moving import Document, embedded
 from sitscad.spec.places import map_columns
 from sitscad.spec.sensor import SensorSpec
@@ -26,7 +26,7 @@ STYLE = (
 
 BAR = (
     '<button type="button" data-do="connect">connect</button><button type="button" data-do="tare">tare: nothing is on '
-    'it</button><label>baud <input data-in="baud" value="115200" size="7" inputmode="numeric"></label>'
+    'it</button><label>baud <input data-in="baud" value="{}" size="7" inputmode="numeric"></label>'
 )
 
 AXES = {"normal": "normal", "shear_x": "shear along x", "shear_y": "shear along y"}
@@ -46,7 +46,8 @@ def live_page(
         known.append({**one, "least": LEAST, "beyond": BEYOND, "columns": own, "prefix": prefix})
     document = _document(spec, estimates, known) | {"source": "events" if served else "serial"}
     names = [coil["name"] for coil in document["coils"]]
-    bar = "" if served else BAR
+    baud = serial_settings(len(estimates.coils), estimates.readout.scan_rate).baud
+    bar = "" if served else BAR.format(baud)
     if not served and known:
         bar += '<label>calibration.json <input type="file" accept=".json" data-in="calibration"></label>'
     warning = f"<p class='banner'>{escape(FORCED)}.</p>" if forced else ""

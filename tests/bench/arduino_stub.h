@@ -1,4 +1,5 @@
-// As much of Arduino as the sketch asks for, with simulated converters on each bus after its first failure.
+// As much of Arduino as the sketch asks for, with simulated converters on each bus after its first failure. They answer
+// once SD has been low for 2 ms; its pull-up holds it high until an output drives it low. SD_TO_GND: it is wired low.
 #pragma once
 #include <cstdint>
 #include <cstdio>
@@ -24,14 +25,40 @@ struct String : std::string {
 };
 
 struct Port {
-    void begin(long) {}
+    void begin(long baud) { std::printf("baud %ld\n", baud); }
     void print(const String &text) { std::fputs(text.c_str(), stdout); }
     void println(const String &text) { std::puts(text.c_str()); }
     void println(unsigned value, int) { std::printf("%X\n", value); }
 };
 static Port Serial;
 
-static void delay(unsigned) {}
+static const int OUTPUT = 1, LOW = 0, HIGH = 1;
+static struct {
+    int pin = -1, level = HIGH;
+    unsigned low_ms = 0;
+} shutdown;
+
+static inline void pinMode(int pin, int) { shutdown.pin = pin; }
+static inline void digitalWrite(int pin, int level)
+{
+    if (pin == shutdown.pin)
+        shutdown.level = level;
+    shutdown.low_ms = 0;
+}
+static void delay(unsigned ms) { shutdown.low_ms += ms; }
+static bool is_awake()
+{
+#ifdef SD_TO_GND
+    return true;
+#else
+    return shutdown.level == LOW && shutdown.low_ms >= 2;
+#endif
+}
+
+#ifndef TRANSFERS_UNTIL_A_FAULT
+#define TRANSFERS_UNTIL_A_FAULT 0
+#endif
+static long transfers = TRANSFERS_UNTIL_A_FAULT;
 
 struct Bus {
     int number;
@@ -63,7 +90,7 @@ struct Bus {
             is_there = true;
             return 2;
         }
-        if (chip == nullptr)
+        if (chip == nullptr || !is_awake() || --transfers == 0)
             return 2;
         if (count == 3)
             simulated_write(chip, bytes[0], static_cast<uint16_t>(bytes[1] << 8 | bytes[2]));

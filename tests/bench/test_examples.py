@@ -6,6 +6,7 @@ import math
 import re
 import subprocess
 import sys
+import time
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -49,13 +50,31 @@ def test_the_linux_example_speaks_i2c_dev(pad, tmp_path):
     assert subprocess.run([program, "/dev/no-bus"], capture_output=True, check=False).returncode == 1
 
 
-def run_of_the_sketch(folder: Path, tmp_path: Path) -> list[str]:
+@pytest.mark.clients("gcc")
+def test_the_linux_example_drives_sd_as_the_wiring_needs_it(pad, tmp_path):
+    """The resistor of the wiring holds SD high, which shuts the converter down: nothing answers without ``sd=``."""
+    program, calls = tmp_path / "sensor", ("open=bus_open", "ioctl=bus_ioctl", "nanosleep=bus_sleep")
+    sources = ["example_linux.c", *SOURCES, "simulated/simulated.c", HERE / "wired.c"]
+    defined = [f"-D{each}" for each in (*calls, "SD_PULLED_UP")]
+    _made(["gcc", *STRICT, *SANE, f"-I{pad.folder}", *defined, "-o", program, *sources, "-lm"], pad.folder)
+    asleep = subprocess.run([program, "/dev/i2c-1", "3"], capture_output=True, text=True, check=False)
+    assert asleep.returncode == 1 and "I2C" in asleep.stdout
+    for words in (["sd=/dev/gpiochip0:17", "/dev/i2c-1", "3"], ["/dev/i2c-1", "3", "sd=/dev/gpiochip0:17"]):
+        lines = _made([program, *words], tmp_path).splitlines()
+        assert [line.split(": ")[-1] for line in lines[1:5]] == ["good"] * 4
+        assert len(lines) == 6 + 3
+    for place in ("/dev/gpiochip0:18", "/dev/gpiochip1:17", "17", "x" * 99 + ":1"):
+        refused = subprocess.run([program, "/dev/i2c-1", f"sd={place}"], capture_output=True, text=True, check=False)
+        assert refused.returncode == 1 and refused.stderr and not refused.stdout, place
+
+
+def run_of_the_sketch(folder: Path, tmp_path: Path, *defined: str) -> list[str]:
     """What the Arduino sketch of a firmware's folder prints, compiled against the stub."""
     (tmp_path / "sketch.cpp").write_text('#include "arduino_stub.h"\n#include "firmware.ino"\n' + ARDUINO_MAIN)
     objects = [tmp_path / f"{name}.o" for name in ("sensor", "ldc161x", "simulated")]
     for one, source in zip(objects, [*SOURCES, "simulated/simulated.c"], strict=True):
         _made(["gcc", *STRICT, "-c", "-o", one, source], folder)
-    flags = ["-std=c++11", "-Wall", "-Wextra", "-Werror", f"-I{HERE}", f"-I{folder}"]
+    flags = ["-std=c++11", "-Wall", "-Wextra", "-Werror", f"-I{HERE}", f"-I{folder}", *(f"-D{one}" for one in defined)]
     _made(["g++", *flags, "-o", tmp_path / "sketch", tmp_path / "sketch.cpp", *objects], tmp_path)
     return _made([tmp_path / "sketch"], tmp_path).splitlines()
 
@@ -63,13 +82,37 @@ def run_of_the_sketch(folder: Path, tmp_path: Path) -> list[str]:
 @pytest.mark.clients("g++")
 def test_the_arduino_sketch_compiles_and_runs_against_a_stub(pad, tmp_path):
     """The stub's Wire is a bus without an answer, then one with a converter that is set up."""
-    lines = run_of_the_sketch(pad.folder, tmp_path)
+    baud, *lines = run_of_the_sketch(pad.folder, tmp_path)
+    assert f"#define SENSOR_BAUD {baud.removeprefix('baud ')} " in (pad.folder / "sensor_config.h").read_text()
     assert lines[0].startswith("# no answer on the I2C bus")
     assert lines[1:5] == [f"# C{k}: good" for k in range(1, 5)]
     assert lines[5].startswith("id,sequence,C1_counts,C1_status,")
     for number, line in enumerate(lines[5:9], -1):
         body, _, check = line.partition("*")
         assert _crc(body) == int(check, 16) and (number < 0 or body.split(",")[1] == str(number))
+
+
+@pytest.mark.clients("g++")
+def test_the_arduino_sketch_without_an_sd_output_needs_sd_wired_to_ground(pad, tmp_path):
+    lines = run_of_the_sketch(pad.folder, tmp_path, "SENSOR_SD_PIN=-1", "SD_TO_GND")
+    assert lines[2:6] == [f"# C{k}: good" for k in range(1, 5)]
+
+
+@pytest.mark.clients("g++")
+def test_the_arduino_sketch_prints_no_report_of_a_self_test_that_failed(pad, tmp_path):
+    """The bus ends within the self-test: the sketch starts anew, and says of the coils what the next test found."""
+    lines = run_of_the_sketch(pad.folder, tmp_path, "TRANSFERS_UNTIL_A_FAULT=62")
+    assert [line for line in lines[1:8] if line.startswith("# no answer")] == [lines[1], lines[2]]
+    assert lines[3:7] == [f"# C{k}: good" for k in range(1, 5)]
+
+
+@pytest.mark.clients("g++")
+def test_the_driver_compiles_as_cpp_without_a_warning(pad, tmp_path):
+    flags = ["-std=c++11", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-fsyntax-only"]
+    for source in (*SOURCES, "simulated/simulated.c"):
+        _made(["g++", "-x", "c++", *flags, source], pad.folder)
+    (tmp_path / "main.cpp").write_text('#include "sensor_line.h"\nsensor one;\nsensor_line line = {};\n')
+    _made(["g++", *flags, f"-I{pad.folder}", "main.cpp"], tmp_path)
 
 
 def _crc(text: str) -> int:
@@ -109,6 +152,12 @@ bool device_is_ready(const struct device *bus);
 int i2c_write(const struct device *bus, const uint8_t *bytes, uint32_t count, uint16_t address);
 int i2c_write_read(const struct device *bus, uint16_t address, const void *out, size_t many, void *in, size_t count);
 int32_t k_usleep(int32_t us);
+struct gpio_dt_spec {const struct device *port; int pin;};
+#define GPIO_OUTPUT_ACTIVE 1
+#define DT_PATH(node) node
+#define GPIO_DT_SPEC_GET_OR(node, name, without) {&bus_of_the_board, 4}
+int gpio_pin_configure_dt(const struct gpio_dt_spec *pin, int flags);
+int gpio_pin_set_dt(const struct gpio_dt_spec *pin, int level);
 """
 
 
@@ -116,11 +165,11 @@ def run_of_the_app(firmware: Path, tmp_path: Path) -> list[str]:
     """What the Zephyr sample of a firmware's folder prints, its sources as CMakeLists.txt lists them."""
     folder = firmware / "zephyr"
     listed = re.search(r"target_sources\(app PRIVATE (.*)\)", (folder / "CMakeLists.txt").read_text()).group(1).split()
-    for name in ("device", "drivers/i2c", "kernel", "sys/printk"):
+    for name in ("device", "drivers/gpio", "drivers/i2c", "kernel", "sys/printk"):
         path = tmp_path / f"zephyr/{name}.h"
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(ZEPHYR)
-    flags = [*STRICT, "-Wno-double-promotion", "-DZEPHYR_STUB", f"-I{tmp_path}", f"-I{firmware}"]
+    flags = [*STRICT, "-Wno-double-promotion", "-DZEPHYR_STUB", "-DSD_PULLED_UP", f"-I{tmp_path}", f"-I{firmware}"]
     _made(["gcc", *flags, "-o", tmp_path / "app", *listed, HERE / "wired.c", "../simulated/simulated.c", "-lm"], folder)
     return _made([tmp_path / "app"], tmp_path).splitlines()
 
@@ -130,14 +179,16 @@ def test_the_zephyr_sample_runs_against_a_stub_and_names_what_is_there(pad, tmp_
     """As CMakeLists.txt lists its sources; Zephyr itself is not at hand."""
     folder = pad.folder / "zephyr"
     assert "sensor-bus = &" in (folder / "app.overlay").read_text()
-    assert "CONFIG_I2C=y" in (folder / "prj.conf").read_text()
+    assert {"CONFIG_I2C=y", "CONFIG_GPIO=y"} <= set((folder / "prj.conf").read_text().split())
+    assert "sd-gpios = <&" in (folder / "app.overlay").read_text()
     assert run_of_the_app(pad.folder, tmp_path)[:4] == [f"C{k}: good" for k in range(1, 5)]
 
 
 @pytest.mark.clients("cppcheck")
 def test_cppcheck_has_nothing_to_say(pad):
     checks = ["--std=c99", "--enable=warning,style,performance,portability", "--error-exitcode=2", "-q"]
-    _made(["cppcheck", *checks, "--suppress=missingInclude", *SOURCES, "simulated/simulated.c"], pad.folder)
+    sources = [*SOURCES, "simulated/simulated.c", "example_linux.c", "zephyr/src/main.c"]
+    _made(["cppcheck", *checks, "--suppress=missingInclude", "-I.", *sources], pad.folder)
 
 
 @pytest.mark.clients("arm-none-eabi-gcc", "arm-none-eabi-size")
@@ -176,9 +227,15 @@ class FakeI2C:
         self.chip.write(register, self.written[-1][1])
 
 
+slept: list[int] = []
+"""Milliseconds that the MicroPython module slept."""
+
+
 @pytest.fixture
 def micropython(pad, monkeypatch):
     monkeypatch.syspath_prepend(str(pad.folder / "micropython"))
+    monkeypatch.setattr(time, "sleep_ms", slept.append, raising=False)
+    slept.clear()
     for name in ("sensor", "sensor_config"):
         monkeypatch.delitem(sys.modules, name, raising=False)
     import sensor
@@ -205,6 +262,32 @@ def test_the_micropython_module_sets_up_and_reads_alike(pad, micropython):
     for _ in range(8):
         one.poll()
     assert one.restarts == 1
+
+
+@pytest.mark.clients("gcc")
+def test_the_micropython_module_pulses_sd_and_waits_until_the_converter_answers(pad, micropython):
+    from sitscad.bench.converter import SimulatedConverter
+
+    levels: list[tuple[int, int]] = []
+    micropython.Sensor(FakeI2C(SimulatedConverter(pad.design)),
+                       sd=SimpleNamespace(value=lambda level: levels.append((level, sum(slept)))))
+    assert levels == [(1, 0), (0, 1)] and sum(slept) == 1 + 2
+
+
+@pytest.mark.clients("gcc")
+def test_the_micropython_module_calls_a_coil_stale_only_after_a_whole_scan_without_it(pad, micropython):
+    """Polled more often than a coil is converted: each poll that finds one coil says good of the others."""
+    from sitscad.bench.converter import SimulatedConverter
+
+    bus = FakeI2C(SimulatedConverter(pad.design))
+    one = micropython.Sensor(bus)
+    bus.chip.advance(30_000_000)
+    one.poll()
+    seen = []
+    for _ in range(200):
+        bus.chip.advance(100_000)
+        seen += [status for reading in [one.poll()] if reading for _, status in reading]
+    assert len(seen) > 40 and set(seen) == {micropython.GOOD}
 
 
 @pytest.mark.clients("gcc")

@@ -136,11 +136,11 @@ def test_a_converter_s_row_is_checked(xdc2214, data, was, written, said):
 
 def test_a_family_may_have_figures_of_its_own(xdc2214, data):
     with (data / "converters/xdc221x.csv").open("a") as table:
-        table.write("wake_time,4e-5,s,verified,XAC0001 9\nsleep,asleep until RUN,words,verified,XAC0001 9\n")
+        table.write("warm_up_time,4e-5,s,verified,XAC0001 9\nsleep,asleep until RUN,words,verified,XAC0001 9\n")
     forget()
     for device in map(presets.converter, ("xdc2214", "ldc1614")):
         assert device.cited_alone(source_in_all("noise_law")) == device.source_of("noise_law")
-    assert presets.converter("xdc2214").limit("wake_time") == 4e-5
+    assert presets.converter("xdc2214").limit("warm_up_time") == 4e-5
 
 
 def test_every_figure_of_a_family_is_asked():

@@ -4,7 +4,8 @@
  *
  *     cc -std=c99 -O2 -o sensor example_linux.c sensor.c ldc161x.c -lm && ./sensor /dev/i2c-1
  *
- * (SENSOR_BUSES 2: ./sensor /dev/i2c-1,/dev/i2c-3).
+ * (SENSOR_BUSES 2: ./sensor /dev/i2c-1,/dev/i2c-3). If SD of the converters is wired to an output, name its GPIO chip and
+ * line: ./sensor /dev/i2c-1 sd=/dev/gpiochip0:17. Without sd=, SD has to be wired to GND.
  *
  * Without a board, on simulated converters with the coils as they are drawn:
  *
@@ -31,10 +32,10 @@ static simulated chips[SENSOR_CONVERTERS];
 
 static simulated *chip_at(const void *context, uint8_t address)
 {
-    const uint8_t buses[] = SENSOR_BUS_OF, addresses[] = SENSOR_ADDRESSES;
+    const uint8_t bus_of[] = SENSOR_BUS_OF, addresses[] = SENSOR_ADDRESSES;
 
     for (int k = 0; k < SENSOR_CONVERTERS; ++k)
-        if (buses[k] == *(const int *)context && addresses[k] == address)
+        if (bus_of[k] == *(const int *)context && addresses[k] == address)
             return &chips[k];
     return NULL;
 }
@@ -77,6 +78,7 @@ static int opened(int number, const char *path)
 
 #else
 #include <fcntl.h>
+#include <linux/gpio.h>
 #include <linux/i2c-dev.h>
 #include <linux/i2c.h>
 #include <sys/ioctl.h>
@@ -106,6 +108,51 @@ static int opened(int number, const char *path)
     if (wires[number] < 0)
         perror(path);
     return wires[number] < 0;
+}
+
+static void wait_ms(long ms)
+{
+    const struct timespec pause = {0, ms * 1000000L};
+
+    nanosleep(&pause, NULL);
+}
+
+/*
+ * Shuts the converters down and wakes them by the line "CHIP:NUMBER" that is wired to SD, which stays low until this
+ * program ends. 0, or 1 if there is no such line.
+ */
+static int woken(const char *place)
+{
+    struct gpio_v2_line_request request = {0};
+    struct gpio_v2_line_values level = {1u, 1u};
+    const char *colon = strrchr(place, ':');
+    char path[64];
+    int chip;
+
+    if (colon == NULL || (size_t)(colon - place) >= sizeof path) {
+        fprintf(stderr, "sd=CHIP:LINE, for example sd=/dev/gpiochip0:17\n");
+        return 1;
+    }
+    memcpy(path, place, (size_t)(colon - place));
+    path[colon - place] = '\0';
+    request.offsets[0] = (uint32_t)atol(colon + 1);
+    request.num_lines = 1u;
+    request.config.flags = GPIO_V2_LINE_FLAG_OUTPUT;
+    strcpy(request.consumer, "sensor SD");
+    chip = open(path, O_RDWR);
+    if (chip < 0 || ioctl(chip, GPIO_V2_GET_LINE_IOCTL, &request) < 0
+        || ioctl(request.fd, GPIO_V2_LINE_SET_VALUES_IOCTL, &level) < 0) {
+        perror(place);
+        return 1;
+    }
+    wait_ms(1L);
+    level.bits = 0u;
+    if (ioctl(request.fd, GPIO_V2_LINE_SET_VALUES_IOCTL, &level) < 0) {
+        perror(place);
+        return 1;
+    }
+    wait_ms(SENSOR_WAKE_MS);
+    return 0;
 }
 #endif
 
@@ -174,8 +221,26 @@ static void shown(const sensor *self, const sensor_reading *reading)
     printf("%s\n", told == 0 ? "" : told == SENSOR_COILS + 1 ? "beyond the map" : sensor_text(told));
 }
 
+/* Takes "sd=..." out of the words and wakes the converters by it; what is left is moved up. 0, or 1 if it fails. */
+static int take_sd(int *count, char **words)
+{
+    int left = 1, error = 0;
+
+    for (int k = 1; k < *count; ++k) {
+        if (strncmp(words[k], "sd=", 3) != 0)
+            words[left++] = words[k];
+#ifndef SIMULATED
+        else
+            error |= woken(words[k] + 3);
+#endif
+    }
+    *count = left;
+    return error;
+}
+
 int main(int count, char **words)
 {
+    const int is_asleep = take_sd(&count, words);
     const struct timespec pause = {0, SENSOR_SCAN_US * 250L % 1000000000L};
     const long readings = count > 2 ? atol(words[2]) : -1L; /* endless */
     const int as_lines = count > 3;
@@ -184,7 +249,7 @@ int main(int count, char **words)
     sensor_reading reading;
     int found;
 
-    if (all_opened(count > 1 ? words[1] : usual) != 0)
+    if (is_asleep || all_opened(count > 1 ? words[1] : usual) != 0)
         return 1;
     found = sensor_begin(&one, &buses);
     if (found == 0)

@@ -1,7 +1,7 @@
 /*
  * Reads the sensor with an Arduino: this folder is the sketch. Copy calibration.h of your sensor beside it for forces.
- * Serial lines are those of sensor_line.h, for `sitscad read serial:PORT` and live.html. Three converters or more take
- * a second bus, Wire1.
+ * It sends the lines of sensor_line.h at SENSOR_BAUD (sensor_config.h), for `sitscad read serial:PORT` and live.html.
+ * Three converters or more need a second bus, Wire1.
  */
 #include <Wire.h>
 
@@ -44,6 +44,23 @@ static const ldc161x_bus buses[SENSOR_BUSES] = {
 static sensor one;
 static sensor_line line;
 
+/* The output that is wired to SD of every converter. -1: SD is wired to GND. */
+#ifndef SENSOR_SD_PIN
+#define SENSOR_SD_PIN 4
+#endif
+
+/* Shut the converters down and wake them. Their registers are those of a start afterwards. */
+static void wake()
+{
+#if SENSOR_SD_PIN >= 0
+    pinMode(SENSOR_SD_PIN, OUTPUT);
+    digitalWrite(SENSOR_SD_PIN, HIGH);
+    delay(1);
+    digitalWrite(SENSOR_SD_PIN, LOW);
+#endif
+    delay(SENSOR_WAKE_MS);
+}
+
 static void told(int found)
 {
     Serial.print("# ");
@@ -55,16 +72,21 @@ void setup()
     sensor_report report;
     int found;
 
-    Serial.begin(115200);
+    Serial.begin(SENSOR_BAUD);
     for (const ldc161x_bus &bus : buses) {
         wire_of(bus.context).begin();
         wire_of(bus.context).setClock(400000);
     }
-    while ((found = sensor_begin(&one, &buses)) != 0) {
+    for (;;) {
+        wake();
+        found = sensor_begin(&one, &buses);
+        if (found == 0)
+            found = sensor_self_test(&one, &report);
+        if (found >= 0)
+            break;
         told(found);
         delay(1000);
     }
-    sensor_self_test(&one, &report);
     for (int k = 0; k < SENSOR_COILS; ++k) {
         Serial.print("# ");
         Serial.print(sensor_coil_name(k));

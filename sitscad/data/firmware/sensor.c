@@ -87,10 +87,11 @@ static int set_up(sensor *self, uint8_t converter)
 
 int sensor_begin(sensor *self, const ldc161x_bus (*given)[SENSOR_BUSES])
 {
-    static const sensor new_one = {0};
+    unsigned char *const bytes = (unsigned char *)self;
     int error = 0;
 
-    *self = new_one;
+    for (size_t k = 0u; k < sizeof *self; ++k)
+        bytes[k] = 0u;
     self->bus = *given;
     for (int k = 0; k < SENSOR_COILS; ++k)
         self->status[k] = SENSOR_STALE;

@@ -125,8 +125,8 @@ static inline void sensor_line_reading(sensor_line *line, const sensor_reading *
 }
 
 /*
- * What is to be sent after a poll that found `fresh` results: NULL until every coil had one, then a line, where it is
- * its turn under a header. `line` begins as {0}.
+ * What is to be sent after a poll that found `fresh` results: NULL until SENSOR_LINE_EVERY scans are complete, then a
+ * line, with a header before it if one is due. `line` begins as {0}. SENSOR_BAUD carries these lines.
  */
 static inline const char *sensor_line_next(sensor_line *line, const sensor *self, const sensor_reading *reading,
                                            int fresh)
@@ -135,7 +135,7 @@ static inline const char *sensor_line_next(sensor_line *line, const sensor *self
     int told;
 
     line->fresh += fresh > 0 ? fresh : 0;
-    if (line->fresh < SENSOR_COILS)
+    if (line->fresh < SENSOR_COILS * SENSOR_LINE_EVERY)
         return NULL;
     line->fresh = 0;
     line->count = 0u;

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import zlib
 from collections.abc import Sequence
 from itertools import pairwise
@@ -55,6 +56,34 @@ def devices(asked: ReadoutSpec, estimates: Estimates) -> tuple[Device, ...]:
                                         output_gain=readout.output_gain)
         found.append(Device(places[first].bus, places[first].address, tuple(coil.name for coil in group), registers))
     return tuple(found)
+
+
+BAUD_RATES = (115200, 500000, 1000000, 2000000)
+"""Baud rates of the firmware's serial lines: standard on Linux, and exact divisions of a 16 MHz microcontroller's clock
+but the first."""
+
+FILLED = 0.9
+"""Largest part of a serial line's capacity that readings take."""
+
+
+@record
+class SerialSettings:
+    """Baud rate of the firmware's serial port, and the number of scans of all coils after which it sends a line."""
+
+    baud: int
+    scans_per_line: int
+
+
+def serial_settings(coils: int, scan_rate: float) -> SerialSettings:
+    """Return the lowest baud rate that carries a line of text for each scan (Hz). If none does, lines are thinned.
+
+    A line of ``data/firmware/sensor_line.h`` has at most 26 characters, 12 for each coil and 11 for each of three
+    forces. A header that is as long goes with every hundredth line. A character takes 10 bits.
+    """
+    bits = 10.0 * 1.01 * (26 + 12 * coils + 3 * 11)
+    needed = bits * scan_rate / FILLED
+    baud = next((rate for rate in BAUD_RATES if rate >= needed), BAUD_RATES[-1])
+    return SerialSettings(baud, max(math.ceil(needed / baud), 1))
 
 
 def identity(sensor: str, found: Sequence[Device]) -> int:

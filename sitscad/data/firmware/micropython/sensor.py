@@ -1,9 +1,9 @@
 """The sensor under MicroPython: set up, read and told. Tables are those of sensor_config.py, which stands beside it.
 
-    from machine import I2C
+    from machine import I2C, Pin
     from sensor import Sensor
-    sensor = Sensor(I2C(0, freq=400000))  # more than two converters: Sensor(I2C(0, ...), I2C(1, ...))
-    while True:
+    sensor = Sensor(I2C(0, freq=400000), sd=Pin(4, Pin.OUT))  # leave sd out if SD is wired to GND
+    while True:                          # more than two converters: Sensor(I2C(0, ...), I2C(1, ...), sd=...)
         reading = sensor.poll()          # None where nothing is new
         if reading:
             print(reading)               # (counts, status) of every coil
@@ -11,7 +11,9 @@
 Forces are C's: calibration.h compiles into a native module, or counts go to a computer.
 """
 
-from sensor_config import ADDRESSES, BUSES, COILS, SETTINGS
+import time
+
+from sensor_config import ADDRESSES, BUSES, COILS, SETTINGS, WAKE_MS
 
 STATUS, CONFIG, RESET_DEV, DRIVE_CURRENT, MANUFACTURER_ID, DEVICE_ID = 0x18, 0x1A, 0x1C, 0x1E, 0x7E, 0x7F
 IDENTITY = (0x5449, 0x3055)
@@ -27,13 +29,19 @@ class SensorError(Exception):
 class Sensor:
     """LDC1612 or LDC1614, two at most on each I2C bus, set up as the sensor's design wants them."""
 
-    def __init__(self, *buses):
+    def __init__(self, *buses, sd=None):
         if len(buses) != BUSES[-1] + 1:
             raise SensorError(f"the converters are on {BUSES[-1] + 1} buses, not {len(buses)}")
+        if sd is not None:  # shut the converters down and wake them
+            sd.value(1)
+            time.sleep_ms(1)
+            sd.value(0)
+        time.sleep_ms(WAKE_MS)
         self.buses = buses
         self.idle = [0] * len(ADDRESSES)
         self.restarts = 0
         self.readings = [(0, STALE)] * len(COILS)
+        self.behind = [255] * len(COILS)  # results of other coils since the last of its own
         for converter in range(len(ADDRESSES)):
             self._set_up(converter)
 
@@ -73,8 +81,9 @@ class Sensor:
         return AMPLITUDE if flags & 1 else GOOD
 
     def poll(self):
-        """Counts and status of every coil, those that are not new STALE; None where nothing is. A converter that lost
-        its settings is set up again, and counted in `restarts`.
+        """Return counts and status of every coil, or None if no coil is new. A coil keeps its last result until every
+        other coil was read twice since; then it is STALE. `restarts` counts the converters that lost their settings and
+        were set up again.
         """
         fresh = {}
         for converter in range(len(ADDRESSES)):
@@ -85,6 +94,7 @@ class Sensor:
                 upper = self._read(converter, 2 * channel)
                 counts = (upper & 0xFFF) << 16 | self._read(converter, 2 * channel + 1)
                 fresh[k] = (counts, self._status(k, counts, upper >> 12))
+                self.behind = [0 if other == k else count + 1 for other, count in enumerate(self.behind)]
             self.idle[converter] = 0 if new else self.idle[converter] + 1
             if self.idle[converter] >= NOTHING_NEW:
                 self.idle[converter] = 0
@@ -92,5 +102,9 @@ class Sensor:
                 if self._read(converter, CONFIG) != wanted[0]:
                     self._set_up(converter)
                     self.restarts += 1
-        self.readings = [fresh.get(k, (self.readings[k][0], STALE)) for k in range(len(COILS))]
+        old = 2 * (len(COILS) - 1)
+        self.readings = [
+            fresh.get(k, (counts, STALE if self.behind[k] > old else status))
+            for k, (counts, status) in enumerate(self.readings)
+        ]
         return self.readings if fresh else None

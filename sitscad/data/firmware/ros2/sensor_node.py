@@ -29,9 +29,10 @@ class SensorNode(Node):
     def __init__(self):
         super().__init__("sensor")
         path = self.declare_parameter("port", "/dev/ttyACM0").value
-        baud = self.declare_parameter("baud", 115200).value
+        config = CONFIG.read_text()
+        baud = self.declare_parameter("baud", int(re.search(r"SENSOR_BAUD (\d+)", config).group(1))).value
         self.frame = self.declare_parameter("frame_id", "sensor").value
-        self.identity = re.search(r"SENSOR_ID 0x(\w{8})", CONFIG.read_text()).group(1)
+        self.identity = re.search(r"SENSOR_ID 0x(\w{8})", config).group(1)
         self.columns, self.sequence, self.rest = None, None, None
         self.lost = self.corrupted = self.another = self.told = 0
         self.publisher = self.create_publisher(WrenchStamped, "wrench", 10)

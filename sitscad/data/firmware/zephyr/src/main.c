@@ -1,5 +1,6 @@
 /* Reads the sensor under Zephyr: a line a reading on the console. */
 #include <zephyr/device.h>
+#include <zephyr/drivers/gpio.h>
 #include <zephyr/drivers/i2c.h>
 #include <zephyr/kernel.h>
 #include <zephyr/sys/printk.h>
@@ -12,6 +13,20 @@ static const struct device *const wires[SENSOR_BUSES] = {
     DEVICE_DT_GET(DT_ALIAS(second_sensor_bus)),
 #endif
 };
+
+/* The output that is wired to SD of every converter, as app.overlay names it. None if SD is wired to GND. */
+static const struct gpio_dt_spec sd = GPIO_DT_SPEC_GET_OR(DT_PATH(zephyr_user), sd_gpios, {0});
+
+/* Shut the converters down and wake them. */
+static void wake(void)
+{
+    if (sd.port != NULL) {
+        (void)gpio_pin_configure_dt(&sd, GPIO_OUTPUT_ACTIVE);
+        k_usleep(1000);
+        (void)gpio_pin_set_dt(&sd, 0);
+    }
+    k_usleep(1000 * SENSOR_WAKE_MS);
+}
 
 static int bus_write(void *context, uint8_t address, const uint8_t *bytes, size_t count)
 {
@@ -42,6 +57,7 @@ int main(void)
     for (int k = 0; k < SENSOR_BUSES; ++k)
         if (!device_is_ready(wires[k]))
             found = SENSOR_E_BUS;
+    wake();
     if (found == 0)
         found = sensor_begin(&one, &buses);
     if (found == 0)
