@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -23,6 +23,18 @@ from gerbonara.utils import MM
 from shapely import LineString, Point, Polygon
 from shapely.geometry.base import BaseGeometry
 
+from sitscad.extraction.limits import (
+    MAX_LAYERS,
+    ExtractionError,
+    content_of,
+    reading,
+    require_drill,
+    require_few_overlaps,
+    require_gerber,
+    require_near,
+    require_objects,
+    require_points,
+)
 from sitscad.record import record
 
 SAGITTA = 5e-8
@@ -33,12 +45,11 @@ QUARTER_SEGMENTS = 16
 
 _FILE_FUNCTION = re.compile(r"(?:%|^;\s*#@!\s*)TF\.FileFunction,([^*%\r\n]*)", re.MULTILINE)
 
+_HEAD = 4096
+"""Bytes by which a text is told from an archive or a picture."""
+
 _COVER = re.compile(r"Other,Tail_Coverlay_L(\d+)")
 _EXTENT = re.compile(r"Other,Extent_of_L(\d+)(?:_to_L(\d+))?")
-
-
-class ExtractionError(ValueError):
-    """Files that cannot be read, or that do not make up one board."""
 
 
 @record
@@ -90,7 +101,9 @@ def read_artwork(directory: Path) -> Artwork:
         if function == "Copper":
             if not re.fullmatch(r"L[1-9][0-9]*", rest[0]):
                 raise ExtractionError(f"{path.name}: a copper layer called {rest[0]!r}, where L1, L2, ... is expected")
-            number = int(rest[0][1:])
+            number = int(rest[0][1:]) if len(rest[0]) <= len(f"L{MAX_LAYERS}") else MAX_LAYERS + 1
+            if number > MAX_LAYERS:
+                raise ExtractionError(f"{path.name} is copper layer {rest[0][:20]}, and {MAX_LAYERS} are the limit")
             if number in layers:
                 raise ExtractionError(f"{path.name} and {layers[number].name} both claim to be copper layer {number}")
             layers[number] = path
@@ -101,25 +114,35 @@ def read_artwork(directory: Path) -> Artwork:
     sources = tuple(layers[number] for number in sorted(layers))
     copper, flashes = [], []
     for layer, source in enumerate(sources, start=1):
-        objects = _gerber(source).objects
-        copper.append(area_of(objects))
-        for thing in objects:
-            if isinstance(thing, FlashedObject):
-                x, y = (1e-3 * thing.unit.convert_to(MM, value) for value in (thing.x, thing.y))
-                flashes.append(Flash(layer, x, y, _shape(thing)))
+        with reading(source.name):
+            objects = _gerber(source).objects
+            copper.append(area_of(objects))
+            for thing in objects:
+                if isinstance(thing, FlashedObject):
+                    x, y = (1e-3 * thing.unit.convert_to(MM, value) for value in (thing.x, thing.y))
+                    flashes.append(Flash(layer, x, y, _shape(thing)))
     holes: list[PlottedHole] = []
     openings: dict[str, BaseGeometry] = {}
     extents, covers = [], []
     for path, fields in functions.items():
-        if fields[0] in ("Plated", "NonPlated"):
-            holes += _holes(path, fields, len(sources))
-        elif fields[0] == "Soldermask":
-            openings[fields[1]] = area_of(_gerber(path).objects)
-        elif found := _EXTENT.fullmatch(",".join(fields)):
-            extents.append((int(found[1]), int(found[2] or found[1]), area_of(_gerber(path).objects)))
-        elif found := _COVER.fullmatch(",".join(fields)):
-            covers.append((int(found[1]), area_of(_gerber(path).objects)))
+        with reading(path.name):
+            if fields[0] in ("Plated", "NonPlated"):
+                holes += _holes(path, fields, len(sources))
+            elif fields[0] == "Soldermask":
+                openings[fields[1]] = area_of(_gerber(path).objects)
+            elif found := _EXTENT.fullmatch(",".join(fields)):
+                span = _layer(found[1], sources), _layer(found[2] or found[1], sources)
+                extents.append((*span, area_of(_gerber(path).objects)))
+            elif found := _COVER.fullmatch(",".join(fields)):
+                covers.append((_layer(found[1], sources), area_of(_gerber(path).objects)))
     return Artwork(tuple(copper), tuple(flashes), tuple(holes), openings, sources, tuple(extents), tuple(covers))
+
+
+def _layer(number: str, sources: Sequence[Path]) -> int:
+    """The number of a layer that the board has. Raises ExtractionError for any other."""
+    if len(number) > len(str(MAX_LAYERS)) or not 1 <= int(number) <= len(sources):
+        raise ExtractionError(f"layer {number[:20]} of a board with {len(sources)}")
+    return int(number)
 
 
 def file_functions(directory: Path) -> Iterator[tuple[Path, list[str]]]:
@@ -127,14 +150,19 @@ def file_functions(directory: Path) -> Iterator[tuple[Path, list[str]]]:
     if not directory.is_dir():
         raise ExtractionError(f"{directory} is not a directory")
     for path in directory.iterdir():
-        content = path.read_bytes() if path.is_file() else b""
-        if b"\0" in content:  # no text: an archive, in which the words below may stand all the same
+        if not path.is_file():
             continue
+        with path.open("rb") as stream:
+            head = stream.read(_HEAD)
+        if b"\0" in head:  # no text: an archive, in which the words below may stand all the same
+            continue
+        content = content_of(path)
         if found := _FILE_FUNCTION.search(content.decode("utf-8", errors="replace")):
             yield path, found[1].split(",")
 
 
 def _gerber(path: Path) -> Any:
+    require_gerber(path)
     return _read(path, GerberFile.open)
 
 
@@ -158,7 +186,10 @@ def _holes(path: Path, fields: list[str], layer_count: int) -> Iterator[PlottedH
         raise ExtractionError(f"{path.name}: no layer span in its file function {','.join(fields)!r}") from error
     if not 1 <= first <= last <= layer_count:
         raise ExtractionError(f"{path.name} drills layers {first} to {last} of a board with {layer_count}")
-    for thing in _read(path, ExcellonFile.open).objects:
+    require_drill(path)
+    objects = _read(path, ExcellonFile.open).objects
+    require_objects(len(objects))
+    for thing in objects:
         shape = _shape(thing)
         centre = shape.centroid
         diameter = 1e-3 * thing.tool.unit.convert_to(MM, thing.tool.diameter)
@@ -168,8 +199,16 @@ def _holes(path: Path, fields: list[str], layer_count: int) -> Iterator[PlottedH
 def area_of(objects: list[Any]) -> BaseGeometry:
     """What is left dark when the objects are drawn one over the other, clear ones taking away what lies below them."""
     area: BaseGeometry = Polygon()
+    require_objects(len(objects))
+    points = 0
     for dark, group in groupby(objects, key=lambda thing: bool(thing.polarity_dark)):
-        shapes = shapely.union_all([_shape(thing) for thing in group])
+        parts = []
+        for thing in group:
+            parts.append(_shape(thing))
+            points += shapely.get_num_coordinates(parts[-1])
+            require_points(points)
+        require_few_overlaps(parts)
+        shapes = shapely.union_all(parts)
         area = area.union(shapes) if dark else area.difference(shapes)
     return area
 
@@ -215,6 +254,7 @@ def _primitive(p: Any) -> BaseGeometry:
 
 
 def _stroke(points: np.ndarray, width_mm: float) -> BaseGeometry:
+    require_near(points[[0, -1]].ravel())
     radius = 0.5e-3 * width_mm
     if np.ptp(points, axis=0).max() == 0.0:
         return Point(points[0]).buffer(radius, quad_segs=QUARTER_SEGMENTS)
@@ -223,6 +263,7 @@ def _stroke(points: np.ndarray, width_mm: float) -> BaseGeometry:
 
 def _arc_points(start: np.ndarray, end: np.ndarray, centre: np.ndarray, *, clockwise: bool) -> np.ndarray:
     """Points [n, 2] on an arc with chords within `SAGITTA`; start = end is a full circle, as in the Gerber format."""
+    require_near((*start, *end, *centre))
     from_centre, to_centre = start - centre, end - centre
     radii = np.hypot(*from_centre), np.hypot(*to_centre)
     angle = math.atan2(from_centre[1], from_centre[0])

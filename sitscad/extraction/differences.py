@@ -15,8 +15,9 @@ from typing import Any
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from sitscad.extraction.artwork import ExtractionError, file_functions
+from sitscad.extraction.artwork import file_functions
 from sitscad.extraction.intent import MarkSource
+from sitscad.extraction.limits import ExtractionError, content_of
 from sitscad.extraction.nets import ExtractedBoard, ExtractedNet
 from sitscad.record import record
 
@@ -246,7 +247,7 @@ def compare_job(directory: Path) -> Iterator[str]:
     functions = {path.name: ",".join(fields) for path, fields in sorted(file_functions(directory))}
     for path in sorted(directory.glob("*.gbrjob")):
         try:
-            document: Any = json.loads(path.read_bytes())
+            document: Any = json.loads(content_of(path))
             listed = {str(row["Path"]): str(row["FileFunction"]) for row in document["FilesAttributes"]}
             copper = [str(row["Name"]) for row in document["MaterialStackup"] if row["Type"] == "Copper"]
         except (ValueError, KeyError, TypeError, RecursionError) as error:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
 
+from sitscad.extraction.limits import content_of, require_objects
 from sitscad.record import record
 
 
@@ -132,7 +133,7 @@ _IPC_RECORD = re.compile(
 _IPC_ALIAS = re.compile(r"P {2}(NNAME\d+) +(\S+)")
 
 
-BINARY = ("PK\x03\x04", "%PDF")
+BINARY = (b"PK\x03\x04", b"%PDF")
 """How files begin that are no text: archives and PDFs."""
 
 
@@ -179,12 +180,16 @@ def read_marks(directory: Path, copper_files: tuple[Path, ...]) -> tuple[Mark, .
     marks = [
         mark
         for layer, path in enumerate(copper_files, start=1)
-        for mark in marks_of_gerber(path.read_text(encoding="utf-8"), layer)
+        for mark in marks_of_gerber(content_of(path).decode("utf-8"), layer)
     ]
     for path in sorted(directory.iterdir()):
         if path.is_file() and path not in copper_files:
-            text = path.read_text(encoding="utf-8", errors="replace")
-            # an archive for the order holds the netlist too, and a PDF, as bytes
-            if not text.startswith(BINARY) and is_ipc_d_356(text):
+            with path.open("rb") as stream:
+                is_binary = stream.read(4).startswith(BINARY)
+            if is_binary:  # an archive for the order holds the netlist too, and a PDF, as bytes
+                continue
+            text = content_of(path).decode("utf-8", errors="replace")
+            if is_ipc_d_356(text):
                 marks += marks_of_ipc_d_356(text)
+    require_objects(len(marks))
     return tuple(marks)

@@ -16,7 +16,8 @@ import shapely
 from numpy.typing import NDArray
 
 from sitscad.arrays import Flags
-from sitscad.extraction.artwork import ExtractionError, file_functions
+from sitscad.extraction.artwork import file_functions
+from sitscad.extraction.limits import ExtractionError, content_of
 from sitscad.extraction.plotted import COLUMNS, REGION, Plotted, compare_coupon, drilled, plotted, shown
 from sitscad.record import record
 
@@ -51,7 +52,7 @@ def read_panel_list(panel: Path) -> PanelList:
     if len(lists) != 1:
         raise ExtractionError(f"the panel has {len(lists)} lists of places, where one is expected")
     try:
-        document = json.loads(lists[0].read_text(encoding="utf-8"))
+        document = json.loads(content_of(lists[0]))
         if document["unit"] != "mm":
             raise ValueError("its unit is not mm")
         found = PanelList(

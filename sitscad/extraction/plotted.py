@@ -17,9 +17,10 @@ from shapely import Point, box
 from shapely.geometry.base import BaseGeometry
 
 from sitscad.arrays import Flags
-from sitscad.extraction.artwork import QUARTER_SEGMENTS, Artwork, ExtractionError, Flash, PlottedHole, area_of
+from sitscad.extraction.artwork import QUARTER_SEGMENTS, Artwork, Flash, PlottedHole, area_of
 from sitscad.extraction.differences import Difference, DifferenceKind, compare
 from sitscad.extraction.intent import Mark, MarkSource
+from sitscad.extraction.limits import ExtractionError, require_drill, require_gerber
 from sitscad.extraction.nets import nets_of
 from sitscad.record import record
 
@@ -77,7 +78,7 @@ def plotted(path: Path, apertures: dict[str, int]) -> Plotted:
     """The objects of a Gerber file in millimetres with six decimals; ``apertures`` numbers their shapes and grows.
     Raises ExtractionError for a file with any other command.
     """
-    text = path.read_text(encoding="ascii", errors="replace")
+    text = require_gerber(path)
     if "%FSLAX46Y46*%" not in text or "%MOMM*%" not in text:
         raise ExtractionError(f"{path.name}: not in millimetres with six decimals")
     text = _WORDS.sub("", text)
@@ -102,7 +103,10 @@ def plotted(path: Path, apertures: dict[str, int]) -> Plotted:
             elif command == "G74":
                 raise ExtractionError(f"{path.name}: arcs of single quadrants are not understood")
             elif command != "G75":
-                aperture = shapes[int(command.rpartition("D")[2])]
+                number = int(command.rpartition("D")[2])
+                if number not in shapes:
+                    raise ExtractionError(f"{path.name}: aperture D{number} is used and not defined")
+                aperture = shapes[number]
             continue
         x0, y0, x, y = x, y, int(found_x), int(found_y)
         tool = REGION if region else aperture
@@ -137,6 +141,7 @@ def gerber_text(shown: Plotted, apertures: Sequence[str]) -> str:
 
 def drilled(path: Path) -> Plotted:
     """The holes of an Excellon file as flashes, their diameters (nm) in the place of the aperture."""
+    require_drill(path)
     try:
         holes = ExcellonFile.open(path).objects
         rows = []

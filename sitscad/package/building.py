@@ -45,6 +45,7 @@ from sitscad.package.replacing import has_leftovers, opened_for_building, put_in
 from sitscad.policy import Baseline, Policy, known_of
 from sitscad.record import record
 from sitscad.report.findings.document import CheckedSpec, read_findings
+from sitscad.report.findings.text import printable
 from sitscad.spec.sensor import SensorSpec, without_text
 from sitscad.units import counted
 from sitscad.writer import STAGES, marks
@@ -284,7 +285,7 @@ def _differing(directory: Path, old: Manifest, files: Mapping[str, bytes]) -> li
     words += [f"{name} is not sitscad's" for name in foreign if name not in old.files and name not in files]
     if not (directory / MANIFEST).is_file():
         words.append(f"{MANIFEST} is missing")
-    return words
+    return list(map(printable, words))
 
 
 def require_distinct_names(specs: Sequence[SensorSpec]) -> None:

@@ -15,6 +15,7 @@ import shutil
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
+from sitscad.report.findings.text import printable
 from sitscad.spec import templates
 from sitscad.spec.format.reading import SpecError
 from sitscad.spec.load import load
@@ -27,7 +28,12 @@ FILE_NAME = re.compile(rf"{_PART}(/{_PART})*")
 
 
 class PackageError(Exception):
-    """A package that cannot be written or read; the text says why, and what to do about it."""
+    """A package that cannot be written or read; the text says why, and what to do about it. Names of files in it are
+    escaped, so that none can steer a terminal.
+    """
+
+    def __init__(self, message: str) -> None:
+        super().__init__(printable(message))
 
 
 def require_package_name(name: str) -> str:

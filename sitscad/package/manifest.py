@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import dataclasses
 import enum
+import errno
 import hashlib
 import json
 import os
@@ -85,7 +86,7 @@ def read_manifest(folder: Path) -> Manifest:
         when there is none, when it is not one of ours, or when it names a file outside the package.
     """
     try:
-        return _read(json.loads((folder / MANIFEST).read_bytes()))
+        return _read(json.loads(_content(folder / MANIFEST), object_pairs_hook=_distinct))
     except OSError as error:
         inside = ", ".join(str(found.parent) for found in sorted(folder.glob(f"*/{MANIFEST}"))[:8])
         hint = f"; it holds {inside}: name one of these" if inside else ""
@@ -98,11 +99,35 @@ def read_manifest(folder: Path) -> Manifest:
         raise PackageError(f"{folder / MANIFEST} is not a manifest of sitscad: {error}") from error
 
 
+MAX_MANIFEST = 16_000_000
+"""Bytes of a manifest."""
+
+
+def _content(path: Path) -> bytes:
+    """The bytes of a manifest. Raises OSError if it is no file (a pipe would wait), ValueError if it is too large."""
+    if not path.is_file():
+        raise OSError(errno.ENOENT, os.strerror(errno.ENOENT) if not os.path.lexists(path) else "it is no file")
+    if path.stat().st_size > MAX_MANIFEST:
+        raise ValueError(f"it has more than {MAX_MANIFEST // 1_000_000} MB")
+    return path.read_bytes()
+
+
+def _distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """A mapping of JSON; ValueError if two of its keys are equal: readers differ in which of the two counts."""
+    document = dict(pairs)
+    if len(document) != len(pairs):
+        raise ValueError("a key is there twice")
+    return document
+
+
 def _read(document: Any) -> Manifest:
     """The manifest that a document of JSON is; ValueError that says what of it is none."""
     if not isinstance(document, dict):
         raise ValueError("it is no mapping")
     built = _part(document, "built", dict, {})
+    files = _part(document, "files", dict)
+    if len({name.lower() for name in files}) != len(files):
+        raise ValueError("two files differ by small and capital letters only")
     return Manifest(
         _part(document, "sitscad", str),
         _texts("spec", _part(document, "spec", dict), {"name", "file", "sha256"}),
@@ -110,7 +135,7 @@ def _read(document: Any) -> Manifest:
         {net: _names(f"nets of {net}", pins) for net, pins in _part(document, "nets", dict, {}).items()},
         {
             require_inside(name): Entry(**_texts(name, entry, {"sha256", "stage", "made_from"}))
-            for name, entry in _part(document, "files", dict).items()
+            for name, entry in files.items()
         },
         _part(document, "configuration", dict, {}),
         _part(built, "from", str, ""),

@@ -7,6 +7,7 @@ and the plugins.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -30,9 +31,11 @@ from sitscad.package.manifest import (
 )
 from sitscad.policy import Policy, kept_baseline, kept_policy
 from sitscad.record import record
+from sitscad.report.findings.text import printable
 from sitscad.spec.format.reading import SpecError, decoded, read_file
 from sitscad.spec.load import load
 from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.yaml.reader import read_yaml
 from sitscad.spec.yaml.source import TextError
 from sitscad.units import counted
 from sitscad.version import __version__
@@ -80,7 +83,7 @@ class Verification:
     @property
     def looked_at(self) -> tuple[str, ...]:
         """What the package was held against, and where it failed: some words on each."""
-        return tuple(self._words())
+        return tuple(map(printable, self._words()))
 
     def _words(self) -> Iterator[str]:
         """What was looked at and what came of it."""
@@ -113,6 +116,13 @@ class Verification:
             yield "byte by byte what its spec makes"
 
 
+MAX_FILES = 10_000
+"""Files in a package's folder."""
+
+MAX_FILE = 500_000_000
+"""Bytes of one file in a package. Meshes are the largest."""
+
+
 def verify(directory: str | Path, rebuild: bool = False) -> Verification:
     """Compare a package with its manifest, the nets in its finished Gerber and drill files with the intended ones, its
     layers and holes with job file and netlist, the archive that is sent with the files beside it, and every board of
@@ -131,6 +141,7 @@ def verify(directory: str | Path, rebuild: bool = False) -> Verification:
     folder = Path(directory)
     with explained(f"cannot read {folder}"):
         manifest = read_manifest(folder)
+        _require_small(folder)
         missing = [name for name in manifest.files if not (folder / name).exists()]
         there = {name: entry for name, entry in manifest.files.items() if name not in missing}
         changed = [name for name, entry in there.items() if intact(folder, {name: entry}) is None]
@@ -154,9 +165,20 @@ def verify(directory: str | Path, rebuild: bool = False) -> Verification:
 
                 package = (error.name or "a package").partition(".")[0]
                 raise MissingExtra(f"reading Gerber files back needs {package}: pip install 'sitscad[all]'") from error
-    if again is None:
-        return read
-    return replace(read, differences=(*read.differences, *again), rebuilt=len(again))
+    differences = tuple(map(printable, (*read.differences, *(again or ()))))
+    return replace(read, differences=differences, rebuilt=None if again is None else len(again))
+
+
+def _require_small(folder: Path) -> None:
+    """Raise PackageError if the folder has more than a package can have, before any of it is read."""
+    names = list_files(folder)
+    if len(names) > MAX_FILES:
+        raise PackageError(f"{folder} has {len(names)} files, where a package has {MAX_FILES} at most")
+    for name in names:
+        path = folder / name
+        if path.is_file() and (size := path.stat().st_size) > MAX_FILE:
+            limit = f"{MAX_FILE // 1_000_000} MB are the limit of a package's files"
+            raise PackageError(f"{path} has {size // 1_000_000} MB; {limit}")
 
 
 def _with_boards(read: Verification, folder: Path, manifest: Manifest) -> Verification:
@@ -178,56 +200,80 @@ def spec_path(folder: Path, manifest: Manifest) -> Path:
 
 
 def _spec_differences(folder: Path, manifest: Manifest) -> Iterator[str]:
-    """The kept spec against the manifest's own hash of its text."""
+    """The kept spec against the manifest's own hash of its text and the name there."""
     path = spec_path(folder, manifest)
     try:
-        is_same = sha256(decoded(read_file(path)).encode("utf-8")) == manifest.spec["sha256"]
+        text = decoded(read_file(path))
+        if sha256(text.encode("utf-8")) != manifest.spec["sha256"]:
+            yield (
+                f"{path.relative_to(folder).as_posix()} is not the spec that the manifest names (its SHA-256 differs)"
+            )
+            return
+        data = read_yaml(text).data
     except TextError as error:
         yield f"the package's spec is none: {error}"
         return
-    if not is_same:
-        yield f"{path.relative_to(folder).as_posix()} is not the spec that the manifest names (its SHA-256 differs)"
+    name = data.get("name") if isinstance(data, dict) else None
+    if str(name) != manifest.spec["name"]:
+        yield f"{MANIFEST} names the sensor {manifest.spec['name']}, and its spec {name}"
 
 
 def _layer_differences(folder: Path) -> Iterator[str]:
     """Layers and drill files against the job file."""
-    from sitscad.extraction.artwork import ExtractionError
     from sitscad.extraction.differences import compare_job
+    from sitscad.extraction.limits import ExtractionError, reading
 
     try:
-        yield from compare_job(folder / "fpc")
+        with reading("the job file cannot be compared"):
+            yield from compare_job(folder / "fpc")
     except ExtractionError as error:
         yield str(error)
 
 
 def _archive_differences(folder: Path, manifest: Manifest) -> tuple[str, ...] | None:
-    """The archive that is sent against the files that it is made of; None without one."""
+    """The archive that is sent against the files beside it; None if there is none. An archive of another name is a
+    difference.
+    """
+    from sitscad.extraction.limits import ExtractionError, reading
     from sitscad.papers.archive import differences
 
+    archives = sorted(name for name in manifest.files if _ARCHIVE.fullmatch(name) and (folder / name).is_file())
     archive = f"fpc/{manifest.spec['name']}-order.zip"
-    if not (folder / archive).is_file():
-        return None
+    others = tuple(f"{name} is the order of no {manifest.spec['name']}" for name in archives if name != archive)
+    if archive not in archives:
+        return others or None
     note = folder / "fpc" / FORCED_NOTE
     forced = note.read_text("utf-8", "replace").partition(NOT_WRITTEN)[0] if note.is_file() else ""
-    ours = (name for name, entry in manifest.files.items() if entry.stage == "gerber" and name != archive)
+    ours = (name for name in manifest.files if name.startswith("fpc/") and name != archive)
     files = {name: (folder / name).read_bytes() for name in ours if (folder / name).is_file()}
     has_plugins = bool(manifest.configuration.get("plugins"))
-    found = differences((folder / archive).read_bytes(), files, manifest.spec["name"], forced, not has_plugins)
-    return tuple(f"{archive}: {words}" for words in found)
+    try:
+        with reading("cannot be compared"):
+            content = (folder / archive).read_bytes()
+            found = tuple(differences(content, files, manifest.spec["name"], forced, not has_plugins))
+    except ExtractionError as error:
+        found = (str(error),)
+    return (*others, *(f"{archive}: {words}" for words in found))
+
+
+_ARCHIVE = re.compile(r"fpc/.*-order\.zip", re.IGNORECASE)
 
 
 def _net_differences(folder: Path, intended: Mapping[str, tuple[str, ...]]) -> Iterator[str]:
     """Differences of the copper from the files' own net names, and of these from the nets that the layout had."""
     from sitscad.extraction.differences import compare
     from sitscad.extraction.intent import UNUSED
+    from sitscad.extraction.limits import ExtractionError, reading
     from sitscad.extraction.nets import extract
 
     try:
-        board = extract(folder)
-    except ValueError as error:  # an ExtractionError, or what a netlist is that cannot be read
+        with reading("they cannot be read"):
+            board = extract(folder)
+            differences = compare(board)
+    except ExtractionError as error:
         yield f"the Gerber files do not make up a board: {error}"
         return
-    yield from (f"{difference.kind.value}: {difference.message}" for difference in compare(board))
+    yield from (f"{difference.kind.value}: {difference.message}" for difference in differences)
     found: dict[str, set[str]] = {}
     for net in board.nets:
         for contact in (each for each in net.contacts if not each.net.startswith(UNUSED)):
@@ -244,11 +290,12 @@ def _panel_differences(folder: Path, manifest: Manifest) -> tuple[int | None, tu
     """How many boards the panel has, each of them compared, and its differences from the single board; None without."""
     if not any(name.startswith("fpc/panel/") for name in manifest.files):
         return None, ()
-    from sitscad.extraction.artwork import ExtractionError
+    from sitscad.extraction.limits import ExtractionError, reading
     from sitscad.extraction.panel import compare_panel
 
     try:
-        boards, differences = compare_panel(folder / "fpc", folder / "fpc" / "panel")
+        with reading("they cannot be read"):
+            boards, differences = compare_panel(folder / "fpc", folder / "fpc" / "panel")
     except ExtractionError as error:
         return 0, (f"the panel's files do not make up a panel: {error}",)
     return boards, tuple(dict.fromkeys(differences))
