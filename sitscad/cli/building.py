@@ -138,14 +138,15 @@ def _told(result: BuildResult, only: tuple[str, ...], again: str, named: bool, f
 
 @click.command(cls=Example, example="sitscad verify outputs/grasper-4layer")
 @click.argument("directory", type=click.Path())
-@click.option("--rebuild", is_flag=True, help="Build it again from its own spec, and compare every byte.")
+@click.option("--rebuild", is_flag=True, help="Build it again from its spec, and compare every byte, figures by value.")
 @PLUGIN
 def verify(directory: str, rebuild: bool) -> int:
     """Read a finished package back.
 
     Its files are held against the manifest, its copper's nets against the intended ones, layers and holes against job
     file and netlist, the order archive against the files beside it, every board of its panel against the single board.
-    Hashes can be written anew by whoever changes a file: --rebuild finds that, too. What it cannot tell is whether the
+    Hashes can be written anew by whoever changes a file: --rebuild finds that, too. It compares computed figures by
+    value, because their last digits depend on the processor. What it cannot tell is whether the
     spec in the package is yours.
     Exit code: 0 equal, 1 something differs, 2 not a package, or unreadable.
     """

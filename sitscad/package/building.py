@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sitscad.finding import Severity
+from sitscad.package.figures import figure_files
 from sitscad.package.folder import (
     PackageError,
     explained,
@@ -160,7 +161,8 @@ def stale(
     """What a build with the same `only` would change of the package in ``out/NAME``; nothing is written.
 
     The result's ``stale`` names the files that would become others, appear or go, and those that are missing or were
-    changed by hand; of a package that was built with another `only`, first the parts that it was built without. Errors
+    changed by hand; files of computed figures are compared by value (`sitscad.package.figures`); of a package that was
+    built with another `only`, first the parts that it was built without. Errors
     in the checks are in ``checked``; a package that was built in spite of them is compared as such. Raises as `build`.
     """
     asked, design = _request(spec, out, only, True, policy, baseline)
@@ -173,7 +175,8 @@ def stale(
 
     contents = stages.contents_of(design or asked.spec, asked.policy, asked.baseline)
     with known_solutions(asked.directory.name, writes=False):
-        made = stages.make_all(contents, asked.directory, old, asked.wanted, lambda *_: None, asked.force, jobs)
+        made = stages.make_all(contents, asked.directory, old, asked.wanted, lambda *_: None, asked.force, jobs,
+                               figure_files(asked.directory, old))
     # stages that it was built without, and how many files each would have; none where there is no package
     asked_for = {*old.built_for, *_stages_of(old)} if old.files else set(STAGES)
     count = Counter(entry.stage for entry in made.entries.values() if entry.stage not in (*asked_for, CHECK_STAGE))

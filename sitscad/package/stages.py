@@ -19,6 +19,7 @@ from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.formats import WRITERS
 from sitscad.package.contents import BESIDE_TAIL, Contents, read_by, read_of_board
+from sitscad.package.figures import settled
 from sitscad.package.folder import FILE_NAME, PackageError
 from sitscad.package.manifest import (
     CHECK_STAGE,
@@ -58,12 +59,16 @@ FIT_PICTURE, SOLIDS_PICTURE = "fit.svg", "mount/fit-solids.svg"
 
 @record
 class Made:
-    """The stages' outcomes, every file's bytes, and every file's manifest entry."""
+    """The stages' outcomes, every file's bytes, and every file's manifest entry.
+
+    ``by_value`` names the files that kept the bytes of a package because their figures agree with it.
+    """
 
     results: tuple[StageResult, ...]
     files: Mapping[str, bytes]
     entries: Mapping[str, Entry]
     contents: Contents
+    by_value: tuple[str, ...] = ()
 
 
 def contents_of(spec: SensorSpec | Design, policy: Policy, baseline: Baseline | None) -> Contents:
@@ -91,18 +96,19 @@ def manifest_of(contents: Contents, made: Made, old: Manifest, built_from: str, 
 
 def make_all(
     contents: Contents, directory: Path, old: Manifest, wanted: frozenset[str], progress: Progress, force: bool = False,
-    jobs: int = 1,
+    jobs: int = 1, figures: Mapping[str, bytes] | None = None,
 ) -> Made:
     """Every stage that is wanted, made or kept as the package before has it, and what is still true of the others.
 
     With `force` all is made once more where only the solids have shown errors: what came before them has no mark. With
-    two `jobs` and more the solids are made in a process of their own, beside all else.
+    two `jobs` and more the solids are made in a process of their own, beside all else. Files of `figures` that agree
+    with what is made stay as they are, and what follows is made from them (`sitscad.package.figures`).
     """
-    made = _made(contents, directory, old, wanted, progress, jobs)
+    made = _made(contents, directory, old, wanted, progress, jobs, figures or {})
     if not force or made.contents.checked.is_orderable == contents.checked.is_orderable:
         return made
     known = dataclasses.replace(contents, measured=made.contents.measured)
-    return _made(known, directory, old, wanted, lambda *_: None, jobs)
+    return _made(known, directory, old, wanted, lambda *_: None, jobs, figures or {})
 
 
 ORDER = (*STAGES[:-1], CHECK_STAGE, STAGES[-1])
@@ -121,11 +127,13 @@ apart, since another readout leaves its solids as they are.
 
 
 def _made(
-    contents: Contents, directory: Path, old: Manifest, wanted: frozenset[str], progress: Progress, jobs: int
+    contents: Contents, directory: Path, old: Manifest, wanted: frozenset[str], progress: Progress, jobs: int,
+    figures: Mapping[str, bytes],
 ) -> Made:
     new: dict[str, dict[str, bytes]] = {stage: {} for stage in ORDER}
     failures: dict[str, list[str]] = {stage: [] for stage in ORDER}
     spent, kept_parts, entries, theirs = dict.fromkeys(ORDER, 0.0), [], dict[str, Entry](), dict[str, str]()
+    by_value: list[str] = []
     aside = _begun_aside(contents, directory, old, wanted) if jobs > 1 else None
     try:
         for stage, numbers in PARTS:
@@ -150,6 +158,8 @@ def _made(
                 made = _distinct(stage, so_far, rendered.files, theirs)
                 failures[stage] += rendered.failures
                 theirs |= rendered.theirs
+            rendered_files, made = made, settled(made, figures)
+            by_value += (name for name in made if made[name] != rendered_files[name])
             if FIT in made:
                 contents = dataclasses.replace(contents, measured=made[FIT].decode("ascii"))
             new[stage] |= made
@@ -163,7 +173,7 @@ def _made(
     results = [StageResult(stage, _outcome(stage, new[stage], kept_parts, old, wanted), len(new[stage]), spent[stage])
                for stage in ORDER]
     files = {name: content for stage in ORDER for name, content in new[stage].items()}
-    return Made(tuple(results), files, {name: entries[name] for name in files}, contents)
+    return Made(tuple(results), files, {name: entries[name] for name in files}, contents, tuple(by_value))
 
 
 def _made_of(contents: Contents, stage: str, numbers: bool, entries: dict[str, Entry], failures: list[str]) -> str:

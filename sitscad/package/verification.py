@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sitscad.package.building import BuildRequest
+from sitscad.package.figures import figure_files
 from sitscad.package.folder import FILE_NAME, PackageError, explained, list_files
 from sitscad.package.manifest import (
     CHECK_STAGE,
@@ -53,8 +54,9 @@ class Verification:
     as they were built, ``foreign`` others; ``nets`` are the
     layout's, None where the package has no Gerber files; ``panel_boards`` is how many boards were held against the
     single one, None where there is no panel; ``wrong_nets`` and ``wrong_boards`` count the differences of either;
-    ``forced`` is set of a package that was built in spite of errors; ``rebuilt`` counts what is not, byte by byte, what
-    its spec makes, None where nothing was built again; ``wrong_layers`` what layers and job file contradict each other
+    ``forced`` is set of a package that was built in spite of errors; ``rebuilt`` counts what is not what its spec
+    makes, None where nothing was built again; ``by_value`` counts files of figures that are equal by
+    value, not byte by byte (`sitscad.package.figures`); ``wrong_layers`` what layers and job file contradict each other
     in, ``wrong_archive`` what of the archive that is sent is not as the files beside it. ``by_kicad`` names files that
     KiCad left beside its project: they are not of the package, and no difference.
     """
@@ -71,6 +73,7 @@ class Verification:
     foreign: int = 0
     forced: bool = False
     rebuilt: int | None = None
+    by_value: int = 0
     wrong_layers: int = 0
     wrong_archive: int | None = None
     by_kicad: tuple[str, ...] = ()
@@ -113,7 +116,8 @@ class Verification:
         if self.rebuilt:
             yield "not what its spec makes"
         elif self.rebuilt is not None:
-            yield "byte by byte what its spec makes"
+            but = f", but for last digits of figures in {counted(self.by_value, 'file')}" if self.by_value else ""
+            yield f"byte by byte what its spec makes{but}"
 
 
 MAX_FILES = 10_000
@@ -129,7 +133,8 @@ def verify(directory: str | Path, rebuild: bool = False) -> Verification:
     its panel with the single board.
 
     Whoever changes a file can write its hash anew. With `rebuild` the package is built again from its own ``spec/``, in
-    memory, and every byte compared: then it is what this spec makes, and only whether the spec is yours is left to see.
+    memory, and compared: every byte, but figures by value (`sitscad.package.figures`). Then it is what this spec makes,
+    and only whether the spec is yours is left to see.
 
     Raises
     ------
@@ -153,7 +158,8 @@ def verify(directory: str | Path, rebuild: bool = False) -> Verification:
             *_spec_differences(folder, manifest),
         )
         counts = {"missing": len(missing), "changed": len(changed), "foreign": len(foreign)}
-        again = tuple(rebuilt_differences(folder, manifest)) if rebuild else None
+        made, document = rebuilt(folder, manifest) if rebuild else (None, manifest)
+        again = () if made is None else tuple(rebuilt_differences(folder, manifest, made, document))
         by_kicad = tuple(name for name in list_files(folder) if is_left_by_kicad(name, manifest.files))
         read = Verification(
             folder, files, len(manifest.files), None, forced=manifest.forced, by_kicad=by_kicad, **counts)
@@ -165,8 +171,8 @@ def verify(directory: str | Path, rebuild: bool = False) -> Verification:
 
                 package = (error.name or "a package").partition(".")[0]
                 raise MissingExtra(f"reading Gerber files back needs {package}: pip install 'sitscad[all]'") from error
-    differences = tuple(map(printable, (*read.differences, *(again or ()))))
-    return replace(read, differences=differences, rebuilt=None if again is None else len(again))
+    read = replace(read, differences=tuple(map(printable, (*read.differences, *again))))
+    return read if made is None else replace(read, rebuilt=len(again), by_value=len(made.by_value))
 
 
 def _require_small(folder: Path) -> None:
@@ -306,7 +312,8 @@ def _names(pins: set[str]) -> str:
 
 
 def rebuilt(folder: Path, manifest: Manifest) -> tuple[Made, Manifest]:
-    """All files of a package as its spec makes them, and their manifest.
+    """All files of a package as its spec makes them, and their manifest; files of figures as the package has them,
+    where the figures agree.
 
     Raises
     ------
@@ -319,7 +326,8 @@ def rebuilt(folder: Path, manifest: Manifest) -> tuple[Made, Manifest]:
 
     asked = _asked(folder, manifest)
     contents = stages.contents_of(asked.spec, asked.policy, asked.baseline)
-    made = stages.make_all(contents, folder, Manifest(), asked.wanted, lambda *_: None, force=True)
+    made = stages.make_all(contents, folder, Manifest(), asked.wanted, lambda *_: None, force=True,
+                           figures=figure_files(folder, manifest))
     # a whole package counts CAD kernels where the one before it had solids: it can say one of two things of itself
     keys = [replace(asked, wanted=wanted).made_from(Manifest()) for wanted in (asked.wanted, frozenset(STAGES))]
     key = manifest.built_from if manifest.built_from in keys else keys[0]
@@ -327,9 +335,8 @@ def rebuilt(folder: Path, manifest: Manifest) -> tuple[Made, Manifest]:
     return made, replace(document, built_for=manifest.built_for)
 
 
-def rebuilt_differences(folder: Path, manifest: Manifest) -> Iterator[str]:
-    """What of a package is not, byte by byte, what its spec makes, in words."""
-    made, document = rebuilt(folder, manifest)
+def rebuilt_differences(folder: Path, manifest: Manifest, made: Made, document: Manifest) -> Iterator[str]:
+    """Yield each difference of a package from the files and the manifest that its spec makes, in words."""
     stale = {entry.stage for name, entry in manifest.files.items() if made.entries.get(name, entry) != entry}
     said = {(entry.stage, entry.made_from) for entry in manifest.files.values()}
     is_so = {(entry.stage, entry.made_from) for entry in made.entries.values()}
