@@ -14,9 +14,7 @@ import click
 from sitscad.cli.terminal import Example, print_result, say
 
 if TYPE_CHECKING:
-    from http.server import ThreadingHTTPServer
-
-    from sitscad.watch.server import Showing
+    from sitscad.watch.server import PageServer, Showing
 
 
 @click.command(cls=Example, example="sitscad watch sensor.yaml --serve --open")
@@ -71,15 +69,18 @@ def watch(spec: str, serve: bool, port: int, host: str, opens: bool, format_name
     return 0
 
 
-def served(showing: Showing, host: str, port: int) -> tuple[ThreadingHTTPServer, str]:
-    """A server that shows it, begun, and its address, which is printed."""
+def served(showing: Showing, host: str, port: int) -> tuple[PageServer, str]:
+    """A begun server of the page and its address, which is printed. Raises ClickException if it cannot listen there."""
     from sitscad.watch.server import LOOPBACK, server
 
-    made = server(showing, host, port)
-    address = f"http://{host if ':' not in host else f'[{host}]'}:{made.server_address[1]}/"
-    if host not in LOOPBACK:
+    try:
+        made = server(showing, host, port)
+    except (OSError, UnicodeError) as error:  # a name of a host that is none, too
+        reason = getattr(error, "strerror", None) or str(error)
+        raise click.ClickException(f"the page cannot be served on {host}, port {port}: {reason}") from error
+    if host.strip("[]").lower() not in LOOPBACK:
         say("whoever reaches this machine can read the page")
-    print_result(address)
+    print_result(made.url)
     sys.stdout.flush()
     threading.Thread(target=made.serve_forever, daemon=True).start()
-    return made, address
+    return made, made.url

@@ -1,18 +1,25 @@
 """The page of a watched spec over HTTP: the page as far as it is ready, what is told while it is, and the last of it.
 
-Standard library only. It answers programs on this machine that ask for it by the name that it was given; a page of
-somebody else's that asks by another name (DNS rebinding) is refused, and so is every path but its own three.
+Standard library only. It answers programs that ask for it by this machine's name or address; a page of somebody else's
+that asks by another name (DNS rebinding) is refused, and so is every path but its own three.
 """
 
 from __future__ import annotations
 
 import json
 import queue
+import re
+import socket
+import sys
 import threading
+import time
 from collections.abc import Iterator
+from contextlib import suppress
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
-from typing import Any
+from ipaddress import ip_address
+from socketserver import TCPServer
+from typing import Any, cast
 
 from sitscad.drawing.web_page import page
 from sitscad.report.moving import scripts
@@ -86,17 +93,14 @@ def _line(data: dict[str, Any]) -> bytes:
     return f"data: {json.dumps(data)}\n\n".encode()
 
 
-def server(showing: Showing, host: str, port: int) -> ThreadingHTTPServer:
-    """A server that shows it, begun by its `serve_forever`. Raises OSError where the port is taken."""
+def server(showing: Showing, host: str, port: int) -> PageServer:
+    """A server of the page, begun by its `serve_forever`. Raises OSError if it cannot listen on that host and port."""
 
-    class Handler(BaseHTTPRequestHandler):
-        """Answers one request."""
-
-        protocol_version = "HTTP/1.1"
-
+    class Handler(_Handler):
         def do_GET(self) -> None:
             """The page, its events, or its state."""
-            if self.headers.get("Host", "") not in names:
+            self.server.received(self.request)
+            if not self.server.is_asked_by_name(self.headers.get("Host", "")):
                 self._answer(403, "text/plain", b"this page is not for that host\n")
             elif self.path == "/":
                 live = showing.page.replace(b"</main>", b"</main>" + showing.follows, 1)
@@ -106,43 +110,153 @@ def server(showing: Showing, host: str, port: int) -> ThreadingHTTPServer:
                     state = json.dumps(showing.state).encode()
                 self._answer(200, "application/json", state)
             elif self.path == "/events":
-                self._events()
+                self._events(showing)
             else:
                 self._answer(404, "text/plain", b"there is no such page\n")
 
-        def _answer(self, code: int, kind: str, content: bytes) -> None:
-            self.send_response(code)
-            self.send_header("Content-Type", kind)
-            self.send_header("Content-Length", str(len(content)))
-            self._about()
-            self.end_headers()
-            self.wfile.write(content)
+    return PageServer(host.strip("[]"), port, Handler)
 
-        def _about(self) -> None:
-            for name, value in (("Cache-Control", "no-store"), ("Content-Security-Policy", POLICY),
-                                ("X-Content-Type-Options", "nosniff")):
-                self.send_header(name, value)
 
-        def _events(self) -> None:
-            self.send_response(200)
-            self.send_header("Content-Type", "text/event-stream")
-            self.send_header("Connection", "close")
-            self._about()
-            self.end_headers()
-            self.close_connection = True
-            try:
-                for line in showing.listen():
-                    self.wfile.write(line)
-                    self.wfile.flush()
-            except OSError:
-                return  # the reader has gone
+MOST_CONNECTIONS = 64
+"""Connections at a time. A browser opens six, and one for events, to each page."""
 
-        def log_message(self, format: str, *args: object) -> None:
-            """Nothing: the terminal is for what has changed."""
+PATIENCE = 15.0
+"""Seconds in which a request has to arrive as a whole."""
 
-    made = ThreadingHTTPServer((host, port), Handler)
-    made.daemon_threads = True
-    own = made.server_address[1]
-    own_names = {"127.0.0.1", "localhost", "[::1]"} | ({host} if host not in LOOPBACK else set())
-    names = {f"{name}:{own}" for name in own_names}
-    return made
+SLOWEST = 60.0
+"""Seconds in which an answer has to be taken as a whole: a page of 10 MB at 1.3 Mbit/s."""
+
+BUSY = b"HTTP/1.1 503 Service Unavailable\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"
+
+HTTP_PORT = 80
+"""The port that browsers leave out of the Host header."""
+
+
+class PageServer(ThreadingHTTPServer):
+    """A server with limits on connections and on the time of each. It answers requests that name this machine."""
+
+    daemon_threads = True
+    request_queue_size = MOST_CONNECTIONS
+
+    def __init__(self, host: str, port: int, handler: type[_Handler]) -> None:
+        (self.address_family, _, _, _, address), *_ = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
+        self._free = threading.BoundedSemaphore(MOST_CONNECTIONS)
+        self._due: dict[socket.socket, float] = {}
+        super().__init__(cast(tuple[str, int], address), handler)
+        self._names = {"127.0.0.1", "::1", "localhost", host.lower()}
+        self._is_open = ip_address(str(self.server_address[0])).is_unspecified
+        if self._is_open:
+            self._names.add(socket.gethostname().lower())
+
+    def server_bind(self) -> None:
+        """Bind, without the look-up of a name that `HTTPServer` does, which may take seconds."""
+        TCPServer.server_bind(self)
+        self.server_name, self.server_port = str(self.server_address[0]), self.server_address[1]
+
+    @property
+    def url(self) -> str:
+        """The page's address for a browser on this machine."""
+        host = str(self.server_address[0])
+        if self._is_open:
+            host = "::1" if ":" in host else "127.0.0.1"
+        return f"http://{f'[{host}]' if ':' in host else host}:{self.server_port}/"
+
+    def is_asked_by_name(self, host: str) -> bool:
+        """Whether a Host header names this machine. Any IP address does if the server listens on all of them: a page of
+        somebody else's (DNS rebinding) asks by a name.
+        """
+        found = re.fullmatch(r"(?:\[([0-9a-f:.]+)\]|([^:\[\]]+))(?::(\d{1,5}))?", host.lower())
+        if found is None or int(found[3] or HTTP_PORT) != self.server_port:
+            return False
+        name = found[1] or found[2]
+        return name in self._names or (self._is_open and _is_address(name))
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        """Answer a connection in a thread of its own, or refuse it if there are too many."""
+        if not self._free.acquire(blocking=False):
+            with suppress(OSError):
+                request.settimeout(0.0)
+                request.sendall(BUSY)
+            self.shutdown_request(request)
+            return
+        try:
+            super().process_request(request, client_address)
+        except BaseException:
+            self._free.release()
+            raise
+
+    def process_request_thread(self, request: Any, client_address: Any) -> None:
+        """Answer a connection until it ends."""
+        try:
+            super().process_request_thread(request, client_address)
+        finally:
+            self._due.pop(request, None)
+            self._free.release()
+
+    def awaits(self, request: Any) -> None:
+        """Note that a connection is to send its next request within `PATIENCE`."""
+        self._due[request] = time.monotonic() + PATIENCE
+
+    def received(self, request: Any) -> None:
+        """Note that a request has arrived."""
+        self._due.pop(request, None)
+
+    def service_actions(self) -> None:
+        """End connections whose request is overdue; called by `serve_forever` twice a second."""
+        now = time.monotonic()
+        for request, due in list(self._due.items()):
+            if now > due:
+                with suppress(OSError):
+                    request.shutdown(socket.SHUT_RDWR)
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Pass over a reader that has gone; anything else is a fault of this server."""
+        if not isinstance(sys.exc_info()[1], OSError):
+            super().handle_error(request, client_address)
+
+
+def _is_address(name: str) -> bool:
+    try:
+        return bool(ip_address(name))
+    except ValueError:
+        return False
+
+
+class _Handler(BaseHTTPRequestHandler):
+    """Answers the requests of one connection."""
+
+    protocol_version = "HTTP/1.1"
+    timeout = SLOWEST
+    server: PageServer
+
+    def handle_one_request(self) -> None:
+        """Read and answer one request."""
+        self.server.awaits(self.request)
+        super().handle_one_request()
+
+    def _answer(self, code: int, kind: str, content: bytes) -> None:
+        self.send_response(code)
+        self.send_header("Content-Type", kind)
+        self.send_header("Content-Length", str(len(content)))
+        self._about()
+        self.end_headers()
+        self.wfile.write(content)
+
+    def _about(self) -> None:
+        for name, value in (("Cache-Control", "no-store"), ("Content-Security-Policy", POLICY),
+                            ("X-Content-Type-Options", "nosniff")):
+            self.send_header(name, value)
+
+    def _events(self, showing: Showing) -> None:
+        self.send_response(200)
+        self.send_header("Content-Type", "text/event-stream")
+        self.send_header("Connection", "close")
+        self._about()
+        self.end_headers()
+        self.close_connection = True
+        for line in showing.listen():
+            self.wfile.write(line)
+            self.wfile.flush()
+
+    def log_message(self, format: str, *args: object) -> None:
+        """Write nothing: the terminal is for what has changed."""

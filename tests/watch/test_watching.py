@@ -6,18 +6,24 @@ import http.client
 import json
 import os
 import signal
+import socket
+import struct
 import subprocess
 import sys
 import threading
 import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
+from urllib.request import urlopen
 
 import pytest
 
 import sitscad.layout
+from sitscad.cli import main
 from sitscad.finding import Edit
 from sitscad.spec.yaml.rewriting import rewritten
-from sitscad.watch.server import Showing, server
+from sitscad.watch.server import MOST_CONNECTIONS, PageServer, Showing, server
 from sitscad.watch.watching import changes, stamp, words
 from sitscad.watch.work import Before, Event, worked_out
 
@@ -168,6 +174,112 @@ def test_who_listens_hears_the_last_of_each_stage_and_what_follows(served):
     assert json.loads(answer.readline()[6:])["stage"] == "findings" and answer.readline() == b"\n"
     showing.tell(2, Event("failed", {"message": "no"}), None)
     assert json.loads(answer.readline()[6:])["message"] == "no"
+
+
+@contextmanager
+def _serving(host: str, port: int = 0) -> Iterator[PageServer]:
+    made = server(Showing(), host, port)
+    thread = threading.Thread(target=made.serve_forever, args=(0.05,), daemon=True)
+    thread.start()
+    try:
+        yield made
+    finally:
+        made.shutdown()
+        made.server_close()
+
+
+HAS_IPV6 = socket.has_ipv6 and Path("/proc/net/if_inet6").exists() and "lo" in Path("/proc/net/if_inet6").read_text()
+
+
+@pytest.mark.parametrize("host", [
+    "127.0.0.1", "localhost", "0.0.0.0",
+    *(pytest.param(host, marks=pytest.mark.skipif(not HAS_IPV6, reason="no IPv6 here")) for host in ("::1", "[::1]")),
+])
+def test_a_page_is_served_on_every_kind_of_host(host):
+    with _serving(host) as made, urlopen(made.url, timeout=10) as answer:
+        assert answer.status == 200
+
+
+def test_a_server_of_all_addresses_answers_addresses_and_its_own_name_and_no_other(monkeypatch):
+    monkeypatch.setattr(socket, "gethostname", lambda: "Workshop")
+    with _serving("0.0.0.0") as made:
+        port = made.server_port
+        for host in ("192.168.1.20", "[fe80::1]", "workshop", "WORKSHOP", "localhost"):
+            assert _get(port, "/", f"{host}:{port}")[0] == 200
+        for host in ("attacker.example", "1.2.3.4.attacker.example", "192.168.1.999", "workshop.example"):
+            assert _get(port, "/", f"{host}:{port}")[0] == 403
+        assert _get(port, "/", f"192.168.1.20:{port + 1}")[0] == 403
+
+
+def test_a_loopback_server_answers_no_other_address(served):
+    _, port = served
+    assert _get(port, "/", f"192.168.1.20:{port}")[0] == 403 and _get(port, "/", f"LOCALHOST:{port}")[0] == 200
+
+
+def test_on_port_80_the_host_header_needs_no_port(served, monkeypatch):
+    _, port = served
+    assert _get(port, "/", "localhost")[0] == 403
+    monkeypatch.setattr("sitscad.watch.server.HTTP_PORT", port)
+    assert _get(port, "/", "localhost")[0] == 200 and _get(port, "/", "attacker.example")[0] == 403
+
+
+@pytest.mark.parametrize("sent", [b"", b"GET / HTTP/1.1\r\nHost: localhost:PORT\r\n\r\n",
+                                  b"GET /events HTTP/1.1\r\nHost: localhost:PORT\r\n\r\n", b"\0\xff" * 100])
+def test_a_browser_that_leaves_leaves_no_traceback(served, sent, capfd):
+    showing, port = served
+    showing.page = b"x" * 4_000_000
+    for _ in range(3):
+        with socket.create_connection(("127.0.0.1", port), timeout=10) as line:
+            line.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))  # leave by a reset
+            line.sendall(sent.replace(b"PORT", str(port).encode()))
+            time.sleep(0.05)
+    for _ in range(3):
+        showing.post({"stage": "x"})
+        time.sleep(0.05)
+    assert _get(port, "/state")[0] == 200
+    assert capfd.readouterr() == ("", "")
+
+
+def _begun(port: int, count: int) -> list[socket.socket]:
+    """Connections that begin a request and do not end it."""
+    lines = [socket.create_connection(("127.0.0.1", port), timeout=10) for _ in range(count)]
+    for line in lines:
+        with suppress(OSError):  # it is refused already
+            line.sendall(b"GET / HT")
+    return lines
+
+
+def test_connections_beyond_the_limit_are_refused_and_start_no_thread():
+    with _serving("127.0.0.1") as made, ExitStack() as end:
+        threads = threading.active_count()
+        lines = list(map(end.enter_context, _begun(made.server_port, MOST_CONNECTIONS + 20)))
+        assert all(b"503" in _taken(line) for line in lines[MOST_CONNECTIONS:])
+        assert threading.active_count() <= threads + MOST_CONNECTIONS
+
+
+def test_a_request_that_does_not_end_is_ended(monkeypatch):
+    monkeypatch.setattr("sitscad.watch.server.PATIENCE", 0.2)
+    with _serving("127.0.0.1") as made, ExitStack() as end:
+        lines = list(map(end.enter_context, _begun(made.server_port, 5)))
+        assert [_taken(line) for line in lines] == [b""] * 5
+        assert _get(made.server_port, "/")[0] == 200
+
+
+def _taken(line: socket.socket) -> bytes:
+    """All that comes until the connection ends."""
+    try:
+        return b"".join(iter(lambda: line.recv(1000), b""))
+    except ConnectionError:
+        return b"503"  # it was ended before the answer could be read
+
+
+def test_a_port_that_is_taken_and_a_host_that_is_none_are_said(tmp_path, capsys, served):
+    path = tmp_path / "coil.yaml"
+    path.write_text(SPEC, encoding="utf-8")
+    for arguments in (["--port", str(served[1])], ["--host", "no host"], ["--host", "x" * 300]):
+        with pytest.raises(SystemExit) as stop:
+            main(["watch", str(path), "--serve", *arguments])
+        assert stop.value.code == 2 and "cannot be served" in capsys.readouterr().err
 
 
 class Watched:
