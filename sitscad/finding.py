@@ -137,6 +137,7 @@ SETTLED = (
     "fpc.rules",
     "target.size",
     "elastomer.size",
+    "assembly.adhesive",
     "readout.scan_rate",
 )
 """Keys that, like materials, decide what a sensor is and gives, and who makes it: only who designed it changes them."""

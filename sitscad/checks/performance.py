@@ -336,6 +336,33 @@ def unseen_shear(design: Design) -> Iterator[Verdict]:
         )
 
 
+def requirements_agree(design: Design) -> Iterator[Verdict]:
+    """A temperature of use outside of the range of use, and load cases beyond the forces that are to be borne."""
+    asked, written = design.spec.requirements, design.spec.source.keys
+    if asked.temperature_range is not None:
+        low, high = asked.temperature_range
+        if not low <= asked.temperature <= high:
+            is_written = not written or "requirements.temperature" in written
+            nearest = low if asked.temperature < low else high
+            yield Violation(
+                f"all numbers are of {asked.temperature:g} degC{'' if is_written else ' (the default)'}, the sensor is "
+                f"used from {low:g} to {high:g} degC",
+                f"requirements.temperature: {nearest:g} degC, or a temperature_range that contains it",
+                "requirements.temperature" if is_written else "requirements.temperature_range", asked.temperature,
+                nearest, "degC", severity=None if is_written else Severity.NOTE,
+            )
+    for load in design.spec.loads:
+        shear = max(map(abs, load.shear))
+        for force, most, name in ((load.normal, asked.normal_force, "normal"), (shear, asked.shear_force, "shear")):
+            if force and most is not None and force > most * (1 + 1e-9):
+                pushed, borne = show(force, "N"), show(most, "N")
+                yield Violation(
+                    f"load case {load.name} pushes with {pushed} of {name} force; {borne} are to be borne, and rules "
+                    "go by that", f"requirements.{name}_force: {pushed}, or a smaller load", f"loads.{load.name}",
+                    force, most, "N", severity=Severity.WARNING,
+                )
+
+
 def _felt_rule(number: str, apply: Callable[[Design], Iterator[Verdict]], need: str) -> Rule:
     figures = {"quick_method": NOISE_STEPS_SOURCE, "beside_noise": BESIDE_NOISE}
     return rule_of(number, apply, "target", "elastomer", need, **figures)
@@ -351,4 +378,5 @@ RULES: tuple[Rule, ...] = (
     _felt_rule("SIT407", two_loads_one_reading, "feeling"),
     _felt_rule("SIT408", tilt_beside_noise, "feeling"),
     rule_of("SIT409", unseen_shear, "target", "elastomer", "shear force"),
+    rule_of("SIT410", requirements_agree),
 )

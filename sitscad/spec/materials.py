@@ -119,7 +119,8 @@ class Finish:
 class Adhesive:
     """What pieces are glued with: the thickness of one glue line and its tolerance in metres.
 
-    ``product`` is one that can be bought, ``primer`` what it needs on silicone (empty: nothing).
+    ``product`` is one that can be bought, ``primer`` what it needs on silicone (empty: nothing). `bonds_silicone` is
+    False if it does not hold on silicone at all.
     """
 
     name: str
@@ -127,6 +128,7 @@ class Adhesive:
     line: float
     tolerance: float
     primer: str = ""
+    bonds_silicone: bool = True
     source: str = ""
 
 

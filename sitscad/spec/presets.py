@@ -201,7 +201,8 @@ def finish(name: str) -> Finish:
 def adhesive(name: str) -> Adhesive:
     """What pieces are glued with."""
     row = _table("adhesives")[name]
-    return Adhesive(name, row["product"], _length(row, "line"), _length(row, "tolerance"), row["primer"], cited(row))
+    return Adhesive(name, row["product"], _length(row, "line"), _length(row, "tolerance"), row["primer"],
+                    row["bonds_silicone"] == "yes", cited(row))
 
 
 @cache
@@ -217,6 +218,12 @@ def stock_stiffeners() -> tuple[tuple[float, float], ...]:
 def permittivity(material: str) -> float:
     """Relative permittivity of a dielectric."""
     return float(_table("dielectrics")[material]["relative_permittivity"])
+
+
+@cache
+def dielectric_roles(material: str) -> tuple[str, ...]:
+    """Uses of a dielectric: ``base`` carries copper, ``bond`` joins layers, ``cover`` lies over the outer copper."""
+    return tuple(_table("dielectrics")[material]["roles"].split())
 
 
 def unverified_rows(kind: str, name: str) -> tuple[tuple[str, str, str], ...]:

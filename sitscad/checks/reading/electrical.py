@@ -1,4 +1,4 @@
-"""SIT201 to SIT203, SIT205, SIT206, SIT214 and SIT216: what the converter sees in every state against what it can
+"""SIT201 to SIT203, SIT205, SIT206, SIT214, SIT216, SIT220: what the converter sees in every state against what it can
 drive, and what it costs that leads run round their coil.
 """
 
@@ -28,10 +28,10 @@ from sitscad.checks.reading.readings import (
 )
 from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, joined, rule_of
 from sitscad.design import Design
-from sitscad.estimates.circuit.tank import preferred_values
+from sitscad.estimates.circuit.tank import preferred_values, sold_beside
 from sitscad.finding import Severity
 from sitscad.fixes.moves import capacitor, other_start_angles, whole_turns
-from sitscad.fixes.search import Fix, Left, first_that_mends
+from sitscad.fixes.search import Fix, Left, first_that_mends, first_tried, setting
 from sitscad.layout.branches import drawn_closing, least_closing
 from sitscad.layout.lanes import Ring
 from sitscad.scene.state import FREE
@@ -206,6 +206,22 @@ def tank_capacitor(design: Design) -> Iterator[Verdict]:
         )
 
 
+def capacitor_sold(design: Design) -> Iterator[Verdict]:
+    """A written tank capacitor that no maker sells as one part, with the values beside it."""
+    value = design.spec.readout.capacitance
+    if value is None or (beside := sold_beside(value))[0] == beside[1]:
+        return
+    nearest = min(beside, key=lambda each: abs(math.log(each / value)))
+    names = " or ".join(show(each, "F", 3) for each in beside)
+    hint = f"readout.capacitance: {names}; or auto"
+    fixes = [setting(design.spec, "readout.capacitance", each, show(each, "F", 2))
+             for each in sorted(beside, key=lambda each: abs(math.log(each / value)))]
+    yield Violation(
+        f"a capacitor of {show(value, 'F', 5)} is not sold: makers keep to the series E24, here {names}", hint,
+        "readout.capacitance", value, nearest, "F", advice=first_tried([fixes], hint),
+    )
+
+
 def _distance_advice(spec: SensorSpec, worst: Reading) -> str:
     """How less of the inductance is taken away by metal, in words."""
     has_metal = spec.metal is not None
@@ -294,5 +310,6 @@ RULES: tuple[Rule, ...] = (
     rule_of("SIT205", quality_factor),
     rule_of("SIT206", self_resonance),
     rule_of("SIT214", tank_capacitor),
+    rule_of("SIT220", capacitor_sold),
     rule_of("SIT216", leads_round, named=100.0 * NAMED, warned=100.0 * WARNED),
 )

@@ -127,17 +127,23 @@ def _assembly(part: Assembly, is_glued: bool, remarks: Remarks) -> Assembly:
     return replace(part, adhesive=adhesive, glue_line=line, glue_tolerance=spread)
 
 
+def toleranced_sizes(spec: SensorSpec) -> dict[str, float | None]:
+    """The sizes (m) that tolerances belong to, by the tolerance's name; None for a part that is not in the sensor."""
+    jaw = spec.mount.jaw if spec.mount is not None else None
+    parts = {"elastomer": spec.elastomer, "target": spec.target}
+    plain = {"encapsulation": spec.encapsulation, "shield": spec.shield}
+    return {
+        "board": spec.fpc.stackup.thickness,
+        **{name: part.thickness if part is not None else None for name, part in (parts | plain).items()},
+        **{f"{name}_size": min(part.size) if part is not None else None for name, part in parts.items()},
+        "jaw": min(jaw.height, jaw.width) if jaw is not None else None,
+        "opposing_pad": jaw.opposing_pad_thickness if jaw is not None else None,
+    }
+
+
 def _check_tolerances(spec: SensorSpec, remarks: Remarks) -> None:
     """A flaw each for written tolerances as large as the size of which they are half the band."""
-    target, pad, film, shield = spec.target, spec.elastomer, spec.encapsulation, spec.shield
-    jaw = spec.mount.jaw if spec.mount is not None else None
-    sizes = {
-        "board": spec.fpc.stackup.thickness,
-        "elastomer": pad and pad.thickness, "elastomer_size": pad and min(pad.size),
-        "target": target and target.thickness, "target_size": target and min(target.size),
-        "encapsulation": film and film.thickness, "shield": shield and shield.thickness,
-        "jaw": jaw and min(jaw.height, jaw.width), "opposing_pad": jaw and jaw.opposing_pad_thickness,
-    }
+    sizes = toleranced_sizes(spec)
     for part, tolerance in spec.assembly.tolerances:
         size = sizes.get(part)
         if size and tolerance >= size:

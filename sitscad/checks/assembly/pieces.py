@@ -1,0 +1,80 @@
+"""SIT329 to SIT331: glue on silicone, holes of a bench plate beside each other, tolerances beside their part's size."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import combinations
+
+from sitscad.checks.assembly.fit import pad_of
+from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, own_limits, rule_of
+from sitscad.design import Design
+from sitscad.fixes.moves import read_anew
+from sitscad.fixes.search import first_tried
+from sitscad.scene.column import print_limit
+from sitscad.spec import presets
+from sitscad.spec.mount import TolerancesDocument
+from sitscad.spec.resolver.sensor import toleranced_sizes
+from sitscad.units import show
+
+
+def glue_on_silicone(design: Design) -> Iterator[Verdict]:
+    """An adhesive of the pieces that does not hold on the pad's silicone."""
+    glue = design.spec.assembly.adhesive
+    if glue is None or glue.bonds_silicone:
+        return
+    names = [name for name in presets.names("adhesive") if presets.adhesive(name).bonds_silicone]
+    primers = (f"{name} with {p}" if (p := presets.adhesive(name).primer) else name for name in names)
+    hint = f"assembly.adhesive: {' or '.join(primers)}"
+    fixes = [fix for name in names for fix in read_anew(design.spec, "assembly.adhesive", name)]
+    yield Violation(
+        f"{glue.name} does not hold on silicone, and the {pad_of(design.spec).material.name} pad is glued with it on "
+        "both faces", hint, "assembly.adhesive", source=glue.source, advice=first_tried([fixes], hint),
+    )
+
+
+def hole_places(design: Design) -> Iterator[Verdict]:
+    """The two written holes of a bench plate that leave least between each other."""
+    mount = design.spec.mount
+    pattern = mount.holes if mount is not None else None
+    if mount is None or pattern is None or pattern.grid is not None or mount.kind != "bench-plate":
+        return
+    wall, worst = print_limit(mount.process, "wall"), (math.inf, 0, 0)
+    for (i, one), (k, other) in combinations(enumerate(pattern.holes), 2):
+        apart = math.dist(one.at, other.at)
+        between = apart - 0.5 * (one.diameter + other.diameter) - wall.value
+        heads = apart - 0.5 * (one.head + other.head)
+        worst = min(worst, (min(between, heads), i, k))
+    short, first, second = worst
+    if short >= -ROUNDING:
+        return
+    one, other = pattern.holes[first], pattern.holes[second]
+    apart = math.dist(one.at, other.at)
+    yield Violation(
+        f"holes {first + 1} and {second + 1} of the plate stand {show(apart, 'm', 3)} apart; screws' heads and a wall "
+        f"between them need {show(apart - short, 'm', 3)}",
+        f"move mount.holes.{second}.at by {show(-short, 'm', 3)}, or leave one of the holes out",
+        f"mount.holes.{second}.at" if pattern.name == "written out" else "mount.holes", apart, apart - short, "m",
+        source=wall.source,
+    )
+
+
+def tolerance_shares(design: Design) -> Iterator[Verdict]:
+    """Written tolerances that are nearly as large as the size that they belong to."""
+    limit, sizes = own_limits()["tolerance_share"], toleranced_sizes(design.spec)
+    for part, tolerance in design.spec.assembly.tolerances:
+        size = sizes.get(part)
+        if size and tolerance > limit.value * size * (1 + 1e-9):
+            yield Violation(
+                f"{TolerancesDocument.keys[part].about} is {show(size, 'm')} +- {show(tolerance, 'm')}: "
+                f"{100.0 * tolerance / size:.0f} % of it, where {100.0 * limit.value:.0f} % are the most that a "
+                "measured part explains", "write half of the band in which your parts were measured",
+                f"assembly.tolerances.{part}", tolerance, limit.value * size, "m", source=limit.source,
+            )
+
+
+RULES: tuple[Rule, ...] = (
+    rule_of("SIT329", glue_on_silicone, "elastomer"),
+    rule_of("SIT330", hole_places, "mount"),
+    rule_of("SIT331", tolerance_shares),
+)

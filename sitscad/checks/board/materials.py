@@ -1,0 +1,64 @@
+"""SIT137: whether each layer of the stack-up is of a material that does what the layer is for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from sitscad.checks.rules import Rule, Verdict, Violation, rule_of
+from sitscad.design import Design
+from sitscad.fixes.moves import read_anew
+from sitscad.fixes.search import first_tried
+from sitscad.spec import presets
+from sitscad.spec.circuit import LayerKind, StackLayer
+
+BASE, BOND, COVER = "base", "bond", "cover"
+USUAL = {LayerKind.DIELECTRIC: "polyimide", LayerKind.COVERLAY: "polyimide-coverlay"}
+USES = {LayerKind.DIELECTRIC: (BASE, BOND), LayerKind.COVERLAY: (COVER,)}
+
+
+def layer_materials(design: Design) -> Iterator[Verdict]:
+    """Layers of a material for another use, and copper without a film that carries it."""
+    layers = design.spec.fpc.stackup.layers
+    for index, layer in enumerate(layers):
+        uses = USES.get(layer.kind, ())
+        if uses and not set(uses) & set(presets.dielectric_roles(layer.material)):
+            what = "a dielectric between copper layers" if layer.kind is LayerKind.DIELECTRIC else "a coverlay"
+            yield _other_material(design, index, f"{layer.material} does not serve as {what}", layer.kind)
+            return
+    coppers = [index for index, layer in enumerate(layers) if layer.kind is LayerKind.COPPER]
+    for index in coppers:
+        beside = [k for k in (*_beside(layers, index, -1), *_beside(layers, index, 1))]
+        if not any(BASE in presets.dielectric_roles(layers[k].material) for k in beside):
+            number = coppers.index(index) + 1
+            if not beside:
+                yield Violation(
+                    f"copper {number} has no dielectric beside it: it lies between coverlays alone",
+                    "write a dielectric below it, like {dielectric: 25 um, material: polyimide}", "fpc.stackup",
+                )
+            else:
+                names = " and ".join(dict.fromkeys(layers[k].material for k in beside))
+                said = f"copper {number} lies on {names} alone, which joins layers and carries no copper"
+                yield _other_material(design, beside[0], said, LayerKind.DIELECTRIC)
+            return
+
+
+def _beside(layers: tuple[StackLayer, ...], index: int, step: int) -> Iterator[int]:
+    """Indices of the dielectric layers from a copper layer to the next one, up (-1) or down (1)."""
+    index += step
+    while 0 <= index < len(layers) and layers[index].kind is LayerKind.DIELECTRIC:
+        yield index
+        index += step
+
+
+def _other_material(design: Design, index: int, message: str, kind: LayerKind) -> Violation:
+    """The finding about a layer's material, with the materials that serve."""
+    serving = [name for name in presets.names("dielectric") if set(USES[kind]) & set(presets.dielectric_roles(name))]
+    if kind is LayerKind.DIELECTRIC:
+        serving = [name for name in serving if BASE in presets.dielectric_roles(name)]
+    key = f"fpc.stackup.{index}.material"
+    hint = f"{key}: {' or '.join(serving)}"
+    fixes = list(read_anew(design.spec, key, USUAL[kind]))
+    return Violation(message, hint, key, advice=first_tried([fixes], hint) if fixes else None)
+
+
+RULES: tuple[Rule, ...] = (rule_of("SIT137", layer_materials),)

@@ -1,0 +1,137 @@
+"""Rules of materials in wrong places, holes in each other, tolerances, capacitors and requirements, each with a spec
+that is refused and a neighbour that is not.
+"""
+
+from __future__ import annotations
+
+import pytest
+from tolerance import approx
+
+from sitscad.estimates.circuit.tank import E12, E24, preferred_values, sold_beside
+from sitscad.finding import Severity
+from sitscad.spec import presets
+
+COPPER, COVER = {"copper": "30 um"}, {"coverlay": "27.5 um"}
+
+
+def stack(*dielectrics, coverlay=None):
+    """A stack-up of copper layers with groups of dielectrics between them."""
+    layers = [coverlay or COVER, COPPER]
+    for group in dielectrics:
+        layers += [{"dielectric": "25 um", "material": name} for name in group] + [COPPER]
+    return [*layers, coverlay or COVER]
+
+
+def of_stack(design, layers, copper):
+    return design(fpc__stackup=layers, coil__layers=copper, fpc__tail__layers=min(2, copper))
+
+
+@pytest.mark.parametrize(("layers", "copper", "key"), [
+    (stack(["solder-mask"]), 2, "fpc.stackup.2.material"),
+    (stack(["polyimide", "solder-mask"]), 2, "fpc.stackup.3.material"),
+    (stack(["adhesive"]), 2, "fpc.stackup.2.material"),
+    (stack(["adhesive"], ["polyimide"], ["adhesive"]), 4, "fpc.stackup.2.material"),
+    (stack(["polyimide-coverlay"]), 2, "fpc.stackup.2.material"),
+    (stack(["polyimide"], coverlay={"coverlay": "25 um", "material": "adhesive"}), 2, "fpc.stackup.0.material"),
+    (stack(["polyimide"], coverlay={"coverlay": "25 um", "material": "felios"}), 2, "fpc.stackup.0.material"),
+])
+def test_layer_of_a_material_for_another_use_is_an_error(design, judge, layers, copper, key):
+    (found,) = judge("SIT137", of_stack(design, layers, copper))
+    assert found.severity is Severity.ERROR and found.key == key
+
+
+@pytest.mark.parametrize(("layers", "copper"), [
+    (stack(["polyimide"]), 2), (stack(["felios"]), 2), (stack(["bondply"]), 2),
+    (stack(["adhesive", "polyimide", "adhesive"]), 2),
+    (stack(["polyimide"], ["adhesive"], ["polyimide"]), 4),
+    (stack(["polyimide"], coverlay={"coverlay": "25 um", "material": "solder-mask"}), 2),
+])
+def test_layer_of_a_material_for_its_use_passes(design, judge, layers, copper):
+    assert judge("SIT137", of_stack(design, layers, copper)) == []
+
+
+@pytest.mark.parametrize("adhesive", ["epoxy", "transfer-tape"])
+def test_glue_that_does_not_hold_on_silicone_is_an_error_on_a_pad_alone(design, judge, adhesive):
+    (found,) = judge("SIT329", design(assembly={"adhesive": adhesive}))
+    assert found.severity is Severity.ERROR and found.key == "assembly.adhesive"
+    without = design(assembly={"adhesive": adhesive}, elastomer=None, requirements=None)
+    assert judge("SIT329", without) == []
+
+
+@pytest.mark.parametrize("adhesive", ["silicone-adhesive", "cyanoacrylate"])
+def test_glue_that_holds_on_silicone_passes(design, judge, adhesive):
+    assert judge("SIT329", design(assembly={"adhesive": adhesive})) == []
+
+
+def plate(design, *places, **sizes):
+    holes = [{"at": list(place), "diameter": 2.4, "head": 3.8, **sizes} for place in places]
+    return design(mount={"kind": "bench-plate", "standoff": 1, "holes": holes}, shield=None)
+
+
+@pytest.mark.parametrize(("places", "sizes"), [
+    ([(-20, 20), (-20, 21)], {}), ([(-20, 20), (20, 20), (-20, 23.5)], {}), ([(-20, 20), (-20, 20)], {}),
+    ([(-20, 20), (-20, 24)], {"diameter": 3.8}),
+])
+def test_holes_of_a_plate_in_each_other_are_an_error(design, judge, places, sizes):
+    (found,) = judge("SIT330", plate(design, *places, **sizes))
+    assert found.severity is Severity.ERROR and found.key == f"mount.holes.{len(places) - 1}.at"
+    assert found.measured < found.limit
+
+
+@pytest.mark.parametrize("places", [[(-20, 20), (-20, 24)], [(-20, 20)], [(0, 0), (6.25, 0)]])
+def test_holes_of_a_plate_with_room_for_heads_pass(design, judge, places):
+    assert judge("SIT330", plate(design, *places)) == []
+
+
+@pytest.mark.parametrize("pattern", ["corners-m2", "ati-nano17", "ati-mini40", "breadboard-m6-25mm"])
+def test_installed_hole_patterns_keep_their_distances(design, judge, pattern):
+    assert judge("SIT330", design(mount={"kind": "bench-plate", "standoff": 1, "holes": pattern}, shield=None)) == []
+
+
+def test_tolerance_of_nearly_the_whole_part_is_a_warning(design, judge):
+    (found,) = judge("SIT331", design(assembly={"tolerances": {"target": "190 um", "elastomer": "0.3 mm"}}))
+    assert found.severity is Severity.WARNING and found.key == "assembly.tolerances.target"
+    assert (found.measured, found.limit) == approx((190e-6, 100e-6), rel=1e-9)
+    assert judge("SIT331", design(assembly={"tolerances": {"target": "100 um", "encapsulation": "50 um"}})) == []
+
+
+@pytest.mark.parametrize(("written", "nearest"), [("333.33 pF", 330e-12), ("350 pF", 360e-12), ("95 pF", 91e-12)])
+def test_capacitor_that_nobody_sells_is_a_warning_with_its_neighbours(design, judge, written, nearest):
+    (found,) = judge("SIT220", design(readout__capacitance=written))
+    assert found.severity is Severity.WARNING and found.key == "readout.capacitance"
+    assert found.limit == approx(nearest, rel=1e-9)
+
+
+@pytest.mark.parametrize("written", ["auto", "330 pF", "91 pF", "1 nF", "0.1 nF", "360 pF", "1.1 nF"])
+def test_capacitor_of_the_series_passes(design, judge, written):
+    assert judge("SIT220", design(readout__capacitance=written)) == []
+
+
+def test_chosen_capacitors_are_sold():
+    assert set(E12) < set(E24) and len(E24) == 24
+    chosen = preferred_values(presets.converter("ldc1614"))
+    assert chosen and all(sold_beside(value) == approx((value, value), rel=1e-9) for value in chosen)
+    assert sold_beside(9.6e-11) == approx((9.1e-11, 1e-10), rel=1e-9)
+
+
+@pytest.mark.parametrize(("asked", "severity", "key"), [
+    ({"temperature": "60 degC", "temperature_range": [15, 45]}, Severity.ERROR, "requirements.temperature"),
+    ({"temperature": "10 degC", "temperature_range": [15, 45]}, Severity.ERROR, "requirements.temperature"),
+    ({"temperature_range": [30, 40]}, Severity.NOTE, "requirements.temperature_range"),
+])
+def test_temperature_outside_of_its_range_is_told_at_its_key(design, judge, asked, severity, key):
+    (found,) = judge("SIT410", design(requirements=asked))
+    assert (found.severity, found.key) == (severity, key)
+
+
+@pytest.mark.parametrize("asked", [{"temperature_range": [15, 45]}, {"temperature": "37 degC"},
+                                   {"temperature": "37 degC", "temperature_range": [37, 40]}])
+def test_temperature_in_its_range_passes(design, judge, asked):
+    assert judge("SIT410", design(requirements=asked)) == []
+
+
+def test_load_case_beyond_what_is_borne_is_a_warning(design, judge):
+    found = judge("SIT410", design(loads={"press": {"normal": "6 N"}, "shear": {"shear_x": "2 N"}}))
+    assert [(one.key, one.severity) for one in found] == [("loads.press", Severity.WARNING),
+                                                          ("loads.shear", Severity.WARNING)]
+    assert judge("SIT410", design(loads={"press": {"normal": "4.8 N"}, "shear": {"shear_x": "-1 N"}})) == []
