@@ -116,8 +116,8 @@ class Sheet:
         self, paths: Path | Iterable[Path], pen: Pen | None = None, fill: str | None = None, name: str = "",
         opacity: float = 1.0, kind: str = "",
     ) -> None:
-        """Add paths as one shape."""
-        drawn = (paths,) if isinstance(paths, Path) else tuple(paths)
+        """Add paths as one shape. Paths without segments, as `polyline` returns for a repeated point, draw nothing."""
+        drawn = tuple(path for path in ((paths,) if isinstance(paths, Path) else paths) if path.segments)
         self.items.append(Shape(drawn, pen, fill, name, opacity, kind))
 
     def line(self, x0: float, y0: float, x1: float, y1: float, pen: Pen | None = None) -> None:

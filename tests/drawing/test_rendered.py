@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from xml.etree import ElementTree
 
 import numpy as np
 from tolerance import approx
@@ -81,3 +82,13 @@ def test_a_mesh_with_nothing_left_of_it_and_one_beside_the_picture_draw_nothing(
     beside, sheet = block((-9, 0, 3), (-8, 1, 4), "#0000ff"), Sheet("", SIZE, unit="")
     rendered(sheet, [beside], fitted([red], camera(0.0, 0.0), SIZE), SIZE)
     assert not list(sheet.items)
+
+
+def test_slanted_needles_one_raster_point_wide_have_pictures():
+    """The border of one point that hangs on others by a corner had no line left, and the SVG no start."""
+    random = np.random.default_rng(1)
+    lows, sides = random.uniform(0.0, 1.0, (40, 3)), random.uniform(0.002, 0.01, (40, 3))
+    sides[np.arange(40), random.integers(3, size=40)] = 1.0
+    needles = [block(low, low + side, "#ff0000") for low, side in zip(lows, sides, strict=True)]
+    _, _, text = drawn(*needles, angles=random.uniform(0.1, 1.2, 2))
+    ElementTree.fromstring(text)

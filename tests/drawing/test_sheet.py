@@ -45,6 +45,15 @@ def test_a_group_that_fails_leaves_the_sheet_usable():
     assert len(list(flattened(sheet.items))) == 1
 
 
+def test_a_line_of_one_repeated_point_is_drawn_as_nothing():
+    point, line = Point(3.0, 4.0), polyline([Point(1.0, 1.0), Point(2.0, 1.0)])
+    for paths in (polyline([point, point]), [polyline([point, point]), line], [closed_polygon([point] * 3)]):
+        sheet = Sheet("dots", (40.0, 30.0))
+        sheet.draw(paths, Pen(), RED)
+        assert element(sheet, "path").get("d") == ("M1 29L2 29" if line in paths else "")
+        assert pdf([sheet])
+
+
 def test_full_circles_are_circles_and_dashed_ones_begin_where_they_were_drawn():
     sheet = Sheet("round", (40.0, 30.0))
     sheet.draw(circle(Point(10.0, 12.0), 3.0), Pen())
