@@ -215,7 +215,13 @@ def _assemble(spec: SensorSpec, found: _Attempt) -> Layout:
         shortfalls=found.shortfalls, capacitors=tuple(capacitors), tail_length=tail.end - tail.body_end,
     )
     line = course(spec.fpc.tail, tail.half_width, begin)
-    return _mapped(straight, line.path, line.place, line.is_across) if line else straight
+    if line is None:
+        return straight
+    if routing is not None:
+        return _mapped(straight, line.path, line.place, line.is_across)
+    # coils without leads have no copper in the tail; those beyond a body that is too small may stand beside its turn
+    bare = _mapped(replace(straight, coils=()), line.path, line.place, line.is_across)
+    return replace(bare, coils=straight.coils, traces=straight.traces, vias=straight.vias)
 
 
 def _copper_points(traces: tuple[Trace, ...], vias: tuple[Via, ...], before: float) -> list[tuple[Point, float]]:

@@ -14,7 +14,7 @@ from sitscad.layout.clearance import Breadth, Obstacles, TrackToPlace, hole_keep
 from sitscad.layout.escape import SPARED, TRIALS_OF_A_WAVE, Escape, Joined, SearchLimit, escape
 from sitscad.layout.lanes import Bus, Exit, Lane, Ring, assign_lanes, exits, lane_height, rows_of_lanes
 from sitscad.layout.outline import body_breadth, breadth_of, edge_of_body, ends, far_end, given_box, roots, walls
-from sitscad.layout.tail_frame import TailFrame, frame, pair_height
+from sitscad.layout.tail_frame import TailFrame, frame, pair_height, turn_lag
 from sitscad.layout.tail_tracks import Run, runs, stretched, ways_down
 from sitscad.layout.windings import WoundCoil
 from sitscad.record import record, replace
@@ -392,7 +392,8 @@ def body_frame(spec: SensorSpec, bus: Bus, front: float, needed: Breadth) -> Tai
     # its length counts from the body's end; what is straight begins beside the rounded root
     tail, both = tail.reaching(box[2] - tail.body_end), roots(edge, tail)
     beyond = max(0.0, *(each.on_tail.x - tail.start for each in both)) if both else 0.0
-    return replace(tail, start=tail.start + beyond)
+    tail = replace(tail, start=tail.start + beyond)
+    return replace(tail, end=tail.end + turn_lag(spec.fpc.rules, bus, tail))
 
 
 def reaching_ahead(spec: SensorSpec, far: float, tail: TailFrame) -> TailFrame:

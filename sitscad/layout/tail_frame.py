@@ -344,6 +344,11 @@ def turn_begin(rules: DesignRules, bus: Bus, tail: TailFrame) -> float:
     return min(apart, tail.end - tail.connector.stiffener_length) - CAP - tail.turn
 
 
+def turn_lag(rules: DesignRules, bus: Bus, tail: TailFrame) -> float:
+    """Length (m) that the tail lacks for its turn to begin where its sides are straight; 0 without a turn."""
+    return max(0.0, tail.start + tail.taper.reach_beyond - turn_begin(rules, bus, tail)) if tail.turn else 0.0
+
+
 def first_via(rules: DesignRules, tail: TailFrame) -> float:
     """Where along x the vias at the contacts begin: up to there the tail may be bent."""
     return tail.fan_end - rules.via_pad - 2.0 * CAP

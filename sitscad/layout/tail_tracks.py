@@ -17,7 +17,7 @@ from sitscad.geometry.path import Path, Point, polyline
 from sitscad.layout.board import Layout, Pad
 from sitscad.layout.clearance import TrackToPlace, ViaToPlace
 from sitscad.layout.lanes import STAGGER, Bus, Lane
-from sitscad.layout.tail_frame import CAP, TailFrame, contact_height, pair_height, parting, turn_begin
+from sitscad.layout.tail_frame import CAP, TailFrame, contact_height, pair_height, parting, turn_begin, turn_lag
 from sitscad.record import record
 from sitscad.spec.circuit import FpcSpec
 from sitscad.spec.coil import CoilPlacement
@@ -126,8 +126,7 @@ def stretched(rules: DesignRules, bus: Bus, tail: TailFrame, ways: list[tuple[De
         begin, start, end = tail.body_end + waited, tail.start + waited, tail.end + waited
         tail = replace(tail, body_end=begin, start=start, end=end)
     limit = turn_begin(rules, bus, tail)
-    late = max(0.0, tail.start + tail.taper.reach_beyond - limit) if tail.turn else 0.0
-    late = max(late, *(way.foot.x + 1.5 * tail.fan_pitch - limit for way in both))
+    late = max(turn_lag(rules, bus, tail), *(way.foot.x + 1.5 * tail.fan_pitch - limit for way in both))
     return replace(tail, end=tail.end + late)
 
 

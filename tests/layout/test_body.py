@@ -171,3 +171,27 @@ def test_a_spec_with_a_drawing_follows_it(tmp_path):
     with pytest.raises(sitscad.SpecError) as caught:
         sitscad.load(tmp_path / "d.yaml")
     assert caught.value.findings[0].hint == "there is no DXF file in that folder"
+
+
+@pytest.mark.parametrize("way", [{"offset": 20}, {"offset": -3}, {"turn": "left"}, {"turn": "right", "turn_radius": 8}])
+def test_coils_beyond_a_small_body_stay_where_they_are_beside_a_turned_tail(way):
+    """The turn was to bend the spirals that stand in its way: an internal error."""
+    coil = {"shape": "circle", "outer_diameter": 7, "turns": 8, "layers": 2, "trace_width": 0.15, "trace_spacing": 0.15}
+    fpc = {"body": {"shape": "rectangle", "size": 9}, "tail": {"length": 40, **way}}
+    values = {"sitscad": 1, "name": "small", "coil": coil, "array": {"count": 4}, "fpc": fpc}
+    spec = sitscad.SensorSpec.from_mapping(values)
+    said, layout = refusals(spec, "none")["SIT135"], sitscad.lay_out(spec)
+    assert said.key == "fpc.body" and said.measured < 0.0 < said.limit == spec.fpc.rules.copper_to_edge
+    straight = sitscad.lay_out(spec.replace({f"fpc.tail.{key}": None for key in way}))
+    assert layout.coils == straight.coils and layout.outline != straight.outline
+    assert shapely.Polygon(layout.outline.flattened(1e-6)).is_valid
+
+
+@pytest.mark.parametrize("turn", ["left", "right"])
+def test_a_turn_begins_beyond_the_rounded_root_of_a_tail_however_short_it_is(bare, turn):
+    """Without leads, the tail was as long as a turn takes that begins at the body, in the middle of the root."""
+    small = {"shape": "rectangle", "size": 9}
+    layout = sitscad.lay_out(bare.replace({"fpc.body": small, "fpc.tail": {"length": 1, "turn": turn}}))
+    assert layout.shortfalls
+    outline = shapely.Polygon(layout.outline.flattened(1e-6))
+    assert outline.is_valid and outline.area > 9e-3**2
