@@ -232,6 +232,7 @@ def _layer_differences(folder: Path) -> Iterator[str]:
     try:
         with reading("the job file cannot be compared"):
             yield from compare_job(folder / "fpc")
+            yield from compare_job(folder / "fpc" / "panel")
     except ExtractionError as error:
         yield str(error)
 

@@ -11,7 +11,7 @@ PAPERS: tuple[Writer, ...] = (
         "placement", "papers.parts_list:render_placement", "gerber", ("layout", "estimates"),
         lambda spec: spec.readout.chip is not None,
     ),
-    Writer("order notes", "papers.order_notes", "gerber", ("layout", "panel", "files", "forced")),
+    Writer("order notes", "papers.order_notes", "gerber", ("layout", "panel", "bench_estimates", "files", "forced")),
     Writer("board pictures", "papers.drawings.board:render_pictures", "gerber"),
     Writer("board drawing", "papers.drawings.board", "gerber", ("layout", "forced", "files")),
     Writer("stack-up drawing", "papers.drawings.stackup", "gerber", ("layout", "forced", "files")),

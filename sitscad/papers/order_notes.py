@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from textwrap import wrap
 
 from sitscad.drawing.frame import FORCED
+from sitscad.estimates.values import Estimates
 from sitscad.fabrication import notes
 from sitscad.fabrication.board_end import contact_text, end_tolerance, plug_text
 from sitscad.fabrication.files import (
@@ -27,23 +28,30 @@ from sitscad.layout.bending import Where, finished_thickness, tail_copper, tail_
 from sitscad.layout.board import Layout
 from sitscad.layout.panel import Panel, is_too_small
 from sitscad.layout.tail_tracks import contact_rows
+from sitscad.scene.column import usual_tolerances
 from sitscad.spec.circuit import MASK, LayerKind, Plating
 from sitscad.spec.presets import is_unverified, unverified_rows
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import aligned, counted, show
 
+SIGMAS = 3.0
+"""Sigmas of manufacture within which a coil's resistance is accepted."""
+
 
 def render(
-    layout: Layout, panel: Panel | None = None, files: Mapping[str, bytes] | None = None, forced: str = ""
+    layout: Layout, panel: Panel | None = None, bench: Estimates | None = None,
+    files: Mapping[str, bytes] | None = None, forced: str = "",
 ) -> dict[str, bytes]:
-    """The readme for the fabricator by its path in the package; ``panel`` is what it is ordered in, if any; ``files``
-    has the images whose fingerprint it states; it begins with a warning where ``forced`` is not empty.
+    """The readme for the fabricator by its path in the package. ``panel`` is what the boards are ordered in, ``bench``
+    has the coils' resistances at 20 degC, ``files`` the images whose fingerprint it states. It begins with a warning if
+    ``forced`` is not empty.
     """
-    return {f"{FOLDER}/readme.txt": readme(layout, panel, files, bool(forced)).encode("utf-8")}
+    return {f"{FOLDER}/readme.txt": readme(layout, panel, bench, files, bool(forced)).encode("utf-8")}
 
 
 def readme(
-    layout: Layout, panel: Panel | None = None, files: Mapping[str, bytes] | None = None, forced: bool = False
+    layout: Layout, panel: Panel | None = None, bench: Estimates | None = None,
+    files: Mapping[str, bytes] | None = None, forced: bool = False,
 ) -> str:
     """The order's parameters, what matters to the sensor, the files, and the fingerprint of `files` if given."""
     incomplete = [f"- {lack.message}" for lack in layout.shortfalls]
@@ -53,7 +61,7 @@ def readme(
     sections = [
         [f"{FORCED}.", ""] if forced else [], incomplete, notes.section("What to make", _order(layout, panel)),
         notes.section("Stack-up, from the top", _layers(layout)),
-        notes.section("What the sensor depends on", _care(layout)), notes.section("Test", _test(layout)),
+        notes.section("What the sensor depends on", _care(layout)), notes.section("Test", _test(layout, bench)),
         *([notes.section("Questions", notes.questions(layout.spec.fpc))] if layout.spec.fpc.rules.one_process else ()),
         notes.headed("Contacts, for whoever wires the sensor (numbered as in the drawing)", wired) if wired else [],
         notes.section("Files", _files(layout, panel)),
@@ -112,7 +120,7 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     yield "Legend", "none" if fpc.rules.one_process else "none, and no date code or maker's mark on the boards"
     yield "Laminates", notes.laminate_text(fpc.stackup)
     if not fpc.rules.one_process:
-        yield "Class", "IPC-6013 class 2 unless the order says otherwise"
+        yield "Class", f"IPC-6013 class 2, {_ipc_type(layout)}, unless the order says otherwise"
     if layout.stiffener is not None:
         left, low, right, high = bounding_box([layout.stiffener.outline.outline])
         where = f"x = {show(left, 'm')} to {show(right, 'm')}, y = {show(low, 'm')} to {show(high, 'm')}"
@@ -158,7 +166,22 @@ def _holes(layout: Layout) -> str:
     sizes = sorted({(round(via.drill, 9), round(via.pad, 9)) for via in layout.vias})
     counts = [sum((round(v.drill, 9), round(v.pad, 9)) == size for v in layout.vias) for size in sizes]
     kinds = (f"{n} of {show(drill, 'm')} (pad {show(pad, 'm')})" for n, (drill, pad) in zip(counts, sizes, strict=True))
-    return f"{', '.join(kinds)}, plated, finished diameters; {notes.holes_text(layout)}"
+    plating = layout.spec.fpc.stackup.plating_thickness
+    least = plating - usual_tolerances()["copper plating"].band
+    thick = f"; copper in the holes {show(plating, 'm')} nominal, at least {show(least, 'm', 2)}" if least > 0.0 else ""
+    return (
+        f"{', '.join(kinds)}, plated, finished diameters; {notes.holes_text(layout)}; nothing is put into them: a "
+        f"hole may come out smaller if ring and plating hold{thick}"
+    )
+
+
+def _ipc_type(layout: Layout) -> str:
+    """Type and use of a flexible board by IPC-6013, 1.3: type 5 has several layers without plated holes."""
+    layers = layout.copper_layers
+    kind = 1 if layers == 1 else 5 if not layout.vias else 2 if layers == 2 else 3
+    tail = layout.spec.fpc.tail
+    is_dynamic = tail is not None and tail.bend == "dynamic"
+    return f"type {kind}, use {'B (flexes in use)' if is_dynamic else 'A (bent at installation)'}"
 
 
 def _contacts(layout: Layout) -> str:
@@ -231,7 +254,11 @@ def _care(layout: Layout) -> Iterator[tuple[str, str]]:
         "The coils are the function of this board: add no copper inside the outline (no thieving, fill, marks, test "
         "coupons or closed rings), remove none, add no teardrops."
     )
-    yield "Tracks", "Width and copper thickness set the coils' resistance: tell us before compensating the artwork."
+    wide = usual_tolerances()["trace width"].band
+    yield "Tracks", (
+        "Width and copper thickness set the coils' resistance. Widths in the files are finished widths, within "
+        f"{show(100.0 * wide, '%')}: compensate the artwork for your etching as you do."
+    )
     if layout.copper_layers > 1:
         words = "The thickness between copper layers sets the coils' inductance: do not replace the film by another."
         yield "Dielectric", words
@@ -239,7 +266,7 @@ def _care(layout: Layout) -> Iterator[tuple[str, str]]:
     yield "Metal", "No magnetic or conducting part (steel stiffener, shielding film) on or under the coils."
 
 
-def _test(layout: Layout) -> Iterator[tuple[str, str]]:
+def _test(layout: Layout, bench: Estimates | None) -> Iterator[tuple[str, str]]:
     pins = "; ".join(
         f"{net}: {', '.join(str(pad.number) for pad in layout.pads if pad.net == net) or 'no contact'}"
         for net in layout.nets
@@ -247,6 +274,22 @@ def _test(layout: Layout) -> Iterator[tuple[str, str]]:
     if not layout.spec.fpc.rules.one_process:
         yield "Bare board", "100 % continuity and isolation by the IPC-D-356A netlist"
     yield "Nets", f"{len(layout.nets)}, one a coil; the contacts of one coil are joined through its winding ({pins})"
+    layers = sorted({trace.layer for trace in layout.traces if trace.net})
+    yield "Inspection", (
+        f"optical, of the coils on {'each copper layer' if len(layers) > 1 else 'the copper'} after etching"
+        f"{', before lamination' if layout.copper_layers > 1 else ''}: a short between turns of one coil is within one "
+        "net, so no test of continuity or isolation finds it"
+    )
+    limits = []
+    for read in bench.metered if bench else ():
+        ends = (read.direct + side * SIGMAS * read.direct_sigma for side in (-1.0, 1.0))
+        low, high = (show(max(end, 0.0), "ohm", 3) for end in ends)
+        limits.append(f"{read.coil} {show(read.direct, 'ohm', 3)} ({low} to {high})")
+    if limits:
+        yield "Resistance", (
+            f"to direct current between the contacts of each coil, at 20 degC: {', '.join(limits)}. Reject what is "
+            "outside of its limits. Tell us if a coil is a tenth off the same coil of the other boards"
+        )
 
 
 def _files(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:

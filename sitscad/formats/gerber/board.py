@@ -6,11 +6,12 @@ the board is, which file shows what, and the stack-up.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from sitscad.fabrication.files import (
     VENDOR,
+    FabricationFile,
     drill_files,
     drill_map_file,
     drill_title,
@@ -58,14 +59,25 @@ def render_drill_map(layout: Layout) -> dict[str, bytes]:
 
 
 def render_job(layout: Layout) -> dict[str, bytes]:
-    """The job file by its path in the package."""
+    """The job file of the board by its path in the package."""
+    files = (*gerber_files(layout), *drill_files(layout))
+    return {fabrication_path(layout.spec, "job.gbrjob"): job_document(layout, files, layout.size)}
+
+
+def job_document(layout: Layout, files: Sequence[FabricationFile], size: tuple[float, float]) -> bytes:
+    """The job file of a set of files: the board's, or its panel's. ``size`` (m) is that of the outline's middle line.
+    The thickness is without the stiffener. Lengths in the file are millimetres.
+    """
     software = {"Vendor": VENDOR, "Application": VENDOR, "Version": __version__}
-    created = creation_date()
-    # Size is that of the outline's middle line, in millimetres; the thickness is without the stiffener
-    length, width = layout.size
-    name, revision = layout.spec.name, layout.spec.issue.revision or UNNUMBERED
+    created, issue = creation_date(), layout.spec.issue
+    length, width = size
+    name, revision = layout.spec.name, issue.revision or UNNUMBERED
     job: dict[str, Any] = {
-        "Header": {"GenerationSoftware": software, **({"CreationDate": created} if created else {})},
+        "Header": {
+            "GenerationSoftware": software,
+            **({"CreationDate": created} if created else {}),
+            **({"Comment": issue.title} if issue.rows else {}),
+        },
         "GeneralSpecs": {
             "ProjectId": {"Name": name, "GUID": project_guid(name), "Revision": revision},
             "Size": {"X": _mm(length), "Y": _mm(width)},
@@ -76,12 +88,11 @@ def render_job(layout: Layout) -> dict[str, bytes]:
         "DesignRules": _rules(layout),
         "FilesAttributes": [
             {"Path": file.name, "FileFunction": file.function, "FilePolarity": file.polarity}
-            for file in (*gerber_files(layout), *drill_files(layout))
+            for file in files
         ],
         "MaterialStackup": list(_stackup(layout)),
     }
-    text = json.dumps(job, indent=2, ensure_ascii=True) + "\n"
-    return {fabrication_path(layout.spec, "job.gbrjob"): text.encode("ascii")}
+    return (json.dumps(job, indent=2, ensure_ascii=True) + "\n").encode("ascii")
 
 
 def _rules(layout: Layout) -> list[dict[str, Any]]:

@@ -20,12 +20,14 @@ from sitscad.fabrication.files import (
     gerber_files,
     on_grid,
     panel_attributes,
+    panel_files,
     panel_path,
     plated_words,
     profile_file,
     tooling_file,
     tools,
 )
+from sitscad.formats.gerber.board import job_document
 from sitscad.formats.gerber.image import (
     Image,
     document,
@@ -68,7 +70,10 @@ def render(panel: Panel | None, files: Mapping[str, bytes]) -> dict[str, bytes]:
         made |= _file(layout, file, repeated(images))
     made |= _file(layout, profile_file(layout.spec), profile(rectangle(0.0, 0.0, *panel.size)))
     made |= _file(layout, cut_file(layout.spec), profile(*panel.cuts, function="CutOut"))
-    return made | _drills(panel) | {panel_path(layout.spec, ".json"): _places(panel)}
+    job = job_document(layout, panel_files(layout), panel.size)
+    return made | _drills(panel) | {
+        panel_path(layout.spec, ".json"): _places(panel), panel_path(layout.spec, "-job.gbrjob"): job,
+    }
 
 
 def _file(layout: Layout, file: FabricationFile, body: Iterator[str]) -> dict[str, bytes]:

@@ -177,6 +177,7 @@ def _files(panel: Panel) -> Iterator[tuple[str, str]]:
     drill_map = drill_map_file(panel_path(layout.spec, "-Drill_Map.gbr"))
     yield drill_map.name, "drill map (Gerber drawing)"
     yield panel_path(layout.spec, "-drawing.pdf").rpartition("/")[2], "drawing of the panel (also as SVG)"
+    yield panel_path(layout.spec, "-job.gbrjob").rpartition("/")[2], "Gerber job file of the panel"
     yield "Coordinates", "millimetres, one origin for all files of the panel: its lower left corner"
 
 
