@@ -266,7 +266,7 @@ def test_a_short_side_between_two_arcs_leaves_no_arc_tighter_than_the_track(radi
 @pytest.mark.parametrize("shape", ["circle", "square"])
 def test_the_error_that_metal_adds_does_not_jump_with_its_distance(shape):
     """A target of a little more or less size moved the pad under it past 0.2 mm, and the stated error by a quarter."""
-    spec = CoilSpec(shape, (10e-3, 10e-3), 10.0, (1, 2), 0.2e-3, 0.2e-3)
+    spec = CoilSpec(shape, (10e-3, 10e-3), 10.0, layers=(1, 2), trace_width=0.2e-3, trace_spacing=0.2e-3)
     gaps = [0.02e-3 * 1.005**k for k in range(1000)]
     errors = [near_metal_error(spec, gap) for gap in gaps]
     assert all(0.0 <= before - after < 1e-3 for before, after in pairwise(errors))

@@ -38,7 +38,7 @@ def sensor(name="hand-made", pitch=4.5e-3, layers=4, **parts) -> SensorSpec:
     nothing = dict.fromkeys(("target", "elastomer", "encapsulation", "mount", "shield"))
     return SensorSpec(
         name=name,
-        coil=CoilSpec("circle", (4e-3, 4e-3), 7.75, (1, 2, 3, 4), 8e-5, 8e-5),
+        coil=CoilSpec("circle", (4e-3, 4e-3), 7.75, layers=(1, 2, 3, 4), trace_width=8e-5, trace_spacing=8e-5),
         array=ArraySpec("line", places, pitch),
         fpc=FpcSpec(stackup=stackup, rules=rules, panel=PanelSpec(), teardrops="none"),
         readout=ReadoutSpec(presets.converter("ldc1614"), None, "converter", None, None, 40e6, 500.0),

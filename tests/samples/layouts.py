@@ -76,7 +76,9 @@ def sensor_spec(copper: int = 2, tail: bool = True, name: str = "two-coils") -> 
     end = Tail(11 * MM, ZIF, layers=copper, turn_radius=2e-3) if tail else None
     return SensorSpec(
         name=name,
-        coil=CoilSpec("circle", (DIAMETER, DIAMETER), 4.5, (1, copper), WIDTH, SPACING),
+        coil=CoilSpec(
+            "circle", (DIAMETER, DIAMETER), 4.5, layers=(1, copper), trace_width=WIDTH, trace_spacing=SPACING,
+        ),
         array=ArraySpec("line", placements, COIL_PITCH),
         fpc=FpcSpec(stackup=stackup(copper), rules=RULES, tail=end, panel=PanelSpec(), teardrops="none"),
         target=None,
