@@ -281,19 +281,21 @@ def test_a_board_without_straight_edges_still_gets_bridges(board):
 def test_the_archive_holds_the_panel_and_not_the_single_board(small):
     files = small[2]
     names = zipfile.ZipFile(io.BytesIO(files["fpc/small-part-order.zip"])).namelist()
-    assert {"small-part-panel.GTL", "small-part-panel.GM4", "small-part-panel-NPTH.drl", "readme.txt"} <= set(names)
+    own = {f"small-part-panel{ending}" for ending in (".GTL", "-Part_Cuts.gbr", "-NPTH.drl")}
+    assert own | {"readme.txt"} <= set(names)
     assert "small-part.GTL" not in names and "small-part-netlist.d356" in names
 
 
 def test_the_archive_says_of_every_image_of_the_panel_what_it_is():
-    """GM2, GM3 and GM4 are a choice of ours, and the readme of the archive named the single board's files alone."""
+    """The readme of the archive named the single board's files alone."""
     layout = lay_out(load_text(FOUR_LAYERS))
     sent = zipfile.ZipFile(io.BytesIO(layouts.order_set(layout, plan(layout))["fpc/small-part-order.zip"]))
     lines = sent.read("small-part-panel-readme.txt").decode().splitlines()
     listed = dict(line.split("  ", 1) for line in lines if line.startswith("small-part-panel") and "  " in line)
     images = {name for name in sent.namelist() if "-panel" in name and not name.endswith((".txt", ".pdf"))}
-    assert {"small-part-panel.GM2", "small-part-panel.GM3", "small-part-panel.GM4"} < images <= set(listed)
-    assert "stiffener" in listed["small-part-panel.GM2"] and "cuts round" in listed["small-part-panel.GM4"]
+    stiffener, cuts = "small-part-panel-B_Stiffener.gbr", "small-part-panel-Part_Cuts.gbr"
+    assert {stiffener, cuts, "small-part-panel-Body_Layers.gbr", "small-part-panel-job.gbrjob"} < images <= set(listed)
+    assert "stiffener" in listed[stiffener] and "cuts round" in listed[cuts]
     assert "small-part-panel-readme.txt" in sent.read("readme.txt").decode()
     assert len({len(name) + 2 + len(text) - len(text.lstrip()) for name, text in listed.items()}) == 1
 

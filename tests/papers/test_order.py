@@ -7,6 +7,7 @@ import io
 import json
 import re
 import subprocess
+import warnings
 import xml.etree.ElementTree as ET
 import zipfile
 from dataclasses import replace
@@ -17,6 +18,7 @@ from kicad_oracle import needs_kicad, write
 from legibility import assert_legible
 from tolerance import approx
 
+import sitscad
 from sitscad.drawing import frame as _drawing
 from sitscad.drawing.sheet import Group, Label, Sheet, text_width
 from sitscad.drawing.svg import svg
@@ -37,6 +39,8 @@ from sitscad.spec import presets
 from sitscad.spec.circuit import PanelSpec
 from sitscad.spec.load import load_text
 from sitscad.spec.profiles import installed_rules
+from sitscad.spec.yaml.source import Issue
+from sitscad.units import show
 
 SVG = "{http://www.w3.org/2000/svg}"
 MM = 1e-3
@@ -387,6 +391,25 @@ def test_the_archive_holds_the_set_and_its_own_names(board):
     assert not any(name.endswith((".svg", ".json")) for name in names)
 
 
+@pytest.mark.parametrize("naming", ["protel", "kicad"])
+@pytest.mark.parametrize("is_panel", [False, True], ids=["single", "panel"])
+def test_the_archive_opens_by_its_names_alone(board, naming, is_panel, tmp_path):
+    """Files of ours beside the outline, called as mechanical layers, made the outline ambiguous."""
+    gerbonara = pytest.importorskip("gerbonara")
+    rules = replace(board.spec.fpc.rules, file_naming=naming)
+    fpc = replace(board.spec.fpc, rules=rules, panel=PanelSpec("always", (1, 2)) if is_panel else PanelSpec())
+    layout = replace(board, spec=replace(board.spec, fpc=fpc))
+    (path,) = [name for name in layouts.order_set(layout, plan(layout) if is_panel else None) if name.endswith(".zip")]
+    (tmp_path / "order.zip").write_bytes(layouts.order_set(layout, plan(layout) if is_panel else None)[path])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        stack = gerbonara.LayerStack.open(tmp_path / "order.zip")
+    inner = {(f"inner_{k}", "copper") for k in range(1, board.copper_layers - 1)}
+    sides = {(side, what) for side in ("top", "bottom") for what in ("copper", "mask")}
+    assert set(stack.graphic_layers) == sides | inner | {("mechanical", "outline")}
+    assert len(stack.drill_pth) >= len(board.vias)
+
+
 def test_the_archive_keeps_names_where_the_rules_say_so(board):
     rules = replace(board.spec.fpc.rules, file_naming="kicad")
     board = replace(board, spec=replace(board.spec, fpc=replace(board.spec.fpc, rules=rules)))
@@ -460,6 +483,40 @@ def test_every_naming_of_the_profiles_is_known():
 
 
 # --- What the person who orders has to know
+
+
+def test_the_order_asks_for_what_no_netlist_test_finds():
+    """A short between turns of one coil joins two places of one net."""
+    design = sitscad.Design(ordered("rules: generic-fine", 4).spec)
+    text = " ".join(fabrication_notes.readme(design.layout, None, design.bench_estimates).split())
+    read = design.bench_estimates.metered[0]
+    ends = [show(read.direct + side * 3.0 * read.direct_sigma, "ohm", 3) for side in (-1, 1)]
+    assert f"{read.coil} {show(read.direct, 'ohm', 3)} ({ends[0]} to {ends[1]})" in text
+    assert "each copper layer after etching, before lamination" in text
+    assert "within 20 %: compensate" in text and "at least 8.5 um" in text
+    assert "IPC-6013 class 2, type 3, use A" in text
+
+
+@pytest.mark.parametrize(("fpc", "layers", "wanted"), [
+    ("rules: generic-fine", 2, "type 2, use A"),
+    ("rules: generic-fine", 4, "type 3, use A"),
+])
+def test_the_order_names_the_ipc_type_of_the_board(fpc, layers, wanted):
+    assert wanted in " ".join(fabrication_notes.readme(ordered(fpc, layers)).split())
+
+
+def test_the_job_file_states_the_issue_and_a_panel_has_its_own(board):
+    issue = Issue(revision="B", part_number="A-17", date="2026-11-22")
+    spec = replace(board.spec, issue=issue, fpc=replace(board.spec.fpc, panel=PanelSpec("always", (1, 2))))
+    layout = replace(board, spec=spec)
+    panel = plan(layout)
+    sent = archive(layouts.order_set(layout, panel))
+    job = json.loads(sent.read("two-coils-panel-job.gbrjob"))
+    assert job["Header"]["Comment"] == "Part number A-17, revision B, 2026-11-22"
+    size = job["GeneralSpecs"]["Size"]
+    assert [size["X"], size["Y"]] == approx([1e3 * side for side in panel.size], rel=1e-9)
+    assert {entry["Path"] for entry in job["FilesAttributes"]} <= set(sent.namelist())
+    assert "two-coils-job.gbrjob" not in sent.namelist()
 
 
 def ordered(fpc: str, layers: int = 2):

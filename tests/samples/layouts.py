@@ -221,6 +221,7 @@ def order_set(layout: Layout, panel=None, forced: str = "", coupon_estimates=Non
         "forced": forced,
         "coupon_estimates": coupon_estimates,
         "estimates": None,
+        "bench_estimates": None,
         "files": files,
     }
     for writer in (*WRITERS, *PAPERS):
