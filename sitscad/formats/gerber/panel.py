@@ -27,7 +27,6 @@ from sitscad.fabrication.files import (
     tooling_file,
     tools,
 )
-from sitscad.formats.gerber.board import job_document
 from sitscad.formats.gerber.image import (
     Image,
     document,
@@ -43,6 +42,7 @@ from sitscad.formats.gerber.image import (
     stroke,
     xy,
 )
+from sitscad.formats.gerber.job import job_document
 from sitscad.geometry.path import Path, Point, Region, rectangle
 from sitscad.layout.board import Layout
 from sitscad.layout.panel import FIDUCIAL, FIDUCIAL_OPENING, TOOLING_HOLE, Bridge, Panel, bridge_ends
