@@ -125,7 +125,7 @@ def estimate(spec: str, format_name: str, tolerance: float | None, method: str |
         if method is None:
             raise
         raise click.BadParameter(str(error), param_hint="--method") from error
-    result = sitscad.check(loaded, layout, estimates if method is None else None)
+    result = sitscad.check(loaded, layout, estimates if method is None else None, hints="none")
     checked = as_configured(loaded, result)
     design = sitscad.Design(loaded, layout, estimates)
     felt = design.performance if performance else None
@@ -246,7 +246,7 @@ def response(
         say(f"wrote {output}: {counted(len(found), 'point')}")
     else:
         print_result(show(spec, found, coloured(sys.stdout), felt))
-    result = sitscad.check(loaded, whole.layout, whole.estimates)
+    result = sitscad.check(loaded, whole.layout, whole.estimates, hints="none")
     return exit_code_of(as_configured(loaded, result), spec)
 
 
@@ -347,4 +347,4 @@ def calibrate(
     for path in sitscad.write_calibration(found, folder):
         say(f"wrote {path}")
     print_result(calibration_text(found))
-    return exit_code_of(as_configured(loaded, sitscad.check(loaded, whole.layout, whole.estimates)), spec)
+    return exit_code_of(as_configured(loaded, sitscad.check(loaded, whole.layout, whole.estimates, "none")), spec)

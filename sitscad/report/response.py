@@ -13,7 +13,7 @@ from sitscad.arrays import Array
 from sitscad.report.findings import printable, styled, to_json
 from sitscad.report.measures import NONE, quantity
 from sitscad.report.numbers import felt_blocks, table
-from sitscad.units import cell, csv_text
+from sitscad.units import cell, csv_text, show
 from sitscad.version import __version__
 
 if TYPE_CHECKING:
@@ -33,7 +33,9 @@ def response_text(path: str, response: Response, colour: bool = False, felt: Fel
     lines = table(head, rows)
     if len(response) > SHOWN:
         lines.append(f"... and {len(response) - SHOWN} more: -o FILE writes them all (.npz, .csv or .json)")
-    blocks = [styled(printable(path), "bold", colour), "\n".join(lines), "\n".join(_said(response))]
+    gap = f"gap at rest: {show(response.gap, 'm', 4)} from the board's top face to the target's near face"
+    glue = f", {show(response.glue, 'm', 3)} of it glue" if response.glue else ""
+    blocks = [styled(printable(path), "bold", colour), "\n".join(lines), "\n".join([gap + glue, *_said(response)])]
     blocks += felt_blocks(felt or (), colour)
     return "\n\n".join(block for block in blocks if block) + "\n"
 
@@ -81,7 +83,8 @@ def _said(response: Response) -> Iterator[str]:
 def response_json(path: str, response: Response, colour: bool = False, felt: Felt = None) -> str:
     """The contract's document, with ``performance`` where that was asked for."""
     points = [response.point_document(k) for k in range(len(response))]
-    document = {"sitscad": __version__, "spec": path, "coils": list(response.coils), "points": points}
+    gap = {"gap_at_rest_m": response.gap, "glue_in_gap_m": response.glue}
+    document = {"sitscad": __version__, "spec": path, "coils": list(response.coils), **gap, "points": points}
     asked = {} if felt is None else {"performance": [point.document() for point in felt]}
     return to_json(document | asked)
 

@@ -10,6 +10,9 @@ import numpy as np
 import pytest
 from tolerance import approx
 
+import sitscad
+from sitscad.checks.trials import Trials
+
 
 def test_json_is_the_contract_s(run, pair):
     done = run("response", pair, "--pose", "z=-0.2,ry=1", "--load", "normal=2", "--format", "json")
@@ -114,3 +117,28 @@ def test_load_cases_by_name(run, pair, tmp_path):
     done = run("response", "cases.yaml", "--case", "scisor")
     assert (done.code, "did you mean scissor" in done.err) == (2, True)
     assert "names no load case" in run("response", pair, "--case", "all").err
+
+
+@pytest.mark.parametrize("command", ["estimate", "response", "calibrate"])
+def test_commands_that_print_no_hints_try_no_changes(run, pair, tmp_path, monkeypatch, command):
+    path = tmp_path / pair
+    path.write_text(path.read_text().replace("turns: 12.5", "turns: 8"))
+
+    def refuse(*_):
+        raise AssertionError("a changed design was tried")
+
+    monkeypatch.setattr(Trials, "_tried", refuse)
+    with pytest.raises(AssertionError, match="was tried"):
+        sitscad.check(sitscad.load(path))
+    assert run(command, pair).code == 0
+
+
+@pytest.mark.parametrize(("glue", "line"), [("", 30e-6), ("assembly: {glue_line: 0.1}\n", 1e-4)])
+def test_response_names_the_gap_at_rest_and_the_glue_in_it(run, pair, tmp_path, glue, line):
+    (tmp_path / pair).write_text((tmp_path / pair).read_text() + glue)
+    document = json.loads(run("response", pair, "--pose", "z=-0.1", "--format", "json").out)
+    gap = json.loads(run("estimate", pair, "--format", "json").out)["gaps_m"]["rest"]
+    assert document["gap_at_rest_m"] == approx(gap, rel=1e-12)
+    assert document["glue_in_gap_m"] == approx(2.0 * line, rel=1e-12)
+    said = run("response", pair, "--pose", "z=-0.1").out
+    assert f"{1e3 * gap:.4g} mm" in said and f"{2e6 * line:.3g} um" in said

@@ -112,6 +112,13 @@ def test_numbers_at_a_frequency_are_those_of_the_tank_there(plain):
     assert at.frequency == approx(usual.frequency, rel=1e-6)
 
 
+def test_numbers_at_a_frequency_are_solved_at_that_frequency_alone():
+    design = sensor(target="shape: square, size: 8")
+    respond(design, [POSE], frequency=5e6)
+    bands = {band for _, band in design.response.solved}
+    assert bands == {design.response.band, (5e6,)}
+
+
 def test_counts_are_the_converter_s(plain):
     found, readout = respond(plain, [POSE]), plain.estimates.readout
     back = found.counts / 2.0**28 * readout.input_divider * readout.reference_frequency
@@ -206,7 +213,7 @@ def test_between_two_frequencies_a_target_is_as_at_them(metal, thickness):
 
 
 def test_curves_go_through_smooth_functions():
-    found = curves(1e6, 4e6, lambda at: (np.sqrt(at) + 1j * at)[:, None])
+    found = curves((1e6, 4e6), lambda at: (np.sqrt(at) + 1j * at)[:, None])
     at = np.array([1.1e6, 2.7e6, 3.9e6])
     assert found(at)[:, 0] == approx(np.sqrt(at) + 1j * at, rel=1e-5)
 

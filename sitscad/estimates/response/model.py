@@ -32,6 +32,7 @@ from sitscad.physics.metal.half_spaces import MetalLayer, Reflector, reflected_i
 from sitscad.physics.polynomials import Interpolant, chebyshev_points, shares
 from sitscad.physics.resonator import Network, oscillate
 from sitscad.record import record
+from sitscad.scene.bodies import target_gap, target_lines
 from sitscad.scene.state import REST, REST_POSE, State
 from sitscad.spec.sensor import SensorSpec
 
@@ -150,7 +151,7 @@ class ResponseModel:
         inductance, resistance = (np.where(np.isfinite(taken_at), part, np.nan)
                                   for part in (terminals.inductance, terminals.resistance))
         if frequency is not None:
-            near = self._near(cover, (frequency, 1.05 * frequency))
+            near = self._near(cover, (frequency,))
             shown = changes_by(near)
             taken_at = np.full_like(taken_at, frequency)
             whole = self._impedances(near, placed, shown)
@@ -172,6 +173,7 @@ class ResponseModel:
             parallel_resistance=terminals.parallel_resistance, amplitude=terminals.parallel_resistance * self._volts,
             strain=strain, force=None if held is None else held[0], moment=None if held is None else held[1],
             notes=tuple(_notes(self.spec, poses, placed.lowest, strain, ran)),
+            gap=float(target_gap(self.spec) or math.nan), glue=target_lines(self.spec),
         )
 
     def under(
@@ -226,8 +228,10 @@ class ResponseModel:
 
         return whole
 
-    def _near(self, cover: Cover, band: tuple[float, float]) -> _Near:
-        """Plate, bare coils and crowding for the target in all poses of `cover`, solved at most once."""
+    def _near(self, cover: Cover, band: tuple[float, ...]) -> _Near:
+        """Plate, bare coils and crowding for the target in all poses of `cover`, solved at most once; for a band (Hz)
+        between two frequencies, or for one frequency.
+        """
         if (cover, band) in self.solved:
             return self.solved[cover, band]
         spec, coils, lowest, target = self.spec, self.layout.coils, cover.lowest, self.spec.target
@@ -241,10 +245,10 @@ class ResponseModel:
         nothing = Surroundings(State(REST, REST_POSE), None, self.behind)
         near = replace(self.wound.assembly, states=(nothing, replace(nothing, above=endless(lowest))))
         winding = solve_winding(spec.coil, coils[0], near, self.wound.winding.conductivity, None, None)
-        bare = curves(*band, lambda at: self._bare(winding, replace(near, states=(nothing,)), at))
+        bare = curves(band, lambda at: self._bare(winding, replace(near, states=(nothing,)), at))
         thickest = max(2.0 * float(self.rest[2]), 3.0 * lowest)
         heights = np.geomspace(max(lowest, LEAST_HEIGHT), thickest, HEIGHTS)
-        crowding = curves(*band, lambda at: np.stack(
+        crowding = curves(band, lambda at: np.stack(
             [self._crowding(winding, at, endless(z)) for z in heights], axis=1), 4)
         plate = plate_over_jaw(self.wound.layout, band, cover, self.finer)
         return self.solved.setdefault((cover, band), _Near(plate, bare, np.log(heights), crowding))
@@ -300,11 +304,15 @@ POINTS = 8  # Chebyshev points in ln f at which what does not depend on the pose
 
 
 def curves(
-    low: float, high: float, exact: Callable[[Array], ComplexArray], points: int = POINTS
+    band: tuple[float, ...], exact: Callable[[Array], ComplexArray], points: int = POINTS
 ) -> Callable[[Array], ComplexArray]:
-    """`exact`, which takes (m,) frequencies (Hz) and gives (m, ...), through Chebyshev points of ln f between two ends;
-    beyond these what it is there.
+    """`exact`, which takes (m,) frequencies (Hz) and gives (m, ...), through Chebyshev points of ln f between the two
+    ends of a band; beyond these what it is there. For a band of one frequency, its values at that frequency.
     """
+    if len(band) == 1:
+        alone = exact(np.array(band))
+        return lambda frequencies: np.repeat(alone, frequencies.size, axis=0)
+    low, high = band
     values = exact(np.exp(chebyshev_points(math.log(low), math.log(high), points)))
     through = Interpolant(np.log([low]), np.log([high]), values)
     return lambda frequencies: through(np.log(frequencies)[:, None])

@@ -41,7 +41,8 @@ class Changes:
 
     In between, and a little beyond, their ratio to a spectrum that is `like` them (no unit, of frequencies in Hz) is
     straight in one over the root of the frequency, as skin depths are: that of an endless sheet of the metal leaves
-    half or less of what the change itself would be off by, for a magnetic sheet's own change of L passes zero.
+    half or less of what the change itself would be off by, for a magnetic sheet's own change of L passes zero. Changes
+    at one frequency are asked for at that frequency alone.
     """
 
     frequencies: tuple[float, ...]
@@ -62,6 +63,8 @@ class Changes:
 
     def _between(self, changes: ComplexArray, frequencies: Array) -> ComplexArray:
         """Changes (2, poses, ...) at frequencies (Hz) of the shape of one of them, or of one that goes with it."""
+        if len(self.frequencies) == 1:
+            return changes[0].copy()
         low, high = self.frequencies
         part = (frequencies**-0.5 - low**-0.5) / (high**-0.5 - low**-0.5)
         ends = self.like(np.array([low, high]))

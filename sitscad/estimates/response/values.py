@@ -31,6 +31,8 @@ class Response:
     (n, 3) are what holds the target there, NaN where they are not known; without an elastomer all three are None.
     `by_pose` (n, coils, 6; Hz/m, Hz/rad) and `by_load` (n, coils, 3; Hz/N: normal, shear_x, shear_y) are derivatives of
     `frequency` where they were asked for. `cases` (n,) are the names of the load cases, empty where none was asked for.
+    `gap` (m) is the distance at rest from the board's top face to the target's near face; `glue` (m) is the part of it
+    that glue lines fill.
     """
 
     coils: tuple[str, ...]
@@ -52,6 +54,8 @@ class Response:
     by_pose: Array | None = None
     by_load: Array | None = None
     cases: tuple[str, ...] = ()
+    gap: float = math.nan
+    glue: float = math.nan
 
     def __len__(self) -> int:
         return len(self.poses)
@@ -115,5 +119,5 @@ def joined(parts: Sequence[Response]) -> Response:
     return replace(first, notes=notes, cases=cases, **known)  # type: ignore[arg-type]
 
 
-ARRAYS = tuple(one.name for one in fields(Response) if one.name not in ("coils", "notes", "cases"))
+ARRAYS = tuple(one.name for one in fields(Response) if one.name not in ("coils", "notes", "cases", "gap", "glue"))
 """The names of a response's arrays."""
