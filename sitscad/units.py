@@ -57,18 +57,41 @@ _LONGEST = 64
 
 
 class UnitError(ValueError):
-    """A quantity that cannot be read; the text says what was read and what is allowed.
+    """A quantity that cannot be read; the text says what was read, `hint` what is allowed.
 
     ``reason`` is ``"unit"`` (missing, unknown or of another dimension), ``"number"`` (no number), ``"range"`` (not
-    finite or absurdly large) or ``"type"`` (neither a text nor a number). ``meant`` is what may have been meant, as it
-    is written, empty where nobody can tell; ``is_sure`` says whether it cannot have been anything else.
+    finite or absurdly large) or ``"type"`` (neither a text nor a number). ``candidates`` are quantities that may have
+    been meant, as they are written; ``is_sure`` says whether the only candidate cannot have been anything else.
     """
 
-    def __init__(self, message: str, reason: str, hint: str = "", meant: str = "", is_sure: bool = True) -> None:
+    def __init__(
+        self, message: str, reason: str, advice: str = "", candidates: tuple[str, ...] = (), is_sure: bool = True
+    ) -> None:
         super().__init__(message)
-        self.reason = reason
-        self.hint = hint
-        self.meant, self.is_sure = meant, is_sure
+        self.reason, self.advice, self.candidates, self.is_sure = reason, advice, candidates, is_sure
+
+    @property
+    def hint(self) -> str:
+        """The candidates, as a question, and what is allowed."""
+        return f"did you mean {' or '.join(self.candidates)}? {self.advice}" if self.candidates else self.advice
+
+    @property
+    def meant(self) -> str:
+        """The only candidate. Empty if there is none, or more than one."""
+        return self.candidates[0] if len(self.candidates) == 1 else ""
+
+    def within(self, dimension: str, low: float, high: float) -> UnitError:
+        """This error with the candidates that lie in a range (SI). A choice that the range makes is not sure."""
+        kept = tuple(text for text in self.candidates if _is_within(text, dimension, low, high))
+        is_sure = self.is_sure and kept == self.candidates
+        return UnitError(str(self), self.reason, self.advice, kept, is_sure)
+
+
+def _is_within(text: str, dimension: str, low: float, high: float) -> bool:
+    try:
+        return low <= parse_quantity(text, dimension) <= high
+    except UnitError:
+        return False
 
 
 def parse_quantity(value: str | int | float, dimension: str) -> float:
@@ -113,7 +136,8 @@ def _split(value: str | int | float, dimension: str) -> tuple[Decimal, str]:
     unit = text[match.end() :].strip()
     if re.match(r",\d", unit):
         meant, is_thousand = text.replace(",", "."), re.match(r",\d{3}(?!\d)", unit) is not None
-        raise UnitError(f"{_shortened(value)} has a decimal comma", "number", f"write {meant}", meant, not is_thousand)
+        message = f"{_shortened(value)} has a decimal comma"
+        raise UnitError(message, "number", "write a point before decimals", (meant,), not is_thousand)
     return Decimal(match.group()), unit
 
 
@@ -124,26 +148,31 @@ _SCALES: dict[str, tuple[Decimal, Decimal]] = {
 """Other scales of temperature: what is added and then multiplied to get degrees Celsius."""
 
 
+_SI_PREFIXES = frozenset("YZEPTGMkhdcmunpfa")
+
+
 def _unit_error(number: Decimal, unit: str, dimension: str) -> UnitError:
     """The error for a unit that is not known, with the one that may be meant."""
-    allowed = ", ".join(name for name in UNITS[dimension] if name.isascii())
+    allowed = f"allowed: {', '.join(name for name in UNITS[dimension] if name.isascii())}"
     if dimension == "temperature" and unit in _SCALES:
         offset, factor = _SCALES[unit]
-        celsius = f"{float((number + offset) * factor):.4g} degC"
-        hint = f"{number} {unit} is {celsius}; allowed: {allowed}"
-        return UnitError(f"{unit!r} is not a unit that is read here", "unit", hint, celsius)
+        celsius = f"{float((number + offset) * factor):.12g} degC"
+        return UnitError(f"{unit!r} is not a unit that is read here", "unit", allowed, (celsius,))
+    other = next((name for name, units in UNITS.items() if unit in units), None)
+    if other:
+        return UnitError(f"{unit[:24]} is a unit of {other}, not of {dimension}", "unit", allowed)
     close = [name for name in UNITS[dimension] if name.casefold() == unit.casefold() and name.isascii()]
     if unit[:1].isupper():  # nobody writes a capital for milli, but a small m for mega is a common slip
         close = [name for name in close if name[0] == unit[0]] or close
-    is_sure = len(close) == 1
+    is_sure = len(close) == 1 and not _has_other_prefix(unit, close[0])
     close = close or difflib.get_close_matches(unit[:12], [n for n in UNITS[dimension] if n.isascii()], 1, 0.6)
-    other = next((name for name, units in UNITS.items() if unit in units), None)
-    meant = f"did you mean {number} {' or '.join(close)}? " if close and other is None else ""
-    what = (
-        f"{unit[:24]} is a unit of {other}, not of {dimension}" if other else f"{unit[:24]!r} is no unit of {dimension}"
-    )
-    one = f"{number} {close[0]}" if meant and len(close) == 1 else ""
-    return UnitError(what, "unit", f"{meant}allowed: {allowed}", one, is_sure)
+    candidates = tuple(f"{number} {name}" for name in close)
+    return UnitError(f"{unit[:24]!r} is no unit of {dimension}", "unit", allowed, candidates, is_sure)
+
+
+def _has_other_prefix(unit: str, name: str) -> bool:
+    """Whether a unit begins with another SI prefix than the known unit of equal letters: MN and mN, 1e9 apart."""
+    return unit[0] != name[0] and unit[0] in _SI_PREFIXES
 
 
 def _shortened(value: object) -> str:

@@ -70,7 +70,7 @@ def test_is_the_double_nearest_to_what_is_written(text, dimension, value):
         ("5 pf", "capacitance", "unit", "did you mean 5 pF"),
         ("5 mhz", "frequency", "unit", "MHz"),
         ("4 .8 N", "force", "unit", "allowed"),
-        ("1,5 mm", "length", "number", "write 1.5 mm"),
+        ("1,5 mm", "length", "number", "1.5 mm"),
         ("abc", "length", "number", "100 um"),
         ("", "length", "number", "100 um"),
         ("0x10 mm", "length", "unit", "allowed"),
@@ -138,7 +138,7 @@ def test_any_text_is_read_or_refused(text, dimension):
 
 
 @pytest.mark.parametrize(
-    ("written", "meant"), [("40 MHZ", "did you mean 40 MHz? "), ("40 mhz", "did you mean 40 mHz or MHz? ")]
+    ("written", "meant"), [("40 MHZ", "did you mean 40 MHz? "), ("40 mhz", "did you mean 40 mHz or 40 MHz? ")]
 )
 def test_a_capital_is_never_taken_for_milli(written, meant):
     with pytest.raises(UnitError) as caught:
@@ -148,14 +148,51 @@ def test_a_capital_is_never_taken_for_milli(written, meant):
 
 @pytest.mark.parametrize(
     ("written", "celsius"),
-    [("98 degF", "36.67 degC"), ("212 F", "100 degC"), ("-40 \N{DEGREE SIGN}F", "-40 degC"), ("310 K", "36.85 degC")],
+    [("98.6 degF", "37 degC"), ("212 F", "100 degC"), ("-40 \N{DEGREE SIGN}F", "-40 degC"), ("310 K", "36.85 degC"),
+     ("309.456 K", "36.306 degC"), ("98 degF", "36.6666666667 degC")],
 )
 def test_a_temperature_on_another_scale_is_said_in_the_one_that_is_read(written, celsius):
     """Not the same number with another unit: 98 degrees Celsius is no body's temperature."""
     with pytest.raises(UnitError) as caught:
         parse_quantity(written, "temperature")
-    assert caught.value.hint == f"{written} is {celsius}; allowed: degC, C"
+    assert caught.value.meant == celsius and caught.value.is_sure
     assert parse_quantity(celsius, "temperature") == approx(float(celsius.split()[0]), rel=1e-6)
+
+
+EVERY_SLIP = sorted({
+    (dimension, written)
+    for dimension, units in UNITS.items() for unit in units if unit.isascii()
+    for written in {unit.swapcase(), unit.upper(), unit.lower(), unit[0].swapcase() + unit[1:]} - set(units)
+})
+PREFIXES = {"Y": 24, "Z": 21, "E": 18, "P": 15, "T": 12, "G": 9, "M": 6, "k": 3, "m": -3, "u": -6, "n": -9, "p": -12,
+            "f": -15, "a": -18}
+
+
+@pytest.mark.parametrize(("dimension", "written"), EVERY_SLIP)
+def test_a_slip_of_case_is_sure_only_if_no_prefix_is_another(dimension, written):
+    """MN is a meganewton to whoever reads it: mN is 1e9 less."""
+    with pytest.raises(UnitError) as caught:
+        parse_quantity(f"4 {written}", dimension)
+    error = caught.value
+    if error.meant and error.is_sure and written[0] in PREFIXES:
+        assert error.meant.split()[1][0] == written[0], "the letter that scales is as it was written"
+
+
+@pytest.mark.parametrize(("written", "meant"), [("4000 MN", "4000 mN"), ("330 PF", "330 pF"), ("3 NH", "3 nH")])
+def test_another_prefix_is_asked_for_and_is_no_safe_fix(written, meant):
+    dimension = {"N": "force", "F": "capacitance", "H": "inductance"}[written[-1]]
+    with pytest.raises(UnitError) as caught:
+        parse_quantity(written, dimension)
+    assert caught.value.meant == meant
+    assert caught.value.is_sure == (written[-2] == "N"), "N is no prefix"
+
+
+def test_a_candidate_out_of_range_is_none():
+    with pytest.raises(UnitError) as caught:
+        parse_quantity("330 MF", "capacitance")
+    assert caught.value.candidates == ("330 mF",)
+    within = caught.value.within("capacitance", 1e-12, 1e-6)
+    assert within.candidates == () and within.meant == "" and "330" not in within.hint
 
 
 @pytest.mark.parametrize("dimension", sorted(set(UNITS) - {"length"}))

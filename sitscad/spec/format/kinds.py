@@ -50,8 +50,12 @@ SURELY_LIKE = 0.8
 
 
 def is_like(word: Any, meant: str) -> bool:
-    """Whether a word cannot have been meant for anything but another one."""
+    """Whether a word cannot have been meant for anything but another one. Digits have to be equal: ``ecoflex-00-40`` is
+    none of its neighbours.
+    """
     one, other = (text.replace("_", "-") for text in (str(word)[:64].lower(), meant))
+    if re.findall(r"\d", one) != re.findall(r"\d", other):
+        return False
     return difflib.SequenceMatcher(None, one, other).ratio() >= SURELY_LIKE
 
 
@@ -117,9 +121,10 @@ class Number(Scalar):
 
     def read(self, value: Any) -> float:
         if isinstance(value, bool) or not isinstance(value, (int, float)):
-            quoted = value if isinstance(value, str) and re.fullmatch(r"[-+.\deE]+", value) else ""
-            hint = "take the quotes off" if quoted else f"write a number, like {self.low:g}"
-            refuse("SIT004", f"{described(value)} is no number", hint, meant=quoted)
+            meant, is_sure = self._meant(value)
+            hint = f"did you mean {meant}? " if meant else ""
+            hint += f"write a number without quotes, like {self.low:g}"
+            refuse("SIT004", f"{described(value)} is no number", hint, meant=meant, is_sure=is_sure)
         if not math.isfinite(value) or not self.low <= value <= self.high:
             limit = self.low if value < self.low else self.high
             message = f"{described(value)} is out of range: {self.low:g} to {self.high:g}"
@@ -129,8 +134,27 @@ class Number(Scalar):
             refuse("SIT004", f"{described(value)} is no whole number", "")
         return int(value) if self.whole else float(value)
 
+    def _meant(self, value: Any) -> tuple[str, bool]:
+        """The number that a text may stand for, as it is written, and whether it can be no other; empty if none is."""
+        text = value.strip() if isinstance(value, str) and len(value) <= 40 else ""
+        plain = re.sub(r"(?<=[0-9])_(?=[0-9])", "", text)  # digits in groups, as YAML 1.1 has them
+        is_sure = True
+        if re.fullmatch(r"[-+]?[0-9]+,[0-9]+", plain) and not self.whole:
+            plain, is_sure = plain.replace(",", "."), re.search(r",[0-9]{3}$", plain) is None
+        if not re.fullmatch(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?", plain):
+            return "", False
+        return (plain, is_sure) if self.low <= float(plain) <= self.high else ("", False)
+
     def schema(self) -> dict[str, Any]:
         return {"type": "integer" if self.whole else "number", "minimum": self.low, "maximum": self.high}
+
+
+def _listed(value: Any) -> str:
+    """The list that a text with commas between numbers stands for, as it is written. Empty for any other value."""
+    numbers = [part.strip() for part in value.split(",")] if isinstance(value, str) and len(value) <= 80 else []
+    if len(numbers) < 2 or not all(re.fullmatch(r"[0-9]{1,9}(\.[0-9]{1,9})?", number) for number in numbers):
+        return ""
+    return f"[{', '.join(numbers)}]"
 
 
 @record
@@ -142,6 +166,8 @@ class NumberOrList(Scalar):
 
     def read(self, value: Any) -> tuple[float, ...]:
         if not isinstance(value, list):
+            if meant := _listed(value):
+                refuse("SIT004", f"{described(value)} is no number", f"a list is written {meant}")
             return (self.number.read(value),)
         if not 1 <= len(value) <= self.most:
             refuse("SIT006", f"{described(value)} is out of range: 1 to {self.most} numbers", "like [8, 7]")
@@ -179,6 +205,9 @@ class Layers(Scalar):
 
     def read(self, value: Any) -> tuple[int, ...]:
         number = Number(1, self.most, whole=True)
+        if meant := _listed(value) or self._range(value):
+            refuse("SIT004", f"{described(value)} is no list of layers", f"did you mean {meant}?", meant=meant,
+                   is_sure=False)
         if not isinstance(value, list):
             return tuple(range(1, int(number.read(value)) + 1))
         if not 1 <= len(value) <= self.most:
@@ -190,10 +219,22 @@ class Layers(Scalar):
             refuse("SIT009", message, "name each layer once, the top one first")
         return layers
 
+    def _range(self, value: Any) -> str:
+        """The list that a text such as 1-2 stands for, as it is written. Empty for any other value."""
+        text = value if isinstance(value, str) else ""
+        ends = re.fullmatch(r"\s*([0-9]{1,2})\s*(?:-|\u2013|\.\.+|:|to)\s*([0-9]{1,2})\s*", text)
+        if ends is None or not 1 <= int(ends[1]) < int(ends[2]) <= self.most:
+            return ""
+        return str(list(range(int(ends[1]), int(ends[2]) + 1)))
+
     def schema(self) -> dict[str, Any]:
         one = Number(1, self.most, whole=True).schema()
         many = {"type": "array", "items": one, "minItems": 1, "maxItems": self.most, "uniqueItems": True}
         return {"anyOf": [one, many]}
+
+
+_TRUTHS = {"yes": "true", "on": "true", "true": "true", "no": "false", "off": "false", "false": "false"}
+"""Words for true and false, of YAML 1.1 and in quotes."""
 
 
 @record
@@ -202,7 +243,8 @@ class Truth(Scalar):
 
     def read(self, value: Any) -> bool:
         if not isinstance(value, bool):
-            refuse("SIT004", f"{described(value)}, where true or false is wanted", "write true or false")
+            meant = _TRUTHS.get(value.lower(), "") if isinstance(value, str) else ""
+            refuse("SIT004", f"{described(value)}, where true or false is wanted", "write true or false", meant=meant)
         return bool(value)
 
     def schema(self) -> dict[str, Any]:
@@ -228,11 +270,12 @@ class Quantity(Scalar):
         return parse_quantity(self.low, self.dimension), parse_quantity(self.high, self.dimension)
 
     def read(self, value: Any) -> float:
+        low, high = self.range
         try:
             found = parse_quantity(value, self.dimension)
-        except UnitError as error:
+        except UnitError as unread:
+            error = unread.within(self.dimension, low, high)
             refuse(_UNIT_RULES[error.reason], str(error), error.hint, meant=error.meant, is_sure=error.is_sure)
-        low, high = self.range
         if not low <= found <= high:
             limit, bound, word = (low, self.low, "at least") if found < low else (high, self.high, "at most")
             unit = _SI[self.dimension]

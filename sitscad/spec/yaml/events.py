@@ -31,8 +31,43 @@ MAX_DEPTH = 12
 _LONGEST_KEY = 100
 
 
+MOST_READ = 4_000_000
+"""Characters that are read in all when a text is read again and again, each time with a tab less."""
+
+
 def read_events(text: str) -> YamlText:
-    """The values of one YAML document; raises `TextError` where there is no such document."""
+    """The values of one YAML document; raises `TextError` where there is no such document. Tabs between words count as
+    spaces, as YAML has it.
+    """
+    for _ in range(max(1, MOST_READ // max(1, len(text)))):
+        try:
+            return _read(text)
+        except _TabError as error:
+            text = error.without
+    raise TextError("SIT001", "too many tabs stand between words", "write spaces instead of tabs")
+
+
+class _TabError(Exception):
+    """A tab that the reader of YAML refuses, though it indents nothing; ``without`` is the text with spaces for it."""
+
+    def __init__(self, without: str) -> None:
+        super().__init__()
+        self.without = without
+
+
+def _without_tabs(text: str, index: int) -> str | None:
+    """The text with spaces in place of the tabs around an index; None if there are none, or they indent a line."""
+    line = text.rfind("\n", 0, index) + 1
+    before = text[line:index]
+    start = line + len(before.rstrip(" \t"))
+    end = len(text) - len(text[index:].lstrip(" \t"))
+    indents = start == line and text[end : end + 1] not in ("", "#", "\n", "\r")
+    if indents or "\t" not in text[start:end]:
+        return None
+    return text[:start] + " " * (end - start) + text[end:]
+
+
+def _read(text: str) -> YamlText:
     found = YamlText()
     try:
         events = _bounded(YAML(typ="safe", pure=True).parse(text))
@@ -53,6 +88,8 @@ def read_events(text: str) -> YamlText:
         mark = error.problem_mark or error.context_mark
         place = (mark.line + 1, mark.column + 1) if mark is not None else (1, 1)
         problem = " ".join(str(part).strip() for part in (error.context, error.problem) if part)
+        if mark is not None and (without := _without_tabs(text, mark.index)) is not None:
+            raise _TabError(without) from None
         hint = "indent with spaces, not with tabs" if "\\t" in problem else ""
         if "mapping values are not allowed" in problem:
             hint = "is there a colon too many, or a line indented too far?"
@@ -64,7 +101,7 @@ def read_events(text: str) -> YamlText:
             problem = f"the {what} that opens here is not closed by line {mark.line + 1}"
             hint = "close it on this line"
         raise TextError("SIT001", f"not YAML: {problem[:200] or _first_line(error)}", hint, place) from None
-    except TextError:
+    except (TextError, _TabError):
         raise
     except Exception as error:  # the scanner lets OverflowError and others through on hostile escapes
         raise TextError("SIT001", f"not YAML: {_first_line(error)}") from None
@@ -83,7 +120,12 @@ def _bounded(events: Iterator[Event]) -> Iterator[Event]:
     """The events, as long as they stay within the size and the plainness of a spec."""
     documents = depth = count = 0
     for event in events:
-        documents += isinstance(event, DocumentStartEvent)
+        if isinstance(event, DocumentStartEvent):
+            documents += 1
+            if event.version is not None and tuple(event.version) != (1, 2):
+                said = ".".join(map(str, event.version))
+                hint = "leave the line out: 012 is 12 in YAML 1.2, and 10 in YAML 1.1"
+                raise TextError("SIT013", f"YAML {said} is not read here, only YAML 1.2", hint, _place(event))
         depth += isinstance(event, (MappingStartEvent, SequenceStartEvent)) - isinstance(event, CollectionEndEvent)
         count += isinstance(event, NodeEvent)
         if documents > 1:
