@@ -14,6 +14,7 @@ from tolerance import approx
 import sitscad
 from sitscad import check
 from sitscad.checks.assembly.plates import target_proportions
+from sitscad.checks.assembly.target_length import gain_at_length
 from sitscad.design import Design
 from sitscad.estimates.response.pad import soft_pad
 from sitscad.estimates.response.working_range import beyond_held_shear, held_shear, shear_at
@@ -263,23 +264,51 @@ def test_plates_that_stand_aside_are_held_against_the_jaw_where_they_stand(judge
 
 
 def test_a_turned_target_is_as_long_as_it_is_along_the_line_of_the_coils(judge, design):
-    wide = {"target__shape": "rectangle", "target__size": [4.2, 6.5]}
+    wide = {"target__shape": "rectangle", "target__size": [4.2, 9],
+            "elastomer__shape": "rectangle", "elastomer__size": [9, 9]}
     assert [f.measured for f in judge("SIT306", design(**wide))] == []
-    spec = design(**wide, target__rotation="90 deg")
-    (found,) = judge("SIT306", spec)
-    assert found.measured == approx(6.5e-3, rel=1e-6)
-    (complaint,) = target_proportions(Design(spec))
+    (found,) = judge("SIT306", design(**wide, target__rotation="90 deg"))
+    (complaint,) = target_proportions(Design(design(**wide, target__rotation="90 deg")))
+    assert found.key == "target.size" and found.measured > found.limit
     assert "target.rotation: 0 deg lies so" in complaint.advice(None)
 
 
-def test_target_proportions_of_a_pair(judge, design):
-    assert [f.limit for f in judge("SIT306", design(target__size=3.5))] == [
-        approx(4.5e-3, rel=1e-6),
-        approx(4e-3, rel=1e-6),
-    ]
-    (long,) = judge("SIT306", design(target__shape="rectangle", target__size=[6, 4.5]))
-    assert long.severity is Severity.WARNING and long.measured == approx(6e-3, rel=1e-6)
-    assert judge("SIT306", design(target__size=4.0)) == []
+def test_short_target_of_a_pair_is_told_by_what_it_resolves_and_by_its_width(judge, design):
+    gain, width = judge("SIT306", design(target__size=3.5, elastomer__size=3.5))
+    assert gain.severity is Severity.WARNING and gain.measured > gain.limit == approx(1.25, rel=1e-9)
+    assert (width.measured, width.limit) == approx((3.5e-3, 4e-3), rel=1e-6)
+
+
+@pytest.mark.parametrize(("length", "is_told"), [(4.0, False), (5.6, False), (6.2, False), (9.0, True), (10.0, True)])
+def test_long_target_of_a_pair_is_told_only_if_it_resolves_less(judge, design, length, is_told):
+    """A target a quarter longer gave twice the normal signal for a little shear, and was warned of."""
+    size = {"target__shape": "rectangle", "target__size": [length, 4.5],
+            "elastomer__shape": "rectangle", "elastomer__size": [length, 4.5]}
+    assert bool(judge("SIT306", design(**size))) is is_told
+
+
+def test_gain_of_another_target_agrees_with_what_the_sensor_resolves(design):
+    """Beside the quick method of what is felt: the noise at rest of both axes under both targets."""
+    def sized(length):
+        size = {"shape": "rectangle", "size": [length, 4.5]}
+        changes = {f"{part}__{key}": value for part in ("target", "elastomer") for key, value in size.items()}
+        return Design(design(**changes, encapsulation=None))
+
+    long, usual = sized(6.0), sized(4.5)
+    gain = gain_at_length(long, 4.5e-3, 1.0)
+    noise = [[float(one.felt.points[0].noise[axis]) for axis in (0, 1)] for one in (long, usual)]
+    assert (gain.normal, gain.shear) == approx((noise[0][0] / noise[1][0], noise[0][1] / noise[1][1]), rel=0.2)
+
+
+def test_length_is_left_to_stated_resolutions(judge, design):
+    asked = {"normal_force": "4.8 N", "shear_force": "1 N", "normal_resolution": "1 N", "shear_resolution": "1 N"}
+    size = {"target__shape": "rectangle", "target__size": [10, 4.5]}
+    assert judge("SIT306", design(**size, requirements=asked)) == []
+
+
+def test_length_of_a_sensor_that_feels_no_shear_is_judged_by_normal_force(judge, design):
+    long = {"target__shape": "rectangle", "target__size": [9, 4.5], "requirements": {"normal_force": "4.8 N"}}
+    assert judge("SIT306", design(**long)) == []
 
 
 def test_target_of_a_single_coil_covers_it(judge, design):

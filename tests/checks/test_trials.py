@@ -301,7 +301,7 @@ def test_turns_that_do_not_end_at_a_side_are_led_to_some_that_fit(tmp_path):
     load_text(json.dumps(document), "spec.yaml")
 
 
-@pytest.mark.parametrize("seed", [2, 9])
+@pytest.mark.parametrize("seed", [2, 3])
 def test_hints_of_random_designs_make_them_better_when_they_are_followed(seed):
     """Those that a plain check gives, within its budget; thirty designs: tests/validation/follow_hints.py."""
     tried = list(followed(json.loads(json.dumps(random_design(seed))), hints="decisive"))

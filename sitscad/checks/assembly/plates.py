@@ -11,7 +11,8 @@ from itertools import combinations
 from typing import Any
 
 from sitscad.checks.assembly.fit import GRAIN
-from sitscad.checks.rules import ROUNDING, Undecided, Verdict, Violation, rule_of
+from sitscad.checks.assembly.target_length import gain_at_length
+from sitscad.checks.rules import ROUNDING, Undecided, Verdict, Violation, own_limits, rule_of
 from sitscad.data import rows
 from sitscad.design import Design
 from sitscad.finding import Edit, Severity
@@ -214,21 +215,18 @@ TARGET_LENGTH_TOLERANCE = 0.2
 
 
 def target_proportions(design: Design) -> Iterator[Verdict]:
-    """A target over two coils in a line is as long as they are apart and as wide as one; else as large as a coil."""
+    """A target over two coils in a line resolves as much as one as long as they are apart; each is as wide as a coil,
+    and over other coils as large as one.
+    """
     target, array = design.spec.target, design.spec.array
     assert target is not None
-    pitch, coil, length = _line_pitch(array), _largest_coil(design.spec, target.rotation), _chord(target)
+    pitch, coil = _line_pitch(array), _largest_coil(design.spec, target.rotation)
 
     def advice(left: Left) -> str:
         return _larger(design.spec, target, pitch, coil, left)
 
     if not is_as_long_as_line(design.spec):
-        assert pitch is not None
-        yield Violation(
-            f"the target is {show(length, 'm')} long, the coils' centres are {show(pitch, 'm')} apart",
-            "a target as long as that distance gives the most shear signal", "target.size", length, pitch, "m",
-            advice=advice,
-        )
+        yield from _beside_line_length(design, advice)
     for word, axis in (("wide", 1),) if pitch else (("long", 0), ("wide", 1)):
         if target.size[axis] < coil[axis] - ROUNDING:
             yield Violation(
@@ -251,10 +249,42 @@ def target_proportions(design: Design) -> Iterator[Verdict]:
             )
     if pitch is None and len(array.placements) > 1:
         yield Undecided(
-            "the target's best length is known for two coils in a line only; of this array it was checked only that "
+            "the target's length is judged over two coils in a line only; of this array it was checked only that "
             "the target is at least as large as one coil, not that it stands over all of them (SIT215 judges what each "
             "coil feels where a normal force is required)"
         )
+
+
+def _beside_line_length(design: Design, advice: Callable[[Left], str]) -> Iterator[Verdict]:
+    """What a target as long as two coils are apart would resolve more finely, if that is worth a change."""
+    spec, pitch, limit = design.spec, _line_pitch(design.spec.array), own_limits()["target_length_gain"]
+    target, asked = spec.target, spec.requirements
+    assert pitch is not None and target is not None
+    if asked.normal_resolution is not None and asked.shear_resolution is not None:
+        return  # which SIT401 and SIT402 judge
+    from sitscad.estimates.states.pressing import BESIDE_PAD, rests_on_pad  # loaded by the estimates
+
+    if spec.elastomer is None or not rests_on_pad(spec):
+        yield Undecided(BESIDE_PAD if spec.elastomer else NO_PAD)
+        return
+    gain = gain_at_length(design, pitch, asked.shear_force or 0.0)
+    if gain is None:
+        yield Undecided("a pad gives way, so that no resolution tells two targets apart")
+        return
+    is_shear_felt = asked.shear_force or asked.shear_resolution
+    worth = gain.normal * gain.shear if is_shear_felt else gain.normal
+    if worth <= limit.value:
+        return
+    shear = f", and shear's {gain.shear:.2g} times" if is_shear_felt else ""
+    yield Violation(
+        f"the target is {show(_chord(target), 'm')} long; one of {show(pitch, 'm')}, as the coils' centres are apart, "
+        f"makes normal force's signal {gain.normal:.2g} times as large{shear}",
+        "a target as long as that distance resolves more", "target.size", worth, limit.value, source=limit.source,
+        advice=advice,
+    )
+
+
+NO_PAD = "no pad: nothing is felt whose resolution a length could change"
 
 
 def _larger(spec: SensorSpec, target: Target, pitch: float | None, coil: tuple[float, float], left: Left) -> str:
