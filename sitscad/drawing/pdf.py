@@ -5,7 +5,9 @@ bytes, whatever the machine.
 
 from __future__ import annotations
 
+import contextlib
 import math
+import unicodedata
 from collections.abc import Iterable, Iterator, Sequence
 
 from sitscad.drawing.sheet import Group, Item, Label, Shape, Sheet, flattened, text_width
@@ -90,8 +92,17 @@ def _label(label: Label) -> Iterator[bytes]:
 
 
 def _escaped(text: str) -> bytes:
-    encoded = text.encode("cp1252", "replace")
+    """Text in the font's encoding: without its accents if these are not in it, else by its code point (``U+03A9``)."""
+    encoded = b"".join(_character(one) for one in text)
     return encoded.replace(b"\\", b"\\\\").replace(b"(", b"\\(").replace(b")", b"\\)")
+
+
+def _character(one: str) -> bytes:
+    for text in (one, unicodedata.normalize("NFKD", one).encode("ascii", "ignore").decode()):
+        with contextlib.suppress(UnicodeEncodeError):
+            if text:
+                return text.encode("cp1252")
+    return f"U+{ord(one):04X}".encode("ascii")
 
 
 def _shape(shape: Shape) -> Iterator[bytes]:

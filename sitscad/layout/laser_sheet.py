@@ -257,7 +257,7 @@ def _sheet(layout: Layout, part: CutPart, nest: Nest, stop: str) -> LaserSheet:
         plate(CutLayer.CUT_INNER, "square", (COUPON_HOLE - kerf,) * 2, coupon),
         *(contour for each in centres for contour in part.contours(CutLayer.CUT_OUTER, kerf / 2, each)),
         plate(CutLayer.CUT_OUTER, "square", (COUPON_SIZE + kerf,) * 2, coupon),
-        *part.contours(CutLayer.REF, 0.0, centre),
+        *(part.contours(CutLayer.REF, 0.0, centre) if kerf else ()),  # without a kerf it would lie on the cut
         *_marks(layout, part, centre, width, height),
     )
     return LaserSheet(part.part, part.material, shape, size, part.thickness, kerf, width, height, contours, notes, nest)

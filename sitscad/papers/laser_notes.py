@@ -42,8 +42,10 @@ def text(spec: SensorSpec, sheets: tuple[LaserSheet, ...], forced: bool = False)
         lines += [*_lasers(material), ""]
     if any(sheet.part == "shield" for sheet in sheets):
         lines += [*hanging("", SHIELD, WIDTH), ""]
-    if any(sheet.part == "target" for sheet in sheets):
-        lines += [*hanging("", WITHOUT_LASER.format(name=spec.name), WIDTH), ""]
+    for target in (sheet for sheet in sheets if sheet.part == "target"):
+        is_soft = target.material in SOFT_METALS and target.thickness <= BY_SCALPEL + 1e-9
+        by_hand = BY_HAND if is_soft else NOT_BY_HAND
+        lines += [*hanging("", WITHOUT_LASER.format(name=spec.name, by_hand=by_hand), WIDTH), ""]
     if (bought := _bought(spec)) is not None:
         lines += [*hanging("", bought, WIDTH), ""]
     return "\n".join([*lines, *hanging("", KERF, WIDTH)]) + "\n"
@@ -53,9 +55,15 @@ WITHOUT_LASER = (
     "Metal without a laser. Etched: send laser/{name}-target.dxf to a maker of photochemically etched parts with "
     "target.kerf 0, so that the drawing is nominal (they allow for their own undercut, about the foil's thickness on "
     "each side); tabs of 0.2 mm hold the pieces in their frame. Punched: for many pieces a punch of the nominal size; "
-    "corners then have a radius of 0.1 to 0.3 mm, and a burr on one side, which goes away from the elastomer. By hand: "
-    "cut with a scalpel along a printed copy, and rub the edge flat. (Unverified, from memory: ask the shop.)"
+    "corners then have a radius of 0.1 to 0.3 mm, and a burr on one side, which goes away from the elastomer. "
+    "{by_hand} (Unverified, from memory: ask the shop.)"
 )
+
+BY_HAND = "By hand: cut with a scalpel along a printed copy, and rub the edge flat."
+NOT_BY_HAND = "By hand: not in this metal and thickness. A scalpel does not cut it, and snips bend it."
+
+SOFT_METALS, BY_SCALPEL = ("copper", "aluminium"), 0.2e-3
+"""Metals, and their largest thickness (m), that a scalpel cuts in several passes."""
 
 SHIELD = (
     "The shield lies hidden under the board, so its edges need not be fine. A flexible ferrite sheet is cut with a "

@@ -376,7 +376,11 @@ class SpecDocument(Section):
 
     sitscad: int = key(Special(_version, {"const": VERSION}), "version of this format")
     name: str = key(
-        Text(LONGEST_NAME, "[a-z0-9][a-z0-9._-]*", "small letters, digits, '.', '_' and '-', a letter or digit first"),
+        Text(
+            LONGEST_NAME, r"(?!(con|prn|aux|nul|com\d|lpt\d)(\.|$))[a-z0-9]([a-z0-9._-]*[a-z0-9_-])?",
+            "small letters, digits, '.', '_' and '-'; a letter or digit first, no '.' last, and no name that Windows "
+            "reserves (con, nul, aux, lpt1, ...)",
+        ),
         "names the outputs",
     )
     revision: str = key(

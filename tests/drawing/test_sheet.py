@@ -125,6 +125,12 @@ def test_groups_windows_halos_and_opacity_look_alike_in_both(tmp_path):
     assert 0.03 < red.mean() < 0.06, "25 by 16 of 100 by 80 in the window, part of it covered, and a line"
 
 
+def test_text_beyond_the_font_of_a_pdf_is_spelled_and_never_a_question_mark():
+    sheet = Sheet("spelled", (40.0, 20.0))
+    sheet.text(2.0, 10.0, "Umri\u00df \u0141\u00f3d\u017a \u03a9 \u6f22", 3.0)
+    assert b"(Umri\xdf U+0141\xf3dz U+03A9 U+6F22)" in pdf([sheet])
+
+
 def test_nothing_is_asked_of_a_pdf_that_its_sheet_does_not_need():
     plain = Sheet("plain", (40.0, 30.0))
     plain.line(0.0, 0.0, 5.0, 5.0)

@@ -108,10 +108,10 @@ def test_a_largest_outline_is_a_requirement_however_the_body_comes_about(bare):
     assert "fpc.body: {shape: circle, size: 12} holds" in said.hint
 
 
-def dxf(tmp_path: Path, draw) -> bytes:
+def dxf(tmp_path: Path, draw, version: str = "R2013") -> bytes:
     import ezdxf
 
-    drawing = ezdxf.new()
+    drawing = ezdxf.new(version)
     drawing.header["$INSUNITS"] = 4
     draw(drawing.modelspace())
     drawing.saveas(tmp_path / "body.dxf")
@@ -142,11 +142,38 @@ def test_a_drawn_outline_is_read_as_lines_and_arcs(tmp_path):
     (lambda space: space.add_lwpolyline([(0, 0), (6, 6), (6, 0), (0, 6)], close=True), "inwards|crosses"),
     (lambda space: space.add_circle((0, 0), 0.2), "400 um x 400 um"),
     (lambda space: None, "0 lines and arcs"),
+    (lambda space: [space.add_circle((0, 0), 6), space.add_circle((0, 0), 6)], "CIRCLE .* is drawn twice: CIRCLE"),
+    (lambda space: [space.add_lwpolyline(D_SHAPE, format="xyb", close=True), space.add_line((5, 6), (5, -6))],
+     "LINE .* is drawn twice: LWPOLYLINE"),
+    (lambda space: [space.add_arc((0, 0), 6, 0, 180), space.add_line((-6, 0, 2), (6, 0, 2))],
+     "ARC.* lies at z = 0 mm and LINE.* at 2 mm"),
+    (lambda space: space.add_polyline3d([(0, 0, 0), (5, 0, 0), (5, 5, 1)], close=True), "POLYLINE .* in space"),
     (lambda space: space.add_lwpolyline([(1e-5 * k, 0) for k in range(3000)]), "LWPOLYLINE .* has 3000 vertices"),
 ])
 def test_a_drawing_that_is_no_outline_is_refused_by_the_entity_that_is_wrong(tmp_path, draw, said):
     with pytest.raises(UnfitError, match=said):
         outline(dxf(tmp_path, draw))
+
+
+@pytest.mark.parametrize("version", ["R12", "R2000", "R2004", "R2007", "R2018"])
+def test_a_drawing_of_any_version_is_read_in_its_own_encoding(tmp_path, version):
+    """Before R2007 a layer's name is in the code page that the header names, not in UTF-8."""
+
+    def draw(space) -> None:
+        space.doc.layers.add("Umri\u00df")
+        if version == "R12":
+            space.add_polyline2d(D_SHAPE, format="xyb", close=True, dxfattribs={"layer": "Umri\u00df"})
+        else:
+            space.add_lwpolyline(D_SHAPE, format="xyb", close=True, dxfattribs={"layer": "Umri\u00df"})
+
+    content = dxf(tmp_path, draw, version)
+    assert (b"Umri\xc3\x9f" in content) == (version in ("R2007", "R2018"))
+    assert enclosed_area(outline(content)) == approx((60 + math.pi * 18) * 1e-6, rel=1e-9)
+
+
+def test_an_arc_of_a_whole_turn_is_a_circle_and_a_flat_drawing_may_lie_anywhere(tmp_path):
+    turned = outline(dxf(tmp_path, lambda space: space.add_arc((0, 0, 3), 6, 30, 390)))
+    assert enclosed_area(turned) == approx(math.pi * 36e-6, rel=1e-9)
 
 
 IN_PARSECS = b"0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n20\n0\nENDSEC\n0\nEOF\n"

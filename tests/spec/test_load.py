@@ -28,6 +28,18 @@ def loaded(*sections, coil=COIL):
     return load_text("sitscad: 1\nname: a\n" + coil + "\n".join(sections) + "\n")
 
 
+@pytest.mark.parametrize("name", ["con", "nul", "aux.txt", "lpt1", "com9.b", "prn", "a.", "a.b."])
+def test_a_name_that_windows_cannot_keep_is_refused(name):
+    with pytest.raises(SpecError) as refused:
+        load_text(MINIMAL.replace("name: a\n", f"name: {name}\n"))
+    assert [(one.rule, one.key) for one in refused.value.findings] == [("SIT006", "name")]
+
+
+@pytest.mark.parametrize("name", ["console", "nul-1", "auxiliary", "lpt", "com", "a.b", "a", "0", "a.con", "con-a"])
+def test_a_name_that_only_resembles_a_reserved_one_is_taken(name):
+    assert load_text(MINIMAL.replace("name: a\n", f"name: {name!r}\n")).name == name
+
+
 def test_a_minimal_spec_takes_stated_defaults():
     spec = load_text(MINIMAL, "minimal.yaml")
     assert spec.coil.layers == (1,)

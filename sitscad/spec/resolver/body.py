@@ -28,7 +28,10 @@ JOINED = 1e-6
 LEAST, LARGEST = 1e-3, 0.5
 """Length and width (m) that a body may have."""
 
-ASKED = "one closed outline of LINE, ARC, CIRCLE and LWPOLYLINE entities, convex, and nothing else in the model space"
+ASKED = (
+    "one closed outline of LINE, ARC, CIRCLE, LWPOLYLINE and POLYLINE entities, convex, and nothing else in the "
+    "model space"
+)
 
 
 class UnfitError(Exception):
@@ -59,18 +62,32 @@ def outline(content: bytes) -> Path:
     import ezdxf  # of all specs only these need it
 
     try:
-        drawing = ezdxf.read(StringIO(content.decode("utf-8")))
+        drawing = ezdxf.read(StringIO(content.decode(_encoding(content))))
         scale = UNITS.get(int(drawing.header.get("$INSUNITS", 0)))
         if scale is None:
             raise UnfitError(f"its unit ($INSUNITS {drawing.header['$INSUNITS']}) is none of mm, cm, m, um and inches")
         pieces = [piece for entity in drawing.modelspace() for piece in _pieces(entity, scale)]
-    except (ezdxf.DXFError, OSError, ValueError, TypeError, LookupError, AttributeError, ArithmeticError) as error:
+        heights = [(scale * float(z), str(one)) for one in drawing.modelspace() for z in _heights(one)]
+    except (ezdxf.DXFError, OSError, ValueError, TypeError, LookupError, AttributeError, ArithmeticError,
+            StopIteration) as error:
         raise UnfitError(f"no DXF that can be read ({type(error).__name__}: {str(error)[:80]})") from None
     if not 1 <= len(pieces) <= MOST_PIECES:
         raise UnfitError(f"{len(pieces)} lines and arcs, where 1 to {MOST_PIECES} can be")
     if not all(math.isfinite(value) and abs(value) < 10.0 for _, piece in pieces for value in piece.box):
         raise UnfitError("it has coordinates that are no lengths")
+    (low, lower), (high, upper) = min(heights), max(heights)
+    if high - low > JOINED:
+        raise UnfitError(f"{lower} lies at z = {show(low, 'm')} and {upper} at {show(high, 'm')}: flatten the drawing")
+    _refuse_repeated(pieces)
     return _convex(_chained(pieces))
+
+
+def _encoding(content: bytes) -> str:
+    """Encoding of a DXF file: UTF-8 since R2007 (AC1021), before that the code page that its header names."""
+    from ezdxf.lldxf.validator import dxf_info
+
+    info = dxf_info(StringIO(content.decode("latin-1")))
+    return "utf-8" if info.version >= "AC1021" else info.encoding
 
 
 Piece = tuple[str, Segment]
@@ -81,31 +98,69 @@ def _pieces(entity: Any, scale: float) -> Iterator[Piece]:
     """The lines and arcs of one entity; points, texts and the like are refused: nothing is left out unsaid."""
     kind, dxf = entity.dxftype(), entity.dxf
     words = f"{kind} {dxf.handle} on layer {dxf.layer}"
-    if kind not in ("LINE", "ARC", "CIRCLE", "LWPOLYLINE"):
+    if kind not in ("LINE", "ARC", "CIRCLE", "LWPOLYLINE", "POLYLINE"):
         raise UnfitError(f"{words} is no line and no arc")
     if abs(dxf.get("extrusion", (0.0, 0.0, 1.0))[2] - 1.0) > 1e-9:
         raise UnfitError(f"{words} does not lie in the plane seen from above (its extrusion is not +z)")
+    if kind == "POLYLINE" and not entity.is_2d_polyline:
+        raise UnfitError(f"{words} is a mesh or a polyline in space")
 
     def point(x: float, y: float) -> Point:
         return Point(scale * float(x), scale * float(y))
 
     if kind == "LINE":
         yield words, Line(point(dxf.start[0], dxf.start[1]), point(dxf.end[0], dxf.end[1]))
-    elif kind == "LWPOLYLINE":
-        corners = [(point(x, y), float(bulge)) for x, y, bulge in entity.get_points("xyb")]
+    elif kind in ("LWPOLYLINE", "POLYLINE"):
+        corners = [(point(x, y), float(bulge)) for x, y, bulge in _corners(entity)]
         if len(corners) > MOST_PIECES:
             raise UnfitError(f"{words} has {len(corners)} vertices, where {MOST_PIECES} can be")
-        onward = corners[1:] + (corners[:1] if entity.closed else [])
+        is_closed = entity.closed if kind == "LWPOLYLINE" else entity.is_closed
+        onward = corners[1:] + (corners[:1] if is_closed else [])
         for (start, bulge), (end, _) in zip(corners, onward, strict=False):
             if start.distance(end) > JOINED:
                 yield words, _bulged(start, end, bulge) if bulge else Line(start, end)
     else:
         centre, radius = point(dxf.center[0], dxf.center[1]), scale * dxf.radius
-        if kind == "CIRCLE":
+        if kind == "CIRCLE" or abs(math.remainder(dxf.end_angle - dxf.start_angle, 360.0)) < 1e-9:
             yield from ((words, half) for half in circle(centre, radius))
         else:
             first, last = (polar(radius, math.radians(angle), centre) for angle in (dxf.start_angle, dxf.end_angle))
             yield words, Arc(first, last, centre)
+
+
+def _heights(entity: Any) -> list[float]:
+    """Heights z of an entity in the drawing's unit."""
+    dxf = entity.dxf
+    if entity.dxftype() == "LINE":
+        return [dxf.start[2], dxf.end[2]]
+    if entity.dxftype() == "POLYLINE":
+        return [dxf.get("elevation", (0.0, 0.0, 0.0))[2]]
+    return [dxf.get("elevation", 0.0) if entity.dxftype() == "LWPOLYLINE" else dxf.center[2]]
+
+
+def _corners(entity: Any) -> list[tuple[float, float, float]]:
+    """Vertices [x, y] and bulges of a polyline in the drawing's unit."""
+    if entity.dxftype() == "LWPOLYLINE":
+        return list(entity.get_points("xyb"))
+    found = ((vertex, vertex.dxf.location) for vertex in entity.vertices)
+    return [(at.x, at.y, vertex.dxf.get("bulge", 0.0)) for vertex, at in found]
+
+
+def _refuse_repeated(pieces: list[Piece]) -> None:
+    """Raise `UnfitError` if two pieces lie on each other from end to end."""
+    known: dict[tuple[tuple[int, ...], ...], str] = {}
+    for words, piece in pieces:
+        middle = piece.at(0.5) if isinstance(piece, Arc) else _middle(piece.start, piece.end)
+        start, end, half = (tuple(round(value / (2.0 * JOINED)) for value in (at.x, at.y))
+                            for at in (piece.start, piece.end, middle))
+        where = (*sorted((start, end)), half)
+        if where in known:
+            raise UnfitError(f"{words} is drawn twice: {known[where]} lies there, too")
+        known[where] = words
+
+
+def _middle(start: Point, end: Point) -> Point:
+    return Point((start.x + end.x) / 2, (start.y + end.y) / 2)
 
 
 def _bulged(start: Point, end: Point, bulge: float) -> Arc:
