@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import gc
+import io
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import NoReturn
 
 import click
@@ -29,12 +31,54 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     keep_freed_memory()
     gc.set_threshold(200_000)  # a short command makes much and drops little: looking for cycles costs it some per cent
-    for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):
-            stream.reconfigure(errors="backslashreplace")
+    prepare_streams()
     code = run(arguments)
     gc.freeze()  # what is left goes with the process: the last look for cycles would cost some per cent more
     sys.exit(code)
+
+
+class Messages(io.TextIOWrapper):
+    """Standard error: a message that the disk or terminal does not take is lost, and the command goes on without it."""
+
+    def write(self, text: str, /) -> int:
+        """Write the text, or lose it; raises BrokenPipeError, which ends the command."""
+        with _lost():
+            super().write(text)
+        return len(text)
+
+    def flush(self) -> None:
+        """Write what is left, or lose it."""
+        with _lost():
+            super().flush()
+
+
+@contextmanager
+def _lost() -> Iterator[None]:
+    try:
+        yield
+    except BrokenPipeError:
+        raise
+    except OSError:
+        pass
+
+
+def prepare_streams() -> None:
+    """Make all three standard streams fit to be used: those that are closed become the null device, and no text is
+    refused for its characters.
+
+    Without the null device the next file that is opened takes the number of the closed stream, and what a library
+    prints there goes into that file.
+    """
+    for name in ("stdin", "stdout", "stderr"):
+        if getattr(sys, name) is None:
+            descriptor = os.open(os.devnull, os.O_RDWR)  # the lowest free number: that of the closed stream
+            os.set_inheritable(descriptor, True)
+            setattr(sys, name, os.fdopen(descriptor, "r" if name == "stdin" else "w"))
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")
+    if isinstance(sys.stderr, io.TextIOWrapper):
+        encoding = sys.stderr.encoding
+        sys.stderr = Messages(sys.stderr.detach(), encoding, "backslashreplace", line_buffering=True)
 
 
 KEPT, MAPPED = 256 << 20, 32 << 20
@@ -93,6 +137,9 @@ def crash(error: Exception) -> int:
 
     if isinstance(error, (DataError, sitscad.PackageError, sitscad.MissingExtra, PolicyError, sitscad.PluginError)):
         say(str(error))
+    elif isinstance(error, UnicodeEncodeError):
+        what = ascii(error.object[error.start : error.end])
+        say(f"{what} in a file's name cannot be written as text ({error.encoding}): rename it, or set PYTHONUTF8=1")
     elif type(error).__name__ == "BrokenProcessPool":  # of concurrent.futures, which few commands load
         say("a process ended without a word (too little memory, or ended by a plugin or somebody): --jobs 1 shows more")
     elif isinstance(error, sitscad.PartsError):

@@ -24,14 +24,19 @@ if TYPE_CHECKING:
     from sitscad.report.findings import CheckedSpec, OutputOptions
 
 
+HELP_IS_GONE = "Python runs with -OO (PYTHONOPTIMIZE=2), which takes the help texts away."
+"""The help of every command where the docstrings are not there."""
+
+
 class Example(click.Command):
     """A command whose help ends with one example; what its `words` mean stands before its exit codes, the last
     paragraph of its docstring.
     """
 
     def __init__(self, name: str | None, *, example: str, words: str = "", **kwargs: Any) -> None:
-        says, codes, last = inspect.cleandoc(kwargs["help"]).rpartition("\n\nExit code")
-        said = f"{says}\n\n{words.strip()}{codes}{last}" if words else kwargs["help"]
+        text = kwargs["help"] or HELP_IS_GONE
+        says, codes, last = inspect.cleandoc(text).rpartition("\n\nExit code")
+        said = f"{says}\n\n{words.strip()}{codes}{last}" if words else text
         super().__init__(name, **{**kwargs, "help": said, "epilog": f"\b\nExample:\n  {example}"})
 
 

@@ -1,0 +1,81 @@
+"""Commands where standard streams are closed or full, and where Python runs without asserts, docstrings or UTF-8."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+import sitscad
+from sitscad.cli import AS_USED
+
+SPEC = """sitscad: 1
+name: plain
+coil: {shape: circle, outer_diameter: 8, turns: 6, layers: 2, trace_width: 0.2, trace_spacing: 0.2}
+"""
+
+
+@pytest.fixture
+def spec(tmp_path):
+    path = tmp_path / "plain.yaml"
+    path.write_text(SPEC, encoding="utf-8")
+    return path
+
+
+def ran(folder, arguments: str, redirected: str = "", flags: str = "", **environment: str):
+    """One command line in a shell, in a folder."""
+    line = f'exec "{sys.executable}" {flags} -m sitscad {arguments} {redirected}'
+    return subprocess.run(
+        ["sh", "-c", line], cwd=folder, env={**os.environ, **environment}, capture_output=True, timeout=120,
+        stdin=subprocess.DEVNULL, check=False,
+    )
+
+
+@pytest.mark.parametrize(
+    ("redirected", "code"),
+    [
+        (">&-", 0), ("2>&-", 0), ("<&-", 0), ("<&- >&- 2>&-", 0), ("2>/dev/full", 0), (">/dev/full", 2),
+        (">/dev/full 2>/dev/full", 2),
+    ],
+)
+def test_a_stream_that_is_closed_or_full_changes_no_verdict_unless_the_result_is_lost(spec, redirected, code):
+    found = ran(spec.parent, "check plain.yaml", redirected)
+    assert found.returncode == code, found.stderr
+    assert b"internal error" not in found.stderr and b"Traceback" not in found.stderr
+    assert (b"No space left" in found.stderr) == (redirected == ">/dev/full")
+
+
+@pytest.mark.parametrize("redirected", ["<&- >&- 2>&-", "2>/dev/full"])
+def test_a_package_is_whole_where_no_message_can_be_written(spec, redirected):
+    found = ran(spec.parent, "build plain.yaml -o out --only gerber,firmware", redirected)
+    assert found.returncode == 0
+    assert sitscad.verify(spec.parent / "out" / "plain").ok
+
+
+def test_a_spec_from_a_closed_stream_is_an_empty_one(spec):
+    found = ran(spec.parent, "check -", "<&-")
+    assert (found.returncode, b"SIT001" in found.stdout) == (2, True)
+
+
+@pytest.mark.parametrize("flags", ["-O", "-OO", "-X utf8=0"])
+def test_a_check_says_the_same_however_python_runs(spec, flags):
+    locale = {"LC_ALL": "C", "PYTHONCOERCECLOCALE": "0"} if "utf8" in flags else {}
+    found, plain = (ran(spec.parent, "check -v plain.yaml", flags=each, **locale) for each in (flags, ""))
+    assert (found.returncode, found.stdout, found.stderr) == (plain.returncode, plain.stdout, plain.stderr)
+
+
+def test_every_command_says_that_docstrings_are_gone_where_they_are(spec):
+    names = [command.name for command in AS_USED]
+    code = f"from sitscad.cli import run\nfor name in {names}: run([name, '--help'])"
+    line = [sys.executable, "-OO", "-c", code]
+    found = subprocess.run(line, capture_output=True, text=True, timeout=120, check=True)
+    assert found.stdout.count("takes the help texts away") == len(names)
+
+
+def test_a_name_that_is_no_text_is_told_and_nothing_is_written(spec):
+    os.rename(spec, os.fsencode(spec.parent) + b"/\xfc.yaml")
+    found = ran(spec.parent, "build \"$(printf '\\374').yaml\" -o out --only report")
+    assert found.returncode == 2 and b"\\udcfc" in found.stderr and b"internal error" not in found.stderr
+    assert not list((spec.parent / "out").glob("*"))
