@@ -35,7 +35,7 @@ from sitscad.units import show
 
 def reference() -> str:
     """The tables of keys: sections that every user needs, what the names of presets stand for, deeper sections."""
-    places = _places(SpecDocument, "")
+    places = places_of(SpecDocument)
     parts = {section: f"## {_title(section, places)}\n\n{_about(section, paths)}\n\n{_table(section, places)}\n"
              for section, paths in places.items()}
     first = [part for section, part in parts.items() if "." not in places[section][0]]
@@ -126,14 +126,14 @@ def _foils(stackup: Stackup) -> str:
 Places = dict[type[Section], list[str]]
 
 
-def _places(section: type[Section], path: str, found: Places | None = None) -> Places:
+def places_of(section: type[Section], path: str = "", found: Places | None = None) -> Places:
     """Every section with the dotted paths at which it may stand, in the order of the format."""
     found = {} if found is None else found
     found.setdefault(section, []).append(path)
     for name, key in section.keys.items():
         inner = section_of(key.kind)
         if inner is not None:
-            _places(inner, f"{path}.{name}".strip("."), found)
+            places_of(inner, f"{path}.{name}".strip("."), found)
     return found
 
 
