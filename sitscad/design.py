@@ -7,6 +7,7 @@ from dataclasses import field, replace
 from functools import cached_property, wraps
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
+from sitscad.arguments import checked_arguments
 from sitscad.readout.converter import Converter
 from sitscad.record import kept, record
 from sitscad.spec.sensor import SensorSpec, without_text
@@ -59,6 +60,16 @@ class Design:
     given_layout: Layout | None = None
     given_estimates: Estimates | None = None
     of_board: dict[str, Any] = field(default_factory=dict, repr=False, compare=False)
+
+    if not TYPE_CHECKING:  # a copy is made without a spec
+
+        @checked_arguments
+        def __new__(
+            cls, spec: SensorSpec = None, given_layout: Layout | None = None,
+            given_estimates: Estimates | None = None, *_: object, **named: object,
+        ) -> Design:
+            """Refuse other types, where a program makes a design; `replace` and copies come without arguments."""
+            return object.__new__(cls)
 
     def once(self, name: str, make: Callable[[], Kept]) -> Kept:
         """What `make` gives, made once and kept under a name: several rules look at the same distances."""
@@ -366,6 +377,7 @@ class Design:
         return Design(changed, arrange(changed, searches))
 
 
+@checked_arguments
 def respond(
     design: Design | SensorSpec,
     poses: ArrayLike | None = None,

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sitscad.arguments import checked_arguments
 from sitscad.arrays import Array
 from sitscad.geometry.path import Path, Point, Region, Segment
 from sitscad.layout.board import Coil, Layout, Via
@@ -73,6 +74,7 @@ class CurrentPath:
     current: float
 
 
+@checked_arguments
 def centre_lines(layout: Layout) -> tuple[CentreLine, ...]:
     """Every layer of every coil, in the order of the coils and, within each, of its current."""
     width = layout.spec.coil.trace_width
@@ -83,6 +85,7 @@ def centre_lines(layout: Layout) -> tuple[CentreLine, ...]:
     )
 
 
+@checked_arguments
 def current_paths(
     layout: Layout, current: float = 1.0, leads: bool = True, tolerance: float = TOLERANCE
 ) -> tuple[CurrentPath, ...]:
@@ -153,6 +156,7 @@ class Area:
     net: str = ""
 
 
+@checked_arguments
 def areas(layout: Layout, tolerance: float = TOLERANCE) -> tuple[Area, ...]:
     """All copper with its holes, by layer and net, then board, stiffener, shield, jaw and what lies on the board, from
     below; arcs are chords within a tolerance (m).
@@ -221,6 +225,7 @@ COARSE = 5e-6
 COPPER_COLOUR = "#d98a4b"
 
 
+@checked_arguments
 def copper_solids(layout: Layout, tolerance: float = COARSE) -> tuple[Solid, ...]:
     """The copper of every layer and net as build123d solids in millimetres, in place, arcs as chords within a tolerance
     (m); named like ``copper-1-COIL_C1``. What plates the holes is left out.
@@ -247,6 +252,7 @@ def copper_solids(layout: Layout, tolerance: float = COARSE) -> tuple[Solid, ...
     return tuple(found)
 
 
+@checked_arguments
 def as_cadquery(solids: Iterable[Solid]) -> dict[str, Any]:
     """Solids by name as CadQuery workplanes in millimetres, in place; those of one name are on one workplane.
 
@@ -260,6 +266,7 @@ def as_cadquery(solids: Iterable[Solid]) -> dict[str, Any]:
     return found
 
 
+@checked_arguments
 def as_cadquery_assembly(solids: Iterable[Solid], name: str = "sensor") -> Any:
     """Solids as one ``cadquery.Assembly`` in millimetres, in place: a child for every name, in its colour and with its
     material in ``metadata``; those of one name are one compound. The shapes are the solids' own, not copies.
@@ -275,6 +282,7 @@ def as_cadquery_assembly(solids: Iterable[Solid], name: str = "sensor") -> Any:
     return whole
 
 
+@checked_arguments
 def as_build123d(solids: Iterable[Solid], name: str = "sensor") -> Any:
     """Solids as one ``build123d.Compound`` in millimetres, in place: its children are labelled and coloured, so that
     what build123d exports has names and colours; those of one name are one compound.

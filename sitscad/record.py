@@ -149,6 +149,30 @@ def _names_of(cls: type) -> tuple[str, ...]:
     return tuple(one.name for one in fields(cls))
 
 
+class FrozenDict(dict[Any, Any]):
+    """A mapping that cannot be changed: it may be shared, copied, pickled and written as JSON."""
+
+    def _refuse(self, *_: Any, **__: Any) -> NoReturn:
+        raise TypeError("this mapping belongs to a frozen value: dict(...) of it may be changed")
+
+    __setitem__ = __delitem__ = __ior__ = _refuse
+    clear = pop = popitem = setdefault = update = _refuse
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return FrozenDict, (dict(self),)
+
+    def __copy__(self) -> FrozenDict:
+        return self
+
+
+def frozen(one: Made) -> Made:
+    """The record with its mappings as `FrozenDict`."""
+    inside = cast(Any, one).__dict__
+    names = _names_of(cast(type, type(one)))
+    changes = {name: FrozenDict(inside[name]) for name in names if type(inside[name]) is dict}
+    return replace(one, **changes) if changes else one
+
+
 def kept(by: Any, name: str, make: Callable[[], Made]) -> Made:
     """What `make` gives, made once and kept with a record under a name; what is replaced has it to make anew."""
     inside = by.__dict__

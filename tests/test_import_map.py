@@ -12,6 +12,7 @@ PACKAGE = Path(__file__).parents[1] / "sitscad"
 
 MAY_IMPORT = {
     "record": set(),
+    "arguments": set(),
     "arrays": set(),
     "solutions": set(),
     "version": set(),
@@ -85,7 +86,7 @@ MAY_IMPORT = {
 
 What is `EVERYWHERE` is no room's and may be imported by all."""
 
-EVERYWHERE = {"version", "record", "data", "arrays", "solutions"}
+EVERYWHERE = {"version", "record", "arguments", "data", "arrays", "solutions"}
 
 
 def room_of(path: Path, package: Path = PACKAGE) -> str:

@@ -15,6 +15,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from sitscad.arguments import checked_arguments
 from sitscad.design import Design, respond
 from sitscad.estimates.values import CoilEstimate, StateEstimate
 from sitscad.readout import ldc_registers as at
@@ -275,6 +276,7 @@ class SimulatedConverter(Registers):
     nothing answers, and for converters of other families.
     """
 
+    @checked_arguments
     def __init__(
         self,
         spec: SensorSpec | Design,

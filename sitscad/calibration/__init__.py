@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from sitscad.arguments import checked_arguments
 from sitscad.calibration.calibration import Calibration
 from sitscad.calibration.inverse_map import InverseMap, map_of
 
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
 __all__ = ["Calibration", "InverseMap", "calibrate", "map_of"]
 
 
+@checked_arguments
 def calibrate(design: Design, data: str | None = None, *, rotation: str | None = None, points: int = 8) -> Calibration:
     """The calibration of a design: without `data` the loads to take (so many `points`) and the map that is foretold,
     with the CSV file of a bench the map of the sensor that was measured.

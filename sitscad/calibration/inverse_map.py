@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from sitscad.arguments import checked_arguments
 from sitscad.arrays import Array, Flags
 from sitscad.physics.polynomials import Exponents, monomials
 from sitscad.record import record
@@ -116,6 +117,7 @@ ARRAYS = ("full_scale", "error", "rest", "gain", "mix", "low", "high", *WHOLE[:1
 """The arrays of a document, in its order; those of whole numbers."""
 
 
+@checked_arguments
 def map_of(document: Mapping[str, Any] | str | Path) -> InverseMap:
     """The map of a calibration.json: its path, or what it holds (also as part of the whole document). Raises ValueError
     for what is no such document.

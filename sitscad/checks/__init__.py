@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from sitscad.arguments import checked_arguments
 from sitscad.checks import performance, usual_ranges
 from sitscad.checks.assembly import fit, mount, overhang, pieces, plates, room_in_jaw, transduction
 from sitscad.checks.board import clearances, drawn_form, fabrication, materials, plug, room, tail
@@ -70,6 +71,7 @@ class CheckResult:
         return not any(finding.severity is Severity.ERROR for finding in self.findings)
 
 
+@checked_arguments
 def check(
     spec: SensorSpec, layout: Layout | None = None, estimates: Estimates | None = None, hints: str = DECISIVE
 ) -> CheckResult:
@@ -107,6 +109,7 @@ def judged(design: Design, hints: str = DECISIVE, least: Severity | None = Sever
                        performance.noted(design), (*design.layout.body_size, *design.layout.size))
 
 
+@checked_arguments
 def mended(error: SpecError, hints: str = DECISIVE) -> tuple[Finding, ...]:
     """The findings of a spec that could not be loaded, with the fixes with which reading it again finds them gone;
     where only coils or turns lack room, hints and fixes name what gives it, laid out and checked as far as the budget

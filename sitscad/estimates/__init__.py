@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from sitscad.arguments import checked_arguments
 from sitscad.estimates.steps import read, tune, wind, with_solved_targets
 from sitscad.estimates.values import CoilEstimate, CrossCheck, Estimates, ReadoutEstimate, StateEstimate
 from sitscad.estimates.winding.methods import METHODS, Method
@@ -13,6 +14,7 @@ __all__ = [
 ]
 
 
+@checked_arguments
 def estimate(
     layout: Layout, method: str | None = None, tolerance: float | None = None, temperature: float | None = None
 ) -> Estimates:

@@ -33,6 +33,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sitscad.arguments import checked_arguments
 from sitscad.estimates.states.pressing import web_stiffness
 from sitscad.geometry.path import Point, Region, circle
 from sitscad.layout.board import Coil, Layout
@@ -241,6 +242,7 @@ def render(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
     return {f"mesh/{spec.name}-elastomer.{ending}": content for ending, content in made.items()}
 
 
+@checked_arguments
 def pad_mesh(layout: Layout, size: float | None = None) -> dict[str, bytes]:
     """The elastomer pad as a mesh, by the ending of its file: ``msh``, ``inp`` (CalculiX) in second order, ``json``
     with what they are worth. `size` is the elements' size (m), by default five through the thickness, ten across; half
@@ -322,6 +324,7 @@ PER_COIL = 25  # Elements across the smallest coil, along the edges of all piece
 ROOM = 1.5  # Air beyond the pieces on every side, over the largest coil's width
 
 
+@checked_arguments
 def field_mesh(
     layout: Layout, size: float | None = None, air: float | None = None, copper: str = "coils"
 ) -> dict[str, bytes]:

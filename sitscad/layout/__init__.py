@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 
+from sitscad.arguments import checked_arguments
 from sitscad.finding import Missing, Shortfall
 from sitscad.geometry.path import Path, Point, Region
 from sitscad.geometry.shapes import SKETCHED
@@ -38,6 +39,7 @@ from sitscad.spec.sensor import SensorSpec
 __all__ = ["Coil", "Layout", "Pad", "Role", "Stiffener", "Trace", "Via", "Winding", "lay_out"]
 
 
+@checked_arguments
 def lay_out(spec: SensorSpec) -> Layout:
     """The sensor as drawn; what found no room is in its `shortfalls`, and is no error here.
 

@@ -16,6 +16,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from sitscad.arguments import checked_arguments
 from sitscad.finding import Severity
 from sitscad.package.figures import figure_files
 from sitscad.package.folder import (
@@ -86,6 +87,7 @@ class BuildRequest:
         return made_from(without_text(self.spec), *said, versions, *marks())
 
 
+@checked_arguments
 def build(
     spec: SensorSpec | Design, out: str | Path = "outputs", only: Iterable[str] | None = None, force: bool = False,
     progress: Progress | None = None, policy: Policy | None = None, baseline: Baseline | None = None, jobs: int = 1,

@@ -16,6 +16,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from sitscad.arguments import checked_arguments
 from sitscad.calibration.calibration import Calibration, foretell
 from sitscad.checks import all_rules
 from sitscad.checks import judged as reviewed
@@ -215,6 +216,7 @@ sitscad_forces() the counts of its own coils, which the header names.
 """
 
 
+@checked_arguments
 def write_calibration(found: Calibration, folder: str | Path) -> tuple[Path, ...]:
     """Write the files of a calibration into a folder, each as a whole, and give their paths; others are left as they
     are. Raises PackageError where that cannot be done.

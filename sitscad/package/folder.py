@@ -15,6 +15,7 @@ import shutil
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
+from sitscad.arguments import checked_arguments
 from sitscad.report.findings.text import printable
 from sitscad.spec import templates
 from sitscad.spec.format.reading import SpecError
@@ -32,6 +33,7 @@ class PackageError(Exception):
     escaped, so that none can steer a terminal.
     """
 
+    @checked_arguments
     def __init__(self, message: str) -> None:
         super().__init__(printable(message))
 

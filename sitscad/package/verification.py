@@ -13,6 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from sitscad.arguments import checked_arguments
 from sitscad.package.building import BuildRequest
 from sitscad.package.figures import figure_files
 from sitscad.package.folder import FILE_NAME, PackageError, explained, list_files
@@ -127,6 +128,7 @@ MAX_FILE = 500_000_000
 """Bytes of one file in a package. Meshes are the largest."""
 
 
+@checked_arguments
 def verify(directory: str | Path, rebuild: bool = False) -> Verification:
     """Compare a package with its manifest, the nets in its finished Gerber and drill files with the intended ones, its
     layers and holes with job file and netlist, the archive that is sent with the files beside it, and every board of

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from sitscad.arguments import checked_arguments
 from sitscad.parts.solid import MissingExtra, PartsError, Solid
 from sitscad.scene.bodies import BodyRole
 
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 __all__ = ["BodyRole", "MissingExtra", "PartsError", "Solid", "aids", "solids"]
 
 
+@checked_arguments
 def solids(layout: Layout) -> tuple[Solid, ...]:
     """Every solid that the spec contains, in place: jaw first, then upwards to the encapsulation. Raises `MissingExtra`
     without a CAD kernel, `PartsError` where a part cannot exist (a shield that does not fit into the standoff).

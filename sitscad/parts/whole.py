@@ -21,6 +21,7 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
+from sitscad.arguments import checked_arguments
 from sitscad.geometry.path import Path, Region, bounding_box, rectangle
 from sitscad.layout.bending import bend_stretch, tail_layers
 from sitscad.layout.board import Coil, Layout, Role
@@ -346,6 +347,7 @@ def _lifts(layout: Layout) -> dict[str, float]:
 SPACED = 1e-9  # A shield farther from the board than this (m) has a spacer on it
 
 
+@checked_arguments
 def whole(layout: Layout, pieces: tuple[Solid, ...] | None = None) -> tuple[Solid, ...]:
     """Every piece in its place, from the jaw upwards: jaw, seat, shield, the board's films with each coil's copper as a
     ring on every layer, stiffener, elastomer, target, glue lines between them, film, the other jaw closed; of a finger

@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 
+from sitscad.arguments import checked_arguments
 from sitscad.plugins.guard import Plugin, PluginError, at_work
 
 __all__ = ["GROUP", "Plugin", "PluginError", "use_installed_plugins", "use_plugin"]
@@ -21,6 +22,7 @@ GROUP = "sitscad.plugins"
 """The entry points of installed plugins: each names a module."""
 
 
+@checked_arguments
 def use_plugin(path: str | Path) -> Plugin:
     """Put the plugin of a Python file in force; one that is in force already, unchanged, stays as it is.
 

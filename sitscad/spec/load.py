@@ -14,6 +14,7 @@ from dataclasses import fields, replace
 from pathlib import Path, PurePath
 from typing import Any
 
+from sitscad.arguments import checked_arguments
 from sitscad.finding import Edit
 from sitscad.spec.format.kinds import described, is_profile_file
 from sitscad.spec.format.reading import (
@@ -39,6 +40,7 @@ NO_FILE = "<text>"
 """What a text is called that came from no file: it has no folder, and so no profile files beside it."""
 
 
+@checked_arguments
 def load(path: str | os.PathLike[str], profiles: str | os.PathLike[str] | None = None) -> SensorSpec:
     """The sensor that a YAML file describes; raises `SpecError` with every finding where it describes none. A
     fabricator's profile that is named as a file is looked for in the spec's folder, then in the folder `profiles`.
@@ -65,6 +67,7 @@ def read_text(path: str) -> str:
     return content.decode("utf-8")
 
 
+@checked_arguments
 def load_text(
     text: str, path: str | os.PathLike[str] = NO_FILE, profiles: str | os.PathLike[str] | None = None
 ) -> SensorSpec:

@@ -10,6 +10,7 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
+from sitscad.arguments import checked_arguments
 from sitscad.checks import all_rules
 from sitscad.checks import judged as checked
 from sitscad.design import Design
@@ -93,6 +94,7 @@ class Study:
     asked: Asked
 
     @classmethod
+    @checked_arguments
     def load(cls, path: str | os.PathLike[str]) -> Study:
         """The study of a file; raises `SpecError` with every finding where it is none."""
         name = os.fspath(path)
@@ -100,6 +102,7 @@ class Study:
         return _read(decoded(text.encode("utf-8")), name)
 
     @classmethod
+    @checked_arguments
     def from_mapping(cls, sections: Mapping[str, Any], folder: str | os.PathLike[str] = ".") -> Study:
         """The study that keys and values say as its file would; its base is looked for from `folder`."""
         try:
@@ -108,6 +111,7 @@ class Study:
             raise SpecError((finding_from_text(error),)) from None
         return _read(text, os.path.join(os.fspath(folder), "study.yaml"))
 
+    @checked_arguments
     def run(
         self,
         executor: Executor | None = None,

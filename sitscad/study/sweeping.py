@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from sitscad.arguments import checked_arguments
 from sitscad.arrays import Array, Flags
 from sitscad.checks import all_rules
 from sitscad.record import record
@@ -56,6 +57,7 @@ class SweepTable:
         return len(self.verdict)
 
 
+@checked_arguments
 def measure(
     spec: SensorSpec, level: str = SCREEN, measures: Sequence[str] | None = None
 ) -> Evaluation:
@@ -67,6 +69,7 @@ def measure(
     return judged(spec, names) if level == FULL else screened([spec], names)[0]
 
 
+@checked_arguments
 def sweep(
     spec: SensorSpec,
     ranges: Mapping[str, Sequence[Any]],

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from pydantic_core import SchemaValidator, ValidationError
 
+from sitscad.arguments import checked_arguments
 from sitscad.data import rows
 from sitscad.finding import Edit, Finding, Remedy, Severity
 from sitscad.record import record
@@ -46,6 +47,7 @@ class SpecError(ValueError):
     ``source`` is the text that was read, None where none could be.
     """
 
+    @checked_arguments
     def __init__(
         self, findings: tuple[Finding, ...], texts: Mapping[str, str] | None = None,
         lacking_room: SensorSpec | None = None, source: SpecSource | None = None,
