@@ -192,7 +192,7 @@ def _require_small(folder: Path) -> None:
 def _with_boards(read: Verification, folder: Path, manifest: Manifest) -> Verification:
     """What was read, and what the files for the fabricator say."""
     nets = tuple(dict.fromkeys(_net_differences(folder, manifest.nets)))
-    layers, sent = tuple(_layer_differences(folder)), _archive_differences(folder, manifest)
+    layers, sent = tuple(_layer_differences(folder, manifest)), _archive_differences(folder, manifest)
     boards, panel = _panel_differences(folder, manifest)
     return replace(
         read, differences=(*read.differences, *nets, *layers, *(sent or ()), *panel),
@@ -226,17 +226,22 @@ def _spec_differences(folder: Path, manifest: Manifest) -> Iterator[str]:
         yield f"{MANIFEST} names the sensor {manifest.spec['name']}, and its spec {name}"
 
 
-def _layer_differences(folder: Path) -> Iterator[str]:
-    """Layers and drill files against the job file."""
+def _layer_differences(folder: Path, manifest: Manifest) -> Iterator[str]:
+    """Layers and drill files against the job file, of the board and of a panel."""
     from sitscad.extraction.differences import compare_job
     from sitscad.extraction.limits import ExtractionError, reading
 
     try:
         with reading("the job file cannot be compared"):
             yield from compare_job(folder / "fpc")
-            yield from compare_job(folder / "fpc" / "panel")
+            if _has_panel(manifest):
+                yield from compare_job(folder / "fpc" / "panel")
     except ExtractionError as error:
         yield str(error)
+
+
+def _has_panel(manifest: Manifest) -> bool:
+    return any(name.startswith("fpc/panel/") for name in manifest.files)
 
 
 def _archive_differences(folder: Path, manifest: Manifest) -> tuple[str, ...] | None:
@@ -297,7 +302,7 @@ def _net_differences(folder: Path, intended: Mapping[str, tuple[str, ...]]) -> I
 
 def _panel_differences(folder: Path, manifest: Manifest) -> tuple[int | None, tuple[str, ...]]:
     """How many boards the panel has, each of them compared, and its differences from the single board; None without."""
-    if not any(name.startswith("fpc/panel/") for name in manifest.files):
+    if not _has_panel(manifest):
         return None, ()
     from sitscad.extraction.limits import ExtractionError, reading
     from sitscad.extraction.panel import compare_panel

@@ -255,3 +255,10 @@ def test_hundreds_of_boards_take_seconds(tmp_path):
     found = sitscad.verify(folder)
     assert (found.ok, found.panel_boards) == (True, 500)
     assert time.process_time() - began < 15.0
+
+
+def test_a_package_without_a_panel_is_what_it_says(tmp_path):
+    spec = sitscad.load_text(SPEC.replace("{parts: %s}", "none"), "small.yaml")
+    built = sitscad.build(spec, tmp_path, ["gerber"], force=True)
+    read = sitscad.verify(built.directory)
+    assert (read.differences, read.panel_boards) == ((), None)
