@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -16,7 +17,9 @@ __all__ = ["Calibration", "InverseMap", "calibrate", "map_of"]
 
 
 @checked_arguments
-def calibrate(design: Design, data: str | None = None, *, rotation: str | None = None, points: int = 8) -> Calibration:
+def calibrate(
+    design: Design, data: str | os.PathLike[str] | None = None, *, rotation: str | None = None, points: int = 8
+) -> Calibration:
     """The calibration of a design: without `data` the loads to take (so many `points`) and the map that is foretold,
     with the CSV file of a bench the map of the sensor that was measured.
 
@@ -36,7 +39,7 @@ def calibrate(design: Design, data: str | None = None, *, rotation: str | None =
     asked = is_held(rotation or USUAL_ROTATION)
     if data is None or design.spec.cells is not None:  # of which the response says to name one
         return foretell(design.response, asked, points)
-    table = read_table(data, [coil.name for coil in design.layout.coils])
+    table = read_table(os.fspath(data), [coil.name for coil in design.layout.coils])
     level = table.is_held(rotation)
     sensors = sensors_of(design.response, level)
     found = points_of(table, sensors)
