@@ -76,12 +76,17 @@ def _asked(words: str) -> str:
 @click.option(
     "--method", metavar="NAME", help="The inductance method (default: the cheapest that meets the tolerance)."
 )
+@click.option("--at", "at", multiple=True, metavar="FREQUENCY",
+              help="Add the coil alone at a frequency, like 13.56MHz; any number of times.")
 @click.option("--performance", is_flag=True, help="Say what the sensor feels, in newtons (2 to 4 s more).")
-def estimate(spec: str, format_name: str, tolerance: float | None, method: str | None, performance: bool) -> int:
+def estimate(
+    spec: str, format_name: str, tolerance: float | None, method: str | None, at: tuple[str, ...], performance: bool
+) -> int:
     """Print the electrical numbers of SPEC.
 
     Inductance, resistance and frequency of every coil, free, at rest and pressed, and the readout's settings; with
-    --performance what the sensor feels, too, in newtons.
+    --performance what the sensor feels, too, in newtons. With --at also L, R and Q of the coil alone at that frequency,
+    which needs neither target nor tank.
 
     \b
     Words in the tables:
@@ -105,9 +110,11 @@ def estimate(spec: str, format_name: str, tolerance: float | None, method: str |
     Exit code: 0 no errors, 1 the checks found errors (see `sitscad check`), 2 the spec cannot be read.
     """  # noqa: D301 - click asks for the control character itself
     from sitscad.estimates import METHODS
+    from sitscad.estimates.at_frequency import FrequencyError, coils_at
     from sitscad.inspection import as_configured, unreadable
     from sitscad.opening import opened, policy_for
     from sitscad.report.numbers import ESTIMATE_FORMATS
+    from sitscad.scene.motions import MotionError, frequency_of
 
     show = row_of(ESTIMATE_FORMATS, format_name, "--format")
     if method is not None:
@@ -116,7 +123,7 @@ def estimate(spec: str, format_name: str, tolerance: float | None, method: str |
         loaded = opened(spec, policy_for(spec))
     except sitscad.SpecError as error:
         unread = unreadable(spec, error)
-        print_result(show(spec, None, unread, coloured(sys.stdout), None, (), None))
+        print_result(show(spec, None, unread, coloured(sys.stdout), None, (), None, ()))
         return unread.exit_code
     layout = sitscad.lay_out(loaded)
     try:
@@ -125,12 +132,16 @@ def estimate(spec: str, format_name: str, tolerance: float | None, method: str |
         if method is None:
             raise
         raise click.BadParameter(str(error), param_hint="--method") from error
+    try:
+        coils = coils_at(layout, tuple(map(frequency_of, at)), method, tolerance)
+    except (MotionError, FrequencyError) as error:
+        raise click.BadParameter(str(error), param_hint="--at") from error
     result = sitscad.check(loaded, layout, estimates if method is None else None, hints="none")
     checked = as_configured(loaded, result)
     design = sitscad.Design(loaded, layout, estimates)
     felt = design.performance if performance else None
     cells = design.cells_document if performance else None
-    print_result(show(spec, estimates, checked, coloured(sys.stdout), felt, design.most_signal, cells))
+    print_result(show(spec, estimates, checked, coloured(sys.stdout), felt, design.most_signal, cells, coils))
     worst = max(estimates.coils, key=lambda coil: coil.inductance_error)
     if tolerance is not None and worst.inductance_error > tolerance:
         asked = f"the method {method} does not meet" if method else "no method meets"

@@ -29,6 +29,7 @@ from sitscad.version import __version__
 if TYPE_CHECKING:
     from sitscad.check_values import Most
     from sitscad.estimates import Estimates, ReadoutEstimate
+    from sitscad.estimates.at_frequency import CoilAtFrequency
     from sitscad.estimates.performance.values import Performance
     from sitscad.estimates.values import StateEstimate
 
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
 
 def as_text(
     path: str, estimates: Estimates | None, checked: CheckedSpec, colour: bool = False, felt: Felt = None,
-    most: Sequence[Most] = (), cells: Mapping[str, Any] | None = None,
+    most: Sequence[Most] = (), cells: Mapping[str, Any] | None = None, at: Sequence[CoilAtFrequency] = (),
 ) -> str:
     """Tables of coils, states and readout settings, then the cross-checks and what the numbers leave out."""
     if estimates is None:
@@ -50,6 +51,7 @@ def as_text(
         styled(printable(estimates.incomplete), "red", colour) if estimates.incomplete else "",
         _titled(SIGNAL_TITLE, table(names if pressed else [], signal_rows(pressed, estimates)), colour),
         _shown(most_table(most), colour),
+        _shown(at_table(at), colour),
         _shown(state_table(estimates), colour),
         _titled("Coils", table(names, coil_rows(estimates)), colour),
         _titled(PARTS_TITLE, table(names, part_rows(estimates)), colour),
@@ -79,10 +81,11 @@ def felt_blocks(felt: Sequence[Performance], colour: bool) -> list[str]:
 
 def as_json(
     path: str, estimates: Estimates | None, checked: CheckedSpec, colour: bool = False, felt: Felt = None,
-    most: Sequence[Most] = (), cells: Mapping[str, Any] | None = None,
+    most: Sequence[Most] = (), cells: Mapping[str, Any] | None = None, at: Sequence[CoilAtFrequency] = (),
 ) -> str:
-    """The JSON document of ``estimate`` with how thick its parts give most signal, and ``performance`` where that was
-    asked for, with that of each of its `cells`; an unreadable spec gives no coils, and ``findings`` that say why.
+    """The JSON document of ``estimate`` with how thick its parts give most signal. The coils ``at_frequency`` and
+    ``performance``, with that of each of its `cells`, are in it where they were asked for. An unreadable spec gives no
+    coils, and ``findings`` that say why.
     """
     if estimates is None:
         findings = [finding_json(finding) for finding in checked.findings]
@@ -90,6 +93,7 @@ def as_json(
         return to_json(nothing | {"findings": findings})
     asked: dict[str, Any] = {} if felt is None else {"performance": [point.document() for point in felt]}
     asked |= {"cells": cells} if cells else {}
+    asked |= {"at_frequency": [coil.document() for coil in at]} if at else {}
     signal = [
         {"part": one.part, "thickness_m": one.thickness, "inductance_H_per_N": one.per_newton,
          "thickness_now_m": one.thickness_now, "inductance_now_H_per_N": one.per_newton_now,
@@ -102,12 +106,14 @@ CELLS_TITLE = "Cell by cell: below, each figure of what the sensor feels is that
 
 
 Shown = Callable[
-    [str, "Estimates | None", CheckedSpec, bool, "Felt", "Sequence[Most]", "Mapping[str, Any] | None"], str
+    [str, "Estimates | None", CheckedSpec, bool, "Felt", "Sequence[Most]", "Mapping[str, Any] | None",
+     "Sequence[CoilAtFrequency]"], str
 ]
 
 ESTIMATE_FORMATS: Mapping[str, Shown] = {"text": as_text, "json": as_json}
 """How ``estimate`` can print: each takes the path as typed, the estimate (None: no spec), findings, colour or not,
-what the sensor feels (None: not asked for), thicknesses of most signal, and what is told of each cell."""
+what the sensor feels (None: not asked for), thicknesses of most signal, what is told of each cell, and the coils at
+frequencies that were asked for."""
 
 
 def coil_rows(estimates: Estimates) -> list[list[str]]:
@@ -195,6 +201,23 @@ def _by_state(
     rows = [[name, titled(state.state), *(told(state) for told in columns.values())]
             for name, state in found if getattr(state, needed) is not None]
     return Table(("coil", "state", *columns), rows, title)
+
+
+AT_TITLE = "The coil alone at a frequency, with nothing around: winding without leads, then between the contacts"
+
+
+def at_table(coils: Sequence[CoilAtFrequency]) -> Table:
+    """One row a coil and frequency; empty without coils."""
+    head = ("coil", "frequency", "winding L", "+-", "winding R", "+-", "Q", "L", "R", "+-", "Q", "L, R on an LCR meter")
+    rows = [[
+        coil.coil, quantity(coil.frequency, "Hz"), quantity(coil.winding_inductance, "H"),
+        percent(coil.winding_inductance_error), quantity(coil.winding_resistance, "ohm"),
+        percent(coil.winding_resistance_error), quantity(coil.winding_quality_factor, "", 3),
+        quantity(coil.inductance, "H"), quantity(coil.resistance, "ohm"), percent(coil.resistance_error),
+        quantity(coil.quality_factor, "", 3),
+        f"{quantity(coil.apparent_inductance, 'H')}, {quantity(coil.apparent_resistance, 'ohm')}",
+    ] for coil in coils]
+    return Table(head, rows, AT_TITLE)
 
 
 def state_table(estimates: Estimates) -> Table:

@@ -169,3 +169,21 @@ def test_a_missing_extra_is_one_sentence_with_the_command_that_mends_it(run, mon
     done = run("build", "good.yaml")
     assert done.code == 2
     assert done.err == "sitscad: solids need build123d: pip install 'sitscad[all]'\n"
+
+
+def test_estimate_at_a_frequency_needs_no_target_or_tank(run):
+    document = json.loads(run("estimate", "good.yaml", "--at", "13.56MHz", "--at", "100 kHz", "--format", "json").out)
+    first, second = document["at_frequency"]
+    assert (first["coil"], first["frequency_Hz"], second["frequency_Hz"]) == ("C1", 13.56e6, 1e5)
+    for key in ("winding_inductance_H", "winding_inductance_error", "winding_resistance_ohm",
+                "winding_resistance_error", "winding_quality_factor", "inductance_H", "resistance_ohm",
+                "resistance_error", "quality_factor", "apparent_inductance_H", "apparent_resistance_ohm"):
+        assert 0.0 < first[key] < 1e3
+    assert "13.56 MHz" in run("estimate", "good.yaml", "--at", "13.56MHz").out
+    assert "at_frequency" not in json.loads(run("estimate", "good.yaml", "--format", "json").out)
+
+
+@pytest.mark.parametrize("frequency", ["13.56", "0 MHz", "nonsense", "99 MHz"])
+def test_estimate_at_no_usable_frequency_is_refused(run, frequency):
+    done = run("estimate", "good.yaml", "--at", frequency)
+    assert done.code == 2 and "--at" in done.err

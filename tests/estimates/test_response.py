@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -117,6 +118,15 @@ def test_numbers_at_a_frequency_are_solved_at_that_frequency_alone():
     respond(design, [POSE], frequency=5e6)
     bands = {band for _, band in design.response.solved}
     assert bands == {design.response.band, (5e6,)}
+
+
+def test_a_target_that_takes_minutes_to_solve_is_refused_with_the_reason():
+    design = sensor(target="shape: rectangle, size: [150, 60]")
+    began = time.process_time()
+    with pytest.raises(NoResponse, match=r"processor time .* 30 s|29 s at most"):
+        respond(design, [[60.0 * MM, 0.0, -0.9 * MM, 0.0, 0.0, 0.0]])
+    assert time.process_time() - began < 10.0
+    assert np.isfinite(respond(design, [[0.0] * 6]).frequency).all()
 
 
 def test_counts_are_the_converter_s(plain):

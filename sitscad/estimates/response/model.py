@@ -15,7 +15,14 @@ from sitscad.estimates.circuit.neighbours import at_contacts, idle_load
 from sitscad.estimates.circuit.tank import CoilCircuit, Tank
 from sitscad.estimates.response.pad import NoResponse, holding, pushed, pushed_by_elements
 from sitscad.estimates.response.placed import LEAST_HEIGHT, Cover, Placed, at_rest
-from sitscad.estimates.response.plate import LOSSY, TargetPlate, endless_like, plate_over_jaw, stated_errors
+from sitscad.estimates.response.plate import (
+    LOSSY,
+    TargetPlate,
+    endless_like,
+    plate_over_jaw,
+    solving_work,
+    stated_errors,
+)
 from sitscad.estimates.response.scan import Changes, Exact, mapped
 from sitscad.estimates.response.values import Response, joined
 from sitscad.estimates.response.working_range import normal_at, shear_at
@@ -25,7 +32,7 @@ from sitscad.estimates.states.pressing import rests_on_pad
 from sitscad.estimates.steps import BAND, Wound, wind
 from sitscad.estimates.values import Estimates
 from sitscad.estimates.winding.solved import SolvedWinding, solve_winding
-from sitscad.layout.board import Layout
+from sitscad.layout.board import Coil, Layout
 from sitscad.mechanics.elastomer import VALID_SHEAR, VALID_STRAIN
 from sitscad.mechanics.pad import HELD_SHEAR, HELD_TILT
 from sitscad.physics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
@@ -236,6 +243,7 @@ class ResponseModel:
             return self.solved[cover, band]
         spec, coils, lowest, target = self.spec, self.layout.coils, cover.lowest, self.spec.target
         assert target is not None
+        _require_affordable(spec, coils, math.sqrt(band[0] * band[-1]), self.behind, cover)
         metal = target.material
         sheet = MetalLayer(metal.conductivity, metal.relative_permeability, target.thickness)
 
@@ -281,6 +289,31 @@ class ResponseModel:
         wound = self.wound
         return coil_circuits(wound.layout, winding, wound.matrix, assembly or wound.assembly, TargetShares({}, {}, ()),
                              wound.spared)
+
+
+MOST_WORK = 1700.0**3
+"""Largest work (`solving_work`) of a target that is solved: half a minute of processor time."""
+
+SECONDS = 6e-9
+"""Processor time (s) of a unit of work at both ends of a band (copper plates of 60 to 150 mm before ferrite)."""
+
+
+def _require_affordable(
+    spec: SensorSpec, coils: Sequence[Coil], frequency: float, behind: Reflector | None, cover: Cover
+) -> None:
+    """Raise NoResponse if solving the target for the poses of `cover` takes more than `MOST_WORK`."""
+    work = solving_work(spec, coils, frequency, behind, cover)
+    if work <= MOST_WORK:
+        return
+    part = cover.part(spec).target
+    assert part is not None
+    x, y = (1e3 * side for side in part.size)
+    raise NoResponse(
+        f"{x:.3g} x {y:.3g} mm of the target take about {SECONDS * work:.2g} s of processor time to solve, "
+        f"{SECONDS * MOST_WORK:.2g} s at most, for poses down to {1e3 * cover.lowest:.2g} mm over the board and up to "
+        f"{1e3 * cover.reach:.2g} mm from the coils' middle; ask for poses higher or nearer to it, or take a smaller "
+        "target"
+    )
 
 
 def _between(places: Array, values: ComplexArray, at: Array) -> ComplexArray:
