@@ -87,9 +87,13 @@ BASELINE = click.option(
 def specs_of(paths: Iterable[str]) -> list[str]:
     """The specs that are named, those of folders among them."""
     from sitscad.opening import specs_in
+    from sitscad.report.findings.text import printable
+
+    def pass_by(path: str) -> None:
+        say(f"{printable(path)} is a study, and is passed by (sitscad design {printable(path)})")
 
     try:
-        return specs_in(list(paths), lambda path: say(f"{path} is a study, and is passed by (sitscad design {path})"))
+        return specs_in(list(paths), pass_by)
     except ValueError as error:
         raise click.UsageError(str(error)) from error
 
@@ -138,8 +142,10 @@ def _meant(name: str, known: Iterable[str]) -> str:
 
 
 def say(message: str) -> None:
-    """A message: to stderr, under the name of the program."""
-    click.echo(f"sitscad: {message}", err=True)
+    """Print a message to stderr, under the name of the program; control characters in it are escaped."""
+    from sitscad.report.findings.text import printable
+
+    click.echo("\n".join(map(printable, f"sitscad: {message}".split("\n"))), err=True)
 
 
 def progress_of(what: str) -> Callable[[int, int], None] | None:
