@@ -13,6 +13,7 @@ from sitscad.data import cited, rows
 from sitscad.design import Design
 from sitscad.record import record
 from sitscad.spec.circuit import LayerKind
+from sitscad.spec.presets import dielectric_roles
 from sitscad.units import parse_quantity, show
 
 
@@ -58,8 +59,13 @@ def _figure(text: str, dimension: str, otherwise: float) -> float:
     return float(text) if dimension == "number" else parse_quantity(text, dimension)
 
 
-def _layers(kind: LayerKind) -> Callable[[Design], list[float]]:
-    return lambda design: [one.thickness for one in design.spec.fpc.stackup.layers if one.kind is kind]
+def _layers(kind: LayerKind, rigid: bool = False) -> Callable[[Design], list[float]]:
+    def found(design: Design) -> list[float]:
+        """The thicknesses of the layers of a kind, of dielectrics either the rigid or the flexible ones."""
+        return [one.thickness for one in design.spec.fpc.stackup.layers if one.kind is kind
+                and (kind is LayerKind.COPPER or ("rigid" in dielectric_roles(one.material)) is rigid)]
+
+    return found
 
 
 def _poisson(design: Design) -> float | None:
@@ -88,6 +94,7 @@ WORKED_OUT: dict[str, tuple[str, Callable[[Design], Any]]] = {
     "coverlays": ("a coverlay", _layers(LayerKind.COVERLAY)),
     "copper": ("finished copper", _layers(LayerKind.COPPER)),
     "dielectrics": ("a dielectric", _layers(LayerKind.DIELECTRIC)),
+    "rigid_dielectrics": ("a rigid dielectric", _layers(LayerKind.DIELECTRIC, rigid=True)),
     "foils": ("the copper's foil, before plating,",
               lambda design: [copper.foil for copper in design.spec.fpc.stackup.copper]),
     "board": ("the board's longer side", lambda design: design.layout.size),

@@ -10,6 +10,7 @@ from sitscad.geometry.path import Path, bounding_box
 from sitscad.layout.board import Layout, Pad
 from sitscad.record import record
 from sitscad.spec.circuit import FpcSpec
+from sitscad.spec.presets import cover_name
 from sitscad.units import show
 
 SAME = 1e-6
@@ -115,7 +116,8 @@ def contact_text(layout: Layout) -> str:
     if bare is None:
         return f"{size}{unused_text(layout.pads)}"
     is_held_all_round = bare[0] < width - 1e-9
-    under = "the coverlay covers their rims" if is_held_all_round else "the rest goes on under the coverlay"
+    cover = cover_name(layout.spec.fpc.stackup)
+    under = f"the {cover} covers their rims" if is_held_all_round else f"the rest goes on under the {cover}"
     wide = f"{show(bare[0], 'm')} x " if is_held_all_round else ""
     return f"{size}, bare over {wide}{show(bare[1], 'm')} ({under}){unused_text(layout.pads)}"
 

@@ -20,6 +20,7 @@ from sitscad.layout.bending import has_tail_coverlay, tail_copper
 from sitscad.layout.board import Layout
 from sitscad.record import record
 from sitscad.spec.circuit import MASK, LayerKind, Stackup
+from sitscad.spec.presets import cover_name
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.source import UNNUMBERED, creation_date
 from sitscad.units import decimal, show
@@ -87,12 +88,13 @@ def copper_files(layout: Layout) -> tuple[FabricationFile, ...]:
 def coverlay_files(spec: SensorSpec) -> tuple[FabricationFile, ...]:
     """The coverlay openings of each face that has a coverlay."""
     top, bottom = has_coverlay(spec.fpc.stackup)
+    cover = cover_name(spec.fpc.stackup)
     sides = [("F", "Top", "top")] * top + [("B", "Bot", "bottom")] * bottom
     return tuple(
         FabricationFile(
             fabrication_path(spec, f"{letter}_Mask.gbr"),
             f"Soldermask,{side}",
-            f"openings in the {word} coverlay (what is drawn is cut away)",
+            f"openings in the {word} {cover} (what is drawn is cut away)",
             polarity="Negative",
         )
         for letter, side, word in sides

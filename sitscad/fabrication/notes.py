@@ -25,7 +25,7 @@ from sitscad.layout.board import Layout
 from sitscad.scene.tail_path import bends, own_bend, pivot_line
 from sitscad.spec.circuit import CopperLayer, FpcSpec, LayerKind, Plating, StackLayer, Stackup, Tail
 from sitscad.spec.design_rules import DesignRules
-from sitscad.spec.presets import finish, names
+from sitscad.spec.presets import finish, is_rigid, names
 from sitscad.units import counted, in_mm, show
 
 FOILS = {"rolled-annealed": "rolled annealed (RA)", "electrodeposited": "electrodeposited (ED)"}
@@ -285,7 +285,7 @@ def questions(fpc: FpcSpec) -> Iterator[tuple[str, str]]:
     name = rules.house or rules.name
     yield "To know", f"{name} makes every board in one way. What follows is not ordered: ask where it matters to you."
     yield "Copper", f"which foil it is, and how thick the plating of the holes (the design counts on {foil})"
-    yield "Class", "which class of IPC-6013 the boards keep"
+    yield "Class", f"which class of {'IPC-6012' if is_rigid(fpc.stackup) else 'IPC-6013'} the boards keep"
     yield "Test", "whether every board is tested for continuity and isolation"
     yield "Marks", "whether date codes and maker's marks can be left off"
 
@@ -312,6 +312,8 @@ _LAMINATES = {
     "bondply": "polyimide film with adhesive on both faces",
     "polyimide-coverlay": "polyimide film with adhesive on one face",
     "solder-mask": "solder mask, printed",
+    "FR4": "glass cloth and epoxy, core",
+    "FR4-prepreg": "glass cloth and epoxy, prepreg",
 }
 
 

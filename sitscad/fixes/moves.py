@@ -156,7 +156,7 @@ def more_layers(spec: SensorSpec, factor: float) -> Iterator[Fix]:
         if count <= len(spec.fpc.stackup.copper):
             yield Fix((edit,), replace(spec, coil=wound))
             continue
-        name = next((n for n in presets.names("stackup") if len(presets.stackup(n).copper) >= count), None)
+        name = next(iter(presets.stackups_of(count, presets.is_rigid(spec.fpc.stackup))), None)
         if name is not None:
             stackup, tail = presets.stackup(name), spec.fpc.tail
             if tail is not None and "fpc.tail.layers" not in spec.source.keys:  # all of the body's, as it is left out

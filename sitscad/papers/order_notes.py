@@ -30,7 +30,7 @@ from sitscad.layout.panel import Panel, is_too_small
 from sitscad.layout.tail_tracks import contact_rows
 from sitscad.scene.column import usual_tolerances
 from sitscad.spec.circuit import MASK, LayerKind, Plating
-from sitscad.spec.presets import is_unverified, unverified_rows
+from sitscad.spec.presets import board_kind, cover_name, is_rigid, is_unverified, unverified_rows
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import aligned, counted, show
 
@@ -67,7 +67,7 @@ def readme(
         notes.section("Files", _files(layout, panel)),
         _fingerprint(layout.spec, panel, files) if files else []
     ]
-    title = f"{layout.spec.name}: flexible printed circuit of an inductive sensor"
+    title = f"{layout.spec.name}: {board_kind(layout.spec.fpc.stackup)} printed circuit of an inductive sensor"
     return "\n".join([title, "=" * len(title), "", *(line for lines in sections for line in lines)])
 
 
@@ -92,7 +92,7 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     along, across = layout.size
     copper = fpc.stackup.copper
     yield from layout.spec.issue.rows
-    yield "Type", f"flexible circuit, {counted(len(copper), 'copper layer')}"
+    yield "Type", f"{board_kind(fpc.stackup)} circuit, {counted(len(copper), 'copper layer')}"
     yield "Size", f"{show(along, 'm')} x {show(across, 'm')} over all (outline file, middle of the line)"
     parts = None if panel is None else len(panel.parts)
     if quantity := notes.quantity_text(fpc.boards, parts, fpc.rules.order_multiple):
@@ -104,7 +104,8 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     else:
         small = "; smaller than the smallest part of these rules: ask for a panel" if is_too_small(layout) else ""
         yield "Delivery", f"single boards, cut out{small}"
-    yield "Thickness", f"{show(fpc.stackup.thickness, 'm')} finished, without stiffener"
+    bare = "" if is_rigid(fpc.stackup) else ", without stiffener"
+    yield "Thickness", f"{show(fpc.stackup.thickness, 'm')} finished{bare}"
     yield "Tolerances", (
         f"outline {notes.outline_text(fpc.rules)}, layers in register within {show(fpc.rules.registration, 'm')}, "
         "finished thickness " + ", ".join(f"{place} {text}" for place, text in notes.thickness_texts(layout).items())
@@ -120,7 +121,8 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     yield "Legend", "none" if fpc.rules.one_process else "none, and no date code or maker's mark on the boards"
     yield "Laminates", notes.laminate_text(fpc.stackup)
     if not fpc.rules.one_process:
-        yield "Class", f"IPC-6013 class 2, {_ipc_type(layout)}, unless the order says otherwise"
+        standard = "IPC-6012 class 2" if is_rigid(fpc.stackup) else f"IPC-6013 class 2, {_ipc_type(layout)}"
+        yield "Class", f"{standard}, unless the order says otherwise"
     if layout.stiffener is not None:
         left, low, right, high = bounding_box([layout.stiffener.outline.outline])
         where = f"x = {show(left, 'm')} to {show(right, 'm')}, y = {show(low, 'm')} to {show(high, 'm')}"
@@ -246,7 +248,8 @@ def _layers(layout: Layout) -> Iterator[tuple[str, str]]:
         words = "solder mask" if masks == {True} else "film and adhesive together"
         if len(masks) > 1:
             words = "film (with its adhesive) on one side, solder mask on the other"
-        yield "Coverlay", f"{words}; a file without any opening means that this side is closed throughout"
+        closed = "a file without any opening means that this side is closed throughout"
+        yield cover_name(stackup).capitalize(), f"{words}; {closed}"
 
 
 def _care(layout: Layout) -> Iterator[tuple[str, str]]:
@@ -260,8 +263,10 @@ def _care(layout: Layout) -> Iterator[tuple[str, str]]:
         f"{show(100.0 * wide, '%')}: compensate the artwork for your etching as you do."
     )
     if layout.copper_layers > 1:
-        words = "The thickness between copper layers sets the coils' inductance: do not replace the film by another."
-        yield "Dielectric", words
+        film = "laminate" if is_rigid(layout.spec.fpc.stackup) else "film"
+        yield "Dielectric", (
+            f"The thickness between copper layers sets the coils' inductance: do not replace the {film} by another."
+        )
     yield "Registration", "Layers lie on each other as drawn; no layer is mirrored, all are seen from the top."
     yield "Metal", "No magnetic or conducting part (steel stiffener, shielding film) on or under the coils."
 

@@ -29,6 +29,7 @@ from sitscad.scene.stack import has_round_body, shield, shield_part
 from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.mount import HolePattern, Mount
 from sitscad.spec.places import cell_placements, place_in_words
+from sitscad.spec.presets import board_kind
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import counted, csv_text, in_mm, show
 
@@ -100,7 +101,7 @@ def _circuit(layout: Layout) -> Iterator[Item]:
     if layout.pads:
         note += f"; {contact_text(layout)}"
     yield Item(
-        "flexible printed circuit", 1, layout.spec.name,
+        f"{board_kind(fpc.stackup)} printed circuit", 1, layout.spec.name,
         f"{fpc.stackup.name}, {counted(layout.copper_layers, 'copper layer')}",
         f"{in_mm(along)} x {in_mm(across)} x {in_mm(fpc.stackup.thickness)} mm", note,
     )

@@ -31,7 +31,7 @@ from sitscad.scene.bodies import (
 from sitscad.scene.state import FREE, in_words
 from sitscad.spec.circuit import LayerKind
 from sitscad.spec.places import cell_specs
-from sitscad.spec.presets import metal_colour, unverified_figures
+from sitscad.spec.presets import is_rigid, metal_colour, unverified_figures
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import counted, show
 
@@ -329,7 +329,8 @@ def _stack(spec: SensorSpec, estimates: Estimates) -> str:
     drawn = "Section through all that lies on each other; heights to scale, widths not."
     figure = f"<figure>{stack_section(spec)}<figcaption>{drawn}</figcaption></figure>"
     stackup = spec.fpc.stackup
-    total = f"The board is {show(stackup.thickness, 'm')} thick without stiffener ({escape(stackup.name)})."
+    bare = "" if is_rigid(stackup) else " without stiffener"
+    total = f"The board is {show(stackup.thickness, 'm')} thick{bare} ({escape(stackup.name)})."
     pressed = _table(["", ""], numbers.compression_rows(estimates), numbers.PRESSED_TITLE)
     return f"{figure}<p>{total}</p>" + _table(["gap", ""], numbers.gap_rows(estimates), numbers.GAPS_TITLE) + pressed
 

@@ -36,6 +36,7 @@ from sitscad.scene.jaws import (
 )
 from sitscad.spec.circuit import BodySpec
 from sitscad.spec.mount import Jaw
+from sitscad.spec.presets import is_rigid
 from sitscad.units import in_mm
 
 
@@ -51,8 +52,9 @@ def stack(layout: Layout) -> tuple[Body, ...]:
 
 
 def board(layout: Layout) -> Body:
-    """The flexible circuit with its tail held straight, without stiffener."""
-    return Body(BodyRole.BOARD, Region(layout.outline), *board_heights(layout.spec.fpc.stackup), "polyimide")
+    """The circuit with its tail held straight, without stiffener."""
+    material = "FR4" if is_rigid(layout.spec.fpc.stackup) else "polyimide"
+    return Body(BodyRole.BOARD, Region(layout.outline), *board_heights(layout.spec.fpc.stackup), material)
 
 
 def stiffener(layout: Layout) -> Body | None:

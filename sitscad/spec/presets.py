@@ -19,7 +19,7 @@ from sitscad.data import is_unverified as is_unseen
 from sitscad.data import rows as read_rows
 from sitscad.readout.converter import Converter
 from sitscad.record import record
-from sitscad.spec.circuit import Chip, Connector, LayerKind, Plating, StackLayer, Stackup
+from sitscad.spec.circuit import MASK, Chip, Connector, LayerKind, Plating, StackLayer, Stackup
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.format.kinds import FOLDERS, TABLES
 from sitscad.spec.format.kinds import names as names
@@ -222,8 +222,33 @@ def permittivity(material: str) -> float:
 
 @cache
 def dielectric_roles(material: str) -> tuple[str, ...]:
-    """Uses of a dielectric: ``base`` carries copper, ``bond`` joins layers, ``cover`` lies over the outer copper."""
+    """Uses of a dielectric: ``base`` carries copper, ``bond`` joins layers, ``cover`` lies over the outer copper;
+    ``rigid`` does not bend.
+    """
     return tuple(_table("dielectrics")[material]["roles"].split())
+
+
+def is_rigid(stackup: Stackup) -> bool:
+    """Whether a dielectric of a stack-up does not bend, like FR4."""
+    films = (layer.material for layer in stackup.layers if layer.kind is LayerKind.DIELECTRIC)
+    return any("rigid" in dielectric_roles(material) for material in films)
+
+
+def stackups_of(copper: int, rigid: bool) -> list[str]:
+    """Names of the installed stack-ups, rigid or flexible ones, with so many copper layers at least."""
+    return [name for name in names("stackup")
+            if len(stackup(name).copper) >= copper and is_rigid(stackup(name)) is rigid]
+
+
+def board_kind(stackup: Stackup) -> str:
+    """The kind of a board of a stack-up, for people."""
+    return "rigid" if is_rigid(stackup) else "flexible"
+
+
+def cover_name(stackup: Stackup) -> str:
+    """The covers of a stack-up: solder mask if all of them are printed."""
+    covers = {layer.material for layer in stackup.layers if layer.kind is LayerKind.COVERLAY}
+    return "solder mask" if covers == {MASK} else "coverlay"
 
 
 def unverified_rows(kind: str, name: str) -> tuple[tuple[str, str, str], ...]:

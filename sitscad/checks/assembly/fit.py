@@ -18,7 +18,7 @@ from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, 
 from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Finding, Place, Severity
-from sitscad.fixes.moves import higher_seat, plated_in_holes_alone, sealed, thinner_tails
+from sitscad.fixes.moves import higher_seat, plated_in_holes_alone, read_anew, sealed, thinner_tails
 from sitscad.fixes.search import Left, first_tried, in_vain, named, setting, ways
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.bending import bend_figure, tail_thickness
@@ -30,6 +30,7 @@ from sitscad.scene.tail_path import tail_path
 from sitscad.spec.circuit import Tail
 from sitscad.spec.materials import ElastomerPad
 from sitscad.spec.mount import Jaw
+from sitscad.spec.presets import is_rigid
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import counted, show
 
@@ -42,6 +43,14 @@ def tail_bend(design: Design) -> Iterator[Verdict]:
     spec, tail, figure = design.spec, design.spec.fpc.tail, bend_figure(design.spec.fpc)
     assert tail is not None
     if tail.bend == "none":
+        return
+    if is_rigid(spec.fpc.stackup):
+        hint = "fpc.tail.bend: none; or a flexible stack-up"
+        straight = list(read_anew(spec, "fpc.tail.bend", "none"))
+        yield Violation(
+            f"the tail bends ({tail.bend}), and a board of {spec.fpc.stackup.name} with FR4 breaks", hint,
+            "fpc.tail.bend", advice=first_tried([straight], hint),
+        )
         return
     if tail.bend == "dynamic" and tail.layers > 1:
         yield Violation(

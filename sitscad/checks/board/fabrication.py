@@ -309,7 +309,8 @@ def offered(design: Design) -> Iterator[Verdict]:
         yield Undecided(f"{rules.name} does not state which stack-ups, finishes and stiffeners are offered")
         return
     refused = list(_refused(fpc.stackup, rules))
-    good = [name for name in presets.names("stackup") if not any(_refused(presets.stackup(name), rules))]
+    alike = presets.stackups_of(1, presets.is_rigid(fpc.stackup))
+    good = [name for name in alike if not any(_refused(presets.stackup(name), rules))]
     hint = (f"fpc.stackup: {' or '.join(good)} is offered; or {ANOTHER}" if good else ANOTHER) if refused else ""
     for field, word, measured, asked in refused:
         yield _complaint(rules, "fpc.stackup", field, f"{word}: {asked}", hint, measured)

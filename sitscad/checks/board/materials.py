@@ -57,7 +57,8 @@ def _other_material(design: Design, index: int, message: str, kind: LayerKind) -
         serving = [name for name in serving if BASE in presets.dielectric_roles(name)]
     key = f"fpc.stackup.{index}.material"
     hint = f"{key}: {' or '.join(serving)}"
-    fixes = list(read_anew(design.spec, key, USUAL[kind]))
+    usual = "FR4" if kind is LayerKind.DIELECTRIC and presets.is_rigid(design.spec.fpc.stackup) else USUAL[kind]
+    fixes = list(read_anew(design.spec, key, usual))
     return Violation(message, hint, key, advice=first_tried([fixes], hint) if fixes else None)
 
 

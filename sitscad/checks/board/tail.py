@@ -31,6 +31,7 @@ from sitscad.layout.lanes import Ring
 from sitscad.record import record
 from sitscad.scene.tail_path import TOO_SHORT, bends_of_mount, own_bend, room_for_own, tail_path
 from sitscad.spec.circuit import Plating, Stackup
+from sitscad.spec.presets import is_rigid
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
@@ -66,6 +67,9 @@ def bend_zone(design: Design) -> Iterator[Verdict]:
     assert tail is not None
     if tail.bend == "none":
         yield Undecided("the tail does not bend (fpc.tail.bend: none)")
+        return
+    if is_rigid(design.spec.fpc.stackup):
+        yield Undecided("a rigid board has no zone that bends: SIT308 refuses the bend")
         return
     if zone is not None:
         # A complaint for every via, contact and stiffener inside the zone (x from and to, m) that is bent

@@ -70,7 +70,7 @@ def _stackup(layout: Layout) -> Iterator[dict[str, Any]]:
             coverlay += 1
             side = "Bottom" if copper else "Top"
             notes = "" if layer.material == MASK else "Flexible coverlay, polyimide film and adhesive together"
-            yield _row("SolderMask", layer, f"{side} coverlay", notes)
+            yield _row("SolderMask", layer, f"{side} {layer.material if layer.material == MASK else 'coverlay'}", notes)
         else:
             yield _row("Dielectric", layer, f"{layer_name(copper, count)}/{layer_name(copper + 1, count)}")
 

@@ -38,6 +38,7 @@ from sitscad.layout.bending import lap_start
 from sitscad.layout.board import Layout, Role, Via
 from sitscad.scene.tail_path import bends
 from sitscad.spec.circuit import FpcSpec
+from sitscad.spec.presets import is_rigid
 from sitscad.spec.sensor import SensorSpec
 
 # Board format of KiCad 9.0; later versions read it.
@@ -164,13 +165,14 @@ def _graphics(layout: Layout, sheet: Grid) -> Iterator[str]:
 def _notes(layout: Layout, sheet: Grid) -> Iterator[str]:
     """What the fabricator's drawing says, under the board on F.Fab, and what User layers mean, on themselves."""
     spec = layout.spec
+    bare = "" if is_rigid(spec.fpc.stackup) else " without stiffener"
     x, y, _, _ = bounding_box([layout.outline])
     lines = [
         ("F.Fab", spec.name),
         (
             "F.Fab",
             f"{layout.copper_layers} copper layers, {spec.fpc.stackup.name}, "
-            f"{length(spec.fpc.stackup.thickness)} mm without stiffener",
+            f"{length(spec.fpc.stackup.thickness)} mm{bare}",
         ),
         ("F.Fab", f"design rules {spec.fpc.rules.name}"),
     ]

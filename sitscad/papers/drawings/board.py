@@ -65,6 +65,7 @@ from sitscad.papers.drawings.contacts import CONTACT, contact_sheet, draw_copper
 from sitscad.scene.tail_path import bends
 from sitscad.spec.circuit import Tail
 from sitscad.spec.design_rules import DesignRules
+from sitscad.spec.presets import board_kind, is_rigid
 from sitscad.units import show
 
 PLATE, BEND = "#dddddd", "#eef3e2"
@@ -95,7 +96,7 @@ def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
     smaller = tuple(scale for scale in SCALES if scale < detail - 1e-9 or scale <= 1.0)
     whole = scale_for((box[2] - box[0], box[3] - box[1]), WHOLE[2:], smaller or SCALES[-1:])
     scales = f"{scale_text(whole)} (whole), {scale_text(detail)} (body)"
-    sheet = new_sheet(layout.spec, "flexible circuit, board", scales, artwork, forced)
+    sheet = new_sheet(layout.spec, f"{board_kind(layout.spec.fpc.stackup)} circuit, board", scales, artwork, forced)
     _whole(sheet, layout, placed(box, whole, WHOLE))
     # The body alone: what lies beyond it is cut off
     view = placed(layout.body, detail, DETAIL)
@@ -338,7 +339,8 @@ def notes(layout: Layout) -> Iterator[str]:
     if turn := turn_text(layout.spec.fpc.tail):
         yield turn
     yield finish_text(layout)
-    yield "IPC-6013 class 2. 100 % test by the netlist. Add no copper anywhere inside the outline."
+    standard = "IPC-6012" if is_rigid(layout.spec.fpc.stackup) else "IPC-6013"
+    yield f"{standard} class 2. 100 % test by the netlist. Add no copper anywhere inside the outline."
 
 
 def _outline(rules: DesignRules) -> str:

@@ -42,6 +42,7 @@ from sitscad.geometry.convex import Box, area_inside, parts_inside
 from sitscad.geometry.path import bounding_box, circle, rectangle
 from sitscad.layout.board import Layout
 from sitscad.layout.tail_tracks import contact_rows
+from sitscad.spec.presets import board_kind
 
 ROOM = (30.0, 54.0, 84.0, 116.0)  # Room for the contacts on paper: left, low, width, height (mm)
 AROUND = 0.6e-3  # So much of the board (m) is drawn about the contacts
@@ -57,7 +58,8 @@ def contact_sheet(layout: Layout, artwork: str, forced: bool = False) -> Sheet |
     x0, y0, x1, y1 = bounding_box([pad_outline(pad) for pad in layout.pads])
     box = (x0 - AROUND, y0 - AROUND, x1 + AROUND, y1 + AROUND)
     scale = scale_for((box[2] - box[0], box[3] - box[1]), ROOM[2:])
-    sheet = new_sheet(layout.spec, "flexible circuit, contacts", f"{scale_text(scale)}", artwork, forced)
+    title = f"{board_kind(layout.spec.fpc.stackup)} circuit, contacts"
+    sheet = new_sheet(layout.spec, title, f"{scale_text(scale)}", artwork, forced)
     view = placed(box, scale, ROOM)
     _draw(sheet, layout, view, box)
     size = 2.3 if len(layout.pads) <= 24 else 1.8

@@ -42,6 +42,7 @@ from sitscad.geometry.path import bounding_box, circle, rectangle
 from sitscad.layout.bending import tail_copper
 from sitscad.layout.panel import FIDUCIAL, FIDUCIAL_OPENING, TOOLING_HOLE, Panel
 from sitscad.scene.state import FREE
+from sitscad.spec.presets import board_kind
 from sitscad.units import show
 
 ROOM = (32.0, 46.0, 150.0, 135.0)
@@ -153,7 +154,7 @@ def readme(
     panel: Panel, coupon_estimates: Estimates | None, files: Mapping[str, bytes] | None = None, forced: bool = False,
 ) -> str:
     """The panel in words: what is delivered, what the coupon should measure; with `files` its images' fingerprint."""
-    title = f"{panel.layout.spec.name}: panel of flexible circuits"
+    title = f"{panel.layout.spec.name}: panel of {board_kind(panel.layout.spec.fpc.stackup)} circuits"
     width, height = (show(side, "m") for side in panel.size)
     paragraphs = [
         f"The boards are delivered in a panel of {width} x {height}. The single board is described by readme.txt; "

@@ -48,12 +48,16 @@ def resolve_fpc(
     if max(coil.layers) > copper:
         message = f"the coil uses copper layer {max(coil.layers)}, stack-up {stackup.name} has {copper}"
         facts = {"measured": float(max(coil.layers)), "limit": float(copper)}
-        name = next((n for n in presets.names("stackup") if len(presets.stackup(n).copper) >= max(coil.layers)), "")
+        name = next(iter(presets.stackups_of(max(coil.layers), presets.is_rigid(stackup))), "")
         more = f", like fpc.stackup: {name}" if name else ""
         hint = f"use fewer layers, or a stack-up with more copper{more}"
         remarks.flaw("SIT009", "coil.layers", message, hint, **facts)
     rules = resolve_rules(words["rules"], stackup.line_foil(coil.layers), place, remarks)
-    tail, panel = _tail(document.tail, copper, rules, mount, remarks), _panel(words["panel"], remarks)
+    written, panel = document.tail, _panel(words["panel"], remarks)
+    if written is not None and presets.is_rigid(stackup) and "fpc.tail.bend" not in place.source.keys:
+        remarks.default("fpc.tail.bend", "none", "a rigid board does not bend")
+        written = replace(written, bend="none")
+    tail = _tail(written, copper, rules, mount, remarks)
     rules = rules.for_layers(copper)
     body, largest = (
         resolve_body(getattr(document, name), f"fpc.{name}", place, remarks) for name in ("body", "largest")
@@ -61,9 +65,13 @@ def resolve_fpc(
     if document.body is not None and any(document.margin):
         message = "a body of a given outline is as large as that says"
         remarks.flaw("SIT009", "fpc.margin", message, "leave fpc.margin out, or fpc.body")
+    foil = document.copper
+    if presets.is_rigid(stackup) and "fpc.copper" not in place.source.keys:
+        foil = "electrodeposited"
+        remarks.default("fpc.copper", foil, "the foil of rigid laminates")
     return replace(
-        document, stackup=stackup, plating=None, plated=None, rules=rules, tail=tail, panel=panel, body=body,
-        largest=largest,
+        document, copper=foil, stackup=stackup, plating=None, plated=None, rules=rules, tail=tail, panel=panel,
+        body=body, largest=largest,
     )
 
 

@@ -1,0 +1,82 @@
+"""Boards of FR4: materials, stack-ups, and papers that do not call them flexible."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from tolerance import approx
+
+from sitscad import check, estimate, lay_out, load
+from sitscad.package import build, verify
+from sitscad.spec import presets
+from sitscad.spec.load import load_text
+
+BARE = """
+sitscad: 1
+name: rigid
+coil: {shape: circle, outer_diameter: 14, turns: 14, layers: 2, trace_width: 210 um, trace_spacing: 210 um}
+fpc:
+  stackup:
+    - {coverlay: 20 um, material: solder-mask}
+    - {copper: 35 um}
+    - {dielectric: 0.8 mm, material: FR4}
+    - {copper: 35 um}
+    - {coverlay: 20 um, material: solder-mask}
+"""
+PRESET = re.sub(r"stackup:\n(    - .*\n)+", "stackup: rigid-2l-1.6mm\n", BARE)
+FLEX_WORDS = re.compile(r"flexible|polyimide|coverlay|stiffener|rolled|IPC-6013|\bfilm\b", re.IGNORECASE)
+
+
+def rules(text, least=("error", "warning")):
+    return {found.rule for found in check(load_text(text), hints="none").findings if found.severity.value in least}
+
+
+@pytest.mark.parametrize("text", [BARE, PRESET])
+def test_rigid_board_passes_the_check(text):
+    assert rules(text) == set()
+
+
+@pytest.mark.parametrize("name", ["rigid-2l-1.6mm", "rigid-4l-1.6mm"])
+def test_rigid_preset_is_as_thick_as_its_name_says(name):
+    stackup = presets.stackup(name)
+    assert presets.is_rigid(stackup) and stackup.thickness == approx(1.6e-3, rel=0.02)
+    assert len(stackup.copper) == int(name.split("-")[1][0])
+    assert not any(presets.is_rigid(presets.stackup(other)) for other in presets.names("stackup") if "flex" in other)
+
+
+def test_capacitance_of_a_rigid_board_is_that_of_its_laminate():
+    thin = BARE.replace("0.8 mm", "0.2 mm")
+    dense, light = (check_capacitance(thin.replace("FR4", name)) for name in ("FR4", "polyimide"))
+    assert dense / light == approx(4.5 / 3.4, rel=0.1)
+
+
+def check_capacitance(text):
+    return estimate(lay_out(load_text(text))).coils[0].winding_capacitance
+
+
+def test_tail_of_a_rigid_board_is_straight_and_a_bend_is_an_error():
+    tail = BARE + "  tail: {length: 20, connector: solder-pads"
+    assert load_text(tail + "}\n").fpc.tail.bend == "none"
+    errors = [one for one in check(load_text(tail + ", bend: static}\n")).findings if one.severity.value == "error"]
+    assert [(one.rule, one.key) for one in errors] == [("SIT308", "fpc.tail.bend")]
+    assert [edit.new for one in errors for remedy in one.fixes for edit in remedy.edits] == ["none"]
+
+
+def test_suggested_stackup_with_more_layers_is_of_the_same_kind():
+    assert presets.stackups_of(4, rigid=True) == ["rigid-4l-1.6mm"]
+    assert presets.stackups_of(4, rigid=False)[0] == "flex-4l"
+
+
+def test_papers_of_a_rigid_board_say_nothing_of_flexible_ones(tmp_path):
+    (tmp_path / "rigid.yaml").write_text(BARE, encoding="utf-8")
+    build(load(tmp_path / "rigid.yaml"), tmp_path, only=["gerber", "kicad"])
+    folder = tmp_path / "rigid"
+    for path in ("fpc/readme.txt", "bom.csv", "fpc/rigid-job.gbrjob", "fpc/rigid-drawing.svg", "fpc/rigid-stackup.svg"):
+        if not (folder / path).exists():
+            continue
+        text = (folder / path).read_text(encoding="utf-8").replace("steel stiffener, shielding film", "")
+        assert FLEX_WORDS.findall(text) == [], path
+    readme = (folder / "fpc/readme.txt").read_text(encoding="utf-8")
+    assert "IPC-6012" in readme and "rigid circuit" in readme and "FR4" in readme
+    assert verify(folder).ok
