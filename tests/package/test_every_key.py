@@ -188,6 +188,7 @@ LAYERS = [{"coverlay": 0.03}, {"copper": 0.03}, {"dielectric": 0.03}, {"copper":
 BESIDE = {
     "coil.shape": [{}, {"coil.outer_diameter": [9, 7]}],
     "coil.sense": [{}],
+    "coil.start": [{"coil.shape": "square"}],
     "array.pattern": [{}, {"array.centres": [[-5, 0], [5, 0]]}],
     "fpc.rules": [{}],
     "fpc.stackup.0.material": [{"fpc.stackup": LAYERS}],
