@@ -1,0 +1,32 @@
+"""The templates' neighbourhood in small, another sample for each version: neighbours.py beside this has it in large."""
+
+import random
+
+import pytest
+from neighbours import PASSED, REFUSED, built, variant, verified
+
+import sitscad
+from sitscad.spec import templates
+
+SAMPLED = random.Random(sitscad.__version__).sample(templates.names(), 2)
+MOST = 10
+"""Variants of one template, of which the first one that passes its check is built."""
+
+
+@pytest.mark.slow
+@pytest.mark.cad
+@pytest.mark.parametrize("template", SAMPLED)
+def test_a_variant_of_a_template_is_refused_with_findings_or_builds_and_verifies(template, tmp_path):
+    for number in range(MOST):
+        outcome = built(variant(f"{sitscad.__version__} {number}", template), str(tmp_path))
+        assert outcome in (PASSED, REFUSED), f"{template} {number}: {outcome}"
+        if outcome == PASSED:
+            assert verified(str(tmp_path), rebuild=False) == PASSED
+            return
+
+
+@pytest.mark.parametrize("template", templates.names())
+def test_a_variant_is_another_spec_of_its_template_every_time(template):
+    texts = {variant(seed, template) for seed in range(8)}
+    assert len(texts) == 8 and templates.read(template) not in texts
+    assert variant(3, template) in texts
