@@ -234,13 +234,23 @@ class Design:
             from sitscad.estimates.performance.values import worst_of
 
             return tuple(map(worst_of, zip(*(one.felt for one in self.told_cells), strict=True)))
+        return self._performance[0]
+
+    @property
+    def no_performance(self) -> str:
+        """Reason why the sensor, or its weakest cell, has no `performance`; empty if it has one."""
+        return self.one._performance[1]
+
+    @_without_text
+    def _performance(self) -> tuple[tuple[Performance, ...], str]:
+        # The performance without cells, or the reason why there is none.
         from sitscad.estimates.performance.points import performance
         from sitscad.estimates.response.pad import NoResponse
 
         try:
-            return performance(self.solved, self.response, lambda: self.twins)
-        except NoResponse:
-            return ()
+            return performance(self.solved, self.response, lambda: self.twins), ""
+        except NoResponse as error:
+            return (), str(error)
 
     @_without_text
     def curves(self) -> Curves | None:

@@ -140,6 +140,8 @@ def estimate(
     checked = as_configured(loaded, result)
     design = sitscad.Design(loaded, layout, estimates)
     felt = design.performance if performance else None
+    if performance and (reason := design.no_performance):
+        say(f"no performance: {reason}")
     cells = design.cells_document if performance else None
     print_result(show(spec, estimates, checked, coloured(sys.stdout), felt, design.most_signal, cells, coils))
     worst = max(estimates.coils, key=lambda coil: coil.inductance_error)
@@ -252,6 +254,8 @@ def response(
     except sitscad.NoResponse as error:
         raise click.UsageError(f"{spec}: {error}") from error
     felt = design.performance if performance else None
+    if performance and (reason := design.no_performance):
+        say(f"no performance: {reason}")
     if output:
         write_file(output, response_file(spec, found, ending, felt))
         say(f"wrote {output}: {counted(len(found), 'point')}")

@@ -50,7 +50,7 @@ from sitscad.report.findings.document import CheckedSpec, read_findings
 from sitscad.report.findings.text import printable
 from sitscad.spec.sensor import SensorSpec, without_text
 from sitscad.units import counted
-from sitscad.writer import STAGES, marks
+from sitscad.writer import STAGES, is_felt, marks
 
 if TYPE_CHECKING:
     from sitscad.design import Design
@@ -116,7 +116,9 @@ def build(
     left_out = {} if only is not None else unplotted(asked.spec)
     asked = dataclasses.replace(asked, wanted=asked.wanted - set(left_out), strict=strict)
     result = _build(asked, design or asked.spec, progress or (lambda *_: None), jobs)
-    return dataclasses.replace(result, left_out=left_out) if left_out and result.written else result
+    if not left_out or not result.written:
+        return result
+    return dataclasses.replace(result, left_out={**result.left_out, **left_out})
 
 
 def _build(asked: BuildRequest, spec: SensorSpec | Design, report: Progress, jobs: int) -> BuildResult:
@@ -153,7 +155,18 @@ def _made_anew(asked: BuildRequest, contents: Contents, report: Progress, jobs: 
             return BuildResult(directory, contents.checked, True, made.results)
         write_package(staged, made.files, manifest)
         kept_aside = put_in_place(staged, directory)
-    return BuildResult(directory, contents.checked, True, made.results, kept_aside)
+    return BuildResult(directory, contents.checked, True, made.results, kept_aside,
+                       left_out=_without_performance(contents, made.results, asked.wanted))
+
+
+def _without_performance(
+    contents: Contents, results: Sequence[StageResult], wanted: frozenset[str]
+) -> dict[str, str]:
+    """The wanted stages that have no file because the target's response cannot be solved, each with the reason."""
+    wanted &= {"datasheet", "calibration"}
+    none = [stage.name for stage in results if stage.outcome == "none" and stage.name in wanted]
+    reason = contents.design.no_performance if none and is_felt(contents.spec) else ""
+    return dict.fromkeys(none, reason) if reason else {}
 
 
 def stale(

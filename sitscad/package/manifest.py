@@ -325,7 +325,7 @@ class BuildResult:
         `only` for which the spec has nothing.
         """
         none = (stage.name for stage in self.stages if stage.outcome == "none" and stage.name in only)
-        return {**self.left_out, **{name: NOTHING_FOR.get(name, "the spec has nothing for it") for name in none}}
+        return {name: NOTHING_FOR.get(name, "the spec has nothing for it") for name in none} | dict(self.left_out)
 
 
 def unplotted(spec: SensorSpec) -> dict[str, str]:

@@ -330,3 +330,21 @@ class TestVerify:
         built = sitscad.build(good, tmp_path, ("firmware",)).directory
         with pytest.raises(PackageError, match=f"it holds {re.escape(str(built))}: name one of these"):
             sitscad.verify(tmp_path)
+
+
+WIDE = """\
+sitscad: 1
+name: wide
+coil: {shape: circle, outer_diameter: 12, turns: 16, layers: 2, trace_width: 150 um, trace_spacing: 150 um}
+array: {pattern: line, count: 4, pitch: 40}
+target: {shape: rectangle, size: [150, 60], thickness: 0.3, material: copper}
+elastomer: {shape: rectangle, size: [150, 60], thickness: 1}
+requirements: {normal_force: 20 N}
+"""
+
+
+def test_a_package_without_calibration_names_what_its_target_would_take(tmp_path):
+    result = sitscad.build(sitscad.load_text(WIDE, "wide.yaml"), tmp_path, ["calibration"], force=True)
+    assert _outcomes(result)["calibration"] == "none"
+    missing = result.missing(["calibration"])
+    assert missing.keys() == {"calibration"} and "processor time" in missing["calibration"]

@@ -309,9 +309,9 @@ def _require_affordable(
     assert part is not None
     x, y = (1e3 * side for side in part.size)
     raise NoResponse(
-        f"{x:.3g} x {y:.3g} mm of the target take about {SECONDS * work:.2g} s of processor time to solve, "
-        f"{SECONDS * MOST_WORK:.2g} s at most, for poses down to {1e3 * cover.lowest:.2g} mm over the board and up to "
-        f"{1e3 * cover.reach:.2g} mm from the coils' middle; ask for poses higher or nearer to it, or take a smaller "
+        f"{x:.3g} x {y:.3g} mm of the target take about {SECONDS * work:.0f} s of processor time to solve, "
+        f"{SECONDS * MOST_WORK:.0f} s at most, for poses down to {1e3 * cover.lowest:.3g} mm over the board and up to "
+        f"{1e3 * cover.reach:.0f} mm from the coils' middle; ask for poses higher or nearer to it, or take a smaller "
         "target"
     )
 
