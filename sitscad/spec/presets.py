@@ -223,9 +223,10 @@ def permittivity(material: str) -> float:
 @cache
 def dielectric_roles(material: str) -> tuple[str, ...]:
     """Uses of a dielectric: ``base`` carries copper, ``bond`` joins layers, ``cover`` lies over the outer copper;
-    ``rigid`` does not bend.
+    ``rigid`` does not bend. A material that is not in the table serves for every flexible use.
     """
-    return tuple(_table("dielectrics")[material]["roles"].split())
+    row = _table("dielectrics").get(material)
+    return ("base", "bond", "cover") if row is None else tuple(row["roles"].split())
 
 
 def is_rigid(stackup: Stackup) -> bool:

@@ -4,6 +4,8 @@ that is refused and a neighbour that is not.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from tolerance import approx
 
@@ -135,3 +137,10 @@ def test_load_case_beyond_what_is_borne_is_a_warning(design, judge):
     assert [(one.key, one.severity) for one in found] == [("loads.press", Severity.WARNING),
                                                           ("loads.shear", Severity.WARNING)]
     assert judge("SIT410", design(loads={"press": {"normal": "4.8 N"}, "shear": {"shear_x": "-1 N"}})) == []
+
+
+def test_material_that_a_program_names_itself_is_taken_as_it_is(judge, design):
+    spec = design()
+    layers = tuple(replace(one, material="own film") if one.material == "polyimide" else one
+                   for one in spec.fpc.stackup.layers)
+    assert judge("SIT137", replace(spec, fpc=replace(spec.fpc, stackup=replace(spec.fpc.stackup, layers=layers)))) == []
