@@ -8,7 +8,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -122,11 +122,13 @@ def map_of(document: Mapping[str, Any] | str | Path) -> InverseMap:
     """The map of a calibration.json: its path, or what it holds (also as part of the whole document). Raises ValueError
     for what is no such document.
     """
-    if isinstance(document, (str, Path)):
-        document = json.loads(Path(document).read_text(encoding="utf-8"))
-    assert not isinstance(document, (str, Path))
-    known = document.get("map", document)
+    if not isinstance(document, Mapping):
+        try:
+            document = json.loads(Path(document).read_text(encoding="utf-8"))
+        except RecursionError as error:
+            raise ValueError("no map from readings to forces: it is nested too deeply") from error
     try:
+        known = cast(Mapping[str, Any], document).get("map", document)
         axes = len(known["axes"])
         arrays: dict[str, Any] = {
             name: np.asarray(known[name], dtype=np.int64 if name in WHOLE else float) for name in ARRAYS

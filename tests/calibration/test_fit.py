@@ -173,6 +173,14 @@ def test_files_are_whole_and_alike_every_time(foretold, calibrated, truth):
         map_of({"map": {"axes": ["normal"]}})
 
 
+@pytest.mark.parametrize("text", ["[" * 200_000, "[]", "5", "null", '{"map": 5}', '{"map": {"axes": 5}}', "{", "\xff"])
+def test_a_file_that_is_no_calibration_is_refused_in_words(tmp_path, text):
+    path = tmp_path / "calibration.json"
+    path.write_bytes(text.encode("latin-1"))
+    with pytest.raises(ValueError):
+        map_of(path)
+
+
 def test_table_and_figure_of_the_page_number_the_points_alike(calibrated):
     """Where a tare stood between the points the table counted it, the figure did not."""
     rows = np.array([0, 1, 2, 0, *range(3, len(calibrated.points))])

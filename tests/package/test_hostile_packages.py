@@ -17,6 +17,7 @@ import sitscad
 from sitscad.cli import main
 from sitscad.extraction import limits
 from sitscad.package.manifest import MANIFEST
+from sitscad.report.findings.document import read_findings
 from sitscad.spec import templates
 
 pytest.importorskip("gerbonara", reason="reading Gerber files back needs gerbonara")
@@ -234,3 +235,12 @@ def test_every_limit_is_far_above_what_the_largest_board_needs(package, monkeypa
     share = 4 if limit == "MAX_STATEMENT" else 50
     monkeypatch.setattr(limits, limit, getattr(limits, limit) // share)
     assert sitscad.verify(package).ok
+
+
+DEEP = "[" * 200_000
+
+
+@pytest.mark.parametrize("content", [DEEP, '{"specs": [5]}', '{"specs": ["x"]}', '{"specs": [{"ignored": [5]}]}'])
+def test_findings_that_are_none_are_made_anew(content):
+    """A build that has nothing to do reads what the checks of the package found."""
+    assert read_findings(content.encode(), "small.yaml", "") is None

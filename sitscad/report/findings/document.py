@@ -270,7 +270,7 @@ def read_findings(content: bytes, path: str, text: str) -> CheckedSpec | None:
             reached=tuple(RequirementResult(**each) for each in spec["felt"]), name=spec["name"] or "",
             board=None if spec["board"] is None else tuple(spec["board"][key] for key in BOARD),
         )
-    except (ValueError, KeyError, TypeError):
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         return None
 
 
