@@ -93,7 +93,8 @@ ferrite over round coils, racetracks and pairs, nothing behind them: the change 
 
 TOO_LARGE = (
     "the target is so much larger than its distance from the coils, so thin or so magnetic that it is not solved for "
-    "the states: shares serve, known within {} % (inductance) and {} % (loss) of themselves; `response` solves it"
+    "the states: shares serve, known within {} % (inductance) and {} % (loss) of themselves; `response` solves it, or "
+    "names why not"
 )
 """What is said of such a target."""
 
