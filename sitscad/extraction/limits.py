@@ -25,13 +25,16 @@ MAX_STATEMENT = 2000
 MAX_DIGITS = 10
 """Digits of a whole number: 10 m in nanometres."""
 
-MAX_OBJECTS = 50_000
+MAX_OBJECTS = 100_000
 """Objects that one file draws."""
 
-MAX_POINTS = 5_000_000
+MAX_LINES = 300_000
+"""Lines of a drill file: a panel of a thousand boards of 300 holes each."""
+
+MAX_POINTS = 10_000_000
 """Corners of all objects of one file, arcs as chords."""
 
-MAX_PAIRS = 300_000
+MAX_PAIRS = 1_000_000
 """Pairs of objects of one file whose boxes overlap: joining their areas costs about 10 us each."""
 
 FARTHEST = 1e3
@@ -106,8 +109,8 @@ def require_drill(path: Path) -> str:
     if found := re.search(r"(?m)^\s*(R\d|M0?2[XY]|M25)", drawn):
         raise ExtractionError(f"{path.name} repeats holes ({found[1]}), which is not read here")
     _require_small_numbers(path, drawn)
-    if len(lines) > MAX_OBJECTS:
-        raise ExtractionError(f"{path.name} has more than {MAX_OBJECTS} lines")
+    if len(lines) > MAX_LINES:
+        raise ExtractionError(f"{path.name} has {len(lines)} lines, {MAX_LINES} are the limit")
     return text
 
 
