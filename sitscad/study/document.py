@@ -11,6 +11,7 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 from sitscad.record import record
+from sitscad.spec.coil import INNER, TURNS
 from sitscad.spec.format.kinds import Number, Special, Text, described, refuse
 from sitscad.spec.format.reading import Remarks, SpecError
 from sitscad.spec.format.section import Section, key
@@ -456,11 +457,12 @@ def started(spec: SensorSpec, base: str) -> str:
     goals are what it is made for, and what warns of it may stay.
     """
     accept = [rule for rule in judged(spec, ()).warned if not rule.startswith("SIT0")]
-    coil = spec.coil
+    coil, widths = spec.coil, {"coil.trace_width", "coil.trace_spacing"}
+    is_free = INNER not in spec.source.keys or widths <= spec.source.keys.keys()
     return STARTED.format(
         name=spec.name, base=base, room=" " * max(2, 26 - len(base)), vary="\n".join(_around(spec)),
         same="\nsame: {coil.trace_spacing: coil.trace_width}         # keys that follow a varied one\n"
-             if coil.trace_spacing == coil.trace_width else "",
+             if coil.trace_spacing == coil.trace_width and is_free else "",
         goals="\n".join(f"  - {words}" for words in _worth(spec)), accept=", ".join(accept),
         own=" The base has these itself." if accept else "",
         evaluations=1000 if can_screen(spec) else 200,
@@ -472,13 +474,17 @@ def _around(spec: SensorSpec) -> Iterator[str]:
     coil, made = spec.coil, spec.fpc.rules
     if coil.size[0] == coil.size[1]:  # else a list of two, of which there is no range
         yield f"  coil.outer_diameter: {_range(0.9 * coil.size[0], 1.05 * coil.size[0])}"
-    if isinstance(turns := coil.turns, float):
+    written = spec.source.keys
+    if INNER in written:
+        yield f"  {INNER}: {_range(0.8 * coil.inner_diameter, 1.2 * coil.inner_diameter)}"
+    if isinstance(turns := coil.turns, float) and (TURNS in written or INNER not in written):
         step = next(part for part in (0.25, 0.5, 1.0) if coil.outline.is_whole(part))
         low, high = max(2.0, step * round(0.75 * turns / step)), step * round(1.1 * turns / step)
         yield f"  coil.turns: {{from: {decimal(low)}, to: {decimal(high)}, step: {step}}}"
     least = min(coil.trace_width, max(0.85 * coil.trace_width, made.trace_width, made.trace_spacing))
     first, last = 5 * math.ceil(least * 2e5 - 1e-6), 5 * round(1.25 * coil.trace_width * 2e5)
-    yield f"  coil.trace_width: {{from: {first} um, to: {last} um, step: 5 um}}"
+    if "coil.trace_width" in written or INNER not in written:
+        yield f"  coil.trace_width: {{from: {first} um, to: {last} um, step: 5 um}}"
     if spec.array.pitch is not None and spec.cells is None:
         yield f"  array.pitch: {_range(spec.array.pitch, 1.1 * spec.array.pitch)}"
     if spec.elastomer is not None:

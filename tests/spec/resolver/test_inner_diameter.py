@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 from tolerance import approx
 
@@ -12,6 +14,7 @@ from sitscad.spec.coil import CoilSpec
 from sitscad.spec.format.reading import SpecError
 from sitscad.spec.load import load_text
 from sitscad.spec.yaml.rewriting import rewritten
+from sitscad.study import document
 
 TRACK = {"trace_width": "120 um", "trace_spacing": "100 um"}
 SIZES = {"rectangle": [9, 6], "racetrack": [9, 6]}
@@ -130,3 +133,14 @@ def test_sweep_of_the_inner_diameter_changes_the_turns():
     table = sweep(spec(inner_diameter=2.0, **TRACK), {"coil.inner_diameter": [2.0, 3.0]}, measures=["inductance"])
     more, fewer = table.values["inductance"]
     assert more > fewer
+
+
+@pytest.mark.parametrize(("keys", "varied"), [
+    ({"inner_diameter": 2.0, **TRACK}, {"coil.outer_diameter", "coil.inner_diameter", "coil.trace_width"}),
+    ({"inner_diameter": 2.0, "turns": 8, "trace_spacing": "100 um"},
+     {"coil.outer_diameter", "coil.inner_diameter", "coil.turns"}),
+    ({"turns": 8, **TRACK}, {"coil.outer_diameter", "coil.turns", "coil.trace_width"}),
+])
+def test_started_study_varies_the_keys_that_are_written(keys, varied):
+    text = document.started(spec(**keys), "coil.yaml")
+    assert set(re.findall(r"^  (coil\.\w+):", text, re.MULTILINE)) == varied
