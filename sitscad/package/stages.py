@@ -100,15 +100,17 @@ def make_all(
 ) -> Made:
     """Every stage that is wanted, made or kept as the package before has it, and what is still true of the others.
 
-    With `force` all is made once more where only the solids have shown errors: what came before them has no mark. With
-    two `jobs` and more the solids are made in a process of their own, beside all else. Files of `figures` that agree
-    with what is made stay as they are, and what follows is made from them (`sitscad.package.figures`).
+    With `force`, what came before the solids is made once more if they show errors of their own: its mark, and the note
+    in the order archive, do not name them yet. With two `jobs` and more the solids are made in a process of their own,
+    beside all else. Files of `figures` that agree with what is made stay as they are, and what follows is made from
+    them (`sitscad.package.figures`).
     """
-    made = _made(contents, directory, old, wanted, progress, jobs, figures or {})
-    if not force or made.contents.checked.is_orderable == contents.checked.is_orderable:
+    rendered: dict[str, Rendered] = {}
+    made = _made(contents, directory, old, wanted, progress, jobs, figures or {}, rendered)
+    if not force or made.contents.forced == contents.forced:
         return made
     known = dataclasses.replace(contents, measured=made.contents.measured)
-    return _made(known, directory, old, wanted, lambda *_: None, jobs, figures or {})
+    return _made(known, directory, old, wanted, lambda *_: None, 1, figures or {}, rendered)
 
 
 ORDER = (*STAGES[:-1], CHECK_STAGE, STAGES[-1])
@@ -128,8 +130,9 @@ apart, since another readout leaves its solids as they are.
 
 def _made(
     contents: Contents, directory: Path, old: Manifest, wanted: frozenset[str], progress: Progress, jobs: int,
-    figures: Mapping[str, bytes],
+    figures: Mapping[str, bytes], rendered: dict[str, Rendered],
 ) -> Made:
+    # `rendered` holds the parts of a first round by the hash of what they are made of
     new: dict[str, dict[str, bytes]] = {stage: {} for stage in ORDER}
     failures: dict[str, list[str]] = {stage: [] for stage in ORDER}
     spent, kept_parts, entries, theirs = dict.fromkeys(ORDER, 0.0), [], dict[str, Entry](), dict[str, str]()
@@ -152,14 +155,15 @@ def _made(
                 made = _distinct(stage, so_far, _checked_files(contents, failed, so_far), theirs)
             else:
                 if aside is not None and (stage, numbers) in aside.parts:
-                    rendered = aside.next_of()
-                else:
-                    rendered = _rendered(contents, stage, numbers, new[stage], so_far)
-                made = _distinct(stage, so_far, rendered.files, theirs)
-                failures[stage] += rendered.failures
-                theirs |= rendered.theirs
-            rendered_files, made = made, settled(made, figures)
-            by_value += (name for name in made if made[name] != rendered_files[name])
+                    rendered[made_of] = aside.next_of()
+                elif made_of not in rendered:
+                    rendered[made_of] = _rendered(contents, stage, numbers, new[stage], so_far)
+                part = rendered[made_of]
+                made = _distinct(stage, so_far, part.files, theirs)
+                failures[stage] += part.failures
+                theirs |= part.theirs
+            as_rendered, made = made, settled(made, figures)
+            by_value += (name for name in made if made[name] != as_rendered[name])
             if FIT in made:
                 contents = dataclasses.replace(contents, measured=made[FIT].decode("ascii"))
             new[stage] |= made

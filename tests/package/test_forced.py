@@ -39,6 +39,13 @@ def test_a_package_says_that_it_was_forced_wherever_somebody_works_from_it(tmp_p
     assert json.loads((tmp_path / "forced/firmware/ldc1614_config.json").read_text())["warning"] == FORCED
 
 
+def test_errors_that_solids_add_to_others_stand_in_the_order_archive_too(tmp_path):
+    text = templates.read("grasper_4layer").replace("  thickness: 0.65", "  thickness: 1.25")
+    done = sitscad.build(sitscad.load_text(text), tmp_path, only=("gerber", "mount"), force=True)
+    assert {"SIT303", "SIT321"} <= {each.rule for each in done.checked.findings if each.severity.value == "error"}
+    assert sitscad.verify(done.directory).ok
+
+
 def test_a_package_without_errors_says_nothing_of_it(tmp_path):
     done = built(tmp_path, "fine", ("coil:", "coil:"), force=False)
     assert done.written
