@@ -268,7 +268,7 @@ EXTRA_STAGES = (*SOLID_STAGES, "datasheet")
 NOTHING_FOR = {
     "laser": "the spec has neither an elastomer nor a target to cut",
     "mount": "the spec has no mount",
-    "mesh": "the spec has neither a mount nor an elastomer",
+    "mesh": "the spec has no elastomer",
     "assembly": "the spec has no mount",
     "datasheet": "it takes a target that conducts, a pad for it to rest on, and a tank that oscillates",
 }
