@@ -40,7 +40,7 @@ def response_text(path: str, response: Response, colour: bool = False, felt: Fel
     return "\n\n".join(block for block in blocks if block) + "\n"
 
 
-COLUMNS = ("L", "R", "by target", "+-", "frequency", "counts", "Rp")
+COLUMNS = ("L", "R", "by target", "+-", "its loss", "+-", "frequency", "counts", "Rp")
 
 
 def _rows(response: Response, k: int) -> Iterator[list[str]]:
@@ -53,11 +53,13 @@ def _rows(response: Response, k: int) -> Iterator[list[str]]:
         held = ", ".join(_figure(value) for value in response.force[k])
     point = [*([response.cases[k]] if any(response.cases) else []), place, turn, held]
     for c, name in enumerate(response.coils):
-        counts, error = response.counts[k, c], float(response.target_change_error[k, c, c])
+        counts, lost = response.counts[k, c], float(response.target_resistance[k, c])
+        errors = response.target_change_error[k, c, c], response.target_resistance_error[k, c]
         yield [
             *(point if c == 0 else [""] * len(point)), name, quantity(float(response.inductance[k, c]), "H", 6),
             quantity(float(response.resistance[k, c]), "ohm"), quantity(float(response.target_change[k, c, c]), "H"),
-            f"{100.0 * error:.2g} %", quantity(float(response.frequency[k, c]), "Hz", 7),
+            f"{100.0 * errors[0]:.2g} %", quantity(lost, "ohm"), f"{100.0 * errors[1]:.2g} %",
+            quantity(float(response.frequency[k, c]), "Hz", 7),
             NONE if math.isnan(counts) else str(int(counts)),
             quantity(float(response.parallel_resistance[k, c]), "ohm"),
         ]

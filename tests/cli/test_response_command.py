@@ -31,12 +31,13 @@ def test_json_is_the_contract_s(run, pair):
         change = np.array(point["target_change_H"])
         assert change == approx(change.T, rel=1e-6)
         assert np.all(np.array(point["target_change_error"]) < 0.02)
+        assert all(0.01 < error < 0.05 for error in point["target_resistance_error"])
 
 
 def test_text_says_pose_reading_and_notes(run, pair):
     done = run("response", pair, "--load", "normal=1,shear_x=0.2")
     assert done.code in (0, 1)
-    for word in ("C1", "C2", "counts", "uH", "MHz"):
+    for word in ("C1", "C2", "counts", "uH", "MHz", "its loss", "1.5 %"):
         assert word in done.out
     assert "What the sensor feels" in run("response", pair, "--performance").out
     felt = json.loads(run("response", pair, "--performance", "--format", "json").out)["performance"]
@@ -54,6 +55,7 @@ def test_csv_has_a_row_a_point(run, pair):
     assert [float(row["x_m"]) for row in rows] == approx([-1e-3, 0.0, 1e-3], rel=1e-6, abs=1e-12)
     assert float(rows[0]["target_change_H.C1.C1"]) < float(rows[2]["target_change_H.C1.C1"]) < 0.0
     assert float(rows[1]["inductance_H.C1"]) > 0.0
+    assert 0.01 < float(rows[1]["target_resistance_error.C1"]) < 0.05
 
 
 def test_files_hold_the_same_numbers(run, pair, tmp_path):

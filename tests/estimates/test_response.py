@@ -270,8 +270,8 @@ def test_a_document_has_the_contract_s_names(plain):
     document = respond(plain, [POSE]).point_document(0)
     assert list(document["pose"]) == ["x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad"]
     assert {"inductance_H", "resistance_ohm", "target_change_H", "target_change_error", "target_resistance_ohm",
-            "frequency_Hz", "counts", "parallel_resistance_ohm", "strain", "notes", "force_N",
-            "moment_Nm"} <= set(document)
+            "target_resistance_error", "frequency_Hz", "counts", "parallel_resistance_ohm", "strain", "notes",
+            "force_N", "moment_Nm"} <= set(document)
     assert all(isinstance(count, int) for count in document["counts"])
     assert len(document["force_N"]) == len(document["moment_Nm"]) == 3
 

@@ -14,9 +14,9 @@ from sitscad.physics.constants import MU0
 from sitscad.physics.eddy.box import box
 from sitscad.physics.eddy.coil_potential import coil_potential
 from sitscad.physics.eddy.disc import disc, toroidal
-from sitscad.physics.eddy.graded_line import FINEST, gaussian_sum
+from sitscad.physics.eddy.graded_line import gaussian_sum
 from sitscad.physics.eddy.image import Mirror, _factor, image_modes
-from sitscad.physics.eddy.surface import skin
+from sitscad.physics.eddy.surface import Metal
 from sitscad.physics.eddy.target import SolvedTarget, turned
 from sitscad.physics.inductance.filaments import PolylineTrack
 from sitscad.physics.metal.half_spaces import MetalLayer, reflection
@@ -27,6 +27,7 @@ from finite_discs import EIGHT, Rings, check_disc, of_disc
 
 COPPER, LOSSLESS, FREQUENCY = 5.8e7, 5.8e17, 5e6
 OMEGA = 2.0 * math.pi * FREQUENCY
+LEAST = 2e-6  # First knots within a body that no field enters: it is as if that lay a third of them deeper
 
 
 def coil(outer, turns, pitch, width, heights):
@@ -40,9 +41,9 @@ CENTRES = np.array([[-2.25e-3, 0.0], [2.25e-3, 0.0]])
 STRAIGHT = np.zeros((1, 3))
 
 
-def a_box(size=PLATE, conductivity=COPPER, fine=1.0, points=24):
-    surface = box(size, 15e-6 / fine, 0.5e-3 / fine, (points, points, 5))
-    return SolvedTarget(surface, -0.5 * size[2], skin(FREQUENCY, conductivity, size[2]))
+def a_box(size=PLATE, conductivity=COPPER, fine=1.0, points=24, first=15e-6):
+    surface = box(size, first / fine, 0.5e-3 / fine, (points, points, 5))
+    return SolvedTarget(surface, -0.5 * size[2], Metal(FREQUENCY, conductivity))
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +54,7 @@ def plate():
 @pytest.fixture(scope="module")
 def round_plate():
     surface = disc(4e-3, 0.2e-3, 15e-6, 0.4e-3, (20, 4), 16)
-    return SolvedTarget(surface, -0.1e-3, skin(FREQUENCY, COPPER, 0.2e-3))
+    return SolvedTarget(surface, -0.1e-3, Metal(FREQUENCY, COPPER))
 
 
 def change(target, poses, rings=JAW, centres=CENTRES, floor=-math.inf):
@@ -99,7 +100,7 @@ def test_toroidal_functions_are_the_mean_over_circles():
 def test_a_lossless_box_is_a_box_of_loops(offset):
     from box_of_loops import converged_change
 
-    target = a_box(conductivity=LOSSLESS)
+    target = a_box(conductivity=LOSSLESS, first=LEAST)
     ours = change(target, [0.0, 0.0, 1e-3, 0.0, 0.0, 0.0], centres=np.array([[offset, 0.0]]))[0, 0, 0].real
     assert ours == approx(converged_change(PLATE[:2], PLATE[2], offset, *JAW, 1e-3), rel=4e-3)
 
@@ -114,7 +115,7 @@ def test_an_endless_plate_is_the_image():
     from box_of_loops import endless_change
 
     size = (22e-3, 22e-3, 0.3e-3)
-    target = SolvedTarget(box(size, 30e-6, 0.6e-3, (60, 60, 3)), -0.5 * size[2], skin(FREQUENCY, LOSSLESS, size[2]))
+    target = SolvedTarget(box(size, LEAST, 0.6e-3, (60, 60, 3)), -0.5 * size[2], Metal(FREQUENCY, LOSSLESS))
     for gap in (0.5e-3, 1.5e-3):
         ours = change(target, [0.0, 0.0, gap, 0.0, 0.0, 0.0], centres=np.zeros((1, 2)))[0, 0, 0].real
         assert ours == approx(endless_change(*JAW, gap), rel=2e-3)
@@ -123,8 +124,8 @@ def test_an_endless_plate_is_the_image():
 def test_an_endless_disc_off_centre_is_the_image():
     from box_of_loops import endless_change
 
-    surface = disc(24e-3, 0.3e-3, 30e-6, 0.6e-3, (48, 3), 30)
-    target = SolvedTarget(surface, -0.15e-3, skin(FREQUENCY, LOSSLESS, 0.3e-3))
+    surface = disc(24e-3, 0.3e-3, LEAST, 0.6e-3, (48, 3), 30)
+    target = SolvedTarget(surface, -0.15e-3, Metal(FREQUENCY, LOSSLESS))
     ours = change(target, [3e-3, 1e-3, 1.5e-3, 0.0, 0.0, 0.0], centres=np.zeros((1, 2)))[0, 0, 0].real
     assert ours == approx(endless_change(*JAW, 1.5e-3), rel=3e-3)
 
@@ -176,14 +177,15 @@ def test_the_energy_of_a_harmonic_potential_within_a_box_is_its_own(size, axes):
     )
     on_surface = np.zeros(whole.shape, dtype=bool)
     on_surface[-1], on_surface[:, -1], on_surface[:, :, -1] = True, True, True
-    values = whole[on_surface]
+    values = whole[on_surface][one.kept]
+    values[-1] = 0.0  # a constant is no field, and has an energy of its own for that
     exact = MU0 * np.prod(size) / 3.0 * sum((a * length) ** 2 for a, length in zip(axes, size, strict=True))
-    assert values @ one.vacuum @ values == approx(exact, rel=2e-3)
+    assert MU0 * (values @ one.body.vacuum @ values) == approx(exact, rel=2e-3)
 
 
 def test_a_magnetic_square_turned_by_a_quarter_is_the_same():
-    surface = box((3e-3, 3e-3, 0.3e-3), 15e-6, 0.4e-3, (20, 20, 5), FINEST)
-    square = SolvedTarget(surface, -0.15e-3, skin(FREQUENCY, 1.3e6, 0.3e-3, 95.0))
+    surface = box((3e-3, 3e-3, 0.3e-3), 15e-6, 0.4e-3, (20, 20, 5))
+    square = SolvedTarget(surface, -0.15e-3, Metal(FREQUENCY, 1.3e6, 95.0))
     pose = [0.3e-3, 0.2e-3, 1e-3, 0.0, 0.0]
     assert change(square, [*pose, math.pi / 2.0]) == approx(change(square, [*pose, 0.0]), rel=1e-3)
 
@@ -196,8 +198,8 @@ def test_an_endless_magnetic_sheet_is_that_of_half_spaces(conductivity, permeabi
     spectrum = (EIGHT[0] * j1(k[:, None] * EIGHT[0])).sum(axis=1)
     factor = reflection(k, FREQUENCY, [MetalLayer(*metal, thickness)])
     endless = MU0 * math.pi * complex(np.sum(share * spectrum**2 * np.exp(-2.0 * k * gap) * factor))
-    surface = disc(30e-3, thickness, 20e-6, 0.9e-3, (60, 4), 0, FINEST)
-    target = SolvedTarget(surface, -0.5 * thickness, skin(FREQUENCY, conductivity, thickness, permeability))
+    surface = disc(30e-3, thickness, 20e-6, 0.9e-3, (60, 4), 0)
+    target = SolvedTarget(surface, -0.5 * thickness, Metal(FREQUENCY, conductivity, permeability))
     ours = change(target, [0.0, 0.0, gap, 0.0, 0.0, 0.0], EIGHT, np.zeros((1, 2)))[0, 0, 0]
     assert abs(ours - endless) < 0.01 * abs(endless)
 
@@ -266,9 +268,9 @@ def test_with_a_mirror_it_is_a_box_of_loops_over_one(floor, gap):
     from box_of_loops import converged_change
 
     mirror, near_face = Mirror(floor), -0.5 * PLATE[2]
-    surface, coarse = box(PLATE, 15e-6, 0.5e-3, (24, 24, 5)), box(PLATE, 15e-6, 0.5e-3, (8, 8, 3))
+    surface, coarse = box(PLATE, LEAST, 0.5e-3, (24, 24, 5)), box(PLATE, LEAST, 0.5e-3, (8, 8, 3))
     images = image_modes(surface, coarse, near_face, 0.2e-3, mirror)
-    target = SolvedTarget(surface, near_face, skin(FREQUENCY, LOSSLESS, PLATE[2]), mirror, images)
+    target = SolvedTarget(surface, near_face, Metal(FREQUENCY, LOSSLESS), mirror, images)
     centres = np.array([[2.25e-3, 0.0]])
     ours = change(target, [0.0, 0.0, gap, 0.0, 0.0, 0.0], centres=centres, floor=floor)[0, 0, 0].real
     assert ours == approx(converged_change(PLATE[:2], PLATE[2], 2.25e-3, *JAW, gap, floor=floor), rel=5e-3)
@@ -280,7 +282,7 @@ def test_few_combinations_carry_the_image():
     poses, found = [[0.3e-3, 0.0, 0.3e-3, 0.05, 0.1, 0.2], [0.0, 0.5e-3, 1e-3, -0.2, 0.0, 0.0]], []
     for points in (8, 11):
         images = image_modes(surface, box(PLATE, 15e-6, 0.5e-3, (points, points, 4)), near_face, 0.2e-3, mirror)
-        target = SolvedTarget(surface, near_face, skin(FREQUENCY, COPPER, PLATE[2]), mirror, images)
+        target = SolvedTarget(surface, near_face, Metal(FREQUENCY, COPPER), mirror, images)
         found.append(change(target, poses, floor=-0.4e-3))
     assert images.currents.shape[2] < 160
     assert found[0] == approx(found[1], abs=5e-4 * np.abs(found[1]).max())

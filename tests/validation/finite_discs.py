@@ -9,7 +9,7 @@ from tolerance import approx
 
 from sitscad.physics.constants import MU0
 from sitscad.physics.eddy.disc import disc
-from sitscad.physics.eddy.surface import skin
+from sitscad.physics.eddy.surface import Metal
 from sitscad.physics.eddy.target import SolvedTarget, turned
 from sitscad.physics.special_functions import coaxial_rings
 
@@ -38,7 +38,7 @@ def of_disc(gap, diameter, thickness, conductivity, permeability=1.0):
     """The surface's change of inductance (H, complex)."""
     depth = 1.0 / math.sqrt(math.pi * FREQUENCY * MU0 * conductivity * permeability)
     surface = disc(diameter, thickness, min(depth / 3.0, thickness / 4.0, 0.02 * diameter), 0.4e-3, (40, 4), 0)
-    target = SolvedTarget(surface, -0.5 * thickness, skin(FREQUENCY, conductivity, thickness, permeability))
+    target = SolvedTarget(surface, -0.5 * thickness, Metal(FREQUENCY, conductivity, permeability))
     flat, below = turned(np.zeros((1, 3))), np.array([[0.0, 0.0, gap]])
     return target.changes(flat, below, [Rings(*EIGHT)], np.zeros((1, 2)))[0, 0, 0]
 

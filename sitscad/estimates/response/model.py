@@ -22,6 +22,7 @@ from sitscad.estimates.response.plate import (
     plate_over_jaw,
     solving_work,
     stated_errors,
+    stated_losses,
 )
 from sitscad.estimates.response.scan import Changes, Exact, mapped
 from sitscad.estimates.response.values import Response, joined
@@ -47,6 +48,7 @@ Progress = Callable[[int, int], None]
 
 
 AT_ONCE = 250  # Poses that are worked out together where none may be interpolated
+LEAST_LOSS = 0.01  # Of the coil's resistance: what the error of a smaller loss is relative to
 HEIGHTS = 4  # Heights, evenly spaced in their logarithm, at which the crowding of the currents is worked out
 
 
@@ -167,8 +169,10 @@ class ResponseModel:
         change, lost = shown.at(filled)
         mirror, at = near.plate.mirror_error + LOSSY * near.plate.is_over_a_poor_mirror, float(filled.mean())
         mirror += cover.error
-        size = np.abs(shown.total).max(axis=0)
-        errors = stated_errors(cover.part(self.spec), change, size, scale, placed.lowest, shown.error, mirror, at)
+        size, part = np.abs(shown.total).max(axis=0), cover.part(self.spec)
+        errors = stated_errors(part, change, size, scale, placed.lowest, shown.error, mirror)
+        sizes = np.einsum("pcc->pc", size)
+        losses = stated_losses(part, lost, sizes, scale, placed.lowest, shown.error, mirror, at)
         pad, held = self.spec.elastomer, holding(self.spec, poses)
         strain = None if pad is None else -poses[:, 2] / pad.thickness
         conversion, ran = self.estimates.readout.conversion, terminals.frequency
@@ -176,8 +180,9 @@ class ResponseModel:
         return Response(
             coils=tuple(coil.name for coil in self.layout.coils), poses=poses, inductance=inductance,
             resistance=resistance, target_change=change, target_change_error=errors, target_resistance=lost,
-            taken_at=taken_at, frequency=ran, counts=counts,
-            parallel_resistance=terminals.parallel_resistance, amplitude=terminals.parallel_resistance * self._volts,
+            target_resistance_error=losses / np.fmax(lost, LEAST_LOSS * resistance), taken_at=taken_at, frequency=ran,
+            counts=counts, parallel_resistance=terminals.parallel_resistance,
+            amplitude=terminals.parallel_resistance * self._volts,
             strain=strain, force=None if held is None else held[0], moment=None if held is None else held[1],
             notes=tuple(_notes(self.spec, poses, placed.lowest, strain, ran)),
             gap=float(target_gap(self.spec) or math.nan), glue=target_lines(self.spec),

@@ -22,9 +22,8 @@ from sitscad.physics import constants
 from sitscad.physics.eddy.box import Box, box
 from sitscad.physics.eddy.coil_potential import CoilPotential, Returned, coil_potential
 from sitscad.physics.eddy.disc import Disc, disc
-from sitscad.physics.eddy.graded_line import FINER, FINEST
 from sitscad.physics.eddy.image import Mirror, image_modes
-from sitscad.physics.eddy.surface import Surface, skin
+from sitscad.physics.eddy.surface import Metal, Surface
 from sitscad.physics.eddy.target import SolvedTarget, changes_at
 from sitscad.physics.metal.half_spaces import MetalLayer, Reflector, reflection
 from sitscad.physics.metal.polyline_spectrum import chorded
@@ -87,12 +86,11 @@ def surface(target: Target, detail: Detail, edge: float) -> Box | Disc:
     """The target about its own middle, knots `edge` (m) apart at its edges."""
     (x, y), z = target.size, target.thickness
     through = 4 + math.ceil(z / detail.length)
-    nodes = FINEST if target.material.relative_permeability > 1.0 else FINER
     if target.outline.is_round:
         orders = min(8 + math.ceil(0.8 * x / detail.length), MOST_ORDERS)
-        return disc(x, z, edge, detail.widest(x), (detail.points(0.5 * x), through), orders, nodes)
+        return disc(x, z, edge, detail.widest(x), (detail.points(0.5 * x), through), orders)
     counts = detail.points(x), detail.points(y), through
-    return box((x, y, z), edge, max(detail.widest(x), detail.widest(y)), counts, nodes)
+    return box((x, y, z), edge, max(detail.widest(x), detail.widest(y)), counts)
 
 
 def with_points(whole: Box | Disc, distance: float) -> Surface:
@@ -169,9 +167,9 @@ class Solving:
             away = (self.lowest - self.mirror.floor) / self.finer
             images = image_modes(whole, with_points(whole, 2.0 * away), near_face, self.lowest, self.mirror)
             smooth = with_points(whole, away)
-        metal = _conductivity(self.target), self.target.thickness, self.target.material.relative_permeability
-        skins = [skin(frequency, *metal) for frequency in self.frequencies]
-        return tuple(SolvedTarget(whole, near_face, one, self.mirror, images, smooth) for one in skins)
+        metal = _conductivity(self.target), self.target.material.relative_permeability
+        metals = [Metal(frequency, *metal) for frequency in self.frequencies]
+        return tuple(SolvedTarget(whole, near_face, one, self.mirror, images, smooth) for one in metals)
 
     @cached_property
     def said(self) -> bytes:
@@ -399,13 +397,10 @@ def _returned(behind: Reflector, frequency: float) -> Callable[[Array], ComplexA
     return factor
 
 
-USUAL, THIN = 0.006, 0.0075
-"""Relative error of a change: of a target of four skin depths and more, and of thinner ones, foils too. The laws of
-edges and walls are right to 0.4 % (discs of finite elements; foils of copper, aluminium and brass to 0.2 %); the rest
-is what they were not fitted to, and the resolution (0.15 % at most, tests/validation/random_poses.csv)."""
-
-POOR = 0.1
-"""What a poor conductor adds, of its skin depth over its shorter side (discs of steel and titanium: 0.8 % at most)."""
+USUAL = 0.006
+"""Error of a change, of its complex size: of any thickness, conductivity and permeability it is within half of that of
+endless plates and of discs of finite elements (tests/validation/test_plates.py); the rest is what a coil's tracks and
+the resolution add (0.15 % at most, tests/validation/random_poses.csv)."""
 
 CLOSE, CLOSE_WIDTHS = 0.01, 1.5
 """What nearness adds: all of it at the copper, none from so many track widths on (a track is two filaments there)."""
@@ -420,35 +415,55 @@ LOSSY = 0.001
 """What a mirror adds that loses or returns part of the field, beside `Plate.mirror_error`."""
 
 
-MAGNET = 0.02
-"""What permeability adds, of the complex change's size: of magnetic steels the inductance's own change may pass zero
-(discs of finite elements: 1.4 % at most)."""
+MAGNET = 0.006
+"""What permeability adds, of the complex change's size: of magnetic steels the inductance's own change may pass zero,
+and a thin one leads the field farther than it is wide (discs of finite elements, rods and plates of ferrite)."""
+
+LOSS = 0.015
+"""Error of the loss in a target, of itself (endless plates: 1.2 %, discs of finite elements: 0.1 %)."""
+
+LEAST_LOSSY = 5.0
+"""Times its loss that a magnetic target's complex change counts as, at most: what hardly loses has no large error."""
 
 
 def stated_errors(spec: SensorSpec, change: Array, size: Array, scale: float, lowest: Array, mapping: float,
-                  mirror: float, frequency: float) -> Array:
+                  mirror: float) -> Array:
     """Relative errors (poses, coils, coils) of changes (H), each of the larger of it and 1 % of `scale` (H).
 
     `size` (H) is that of the complex changes, loss included, `lowest` (m) the height of the target's lowest point in
-    each pose, `mapping` what interpolation adds, `mirror` what the one behind the coils does, `frequency` (Hz) that of
-    the changes.
+    each pose, `mapping` what interpolation adds, `mirror` what the one behind the coils does.
     """
     target = spec.target
     assert target is not None
-    depth = skin_depth(target, frequency)
-    thin = float(np.interp(target.thickness / depth, [2.0, 4.0], [THIN, USUAL]))
-    found = thin + mapping + mirror + POOR * min(depth, target.thickness) / min(target.size)
-    near = np.clip(1.0 - lowest / (CLOSE_WIDTHS * spec.coil.trace_width), 0.0, 1.0)
-    length = Detail(1.0, max(spec.coil.size)).length - 1.0 + np.maximum(lowest, 0.0)
-    wide = WIDE * np.maximum(max(target.size) / length - WIDE_FROM, 0.0)
-    relative = (found + CLOSE * near + wide)[:, None, None]
+    near, least = _more_errors(spec, lowest), np.maximum(np.abs(change), 0.01 * scale)
+    relative = (mapping + mirror + near)[:, None, None]
     own = np.sqrt(np.abs(np.einsum("pcc->pc", change)))
     shared = (MUTUAL + 0.3 * mirror) * own[:, :, None] * own[:, None, :]
-    least = np.maximum(np.abs(change), 0.01 * scale)
     stated = np.maximum(relative, shared / least)
     diagonal = np.arange(change.shape[1])
     stated[:, diagonal, diagonal] = np.broadcast_to(relative[:, 0], stated.shape[:2])
-    return np.asarray(stated + poles_error(target) * size / least)
+    return np.asarray(stated + (USUAL + poles_error(target)) * np.maximum(size, 0.01 * scale) / least)
+
+
+def _more_errors(spec: SensorSpec, lowest: Array) -> Array:
+    """What nearness and a target far wider than its distance add, (poses,), relative: by the height (m) of its lowest
+    point.
+    """
+    assert spec.target is not None
+    near = np.clip(1.0 - lowest / (CLOSE_WIDTHS * spec.coil.trace_width), 0.0, 1.0)
+    length = Detail(1.0, max(spec.coil.size)).length - 1.0 + np.maximum(lowest, 0.0)
+    return np.asarray(CLOSE * near + WIDE * np.maximum(max(spec.target.size) / length - WIDE_FROM, 0.0))
+
+
+def stated_losses(spec: SensorSpec, lost: Array, size: Array, scale: float, lowest: Array, mapping: float,
+                  mirror: float, frequency: float) -> Array:
+    """What the losses (poses, coils; ohm) in a target may be off by (ohm), the size (H) being that of the complex
+    changes of each coil; see `stated_errors`.
+    """
+    omega = 2.0 * math.pi * frequency
+    near = _more_errors(spec, lowest)[:, None]
+    poles = poles_error(spec.target) * np.minimum(omega * size, LEAST_LOSSY * lost)
+    return np.asarray((LOSS + mirror + near) * lost + mapping * np.maximum(lost, 0.01 * omega * scale) + poles)
 
 
 def poles_error(target: Target | None) -> float:

@@ -23,7 +23,8 @@ class Response:
     `resistance` (ohm) are the terminals', with everything around and neighbours idle. `target_change` (H, two axes of
     coils) is what the target alone changes of the windings' inductance matrix, their currents even and the other coils
     open; `target_change_error` its stated error, relative to the larger of it and 1 % of the free winding's inductance;
-    `target_resistance` (ohm) the loss in the target alone. All these are at `taken_at` (Hz), each coil's tank frequency
+    `target_resistance` (ohm) the loss in the target alone, `target_resistance_error` its stated error, relative to the
+    larger of it and 1 % of the coil's resistance. All these are at `taken_at` (Hz), each coil's tank frequency
     where none was asked for. `frequency` (Hz), `counts` (of the converter, see `Conversion`; NaN, too, where its result
     does not reach) and `parallel_resistance` (ohm) are those of the tank, NaN where it does not oscillate, and
     `amplitude` (V) is that at the converter's pins.
@@ -42,6 +43,7 @@ class Response:
     target_change: Array
     target_change_error: Array
     target_resistance: Array
+    target_resistance_error: Array
     taken_at: Array
     frequency: Array
     counts: Array
@@ -77,6 +79,7 @@ class Response:
             "target_change_H": self.target_change,
             "target_change_error": self.target_change_error,
             "target_resistance_ohm": self.target_resistance,
+            "target_resistance_error": self.target_resistance_error,
             "frequency_Hz": self.frequency,
             "counts": self.counts,
             "parallel_resistance_ohm": self.parallel_resistance,

@@ -13,22 +13,15 @@ from sitscad.estimates.response.plate import (
     LOSSY,
     endless_like,
     plate_over_jaw,
-    poles_error,
     solving_work,
     stated_errors,
+    stated_losses,
 )
 from sitscad.estimates.states.assembly import AssemblyStates, metal_behind
 from sitscad.estimates.states.finite_target import TargetChanges
 from sitscad.layout.board import Coil, Layout
 from sitscad.spec.places import cell_placements, cell_specs
 from sitscad.spec.sensor import SensorSpec
-
-LOSS = 0.02
-"""Relative error of the loss in a target (discs and foils of finite elements: tests/physics/test_eddy_target.py)."""
-
-LEAST_LOSSY = 5.0
-"""Times its loss that a magnetic target's complex change counts as, at most: what hardly loses has no large error."""
-
 
 MOST, MAGNETIC = 650.0**3, 900.0**3
 """Work (`solving_work`) up to which a target is solved for its states: one or two seconds. Of magnetic metals more, two
@@ -67,12 +60,13 @@ def solved_target(layout: Layout, assembly: AssemblyStates, band: tuple[float, f
     frequency, size = math.sqrt(band[0] * band[1]), np.abs(total).max(axis=0)
     change, own = total.mean(axis=0).real, -2.0 * math.pi * frequency * np.einsum("fpcc->pc", lossless.imag) / 2.0
     behind = plate.mirror_error + LOSSY * plate.is_over_a_poor_mirror + cover.error
-    stated = stated_errors(cover.part(spec), change, size, scale, placed.lowest, 0.0, behind, frequency)
+    part = cover.part(spec)
+    stated = stated_errors(part, change, size, scale, placed.lowest, 0.0, behind)
     least = np.maximum(np.abs(change), 0.01 * scale)
     more = np.einsum("pcc->pc", stated * least * np.sign(change))
-    reactance = 2.0 * math.pi * frequency * np.einsum("pcc->pc", size)
-    poles = poles_error(spec.target) * np.minimum(reactance, LEAST_LOSSY * own)
-    errors = np.stack([more, (LOSS + behind) * own + poles], axis=-1)
+    sizes = np.einsum("pcc->pc", size)
+    losses = stated_losses(part, own, sizes, scale, placed.lowest, 0.0, behind, frequency)
+    errors = np.stack([more, losses], axis=-1)
     names = [around.name for around in assembly.states if around.above is not None]
     return TargetChanges(
         np.array(band), {name: np.asarray(np.kron(np.eye(cells), total[:, k])) for k, name in enumerate(names)},

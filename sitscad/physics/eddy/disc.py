@@ -12,10 +12,19 @@ from functools import cached_property
 
 import numpy as np
 
-from sitscad.arrays import Array, ComplexArray, Flags
+from sitscad.arrays import Array, Flags
 from sitscad.physics.constants import MU0
-from sitscad.physics.eddy.graded_line import FINER, PARITIES, GradedLine, graded_line, interpolation
-from sitscad.physics.eddy.surface import Skin, made_definite, of_vacuum
+from sitscad.physics.eddy.body import Body, disc_body
+from sitscad.physics.eddy.graded_line import (
+    FINER,
+    PARITIES,
+    GradedLine,
+    LineModes,
+    graded_line,
+    interpolation,
+    line_modes,
+)
+from sitscad.physics.eddy.surface import Outside, made_definite, outside
 from sitscad.physics.special_functions import gauss
 from sitscad.record import record
 
@@ -80,15 +89,14 @@ COINCIDENT = 1e-3
 @record(eq=False)
 class Meridian:
     """The upper half of a disc's outline from the axis to the edge and down to the middle plane, as Gauss points.
-    `places` (n, 2) are radius and height (m), `weights` lengths (m), `depth` distances from the edge (m), `on_face`
-    tells the face's points from the wall's; `starts` and `ends` (pieces, 2) are those of its straight pieces.
+    `places` (n, 2) are radius and height (m), `weights` lengths (m), `on_face` tells the face's points from the wall's;
+    `starts` and `ends` (pieces, 2) are those of its straight pieces.
     """
 
     starts: Array
     ends: Array
     places: Array
     weights: Array
-    depth: Array
     on_face: Flags
 
     @property
@@ -156,25 +164,26 @@ class DiscClass:
         return np.concatenate([flat, -self.parity * flat, side.reshape(-1, 3, side.shape[-1])])
 
     @cached_property
-    def vacuum(self) -> Array:
-        """Energies times mu0 (H): see `CurrentClass`."""
-        around = 2.0 * math.pi if self.order == 0 else math.pi
-        mass, slope = self.disc.wall.grams(self.parity)
-        radial, along = self.disc.radial_grams(self.order)
-        last, inner = len(radial) - 1, np.arange(len(mass) - 1)
-        members = (np.r_[: last + 1, np.full(inner.size, last)], np.r_[np.full(last + 1, len(mass) - 1), inner])
-        return MU0 * around * of_vacuum([(radial, along), (mass.real, slope.real)], members)
+    def body(self) -> Body:
+        """What the disc does within: see `CurrentClass`."""
+        radial, around = self.disc.radials[self.order], 2.0 * math.pi if self.order == 0 else math.pi
+        return disc_body(radial.modes, radial.turning, self.disc.wall.modes[self.parity], around)
 
-    def depths(self, skin: Skin) -> ComplexArray:
-        """Impedances over j omega (H): see `CurrentClass`."""
-        shape = self.disc.meridian
-        radius = shape.places[:, 0]
-        along = (self.order * self.values / radius[:, None], self.slopes)
-        wall = np.where(shape.on_face, 1.0, skin.wall)
-        rise = 1.0 + skin.edge * np.exp(-skin.decay * shape.depth)
-        around = 2.0 * math.pi if self.order == 0 else math.pi
-        weight = (2.0 * around * MU0 * skin.face(self.parity)) * shape.weights * radius * wall * rise
-        return sum((part * weight[:, None]).T @ part for part in along)
+    @cached_property
+    def outside(self) -> Outside:
+        """What they store outside: see `CurrentClass`."""
+        return outside(self.inductance, MU0 * self.body.vacuum)
+
+
+@record(eq=False)
+class Radial:
+    """Functions of one order along the radius, by their values at the nodes (no unit); `modes` are what they are to
+    each other, masses and stiffnesses over radius times its step, and `turning` what `disc_body` calls so.
+    """
+
+    values: Array
+    modes: LineModes
+    turning: tuple[Array, Array]
 
 
 @record(eq=False)
@@ -223,8 +232,7 @@ class Disc:
         places = (starts[:, None] + 0.5 * (1.0 + at)[:, None] * (ends - starts)[:, None]).reshape(-1, 2)
         lengths = np.hypot(*(ends - starts).T)
         on_face = np.repeat(np.arange(len(starts)) < radii.size - 1, POINTS)
-        depth = np.where(on_face, self.face.half - places[:, 0], self.wall.half - places[:, 1])
-        return Meridian(starts, ends, places, (0.5 * lengths[:, None] * share).ravel(), depth, on_face)
+        return Meridian(starts, ends, places, (0.5 * lengths[:, None] * share).ravel(), on_face)
 
     @cached_property
     def classes(self) -> tuple[DiscClass, ...]:
@@ -239,31 +247,23 @@ class Disc:
                 found += [DiscClass(order, parity, phase, self, inductance, values, slopes) for phase in phases]
         return tuple(found)
 
-    def _radial(self, order: int) -> tuple[Array, Array]:
-        """Radii of the nodes, and values there; near the axis like rho^m, or rho^2 and rho^3 beyond that."""
-        middle = self.face.nodes.size // 2
-        radii, values = self.face.nodes[middle:], self.face.values[1 if order == 0 else -1][middle:]
-        return radii, values if order < 2 else values * (radii[:, None] / self.face.half) ** (1 + order % 2)
-
-    def radial_grams(self, order: int) -> tuple[Array, Array]:
-        """Integrals over radius times its step of products of functions (n, n; m2) and of gradients (n, n; no unit), of
-        an order m: (d/d rho)^2 + m^2 / rho^2 (textbook).
+    @cached_property
+    def radials(self) -> tuple[Radial, ...]:
+        """Functions of every order along the radius (m; no unit): near the axis they go like rho^m, or rho^2 and rho^3
+        beyond that.
         """
-        radii, nodes = self._radial(order)
-        at, share = gauss(4)
-        steps = np.diff(radii)
-        rho = radii[:-1, None] + 0.5 * steps[:, None] * (1.0 + at)
-        weight = 0.5 * steps[:, None] * share * rho
-        part = (0.5 * (1.0 + at))[:, None]
-        values = nodes[:-1, None] * (1.0 - part) + nodes[1:, None] * part
-        slopes = np.diff(nodes, axis=0) / steps[:, None]
-        mass = np.einsum("eqi,eq,eqj->ij", values, weight, values, optimize=True)
-        turning = np.einsum("eqi,eq,eqj->ij", values, weight * (order / rho) ** 2, values, optimize=True)
-        return mass, (slopes * weight.sum(axis=1)[:, None]).T @ slopes + turning
+        middle, found = self.face.nodes.size // 2, []
+        radii = self.face.nodes[middle:]
+        for order in range(self.orders + 1):
+            values = self.face.values[1 if order == 0 else -1][middle:]
+            if order > 1:
+                values = values * (radii[:, None] / self.face.half) ** (1 + order % 2)
+            found.append(_radial(radii, values, order))
+        return tuple(found)
 
     def _functions(self, order: int, parity: int) -> tuple[Array, Array]:
         """Values (no unit) and slopes (1/m) along the meridian at its points."""
-        face = self._radial(order)[1]
+        face = self.radials[order].values
         wall = self.wall.values[parity][self.wall.nodes.size // 2 :][::-1]
         joined = face.shape[1] - 1
         nodes = np.zeros((len(face) + len(wall) - 1, joined + wall.shape[1]))
@@ -288,7 +288,29 @@ class Disc:
             total = total + 0.5 * current.T @ (same[turned] - parity * other[turned]) @ current
         around = 2.0 * math.pi if order == 0 else math.pi
         found = MU0 / (4.0 * math.pi) * 2.0 * around * 0.5 * (total + total.T)
-        return made_definite(found) if (order, parity) == (0, 1) else found
+        return made_definite(found, self.face.values[1].shape[1] - 1) if (order, parity) == (0, 1) else found
+
+
+def _radial(radii: Array, nodes: Array, order: int) -> Radial:
+    """Functions (no unit) of an order m by their values at radii (m): integrals over radius times its step of products
+    of functions and of gradients, (d/d rho)^2 + m^2 / rho^2 (textbook).
+    """
+    at, share = gauss(4)
+    steps = np.diff(radii)
+    rho = radii[:-1, None] + 0.5 * steps[:, None] * (1.0 + at)
+    weight = 0.5 * steps[:, None] * share * rho
+    part = (0.5 * (1.0 + at))[:, None]
+    values = nodes[:-1, None] * (1.0 - part) + nodes[1:, None] * part
+    slopes = np.diff(nodes, axis=0) / steps[:, None]
+    mass = np.einsum("eqi,eq,eqj->ij", values, weight, values, optimize=True)
+    turning = np.einsum("eqi,eq,eqj->ij", values, weight * (order / rho) ** 2, values, optimize=True)
+    stiffness = (slopes * weight.sum(axis=1)[:, None]).T @ slopes + turning
+    turned, modes = line_modes(mass, stiffness)
+    if order == 0:
+        return Radial(nodes @ turned, modes, (np.zeros(0), np.zeros(0)))
+    root = np.linalg.inv(np.linalg.cholesky(mass))
+    squares, free = np.linalg.eigh(root @ stiffness @ root.T)
+    return Radial(nodes @ turned, modes, (squares, (order * (root.T @ free)[-1]) ** 2 / squares))
 
 
 def disc(

@@ -1,10 +1,9 @@
-"""What a target's surface is to those who drive it: classes of currents that its symmetry keeps apart; how far fields
-enter a metal's faces and edges; and what a magnetic body adds, the field that runs through it.
+"""What a target's surface is to those who drive it: classes of currents that its symmetry keeps apart, and how they are
+answered by the metal within.
 """
 
 from __future__ import annotations
 
-import cmath
 import math
 from collections.abc import Sequence
 from typing import Protocol
@@ -13,65 +12,24 @@ import numpy as np
 
 from sitscad.arrays import Array, ComplexArray, Index
 from sitscad.physics.constants import MU0
+from sitscad.physics.eddy.body import Body
 from sitscad.record import record
-
-EDGE, EDGE_FROM = 1.4, 1.65
-"""Rise of the impedance at an edge, and the thickness in skin depths at which half of it is there."""
-
-EDGE_OF_MAGNETS = 0.95
-"""Rise of the impedance at an edge for a metal of high permeability."""
-
-WALL, MOST_WALL = 1.55, 1e3
-"""Thickness in skin depths at which a wall has twice a thick plate's impedance; the most that it has."""
 
 
 @record
-class Skin:
-    """A metal at one frequency: what sheets on its faces see.
+class Metal:
+    """What a target is made of, at a frequency (Hz): conductivity (S/m) and relative permeability."""
 
-    `even` and `odd` (m, complex: impedance over j omega mu0) are of currents alike and opposite on both faces, `edge`
-    is the rise at an edge, which dies away with `decay` (1/m), `wall` the factor on side walls. `inner` is the part of
-    the field between the faces that is none of the skin's, 1 of a metal that is not magnetic (`through_magnet`).
-
-    A face's two sides of a plate act together: currents that run alike on both see coth, opposite ones tanh of half the
-    thickness in skin depths; the field between the two sheets that stand for them is taken off. At an edge the field
-    enters from two sides: near it the impedance is larger (`EDGE`), and the wall of a plate thinner than the skin depth
-    carries nothing of its own (`WALL`). Both laws were fitted to discs of finite elements (tests/validation): with them
-    the change of inductance is right to 0.4 %, the resistance to 2 %, from foils of a third of a skin depth on. Of
-    magnetic metals the rise at edges is smaller (`EDGE_OF_MAGNETS`), and their change right to 1.5 % of its size.
-    """
-
-    even: complex
-    odd: complex
-    edge: float
-    decay: complex
-    wall: float
+    frequency: float
+    conductivity: float
     permeability: float = 1.0
-    inner: float = 1.0
 
-    def face(self, parity: int) -> complex:
-        """Depth (m) for a stream function of that parity across the plate: an odd one's currents run alike."""
-        return self.odd if parity == 1 else self.even
-
-
-def skin(frequency: float, conductivity: float, thickness: float, permeability: float = 1.0) -> Skin:
-    """The skin of a plate (thickness in m, conductivity in S/m, relative permeability) at a frequency (Hz), by the
-    equation of diffusion across a slab whose faces carry the same current or opposite ones (Landau and Lifshitz,
-    Electrodynamics of Continuous Media, section 59, has the half-space): coth and tanh of half the thickness in skin
-    depths.
-    """
-    decay = cmath.sqrt(2j * math.pi * frequency * MU0 * permeability * conductivity)
-    half = 0.5 * thickness * decay
-    tanh = cmath.tanh(half) if abs(half) < 20.0 else 1.0
-    inner = 1.0 if permeability == 1.0 else 1.0 / (1.0 + abs(half) ** 2)
-    # coth(x) - 1/x cancels for foils
-    opposite = decay * (1.0 / tanh - 1.0 / half) if abs(half) > 0.03 else decay * half / 3.0
-    opposite = opposite + decay * (1.0 - inner) / half
-    depths = thickness * abs(decay) / math.sqrt(2.0)
-    most = EDGE_OF_MAGNETS + (EDGE - EDGE_OF_MAGNETS) / permeability
-    edge = most * depths**4 / (depths**4 + EDGE_FROM**4)
-    wall = min(1.0 + (WALL / depths) ** 3, MOST_WALL)
-    return Skin(1.0 / (decay * tanh), 1.0 / opposite, edge, decay, wall, permeability, inner)
+    @property
+    def square(self) -> complex:
+        """Square of the complex wave number (1/m2) at which fields die away within it: j omega mu sigma (Landau and
+        Lifshitz, Electrodynamics of Continuous Media, section 59).
+        """
+        return 2j * math.pi * self.frequency * MU0 * self.permeability * self.conductivity
 
 
 class CurrentClass(Protocol):
@@ -96,11 +54,12 @@ class CurrentClass(Protocol):
         """
 
     @property
-    def vacuum(self) -> Array:
-        """Energies of the functions as potentials of vacuum within the body (`of_vacuum`), times mu0 (H)."""
+    def body(self) -> Body:
+        """Energies (m) of the functions as potentials on the body, in vacuum and in metal."""
 
-    def depths(self, skin: Skin) -> ComplexArray:
-        """Their impedance over j omega (H), (n, n): mu0 times the skin's complex depths, of products of currents."""
+    @property
+    def outside(self) -> Outside:
+        """What they store outside of it."""
 
 
 class Surface(Protocol):
@@ -121,72 +80,54 @@ class Surface(Protocol):
         """
 
 
-def made_definite(inductance: Array) -> Array:
-    """The matrix (n, n; H) of a class with an even stream function throughout: a constant one is no current and stores
-    nothing, so it is given some, which nothing drives. Derived here.
+def made_definite(inductance: Array, constant: int) -> Array:
+    """The matrix (n, n; H) of a class with an even stream function throughout: a constant one, whose number is given,
+    is no current and stores nothing, so it is given some, which nothing drives. Derived here.
     """
-    count = len(inductance)
-    return np.asarray(inductance + np.trace(inductance) / count**2)
-
-
-Grams = tuple[Array, Array]
-
-CONSTANT = 1e-6
-"""Part of the functions' energies below which their sum has none: then it is a constant."""
-
-
-def of_vacuum(lines: Sequence[Grams], members: Sequence[Index]) -> Array:
-    """Energies (m) of harmonic potentials within a body: twice the integral of the squared gradient over two, (n, n).
-    `lines` are mass and stiffness of the functions along each axis, the last of each not 0 on the surface; a function
-    of the surface is the product of those that `members` number, an array (n) an axis. Inner functions are eliminated
-    by the eigenvectors of every axis (Lynch, Rice and Thomas, Numerische Mathematik 6, 1964).
-    """
-    inner = [np.arange(len(mass) - 1) for mass, _ in lines]
-    sizes = [one.size for one in inner]
-    surface = _energies(lines, members, members)
-    if min(sizes) == 0:
-        return surface
-    grid = [one.ravel() for one in np.meshgrid(*inner, indexing="ij")]
-    seen = _energies(lines, grid, members).reshape(*sizes, -1)
-    values = np.zeros(sizes)
-    for axis, (mass, stiffness) in enumerate(lines):
-        root = np.linalg.inv(np.linalg.cholesky(mass[:-1, :-1]))
-        size, vectors = np.linalg.eigh(root @ stiffness[:-1, :-1] @ root.T)
-        seen = np.moveaxis(np.tensordot(vectors.T @ root, seen, axes=(1, axis)), 0, axis)
-        values += size.reshape([-1 if k == axis else 1 for k in range(len(lines))])
-    flat = (seen / np.sqrt(values)[..., None]).reshape(-1, surface.shape[0])
-    return np.asarray(surface - flat.T @ flat)
-
-
-def _energies(lines: Sequence[Grams], rows: Sequence[Index], columns: Sequence[Index]) -> Array:
-    """Energies (rows, columns; m) of products of functions: over the axes, the stiffness along one times the others'
-    masses, as the squared gradient of a product falls apart.
-    """
-    found = np.zeros((rows[0].size, columns[0].size))
-    for turn in range(len(lines)):
-        part = np.ones_like(found)
-        for axis, grams in enumerate(lines):
-            part *= grams[1 if axis == turn else 0][np.ix_(rows[axis], columns[axis])]
-        found += part
+    found = inductance.copy()
+    found[constant, constant] += np.trace(inductance) / len(inductance)
     return found
 
 
-def through_magnet(depths: ComplexArray, vacuum: Array, skin: Skin) -> ComplexArray:
-    """1/X (H) of P (`CurrentClass.depths`) and S (`of_vacuum`), both times mu0 (H).
+LEAST = 1e-6
+"""Least part of the energy within that counts as without (`Outside`): the integrals are good for no less."""
 
-    A stream function on a surface is a jump of the magnetic potential. The body answers a potential phi on its surface
-    with the field T phi that goes in, vacuum in its place with S phi (the energy of the harmonic potential within). The
-    jump that stands for the body, seen from outside, is X T phi with X = 1/T - 1/S, 1/T = (inner/S + 1/P) / mu_r, P the
-    skin's depth times the surface's gradients, as for metals that are not magnetic. `inner` goes from 1 to 0 as the
-    skin gets thinner than the body: a ferrite leads the field through its volume, a steel along its surface. Where
-    waves are long against the thickness this is the answer of an endless plate at any frequency, and of a ferrite it is
-    exact for any shape. For mu_r = 1 and a thin body 1/X is P itself. (Calderon's relations in Galerkin's form:
-    Steinbach, Numerical Approximation Methods for Elliptic Boundary Value Problems, 2008, chapter 6.)
+
+@record(eq=False)
+class Outside:
+    """What a class of functions (n) stores outside of the body, S - L, as the product of a matrix with its transpose:
+    its inverse `into` (n, n; H^-1/2), and S^-1 times it, `through` (n, n; H^-1/2).
     """
-    mu = skin.permeability
-    middle = vacuum / mu - (1.0 - skin.inner / mu) * depths
-    energy = float(np.trace(vacuum))
-    if abs(float(vacuum.sum())) < CONSTANT * energy:
-        # a potential that is the same everywhere is no field: any answer to it will do
-        middle = middle + energy / len(vacuum) ** 2
-    return np.asarray(vacuum @ np.linalg.solve(middle, depths))
+
+    into: Array
+    through: Array
+
+
+def outside(inductance: Array, vacuum: Array) -> Outside:
+    """The `Outside` of inductances L and energies S times mu0 (n, n; H). Of opposite currents on a foil's faces nearly
+    all is within.
+    """
+    try:
+        root = np.linalg.cholesky(vacuum - inductance)
+        return Outside(np.linalg.inv(root), np.linalg.solve(vacuum, root))
+    except np.linalg.LinAlgError:
+        own = np.linalg.inv(np.linalg.cholesky(vacuum))
+        parts, vectors = np.linalg.eigh(own @ (vacuum - inductance) @ own.T)
+        size = np.sqrt(np.maximum(parts, LEAST))
+        return Outside((vectors / size).T @ own, own.T @ (vectors * size))
+
+
+def answer(one: CurrentClass, metal: Metal) -> ComplexArray:
+    """1 - G (n, n; no unit) of a class: what drives (n, m; Wb) are answered with in metal is u' ((1 - G)^-1 - 1) u
+    (Wb2/H) of u = `Outside.into` times them.
+
+    Outside its currents store L, within 1/X = S (S - T)^-1 S - S (see `body`), and are driven by their linkages: the
+    inverse of L + 1/X is Q'^-1 ((1 - G)^-1 - 1) Q^-1 with Q Q' = S - L and G = Q' S^-1 (S - T) S^-1 Q (Woodbury's
+    formula; derived here). L is between a fifth and four fifths of S but for foils, so that nothing cancels.
+    """
+    jump = one.body.jump(metal.square, metal.permeability)
+    through = one.outside.through
+    found = np.empty(jump.shape, dtype=complex)
+    found.real = np.eye(len(jump)) - MU0 * (through.T @ (jump.real @ through))
+    found.imag = -MU0 * (through.T @ (jump.imag @ through))
+    return found

@@ -15,7 +15,7 @@ import numpy as np
 from sitscad.arrays import Array, ComplexArray, slices
 from sitscad.physics.eddy.coil_potential import CoilPotential
 from sitscad.physics.eddy.image import ImageModes, Mirror, combined
-from sitscad.physics.eddy.surface import CurrentClass, Skin, Surface, through_magnet
+from sitscad.physics.eddy.surface import Metal, Surface, answer
 from sitscad.record import record
 
 Answered: TypeAlias = tuple[ComplexArray, ComplexArray | None, ComplexArray | None]
@@ -29,47 +29,43 @@ NOTHING = 1e-7
 
 @record(eq=False)
 class SolvedTarget:
-    """A target at the frequency of a skin, and the height (m) of its near face in the surface's own frame. With a
+    """A target of metal at a frequency, and the height (m) of its near face in the surface's own frame. With a
     mirror, the combinations that its image couples, and the surface with as few points as resolve what it returns.
     """
 
     surface: Surface
     near_face: float
-    skin: Skin
+    metal: Metal
     mirror: Mirror | None = None
     images: ImageModes | None = None
     smooth: Surface | None = None
 
     @cached_property
     def answers(self) -> tuple[Array, ...]:
-        """Inverses (1/H) of its classes' systems, the imaginary parts below the real ones, (2 functions, functions):
-        for many poses. What drives them is real.
+        """What classes answer drives with (no unit), `Outside.into` times them, the imaginary parts below the real
+        ones, (2 functions, functions): for many poses. What drives them is real.
         """
-        inverses = (np.linalg.inv(self._system(one)) for one in self.surface.classes)
-        return tuple(np.concatenate([found.real, found.imag]) for found in inverses)
+        found = [np.linalg.inv(answer(one, self.metal)) - np.eye(len(one.inductance)) for one in self.surface.classes]
+        return tuple(np.concatenate([one.real, one.imag]) for one in found)
+
+    @cached_property
+    def within(self) -> tuple[Array, ...]:
+        """The image's combinations by class, as drives are taken (functions, k; H^-1/2)."""
+        parts = () if self.images is None else self.images.within
+        return tuple(one.outside.into @ part for one, part in zip(self.surface.classes, parts, strict=False))
 
     @cached_property
     def image_answers(self) -> tuple[Array, ...]:
-        """What the image's combinations drive (1/H) in every class, (functions, twice their number): real parts first,
-        then imaginary ones.
+        """What the image's combinations drive (H^-1/2) in every class, (functions, twice their number): real parts
+        first, then imaginary ones.
         """
-        within = () if self.images is None else self.images.within
-        both = (np.split(answer @ one, 2) for answer, one in zip(self.answers, within, strict=False))
+        both = (np.split(reply @ one, 2) for reply, one in zip(self.answers, self.within, strict=False))
         return tuple(np.concatenate(parts, axis=1) for parts in both)
 
     @cached_property
     def among_images(self) -> ComplexArray | None:
         """What one of the image's combinations drives of another (1/H)."""
-        return None if self.images is None else _complex(_summed(self.images.within, self.image_answers), 1)
-
-    def _system(self, one: CurrentClass) -> ComplexArray:
-        """A class's system (n, n; H): its inductance, and its impedance over j omega (`CurrentClass.depths`,
-        `through_magnet`).
-        """
-        material = one.depths(self.skin)
-        if self.skin.permeability != 1.0:
-            material = through_magnet(material, one.vacuum, self.skin)
-        return np.asarray(one.inductance + material, dtype=complex)
+        return None if self.images is None else _complex(_summed(self.within, self.image_answers), 1)
 
     def changes(self, turns: Array, places: Array, coils: Sequence[CoilPotential], centres: Array) -> ComplexArray:
         """Change of the coils' inductance matrix (poses, coils, coils; H, complex; times j omega the impedance). The
@@ -96,19 +92,20 @@ class SolvedTarget:
 
     def _answered(self, linked: Sequence[Array], shape: tuple[int, int]) -> Answered:
         """The change (poses, coils, coils; H) without the image; what the coils drive (combinations, poses, coils; no
-        unit) of the image's combinations, and those of each other (1/H): by the systems' inverses. A target's change is
-        -drive' system^-1 drive (reciprocity, derived here).
+        unit) of the image's combinations, and those of each other (1/H): by `answers`. A target's change is -drive'
+        system^-1 drive (reciprocity, derived here).
         """
         total = np.zeros((*shape, shape[1]), dtype=complex)
-        for drive, answer in zip(linked, self.answers, strict=True):
+        seen = [one.outside.into @ drive for one, drive in zip(self.surface.classes, linked, strict=True)]
+        for drive, reply in zip(seen, self.answers, strict=True):
             ways = drive.reshape(-1, *shape).transpose(1, 2, 0)
-            real, imaginary = (answer @ drive).reshape(2, -1, *shape).transpose(0, 2, 1, 3)
+            real, imaginary = (reply @ drive).reshape(2, -1, *shape).transpose(0, 2, 1, 3)
             total.real -= ways @ real
             total.imag -= ways @ imaginary
         if self.images is None:
             return total, None, None
         # the systems are symmetric: what the coils drive of a combination is what that drives of them
-        return total, _complex(_summed(self.image_answers, linked), 0).reshape(-1, *shape), self.among_images
+        return total, _complex(_summed(self.image_answers, seen), 0).reshape(-1, *shape), self.among_images
 
     def _answered_once(self, linked: Sequence[Array], shape: tuple[int, int]) -> Answered:
         """`_answered` (H, no unit, 1/H) by systems that are solved for these poses alone."""
@@ -134,8 +131,8 @@ class SolvedTarget:
                 continue
             within = np.zeros((len(drive), 0)) if images is None else images.within[number]
             own = np.any(within != 0.0, axis=0)
-            wanted = np.concatenate([drive, within[:, own]], axis=1)
-            found = np.linalg.solve(self._system(one), wanted.astype(complex))
+            wanted = one.outside.into @ np.concatenate([drive, within[:, own]], axis=1)
+            found = one.outside.into.T @ (np.linalg.solve(answer(one, self.metal), wanted) - wanted)
             responses.append(found[:, : drive.shape[1]].astype(complex))
             driven.append(np.zeros(within.shape, dtype=complex))
             driven[-1][:, own] = found[:, drive.shape[1] :]
