@@ -177,6 +177,8 @@ def design(
         say(f"interrupted; {folder} keeps what was worked out, and this goes on from there: {command}")
         return 130
     _write(answer, folder)
+    if answer.found.damaged:
+        say(f"archive.jsonl: {counted(answer.found.damaged, 'line')} changed or torn; these designs were judged again")
     if answer.found.reused:
         say(f"used again from the archive: {counted(answer.found.reused, 'evaluation')}")
     say(f"wrote {folder}")

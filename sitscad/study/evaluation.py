@@ -4,11 +4,11 @@ evaluations of a study as a file: a line a design, appended and never rewritten,
 
 from __future__ import annotations
 
+import hashlib
 import io
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import field
 from functools import cache
 from pathlib import Path
@@ -163,12 +163,14 @@ class Archive:
     """Evaluations by the keys that `Base.key` gives; of a file where a path is given, else in memory alone.
 
     Only where each line begins is held, and lines are read again when they are asked for: a hundred thousand take 30 MB
-    and not 600. A line that cannot be read is passed by: the last one may be torn where the process was killed. A file
-    ends in a whole line before it is appended to. Two that append to one file do not disturb each other.
+    and not 600. Each line begins with a hash of what follows. A line that its hash does not fit was changed, or torn
+    where a process was killed: it is passed by, and `damaged` counts it. A file ends in a whole line before it is
+    appended to. Two that append to one file do not disturb each other.
     """
 
     def __init__(self, path: Path | None = None, again: bool = False) -> None:
         self._starts: dict[bytes, int] = {}
+        self.damaged = 0
         self._stream: IO[bytes] = io.BytesIO()
         if path is not None:
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -178,8 +180,9 @@ class Archive:
             self._stream.seek(0)
         start, is_whole = 0, True
         for line in self._stream:
-            if (key := _key(line)) is not None:
-                self._starts[key] = start
+            if (body := _body(line)) is not None:
+                self._starts[json.loads(body)["key"].encode()] = start
+            self.damaged += body is None and bool(line.strip())
             start, is_whole = start + len(line), line.endswith(b"\n")
         if not is_whole:
             self._write(b"\n")
@@ -214,16 +217,17 @@ class Archive:
         if start is None:
             return None
         self._stream.seek(start)
-        with suppress(ValueError, TypeError, KeyError):  # a line that is no longer one of ours
-            found = json.loads(self._stream.readline())
-            if found["key"] == key:
-                return dict(found)
+        body = _body(self._stream.readline())
+        found = {} if body is None else json.loads(body)
+        if found.get("key") == key:
+            return dict(found)
         raise OSError(f"{ARCHIVE} was cut or rewritten while this study ran: run it again")
 
     def add(self, key: str, changes: Iterable[tuple[str, Any]], said: Mapping[str, Any]) -> None:
         """Keep plain values; what their line says is on its way to the disk when this returns."""
         line = {"key": key, "changes": dict(changes), **said}
-        self._starts[key.encode()] = self._write(json.dumps(line, allow_nan=False).encode("ascii") + b"\n")
+        body = json.dumps(line, allow_nan=False).encode("ascii")
+        self._starts[key.encode()] = self._write(_head(body) + body[1:] + b"\n")
 
     def _write(self, line: bytes) -> int:
         """Append a line; where it begins, behind whatever another process has appended meanwhile."""
@@ -233,14 +237,13 @@ class Archive:
         return self._stream.tell() - len(line)
 
 
-def _key(line: bytes) -> bytes | None:
-    """The key of a whole line that `Archive.add` could have written; None of any other."""
-    try:
-        said = json.loads(line)
-        if "units" in said:
-            list(map(unit_of_json, said["units"]))
-        else:
-            of_json(said)
-        return said["key"].encode() if isinstance(said["changes"], dict) else None
-    except (ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError):
-        return None
+def _head(body: bytes) -> bytes:
+    """The begin of a line of an archive: a hash of its body, in place of the body's brace."""
+    return b'{"hash": "%s", ' % hashlib.blake2b(body, digest_size=8).hexdigest().encode("ascii")
+
+
+def _body(line: bytes) -> bytes | None:
+    """The plain values of a line as JSON, without their hash. None if the hash does not fit them."""
+    begin, _, rest = line.rstrip(b"\n").partition(b", ")
+    body = b"{" + rest
+    return body if begin + b", " == _head(body) else None

@@ -65,7 +65,7 @@ Progress = Callable[[StudyState], None]
 @dataclass
 class Found:
     """Everything that was evaluated: points in the order in which they were drawn, by level, in both where there is no
-    screen.
+    screen; how many evaluations were `reused` from the archive, and how many of its lines are `damaged`.
     """
 
     asked: Asked
@@ -73,6 +73,7 @@ class Found:
     screened: dict[Point, Evaluation] = field(default_factory=dict)
     full: dict[Point, Evaluation] = field(default_factory=dict)
     reused: int = 0
+    damaged: int = 0
 
     @property
     def unscreened(self) -> int:
@@ -179,7 +180,8 @@ class StudyRun:
         self._made: set[str] = set()  # keys of what this run evaluated itself
         total = min(asked.evaluations, asked.space.size)
         self._told = {level: LevelTally(asked, level, of, self._progress) for level, of in ((SCREEN, total), (FULL, 0))}
-        self.found = Found(asked, method_for(asked.method, asked.space, asked.evaluations, len(asked.goals)))
+        self.found = Found(asked, method_for(asked.method, asked.space, asked.evaluations, len(asked.goals)),
+                           damaged=archive.damaged)
 
     def evaluate(self, points: Sequence[Point], level: str) -> list[Evaluation]:
         """Evaluations of points on a level, taken from the archive where it has them."""
