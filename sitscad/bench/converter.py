@@ -237,6 +237,9 @@ FAULTS = {
 """What can be wrong, by name."""
 
 _WRITTEN = re.compile(r"(?P<name>[a-z-]+)(?::(?P<coils>[^@]+))?(?:@(?P<at>[0-9.eE+-]+))?")
+LONGEST = 86_400.0
+"""Seconds at most, a day, that a simulated board is read for or that a fault comes after."""
+
 _EVERY = 3600.0
 """Seconds from one glitch to the next where the fault does not say."""
 
@@ -260,8 +263,13 @@ class Fault:
         if found is None or found["name"] not in FAULTS:
             raise ValueError(f"{text!r} is no fault; faults are {', '.join(FAULTS)}, with :COIL and @SECONDS")
         coils = tuple((found["coils"] or "").split(":")) if found["coils"] else ()
-        usual = _EVERY if found["name"] == "glitch" else 0.0
-        return cls(found["name"], coils, float(found["at"]) if found["at"] else usual)
+        try:
+            at = float(found["at"] or (_EVERY if found["name"] == "glitch" else 0.0))
+        except ValueError:
+            at = math.nan
+        if not 0.0 <= at <= LONGEST or (not at and found["name"] == "glitch"):
+            raise ValueError(f"fault {text!r}: @SECONDS is 0 to {LONGEST:g}, and more than 0 between glitches")
+        return cls(found["name"], coils, at)
 
 
 class SimulatedConverter(Registers):
@@ -272,7 +280,7 @@ class SimulatedConverter(Registers):
     Hz) go with the times of `loads` in place of what the design reads under them: those of another board.
     `faults` are names as `Fault.read` takes them, or such values. `number` is the converter of the sensor, from 0.
 
-    Noise is that of the estimates, `seed` its row. Raises ValueError for unknown faults and coils, for loads that
+    Noise is that of the estimates, `seed` its row. Raises ValueError for unknown faults, coils and states, for loads that
     nothing answers, and for converters of other families.
     """
 
@@ -299,6 +307,9 @@ class SimulatedConverter(Registers):
         self._first = first = sum(shares[:number])
         self.coils = design.estimates.coils[first : first + shares[number]]
         self.faults = _faults(faults, [coil.name for coil in design.estimates.coils])
+        known = self.coils[0].states
+        if state not in (*known, REST):
+            raise ValueError(f"state={state}: the design has the states {', '.join(known)}")
         states = [coil.states.get(state) or coil.states[FREE] for coil in self.coils]
         self._ohms = [one.parallel_resistance for one in states]
         self._times, self._read = _course(design, states, loads, frequencies, first)

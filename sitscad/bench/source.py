@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import re
+import math
 import time
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -12,21 +12,29 @@ from urllib.parse import parse_qsl
 import numpy as np
 
 from sitscad.bench.board import Board, BusConverter, LineBoard, Port
-from sitscad.bench.converter import SimulatedConverter
+from sitscad.bench.converter import LONGEST, SimulatedConverter
 from sitscad.calibration.calibration import sensors_of
 from sitscad.calibration.unknowns import units
 from sitscad.design import Design, respond
 from sitscad.estimates.circuit.settings import BAUD_RATES, devices, serial_settings
 from sitscad.estimates.performance.values import AXES
+from sitscad.scene.motions import motion_number
 from sitscad.spec.load import load
 
 SIMULATED, BUS, SERIAL = "sim:", "/dev/i2c-", "serial:"
-LOAD = re.compile(rf"({'|'.join(AXES)}):(-?\d+\.?\d*)(?::(-?\d+\.?\d*))?")
 RAMP = 33
 """Loads of a ramp that are solved; readings between are straight."""
 
 BEGUN = 0.02
 """Seconds until converters are set up, and the first scan has begun."""
+
+KEYS = ("load", "seconds", "fault", "state", "seed", "unit", "cell")
+SEVERAL = ("load", "fault")
+"""What a simulated source may say, and what it may say several times."""
+
+SHORTEST = 1e-3  # Seconds at least that a simulated board is read for
+MOST_BAUD = 100_000_000  # Bits a second; no serial port is faster
+MOST_SEED = 2**32 - 1  # The largest seed or number of a unit: 32 bits
 
 
 class Source:
@@ -182,9 +190,11 @@ def _port(text: str, baud: int) -> Port:
         raise ValueError(f"{text} needs pyserial: pip install 'sitscad[bench]' brings it") from error
     path, _, query = text.removeprefix(SERIAL).partition("?")
     given = dict(parse_qsl(query, keep_blank_values=True))
-    if set(given) - {"baud"} or not given.get("baud", "1").isdigit():
-        raise ValueError(f"serial:PORT takes ?baud={baud} and nothing else, not {query!r}")
-    port: Port = serial.Serial(path, int(given.get("baud", baud)), timeout=0.05)
+    asked = given.get("baud", str(baud))
+    if set(given) - {"baud"} or not (asked.isdecimal() and 0 < int(asked) <= MOST_BAUD):
+        raise ValueError(f"serial:PORT takes ?baud={baud}, a whole number up to {MOST_BAUD}, and nothing else, not "
+                         f"{query!r}")
+    port: Port = serial.Serial(path, int(asked), timeout=0.05)
     return port
 
 
@@ -195,12 +205,19 @@ def _simulated(design: Design, query: str, tares: int) -> Simulation:
     """
     pairs = parse_qsl(query, keep_blank_values=True)
     given = dict(pairs)
-    unknown = set(given) - {"load", "seconds", "fault", "state", "seed", "unit", "cell"}
-    if unknown:
-        raise ValueError(f"sim: {min(unknown)} is none of load, seconds, fault, state, seed, unit, cell")
-    if "state" in given and "unit" in given:
-        raise ValueError("sim: a unit is assembled: unit and state do not go together")
-    seconds = float(given.get("seconds", 1.0))
+    for key in given:
+        if key not in KEYS:
+            raise ValueError(f"sim: {key} is none of {', '.join(KEYS)}")
+        if key not in SEVERAL and sum(name == key for name, _ in pairs) > 1:
+            raise ValueError(f"sim: {key} is given twice")
+    for other in ("unit", "load", "cell"):
+        if "state" in given and other in given:
+            raise ValueError(f"sim: with {other} a sensor is assembled: {other} and state do not go together")
+    numbers = {key: _in_range(f"{key}={given.get(key, usual)}", least, most, is_whole)
+               for key, usual, least, most, is_whole in (
+                   ("seconds", 1.0, SHORTEST, LONGEST, False), ("seed", 1, 0, MOST_SEED, True),
+                   ("unit", 0, 0, MOST_SEED, True), ("cell", 1, 1, design.cells, True))}
+    seconds = numbers["seconds"]
     rate = design.estimates.readout.scan_rate
     before = BEGUN + (tares + 1) / rate if tares and rate else 0.0
     times = np.linspace(before, before + seconds, RAMP)
@@ -211,9 +228,9 @@ def _simulated(design: Design, query: str, tares: int) -> Simulation:
     faults = [value for name, value in pairs if name == "fault"]
     if "load" in given and "cell" not in given and design.cells > 1:
         raise ValueError(f"sim: a load is on one of the {design.cells} cells: say on which, like cell=1")
-    seed, unit, read = int(given["unit"]) if "unit" in given else None, None, None
+    seed, unit, read = int(numbers["unit"]) if "unit" in given else None, None, None
     if "cell" in given or (seed is not None and design.cells > 1):
-        read = _on_cell(design, int(given.get("cell", 1)), loads[:, 1:], seed)
+        read = _on_cell(design, int(numbers["cell"]), loads[:, 1:], seed)
     elif seed is not None:
         unit = units(sensors_of(design.response).known, 1, seed)[0]
         read = _read_by(design, unit, loads[:, 1:])
@@ -221,7 +238,7 @@ def _simulated(design: Design, query: str, tares: int) -> Simulation:
         SimulatedConverter(
             design, loads=loads if "load" in given or read is not None else None, faults=faults,
             frequencies=read,
-            state=given.get("state", "rest"), number=k, seed=int(given.get("seed", 1)) + k,
+            state=given.get("state", "rest"), number=k, seed=int(numbers["seed"]) + k,
         )
         for k in range(number)
     ]
@@ -234,18 +251,32 @@ def _ramps(texts: Iterable[str]) -> np.ndarray:
     """
     loads, known = np.zeros((RAMP, len(AXES))), set()
     for one in (one for text in texts for one in text.split(",")):
-        found = LOAD.fullmatch(one)
-        if found is None:
+        axis, *ends = one.split(":")
+        if axis not in AXES or len(ends) not in (1, 2):
             raise ValueError(
                 f"load is AXIS:NEWTONS or AXIS:FIRST:LAST with {', '.join(AXES)}, of several axes with a comma between "
                 f"(load=normal:5,shear_x:2), not {one!r}"
             )
-        axis, first, last = found.groups()
         if axis in known:
             raise ValueError(f"load says twice what {axis} is")
         known.add(axis)
-        loads[:, AXES.index(axis)] = np.linspace(float(first), float(last or first), RAMP)
+        first, last = motion_number(axis, ends[0]), motion_number(axis, ends[-1])
+        if axis == "normal" and min(first, last) < 0.0:
+            raise ValueError(f"load={one}: a normal force presses towards the board, 0 or more")
+        loads[:, AXES.index(axis)] = np.linspace(first, last, RAMP)
     return loads
+
+
+def _in_range(said: str, least: float, most: float, is_whole: bool) -> float:
+    """The number of KEY=NUMBER. Raises ValueError that says what is allowed if it is not finite and in the range."""
+    try:
+        value = (int if is_whole else float)(said.partition("=")[2])
+    except ValueError:
+        value = math.nan
+    if not least <= value <= most:
+        kind = "whole number" if is_whole else "number"
+        raise ValueError(f"sim: {said}: a {kind} from {least:g} to {most:.10g} is wanted")
+    return value
 
 
 def _on_cell(design: Design, number: int, loads: np.ndarray, seed: int | None = None) -> np.ndarray:

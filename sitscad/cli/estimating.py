@@ -14,8 +14,10 @@ import click
 
 import sitscad
 from sitscad.cli.terminal import (
+    DAY,
+    RELATIVE_ERROR,
     Example,
-    RelativeError,
+    InRange,
     coloured,
     exit_code_of,
     print_result,
@@ -72,7 +74,7 @@ def _asked(words: str) -> str:
 @click.command(cls=Example, example="sitscad estimate sensor.yaml --format json --tolerance 1e-3")
 @click.argument("spec", type=click.Path())
 @click.option("--format", "format_name", default="text", show_default=True, metavar="text|json")
-@click.option("--tolerance", type=RelativeError(), help="Relative error of the inductance.")
+@click.option("--tolerance", type=RELATIVE_ERROR, help="Relative error of the inductance.")
 @click.option(
     "--method", metavar="NAME", help="The inductance method (default: the cheapest that meets the tolerance)."
 )
@@ -206,7 +208,7 @@ What the sensor feels (--performance), at rest, half and full load:
     "--frequency", metavar="FREQUENCY",
     help="Where L and R are taken, like 5MHz (default: each coil's own tank frequency).",
 )
-@click.option("--tolerance", type=RelativeError(), help="What a map of many poses may be off by.")
+@click.option("--tolerance", type=RELATIVE_ERROR, help="What a map of many poses may be off by.")
 @click.option("--jacobian", is_flag=True, help="Add the derivatives of the frequencies by pose and load.")
 @click.option("--performance", is_flag=True, help="Say what the sensor feels, in newtons (2 to 4 s more).")
 @click.option("--cell", type=click.IntRange(1), help="Of a sensor with cells this one.")
@@ -300,7 +302,7 @@ Files:
     help="A flat face keeps the loaded target level, or it tilts as it likes.  [default: what DATA says, else held]",
 )
 @click.option("--from", "source", metavar="SOURCE", help="Take the points on this source now, as `read` names it.")
-@click.option("--creep", type=click.FloatRange(min=0.0), metavar="SECONDS",
+@click.option("--creep", type=InRange(0, DAY), metavar="SECONDS",
               help="How long the pad rests under a load before it is read (--from).  [default: 10; sim: 0]")
 @click.option("--cell", type=click.IntRange(1), help="Of a sensor with cells this one.")
 def calibrate(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 import sitscad
-from sitscad.cli.terminal import Example, print_result, say
+from sitscad.cli.terminal import DAY, Example, InRange, print_result, say
 
 if TYPE_CHECKING:
     from sitscad.bench.board import Board
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
               help="calibration.json of this sensor, or of cells a folder with one of each: newtons are shown, too.")
 @click.option("--tare", is_flag=True, help="Nothing is on it first: newtons count from the mean of the first 16 scans.")
 @click.option("--diagnose", is_flag=True, help="Say what the board does and does not, and what a miss probably is.")
-@click.option("--seconds", type=click.FloatRange(min=0.0, min_open=True), help="How long (sim: what it says; else 2).")
+@click.option("--seconds", type=InRange(0, DAY, min_open=True), help="How long (sim: what it says; else 2).")
 @click.option("--serve", is_flag=True, help="Show moving bars as a page on this machine, until Ctrl-C.")
 @click.option("--port", type=click.IntRange(0, 65535), default=0, help="The page's port (default: a free one).")
 @click.option("--udp", metavar="HOST:PORT", help="Send every scan as a line of JSON, as PlotJuggler reads it.")

@@ -50,11 +50,8 @@ class Names(click.ParamType):
         return value if isinstance(value, tuple) else tuple(part.strip() for part in value.split(",") if part.strip())
 
 
-class RelativeError(click.FloatRange):
-    """A relative error above 0, 1 at most; nan, which lies in no range and which click lets through, is none."""
-
-    def __init__(self) -> None:
-        super().__init__(0, 1, min_open=True)
+class InRange(click.FloatRange):
+    """A number in a range; nan, which lies in no range and which click lets through, is none."""
 
     def convert(self, value: Any, param: Any, ctx: Any) -> float:
         """The number."""
@@ -62,6 +59,10 @@ class RelativeError(click.FloatRange):
         if found != found:
             self.fail(f"{value} is not in the range {self._describe_range()}.", param, ctx)
         return found
+
+
+RELATIVE_ERROR = InRange(0, 1, min_open=True)
+DAY = 86_400.0  # Seconds at most that a command waits or reads for
 
 
 def _use_plugins(_: click.Context, __: click.Parameter, files: tuple[str, ...]) -> None:

@@ -128,7 +128,7 @@ def read_motions(
     held, readings, named = [np.zeros(0, dtype=bool)], list[str](), tuple(cases)
     for texts, names, rows in ((poses, POSE, placed), (loads, LOAD, pushed)):
         for text in texts:
-            given, rotation = _parts(text, names, _number)
+            given, rotation = _parts(text, names, motion_number)
             rows.append(np.array([[given.get(name, 0.0) for name in names]]))
             if names == LOAD:
                 held.append(np.array([rotation]))
@@ -168,7 +168,7 @@ def _parts(text: str, names: Names, read: Callable[[str, str], float]) -> tuple[
     return found, rotation == "held"
 
 
-def _number(name: str, text: str) -> float:
+def motion_number(name: str, text: str) -> float:
     """A value in SI, bare or with its unit; MotionError where it is none."""
     try:
         value = float(text) * BARE[name]
@@ -210,13 +210,13 @@ def _range(name: str, text: str) -> Array:
     """The values of FIRST:LAST:COUNT, or the one value."""
     parts = text.split(":")
     if len(parts) == 1:
-        return np.array([_number(name, text)])
+        return np.array([motion_number(name, text)])
     if len(parts) != 3 or not parts[2].strip().isdecimal():
         raise MotionError(f"{name}={text}: FIRST:LAST:COUNT is wanted, like -2:2:41")
     count = parts[2].strip().lstrip("0")
     if len(count) > len(str(MOST)) or not 0 < int(count or "0") <= MOST:
         raise MotionError(f"{name}={text}: a COUNT from 1 to {MOST} is wanted, like -2:2:41")
-    return np.linspace(_number(name, parts[0]), _number(name, parts[1]), int(count))
+    return np.linspace(motion_number(name, parts[0]), motion_number(name, parts[1]), int(count))
 
 
 def _from_file(name: str, names: Names) -> tuple[Array, Flags, Names]:
@@ -265,7 +265,7 @@ def _cells(
             if name == "rotation":
                 held = is_held(text or USUAL_ROTATION)
             elif text:
-                values[name] = _number(name, text) if factor is None else factor * float(text)
+                values[name] = motion_number(name, text) if factor is None else factor * float(text)
         except (MotionError, ValueError) as error:
             raise MotionError(f"{where}: {error}") from error
         if not math.isfinite(values.get(name, 0.0)):

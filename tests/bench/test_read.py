@@ -134,7 +134,7 @@ def test_a_single_wrong_result_makes_no_force_and_a_step_comes_one_scan_late(des
     assert 1 <= step.count("stale") <= 2 and step[-1] == "good"
 
 
-NO_LOADS = ["normal=5", "normal:5,shear_x=1", "normal:nan", "tilt:1", "normal:1:2:3", "normal:5,"]
+NO_LOADS = ["normal=5", "normal:5,shear_x=1", "tilt:1", "normal:1:2:3", "normal:5,"]
 
 
 @pytest.mark.parametrize("load", NO_LOADS)
@@ -247,6 +247,41 @@ def test_newtons_are_those_of_the_load(tmp_path, design):
 def test_what_is_no_source_is_refused(source, words):
     done = _run(source.replace("SPEC", str(SPEC)))
     assert words in str(done.exception), done.exception
+
+
+@pytest.mark.parametrize("said", [
+    "seconds=nan", "seconds=-1", "seconds=0", "seconds=inf", "seconds=1e9", "seconds=", "seconds=long", "state=foo",
+    "state=", "seed=-5", "seed=1e9", "seed=99999999999", "unit=-1", "unit=x", "unit=99999999999", "cell=0", "cell=9",
+    "load=normal:1e26", "load=normal:nan", "load=normal:0:inf", "load=shear_x:-1e26", "load=normal:-4",
+    "fault=open:C2@nan", "fault=open:C2@-5", "fault=nack@1e22", "fault=glitch:C1@0", "fault=reset@-",
+])
+def test_a_value_that_a_source_cannot_have_is_refused_with_its_key_and_what_is_allowed(said, design):
+    """A read of nan seconds ended with exit 0 and no reading; any word was a state, and 1e26 N were put on."""
+    key, _, value = said.partition("=")
+    with pytest.raises(ValueError) as refused:
+        source_of(f"sim:{SPEC}?{said}", design)
+    words = str(refused.value)
+    assert value.split("@")[-1].split(":")[-1] in words and re.search(r"wanted|from|0 or more|have the|has the|up to|0 to|faults are", words)
+    assert key in words or value.split(":")[0] in words
+
+
+@pytest.mark.parametrize("said", ["seconds=1&seconds=2", "seed=1&seed=1", "state=free&unit=1", "state=free&load=normal:2",
+                                  "state=rest&cell=1"])
+def test_keys_of_a_source_that_contradict_each_other_are_refused(said, design):
+    """The first of two was passed over without a word, and so was a state beside a load."""
+    with pytest.raises(ValueError, match=r"given twice|do not go together"):
+        source_of(f"sim:{SPEC}?{said}", design)
+
+
+@pytest.mark.parametrize("arguments", [
+    ("read", "sim:SPEC", "--seconds", "nan"), ("read", "sim:SPEC", "--seconds", "inf"),
+    ("calibrate", "SPEC", "--from", "sim:SPEC", "--creep", "nan"),
+    ("calibrate", "SPEC", "--from", "sim:SPEC", "--creep", "1e300"),
+])
+def test_a_time_that_does_not_end_is_refused_by_its_option(arguments):
+    """An infinite one ended in an internal error."""
+    done = CliRunner().invoke(cli, [one.replace("SPEC", str(SPEC)) for one in arguments])
+    assert done.exit_code == 2 and arguments[-2] in done.output and "is not in the range" in done.output
 
 
 def test_a_bus_is_read_by_its_two_functions(design, monkeypatch):
