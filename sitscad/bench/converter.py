@@ -280,8 +280,8 @@ class SimulatedConverter(Registers):
     Hz) go with the times of `loads` in place of what the design reads under them: those of another board.
     `faults` are names as `Fault.read` takes them, or such values. `number` is the converter of the sensor, from 0.
 
-    Noise is that of the estimates, `seed` its row. Raises ValueError for unknown faults, coils and states, for loads that
-    nothing answers, and for converters of other families.
+    Noise is that of the estimates, `seed` its row. Raises ValueError for unknown faults, coils and states, for
+    loads that nothing answers, and for converters of other families.
     """
 
     @checked_arguments

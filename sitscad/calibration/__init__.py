@@ -32,7 +32,7 @@ def calibrate(
     from sitscad.calibration.bench_data import USUAL_ROTATION, BenchError, points_of, read_table
     from sitscad.calibration.calibration import calibrate_by, foretell, sensors_of, turned_otherwise
     from sitscad.calibration.misfit import noisy, odd_reading, turned_fit
-    from sitscad.calibration.model_fit import NoFit
+    from sitscad.calibration.model_fit import SUSPECT, NoFit
     from sitscad.calibration.refusals import require_plausible, require_possible, require_told, second_readings
     from sitscad.scene.motions import is_held
 
@@ -52,7 +52,7 @@ def calibrate(
                          "sensor's spec?") from error
     assert made.fit is not None
     said = ""
-    if made.fit.cost > found.frequency.size:  # readings as expected leave no other way of loading much likelier
+    if made.fit.excess > SUSPECT:  # readings as expected leave no other way of loading much likelier
         other = turned_fit(sensors, lambda: sensors_of(design.response, not level), found, made.fit)
         said = "" if other is None else other.note
     require_told(table, found, sensors, made.fit, said)

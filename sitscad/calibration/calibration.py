@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from sitscad.arrays import Array
-from sitscad.calibration.forms import Tried, chosen_form, error_by_misfit, error_by_unknowns, error_on_others, own_map
+from sitscad.calibration.forms import Tried, chosen_form, error_by_unknowns, error_on_others, own_map
 from sitscad.calibration.inverse_map import Correction, InverseMap, correct
 from sitscad.calibration.misfit import far_off, pattern
 from sitscad.calibration.model_fit import SUSPECT, ModelFit, NoFit, fit_model
@@ -250,7 +250,7 @@ def calibrate_by(sensors: Sensors, points: Points, form: Tried | None = None) ->
     pressed = ~points.at_rest
     forces = points.loads[pressed][:, sensors.range.columns]
     correction = correct(found, settled.frequency[pressed], settled.rest, forces)
-    error = stated_error(sensors, found, fit, correction)
+    error = stated_error(sensors, found, fit)
     return Calibration(
         sensors, replace(correction.map, rest=rest, error=error), form, tried, None, points, fit, correction
     )
@@ -269,11 +269,11 @@ def charted_fit(sensors: Sensors, points: Points) -> tuple[Sensors, ModelFit]:
         # poses may lie beyond where loads take a sensor, as far as manufacture scatters
         nearer = sensors.about(fit.errors, fit.sigma if points.poses is None else np.ones(len(fit.sigma)))
         try:
-            again = fit_model(nearer, points, fit.errors)
+            again = fit_model(nearer, points, fit)
         except NoFit:
             again = None
         if again is None or again.excess > STRAYED * max(fit.excess, SUSPECT):
-            return sensors, fit_model(sensors, points, fit.errors)
+            return sensors, fit_model(sensors, points, fit)
         apart = np.abs((again.moved - fit.moved) / nearer.wide)[moving].max()
         sensors, fit = nearer, again
         if apart <= WIDEST:
@@ -281,14 +281,9 @@ def charted_fit(sensors: Sensors, points: Points) -> tuple[Sensors, ModelFit]:
     return sensors, fit
 
 
-def stated_error(sensors: Sensors, found: InverseMap, fit: ModelFit, correction: Correction | None = None) -> Array:
+def stated_error(sensors: Sensors, found: InverseMap, fit: ModelFit) -> Array:
     """The error (axes; N), rms over the working range, that `SURE` of the sensors stay below which the points may come
-    from: by what they leave open of the unknowns, by what loads and model disagree, less what a correction takes of
-    that, and by what the map itself leaves.
+    from: by what they leave open of the unknowns and of the loads' scatter, and by what the map itself leaves.
     """
-    misfit = error_by_misfit(sensors, fit)
-    if correction is not None:
-        before, after = (np.linalg.norm(part, axis=0) for part in (correction.before, correction.after))
-        misfit = misfit * np.minimum(after / np.maximum(before, 1e-300), 1.0)
     by_unknowns = np.quantile(error_by_unknowns(sensors, fit), SURE, axis=0)
-    return np.asarray(np.sqrt(by_unknowns**2 + misfit**2 + found.error**2))
+    return np.asarray(np.hypot(by_unknowns, found.error))

@@ -11,8 +11,8 @@ import numpy as np
 
 from sitscad.arrays import Array
 from sitscad.calibration.inverse_map import BEYOND, InverseMap, MapForm, changes, terms
-from sitscad.calibration.model_fit import SUSPECT, ModelFit
-from sitscad.calibration.points import load_errors, load_slopes, unknown_slopes
+from sitscad.calibration.model_fit import ModelFit
+from sitscad.calibration.points import load_slopes, unknown_slopes
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import units
 from sitscad.physics.polynomials import POINTS_A_TERM, exponents, monomials
@@ -150,7 +150,6 @@ SENSORS, SEED = 6, 7  # Simulated sensors by which a form is chosen, and the see
 SCATTERED, SCATTER_SEED = 24, 8
 """Simulated sensors by which the error of the drawn sensor's map on others is found, and the seed of their errors."""
 
-LIKELY = 400  # Sensors that measured points may come from, by which the error of a map is stated
 SOLVED, DEGREE = 40, 3  # Loads that are solved, not charted, for a sensor's own map, and the degree of what that adds
 
 LEAST_LEFT = 0.05  # Least of 1 - leverage that a residual is divided by
@@ -217,28 +216,13 @@ def own_map(sensors: Sensors, form: Form, errors: Array) -> InverseMap:
 
 
 def error_by_unknowns(sensors: Sensors, fit: ModelFit) -> Array:
-    """Errors (`LIKELY`, axes; N), rms, of the found sensor's map on others that the fit's covariance leaves likely."""
+    """Errors (sensors, axes; N), rms, of the found sensor's map on others from which the readings may come."""
     loads = np.vstack([np.zeros((1, 3)), sensors.range.inside(ASKED // 2, LEARNT)])
     slopes = unknown_slopes(sensors, loads, True, fit.errors)
     towards = np.linalg.pinv(load_slopes(sensors, fit.errors, loads[1:]))
-    values, vectors = np.linalg.eigh(fit.covariance)
-    wrong = towards @ (slopes[1:] - slopes[:1]) @ (vectors * np.sqrt(np.maximum(values, 0.0)))
-    drawn = np.random.default_rng(SCATTER_SEED).normal(size=(LIKELY, len(values)))
-    square = np.mean((drawn @ np.swapaxes(wrong, 1, 2)) ** 2, axis=0)
+    wrong = towards @ (slopes[1:] - slopes[:1])
+    square = np.mean((fit.likely @ np.swapaxes(wrong, 1, 2)) ** 2, axis=0)
     return np.asarray(np.sqrt(square) * sensors.range.full_scales)
-
-
-def error_by_misfit(sensors: Sensors, fit: ModelFit) -> Array:
-    """What forces (axes; N), rms over the working range, are off by because loads and model disagree by more than is
-    expected: whether hysteresis or another law of the pad makes it, it is met again wherever a force is read. Where
-    that is sure, it is what the other points foretell of each, which alone knows on which axis.
-    """
-    expected = load_errors(sensors, sensors.range.inside(ASKED // 2, LEARNT))
-    found = np.sqrt((fit.believed**2 - 1.0) * np.mean(expected**2)) * sensors.range.full_scales
-    if fit.force_errors is None or fit.excess < SUSPECT:
-        return np.asarray(found)
-    alone = np.sqrt(np.nanmean(fit.force_errors**2, axis=0))
-    return np.asarray(np.maximum(found, (1.0 - fit.believed**-2) * alone))
 
 
 def _set_right(sensors: Sensors, errors: Array, loads: Array, solved: Array) -> tuple[Array, Array]:

@@ -25,9 +25,9 @@ LIKELIER = 12.0
 """Difference of the fits' costs (twice a logarithm of likelihoods: odds of 400 to 1) from which on the other way of
 loading is said to be the true one."""
 
-ODD = 4.2
+ODD = 3.7
 """Standard deviations, beside the scatter of all others, from which on one coil's reading in one row is told: of 16
-readings as they should be one is in 2,500 tables."""
+readings as they should be one is in 290 tables."""
 
 NOISY = 0.5
 """Error of a force by noise, over that of the loads themselves (`usual("force")`), from which on noise is told."""

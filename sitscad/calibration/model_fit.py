@@ -7,11 +7,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from statistics import NormalDist
 
 import numpy as np
 
 from sitscad.arrays import Array, Flags
-from sitscad.calibration.points import Points, foretold, load_slopes, tared, whiteners
+from sitscad.calibration.points import Points, covariances, foretold, load_errors, load_slopes, tared, whiteners
 from sitscad.calibration.sensors import Sensors
 from sitscad.record import record
 
@@ -88,35 +89,32 @@ def levenberg_marquardt(residuals: Residuals, start: Array) -> Fitted:
     return Fitted(values, covariance, left, slope, settled)
 
 
-def _slopes(residuals: Residuals, values: Array, there: Array) -> Array:
-    """How the residuals change with the values, (n, k), by forward, or at an edge backward, differences."""
+def _slopes(residuals: Residuals, values: Array, there: Array, size: float = STEP) -> Array:
+    """How the residuals change with the values, (n, k), by forward, or at an edge backward, differences of a `size`."""
     found = []
-    for step in np.eye(values.size) * STEP:
-        slope = (residuals(values + step) - there) / STEP
-        found.append(slope if np.all(np.isfinite(slope)) else (there - residuals(values - step)) / STEP)
+    for step in np.eye(values.size) * size:
+        slope = (residuals(values + step) - there) / size
+        found.append(slope if np.all(np.isfinite(slope)) else (there - residuals(values - step)) / size)
     return np.stack(found, axis=1)
 
 
-ROUNDS, NEAR = 4, 0.1
-"""Rounds of a fit at most: with noise as expected, then as large as what was left shows, the chart set right where it
-is; until one moves nothing by more (prior standard deviations)."""
+ROUNDS, NEAR, SAME = 6, 0.1, 0.3
+"""Rounds of a fit at most, each with the scatter that the one before left and the chart set right where it is; until
+one moves no value by more (prior standard deviations), and the scatter by less than this part."""
 
-MOST = 100.0  # How many times larger than expected errors of loads and model may turn out
+SCATTERS = np.geomspace(1e-4, 1.0, 33)
+"""Scatters of loads (one sigma, full scales) or of changes in poses (parts) beyond what is expected that a table may
+have, each as likely beforehand (Jeffreys' prior of a scale)."""
 
-COARSER = (10.0, 30.0, 1.0)
-"""How many times larger errors may be in the fits from which one is begun, one after the other while it is needed."""
+COARSE = 0.1
+"""Scatter with which a fit begins: from far off it may else go astray, into a second minimum or to the edge of what is
+looked for."""
 
-SUSPECT = 1.5  # How many times larger than expected errors are where a fit is begun again, and where it is told
+SUSPECT = 1.5  # How many times larger than expected errors are where it is told
 
-TRUSTED = 4.0
-"""Degrees of freedom that count for loads and model being off by as much as is expected, beside those of the readings:
-three loads alone show little of it."""
+LIKELY, LIKELY_SEED = 400, 8  # Sensors that measured points may come from, and the seed by which they are drawn
 
 CONSIDERED = 0.1  # Step (prior standard deviations) of the slopes over unknowns that are not looked for
-
-LEAST_SCATTER = 0.3
-"""Least scatter of the other readings (of what is expected) beside which one is called odd: readings of exact loads
-scatter by 0.3 to 0.4, and what stands out of less moves no force that anybody sees."""
 
 FARTHEST = 8.0  # Standard deviations beyond which no unknown is looked for
 
@@ -124,21 +122,23 @@ FARTHEST = 8.0  # Standard deviations beyond which no unknown is looked for
 @record(eq=False)
 class ModelFit:
     """The errors of one sensor (unknowns; in their own units), how many prior standard deviations each was moved
-    (`moved`) and how sure it is (`sigma`, of the prior's: 1 is nothing learnt), with the `covariance` (unknowns,
-    unknowns; in prior standard deviations) of what the fit leaves open, those among them that it does not look for; how
-    many times larger than expected loads and model were off (`excess`), and are believed to be after so few points
-    (`believed`); and, foretold by the other points, the force error of each point (n, axes; N; NaN at rest; None for
-    poses) and that of ln f over rest (n, coils); `slips` (n, coils) is the error of ln f of one coil alone that would
-    explain a point best, and `odd` (n, coils) how unlikely that is beside the others (`studentized`). `cost` is that of
-    the readings with errors as expected and of the prior, in squares of standard deviations.
+    (`moved`) and how sure it is (`sigma`, of the prior's: 1 is nothing learnt).
+
+    `likely` (sensors, unknowns; prior standard deviations) are other sensors from which the readings may come, less
+    this one. `scatter` is what loads and model are off by beyond what is expected (full scales; for poses, parts of a
+    change), `excess` how many times larger than expected that makes them. Foretold by the other points are the force
+    error of each point (n, axes; N; NaN at rest; None for poses) and the error of ln f over rest (n, coils). `slips`
+    (n, coils) is the error of ln f of one coil alone that would explain a point best, and `odd` (n, coils) how unlikely
+    that reading is beside those of the other points, in standard deviations of a normal number.
+    `cost` is minus twice the logarithm of the likelihood of the readings.
     """
 
     errors: Array
     moved: Array
     sigma: Array
-    covariance: Array
+    likely: Array
+    scatter: float
     excess: float
-    believed: float
     force_errors: Array | None
     reading_errors: Array
     slips: Array
@@ -147,109 +147,169 @@ class ModelFit:
     cost: float
 
 
-def fit_model(sensors: Sensors, points: Points, start: Array | None = None, rounds: int = ROUNDS) -> ModelFit:
-    """The most likely errors of a sensor that read so (drift taken out), in `rounds` at most; raises NoFit."""
+def fit_model(sensors: Sensors, points: Points, start: ModelFit | None = None, rounds: int = ROUNDS) -> ModelFit:
+    """Fit the most likely errors of a sensor that read so (drift taken out). Raises NoFit.
+
+    `start` is a fit by another chart from which this one begins. With one of the `rounds` no pose is solved.
+    """
     points = points.settled
-    sigma = np.array([one.sigma for one in sensors.known])
-    chosen = np.array([one.is_fitted for one in sensors.known])
-    values = np.zeros(int(chosen.sum())) if start is None else (start / sigma)[chosen]
-    given = np.log(points.frequency)
-    problem = _problem(sensors, points, given, values)
-    # about a start the chart holds no farther than that is unsure: other beginnings would lead beyond it
-    found = _first(problem, values) if start is None else levenberg_marquardt(problem.residuals, values)
-    excess, believed = _excess(found, 1.0), _excess(found, 1.0, TRUSTED)
-    for _ in range(rounds - 1):
-        before, errors = found.values, _errors(found.values, sigma, chosen)
-        off = np.log(foretold(sensors, errors, points)) - np.log(foretold(sensors, errors, points, exact=True))
-        problem = _problem(sensors, points, given + np.where(np.isfinite(off), off, 0.0), found.values, believed)
-        found = levenberg_marquardt(problem.residuals, found.values)
-        excess, believed = _excess(found, believed), _excess(found, believed, TRUSTED)
-        if np.abs(found.values - before).max() < NEAR:
+    fitted = [one.is_fitted for one in sensors.known]
+    values = np.zeros(sum(fitted)) if start is None else start.moved[fitted]
+    scatter = COARSE if start is None else start.scatter
+    given = aim = np.log(points.frequency)
+    for number in range(ROUNDS):
+        problem = _problem(sensors, points, aim, values, scatter)
+        found = levenberg_marquardt(problem.residuals, values)
+        likely = _likely(problem, found)
+        near = np.abs(found.values - values).max() < NEAR and abs(math.log(likely.scatter / scatter)) < SAME
+        values, scatter = found.values, likely.scatter
+        if near and number:
             break
-    plain = _problem(sensors, points, problem.aim, found.values).residuals(found.values)
-    told, cost = _told(problem, found, excess, believed), float(plain @ plain + found.values @ found.values)
-    return replace(told, cost=cost, odd=studentized(told.odd, cost))
-
-
-def studentized(odd: Array, cost: float) -> Array:
-    """How unlikely readings are that are off by so many standard deviations as expected (n, coils), each beside the
-    scatter of all others, in standard deviations of a normal number: externally studentized residuals (Cook and
-    Weisberg, Residuals and Influence in Regression, 1982, 2.2.1), by Wallace's approximation to Student's t (Ann. Math.
-    Stat. 30, 1959). `cost` is the sum of squares of all, with that of the prior.
-    """
-    freedom = odd.size - 1
-    others = np.sqrt(np.maximum(cost - odd**2, 0.0) / freedom)
-    ratio = odd / np.maximum(others, LEAST_SCATTER)
-    share = (8.0 * freedom + 1.0) / (8.0 * freedom + 3.0)
-    return np.asarray(share * np.sqrt(freedom * np.log1p(ratio**2 / freedom)))
-
-
-def _first(problem: _Problem, values: Array) -> Fitted:
-    """The first round of a fit: begun from one with coarser readings, which the scatter of manufacture holds more
-    firmly, because from far off it may go astray, into a second minimum or to the edge of what is looked for. Where it
-    leaves more than is expected other beginnings are tried, and the likeliest is taken.
-    """
-    tried: list[Fitted] = []
-    for times in COARSER:
-        coarse = _problem(problem.sensors, problem.points, problem.aim, values, times)
-        begun = levenberg_marquardt(coarse.residuals, values).values if times > 1.0 else values
-        tried.append(levenberg_marquardt(problem.residuals, begun))
-        if tried[-1].settled and _excess(tried[-1], 1.0) < SUSPECT:
-            break
-    return min(tried, key=lambda one: (not one.settled, one.cost))
-
-
-def _errors(values: Array, sigma: Array, chosen: Flags) -> Array:
-    errors = np.zeros(len(sigma))
-    errors[chosen] = values * sigma[chosen]
-    return errors
-
-
-def _excess(found: Fitted, before: float, trusted: float = 0.0) -> float:
-    """How many times larger than expected errors are, by what is left over the degrees of freedom that the readings
-    have beside what is learnt from them; with so many degrees `trusted` beforehand the mean of a variance's posterior.
-    """
-    learnt = len(found.values) - float(np.trace(found.covariance))
-    free = max(len(found.residuals) - learnt, 1.0)
-    square = before**2 * float(found.residuals @ found.residuals)
-    return min(max(math.sqrt((trusted + square) / (trusted + free)), 1.0), MOST)
+        if rounds > 1:
+            errors = problem.errors(values)
+            off = np.log(foretold(sensors, errors, points)) - np.log(foretold(sensors, errors, points, exact=True))
+            aim = given + np.where(np.isfinite(off), off, 0.0)
+    return _told(problem, found, likely)
 
 
 @record(eq=False)
 class _Problem:
-    # What is to be fitted: ln f (n, coils) at the points, the whiteners of its errors, and the unknowns.
+    """Points to be fitted: their ln f (n, coils), covariances (n, coils, coils) as expected and those that a scatter of
+    1 adds, whiteners at one `scatter`, and the prior standard deviations of the unknowns, of which some are `chosen`.
+    """
+
     sensors: Sensors
     points: Points
     aim: Array
+    expected: Array
+    more: Array
+    scatter: float
     white: Array
     sigma: Array
     chosen: Flags
-    excess: float
+
+    def errors(self, values: Array) -> Array:
+        """Errors (unknowns; in their own units) of values (prior standard deviations) of the fitted unknowns."""
+        found = np.zeros(len(self.sigma))
+        found[self.chosen] = values * self.sigma[self.chosen]
+        return found
+
+    def off(self, errors: Array) -> Array:
+        """Errors (n, coils) of `tared` ln f of a sensor with these errors."""
+        return tared(self.aim - np.log(foretold(self.sensors, errors, self.points)), self.points.at_rest)
 
     def residuals(self, values: Array) -> Array:
         """Independent errors of unit size, flat; infinite far from all that is made."""
         if not np.abs(values).max() < FARTHEST:
             return np.full(self.aim.size, np.inf)
-        frequency = foretold(self.sensors, _errors(values, self.sigma, self.chosen), self.points)
-        off = tared(self.aim - np.log(frequency), self.points.at_rest)
-        return np.asarray(np.einsum("ncd,nd->nc", self.white, off).ravel())
+        return np.asarray(np.einsum("ncd,nd->nc", self.white, self.off(self.errors(values))).ravel())
 
 
-def _problem(sensors: Sensors, points: Points, aim: Array, values: Array, excess: float = 1.0) -> _Problem:
-    """What is to be fitted, whitened where the unknowns have these values (prior standard deviations)."""
-    sigma = np.array([one.sigma for one in sensors.known])
-    chosen = np.array([one.is_fitted for one in sensors.known])
+def _problem(sensors: Sensors, points: Points, aim: Array, values: Array, scatter: float) -> _Problem:
+    """Points to be fitted, whitened where the unknowns have these values (prior standard deviations)."""
+    sigma, chosen = (np.array([getattr(one, name) for one in sensors.known]) for name in ("sigma", "is_fitted"))
+    empty = np.zeros((0, 0, 0))
+    problem = _Problem(sensors, points, aim, empty, empty, scatter, empty, sigma, chosen)
     try:
-        white = whiteners(sensors, _errors(values, sigma, chosen), points, excess)
+        expected, more = covariances(sensors, problem.errors(values), points)
+        white = whiteners(expected + scatter**2 * more)
     except np.linalg.LinAlgError as error:
         raise NoFit("the model foretells no readings where a fit went") from error
-    return _Problem(sensors, points, aim, white, sigma, chosen, excess)
+    return replace(problem, expected=expected, more=more, white=white)
 
 
-def _told(problem: _Problem, found: Fitted, excess: float, believed: float) -> ModelFit:
+@record(eq=False)
+class _Likely:
+    """What the readings leave likely: `sensors` (`LIKELY`, unknowns; prior standard deviations) less the fitted one,
+    the scatter (geometric mean), and minus twice the logarithm of the likelihood at the likeliest scatter; `odd` as of
+    a `ModelFit`.
+    """
+
+    sensors: Array
+    scatter: float
+    cost: float
+    odd: Array
+
+
+def _likely(problem: _Problem, found: Fitted) -> _Likely:
+    """Sensors and scatter that the readings leave likely, to first order about a fit.
+
+    Unknowns that a fit does not look for are among them. The likelihood of a scatter is integrated over all unknowns,
+    and sensors are drawn for scatters as often as these are likely (Gelman, Bayesian Data Analysis, 2013, 5.4).
+    """
+    used = np.zeros(len(problem.sigma))
+    used[problem.chosen] = found.values
+    slopes = _all_slopes(problem, found, used * problem.sigma)
+    off = problem.off(used * problem.sigma) - slopes @ used  # as if it were linear: what no error at all would leave
+    costs, centres, roots, odd = [], [], [], []
+    for scatter in SCATTERS:
+        covariance = problem.expected + scatter**2 * problem.more
+        white = whiteners(covariance)
+        left, slope = (white @ off[..., None]).ravel(), (white @ slopes).reshape(off.size, -1)
+        normal = np.eye(len(used)) + slope.T @ slope
+        inverse = np.linalg.inv(normal)
+        centre = -inverse @ slope.T @ left
+        centres.append(centre)
+        roots.append(np.linalg.cholesky(0.5 * (inverse + inverse.T)))
+        costs.append(float(np.linalg.slogdet(covariance)[1].sum() + np.linalg.slogdet(normal)[1]
+                           + left @ (left + slope @ centre)))
+        odd.append(_beside_others(white, slope.reshape(*off.shape, -1), inverse, left + slope @ centre))
+    weights = _weights(np.array(costs))
+    number = np.searchsorted(np.cumsum(weights), (np.arange(LIKELY) + 0.5) / LIKELY).clip(max=len(SCATTERS) - 1)
+    drawn = np.random.default_rng(LIKELY_SEED).normal(size=(LIKELY, len(used)))
+    sensors = np.array(centres)[number] - used + np.einsum("nij,nj->ni", np.array(roots)[number], drawn)
+    alone, chance = (np.array(part) for part in zip(*odd, strict=True))
+    others = _weights(np.array(costs)[:, None] - alone)  # of scatters, (scatters, n), by the other points
+    chances = np.maximum(np.einsum("sn,snc->nc", others, chance), 1e-300)
+    return _Likely(sensors, float(np.exp(weights @ np.log(SCATTERS))), min(costs),
+                   -np.vectorize(NormalDist().inv_cdf)(0.5 * chances))
+
+
+def _weights(costs: Array) -> Array:
+    """How likely scatters are, of a sum of 1, by minus twice the logarithm of their likelihoods (scatters, ...)."""
+    weights = np.exp(-0.5 * (costs - costs.min(axis=0)))
+    return np.asarray(weights / weights.sum(axis=0))
+
+
+def _all_slopes(problem: _Problem, found: Fitted, errors: Array) -> Array:
+    """Change of `off` with every unknown (n, coils, unknowns), those that a fit does not look for among them. Raises
+    NoFit where that is not finite.
+    """
+    chosen, slopes = problem.chosen, np.empty((*problem.aim.shape, len(errors)))
+
+    def off(values: Array) -> Array:
+        moved = errors.copy()
+        moved[~chosen] += values * problem.sigma[~chosen]
+        return problem.off(moved).ravel()
+
+    none = np.zeros(int(np.sum(~chosen)))
+    slopes[..., chosen] = np.linalg.solve(problem.white, found.slopes.reshape(*problem.aim.shape, -1))
+    slopes[..., ~chosen] = _slopes(off, none, off(none), CONSIDERED).reshape(*problem.aim.shape, -1)
+    if not np.all(np.isfinite(slopes)):
+        raise NoFit("a fit ended where the pad bears no more")
+    return slopes
+
+
+def _beside_others(white: Array, slope: Array, inverse: Array, left: Array) -> tuple[Array, Array]:
+    """Minus twice the logarithm of each point's likelihood after the others (n), and the chance (n, coils) that one
+    coil's reading is so far off what all others foretell; to first order, by the inverse of the readings' covariance.
+    """
+    pulled = np.einsum("ndc,nd->nc", white, left.reshape(white.shape[:2]))
+    own = np.eye(white.shape[1]) - slope @ inverse @ np.swapaxes(slope, 1, 2)
+    precision = np.swapaxes(white, 1, 2) @ own @ white
+    alone = (np.einsum("nc,nc->n", pulled, np.linalg.solve(precision, pulled[..., None])[..., 0])
+             - np.linalg.slogdet(precision)[1])
+    far = np.abs(pulled) / np.sqrt(np.einsum("ncc->nc", precision))
+    return alone, np.vectorize(math.erfc)(far / math.sqrt(2.0))
+
+
+def _told(problem: _Problem, found: Fitted, likely: _Likely) -> ModelFit:
     """The fit as it is told: what every unknown came to, how sure it is, and what every point is off by."""
     sensors, points, count = problem.sensors, problem.points, len(problem.points)
-    errors = _errors(found.values, problem.sigma, problem.chosen)
+    errors = problem.errors(found.values)
+    expected = sensors.charted if points.loads is None else float(
+        np.sqrt(np.mean(load_errors(sensors, points.loads[~points.at_rest]) ** 2)))
+    excess = math.hypot(1.0, likely.scatter / expected)
     alone, own = left_out(found, count)
     left = found.residuals.reshape(count, -1)
     pulled = np.einsum("ndc,nd->nc", problem.white, left)
@@ -263,28 +323,8 @@ def _told(problem: _Problem, found: Fitted, excess: float, believed: float) -> M
     moved, sure = np.zeros(len(problem.sigma)), np.ones(len(problem.sigma))
     moved[problem.chosen] = found.values
     sure[problem.chosen] = np.sqrt(np.diag(found.covariance))
-    return ModelFit(errors, moved, sure, _open(problem, found), excess, believed, force, reading, pulled / weight,
-                    problem.excess * np.abs(pulled) / np.sqrt(weight), found.settled, 0.0)
-
-
-def _open(problem: _Problem, found: Fitted) -> Array:
-    """Covariance (unknowns, unknowns; prior standard deviations) of what a fit leaves open: what it is unsure of, and
-    what the unknowns that it does not look for put into those that it does ("consider" parameters: Schmidt, Advances in
-    Control Systems 3, 1966).
-    """
-    sensors, errors = problem.sensors, _errors(found.values, problem.sigma, problem.chosen)
-    here, slopes = np.log(foretold(sensors, errors, problem.points)), []
-    for k in np.flatnonzero(~problem.chosen):
-        moved = errors.copy()
-        moved[k] += CONSIDERED * problem.sigma[k]
-        apart = tared(np.log(foretold(sensors, moved, problem.points)) - here, problem.points.at_rest)
-        slopes.append(np.einsum("ncd,nd->nc", problem.white, -apart / CONSIDERED).ravel())
-    covariance = np.eye(len(problem.sigma))
-    into = -found.covariance @ found.slopes.T @ np.array(slopes).reshape(-1, len(found.residuals)).T
-    covariance[np.ix_(problem.chosen, problem.chosen)] = found.covariance + into @ into.T
-    covariance[np.ix_(problem.chosen, ~problem.chosen)] = into
-    covariance[np.ix_(~problem.chosen, problem.chosen)] = into.T
-    return np.asarray(covariance)
+    return ModelFit(errors, moved, sure, likely.sensors, likely.scatter, excess, force, reading, pulled / weight,
+                    likely.odd, found.settled, likely.cost)
 
 
 def left_out(found: Fitted, count: int) -> tuple[Array, Array]:

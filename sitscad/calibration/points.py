@@ -78,14 +78,21 @@ def foretold(sensors: Sensors, errors: Array, points: Points, exact: bool = Fals
 
 
 def load_slopes(sensors: Sensors, errors: Array, loads: Array) -> Array:
-    """Change of ln f with the force on every axis, in full scales: (n, coils, axes). Differences go inwards."""
+    """Change of ln f with the force on every axis, in full scales: (n, coils, axes). Differences go inwards where loads
+    are large, and where the pad bears no more.
+    """
     scale, found = sensors.range.full_scales, []
     here = np.log(sensors.under(errors, loads))
     for column, size in zip(sensors.range.columns, scale, strict=True):
         step = np.where(loads[:, column] > 0.5 * size, -STEP, STEP)
-        moved = loads.copy()
-        moved[:, column] += step * size
-        found.append((np.log(sensors.under(errors, moved)) - here) / step[:, None])
+        back = np.where((column > 0) | (loads[:, column] > STEP * size), -step, step)
+        for way in (step, back):
+            moved = loads.copy()
+            moved[:, column] += way * size
+            slope = (np.log(sensors.under(errors, moved)) - here) / way[:, None]
+            if np.all(np.isfinite(slope)):
+                break
+        found.append(slope)
     return np.stack(found, axis=2)
 
 
@@ -103,9 +110,11 @@ def unknown_slopes(sensors: Sensors, loads: Array, of_all: bool = False, errors:
     return np.stack(found, axis=2)
 
 
-def whiteners(sensors: Sensors, errors: Array, points: Points, more: float = 1.0) -> Array:
-    """Matrices (n, coils, coils) that turn errors of `tared` ln f into independent ones of unit size: noise of the
-    converter, what the chart may be off by, and what loads are off by; those last two `more` times as large.
+def covariances(sensors: Sensors, errors: Array, points: Points) -> tuple[Array, Array]:
+    """Covariances (n, coils, coils) of the errors of `tared` ln f, and the covariances that a scatter of 1 adds.
+
+    The first are noise of the converter, errors of the chart and the expected errors of loads. The scatter is one sigma
+    of what loads are off by on every axis beyond that, in full scales; for poses, of changes from rest, in parts.
     """
     here = np.log(foretold(sensors, errors, points))
     rest = np.log(
@@ -114,15 +123,21 @@ def whiteners(sensors: Sensors, errors: Array, points: Points, more: float = 1.0
     )
     read = np.square(points.noisier * sensors.of_mean(int(usual("readings"))))
     noise = np.where(points.at_rest[:, None], AT_REST**2, 2.0 * read)
-    charted = np.square(more * sensors.charted * (here - rest))
-    square = np.zeros((len(points), noise.shape[1], noise.shape[1]))
+    expected, scatter = np.zeros((2, len(points), noise.shape[1], noise.shape[1]))
     diagonal = np.arange(noise.shape[1])
-    square[:, diagonal, diagonal] = noise + charted
-    if points.loads is not None:
-        sigma = more * np.where(points.at_rest, 0.0, load_errors(sensors, points.loads))
-        slopes = load_slopes(sensors, errors, points.loads) * sigma[:, None, None]
-        square += slopes @ np.swapaxes(slopes, 1, 2)
-    return np.asarray(np.linalg.inv(np.linalg.cholesky(square)))
+    expected[:, diagonal, diagonal] = noise + np.square(sensors.charted * (here - rest))
+    if points.loads is None:
+        scatter[:, diagonal, diagonal] = np.square(here - rest)
+    else:
+        slopes = load_slopes(sensors, errors, points.loads)
+        scatter = slopes @ np.swapaxes(slopes, 1, 2) * ~points.at_rest[:, None, None]
+        expected += scatter * np.square(load_errors(sensors, points.loads))[:, None, None]
+    return expected, scatter
+
+
+def whiteners(covariance: Array) -> Array:
+    """Matrices (n, coils, coils) that turn errors of a covariance into independent ones of unit size."""
+    return np.asarray(np.linalg.inv(np.linalg.cholesky(covariance)))
 
 
 def noisier(points: Points, expected: Array) -> float:
@@ -201,7 +216,7 @@ def plan(sensors: Sensors, count: int) -> Plan:
     none, put_on = np.zeros(len(sensors.known)), np.vstack([np.zeros((1, 3)), loads])
     rest = np.arange(len(put_on)) == 0
     points = Points(put_on, None, sensors.under(none, put_on), rest)
-    slopes = whiteners(sensors, none, points) @ tared(unknown_slopes(sensors, put_on), rest)
+    slopes = whiteners(covariances(sensors, none, points)[0]) @ tared(unknown_slopes(sensors, put_on), rest)
     facts = np.asarray(np.swapaxes(slopes, 1, 2) @ slopes)
     chosen = _exchanged(facts, _greedy(facts, [0], count))
     order = _greedy(facts, [0], count, among=chosen[1:])

@@ -109,9 +109,10 @@ def estimate(
       sigma          one standard deviation of manufacture: two boards of three lie
                      within it.
 
-    Exit code: 0 no errors, 1 the checks found errors (see `sitscad check`), 2 the spec cannot be read.
+    Exit code: 0 no errors, 1 the checks found errors (see `sitscad check`) or the tolerance is not met, 2 the spec
+    cannot be read.
     """  # noqa: D301 - click asks for the control character itself
-    from sitscad.estimates import METHODS
+    from sitscad.estimates import METHODS, missed_tolerance
     from sitscad.estimates.at_frequency import FrequencyError, coils_at
     from sitscad.inspection import as_configured, unreadable
     from sitscad.opening import opened, policy_for
@@ -146,11 +147,10 @@ def estimate(
         say(f"no performance: {reason}")
     cells = design.cells_document if performance else None
     print_result(show(spec, estimates, checked, coloured(sys.stdout), felt, design.most_signal, cells, coils))
-    worst = max(estimates.coils, key=lambda coil: coil.inductance_error)
-    if tolerance is not None and worst.inductance_error > tolerance:
-        asked = f"the method {method} does not meet" if method else "no method meets"
-        say(f"{asked} a tolerance of {tolerance:g} for this coil: {worst.method} states {worst.inductance_error:.2g}")
-    return exit_code_of(checked, spec)
+    missed = () if tolerance is None else missed_tolerance(estimates, tolerance, method)
+    for note in missed:
+        say(note)
+    return exit_code_of(checked, spec) or bool(missed)
 
 
 RESPONSE_WORDS = """
@@ -208,7 +208,8 @@ What the sensor feels (--performance), at rest, half and full load:
     "--frequency", metavar="FREQUENCY",
     help="Where L and R are taken, like 5MHz (default: each coil's own tank frequency).",
 )
-@click.option("--tolerance", type=RELATIVE_ERROR, help="What a map of many poses may be off by.")
+@click.option("--tolerance", type=RELATIVE_ERROR,
+              help="What a map of many poses may be off by; a larger stated error of a point is a note.")
 @click.option("--jacobian", is_flag=True, help="Add the derivatives of the frequencies by pose and load.")
 @click.option("--performance", is_flag=True, help="Say what the sensor feels, in newtons (2 to 4 s more).")
 @click.option("--cell", type=click.IntRange(1), help="Of a sensor with cells this one.")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from sitscad.arguments import checked_arguments
 from sitscad.estimates.steps import read, tune, wind, with_solved_targets
 from sitscad.estimates.values import CoilEstimate, CrossCheck, Estimates, ReadoutEstimate, StateEstimate
@@ -31,7 +33,18 @@ def estimate(
     if tolerance is not None and not tolerance > 0.0:
         raise ValueError(f"a tolerance is a number above 0, not {tolerance}")
     refuse_unusable(layout.spec)
-    return estimated(layout, method, tolerance, temperature)
+    found = estimated(layout, method, tolerance, temperature)
+    missed = () if tolerance is None else missed_tolerance(found, tolerance, method)
+    return replace(found, notes=(*missed, *found.notes))
+
+
+def missed_tolerance(found: Estimates, tolerance: float, method: str | None) -> tuple[str, ...]:
+    """The note that a tolerance of the inductance is not met. Empty if it is."""
+    worst = max(found.coils, key=lambda coil: coil.inductance_error)
+    if worst.inductance_error <= tolerance:
+        return ()
+    asked = f"the method {method} does not meet" if method else "no method meets"
+    return (f"{asked} a tolerance of {tolerance:g} for this coil: {worst.method} states {worst.inductance_error:.2g}",)
 
 
 def estimated(

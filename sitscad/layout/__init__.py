@@ -62,10 +62,11 @@ def arrange(spec: SensorSpec, searches: SearchLimit | None = None) -> Layout:
     return _placed(_assemble(level, found), spec)
 
 
-def sketch(spec: SensorSpec) -> Layout:
+def sketch(spec: SensorSpec, is_wider: bool = False) -> Layout:
     """The board at a hundredth of the cost: coils as spirals within `SKETCHED`, nothing led out or joined inside, and a
-    body with tail as they are where the narrowest board has room. How long leads will be is said by each coil's
-    `undrawn`; its windings lie about the origin, for coils differ by their places alone.
+    body with tail as they are where the narrowest board has room, or if `is_wider` as of the next wider board. How long
+    leads will be is said by each coil's `undrawn`; its windings lie about the origin, for coils differ by their places
+    alone.
     """
     level = _about_axis(spec)
     bus = bus_for(level)
@@ -75,8 +76,9 @@ def sketch(spec: SensorSpec) -> Layout:
     round_it += round_it <= -0.5 + 1e-9
     none = tuple(WoundCoil((), (), None, ()) for _ in level.array.placements)
     # a lead round a coil that stands alone takes room beside it; past several, lanes have that anyway
-    ground = boards(level, bus)[: 1 + int(bool(round_it) and len(none) == 1)][-1]
-    bare = _assemble(level, _unrouted(level, bus, none, (), ground[1]))
+    tried = list(dict.fromkeys(breadth for _, breadth in boards(level, bus)))
+    ground = tried[: 1 + int(bool(round_it) and len(none) == 1) + is_wider][-1]
+    bare = _assemble(level, _unrouted(level, bus, none, (), ground))
     pairs, found = _undrawn(level, bus, bare), _placed(bare, spec)
     coils = tuple(
         replace(coil, windings=layers[coil.placement.rotation], undrawn=pair, goes_on=(round_it, road))

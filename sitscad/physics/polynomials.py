@@ -120,15 +120,17 @@ def monomials(points: Array, powers: Exponents) -> Array:
 
 
 def chebyshev(points: Array, orders: Exponents) -> Array:
-    """Values (n, terms) of products of Chebyshev's polynomials at (n, variables) points of -1 to 1, no unit: T_n(cos t)
-    = cos(n t) (Abramowitz and Stegun 22.3.15). Points beyond count as at the end.
+    """Values (n, terms) of products of Chebyshev's polynomials at (n, variables) points, no unit: T_n(cos t) = cos(n t)
+    (Abramowitz and Stegun 22.3.15). Beyond -1 and 1 each polynomial goes on straight, by its slope at that end.
     """
-    # T_n(x) = cos(n arccos x), which keeps its digits at orders where sums of powers cancel
-    angles = np.arccos(np.clip(points, -1.0, 1.0))
+    # T_n(x) = cos(n arccos x), which keeps its digits at orders where sums of powers cancel; T_n' is n^2 at 1
+    inside = np.clip(points, -1.0, 1.0)
+    angles, beyond = np.arccos(inside), points - inside
     found = np.ones((len(points), len(orders)))
     for k in range(points.shape[1]):
-        highest = int(orders[:, k].max(initial=0))
-        found *= np.cos(angles[:, k : k + 1] * np.arange(highest + 1))[:, orders[:, k]]
+        order = np.arange(int(orders[:, k].max(initial=0)) + 1)
+        slope = np.sign(inside[:, k : k + 1]) ** (order + 1) * order**2
+        found *= (np.cos(angles[:, k : k + 1] * order) + beyond[:, k : k + 1] * slope)[:, orders[:, k]]
     return found
 
 
@@ -156,7 +158,7 @@ class Polynomial:
         return int(self.orders.sum(axis=1).max())
 
     def __call__(self, points: Array) -> Array:
-        """Values (n, outputs) at (n, variables) points; of monomials also beyond the box."""
+        """Values (n, outputs) at (n, variables) points, also beyond the box as its basis goes on there."""
         return np.asarray(self.basis(_inside(points, self.low, self.high), self.orders) @ self.coefficients)
 
     def slope(self, points: Array) -> Array:

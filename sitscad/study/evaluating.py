@@ -180,10 +180,13 @@ def _screened(spec: SensorSpec, measures: Sequence[str], policy: Policy) -> Eval
     wanted = [name for name in measures if SCREEN in MEASURES[name].levels]
     values, absent = figures(design, wanted)
     absent |= {name: IN_FULL for name in measures if name not in wanted}
+    wide = [name for name in OF_BOARD if name in values]
     if not _is_sized(spec):
-        wide = {"fit.width", "fit.length", "fit.closed_pair", "fit.spare", "board.area"} & values.keys()
         absent |= dict.fromkeys(sorted(wide), IN_FULL)
         values = {name: pair for name, pair in values.items() if name not in wide}
+    elif wide:  # leads may need the next wider board: what is drawn is one of both
+        wider, _ = figures(Design(spec, sketch(spec, is_wider=True), design.estimates), wide)
+        values |= {name: (values[name][0], abs(value - values[name][0])) for name, (value, _) in wider.items()}
     found, unknown = _decided(design)
     grave = tuple(one for one in found if one.severity is not Severity.NOTE)
     errors = screen_errors(spec.fpc.body is not None)
@@ -194,6 +197,10 @@ def _screened(spec: SensorSpec, measures: Sequence[str], policy: Policy) -> Eval
         absent, breaches(said, Severity.ERROR), breaches(said, Severity.WARNING),
         tuple(sorted(unknown)), SCREEN,
     )
+
+
+OF_BOARD = ("fit.width", "fit.length", "fit.closed_pair", "fit.spare", "board.area")
+"""Measures that the size of the board decides."""
 
 
 def _is_sized(spec: SensorSpec) -> bool:

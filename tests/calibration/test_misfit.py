@@ -13,7 +13,7 @@ from sitscad.calibration import calibrate
 from sitscad.calibration.bench_data import BenchError, read_table
 from sitscad.calibration.calibration import calibrate_by, sensors_of
 from sitscad.calibration.misfit import CAUSES, cause, far_off, pattern, turned_fit
-from sitscad.calibration.model_fit import fit_model, studentized
+from sitscad.calibration.model_fit import fit_model
 from sitscad.calibration.points import Points
 from sitscad.calibration.unknowns import WIDEST, units
 from sitscad.package.contents import calibration_files
@@ -99,7 +99,9 @@ def test_shear_loads_of_half_the_size_are_refused(design, table):
 
 
 def test_a_map_states_what_its_chart_is_off_by(sensors, foretold, hidden):
-    """A pad half as stiff goes far beyond the chart of usual ones: 6.3 % off where 2.5 % were stated."""
+    """A pad half as stiff goes far beyond the chart of usual ones: 6.3 % off where 2.5 % were stated. The chart ended
+    there, and now it goes on straight.
+    """
     own = 0.7 * hidden
     own[[one.name for one in sensors.known].index("modulus")] = -np.log(2.0)
     found = calibrate_by(
@@ -108,7 +110,7 @@ def test_a_map_states_what_its_chart_is_off_by(sensors, foretold, hidden):
     tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(25, 700)])
     read = sensors.under(own, tried, exact=True)
     off = np.sqrt(np.mean((found.map(read[1:], read[0]) - tried[1:, sensors.range.columns]) ** 2, axis=0))
-    assert np.all(off < 1.1 * found.map.error) and np.any(off > 0.02 * found.map.full_scale)
+    assert np.all(off < found.map.error) and np.all(found.map.error < 0.03 * found.map.full_scale)
 
 
 def test_usual_sensors_get_no_word(sensors, calibrated):
@@ -177,14 +179,6 @@ def test_a_table_with_one_tare_does_not_tell_of_noise(design, table, foretold):
     assert tares == [0, 5, len(rows) - 1] and len(rows) == 3 + len(foretold.plan.loads)
 
 
-def test_residuals_are_held_against_the_scatter_of_the_others():
-    """Student's t of 7 degrees of freedom at odds of 1,000 to 1, of any table: 5.408; a normal number's: 3.291."""
-    odd = np.zeros((4, 2))
-    odd[2, 1] = 5.408
-    assert studentized(odd, 7.0 + 5.408**2)[2, 1] == approx(3.291, rel=5e-3)
-    assert studentized(3.0 * odd, 9.0 * (7.0 + 5.408**2))[2, 1] == approx(3.291, rel=5e-3)
-
-
 @pytest.fixture(scope="module")
 def calibrated(sensors, bench, foretold):
     return calibrate_by(sensors, bench, foretold.form)
@@ -230,7 +224,7 @@ def test_the_stated_error_of_five_points_holds_and_is_not_slack(sensors, foretol
 def test_hysteresis_widens_what_is_stated(sensors, foretold, hidden, calibrated):
     points = simulated(sensors, hidden, foretold.plan.loads, np.random.default_rng(8), 0.0971)
     worn = calibrate_by(sensors, points, foretold.form)
-    assert worn.fit.excess > 3.0 and worn.fit.believed > 2.0
+    assert worn.fit.excess > 3.0 and worn.fit.scatter == approx(0.0971 / np.sqrt(12.0), rel=0.6)
     assert np.all(worn.map.error > 2.0 * calibrated.map.error)
 
 

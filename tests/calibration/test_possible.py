@@ -108,10 +108,10 @@ def test_a_row_that_all_others_contradict_is_refused(table, sensors):
 
 def test_loads_that_say_nothing_of_the_readings_are_refused(table, sensors, fit):
     read, points = _read(table, sensors)
-    for excess in (20.0, 60.0):
+    for excess in (30.0, 60.0):
         with pytest.raises(BenchError, match=rf"loads and readings disagree, by {excess:.0f} times"):
             require_told(read, points, sensors, replace(fit, excess=excess))
-    require_told(read, points, sensors, replace(fit, excess=6.0))  # hysteresis of a tenth of full scale
+    require_told(read, points, sensors, replace(fit, excess=14.0))  # hysteresis of a tenth of full scale
 
 
 FAR_ASIDE = """\
@@ -134,7 +134,7 @@ def test_readings_of_a_target_far_aside_are_refused_with_a_reason(table, sensors
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         found = fit_model(sensors, points)
-        assert np.all(np.isfinite(found.covariance)) and np.all(np.isfinite(found.reading_errors))
+        assert np.all(np.isfinite(found.likely)) and np.all(np.isfinite(found.reading_errors))
         with pytest.raises(BenchError, match="farthest off"):
             require_told(read, points, sensors, found)
 

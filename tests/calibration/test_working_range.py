@@ -45,3 +45,12 @@ def test_half_of_a_pad_s_thickness_is_the_force_that_moves_it_so_far(name, trave
     poses = pushed(spec, loads, np.ones(4, dtype=bool))[0]
     moved = np.hypot(poses[:, 0], poses[:, 1]) / spec.elastomer.thickness
     assert moved.max() == approx(travel, rel=0.005)
+
+
+def test_a_tall_pad_is_calibrated_no_farther_than_it_goes_half_pressed():
+    """Under 1 N with half of the normal force the pad went 2.7 times its thickness, and under neither end of it."""
+    spec = sitscad.load_text(templates.read("grasper_3p5mm"), "grasper_3p5mm.yaml")
+    found = working_range(spec)
+    assert found.shear < 0.5 < spec.requirements.shear_force and "the pad's thickness" in " ".join(found.notes)
+    loads = np.array([[share * found.normal, found.shear, 0.0] for share in (0.0, 0.5, 1.0)])
+    assert np.abs(pushed(spec, loads)[0][:, 0]).max() < 1.01 * spec.elastomer.thickness

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import sys
 
+import numpy as np
 import pytest
 
 import sitscad
@@ -46,9 +48,20 @@ def test_rules_show_every_severity(run):
 
 @pytest.mark.parametrize(("tolerance", "said"), [("1e-9", True), ("1e-2", False)])
 def test_a_tolerance_that_no_method_meets_is_said(run, tolerance, said):
+    """It was said on stderr alone: a program that read the JSON and the exit code learnt nothing of it."""
     done = run("estimate", "good.yaml", "--format", "json", "--tolerance", tolerance)
-    assert done.code == 0
+    assert done.code == int(said)
     assert ("no method meets a tolerance of 1e-09" in done.err) == said
+    notes = json.loads(done.out)["notes"]
+    assert any("no method meets a tolerance of 1e-09" in note for note in notes) == said
+
+
+def test_a_point_whose_stated_error_is_above_the_tolerance_says_so():
+    design = sitscad.Design(sitscad.load_text(templates.read("bench_7mm"), "bench_7mm.yaml"))
+    pose = np.array([[0.0, 0.0, -1e-4, 0.0, 0.0, 0.0]])
+    for tolerance, said in ((1e-9, True), (0.5, False), (None, False)):
+        notes = sitscad.respond(design, pose, tolerance=tolerance).notes[0]
+        assert any("tolerance of 1e-09" in note for note in notes) == said
 
 
 def test_a_method_that_misses_the_tolerance_is_said(run):

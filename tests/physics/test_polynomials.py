@@ -66,3 +66,16 @@ def test_slopes_are_those_of_the_polynomial():
     chart = fit(cubic, 3, monomials)
     assert chart.degree == 3
     assert chart.slope(INSIDE) == approx(slopes, rel=1e-6, abs=1e-5)
+
+
+def test_chebyshev_polynomials_go_on_straight_beyond_the_box():
+    """They ended there: a sensor beyond its chart read the same under every load, and states errors of thousands of
+    newtons.
+    """
+    chart = fit(cubic, 3, chebyshev)
+    for corner, way in ((HIGH, 1.0), (LOW, -1.0)):
+        at = np.array([corner, corner + way * 1e-6 * (HIGH - LOW), corner + way * 3.0 * (HIGH - LOW)])
+        at[:, 1] = INSIDE[0, 1]
+        here, near, far = chart(at)
+        assert far - here == approx(3e6 * (near - here), rel=1e-6)
+        assert near - here == approx(cubic(at[1:2])[0] - cubic(at[:1])[0], rel=1e-4)

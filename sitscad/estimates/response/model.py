@@ -184,7 +184,7 @@ class ResponseModel:
             counts=counts, parallel_resistance=terminals.parallel_resistance,
             amplitude=terminals.parallel_resistance * self._volts,
             strain=strain, force=None if held is None else held[0], moment=None if held is None else held[1],
-            notes=tuple(_notes(self.spec, poses, placed.lowest, strain, ran)),
+            notes=tuple(_notes(self.spec, poses, placed.lowest, strain, ran, errors, tolerance)),
             gap=float(target_gap(self.spec) or math.nan), glue=target_lines(self.spec),
         )
 
@@ -372,9 +372,12 @@ TILTED = "the target is tilted by more than 5 degrees: what the pad's law says o
 
 
 def _notes(
-    spec: SensorSpec, poses: Array, lowest: Array, strain: Array | None, frequency: Array
+    spec: SensorSpec, poses: Array, lowest: Array, strain: Array | None, frequency: Array, errors: Array,
+    tolerance: float | None,
 ) -> list[tuple[str, ...]]:
-    """By pose what is to be known of it: contact, a pad pressed, sheared or tilted too far, a tank that stops."""
+    """By pose what is to be known of it: contact, a pad pressed, sheared or tilted too far, a tank that stops, a stated
+    error of a coil's change above the tolerance.
+    """
     pad, found = spec.elastomer if rests_on_pad(spec) else None, []
     for k, pose in enumerate(poses):
         notes = []
@@ -389,5 +392,9 @@ def _notes(
             notes.append(TILTED)
         if not np.all(np.isfinite(frequency[k])):
             notes.append("the tank does not oscillate")
+        worst = float(np.diagonal(errors[k]).max())
+        if tolerance is not None and worst > tolerance:
+            notes.append(f"the stated error is above the tolerance of {tolerance:g}, which limits what a map of many "
+                         f"poses adds to it: no pose is solved better than {worst:.1g}")
         found.append(tuple(notes))
     return found

@@ -110,7 +110,8 @@ def working_range(spec: SensorSpec) -> WorkingRange:
     """The loads for which a sensor is calibrated: those required, shear as far as the pad's thickness, two shears
     together within one limit. Raises NoResponse without a pad.
     """
-    found, most, notes = required_range(spec), shear_at(spec, VALID_SHEAR), []
+    found, notes = required_range(spec), []
+    most = shear_at(spec, VALID_SHEAR, (0.0, 0.5, 1.0))  # tall pads are softest in shear half pressed
     shear, held = found.shear, held_shear(spec)
     if len(found.axes) > 1 and shear > held:
         notes.append(beyond_held_shear(held))
@@ -132,12 +133,12 @@ def shared_shear_limit(shear: float) -> str:
 
 
 @lru_cache(maxsize=64)
-def shear_at(spec: SensorSpec, travel: float) -> float:
-    """The shear force (N) under which a level target travels by so many of its pad's thicknesses, with the full normal
-    force or without, along x or y, whichever is least; or under which the pad gives way.
+def shear_at(spec: SensorSpec, travel: float, presses: tuple[float, ...] = (0.0, 1.0)) -> float:
+    """The shear force (N) under which a level target travels by so many of its pad's thicknesses, along x or y and with
+    each of the `presses` (full normal forces), whichever is least; or under which the pad gives way.
     """
     pad, normal = soft_pad(spec), full_normal(spec)
-    starts = [(along, pressed) for along in (0, 1) for pressed in (0.0, normal)]
+    starts = [(along, share * normal) for along in (0, 1) for share in presses]
     return min(_sheared(pad, along, pressed, travel * pad.thickness) for along, pressed in starts)
 
 
