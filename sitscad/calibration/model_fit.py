@@ -247,7 +247,7 @@ def _likely(problem: _Problem, found: Fitted) -> _Likely:
         white = whiteners(covariance)
         left, slope = (white @ off[..., None]).ravel(), (white @ slopes).reshape(off.size, -1)
         normal = np.eye(len(used)) + slope.T @ slope
-        inverse = np.linalg.inv(normal)
+        inverse = np.asarray(np.linalg.inv(normal), dtype=float)
         centre = -inverse @ slope.T @ left
         centres.append(centre)
         roots.append(np.linalg.cholesky(0.5 * (inverse + inverse.T)))

@@ -62,9 +62,9 @@ def arrange(spec: SensorSpec, searches: SearchLimit | None = None) -> Layout:
     return _placed(_assemble(level, found), spec)
 
 
-def sketch(spec: SensorSpec, is_wider: bool = False) -> Layout:
+def sketch(spec: SensorSpec, wider: int = 0) -> Layout:
     """The board at a hundredth of the cost: coils as spirals within `SKETCHED`, nothing led out or joined inside, and a
-    body with tail as they are where the narrowest board has room, or if `is_wider` as of the next wider board. How long
+    body with tail as they are where the narrowest board has room, or of a board `wider` by so many steps. How long
     leads will be is said by each coil's `undrawn`; its windings lie about the origin, for coils differ by their places
     alone.
     """
@@ -77,7 +77,7 @@ def sketch(spec: SensorSpec, is_wider: bool = False) -> Layout:
     none = tuple(WoundCoil((), (), None, ()) for _ in level.array.placements)
     # a lead round a coil that stands alone takes room beside it; past several, lanes have that anyway
     tried = list(dict.fromkeys(breadth for _, breadth in boards(level, bus)))
-    ground = tried[: 1 + int(bool(round_it) and len(none) == 1) + is_wider][-1]
+    ground = tried[: 1 + int(bool(round_it) and len(none) == 1) + wider][-1]
     bare = _assemble(level, _unrouted(level, bus, none, (), ground))
     pairs, found = _undrawn(level, bus, bare), _placed(bare, spec)
     coils = tuple(

@@ -184,8 +184,8 @@ def _screened(spec: SensorSpec, measures: Sequence[str], policy: Policy) -> Eval
     if not _is_sized(spec):
         absent |= dict.fromkeys(sorted(wide), IN_FULL)
         values = {name: pair for name, pair in values.items() if name not in wide}
-    elif wide:  # leads may need the next wider board: what is drawn is one of both
-        wider, _ = figures(Design(spec, sketch(spec, is_wider=True), design.estimates), wide)
+    elif wide:  # leads may need a wider board
+        wider, _ = figures(Design(spec, sketch(spec, WIDER), design.estimates), wide)
         values |= {name: (values[name][0], abs(value - values[name][0])) for name, (value, _) in wider.items()}
     found, unknown = _decided(design)
     grave = tuple(one for one in found if one.severity is not Severity.NOTE)
@@ -201,6 +201,8 @@ def _screened(spec: SensorSpec, measures: Sequence[str], policy: Policy) -> Eval
 
 OF_BOARD = ("fit.width", "fit.length", "fit.closed_pair", "fit.spare", "board.area")
 """Measures that the size of the board decides."""
+
+WIDER = 2  # Steps by which a board may be wider than its sketch; one was the most of 360 designs that could be led out
 
 
 def _is_sized(spec: SensorSpec) -> bool:
