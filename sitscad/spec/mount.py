@@ -240,6 +240,13 @@ class Mount(Section):
         return self.jaw.material if self.jaw is not None else self.backing
 
     @property
+    def metal_thickness(self) -> float | None:
+        """How thick that metal is (m), away from the sensor; None where only a STEP file says so, or without metal."""
+        if self.jaw is not None:
+            return self.jaw.height
+        return self.finger.size[1] if self.finger is not None and self.backing is not None else None
+
+    @property
     def is_jaw_unmeasured(self) -> bool:
         """Whether its jaw is known by a STEP file alone, without a figure that rules could go by."""
         return self.kind == "grasper-pad" and self.jaw is None

@@ -32,6 +32,7 @@ from sitscad.scene.bodies import Body, metal_face, room_behind, shield_span, tar
 from sitscad.scene.state import FREE, PRESSED, REST, REST_POSE, Pose, State
 from sitscad.spec.materials import Conductor
 from sitscad.spec.sensor import SensorSpec
+from sitscad.units import show
 
 
 @record
@@ -158,8 +159,8 @@ def metal_behind(spec: SensorSpec, without_jaw: bool = False) -> Reflector | Non
         plates.append(_plate(spec.shield.material, spec.shield.thickness))
         if material is not None and metal is not None and sheet[0] - metal > CONTACT:
             plates.append(MetalLayer(0.0, 1.0, sheet[0] - metal))
-    if material is not None:
-        plates.append(_plate(material))
+    if material is not None and spec.mount is not None:
+        plates.append(_plate(material, spec.mount.metal_thickness or math.inf))
     nearest = sheet[1] if sheet is not None else metal if metal is not None else 0.0
     return Reflector(-nearest, tuple(plates)) if plates else None
 
@@ -175,11 +176,15 @@ def _notes(spec: SensorSpec, compression: Compression | None) -> list[str]:
     if spec.elastomer is not None and not rests_on_pad(spec):
         notes.append(f"no state pressed: {BESIDE_PAD}")
     if spec.mount is not None and spec.mount.metal is not None:
-        whose = "finger" if spec.mount.finger is not None else "jaw"
-        notes.append(f"the {whose}'s metal enters as an endless half-space behind the board")
+        whose, thickness = "finger" if spec.mount.finger is not None else "jaw", spec.mount.metal_thickness
+        if thickness is None:
+            notes.append(f"the {whose}'s metal enters as endlessly wide and deep: nothing in the spec says how thick it is")
+        else:
+            notes.append(f"the {whose}'s metal enters as an endlessly wide plate, {show(thickness, 'm')} thick as in its "
+                         "middle, with air behind it")
         if spec.mount.jaw is not None and spec.mount.jaw.fenestration is not None:
             notes.append(
-                "the jaw's window is solved as an opening through that half-space, as deep as the jaw is; how far off "
+                "the jaw's window is solved as an opening through endless metal, as deep as the jaw is; how far off "
                 "that may be is in the errors of states and signals"
             )
     return notes

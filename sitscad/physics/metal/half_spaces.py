@@ -40,7 +40,7 @@ def reflection(wave_numbers: Array, frequency: float | Array, plates: Sequence[M
     unit. At one frequency (Hz), or at (n, 1) of them and then (n, wave numbers). Transmission-line recursion of the
     surface admittance alpha / mu_r with alpha^2 = k^2 + i omega mu sigma (Dodd and Deeds 1968, for two layers; any
     number derived here from the same continuity), from the last plate (vacuum behind it unless it is a half-space) to
-    the first. The result cannot be written to.
+    the first; a plate of `OPAQUE` depths or more is a half-space. The result cannot be written to.
     """
     k, at = np.asarray(wave_numbers, dtype=float), np.asarray(frequency, dtype=float)
     solve = _reflection if k.size * at.size <= KEPT else _reflection.__wrapped__
@@ -49,6 +49,10 @@ def reflection(wave_numbers: Array, frequency: float | Array, plates: Sequence[M
 
 KEPT = 1 << 13
 """Factors of one stack up to which they are kept: states, tanks and poses ask again and again for one metal's."""
+
+
+OPAQUE = 18.0
+"""Decay lengths of a plate beyond which nothing behind it is seen: exp(-2 x 18) is less than a rounding error."""
 
 
 @lru_cache(maxsize=64)
@@ -64,7 +68,7 @@ def _reflection(
     for plate in reversed(plates):
         alpha = np.sqrt(k * k + 2j * math.pi * frequency * MU0 * plate.permeability * plate.conductivity)
         own = alpha / plate.permeability
-        if math.isinf(plate.thickness):
+        if math.isinf(plate.thickness) or (alpha.size and float(alpha.real.min()) * plate.thickness > OPAQUE):
             admittance = own
             continue
         decay = np.exp(-2.0 * alpha * plate.thickness)
