@@ -81,6 +81,6 @@ def test_thin_poor_jaw_does_not_lose_what_a_deep_one_does():
 
 
 def test_finger_of_metal_is_as_thick_as_it_is_high():
-    finger = TEXT.replace("{standoff: 0.5}", "{kind: fingertip, standoff: 0.5, finger: {size: [16, 10], material: brass}}")
-    (plate,) = metal_behind(load_text(finger, "finger.yaml")).plates
+    finger = "{kind: fingertip, standoff: 0.5, finger: {size: [16, 10], material: brass}}"
+    (plate,) = metal_behind(load_text(TEXT.replace("{standoff: 0.5}", finger), "finger.yaml")).plates
     assert plate.thickness == approx(10e-3, rel=1e-9)

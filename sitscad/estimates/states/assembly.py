@@ -178,10 +178,10 @@ def _notes(spec: SensorSpec, compression: Compression | None) -> list[str]:
     if spec.mount is not None and spec.mount.metal is not None:
         whose, thickness = "finger" if spec.mount.finger is not None else "jaw", spec.mount.metal_thickness
         if thickness is None:
-            notes.append(f"the {whose}'s metal enters as endlessly wide and deep: nothing in the spec says how thick it is")
+            notes.append(f"the {whose}'s metal enters as endlessly wide and deep: the spec has no thickness of it")
         else:
-            notes.append(f"the {whose}'s metal enters as an endlessly wide plate, {show(thickness, 'm')} thick as in its "
-                         "middle, with air behind it")
+            notes.append(f"the {whose}'s metal enters as an endlessly wide plate of the thickness in its middle, "
+                         f"{show(thickness, 'm')}, with air behind it")
         if spec.mount.jaw is not None and spec.mount.jaw.fenestration is not None:
             notes.append(
                 "the jaw's window is solved as an opening through endless metal, as deep as the jaw is; how far off "
