@@ -14,7 +14,7 @@ from sitscad.calibration.inverse_map import BEYOND, InverseMap, MapForm, changes
 from sitscad.calibration.model_fit import ModelFit
 from sitscad.calibration.points import load_slopes, unknown_slopes
 from sitscad.calibration.sensors import Sensors
-from sitscad.calibration.unknowns import units
+from sitscad.calibration.unknowns import stratified, units
 from sitscad.physics.polynomials import POINTS_A_TERM, exponents, monomials
 from sitscad.record import record
 
@@ -147,7 +147,7 @@ def best(tried: Sequence[Tried]) -> Tried:
 LEARNT, ASKED = 240, 80  # Loads that a map is fitted to, and others on which it is tried
 SENSORS, SEED = 6, 7  # Simulated sensors by which a form is chosen, and the seed of their errors
 
-SCATTERED, SCATTER_SEED = 24, 8
+SCATTERED, SCATTER_SEED = 64, 8
 """Simulated sensors by which the error of the drawn sensor's map on others is found, and the seed of their errors."""
 
 SOLVED, DEGREE = 40, 3  # Loads that are solved, not charted, for a sensor's own map, and the degree of what that adds
@@ -190,7 +190,7 @@ def chosen_form(sensors: Sensors) -> tuple[Tried, tuple[Tried, ...]]:
 def error_on_others(sensors: Sensors, found: InverseMap) -> Array:
     """Errors (axes; N), rms, of a map on sensors as they are made, each after its own tare."""
     loads, square = sensors.range.inside(ASKED // 2, LEARNT), []
-    for errors in units(sensors.known, SCATTERED, SCATTER_SEED):
+    for errors in stratified(sensors.known, SCATTERED, SCATTER_SEED):
         other = samples(sensors, errors, loads)
         square.append((found(other.readings, other.rest) / sensors.range.full_scales - other.forces) ** 2)
     return np.asarray(np.sqrt(np.mean(square, axis=(0, 1))) * sensors.range.full_scales)

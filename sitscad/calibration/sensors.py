@@ -16,7 +16,7 @@ from sitscad.calibration.unknowns import POSE_ERRORS, WIDEST, Unknown, named, un
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.pad import NoResponse, pushed
 from sitscad.estimates.response.working_range import WorkingRange, working_range
-from sitscad.estimates.scatter import with_modulus, with_pad
+from sitscad.estimates.units_made import with_modulus, with_pad
 from sitscad.mechanics.motion import angles, rotations
 from sitscad.mechanics.pad import HELD_SHEAR, HELD_STRAIN
 from sitscad.physics.polynomials import POINTS_A_TERM, Polynomial, chebyshev, exponents, least_squares, spread

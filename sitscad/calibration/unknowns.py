@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import cache
+from statistics import NormalDist
 
 import numpy as np
 
@@ -11,7 +12,17 @@ from sitscad.arrays import Array
 from sitscad.data import rows
 from sitscad.estimates.response.pad import soft_pad
 from sitscad.estimates.response.plate import USUAL as CHANGE_SIGMA
-from sitscad.estimates.scatter import CAPACITOR, CLOCK, OFFSET_X, OFFSET_Y, TILT_X, TILT_Y, YAW, coil_scatter
+from sitscad.estimates.scatter import (
+    CAPACITOR,
+    CLOCK,
+    OFFSET_X,
+    OFFSET_Y,
+    TILT_X,
+    TILT_Y,
+    YAW,
+    behind_scatter,
+    coil_scatter,
+)
 from sitscad.estimates.states.pressing import GLUE, MODULUS, PAD
 from sitscad.estimates.uncertainty import sigmas
 from sitscad.estimates.values import Estimates
@@ -56,12 +67,13 @@ def unknowns(spec: SensorSpec, estimates: Estimates) -> tuple[Unknown, ...]:
     """All that a sensor of a design may be off by, in the order of the rows that `units` gives. Sigmas of what
     manufacture scatters are those of `estimates.scatter`, others are of the pad's law and of the model. To tilts is
     added what one end of a pad may be thicker than the other, as much as two pads differ; the coils of one board have
-    most of their inductance's scatter in common. Raises NoResponse without a pad.
+    most of their inductance's scatter in common, and metal behind them moves all. Raises NoResponse without a pad.
     """
     law, target = soft_pad(spec).sigma, spec.target
     assert target is not None
     known, (x, y) = sigmas(spec), target.size
     inductance = next((one.sigma for one in coil_scatter(estimates)), usual("coil_inductance"))
+    by_metal, of_signal = behind_scatter(estimates)
     found = [
         Unknown("gap", "m", known[PAD]),
         Unknown("glue", "m", known[GLUE]),
@@ -76,8 +88,8 @@ def unknowns(spec: SensorSpec, estimates: Estimates) -> tuple[Unknown, ...]:
         Unknown("softening", "1", law),
         Unknown("shear_curve", "1", usual("shear_curve")),
         Unknown("exponent", "1", usual("exponent"), False),
-        Unknown("inductance", "1", inductance),
-        Unknown("target_change", "1", CHANGE_SIGMA),
+        Unknown("inductance", "1", math.hypot(inductance, by_metal)),
+        Unknown("target_change", "1", math.hypot(CHANGE_SIGMA, of_signal)),
         Unknown("clock", "1", known[CLOCK], False),
     ]
     for coil in estimates.coils:
@@ -101,6 +113,16 @@ def units(known: tuple[Unknown, ...], count: int, seed: int) -> Array:
     drawn = generator.normal(size=(count, len(known)))
     while np.any(beyond := np.abs(drawn) > WIDEST):
         drawn[beyond] = generator.normal(size=int(beyond.sum()))
+    return np.asarray(drawn * np.array([one.sigma for one in known]))
+
+
+def stratified(known: tuple[Unknown, ...], count: int, seed: int) -> Array:
+    """Errors (count, unknowns; m, rad, relative) of sensors as they are made by a seed: each unknown in the middles of
+    equally likely parts of a normal distribution (a Latin hypercube), none cut off: soft pads have a long tail.
+    """
+    generator, normal = np.random.default_rng(seed), NormalDist()
+    middles = np.array([normal.inv_cdf((k + 0.5) / count) for k in range(count)])
+    drawn = np.stack([generator.permutation(middles) for _ in known], axis=1)
     return np.asarray(drawn * np.array([one.sigma for one in known]))
 
 

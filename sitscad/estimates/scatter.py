@@ -14,12 +14,24 @@ import math
 from collections.abc import Callable
 
 from sitscad.data import UNVERIFIED, is_unverified
-from sitscad.estimates.states.pressing import GLUE, MODULUS, PAD, PAD_SIZE
-from sitscad.estimates.values import Estimates
-from sitscad.record import record, replace
-from sitscad.scene.bodies import lines_below_target
-from sitscad.scene.column import WRITTEN, SizeTolerance, elastomer_tolerance, placement, usual_tolerances
-from sitscad.scene.state import FREE
+from sitscad.estimates import units_made as made
+from sitscad.estimates.states.pressing import FILM, FILM_THICKNESS, GLUE, MODULUS, PAD, PAD_SIZE, TARGET_SIZE
+from sitscad.estimates.values import CoilEstimate, Estimates
+from sitscad.record import record
+from sitscad.scene.bodies import lines_below_target, lines_over_metal, lines_over_shield, seat_spans, shield_heights
+from sitscad.scene.column import (
+    WRITTEN,
+    SizeTolerance,
+    elastomer_tolerance,
+    film_tolerance,
+    jaw_tolerance,
+    mount_tolerance,
+    placement,
+    plate_tolerance,
+    sheet_tolerance,
+    usual_tolerances,
+)
+from sitscad.scene.state import FREE, PRESSED, REST
 from sitscad.spec.circuit import LayerKind
 from sitscad.spec.sensor import SensorSpec
 
@@ -28,14 +40,14 @@ DISTANCE, DIAMETER, PERMITTIVITY = "layer distance", "diameter", "permittivity"
 CAPACITOR, CLOCK, INDUCTANCE = "capacitor", "clock", "coil inductance"
 OFFSET_X, OFFSET_Y, YAW = "target beside, x", "target beside, y", "target turned"
 TILT_X, TILT_Y = "target tilted about x", "target tilted about y"
+HEIGHT, UNDER_SHIELD = "board over shield or jaw", "shield over jaw"
+SHIELD, JAW, TARGET = "shield thickness", "jaw height", "target thickness"
 
 BOARD, UNIT, COIL = "board", "unit", "coil"
 """What has a cause to itself: the board, the assembled unit, or each of its coils."""
 
-LEAST_FACTOR = 0.05
-"""What a figure of a unit is scaled by at least, however large its sigma is."""
-
-Moved = Callable[[SensorSpec, float], SensorSpec]
+BEHIND = (HEIGHT, UNDER_SHIELD, SHIELD, JAW)
+"""Causes that move metal behind the board."""
 
 
 @record
@@ -51,7 +63,7 @@ class Cause:
     per: str
     tolerance: Callable[[SensorSpec], SizeTolerance | None]
     key: str = ""
-    moved: Moved | None = None
+    moved: made.Moved | None = None
     pose: int | None = None
     is_logarithmic: bool = False
 
@@ -98,6 +110,16 @@ def _of_pad(written: str, name: str) -> Callable[[SensorSpec], SizeTolerance | N
     return lambda spec: None if spec.elastomer is None else elastomer_tolerance(spec.assembly, written, name)
 
 
+def _plating_band(spec: SensorSpec) -> SizeTolerance | None:
+    """Of one step of plating; all of it where the fabricator does not say whether his copper contains it."""
+    stackup = spec.fpc.stackup
+    if not any(layer.plated for layer in stackup.copper):
+        return None
+    if stackup.is_plating_stated:
+        return usual_tolerances()[PLATING]
+    return SizeTolerance(stackup.plating_thickness, UNVERIFIED + "all of it: not stated whether the copper contains it")
+
+
 def _modulus_sigma(spec: SensorSpec) -> SizeTolerance | None:
     if spec.elastomer is None:
         return None
@@ -105,14 +127,76 @@ def _modulus_sigma(spec: SensorSpec) -> SizeTolerance | None:
     return SizeTolerance(material.shear_modulus_sigma, UNVERIFIED + material.source)
 
 
-def _glue_band(spec: SensorSpec) -> SizeTolerance | None:
-    """All glue below the target: of independent lines squares add up."""
-    assembly, lines = spec.assembly, lines_below_target(spec)
-    if not lines or not assembly.glue_tolerance:
+def _film_modulus_sigma(spec: SensorSpec) -> SizeTolerance | None:
+    film = spec.encapsulation
+    if film is None or spec.elastomer is None:
         return None
-    source = WRITTEN if assembly.adhesive is None else assembly.adhesive.source
-    counted = f"{lines} line{'s' if lines > 1 else ''}: "
-    return SizeTolerance(math.sqrt(lines) * assembly.glue_tolerance, counted + source)
+    return SizeTolerance(film.material.shear_modulus_sigma, UNVERIFIED + film.material.source)
+
+
+def _film_band(spec: SensorSpec) -> SizeTolerance | None:
+    film = spec.encapsulation
+    return None if film is None or spec.elastomer is None else film_tolerance(spec.assembly, film.thickness)
+
+
+def _glued(spec: SensorSpec, lines: int, piece: SizeTolerance | None = None) -> SizeTolerance | None:
+    """Glue lines, and a printed piece between them: of independent ones squares add up."""
+    assembly = spec.assembly
+    band = math.hypot(math.sqrt(lines) * assembly.glue_tolerance, 0.0 if piece is None else piece.band)
+    if not band:
+        return None
+    glue = WRITTEN if assembly.adhesive is None else assembly.adhesive.source
+    counted = f"{lines} line{'s' if lines != 1 else ''}: {glue}"
+    if piece is None or not piece.band:
+        return SizeTolerance(band, counted)
+    if not lines or not assembly.glue_tolerance:
+        return piece
+    unseen = UNVERIFIED * (is_unverified(piece.source) or is_unverified(glue))
+    return SizeTolerance(band, f"{unseen}mount: {piece.source.removeprefix(UNVERIFIED)}; glue, {counted}")
+
+
+def _glue_band(spec: SensorSpec) -> SizeTolerance | None:
+    """All glue below the target."""
+    lines = lines_below_target(spec)
+    return _glued(spec, lines) if lines else None
+
+
+def _height_band(spec: SensorSpec) -> SizeTolerance | None:
+    """What holds the board over the nearest metal behind it: a printed piece and glue. None without a mount."""
+    mount, spans = spec.mount, seat_spans(spec)
+    if mount is None or (spec.shield is None and mount.metal is None):
+        return None
+    if spec.shield is None:
+        return _glued(spec, lines_over_metal(spec), mount_tolerance(spec) if spans else None)
+    lines = lines_over_shield(spec)
+    return _glued(spec, lines, mount_tolerance(spec) if lines > 1 else None)
+
+
+def _under_shield_band(spec: SensorSpec) -> SizeTolerance | None:
+    """What holds the shield over the jaw."""
+    mount, sheet = spec.mount, shield_heights(spec)
+    if mount is None or sheet is None or mount.metal is None:
+        return None
+    printed = any(upper <= sheet[0] + 1e-9 for _, upper in seat_spans(spec))
+    return _glued(spec, lines_over_metal(spec) - lines_over_shield(spec), mount_tolerance(spec) if printed else None)
+
+
+def _shield_band(spec: SensorSpec) -> SizeTolerance | None:
+    sheet = spec.shield
+    return None if sheet is None else sheet_tolerance(spec.assembly, "shield", sheet.thickness)
+
+
+def _jaw_band(spec: SensorSpec) -> SizeTolerance | None:
+    return None if spec.jaw is None else jaw_tolerance(spec.assembly, spec.jaw.height)
+
+
+def _target_band(spec: SensorSpec) -> SizeTolerance | None:
+    sheet = spec.target
+    return None if sheet is None else sheet_tolerance(spec.assembly, "target", sheet.thickness)
+
+
+def _target_size_band(spec: SensorSpec) -> SizeTolerance | None:
+    return None if spec.target is None else plate_tolerance(spec.assembly, "target", min(spec.target.size))
 
 
 def _placement_band(spec: SensorSpec) -> SizeTolerance | None:
@@ -141,89 +225,30 @@ def _tilt_band(side: int) -> Callable[[SensorSpec], SizeTolerance | None]:
     return tolerance
 
 
-# ------------------------------------------------------------------------------------------ specs of units that are off
-
-
-def _with_width(spec: SensorSpec, off: float) -> SensorSpec:
-    coil = spec.coil
-    width = coil.trace_width * max(LEAST_FACTOR, 1.0 + off)
-    # centre lines stay, for the film of the artwork keeps the pitch
-    return replace(spec, coil=replace(coil, trace_width=width, trace_spacing=coil.pitch - width))
-
-
-def _with_layers(kind: LayerKind) -> Moved:
-    """Moves the thickness of all layers of a kind: foils and films are of one delivery."""
-
-    def moved(spec: SensorSpec, off: float) -> SensorSpec:
-        stackup = spec.fpc.stackup
-        layers = tuple(
-            replace(one, thickness=one.thickness + off * (one.thickness - one.plated)) if one.kind is kind else one
-            for one in stackup.layers
-        )
-        return replace(spec, fpc=replace(spec.fpc, stackup=replace(stackup, layers=layers)))
-
-    return moved
-
-
-def _with_capacitor(spec: SensorSpec, off: float) -> SensorSpec:
-    chosen = spec.readout.capacitance
-    return spec if chosen is None else replace(spec, readout=replace(spec.readout, capacitance=chosen * (1.0 + off)))
-
-
-def with_pad(spec: SensorSpec, off: float) -> SensorSpec:
-    """The spec with a pad thicker by so much (m)."""
-    pad = spec.elastomer
-    if pad is None:
-        return spec
-    return replace(spec, elastomer=replace(pad, thickness=max(LEAST_FACTOR * pad.thickness, pad.thickness + off)))
-
-
-def with_modulus(spec: SensorSpec, off: float) -> SensorSpec:
-    """The spec with a pad whose shear modulus has a logarithm larger by so much."""
-    pad = spec.elastomer
-    if pad is None:
-        return spec
-    material = replace(pad.material, shear_modulus=pad.material.shear_modulus * math.exp(off))
-    return replace(spec, elastomer=replace(pad, material=material))
-
-
-def _with_glue(spec: SensorSpec, off: float) -> SensorSpec:
-    """A target that stands higher by so much (m): a spec has one thickness for all its lines of glue."""
-    line = spec.assembly.glue_line + off / max(1, lines_below_target(spec))
-    return replace(spec, assembly=replace(spec.assembly, glue_line=max(0.0, line)))
-
-
-def _beside(axis: int) -> Moved:
-    def moved(spec: SensorSpec, off: float) -> SensorSpec:
-        if spec.target is None:
-            return spec
-        x, y = spec.target.offset
-        offset = (x + off, y) if axis == 0 else (x, y + off)
-        return replace(spec, target=replace(spec.target, offset=offset))
-
-    return moved
-
-
-def _turned(spec: SensorSpec, off: float) -> SensorSpec:
-    target = spec.target
-    return spec if target is None else replace(spec, target=replace(target, rotation=target.rotation + off))
-
-
 CAUSES = (
-    Cause(WIDTH, "1", BOARD, _of_table(WIDTH), "coil.trace_width", _with_width),
-    Cause(FOIL, "1", BOARD, _of_table(FOIL), "fpc.stackup.copper", _with_layers(LayerKind.COPPER)),
-    Cause(PLATING, "m", BOARD, _of_table(PLATING)),
-    Cause(DISTANCE, "1", BOARD, _of_table(DISTANCE), "fpc.stackup.dielectric", _with_layers(LayerKind.DIELECTRIC)),
-    Cause(DIAMETER, "1", BOARD, _of_table(DIAMETER)),
-    Cause(PERMITTIVITY, "1", BOARD, _of_table(PERMITTIVITY)),
-    Cause(CAPACITOR, "1", COIL, _of_converter("capacitor_tolerance"), "readout.capacitance", _with_capacitor),
-    Cause(PAD, "m", UNIT, _of_pad("elastomer", PAD), "elastomer.thickness", with_pad, pose=2),
-    Cause(PAD_SIZE, "m", UNIT, _of_pad("elastomer_size", PAD_SIZE)),
-    Cause(MODULUS, "1", UNIT, _modulus_sigma, "elastomer.modulus", with_modulus, is_logarithmic=True),
-    Cause(GLUE, "m", UNIT, _glue_band, "assembly.glue_line", _with_glue, pose=2),
-    Cause(OFFSET_X, "m", UNIT, _placement_band, "target.offset.x", _beside(0), pose=0),
-    Cause(OFFSET_Y, "m", UNIT, _placement_band, "target.offset.y", _beside(1), pose=1),
-    Cause(YAW, "rad", UNIT, _turn_band, "target.rotation", _turned, pose=5),
+    Cause(WIDTH, "1", BOARD, _of_table(WIDTH), "coil.trace_width", made.with_width),
+    Cause(FOIL, "1", BOARD, _of_table(FOIL), "fpc.stackup.copper", made.with_layers(LayerKind.COPPER)),
+    Cause(PLATING, "m", BOARD, _plating_band, "fpc.plating", made.with_plating),
+    Cause(DISTANCE, "1", BOARD, _of_table(DISTANCE), "fpc.stackup.dielectric",
+          made.with_layers(LayerKind.DIELECTRIC, LayerKind.COVERLAY)),
+    Cause(DIAMETER, "1", BOARD, _of_table(DIAMETER), "coil.outer_diameter", made.with_diameter),
+    Cause(PERMITTIVITY, "1", BOARD, _of_table(PERMITTIVITY), "fpc.stackup.permittivity", made.with_permittivity),
+    Cause(CAPACITOR, "1", COIL, _of_converter("capacitor_tolerance"), "readout.capacitance", made.with_capacitor),
+    Cause(PAD, "m", UNIT, _of_pad("elastomer", PAD), "elastomer.thickness", made.with_pad, pose=2),
+    Cause(PAD_SIZE, "m", UNIT, _of_pad("elastomer_size", PAD_SIZE), "elastomer.size", made.with_pad_size),
+    Cause(MODULUS, "1", UNIT, _modulus_sigma, "elastomer.modulus", made.with_modulus, is_logarithmic=True),
+    Cause(FILM, "1", UNIT, _film_modulus_sigma, "encapsulation.modulus", made.with_film_modulus, is_logarithmic=True),
+    Cause(FILM_THICKNESS, "m", UNIT, _film_band, "encapsulation.thickness", made.with_film),
+    Cause(GLUE, "m", UNIT, _glue_band, "assembly.glue_line", made.with_glue, pose=2),
+    Cause(HEIGHT, "m", UNIT, _height_band, "mount.standoff", made.with_height),
+    Cause(UNDER_SHIELD, "m", UNIT, _under_shield_band, "shield.standoff", made.with_room_under_shield),
+    Cause(SHIELD, "m", UNIT, _shield_band, "shield.thickness", made.with_shield),
+    Cause(JAW, "m", UNIT, _jaw_band, "mount.jaw.height", made.with_jaw),
+    Cause(TARGET, "m", UNIT, _target_band, "target.thickness", made.with_target),
+    Cause(TARGET_SIZE, "m", UNIT, _target_size_band, "target.size", made.with_target_size),
+    Cause(OFFSET_X, "m", UNIT, _placement_band, "target.offset.x", made.beside(0), pose=0),
+    Cause(OFFSET_Y, "m", UNIT, _placement_band, "target.offset.y", made.beside(1), pose=1),
+    Cause(YAW, "rad", UNIT, _turn_band, "target.rotation", made.turned, pose=5),
     Cause(TILT_X, "rad", UNIT, _tilt_band(1), pose=3),
     Cause(TILT_Y, "rad", UNIT, _tilt_band(0), pose=4),
     Cause(CLOCK, "1", UNIT, _of_converter("clock_tolerance")),
@@ -231,6 +256,9 @@ CAUSES = (
 """All causes; independent, and of mean nothing. Glue raises the target over the board without making the pad softer, as
 a thicker pad does. Where the target lies beside, tilted and turned is at rest, in the axes and signs of a pose.
 """
+
+MOVED = {cause.name: cause.moved for cause in CAUSES if cause.moved is not None}
+"""The spec of a unit that is off by one cause, by its name."""
 
 
 def scatter(spec: SensorSpec) -> dict[str, Scatter]:
@@ -259,3 +287,35 @@ def coil_scatter(estimates: Estimates) -> tuple[Scatter, ...]:
     cause = known[0][1].causes["inductance"]
     source = f"{UNVERIFIED}tolerances of the board, mostly of the {cause} (data/tolerances.csv)"
     return (Scatter(INDUCTANCE, max(share for share, _ in known), "1", COIL, source),)
+
+
+def signal_share(coil: CoilEstimate, cause: str) -> float:
+    """By what part one sigma of a cause changes what a coil reads from rest to pressed; 0 without such states."""
+    rest, pressed = coil.states.get(REST), coil.states.get(PRESSED)
+    if rest is None or pressed is None or rest.spread is None or pressed.spread is None:
+        return 0.0
+    whole = math.log(pressed.frequency / rest.frequency)
+    if abs(whole) < LEAST_SIGNAL:
+        return 0.0
+    before = rest.spread.shifts.get(cause, NOTHING)[1] / rest.frequency
+    after = pressed.spread.shifts.get(cause, NOTHING)[1] / pressed.frequency
+    return (after - before) / whole
+
+
+LEAST_SIGNAL, NOTHING = 1e-6, (0.0, 0.0, 0.0, 0.0)
+"""Change of a reading of which no part is told; and what a cause does that a state does not know."""
+
+
+def behind_scatter(estimates: Estimates) -> tuple[float, float]:
+    """One sigma, relative, of the inductance at rest and of what a coil reads of its target, by all that is behind the
+    board and by the target's thickness; of the coil that scatters most.
+    """
+    causes = (*BEHIND, TARGET)
+    inductances, signals = [0.0], [0.0]
+    for coil in estimates.coils:
+        rest = coil.states.get(REST)
+        if rest is not None and rest.spread is not None:
+            shifts = [rest.spread.shifts.get(one, NOTHING)[0] for one in causes]
+            inductances.append(math.hypot(*shifts) / rest.inductance)
+            signals.append(math.hypot(*(signal_share(coil, one) for one in causes)))
+    return max(inductances), max(signals)

@@ -25,15 +25,13 @@ from sitscad.estimates.states.assembly import AssemblyStates, assemble, warmed
 from sitscad.estimates.states.finite_target import TargetChanges, TargetShares, target_shares
 from sitscad.estimates.states.pressing import GLUE, PAD
 from sitscad.estimates.uncertainty import (
-    Slopes,
     depths_moved,
     direct_resistance_sigma,
-    inductance_slopes,
     moved_by_surroundings,
     scatter_note,
     sigmas,
+    slopes_of,
     spread,
-    thickest_copper,
     track_moves,
 )
 from sitscad.estimates.values import (
@@ -270,13 +268,14 @@ def _states(tuned: Tuned) -> dict[str, dict[str, StateEstimate]]:
     wound, tank = tuned.wound, tuned.tank
     layout, spec, winding = wound.layout, wound.spec, wound.winding
     deviations = sigmas(spec)
-    slopes = inductance_slopes(winding.spirals, layout.coils[0], spec, winding.is_rough)
     deeper = depths_moved(layout.coils[0], spec.fpc.stackup, deviations)
     found: dict[str, dict[str, StateEstimate]] = {}
     alike: dict[tuple[int, ...], str] = {}
+    moves: dict[str, Mapping[str, Mapping[str, tuple[float, float]]]] = {}
     for circuit in tuned.circuits:
         states = state_estimates(circuit, tank, tuned.readout)
-        known = found.get(alike.setdefault(tuple(map(id, circuit.reflections.values())), circuit.name))
+        first = alike.setdefault(tuple(map(id, circuit.reflections.values())), circuit.name)
+        known = found.get(first)
         if winding.is_rough and known is not None:  # they differ by their leads alone
             found[circuit.name] = {
                 name: replace(state, spread=known[name].spread, resistance_error=known[name].resistance_error,
@@ -285,9 +284,10 @@ def _states(tuned: Tuned) -> dict[str, dict[str, StateEstimate]]:
                 for name, state in states.items()
             }
             continue
-        around = moved_by_surroundings(
-            winding.spectrum, wound.assembly, states, circuit, deeper, winding.is_rough)
-        moved = Slopes(deviations, slopes, around, thickest_copper(spec))
+        if first not in moves:  # with leads of other lengths a tank runs a per cent beside: alike to a sigma
+            moves[first] = moved_by_surroundings(
+                winding.spectrum, wound.assembly, states, circuit, deeper, winding.is_rough)
+        moved = slopes_of(spec, layout.coils[0], winding, moves[first])
         for name, state in states.items():
             reflection, change, error = circuit.reflections[name], None, None
             if by_target := reflection.target_change(state.frequency).real:
@@ -348,7 +348,7 @@ def metered(layout: Layout, temperature: float, frequency: float = METER_FREQUEN
     wound = wind(layout, temperature)
     winding, spec = wound.winding, wound.spec
     circuits = coil_circuits(wound.layout, winding, wound.matrix, wound.assembly, wound.shares, wound.spared)
-    slopes = Slopes(sigmas(spec), inductance_slopes(winding.spirals, layout.coils[0], spec), {}, thickest_copper(spec))
+    slopes = slopes_of(spec, layout.coils[0], winding)
     of_direct, found = direct_resistance_sigma(spec), []
     for circuit in circuits:
         (inductance,), (resistance,) = (values.tolist() for values in circuit.exactly(FREE, np.array([frequency])))

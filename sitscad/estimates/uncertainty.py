@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -22,12 +22,14 @@ from sitscad.estimates.scatter import (
     WIDTH,
     scatter,
 )
-from sitscad.estimates.states.assembly import AssemblyStates, Surroundings, mirror
+from sitscad.estimates.states.assembly import AssemblyStates, Reflection, Surroundings, mirror
 from sitscad.estimates.values import Spread, StateEstimate
+from sitscad.estimates.winding.solved import SolvedWinding
 from sitscad.layout.board import Coil
-from sitscad.physics.constants import MU0
+from sitscad.physics.constants import MU0, skin_depth
 from sitscad.physics.inductance.mean_distance import log_mean_distance
 from sitscad.physics.inductance.spirals import SpiralLayer
+from sitscad.physics.loss.proximity import ROUGH, winding_loss
 from sitscad.physics.metal.current_spectrum import CurrentSpectrum, ring_spectrum, spiral_spectrum
 from sitscad.physics.metal.half_spaces import Reflector, distance_derivative, reflected_impedance, reflected_inductances
 from sitscad.record import kept, record, replace
@@ -39,11 +41,28 @@ THICKNESS = "copper thickness"
 SHARE, WINDOW = "share of the target", "window in the jaw"
 """Causes beside those of `scatter.CAUSES`: foil and plating together, and how far off the metal's effect may be."""
 
-EXTRA = {WIDTH: (0.18, 1.27), THICKNESS: (-0.29, 0.62)}
-"""Growth of the extra loss with the logarithm of width and thickness: shares of itself and of its growth with ln f."""
+EXTRA = {WIDTH: (0.42, 1.12), THICKNESS: (-0.35, 0.68)}
+EXTRA_BENT = {WIDTH: (-0.69, 1.82), THICKNESS: (-0.55, 0.79)}
+"""Growth of the extra loss of round coils, and of all others, with the logarithm of width and thickness: shares of
+itself and of its growth with ln f. Fitted to differences of whole solutions of eleven templates, free and at rest:
+within 0.15 of R for the logarithm. Of round coils by themselves `width_power` is asked, where they are not screened."""
+
+WIDER = 0.1
+"""By what part a winding's tracks are taken wider and narrower to see what their loss does."""
+
+ROUGHLY_SOLVED = 5.0
+"""Skin depths of width up to which rough solutions see how the loss goes with it; a depth more, and they see too
+little."""
+
+EXTRA_OF_LEADS = {WIDTH: (-0.5, 0.0), THICKNESS: (-1.0, 1.0)}
+"""The same of leads, which lie in their own field: wide ones lose like 1/w, and the more the thicker they are."""
 
 EXTRA_INDUCTANCE = {WIDTH: 2.0, THICKNESS: -0.2}
 """Share of itself, beside its growth with ln f, for the inductance that extra currents take away (within 0.3)."""
+
+OWN_CAPACITANCE = {WIDTH: 1.0, DISTANCE: -0.75}
+"""Powers with which the capacitance of winding and leads goes with the tracks' width and the films' thickness: 0.95 to
+1.1 and -0.65 to -0.8 of whole solutions."""
 
 STEP = 1.02  # Ratio of the frequencies between which the growth of the winding's loss with frequency is taken
 
@@ -124,6 +143,39 @@ def inductance_slopes(
     return {WIDTH: by_width, THICKNESS: by_thickness, DISTANCE: by_distance}
 
 
+def lead_slopes(circuit: CoilCircuit) -> dict[str, float]:
+    """Change of the leads' inductance (H) with the logarithm of each tolerance: of every stretch by its own mean
+    distance, and by that to the track in which the current comes back beside it.
+    """
+    found = dict.fromkeys((WIDTH, THICKNESS, DISTANCE), 0.0)
+    for strip in circuit.leads.strips:
+        length = strip.resistance * circuit.conductivity * strip.width * strip.thickness
+        slopes = _pair_slopes(strip.width, strip.thickness, strip.beside)
+        for name, slope in zip(found, slopes, strict=True):
+            found[name] += MU0 / (2.0 * math.pi) * length * slope
+    return found
+
+
+@lru_cache(maxsize=256)
+def _pair_slopes(width: float, thickness: float, beside: tuple[float, float] | None) -> tuple[float, float, float]:
+    """Slopes of ln(g12 / g11) by ln w, ln t and the logarithm of the films' thickness, g12 and g11 being the mean
+    distances of a track to the one beside it and to itself.
+    """
+
+    def ratio(w: float, t: float, height: float) -> float:
+        own = float(log_mean_distance(0.0, 0.0, (w, w), (t, t)))
+        return (0.0 if beside is None else float(log_mean_distance(beside[0], height, (w, w), (t, t)))) - own
+
+    away, step = 0.0 if beside is None else beside[1], 1e-3
+    films = max(away - thickness, 0.0)
+    along, up, apart = (
+        (ratio(width * (1 + w), thickness * (1 + t), away + f * films)
+         - ratio(width * (1 - w), thickness * (1 - t), away - f * films)) / (2.0 * step)
+        for w, t, f in ((step, 0.0, 0.0), (0.0, step, 0.0), (0.0, 0.0, step))
+    )
+    return along, up, apart
+
+
 @lru_cache(maxsize=1024)
 def _mean_distance_slopes(width: float, thickness: float, pitch: float, turns: float) -> tuple[float, float]:
     """Slopes d ln g / d ln w and d ln g / d ln t of a track with itself, and twice those with its first two
@@ -174,37 +226,90 @@ Between = Callable[
 """Change of inductance (H) and resistance (ohm) from one surrounding to another: see `_between`."""
 
 
+ExtraShares = Mapping[str, tuple[float, float]]
+"""Shares as in EXTRA."""
+
+
+def slopes_of(
+    spec: SensorSpec, coil: Coil, winding: SolvedWinding,
+    surroundings: Mapping[str, Mapping[str, tuple[float, float]]] | None = None,
+) -> Slopes:
+    """Slopes of a coil by its solved winding, and what is around it in its states."""
+    inductance = inductance_slopes(winding.spirals, coil, spec, winding.is_rough)
+    is_round = spec.coil.outline.is_round
+    power = width_power(winding.spirals, winding.conductivity) if is_round and not winding.is_rough else None
+    extra = EXTRA if is_round else EXTRA_BENT
+    return Slopes(sigmas(spec), inductance, surroundings or {}, thickest_copper(spec), extra, power)
+
+
+@lru_cache(maxsize=4)
+def width_power(layers: tuple[SpiralLayer, ...], conductivity: float) -> Callable[[float, float], float]:
+    """The power with which the extra loss of a winding by itself (S/m) goes with its tracks' width at a frequency (Hz),
+    by two rough solutions; of wide tracks no less than it is by its growth with the frequency, which is told, too.
+    """
+    narrow, wide = (
+        winding_loss([replace(layer, width=way * layer.width) for layer in layers], conductivity, ROUGH)
+        for way in (1.0 - WIDER, 1.0 + WIDER)
+    )
+
+    def power(frequency: float, by_growth: float) -> float:
+        less, more = (one.direct * (one.resistance_ratio(frequency) - 1.0) for one in (narrow, wide))
+        solved = (more - less) / (0.5 * (more + less) * 2.0 * WIDER)
+        depths = layers[0].width / skin_depth(frequency, conductivity)
+        return solved + min(max(depths - ROUGHLY_SOLVED, 0.0), 1.0) * max(by_growth - solved, 0.0)
+
+    return power
+
+
 @record
 class Slopes:
     """What the spread of a coil's states is made of: relative sigmas, slopes of the winding's inductance (H).
 
-    ``thickest_copper`` is by what part the thickest copper that is delivered exceeds the nominal one;
-    `surroundings` says by state and cause how much (H, ohm) one sigma of what is around the coil moves it.
+    ``thickest_copper`` is by what part the thickest copper that is delivered exceeds the nominal one; `surroundings`
+    says by state and cause how much (H, ohm) one sigma of what is around the coil moves it; `extra` is EXTRA of the
+    coil's shape, and `power` (None: by that) the `width_power` of its winding.
     """
 
     sigmas: Mapping[str, float]
     inductance: Mapping[str, float]
     surroundings: Mapping[str, Mapping[str, tuple[float, float]]]
     thickest_copper: float
+    extra: ExtraShares
+    power: Callable[[float, float], float] | None = None
 
 
-def resistance_slopes(circuit: CoilCircuit, frequency: float, crowded: tuple[float, float]) -> dict[str, float]:
+def resistance_slopes(
+    circuit: CoilCircuit, frequency: float, crowded: tuple[float, float], shares: ExtraShares
+) -> dict[str, float]:
     """Change of a circuit's resistance (ohm) with the logarithm of each tolerance at a frequency (Hz), `crowded` being
-    what eddy currents in the tracks add there and its growth (ohm; see `crowding_growth`).
+    what eddy currents in the winding's tracks add there and its growth (ohm; see `crowding_growth`).
 
     Direct resistance goes with 1/(w t). Every mode of the extra loss, s omega^2 / (1 + omega^2 tau^2), has tau like w t
     and s like w^3 t in the field of its neighbours and of their images, like w t in its own. With E the extra loss, as
     the metal about leaves it, and E' its growth per ln omega the low-frequency limit is E + E' or -E + E' for the one,
-    -E + E' for the other; the shares in EXTRA carry that on to where E' is only E, fitted to differences of whole
-    solutions (five coils, 1 to 10 MHz, within 0.15 E). Turns moved apart lose E. Tracks of the leads count as direct
-    resistance.
+    -E + E' for the other; `shares` (EXTRA) carry that on to where E' is only E. Turns moved apart lose E. Leads have an
+    extra loss of their own.
     """
     direct, (extra, growth) = circuit.resistance, crowded
-    leads = circuit.leads.resistance_at(frequency, circuit.conductivity)
-    return {
-        **{name: share * extra + more * growth - direct - leads for name, (share, more) in EXTRA.items()},
-        DIAMETER: direct - extra,
-    }
+    lead, (more_lead, of_lead) = _lead_growth(circuit, frequency)
+    found = {DIAMETER: direct - extra}
+    for name, (share, more) in shares.items():
+        own, grown = EXTRA_OF_LEADS[name]
+        found[name] = share * extra + more * growth - direct + own * more_lead + grown * of_lead - lead
+    return found
+
+
+def _lead_growth(circuit: CoilCircuit, frequency: float) -> tuple[float, tuple[float, float]]:
+    """Direct resistance (ohm) of the leads' tracks, and what they have more at a frequency (Hz), with its growth per
+    ln f.
+    """
+    at = np.array([DIRECT, frequency / STEP, frequency, frequency * STEP])
+    direct, less, here, more = circuit.leads.resistances_at(at, circuit.conductivity).tolist()
+    return direct, (here - direct, (more - less) / (2.0 * math.log(STEP)))
+
+
+DIRECT = 1.0
+"""A frequency (Hz) at which a track's resistance is that to direct current."""
 
 
 def crowding_growth(circuit: CoilCircuit, state: str, frequency: float) -> tuple[tuple[float, float], ...]:
@@ -213,6 +318,35 @@ def crowding_growth(circuit: CoilCircuit, state: str, frequency: float) -> tuple
     """
     found = circuit.crowding(state, frequency * np.array([1.0 / STEP, 1.0, STEP]))
     return tuple((float(at[1]), float(at[2] - at[0]) / (2.0 * math.log(STEP))) for at in found)
+
+
+EVEN_SQUARE = math.sqrt(0.8)
+"""One sigma of the square of what fills a band evenly, over its own variance."""
+
+
+def bends(circuit: CoilCircuit, state: StateEstimate, resistance: float, parallel: float,
+          moved: Mapping[str, tuple[float, float, float, float]], slopes: Slopes) -> tuple[float, float]:
+    """One sigma of what resistance and R_P (ohm) scatter beyond straight lines in the widths and thicknesses of tracks.
+
+    Direct resistance goes with 1/x and the extra loss E with x^p, so that of second order in x there are 2 of the one
+    and p (p - 1) of the other; p = d ln E / d ln x as in `resistance_slopes`. What that makes of R_P follows from
+    R_P = exp(a x - ln R) with its own slope a.
+    """
+    extra, growth = crowding_growth(circuit, state.state, state.frequency)[1]
+    direct = circuit.resistance + _lead_growth(circuit, state.frequency)[0]
+    of_series, of_parallel = [], []
+    for name, (share, more) in slopes.extra.items():
+        power, sigma = share + more * growth / extra if extra > 0.0 else 0.0, slopes.sigmas[name]
+        if name == WIDTH and slopes.power is not None:
+            power = slopes.power(state.frequency, power)
+        if not sigma:
+            continue
+        second = (2.0 * direct + power * (power - 1.0) * extra) / resistance
+        first, slope = (by / whole / sigma for by, whole in ((moved[name][1], resistance), (moved[name][3], parallel)))
+        half = 0.5 * EVEN_SQUARE * sigma * sigma
+        of_series.append(half * second * resistance)
+        of_parallel.append(half * (slope * slope + first * first - second) * parallel)
+    return math.hypot(*of_series), math.hypot(*of_parallel)
 
 
 def spread(circuit: CoilCircuit, tank: Tank, state: StateEstimate, slopes: Slopes) -> Spread:
@@ -233,10 +367,12 @@ def spread(circuit: CoilCircuit, tank: Tank, state: StateEstimate, slopes: Slope
         moved[name] = (by_l, by_r + growth * resistance * shift, state.frequency * shift,
                        state.parallel_resistance * loss)
     totals = [math.sqrt(math.fsum(row[k] ** 2 for row in moved.values())) for k in range(4)]
+    bent = bends(circuit, state, resistance, state.parallel_resistance, moved, slopes)
+    totals[1], totals[3] = math.hypot(totals[1], bent[0]), math.hypot(totals[3], bent[1])
     names = ("inductance", "resistance", "frequency", "parallel_resistance")
     causes = {name: max(moved, key=lambda key, k=k: abs(moved[key][k])) for k, name in enumerate(names)}  # type: ignore[misc]
     amplitude = state.amplitude * totals[3] / state.parallel_resistance
-    shifts = {name: (row[0], row[2]) for name, row in moved.items()}
+    shifts = {name: (row[0], row[2], row[1], row[3]) for name, row in moved.items()}
     by_copper = moved[THICKNESS][3] * slopes.thickest_copper / slopes.sigmas[THICKNESS]
     return Spread(totals[0], totals[1], totals[2], totals[3], amplitude, causes, shifts, by_copper)
 
@@ -245,7 +381,9 @@ def _moves(
     circuit: CoilCircuit, tank: Tank, state: StateEstimate, slopes: Slopes
 ) -> dict[str, tuple[float, float, float]]:
     """What one sigma of each cause does to inductance (H), resistance (ohm) and capacitance (F) of the tank."""
-    by_c = {DISTANCE: -circuit.self_capacitance, CAPACITOR: tank.capacitor, PERMITTIVITY: circuit.self_capacitance}
+    own = circuit.self_capacitance
+    by_c = {name: power * own for name, power in OWN_CAPACITANCE.items()}
+    by_c |= {CAPACITOR: tank.capacitor, PERMITTIVITY: own}
     tracks = track_moves(circuit, state.state, state.frequency, slopes)
     around, nothing, found = slopes.surroundings.get(state.state, {}), (0.0, 0.0), {}
     for name in dict.fromkeys((WIDTH, THICKNESS, DISTANCE, DIAMETER, CAPACITOR, PERMITTIVITY, *around)):
@@ -257,9 +395,17 @@ def _moves(
 def track_moves(circuit: CoilCircuit, state: str, frequency: float, slopes: Slopes) -> dict[str, tuple[float, float]]:
     """What one sigma of each tolerance of the tracks does to L (H) and R (ohm) of a coil at a frequency (Hz)."""
     (lost, growth), crowded = crowding_growth(circuit, state, frequency)
-    by_l, by_r = slopes.inductance, resistance_slopes(circuit, frequency, crowded)
-    found = {name: (by_l[name] + (share * lost + growth), by_r[name]) for name, share in EXTRA_INDUCTANCE.items()}
-    found[DISTANCE] = by_l[DISTANCE], 0.0
+    by_l, by_leads = slopes.inductance, lead_slopes(circuit)
+    by_r = resistance_slopes(circuit, frequency, crowded, slopes.extra)
+    if slopes.power is not None:  # of the coil by itself it is known better
+        ratios = circuit.loss.resistance_ratios(frequency * np.array([1.0 / STEP, 1.0, STEP]))
+        before, alone, after = (circuit.resistance * (ratios - 1.0)).tolist()
+        share, more = slopes.extra[WIDTH]
+        by_growth = share + more * (after - before) / (2.0 * math.log(STEP)) / alone if alone > 0.0 else 0.0
+        by_r[WIDTH] += (slopes.power(frequency, by_growth) - by_growth) * alone
+    found = {name: (by_l[name] + by_leads[name] + (share * lost + growth), by_r[name])
+             for name, share in EXTRA_INDUCTANCE.items()}
+    found[DISTANCE] = by_l[DISTANCE] + by_leads[DISTANCE], 0.0
     found[DIAMETER] = circuit.inductance - math.fsum(by_l.values()), by_r[DIAMETER]
     return {name: (slopes.sigmas[name] * a, slopes.sigmas[name] * b) for name, (a, b) in found.items()}
 
@@ -276,17 +422,23 @@ def moved_by_surroundings(
     if spectrum is None:
         return found
     between = _straight(spectrum, assembly, states) if is_rough else _between
+    crowds = {around.name: _CrowdingSlopes(circuit.reflections[around.name], around, states[around.name].frequency)
+              for around in assembly.states if around.name in states}
     for (state, cause), pair in assembly.ranges.items():
         if state in states:
-            share, lost = circuit.reflections[state].factors(states[state].frequency)
-            found[state][cause] = between(spectrum, states[state].frequency, pair, (0.5 * share, 0.5 * lost))
+            frequency = states[state].frequency
+            by_l, by_r = between(spectrum, frequency, pair, circuit.reflections[state].factors(frequency))
+            more, lost = crowds[state].between(*pair)
+            found[state][cause] = 0.5 * (by_l + more), 0.5 * (by_r + lost)
     for around in assembly.states:
         if around.name not in states:
             continue
         frequency, reflection = states[around.name].frequency, circuit.reflections[around.name]
         for cause, (above, below) in deeper.items() if around.above is not None or around.below is not None else ():
             moved = Surroundings(around.state, _further(around.above, above), _further(around.below, below))
-            found[around.name][cause] = between(spectrum, frequency, (moved, around), reflection.factors(frequency))
+            by_l, by_r = between(spectrum, frequency, (moved, around), reflection.factors(frequency))
+            more, lost = crowds[around.name].between(moved, around)
+            found[around.name][cause] = by_l + more, by_r + lost
         for cause, (more, lost) in ((SHARE, reflection.unsure(frequency)), (WINDOW, reflection.window(frequency))):
             if more or lost:
                 found[around.name][cause] = more / math.sqrt(3.0), lost / math.sqrt(3.0)
@@ -298,10 +450,10 @@ def depths_moved(coil: Coil, stackup: Stackup, sigma: Mapping[str, float]) -> di
     below a coil away from the mean of its layers' middles: what lies over and under them is thicker.
     """
     found, numbers = {}, {winding.layer for winding in coil.windings}
-    for name, kind in ((THICKNESS, LayerKind.COPPER), (DISTANCE, LayerKind.DIELECTRIC)):
+    for name, is_copper in ((THICKNESS, True), (DISTANCE, False)):
         depths, whole, number = [], 0.0, 0
         for layer in stackup.layers:
-            thickness = layer.thickness if layer.kind is kind else 0.0
+            thickness = layer.thickness if (layer.kind is LayerKind.COPPER) is is_copper else 0.0
             if layer.kind is LayerKind.COPPER:
                 number += 1
                 if number in numbers:
@@ -318,22 +470,62 @@ def _further(reflector: Reflector | None, by: float) -> Reflector | None:
 
 def _between(spectrum: CurrentSpectrum, frequency: float, pair: tuple[Surroundings, Surroundings],
              factors: tuple[complex, complex]) -> tuple[float, float]:
-    """Change of inductance (H) and resistance (ohm) from one surrounding to another; factors as of `Reflection`."""
+    """Change of inductance (H) and resistance (ohm) from one surrounding to another; factors as of `Reflection`, by
+    which what the target changes counts, and not what metal behind the board does without it.
+    """
+    omega, (share, own) = 2.0 * math.pi * frequency, factors
 
-    def impedance(above: Reflector | None, below: Reflector | None) -> tuple[float, float]:
+    def returned(above: Reflector | None, below: Reflector | None) -> complex:
+        """What metal returns (H)."""
         if above is None and below is None:
-            return 0.0, 0.0
-        return reflected_impedance(spectrum, frequency, above, below)
+            return 0j
+        more, lost = reflected_impedance(spectrum, frequency, above, below)
+        return complex(more, -lost / omega)
 
-    one, other = (impedance(around.above, around.below) for around in pair)
-    share, own = factors
-    if share == own:
-        omega = 2.0 * math.pi * frequency
-        found = share * complex(one[0] - other[0], -(one[1] - other[1]) / omega)
-        return found.real, -omega * found.imag
-    lost, other_lost = (impedance(around.above, mirror(around.below))[1] for around in pair)
-    part, more = share.real, own.real - share.real
-    return part * (one[0] - other[0]), part * (one[1] - other[1]) + more * (lost - other_lost)
+    def changed(around: Surroundings) -> complex:
+        bare = returned(None, around.below)
+        if around.above is None:
+            return bare
+        found = bare + share * (returned(around.above, around.below) - bare)
+        return found + (own - share) * 1j * returned(around.above, mirror(around.below)).imag if own != share else found
+
+    difference = changed(pair[0]) - changed(pair[1])
+    return difference.real, -omega * difference.imag
+
+
+class _CrowdingSlopes:
+    """What the winding's own eddy currents change of a state's inductance and resistance when metal moves, by slopes of
+    it with the distances above and below; nothing roughly.
+    """
+
+    def __init__(self, reflection: Reflection, around: Surroundings, frequency: float) -> None:
+        self._reflection, self._around, self._frequency = reflection, around, frequency
+
+    def between(self, one: Surroundings, other: Surroundings) -> tuple[float, float]:
+        """Change of inductance (H) and resistance (ohm) from one surrounding to another that is near it."""
+        up, down = (0.0 if a is None or b is None else a.distance - b.distance
+                    for a, b in ((one.above, other.above), (one.below, other.below)))
+        if self._reflection.is_rough or not (up or down):
+            return 0.0, 0.0
+        found = up * self._slopes[0] + down * self._slopes[1]
+        return found.real, -2.0 * math.pi * self._frequency * found.imag
+
+    @cached_property
+    def _slopes(self) -> tuple[complex, complex]:
+        """Slopes (H/m) with the distances above and below."""
+        around, at = self._around, np.array([self._frequency])
+
+        def crowding(above: Reflector | None, below: Reflector | None) -> complex:
+            return complex(self._reflection.crowding_near(at, above, below)[0])
+
+        here = crowding(around.above, around.below)
+        found = []
+        for is_above, side in ((True, around.above), (False, around.below)):
+            by = 0.0 if side is None else APART * side.distance
+            moved = _further(side, by)
+            there = crowding(moved, around.below) if is_above else crowding(around.above, moved)
+            found.append((there - here) / by if by else 0j)
+        return found[0], found[1]
 
 
 APART = 1e-2  # Part of a distance by which metal is moved to see what that does
@@ -341,9 +533,10 @@ APART = 1e-2  # Part of a distance by which metal is moved to see what that does
 
 def _straight(spectrum: CurrentSpectrum, assembly: AssemblyStates, states: Mapping[str, StateEstimate]) -> Between:
     """`_between` roughly, as the distances of what lies above and below differ, by slopes at each state."""
-    known: dict[str, list[complex]] = {}
+    known: dict[str, tuple[complex, complex, complex]] = {}
 
-    def slopes(around: Surroundings, frequency: float) -> list[complex]:
+    def slopes(around: Surroundings, frequency: float) -> tuple[complex, complex, complex]:
+        """Of what metal returns (H/m): by the distance above, and by that below with what is above and without."""
         if around.name not in known:
             above, below = around.above, around.below
 
@@ -353,10 +546,10 @@ def _straight(spectrum: CurrentSpectrum, assembly: AssemblyStates, states: Mappi
 
             here = returned(above, below)
             up, down = (0.0 if one is None else APART * one.distance for one in (above, below))
-            known[around.name] = [
-                (returned(_further(above, up), below) - here) / up if up else 0j,
-                (returned(above, _further(below, down)) - here) / down if down else 0j,
-            ]
+            lower = _further(below, down)
+            by_below = (returned(above, lower) - here) / down if down else 0j
+            bare = by_below if above is None or not down else (returned(None, lower) - returned(None, below)) / down
+            known[around.name] = (returned(_further(above, up), below) - here) / up if up else 0j, by_below, bare
         return known[around.name]
 
     def between(
@@ -364,11 +557,12 @@ def _straight(spectrum: CurrentSpectrum, assembly: AssemblyStates, states: Mappi
     ) -> tuple[float, float]:
         """Differences (H, ohm) as of `_between`, by the slopes of the state that the pair is of."""
         stated = next(around for around in assembly.states if around.name == pair[0].name)
-        moved = [
+        up, down = (
             0.0 if one is None or other is None else one.distance - other.distance
             for one, other in ((pair[0].above, pair[1].above), (pair[0].below, pair[1].below))
-        ]
-        found = factors[0] * sum(slope * by for slope, by in zip(slopes(stated, frequency), moved, strict=True))
+        )
+        by_above, by_below, bare = slopes(stated, frequency)
+        found = factors[0] * up * by_above + down * (bare + factors[0] * (by_below - bare))
         return found.real, -2.0 * math.pi * frequency * found.imag
 
     return between

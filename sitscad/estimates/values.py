@@ -81,7 +81,7 @@ class Spread:
     """One standard deviation, by the tolerances of manufacture, of a state's numbers (H, ohm, Hz, ohm, V).
 
     `causes` names the tolerance that each of them owes most to; `shifts` are what one sigma of each tolerance does to
-    inductance (H) and frequency (Hz), with its sign: states of one coil share their causes.
+    inductance (H), frequency (Hz), resistance and R_P (ohm), with its sign: states of one coil share their causes.
     ``thickest_copper`` is what the thickest copper that is delivered (foil and plating both at their ends) does to R_P
     (ohm).
     """
@@ -92,7 +92,7 @@ class Spread:
     parallel_resistance: float
     amplitude: float
     causes: Mapping[str, str] = field(default_factory=dict)
-    shifts: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    shifts: Mapping[str, tuple[float, float, float, float]] = field(default_factory=dict)
     thickest_copper: float = 0.0
 
 
@@ -160,7 +160,7 @@ class CoilEstimate:
             return None
         force /= self.press_share
         before, after = rest.spread.shifts, pressed.spread.shifts
-        nothing = (0.0, 0.0)
+        nothing = (0.0, 0.0, 0.0, 0.0)
         causes = sorted({*before, *after})
         changes = [[after.get(c, nothing)[k] - before.get(c, nothing)[k] for c in causes] for k in range(2)]
         return math.hypot(*changes[0]) / force, math.hypot(*changes[1]) / force
@@ -197,7 +197,8 @@ class CoilEstimate:
         scale = -2.0 * rest.converter_inductance / rest.frequency
         later = -2.0 * pressed.converter_inductance / pressed.frequency
         before, after = rest.spread.shifts, pressed.spread.shifts
-        moved = (later * after.get(c, (0.0, 0.0))[1] - scale * before.get(c, (0.0, 0.0))[1]
+        nothing = (0.0, 0.0, 0.0, 0.0)
+        moved = (later * after.get(c, nothing)[1] - scale * before.get(c, nothing)[1]
                  for c in sorted({*before, *after}))
         return change, math.hypot(*moved) / force
 

@@ -197,7 +197,7 @@ def film_thickness(encapsulation: Encapsulation | None) -> float:
 
 def target_lines(spec: SensorSpec) -> float:
     """Thickness (m) of the glue between the board's top face and the target's near face; 0 without a target."""
-    return spec.assembly.glue_line * lines_below_target(spec)
+    return spec.assembly.glue_line * lines_below_target(spec) + spec.assembly.offsets.target
 
 
 def lines_below_target(spec: SensorSpec) -> int:
@@ -216,18 +216,31 @@ def shield_span(spec: SensorSpec) -> Heights | None:
     sheet = shield_heights(spec)
     if sheet is None:
         return None
-    spaced = board_heights(spec.fpc.stackup)[0] - sheet[1] > 1e-9
-    down = spec.assembly.glue_line * (spec.mount is not None) * (1 + spaced)
+    down = spec.assembly.glue_line * lines_over_shield(spec) + spec.assembly.offsets.shield
     return sheet[0] - down, sheet[1] - down
+
+
+def lines_over_shield(spec: SensorSpec) -> int:
+    """How many glue lines there are between board and shield; none without a mount."""
+    sheet = shield_heights(spec)
+    if sheet is None or spec.mount is None:
+        return 0
+    return 1 + (board_heights(spec.fpc.stackup)[0] - sheet[1] > 1e-9)
+
+
+def lines_over_metal(spec: SensorSpec) -> int:
+    """How many glue lines there are between the board and the face below the mount; none without a mount."""
+    if spec.mount is None:
+        return 0
+    return len(seat_spans(spec)) + (spec.shield is not None) + (spec.mount.jaw is not None)
 
 
 def metal_face(spec: SensorSpec) -> float | None:
     """The height (m) of the face below the mount, glue lines counted (a jaw's too); None without a mount."""
-    seat, sheet = seat_heights(spec), shield_heights(spec)
-    if seat is None or spec.mount is None:
+    seat = seat_heights(spec)
+    if seat is None:
         return None
-    pieces = len(seat_spans(spec)) + (sheet is not None)
-    return seat[0] - spec.assembly.glue_line * (pieces + (spec.mount.jaw is not None))
+    return seat[0] - spec.assembly.glue_line * lines_over_metal(spec) - spec.assembly.offsets.metal
 
 
 def room_behind(spec: SensorSpec) -> float:

@@ -131,7 +131,7 @@ def _layers(layout: Layout) -> tuple[Layer, ...]:
         stacked += [*_glue_under(layer, assembly), layer]
     film, pad = film_thickness(spec.encapsulation), jaw.opposing_pad_thickness  # neither is glued
     if film:
-        stacked.append(_layer("encapsulation", film, _tolerance(assembly, "encapsulation", "film", "coated", film)))
+        stacked.append(_layer("encapsulation", film, film_tolerance(assembly, film)))
     if pad:
         moulded = _tolerance(assembly, "opposing_pad", "opposing-pad", "moulded", pad)
         stacked.append(_layer("opposing-pad", pad, moulded))
@@ -217,6 +217,18 @@ def jaw_tolerance(assembly: Assembly, size: float) -> SizeTolerance:
     return _tolerance(assembly, "jaw", "jaw", "machined", size)
 
 
+def sheet_tolerance(assembly: Assembly, part: str, thickness: float) -> SizeTolerance:
+    """Tolerance of the thickness (m) of a rolled sheet: the target or the shield."""
+    found = _tolerance(assembly, part, "sheet", "rolled", thickness)
+    return SizeTolerance(min(found.band, thickness), found.source)
+
+
+def film_tolerance(assembly: Assembly, thickness: float) -> SizeTolerance:
+    """Tolerance of the thickness (m) of the encapsulation."""
+    found = _tolerance(assembly, "encapsulation", "film", "coated", thickness)
+    return SizeTolerance(min(found.band, thickness), found.source)
+
+
 def plate_tolerance(assembly: Assembly, name: str, size: float) -> SizeTolerance:
     """Tolerance of the sides of the elastomer or the target, of a size (m)."""
     if name == "target":
@@ -236,8 +248,7 @@ def _behind(spec: SensorSpec) -> list[Layer]:
     found = [(lower, _layer(name, upper - lower, printed)) for name, (lower, upper) in spans]
     if sheet is not None and spec.shield is not None:
         thickness = spec.shield.thickness
-        rolled = _tolerance(spec.assembly, "shield", "sheet", "rolled", thickness)
-        found.append((sheet[0], _layer("shield", thickness, rolled)))
+        found.append((sheet[0], _layer("shield", thickness, sheet_tolerance(spec.assembly, "shield", thickness))))
     return [layer for _, layer in sorted(found, key=lambda entry: entry[0])]
 
 
@@ -247,7 +258,7 @@ def _above(spec: SensorSpec) -> Iterator[Layer]:
         yield _layer("elastomer", spec.elastomer.thickness, own)
     if spec.target is not None:
         thickness = spec.target.thickness
-        yield _layer("target", thickness, _tolerance(spec.assembly, "target", "sheet", "rolled", thickness))
+        yield _layer("target", thickness, sheet_tolerance(spec.assembly, "target", thickness))
 
 
 def _layer(part: str, thickness: float, tolerance: SizeTolerance) -> Layer:

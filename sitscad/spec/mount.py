@@ -274,11 +274,21 @@ class TolerancesDocument(Section):
 
 
 @record
+class HeightOffsets:
+    """Lengths (m) by which target, shield and metal behind it lie farther from the board in one unit than drawn."""
+
+    target: float = 0.0
+    shield: float = 0.0
+    metal: float = 0.0
+
+
+@record
 class Assembly(Section):
     """How the pieces are put together: what their glue and their tolerances add is checked against the port.
 
     Lengths are metres. What the adhesive says is None only until it is worked out, bore and pin where they are what is
-    usual for the port; ``tolerances`` are those of parts by name that go before those of their process.
+    usual for the port; ``tolerances`` are those of parts by name that go before those of their process. ``offsets`` are
+    none but in simulated units.
     """
 
     adhesive: Adhesive | None = key(
@@ -298,6 +308,7 @@ class Assembly(Section):
         Part(TolerancesDocument, TolerancesDocument.written),
         "half the band of a part's size, where it is not its process's", {},
     )
+    offsets: HeightOffsets = HeightOffsets()
 
     def tolerance(self, part: str) -> float | None:
         """The tolerance (m) that the spec gives a part; None where it leaves it to the part's process."""

@@ -1,7 +1,7 @@
 """Yield: the share of units, as manufacture makes them, that keep what is asked of the design.
 
-A unit is the design with every figure that scatters moved by its own draw; the board stays as it was drawn. All designs
-are made of the same draws (common random numbers), so that their yields differ by the designs alone.
+A unit is the design with every figure that scatters moved by its own draw; its board is routed as it was drawn. All
+designs are made of the same draws (common random numbers), so that their yields differ by the designs alone.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from sitscad.design import Design
 from sitscad.estimates.scatter import CAUSES
 from sitscad.finding import Severity
 from sitscad.inspection import as_configured
+from sitscad.layout.as_made import as_made
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 from sitscad.study.evaluating import figures, tidily
@@ -43,10 +44,12 @@ SPREADS = {cause.key: cause for cause in CAUSES if cause.moved is not None}
 
 @cache
 def draws(count: int) -> Array:
-    """Numbers (count, spreads) between 0 and 1 of a scrambled Sobol' set, always the same."""
+    """Numbers (count, spreads) between 0 and 1 of a Latin hypercube, always the same. A Sobol' set of so few points has
+    pairs of columns that are alike.
+    """
     from scipy.stats import qmc  # only studies
 
-    found = qmc.Sobol(len(SPREADS), scramble=True, rng=SEED).random(count)
+    found = qmc.LatinHypercube(len(SPREADS), rng=SEED).random(count)
     return np.asarray(np.clip(found, 1e-12, 1.0 - 1e-12))
 
 
@@ -72,7 +75,7 @@ def judge_units(
         chosen = nominal.estimates.readout.capacitance
         spec = replace(spec, readout=replace(spec.readout, capacitance=chosen))
     made = (unit(spec, row, own) for row in rows)
-    return list(tidily(_judged(Design(one, replace(nominal.layout, spec=one)), measures) for one in made))
+    return list(tidily(_judged(Design(one, as_made(nominal.layout, one)), measures) for one in made))
 
 
 def _judged(design: Design, measures: Sequence[str]) -> UnitJudged:
@@ -139,8 +142,9 @@ def wilson(good: int, count: int) -> tuple[float, float]:
     return max(0.0, middle - half), min(1.0, middle + half)
 
 
-BINS = 8
-"""Parts into which the draws of one spread are divided."""
+BINS, SURELY = 8, 3.5
+"""Parts into which the draws of one spread are divided; and by how many of its own sigmas an index is above what chance
+makes of it (those of a chi-square, BINS - 1 degrees of freedom) to be told."""
 
 
 def _first_order(good: Array, rows: Array) -> dict[str, float]:
@@ -155,6 +159,6 @@ def _first_order(good: Array, rows: Array) -> dict[str, float]:
         parts = np.array_split(good[np.argsort(column, kind="stable")], BINS)
         between = sum(len(part) * (float(part.mean()) - float(good.mean())) ** 2 for part in parts) / len(good)
         index = between / whole - (BINS - 1) / (len(good) - 1)
-        if index > 0.01:
+        if index > SURELY * math.sqrt(2.0 * (BINS - 1)) / (len(good) - 1):
             found[name] = index
     return dict(sorted(found.items(), key=lambda pair: -pair[1]))

@@ -78,7 +78,7 @@ def sound_boards(design: sitscad.Design, count: int, state: str, seed: int) -> n
     common = {cause: generator.normal(size=count) for cause in states[0].spread.shifts}
     found = np.array([[one.frequency] * count for one in states]).T
     for k, one in enumerate(states):
-        for cause, (_, shift) in one.spread.shifts.items():
+        for cause, (_, shift, *_) in one.spread.shifts.items():
             found[:, k] += shift * (generator.normal(size=count) if cause == CAPACITOR else common[cause])
     return found
 

@@ -14,9 +14,13 @@ import sitscad
 from sitscad import Design
 from sitscad.calibration.calibration import foretell, sensors_of
 from sitscad.estimates import scatter, uncertainty
+from sitscad.estimates.circuit.track_ends import spared_squares
 from sitscad.estimates.performance.causes import readings_of, root_sum_of_mean_squares
 from sitscad.estimates.scatter import CAPACITOR
 from sitscad.estimates.states.pressing import GLUE, MODULUS, PAD, PAD_SIZE
+from sitscad.layout.as_made import as_made
+from sitscad.scene import bodies
+from tests.validation import scatter_of_units
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
 
@@ -158,3 +162,101 @@ def test_errors_by_cause_add_up_to_those_of_simulated_units(name):
                 for each in readings_of(bench, cause, loads)]
         square += root_sum_of_mean_squares(ways) ** 2 if ways else 0.0
     assert np.sqrt(np.mean(square, axis=0)) == approx(found.map.error, rel=0.25)
+
+
+def _metal_behind(**parts):
+    """grasper_4layer with parts of its assembly changed."""
+    spec = sitscad.load(TEMPLATES / "grasper_4layer.yaml")
+    return replace(spec, **{name: replace(getattr(spec, name), **values) for name, values in parts.items()})
+
+
+def test_height_over_the_shield_scatters_by_mount_and_glue_as_the_fit_has_them():
+    """The fit check knew both, and no number moved by them."""
+    spec = _metal_behind()
+    glue, mount = spec.assembly.glue_tolerance, dict(spec.assembly.tolerances)["mount"]
+    assert _sigma(spec, scatter.HEIGHT) == approx(math.hypot(mount, math.sqrt(2.0) * glue) / math.sqrt(3.0), rel=1e-9)
+    assert _sigma(spec, scatter.UNDER_SHIELD) == approx(glue / math.sqrt(3.0), rel=1e-9), "nothing is printed there"
+    lower = _metal_behind(mount={"standoff": 1e-3})
+    assert _sigma(lower, scatter.UNDER_SHIELD) == approx(
+        math.hypot(mount, math.sqrt(2.0) * glue) / math.sqrt(3.0), rel=1e-9)
+    bare = replace(spec, shield=None)
+    assert _sigma(bare, scatter.HEIGHT) == approx(math.hypot(mount, math.sqrt(2.0) * glue) / math.sqrt(3.0), rel=1e-9)
+    assert _sigma(bare, scatter.UNDER_SHIELD) == _sigma(bare, scatter.SHIELD) == 0.0
+    assert _sigma(replace(bare, mount=None), scatter.HEIGHT) == 0.0
+
+
+def _sigma(spec, name):
+    (cause,) = (one for one in scatter.CAUSES if one.name == name)
+    return cause.sigma(spec)
+
+
+@pytest.mark.parametrize("standoff", [0.6e-3, 1e-3])
+def test_unit_with_metal_farther_away_has_it_there(standoff):
+    """Heights of one unit add to glue and pieces, and glue below the target moves nothing behind the board."""
+    spec = _metal_behind(mount={"standoff": standoff})
+    shield, metal, gap = (part(spec) for part in (bodies.shield_span, bodies.metal_face, bodies.target_gap))
+    for name, moved in ((scatter.HEIGHT, (-1.0, -1.0, 0.0)), (scatter.UNDER_SHIELD, (0.0, -1.0, 0.0)),
+                        (GLUE, (0.0, 0.0, 1.0))):
+        for off in (-10e-6, 10e-6):
+            unit = scatter.MOVED[name](spec, off)
+            found = (bodies.shield_span(unit)[1] - shield[1], bodies.metal_face(unit) - metal,
+                     bodies.target_gap(unit) - gap)
+            assert found == approx(tuple(off * way for way in moved), rel=1e-6, abs=1e-12), (name, off)
+    for off in (-10e-6, 10e-6):  # a shield grows downwards
+        unit = scatter.MOVED[scatter.SHIELD](spec, off)
+        assert bodies.shield_span(unit) == approx((shield[0] - off, shield[1]), rel=1e-9)
+        assert bodies.metal_face(unit) == approx(metal - off, rel=1e-9)
+
+
+def test_every_tolerance_that_moves_a_number_is_a_cause():
+    """All of `assembly.tolerances` but those of the board's outline and of the other jaw, which no coil sees."""
+    film = {"material": sitscad.load(TEMPLATES / "bench_7mm.yaml").elastomer.material}
+    spec = _metal_behind()
+    spec = spec if spec.encapsulation is None else replace(spec, encapsulation=replace(spec.encapsulation, **film))
+    for name in ("elastomer", "elastomer_size", "target", "target_size", "encapsulation", "shield", "mount", "jaw",
+                 "placement"):
+        none, wide = (
+            replace(spec, assembly=replace(spec.assembly, tolerances=((name, band),))) for band in (0.0, 1e-3))
+        moved = [cause.name for cause in scatter.CAUSES if cause.sigma(wide) > cause.sigma(none)]
+        assert moved, name
+
+
+def test_unit_as_made_has_its_own_copper_and_tracks(grasper):
+    """Studies moved the stack-up and left the windings as thick and as far apart as they were drawn."""
+    spec = grasper.spec
+    thick = as_made(grasper.layout, scatter.MOVED[scatter.FOIL](spec, 0.1))
+    first, drawn = thick.coils[0].windings, grasper.layout.coils[0].windings
+    assert [w.thickness for w in first] == approx([1.1 * w.thickness for w in drawn], rel=1e-9)
+    assert first[-1].z < drawn[-1].z
+    wide = as_made(grasper.layout, scatter.MOVED[scatter.WIDTH](spec, 0.1))
+    assert [t.width for t in wide.traces] == approx([1.1 * t.width for t in grasper.layout.traces], rel=1e-9)
+    assert wide.coils[0].windings[0].path == drawn[0].path, "centre lines stay"
+    radius = (wide.spec.coil.outer_diameter - wide.spec.coil.trace_width) / 2
+    assert radius == approx((spec.coil.outer_diameter - spec.coil.trace_width) / 2, rel=1e-9)
+    same = as_made(grasper.layout, spec)
+    assert same.coils[0].windings == drawn
+    assert spared_squares(same.coils[0], same) == spared_squares(grasper.layout.coils[0], grasper.layout)
+
+
+LARGEST = (scatter.WIDTH, scatter.FOIL, scatter.DISTANCE, CAPACITOR, PAD, GLUE, scatter.HEIGHT)
+
+
+@pytest.mark.parametrize("name", ["grasper_3p5mm", pytest.param("racetrack_jaw", marks=pytest.mark.slow),
+                                  pytest.param("grasper_4layer", marks=pytest.mark.slow)])
+def test_stated_sigma_of_states_is_that_of_units(name):
+    """In a jaw half of the inductance's sigma and a tenth of R_P's were missing; each cause by whole designs."""
+    design = scatter_of_units.drawn(name)
+    for state, causes in scatter_of_units.by_causes(design, (*LARGEST, scatter.PLATING)).items():
+        true = np.sqrt(np.sum(np.square(list(causes.values())), axis=0))
+        over = scatter_of_units.stated(design, state) / true
+        assert np.all((over > 0.9) & (over < 1.15)), (state, over)
+
+
+def test_simulated_sensors_scatter_by_what_is_behind_them(grasper):
+    """What a calibration takes sensors of a jaw to differ by has the height over the shield in it."""
+    known = {one.name: one.sigma for one in sensors_of(grasper.response).known}
+    rest = grasper.estimates.coils[0].states["rest"]
+    by_height = abs(rest.spread.shifts[scatter.HEIGHT][0]) / rest.inductance
+    assert by_height > 0.01
+    assert known["inductance"] > by_height
+    assert 0.0 < abs(scatter.signal_share(grasper.estimates.coils[0], scatter.HEIGHT)) < 0.1

@@ -17,6 +17,7 @@ from sitscad.estimates.signal import signals
 from sitscad.estimates.states import pressing
 from sitscad.estimates.states.pressing import GLUE, PAD
 from sitscad.estimates.uncertainty import (
+    EXTRA,
     SHARE,
     THICKNESS,
     crowding_growth,
@@ -24,6 +25,7 @@ from sitscad.estimates.uncertainty import (
     resistance_slopes,
     sigmas,
     thickest_copper,
+    width_power,
 )
 from sitscad.estimates.winding.methods import equivalent_spirals, winding_geometry
 from sitscad.layout import lay_out
@@ -130,9 +132,9 @@ def _circuit_slopes(spec, frequency):
             """None of them."""
 
             @staticmethod
-            def resistance_at(frequency, conductivity):
+            def resistances_at(frequencies, conductivity):
                 """No resistance."""
-                return 0.0
+                return 0.0 * frequencies
 
         @staticmethod
         def crowding(state, frequencies):
@@ -140,7 +142,13 @@ def _circuit_slopes(spec, frequency):
             added = loss.direct * (loss.resistance_ratios(frequencies) - 1.0)
             return loss.inductance_changes(frequencies), added
 
-    return resistance_slopes(Winding, frequency, crowding_growth(Winding, "free", frequency)[1])
+    extra, growth = crowding_growth(Winding, "free", frequency)[1]
+    found = resistance_slopes(Winding, frequency, (extra, growth), EXTRA)
+    by_growth = EXTRA[WIDTH][0] + EXTRA[WIDTH][1] * growth / extra
+    coil = lay_out(spec).coils[0]
+    power = width_power(equivalent_spirals(winding_geometry(spec.coil, coil), coil), COPPER_CONDUCTIVITY)
+    found[WIDTH] += (power(frequency, by_growth) - by_growth) * extra
+    return found
 
 
 def test_the_spread_is_that_of_a_sample():
@@ -196,14 +204,14 @@ def test_slopes_near_metal_are_those_of_the_design_solved_again(shape, monkeypat
 
 
 def test_the_recommended_design_is_driven_as_it_scatters_in_the_jaw():
-    """60 perturbed specs, solved again, scatter R at rest by 2.9 % and R_P by 3.3 % (+-0.3 %; their coils 4.5 mm apart,
-    where leads of any width go one way).
+    """Units solved as whole designs scatter R at rest by 2.8 % and R_P by 4.1 % (tests/validation/scatter_of_units.py):
+    a third of that of R_P is the height of the board over the shield.
     """
     template = Path(__file__).parents[2] / "templates" / "grasper_4layer.yaml"
     found = estimate(lay_out(load(str(template))))
     rest = found.coils[0].states["rest"]
     assert rest.spread.resistance / rest.resistance == approx(0.029, abs=0.004)
-    assert rest.spread.parallel_resistance / rest.parallel_resistance == approx(0.033, abs=0.004)
+    assert rest.spread.parallel_resistance / rest.parallel_resistance == approx(0.041, abs=0.004)
     assert found.readout.drive_code == 27
     assert rest.amplitude == approx(1.47, abs=0.01)
 

@@ -3,7 +3,7 @@ what the straight map at a working point makes of every disturbance.
 
 Units here are the quick way, by loads and causes, for checks and working points. What data sheets state of units is
 simulated: `calibration.forms.error_on_others` draws all causes at once, what the pad's law and the model are off by
-among them, as far as two sigmas. Over one range of loads the root of the sum of squares here is within a quarter of
+among them. Over one range of loads the root of the sum of squares here is within a quarter of
 that (tests/estimates/test_scatter.py).
 """
 
@@ -22,8 +22,19 @@ from sitscad.data import rows
 from sitscad.estimates.performance.bench import Bench
 from sitscad.estimates.performance.inversion import SolvedRange
 from sitscad.estimates.performance.values import AXES, along
-from sitscad.estimates.scatter import CAPACITOR, CAUSES, CLOCK, COIL, Scatter
-from sitscad.estimates.states.pressing import MODULUS, PAD, PAD_SIZE, loaded_face
+from sitscad.estimates.response.pad import soft_pad
+from sitscad.estimates.scatter import (
+    BEHIND,
+    CAPACITOR,
+    CAUSES,
+    CLOCK,
+    COIL,
+    MOVED,
+    TARGET,
+    Scatter,
+    signal_share,
+)
+from sitscad.estimates.states.pressing import FILM, FILM_THICKNESS, MODULUS, PAD, PAD_SIZE, TARGET_SIZE, loaded_face
 from sitscad.estimates.uncertainty import sigmas
 from sitscad.estimates.values import Estimates
 from sitscad.record import record
@@ -105,7 +116,12 @@ def readings_of(bench: Bench, cause: Scatter, loads: Array) -> list[list[Array]]
         pads = [replace(bench.pad, shear_modulus=bench.pad.shear_modulus * math.exp(way * cause.sigma))
                 for way in (1.0, -1.0)]
         return [[bench.readings(bench.poses(loads, each)) for each in pads]]
+    if cause.name in (*BEHIND, TARGET):  # metal changes a target's effect as it does from rest to pressed
+        nominal = bench.readings(bench.poses(loads))
+        return [[nominal * (1.0 + np.array([signal_share(coil, cause.name) for coil in bench.estimates.coils]))]]
     moved, pad = np.zeros(6), bench.pad
+    if cause.name in (FILM, FILM_THICKNESS, TARGET_SIZE):
+        pad = soft_pad(MOVED[cause.name](bench.spec, cause.sigma))
     if cause.name in MOVED_POSES:
         moved[MOVED_POSES[cause.name]] = cause.sigma
     if cause.name == PAD:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from sitscad.arrays import Array, ComplexArray
+from sitscad.estimates.scatter import BEHIND, HEIGHT, MOVED, TARGET
 from sitscad.estimates.states.pressing import (
     BESIDE_PAD,
     GLUE,
@@ -26,7 +27,7 @@ from sitscad.estimates.winding.losses import LossesNearMetal
 from sitscad.mechanics.elastomer import Compression
 from sitscad.physics.loss.resistance import conductivity_at
 from sitscad.physics.metal.current_spectrum import CurrentSpectrum
-from sitscad.physics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
+from sitscad.physics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances, reflection
 from sitscad.record import record, replace
 from sitscad.scene.bodies import Body, metal_face, room_behind, shield_span, target, target_lines
 from sitscad.scene.state import FREE, PRESSED, REST, REST_POSE, Pose, State
@@ -69,8 +70,8 @@ class AssemblyStates:
 def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None, is_rough: bool = False) -> AssemblyStates:
     """The states of the sensor: free (coil alone), rest, pressed to the required normal force.
 
-    `sigmas` are the standard deviations (m) of the elastomer's thickness and size, and of the glue below the target;
-    none when left out; roughly, the pressed pad's scatter by straight lines.
+    `sigmas` are the standard deviations (m) of what scatters by its name (`scatter.CAUSES`), none when left out;
+    roughly, the pressed pad's scatter by straight lines.
     """
     sigmas, over, behind = sigmas or {}, target(spec), metal_behind(spec)
     around, left = [Surroundings(State(FREE))], {}
@@ -108,9 +109,48 @@ def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None, is_rou
         for name, gap in gaps.items():  # what is left of the pad, and the glue, together
             gap -= lines
             between(name, GLUE, gap - sigmas[GLUE], gap + sigmas[GLUE])
+    ranges |= _metal_ranges(spec, sigmas, around[1:], (HEIGHT,) if is_rough else (*BEHIND, TARGET))
     if behind is not None:
         gaps["behind_the_board"] = room_behind(spec)
     return AssemblyStates(tuple(around), gaps, compression, tuple(_notes(spec, compression)), ranges, scatter)
+
+
+def _metal_ranges(
+    spec: SensorSpec, sigmas: Mapping[str, float], states: Sequence[Surroundings], causes: Sequence[str]
+) -> dict[tuple[str, str], tuple[Surroundings, Surroundings]]:
+    """States with one sigma less and one more of causes that change metal itself, or its height behind the board."""
+    found = {}
+    for cause in causes:
+        if not sigmas.get(cause):
+            continue
+        units = [MOVED[cause](spec, way * sigmas[cause]) for way in (-1.0, 1.0)]
+        below = [metal_behind(unit) for unit in units]
+        for drawn in states:
+            above = [drawn.above if drawn.above is None or unit.target is None else replace(
+                drawn.above, plates=(replace(drawn.above.plates[0], thickness=unit.target.thickness),))
+                for unit in units]
+            less, more = (replace(drawn, above=a, below=b) for a, b in zip(above, below, strict=True))
+            if _is_seen(less, more):
+                found[drawn.name, cause] = less, more
+    return found
+
+
+SEEN, WAVES, SEEN_AT = 1e-4, np.array([3e2, 1e3, 3e3]), 5e6
+"""Change of a reflection factor from which on metal counts as another: at waves (1/m) that coils of some millimetres
+have, and at a frequency (Hz). The jaw behind a shield, and what lies deep in a jaw, does nothing."""
+
+
+def _is_seen(one: Surroundings, other: Surroundings) -> bool:
+    """Whether coils see a difference between two surroundings."""
+    for a, b in ((one.above, other.above), (one.below, other.below)):
+        if a is None or b is None or a == b:
+            continue
+        if a.distance != b.distance:
+            return True
+        factors = (reflection(WAVES, SEEN_AT, reflector.plates) for reflector in (a, b))
+        if float(np.abs(np.subtract(*factors)).max()) > SEEN:
+            return True
+    return False
 
 
 def at_rest(spec: SensorSpec) -> Surroundings | None:
@@ -230,7 +270,10 @@ class Reflection:
 
     def crowding(self, frequencies: Array) -> ComplexArray:
         """What of it (H, complex) the winding's own eddy currents make, which see their images, too."""
-        above, below = self._around.above, self._around.below
+        return self.crowding_near(frequencies, self._around.above, self._around.below)
+
+    def crowding_near(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
+        """As `crowding`, with metal elsewhere than in this state."""
         if self._crowding is None or (above is None and below is None):
             return np.zeros(len(frequencies), dtype=np.complex128)
         full = self._crowding.changes(frequencies, above, below)

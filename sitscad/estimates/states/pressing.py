@@ -18,7 +18,8 @@ from sitscad.spec.places import cell_specs
 from sitscad.spec.sensor import SensorSpec
 
 MODULUS, PAD, PAD_SIZE, PART = "elastomer modulus", "elastomer thickness", "elastomer size", "part of the pad loaded"
-FILM, GLUE = "encapsulation modulus", "glue lines"
+FILM, FILM_THICKNESS, GLUE = "encapsulation modulus", "encapsulation thickness", "glue lines"
+TARGET_SIZE = "target size"
 BLOCK = "bonded-block formula"
 """What scatters the gap; GLUE stands beside the pressed pad, which it makes no softer. PART and BLOCK are no scatter of
 manufacture: by how much the careful strain may be too large, and what the formula of the pad's stiffness is off by."""
@@ -62,12 +63,13 @@ def _shares(one: Footprint, other: Footprint) -> bool:
 
 
 def pressed(
-    spec: SensorSpec, modulus: float = 1.0, thicker: float = 0.0, wider: float = 0.0, film: float = 1.0
+    spec: SensorSpec, modulus: float = 1.0, thicker: float = 0.0, wider: float = 0.0, film: float = 1.0,
+    thicker_film: float = 0.0,
 ) -> Compression:
     """The pad under the required normal force, carried by the target where there is one, with what is around that.
 
     For scatter: the shear modulus times a factor, the pad thicker and wider by so much (m), the film's modulus times a
-    factor.
+    factor, and the film thicker by so much (m).
     """
     pad = spec.elastomer
     assert pad is not None
@@ -76,14 +78,16 @@ def pressed(
     thickness = max(LEAST * pad.thickness, pad.thickness + thicker)
     stiffness = max(LEAST, modulus) * pad.material.shear_modulus
     force = spec.requirements.normal_force or 0.0
-    around = surround(spec, wider, film)
+    around = surround(spec, wider, film, thicker_film)
     material = pad.material
     return press_part(
         whole, face, thickness, stiffness, material.bulk_modulus, force, beside, around, material.ogden_exponent
     )
 
 
-def surround(spec: SensorSpec, wider: float = 0.0, film: float = 1.0) -> Surround | None:
+def surround(
+    spec: SensorSpec, wider: float = 0.0, film: float = 1.0, thicker_film: float = 0.0
+) -> Surround | None:
     """What is around the part of the pad that the target loads: the pad's rim and the encapsulation's film. None where
     the pad reaches beyond the target by more on one side than on another.
     """
@@ -93,7 +97,8 @@ def surround(spec: SensorSpec, wider: float = 0.0, film: float = 1.0) -> Surroun
     if spec.encapsulation is not None:
         skin = spec.encapsulation
         modulus = max(LEAST, film) * skin.material.shear_modulus
-        around = Surround(0.0, skin.thickness, modulus, skin.material.ogden_exponent)
+        thickness = max(LEAST * skin.thickness, skin.thickness + thicker_film)
+        around = Surround(0.0, thickness, modulus, skin.material.ogden_exponent)
     if over is None:
         return around
     own, middle = pad.footprint, over.footprint.centre
@@ -178,11 +183,18 @@ def pressed_cases(spec: SensorSpec, sigmas: Mapping[str, float]) -> dict[str, tu
     if around is not None and around.film:
         film = spec.encapsulation.material.shear_modulus_sigma if spec.encapsulation is not None else 0.0
         found[FILM] = pressed(spec, film=1.0 - film), pressed(spec, film=1.0 + film)
+        if thicker := sigmas.get(FILM_THICKNESS):
+            found[FILM_THICKNESS] = pressed(spec, thicker_film=-thicker), pressed(spec, thicker_film=thicker)
     found[BLOCK] = modulus(formula)
     if pad := sigmas.get(PAD):
         found[PAD] = pressed(spec, thicker=-pad), pressed(spec, thicker=pad)
     if size := sigmas.get(PAD_SIZE):
         found[PAD_SIZE] = pressed(spec, wider=-size), pressed(spec, wider=size)
+    plate = spec.target
+    if (size := sigmas.get(TARGET_SIZE)) and plate is not None:
+        less, more = (replace(spec, target=replace(plate, size=(plate.size[0] + by, plate.size[1] + by)))
+                      for by in (-size, size))
+        found[TARGET_SIZE] = pressed(less), pressed(more)
     return found | _of_part(pressed(spec), spec.elastomer.thickness)
 
 

@@ -200,6 +200,10 @@ class WindowedReflection(Reflection):
         real, whole, none = (one.crowding(frequencies) for one in (self._real, self._whole, self._none))
         return np.asarray(real + self._missing.inductance * (none - whole))
 
+    def crowding_near(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
+        """As before the whole jaw: what moves it is small."""
+        return self._real.crowding_near(frequencies, above, below)
+
     def window(self, frequency: float) -> tuple[float, float]:
         """How far off inductance (H) and resistance (ohm) may be for the window, at most, both one way."""
         more, lost = self._lacking(np.array([frequency]))
