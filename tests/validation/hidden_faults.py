@@ -199,7 +199,7 @@ def told(design: sitscad.Design, truth: Sensors, own: Array, table: Table) -> tu
 def said(found: Calibration) -> Iterator[str]:
     """What its notes say of a fault, in short."""
     for note in found.remarks:
-        yield note.partition(",")[0]
+        yield note.partition(",")[0].rpartition("/")[2]  # of a path its file
     assert found.fit is not None
     if any(note.startswith("loads and model were off") for note in found.notes):
         yield f"loads and model were off by {found.fit.excess:.1f} times what is expected"
