@@ -79,10 +79,11 @@ def check(
 
     The spec is laid out and estimated here unless `layout` and `estimates` are given. Nothing of CAD is imported. The
     result is the same whatever the order of the rules: findings are sorted by rule, line, column and message. Where a
-    hint says that something was tried, the changed design was laid out, estimated and checked. `hints` is what such
-    trials may cost: ``none``, for callers that read no hints; ``decisive``, about as much as the check itself, errors
-    first; ``full``, minutes. The verdict is the same with each. Raises ValueError for any other choice, and SpecError
-    for a spec put together in Python that has values which no text could have.
+    hint says that something was tried, the changed design was laid out, estimated and checked. `hints` limits
+    the time of such trials: ``none`` tries nothing, for callers that read no hints; ``decisive`` takes about as long as
+    the check itself and starts with errors; ``full`` takes minutes. The verdict does not depend on it.
+    Raises ValueError for any other choice, and SpecError for a spec put together in Python that has values which
+    no text could have.
     """
     refuse_unusable(spec)
     return judged(Design(spec, layout, estimates), hints)

@@ -337,7 +337,7 @@ def unseen_shear(design: Design) -> Iterator[Verdict]:
 
 
 def requirements_agree(design: Design) -> Iterator[Verdict]:
-    """A temperature of use outside of the range of use, and load cases beyond the forces that are to be borne."""
+    """Yield findings about a temperature outside of temperature_range and load cases beyond the required forces."""
     asked, written = design.spec.requirements, design.spec.source.keys
     if asked.temperature_range is not None:
         low, high = asked.temperature_range
@@ -345,8 +345,8 @@ def requirements_agree(design: Design) -> Iterator[Verdict]:
             is_written = not written or "requirements.temperature" in written
             nearest = low if asked.temperature < low else high
             yield Violation(
-                f"all numbers are of {asked.temperature:g} degC{'' if is_written else ' (the default)'}, the sensor is "
-                f"used from {low:g} to {high:g} degC",
+                f"all numbers are computed at {asked.temperature:g} degC{'' if is_written else ' (the default)'}, but "
+                f"the sensor is used from {low:g} to {high:g} degC",
                 f"requirements.temperature: {nearest:g} degC, or a temperature_range that contains it",
                 "requirements.temperature" if is_written else "requirements.temperature_range", asked.temperature,
                 nearest, "degC", severity=None if is_written else Severity.NOTE,
@@ -357,8 +357,9 @@ def requirements_agree(design: Design) -> Iterator[Verdict]:
             if force and most is not None and force > most * (1 + 1e-9):
                 pushed, borne = show(force, "N"), show(most, "N")
                 yield Violation(
-                    f"load case {load.name} pushes with {pushed} of {name} force; {borne} are to be borne, and rules "
-                    "go by that", f"requirements.{name}_force: {pushed}, or a smaller load", f"loads.{load.name}",
+                    f"load case {load.name} has a {name} force of {pushed}, maximum {borne} "
+                    f"(requirements.{name}_force); the rules check only up to that",
+                    f"requirements.{name}_force: {pushed}, or use a smaller load", f"loads.{load.name}",
                     force, most, "N", severity=Severity.WARNING,
                 )
 

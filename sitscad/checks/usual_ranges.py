@@ -60,12 +60,12 @@ def _figure(text: str, dimension: str, otherwise: float) -> float:
 
 
 def _layers(kind: LayerKind, rigid: bool = False) -> Callable[[Design], list[float]]:
-    def found(design: Design) -> list[float]:
-        """The thicknesses of the layers of a kind, of dielectrics either the rigid or the flexible ones."""
+    def thicknesses(design: Design) -> list[float]:
+        """Thicknesses (m) of the layers of a kind. For dielectrics, only of rigid or only of flexible materials."""
         return [one.thickness for one in design.spec.fpc.stackup.layers if one.kind is kind
                 and (kind is LayerKind.COPPER or ("rigid" in dielectric_roles(one.material)) is rigid)]
 
-    return found
+    return thicknesses
 
 
 def _poisson(design: Design) -> float | None:

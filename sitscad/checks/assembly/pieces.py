@@ -1,4 +1,4 @@
-"""SIT329 to SIT331: glue on silicone, holes of a bench plate beside each other, tolerances beside their part's size."""
+"""SIT329 to SIT331: glue on silicone, distances of a bench plate's holes, and tolerances against sizes of parts."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from sitscad.units import show
 
 
 def glue_on_silicone(design: Design) -> Iterator[Verdict]:
-    """An adhesive of the pieces that does not hold on the pad's silicone."""
+    """Yield a finding if the adhesive of the pieces does not hold on silicone, of which the pad is made."""
     glue = design.spec.assembly.adhesive
     if glue is None or glue.bonds_silicone:
         return
@@ -34,7 +34,7 @@ def glue_on_silicone(design: Design) -> Iterator[Verdict]:
 
 
 def hole_places(design: Design) -> Iterator[Verdict]:
-    """The two written holes of a bench plate that leave least between each other."""
+    """Yield a finding about the two holes of a bench plate that are closest, if they are too close."""
     mount = design.spec.mount
     pattern = mount.holes if mount is not None else None
     if mount is None or pattern is None or pattern.grid is not None or mount.kind != "bench-plate":
@@ -51,24 +51,24 @@ def hole_places(design: Design) -> Iterator[Verdict]:
     one, other = pattern.holes[first], pattern.holes[second]
     apart = math.dist(one.at, other.at)
     yield Violation(
-        f"holes {first + 1} and {second + 1} of the plate stand {show(apart, 'm', 3)} apart; screws' heads and a wall "
-        f"between them need {show(apart - short, 'm', 3)}",
-        f"move mount.holes.{second}.at by {show(-short, 'm', 3)}, or leave one of the holes out",
+        f"holes {first + 1} and {second + 1} of the plate are {show(apart, 'm', 3)} apart, centre to centre; their "
+        f"screw heads and a printable wall need {show(apart - short, 'm', 3)}",
+        f"move mount.holes.{second}.at by {show(-short, 'm', 3)}, or remove one of the holes",
         f"mount.holes.{second}.at" if pattern.name == "written out" else "mount.holes", apart, apart - short, "m",
         source=wall.source,
     )
 
 
 def tolerance_shares(design: Design) -> Iterator[Verdict]:
-    """Written tolerances that are nearly as large as the size that they belong to."""
+    """Yield a finding for each tolerance in the spec that is more than half of its size."""
     limit, sizes = own_limits()["tolerance_share"], toleranced_sizes(design.spec)
     for part, tolerance in design.spec.assembly.tolerances:
         size = sizes.get(part)
         if size and tolerance > limit.value * size * (1 + 1e-9):
             yield Violation(
                 f"{TolerancesDocument.keys[part].about} is {show(size, 'm')} +- {show(tolerance, 'm')}: "
-                f"{100.0 * tolerance / size:.0f} % of it, where {100.0 * limit.value:.0f} % are the most that a "
-                "measured part explains", "write half of the band in which your parts were measured",
+                f"a tolerance of {100.0 * tolerance / size:.0f} %, maximum {100.0 * limit.value:.0f} %",
+                "write half of the band in which your parts were measured",
                 f"assembly.tolerances.{part}", tolerance, limit.value * size, "m", source=limit.source,
             )
 

@@ -215,8 +215,8 @@ TARGET_LENGTH_TOLERANCE = 0.2
 
 
 def target_proportions(design: Design) -> Iterator[Verdict]:
-    """A target over two coils in a line resolves as much as one as long as they are apart; each is as wide as a coil,
-    and over other coils as large as one.
+    """Yield findings about a target's size. Over two coils in a line: its width against a coil's, and its signals
+    against a target as long as the coils' distance. Over other arrays: its length and width against a coil's.
     """
     target, array = design.spec.target, design.spec.array
     assert target is not None
@@ -256,7 +256,7 @@ def target_proportions(design: Design) -> Iterator[Verdict]:
 
 
 def _beside_line_length(design: Design, advice: Callable[[Left], str]) -> Iterator[Verdict]:
-    """What a target as long as two coils are apart would resolve more finely, if that is worth a change."""
+    """Yield a finding if a target as long as the distance of two coils would give clearly larger signals."""
     spec, pitch, limit = design.spec, _line_pitch(design.spec.array), own_limits()["target_length_gain"]
     target, asked = spec.target, spec.requirements
     assert pitch is not None and target is not None
@@ -269,22 +269,22 @@ def _beside_line_length(design: Design, advice: Callable[[Left], str]) -> Iterat
         return
     gain = gain_at_length(design, pitch, asked.shear_force or 0.0)
     if gain is None:
-        yield Undecided("a pad gives way, so that no resolution tells two targets apart")
+        yield Undecided("the pad gives way sideways under the load: signals of two target lengths cannot be compared")
         return
     is_shear_felt = asked.shear_force or asked.shear_resolution
     worth = gain.normal * gain.shear if is_shear_felt else gain.normal
     if worth <= limit.value:
         return
-    shear = f", and shear's {gain.shear:.2g} times" if is_shear_felt else ""
+    shear = f" and the shear force's signal by {gain.shear:.2g}" if is_shear_felt else ""
     yield Violation(
-        f"the target is {show(_chord(target), 'm')} long; one of {show(pitch, 'm')}, as the coils' centres are apart, "
-        f"makes normal force's signal {gain.normal:.2g} times as large{shear}",
-        "a target as long as that distance resolves more", "target.size", worth, limit.value, source=limit.source,
+        f"the target is {show(_chord(target), 'm')} long; a length of {show(pitch, 'm')}, the distance of the "
+        f"coils' centres, would multiply the normal force's signal by {gain.normal:.2g}{shear}",
+        "make the target as long as that distance", "target.size", worth, limit.value, source=limit.source,
         advice=advice,
     )
 
 
-NO_PAD = "no pad: nothing is felt whose resolution a length could change"
+NO_PAD = "no elastomer pad: forces cannot be measured, so the target's length has no effect on them"
 
 
 def _larger(spec: SensorSpec, target: Target, pitch: float | None, coil: tuple[float, float], left: Left) -> str:

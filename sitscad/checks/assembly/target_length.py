@@ -1,4 +1,4 @@
-"""How finely two coils in a line tell forces under a target as it is, beside one as long as they stand apart."""
+"""Signals of two coils in a line under the spec's target, compared with a target as long as the coils' distance."""
 
 from __future__ import annotations
 
@@ -12,29 +12,32 @@ from sitscad.spec.places import footprint
 from sitscad.spec.sensor import SensorSpec
 
 FREQUENCY = 5e6
-"""Hz: the ratios of signals under two targets hardly depend on it."""
+"""Frequency (Hz) of the comparison. The ratios of signals hardly depend on it."""
 
 SHEAR_SHARE = 0.25
-"""Shear force over normal force for a sensor that states none."""
+"""Shear force, as a fraction of the normal force, if the spec states no shear force."""
 
 
 @record
 class LengthGain:
-    """Signals of normal force and of shear under the other target, each over the signal under the target as it is."""
+    """Signals of normal and of shear force under another target, each divided by the signal under the spec's target."""
 
     normal: float
     shear: float
 
 
 def gain_at_length(design: Design, length: float, shear: float) -> LengthGain | None:
-    """Gain of a target of a `length` (m) along the line, on a pad that carries it; None if a pad gives way.
+    """Return the gain of a target with another `length` (m) along the line of coils.
+
+    None if a pad gives way sideways, or if a signal is zero.
 
     Notes
     -----
-    A signal is the change of inductance under half of the normal force and under the shear force: the pad's law gives
-    the travel, and the finite plate's share gives the change. The noise of the coils is the same under both targets, so
-    signals are as far apart as resolutions. Beside the quick method of `Felt` the ratios were off by 1 to 15 % on two
-    templates, for targets of 0.7 to 1.9 times the distance.
+    The pad becomes as large as it must be to carry the other target. A signal is the change of inductance under half of
+    the normal force, or under the shear force. The pad's force law gives the travel, and the model of a finite plate
+    gives the change. The coils' noise is the same under both targets, so the ratio of signals is also the ratio of
+    resolutions. On two templates the ratios differed by 1 to 15 % from the quick method of `Felt`, for targets of 0.7
+    to 1.9 times the distance.
     """
     target, pad = design.spec.target, design.spec.elastomer
     assert target is not None and pad is not None
@@ -53,7 +56,10 @@ def gain_at_length(design: Design, length: float, shear: float) -> LengthGain | 
 
 
 def _signals(design: Design, spec: SensorSpec, shear: float) -> tuple[float, float] | None:
-    """Changes (H) of the sum by half of the normal force and of the difference by the shear; None on a lost pad."""
+    """Return the change (H) of the coils' sum by half of the normal force, and of their difference by the shear force.
+
+    None if the pad gives way sideways under a force.
+    """
     import numpy as np
 
     from sitscad.estimates.response.pad import pushed

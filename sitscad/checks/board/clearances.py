@@ -294,14 +294,14 @@ def coverlay_opening(design: Design) -> Iterator[Verdict]:
 
 
 def _narrow_rims(design: Design) -> Iterator[Violation]:
-    """Yield the complaint about solder pads that are too small for the lap over their rims that is asked for."""
+    """Yield a finding if solder pads are too small for the coverlay to cover their rims as far as the rules require."""
     rules, tail = design.spec.fpc.rules, design.spec.fpc.tail
     is_soldered = tail is None or tail.connector.kind == "pads"
     for pad in design.layout.pads[:1] if is_soldered else ():  # all are of one size
         lap = rim_lap(rules, pad)
         if lap < rules.pad_lap - ROUNDING:
-            what = f"the coverlay covers {show(lap, 'm')} of the rims of solder pads, of which half stays bare"
-            hint = "a connector that is plugged in, or a narrower lap: ask the fabricator"
+            what = f"the coverlay covers {show(lap, 'm')} of each solder pad's rim, so that half of the pad stays bare"
+            hint = "use a plug-in connector, or ask the fabricator for a narrower lap"
             yield short_of(rules, "pad_lap", lap, what, hint, "fpc.tail.connector", Place(*pad.centre, 1, (pad.net,)))
 
 

@@ -1,4 +1,4 @@
-"""SIT137: whether each layer of the stack-up is of a material that does what the layer is for."""
+"""SIT137: the material of each layer of the stack-up must suit the use of the layer."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ USES = {LayerKind.DIELECTRIC: (BASE, BOND), LayerKind.COVERLAY: (COVER,)}
 
 
 def layer_materials(design: Design) -> Iterator[Verdict]:
-    """Layers of a material for another use, and copper without a film that carries it."""
+    """Yield a finding about the first layer of an unsuitable material, or the first copper layer without a base."""
     layers = design.spec.fpc.stackup.layers
     for index, layer in enumerate(layers):
         uses = USES.get(layer.kind, ())
@@ -37,13 +37,13 @@ def layer_materials(design: Design) -> Iterator[Verdict]:
                 )
             else:
                 names = " and ".join(dict.fromkeys(layers[k].material for k in beside))
-                said = f"copper {number} lies on {names} alone, which joins layers and carries no copper"
+                said = f"copper {number} lies on {names} alone, a bonding material that does not carry copper"
                 yield _other_material(design, beside[0], said, LayerKind.DIELECTRIC)
             return
 
 
 def _beside(layers: tuple[StackLayer, ...], index: int, step: int) -> Iterator[int]:
-    """Indices of the dielectric layers from a copper layer to the next one, up (-1) or down (1)."""
+    """Yield the indices of the dielectrics between a copper layer and the next one, upwards (-1) or downwards (1)."""
     index += step
     while 0 <= index < len(layers) and layers[index].kind is LayerKind.DIELECTRIC:
         yield index
@@ -51,7 +51,7 @@ def _beside(layers: tuple[StackLayer, ...], index: int, step: int) -> Iterator[i
 
 
 def _other_material(design: Design, index: int, message: str, kind: LayerKind) -> Violation:
-    """The finding about a layer's material, with the materials that serve."""
+    """Return the finding about a layer's material. Its hint names the materials that suit the layer."""
     serving = [name for name in presets.names("dielectric") if set(USES[kind]) & set(presets.dielectric_roles(name))]
     if kind is LayerKind.DIELECTRIC:
         serving = [name for name in serving if BASE in presets.dielectric_roles(name)]

@@ -207,7 +207,7 @@ def tank_capacitor(design: Design) -> Iterator[Verdict]:
 
 
 def capacitor_sold(design: Design) -> Iterator[Verdict]:
-    """A written tank capacitor that no maker sells as one part, with the values beside it."""
+    """Yield a finding if the spec's tank capacitance is not sold as one part. Its hint names the nearest values."""
     value = design.spec.readout.capacitance
     if value is None or (beside := sold_beside(value))[0] == beside[1]:
         return
@@ -217,8 +217,8 @@ def capacitor_sold(design: Design) -> Iterator[Verdict]:
     fixes = [setting(design.spec, "readout.capacitance", each, show(each, "F", 2))
              for each in sorted(beside, key=lambda each: abs(math.log(each / value)))]
     yield Violation(
-        f"a capacitor of {show(value, 'F', 5)} is not sold: makers keep to the series E24, here {names}", hint,
-        "readout.capacitance", value, nearest, "F", advice=first_tried([fixes], hint),
+        f"a capacitor of {show(value, 'F', 5)} is not sold as one part; the nearest values of series E24 are {names}",
+        hint, "readout.capacitance", value, nearest, "F", advice=first_tried([fixes], hint),
     )
 
 
