@@ -57,11 +57,11 @@ _LONGEST = 64
 
 
 class UnitError(ValueError):
-    """A quantity that cannot be read; the text says what was read, `hint` what is allowed.
+    """Raised for a quantity that cannot be read. The text names what was read; `hint` names what is allowed.
 
     ``reason`` is ``"unit"`` (missing, unknown or of another dimension), ``"number"`` (no number), ``"range"`` (not
-    finite or absurdly large) or ``"type"`` (neither a text nor a number). ``candidates`` are quantities that may have
-    been meant, as they are written; ``is_sure`` says whether the only candidate cannot have been anything else.
+    finite or absurdly large) or ``"type"`` (neither a text nor a number). ``candidates`` are corrections that may
+    have been meant, as text. ``is_sure`` is True if the only candidate is the only possible reading.
     """
 
     def __init__(
@@ -72,7 +72,7 @@ class UnitError(ValueError):
 
     @property
     def hint(self) -> str:
-        """The candidates, as a question, and what is allowed."""
+        """Text that asks for the candidates ("did you mean 3 mm?") and names what is allowed."""
         return f"did you mean {' or '.join(self.candidates)}? {self.advice}" if self.candidates else self.advice
 
     @property
@@ -80,11 +80,14 @@ class UnitError(ValueError):
         """The only candidate. Empty if there is none, or more than one."""
         return self.candidates[0] if len(self.candidates) == 1 else ""
 
-    def within(self, dimension: str, low: float, high: float) -> UnitError:
-        """This error with the candidates that lie in a range (SI). A choice that the range makes is not sure."""
-        kept = tuple(text for text in self.candidates if _is_within(text, dimension, low, high))
-        is_sure = self.is_sure and kept == self.candidates
-        return UnitError(str(self), self.reason, self.advice, kept, is_sure)
+    def in_range(self, dimension: str, low: float, high: float) -> UnitError:
+        """Return this error with only those candidates that lie in a range (SI).
+
+        If the range removes a candidate, the remaining one is not sure (`is_sure`).
+        """
+        remaining = tuple(text for text in self.candidates if _is_within(text, dimension, low, high))
+        is_sure = self.is_sure and remaining == self.candidates
+        return UnitError(str(self), self.reason, self.advice, remaining, is_sure)
 
 
 def _is_within(text: str, dimension: str, low: float, high: float) -> bool:
@@ -171,7 +174,7 @@ def _unit_error(number: Decimal, unit: str, dimension: str) -> UnitError:
 
 
 def _has_other_prefix(unit: str, name: str) -> bool:
-    """Whether a unit begins with another SI prefix than the known unit of equal letters: MN and mN, 1e9 apart."""
+    """Whether a unit differs from a known unit by its SI prefix, such as MN and mN, a factor of 1e9."""
     return unit[0] != name[0] and unit[0] in _SI_PREFIXES
 
 

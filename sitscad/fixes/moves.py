@@ -38,22 +38,22 @@ AS_GOOD_AS_NONE = 0.05
 
 
 def with_turns(spec: SensorSpec, turns: float) -> Fix:
-    """The coil with so many turns a layer."""
+    """Return the fix that gives each layer of the coil `turns` turns."""
     coil = replace(spec.coil, turns=turns)
-    edits = (Edit("coil.turns", f"{turns:.7g}"),) if "coil.turns" in _written(spec) else ()
-    return Fix((*edits, *_inner(spec, coil)), replace(spec, coil=coil))
+    edits = (Edit("coil.turns", f"{turns:.7g}"),) if "coil.turns" in _winding_keys(spec) else ()
+    return Fix((*edits, *_inner_edit(spec, coil)), replace(spec, coil=coil))
 
 
-def _written(spec: SensorSpec) -> set[str]:
-    """The keys that decide on the coil's turns and tracks, as this spec writes them."""
+def _winding_keys(spec: SensorSpec) -> set[str]:
+    """Return those keys for turns, trace width, spacing and inner diameter that a fix may edit in this spec."""
     all_of_them = {f"coil.{key}" for key in CoilSpec.stands_in[1]}
     is_by_inner = INNER in spec.source.keys
     return {INNER, *(all_of_them & spec.source.keys.keys())} if is_by_inner else all_of_them
 
 
-def _inner(spec: SensorSpec, coil: CoilSpec) -> tuple[Edit, ...]:
-    """The edit that gives a changed coil its inner diameter, if the spec writes that."""
-    return (Edit(INNER, _mm(coil.inner_diameter)),) if INNER in _written(spec) else ()
+def _inner_edit(spec: SensorSpec, coil: CoilSpec) -> tuple[Edit, ...]:
+    """Return the edit that writes a changed coil's inner diameter. Empty if the spec has no inner diameter."""
+    return (Edit(INNER, _mm(coil.inner_diameter)),) if INNER in _winding_keys(spec) else ()
 
 
 def more_turns(spec: SensorSpec, factor: float) -> Iterator[Fix]:
@@ -127,8 +127,9 @@ def narrower(spec: SensorSpec, by: float) -> Iterator[Fix]:
 
 
 def _besides(edits: tuple[Edit, ...], turned: Fix, turns: float) -> Fix:
-    """Edits together with those of the turns, if these are others than the `turns` of now; a written inner diameter
-    follows both.
+    """Return a fix with `edits` and the edits of `turned`, without its edit of the turns if they remain `turns`.
+
+    An edit of the inner diameter always remains: it depends on both.
     """
     turning = (edit for edit in turned.edits if edit.key == INNER or turned.spec.coil.most_turns != turns)
     return replace(turned, edits=(*edits, *turning))
@@ -182,10 +183,10 @@ def wider(spec: SensorSpec, width: float, spacing: float) -> Iterator[Fix]:
     edits = tuple(
         Edit(f"coil.{key}", show(getattr(wide, key), "m", 6))
         for key in ("trace_width", "trace_spacing")
-        if getattr(wide, key) > getattr(coil, key) + 1e-12 and f"coil.{key}" in _written(spec)
+        if getattr(wide, key) > getattr(coil, key) + 1e-12 and f"coil.{key}" in _winding_keys(spec)
     )
     if wide.pitch < GROWN * coil.pitch:
-        yield Fix((*edits, *_inner(spec, wide)), replace(spec, coil=wide))
+        yield Fix((*edits, *_inner_edit(spec, wide)), replace(spec, coil=wide))
     room = coil.most_turns * coil.pitch / wide.pitch
     for fix in fewer_turns(replace(spec, coil=wide), room):
         yield _besides(edits, fix, coil.most_turns)
@@ -368,8 +369,9 @@ def larger_coils(spec: SensorSpec, by: float) -> Fix:
     is_long = spec.coil.outline.is_long
     written = f"[{_mm(size[0])}, {_mm(size[1])}]" if is_long else _mm(size[0])
     edit, apart, coil = Edit("coil.outer_diameter", written), coils_apart(spec, by), replace(spec.coil, size=size)
-    others = (*_inner(spec, coil), *apart.edits)
-    words = [*(f"{other.key}: {other.new}" for other in _inner(spec, coil)), *([apart.words] if apart.edits else [])]
+    inner = _inner_edit(spec, coil)
+    others = (*inner, *apart.edits)
+    words = [*(f"{other.key}: {other.new}" for other in inner), *([apart.words] if apart.edits else [])]
     said = f"{_said(edit, by)} with {' and '.join(words)}" if words else _said(edit, by)
     return Fix((edit, *others), replace(apart.spec, coil=coil), said)
 

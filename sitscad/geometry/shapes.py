@@ -39,9 +39,11 @@ SKETCHED = 10e-6
 
 @record
 class SpiralDimensions:
-    """Outer size [x, y] across the copper edges, trace width and turn-to-turn pitch (m); turns of this layer; and how
-    far (m) what is drawn may lie off. A four-sided layer begins and ends at corners, or `is_mid_side` in the middle of
-    sides.
+    """Dimensions of one layer of a coil in metres.
+
+    `size` [x, y] is measured across the outer copper edges, `pitch` from turn to turn. `tolerance` is the largest
+    distance of the drawn line from the exact one. A four-sided layer begins and ends in the middle of sides if
+    `is_mid_side`, else at corners.
     """
 
     size: tuple[float, float]
@@ -165,17 +167,17 @@ class Outline(ABC):
 
     @property
     def outermost_turns(self) -> float:
-        """Turns along the outer edge before the winding stands one pitch further in: none of a spiral."""
+        """Turns at the outer edge before the winding moves inwards: 1 for polygons and racetracks, 0 for circles."""
         return 1.0
 
     def inset(self, trace_width: float, pitch: float, turns: float) -> float:
-        """Distance (m) from the outer copper edge to the inner one, through all turns of a layer. For a polygon
-        it is the mean of all sides of the innermost turn.
+        """Return the distance (m) from the outer to the inner copper edge of a layer. For a polygon it is the mean over
+        the sides of the innermost turn.
         """
         return trace_width + pitch * max(0.0, turns - self.outermost_turns)
 
     def turns_within(self, inset: float, trace_width: float, pitch: float) -> float:
-        """Turns that fill an inset (m) exactly, whole sides or not."""
+        """Return the turns that fill an inset (m) exactly, not rounded to whole sides."""
         return self.outermost_turns + (inset - trace_width) / pitch
 
     def shifts_inwards(self, turns: float) -> float:
@@ -253,7 +255,7 @@ class Round(Outline):
 
     @property
     def outermost_turns(self) -> float:
-        """A spiral comes inwards from its outer end on."""
+        """0: the winding moves inwards from its outer end on."""
         return 0.0
 
     def shifts_inwards(self, turns: float) -> float:
@@ -309,7 +311,7 @@ class Polygon(Outline):
         return Path(tuple(Line(a, b) for a, b in pairwise(points)))
 
     def start(self, angle: float, sense: int, is_mid_side: bool = False) -> float:
-        """The last corner, or middle of a side, at or before it, in the direction of winding."""
+        """Return the angle of the last corner, or middle of a side, at or before `angle` in winding direction."""
         step = TWO_PI / self.sides
         if is_mid_side:
             return sense * math.floor(sense * angle / step + 1e-9) * step

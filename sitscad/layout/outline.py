@@ -332,8 +332,9 @@ def openings(
 
 
 def rim_lap(rules: DesignRules, pad: Pad) -> float:
-    """Return how far (m) the coverlay covers the rims of a contact for solder: the fabricator's lap, or less, so that
-    half of the contact's area stays bare.
+    """Return the width (m) of a solder contact's rim that the coverlay covers.
+
+    This is the lap in the design rules, or less if half of the contact's area would not stay bare.
     """
     # The lap that bares just half of w x h solves (w - 2 lap) (h - 2 lap) = w h / 2; whole micrometres stay above half
     w, h = pad.size

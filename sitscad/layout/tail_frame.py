@@ -345,7 +345,7 @@ def turn_begin(rules: DesignRules, bus: Bus, tail: TailFrame) -> float:
 
 
 def turn_lag(rules: DesignRules, bus: Bus, tail: TailFrame) -> float:
-    """Length (m) that the tail lacks for its turn to begin where its sides are straight; 0 without a turn."""
+    """Return the length (m) to add to the tail so that its turn begins beyond its root's taper. 0 without a turn."""
     return max(0.0, tail.start + tail.taper.reach_beyond - turn_begin(rules, bus, tail)) if tail.turn else 0.0
 
 

@@ -29,11 +29,14 @@ from sitscad.spec.format.section import ListOf, Section, key
 Trace = Quantity("length", "1 um", "20 mm")
 LayerTurns = Number(0.25, 200)
 TURNS, INNER = "coil.turns", "coil.inner_diameter"
-"""The keys that say how far inwards a coil is wound, of which a spec may write either."""
+"""Keys of a coil's turns and inner diameter. A spec may write one in place of the other."""
 
 
 def written_key(key: str | None, written: Container[str]) -> str | None:
-    """Return the inner diameter's key if it stands in for `key` among the keys `written`, else `key`."""
+    """Return the key that a finding about `key` should name, given the keys that the spec has `written`.
+
+    This is ``coil.inner_diameter`` if the spec has it in place of `key`, else `key` itself.
+    """
     stood_for = {f"coil.{name}" for name in CoilSpec.stands_in[1]}
     return INNER if key in stood_for and key not in written and INNER in written else key
 
@@ -51,12 +54,12 @@ class Sense(Choice):
 
 @record
 class Start(Choice):
-    """Where a four-sided spiral begins and ends, read as whether that is in the middle of a side."""
+    """Start and end of a four-sided spiral: corner or mid-side, read as True for mid-side."""
 
     allowed: tuple[str, ...] = ("corner", "mid-side")
 
     def read(self, value: Any) -> Any:
-        """Whether it is in the middle of a side."""
+        """Return True for mid-side, False for corner."""
         return super().read(value) == "mid-side"
 
 
@@ -66,8 +69,9 @@ class CoilSpec(Section):
 
     ``size`` is measured across the outer copper edges (polygons: across flats), equal in x and y except for rectangle
     and racetrack. ``layers`` are copper layer numbers from 1 at the top, in winding order; ``turns`` is one number for
-    all of them, or those of each. ``turns``, ``trace_width`` and ``trace_spacing`` are None only until the one that is
-    left out is worked out from ``written_inner``, which is None from then on.
+    all layers, or one number for each. A spec may omit ``turns``, ``trace_width`` or ``trace_spacing`` and write
+    ``inner_diameter``. The resolver then computes the omitted value from ``written_inner`` and sets ``written_inner``
+    to None.
     """
 
     stands_in: ClassVar[tuple[str, tuple[str, ...]]] = ("inner_diameter", ("turns", "trace_width", "trace_spacing"))
@@ -131,7 +135,7 @@ class CoilSpec(Section):
 
     @property
     def inner_diameter(self) -> float:
-        """The smaller inner size in metres."""
+        """The smaller side of `inner_size` (m)."""
         return min(self.inner_size)
 
     @property

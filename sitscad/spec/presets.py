@@ -236,18 +236,18 @@ def is_rigid(stackup: Stackup) -> bool:
 
 
 def stackups_of(copper: int, rigid: bool) -> list[str]:
-    """Names of the installed stack-ups, rigid or flexible ones, with so many copper layers at least."""
+    """Return the names of the installed rigid or flexible stack-ups with at least `copper` copper layers."""
     return [name for name in names("stackup")
             if len(stackup(name).copper) >= copper and is_rigid(stackup(name)) is rigid]
 
 
 def board_kind(stackup: Stackup) -> str:
-    """The kind of a board of a stack-up, for people."""
+    """Return "rigid" or "flexible", the word for boards of a stack-up in documents."""
     return "rigid" if is_rigid(stackup) else "flexible"
 
 
 def cover_name(stackup: Stackup) -> str:
-    """The covers of a stack-up: solder mask if all of them are printed."""
+    """Return "solder mask" if all covers of a stack-up are solder mask, else "coverlay"."""
     covers = {layer.material for layer in stackup.layers if layer.kind is LayerKind.COVERLAY}
     return "solder mask" if covers == {MASK} else "coverlay"
 

@@ -191,7 +191,7 @@ def test_a_candidate_out_of_range_is_none():
     with pytest.raises(UnitError) as caught:
         parse_quantity("330 MF", "capacitance")
     assert caught.value.candidates == ("330 mF",)
-    within = caught.value.within("capacitance", 1e-12, 1e-6)
+    within = caught.value.in_range("capacitance", 1e-12, 1e-6)
     assert within.candidates == () and within.meant == "" and "330" not in within.hint
 
 

@@ -50,8 +50,9 @@ SURELY_LIKE = 0.8
 
 
 def is_like(word: Any, meant: str) -> bool:
-    """Whether a word cannot have been meant for anything but another one. Digits have to be equal: ``ecoflex-00-40`` is
-    none of its neighbours.
+    """Whether a word is so similar to `meant` that it must be a misspelling of it.
+
+    Digits have to be equal: ``ecoflex-00-40`` is no misspelling of ``ecoflex-00-30``.
     """
     one, other = (text.replace("_", "-") for text in (str(word)[:64].lower(), meant))
     if re.findall(r"\d", one) != re.findall(r"\d", other):
@@ -135,7 +136,10 @@ class Number(Scalar):
         return int(value) if self.whole else float(value)
 
     def _meant(self, value: Any) -> tuple[str, bool]:
-        """The number that a text may stand for, as it is written, and whether it can be no other; empty if none is."""
+        """Return the number, as text, that a text may stand for, and whether no other reading is possible.
+
+        The number is empty if the text stands for none.
+        """
         text = value.strip() if isinstance(value, str) and len(value) <= 40 else ""
         plain = re.sub(r"(?<=[0-9])_(?=[0-9])", "", text)  # digits in groups, as YAML 1.1 has them
         is_sure = True
@@ -150,7 +154,7 @@ class Number(Scalar):
 
 
 def _listed(value: Any) -> str:
-    """The list that a text with commas between numbers stands for, as it is written. Empty for any other value."""
+    """Return the YAML list that a text of numbers with commas stands for. Empty if the value is no text like 8, 7."""
     numbers = [part.strip() for part in value.split(",")] if isinstance(value, str) and len(value) <= 80 else []
     if len(numbers) < 2 or not all(re.fullmatch(r"[0-9]{1,9}(\.[0-9]{1,9})?", number) for number in numbers):
         return ""
@@ -220,7 +224,7 @@ class Layers(Scalar):
         return layers
 
     def _range(self, value: Any) -> str:
-        """The list that a text such as 1-2 stands for, as it is written. Empty for any other value."""
+        """Return the YAML list that a range such as 1-2 stands for. Empty if the value is no range of layers."""
         text = value if isinstance(value, str) else ""
         ends = re.fullmatch(r"\s*([0-9]{1,2})\s*(?:-|\u2013|\.\.+|:|to)\s*([0-9]{1,2})\s*", text)
         if ends is None or not 1 <= int(ends[1]) < int(ends[2]) <= self.most:
@@ -234,7 +238,7 @@ class Layers(Scalar):
 
 
 _TRUTHS = {"yes": "true", "on": "true", "true": "true", "no": "false", "off": "false", "false": "false"}
-"""Words for true and false, of YAML 1.1 and in quotes."""
+"""Words for true and false in YAML 1.1, or in quotes, and their spelling in YAML 1.2."""
 
 
 @record
@@ -274,7 +278,7 @@ class Quantity(Scalar):
         try:
             found = parse_quantity(value, self.dimension)
         except UnitError as unread:
-            error = unread.within(self.dimension, low, high)
+            error = unread.in_range(self.dimension, low, high)
             refuse(_UNIT_RULES[error.reason], str(error), error.hint, meant=error.meant, is_sure=error.is_sure)
         if not low <= found <= high:
             limit, bound, word = (low, self.low, "at least") if found < low else (high, self.high, "at most")

@@ -182,14 +182,14 @@ def section_of_data(data: Any, source: SpecSource, form: type[Form], flaws: Iter
                 findings.append(_from_pydantic(entry, key, source, form))
         findings = [finding for finding in findings if finding.rule == "SIT008"] or findings
     if isinstance(data, dict) and all(finding.rule != "SIT008" for finding in findings):
-        findings += (one for one in _undetermined(data, source, form) if one.key not in empty)
+        findings += (one for one in _replaced_key_findings(data, source, form) if one.key not in empty)
     if findings:
         raise SpecError(in_order(findings), source=source)
     return cast(Form, document)
 
 
-def _undetermined(data: dict[str, Any], source: SpecSource, form: type[Section]) -> Iterable[Finding]:
-    """Sections in which too few or too many are written of the keys that one key may replace."""
+def _replaced_key_findings(data: dict[str, Any], source: SpecSource, form: type[Section]) -> Iterable[Finding]:
+    """Yield a finding for each missing or surplus key of sections in which one key replaces another (`stands_in`)."""
     for name, section in ((name, section_of(key.kind)) for name, key in form.keys.items()):
         written = data.get(name)
         if section is None or not section.stands_in[0] or not isinstance(written, dict):
@@ -197,8 +197,8 @@ def _undetermined(data: dict[str, Any], source: SpecSource, form: type[Section])
         other, replaced = section.stands_in
         missing = [key for key in replaced if key not in written]
         if other in written and not missing:
-            message = f"{name}.{other}: {', '.join(replaced)} and {other} are all written, one too many"
-            hint = "leave out one of them: it follows from the others"
+            message = f"{name}.{other}: {', '.join(replaced)} and {other} cannot all be written"
+            hint = "remove one of them: it follows from the others"
             yield _finding("SIT009", message, hint, f"{name}.{other}", source.locate(f"{name}.{other}"))
         for key in missing if other not in written else missing[1:]:
             hint = f"add {key}: to {name}" if other in written else f"add {key}: to {name}, or {other}: in its place"

@@ -90,9 +90,9 @@ class Section:
     of the instance.
 
     ``attributes`` are the attributes of keys; ``alike`` the keys that are declared by a pattern: the attribute's name
-    and the declaration; ``form`` is what the JSON Schema calls the section. ``stands_in`` is a key that replaces any
-    one of several keys, which are else all required. The first paragraph of the docstring is for users. A section that
-    is also a record is the spec's own value.
+    and the declaration; ``form`` is what the JSON Schema calls the section. ``stands_in`` holds
+    a key and the required keys, any one of which it may replace. The first paragraph of the docstring is for users. A
+    section that is also a record is the spec's own value.
     """
 
     keys: ClassVar[dict[str, Key]] = {}

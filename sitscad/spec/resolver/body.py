@@ -83,7 +83,7 @@ def outline(content: bytes) -> Path:
 
 
 def _encoding(content: bytes) -> str:
-    """Encoding of a DXF file: UTF-8 since R2007 (AC1021), before that the code page that its header names."""
+    """Return the encoding of a DXF file: UTF-8 from R2007 (AC1021) on, the code page in its header before R2007."""
     from ezdxf.lldxf.validator import dxf_info
 
     info = dxf_info(StringIO(content.decode("latin-1")))

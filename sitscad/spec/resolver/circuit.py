@@ -68,7 +68,7 @@ def resolve_fpc(
     foil = document.copper
     if presets.is_rigid(stackup) and "fpc.copper" not in place.source.keys:
         foil = "electrodeposited"
-        remarks.default("fpc.copper", foil, "the foil of rigid laminates")
+        remarks.default("fpc.copper", foil, "the usual foil of rigid boards")
     return replace(
         document, copper=foil, stackup=stackup, plating=None, plated=None, rules=rules, tail=tail, panel=panel,
         body=body, largest=largest,

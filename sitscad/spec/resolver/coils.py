@@ -28,9 +28,9 @@ GB at 400 turns near metal), its time with both.
 
 
 def resolve_coil(written: CoilSpec, remarks: Remarks) -> CoilSpec:
-    """The coil, with what its inner diameter stands in for, and its turns held against its shape and size."""
+    """Return the coil with the value that its inner diameter replaces. Check its turns against shape and size."""
     outline, by_inner = written.outline, written.written_inner is not None and written.values()["turns"] is None
-    written = _within(written, remarks)
+    written = _with_replaced_key(written, remarks)
     turns = tuple(outline.nearest_turns(n) if outline.is_whole(n) else n for n in written.layer_turns)
     if len(turns) not in (1, len(written.layers)):
         message = f"{len(turns)} numbers of turns for {len(written.layers)} layers"
@@ -41,12 +41,12 @@ def resolve_coil(written: CoilSpec, remarks: Remarks) -> CoilSpec:
     return coil
 
 
-SAME_INSET = 1e-6
-"""How far (m) the two sides of a long coil may differ between outer and inner edge: rounding of what is written."""
+INSET_TOLERANCE = 1e-6
+"""Largest difference (m) between the insets of a long coil along x and along y: rounding of the spec's numbers."""
 
 
-def _within(coil: CoilSpec, remarks: Remarks) -> CoilSpec:
-    """The coil with the one key that is left out worked out of its inner diameter."""
+def _with_replaced_key(coil: CoilSpec, remarks: Remarks) -> CoilSpec:
+    """Return the coil with turns, width or spacing, whichever the spec omits, computed from the inner diameter."""
     inner, values = coil.written_inner, coil.values()
     if inner is None:
         return coil
@@ -54,51 +54,56 @@ def _within(coil: CoilSpec, remarks: Remarks) -> CoilSpec:
     # a single length is across the shorter side
     insets = [(size - each) / 2.0 for size, each in zip(coil.size, inner, strict=True)]
     inset = insets[0] if inner[0] != inner[1] else (min(coil.size) - inner[0]) / 2.0
-    found: dict[str, Any] = {name: usual for name, usual in STAND_INS.items() if values[name] is None}
+    found: dict[str, Any] = {name: usual for name, usual in PLACEHOLDERS.items() if values[name] is None}
     if not coil.outline.is_long and inner[0] != inner[1]:
         remarks.flaw("SIT009", INNER, f"a {coil.shape} has one inner size, not [x, y]", "write one number")
-    elif inner[0] != inner[1] and abs(insets[0] - insets[1]) > 2.0 * SAME_INSET:
+    elif inner[0] != inner[1] and abs(insets[0] - insets[1]) > 2.0 * INSET_TOLERANCE:
         along = " and ".join(f"{show(one, 'm', 4)} along {axis}" for one, axis in zip(insets, "xy", strict=True))
-        remarks.flaw("SIT009", INNER, f"the turns take {along}, which are equal", "write the shorter side alone")
+        message = f"the distance from the outer to the inner edge is {along}; both must be equal"
+        remarks.flaw("SIT009", INNER, message, "write only the shorter inner side")
     elif inset <= 0.0 or inset < width * (1 - 1e-9):
-        message = f"{show(min(inner), 'm')} leave no room for a turn in {show(min(coil.size), 'm')}"
+        message = f"{show(min(inner), 'm')} inside leaves no room for a turn in {show(min(coil.size), 'm')} outside"
         remarks.flaw("SIT009", INNER, message, "make coil.inner_diameter smaller, or coil.outer_diameter larger",
                      measured=min(inner), limit=min(coil.size) - 2.0 * width, unit="m")
     elif values["turns"] is None:
-        found["turns"] = (_turns_within(coil, inset, remarks),)
+        found["turns"] = (_turns_in(coil, inset, remarks),)
     else:
         for name in found:
-            found[name] = _wide_enough(coil, name, inset, remarks)
+            found[name] = _width_or_spacing_in(coil, name, inset, remarks)
     return replace(coil, written_inner=None, **found)
 
 
-STAND_INS = {"turns": (1.0,), "trace_width": 1e-6, "trace_spacing": 1e-6}
-"""Values with which a spec is read on whose inner diameter cannot be (m)."""
+PLACEHOLDERS = {"turns": (1.0,), "trace_width": 1e-6, "trace_spacing": 1e-6}
+"""Turns, or lengths (m), with which the rest of a spec is checked if its inner diameter is impossible."""
 
 
-def _turns_within(coil: CoilSpec, inset: float, remarks: Remarks) -> float:
-    """The turns that fill an inset (m): of a circle exactly, of other shapes the nearest whole sides, which is said."""
+def _turns_in(coil: CoilSpec, inset: float, remarks: Remarks) -> float:
+    """Return the turns that fill an inset (m): exact for a circle, rounded to whole sides for other shapes.
+
+    The remarks name the turns, and the inner diameter if rounding changes it.
+    """
     exact = coil.outline.turns_within(inset, coil.trace_width, coil.pitch)
     turns = round(coil.outline.nearest_turns(exact), 9)
     if not LayerTurns.low <= turns <= LayerTurns.high:
         limit = LayerTurns.low if turns < LayerTurns.low else LayerTurns.high
-        message = f"it makes {turns:.3g} turns a layer: {LayerTurns.low:g} to {LayerTurns.high:g}"
+        allowed = f"{LayerTurns.low:g} to {LayerTurns.high:g}"
+        message = f"this inner diameter needs {turns:.3g} turns a layer, allowed {allowed}"
         remarks.flaw("SIT009", INNER, message, "write another inner diameter, width or spacing", measured=turns,
                      limit=limit)
         return limit
     left = min(coil.size) - 2.0 * coil.outline.inset(coil.trace_width, coil.pitch, turns)
-    why = "of its inner diameter"
+    why = "from coil.inner_diameter"
     if coil.outline.ends and abs(exact - turns) > 1e-6 * turns:
-        why = f"the whole sides nearest to its inner diameter, which comes to {show(left, 'm', 6)}"
+        why = f"rounded to whole sides, so that the inner diameter becomes {show(left, 'm', 6)}"
     remarks.default(TURNS, f"{turns:.7g}", why)
     return turns
 
 
-def _wide_enough(coil: CoilSpec, name: str, inset: float, remarks: Remarks) -> float:
-    """The trace width or spacing (m), whichever is left out, with which the turns fill an inset (m)."""
+def _width_or_spacing_in(coil: CoilSpec, name: str, inset: float, remarks: Remarks) -> float:
+    """Return the trace width or spacing (m), whichever the spec omits, with which the turns fill an inset (m)."""
     gaps = max(coil.layer_turns) - coil.outline.outermost_turns
     if name == "trace_spacing" and gaps <= 0.0:
-        message = f"{max(coil.layer_turns):g} turns of a {coil.shape} leave no gap that an inner diameter could tell"
+        message = f"{max(coil.layer_turns):g} turns of a {coil.shape} have no gap, so {name} does not follow from them"
         remarks.flaw("SIT009", INNER, message, f"write {name} in place of inner_diameter")
         return coil.trace_width
     if name == "trace_spacing":
@@ -107,10 +112,11 @@ def _wide_enough(coil: CoilSpec, name: str, inset: float, remarks: Remarks) -> f
         other, found = "trace_spacing", (inset - gaps * coil.trace_spacing) / (1.0 + gaps)
     low, high = Trace.range
     if low <= found <= high:
-        remarks.default(f"coil.{name}", show(found, "m", 6), "of its turns and its inner diameter")
+        remarks.default(f"coil.{name}", show(found, "m", 6), "from coil.turns and coil.inner_diameter")
         return round(found, 12)
-    message = f"turns, inner_diameter and {other} leave a {name} of {show(found, 'm', 3)}: {Trace.low} to {Trace.high}"
-    remarks.flaw("SIT009", INNER, message, f"fewer turns, or write {name} in place of inner_diameter",
+    need = f"turns, inner_diameter and {other} need a {name} of {show(found, 'm', 3)}"
+    message = f"{need}, allowed {Trace.low} to {Trace.high}"
+    remarks.flaw("SIT009", INNER, message, f"use fewer turns, or write {name} in place of inner_diameter",
                  measured=found, limit=low if found < low else high, unit="m")
     return min(max(found, low), high)
 
@@ -118,8 +124,9 @@ def _wide_enough(coil: CoilSpec, name: str, inset: float, remarks: Remarks) -> f
 def check_coil(
     coil: CoilSpec, remarks: Remarks, written: tuple[float, ...] = (), turns_key: str = "coil.turns"
 ) -> None:
-    """Whether a coil's size, turns and corners fit its shape and each other; `written` are its turns as they are,
-    `turns_key` is the key that says them.
+    """Add a flaw to the remarks for each size, number of turns or corner radius that does not fit the coil's shape.
+
+    `written` is the turns as the spec writes them, and `turns_key` the key that flaws of the turns name.
     """
     (x, y), outline, most = coil.size, coil.outline, coil.turns_that_fit
     if not outline.is_long and x != y:
@@ -137,7 +144,7 @@ def check_coil(
         _check_turns(coil, number, most, turns_key if len(turns) == 1 else f"coil.turns.{index}", remarks)
     if coil.is_mid_side and outline.sides != 4:
         message, corner = f"a {coil.shape} does not begin in the middle of a side", (Edit("coil.start", "corner"),)
-        remarks.flaw("SIT009", "coil.start", message, "shapes that do: square, rectangle", edits=corner)
+        remarks.flaw("SIT009", "coil.start", message, "use start: corner, or shape: square or rectangle", edits=corner)
     limit = coil.outer_diameter / 2
     if coil.corner_radius and not outline.sides:
         message, none = f"a {coil.shape} has no corners to round", (Edit("coil.corner_radius", "0"),)

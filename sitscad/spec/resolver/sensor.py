@@ -128,7 +128,7 @@ def _assembly(part: Assembly, is_glued: bool, remarks: Remarks) -> Assembly:
 
 
 def toleranced_sizes(spec: SensorSpec) -> dict[str, float | None]:
-    """The sizes (m) that tolerances belong to, by the tolerance's name; None for a part that is not in the sensor."""
+    """Return the size (m) that each tolerance applies to, by the tolerance's key. None if the sensor lacks the part."""
     jaw = spec.mount.jaw if spec.mount is not None else None
     parts = {"elastomer": spec.elastomer, "target": spec.target}
     plain = {"encapsulation": spec.encapsulation, "shield": spec.shield}
@@ -142,7 +142,7 @@ def toleranced_sizes(spec: SensorSpec) -> dict[str, float | None]:
 
 
 def _check_tolerances(spec: SensorSpec, remarks: Remarks) -> None:
-    """A flaw each for written tolerances as large as the size of which they are half the band."""
+    """Add a flaw for each tolerance in the spec that is as large as the size it applies to."""
     sizes = toleranced_sizes(spec)
     for part, tolerance in spec.assembly.tolerances:
         size = sizes.get(part)

@@ -31,32 +31,33 @@ MAX_DEPTH = 12
 _LONGEST_KEY = 100
 
 
-MOST_READ = 4_000_000
-"""Characters that are read in all when a text is read again and again, each time with a tab less."""
+MAX_CHARACTERS_READ = 4_000_000
+"""Limit on the length of a text times the number of times it is read, once more after each tab replaced by spaces."""
 
 
 def read_events(text: str) -> YamlText:
-    """The values of one YAML document; raises `TextError` where there is no such document. Tabs between words count as
-    spaces, as YAML has it.
+    """Return the values of one YAML document. Raises `TextError` if the text is not one YAML document.
+
+    Tabs between words count as spaces, as in the YAML specification.
     """
-    for _ in range(max(1, MOST_READ // max(1, len(text)))):
+    for _ in range(max(1, MAX_CHARACTERS_READ // max(1, len(text)))):
         try:
             return _read(text)
         except _TabError as error:
-            text = error.without
+            text = error.spaced_text
     raise TextError("SIT001", "too many tabs stand between words", "write spaces instead of tabs")
 
 
 class _TabError(Exception):
-    """A tab that the reader of YAML refuses, though it indents nothing; ``without`` is the text with spaces for it."""
+    """Raised for a tab between words, which the YAML parser refuses. ``spaced_text`` has spaces in place of the tab."""
 
-    def __init__(self, without: str) -> None:
+    def __init__(self, spaced_text: str) -> None:
         super().__init__()
-        self.without = without
+        self.spaced_text = spaced_text
 
 
 def _without_tabs(text: str, index: int) -> str | None:
-    """The text with spaces in place of the tabs around an index; None if there are none, or they indent a line."""
+    """Return the text with spaces for the tabs around an index. None if no tabs are there, or they indent a line."""
     line = text.rfind("\n", 0, index) + 1
     before = text[line:index]
     start = line + len(before.rstrip(" \t"))
@@ -124,7 +125,7 @@ def _bounded(events: Iterator[Event]) -> Iterator[Event]:
             documents += 1
             if event.version is not None and tuple(event.version) != (1, 2):
                 said = ".".join(map(str, event.version))
-                hint = "leave the line out: 012 is 12 in YAML 1.2, and 10 in YAML 1.1"
+                hint = "remove the %YAML line; numbers like 012 mean 12 in YAML 1.2, but 10 in YAML 1.1"
                 raise TextError("SIT013", f"YAML {said} is not read here, only YAML 1.2", hint, _place(event))
         depth += isinstance(event, (MappingStartEvent, SequenceStartEvent)) - isinstance(event, CollectionEndEvent)
         count += isinstance(event, NodeEvent)
