@@ -46,7 +46,7 @@ QUARTER_SEGMENTS = 16
 _FILE_FUNCTION = re.compile(r"(?:%|^;\s*#@!\s*)TF\.FileFunction,([^*%\r\n]*)", re.MULTILINE)
 
 _HEAD = 4096
-"""Bytes by which a text is told from an archive or a picture."""
+"""Bytes at the beginning of a file that are searched for a zero byte, which shows that it is no text."""
 
 _COVER = re.compile(r"Other,Tail_Coverlay_L(\d+)")
 _EXTENT = re.compile(r"Other,Extent_of_L(\d+)(?:_to_L(\d+))?")
@@ -103,7 +103,7 @@ def read_artwork(directory: Path) -> Artwork:
                 raise ExtractionError(f"{path.name}: a copper layer called {rest[0]!r}, where L1, L2, ... is expected")
             number = int(rest[0][1:]) if len(rest[0]) <= len(f"L{MAX_LAYERS}") else MAX_LAYERS + 1
             if number > MAX_LAYERS:
-                raise ExtractionError(f"{path.name} is copper layer {rest[0][:20]}, and {MAX_LAYERS} are the limit")
+                raise ExtractionError(f"{path.name} is copper layer {rest[0][:20]}, and {MAX_LAYERS} is the maximum")
             if number in layers:
                 raise ExtractionError(f"{path.name} and {layers[number].name} both claim to be copper layer {number}")
             layers[number] = path
@@ -139,9 +139,9 @@ def read_artwork(directory: Path) -> Artwork:
 
 
 def _layer(number: str, sources: Sequence[Path]) -> int:
-    """The number of a layer that the board has. Raises ExtractionError for any other."""
+    """Return the layer number in a text. Raises ExtractionError if the board has no such layer."""
     if len(number) > len(str(MAX_LAYERS)) or not 1 <= int(number) <= len(sources):
-        raise ExtractionError(f"layer {number[:20]} of a board with {len(sources)}")
+        raise ExtractionError(f"layer {number[:20]} of a board with {len(sources)} copper layers")
     return int(number)
 
 

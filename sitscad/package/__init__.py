@@ -1,8 +1,8 @@
 """Behind `build`, `verify` and `new`: the only package of sitscad that writes files.
 
-`building` decides whether anything has to be done, `stages` what is made and what can be kept, `replacing` lets a whole
-package take the place of the one before, `folder` writes one file alone and hands out the example specs, `manifest`
-says what is in a package and what it was made from, `verification` reads a package back.
+`building` decides whether a build is needed. `stages` makes files or keeps old ones. `replacing` exchanges a whole
+package for the old one. `folder` writes single files and copies example specs. `manifest` lists the files of a package
+and their inputs. `verification` reads a package back.
 """
 
 from __future__ import annotations

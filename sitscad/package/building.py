@@ -156,13 +156,13 @@ def _made_anew(asked: BuildRequest, contents: Contents, report: Progress, jobs: 
         write_package(staged, made.files, manifest)
         kept_aside = put_in_place(staged, directory)
     return BuildResult(directory, contents.checked, True, made.results, kept_aside,
-                       left_out=_without_performance(contents, made.results, asked.wanted))
+                       left_out=_unsolved_stages(contents, made.results, asked.wanted))
 
 
-def _without_performance(
+def _unsolved_stages(
     contents: Contents, results: Sequence[StageResult], wanted: frozenset[str]
 ) -> dict[str, str]:
-    """The wanted stages that have no file because the target's response cannot be solved, each with the reason."""
+    """Return the reason for each wanted stage that has no file because the target's response cannot be solved."""
     wanted &= {"datasheet", "calibration"}
     none = [stage.name for stage in results if stage.outcome == "none" and stage.name in wanted]
     reason = contents.design.no_performance if none and is_felt(contents.spec) else ""
@@ -173,12 +173,12 @@ def stale(
     spec: SensorSpec | Design, out: str | Path = "outputs", only: Iterable[str] | None = None,
     policy: Policy | None = None, baseline: Baseline | None = None, jobs: int = 1,
 ) -> BuildResult:
-    """What a build with the same `only` would change of the package in ``out/NAME``; nothing is written.
+    """Compare the package in ``out/NAME`` with what a build with the same `only` would write. Nothing is written.
 
-    The result's ``stale`` names the files that would become others, appear or go, and those that are missing or were
-    changed by hand; files of computed figures are compared by value (`sitscad.package.figures`); of a package that was
-    built with another `only`, first the parts that it was built without. Errors
-    in the checks are in ``checked``; a package that was built in spite of them is compared as such. Raises as `build`.
+    The result's ``stale`` names the files that a build would change, add or remove, and those that are missing or were
+    changed by hand. If the package was built with another `only`, it first names the parts that were left out then.
+    Files of computed figures are compared by value (`sitscad.package.figures`). Errors in the checks are in
+    ``checked``. A package that was built in spite of errors is compared as such. Raises the errors of `build`.
     """
     asked, design = _request(spec, out, only, True, policy, baseline)
     old = _require_ours(asked.directory)

@@ -1,7 +1,7 @@
-"""Files of computed figures, compared by value: the last digits of a sum depend on the processor's order of adding.
+"""Comparison of files by value, because the last digits of a computed figure depend on the processor.
 
-Every other file of a package is the same, byte by byte, on any processor. In a file of figures, the text between the
-numbers has to be equal, and each number has to be near (`agree`).
+Processors add long sums in different order. In a file of computed figures, the text between the numbers must be equal,
+and each number must agree within a tolerance (`agree`). All other files of a package are equal byte by byte.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ FIGURES = (
 """Patterns of the files that hold computed figures."""
 
 EXACT = ("firmware/wiring/*",)
-"""Patterns of files among them that are drawn, and hold no computed figure."""
+"""Patterns of files that match `FIGURES` but hold no computed figures, and are compared byte by byte."""
 
 TOLERANCE = 1e-4
 """Largest relative difference of two equal figures: far below every stated error, far above what sums differ by."""
@@ -32,7 +32,7 @@ WHOLE_TOLERANCE = 1e-6
 """Largest relative difference of two equal whole numbers: registers, codes and counts below a million are exact."""
 
 LAST_DIGIT = 0.01
-"""Largest part of a rounded figure by which a unit of its last digit may move it."""
+"""A rounded figure may differ by a unit of its last digit if that is at most this fraction of it."""
 
 _NUMBER = re.compile(rb"(?<![\w.])[-+]?\d++(?:\.\d++)?+(?:[eE][-+]?\d++)?+(?!\.\d)")
 _BETWEEN = re.compile(rb"f?[\s,\[\]{}]*")  # What stands between the numbers of a list
@@ -45,20 +45,20 @@ def has_figures(name: str) -> bool:
 
 
 def figure_files(folder: Path, manifest: Manifest) -> dict[str, bytes]:
-    """Bytes of the package's files of figures, by name; without files that their manifest does not hold for."""
+    """Return the content of each file of figures by name, without files that differ from their hash in the manifest."""
     named = {name: entry for name, entry in manifest.files.items() if has_figures(name)}
     found = ((name, intact(folder, {name: entry})) for name, entry in named.items())
     return {name: files[name] for name, files in found if files is not None}
 
 
-def settled(made: Mapping[str, bytes], there: Mapping[str, bytes]) -> dict[str, bytes]:
-    """The files that were made, with the bytes of those `there` whose figures agree with them."""
-    return {name: there[name] if name in there and agree(there[name], content) else content
-            for name, content in made.items()}
+def with_equal_figures(files: Mapping[str, bytes], old: Mapping[str, bytes]) -> dict[str, bytes]:
+    """Return the new files, each replaced by the `old` file of its name if the figures of both agree."""
+    return {name: old[name] if name in old and agree(old[name], content) else content
+            for name, content in files.items()}
 
 
 def agree(one: bytes, other: bytes) -> bool:
-    """Whether two files say the same: equal text, and each number within its tolerance.
+    """Whether two files have equal text, and numbers that agree within their tolerances.
 
     A number may differ by `TOLERANCE`, in a list by `LIST_TOLERANCE` of the largest, a whole number by
     `WHOLE_TOLERANCE`. A figure may also differ by a unit of its last digit, if that is at most `LAST_DIGIT` of it.
@@ -90,7 +90,7 @@ def _unit(number: bytes) -> float:
 
 
 def _scales(texts: list[bytes], pairs: list[tuple[bytes, bytes]]) -> Iterator[float]:
-    """For each number, the largest of its list: numbers with nothing but commas, brackets and space between them."""
+    """Yield, for each number, the largest magnitude in its list. Only commas, brackets and spaces separate them."""
     first = 0
     for k in range(1, len(pairs) + 1):
         if k == len(pairs) or not _BETWEEN.fullmatch(texts[k]):

@@ -1,5 +1,6 @@
-"""Names that a package may hold, the files of its folder, and one file written alone, in one step, so that an
-interruption leaves the old one.
+"""Names allowed in a package, the list of files in a folder, and files written in one step.
+
+An interruption leaves the old file whole.
 
 Handing out the example specs that come with sitscad.
 """
@@ -29,8 +30,9 @@ FILE_NAME = re.compile(rf"{_PART}(/{_PART})*")
 
 
 class PackageError(Exception):
-    """A package that cannot be written or read; the text says why, and what to do about it. Names of files in it are
-    escaped, so that none can steer a terminal.
+    """Raised if a package cannot be written or read. The text gives the reason and what to do.
+
+    File names in the text are escaped, so that no name can send control characters to a terminal.
     """
 
     @checked_arguments

@@ -86,7 +86,7 @@ def read_manifest(folder: Path) -> Manifest:
         when there is none, when it is not one of ours, or when it names a file outside the package.
     """
     try:
-        return _read(json.loads(_content(folder / MANIFEST), object_pairs_hook=_distinct))
+        return _read(json.loads(_content(folder / MANIFEST), object_pairs_hook=_mapping))
     except OSError as error:
         inside = ", ".join(str(found.parent) for found in sorted(folder.glob(f"*/{MANIFEST}"))[:8])
         hint = f"; it holds {inside}: name one of these" if inside else ""
@@ -100,7 +100,7 @@ def read_manifest(folder: Path) -> Manifest:
 
 
 MAX_MANIFEST = 16_000_000
-"""Bytes of a manifest."""
+"""Largest size (bytes) of a manifest."""
 
 
 def _content(path: Path) -> bytes:
@@ -112,11 +112,11 @@ def _content(path: Path) -> bytes:
     return path.read_bytes()
 
 
-def _distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """A mapping of JSON; ValueError if two of its keys are equal: readers differ in which of the two counts."""
+def _mapping(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Return a JSON mapping. Raises ValueError if two keys are equal: readers differ in which value they use."""
     document = dict(pairs)
     if len(document) != len(pairs):
-        raise ValueError("a key is there twice")
+        raise ValueError("a key occurs twice")
     return document
 
 
@@ -127,7 +127,7 @@ def _read(document: Any) -> Manifest:
     built = _part(document, "built", dict, {})
     files = _part(document, "files", dict)
     if len({name.lower() for name in files}) != len(files):
-        raise ValueError("two files differ by small and capital letters only")
+        raise ValueError("two file names differ only in upper and lower case")
     return Manifest(
         _part(document, "sitscad", str),
         _texts("spec", _part(document, "spec", dict), {"name", "file", "sha256"}),
@@ -186,8 +186,9 @@ def intact(folder: Path, entries: Mapping[str, Entry]) -> dict[str, bytes] | Non
 
 
 def foreign_files(folder: Path, manifest: Manifest) -> list[str]:
-    """Files that sitscad did not write, or that were changed since, without those that KiCad leaves beside a project of
-    the package.
+    """Return the names of files that sitscad did not write, or that were changed since.
+
+    Files that KiCad leaves beside a project of the package do not count.
     """
     found = []
     for name in list_files(folder):
@@ -200,8 +201,9 @@ def foreign_files(folder: Path, manifest: Manifest) -> list[str]:
 
 
 def is_left_by_kicad(name: str, files: Collection[str]) -> bool:
-    """Whether KiCad leaves a file of that name beside one of the projects among a package's files: settings of its
-    windows, locks, its cache of footprints, backups.
+    """Whether a file has a name that KiCad gives to files beside one of the package's projects.
+
+    KiCad leaves window settings, locks, a footprint cache and backups.
     """
     if name in files:
         return False

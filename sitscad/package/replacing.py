@@ -1,8 +1,8 @@
-"""A package's folder replaced as a whole or not at all, by one build at a time, and without the loss of a user's file.
+"""Exchange of a package's folder: as a whole or not at all, by one build at a time, without loss of a user's files.
 
 A build writes into a staging folder beside the package, exchanges the two, and removes of the old package only the
-files that are as its manifest says. Whatever else lies there is moved, never copied: so pipes, unreadable files and
-files that appeared during the build are kept as well.
+files that match its manifest. It moves all other files and never copies them. This also keeps pipes, unreadable files
+and files that appeared during the build.
 """
 
 from __future__ import annotations
@@ -63,22 +63,24 @@ def opened_for_building(parent: Path, name: str) -> Iterator[Path]:
 
 
 def write_package(staged: Path, files: Mapping[str, bytes], manifest: Manifest) -> None:
-    """Write the files of a package, and last its manifest: a folder that has one is a whole package."""
+    """Write the files of a package, and its manifest last, so that a folder with a manifest is a whole package."""
     write_files(staged, files)
-    write_files(staged, {_UNFINISHED: manifest.as_bytes()})
+    write_files(staged, {_PARTIAL_MANIFEST: manifest.as_bytes()})
     with explained(f"cannot write into {staged.parent}"):
-        os.rename(staged / _UNFINISHED, staged / MANIFEST)
+        os.rename(staged / _PARTIAL_MANIFEST, staged / MANIFEST)
 
 
-_UNFINISHED = f"{MANIFEST}.new"
+_PARTIAL_MANIFEST = f"{MANIFEST}.new"
 
 
 def put_in_place(staged: Path, target: Path) -> Path | None:
-    """Let the staged package take the target's place in one step, and remove the old one. Return the folder that holds
-    its files that no build wrote (``NAME.kept-1``, 2, 3 ...), or None if it had none.
+    """Exchange the staged package for the target in one step, and remove the old package.
 
-    If the system cannot exchange two folders, the old one is moved aside first; a build killed between the two moves is
-    put right by the next one. Files that KiCad left beside its project stay there.
+    Return the folder that now holds the old package's files that no build wrote (``NAME.kept-1``, 2, 3 ...). None if
+    there are no such files. Files that KiCad left beside its project stay there.
+
+    If the system cannot exchange two folders, the old one is renamed first. If a build is killed between the two
+    renames, the next build completes the exchange.
     """
     with explained(f"cannot replace {target}"):
         for folder in (staged, *(path for path in staged.rglob("*") if path.is_dir())):
@@ -98,7 +100,7 @@ def put_in_place(staged: Path, target: Path) -> Path | None:
         return _remove(old, target)
     except OSError as error:
         raise PackageError(
-            f"{target} is built; the package before it, with files of yours, is in {old} and could not be moved: "
+            f"{target} is built, but the old package in {old}, which has files of yours, could not be moved: "
             f"{error.strerror or error}"
         ) from error
 
@@ -121,8 +123,9 @@ def _clear(leftover: Path, target: Path) -> None:
 
 
 def _remove(old: Path, target: Path) -> Path | None:
-    """Delete a package that is no longer wanted, and keep its files that are not as a build wrote them. Return the
-    folder of the latter beside `target`, or None if there are none.
+    """Delete an old package, except for files that no build wrote or that were changed since.
+
+    Return the folder beside `target` that holds these files. None if there are none.
     """
     try:
         files = read_manifest(old).files
@@ -141,15 +144,15 @@ def _remove(old: Path, target: Path) -> Path | None:
         os.unlink(old / MANIFEST)
         os.rmdir(old)
         return None
-    kept = _unused(target)
+    kept = _free_name(target)
     os.rename(old, kept)
     if files:  # else it is no manifest of sitscad's
         os.unlink(kept / MANIFEST)
     return kept
 
 
-def _unused(target: Path) -> Path:
-    """The first of ``NAME.kept-1`` (2, 3 ...) that is not there."""
+def _free_name(target: Path) -> Path:
+    """Return the first path of ``NAME.kept-1`` (2, 3 ...) that does not exist."""
     number = 1
     while os.path.lexists(kept := target.parent / f"{target.name}.kept-{number}"):
         number += 1
@@ -183,7 +186,7 @@ def _lock(parent: Path, name: str) -> int | None:
 
 
 def has_leftovers(parent: Path, name: str) -> bool:
-    """Whether a killed build, or one that is at work, has left something beside a package."""
+    """Whether a lock or a staging folder, of a killed or a running build, lies beside a package."""
     if not parent.is_dir():
         return False
     ours = _leftovers_of(name)

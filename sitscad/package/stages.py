@@ -19,7 +19,7 @@ from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.formats import WRITERS
 from sitscad.package.contents import BESIDE_TAIL, Contents, read_by, read_of_board
-from sitscad.package.figures import settled
+from sitscad.package.figures import with_equal_figures
 from sitscad.package.folder import FILE_NAME, PackageError
 from sitscad.package.manifest import (
     CHECK_STAGE,
@@ -61,7 +61,7 @@ FIT_PICTURE, SOLIDS_PICTURE = "fit.svg", "mount/fit-solids.svg"
 class Made:
     """The stages' outcomes, every file's bytes, and every file's manifest entry.
 
-    ``by_value`` names the files that kept the bytes of a package because their figures agree with it.
+    ``by_value`` names the files that were kept from the old package because their figures agree with the new ones.
     """
 
     results: tuple[StageResult, ...]
@@ -98,12 +98,12 @@ def make_all(
     contents: Contents, directory: Path, old: Manifest, wanted: frozenset[str], progress: Progress, force: bool = False,
     jobs: int = 1, figures: Mapping[str, bytes] | None = None,
 ) -> Made:
-    """Every stage that is wanted, made or kept as the package before has it, and what is still true of the others.
+    """Make the wanted stages, or keep their files from the old package. Keep valid files of other stages.
 
-    With `force`, what came before the solids is made once more if they show errors of their own: its mark, and the note
-    in the order archive, do not name them yet. With two `jobs` and more the solids are made in a process of their own,
-    beside all else. Files of `figures` that agree with what is made stay as they are, and what follows is made from
-    them (`sitscad.package.figures`).
+    With `force`, and if the solids show further errors, the files before the solids are made a second time: their mark
+    and the note in the order archive must name these errors. With two or more `jobs`, a second process makes the
+    solids. A file in `figures` (of an old package, by name) is kept if its computed figures agree with the new ones,
+    and later files are made from it (`sitscad.package.figures`).
     """
     rendered: dict[str, Rendered] = {}
     made = _made(contents, directory, old, wanted, progress, jobs, figures or {}, rendered)
@@ -132,7 +132,7 @@ def _made(
     contents: Contents, directory: Path, old: Manifest, wanted: frozenset[str], progress: Progress, jobs: int,
     figures: Mapping[str, bytes], rendered: dict[str, Rendered],
 ) -> Made:
-    # `rendered` holds the parts of a first round by the hash of what they are made of
+    # `rendered` holds the parts of the first pass by the hash of their inputs
     new: dict[str, dict[str, bytes]] = {stage: {} for stage in ORDER}
     failures: dict[str, list[str]] = {stage: [] for stage in ORDER}
     spent, kept_parts, entries, theirs = dict.fromkeys(ORDER, 0.0), [], dict[str, Entry](), dict[str, str]()
@@ -162,7 +162,7 @@ def _made(
                 made = _distinct(stage, so_far, part.files, theirs)
                 failures[stage] += part.failures
                 theirs |= part.theirs
-            as_rendered, made = made, settled(made, figures)
+            as_rendered, made = made, with_equal_figures(made, figures)
             by_value += (name for name in made if made[name] != as_rendered[name])
             if FIT in made:
                 contents = dataclasses.replace(contents, measured=made[FIT].decode("ascii"))

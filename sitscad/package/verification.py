@@ -55,11 +55,11 @@ class Verification:
     as they were built, ``foreign`` others; ``nets`` are the
     layout's, None where the package has no Gerber files; ``panel_boards`` is how many boards were held against the
     single one, None where there is no panel; ``wrong_nets`` and ``wrong_boards`` count the differences of either;
-    ``forced`` is set of a package that was built in spite of errors; ``rebuilt`` counts what is not what its spec
-    makes, None where nothing was built again; ``by_value`` counts files of figures that are equal by
-    value, not byte by byte (`sitscad.package.figures`); ``wrong_layers`` what layers and job file contradict each other
-    in, ``wrong_archive`` what of the archive that is sent is not as the files beside it. ``by_kicad`` names files that
-    KiCad left beside its project: they are not of the package, and no difference.
+    ``forced`` is set of a package that was built in spite of errors; ``rebuilt`` counts the
+    differences from a new build of its spec, None if nothing was built again; ``by_value`` counts the files that differ
+    from the new build only in the last digits of computed figures (`sitscad.package.figures`); ``wrong_layers`` what
+    layers and job file contradict each other in, ``wrong_archive`` what of the archive that is sent is not as the files
+    beside it. ``by_kicad`` names files that KiCad left beside its project; they count as no difference.
     """
 
     directory: Path
@@ -95,7 +95,7 @@ class Verification:
         words = ", ".join(f"{count} {word}" for count, word in wrong if count)
         yield f"{self.files} files against the manifest{f' ({words})' if words else ''}"
         if self.by_kicad:
-            yield f"beside them {counted(len(self.by_kicad), 'file')} by KiCad ({', '.join(self.by_kicad)})"
+            yield f"ignored: {counted(len(self.by_kicad), 'file')} that KiCad left ({', '.join(self.by_kicad)})"
         if self.nets is None:
             yield "no Gerber files"
         elif self.wrong_nets:
@@ -117,15 +117,15 @@ class Verification:
         if self.rebuilt:
             yield "not what its spec makes"
         elif self.rebuilt is not None:
-            but = f", but for last digits of figures in {counted(self.by_value, 'file')}" if self.by_value else ""
+            but = f", except for last digits of figures in {counted(self.by_value, 'file')}" if self.by_value else ""
             yield f"byte by byte what its spec makes{but}"
 
 
 MAX_FILES = 10_000
-"""Files in a package's folder."""
+"""Largest number of files in a package's folder."""
 
 MAX_FILE = 500_000_000
-"""Bytes of one file in a package. Meshes are the largest."""
+"""Largest size (bytes) of one file in a package. Meshes are the largest files."""
 
 
 @checked_arguments
@@ -134,9 +134,9 @@ def verify(directory: str | Path, rebuild: bool = False) -> Verification:
     layers and holes with job file and netlist, the archive that is sent with the files beside it, and every board of
     its panel with the single board.
 
-    Whoever changes a file can write its hash anew. With `rebuild` the package is built again from its own ``spec/``, in
-    memory, and compared: every byte, but figures by value (`sitscad.package.figures`). Then it is what this spec makes,
-    and only whether the spec is yours is left to see.
+    A person who changes a file can also change its hash in the manifest. With `rebuild`, the package is built again
+    in memory from its own ``spec/`` and compared: byte by byte, computed figures by value (`sitscad.package.figures`).
+    This proves that the files belong to the spec, but not that the spec is yours.
 
     Raises
     ------
@@ -178,15 +178,15 @@ def verify(directory: str | Path, rebuild: bool = False) -> Verification:
 
 
 def _require_small(folder: Path) -> None:
-    """Raise PackageError if the folder has more than a package can have, before any of it is read."""
+    """Raise PackageError if the folder has more files, or a larger file, than a package may have. Reads no content."""
     names = list_files(folder)
     if len(names) > MAX_FILES:
-        raise PackageError(f"{folder} has {len(names)} files, where a package has {MAX_FILES} at most")
+        raise PackageError(f"{folder} has {len(names)} files, maximum {MAX_FILES} in a package")
     for name in names:
         path = folder / name
         if path.is_file() and (size := path.stat().st_size) > MAX_FILE:
-            limit = f"{MAX_FILE // 1_000_000} MB are the limit of a package's files"
-            raise PackageError(f"{path} has {size // 1_000_000} MB; {limit}")
+            limit = f"maximum {MAX_FILE // 1_000_000} MB for a file of a package"
+            raise PackageError(f"{path} has {size // 1_000_000} MB, {limit}")
 
 
 def _with_boards(read: Verification, folder: Path, manifest: Manifest) -> Verification:
@@ -208,7 +208,7 @@ def spec_path(folder: Path, manifest: Manifest) -> Path:
 
 
 def _spec_differences(folder: Path, manifest: Manifest) -> Iterator[str]:
-    """The kept spec against the manifest's own hash of its text and the name there."""
+    """Yield the differences between the spec in the package and the hash and name in the manifest."""
     path = spec_path(folder, manifest)
     try:
         text = decoded(read_file(path))
@@ -223,11 +223,11 @@ def _spec_differences(folder: Path, manifest: Manifest) -> Iterator[str]:
         return
     name = data.get("name") if isinstance(data, dict) else None
     if str(name) != manifest.spec["name"]:
-        yield f"{MANIFEST} names the sensor {manifest.spec['name']}, and its spec {name}"
+        yield f"{MANIFEST} names the sensor {manifest.spec['name']}, but the spec names it {name}"
 
 
 def _layer_differences(folder: Path, manifest: Manifest) -> Iterator[str]:
-    """Layers and drill files against the job file, of the board and of a panel."""
+    """Yield the differences between layers and drill files and the job file, for the board and for a panel."""
     from sitscad.extraction.differences import compare_job
     from sitscad.extraction.limits import ExtractionError, reading
 
@@ -245,15 +245,17 @@ def _has_panel(manifest: Manifest) -> bool:
 
 
 def _archive_differences(folder: Path, manifest: Manifest) -> tuple[str, ...] | None:
-    """The archive that is sent against the files beside it; None if there is none. An archive of another name is a
-    difference.
+    """Return the differences between the order archive and the files beside it. None if the package has no archive.
+
+    An archive with the name of another sensor is a difference.
     """
     from sitscad.extraction.limits import ExtractionError, reading
     from sitscad.papers.archive import differences
 
     archives = sorted(name for name in manifest.files if _ARCHIVE.fullmatch(name) and (folder / name).is_file())
     archive = f"fpc/{manifest.spec['name']}-order.zip"
-    others = tuple(f"{name} is the order of no {manifest.spec['name']}" for name in archives if name != archive)
+    text = f"is an order archive, but not of the sensor {manifest.spec['name']}"
+    others = tuple(f"{name} {text}" for name in archives if name != archive)
     if archive not in archives:
         return others or None
     note = folder / "fpc" / FORCED_NOTE
@@ -320,8 +322,9 @@ def _names(pins: set[str]) -> str:
 
 
 def rebuilt(folder: Path, manifest: Manifest) -> tuple[Made, Manifest]:
-    """All files of a package as its spec makes them, and their manifest; files of figures as the package has them,
-    where the figures agree.
+    """Build the files of a package again in memory from its spec. Return the files and their manifest.
+
+    A file of computed figures is taken from the package if its figures agree with the new ones.
 
     Raises
     ------
@@ -344,7 +347,7 @@ def rebuilt(folder: Path, manifest: Manifest) -> tuple[Made, Manifest]:
 
 
 def rebuilt_differences(folder: Path, manifest: Manifest, made: Made, document: Manifest) -> Iterator[str]:
-    """Yield each difference of a package from the files and the manifest that its spec makes, in words."""
+    """Yield a description of each difference between a package and a new build of its spec."""
     stale = {entry.stage for name, entry in manifest.files.items() if made.entries.get(name, entry) != entry}
     said = {(entry.stage, entry.made_from) for entry in manifest.files.values()}
     is_so = {(entry.stage, entry.made_from) for entry in made.entries.values()}

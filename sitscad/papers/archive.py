@@ -60,7 +60,7 @@ def differences(content: bytes, files: Mapping[str, bytes], name: str, forced: s
             if any(entry.compress_type != zipfile.ZIP_STORED for entry in entries):
                 raise ValueError("a file in it is compressed")
             if sum(entry.file_size for entry in entries) > len(content):
-                raise ValueError("its files say that they are larger than the archive")
+                raise ValueError("the stated sizes of its files exceed the size of the archive")
             found = {entry.filename: archive.read(entry) for entry in entries}
         if len(found) != len(entries):
             raise ValueError("two files in it have one name")
