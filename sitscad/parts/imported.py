@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import re
 import subprocess
 import sys
@@ -69,7 +70,11 @@ def _converted(content: bytes, name: str) -> tuple[bytes, float]:
         source.write_bytes(content)
         reader = [sys.executable, "-m", "sitscad.parts.step_reader", str(source), str(target)]
         try:
-            ran = subprocess.run(reader, capture_output=True, timeout=SECONDS, check=False)
+            # in its own folder: a module of the user's, like json.py, would be imported from the working directory
+            given = os.environ.get("PYTHONPATH")
+            paths = os.pathsep.join([str(Path(__file__).parents[2]), *([given] if given else [])])
+            ran = subprocess.run(reader, capture_output=True, timeout=SECONDS, check=False, cwd=folder,
+                                 env=os.environ | {"PYTHONPATH": paths})
         except subprocess.TimeoutExpired:
             raise PartsError(f"{name} could not be read in {SECONDS} s") from None
         if ran.returncode or not target.is_file():

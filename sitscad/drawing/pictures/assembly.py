@@ -105,7 +105,9 @@ def _port(cuts: list[tuple[Solid, Polygons]], mount: Mount | None, top: float) -
     jaw = mount.jaw if mount else None
     if jaw is None:
         return None
-    lower = next(polygons for solid, polygons in cuts if solid.role is BodyRole.JAW)
+    lower = next((polygons for solid, polygons in cuts if solid.role is BodyRole.JAW), None)
+    if not lower:  # a jaw out of a STEP file that ends before the section
+        return None
     bottom = min(point[1] for polygon in lower for point in polygon)
     axis = (bottom + top + (jaw.opposing_pad_thickness + jaw.height) * 1e3) / 2
     mirrored = [[(y, 2 * axis - z) for y, z in reversed(polygon)] for polygon in lower]
