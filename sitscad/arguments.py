@@ -1,6 +1,6 @@
-"""Arguments of public functions, held against their annotations: a wrong type is told with what is wanted instead.
+"""Type check of the arguments of public functions against their annotations.
 
-A checked function costs a wrapper when it is imported. Its annotations are read when it is first called.
+The decorator adds a wrapper at import. The annotations are parsed when the function is first called.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ SOURCES = {
     "SpecSource": "spec.source is one",
     "Fault": "sitscad.bench.converter.Fault.read('open:C2') makes one",
 }
-"""Where values of the types of sitscad come from."""
+"""Calls that return a value of each type of sitscad. A TypeError names the call."""
 
 
 def _is_text(value: Any) -> bool:
@@ -60,22 +60,23 @@ TYPES: dict[str, tuple[str, Test]] = {
     "Progress": ("a function", callable),
     "Executor": ("an executor", lambda value: hasattr(value, "submit")),
 }
-"""Types of annotations that are none of sitscad's, each in words and as a test."""
+"""Description and test of each type in annotations that is not a type of sitscad."""
 
 
 def checked_arguments(function: Function) -> Function:
-    """Return the function with its arguments held against their annotations. It raises TypeError that names the
-    function, the argument, what is wanted and where that comes from.
+    """Return the function with a type check of its arguments.
+
+    The check raises a TypeError that names the function, the argument, the wanted type and a call that returns it.
     """
-    wanted: list[tuple[str, str, tuple[_Kind, ...]]] = []
+    parameters: list[tuple[str, str, tuple[_Kind, ...]]] = []
 
     @wraps(function)
     def call(*values: Any, **named: Any) -> Any:
-        if not wanted:
-            wanted.extend(_wanted_by(function))
-        for (name, annotation, kinds), value in zip(wanted, values, strict=False):
+        if not parameters:
+            parameters.extend(_parameters_of(function))
+        for (name, annotation, kinds), value in zip(parameters, values, strict=False):
             _require(function, name, annotation, kinds, value)
-        for name, annotation, kinds in wanted if named else ():
+        for name, annotation, kinds in parameters if named else ():
             if name in named:
                 _require(function, name, annotation, kinds, named[name])
         return function(*values, **named)
@@ -84,7 +85,7 @@ def checked_arguments(function: Function) -> Function:
 
 
 class _Kind:
-    """One type of an annotation: its name, and the name of what is in it."""
+    """One type of an annotation, such as ``tuple[Solid, ...]``: its name, and the types of its elements."""
 
     def __init__(self, annotation: str) -> None:
         found = re.fullmatch(r"([\w.]+)(?:\[(.*)\])?", annotation.strip())
@@ -95,7 +96,7 @@ class _Kind:
         self.test = TYPES[self.name][1] if self.name in TYPES else lambda value: True
 
     def holds(self, value: Any) -> bool:
-        """Whether a value is of this type; of lists and tuples the values in it, too."""
+        """Whether a value is of this type. For lists and tuples, their elements are tested, too."""
         if self.is_ours:
             own = (base for base in type(value).__mro__ if base.__name__ == self.name)
             return any(base.__module__.startswith("sitscad.") for base in own)
@@ -106,13 +107,13 @@ class _Kind:
 
     @property
     def text(self) -> str:
-        """The type in words."""
+        """Description of the type, such as "a list of a number"."""
         words = TYPES[self.name][0] if self.name in TYPES else self.name
         return f"{words} of {' or '.join(part.text for part in self.parts)}" if self.parts else words
 
 
-def _wanted_by(function: Callable[..., Any]) -> Iterable[tuple[str, str, tuple[_Kind, ...]]]:
-    """The parameters of a function in their order, each with its annotation and the types of that."""
+def _parameters_of(function: Callable[..., Any]) -> Iterable[tuple[str, str, tuple[_Kind, ...]]]:
+    """Yield the name, the annotation and the allowed types of each parameter of a function, in order."""
     code, annotations = function.__code__, function.__annotations__
     for name in code.co_varnames[: code.co_argcount + code.co_kwonlyargcount]:
         annotation = str(annotations.get(name, "Any"))

@@ -68,7 +68,7 @@ class Design:
             cls, spec: SensorSpec = None, given_layout: Layout | None = None,
             given_estimates: Estimates | None = None, *_: object, **named: object,
         ) -> Design:
-            """Refuse other types, where a program makes a design; `replace` and copies come without arguments."""
+            """Check the types of the arguments. Without arguments, as in copies, check nothing."""
             return object.__new__(cls)
 
     def once(self, name: str, make: Callable[[], Kept]) -> Kept:

@@ -291,5 +291,5 @@ class LineBoard(Board):
         last = f"; the firmware said: {self.told[-1]}" if self.told else ""
         if self.another:
             raise OSError(f"the lines are of another sensor, or of other settings than {self.identity:08X}{last}")
-        raise OSError(f"no line of a reading came, {self.corrupted} were no such: port, firmware, or "
-                      f"another baud than its {self.serial.baud}{last}")
+        raise OSError(f"no readable line arrived, {self.corrupted} lines were corrupted: check the port, the "
+                      f"firmware and the baud rate ({self.serial.baud}){last}")

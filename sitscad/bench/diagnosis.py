@@ -53,7 +53,7 @@ def diagnosis(board: Board, wrong: Sequence[str], readings: Sequence[Sequence[Co
 def _line(board: LineBoard) -> Verdict:
     """What came over a serial line; identity and settings are looked after by the firmware."""
     is_so = not (board.lost or board.corrupted or board.another or board.starts)
-    more = "" if is_so else f": cable, a slow reader, or another baud than {board.serial.baud}"
+    more = "" if is_so else f": check the cable, the baud rate ({board.serial.baud}) and the speed of this computer"
     return Verdict("lines", MET if is_so else NOT_MET, board.said + more)
 
 

@@ -181,8 +181,9 @@ def source_of(text: str, design: Design | None, tares: int = 0) -> tuple[Source,
 
 
 def _port(text: str, baud: int) -> Port:
-    """The serial port that a source names, at `baud` unless it says another. Raises ValueError without pyserial and
-    OSError if the port does not open.
+    """Return the serial port that a source names, at its ``?baud=``, or else at `baud`.
+
+    Raises ValueError if pyserial is not installed, and OSError if the port does not open.
     """
     try:
         import serial

@@ -126,7 +126,7 @@ def map_of(document: Mapping[str, Any] | str | Path) -> InverseMap:
         try:
             document = json.loads(Path(document).read_text(encoding="utf-8"))
         except RecursionError as error:
-            raise ValueError("no map from readings to forces: it is nested too deeply") from error
+            raise ValueError("not a map from readings to forces: the JSON document is nested too deeply") from error
     try:
         known = cast(Mapping[str, Any], document).get("map", document)
         axes = len(known["axes"])

@@ -38,22 +38,22 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
 
 
 class Messages(io.TextIOWrapper):
-    """Standard error: a message that the disk or terminal does not take is lost, and the command goes on without it."""
+    """Standard error that discards a message if it cannot be written, so that the command continues."""
 
     def write(self, text: str, /) -> int:
-        """Write the text, or lose it; raises BrokenPipeError, which ends the command."""
-        with _lost():
+        """Write the text, or discard it. Raises BrokenPipeError, which ends the command."""
+        with _ignore_write_errors():
             super().write(text)
         return len(text)
 
     def flush(self) -> None:
-        """Write what is left, or lose it."""
-        with _lost():
+        """Write the buffered text, or discard it."""
+        with _ignore_write_errors():
             super().flush()
 
 
 @contextmanager
-def _lost() -> Iterator[None]:
+def _ignore_write_errors() -> Iterator[None]:
     try:
         yield
     except BrokenPipeError:
@@ -63,11 +63,10 @@ def _lost() -> Iterator[None]:
 
 
 def prepare_streams() -> None:
-    """Make all three standard streams fit to be used: those that are closed become the null device, and no text is
-    refused for its characters.
+    """Open closed standard streams on the null device, and make all streams accept any character.
 
-    Without the null device the next file that is opened takes the number of the closed stream, and what a library
-    prints there goes into that file.
+    Otherwise the next file that is opened gets the number of the closed stream, and text that a library prints there
+    goes into that file.
     """
     for name in ("stdin", "stdout", "stderr"):
         if getattr(sys, name) is None:
@@ -76,7 +75,7 @@ def prepare_streams() -> None:
             setattr(sys, name, os.fdopen(descriptor, "r" if name == "stdin" else "w"))
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")
-    if type(sys.stderr) is io.TextIOWrapper:  # not what a program put in its place, as tests do
+    if type(sys.stderr) is io.TextIOWrapper:  # not a stream that a program, such as a test, put in its place
         encoding = sys.stderr.encoding
         sys.stderr = Messages(sys.stderr.detach(), encoding, "backslashreplace", line_buffering=True)
 

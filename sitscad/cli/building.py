@@ -138,7 +138,8 @@ def _told(result: BuildResult, only: tuple[str, ...], again: str, named: bool, f
 
 @click.command(cls=Example, example="sitscad verify outputs/grasper-4layer")
 @click.argument("directory", type=click.Path())
-@click.option("--rebuild", is_flag=True, help="Build it again from its spec, and compare every byte, figures by value.")
+@click.option("--rebuild", is_flag=True,
+              help="Build it again from its spec and compare every byte, computed figures by value.")
 @PLUGIN
 def verify(directory: str, rebuild: bool) -> int:
     """Read a finished package back.

@@ -79,7 +79,7 @@ def _asked(words: str) -> str:
     "--method", metavar="NAME", help="The inductance method (default: the cheapest that meets the tolerance)."
 )
 @click.option("--at", "at", multiple=True, metavar="FREQUENCY",
-              help="Add the coil alone at a frequency, like 13.56MHz; any number of times.")
+              help="Add L, R and Q of each coil alone at a frequency, like 13.56MHz; can be repeated.")
 @click.option("--performance", is_flag=True, help="Say what the sensor feels, in newtons (2 to 4 s more).")
 def estimate(
     spec: str, format_name: str, tolerance: float | None, method: str | None, at: tuple[str, ...], performance: bool

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 HELP_IS_GONE = "Python runs with -OO (PYTHONOPTIMIZE=2), which takes the help texts away."
-"""The help of every command where the docstrings are not there."""
+"""Help text of every command if Python runs without docstrings."""
 
 
 class Example(click.Command):
@@ -90,11 +90,11 @@ def specs_of(paths: Iterable[str]) -> list[str]:
     from sitscad.opening import specs_in
     from sitscad.report.findings.text import printable
 
-    def pass_by(path: str) -> None:
-        say(f"{printable(path)} is a study, and is passed by (sitscad design {printable(path)})")
+    def skip(path: str) -> None:
+        say(f"{printable(path)} is a study and is skipped (sitscad design {printable(path)})")
 
     try:
-        return specs_in(list(paths), pass_by)
+        return specs_in(list(paths), skip)
     except ValueError as error:
         raise click.UsageError(str(error)) from error
 

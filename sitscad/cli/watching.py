@@ -70,12 +70,12 @@ def watch(spec: str, serve: bool, port: int, host: str, opens: bool, format_name
 
 
 def served(showing: Showing, host: str, port: int) -> tuple[PageServer, str]:
-    """A begun server of the page and its address, which is printed. Raises ClickException if it cannot listen there."""
+    """Start a server of the page, print its address and return both. Raises ClickException if it cannot listen."""
     from sitscad.watch.server import LOOPBACK, server
 
     try:
         made = server(showing, host, port)
-    except (OSError, UnicodeError) as error:  # a name of a host that is none, too
+    except (OSError, UnicodeError) as error:  # UnicodeError: the host is no valid name
         reason = getattr(error, "strerror", None) or str(error)
         raise click.ClickException(f"the page cannot be served on {host}, port {port}: {reason}") from error
     if host.strip("[]").lower() not in LOOPBACK:

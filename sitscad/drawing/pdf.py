@@ -92,7 +92,7 @@ def _label(label: Label) -> Iterator[bytes]:
 
 
 def _escaped(text: str) -> bytes:
-    """Text in the font's encoding: without its accents if these are not in it, else by its code point (``U+03A9``)."""
+    """Return text in the font's encoding. Other characters lose their accents, or become a code point (``U+03A9``)."""
     encoded = b"".join(_character(one) for one in text)
     return encoded.replace(b"\\", b"\\\\").replace(b"(", b"\\(").replace(b")", b"\\)")
 

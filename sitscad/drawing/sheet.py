@@ -116,7 +116,7 @@ class Sheet:
         self, paths: Path | Iterable[Path], pen: Pen | None = None, fill: str | None = None, name: str = "",
         opacity: float = 1.0, kind: str = "",
     ) -> None:
-        """Add paths as one shape. Paths without segments, as `polyline` returns for a repeated point, draw nothing."""
+        """Add paths as one shape. Paths without segments are left out, such as a `polyline` of one repeated point."""
         drawn = tuple(path for path in ((paths,) if isinstance(paths, Path) else paths) if path.segments)
         self.items.append(Shape(drawn, pen, fill, name, opacity, kind))
 

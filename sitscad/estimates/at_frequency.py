@@ -17,8 +17,9 @@ from sitscad.scene.state import FREE
 from sitscad.units import show
 
 CROWDING_ERROR = 3e-3
-"""Largest error of the change that crowding makes, of the inductance of direct current: what filaments show from 0.1 to
-20 MHz (tests/validation/test_alternating_current.py)."""
+"""Largest error of the inductance change by current crowding, as a fraction of the direct-current inductance.
+
+Source: comparison with filament models, 0.1 to 20 MHz (tests/validation/test_alternating_current.py)."""
 
 
 class FrequencyError(ValueError):
@@ -27,7 +28,7 @@ class FrequencyError(ValueError):
 
 @record
 class CoilAtFrequency:
-    """One coil alone at a `frequency` (Hz), neighbours open.
+    """One coil at a `frequency` (Hz), without target and tank, and with its neighbours open.
 
     ``winding_inductance`` (H) and ``winding_resistance`` (ohm) are those of the winding without leads, each with its
     relative error bound. ``inductance`` and ``resistance`` are between the contacts, leads included.
@@ -59,7 +60,7 @@ class CoilAtFrequency:
         return 2.0 * math.pi * self.frequency * self.inductance / self.resistance
 
     def document(self) -> dict[str, Any]:
-        """The figures by the names that JSON gives them."""
+        """Return the values under their names in JSON."""
         return {
             "coil": self.coil, "frequency_Hz": self.frequency, "winding_inductance_H": self.winding_inductance,
             "winding_inductance_error": self.winding_inductance_error,
@@ -75,7 +76,7 @@ class CoilAtFrequency:
 def coils_at(
     layout: Layout, frequencies: tuple[float, ...], method: str | None = None, tolerance: float | None = None
 ) -> tuple[CoilAtFrequency, ...]:
-    """Every coil of a layout at each frequency (Hz), at the temperature of the spec.
+    """Estimate every coil of a layout at each frequency (Hz), at the temperature of the spec.
 
     Raises
     ------
@@ -98,7 +99,7 @@ def _coil_at(circuit: CoilCircuit, wound: Wound, frequency: float) -> CoilAtFreq
         )
     if not circuit.loss.is_resolved(frequency):
         raise FrequencyError(f"coil {circuit.name} at {show(frequency, 'Hz')}: the current within the tracks cannot be "
-                             "resolved: they are far nearer to each other than they are thick or wide")
+                             "resolved: their spacing is far smaller than their width or thickness")
     winding, at = wound.winding, np.array([frequency])
     change = float(circuit.loss.inductance_changes(at)[0])
     own = circuit.inductance + change

@@ -109,7 +109,7 @@ class CoilEstimate:
     leads and tail, `winding_capacitance` the winding's. `lead_parts` shares out `lead_inductance` by name.
     `apparent_inductance` is that of the free state. `failed_states` gives a reason for every state in which the model
     fails or the tank is overdamped: such a state is absent from `states`, and numbers of an absent free state are NaN.
-    `inner_diameter` is across the inner copper edges, of a long coil its shorter side.
+    `inner_diameter` is measured across the inner copper edges; for a long coil, along its shorter side.
     `overdamped` are the quality factors of those whose tank does not oscillate. `press_share` is what the coil's own
     pad makes of the change from rest to pressed, which of cells is that of a mean pad: sensitivities have it. SI units.
     """

@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 from tolerance import approx
 
-from sitscad.estimates.circuit.tank import E12, E24, preferred_values, sold_beside
+from sitscad.estimates.circuit.tank import E12, E24, neighbour_values, preferred_values
 from sitscad.finding import Severity
 from sitscad.spec import presets
 
@@ -112,8 +112,8 @@ def test_capacitor_of_the_series_passes(design, judge, written):
 def test_chosen_capacitors_are_sold():
     assert set(E12) < set(E24) and len(E24) == 24
     chosen = preferred_values(presets.converter("ldc1614"))
-    assert chosen and all(sold_beside(value) == approx((value, value), rel=1e-9) for value in chosen)
-    assert sold_beside(9.6e-11) == approx((9.1e-11, 1e-10), rel=1e-9)
+    assert chosen and all(neighbour_values(value) == approx((value, value), rel=1e-9) for value in chosen)
+    assert neighbour_values(9.6e-11) == approx((9.1e-11, 1e-10), rel=1e-9)
 
 
 @pytest.mark.parametrize(("asked", "severity", "key"), [

@@ -677,7 +677,7 @@ def test_scatter_is_told_of_goals_and_limits_without_a_yield_asked(folder):
 def test_a_folder_of_specs_passes_studies_by(folder, capsys):
     assert run(["check", str(folder)]) in (0, 1)
     said = capsys.readouterr()
-    assert "is a study, and is passed by" in said.err and "sitscad_study" not in said.out
+    assert "is a study and is skipped" in said.err and "sitscad_study" not in said.out
     assert run(["check", str(folder / "study.yaml")]) == 2
     assert "sitscad design" in capsys.readouterr().err
 

@@ -28,7 +28,7 @@ from sitscad.checks.reading.readings import (
 )
 from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, joined, rule_of
 from sitscad.design import Design
-from sitscad.estimates.circuit.tank import preferred_values, sold_beside
+from sitscad.estimates.circuit.tank import neighbour_values, preferred_values
 from sitscad.finding import Severity
 from sitscad.fixes.moves import capacitor, other_start_angles, whole_turns
 from sitscad.fixes.search import Fix, Left, first_that_mends, first_tried, setting
@@ -209,7 +209,7 @@ def tank_capacitor(design: Design) -> Iterator[Verdict]:
 def capacitor_sold(design: Design) -> Iterator[Verdict]:
     """Yield a finding if the spec's tank capacitance is not sold as one part. Its hint names the nearest values."""
     value = design.spec.readout.capacitance
-    if value is None or (beside := sold_beside(value))[0] == beside[1]:
+    if value is None or (beside := neighbour_values(value))[0] == beside[1]:
         return
     nearest = min(beside, key=lambda each: abs(math.log(each / value)))
     names = " or ".join(show(each, "F", 3) for each in beside)

@@ -59,11 +59,10 @@ def devices(asked: ReadoutSpec, estimates: Estimates) -> tuple[Device, ...]:
 
 
 BAUD_RATES = (115200, 500000, 1000000, 2000000)
-"""Baud rates of the firmware's serial lines: standard on Linux, and exact divisions of a 16 MHz microcontroller's clock
-but the first."""
+"""Baud rates of the firmware's serial port. All are standard on Linux; all except the first divide a 16 MHz clock."""
 
-FILLED = 0.9
-"""Largest part of a serial line's capacity that readings take."""
+MAX_LOAD = 0.9
+"""Largest fraction of a serial port's capacity that readings may use."""
 
 
 @record
@@ -75,13 +74,14 @@ class SerialSettings:
 
 
 def serial_settings(coils: int, scan_rate: float) -> SerialSettings:
-    """Return the lowest baud rate that carries a line of text for each scan (Hz). If none does, lines are thinned.
+    """Return the lowest baud rate that carries a line of text for each scan (`scan_rate`, Hz).
 
-    A line of ``data/firmware/sensor_line.h`` has at most 26 characters, 12 for each coil and 11 for each of three
-    forces. A header that is as long goes with every hundredth line. A character takes 10 bits.
+    If no rate does, return the highest rate and the number of scans between two lines. A line of
+    ``data/firmware/sensor_line.h`` has at most 26 characters, plus 12 for each coil and 11 for each of three forces.
+    Every hundredth line has a header of the same length. A character takes 10 bits.
     """
     bits = 10.0 * 1.01 * (26 + 12 * coils + 3 * 11)
-    needed = bits * scan_rate / FILLED
+    needed = bits * scan_rate / MAX_LOAD
     baud = next((rate for rate in BAUD_RATES if rate >= needed), BAUD_RATES[-1])
     return SerialSettings(baud, max(math.ceil(needed / baud), 1))
 

@@ -25,7 +25,7 @@ from sitscad.spec.sensor import ReadoutSpec
 from sitscad.units import show
 
 E12 = (1.0, 1.2, 1.5, 1.8, 2.2, 2.7, 3.3, 3.9, 4.7, 5.6, 6.8, 8.2)  # Preferred values of a decade (IEC 60063)
-E24 = tuple(sorted((*E12, 1.1, 1.3, 1.6, 2.0, 2.4, 3.0, 3.6, 4.3, 5.1, 6.2, 7.5, 9.1)))  # All in which they are sold
+E24 = tuple(sorted((*E12, 1.1, 1.3, 1.6, 2.0, 2.4, 3.0, 3.6, 4.3, 5.1, 6.2, 7.5, 9.1)))  # All values sold
 
 FREQUENCY_MARGIN = 0.95
 """Share of the converter's highest frequency up to which a capacitor is chosen, and of the frequencies themselves that
@@ -285,19 +285,19 @@ def preferred_values(converter: Converter) -> list[float]:
     return [round(value, 15) for value in decades if low * (1 - 1e-9) <= value <= high * (1 + 1e-9)]
 
 
-def sold_beside(capacitance: float) -> tuple[float, float]:
-    """The values of E24 (F) next below and next above a capacitance; twice the same value if it is sold itself."""
-    decade = 10.0 ** math.floor(math.log10(capacitance * (1 + SOLD_AS)))
+def neighbour_values(capacitance: float) -> tuple[float, float]:
+    """Return the E24 values (F) below and above a capacitance. Both are equal if it is itself an E24 value."""
+    decade = 10.0 ** math.floor(math.log10(capacitance * (1 + VALUE_TOLERANCE)))
     values = [0.1 * E24[-1] * decade, *(mantissa * decade for mantissa in E24), 10.0 * decade]
-    sold = next((value for value in values if abs(capacitance / value - 1.0) <= SOLD_AS), None)
+    sold = next((value for value in values if abs(capacitance / value - 1.0) <= VALUE_TOLERANCE), None)
     if sold is not None:
         return sold, sold
     above = next(value for value in values if value > capacitance)
     return values[values.index(above) - 1], above
 
 
-SOLD_AS = 0.005
-"""Share by which a written capacitance may differ from the value that it is sold as: rounding alone."""
+VALUE_TOLERANCE = 0.005
+"""Relative difference between a capacitance in the spec and an E24 value that counts as rounding."""
 
 
 def _distinct(circuits: Sequence[CoilCircuit]) -> list[CoilCircuit]:

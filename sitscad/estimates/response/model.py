@@ -241,8 +241,9 @@ class ResponseModel:
         return whole
 
     def _near(self, cover: Cover, band: tuple[float, ...]) -> _Near:
-        """Plate, bare coils and crowding for the target in all poses of `cover`, solved at most once; for a band (Hz)
-        between two frequencies, or for one frequency.
+        """Return plate, bare coils and crowding for the target in all poses of `cover`, solved at most once.
+
+        `band` (Hz) is one frequency, or the two ends of a range.
         """
         if (cover, band) in self.solved:
             return self.solved[cover, band]
@@ -296,28 +297,27 @@ class ResponseModel:
                              wound.spared)
 
 
-MOST_WORK = 1700.0**3
+MAX_WORK = 1700.0**3
 """Largest work (`solving_work`) of a target that is solved: half a minute of processor time."""
 
-SECONDS = 6e-9
-"""Processor time (s) of a unit of work at both ends of a band (copper plates of 60 to 150 mm before ferrite)."""
+SECONDS_PER_WORK = 6e-9
+"""Processor time (s) of a unit of work, both ends of a band together (60 to 150 mm copper plates before ferrite)."""
 
 
 def _require_affordable(
     spec: SensorSpec, coils: Sequence[Coil], frequency: float, behind: Reflector | None, cover: Cover
 ) -> None:
-    """Raise NoResponse if solving the target for the poses of `cover` takes more than `MOST_WORK`."""
+    """Raise NoResponse if solving the target for the poses of `cover` takes more than `MAX_WORK`."""
     work = solving_work(spec, coils, frequency, behind, cover)
-    if work <= MOST_WORK:
+    if work <= MAX_WORK:
         return
     part = cover.part(spec).target
     assert part is not None
     x, y = (1e3 * side for side in part.size)
     raise NoResponse(
-        f"{x:.3g} x {y:.3g} mm of the target take about {SECONDS * work:.0f} s of processor time to solve, "
-        f"{SECONDS * MOST_WORK:.0f} s at most, for poses down to {1e3 * cover.lowest:.3g} mm over the board and up to "
-        f"{1e3 * cover.reach:.0f} mm from the coils' middle; ask for poses higher or nearer to it, or take a smaller "
-        "target"
+        f"target of {x:.3g} x {y:.3g} mm: about {SECONDS_PER_WORK * work:.0f} s of processor time to solve, "
+        f"{SECONDS_PER_WORK * MAX_WORK:.0f} s at most (poses {1e3 * cover.lowest:.3g} mm above the board and "
+        f"{1e3 * cover.reach:.0f} mm from the coils' middle). Use higher or nearer poses, or a smaller target"
     )
 
 
@@ -344,12 +344,14 @@ POINTS = 8  # Chebyshev points in ln f at which what does not depend on the pose
 def curves(
     band: tuple[float, ...], exact: Callable[[Array], ComplexArray], points: int = POINTS
 ) -> Callable[[Array], ComplexArray]:
-    """`exact`, which takes (m,) frequencies (Hz) and gives (m, ...), through Chebyshev points of ln f between the two
-    ends of a band; beyond these what it is there. For a band of one frequency, its values at that frequency.
+    """Return an interpolant of `exact` over a band (Hz), a function of frequencies (m,) with values (m, ...).
+
+    It runs through Chebyshev points of ln f between the two ends of the band, and is constant beyond them. If the band
+    is one frequency, it returns the value at that frequency.
     """
     if len(band) == 1:
-        alone = exact(np.array(band))
-        return lambda frequencies: np.repeat(alone, frequencies.size, axis=0)
+        value = exact(np.array(band))
+        return lambda frequencies: np.repeat(value, frequencies.size, axis=0)
     low, high = band
     values = exact(np.exp(chebyshev_points(math.log(low), math.log(high), points)))
     through = Interpolant(np.log([low]), np.log([high]), values)

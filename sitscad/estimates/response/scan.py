@@ -41,8 +41,8 @@ class Changes:
 
     In between, and a little beyond, their ratio to a spectrum that is `like` them (no unit, of frequencies in Hz) is
     straight in one over the root of the frequency, as skin depths are: that of an endless sheet of the metal leaves
-    half or less of what the change itself would be off by, for a magnetic sheet's own change of L passes zero. Changes
-    at one frequency are asked for at that frequency alone.
+    half or less of what the change itself would be off by, for a magnetic sheet's own change of L passes zero. If
+    `frequencies` is a single frequency, nothing is interpolated: its changes serve for every frequency.
     """
 
     frequencies: tuple[float, ...]

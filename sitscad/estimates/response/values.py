@@ -32,8 +32,8 @@ class Response:
     (n, 3) are what holds the target there, NaN where they are not known; without an elastomer all three are None.
     `by_pose` (n, coils, 6; Hz/m, Hz/rad) and `by_load` (n, coils, 3; Hz/N: normal, shear_x, shear_y) are derivatives of
     `frequency` where they were asked for. `cases` (n,) are the names of the load cases, empty where none was asked for.
-    `gap` (m) is the distance at rest from the board's top face to the target's near face; `glue` (m) is the part of it
-    that glue lines fill.
+    `gap` (m) is the distance at rest from the board's top face to the target's near face; `glue` (m) is the thickness
+    of the glue lines in this gap.
     """
 
     coils: tuple[str, ...]

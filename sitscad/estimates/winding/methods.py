@@ -263,8 +263,10 @@ UNFITTED = 5.0
 (the volume integral, as for those that were fitted)."""
 
 MID_SIDE = 3.0
-"""Factor on the bounds of spirals that begin in the middle of a side: of 300 designs two, of half a turn and of one,
-exceeded the bound of spirals from corner to corner, by factors of 2.08 and 1.12 (the volume integral)."""
+"""Factor on the error bounds of spirals that begin in the middle of a side.
+
+Of 300 such designs, two exceeded the bound of corner-to-corner spirals (by the volume integral): one of half a turn by
+a factor of 2.08, one of one turn by a factor of 1.12."""
 
 OutlineKey = tuple[str, str, str]
 """Sides, whether it is long, whether its corners are rounded, as the table writes them."""
