@@ -153,7 +153,7 @@ class FrozenDict(dict[Any, Any]):
     """A mapping that cannot be changed: it may be shared, copied, pickled and written as JSON."""
 
     def _refuse(self, *_: Any, **__: Any) -> NoReturn:
-        raise TypeError("this mapping belongs to a frozen value: dict(...) of it may be changed")
+        raise TypeError("this mapping is part of a frozen value and cannot be changed: change a copy, dict(...)")
 
     __setitem__ = __delitem__ = __ior__ = _refuse
     clear = pop = popitem = setdefault = update = _refuse
@@ -165,8 +165,8 @@ class FrozenDict(dict[Any, Any]):
         return self
 
 
-def frozen(one: Made) -> Made:
-    """The record with its mappings as `FrozenDict`."""
+def with_frozen_mappings(one: Made) -> Made:
+    """Return the record with each of its mappings as a `FrozenDict`."""
     inside = cast(Any, one).__dict__
     names = _names_of(cast(type, type(one)))
     changes = {name: FrozenDict(inside[name]) for name in names if type(inside[name]) is dict}

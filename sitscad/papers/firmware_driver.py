@@ -102,9 +102,9 @@ def _config(
         f"#define SENSOR_HZ_PER_COUNT {1.0 / scale:.9e}f",
         f"#define SENSOR_SCAN_US {round(scan * 1e6)}u /* a scan of all coils */",
         f"#define SENSOR_POLLS {math.ceil(waited / READ_TIME)}u /* at 400 kHz they take longer than four scans */",
-        f"#define SENSOR_BAUD {serial.baud} /* of the serial port that lines of text go to */",
-        f"#define SENSOR_LINE_EVERY {serial.scans_per_line} /* scans of all coils between lines of text */",
-        f"#define SENSOR_WAKE_MS {_wake(conversion.device)} /* from the fall of SD to the first answer */",
+        f"#define SENSOR_BAUD {serial.baud} /* bits per second of the serial port */",
+        f"#define SENSOR_LINE_EVERY {serial.scans_per_line} /* scans of all coils for each line of text */",
+        f"#define SENSOR_WAKE_MS {_wake(conversion.device)} /* milliseconds from SD low to the first answer */",
         f"#define SENSOR_UNLIKE {round(unlike(found) * scale)}u /* designs so far apart are told apart */",
         "#define SENSOR_BUS_OF {" + ", ".join(f"{device.bus}u" for device in devices) + "} /* of a converter */",
         "#define SENSOR_ADDRESSES {" + ", ".join(f"0x{device.address:02X}u" for device in devices) + "}",
@@ -170,16 +170,16 @@ def _python_config(
         _, low, high = _counts(one.working, conversion)
         lines.append(f'    ("{_plain(one.coil)}", {place.converter}, {place.number}, {low}, {high}),')
     lines += [")", f"HZ_PER_COUNT = {conversion.full_scale / 2.0**conversion.device.count_bits!r}"]
-    return "\n".join([*lines, f"WAKE_MS = {_wake(conversion.device)}  # from the fall of SD to the first answer", ""])
+    return "\n".join([*lines, f"WAKE_MS = {_wake(conversion.device)}  # from SD low to the first answer", ""])
 
 
 def _self_test_time(coils: int, scan_rate: float) -> float:
-    """Longest time (s) of a self-test at 400 kHz: four scans, and a coil that has to be started again twice."""
+    """Return the longest time (s) of a self-test at 400 kHz: four scans, and two restarts of each coil."""
     return (4.0 / scan_rate if scan_rate else 0.0) + 2 * coils * RECOVERY + 2e-3
 
 
 def _wake(device: Converter) -> int:
-    """Whole milliseconds that a converter takes from the fall of SD to its first answer."""
+    """Return the time from SD low to a converter's first answer, in milliseconds rounded up."""
     return math.ceil(1e3 * device.limit("wake_time"))
 
 
@@ -410,7 +410,7 @@ PROGRAM = (
     ("watchdog", "sensor_begin and sensor_self_test together return within about {longest} at 400 kHz, all others "
                  "within one scan: give the controller's watchdog more."),
 )
-"""What a program has to do around the driver, by the subject."""
+"""Duties of a program that uses the driver: subject and text."""
 
 
 def _program(device: Converter, estimates: Estimates) -> Iterator[str]:

@@ -43,7 +43,7 @@ def text(spec: SensorSpec, sheets: tuple[LaserSheet, ...], forced: bool = False)
     if any(sheet.part == "shield" for sheet in sheets):
         lines += [*hanging("", SHIELD, WIDTH), ""]
     for target in (sheet for sheet in sheets if sheet.part == "target"):
-        is_soft = target.material in SOFT_METALS and target.thickness <= BY_SCALPEL + 1e-9
+        is_soft = target.material in SOFT_METALS and target.thickness <= MAX_SCALPEL_THICKNESS + 1e-9
         by_hand = BY_HAND if is_soft else NOT_BY_HAND
         lines += [*hanging("", WITHOUT_LASER.format(name=spec.name, by_hand=by_hand), WIDTH), ""]
     if (bought := _bought(spec)) is not None:
@@ -62,8 +62,11 @@ WITHOUT_LASER = (
 BY_HAND = "By hand: cut with a scalpel along a printed copy, and rub the edge flat."
 NOT_BY_HAND = "By hand: not in this metal and thickness. A scalpel does not cut it, and snips bend it."
 
-SOFT_METALS, BY_SCALPEL = ("copper", "aluminium"), 0.2e-3
-"""Metals, and their largest thickness (m), that a scalpel cuts in several passes."""
+SOFT_METALS = ("copper", "aluminium")
+"""Metals that a scalpel cuts in several passes."""
+
+MAX_SCALPEL_THICKNESS = 0.2e-3
+"""Largest thickness (m) of these metals that a scalpel cuts. From memory, not verified."""
 
 SHIELD = (
     "The shield lies hidden under the board, so its edges need not be fine. A flexible ferrite sheet is cut with a "

@@ -34,8 +34,8 @@ from sitscad.spec.presets import board_kind, cover_name, is_rigid, is_unverified
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import aligned, counted, show
 
-SIGMAS = 3.0
-"""Sigmas of manufacture within which a coil's resistance is accepted."""
+ACCEPTED_SIGMAS = 3.0
+"""Half-width of the accepted range of a coil's resistance, in standard deviations of manufacture."""
 
 
 def render(
@@ -172,13 +172,13 @@ def _holes(layout: Layout) -> str:
     least = plating - usual_tolerances()["copper plating"].band
     thick = f"; copper in the holes {show(plating, 'm')} nominal, at least {show(least, 'm', 2)}" if least > 0.0 else ""
     return (
-        f"{', '.join(kinds)}, plated, finished diameters; {notes.holes_text(layout)}; nothing is put into them: a "
-        f"hole may come out smaller if ring and plating hold{thick}"
+        f"{', '.join(kinds)}, plated, finished diameters; {notes.holes_text(layout)}; no pins or wires go "
+        f"into them: a hole may be smaller if annular ring and plating are kept{thick}"
     )
 
 
 def _ipc_type(layout: Layout) -> str:
-    """Type and use of a flexible board by IPC-6013, 1.3: type 5 has several layers without plated holes."""
+    """Return type and use of a flexible board by IPC-6013, 1.3. Type 5 has several layers but no plated holes."""
     layers = layout.copper_layers
     kind = 1 if layers == 1 else 5 if not layout.vias else 2 if layers == 2 else 3
     tail = layout.spec.fpc.tail
@@ -248,7 +248,7 @@ def _layers(layout: Layout) -> Iterator[tuple[str, str]]:
         words = "solder mask" if masks == {True} else "film and adhesive together"
         if len(masks) > 1:
             words = "film (with its adhesive) on one side, solder mask on the other"
-        closed = "a file without any opening means that this side is closed throughout"
+        closed = "a file without openings means that this side is covered completely"
         yield cover_name(stackup).capitalize(), f"{words}; {closed}"
 
 
@@ -260,7 +260,7 @@ def _care(layout: Layout) -> Iterator[tuple[str, str]]:
     wide = usual_tolerances()["trace width"].band
     yield "Tracks", (
         "Width and copper thickness set the coils' resistance. Widths in the files are finished widths, within "
-        f"{show(100.0 * wide, '%')}: compensate the artwork for your etching as you do."
+        f"{show(100.0 * wide, '%')}: compensate the artwork for your etching process as usual."
     )
     if layout.copper_layers > 1:
         film = "laminate" if is_rigid(layout.spec.fpc.stackup) else "film"
@@ -283,17 +283,17 @@ def _test(layout: Layout, bench: Estimates | None) -> Iterator[tuple[str, str]]:
     yield "Inspection", (
         f"optical, of the coils on {'each copper layer' if len(layers) > 1 else 'the copper'} after etching"
         f"{', before lamination' if layout.copper_layers > 1 else ''}: a short between turns of one coil is within one "
-        "net, so no test of continuity or isolation finds it"
+        "net, so tests of continuity and isolation do not find it"
     )
     limits = []
     for read in bench.metered if bench else ():
-        ends = (read.direct + side * SIGMAS * read.direct_sigma for side in (-1.0, 1.0))
+        ends = (read.direct + side * ACCEPTED_SIGMAS * read.direct_sigma for side in (-1.0, 1.0))
         low, high = (show(max(end, 0.0), "ohm", 3) for end in ends)
         limits.append(f"{read.coil} {show(read.direct, 'ohm', 3)} ({low} to {high})")
     if limits:
         yield "Resistance", (
-            f"to direct current between the contacts of each coil, at 20 degC: {', '.join(limits)}. Reject what is "
-            "outside of its limits. Tell us if a coil is a tenth off the same coil of the other boards"
+            f"to direct current between the contacts of each coil, at 20 degC: {', '.join(limits)}. Reject boards "
+            "outside of these limits. Tell us if a coil differs by a tenth from the same coil of other boards"
         )
 
 

@@ -17,14 +17,15 @@ def resonance_frequency(inductance: float, capacitance: float) -> float:
 
 
 def apparent_inductance(inductance: float, resistance: float, capacitance: float, frequency: float) -> float:
-    """What a meter reads (H) where a capacitance (F) lies across the coil: the series inductance of the pair.
-    L / (1 - omega^2 L C) for a coil without loss; infinite and then negative about its own resonance.
+    """Return the series inductance (H) that a meter reads for a coil with a capacitance (F) across it.
+
+    It is L / (1 - omega^2 L C) for a coil without loss, and goes through infinity to negative values at self-resonance.
     """
     return apparent_impedance(inductance, resistance, capacitance, frequency).imag / (2.0 * math.pi * frequency)
 
 
 def apparent_impedance(inductance: float, resistance: float, capacitance: float, frequency: float) -> complex:
-    """Impedance (ohm) of a coil with a capacitance (F) across it, from the sum of both admittances (textbook)."""
+    """Return the impedance (ohm) of a coil with a capacitance (F) across it: the inverse sum of both admittances."""
     omega = 2.0 * math.pi * frequency
     return 1.0 / (1.0 / complex(resistance, omega * inductance) + 1j * omega * capacitance)
 

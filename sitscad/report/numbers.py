@@ -83,9 +83,10 @@ def as_json(
     path: str, estimates: Estimates | None, checked: CheckedSpec, colour: bool = False, felt: Felt = None,
     most: Sequence[Most] = (), cells: Mapping[str, Any] | None = None, at: Sequence[CoilAtFrequency] = (),
 ) -> str:
-    """The JSON document of ``estimate`` with how thick its parts give most signal. The coils ``at_frequency`` and
-    ``performance``, with that of each of its `cells`, are in it where they were asked for. An unreadable spec gives no
-    coils, and ``findings`` that say why.
+    """Return the JSON document of ``estimate``, with the thickness of each part that gives most signal.
+
+    It has ``at_frequency``, ``performance`` and the performance of `cells` if the options ask for them. For an
+    unreadable spec it has no coils, and ``findings`` give the reason.
     """
     if estimates is None:
         findings = [finding_json(finding) for finding in checked.findings]
@@ -111,9 +112,9 @@ Shown = Callable[
 ]
 
 ESTIMATE_FORMATS: Mapping[str, Shown] = {"text": as_text, "json": as_json}
-"""How ``estimate`` can print: each takes the path as typed, the estimate (None: no spec), findings, colour or not,
-what the sensor feels (None: not asked for), thicknesses of most signal, what is told of each cell, and the coils at
-frequencies that were asked for."""
+"""Output formats of ``estimate``. Each function takes the path as typed, the estimate (None if the spec is unreadable),
+findings, whether to use colour, the performance (None without --performance), the thicknesses that give most signal,
+the performance of each cell, and the coils at the frequencies of --at."""
 
 
 def coil_rows(estimates: Estimates) -> list[list[str]]:
@@ -203,11 +204,11 @@ def _by_state(
     return Table(("coil", "state", *columns), rows, title)
 
 
-AT_TITLE = "The coil alone at a frequency, with nothing around: winding without leads, then between the contacts"
+AT_TITLE = "Coil alone at a frequency, no metal near: first the winding without leads, then between the contacts"
 
 
 def at_table(coils: Sequence[CoilAtFrequency]) -> Table:
-    """One row a coil and frequency; empty without coils."""
+    """Return a table with one row for each coil and frequency. Empty if there are no coils."""
     head = ("coil", "frequency", "winding L", "+-", "winding R", "+-", "Q", "L", "R", "+-", "Q", "L, R on an LCR meter")
     rows = [[
         coil.coil, quantity(coil.frequency, "Hz"), quantity(coil.winding_inductance, "H"),

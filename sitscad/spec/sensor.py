@@ -11,7 +11,7 @@ from importlib import import_module
 from typing import Any, ClassVar, cast, overload
 
 from sitscad.readout.converter import Converter
-from sitscad.record import frozen, record, replace
+from sitscad.record import record, replace, with_frozen_mappings
 from sitscad.spec.circuit import Chip, CopperLayer, FpcSpec
 from sitscad.spec.coil import ArrayDocument, ArraySpec, CoilSpec
 from sitscad.spec.format.kinds import (
@@ -351,9 +351,9 @@ class SensorSpec:
 
     def known(self, source: SpecSource) -> SensorSpec:
         """The spec, read from a source, and known to be right: for what resolves specs alone."""
-        rules = frozen(self.fpc.rules)
+        rules = with_frozen_mappings(self.fpc.rules)
         fpc = self.fpc if rules is self.fpc.rules else replace(self.fpc, rules=rules)
-        found = replace(self, source=frozen(source), fpc=fpc)
+        found = replace(self, source=with_frozen_mappings(source), fpc=fpc)
         found.__dict__["_known"] = True  # no field: what `dataclasses.replace` makes of it has to be looked at anew
         return found
 

@@ -1,7 +1,7 @@
-"""The page of a watched spec over HTTP: the page as far as it is ready, what is told while it is, and the last of it.
+"""HTTP server for the page of a watched spec: the page, its events, and its latest state.
 
-Standard library only. It answers programs that ask for it by this machine's name or address; a page of somebody else's
-that asks by another name (DNS rebinding) is refused, and so is every path but its own three.
+Standard library only. The server answers requests that name this machine by name or address. It refuses requests under
+another name, which a foreign page can send by DNS rebinding, and all paths except these three.
 """
 
 from __future__ import annotations
@@ -94,12 +94,12 @@ def _line(data: dict[str, Any]) -> bytes:
 
 
 def server(showing: Showing, host: str, port: int) -> PageServer:
-    """A server of the page, begun by its `serve_forever`. Raises OSError if it cannot listen on that host and port."""
+    """Return a server of the page, started by its `serve_forever`. Raises OSError if it cannot listen there."""
 
     class Handler(_Handler):
         def do_GET(self) -> None:
             """The page, its events, or its state."""
-            self.server.received(self.request)
+            self.server.clear_deadline(self.request)
             if not self.server.is_asked_by_name(self.headers.get("Host", "")):
                 self._answer(403, "text/plain", b"this page is not for that host\n")
             elif self.path == "/":
@@ -117,14 +117,14 @@ def server(showing: Showing, host: str, port: int) -> PageServer:
     return PageServer(host.strip("[]"), port, Handler)
 
 
-MOST_CONNECTIONS = 64
-"""Connections at a time. A browser opens six, and one for events, to each page."""
+MAX_CONNECTIONS = 64
+"""Largest number of connections at a time. A browser opens six to each page, and one for events."""
 
-PATIENCE = 15.0
-"""Seconds in which a request has to arrive as a whole."""
+REQUEST_TIMEOUT = 15.0
+"""Seconds in which a whole request must arrive."""
 
-SLOWEST = 60.0
-"""Seconds in which an answer has to be taken as a whole: a page of 10 MB at 1.3 Mbit/s."""
+ANSWER_TIMEOUT = 60.0
+"""Seconds in which a client must receive the whole answer: a page of 10 MB at 1.3 Mbit/s."""
 
 BUSY = b"HTTP/1.1 503 Service Unavailable\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"
 
@@ -133,15 +133,15 @@ HTTP_PORT = 80
 
 
 class PageServer(ThreadingHTTPServer):
-    """A server with limits on connections and on the time of each. It answers requests that name this machine."""
+    """HTTP server with limits on the number and duration of connections. It answers requests that name this machine."""
 
     daemon_threads = True
-    request_queue_size = MOST_CONNECTIONS
+    request_queue_size = MAX_CONNECTIONS
 
     def __init__(self, host: str, port: int, handler: type[_Handler]) -> None:
         (self.address_family, _, _, _, address), *_ = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
-        self._free = threading.BoundedSemaphore(MOST_CONNECTIONS)
-        self._due: dict[socket.socket, float] = {}
+        self._free = threading.BoundedSemaphore(MAX_CONNECTIONS)
+        self._deadlines: dict[socket.socket, float] = {}
         super().__init__(cast(tuple[str, int], address), handler)
         self._names = {"127.0.0.1", "::1", "localhost", host.lower()}
         self._is_open = ip_address(str(self.server_address[0])).is_unspecified
@@ -149,7 +149,7 @@ class PageServer(ThreadingHTTPServer):
             self._names.add(socket.gethostname().lower())
 
     def server_bind(self) -> None:
-        """Bind, without the look-up of a name that `HTTPServer` does, which may take seconds."""
+        """Bind the socket, without the name look-up of `HTTPServer`, which may take seconds."""
         TCPServer.server_bind(self)
         self.server_name, self.server_port = str(self.server_address[0]), self.server_address[1]
 
@@ -162,8 +162,9 @@ class PageServer(ThreadingHTTPServer):
         return f"http://{f'[{host}]' if ':' in host else host}:{self.server_port}/"
 
     def is_asked_by_name(self, host: str) -> bool:
-        """Whether a Host header names this machine. Any IP address does if the server listens on all of them: a page of
-        somebody else's (DNS rebinding) asks by a name.
+        """Whether a Host header names this machine.
+
+        If the server listens on all addresses, any IP address is accepted: a foreign page (DNS rebinding) uses a name.
         """
         found = re.fullmatch(r"(?:\[([0-9a-f:.]+)\]|([^:\[\]]+))(?::(\d{1,5}))?", host.lower())
         if found is None or int(found[3] or HTTP_PORT) != self.server_port:
@@ -190,27 +191,27 @@ class PageServer(ThreadingHTTPServer):
         try:
             super().process_request_thread(request, client_address)
         finally:
-            self._due.pop(request, None)
+            self._deadlines.pop(request, None)
             self._free.release()
 
-    def awaits(self, request: Any) -> None:
-        """Note that a connection is to send its next request within `PATIENCE`."""
-        self._due[request] = time.monotonic() + PATIENCE
+    def set_deadline(self, request: Any) -> None:
+        """Start the time limit of a connection's next request (`REQUEST_TIMEOUT`)."""
+        self._deadlines[request] = time.monotonic() + REQUEST_TIMEOUT
 
-    def received(self, request: Any) -> None:
-        """Note that a request has arrived."""
-        self._due.pop(request, None)
+    def clear_deadline(self, request: Any) -> None:
+        """End the time limit of a request that has arrived."""
+        self._deadlines.pop(request, None)
 
     def service_actions(self) -> None:
         """End connections whose request is overdue; called by `serve_forever` twice a second."""
         now = time.monotonic()
-        for request, due in list(self._due.items()):
-            if now > due:
+        for request, deadline in list(self._deadlines.items()):
+            if now > deadline:
                 with suppress(OSError):
                     request.shutdown(socket.SHUT_RDWR)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """Pass over a reader that has gone; anything else is a fault of this server."""
+        """Ignore a client that closed its connection. Report any other error as a fault of this server."""
         if not isinstance(sys.exc_info()[1], OSError):
             super().handle_error(request, client_address)
 
@@ -226,12 +227,12 @@ class _Handler(BaseHTTPRequestHandler):
     """Answers the requests of one connection."""
 
     protocol_version = "HTTP/1.1"
-    timeout = SLOWEST
+    timeout = ANSWER_TIMEOUT
     server: PageServer
 
     def handle_one_request(self) -> None:
         """Read and answer one request."""
-        self.server.awaits(self.request)
+        self.server.set_deadline(self.request)
         super().handle_one_request()
 
     def _answer(self, code: int, kind: str, content: bytes) -> None:

@@ -23,7 +23,7 @@ import sitscad.layout
 from sitscad.cli import main
 from sitscad.finding import Edit
 from sitscad.spec.yaml.rewriting import rewritten
-from sitscad.watch.server import MOST_CONNECTIONS, PageServer, Showing, server
+from sitscad.watch.server import MAX_CONNECTIONS, PageServer, Showing, server
 from sitscad.watch.watching import changes, stamp, words
 from sitscad.watch.work import Before, Event, worked_out
 
@@ -240,7 +240,7 @@ def test_a_browser_that_leaves_leaves_no_traceback(served, sent, capfd):
     assert capfd.readouterr() == ("", "")
 
 
-def _begun(port: int, count: int) -> list[socket.socket]:
+def _unfinished_requests(port: int, count: int) -> list[socket.socket]:
     """Connections that begin a request and do not end it."""
     lines = [socket.create_connection(("127.0.0.1", port), timeout=10) for _ in range(count)]
     for line in lines:
@@ -252,20 +252,20 @@ def _begun(port: int, count: int) -> list[socket.socket]:
 def test_connections_beyond_the_limit_are_refused_and_start_no_thread():
     with _serving("127.0.0.1") as made, ExitStack() as end:
         threads = threading.active_count()
-        lines = list(map(end.enter_context, _begun(made.server_port, MOST_CONNECTIONS + 20)))
-        assert all(b"503" in _taken(line) for line in lines[MOST_CONNECTIONS:])
-        assert threading.active_count() <= threads + MOST_CONNECTIONS
+        lines = list(map(end.enter_context, _unfinished_requests(made.server_port, MAX_CONNECTIONS + 20)))
+        assert all(b"503" in _answer(line) for line in lines[MAX_CONNECTIONS:])
+        assert threading.active_count() <= threads + MAX_CONNECTIONS
 
 
 def test_a_request_that_does_not_end_is_ended(monkeypatch):
-    monkeypatch.setattr("sitscad.watch.server.PATIENCE", 0.2)
+    monkeypatch.setattr("sitscad.watch.server.REQUEST_TIMEOUT", 0.2)
     with _serving("127.0.0.1") as made, ExitStack() as end:
-        lines = list(map(end.enter_context, _begun(made.server_port, 5)))
-        assert [_taken(line) for line in lines] == [b""] * 5
+        lines = list(map(end.enter_context, _unfinished_requests(made.server_port, 5)))
+        assert [_answer(line) for line in lines] == [b""] * 5
         assert _get(made.server_port, "/")[0] == 200
 
 
-def _taken(line: socket.socket) -> bytes:
+def _answer(line: socket.socket) -> bytes:
     """All that comes until the connection ends."""
     try:
         return b"".join(iter(lambda: line.recv(1000), b""))
