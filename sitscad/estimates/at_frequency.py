@@ -10,16 +10,12 @@ import numpy as np
 from sitscad.estimates.circuit.coils import coil_circuits, self_resonance
 from sitscad.estimates.circuit.tank import CoilCircuit
 from sitscad.estimates.steps import NO_STATE, Wound, wind
+from sitscad.estimates.values import crowding_error
 from sitscad.layout.board import Layout
 from sitscad.physics.resonator import apparent_impedance
 from sitscad.record import record, replace
 from sitscad.scene.state import FREE
 from sitscad.units import show
-
-CROWDING_ERROR = 3e-3
-"""Largest error of the inductance change by current crowding, as a fraction of the direct-current inductance.
-
-Source: comparison with filament models, 0.1 to 20 MHz (tests/validation/test_alternating_current.py)."""
 
 
 class FrequencyError(ValueError):
@@ -107,7 +103,7 @@ def _coil_at(circuit: CoilCircuit, wound: Wound, frequency: float) -> CoilAtFreq
     state = replace(NO_STATE, inductance=inductance, resistance=resistance, frequency=frequency)
     ratio = circuit.loss.resistance_ratio(frequency)
     read = apparent_impedance(inductance, resistance, circuit.self_capacitance, frequency)
-    crowding = min(CROWDING_ERROR * circuit.inductance, abs(change))
+    crowding = crowding_error(circuit.inductance, change)
     return CoilAtFrequency(
         circuit.name, frequency, own, (winding.inductance_error * circuit.inductance + crowding) / own,
         circuit.resistance * ratio, winding.bound.relative(ratio, frequency), inductance, resistance,

@@ -75,6 +75,16 @@ PARTS = ("winding", "bends", "stubs", "leads", "tail", "coupling", "vias", "crow
 """What the terminal inductance is made of, in this order: the winding with evenly spread direct current; what direct
 current makes less by cutting corners; the parts of `lead_parts`; what crowding takes away at the sensor frequency."""
 
+CROWDING_ERROR = 3e-3
+"""Largest error of the inductance change by current crowding, as a fraction of the direct-current inductance.
+
+Source: comparison with filament models, 0.1 to 20 MHz (tests/validation/test_alternating_current.py)."""
+
+
+def crowding_error(inductance: float, change: float) -> float:
+    """Error bound (H) of the `change` (H) that crowding makes of an `inductance` (H) at direct current."""
+    return min(CROWDING_ERROR * inductance, abs(change))
+
 
 @record
 class Spread:

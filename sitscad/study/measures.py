@@ -11,6 +11,7 @@ import numpy as np
 from sitscad.check_values import Measure as FitMeasure
 from sitscad.design import Design
 from sitscad.estimates.performance.values import AXES
+from sitscad.estimates.values import crowding_error
 from sitscad.record import record
 from sitscad.scene.fit import CLOSED_PAIR
 from sitscad.spec.places import cell_placements
@@ -71,10 +72,11 @@ def _states(design: Design) -> Iterator[tuple[CoilEstimate, StateEstimate]]:
 
 
 def inductance_error(coil: CoilEstimate, state: StateEstimate) -> float:
-    """What a state's inductance may be off by (H): the winding's bound, and that of what the target changes in it."""
+    """Error bound (H) of a state's inductance: of the winding at direct current, of crowding and of the target."""
     least = 0.01 * coil.winding_inductance
+    crowding = crowding_error(coil.winding_inductance, coil.inductance_parts["crowding"])
     by_target = (state.target_change_error or 0.0) * max(abs(state.target_change or 0.0), least)
-    return coil.inductance_error * coil.winding_inductance + by_target
+    return coil.inductance_error * coil.winding_inductance + crowding + by_target
 
 
 def _worst_tank(design: Design, pick: Callable[..., Any], name: str) -> tuple[CoilEstimate, StateEstimate]:

@@ -80,3 +80,15 @@ def test_a_frequency_from_self_resonance_on_is_refused_with_the_resonance():
     assert found.apparent_inductance > 3.0 * found.inductance  # near resonance, where a meter reads far too much
     with pytest.raises(FrequencyError, match="resonates with its own capacitance"):
         coils_at(layout, (beyond,))
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("level", ["screen", "full"])
+def test_the_error_of_a_swept_inductance_has_the_crowding_that_a_named_frequency_states(shape, level):
+    layout = layout_of(SHAPES[shape])
+    table = sitscad.sweep(layout.spec, {"fpc.margin": [0.0]}, ["inductance", "frequency"], level=level)
+    (frequency,) = table.values["frequency"]
+    (found,) = coils_at(layout, (frequency,))
+    bound = found.winding_inductance_error * found.winding_inductance
+    assert table.errors["inductance"][0] >= 0.99 * bound
+    assert table.errors["frequency"][0] >= 0.99 * 0.5 * bound / found.inductance * frequency

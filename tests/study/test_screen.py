@@ -33,7 +33,8 @@ def test_figures_and_rules_are_those_of_the_full_level(template):
     assert quick.level == SCREEN and quick.values.keys() == full.values.keys()
     for name, (value, error) in quick.values.items():
         assert abs(value - full.values[name][0]) <= error + 1e-9 * abs(value), name
-        assert error <= (0.25 if name.startswith("sigma") else 0.16) * abs(value) + 1e-300, name
+        spared = 6e-4 if name.startswith("fit.") else 0.0  # how much leads may widen a board, whatever is to spare
+        assert error <= (0.25 if name.startswith("sigma") else 0.16) * abs(value) + spared + 1e-300, name
     for rule in (*full.refused, *full.warned):
         assert rule in quick.refused or rule in quick.warned or rule in quick.unknown, rule
     assert not set(quick.refused) - set(full.refused)

@@ -235,7 +235,8 @@ def test_chunks_hold_a_second_of_work_or_as_many_designs_as_may_be(seconds, coun
 def test_what_a_figure_may_be_off_by_stands_beside_it_in_the_text(table):
     first = sweep_text(table).splitlines()[1]
     share = 100.0 * table.errors["rp"][0] / table.values["rp"][0]
-    assert re.search(rf" kohm \+-{float(f'{share:.2g}'):g}%  ", first) and re.search(r" [\d.]+ mm2 +unknown", first)
+    assert re.search(rf" kohm \+-{float(f'{share:.2g}'):g}%  ", first)
+    assert re.search(r" [\d.]+ mm2 \+-\d+% +unknown", first)
 
 
 def test_the_command_prints_and_writes(tmp_path, capsys, monkeypatch):
