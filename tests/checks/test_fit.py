@@ -273,14 +273,14 @@ def test_a_turned_target_is_as_long_as_it_is_along_the_line_of_the_coils(judge, 
     assert "target.rotation: 0 deg lies so" in complaint.advice(None)
 
 
-def test_short_target_of_a_pair_is_told_by_what_it_resolves_and_by_its_width(judge, design):
+def test_short_target_of_two_coils_is_a_finding_by_signal_and_by_width(judge, design):
     gain, width = judge("SIT306", design(target__size=3.5, elastomer__size=3.5))
     assert gain.severity is Severity.WARNING and gain.measured > gain.limit == approx(1.25, rel=1e-9)
     assert (width.measured, width.limit) == approx((3.5e-3, 4e-3), rel=1e-6)
 
 
 @pytest.mark.parametrize(("length", "is_told"), [(4.0, False), (5.6, False), (6.2, False), (9.0, True), (10.0, True)])
-def test_long_target_of_a_pair_is_told_only_if_it_resolves_less(judge, design, length, is_told):
+def test_long_target_of_two_coils_is_a_finding_only_if_signals_are_smaller(judge, design, length, is_told):
     """A target a quarter longer gave twice the normal signal for a little shear, and was warned of."""
     size = {"target__shape": "rectangle", "target__size": [length, 4.5],
             "elastomer__shape": "rectangle", "elastomer__size": [length, 4.5]}
@@ -300,13 +300,13 @@ def test_gain_of_another_target_agrees_with_what_the_sensor_resolves(design):
     assert (gain.normal, gain.shear) == approx((noise[0][0] / noise[1][0], noise[0][1] / noise[1][1]), rel=0.2)
 
 
-def test_length_is_left_to_stated_resolutions(judge, design):
+def test_target_length_with_both_resolutions_stated_is_not_judged(judge, design):
     asked = {"normal_force": "4.8 N", "shear_force": "1 N", "normal_resolution": "1 N", "shear_resolution": "1 N"}
     size = {"target__shape": "rectangle", "target__size": [10, 4.5]}
     assert judge("SIT306", design(**size, requirements=asked)) == []
 
 
-def test_length_of_a_sensor_that_feels_no_shear_is_judged_by_normal_force(judge, design):
+def test_target_length_without_required_shear_is_judged_by_normal_force(judge, design):
     long = {"target__shape": "rectangle", "target__size": [9, 4.5], "requirements": {"normal_force": "4.8 N"}}
     assert judge("SIT306", design(**long)) == []
 

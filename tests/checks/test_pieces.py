@@ -98,7 +98,7 @@ def test_tolerance_of_nearly_the_whole_part_is_a_warning(design, judge):
 
 
 @pytest.mark.parametrize(("written", "nearest"), [("333.33 pF", 330e-12), ("350 pF", 360e-12), ("95 pF", 91e-12)])
-def test_capacitor_that_nobody_sells_is_a_warning_with_its_neighbours(design, judge, written, nearest):
+def test_capacitor_outside_of_series_e24_is_a_warning_with_the_nearest_values(design, judge, written, nearest):
     (found,) = judge("SIT220", design(readout__capacitance=written))
     assert found.severity is Severity.WARNING and found.key == "readout.capacitance"
     assert found.limit == approx(nearest, rel=1e-9)
@@ -121,7 +121,7 @@ def test_chosen_capacitors_are_sold():
     ({"temperature": "10 degC", "temperature_range": [15, 45]}, Severity.ERROR, "requirements.temperature"),
     ({"temperature_range": [30, 40]}, Severity.NOTE, "requirements.temperature_range"),
 ])
-def test_temperature_outside_of_its_range_is_told_at_its_key(design, judge, asked, severity, key):
+def test_temperature_outside_of_its_range_is_a_finding_at_its_key(design, judge, asked, severity, key):
     (found,) = judge("SIT410", design(requirements=asked))
     assert (found.severity, found.key) == (severity, key)
 
@@ -132,7 +132,7 @@ def test_temperature_in_its_range_passes(design, judge, asked):
     assert judge("SIT410", design(requirements=asked)) == []
 
 
-def test_load_case_beyond_what_is_borne_is_a_warning(design, judge):
+def test_load_case_beyond_required_force_is_a_warning(design, judge):
     found = judge("SIT410", design(loads={"press": {"normal": "6 N"}, "shear": {"shear_x": "2 N"}}))
     assert [(one.key, one.severity) for one in found] == [("loads.press", Severity.WARNING),
                                                           ("loads.shear", Severity.WARNING)]

@@ -60,13 +60,13 @@ def test_a_spec_from_a_closed_stream_is_an_empty_one(spec):
 
 
 @pytest.mark.parametrize("flags", ["-O", "-OO", "-X utf8=0"])
-def test_a_check_says_the_same_however_python_runs(spec, flags):
+def test_check_output_does_not_depend_on_python_options(spec, flags):
     locale = {"LC_ALL": "C", "PYTHONCOERCECLOCALE": "0"} if "utf8" in flags else {}
     found, plain = (ran(spec.parent, "check -v plain.yaml", flags=each, **locale) for each in (flags, ""))
     assert (found.returncode, found.stdout, found.stderr) == (plain.returncode, plain.stdout, plain.stderr)
 
 
-def test_every_command_says_that_docstrings_are_gone_where_they_are(spec):
+def test_help_of_every_command_without_docstrings_names_the_reason(spec):
     names = [command.name for command in AS_USED]
     code = f"from sitscad.cli import run\nfor name in {names}: run([name, '--help'])"
     line = [sys.executable, "-OO", "-c", code]
@@ -74,7 +74,7 @@ def test_every_command_says_that_docstrings_are_gone_where_they_are(spec):
     assert found.stdout.count("takes the help texts away") == len(names)
 
 
-def test_a_name_that_is_no_text_is_told_and_nothing_is_written(spec):
+def test_undecodable_file_name_is_reported_and_nothing_is_written(spec):
     os.rename(spec, os.fsencode(spec.parent) + b"/\xfc.yaml")
     found = ran(spec.parent, "build \"$(printf '\\374').yaml\" -o out --only report")
     assert found.returncode == 2 and b"\\udcfc" in found.stderr and b"internal error" not in found.stderr

@@ -100,7 +100,7 @@ def test_estimate_says_why_its_frequency_is_not_that_of_l_and_c_alone(run):
     assert "equation 1" in " ".join(run("estimate", "--help").out.split())
 
 
-def test_no_name_of_a_file_steers_the_terminal_or_forges_a_line(run, tmp_path):
+def test_file_name_with_control_characters_is_printed_escaped(run, tmp_path):
     """Names in a folder that somebody else filled: of studies, of specs, of what is no spec."""
     for text in ("sitscad_study: 1\n", "sitscad: 1\n", "nothing\n"):
         (tmp_path / f"\x1b[2J\x07{text[:9]}\nok: no findings\r.yaml").write_text(text)

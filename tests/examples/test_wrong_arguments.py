@@ -114,7 +114,7 @@ def test_a_spec_where_a_layout_is_wanted_says_how_to_make_it(name, given, wanted
 
 
 @pytest.mark.parametrize("made", [b"", b"sitscad: 1", Path("sensor.yaml"), None])
-def test_a_text_that_is_none_says_what_is_wanted(made):
+def test_wrong_type_for_a_text_names_the_wanted_type(made):
     with pytest.raises(TypeError, match="text is "):
         sitscad.load_text(made)
 

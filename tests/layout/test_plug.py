@@ -134,7 +134,7 @@ def test_pads_for_solder_are_held_by_the_coverlay_over_their_rims():
 
 
 @pytest.mark.parametrize("lap", [0.15, 0.25, 1.0])
-def test_pads_for_solder_under_a_wide_lap_stay_half_bare_and_the_lap_is_found_to_lack(lap):
+def test_solder_pads_under_a_wide_lap_stay_half_bare_and_the_short_lap_is_a_finding(lap):
     layout = board(1, "solder-pads", fpc=f", rules: {{pad_lap: {lap}}}")
     for pad, opening in zip(layout.pads, layout.top_openings, strict=True):
         x0, y0, x1, y1 = bounding_box([opening.outline])

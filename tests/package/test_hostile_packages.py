@@ -222,7 +222,7 @@ def _a_spec(package):
 
 @pytest.mark.parametrize("change", [_a_name, _a_net, _a_version, _a_member, _a_file_function, _a_job, _a_spec])
 @pytest.mark.parametrize("rebuilds", [False, True], ids=["", "rebuilt"])
-def test_no_text_of_a_package_steers_a_terminal_or_forges_a_line(package, change, rebuilds, capsys):
+def test_package_text_with_control_characters_is_printed_escaped(package, change, rebuilds, capsys):
     change(package)
     with pytest.raises(SystemExit) as stop:
         main(["verify", str(package), *(["--rebuild"] if rebuilds else [])])
@@ -244,6 +244,6 @@ DEEP = "[" * 200_000
 
 
 @pytest.mark.parametrize("content", [DEEP, '{"specs": [5]}', '{"specs": ["x"]}', '{"specs": [{"ignored": [5]}]}'])
-def test_findings_that_are_none_are_made_anew(content):
+def test_invalid_findings_file_is_computed_again(content):
     """A build that has nothing to do reads what the checks of the package found."""
     assert read_findings(content.encode(), "small.yaml", "") is None

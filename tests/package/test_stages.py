@@ -74,6 +74,6 @@ def test_a_stage_alone_writes_what_a_whole_build_has_of_it(stage, design, whole,
     assert set(other) <= OF_ALL
 
 
-def test_what_prints_a_piece_is_written_with_its_mount(whole):
+def test_stl_and_3mf_are_written_with_the_mount_stage(whole):
     for name in ("mount/staged-mount.step", "mount/staged-mount.stl", "mount/staged-mount.3mf"):
         assert name in whole and stages_of(name) == ("mount",)

@@ -257,7 +257,7 @@ def test_hundreds_of_boards_take_seconds(tmp_path):
     assert time.process_time() - began < 15.0
 
 
-def test_a_package_without_a_panel_is_what_it_says(tmp_path):
+def test_package_without_a_panel_passes_verify(tmp_path):
     spec = sitscad.load_text(SPEC.replace("{parts: %s}", "none"), "small.yaml")
     built = sitscad.build(spec, tmp_path, ["gerber"], force=True)
     read = sitscad.verify(built.directory)

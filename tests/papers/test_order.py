@@ -485,7 +485,7 @@ def test_every_naming_of_the_profiles_is_known():
 # --- What the person who orders has to know
 
 
-def test_the_order_asks_for_what_no_netlist_test_finds():
+def test_order_notes_ask_for_inspection_and_resistance_limits():
     """A short between turns of one coil joins two places of one net."""
     design = sitscad.Design(ordered("rules: generic-fine", 4).spec)
     text = " ".join(fabrication_notes.readme(design.layout, None, design.bench_estimates).split())

@@ -187,7 +187,7 @@ def test_another_prefix_is_asked_for_and_is_no_safe_fix(written, meant):
     assert caught.value.is_sure == (written[-2] == "N"), "N is no prefix"
 
 
-def test_a_candidate_out_of_range_is_none():
+def test_candidate_out_of_range_is_removed():
     with pytest.raises(UnitError) as caught:
         parse_quantity("330 MF", "capacitance")
     assert caught.value.candidates == ("330 mF",)

@@ -225,7 +225,7 @@ def test_on_port_80_the_host_header_needs_no_port(served, monkeypatch):
 
 @pytest.mark.parametrize("sent", [b"", b"GET / HTTP/1.1\r\nHost: localhost:PORT\r\n\r\n",
                                   b"GET /events HTTP/1.1\r\nHost: localhost:PORT\r\n\r\n", b"\0\xff" * 100])
-def test_a_browser_that_leaves_leaves_no_traceback(served, sent, capfd):
+def test_closed_browser_prints_no_traceback(served, sent, capfd):
     showing, port = served
     showing.page = b"x" * 4_000_000
     for _ in range(3):
@@ -273,7 +273,7 @@ def _answer(line: socket.socket) -> bytes:
         return b"503"  # it was ended before the answer could be read
 
 
-def test_a_port_that_is_taken_and_a_host_that_is_none_are_said(tmp_path, capsys, served):
+def test_taken_port_or_invalid_host_is_reported(tmp_path, capsys, served):
     path = tmp_path / "coil.yaml"
     path.write_text(SPEC, encoding="utf-8")
     for arguments in (["--port", str(served[1])], ["--host", "no host"], ["--host", "x" * 300]):

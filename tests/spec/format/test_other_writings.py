@@ -157,7 +157,7 @@ def test_numbers_with_commas_where_a_list_may_stand_say_how_a_list_is_written():
 
 @pytest.mark.parametrize(("written", "meant"), [("yes", "true"), ("On", "true"), ("NO", "false"), ("off", "false"),
                                                 ("maybe", ""), ("1", "")])
-def test_words_of_yaml_1_1_for_truth_are_refused_with_what_they_say(written, meant):
+def test_booleans_of_yaml_1_1_are_refused_with_their_meaning(written, meant):
     with pytest.raises(ValueError) as caught:
         Truth().read(read_yaml(f"a: {written}\n").data["a"])
     assert (caught.value.context.get("meant") or "") == meant
