@@ -111,7 +111,7 @@ def _of_pad(written: str, name: str) -> Callable[[SensorSpec], SizeTolerance | N
 
 
 def _plating_band(spec: SensorSpec) -> SizeTolerance | None:
-    """Of one step of plating; all of it where the fabricator does not say whether his copper contains it."""
+    """Return the tolerance of one step of plating. It is all of it if the fabricator's copper may exclude it."""
     stackup = spec.fpc.stackup
     if not any(layer.plated for layer in stackup.copper):
         return None
@@ -140,7 +140,7 @@ def _film_band(spec: SensorSpec) -> SizeTolerance | None:
 
 
 def _glued(spec: SensorSpec, lines: int, piece: SizeTolerance | None = None) -> SizeTolerance | None:
-    """Glue lines, and a printed piece between them: of independent ones squares add up."""
+    """Return the joint tolerance of glue lines and a printed piece, by root sum of squares. None if it is zero."""
     assembly = spec.assembly
     band = math.hypot(math.sqrt(lines) * assembly.glue_tolerance, 0.0 if piece is None else piece.band)
     if not band:
@@ -156,13 +156,13 @@ def _glued(spec: SensorSpec, lines: int, piece: SizeTolerance | None = None) -> 
 
 
 def _glue_band(spec: SensorSpec) -> SizeTolerance | None:
-    """All glue below the target."""
+    """Return the tolerance of all glue lines below the target. None if there is no glue line."""
     lines = lines_below_target(spec)
     return _glued(spec, lines) if lines else None
 
 
 def _height_band(spec: SensorSpec) -> SizeTolerance | None:
-    """What holds the board over the nearest metal behind it: a printed piece and glue. None without a mount."""
+    """Return the tolerance of the board's height over the nearest metal behind it. None without mount or such metal."""
     mount, spans = spec.mount, seat_spans(spec)
     if mount is None or (spec.shield is None and mount.metal is None):
         return None
@@ -173,7 +173,7 @@ def _height_band(spec: SensorSpec) -> SizeTolerance | None:
 
 
 def _under_shield_band(spec: SensorSpec) -> SizeTolerance | None:
-    """What holds the shield over the jaw."""
+    """Return the tolerance of the shield's height over the jaw. None without a shield over metal."""
     mount, sheet = spec.mount, shield_heights(spec)
     if mount is None or sheet is None or mount.metal is None:
         return None
@@ -258,7 +258,7 @@ a thicker pad does. Where the target lies beside, tilted and turned is at rest, 
 """
 
 MOVED = {cause.name: cause.moved for cause in CAUSES if cause.moved is not None}
-"""The spec of a unit that is off by one cause, by its name."""
+"""Functions that return the spec of a unit with an error of one cause, by the cause's name."""
 
 
 def scatter(spec: SensorSpec) -> dict[str, Scatter]:
@@ -290,20 +290,23 @@ def coil_scatter(estimates: Estimates) -> tuple[Scatter, ...]:
 
 
 def signal_share(coil: CoilEstimate, cause: str) -> float:
-    """By what part one sigma of a cause changes what a coil reads from rest to pressed; 0 without such states."""
+    """Return the relative change of a coil's signal, from rest to pressed, by one sigma of a cause. 0 if no states."""
     rest, pressed = coil.states.get(REST), coil.states.get(PRESSED)
     if rest is None or pressed is None or rest.spread is None or pressed.spread is None:
         return 0.0
     whole = math.log(pressed.frequency / rest.frequency)
     if abs(whole) < LEAST_SIGNAL:
         return 0.0
-    before = rest.spread.shifts.get(cause, NOTHING)[1] / rest.frequency
-    after = pressed.spread.shifts.get(cause, NOTHING)[1] / pressed.frequency
+    before = rest.spread.shifts.get(cause, NO_SHIFTS)[1] / rest.frequency
+    after = pressed.spread.shifts.get(cause, NO_SHIFTS)[1] / pressed.frequency
     return (after - before) / whole
 
 
-LEAST_SIGNAL, NOTHING = 1e-6, (0.0, 0.0, 0.0, 0.0)
-"""Change of a reading of which no part is told; and what a cause does that a state does not know."""
+LEAST_SIGNAL = 1e-6
+"""Smallest signal (logarithm of the frequency ratio) for which a relative change is computed."""
+
+NO_SHIFTS = (0.0, 0.0, 0.0, 0.0)
+"""Shifts by a cause that a state does not have."""
 
 
 def behind_scatter(estimates: Estimates) -> tuple[float, float]:
@@ -315,7 +318,7 @@ def behind_scatter(estimates: Estimates) -> tuple[float, float]:
     for coil in estimates.coils:
         rest = coil.states.get(REST)
         if rest is not None and rest.spread is not None:
-            shifts = [rest.spread.shifts.get(one, NOTHING)[0] for one in causes]
+            shifts = [rest.spread.shifts.get(one, NO_SHIFTS)[0] for one in causes]
             inductances.append(math.hypot(*shifts) / rest.inductance)
             signals.append(math.hypot(*(signal_share(coil, one) for one in causes)))
     return max(inductances), max(signals)

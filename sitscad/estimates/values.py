@@ -82,7 +82,7 @@ Source: comparison with filament models, 0.1 to 20 MHz (tests/validation/test_al
 
 
 def crowding_error(inductance: float, change: float) -> float:
-    """Error bound (H) of the `change` (H) that crowding makes of an `inductance` (H) at direct current."""
+    """Return the error bound (H) of the `change` (H) of a direct-current `inductance` (H) by current crowding."""
     return min(CROWDING_ERROR * inductance, abs(change))
 
 

@@ -135,20 +135,25 @@ def _metal_ranges(
     return found
 
 
-SEEN, WAVES, SEEN_AT = 1e-4, np.array([3e2, 1e3, 3e3]), 5e6
-"""Change of a reflection factor from which on metal counts as another: at waves (1/m) that coils of some millimetres
-have, and at a frequency (Hz). The jaw behind a shield, and what lies deep in a jaw, does nothing."""
+MIN_REFLECTION_CHANGE = 1e-4
+"""Smallest change of a reflection factor that counts. Metal behind a shield, or deep in a jaw, changes it less."""
+
+WAVE_NUMBERS = np.array([3e2, 1e3, 3e3])
+"""Wave numbers (1/m) of the comparison: the fields of coils of some millimetres."""
+
+COMPARISON_FREQUENCY = 5e6
+"""Frequency (Hz) of the comparison."""
 
 
 def _is_seen(one: Surroundings, other: Surroundings) -> bool:
-    """Whether coils see a difference between two surroundings."""
+    """Whether two surroundings differ in distance, or in a reflection factor by more than `MIN_REFLECTION_CHANGE`."""
     for a, b in ((one.above, other.above), (one.below, other.below)):
         if a is None or b is None or a == b:
             continue
         if a.distance != b.distance:
             return True
-        factors = (reflection(WAVES, SEEN_AT, reflector.plates) for reflector in (a, b))
-        if float(np.abs(np.subtract(*factors)).max()) > SEEN:
+        factors = (reflection(WAVE_NUMBERS, COMPARISON_FREQUENCY, reflector.plates) for reflector in (a, b))
+        if float(np.abs(np.subtract(*factors)).max()) > MIN_REFLECTION_CHANGE:
             return True
     return False
 
