@@ -218,10 +218,12 @@ CARRIER = "what carries the board"
 
 def carried(layout: Layout, whole: tuple[Solid, ...]) -> tuple[Measured, ...]:
     """The area under what is pressed on, and under the whole body, that has a carrier's face a glue line below the
-    board; nothing where the carrier is no solid: without a mount, or on a finger itself.
+    board. Empty if the carrier is no solid: without a mount, on a finger itself, or on a custom mount without a STEP
+    file, which also fills the gap over a shield.
     """
     mount, solids = layout.spec.mount, [solid for solid in whole if solid.role in CARRIERS]
-    if mount is None or not solids or (mount.finger is not None and not mount.standoff):
+    is_drawn = any(solid.role is not BodyRole.SHIELD for solid in solids)
+    if mount is None or not is_drawn or (mount.finger is not None and not mount.standoff):
         return ()
     under = board_heights(layout.spec.fpc.stackup)[0] * MM
     # What of the carriers lies below a plane (mm), as a section from above

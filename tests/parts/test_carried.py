@@ -17,6 +17,7 @@ from sitscad.papers import mounting
 from sitscad.parts import pieces
 from sitscad.parts.clash import carried
 from sitscad.parts.whole import whole
+from sitscad.scene.bodies import BodyRole
 from sitscad.scene.stack import support
 from sitscad.spec import presets
 from sitscad.spec.load import load
@@ -103,3 +104,11 @@ def test_a_cap_may_leave_the_board_on_the_finger_itself():
     layout = handmade.bench_sensor(mount=handmade.Mount("fingertip", None, 0.0, finger=finger))
     (cap,) = pieces.mount(layout)
     assert cap.shape.is_valid and carried(layout, (cap,)) == ()
+
+
+def test_a_custom_mount_without_a_file_carries_the_board_over_a_shield():
+    mount = replace(handmade.Mount("bench-plate", None, 3e-3), kind="custom")
+    layout = handmade.bench_sensor(mount=mount, shield=handmade.jaw_sensor().spec.shield)
+    solids = whole(layout)
+    assert any(solid.role is BodyRole.SHIELD for solid in solids)
+    assert carried(layout, solids) == ()
