@@ -144,3 +144,11 @@ def test_material_that_a_program_names_itself_is_taken_as_it_is(judge, design):
     layers = tuple(replace(one, material="own film") if one.material == "polyimide" else one
                    for one in spec.fpc.stackup.layers)
     assert judge("SIT137", replace(spec, fpc=replace(spec.fpc, stackup=replace(spec.fpc.stackup, layers=layers)))) == []
+
+
+def test_tolerance_of_nearly_the_whole_plate_under_the_board_is_a_warning(design, judge):
+    plate = {"kind": "bench-plate", "standoff": "0.5 mm"}
+    spec = design(mount=plate, shield=None, assembly={"tolerances": {"mount": "0.49 mm"}})
+    (found,) = judge("SIT331", spec)
+    assert found.key == "assembly.tolerances.mount"
+    assert (found.measured, found.limit) == approx((0.49e-3, 0.25e-3), rel=1e-9)

@@ -399,12 +399,13 @@ def did_you_mean(word: Any, allowed: tuple[str, ...]) -> str:
 
 def nearest(word: Any, allowed: tuple[str, ...]) -> str:
     """The word out of several that one may have meant; empty where none is near, or it names a family of them."""
-    close = [] if _family(word, allowed) else difflib.get_close_matches(str(word)[:64].lower(), allowed, 1, 0.5)
-    return close[0] if close else ""
+    names = {name.lower(): name for name in allowed}
+    close = [] if _family(word, allowed) else difflib.get_close_matches(str(word)[:64].lower(), names, 1, 0.5)
+    return names[close[0]] if close else ""
 
 
 def _family(word: Any, allowed: tuple[str, ...]) -> list[str]:
-    found = [name for name in allowed if name.startswith(f"{str(word)[:64].lower().rstrip('- ')}-")]
+    found = [name for name in allowed if name.lower().startswith(f"{str(word)[:64].lower().rstrip('- ')}-")]
     return found if len(found) > 1 else []  # ``ecoflex``, of several hardnesses
 
 

@@ -136,6 +136,7 @@ def toleranced_sizes(spec: SensorSpec) -> dict[str, float | None]:
         "board": spec.fpc.stackup.thickness,
         **{name: part.thickness if part is not None else None for name, part in (parts | plain).items()},
         **{f"{name}_size": min(part.size) if part is not None else None for name, part in parts.items()},
+        "mount": spec.mount.standoff if spec.mount is not None else None,
         "jaw": min(jaw.height, jaw.width) if jaw is not None else None,
         "opposing_pad": jaw.opposing_pad_thickness if jaw is not None else None,
     }

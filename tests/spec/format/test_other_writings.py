@@ -52,6 +52,13 @@ def test_a_name_with_other_digits_is_another_thing(word, meant, is_sure):
     assert is_like(word, meant) is is_sure
 
 
+@pytest.mark.parametrize(("word", "meant"), [("fr4", "FR4"), ("FR-4", "FR4"), ("fr4-prepeg", "FR4-prepreg")])
+def test_a_name_with_capitals_is_found_in_any_case(word, meant):
+    layers = f"[{{copper: 35 um}}, {{dielectric: 1, material: {word}}}, {{copper: 35 um}}]"
+    (finding,) = _findings("readout:", f"fpc: {{stackup: {layers}}}\nreadout:")
+    assert finding.rule == "SIT007" and f"did you mean {meant}?" in finding.hint
+
+
 TABBED = {
     "after a colon": ("turns:\t12\n", {"turns": 12}),
     "several after a colon": ("turns: \t\t 12\n", {"turns": 12}),
