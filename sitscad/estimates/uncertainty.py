@@ -12,6 +12,7 @@ import numpy as np
 from sitscad.arrays import Array
 from sitscad.estimates.circuit.tank import CoilCircuit, Tank
 from sitscad.estimates.scatter import (
+    BEHIND,
     CAPACITOR,
     CAUSES,
     DIAMETER,
@@ -429,7 +430,8 @@ def moved_by_surroundings(
             frequency = states[state].frequency
             by_l, by_r = between(spectrum, frequency, pair, circuit.reflections[state].factors(frequency))
             more, lost = crowds[state].between(*pair)
-            found[state][cause] = 0.5 * (by_l + more), 0.5 * (by_r + lost)
+            of_l, of_r = circuit.reflections[state].jaw_left if cause in BEHIND else (1.0, 1.0)
+            found[state][cause] = 0.5 * of_l * (by_l + more), 0.5 * of_r * (by_r + lost)
     for around in assembly.states:
         if around.name not in states:
             continue

@@ -224,7 +224,7 @@ TOLD = [
     ("B", {"array.count": 8}, "SIT211 SIT215"),
     ("B", {"array.count": 9}, "SIT211! SIT215"),
     ("B", {"coil.layers": [1]}, "SIT203"),
-    ("B", {"target.rotation": "45 deg"}, "SIT306 SIT307"),
+    ("B", {"target.rotation": "45 deg"}, "SIT307"),
     ("B", {"target.thickness": 4.9, "elastomer.thickness": 9.9}, "SIT217 SIT310!"),
     ("B", {"cutting": {"gap": 0}}, "SIT134"),
     ("B", {"mount": {"kind": "fingertip", "standoff": 0.001}}, "SIT314!"),

@@ -11,7 +11,6 @@ from tolerance import approx
 
 import sitscad
 from sitscad.checks import RULES, check
-from sitscad.checks.assembly.plates import TARGET_LENGTH_TOLERANCE
 from sitscad.checks.assembly.transduction import STRAIN_ERROR
 from sitscad.estimates.circuit.tank import preferred_values
 from sitscad.estimates.values import Spread
@@ -419,7 +418,6 @@ def test_the_explanations_name_the_limits_that_are_applied() -> None:
         "SIT213": [f"{LDC1614.limit('clock_min') / 1e6:g} to {LDC1614.limit('clock_max') / 1e6:g} MHz"],
         "SIT214": [f"{LDC1614.limit('capacitor_min') * 1e12:g} pF", f"{LDC1614.limit('capacitor_max') * 1e9:g} nF"],
         "SIT304": [f"{100 * VALID_STRAIN:.0f} %", f"{100 * STRAIN_ERROR:.0f} %"],
-        "SIT306": [f"within {100 * TARGET_LENGTH_TOLERANCE:.0f} %"],
     }
     summaries = {rule.id: rule.summary for rule in RULES}
     for rule, expected in words.items():

@@ -37,8 +37,12 @@ def test_numbers_lie_between_the_whole_face_and_none_and_say_how_far():
     small, middle, large = (at_rest(windowed(size))[0] for size in ("[0.3, 0.3]", "[3, 1]", "[19.5, 4.3]"))
     assert whole.inductance < small.inductance < middle.inductance < large.inductance < none.inductance
     assert none.inductance - large.inductance < 0.1 * (none.inductance - whole.inductance)
-    assert large.spread.causes["parallel_resistance"] == "window in the jaw"
-    assert large.spread.parallel_resistance > 3.0 * whole.spread.parallel_resistance
+    assert large.spread.causes["resistance"] == "window in the jaw"
+    of_height = [abs(state.spread.shifts["board over shield or jaw"][0]) for state in (whole, middle, large)]
+    assert of_height[0] > of_height[1] > 10.0 * of_height[2] > 0.0, "the less jaw is left, the less its height moves"
+    doubts = [state.spread.shifts["window in the jaw"][2] for state in (small, middle, large)]
+    assert 0.0 < abs(doubts[0]) < 0.1 * abs(doubts[1]) and abs(doubts[2]) > abs(doubts[1])
+    assert large.spread.parallel_resistance > 2.0 * whole.spread.parallel_resistance
     assert large.spread.inductance < 0.2 * (none.inductance - whole.inductance)
     assert small.spread.inductance < 1.01 * whole.spread.inductance
 

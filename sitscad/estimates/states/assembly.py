@@ -254,6 +254,9 @@ class Reflection:
     winding's own eddy currents change of it (None: left out).
     """
 
+    jaw_left = (1.0, 1.0)
+    """Fractions of the whole jaw's effect on inductance and resistance that a window in it leaves."""
+
     def __init__(
         self, spectrum: CurrentSpectrum | None, around: Surroundings, distances: Sequence[float] = (),
         share: tuple[float, float] = (1.0, 1.0), crowding: LossesNearMetal | None = None,

@@ -184,6 +184,7 @@ class WindowedReflection(Reflection):
         self._real, self._whole, self._none, self._missing = real, whole, none, missing
         for name in ("shares", "factors", "target_change", "of_target", "endless_change", "unsure", "is_rough"):
             setattr(self, name, getattr(real, name))
+        self.jaw_left = (1.0 - missing.inductance, 1.0 - missing.loss)
 
     def __call__(self, frequencies: Array) -> tuple[Array, Array]:
         """Change of inductance (H) and resistance (ohm) at (n,) frequencies (Hz)."""
