@@ -34,7 +34,7 @@ def test_the_curve_is_the_function_that_it_stands_for():
         wall = -3e-7 * (1.0 - 1e-2 * np.sqrt(1e6 / frequency))
         return 2.5e-6 + loss.inductance_changes(frequency) + wall, loss.direct * loss.resistance_ratios(frequency)
 
-    curve = through_logarithms(1e6, 11e6, lambda frequencies: np.stack(exact(frequencies), axis=1), POINTS)
+    curve = through_logarithms((1e6, 11e6), lambda frequencies: np.stack(exact(frequencies), axis=1), POINTS)
     frequencies = np.array([1e6, 1.7e6, 3.3e6, 6.1e6, 8.8e6, 11e6])
     inductance, resistance = exact(frequencies)
     assert curve(frequencies)[:, 0] == approx(inductance, rel=1e-5)
