@@ -90,7 +90,7 @@ def levenberg_marquardt(residuals: Residuals, start: Array) -> Fitted:
 
 
 def _slopes(residuals: Residuals, values: Array, there: Array, size: float = STEP) -> Array:
-    """How the residuals change with the values, (n, k), by forward, or at an edge backward, differences of a `size`."""
+    """Derivatives (n, k) of the residuals by forward differences of a `size`, at an edge by backward ones."""
     found = []
     for step in np.eye(values.size) * size:
         slope = (residuals(values + step) - there) / size
@@ -107,8 +107,7 @@ SCATTERS = np.geomspace(1e-4, 1.0, 33)
 have, each as likely beforehand (Jeffreys' prior of a scale)."""
 
 COARSE = 0.1
-"""Scatter with which a fit begins: from far off it may else go astray, into a second minimum or to the edge of what is
-looked for."""
+"""Scatter at the start of a fit. A smaller one can lead to a second minimum or to the edge of the search."""
 
 SUSPECT = 1.5  # How many times larger than expected errors are where it is told
 

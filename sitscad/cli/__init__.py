@@ -56,10 +56,9 @@ class Messages(io.TextIOWrapper):
 def _ignore_write_errors() -> Iterator[None]:
     try:
         yield
-    except BrokenPipeError:
-        raise
-    except OSError:
-        pass
+    except OSError as error:
+        if isinstance(error, BrokenPipeError):
+            raise
 
 
 def prepare_streams() -> None:
