@@ -185,6 +185,33 @@ def _shortened(value: object) -> str:
     return text if len(text) <= 40 else text[:37] + "..."
 
 
+SI_UNITS = {
+    "length": "m", "inductance": "H", "capacitance": "F", "resistance": "ohm", "frequency": "Hz", "force": "N",
+    "pressure": "Pa", "conductivity": "S/m", "angle": "rad", "temperature": "degC", "temperature coefficient": "1/K",
+}
+"""The unit of each dimension in which values are kept."""
+
+_WRITTEN = {
+    dimension: tuple(f"{prefix}{unit}" for prefix in ("n", "u", "m", "", "k", "M", "G")
+                     if f"{prefix}{unit}" in UNITS[dimension] and (dimension, prefix) != ("length", ""))
+    for dimension, unit in SI_UNITS.items() if dimension != "angle"
+}
+"""Units that `exact_text` writes, by dimension, the smallest first. Lengths are at most millimetres."""
+
+
+def exact_text(value: float, dimension: str) -> str:
+    """Return a quantity as a text that `parse_quantity` reads as exactly `value` (SI)."""
+    number = Decimal(repr(float(value)))
+    if dimension == "angle":
+        degrees = f"{math.degrees(value):.12g} deg"
+        return degrees if parse_quantity(degrees, dimension) == value else f"{value!r} rad"
+    units, factors = _WRITTEN[dimension], UNITS[dimension]
+    usual = "mm" if dimension == "length" else SI_UNITS[dimension]
+    unit = next((name for name in reversed(units) if number and abs(number) >= factors[name]), usual)
+    scaled = (number / factors[unit]).normalize()
+    return f"{scaled:f} {unit}" if abs(scaled.adjusted()) < 20 else f"{scaled} {unit}"
+
+
 _SHOWN = {
     "": ((1.0, ""),),
     "m": ((1e-9, "nm"), (1e-6, "um"), (1e-3, "mm"), (10.0, "m")),

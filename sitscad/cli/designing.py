@@ -73,7 +73,7 @@ def sweep(
     """  # noqa: D301 - click asks for the control character itself
     from sitscad.package import write_file
     from sitscad.study.space import RangeError
-    from sitscad.study.sweeping import SWEEP_FILES, SWEEP_FORMATS, range_of
+    from sitscad.study.sweeping import SWEEP_FILES, SWEEP_FORMATS, range_of, sweep_as_written
 
     show, write = row_of(SWEEP_FORMATS, format_name, "--format"), None
     if output:
@@ -86,7 +86,7 @@ def sweep(
         if len(asked) < len(ranges):
             raise click.UsageError("a key is swept once")
         progress = progress_of("designs")
-        table = sitscad.sweep(loaded, asked, names or None, level=level, jobs=jobs, progress=progress)
+        table = sweep_as_written(loaded, asked, names or None, level=level, jobs=jobs, progress=progress)
         content = write(table) if write is not None else b""
     except RangeError as error:
         raise click.UsageError(f"{error}{f' ({error.hint})' if error.hint else ''}") from error

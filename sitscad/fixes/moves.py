@@ -24,6 +24,7 @@ from sitscad.spec import presets
 from sitscad.spec.circuit import Plating
 from sitscad.spec.coil import INNER, CoilPlacement, CoilSpec
 from sitscad.spec.format.reading import SpecError
+from sitscad.spec.load import rewritten_spec
 from sitscad.spec.materials import ElastomerPad, Encapsulation, Target
 from sitscad.spec.places import footprint
 from sitscad.spec.presets import connector, names
@@ -218,7 +219,7 @@ def thinner_tails(spec: SensorSpec) -> Iterator[Fix]:
 def read_anew(spec: SensorSpec, key: str, value: float | str) -> Iterator[Fix]:
     """A value of the spec changed in its text, for what else follows from it; nothing where it cannot be read so."""
     try:
-        changed = spec.replace(key, value)
+        changed = rewritten_spec(spec, ((key, value),))
     except SpecError:
         return
     yield Fix((Edit(key, value if isinstance(value, str) else f"{value:.6g}"),), changed)

@@ -371,9 +371,9 @@ class BodySpec(Section):
 class FpcSpec(Section):
     """The flexible printed circuit.
 
-    Stack-up, rules and panel are names, words and sections as they are written only until they are worked out;
-    ``plating`` and ``plated`` are part of the stack-up then, and None. Without a tail there are solder pads at the
-    outline.
+    Stack-up, rules and panel are names, words and sections as they are written only until they are worked out.
+    ``plating`` (m) and ``plated`` are as written, None if left out; ``stackup`` has them worked out. Without a tail
+    there are solder pads at the outline.
     ``panel`` says how parts are delivered, ``finish`` what is on the bare contacts (a row of the finishes' data),
     ``copper`` is ``rolled-annealed`` or ``electrodeposited``, ``teardrops`` is ``auto`` or ``none``; ``boards`` is how
     many are wanted, None where the order says so; ``margin`` (m, along and across) is what the body is larger by on

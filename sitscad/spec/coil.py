@@ -24,7 +24,7 @@ from sitscad.spec.format.kinds import (
     described,
     refuse,
 )
-from sitscad.spec.format.section import ListOf, Section, key
+from sitscad.spec.format.section import ListOf, Readable, Section, key
 
 Trace = Quantity("length", "1 um", "20 mm")
 LayerTurns = Number(0.25, 200)
@@ -155,8 +155,10 @@ class CoilSpec(Section):
 
     @property
     def outer_diameter(self) -> float:
-        """The smaller outer size in metres (the diameter, for round and regular shapes)."""
-        return min(self.size)
+        """Outer size (m) across the copper edges. Rectangles and racetracks have none: read ``size``."""
+        if self.size[0] != self.size[1]:
+            raise AttributeError("outer_diameter")  # `Section.__getattr__` then says what to read
+        return self.size[0]
 
 
 @record
@@ -169,8 +171,14 @@ class CoilPlacement:
 
 
 @record
-class ArraySpec:
+class ArraySpec(Readable):
     """The coils of the sensor, in the order of the converter's channels, from the far end of the jaw to the tail."""
+
+    read_instead: ClassVar[dict[str, str]] = {
+        "count": "len(array.placements)",
+        "centres": "array.placements[0].centre, of each coil",
+        "rotations": "array.placements[0].rotation, of each coil",
+    }
 
     pattern: str
     placements: tuple[CoilPlacement, ...]

@@ -7,7 +7,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import field, replace
-from typing import Any
+from typing import Any, ClassVar
 
 from sitscad.record import record
 from sitscad.spec.format.kinds import (
@@ -24,7 +24,7 @@ from sitscad.spec.format.kinds import (
     Text,
     Truth,
 )
-from sitscad.spec.format.section import ListOf, NameOr, Part, Section, key, keys_like
+from sitscad.spec.format.section import ListOf, NameOr, Part, Readable, Section, key, keys_like
 from sitscad.units import show
 
 
@@ -42,7 +42,7 @@ class FoilLines:
 
 
 @record
-class DesignRules:
+class DesignRules(Readable):
     """Smallest makeable sizes in metres; `sources` names where each figure (by field name) comes from, `holders` the
     profile that it stands in, with its line in a user's file: one that another is based on has most of its figures.
 
@@ -63,6 +63,14 @@ class DesignRules:
     ``beyond`` names the figures that are taken for a thicker foil than any that they are stated for, and that thickness
     (m); ``unbound`` those minimums of coils that only warn although `coil_rule_binding` makes the others errors.
     """
+
+    read_instead: ClassVar[dict[str, str]] = {
+        "based_on": "rules.holders", "tracks": "rules.track_lines", "coil_tracks": "rules.coil_lines",
+        "annular_ring_4": "rules.annular_rings[4]",
+        **{f"{name}_{layers}": f"rules.{name}{ending}[{layers}]" for layers in (1, 2, 3)
+           for name, ending in (("static_bend", "_ratio"), ("dynamic_bend", "_ratio"), ("thickness_tolerance", ""))},
+        **{f"stiffened_tolerance_{name}": f"rules.stiffened_tolerance[{name!r}]" for name in ("polyimide", "fr4")},
+    }
 
     name: str
     trace_width: float

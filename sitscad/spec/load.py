@@ -10,7 +10,7 @@ import re
 import sys
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import fields, replace
+from dataclasses import fields, is_dataclass, replace
 from pathlib import Path, PurePath
 from typing import Any
 
@@ -28,6 +28,8 @@ from sitscad.spec.format.reading import (
     read_section,
     section_of_data,
 )
+from sitscad.spec.format.section import Section
+from sitscad.spec.format.writing import as_written, kind_at
 from sitscad.spec.resolver.sensor import resolve
 from sitscad.spec.sensor import VERSION, SensorSpec, SpecDocument
 from sitscad.spec.yaml.reader import read_yaml
@@ -215,13 +217,45 @@ def from_mapping(sections: Mapping[str, Any], named: Mapping[str, Any]) -> Senso
 
 
 def replaced(spec: SensorSpec, changes: Iterable[tuple[Any, Any]]) -> SensorSpec:
-    """A spec with other values at dotted keys, of which anybody may have written anything; see `SensorSpec.replace`."""
+    """Return a spec with other values at dotted keys, as attributes give them; see `SensorSpec.replace`."""
+    pairs, found = tuple(changes), []
+    records: dict[str, Any] = {}
+    try:
+        for key, value in pairs:
+            _require_key(key)
+            others = [other for other, _ in pairs if other != key]
+            if key in spec.source.keys and not _meets(key, others) and _is_attribute(value, spec, key):
+                continue  # the text stays as it is
+            if is_dataclass(value) and not isinstance(value, type):
+                records[key] = value
+            found.append((key, written_value(key, value)))
+    except TextError as error:
+        raise SpecError((finding_from_text(error),)) from None
+    made = rewritten_spec(spec, found)
+    for key, value in records.items():
+        if not _is_attribute(value, made, key):
+            message = f"{undotted(key)}: {type(value).__name__} {getattr(value, 'name', '')} is more than its name"
+            unwritten = TextError("SIT004", message, "write a preset's name, or a mapping of keys to values", key=key)
+            raise SpecError((finding_from_text(unwritten),))
+    return made
+
+
+def written_value(key: str, value: Any) -> Any:
+    """Return the value of a dotted key, as attributes give it, as the plain value that a YAML file has.
+
+    Raises `TextError` if the value is none that a spec can hold, or is a length without a unit.
+    """
+    kind = kind_at(SpecDocument, key)
+    return None if value is None else plain(as_written(_without_arrays(value, key), kind, key), key)
+
+
+def rewritten_spec(spec: SensorSpec, changes: Iterable[tuple[Any, Any]]) -> SensorSpec:
+    """Return a spec with other values at dotted keys, as a YAML file has them: bare lengths are millimetres."""
     try:
         _require_as_written(spec)
         text = spec.source.text
         for key, value in changes:
-            if not isinstance(key, str) or not 0 < len(key) <= LONGEST_KEY or not key.isprintable():
-                raise TextError("SIT002", "a key is a text like coil.turns")
+            _require_key(key)
             text = _changed(text, key, plain(value, key))
     except TextError as error:
         raise SpecError((finding_from_text(error),)) from None
@@ -229,6 +263,46 @@ def replaced(spec: SensorSpec, changes: Iterable[tuple[Any, Any]]) -> SensorSpec
     own = PurePath(spec.source.path).name
     files = {own: text.encode("utf-8"), **found.source.files} if own in spec.source.files else found.source.files
     return found.known(replace(found.source, files=files))
+
+
+def _require_key(key: Any) -> None:
+    if not isinstance(key, str) or not 0 < len(key) <= LONGEST_KEY or not key.isprintable():
+        raise TextError("SIT002", "a key is a text like coil.turns")
+
+
+def _meets(key: str, others: Iterable[Any]) -> bool:
+    """Whether a key is part of another key, or the other way round."""
+    return any(isinstance(other, str) and (f"{key}.".startswith(f"{other}.") or other.startswith(f"{key}."))
+               for other in others)
+
+
+def attribute(spec: SensorSpec, key: str) -> Any:
+    """Return the value that attributes of a spec give for a dotted key. Raises LookupError if no attribute does."""
+    value: Any = spec
+    for name in key.split("."):
+        if name.isdecimal() and isinstance(value, tuple) and int(name) < len(value):
+            value = value[int(name)]
+            continue
+        own = name if hasattr(value, name) or not isinstance(value, Section) else type(value).attributes.get(name, name)
+        if not is_dataclass(value) or not hasattr(value, own):
+            raise LookupError(key)
+        value = getattr(value, own)
+    return value
+
+
+def _is_attribute(value: Any, spec: SensorSpec, key: str) -> bool:
+    """Whether a value is what the attributes of a spec give for a dotted key. False for None and for arrays."""
+    try:
+        own = attribute(spec, key)
+    except LookupError:
+        return False
+    is_number = isinstance(value, float) and isinstance(own, float)
+    return value is not None and (is_number or type(value) is type(own)) and bool(value == own)
+
+
+def _without_arrays(value: Any, key: str) -> Any:
+    """Return numbers and arrays of numpy as numbers and lists of Python. Other values are returned as they are."""
+    return plain(value, key) if callable(getattr(value, "tolist", None)) and not isinstance(value, type) else value
 
 
 def _require_as_written(spec: SensorSpec) -> None:

@@ -45,7 +45,8 @@ def _datum(value: Any) -> str | tuple[float, ...]:
 
 StepName = FileName("STEP", r"\.([sS][tT][eE][pP]|[sS][tT][pP])$", "jaw.step")
 Datum = Special(
-    _datum, {"anyOf": [Label.schema(), {"type": "array", "items": Coordinate.schema(), "minItems": 3, "maxItems": 3}]}
+    _datum, {"anyOf": [Label.schema(), {"type": "array", "items": Coordinate.schema(), "minItems": 3, "maxItems": 3}]},
+    Coordinate,
 )
 
 
@@ -68,7 +69,7 @@ class Jaw(Section):
     """A grasper's jaw written out, or a preset of which single figures are your own, or a STEP file of it.
 
     The face carries the sensor, the metal is behind it. What is left out is None only until it is worked out, as is the
-    name of the file in ``step``; its ``datum``, ``along`` and ``up`` are None then, as is ``based_on``.
+    name of the file in ``step``. ``datum``, ``along``, ``up`` and ``based_on`` are as written, None if left out.
     ``height`` is that of one jaw, face to back; ``port_diameter`` is the circle that the closed pair must pass.
     ``face`` (m) is the flat's true width where it is measured, None where it is the chord of a back as round as the
     port. In a jaw with a pad pocket the face is the pocket's floor, ``pocket`` its length and width, and the rims

@@ -29,7 +29,7 @@ from sitscad.spec.format.kinds import (
     described,
     refuse,
 )
-from sitscad.spec.format.section import Part, Section, key, schema_of
+from sitscad.spec.format.section import Part, Readable, Section, key, schema_of
 from sitscad.spec.materials import Cells, Conductor, Cutting, ElastomerPad, Encapsulation, Shield, Target
 from sitscad.spec.mount import Assembly, Jaw, Mount
 from sitscad.spec.yaml.source import Issue, SpecSource
@@ -216,6 +216,7 @@ def _temperature_range(value: Any) -> tuple[float, float]:
 TemperatureRange = Special(
     _temperature_range,
     {"type": "array", "items": {"anyOf": [{"type": "number"}, Temperature.schema()]}, "minItems": 2, "maxItems": 2},
+    Temperature,
 )
 
 
@@ -257,8 +258,14 @@ class Requirements(Section):
 
 
 @record
-class SensorSpec:
+class SensorSpec(Readable):
     """The whole design; parts that are None are not in the sensor, are not made and not checked."""
+
+    read_instead: ClassVar[dict[str, str]] = {
+        "revision": "issue.revision",
+        "part_number": "issue.part_number",
+        "date": "issue.date",
+    }
 
     name: str
     coil: CoilSpec
@@ -329,17 +336,39 @@ class SensorSpec:
     def replace(self, changes: Mapping[str, Any], /) -> SensorSpec: ...
 
     def replace(self, key: str | Mapping[str, Any], value: Any = None, /) -> SensorSpec:
-        """The sensor with another value at a dotted key, or with several at once: keys and values as in YAML.
+        """Return the sensor with another value at a dotted key, or with other values at several keys.
 
-        ``spec.replace("coil.turns", 7.5)``, ``spec.replace({"coil.turns": 8, "coil.outer_diameter": "9 mm"})``; entries
-        of lists are counted from 0 (``array.centres.1``), sections may be given whole, and None takes a key out. The
-        change is made in the spec's text, whose comments stay as long as values are changed and not whole sections.
+        Parameters
+        ----------
+        key
+            A key as in YAML (``coil.turns``), or a mapping of keys to values. Entries of lists count from 0
+            (``array.centres.1``).
+        value
+            A number in SI units, as attributes give it (metres, radians, newtons), or a text with its unit
+            (``"9 mm"``). A section may be a mapping. A preset may be its name, or the record that an attribute gives.
+            None takes the key out.
+
+        Returns
+        -------
+        SensorSpec
+            The spec read from the changed text. Comments stay if values are changed and not whole sections.
 
         Raises
         ------
         SpecError
-            where there is no such key or the value is not right, as of a file; and where values were changed past the
-            text before (`dataclasses.replace`), which would undo them.
+            If there is no such key, or the value is not right. Also if values were changed past the text before
+            (`dataclasses.replace`), because the change would undo them.
+
+        Examples
+        --------
+        >>> from sitscad import SensorSpec
+        >>> coil = {"shape": "circle", "outer_diameter": 7, "turns": 12, "layers": 2,
+        ...         "trace_width": "100 um", "trace_spacing": "100 um"}
+        >>> spec = SensorSpec.from_mapping(name="bench", coil=coil)
+        >>> spec.replace("coil.outer_diameter", 1.2 * spec.coil.outer_diameter).coil.outer_diameter
+        0.0084
+        >>> spec.replace({"coil.outer_diameter": "9 mm", "coil.turns": 8}).coil.turns
+        8.0
         """
         changes = tuple(key.items()) if isinstance(key, Mapping) else ((key, value),)
         return cast(SensorSpec, import_module("sitscad.spec.load").replaced(self, changes))

@@ -161,7 +161,7 @@ def _ends_over_coils(spec: SensorSpec) -> bool:
         return True
     left, low, right, high = footprint(spec, spec.target).box
     nearest = min(min(x - left, right - x, y - low, high - y) for x, y in places)
-    return RIMS[0] < nearest / (0.5 * spec.coil.outer_diameter) < RIMS[1]
+    return RIMS[0] < nearest / (0.5 * min(spec.coil.size)) < RIMS[1]
 
 
 @cache

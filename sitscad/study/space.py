@@ -20,7 +20,7 @@ from sitscad.checks import all_rules
 from sitscad.opening import opened, policy_for
 from sitscad.record import record
 from sitscad.spec.format.reading import SpecError, finding_from_text
-from sitscad.spec.load import load_text, load_values, put
+from sitscad.spec.load import load_text, load_values, put, rewritten_spec
 from sitscad.spec.profiles import FILES
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.reader import read_yaml
@@ -83,7 +83,7 @@ class Base:
 
     def written(self, changes: Changes) -> str:
         """The text of a design, comments kept; raises `SpecError`."""
-        return self.spec.replace(dict(changes)).source.text
+        return rewritten_spec(self.spec, changes).source.text
 
     def key(self, changes: Changes, level: str, *asked: Any) -> str:
         """The hash that a design's evaluation is kept under: of its values, of all that it is judged by, of the

@@ -16,11 +16,12 @@ import numpy as np
 from sitscad.arguments import checked_arguments
 from sitscad.arrays import Array, Flags
 from sitscad.checks import all_rules
-from sitscad.record import record
+from sitscad.record import record, replace
 from sitscad.report.findings import to_json
-from sitscad.spec.load import plain
+from sitscad.spec.format.reading import SpecError, finding_from_text
+from sitscad.spec.load import plain, written_value
 from sitscad.spec.sensor import SensorSpec
-from sitscad.spec.yaml.source import plain_value
+from sitscad.spec.yaml.source import TextError, plain_value
 from sitscad.study.evaluating import NO_SCREEN, Executor, Workers, judged, screened
 from sitscad.study.evaluation import FAILS, FULL, SCREEN, Evaluation
 from sitscad.study.measures import MEASURES, measures_named
@@ -38,7 +39,7 @@ MOST_DESIGNS = 1_000_000
 class SweepTable:
     """A row a design, the last key fastest.
 
-    ``keys`` hold the values of every varied key as a spec has them; ``values`` and ``errors`` (by measure; rows) are
+    ``keys`` hold the values of every varied key as they were given; ``values`` and ``errors`` (by measure; rows) are
     the figures and what each may be off by, in the measure's unit, NaN where a design has none; ``verdict``,
     ``refused_by`` and ``warned_by`` what the rules say.
     """
@@ -58,12 +59,34 @@ class SweepTable:
 
 
 @checked_arguments
-def measure(
-    spec: SensorSpec, level: str = SCREEN, measures: Sequence[str] | None = None
-) -> Evaluation:
-    """Figures of one design, each with what it may be off by, and what the rules say of it: where no `measures` are
-    named, all of the level but ranges, sigmas and the yield. Raises ValueError for a level or a measure that there is
-    not.
+def measure(spec: SensorSpec, measures: Sequence[str] | None = None, *, level: str = SCREEN) -> Evaluation:
+    """Return figures of one design, each with what it may be off by, and the verdict of the rules.
+
+    Parameters
+    ----------
+    spec
+        The design.
+    measures
+        Names of figures (``sitscad measures`` lists them). All of the level but ranges, sigmas and the yield if None.
+    level
+        ``"screen"`` is quick, ``"full"`` works out all that `check` does.
+
+    Returns
+    -------
+    Evaluation
+        ``values`` by measure, each a pair of figure and error in SI units; ``verdict``, ``refused`` and ``warned``.
+
+    Raises
+    ------
+    ValueError
+        If there is no such level or measure.
+
+    Examples
+    --------
+    >>> import sitscad
+    >>> spec = sitscad.load("templates/single_coil.yaml")
+    >>> sorted(sitscad.measure(spec, ["rp", "inductance"]).values)
+    ['inductance', 'rp']
     """
     names = _measures_of(level, measures)
     return judged(spec, names) if level == FULL else screened([spec], names)[0]
@@ -80,12 +103,53 @@ def sweep(
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> SweepTable:
-    """Every design of the product of `ranges`: keys and values as in `SensorSpec.replace`, the last key fastest.
+    """Return figures of every design of the product of `ranges`, the last key fastest.
 
-    A design that a rule of the spec itself refuses has no figures and names that rule. `jobs` are processes, `executor`
-    is whatever else has `submit`. Raises ValueError for a level or measure that there is not, no range, an empty one or
-    too many designs; SpecError for a key that the spec does not have.
+    Parameters
+    ----------
+    spec
+        The spec that the designs are made from.
+    ranges
+        Values by key, as in `SensorSpec.replace`: numbers in SI units (metres), or texts with their unit.
+    measures
+        Names of figures (``sitscad measures`` lists them). All of the level if None.
+    level
+        ``"screen"`` is quick, ``"full"`` works out all that `check` does.
+    jobs
+        Number of processes. All processors if None.
+    executor
+        An object with a `submit`, used in place of processes.
+    progress
+        A function that is called with the numbers of designs that are done, and of all designs.
+
+    Returns
+    -------
+    SweepTable
+        A row per design. A design that a rule of the spec itself refuses has no figures and names that rule.
+
+    Raises
+    ------
+    ValueError
+        If there is no such level or measure, no range, an empty range, or if there are too many designs.
+    SpecError
+        If the spec has no such key, or a value can be none of its values.
     """
+    given = {str(key): tuple(plain(list(values))) for key, values in ranges.items()}
+    try:
+        written = {key: [written_value(key, value) for value in values] for key, values in given.items()}
+    except TextError as error:
+        raise SpecError((finding_from_text(error),)) from None
+    table = sweep_as_written(
+        spec, written, measures, level=level, jobs=jobs, executor=executor, progress=progress
+    )
+    return replace(table, keys=_columns(given))
+
+
+def sweep_as_written(
+    spec: SensorSpec, ranges: Mapping[str, Sequence[Any]], measures: Sequence[str] | None = None, *,
+    level: str = SCREEN, jobs: int | None = 1, executor: Executor | None = None, progress: Progress | None = None,
+) -> SweepTable:
+    """Return figures as `sweep` does; values are as a YAML file has them, where bare lengths are millimetres."""
     names = _measures_of(level, measures)
     axes = {str(key): tuple(plain(list(values))) for key, values in ranges.items()}
     if not axes or not all(axes.values()):
@@ -120,15 +184,19 @@ def _table(
     path: str, level: str, axes: Mapping[str, tuple[Any, ...]], shape: tuple[int, ...], names: Sequence[str],
     found: Sequence[Evaluation],
 ) -> SweepTable:
-    points = list(product(*axes.values()))
-    columns = {key: tuple(point[k] for point in points) for k, key in enumerate(axes)}
     nothing = (np.nan, np.nan)
     pairs = {name: np.array([one.values.get(name, nothing) for one in found]) for name in names}
     return SweepTable(
-        path, level, columns, {name: pair[:, 0] for name, pair in pairs.items()},
+        path, level, _columns(axes), {name: pair[:, 0] for name, pair in pairs.items()},
         {name: pair[:, 1] for name, pair in pairs.items()}, tuple(one.verdict for one in found),
         tuple(one.refused_by for one in found), tuple(one.warned_by for one in found), shape,
     )
+
+
+def _columns(axes: Mapping[str, tuple[Any, ...]]) -> dict[str, tuple[Any, ...]]:
+    """Return the value of each key in each row."""
+    points = list(product(*axes.values()))
+    return {key: tuple(point[k] for point in points) for k, key in enumerate(axes)}
 
 
 def range_of(text: str) -> tuple[str, tuple[Any, ...]]:

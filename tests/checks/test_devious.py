@@ -20,7 +20,7 @@ from sitscad.finding import Severity
 from sitscad.inspection import inspect
 from sitscad.spec import presets
 from sitscad.spec.format.reading import SpecError
-from sitscad.spec.load import load
+from sitscad.spec.load import load, rewritten_spec
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
 BASES = {
@@ -304,7 +304,7 @@ def usual(letter):
 @pytest.mark.parametrize("row", TOLD, ids=named)
 def test_what_should_not_pass_is_told(row):
     letter, changes, asked = row
-    design = Design(base(letter).replace(changes))
+    design = Design(rewritten_spec(base(letter), changes.items()))
     for word in asked.split() if asked else ():
         severity = {"!": Severity.ERROR, "-": Severity.NOTE}.get(word[6:], Severity.WARNING)
         found = apply_rule(next(rule for rule in RULES if rule.id == word[:6]), design)[0]
@@ -317,7 +317,7 @@ def test_what_should_not_pass_is_told(row):
 @pytest.mark.parametrize("row", PASSES, ids=named)
 def test_what_passes_has_a_reason(row):
     letter, changes, reason = row
-    result = check(base(letter).replace(changes), hints="none")
+    result = check(rewritten_spec(base(letter), changes.items()), hints="none")
     new = [one for one in result.findings if (one.rule, one.severity) not in usual(letter)]
     graver = [one.message for one in new if one.severity is Severity.ERROR or one.rule == "SIT134"]
     assert result.ok and reason and not graver, graver
@@ -327,7 +327,7 @@ def test_what_passes_has_a_reason(row):
 def test_what_makes_no_sense_is_refused(row):
     letter, changes, rule = row
     with pytest.raises(SpecError) as refused:
-        base(letter).replace(changes)
+        rewritten_spec(base(letter), changes.items())
     assert rule in {one.rule for one in refused.value.findings}
 
 
@@ -367,8 +367,8 @@ def test_rules_of_ones_own_are_told_once():
 
 
 def test_a_value_at_its_bound_is_usual_and_one_beyond_it_is_not():
-    assert told(Design(base("B").replace("elastomer.kerf", 0.5))) == []
-    (found,) = told(Design(base("B").replace("elastomer.kerf", 0.51)))
+    assert told(Design(base("B").replace("elastomer.kerf", 0.5e-3))) == []
+    (found,) = told(Design(base("B").replace("elastomer.kerf", 0.51e-3)))
     assert found == "elastomer.kerf is 510 um; 0.5 mm at most are usual"
 
 

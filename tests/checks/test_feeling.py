@@ -167,14 +167,14 @@ def test_tilt_that_covers_the_noise_is_worth_a_note(bench):
 
 def test_more_shear_than_the_array_tells_apart_reads_alike(bench):
     """Far beyond the coils the target is as far from one as from nothing: readings turn back."""
-    thick = bench.spec.replace("elastomer.thickness", 5)
+    thick = bench.spec.replace("elastomer.thickness", 5e-3)
     (finding,), _ = _judged("SIT407", Design(thick), normal_resolution=1.0, normal_force=1.0, shear_force=1.2)
     assert "read alike" in finding.message and finding.severity is Severity.NOTE
     assert _judged("SIT407", bench, normal_resolution=1.0, shear_force=0.5) == ([], [])
 
 
 def test_nothing_to_feel_is_said(bench):
-    aside = bench.spec.replace("target.offset", [16, 0])
+    aside = bench.spec.replace("target.offset", [16e-3, 0])
     design = Design(aside)
     found, (skipped,) = _judged("SIT401", design, normal_resolution=0.1)
     assert not found and "nothing of what the sensor feels" in skipped.reason

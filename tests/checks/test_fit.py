@@ -185,7 +185,7 @@ def test_shear_beyond_the_range_that_a_data_sheet_states_warns():
     one, too, where this target goes farther.
     """
     spec = sitscad.load(Path(__file__).parents[2] / "templates" / "grasper_4layer.yaml")
-    small = spec.replace("target.size", [0.7e3 * side for side in spec.target.size])
+    small = spec.replace("target.size", [0.7 * side for side in spec.target.size])
     most = shear_at(small, VALID_SHEAR)
     for share, severity in ((0.99, Severity.NOTE), (1.01, Severity.WARNING)):
         found = check(small.replace("requirements.shear_force", f"{share * most:.6g} N"), hints="none").findings
@@ -562,16 +562,16 @@ def test_the_height_to_take_off_is_enough(thickness):
 def test_a_board_that_decides_the_closed_pair_is_named_and_a_narrower_one_is_tried():
     """The hint offered heights alone where the board's edges, wide by their margin, left the port's circle."""
     spec = sitscad.load(Path(__file__).parents[2] / "templates" / "grasper_4layer.yaml").replace(
-        "fpc.margin", [0.15, 0.2]
+        "fpc.margin", [0.15e-3, 0.2e-3]
     )
     finding = next(one for one in check(spec, hints="full").findings if one.rule == "SIT303")
     assert "which the board body decides" in finding.message
     assert "a board narrower by 338 um: fpc.margin: [0.15, 0.03] (it was tried), or take" in finding.hint
     ((edit,),) = (fix.edits for fix in finding.fixes)
-    mended = spec.replace(edit.key, [0.15, 0.03])
+    mended = spec.replace(edit.key, [0.15e-3, 0.03e-3])
     assert (edit.key, edit.new) == ("fpc.margin", "[0.15, 0.03]")
     assert "SIT303" not in {one.rule for one in check(mended, hints="none").findings}
-    high = next(one for one in check(mended.replace("elastomer.thickness", 1.5), hints="none").findings
+    high = next(one for one in check(mended.replace("elastomer.thickness", 1.5e-3), hints="none").findings
                 if one.rule == "SIT303")
     assert "the opposing jaw decides" in high.message and high.hint.startswith("take ")
     unread = next(one for one in check(spec, hints="none").findings if one.rule == "SIT303")
@@ -594,6 +594,6 @@ def test_shear_beyond_what_the_pads_law_was_held_against_is_noted_as_in_the_data
 def test_a_pressed_pad_that_gives_way_by_itself_has_no_shear_that_is_held():
     """"Shear beyond 0 N, half the pad's thickness" was said of it."""
     path = Path(__file__).parents[2] / "templates" / "bench_7mm.yaml"
-    slender = sitscad.load(path).replace("elastomer.thickness", 5)
+    slender = sitscad.load(path).replace("elastomer.thickness", 5e-3)
     assert held_shear(slender) == 0.0
     assert beyond_held_shear(0.0).startswith("any shear is extrapolated") and "0 N" not in beyond_held_shear(0.0)

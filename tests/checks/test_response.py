@@ -222,14 +222,14 @@ def test_a_pad_wider_than_the_target_is_told_to_be_cut_to_it():
      elastomer: {shape: square, size: 13, thickness: 1.8, material: ecoflex-00-30}, requirements: {normal_force: 0.4 N}}
     """
     spec = sitscad.load_text(wide, "wide.yaml")
-    narrow = spec.replace("elastomer.size", 10)
+    narrow = spec.replace("elastomer.size", 10e-3)
     here, there = (abs(signals(Design(each).estimates)[0].share) for each in (spec, narrow))
     (found,) = (f for f in sitscad.check(spec).findings if f.rule == "SIT217")
     times = re.match(r"elastomer\.size: 10 gives ([\d.]+) times the signal \(tried\)", found.hint)[1]
     assert float(times) == approx(there / here, rel=0.05) and there > 1.2 * here
     (untried,) = (f for f in sitscad.check(spec, hints="none").findings if f.rule == "SIT217")
     assert "a pad no wider than the target (elastomer.size: 10)" in untried.hint
-    assert cut_to_target(narrow) is None and cut_to_target(spec.replace("elastomer.offset", [0.5, 0])) is None
+    assert cut_to_target(narrow) is None and cut_to_target(spec.replace("elastomer.offset", [0.5e-3, 0])) is None
 
 
 def test_the_thickness_of_most_signal_is_named():
@@ -244,6 +244,6 @@ def test_the_thickness_of_most_signal_is_named():
     spec = sitscad.load_text(thick, "thick.yaml")
     (found,) = (f for f in sitscad.check(spec, hints="full").findings if f.rule == "SIT217")
     assert found.hint.startswith("elastomer.thickness: 1.5 gives 2.5 times the signal, more than any other (tried)")
-    share = {mm: abs(signals(Design(spec.replace("elastomer.thickness", mm)).estimates)[0].share)
+    share = {mm: abs(signals(Design(spec.replace("elastomer.thickness", f"{mm} mm")).estimates)[0].share)
              for mm in (1.2, 1.5, 2.0, 4.0)}
     assert share[1.5] == max(share.values()) and share[1.5] / share[4.0] == approx(2.5, rel=0.02)

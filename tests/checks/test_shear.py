@@ -18,6 +18,7 @@ from sitscad.estimates.performance.points import feel
 from sitscad.estimates.states.moved_target import moved_changes
 from sitscad.finding import Severity
 from sitscad.spec.places import shared_middles
+from sitscad.spec.yaml.rewriting import rewritten
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
 (SHEAR,) = (rule for rule in RULES if rule.id == "SIT218")
@@ -54,7 +55,7 @@ def test_a_target_that_ends_at_the_rims_feels_a_tilt_as_more_than_the_shear():
     """Between both nothing was said, though a degree of tilt was read as 3.6 N where 3 N were to be felt."""
     pad = sitscad.load(TEMPLATES / "three_axis_pad.yaml")
     assert apply_rule(SHEAR, Design(pad)) == ([], [])
-    wide = pad.replace({"target.size": 14, "elastomer.size": 14})
+    wide = pad.replace({"target.size": 14e-3, "elastomer.size": 14e-3})
     found = [one for one in sitscad.check(wide).findings if one.rule == "SIT218"]
     assert [one.key for one in found] == ["target.size"] * 2
     felt = feel(sitscad.lay_out(wide), sitscad.estimate(sitscad.lay_out(wide))).points[1]
@@ -62,7 +63,7 @@ def test_a_target_that_ends_at_the_rims_feels_a_tilt_as_more_than_the_shear():
         assert f"one degree about {other}" in finding.message and "(tried)" in finding.hint
         assert finding.measured == approx(felt.tilt_errors(math.radians(1.0))[axis].max(), rel=0.2)
         assert finding.limit == 3.0 < finding.measured
-    mended = wide.replace({edit.key: edit.new for edit in found[0].fixes[0].edits})
+    mended = sitscad.load_text(rewritten(wide.source.text, found[0].fixes[0].edits))
     assert mended.target.size[0] < 0.014
     assert apply_rule(SHEAR, Design(mended)) == ([], [])
 

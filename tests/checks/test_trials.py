@@ -21,7 +21,7 @@ from sitscad.fixes.moves import with_turns  # noqa: E402
 from sitscad.fixes.search import first_that_mends, warn  # noqa: E402
 from sitscad.spec import templates  # noqa: E402
 from sitscad.spec.format.reading import SpecError  # noqa: E402
-from sitscad.spec.load import load_text  # noqa: E402
+from sitscad.spec.load import load_text, rewritten_spec  # noqa: E402
 from sitscad.spec.yaml.rewriting import rewritten  # noqa: E402
 
 TAIL = {"length": 30, "connector": "zif-0.5mm", "layers": 2}
@@ -364,11 +364,10 @@ def test_what_mends_shear_and_what_mends_an_overhang_do_not_undo_each_other():
 )
 def test_figures_in_hints_were_tried(name, changes, rule, said):
     """They were named "(not tried)" or without a word, sizes that other rules refuse; SIT308 named one layer alone."""
-    spec = load_text(templates.read(name), "spec.yaml").replace(changes)
+    spec = rewritten_spec(load_text(templates.read(name), "spec.yaml"), changes.items())
     found = {f.hint: f for f in check(spec, hints="full").findings if f.rule == rule}
     assert said in found and found[said].fixes
-    edits = {e.key: json.loads(e.new) if e.new[0] in "[12" else e.new for e in found[said].fixes[0].edits}
-    mended = check(spec.replace(edits), hints="none").findings
+    mended = check(load_text(rewritten(spec.source.text, found[said].fixes[0].edits)), hints="none").findings
     assert (rule, found[said].key) not in {(f.rule, f.key) for f in mended}
 
 
@@ -378,21 +377,19 @@ def test_the_sizes_that_shear_and_proportions_ask_for_do_not_contradict(size):
     shape = "rectangle" if isinstance(size, list) else "square"
     wide = {f"{part}.{key}": value for part in ("target", "elastomer")
             for key, value in (("shape", shape), ("size", size))}
-    spec = load_text(templates.read("bench_7mm"), "spec.yaml").replace(
-        wide | {"requirements.shear_force": "1 N", "fpc.margin": [4, 8]}
-    )
+    changes = wide | {"requirements.shear_force": "1 N", "fpc.margin": [4, 8]}
+    spec = rewritten_spec(load_text(templates.read("bench_7mm"), "spec.yaml"), changes.items())
     found = {f.rule: f for f in check(spec, hints="full").findings}
     fixes = [fix for rule in ("SIT218", "SIT306") for fix in found[rule].fixes]
     assert len(fixes) > 1
     for fix in fixes:
-        edits = {e.key: json.loads(e.new) if e.new[0] in "[123456789" else e.new for e in fix.edits}
-        after = check(spec.replace(edits), hints="none").findings
-        assert not {"SIT218", "SIT306"} & {f.rule for f in after}, edits
+        after = check(load_text(rewritten(spec.source.text, fix.edits)), hints="none").findings
+        assert not {"SIT218", "SIT306"} & {f.rule for f in after}, fix.edits
 
 
 @pytest.mark.parametrize("name", ["three_axis_pad", "grasper_4layer"])
 def test_nothing_untried_is_named_without_trials(name):
     """Without trials a hint gives the direction; a way to write it is what the search finds."""
-    wide = {"target.size": 24, "elastomer.size": 24} if name == "three_axis_pad" else {"encapsulation": None}
+    wide = {"target.size": 24e-3, "elastomer.size": 24e-3} if name == "three_axis_pad" else {"encapsulation": None}
     found = check(load_text(templates.read(name), "spec.yaml").replace(wide), hints="none").findings
     assert {"SIT218", "SIT311"} & {f.rule for f in found} and not [f.hint for f in found if "not tried" in f.hint]

@@ -198,7 +198,7 @@ def test_loads_that_read_alike_are_found_however_wide_the_range(shear):
 def test_loads_beyond_a_pads_thickness_of_travel_are_charted():
     """All loads beyond it read like the chart's end, and so alike: a finding where the response tells them apart."""
     spec = sitscad.load(Path(__file__).parents[2] / "templates" / "robotic_jaw_12mm.yaml")
-    far = Design(spec.replace("target.size", [0.7e3 * side for side in spec.target.size]))
+    far = Design(spec.replace("target.size", [0.7 * side for side in spec.target.size]))
     bench = far.felt.bench
     poses = bench.poses(np.array([[5.0, 1.75, 0.0], [5.0, 2.0, 0.0]]))
     assert np.abs(poses[:, 0]).min() > spec.elastomer.thickness

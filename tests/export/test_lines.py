@@ -62,7 +62,7 @@ def test_the_currents_of_all_layers_circulate_alike():
 
 
 def test_an_open_circuit_and_a_tolerance_that_is_none_are_refused():
-    spec = sitscad.load_text(templates.read("grasper_3p5mm")).replace("array.pitch", 3.6)
+    spec = sitscad.load_text(templates.read("grasper_3p5mm")).replace("array.pitch", 3.6e-3)
     crowded = sitscad.lay_out(spec)
     assert crowded.shortfalls
     with pytest.raises(ValueError, match="open"):

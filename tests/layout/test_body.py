@@ -13,6 +13,7 @@ from tolerance import approx
 import sitscad
 from sitscad.geometry.path import Arc, circle, enclosed_area
 from sitscad.layout.outline import root
+from sitscad.spec.load import rewritten_spec
 from sitscad.spec.resolver.body import UnfitError, outline
 
 BUTTON = Path(__file__).parents[2] / "templates" / "round_button_12mm.yaml"
@@ -48,7 +49,7 @@ def copper_outside(layout: sitscad.Layout) -> float:
     {"shape": "rounded", "size": [13, 12], "corner_radius": 4},
 ])
 def test_all_copper_keeps_its_distance_from_the_edge_of_the_outline(button, body):
-    layout = sitscad.lay_out(button.replace("fpc.body", body))
+    layout = sitscad.lay_out(rewritten_spec(button, [("fpc.body", body)]))
     assert not layout.shortfalls
     assert layout.outline.is_closed
     assert copper_outside(layout) == 0.0
@@ -73,7 +74,7 @@ def test_the_outline_is_the_circle_and_a_tail_with_tangent_inner_corners(button)
 
 def test_the_place_of_the_coils_does_not_matter(button):
     """The body goes with the mean of the coils' centres."""
-    there = [[x + 3.0, y - 2.0] for x, y in ((p.centre[0] * 1e3, p.centre[1] * 1e3) for p in button.array.placements)]
+    there = [[x + 3e-3, y - 2e-3] for x, y in (place.centre for place in button.array.placements)]
     here = sitscad.lay_out(button).body
     moved = sitscad.lay_out(button.replace("array", {"centres": there})).body
     assert list(moved) == approx([here[0] + 3e-3, here[1] - 2e-3, here[2] + 3e-3, here[3] - 2e-3], rel=1e-9)
@@ -88,21 +89,21 @@ def test_the_ball_in_the_root_touches_circle_and_tail():
 
 
 def test_a_body_too_small_is_refused_with_what_is_missing_and_one_that_holds_all(bare):
-    found = refusals(bare.replace("fpc.body.size", 11))
+    found = refusals(bare.replace("fpc.body.size", 11e-3))
     radius = (5.35 / math.sqrt(3) + 5.0 / 2) * 1e-3
     said = found["SIT135"]
     assert said.limit - said.measured == approx(radius + 0.2e-3 - 5.5e-3, rel=0.02)
     larger = float(said.hint.split("fpc.body.size: ")[1].split()[0])
     assert 11 < larger < 12.5 and "SIT109" not in found  # which would say it of every layer of every coil
-    assert not sitscad.lay_out(bare.replace("fpc.body.size", larger)).shortfalls
+    assert not sitscad.lay_out(bare.replace("fpc.body.size", 1e-3 * larger)).shortfalls
 
 
 def test_a_largest_outline_is_a_requirement_however_the_body_comes_about(bare):
     free = bare.replace("fpc.body", None)
     x, y = sitscad.lay_out(free).body_size
-    roomy = {"shape": "rectangle", "size": [x * 1e3 + 2, y * 1e3 + 2]}
+    roomy = {"shape": "rectangle", "size": [x + 2e-3, y + 2e-3]}
     assert "SIT136" not in refusals(free.replace("fpc.largest", roomy), "none")
-    said = refusals(free.replace("fpc.largest", {"shape": "circle", "size": 12}))["SIT136"]
+    said = refusals(free.replace("fpc.largest", {"shape": "circle", "size": "12 mm"}))["SIT136"]
     corner = math.hypot(x / 2 - 0.5e-3, y / 2 - 0.5e-3) + 0.5e-3  # of corners rounded by 0.5 mm
     assert said.measured == approx(corner - 6e-3, rel=0.1)
     assert "fpc.body: {shape: circle, size: 12} holds" in said.hint
@@ -217,8 +218,8 @@ def test_coils_beyond_a_small_body_stay_where_they_are_beside_a_turned_tail(way)
 @pytest.mark.parametrize("turn", ["left", "right"])
 def test_a_turn_begins_beyond_the_rounded_root_of_a_tail_however_short_it_is(bare, turn):
     """Without leads, the tail was as long as a turn takes that begins at the body, in the middle of the root."""
-    small = {"shape": "rectangle", "size": 9}
-    layout = sitscad.lay_out(bare.replace({"fpc.body": small, "fpc.tail": {"length": 1, "turn": turn}}))
+    small = {"shape": "rectangle", "size": "9 mm"}
+    layout = sitscad.lay_out(bare.replace({"fpc.body": small, "fpc.tail": {"length": "1 mm", "turn": turn}}))
     assert layout.shortfalls
     outline = shapely.Polygon(layout.outline.flattened(1e-6))
     assert outline.is_valid and outline.area > 9e-3**2

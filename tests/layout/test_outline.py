@@ -163,7 +163,7 @@ def test_a_board_without_a_tail_has_the_strip_that_the_page_says():
     said = page.partition("Without `fpc.tail` a strip")[2].partition("\n\n")[0]
     told = [float(length) * 1e-3 for length in re.findall(r"(\d+\.\d) mm", said)]
     spec = load(root / "templates/single_coil.yaml")
-    shortest = spec.replace("fpc", {"tail": {"connector": "solder-pads", "length": 1}})
+    shortest = spec.replace("fpc", {"tail": {"connector": "solder-pads", "length": "1 mm"}})
     for each, length in zip((spec, shortest), told, strict=True):
         layout = lay_out(each)
         strip = bounding_box((layout.outline,))[2] - layout.body[2]

@@ -58,7 +58,7 @@ def test_what_hangs_on_an_unverified_jaw_metal_or_density_says_so():
     assert "the port has 5 mm (the jaw's figures are unverified: measure yours)" in in_one_line(GRASPER)
     assert "lean on unverified" not in in_one_line(GRASPER), "copper and 304 are"
     brass = GRASPER.spec.replace("target.material", "brass").replace(
-        "mount.jaw", {"based_on": "generic-5mm", "height": 1.3}
+        "mount.jaw", {"based_on": "generic-5mm", "height": "1.3 mm"}
     )
     measured = sitscad.lay_out(brass)
     assert "They lean on unverified figures of metals near the coils: brass." in in_one_line(measured)
@@ -147,13 +147,14 @@ OWN = "{kind: custom}"
     ],
 )
 def test_how_the_mount_is_fastened_is_said(template, mount, words):
+    from sitscad.spec.load import rewritten_spec
     from sitscad.spec.yaml.reader import read_yaml
 
     spec = sitscad.load_text(templates.read(template), "t.yaml")
     if mount in ("dovetail", "pins"):
         spec = spec.replace({"mount.retention": mount, "shield": None})
     elif mount.startswith("{"):
-        spec = spec.replace("mount", read_yaml(mount).data)
+        spec = rewritten_spec(spec, [("mount", read_yaml(mount).data)])
     said = re.sub(r"\s+", " ", text(sitscad.lay_out(spec)))
     assert all(word in said for word in words), said
 

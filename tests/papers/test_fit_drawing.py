@@ -100,7 +100,7 @@ def test_a_package_has_the_picture_where_its_findings_ask_for_it():
 
     spec = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml")
     assert failing_fit(contents_of(spec, Policy(), None), "") == {}
-    tall = contents_of(spec.replace("elastomer.thickness", 1.6), Policy(), None)
+    tall = contents_of(spec.replace("elastomer.thickness", 1.6e-3), Policy(), None)
     made = failing_fit(tall, "")
     assert list(made) == ["fit.svg"] and b"needs 5.5" in made["fit.svg"]
     # It named mount/fit-solids.svg in packages that have none

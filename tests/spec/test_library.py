@@ -87,22 +87,22 @@ def test_a_change_keeps_the_comments_and_is_read_as_a_file_is():
 
 
 def test_several_changes_are_judged_together():
-    assert {f.rule for f in refused(lambda: BENCH.replace("coil.outer_diameter", 3))} == {"SIT016"}
-    assert BENCH.replace({"coil.outer_diameter": 3, "coil.turns": 4}).coil.size == (3e-3, 3e-3)
+    assert {f.rule for f in refused(lambda: BENCH.replace("coil.outer_diameter", 3e-3))} == {"SIT016"}
+    assert BENCH.replace({"coil.outer_diameter": 3e-3, "coil.turns": 4}).coil.size == (3e-3, 3e-3)
 
 
 def test_sections_come_and_go():
     target = SMALL.replace("target", {"shape": "square", "size": "4 mm"})
     assert target.target.size == (4e-3, 4e-3)
-    assert target.replace({"target.size": [4, 5], "target.shape": "rectangle"}).target.size == (4e-3, 5e-3)
+    assert target.replace({"target.size": [4e-3, "5 mm"], "target.shape": "rectangle"}).target.size == (4e-3, 5e-3)
     assert target.replace("target", None) == SMALL.replace("target", None)
     assert target.replace("target", None).target is None
 
 
 def test_entries_of_lists_are_counted_from_nought():
-    spec = SMALL.replace("array", {"pattern": "explicit", "centres": [[-4, 0], [4, 0]]})
-    assert spec.replace("array.centres.1.0", 5).array.placements[1].centre == (5e-3, 0.0)
-    assert refused(lambda: spec.replace("array.centres.2", [9, 0]))[0].key == "array.centres.2"
+    spec = SMALL.replace("array", {"pattern": "explicit", "centres": [[-4e-3, 0], [4e-3, 0]]})
+    assert spec.replace("array.centres.1.0", 5e-3).array.placements[1].centre == (5e-3, 0.0)
+    assert refused(lambda: spec.replace("array.centres.2", [9e-3, 0]))[0].key == "array.centres.2"
 
 
 @pytest.mark.parametrize(
@@ -177,7 +177,7 @@ def test_a_number_too_long_to_be_written_is_refused():
 
 
 def test_a_list_that_holds_itself_is_refused():
-    endless: list[object] = [1, 2, 3]
+    endless: list[object] = [1e-3, 2e-3, 3e-3]
     endless += [endless] * 9
     assert refused(lambda: BENCH.replace("array.centres", endless))[0].rule in ("SIT004", "SIT010")
 

@@ -47,7 +47,7 @@ def test_no_design_depends_on_its_batch():
 
 
 def test_no_hints_are_looked_for(monkeypatch):
-    wide = design("grasper_4layer", {"target.size": [9.9, 4.9], "coil.trace_width": "50 um"})
+    wide = design("grasper_4layer", {"target.size": [9.9e-3, 4.9e-3], "coil.trace_width": "50 um"})
 
     def looked(*_: object) -> str:
         raise AssertionError("a hint was looked for")
@@ -113,11 +113,11 @@ def test_a_target_that_lets_waves_through_is_judged_in_full(metal, level):
 
 
 @pytest.mark.parametrize(("template", "changes"), [
-    ("three_axis_triangle", {"target.size": 14}),  # 14.1 mN of normal force for 6.0
-    ("three_axis_triangle", {"target.size": 17.5}),  # refused by SIT401 where 20 mN were asked, which full passes
-    ("bench_7mm", {"array.pitch": 12}),  # 46 mN for 28
-    ("skin_grid_3x3", {"mount": None, "shield": {"material": "copper", "thickness": 0.2, "gap": 0.363}}),
-    ("three_axis_pad", {"mount": None, "shield": {"material": "ferrite", "thickness": 0.2, "gap": 0.461}}),
+    ("three_axis_triangle", {"target.size": 14e-3}),  # 14.1 mN of normal force for 6.0
+    ("three_axis_triangle", {"target.size": 17.5e-3}),  # refused by SIT401 where 20 mN were asked, which full passes
+    ("bench_7mm", {"array.pitch": 12e-3}),  # 46 mN for 28
+    ("skin_grid_3x3", {"mount": None, "shield": {"material": "copper", "thickness": 0.2e-3, "gap": 0.363e-3}}),
+    ("three_axis_pad", {"mount": None, "shield": {"material": "ferrite", "thickness": 0.2e-3, "gap": 0.461e-3}}),
 ])
 def test_shapes_without_a_model_are_judged_in_full(template, changes):
     spec = sitscad.load_text(templates.read(template))
@@ -136,7 +136,7 @@ def test_sizes_of_six_coils_in_line_take_the_full_level():
 @pytest.mark.parametrize("thickness", [1.0, 2.0, 2.6])
 def test_a_pad_that_full_load_presses_far_is_charted_to_its_end(thickness):
     """To 24, 46 and 56 %: a chart that ended at 40 % said that no reading tells the normal force there."""
-    spec = sitscad.load_text(templates.read("grasper_3p5mm")).replace("elastomer.thickness", thickness)
+    spec = sitscad.load_text(templates.read("grasper_3p5mm")).replace("elastomer.thickness", 1e-3 * thickness)
     names = ["resolution.normal", "resolution.shear_x"]
     found, whole = screened([spec], names)[0], judged(spec, names)
     assert found.level == SCREEN

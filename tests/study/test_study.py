@@ -110,7 +110,7 @@ def test_kept_designs_are_whole_specs_that_differ_and_pass(answered, tmp_path):
         head, below = text.split("\n", 1)
         assert all(f"{key}: " in head for key in answer.kept[number - 1].changed) and "#" in below
         assert sitscad.check(spec, hints="none").ok
-        found = sitscad.measure(spec, "full", ["rp"])
+        found = sitscad.measure(spec, ["rp"], level="full")
         assert found.values["rp"][0] == approx(answer.kept[number - 1].evaluation.values["rp"][0], rel=1e-12)
 
 
@@ -169,7 +169,7 @@ def test_a_low_yield_that_nobody_asked_for_draws_a_caution(answered):
 
 def test_a_varied_entry_of_a_list_is_read_from_the_base(folder):
     """It was told as no value of the base, so that the search began at the range's end and the base was no design."""
-    base = sitscad.load(folder / "coil.yaml").replace({"target.shape": "rectangle", "target.size": [10, "9 mm"]})
+    base = sitscad.load(folder / "coil.yaml").replace({"target.shape": "rectangle", "target.size": [10e-3, "9 mm"]})
     (folder / "coil.yaml").write_text(base.source.text)
     both = "target.size.0: {from: 7, to: 11, step: 1}\n  target.size.1: [8, 9]\n  coil.turns: "
     (folder / "study.yaml").write_text(STUDY.replace("coil.turns: ", both))

@@ -19,7 +19,15 @@ from sitscad.study.evaluating import NOT_COMPUTED, Chunk, Workers, evaluate_chun
 from sitscad.study.evaluation import Evaluation
 from sitscad.study.measures import MEASURES
 from sitscad.study.space import Base, RangeError, Space, Variable, counted, stepped
-from sitscad.study.sweeping import range_of, sweep_csv, sweep_json, sweep_npz, sweep_svg, sweep_text
+from sitscad.study.sweeping import (
+    range_of,
+    sweep_as_written,
+    sweep_csv,
+    sweep_json,
+    sweep_npz,
+    sweep_svg,
+    sweep_text,
+)
 
 CONTRACT = {
     "inductance", "rp", "q", "frequency", "amplitude", "signal.normal", "resolution.normal", "resolution.shear_x",
@@ -47,7 +55,9 @@ def test_every_measure_of_the_contract_is_there():
 
 def test_figures_are_those_of_check_and_estimate():
     spec = sitscad.load_text(templates.read("grasper_4layer"))
-    found = sitscad.measure(spec, "full", ["inductance", "rp", "fit.spare", "fit.length", "resolution.normal"])
+    found = sitscad.measure(
+        spec, ["inductance", "rp", "fit.spare", "fit.length", "resolution.normal"], level="full"
+    )
     estimates, result = sitscad.estimate(sitscad.lay_out(spec)), sitscad.check(spec, hints="none")
     states = [state for coil in estimates.coils for state in coil.states.values()]
     assert found.values["rp"][0] == approx(min(state.parallel_resistance for state in states), rel=1e-12)
@@ -84,7 +94,7 @@ def test_every_file_is_the_same_bytes_twice(table):
 
 
 def test_a_picture_has_two_keys_at_most(bench):
-    ranges = {"coil.turns": [10], "coil.trace_width": ["100 um"], "coil.outer_diameter": [9, 10]}
+    ranges = {"coil.turns": [10], "coil.trace_width": ["100 um"], "coil.outer_diameter": [9e-3, 10e-3]}
     with pytest.raises(ValueError, match="one key or two"):
         sweep_svg(sitscad.sweep(bench, ranges, ["rp"]))
 
@@ -98,7 +108,7 @@ def test_processes_give_what_one_gives(bench, table):
 @pytest.mark.parametrize("ranges, message", [
     ({}, "at least one key"),
     ({"coil.turns": []}, "at least one value"),
-    ({"coil.turns": list(range(1, 3001)), "coil.outer_diameter": list(range(1, 3001))}, "9000000 designs"),
+    ({"coil.turns": list(range(1, 3001)), "coil.trace_width": [1e-6 * k for k in range(1, 3001)]}, "9000000 designs"),
 ])
 def test_a_sweep_that_is_none_is_refused(bench, ranges, message):
     with pytest.raises(ValueError, match=message):
@@ -111,6 +121,26 @@ def test_keys_and_values_that_can_be_none_are_refused_at_once(bench, key, value,
     with pytest.raises(sitscad.SpecError) as refused:
         sitscad.sweep(bench, {key: [value]})
     assert {finding.rule for finding in refused.value.findings} == {rule}
+
+
+def test_sweep_takes_numbers_as_attributes_give_them(bench):
+    sizes = [bench.coil.outer_diameter, 1.1 * bench.coil.outer_diameter]
+    table = sitscad.sweep(bench, {"coil.outer_diameter": sizes}, ["inductance"])
+    written = sweep_as_written(bench, {"coil.outer_diameter": [f"{size!r} m" for size in sizes]}, ["inductance"])
+    assert table.keys["coil.outer_diameter"] == tuple(sizes)
+    assert table.values["inductance"].tolist() == written.values["inductance"].tolist()
+    assert table.values["inductance"][0] == sitscad.measure(bench).values["inductance"][0]
+    with pytest.raises(sitscad.SpecError) as refused:
+        sitscad.sweep(bench, {"coil.outer_diameter": [10]})
+    assert "did you mean '10 mm'?" in refused.value.findings[0].hint
+
+
+def test_measure_takes_measures_where_sweep_does(bench):
+    found, table = sitscad.measure(bench, ["rp"]), sitscad.sweep(bench, {"coil.turns": [bench.coil.turns]}, ["rp"])
+    assert list(found.values) == list(table.values) == ["rp"]
+    assert found.values["rp"][0] == table.values["rp"][0]
+    with pytest.raises(TypeError, match="measures"):
+        sitscad.measure(bench, "full")
 
 
 def test_unknown_measures_name_the_nearest(bench):

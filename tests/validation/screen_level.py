@@ -20,7 +20,7 @@ import numpy as np
 from scipy.stats import spearmanr
 
 from sitscad.spec.format.reading import SpecError
-from sitscad.spec.load import load, load_text
+from sitscad.spec.load import load, load_text, rewritten_spec
 from sitscad.spec.sensor import SensorSpec
 from sitscad.study.evaluating import can_screen, judged, screened
 from sitscad.study.evaluation import SCREEN, UNDRAWN, Evaluation, of_json
@@ -48,7 +48,7 @@ def drawn(template: str, number: int) -> SensorSpec | None:
     fine = ("trace_width", "trace_spacing")
     um = {name: max(50, round(around(getattr(coil, name), 0.25, 5e-6) * 1e6)) for name in fine}
     changes = {
-        "coil.outer_diameter": f"{around(0.94 * coil.outer_diameter, 0.06, 1e-5) * 1e3:.2f} mm",
+        "coil.outer_diameter": f"{around(0.94 * min(coil.size), 0.06, 1e-5) * 1e3:.2f} mm",
         "coil.turns": max(2.0, around(0.85 * coil.turns, 0.2, 0.25)),
         **{f"coil.{name}": f"{value} um" for name, value in um.items()},
     }
@@ -61,7 +61,7 @@ def drawn(template: str, number: int) -> SensorSpec | None:
     if spec.mount is not None and spec.mount.standoff:  # no less: a shield fills it
         changes["mount.standoff"] = f"{spec.mount.standoff * 1e3 + round(0.2 * chance.random(), 2):.2f} mm"
     try:
-        found = spec.replace(changes)
+        found = rewritten_spec(spec, changes.items())
     except SpecError:
         return None
     return found if can_screen(found) else None

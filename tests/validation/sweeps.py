@@ -48,7 +48,7 @@ def by_design(name: str, steps: int, span: float = 1.0) -> tuple[np.ndarray, np.
 
 def _designs(spec: sitscad.SensorSpec, key: str, middle: float, half: float, steps: int) -> Iterator[Design]:
     for value in np.linspace(middle - half, middle + half, steps):
-        yield Design(spec.replace(key, float(value)))
+        yield Design(spec.replace(key, 1e-3 * float(value)))
 
 
 def _told(design: Design, found: sitscad.Response) -> tuple[np.ndarray, np.ndarray]:

@@ -34,7 +34,7 @@ def test_states_have_no_step_where_shares_give_way_to_the_solver():
     spec, thickness = sitscad.load(TEMPLATE), np.linspace(0.385, 0.417, 17)
     states, parts = [], []
     for value in thickness:
-        found = sitscad.Design(spec.replace("target.thickness", float(value))).estimates
+        found = sitscad.Design(spec.replace("target.thickness", 1e-3 * float(value))).estimates
         states.append([(one.inductance, one.parallel_resistance, one.resistance, one.resistance_error,
                         one.target_change_error) for one in (coil.states["rest"] for coil in found.coils)]
                       )

@@ -58,7 +58,7 @@ class WindingGeometry:
     @property
     def inner_radius(self) -> float:
         """Distance (m) of the innermost centre line from the centre, never below half a track."""
-        return max((self.spec.outer_diameter - self.spec.trace_width) / 2 - self.spec.pitch * self.spec.most_turns,
+        return max((min(self.spec.size) - self.spec.trace_width) / 2 - self.spec.pitch * self.spec.most_turns,
                    self.spec.trace_width / 2)
 
     @property
@@ -67,7 +67,7 @@ class WindingGeometry:
 
         Their turns are closed; a round spiral's outermost one already comes inwards by a pitch, so its mean is less.
         """
-        across = self.spec.outer_diameter - (self.spec.pitch if self.spirals else 0.0)
+        across = min(self.spec.size) - (self.spec.pitch if self.spirals else 0.0)
         return SpiralOutline(self.spec.most_turns, across, self.spec.trace_width, self.spec.trace_spacing)
 
 
@@ -75,7 +75,7 @@ class WindingGeometry:
 def winding_geometry(spec: CoilSpec, coil: Coil) -> WindingGeometry:
     """The geometry of a drawn coil, moved to its own centre."""
     if spec.outline.is_round:
-        radius = (spec.outer_diameter - spec.trace_width) / 2
+        radius = (spec.size[0] - spec.trace_width) / 2
         spirals = tuple(
             SpiralLayer(radius, spec.pitch, turns, w.outer_angle, w.sense, w.inward, w.z, spec.trace_width, w.thickness)
             for w, turns in zip(coil.windings, spec.layer_turns, strict=True)

@@ -44,7 +44,7 @@ def self_capacitance(coil: Coil, spec: SensorSpec, is_rough: bool = False) -> fl
     """
     lengths, shares, present = _turns(coil, spec, ROUGH_PLACES if is_rough else PLACES)
     voltages, areas = _voltages(lengths, shares, present, coil, spec), lengths * spec.coil.pitch * shares
-    width, pitch, reach = spec.coil.trace_width, spec.coil.pitch, 0.5 * spec.coil.outer_diameter
+    width, pitch, reach = spec.coil.trace_width, spec.coil.pitch, 0.5 * min(spec.coil.size)
     if is_rough:  # strips are solved once for designs of about one width and pitch
         width, pitch, reach = (round(width / ROUGH_GRAIN) * ROUGH_GRAIN, round(pitch / ROUGH_GRAIN) * ROUGH_GRAIN,
                                round(reach, 3))

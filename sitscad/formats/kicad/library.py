@@ -256,9 +256,10 @@ def _coil(layout: Layout, coil: Coil) -> str:
         _pin("passive", 0.0, sign * (reach + GRID), 270 if sign > 0 else 90, str(number), number)
         for number, sign in ((1, 1.0), (2, -1.0))
     ]
+    sides = " x ".join(show(side, "m") for side in dict.fromkeys(spec.size))
     words = (
         f"printed coil, {spec.shape}, {spec.turns_in_words} turns, "
-        f"{counted(len(spec.layers), 'layer')}, {show(spec.outer_diameter, 'm')}; for stack-up "
+        f"{counted(len(spec.layers), 'layer')}, {sides}; for stack-up "
         f"{layout.spec.fpc.stackup.name}"
     )
     drawn = _winding(0.0, reach, -reach, 0.0)

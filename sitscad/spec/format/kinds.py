@@ -21,7 +21,7 @@ from pydantic_core import PydanticCustomError, core_schema
 
 from sitscad.data import FOLDER, rows
 from sitscad.record import record
-from sitscad.units import EXAMPLES, UNITS, UnitError, parse_quantity, show
+from sitscad.units import EXAMPLES, SI_UNITS, UNITS, UnitError, parse_quantity, show
 
 
 def refuse(rule: str, message: str, hint: str = "", **facts: Any) -> NoReturn:
@@ -100,10 +100,11 @@ class Either(Scalar):
 
 @record(eq=False)
 class Special(Scalar):
-    """A value read by a function, with its JSON Schema given."""
+    """A value read by a function, with its JSON Schema given; ``entry`` is the kind of its entries if it is a list."""
 
     reader: Callable[[Any], Any]
     described_as: Mapping[str, Any]
+    entry: Scalar | None = None
 
     def read(self, value: Any) -> Any:
         return self.reader(value)
@@ -256,8 +257,6 @@ class Truth(Scalar):
 
 
 _UNIT_RULES = {"unit": "SIT005", "number": "SIT004", "range": "SIT006", "type": "SIT004"}
-_SI = {"length": "m", "inductance": "H", "capacitance": "F", "resistance": "ohm", "frequency": "Hz", "force": "N",
-       "pressure": "Pa", "conductivity": "S/m", "angle": "rad", "temperature": "degC", "temperature coefficient": "1/K"}
 
 
 @record
@@ -282,7 +281,7 @@ class Quantity(Scalar):
             refuse(_UNIT_RULES[error.reason], str(error), error.hint, meant=error.meant, is_sure=error.is_sure)
         if not low <= found <= high:
             limit, bound, word = (low, self.low, "at least") if found < low else (high, self.high, "at most")
-            unit = _SI[self.dimension]
+            unit = SI_UNITS[self.dimension]
             written = f"{described(value)} ({show(found, unit)})" if self.dimension == "length" else described(value)
             message = f"{written} is out of range: {word} {bound}"
             refuse("SIT006", message, "check the unit and the sign", measured=found, limit=limit, unit=unit)

@@ -14,7 +14,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import Field, field, replace
-from typing import Any, ClassVar, NoReturn
+from typing import TYPE_CHECKING, Any, ClassVar, NoReturn
 
 from pydantic_core import PydanticCustomError, SchemaValidator, core_schema
 
@@ -85,7 +85,21 @@ def keys_like(pattern: re.Pattern[str], example: str, kind: Kind, about: str) ->
     return KeysLike(pattern, example, kind, about)
 
 
-class Section:
+class Readable:
+    """Values of a spec. An attribute that is missing raises an error that names where to read the key of that name."""
+
+    read_instead: ClassVar[dict[str, str]] = {}
+
+    if not TYPE_CHECKING:  # a type checker would take every misspelt attribute for one
+
+        def __getattr__(self, name: str) -> NoReturn:
+            """Raise AttributeError; Python asks here for attributes that are missing."""
+            where = type(self).read_instead.get(name)
+            hint = f": it is a key of the spec's text, read {where}" if where else ""
+            raise AttributeError(f"{type(self).__name__} has no attribute {name!r}{hint}", name=name, obj=self)
+
+
+class Section(Readable):
     """A section of the spec, read-only: `keys` are those declared in the class, as they are written, each an attribute
     of the instance.
 
@@ -108,6 +122,8 @@ class Section:
         found = {name: value.metadata["key"] for name, value in declared if "key" in value.metadata}
         cls.attributes = {one.written or name: name for name, one in found.items()}
         cls.keys = {one.written or name: one for name, one in found.items()}
+        renamed = {one.written: name for name, one in found.items() if one.written}
+        cls.read_instead = {**renamed, **cls.read_instead}
         cls.alike = {name: value for name, value in vars(cls).items() if isinstance(value, KeysLike)}
         cls.form = f"{re.sub('(Document|Spec|Material)$', '', cls.__name__)}Document"
 

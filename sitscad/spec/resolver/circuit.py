@@ -70,8 +70,7 @@ def resolve_fpc(
         foil = "electrodeposited"
         remarks.default("fpc.copper", foil, "the usual foil of rigid boards")
     return replace(
-        document, copper=foil, stackup=stackup, plating=None, plated=None, rules=rules, tail=tail, panel=panel,
-        body=body, largest=largest,
+        document, copper=foil, stackup=stackup, rules=rules, tail=tail, panel=panel, body=body, largest=largest
     )
 
 

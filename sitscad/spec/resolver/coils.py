@@ -137,7 +137,7 @@ def check_coil(
         hint = "its straight sides run along x: write [x, y] with x > y"
         remarks.flaw("SIT009", "coil.outer_diameter", message, hint)
     if most <= 0:
-        message = f"a trace of {show(coil.trace_width, 'm')} leaves no inside in {show(coil.outer_diameter, 'm')}"
+        message = f"a trace of {show(coil.trace_width, 'm')} leaves no inside in {show(min(coil.size), 'm')}"
         remarks.flaw("SIT016", "coil.outer_diameter", message, "make the coil larger or the trace finer")
     turns = written or (coil.layer_turns if coil.has_unequal_turns else coil.layer_turns[:1])
     for index, number in enumerate(turns):
@@ -145,7 +145,7 @@ def check_coil(
     if coil.is_mid_side and outline.sides != 4:
         message, corner = f"a {coil.shape} does not begin in the middle of a side", (Edit("coil.start", "corner"),)
         remarks.flaw("SIT009", "coil.start", message, "use start: corner, or shape: square or rectangle", edits=corner)
-    limit = coil.outer_diameter / 2
+    limit = min(coil.size) / 2
     if coil.corner_radius and not outline.sides:
         message, none = f"a {coil.shape} has no corners to round", (Edit("coil.corner_radius", "0"),)
         remarks.flaw("SIT009", "coil.corner_radius", message, "leave corner_radius out", edits=none)
@@ -167,7 +167,7 @@ def _check_turns(coil: CoilSpec, turns: float, most: float, key: str, remarks: R
         remarks.flaw("SIT015", key, message, f"the nearest is {nearest:.7g}", **facts, edits=whole)
     if most > 0 and turns > most * (1 + 1e-9):
         fits = f"{int(most * 100) / 100:g}" if parts is None else f"{most:.7g}"
-        message = f"{turns:g} turns do not fit in {show(coil.outer_diameter, 'm')}: at most {fits}"
+        message = f"{turns:g} turns do not fit in {show(min(coil.size), 'm')}: at most {fits}"
         hint = (
             "fewer turns (vias inside the innermost turn need room as well), a finer trace and spacing, more layers, "
             "or a larger coil"

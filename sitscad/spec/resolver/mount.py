@@ -52,7 +52,8 @@ def resolve_mount(part: Mount | None, shield: Shield | None, remarks: Remarks, p
             remarks.default("mount.finger", usual, "a finger of the usual size: measure yours")
         return replace(mount, finger=finger, backing=finger.material)
     if part.kind == "custom":
-        return replace(mount, step=_step(part, "mount", place, remarks))
+        step = _step(part, "mount", place, remarks)
+        return replace(mount, step=step, datum=part.datum, along=part.along, up=part.up)
     if part.jaw is None:
         remarks.default("mount.jaw", DEFAULT_JAW)
     mount = _in_jaw(mount, part.jaw or presets.jaw(DEFAULT_JAW), place, remarks)
@@ -126,15 +127,16 @@ def _in_jaw(mount: Mount, written: Jaw, place: Origin, remarks: Remarks) -> Moun
 def _written_over(own: Jaw, step: StepPart | None) -> Jaw:
     beside = ("name", "based_on", "step", "datum", "along", "up")
     figures = {name: value for name, value in own.values().items() if value is not None and name not in beside}
+    lies: dict[str, Any] = {"step": step, "datum": own.datum, "along": own.along, "up": own.up}
     base = own.based_on
     if base is None:
         usual: dict[str, Any] = {"port_diameter": DEFAULT_PORT, "material": presets.conductor(DEFAULT_METAL)}
-        return Jaw(name=own.name, step=step, source=WRITTEN_SOURCE, **(LEVEL | usual | figures))
+        return Jaw(name=own.name, source=WRITTEN_SOURCE, **(LEVEL | usual | figures), **lies)
     written = tuple(sorted(figures))
     source = presets.jaw_source(base.name, written)
     if written:
         source = f"{', '.join(written)}: {WRITTEN_SOURCE}; {source}"
-    return replace(base, **figures, name=own.name, step=step, source=source, written=written)
+    return replace(base, **figures, **lies, name=own.name, based_on=base, source=source, written=written)
 
 
 def _check_retention(retention: Retention, jaw: Jaw | None, remarks: Remarks) -> None:

@@ -45,11 +45,11 @@ def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = No
     fpc = resolve_fpc(document.fpc, coil, mount, remarks, place)
     _check_contacts(fpc.tail, 2 * len(array.placements), remarks)
     # by default plates are as wide as the coils are far apart, and at least as wide as a coil
-    side = max(coil.outer_diameter, array.pitch or 0.0)
+    side = max(min(coil.size), array.pitch or 0.0)
     target, pad, cells = document.target, document.elastomer, document.cells
     if cells is not None:
         check_cells(cells.coils, array.placements, target is not None and pad is not None, remarks)
-        side = max(coil.outer_diameter, array.pitch - CELLS_APART if array.pitch and cells.coils == 1 else 0.0)
+        side = max(min(coil.size), array.pitch - CELLS_APART if array.pitch and cells.coils == 1 else 0.0)
     if target is not None:
         target = _sized(target, "target", (side, side), remarks)
     if pad is not None:

@@ -91,7 +91,7 @@ def test_inner_sides_of_unequal_distance_are_refused():
 
 def test_replaced_inner_diameter_changes_the_turns():
     design = spec(inner_diameter=2.0, **TRACK)
-    assert design.replace("coil.inner_diameter", 3.0).coil.most_turns < design.coil.most_turns
+    assert design.replace("coil.inner_diameter", 3e-3).coil.most_turns < design.coil.most_turns
     assert design.replace({"coil.inner_diameter": None, "coil.turns": 5}).coil.turns == 5.0
 
 
@@ -130,7 +130,7 @@ def test_finding_of_the_turns_points_at_the_inner_diameter():
 
 
 def test_sweep_of_the_inner_diameter_changes_the_turns():
-    table = sweep(spec(inner_diameter=2.0, **TRACK), {"coil.inner_diameter": [2.0, 3.0]}, measures=["inductance"])
+    table = sweep(spec(inner_diameter=2.0, **TRACK), {"coil.inner_diameter": [2e-3, 3e-3]}, measures=["inductance"])
     more, fewer = table.values["inductance"]
     assert more > fewer
 
