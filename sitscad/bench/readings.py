@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -12,7 +11,6 @@ from sitscad.arrays import Array
 from sitscad.bench.board import STALE, Board, CoilReading
 from sitscad.bench.source import Source
 from sitscad.calibration.inverse_map import InverseMap
-from sitscad.estimates.circuit.bands import STATUS
 from sitscad.spec.places import map_columns
 from sitscad.units import csv_text
 from sitscad.version import __version__
@@ -105,20 +103,6 @@ def _good(board: Board, scan: Scan) -> Array | None:
 def _when(scan: Scan) -> float:
     """The time (s) of a scan: that of its last result."""
     return max(one.time for one in scan.values())
-
-
-def plain(board: Board, scan: Scan, newtons: Mapping[str, float]) -> dict[str, Any]:
-    """A scan for programs: when it was read (s), of every coil counts, frequency (Hz) and the number of its status,
-    newtons.
-    """
-    coils = {
-        board.bands[k].coil: {
-            "counts": one.counts, "Hz": round(board.frequency(one.counts), 1), "status": STATUS.index(one.status)
-        }
-        for k, one in sorted(scan.items())
-    }
-    forces = {f"{axis}_N": round(force, 5) for axis, force in newtons.items()}
-    return {"timestamp": round(_when(scan), 6), **coils, **forces}
 
 
 def lines(board: Board, rows: Sequence[Scan], newtons: Forces) -> Iterator[str]:

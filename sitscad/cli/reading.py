@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -29,11 +30,10 @@ if TYPE_CHECKING:
 @click.option("--seconds", type=InRange(0, DAY, min_open=True), help="How long (sim: what it says; else 2).")
 @click.option("--serve", is_flag=True, help="Show moving bars as a page on this machine, until Ctrl-C.")
 @click.option("--port", type=click.IntRange(0, 65535), default=0, help="The page's port (default: a free one).")
-@click.option("--udp", metavar="HOST:PORT", help="Send every scan as a line of JSON, as PlotJuggler reads it.")
 @click.option("--log", type=click.Path(file_okay=False), help="Folder for readings.csv and readings.json.")
 def read(
     source: str, design: str | None, calibration: Path | None, tare: bool, diagnose: bool, seconds: float | None,
-    serve: bool, port: int, udp: str | None, log: str | None,
+    serve: bool, port: int, log: str | None,
 ) -> int:
     """Set up a board's converters and read them: a line a scan, or a diagnosis.
 
@@ -48,31 +48,31 @@ def read(
     Newtons are by the tare that the calibration was made with, or with --tare by the mean of the first 16 scans; the
     loads of a simulated board begin after them.
 
-    With --serve or --udp it reads until Ctrl-C where --seconds does not say how long, a simulated board as fast as a
-    true one.
+    With --serve it reads until Ctrl-C where --seconds does not say how long, a simulated board as fast as a true one.
 
     Exit code: 0 good, 1 --diagnose found something that is not met, 2 there is no such source, or no answer.
     """
     from sitscad.bench.diagnosis import NOT_MET, diagnosis, words
     from sitscad.bench.readings import TARES, Forces, lines, scans
     from sitscad.bench.source import SERIAL, design_of, source_of
-    from sitscad.cli.streaming import sinks
+    from sitscad.cli.live import live
 
-    streams, kept = serve or udp is not None, diagnose or log is not None or not (serve or udp)
+    kept = diagnose or log is not None or not serve
     rows, wrong = [], list[str]()
     try:
         given, known = source_of(source, None if design is None else design_of(design), TARES if tare else 0)
         maps = _maps(calibration)
         forces = Forces([sitscad.map_of(path) for path in maps], tare)
         board = given.board(known)
-        given.paced = given.paced or streams
-        with sinks(board, forces, udp, (maps, port) if serve else None) as tell:
+        given.paced = given.paced or serve
+        with live(board, forces, maps, port) if serve else nullcontext() as show:
             wrong = board.set_up()
             try:
-                for scan in scans(board, given, seconds or (math.inf if streams else given.seconds or USUAL)):
+                for scan in scans(board, given, seconds or (math.inf if serve else given.seconds or USUAL)):
                     rows += [scan] if kept else []
                     forces.take(board, scan)
-                    tell(scan)
+                    if show is not None:
+                        show(scan)
             except KeyboardInterrupt:
                 say("stopped")
         verdicts = diagnosis(board, wrong, [[row[k] for row in rows if k in row] for k in range(len(board.bands))])
@@ -88,7 +88,7 @@ def read(
         say(f"no newtons: a tare is the mean of {TARES} scans with good readings, and {len(forces.taken)} came")
     if log:
         _logged(Path(log), board, rows, source)
-    if diagnose or not streams:
+    if diagnose or not serve:
         print_result("\n".join(words(verdicts) if diagnose else lines(board, rows, forces)) + "\n")
     return int(diagnose and any(one.verdict == NOT_MET for one in verdicts))
 

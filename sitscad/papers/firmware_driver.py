@@ -348,8 +348,8 @@ def _steps(spec: SensorSpec, estimates: Estimates, found: tuple[CoilBands, ...])
     )
     yield (
         "Copy the package and work in the copy's folder firmware/ from here on: `sitscad verify` would call what is "
-        "built in the package foreign to it. There build the example, or open it as an Arduino sketch (firmware.ino), "
-        "or build zephyr/. The last line is for trying it without a board:\n"
+        "built in the package foreign to it. There build the example, or open it as an Arduino sketch (firmware.ino). "
+        "The last line is for trying it without a board:\n"
         f"cp -r .. ../../{spec.name}-bench && cd ../../{spec.name}-bench/firmware\n"
         "cc -std=c99 -O2 -o sensor example_linux.c sensor.c ldc161x.c -lm\n"
         "cc -std=c99 -O2 -DSIMULATED -o sensor example_linux.c sensor.c ldc161x.c simulated/simulated.c -lm"
@@ -398,8 +398,7 @@ def _steps(spec: SensorSpec, estimates: Estimates, found: tuple[CoilBands, ...])
 
 PROGRAM = (
     ("SD", "Drive it low and wait {wake} ms before sensor_begin. The pin is SENSOR_SD_PIN in firmware.ino (4; -1 if SD "
-           "is wired to GND), sd=/dev/gpiochipN:LINE of the Linux example, sd=Pin(...) in MicroPython, sd-gpios in "
-           "zephyr/app.overlay."),
+           "is wired to GND), sd=/dev/gpiochipN:LINE of the Linux example, sd=Pin(...) in MicroPython."),
     ("threads", "The driver has no lock. Call all functions of one `sensor` from one thread, and copy readings to "
                 "others. Other devices may share the bus if your bus functions lock it for each transfer."),
     ("interrupts", "Call no function of the driver in an interrupt handler. INTB falls when a scan is ready: let its "
@@ -427,7 +426,6 @@ FILES = (
     ("example_linux.c", "Linux, /dev/i2c-N"),
     ("firmware.ino", "Arduino"),
     ("wiring/", "this wiring as a KiCad schematic with its symbols (wiring.kicad_sch), and as a picture (wiring.svg)"),
-    ("zephyr/", "Zephyr: name your bus in app.overlay"),
     ("micropython/", "MicroPython: both files onto the board; counts and states, no forces"),
     ("ros2/", "a ROS 2 node, as an example: WrenchStamped from the lines of the sketch"),
     ("simulated/", "a simulated converter, to try all of it without a board"),

@@ -135,59 +135,10 @@ int main()
 """
 
 
-ZEPHYR = """
-#pragma once
-#include <stdbool.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-struct device {int number;};
-extern const struct device bus_of_the_board, second_bus_of_the_board;
-#define DT_ALIAS(name) alias_##name
-#define alias_sensor_bus &bus_of_the_board
-#define alias_second_sensor_bus &second_bus_of_the_board
-#define DEVICE_DT_GET(node) node
-#define printk printf
-bool device_is_ready(const struct device *bus);
-int i2c_write(const struct device *bus, const uint8_t *bytes, uint32_t count, uint16_t address);
-int i2c_write_read(const struct device *bus, uint16_t address, const void *out, size_t many, void *in, size_t count);
-int32_t k_usleep(int32_t us);
-struct gpio_dt_spec {const struct device *port; int pin;};
-#define GPIO_OUTPUT_ACTIVE 1
-#define DT_PATH(node) node
-#define GPIO_DT_SPEC_GET_OR(node, name, without) {&bus_of_the_board, 4}
-int gpio_pin_configure_dt(const struct gpio_dt_spec *pin, int flags);
-int gpio_pin_set_dt(const struct gpio_dt_spec *pin, int level);
-"""
-
-
-def run_of_the_app(firmware: Path, tmp_path: Path) -> list[str]:
-    """What the Zephyr sample of a firmware's folder prints, its sources as CMakeLists.txt lists them."""
-    folder = firmware / "zephyr"
-    listed = re.search(r"target_sources\(app PRIVATE (.*)\)", (folder / "CMakeLists.txt").read_text()).group(1).split()
-    for name in ("device", "drivers/gpio", "drivers/i2c", "kernel", "sys/printk"):
-        path = tmp_path / f"zephyr/{name}.h"
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(ZEPHYR)
-    flags = [*STRICT, "-Wno-double-promotion", "-DZEPHYR_STUB", "-DSD_PULLED_UP", f"-I{tmp_path}", f"-I{firmware}"]
-    _made(["gcc", *flags, "-o", tmp_path / "app", *listed, HERE / "wired.c", "../simulated/simulated.c", "-lm"], folder)
-    return _made([tmp_path / "app"], tmp_path).splitlines()
-
-
-@pytest.mark.clients("gcc")
-def test_the_zephyr_sample_runs_against_a_stub_and_names_what_is_there(pad, tmp_path):
-    """As CMakeLists.txt lists its sources; Zephyr itself is not at hand."""
-    folder = pad.folder / "zephyr"
-    assert "sensor-bus = &" in (folder / "app.overlay").read_text()
-    assert {"CONFIG_I2C=y", "CONFIG_GPIO=y"} <= set((folder / "prj.conf").read_text().split())
-    assert "sd-gpios = <&" in (folder / "app.overlay").read_text()
-    assert run_of_the_app(pad.folder, tmp_path)[:4] == [f"C{k}: good" for k in range(1, 5)]
-
-
 @pytest.mark.clients("cppcheck")
 def test_cppcheck_has_nothing_to_say(pad):
     checks = ["--std=c99", "--enable=warning,style,performance,portability", "--error-exitcode=2", "-q"]
-    sources = [*SOURCES, "simulated/simulated.c", "example_linux.c", "zephyr/src/main.c"]
+    sources = [*SOURCES, "simulated/simulated.c", "example_linux.c"]
     _made(["cppcheck", *checks, "--suppress=missingInclude", "-I.", *sources], pad.folder)
 
 

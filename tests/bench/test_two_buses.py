@@ -16,7 +16,7 @@ from sitscad.bench.readings import scans
 from sitscad.bench.source import source_of
 from tests.bench.conftest import STRICT, TEMPLATES, Bench, compiled
 from tests.bench.test_driver import BUS, GOOD, LOST, _of_coils, _tested
-from tests.bench.test_examples import run_of_the_app, run_of_the_sketch
+from tests.bench.test_examples import run_of_the_sketch
 
 pytestmark = [pytest.mark.clients("gcc"), pytest.mark.slow]
 COILS = 9
@@ -61,10 +61,6 @@ def test_the_arduino_sketch_takes_two_buses(grid, tmp_path):
     _, *lines = run_of_the_sketch(grid.folder, tmp_path)
     assert [line[:15] for line in lines[:2]] == ["# no answer on "] * 2
     assert lines[2:11] == [f"# C{k}: good" for k in range(1, COILS + 1)] and "C9_counts" in lines[11]
-
-
-def test_the_zephyr_sample_takes_two_buses(grid, tmp_path):
-    assert run_of_the_app(grid.folder, tmp_path)[:COILS] == [f"C{k}: good" for k in range(1, COILS + 1)]
 
 
 class TwoAddresses:

@@ -1,6 +1,6 @@
 /*
- * A simulated converter of one sensor behind the calls of Linux' i2c-dev and GPIO, or of Zephyr: what its examples make of
- * it. It answers once SD has been low for 2 ms. SD_PULLED_UP: a resistor holds it high until an output drives it low.
+ * A simulated converter of one sensor behind the calls of Linux' i2c-dev and GPIO: what its example makes of it.
+ * It answers once SD has been low for 2 ms. SD_PULLED_UP: a resistor holds it high until an output drives it low.
  */
 #define _DEFAULT_SOURCE
 #include <stdarg.h>
@@ -45,54 +45,6 @@ static void waited(uint64_t ns)
         simulated_advance(&chips[k], ns);
 }
 
-#ifdef ZEPHYR_STUB
-#include <zephyr/drivers/gpio.h>
-#include <zephyr/drivers/i2c.h>
-#include <zephyr/kernel.h>
-
-const struct device bus_of_the_board = {0}, second_bus_of_the_board = {1};
-
-int gpio_pin_configure_dt(const struct gpio_dt_spec *pin, int flags)
-{
-    (void)pin;
-    drive_sd(flags == GPIO_OUTPUT_ACTIVE);
-    return 0;
-}
-
-int gpio_pin_set_dt(const struct gpio_dt_spec *pin, int level)
-{
-    (void)pin;
-    drive_sd(level);
-    return 0;
-}
-
-bool device_is_ready(const struct device *bus)
-{
-    if (bus == &bus_of_the_board)
-        chips_start();
-    return bus == &bus_of_the_board || bus == &second_bus_of_the_board;
-}
-
-int i2c_write(const struct device *bus, const uint8_t *bytes, uint32_t count, uint16_t address)
-{
-    return moved(bus->number, address, bytes, count, NULL, 0u);
-}
-
-int i2c_write_read(const struct device *bus, uint16_t address, const void *out, size_t out_count, void *in, size_t count)
-{
-    return moved(bus->number, address, out, out_count, in, count);
-}
-
-int32_t k_usleep(int32_t us)
-{
-    static int times;
-
-    waited((uint64_t)us * 1000u);
-    if (++times > 100)
-        exit(0); /* it reads for ever */
-    return 0;
-}
-#else
 #include <linux/gpio.h>
 #include <linux/i2c-dev.h>
 #include <linux/i2c.h>
@@ -149,4 +101,3 @@ int bus_sleep(const struct timespec *pause, struct timespec *left)
     waited((uint64_t)pause->tv_nsec);
     return 0;
 }
-#endif
