@@ -6,10 +6,11 @@ takes what runs over, and a lid drawn across from one side leaves the face flat.
 nominal size at half its height.
 
 The jig, in which board, elastomer and target are aligned while their glue sets. Base: the board lies in a recess of its
-own outline, face flush, over a hole to push it out by. Two pins of different size guide what is put on it, so that
+own outline, face flush, over holes to push it out by. Two pins of different size guide what is put on it, so that
 nothing goes on the wrong way round. Elastomer and target each have a frame with a well of their outline; its corners
-are drilled out, for glue and because no printer makes a sharp inner corner. A press is a stamp that goes into the well
-until its collar rests on the frame: then the piece and the glue under it are as high as they were meant to be.
+are drilled out, for glue and because no printer makes a sharp inner corner. A frame touches neither the pad nor what is
+on it, however thick they come out. A press is a foot of the piece's outline that the well guides, with a peg for
+washers. It rests on the piece by its weight alone and stops nowhere: the glue's own line decides how high the piece is.
 
 The skin's mould: an open cup in which the film round elastomer and target is cast, the board lying on it. The cup goes
 on the jig's base the one way that its pins allow. It is filled lying open, the air taken out, and the base with the
@@ -25,8 +26,8 @@ from dataclasses import replace
 from itertools import combinations
 from typing import Any
 
-from sitscad.geometry.convex import Box, Footprint, within_box
-from sitscad.geometry.path import Line, Path, Point, Region, bounding_box, box_around, circle, rectangle
+from sitscad.geometry.convex import Box, Footprint, beyond, within_box
+from sitscad.geometry.path import Line, Path, Point, Region, bounding_box, circle, rectangle
 from sitscad.layout.board import Layout
 from sitscad.parts.plates import grown, over_body
 from sitscad.parts.solid import Solid, box, one_solid, prism, raised, require, tapered, without
@@ -43,7 +44,7 @@ from sitscad.scene.bodies import (
     targets,
     top_height,
 )
-from sitscad.scene.column import mount_tolerance, print_limit, process_of
+from sitscad.scene.column import Toleranced, levels, mount_tolerance, on_board, print_limit, process_of
 from sitscad.scene.seating import plate_plan, process_clearance
 from sitscad.scene.stack import ground
 from sitscad.spec.mount import Mount
@@ -157,46 +158,107 @@ JIG_FLOOR = 2.0e-3
 PINS = (3.0e-3, 2.0e-3)
 PIN_INSET = 3.0e-3
 PIN_HEIGHT = 1.8e-3
-PUSH_HOLE = 2.5e-3
+PUSH_HOLES = (2.5e-3, 5.0e-3)
+"""Diameters (m) of the holes under a board whose shorter side is below or above `WIDE_BOARD`."""
+WIDE_BOARD = 12.0e-3
+PUSH_PITCH = 16.0e-3
+"""Largest distance (m) between two holes to push by: a film that holds the board must give way at all of them."""
 CORNER_RELIEF = 0.5e-3
 ROOM_ROUND_PAD = 1.0e-3
-WELL = 1.5e-3
-"""How deep a well is above its piece, so that the press is guided; frames are higher than the pins therefore."""
+OVER_PAD = 0.1e-3
+"""Air (m) between a pad of the largest thickness and the frame of the piece on it."""
+WELL = 2.5e-3
+"""Depth of a well (m) above the highest piece, by which the press is guided; frames are higher than the pins therefore.
+"""
 COLLAR = 4.0e-3
+LIFT = 1.0e-3
+"""Air (m) between the frame and the press's collar above what the piece's tolerance takes."""
+PEG = (8.0e-3, 15.0e-3)
+"""Diameter and height (m) of the peg: M8 washers have a hole of 8.4 mm (ISO 7093)."""
+
+
+@record
+class JigFrame:
+    """A frame of the jig, by its geometry alone: what is glued in it, the height of its upper face (m) over the board's
+    top face, the level of the piece's upper face once it is glued, and what is cut out of the frame: outlines with the
+    heights between which they are cut (m).
+    """
+
+    kind: str
+    pieces: tuple[Body, ...]
+    height: float
+    face: Toleranced
+    cuts: tuple[tuple[Path, float, float], ...]
+    walls: tuple[Path, ...]
+
+    @property
+    def collar(self) -> float:
+        """Height (m) of the lower side of the press's collar, of a piece as thick as drawn."""
+        return self.height + LIFT + self.face.spread
+
+
+def jig_frames(layout: Layout) -> tuple[JigFrame, ...]:
+    """The frames in the order of gluing; none for a sensor with nothing on its board."""
+    whole = joined(layout.spec)
+    pads = elastomers(layout.spec) if whole is None else (whole,)
+    rows = [row for row in (pads, targets(layout.spec)) if row]
+    at, gap, found = levels(on_board(layout)), process_clearance(layout.spec.mount), []
+    under: tuple[Body, ...] = ()
+    for row in rows:
+        kind = row[0].role.value
+        face = at[kind][1] - at["board"][1]
+        height, clear = face.nominal + face.spread + WELL, 0.0
+        if under:  # what is glued already may be thick, and must not be touched
+            pad = at[under[0].role.value][1] - at["board"][1]
+            clear = pad.nominal + pad.spread + OVER_PAD
+        walls, relief = _between(layout.spec.mount, row)
+        cuts = [(body.outline(gap), 0.0, height) for body in row]
+        cuts += [(body.outline(ROOM_ROUND_PAD), 0.0, clear) for body in under]
+        for body in row:
+            cuts += [(circle(side.start, relief), 0.0, height) for side in body.outline() if isinstance(side, Line)]
+        found.append(JigFrame(kind, row, height, face, tuple(cuts), tuple(walls)))
+        under = row
+    return tuple(found)
 
 
 def jig(layout: Layout) -> tuple[Solid, ...]:
     """The pieces of the jig, standing as they are used; none for a sensor with nothing on its board."""
-    whole = joined(layout.spec)
-    pads = elastomers(layout.spec) if whole is None else (whole,)
-    rows = [row for row in (pads, targets(layout.spec)) if row]
-    if not rows:
+    frames = jig_frames(layout)
+    if not frames:
         return ()
-    plan, bd = plate_plan(layout, 0.0), require("build123d")
-    found, gap = [("jig-base", _base(layout, plan))], process_clearance(layout.spec.mount)
-    for lines, row in enumerate(rows, 1 if layout.spec.elastomer is not None else 0):
-        # The pieces' frame: wells of their outlines, and below them room for those that are glued already. A plate on
-        # the base with windows: each a body, what is left free round it, and from where to where (m)
-        kind, lower, upper, under = row[0].role.value, row[0].lower, row[0].upper, rows[0] if row is not rows[0] else ()
-        height = upper + WELL
-        cuts = [cut for k, body in enumerate(row) for cut in (
-            (body, gap, lower, height), *((one, ROOM_ROUND_PAD, 0.0, lower) for one in under[k : k + 1]))]
-        walls, relief = _between(layout.spec.mount, row)
-        through = (*walls, *(circle(at, size / 2 + gap) for at, size in pins(plan)))
-        tools = [prism(outline, -1e-3, height + 1e-3) for outline in through]
-        for piece, room, low, high in cuts:
-            low, high = (low if low > 0.0 else -1e-3), (high if high < height else height + 1e-3)
-            reliefs = (circle(side.start, relief) for side in piece.outline() if isinstance(side, Line))
-            tools += [prism(outline, low, high) for outline in (piece.outline(room), *reliefs)]
-        found.append((f"jig-{kind}", without(prism(rectangle(*plan, 2e-3), 0.0, height), tools, "jig")))
-        line = max(1, lines) * layout.spec.assembly.glue_line
-        x0, y0, x1, y1 = box_around([body.footprint.box for body in row])
-        press = prism(rectangle(x0 - COLLAR, y0 - COLLAR, x1 + COLLAR, y1 + COLLAR, 2e-3), height, height + COLLAR)
-        for body in row:
-            press = one_solid(prism(body.outline(), upper + line, height) + press, "press")
-        turned = press.rotate(bd.Axis.X, 180.0)
-        found.append((f"jig-{kind}-press", one_solid(turned, "press")))
+    plan, gap = plate_plan(layout, 0.0), process_clearance(layout.spec.mount)
+    found = [("jig-base", _base(layout, plan))]
+    for frame in frames:
+        through = (*frame.walls, *(circle(at, size / 2 + gap) for at, size in pins(plan)))
+        tools = [prism(outline, -1e-3, frame.height + 1e-3) for outline in through]
+        for outline, low, high in frame.cuts:
+            low, high = (low if low > 0.0 else -1e-3), (high if high < frame.height else frame.height + 1e-3)
+            tools.append(prism(outline, low, high))
+        block = prism(rectangle(*plan, 2e-3), 0.0, frame.height)
+        found += [(f"jig-{frame.kind}", without(block, tools, "jig")), (f"jig-{frame.kind}-press", _press(frame))]
     return tuple(Solid(name, shape, MATERIAL, JIG_COLOUR, BodyRole.JIG) for name, shape in found)
+
+
+def _press(frame: JigFrame) -> Any:
+    """The press of a frame, its foot on the piece: of several alike pieces on the first one."""
+    body, start = frame.pieces[0], frame.collar
+    foot = prism(body.outline(), frame.face.nominal, start)
+    slope = tapered(body.outline(1e-5), body.outline(COLLAR), start, start + COLLAR)  # prints without support
+    plate = prism(body.outline(COLLAR), start + COLLAR, start + COLLAR + FLOOR)
+    (diameter, height), top = PEG, start + COLLAR + FLOOR
+    peg = prism(circle(body.footprint.centre, diameter / 2), top, top + height)
+    return one_solid(foot + slope + plate + peg, "press")
+
+
+def push_places(layout: Layout) -> tuple[tuple[Point, ...], float]:
+    """Centres (m) of the holes in the base that the board is pushed out by, and their diameter (m)."""
+    x0, y0, x1, y1 = layout.body
+    along, across = (max(1, math.ceil(side / PUSH_PITCH - 1e-9)) for side in (x1 - x0, y1 - y0))
+    size = PUSH_HOLES[min(x1 - x0, y1 - y0) >= WIDE_BOARD]
+    places = [Point(x0 + (i + 0.5) * (x1 - x0) / along, y0 + (k + 0.5) * (y1 - y0) / across)
+              for i in range(along) for k in range(across)]
+    inside = tuple(at for at in places if beyond(ground(layout), at) <= -size / 2)
+    return inside or (Point((x0 + x1) / 2, (y0 + y1) / 2),), size
 
 
 def _between(mount: Mount | None, row: Sequence[Body]) -> tuple[list[Path], float]:
@@ -220,7 +282,7 @@ def _between(mount: Mount | None, row: Sequence[Body]) -> tuple[list[Path], floa
 
 
 def _base(layout: Layout, plan: Box) -> Any:
-    """The jig's base: a block with the board's outline sunk in, a hole to push it out, and pins."""
+    """The jig's base: a block with the board's outline sunk in, holes to push it out, and pins."""
     under = board_heights(layout.spec.fpc.stackup)[0]
     body = prism(rectangle(*plan, 2e-3), under - JIG_FLOOR, 0.0)
     near = within_box(layout.outline, (plan[0] - 5e-3, plan[1] - 5e-3, plan[2] + 5e-3, plan[3] + 5e-3))
@@ -233,8 +295,8 @@ def _base(layout: Layout, plan: Box) -> Any:
         if x0 - gap < plan[2]:  # it lies over the base
             room = rectangle(x0 - gap, y0 - gap, x1 + gap, y1 + gap)
             body = one_solid(body.cut(prism(room, under - plate.thickness - gap, 1e-3)), "jig")
-    middle = Point((layout.body[0] + layout.body[2]) / 2, (layout.body[1] + layout.body[3]) / 2)
-    body = one_solid(body - prism(circle(middle, PUSH_HOLE / 2), under - JIG_FLOOR - 1e-3, 1e-3), "jig")
+    places, across = push_places(layout)
+    body = without(body, (prism(circle(at, across / 2), under - JIG_FLOOR - 1e-3, 1e-3) for at in places), "jig")
     for at, size in pins(plan):
         body = one_solid(body + prism(circle(at, size / 2), -JIG_FLOOR / 2, PIN_HEIGHT), "jig")
     return body

@@ -8,16 +8,31 @@ from pathlib import Path
 
 import handmade
 import pytest
+from shapely import Polygon, unary_union
 from tolerance import approx
 
 from sitscad.layout import lay_out
 from sitscad.parts import aids, mesh
 from sitscad.parts.mesh import manifold, tessellate
-from sitscad.parts.solid import MM, PartsError, Solid, box, prism, without
-from sitscad.parts.tooling import CAVITIES, SPILL, WELL, jig, mould, pour
+from sitscad.parts.solid import MM, PartsError, Solid, box, prism, require, without
+from sitscad.parts.tooling import (
+    CAVITIES,
+    LIFT,
+    PUSH_HOLES,
+    PUSH_PITCH,
+    SPILL,
+    WELL,
+    jig,
+    jig_frames,
+    mould,
+    pour,
+    push_places,
+)
 from sitscad.scene import stack
-from sitscad.scene.bodies import BodyRole, elastomer, target
+from sitscad.scene.bodies import BodyRole, elastomer, elastomers, joined, target, targets
+from sitscad.scene.column import levels, on_board
 from sitscad.scene.seating import process_clearance
+from sitscad.spec import templates
 from sitscad.spec.load import load_text
 from sitscad.spec.mount import Assembly
 
@@ -52,7 +67,7 @@ def test_board_and_pieces_lie_in_the_jig_and_touch_nothing_but_the_board(name):
         together = (board, found["jig-base"], found[f"jig-{body.name}"], as_solid(body))
         assert mesh.interferences(together) == ()
         gaps = {(c.first, c.second): c.gap for c in mesh.clearances(together)}
-        if name in ("jaw", "round"):  # others overhang, and lie on their frame
+        if name in ("jaw", "round") and body.role is BodyRole.ELASTOMER:  # others overhang, and lie on their frame
             assert gaps[f"jig-{body.name}", body.name] == approx(process_clearance(layout.spec.mount), abs=2e-6)
         assert gaps["jig-base", f"jig-{body.name}"] == approx(0.0, abs=1e-9)
 
@@ -70,16 +85,105 @@ def test_the_frame_goes_on_one_way_only():
     assert mesh.interferences((base, turned)) != ()
 
 
-def test_the_press_stops_where_glue_and_piece_are_as_high_as_meant():
-    """Its foot reaches into the well as deep as the glue line leaves the piece's face above it."""
-    layout = handmade.jaw_sensor()
+VARIANTS = {
+    "larger pad": {"elastomer.size": 13.5, "target.size": 11.5},
+    "larger target": {"elastomer.size": 9, "target.size": 12},
+    "disc on a square": {"elastomer.size": 12, "target.shape": "circle", "target.size": 9},
+    "thin foil": {"target.thickness": "20 um"},
+    "thick pad": {"elastomer.thickness": 4},
+    "rough tolerances": {"assembly.tolerances": {"elastomer": "0.3 mm"}},
+    "thick glue": {"assembly.adhesive": "silicone-adhesive"},
+}
+
+
+def lifted(solid, height):
+    """A solid moved up (m)."""
+    return replace(solid, shape=solid.shape.moved(require("build123d").Location((0, 0, MM * height))))
+
+
+def specs():
+    """The templates, and `three_axis_pad` with plates that overhang, lie within each other or are hardly there."""
+    for name in templates.names():
+        yield name, load_text(templates.read(name), "t.yaml")
+    for name, changes in VARIANTS.items():
+        yield name, load_text(templates.read("three_axis_pad"), "t.yaml").replace(changes)
+
+
+def placed(layout):
+    """Everything on the board by its part: its bodies with the levels of lower and upper face, least and largest."""
+    at, whole = levels(on_board(layout)), joined(layout.spec)
+    rows = {"elastomer": elastomers(layout.spec) if whole is None else (whole,), "target": targets(layout.spec)}
+    for part, row in rows.items():
+        if row:
+            lower, upper = (each - at["board"][1] for each in at[part])
+            yield part, row, lower, upper
+
+
+@pytest.mark.parametrize(("name", "spec"), [pytest.param(*each, id=each[0]) for each in specs()])
+def test_jig_frames_leave_pads_and_targets_of_every_thickness_free(name, spec):
+    """A frame stood on the rim of a pad larger than its target, and on every thick pad."""
+    layout = lay_out(spec)
+    for frame in jig_frames(layout):
+        for part, row, lower, upper in placed(layout):
+            low, high = lower.nominal - lower.spread, upper.nominal + upper.spread
+            spans = [outline for outline, start, end in frame.cuts if start <= max(0.0, low) and high <= end]
+            free = unary_union([Polygon(path.flattened(1e-6)) for path in spans])
+            for body in row:
+                assert free.buffer(1e-7).covers(Polygon(body.outline().flattened(1e-6))), (part, frame.kind)
+            if part == frame.kind:
+                break  # what is glued on it later is not there yet
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "spec"), [pytest.param(*each, id=each[0]) for each in specs() if each[1].target])
+def test_no_piece_of_the_jig_overlaps_what_lies_in_it(name, spec):
+    """Boolean overlaps of all pieces of the jig with board, pads and targets, as thin and as thick as they may be."""
+    layout = lay_out(spec)
+    found, board = {solid.name: solid for solid in jig(layout)}, as_solid(stack.board(layout))
+    assert mesh.interferences((board, found["jig-base"])) == ()
+    for side in (-1.0, 0.0, 1.0):
+        glued = [board]
+        for part, row, lower, upper in placed(layout):
+            low, high = (level.nominal + side * level.spread for level in (lower, upper))
+            glued += [Solid(body.name, prism(body.region, max(0.0, low), high), "m", "#000000", body.role)
+                      for body in row]
+            frame, press = found[f"jig-{part}"], lifted(found[f"jig-{part}-press"], high - upper.nominal)
+            for solid in glued:
+                common = frame.shape & solid.shape
+                assert common is None or common.volume < 1e-6, (part, solid.name, side)
+            assert mesh.interferences((frame, press)) == ()
+
+
+@pytest.mark.parametrize("name", ["jaw", "round"])
+def test_the_press_rests_on_the_piece_alone_whatever_its_thickness(name):
+    """A thin pad was never touched by the press, which stopped on the frame; a thick one was squeezed."""
+    layout = handmade.layout(name)
     glued = replace(layout, spec=replace(layout.spec, assembly=GLUE))
     found = {solid.name: solid for solid in jig(glued)}
-    for name, lines in (("elastomer", 1), ("target", 2)):
-        press = found[f"jig-{name}-press"].shape
-        areas = sorted({round(face.center().Z, 6) for face in press.faces() if abs(face.normal_at().Z) > 0.99})
-        foot = areas[-1] - areas[-2]
-        assert foot == approx((WELL - lines * 30e-6) * MM, abs=1e-6), name
+    for frame in jig_frames(glued):
+        press, well = found[f"jig-{frame.kind}-press"], found[f"jig-{frame.kind}"]
+        for side in (-1.0, 1.0):
+            shift = side * frame.face.spread
+            moved = lifted(press, shift)
+            (gap,) = mesh.clearances((well, moved))
+            bounds = moved.shape.bounding_box()
+            assert approx(MM * (frame.face.nominal + shift), abs=1e-6) == bounds.min.Z
+            assert frame.collar + shift - frame.height >= LIFT - 1e-12  # nothing else of it reaches the frame
+            assert gap.gap == approx(process_clearance(layout.spec.mount), abs=2e-6)
+            assert frame.height - (frame.face.nominal + shift) >= WELL - 1e-12  # and it is guided
+
+
+def test_a_wide_board_is_pushed_out_by_holes_all_over_it():
+    """One hole of 2.5 mm was to push out a skin of 46 x 46 mm."""
+    grid, small = (lay_out(load_text(templates.read(name), "t.yaml")) for name in ("skin_grid_3x3", "grasper_4layer"))
+    places, size = push_places(grid)
+    (x0, y0, x1, y1) = grid.body
+    for x, y in ((x0, y0), (x1, y1), (0.5 * (x0 + x1), 0.5 * (y0 + y1))):
+        assert min(math.hypot(x - at.x, y - at.y) for at in places) <= PUSH_PITCH / math.sqrt(2.0)
+    assert size == max(PUSH_HOLES) and len(places) == 9
+    assert push_places(small)[1] == min(PUSH_HOLES)
+    base = manifold(tessellate(next(solid for solid in jig(small) if solid.name == "jig-base")))
+    assert base.genus() == len(push_places(small)[0])
 
 
 def test_without_anything_on_the_board_there_is_no_jig():
