@@ -11,21 +11,21 @@ from collections.abc import Iterator, Sequence
 from sitscad.data import is_unverified
 from sitscad.drawing.frame import FORCED
 from sitscad.estimates.circuit.drive import bare_board_code
+from sitscad.estimates.gluing import board_plan
 from sitscad.estimates.uncertainty import direct_resistance_sigma
 from sitscad.estimates.values import METER_FREQUENCY, CoilEstimate, Estimates
 from sitscad.fabrication.notes import hanging
 from sitscad.layout.board import Layout
-from sitscad.layout.laser_sheet import joined_part
-from sitscad.papers.mounting import RAW_RESIN, amount, cures_badly, fastened, jaw_cut, skin, tail_held, toleranced
+from sitscad.papers.gluing import dose, glued, measuring, pressing, primed, product, setting, toleranced
+from sitscad.papers.mounting import RAW_RESIN, amount, cures_badly, fastened, jaw_cut, pushed_out, skin, tail_held
 from sitscad.papers.order_codes import order_of
 from sitscad.parts.tooling import pour, skin_pour
-from sitscad.scene.bodies import BodyRole
+from sitscad.scene.bodies import BodyRole, joined
 from sitscad.scene.column import Levels, Toleranced, column, levels, on_board, plate_thickness
 from sitscad.scene.fit import measures
 from sitscad.scene.jaws import jaw_range
 from sitscad.scene.seating import retention, side_ledges, stop_place
 from sitscad.scene.state import FREE, REST
-from sitscad.spec.mount import Assembly
 from sitscad.spec.places import cell_placements
 from sitscad.spec.presets import unverified_figures
 from sitscad.spec.sensor import SensorSpec
@@ -70,37 +70,32 @@ def _steps(layout: Layout, estimates: Estimates, bench: Estimates) -> Iterator[s
     spec, at = layout.spec, levels(column(layout) or on_board(layout))
     yield from _prepared(layout)
     yield bare_board(layout, estimates, bench)
-    # Which faces get a primer; nothing where none is needed
-    glue = spec.assembly.adhesive
-    if glue is not None and glue.primer and spec.elastomer is not None:
-        yield (
-            f"Wipe {glue.primer.partition(' on ')[0]} on the elastomer's upper and lower face, on nothing else (board, "
-            f"target and metal need none), and let it dry before gluing. How long it dries and how long {glue.product} "
-            "sets stands on their data sheets."
-        )
+    yield from filter(None, (primed(spec),))
     if spec.elastomer is not None or spec.target is not None:
         slot = " and tail in the slot" if spec.fpc.tail is not None else ""
         yield f"Lay the board, face with the coils up{slot}, into the jig's base (jig-base)."
     if spec.elastomer is not None:
-        yield _glued(spec, "elastomer", "the board", _above_board(at, "elastomer"))
+        yield glued(spec, "elastomer", "the board", _above_board(at, "elastomer"))
     if spec.target is not None:
         under = "the elastomer" if spec.elastomer is not None else "the board"
-        yield _glued(spec, "target", under, _above_board(at, "target"))
+        yield glued(spec, "target", under, _above_board(at, "target"))
     is_cast = skin_pour(layout) is not None  # with the board still in the base, whose pins the mould goes on
     sealing = [] if spec.encapsulation is None else [skin(layout, spec.encapsulation)]
     if is_cast:
         yield from sealing
     if _has_jig(spec):
-        yield "Push the board out of the base from below, by the hole."
+        yield pushed_out(layout)
     yield from _into_jaw(layout, at)
     if not is_cast:
         yield from sealing
     if said := plugged(layout):
         yield said
-    closes = "Close the jaws: they must close without force, and pass a gauge as wide as the port. Open them. "
-    has_jaw = spec.mount is not None and spec.mount.jaw is not None
+    closes = (
+        "Close the jaws: they must close without force, and pass a ring gauge (or a reamed hole) of the port's "
+        f"{in_mm(spec.mount.jaw.port_diameter)} mm. Open them. " if spec.mount and spec.mount.jaw else ""
+    )
     unseen = [f.what.split()[1] for f in unverified_figures(spec) if f.what.startswith("conductor ")]
-    yield assembled(bench, closes if has_jaw else "", unseen)
+    yield assembled(bench, closes, unseen)
 
 
 def _has_jig(spec: SensorSpec) -> bool:
@@ -126,35 +121,18 @@ def _prepared(layout: Layout) -> Iterator[str]:
     made = ["the mount"] * _has_printed_mount(layout) + ["the jig"] * _has_jig(spec)
     if made:
         yield f"Make {' and '.join(made)} from mount/ ({mount.process}).{counts}"
+    yield from filter(None, (measuring(spec),))
     if cures_badly(mount) and (poured is not None or skin_pour(layout) is not None):
         yield RAW_RESIN
     if poured is not None and spec.elastomer is not None:
+        pieces = 1 if joined(spec) is not None else len(cell_placements(spec))
+        chosen = "Choose a pad that is" if pieces == 1 else f"Choose {pieces} pads that are each"
         yield (
             "Cut the elastomer by laser/, or cast it: mix "
             f"{spec.elastomer.material.name} ({amount(poured)}), take the air out of it, fill the cavities of "
-            "mould-tray a little over, draw mould-lid over it from one side, weigh it down and let it cure as its "
-            "maker says. "
-            f"Choose a pad that is {toleranced(plate_thickness(spec, 'elastomer'))} thick."
+            "mould-tray a little over, draw mould-lid over it from one side, weigh it down (about 1 kg) and let it "
+            f"cure as its maker says. {chosen} {toleranced(plate_thickness(spec, 'elastomer'))} thick."
         )
-
-
-def _glued(spec: SensorSpec, part: str, under: str, height: Toleranced) -> str:
-    assembly = spec.assembly
-    line = f"{in_mm(assembly.glue_line)} +-{in_mm(assembly.glue_tolerance)} mm"
-    is_one = part == "elastomer" and joined_part(spec) is not None
-    wells = 1 if is_one else len(cell_placements(spec))
-    drop = f"drop the {part} into the well" if wells == 1 else f"drop one {part} into each of the {wells} wells"
-    return (
-        f"Put the frame jig-{part} on the base: it goes on one way only. Wet {under} with a thin film of "
-        f"{_glue(assembly)}, {drop}, and press with jig-{part}-press until its collar lies on the "
-        f"frame: the glue line is {line}. Let it set, lift press and frame. From the board's top "
-        f"face to its upper face are {toleranced(height)} then."
-    )
-
-
-def _glue(assembly: Assembly) -> str:
-    glue = assembly.adhesive
-    return glue.product if glue is not None else "glue"
 
 
 def _above_board(at: Levels, part: str) -> Toleranced:
@@ -169,23 +147,38 @@ def _into_jaw(layout: Layout, at: Levels) -> Iterator[str]:
     below = [layer.part.removeprefix("glue under the ") for layer in glued]
     order = below[: below.index("board") + 1] if "board" in below else []
     if not order:
-        yield from fastened(layout, _glue(layout.spec.assembly))
+        yield from fastened(layout)
         return
     yield from jaw_cut(layout)
     metal = at["jaw"][1]
-    heights = ", ".join(f"{part} {toleranced(at[part][1] - metal)}" for part in order)
+
+    def height(part: str) -> str:
+        return toleranced(at[part][1] - metal)
+
     against = ""  # what of the mount places the board; nothing where it lies on metal or shield alone
     if "mount" in order:
         between = " between the ledges" if side_ledges(layout) is not None else ""
         end = " against the stop" if stop_place(layout) is not None else " with its end flush with the mount's end"
-        against = f", the board{between}{end} at the tip"
+        against = f"{between}{end} at the tip"
+    assembly, (_, area) = layout.spec.assembly, board_plan(layout)
     yield (
-        f"Degrease the jaw's face. Glue on it with {_glue(layout.spec.assembly)}, in this order: "
-        f"{', '.join(order)}{against}; press each until it is as high above the jaw's metal as this: "
-        f"{heights}.{_squared(layout)}"
+        "Degrease the jaw's face. Heights in the next steps are above its metal: zero a dial gauge there."
+        f"{_squared(layout)}"
+    )
+    each = dose(assembly.adhesive, area, assembly.glue_line, assembly.glue_tolerance)
+    stiff = [part for part in order if part != "board"]
+    if stiff:
+        yield (
+            f"Glue on the jaw's face, in this order: {', '.join(stiff)}, each with at most {each}. Press each down by "
+            "about 10 N (1 kg on a kitchen scale) by a flat stick, until it is as high above the jaw's metal as this: "
+            f"{', '.join(f'{part} {height(part)}' for part in stiff)}.{setting(assembly.adhesive)}"
+        )
+    yield (
+        f"Glue the board on{against}, with {each}. {pressing(layout)} Its top face beside the pad is {height('board')} "
+        f"above the jaw's metal then."
     )
     if layout.spec.fpc.tail is not None:
-        yield tail_held(layout, _glue(layout.spec.assembly))
+        yield tail_held(layout, product(layout.spec.assembly))
 
 
 def _squared(layout: Layout) -> str:
@@ -281,7 +274,8 @@ def bare_board(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
         contacts = f"contacts {', '.join(map(str, numbers))}" if numbers else "no contacts"
         lines.append(f"{coil.name} ({contacts}): {', '.join(figures)}")
     said = (
-        f"Test the bare board before any glue, at 20 degC, far from metal. Between the contacts of each coil: {READ}, "
+        "Test the bare board before any glue, at 20 degC, far from metal, by short wires from a spare connector or by "
+        f"probes; zero the meter with them shorted. Between the contacts of each coil: {READ}, "
         f"resistance to direct current, frequency with the tank's capacitor of {show(bench.readout.capacitance, 'F')}, "
         f"and what a meter of {show(METER_FREQUENCY, 'Hz')} reads, inductance and resistance in series; "
         "+- is one sigma of manufacture: a coil "

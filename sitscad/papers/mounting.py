@@ -18,20 +18,21 @@ from sitscad.drawing.pictures.rendered import clash_svg
 from sitscad.estimates.response.pad import NoResponse, pushed
 from sitscad.fabrication.notes import bent_text
 from sitscad.layout.board import Layout
+from sitscad.papers.gluing import board_assembly, board_glued, inhibited, rods, toleranced
 from sitscad.parts.clash import at_pin, carried, clashes
 from sitscad.parts.mass import Balance, balance, weigh
 from sitscad.parts.plates import finger_end
 from sitscad.parts.printable import as_json, printable
 from sitscad.parts.proof import Measured, PadLoad, Proof, prove, require_clear
 from sitscad.parts.solid import Solid, of_role
-from sitscad.parts.tooling import LEAST_MIX, Pour, skin_pour
+from sitscad.parts.tooling import LEAST_MIX, Pour, push_places, skin_pour
 from sitscad.scene.bodies import BodyRole, elastomer
 from sitscad.scene.column import Toleranced, on_seat, print_limit
 from sitscad.scene.fit import pin_gaps
 from sitscad.scene.jaws import jaw_range
-from sitscad.scene.seating import adapter_needed, joint_clearance, relief, retention, tongue_across
+from sitscad.scene.seating import adapter_needed, joint_clearance, pin_places, relief, retention, tongue_across
 from sitscad.scene.state import Pose
-from sitscad.scene.tail_path import lip, tail_path
+from sitscad.scene.tail_path import bends, lip, tail_path
 from sitscad.spec.materials import Encapsulation
 from sitscad.spec.mount import Mount
 from sitscad.spec.sensor import SensorSpec
@@ -41,33 +42,32 @@ from sitscad.writer import json_bytes
 LEAST_FIXED = 3e-3  # How much of a tail (m) is glued to the jaw where nothing else holds it
 
 
-def toleranced(size: Toleranced) -> str:
-    """A length in millimetres, with the farthest that its tolerances take it from that."""
-    return f"{size.nominal * 1e3:.3f} +-{size.spread * 1e3:.3f} mm"
-
-
 def jaw_cut(layout: Layout) -> Iterator[str]:
     """What is cut into the jaw for a dovetail or pins."""
     found, mount = retention(layout), layout.spec.mount
     if found is not None and mount is not None and mount.jaw is not None:
-        room = joint_clearance(layout.spec)
+        room, tip, beside = joint_clearance(layout.spec), jaw_range(layout, mount.jaw)[0], mount.jaw.width / 2
+        end = layout.body[2] + room
         if found.kind == "dovetail":
             bottom, top, depth = tongue_across(found, room)
             yield (
                 f"Mill the dovetail's groove into the jaw's face, open at the tip: {2e3 * bottom:.2f} mm wide at its "
-                f"bottom, {2e3 * top:.2f} mm at the face, {depth * 1e3:.2f} mm deep, as far as the jaw's STEP file has "
-                "it. The mount slides in from the tip up to the groove's end."
+                f"bottom, {2e3 * top:.2f} mm at the face, {depth * 1e3:.2f} mm deep, on the jaw's middle "
+                f"({1e3 * beside:.2f} mm from either side to its axis), from the tip {1e3 * (end - tip):.2f} mm long, "
+                "as the jaw's STEP file has it. The mount slides in from the tip up to the groove's end."
             )
         else:
+            at = " and ".join(f"{1e3 * (x - tip):.2f}" for x, _ in pin_places(layout))
             yield (
-                f"Drill two holes of {1e3 * (found.diameter + 2.0 * room):.2f} mm through the jaw, "
-                f"{in_mm(found.spacing or 0.0)} mm apart along its middle, where the STEP file of the jaw has them."
+                f"Drill two holes of {1e3 * (found.diameter + 2.0 * room):.2f} mm through the jaw, their centres {at} "
+                f"mm behind its tip, on its middle ({1e3 * beside:.2f} mm from either side): the STEP file of the jaw "
+                "has them."
             )
 
 
 def tail_held(layout: Layout, glue: str) -> str:
     """How the tail is bent, and where a pull on it ends: on the mount's tongue, else on the jaw's face, else behind."""
-    said, tongue, edge = bent_text(layout), relief(layout), lip(layout)
+    said, tongue, edge = _bent(layout), relief(layout), lip(layout)
     if tongue is not None:
         end = tongue.along[1] if edge is None else edge.start
         upto = "over the tongue's whole length" if edge is None else "up to where its end is round"
@@ -92,14 +92,14 @@ def tail_held(layout: Layout, glue: str) -> str:
     )
 
 
-def fastened(layout: Layout, glue: str) -> Iterator[str]:
+def fastened(layout: Layout) -> Iterator[str]:
     """How a plate, a cap or a part of the user's own is put on, and how the tail is bent over it."""
     mount = layout.spec.mount
     if mount is None:
         return
     has_tail = layout.spec.fpc.tail is not None
     slot = ", tail in the slot" if has_tail else ""
-    glued = f"Glue the board's whole body with a thin film of {glue} into the mount's recess{slot}.{_seated(layout)}"
+    glued = f"Glue the board into the mount's recess{slot}. {board_glued(layout)}{_seated(layout)}"
     if mount.finger is not None:
         screw = f"M{in_mm(mount.finger.screw)}"
         yield (
@@ -107,7 +107,7 @@ def fastened(layout: Layout, glue: str) -> Iterator[str]:
             f"{screw} set screws of plastic or brass: steel is seen."
         )
     elif mount.kind == "custom":
-        yield f"Put the board on your own mount, and glue its whole body down with a thin film of {glue}."
+        yield f"Put the board on your own mount and glue it down. {board_glued(layout)}"
     elif mount.holes is not None and adapter_needed(layout):
         yield (
             f"Screw mount-adapter on ({mount.holes.name}, {len(mount.holes.holes)} screws, their heads sunk). Lay four "
@@ -118,7 +118,13 @@ def fastened(layout: Layout, glue: str) -> Iterator[str]:
         screws = f" {mount.holes.thread} screws" if mount.holes.thread else " screws"
         yield f"Screw the mount down ({mount.holes.name},{screws}). {glued}"
     if has_tail:
-        yield bent_text(layout)
+        yield _bent(layout)
+
+
+def _bent(layout: Layout) -> str:
+    """How the tail is bent, and over what."""
+    found = bends(layout)
+    return bent_text(layout) + (rods(found[0].radius) if found else "")
 
 
 def _seated(layout: Layout) -> str:
@@ -126,25 +132,45 @@ def _seated(layout: Layout) -> str:
     spec = layout.spec
     if spec.mount is None or spec.shield is not None:
         return ""
-    height = sum((layer.thickness for layer in on_seat(layout)), Toleranced(0.0))
+    seated = replace(layout, spec=replace(spec, assembly=board_assembly(layout)))
+    height = sum((layer.thickness for layer in on_seat(seated)), Toleranced(0.0))
     face = "the face that the mount stands on" if spec.mount.finger is None else "the cap's face against the finger"
     return f" From {face} to the board's top face are {toleranced(height)} then."
 
 
 def skin(layout: Layout, film: Encapsulation) -> str:
     """How the film is put on: cast in its mould, or by hand where it is too thin for one."""
-    poured = skin_pour(layout)
+    poured, caution = skin_pour(layout), inhibited(layout.spec)
     if poured is None:
         return (
             f"Seal board, elastomer and target with {in_mm(film.thickness)} mm of {film.material.name}, brushed on or "
-            "dipped, the contacts masked; no copper may be left open. Let it cure. Measure the sensor's height before "
-            "and after: a coat that is too thin is given another, of silicone thinned as its maker says."
+            f"dipped: mix {1e6 * LEAST_MIX:g} ml, of which little stays on. Mask the contacts with polyimide tape "
+            "(masking tape can keep silicone from curing); no copper may be left open. Let it cure as its maker says. "
+            "Measure the sensor's height before and after: a coat that is too thin is given another, of silicone "
+            f"thinned as its maker says.{caution}"
         )
     sealed = " (its print sealed as said above)" if cures_badly(layout.spec.mount) else ""
     return (
-        f"Cast the skin: mix {film.material.name} ({amount(poured)}), fill mould-skin{sealed} lying open, take the "
-        "air out, and put the jig's base with the sensor on it face down, so that its pins go into the cup; weigh it "
-        "down. What is too much leaves by the grooves. Let it cure, lift the cup off, cut the flash at the grooves."
+        f"Cast the skin: mix {film.material.name} ({amount(poured)}), wipe mould release into mould-skin{sealed}, fill "
+        "it lying open, take the air out, and put the jig's base with the sensor on it face down, so that its pins go "
+        "into the cup; weigh it down with 1 kg. What is too much leaves by the grooves. Let it cure. To open it, drop "
+        "isopropanol on the seam, wait a minute, and lift the cup straight up with a thin blade at the grooves, a "
+        f"little on one side and a little on the other. Never pull at the skin. Cut the flash at the grooves.{caution}"
+    )
+
+
+def pushed_out(layout: Layout) -> str:
+    """How the board leaves the jig's base."""
+    places, size = push_places(layout)
+    if len(places) == 1:
+        return (
+            "Push the board out of the base from below, by the hole, with a flat-ended rod just below "
+            f"{in_mm(size)} mm."
+        )
+    return (
+        f"Push the board out of the base from below, by its {len(places)} holes in turn, a little at each, with a "
+        f"flat-ended rod just below {in_mm(size)} mm: one hole alone would bend the board. If glue or skin hold it, "
+        "let isopropanol creep round its edge first."
     )
 
 

@@ -10,6 +10,7 @@ from dataclasses import astuple, fields, replace
 
 from sitscad.data import is_unverified
 from sitscad.drawing.frame import FORCED
+from sitscad.estimates.gluing import board_adhesive, piece_press
 from sitscad.estimates.values import Estimates
 from sitscad.fabrication.board_end import contact_text
 from sitscad.fabrication.files import fabrication_path
@@ -18,6 +19,7 @@ from sitscad.geometry.path import bounding_box
 from sitscad.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
 from sitscad.layout.laser_sheet import joined_part
+from sitscad.papers.gluing import WASHER_MASS
 from sitscad.papers.mounting import cures_badly
 from sitscad.papers.order_codes import Order, capacitor, order_of
 from sitscad.parts.tooling import pour, skin_pour
@@ -73,7 +75,8 @@ def items(layout: Layout, estimates: Estimates) -> tuple[Item, ...]:
     )
 
 
-SHARED = ("adhesive", "primer", "jig", "mould", "skin mould", "sealer", "mould release", "cleaner")
+SHARED = ("adhesive", "board adhesive", "primer", "jig", "jig weight", "jelly", "mould", "skin mould", "sealer",
+          "mould release", "cleaner")
 """What one of serves for many sensors."""
 
 
@@ -218,6 +221,12 @@ def _carriers(layout: Layout) -> Iterator[Item]:
     if spec.target is not None or spec.elastomer is not None:
         words = "print from mount/: aligns the pieces while the glue sets; reusable"
         yield Item("jig", 1, "jig-*", "printed", "", words)
+        parts = [part for part in ("elastomer", "target") if getattr(spec, part) is not None]
+        heaviest = max(piece_press(spec, part).mass for part in parts)
+        number = math.ceil(heaviest / WASHER_MASS)
+        yield Item("jig weight", number, "washer M8, ISO 7093", "steel", "", "on jig-*-press (mount/assembly.txt)")
+        if len(parts) == 2:
+            yield Item("jelly", 1, "petroleum jelly", "", "", "holds the target on its press while it is lowered")
     poured, cast = pour(spec), skin_pour(layout)
     if poured is not None:
         yield Item("mould", 1, "mould-tray, mould-lid", "printed", "", "print from mount/; where the pad is cast")
@@ -237,6 +246,11 @@ def _glue(layout: Layout) -> Iterator[Item]:
     size = f"lines of {in_mm(spec.assembly.glue_line)} +-{in_mm(spec.assembly.glue_tolerance)} mm"
     count = f"{len(lines)} lines: {', '.join(line.part for line in lines)}" if lines else "between all pieces"
     yield Item("adhesive", 1, adhesive.product, adhesive.name, size, count)
+    between = board_adhesive(layout) if spec.mount is not None and spec.mount.jaw is None else None
+    if between is not None and between != adhesive:
+        line = f"a line of {in_mm(between.line)} +-{in_mm(between.tolerance)} mm"
+        words = f"between board and mount, which {adhesive.product} would not fill before it sets"
+        yield Item("board adhesive", 1, between.product, between.name, line, words)
     if adhesive.primer and spec.elastomer is not None:
         yield Item("primer", 1, adhesive.primer, "", "", "wiped on the elastomer's faces before they are glued")
 

@@ -120,7 +120,10 @@ class Adhesive:
     """What pieces are glued with: the thickness of one glue line and its tolerance in metres.
 
     ``product`` is one that can be bought, ``primer`` what it needs on silicone (empty: nothing). `bonds_silicone` is
-    False if it does not hold on silicone at all.
+    False if it does not hold on silicone at all. ``viscosity`` (Pa s) is None for a tape. ``open_time``, ``set_time``
+    and ``cure_time`` (s) are how long it flows between two faces, until pieces may be let go, and until full strength;
+    the first two are None for a tape. ``inhibitor`` says what of it keeps a platinum silicone from curing on it (empty:
+    nothing known).
     """
 
     name: str
@@ -129,6 +132,11 @@ class Adhesive:
     tolerance: float
     primer: str = ""
     bonds_silicone: bool = True
+    viscosity: float | None = None
+    open_time: float | None = None
+    set_time: float | None = None
+    cure_time: float = 0.0
+    inhibitor: str = ""
     source: str = ""
 
 

@@ -201,8 +201,18 @@ def finish(name: str) -> Finish:
 def adhesive(name: str) -> Adhesive:
     """What pieces are glued with."""
     row = _table("adhesives")[name]
+    viscosity, open_time, set_time = (
+        float(row[field]) if row[field] else None for field in ("viscosity_pa_s", "open_s", "set_s"))
     return Adhesive(name, row["product"], _length(row, "line"), _length(row, "tolerance"), row["primer"],
-                    row["bonds_silicone"] == "yes", cited(row))
+                    row["bonds_silicone"] == "yes", viscosity, open_time, set_time, float(row["cure_s"]),
+                    row["inhibitor"], cited(row))
+
+
+@cache
+def cures_by_platinum(name: str) -> bool:
+    """Whether a silicone of the table is cured by platinum, which amines, tin and sulphur stop; False for any other."""
+    row = _table(TABLES["elastomer"]).get(name)
+    return row is not None and row["cure"] == "platinum"
 
 
 @cache

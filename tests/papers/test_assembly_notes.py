@@ -168,7 +168,8 @@ def test_a_thick_skin_is_cast_and_a_thin_one_brushed():
 
 def test_a_skin_is_cast_before_the_board_leaves_the_jig_on_whose_pins_its_mould_goes():
     thick = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml").replace("encapsulation.thickness", "0.4 mm")
-    assert in_order(in_one_line(sitscad.lay_out(thick)), "drop the target", "Cast the skin", "Push the board out")
+    said = in_one_line(sitscad.lay_out(thick))
+    assert in_order(said, "on the foot of jig-target-press", "Cast the skin", "Push the board out")
 
 
 @pytest.mark.parametrize(
@@ -212,13 +213,14 @@ def test_steps_name_what_is_there(template):
         heel = 1e-3 * pieces["jaw"].shape.bounding_box().max.X
         assert heel - layout.body[2] - 1e-3 * float(found[1]) >= 1e-3 * float(found[2])
     assert ("tail in the slot" in said) == (spec.fpc.tail is not None)
-    assert spec.mount.jaw is not None or "Glue the board's whole body" in said
+    assert spec.mount.jaw is not None or "under the board's whole body" in said
 
 
 def test_the_tail_is_glued_to_the_tongue_once_the_board_lies_on_the_mount():
     said = in_one_line(GRASPER)
     assert in_order(
-        said, "shield, mount, board", "Glue the tail down with Loctite 401 on the mount's tongue", "Seal board"
+        said, "shield, mount", "Glue the board on", "Glue the tail down with Loctite 401 on the mount's tongue",
+        "Seal board",
     )
 
 
@@ -264,7 +266,8 @@ def test_raw_resin_is_sealed_before_it_is_cast_in_and_filament_need_not_be():
 def test_silicone_alone_is_primed_before_it_is_glued():
     said = in_one_line(GRASPER)
     assert in_order(
-        said, "Wipe Loctite 770 on the elastomer's upper and lower face", "let it dry", "thin film of Loctite"
+        said, "Wipe Loctite 770 on the elastomer's upper and lower face", "let it dry",
+        "mm3 (microlitres; a bead of 1.0 mm) of Loctite",
     )
     tough = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml").replace(
         "assembly.adhesive", "silicone-adhesive"

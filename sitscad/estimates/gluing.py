@@ -1,0 +1,174 @@
+"""Glue between two faces: how much there is, whether it lies flat before it sets, and what may weigh on a soft pad
+meanwhile.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from sitscad.estimates.response.pad import NoResponse, soft_pad
+from sitscad.geometry.convex import Footprint
+from sitscad.geometry.path import Point, enclosed_area
+from sitscad.layout.board import Layout
+from sitscad.record import record
+from sitscad.scene.bodies import elastomer, joined, target
+from sitscad.scene.stack import ground
+from sitscad.spec import presets
+from sitscad.spec.materials import Adhesive
+from sitscad.spec.places import cell_placements
+from sitscad.spec.sensor import SensorSpec
+
+STANDARD_GRAVITY = 9.80665  # m/s2 (CGPM 1901)
+
+PIECE_STRAIN = 0.02
+"""Compression of the pad, in parts of its thickness, while a piece is glued to it. It comes back when the weight goes.
+"""
+
+BOARD_STRAIN = 0.05
+"""Compression of the pads while the board under them is glued to its mount."""
+
+LEAST_MASS = 5e-3
+"""Least mass (kg) of a press with what is on it: a printed press alone weighs about 2 g."""
+
+HARD_PRESSURE = 5e3
+"""Pressure (Pa) on a piece without a soft pad below it. From memory: thin liquids need no more."""
+
+SPREADING = 1e4
+"""Time (s/m2) in which glue is spread by hand: 1 s for each cm2. From memory, not verified."""
+
+
+@record
+class Press:
+    """A dead weight on a piece: its mass (kg, the press with it), and how far it presses the pad (m)."""
+
+    mass: float
+    travel: float
+
+    @property
+    def force(self) -> float:
+        """The weight (N)."""
+        return self.mass * STANDARD_GRAVITY
+
+
+def piece_press(spec: SensorSpec, part: str) -> Press:
+    """What weighs on the elastomer or the target of one cell, or on all pads in one piece, while the glue sets."""
+    alone = spec if part == "target" else replace(spec, target=None)
+    one = _press(alone, _plan(spec, part).area, PIECE_STRAIN)
+    return Press(_rounded(one.mass * _pieces_in_one(spec, part)), one.travel)
+
+
+def _pieces_in_one(spec: SensorSpec, part: str) -> int:
+    """The number of cells whose pads are one piece; 1 for targets."""
+    return len(cell_placements(spec)) if part == "elastomer" and joined(spec) is not None else 1
+
+
+def board_press(spec: SensorSpec) -> Press:
+    """What weighs on the pads of all cells together while the board is glued to its mount."""
+    part = "target" if spec.target is not None else "elastomer"
+    one = _press(spec, _plan(spec, part).area, BOARD_STRAIN)
+    return Press(_rounded(one.mass * len(cell_placements(spec))), one.travel)
+
+
+def _press(spec: SensorSpec, area: float, strain: float) -> Press:
+    try:
+        pad = soft_pad(replace(spec, encapsulation=None))  # the film comes later
+    except NoResponse:
+        return Press(max(LEAST_MASS, _rounded(HARD_PRESSURE * area / STANDARD_GRAVITY)), 0.0)
+    force = float(pad.pressure(np.array([strain]))[0])
+    mass = max(LEAST_MASS, _rounded(force / STANDARD_GRAVITY))
+    return Press(mass, pad.thickness * float(pad.strain(np.array([mass * STANDARD_GRAVITY]))[0]))
+
+
+def pressed_by(spec: SensorSpec, force: float) -> float | None:
+    """How far (m) a force (N) on one whole target, or pad, presses the pad; None if no pad carries it."""
+    try:
+        pad = soft_pad(replace(spec, encapsulation=None))
+        return pad.thickness * float(pad.strain(np.array([force]))[0])
+    except NoResponse:
+        return None
+
+
+def force_for(spec: SensorSpec, travel: float) -> float | None:
+    """The force (N) on one whole target, or pad, that presses the pad by so much (m); None if no pad carries it."""
+    try:
+        pad = soft_pad(replace(spec, encapsulation=None))
+    except NoResponse:
+        return None
+    return float(pad.pressure(np.array([travel / pad.thickness]))[0])
+
+
+def _rounded(mass: float) -> float:
+    return float(f"{mass:.1e}")
+
+
+def _plan(spec: SensorSpec, part: str) -> Footprint:
+    body = elastomer(spec) if part == "elastomer" else target(spec)
+    assert body is not None
+    return body.footprint
+
+
+def glued_area(spec: SensorSpec, part: str) -> float:
+    """The area (m2) of the glue under the elastomer or the target of one cell, or under all pads in one piece."""
+    own, pad = _plan(spec, part), elastomer(spec)
+    if part == "elastomer" or pad is None:
+        return own.area * _pieces_in_one(spec, part)
+    shared = own.common(pad.footprint)
+    return min(own.area, pad.footprint.area) if shared is None else enclosed_area(shared)
+
+
+def board_plan(layout: Layout) -> tuple[Footprint, float]:
+    """The box round the board's body, or the disc that it is, and its area (m2)."""
+    x0, y0, x1, y1 = layout.body
+    body = layout.spec.fpc.body
+    centre = Point((x0 + x1) / 2, (y0 + y1) / 2)
+    plan = Footprint(body is not None and body.shape == "circle", (x1 - x0, y1 - y0), centre)
+    return plan, enclosed_area(ground(layout))
+
+
+def lying_time(adhesive: Adhesive, plan: Footprint, force: float, line: float) -> float:
+    """Time (s) in which glue is spread and pressed by a force (N) to a line (m) under a plate; 0 for a tape.
+
+    Notes
+    -----
+    Lubrication theory of a Newtonian liquid between parallel plates, from a thick film: 3 mu J / (2 F h^2). The
+    integral of its pressure is a quarter of the plate's torsion constant J, which solves the same equation of Poisson.
+
+    References
+    ----------
+    Stefan, Sitzungsber. Akad. Wiss. Wien 69, 713 (1874), for the disc; Young and Budynas, Roark's Formulas for Stress
+    and Strain, 7th edition, table 10.1, for the torsion constant of a rectangle.
+    """
+    if adhesive.viscosity is None or line <= 0.0:
+        return 0.0
+    long, short = max(plan.size), min(plan.size)
+    torsion = math.pi * (long / 2) ** 4 / 2
+    if not plan.is_round:
+        torsion = long * short**3 / 3.0 * (1.0 - 0.63 * short / long * (1.0 - (short / long) ** 4 / 12.0))
+    return SPREADING * plan.area + 3.0 * adhesive.viscosity * torsion / (2.0 * force * line**2)
+
+
+def sets_first(adhesive: Adhesive, plan: Footprint, force: float, line: float) -> bool:
+    """Whether glue sets before it lies flat under a plate that a force (N) presses."""
+    return lying_time(adhesive, plan, force, line) > (math.inf if adhesive.open_time is None else adhesive.open_time)
+
+
+def open_adhesives(plan: Footprint, force: float, on_silicone: bool) -> tuple[Adhesive, ...]:
+    """Adhesives by name that lie flat in time at their own lines, and hold on silicone if asked; no tapes."""
+    found = (presets.adhesive(name) for name in presets.names("adhesive"))
+    return tuple(each for each in found if each.viscosity is not None and (each.bonds_silicone or not on_silicone)
+                 and not sets_first(each, plan, force, each.line))
+
+
+def board_adhesive(layout: Layout) -> Adhesive | None:
+    """The adhesive between board and mount: the spec's, or the one of the table that stays open long enough."""
+    spec, glue = layout.spec, layout.spec.assembly.adhesive
+    plan, _ = board_plan(layout)
+    has_pieces = spec.target is not None or spec.elastomer is not None
+    force = board_press(spec).force if has_pieces else HARD_PRESSURE * plan.area
+    if glue is None or not sets_first(glue, plan, force, spec.assembly.glue_line):
+        return glue
+    hard = [each for each in open_adhesives(plan, force, False) if not each.bonds_silicone]
+    return hard[0] if hard else glue

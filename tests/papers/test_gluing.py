@@ -1,0 +1,136 @@
+"""Glue by amount, time and weight: what the steps say is what the pad's law and the liquid's flow give."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import replace
+
+import handmade
+import numpy as np
+import pytest
+from tolerance import approx
+
+import sitscad
+from sitscad.estimates import gluing as physics
+from sitscad.estimates.response.pad import pushed
+from sitscad.geometry.convex import Footprint
+from sitscad.geometry.path import Point
+from sitscad.papers import gluing
+from sitscad.papers.mounting import fastened, jaw_cut, pushed_out, tail_held
+from sitscad.scene.column import Toleranced
+from sitscad.scene.tail_path import bends
+from sitscad.spec import presets, templates
+
+HERE = Point(0.0, 0.0)
+
+
+def spec_of(name, **changes):
+    return sitscad.load_text(templates.read(name), "t.yaml").replace(changes)
+
+
+def test_a_disc_sinks_in_a_liquid_by_stefan_s_law_and_a_rectangle_by_its_torsion_constant():
+    glue, force, line = presets.adhesive("cyanoacrylate"), 0.5, 30e-6
+    disc, square = Footprint(True, (10e-3, 10e-3), HERE), Footprint(False, (10e-3, 10e-3), HERE)
+    flows = [physics.lying_time(glue, plan, force, line) - physics.SPREADING * plan.area for plan in (disc, square)]
+    assert flows[0] == approx(3.0 * math.pi * glue.viscosity * 5e-3**4 / (4.0 * force * line**2), rel=1e-9)
+    assert flows[1] / flows[0] == approx(0.1406 * 10e-3**4 / (math.pi * 5e-3**4 / 2.0), rel=2e-3)
+    strip = Footprint(False, (1.0, 1e-3), HERE)  # J = b h^3 / 3 of a thin one
+    flow = physics.lying_time(glue, strip, force, line) - physics.SPREADING * strip.area
+    assert flow == approx(3.0 * glue.viscosity * 1e-9 / 3.0 / (2.0 * force * line**2), rel=1e-3)
+    assert physics.lying_time(presets.adhesive("transfer-tape"), disc, force, line) == 0.0
+
+
+@pytest.mark.parametrize("name", ["grasper_4layer", "round_button_12mm", "fingertip_foil", "grasper_3p5mm"])
+def test_the_weight_on_a_piece_presses_the_pad_by_what_the_steps_say(name):
+    spec = replace(spec_of(name), encapsulation=None)
+    press = physics.piece_press(spec, "target")
+    (pose,), _ = pushed(spec, np.array([[press.force, 0.0, 0.0]]), np.array([True]))
+    assert press.travel == approx(-float(pose[2]), rel=1e-3)
+    assert press.travel <= 1.1 * max(physics.PIECE_STRAIN * spec.elastomer.thickness,
+                                     physics.pressed_by(spec, physics.LEAST_MASS * physics.STANDARD_GRAVITY))
+    said = gluing.glued(spec, "target", "the elastomer", Toleranced(1e-3))
+    (mass,) = re.findall(r"both weigh ([0-9.]+) g", said)
+    (travel,) = re.findall(r"presses the pad by ([0-9.]+) mm, which comes back", said)
+    assert (float(mass), float(travel)) == approx((1e3 * press.mass, 1e3 * press.travel), rel=0.06)
+    (volume,) = re.findall(r"Spread ([0-9.]+) mm3", said)
+    assert float(volume) == approx(1e9 * spec.assembly.glue_line * physics.glued_area(spec, "target"), rel=0.05)
+
+
+def test_a_press_on_a_target_without_a_pad_has_a_weight_and_presses_nothing():
+    press = physics.piece_press(spec_of("bench_7mm", elastomer=None, requirements=None), "target")
+    assert press.mass >= physics.LEAST_MASS and press.travel == 0.0
+
+
+@pytest.mark.parametrize(("name", "used"), [("skin_grid_3x3", "epoxy"), ("skin_strip_6", "epoxy"),
+                                            ("round_button_12mm", "cyanoacrylate"), ("bench_7mm", "cyanoacrylate")])
+def test_a_wide_board_is_glued_with_what_stays_open_until_it_lies_flat(name, used):
+    """12 to 21 cm2 of an instant glue set before the board lay flat."""
+    layout = sitscad.lay_out(spec_of(name))
+    own, glue = layout.spec.assembly.adhesive, physics.board_adhesive(layout)
+    assert glue.name == used
+    plan, area = physics.board_plan(layout)
+    force = physics.board_press(layout.spec).force
+    assert not physics.sets_first(glue, plan, force, glue.line)
+    assert physics.sets_first(own, plan, force, own.line) == (used != own.name)
+    said = " ".join(fastened(layout))
+    assert (f"Not {own.product}" in said) == (used != own.name) and f"of {glue.product}" in said
+    (volume,) = re.findall(r"Spread ([0-9.]+) mm3", said)
+    assert float(volume) == approx(1e9 * area * glue.line, rel=0.05)
+    height = layout.spec.mount.standoff + glue.line + layout.spec.fpc.stackup.thickness
+    assert f"to the board's top face are {1e3 * height:.3f} +-" in said
+
+
+@pytest.mark.parametrize("name", ["skin_grid_3x3", "round_button_12mm", "grasper_4layer"])
+def test_the_board_is_pressed_through_all_its_pads_within_what_they_bear(name):
+    spec = spec_of(name)
+    press, layout = physics.board_press(spec), sitscad.lay_out(spec)
+    cells = 9 if name == "skin_grid_3x3" else 1
+    assert press.force < cells * spec.requirements.normal_force
+    said = gluing.pressing(layout)
+    assert ("plate (glass) over all targets" in said) == (cells > 1) and gluing.grams(press.mass) in said
+    assert ("keeps it upright" in said) == (name == "round_button_12mm")
+    assert ("holes in turn" in pushed_out(layout)) == (cells > 1)
+
+
+def test_a_height_on_silicone_names_a_force_that_does_not_press_it_and_what_a_micrometer_does():
+    for name in ("grasper_4layer", "grasper_3p5mm"):
+        spec, said = spec_of(name), gluing.measuring(spec_of(name))
+        assert ("not by a dial gauge" in said) == (physics.force_for(spec, gluing.HEIGHT_ERROR) < gluing.LIGHT_GAUGE)
+        (ratchet,) = re.findall(r"ratchet [^.]*presses the pad by ([0-9.]+) mm", said)
+        assert float(ratchet) == approx(1e3 * physics.pressed_by(spec, gluing.RATCHET), rel=0.06)
+    assert gluing.measuring(handmade.bare().spec) == ""
+
+
+@pytest.mark.parametrize(
+    ("changes", "named"),
+    [({}, "Loctite 770 is an amine"), ({"assembly.adhesive": "silicone-adhesive"}, "tin"),
+     ({"encapsulation": None}, ""), ({"encapsulation.material": {"shear_modulus": "100 kPa"}}, ""),
+     ({"assembly.adhesive": "transfer-tape"}, "")],
+)
+def test_what_may_keep_the_film_liquid_is_said_where_it_is_known(changes, named):
+    said = gluing.inhibited(sitscad.load_text(templates.read("grasper_4layer"), "t.yaml").replace(changes))
+    assert (named in said and "24 h" in said) if named else said == ""
+
+
+def test_a_tail_bent_in_air_has_a_rod_of_twice_its_radius():
+    layout = sitscad.lay_out(spec_of("grasper_4layer"))
+    (rod,) = re.findall(r"rod of ([0-9.]+) mm diameter", tail_held(layout, "glue"))
+    radius = bends(layout)[0].radius
+    assert 2e3 * radius <= float(rod) <= 2e3 * radius + 0.1 and gluing.rods(None) == ""
+
+
+@pytest.mark.parametrize("kind", ["pins", "dovetail"])
+def test_what_is_cut_into_the_jaw_has_its_place_from_the_tip_and_the_sides(kind):
+    """Holes were "where the STEP file of the jaw has them"."""
+    from sitscad.scene.jaws import jaw_range
+    from sitscad.scene.seating import pin_places
+
+    spec = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml").replace(
+        {"mount.retention": kind, "shield": None})
+    layout = sitscad.lay_out(spec)
+    said, tip = " ".join(jaw_cut(layout)), jaw_range(layout, layout.spec.jaw)[0]
+    assert f"{5e2 * layout.spec.jaw.width:.2f} mm from either side" in said
+    for x, _ in pin_places(layout):
+        assert f"{1e3 * (x - tip):.2f}" in said
+    assert kind == "pins" or re.search(r"from the tip [0-9]+\.[0-9]{2} mm long", said)
