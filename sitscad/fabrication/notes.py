@@ -22,6 +22,7 @@ from sitscad.layout.bending import (
     tail_copper,
 )
 from sitscad.layout.board import Layout
+from sitscad.layout.copper import pair_in_words, smallest_gaps
 from sitscad.scene.tail_path import bends, own_bend, pivot_line
 from sitscad.spec.circuit import CopperLayer, FpcSpec, LayerKind, Plating, StackLayer, Stackup, Tail
 from sitscad.spec.design_rules import DesignRules
@@ -213,6 +214,16 @@ def coil_text(layout: Layout) -> str:
         f"Coils ({spec.shape}): {size} mm {spec.outline.across}over the outer copper edges, "
         f"tracks {show(spec.trace_width, 'm')}, gaps {show(spec.trace_spacing, 'm')}{rotated}."
     )
+
+
+def gap_texts(layout: Layout) -> Iterator[str]:
+    """The smallest gap between copper as drawn, with the layers that have it, and what it lies between."""
+    layers: dict[str, list[str]] = {}
+    for number, near in smallest_gaps(layout).items():
+        text = f"{show(near.gap, 'm', 3)} between {pair_in_words(near)}"
+        x, y = (show(round(way, 8), "m") for way in (near.x, near.y))
+        layers.setdefault(text, []).append(f"{number} (x = {x}, y = {y})")
+    yield from (f"copper {', '.join(numbers)}: {text}" for text, numbers in layers.items())
 
 
 def chip_text(layout: Layout) -> str:

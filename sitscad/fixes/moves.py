@@ -18,7 +18,6 @@ from sitscad.geometry.convex import Footprint
 from sitscad.geometry.shapes import LONG_PLATE
 from sitscad.layout.branches import least_closing
 from sitscad.layout.clearance import hole_keep_out, joined_hole
-from sitscad.layout.lanes import bus_for
 from sitscad.layout.windings import wind_all
 from sitscad.spec import presets
 from sitscad.spec.circuit import Plating
@@ -164,7 +163,7 @@ def more_layers(spec: SensorSpec, factor: float) -> Iterator[Fix]:
             if tail is not None and "fpc.tail.layers" not in spec.source.keys:  # all of the body's, as it is left out
                 tail = replace(tail, layers=len(stackup.copper))
             core = tail.layers if tail is not None and 1 < tail.layers < len(stackup.copper) else 0
-            stackup = stackup.built(spec.fpc.stackup.plating, core)
+            stackup = presets.covered(stackup.built(spec.fpc.stackup.plating, core))
             rules = spec.fpc.rules.for_foil(stackup.line_foil(wound.layers)).for_layers(len(stackup.copper))
             fpc = replace(spec.fpc, stackup=stackup, rules=rules, tail=tail)
             yield Fix((edit, Edit("fpc.stackup", name)), replace(spec, coil=wound, fpc=fpc))
@@ -454,7 +453,7 @@ def _rounded(amount: float) -> float:
 
 def inner_vias_fit(spec: SensorSpec) -> bool:
     """Whether all vias inside the coils find a place."""
-    return not any(lack.what is Missing.INNER_ROOM for lack in wind_all(spec, bus_for(spec))[0].shortfalls)
+    return not any(lack.what is Missing.INNER_ROOM for lack in wind_all(spec)[0].shortfalls)
 
 
 def other_start_angles(spec: SensorSpec) -> Iterator[Fix]:

@@ -9,13 +9,13 @@ from collections.abc import Callable, Sequence
 
 from sitscad.arguments import checked_arguments
 from sitscad.finding import Missing, Shortfall
-from sitscad.geometry.path import Path, Point, Region
+from sitscad.geometry.path import Path, Point, Region, bounding_box
 from sitscad.geometry.shapes import SKETCHED
 from sitscad.layout.bending import stiffener
 from sitscad.layout.board import Capacitor, Coil, Layout, LeadPair, Pad, Role, Stiffener, Trace, Via, Winding
-from sitscad.layout.clearance import Breadth, Obstacles, TrackToPlace, ViaToPlace
+from sitscad.layout.clearance import SLACK, Breadth, Obstacles, TrackToPlace, ViaToPlace
 from sitscad.layout.escape import Escape, SearchLimit
-from sitscad.layout.lanes import Bus, bus_for
+from sitscad.layout.lanes import Bus, bus_for, lead_spacings
 from sitscad.layout.outline import BodyExtent, body_of, far_end, lack, least_x, openings, outline
 from sitscad.layout.routes import (
     Routing,
@@ -124,8 +124,46 @@ class _Attempt:
 
 def _attempt(spec: SensorSpec, searches: SearchLimit) -> _Attempt:
     """Windings, routing, tail and body as far as there is room, and what found none."""
-    bus = bus_for(spec)
-    wound = wind_all(spec, bus)
+    wound = wind_all(spec)
+    *wider, least = lead_spacings(spec)
+    before = searches.left
+    for spacing in wider:
+        bus, largest = bus_for(spec, spacing), _largest_body(spec, spacing - least)
+        if bus.coils.high - bus.coils.low + 2.0 * spec.fpc.rules.copper_to_edge > largest[1]:
+            continue
+        with searches.at_most(WIDE_TRIALS):
+            found = _spaced(spec, wound, bus, searches)
+        searches.left = before
+        size = found.body.end - found.body.start, found.body.high - found.body.low
+        if not found.shortfalls and all(own <= most + SLACK for own, most in zip(size, largest, strict=True)):
+            return found
+    return _spaced(spec, wound, bus_for(spec), searches)
+
+
+WIDE_TRIALS = 1_500
+"""Trials that the search may take for leads with each gap wider than the fabricator's least."""
+
+UNSEEN = 0.1
+"""Share of the outline's tolerance up to which wider gaps make no board that is larger in the hand."""
+
+ROOMY = 0.9
+"""Share of a jaw's width up to which a board may grow for wider gaps: beyond, it may stand out of the port."""
+
+
+def _largest_body(spec: SensorSpec, wider: float) -> tuple[float, float]:
+    """Length and width (m) that a body may have for gaps that are `wider` (m) than the fabricator's least."""
+    length = width = math.inf
+    if (jaw := spec.jaw) is not None:
+        room = 1.0 if wider <= UNSEEN * spec.fpc.rules.outline_tolerance else ROOMY
+        length, width = jaw.length - 2.0 * spec.fpc.rules.outline_tolerance, room * jaw.width
+    if spec.fpc.largest is not None:
+        x0, y0, x1, y1 = bounding_box([spec.fpc.largest.edge])
+        length, width = min(length, x1 - x0), min(width, y1 - y0)
+    return length, width
+
+
+def _spaced(spec: SensorSpec, wound: tuple[WoundCoil, ...], bus: Bus, searches: SearchLimit) -> _Attempt:
+    """Routing, tail and body with leads at the spacing of a bus, and what found no room."""
     shortfalls = list(wound[0].shortfalls)
     if not in_line(spec) and not bus.is_stacked:  # side by side on one layer, pairs are led along the jaw only
         shortfalls.append(Shortfall(Missing.TAIL_LAYERS, facts=(("pattern", spec.array.pattern),)))
@@ -160,7 +198,7 @@ def _unrouted(
 
 def _tail_is_clear(rules: DesignRules, routing: Routing) -> bool:
     """Whether the conductors from the funnel to the contacts keep their distance from those of other coils."""
-    board = Obstacles(rules, routing.bus.spacing)
+    board = Obstacles(rules, rules.trace_spacing)
     for run in (run for both in routing.ends for run in both):
         tracks = [piece for piece in run.pieces if isinstance(piece, TrackToPlace)]
         holes = [piece for piece in run.pieces if isinstance(piece, ViaToPlace)]

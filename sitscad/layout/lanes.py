@@ -187,11 +187,28 @@ class Lane:
     rank: int
 
 
-def bus_for(spec: SensorSpec) -> Bus:
-    """The coil's own trace width, the fabricator's spacing, and the two top layers if the tail has two."""
+WIDEST_GAP = 8 * 25.4e-6
+"""Gap (m) beyond which leads are led no farther apart: 8 mil, the most that a profile asks between turns in 35 um
+copper (hkgalaxy, jselectronic, ship.ie).
+"""
+
+
+def lead_spacings(spec: SensorSpec) -> tuple[float, ...]:
+    """Gaps (m) between leads, vias and turns in the order in which they are tried: the turns' own, half way down to the
+    fabricator's least, and that.
+    """
+    least = spec.fpc.rules.trace_spacing
+    wanted = min(spec.coil.trace_spacing, WIDEST_GAP)
+    return (wanted, (wanted + least) / 2, least) if wanted > least + 1e-9 else (least,)
+
+
+def bus_for(spec: SensorSpec, spacing: float | None = None) -> Bus:
+    """The coil's own trace width, a spacing (m; the fabricator's least if None), and the two top layers if the tail has
+    two.
+    """
     tail_layers = spec.fpc.tail.layers if spec.fpc.tail else 2
     second = 2 if min(tail_layers, len(spec.fpc.stackup.copper)) >= 2 else 1
-    return Bus(spec.coil.trace_width, spec.fpc.rules.trace_spacing, (1, second), coils_breadth(spec))
+    return Bus(spec.coil.trace_width, spacing or spec.fpc.rules.trace_spacing, (1, second), coils_breadth(spec))
 
 
 def coils_breadth(spec: SensorSpec) -> Breadth:

@@ -248,9 +248,9 @@ def frame(spec: SensorSpec, bus: Bus, connector: Connector, front: float, body_h
     if is_soldered:  # nothing is plugged in that asks for a width
         plug = max(plug, outer_contact + connector.contact_width / 2 + edge)
     # tracks are as wide as a via beside them allows; those that draw together run at 45 degrees
-    width = min(TAIL_TRACE_WIDTH, 2.0 * (fan - _beside_via(rules, bus)), connector.contact_width)
+    width = min(TAIL_TRACE_WIDTH, 2.0 * (fan - _beside_via(rules)), connector.contact_width)
     if fan > connector.pitch:
-        width = min(width, fan / math.sqrt(2.0) - bus.spacing, connector.pitch - bus.spacing)
+        width = min(width, fan / math.sqrt(2.0) - rules.trace_spacing, connector.pitch - rules.trace_spacing)
     width = max(rules.trace_width, width)
     # copper keeps its distance from the edge, and the coverlay its web beside a capacitor's opening
     copper = max(width, rules.via_pad if bus.is_stacked else 0.0, chip.pad_along if chip else 0.0)
@@ -304,12 +304,12 @@ def fan_pitch(spec: SensorSpec, bus: Bus, connector: Connector) -> float:
     if not bus.is_stacked:
         return connector.pitch
     chip, rules = chip_of(spec, bus), spec.fpc.rules
-    return max(connector.pitch, _beside_via(rules, bus) + rules.trace_width / 2, chip.pitch if chip else 0.0)
+    return max(connector.pitch, _beside_via(rules) + rules.trace_width / 2, chip.pitch if chip else 0.0)
 
 
-def _beside_via(rules: DesignRules, bus: Bus) -> float:
+def _beside_via(rules: DesignRules) -> float:
     """The distance (m) from a via's centre to the nearest edge of a track beside it."""
-    return hole_keep_out(joined_hole(rules, 0.0), rules, bus.spacing)
+    return hole_keep_out(joined_hole(rules, 0.0), rules, rules.trace_spacing)
 
 
 def chip_of(spec: SensorSpec, bus: Bus) -> Chip | None:

@@ -17,7 +17,7 @@ from sitscad.geometry.path import Path, Point, Segment, polar, polyline
 from sitscad.geometry.shapes import CHORD_TOLERANCE, SpiralDimensions
 from sitscad.layout.board import Winding
 from sitscad.layout.clearance import ALONG, ViaToPlace, hole_distance, hole_keep_out, joined_hole, off_stretch
-from sitscad.layout.lanes import Bus
+from sitscad.layout.lanes import lead_spacings
 from sitscad.record import record, replace
 from sitscad.spec.circuit import CopperLayer
 from sitscad.spec.coil import CoilPlacement, CoilSpec
@@ -76,11 +76,11 @@ class Inside:
 
 def place_inner_vias(
     windings: Sequence[Winding], turns: Sequence[float], inside: Inside, width: float, rules: DesignRules,
-    spacing: float, turn_spacing: float,
+    spacing: float, turn_spacing: float, thorough: bool = True,
 ) -> tuple[InnerJoin, ...] | None:
     """One via for every pair of inner ends (the last alone for an odd number of layers), or None if there is no room.
     `turns` are those of each winding, `turn_spacing` (m) is what they keep from one another. Of all choices that keep
-    every distance one with short stubs is taken.
+    every distance one with short stubs is taken; all places are tried only if `thorough`.
     """
     innermost = [_Innermost.of(winding, count) for winding, count in zip(windings, turns, strict=True)]
     joins = [tuple(turn.end for turn in innermost[i : i + 2]) for i in range(0, len(innermost), 2)]
@@ -104,8 +104,10 @@ def place_inner_vias(
     options = [_Candidates(ends, places, room, hole) for ends in joins]
     found = _at_once(options, rules, spacing, width)
     found = found or _choose([option.thinned for option in options], rules, spacing, width)
-    if found is not None or not holes_fit(places, len(joins), hole_distance(hole, hole, rules, spacing)):
+    if found is not None or not thorough:
         return found
+    if not holes_fit(places, len(joins), hole_distance(hole, hole, rules, spacing)):
+        return None
     everywhere = []  # the first third as they are, the rest thinned out evenly
     for candidates in map(list, options):
         stride = max(1, math.ceil((len(candidates) - MOST // 3) / (MOST - MOST // 3)))
@@ -432,7 +434,7 @@ class WoundCoil:
     shortfalls: tuple[Shortfall, ...]
 
 
-def wind_all(spec: SensorSpec, bus: Bus) -> tuple[WoundCoil, ...]:
+def wind_all(spec: SensorSpec) -> tuple[WoundCoil, ...]:
     """Every coil wound and joined inside; the search for the vias is done once a rotation, about the origin."""
     wound = []
     # the copper layer on which a coil with an odd number of layers comes out from under its turns: the second if free
@@ -442,7 +444,7 @@ def wind_all(spec: SensorSpec, bus: Bus) -> tuple[WoundCoil, ...]:
     joined: dict[float, tuple[tuple[InnerJoin, ...], tuple[Shortfall, ...]]] = {}
     for placement in spec.array.placements:
         if placement.rotation not in joined:
-            joined[placement.rotation] = _joined_inside(spec, bus, placement, way_out)
+            joined[placement.rotation] = _joined_inside(spec, placement, way_out)
         joins, shortfalls = joined[placement.rotation]
         moved = tuple(join.shifted(*placement.centre) for join in joins)
         wound.append(WoundCoil(wind_coil(spec, placement), moved, way_out, shortfalls))
@@ -450,9 +452,11 @@ def wind_all(spec: SensorSpec, bus: Bus) -> tuple[WoundCoil, ...]:
 
 
 def _joined_inside(
-    spec: SensorSpec, bus: Bus, placement: CoilPlacement, way_out: int | None
+    spec: SensorSpec, placement: CoilPlacement, way_out: int | None
 ) -> tuple[tuple[InnerJoin, ...], tuple[Shortfall, ...]]:
-    """The joins of a coil's layers inside it, and what found no room."""
+    """The joins of a coil's layers inside it, and what found no room. Vias and stubs keep the first of
+    `lead_spacings` that the inside has room for.
+    """
     coil, stackup, rules, centre = spec.coil, spec.fpc.stackup, spec.fpc.rules, Point(0.0, 0.0)
     windings = wind_coil(spec, replace(placement, centre=centre))
     if len(windings) % 2 and way_out is None:  # it ends inside, and no copper layer is left to come out on
@@ -461,11 +465,13 @@ def _joined_inside(
         return (), (Shortfall(Missing.WAY_OUT, have, float(layers + 1), "copper layers", facts=named),)
     clear = min(winding.path.distance(centre) for winding in windings) - coil.trace_width / 2  # no turn's copper enters
     inside = Inside(centre, clear, coil.size[0] - coil.size[1], placement.rotation)
-    widths = coil.trace_width, rules, bus.spacing, coil.trace_spacing
-    joins = _inner_joins(windings, coil.layer_turns, inside, *widths)
-    if joins is not None:
-        return joins, ()
-    need = max(2.0 * clear, room_needed(1, rules, bus.spacing))
+    for spacing in lead_spacings(spec):
+        widths = coil.trace_width, rules, spacing, coil.trace_spacing
+        is_least = spacing == rules.trace_spacing
+        joins = _inner_joins(windings, coil.layer_turns, inside, *widths, is_least)
+        if joins is not None:
+            return joins, ()
+    need = max(2.0 * clear, room_needed(1, rules, rules.trace_spacing))
     facts = (("count", (len(windings) + 1) // 2), ("clear", max(0.0, 2.0 * clear) * 1e3))
     return (), (Shortfall(Missing.INNER_ROOM, 2.0 * clear, need, "m", facts=facts),)
 

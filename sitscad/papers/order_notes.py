@@ -30,7 +30,7 @@ from sitscad.layout.panel import Panel, is_too_small
 from sitscad.layout.tail_tracks import contact_rows
 from sitscad.scene.column import usual_tolerances
 from sitscad.spec.circuit import MASK, LayerKind, Plating
-from sitscad.spec.presets import board_kind, cover_name, is_rigid, is_unverified, unverified_rows
+from sitscad.spec.presets import board_kind, cover_name, is_rigid, is_unverified, least_adhesive, unverified_rows
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import aligned, counted, show
 
@@ -116,6 +116,7 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     yield "Smallest track", show(min(trace.width for trace in layout.traces), "m") if layout.traces else "none"
     coil = layout.spec.coil
     yield "Coil", f"tracks {show(coil.trace_width, 'm')} wide, {show(coil.trace_spacing, 'm')} apart"
+    yield from (("Smallest gap", text) for text in notes.gap_texts(layout))
     yield "Holes", _holes(layout)
     yield "Finish", notes.finish_text(layout).removeprefix("Finish on bare contacts: ")
     yield "Legend", "none" if fpc.rules.one_process else "none, and no date code or maker's mark on the boards"
@@ -243,6 +244,14 @@ def _layers(layout: Layout) -> Iterator[tuple[str, str]]:
         yield "Buttons", f"rings are {rings} wide: tell us if your resist for the buttons needs wider ones"
     for field, value, source in dict.fromkeys(unverified_rows("stackup", stackup.name)):
         yield "To confirm", f"{field}, {value}: {source}" if field != "note" else source
+    for side, layer, copper in stackup.covers:
+        if layer.material != MASK:
+            has = f"{show(layer.adhesive, 'm')} thick" if layer.adhesive else "of a thickness that is not stated"
+            yield "To confirm", (
+                f"{side} coverlay: adhesive {has}, at least {show(least_adhesive(copper.thickness), 'm', 3)} to fill "
+                f"{show(copper.thickness, 'm')} of copper (25 um an ounce); tell us before you lay another film, since "
+                "thickness, contacts and bends change with it"
+            )
     if any(has_coverlay(stackup)):
         masks = {layer.material == MASK for layer in stackup.layers if layer.kind is LayerKind.COVERLAY}
         words = "solder mask" if masks == {True} else "film and adhesive together"

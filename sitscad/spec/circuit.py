@@ -58,7 +58,8 @@ class StackLayer:
     """One layer: its thickness in metres and its material (a row of the materials data).
 
     ``made_of`` names the films of a layer that is laminated from several, in words; empty where that is not stated.
-    ``plated`` (m) is the part of a copper layer's thickness that is plated on its foil.
+    ``plated`` (m) is the part of a copper layer's thickness that is plated on its foil. ``adhesive`` (m) is the part of
+    a coverlay's thickness that flows between the tracks; 0 if it is not stated.
     """
 
     kind: LayerKind
@@ -67,6 +68,7 @@ class StackLayer:
     relative_permittivity: float | None = None
     made_of: str = ""
     plated: float = 0.0
+    adhesive: float = 0.0
 
     @property
     def foil(self) -> float:
@@ -151,6 +153,19 @@ class Stackup:
                 layer = replace(layer, thickness=whole, plated=plated)
             layers.append(layer)
         return replace(bare, layers=tuple(layers))
+
+    @property
+    def covers(self) -> tuple[tuple[str, StackLayer, CopperLayer], ...]:
+        """Each coverlay with its side ("top" or "bottom") and the thickest copper that it lies on: an outer layer, or
+        the last layer of a core whose tail has a coverlay of its own.
+        """
+        copper, found = self.copper, []
+        if copper and self.layers[0].kind is LayerKind.COVERLAY:
+            found.append(("top", self.layers[0], copper[0]))
+        if copper and self.layers[-1].kind is LayerKind.COVERLAY:
+            under = [copper[number - 1] for number in (len(copper), self.core_layers) if number]
+            found.append(("bottom", self.layers[-1], max(under, key=lambda layer: layer.thickness)))
+        return tuple(found)
 
     def line_foil(self, layers: Sequence[int]) -> float:
         """The thickest copper (m) of some layers (numbers from 1, missing ones are passed over) as fabricators list
@@ -283,6 +298,9 @@ class LayerDocument(Section):
         Preset("dielectric"), "of a dielectric or coverlay; polyimide and polyimide-coverlay if left out", None
     )
     permittivity: float | None = key(Number(1, 100), "relative, if not the material's", None)
+    adhesive: float | None = key(
+        Quantity("length", "1 um", "2 mm"), "part of a coverlay's thickness that is adhesive (SIT138)", None
+    )
 
 
 MOST_PARTS = 500

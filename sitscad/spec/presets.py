@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -38,11 +39,58 @@ from sitscad.spec.mount import LEVEL, Hole, HolePattern, Jaw
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import parse_quantity, show
 
+ADHESIVE_PER_COPPER = 25.0 / 35.0
+"""Least adhesive of a coverlay over the copper that it fills (1): a thousandth of an inch for each ounce (SMT007
+Magazine, August 2019, page 55, American Standard Circuits). PCBWay lays 25 um on 18 and 35 um foil (Stack-up for FPC).
+"""
+
+COVERLAY_FILM = "polyimide-coverlay"
+"""The material of a coverlay that is a film with adhesive."""
+
+
+def least_adhesive(copper: float) -> float:
+    """Thickness (m) of the adhesive that a coverlay needs over copper of a thickness (m)."""
+    return ADHESIVE_PER_COPPER * copper
+
+
+@cache
+def coverlay_films() -> tuple[tuple[float, float], ...]:
+    """Polyimide and adhesive (m) of the coverlays in stock, the thinnest first."""
+    stock = [(_length(row, "film"), _length(row, "adhesive")) for row in read_rows("coverlays")]
+    return tuple(sorted(stock, key=lambda pair: (sum(pair), pair[0])))
+
+
+def film_text(film: float, adhesive: float) -> str:
+    """The parts of a coverlay, given its polyimide and its adhesive (m)."""
+    return f"{show(film, 'm')} polyimide + {show(adhesive, 'm')} adhesive"
+
+
+def best_film(asked: float) -> tuple[float, float]:
+    """Polyimide and adhesive (m) of the thinnest coverlay in stock with at least so much adhesive (m), or of the one
+    with the most adhesive if none has.
+    """
+    filling = [pair for pair in coverlay_films() if pair[1] >= asked - 1e-9]
+    return filling[0] if filling else max(coverlay_films(), key=lambda pair: pair[1])
+
+
+def covered(stackup: Stackup) -> Stackup:
+    """The stack-up with the film on each face that `best_film` chooses for the copper under it. Coverlays of other
+    materials stay.
+    """
+    layers = list(stackup.layers)
+    for side, layer, copper in stackup.covers:
+        if layer.material == COVERLAY_FILM:
+            film, adhesive = best_film(least_adhesive(copper.thickness))
+            layers[0 if side == "top" else -1] = replace(
+                layer, thickness=film + adhesive, adhesive=adhesive, made_of=film_text(film, adhesive)
+            )
+    return replace(stackup, layers=tuple(layers))
+
 
 @cache
 def stackup(name: str) -> Stackup:
     """A stack-up, plated in one step as its rows say. Rows of copper give its foil. Where it is not verified how much a
-    fabricator plates, they give his finished copper.
+    fabricator plates, they give his finished copper. Its coverlay film is the one that `covered` chooses.
     """
     rows = _rows("stackup", name)
     extra = {row["kind"]: row for row in rows if row["kind"] in ("plating", "plated", "note")}
@@ -51,12 +99,13 @@ def stackup(name: str) -> Stackup:
         kind, material = row["kind"], row["material"]
         if kind not in extra:
             relative = None if kind == "copper" else permittivity(material)
-            layers.append(StackLayer(LayerKind(kind), _length(row, "thickness"), material, relative, row["made_of"]))
+            thickness = 0.0 if row["thickness"] == "auto" else _length(row, "thickness")
+            layers.append(StackLayer(LayerKind(kind), thickness, material, relative, row["made_of"]))
     sources = "; ".join(dict.fromkeys(cited(row) for row in rows))
     is_stated = extra["plating"]["status"] == "verified"
     method = Plating(extra["plated"]["made_of"]) if "plated" in extra else Plating.PANEL
     bare = Stackup(name, tuple(layers), sources, _length(extra["plating"], "thickness"), is_stated)
-    return bare.built(method, 0, finished=not is_stated)
+    return covered(bare.built(method, 0, finished=not is_stated))
 
 
 @cache

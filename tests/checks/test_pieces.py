@@ -12,6 +12,7 @@ from tolerance import approx
 from sitscad.estimates.circuit.tank import E12, E24, neighbour_values, preferred_values
 from sitscad.finding import Severity
 from sitscad.spec import presets
+from sitscad.spec.sensor import SensorSpec
 
 COPPER, COVER = {"copper": "30 um"}, {"coverlay": "27.5 um"}
 
@@ -50,6 +51,38 @@ def test_layer_of_a_material_for_another_use_is_an_error(design, judge, layers, 
 ])
 def test_layer_of_a_material_for_its_use_passes(design, judge, layers, copper):
     assert judge("SIT137", of_stack(design, layers, copper)) == []
+
+
+def film(thickness, adhesive=None):
+    return {"coverlay": thickness} | ({"adhesive": adhesive} if adhesive else {})
+
+
+@pytest.mark.parametrize(("coverlay", "severity"), [
+    (film("27.5 um", "15 um"), Severity.WARNING), (film("27.5 um"), Severity.WARNING),
+    (film("27.5 um", "10 um"), Severity.ERROR), (film("37.5 um", "25 um"), None), (film("37.5 um"), None),
+    (film("50 um", "20 um"), Severity.WARNING), (film("25 um") | {"material": "solder-mask"}, None),
+])
+def test_coverlay_with_too_little_adhesive_for_its_copper_is_a_finding(design, judge, coverlay, severity):
+    found = judge("SIT138", of_stack(design, stack(["polyimide"], coverlay=coverlay), 2))
+    assert [(one.severity, one.key) for one in found] == [
+        (severity, "fpc.stackup.0"), (severity, "fpc.stackup.4")] * (severity is not None)
+    for one in found:
+        assert one.limit == approx(25e-6 * 30 / 35, rel=1e-9, abs=0)
+
+
+@pytest.mark.parametrize("name", presets.names("stackup"))
+@pytest.mark.parametrize("plating", [None, "panel", "pattern", "buttons"])
+@pytest.mark.parametrize("tail", [1, 2, 8])
+def test_every_preset_stackup_has_adhesive_for_its_copper_however_it_is_plated(name, plating, tail):
+    count = len(presets.stackup(name).copper)
+    bend = "none" if name.startswith("rigid") else "static"
+    fpc = {"stackup": name, "tail": {"layers": min(tail, count), "bend": bend}}
+    fpc |= {} if plating is None else {"plated": plating}
+    coil = {"shape": "circle", "outer_diameter": 7, "turns": 5, "layers": 2, "trace_width": 0.15, "trace_spacing": 0.15}
+    stackup = SensorSpec.from_mapping(name="fill", coil=coil, fpc=fpc).fpc.stackup
+    for _, layer, copper in stackup.covers:
+        assert layer.material == "solder-mask" or layer.adhesive >= 25e-6 * copper.thickness / 35e-6 - 1e-9
+        assert layer.material == "solder-mask" or layer.thickness > layer.adhesive + 10e-6
 
 
 @pytest.mark.parametrize("adhesive", ["epoxy", "transfer-tape"])

@@ -221,7 +221,7 @@ def test_an_array_without_a_way_is_given_up_at_once():
     """Between coils nearer to each other than a track with its spacings nothing passes, in whatever order."""
     spec = grid(centres=positions.grid(3, 3, 5.2e-3))
     bus, searches = bus_for(spec), SearchLimit()
-    assert route_freely(spec, bus, wind_all(spec, bus), front_of(spec, bus), searches) is None
+    assert route_freely(spec, bus, wind_all(spec), front_of(spec, bus), searches) is None
     assert searches.left > 0.9 * BUDGET
 
 
@@ -249,7 +249,7 @@ def test_a_board_on_which_two_coils_find_no_way_is_given_up():
         "fpc: {rules: generic-flex, tail: {length: 15, connector: zif-0.5mm, layers: 2, bend: static}}"
     )
     bus, searches = bus_for(spec), SearchLimit()
-    assert route_freely(spec, bus, wind_all(spec, bus), front_of(spec, bus), searches) is None
+    assert route_freely(spec, bus, wind_all(spec), front_of(spec, bus), searches) is None
     assert searches.left > BUDGET - 1.3 * LOST
 
 
@@ -265,7 +265,7 @@ def test_no_coil_is_led_out_twice_on_one_board_beside_the_same_leads(monkeypatch
     monkeypatch.setattr(routes, "_lead_out", recorded)
     spec = grid(turns=5.75, layers=6, stackup="flex-6l", centres=positions.grid(2, 2, 5.5e-3))
     bus = bus_for(spec)
-    assert route_freely(spec, bus, wind_all(spec, bus), front_of(spec, bus), SearchLimit()) is not None
+    assert route_freely(spec, bus, wind_all(spec), front_of(spec, bus), SearchLimit()) is not None
     assert len(found) > 40
     assert len(set(found)) == len(found)
 

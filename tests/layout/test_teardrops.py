@@ -111,8 +111,8 @@ def test_templates_have_teardrops_that_keep_the_rules(template):
 
 def test_the_own_check_sees_a_teardrop_that_is_too_near(bench):
     """Held against wider rules than it was made for, a teardrop is found as any copper is."""
-    from sitscad.checks.board.copper import copper_of, too_near
     from sitscad.layout.board import Teardrop
+    from sitscad.layout.copper import copper_of, too_near
 
     copper = copper_of(bench)
     assert sum(isinstance(item, Teardrop) for item in copper.items) == len(bench.teardrops) > 4

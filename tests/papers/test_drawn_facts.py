@@ -282,7 +282,7 @@ def test_words_of_a_bend_lie_beside_the_tail_and_not_on_a_wide_body():
     colour = board_drawing.BEND_LINE.colour
     ((path,),) = [i.paths for i in drawing.items if isinstance(i, Shape) and i.pen == board_drawing.BEND_LINE]
     labels = [item for item in drawing.items if isinstance(item, Label) and item.colour == colour]
-    assert [label.text for label in labels] == ["bend 90 deg down", "R min 1.40 inside"]
+    assert [label.text for label in labels] == ["bend 90 deg down", "R min 1.60 inside"]
     assert all(label.anchor == "start" and label.at.x > path.start.x for label in labels)
     assert labels[0].at.y - labels[1].at.y > labels[0].size
 
@@ -329,7 +329,7 @@ def bend_findings(bend, select="SIT123"):
     [
         ("{at: 1}", Severity.ERROR, "reaches"),
         ("{at: 29}", Severity.ERROR, "into vias, contacts, stiffener or the body"),
-        ("{radius: 0.5}", Severity.WARNING, "sharper than the 10 thicknesses that generic-flex asks: 1.4 mm"),
+        ("{radius: 0.5}", Severity.WARNING, "sharper than the 10 thicknesses that generic-flex asks: 1.6 mm"),
         ("{kind: dynamic, radius: 2}", Severity.WARNING, "40 thicknesses"),
     ],
 )

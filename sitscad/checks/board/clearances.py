@@ -12,7 +12,6 @@ from itertools import combinations, pairwise
 import numpy as np
 
 from sitscad.arrays import Array, Index
-from sitscad.checks.board.copper import Copper, Item, Nearness, copper_of, drill_nearness, too_near
 from sitscad.checks.board.fabrication import gap_asked_by, house, short_of, source_of
 from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, rule_of
 from sitscad.data import is_unverified
@@ -22,7 +21,17 @@ from sitscad.fixes.moves import larger_connectors, wider
 from sitscad.fixes.search import Left, first_that_mends, tried
 from sitscad.geometry.path import Line, Path, Point
 from sitscad.geometry.primitives import Primitives, distances, from_rows, nearest_pairs, path_rows, to_points
-from sitscad.layout.board import Pad, Role, Teardrop, Trace, Via
+from sitscad.layout.board import Pad, Role, Trace, Via
+from sitscad.layout.copper import (
+    Copper,
+    Item,
+    Nearness,
+    copper_of,
+    drill_nearness,
+    name_of,
+    pair_in_words,
+    too_near,
+)
 from sitscad.layout.outline import rim_lap
 from sitscad.spec.circuit import LayerKind
 from sitscad.spec.coil import CoilSpec
@@ -188,23 +197,6 @@ def _spacing_complaint(spec: SensorSpec, near: Nearness, places: int, key: str) 
 
 def _kind(item: Item) -> str:
     return item.role.value if isinstance(item, Trace) else type(item).__name__.lower()
-
-
-def name_of(item: Item) -> str:
-    """A piece of copper in words."""
-    if isinstance(item, Via):
-        return f"a via of {item.net}"
-    if isinstance(item, Pad):
-        return f"contact {item.name}"
-    if isinstance(item, Teardrop):
-        return f"a teardrop of {item.net}"
-    return f"the {item.role.value} of {item.net}"
-
-
-def pair_in_words(near: Nearness) -> str:
-    """Two pieces of copper in words."""
-    one, other = name_of(near.one), name_of(near.other)
-    return f"two parts of {one}" if near.one is near.other else f"{one} and {other}"
 
 
 def coverlay_web(design: Design) -> Iterator[Verdict]:

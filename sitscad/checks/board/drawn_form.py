@@ -12,8 +12,7 @@ from itertools import islice, pairwise
 
 import numpy as np
 
-from sitscad.checks.board.clearances import ALLOWED_SHORTFALL, copper_in, name_of, pair_in_words
-from sitscad.checks.board.copper import Copper, conductor_notches
+from sitscad.checks.board.clearances import ALLOWED_SHORTFALL, copper_in
 from sitscad.checks.board.fabrication import gap_asked_by
 from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, rule_of
 from sitscad.design import Design
@@ -23,6 +22,7 @@ from sitscad.fixes.search import Fix, Left, first_that_mends
 from sitscad.geometry.path import Point, Segment
 from sitscad.geometry.primitives import from_rows, nearest_pairs, path_rows, to_points
 from sitscad.layout.board import Layout, Pad, Trace
+from sitscad.layout.copper import Copper, conductor_notches, name_of, pair_in_words
 from sitscad.record import record
 from sitscad.units import show
 

@@ -1,15 +1,17 @@
-"""SIT137: the material of each layer of the stack-up must suit the use of the layer."""
+"""SIT137 and SIT138: the materials of the stack-up's layers, and the adhesive of its coverlays."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
-from sitscad.checks.rules import Rule, Verdict, Violation, rule_of
+from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, rule_of
 from sitscad.design import Design
+from sitscad.finding import Severity
 from sitscad.fixes.moves import read_anew
 from sitscad.fixes.search import first_tried
 from sitscad.spec import presets
-from sitscad.spec.circuit import LayerKind, StackLayer
+from sitscad.spec.circuit import MASK, LayerKind, StackLayer
+from sitscad.units import show
 
 BASE, BOND, COVER = "base", "bond", "cover"
 USUAL = {LayerKind.DIELECTRIC: "polyimide", LayerKind.COVERLAY: "polyimide-coverlay"}
@@ -62,4 +64,31 @@ def _other_material(design: Design, index: int, message: str, kind: LayerKind) -
     return Violation(message, hint, key, advice=first_tried([fixes], hint) if fixes else None)
 
 
-RULES: tuple[Rule, ...] = (rule_of("SIT137", layer_materials),)
+def coverlay_adhesive(design: Design) -> Iterator[Verdict]:
+    """Yield a finding about each coverlay film with less adhesive than the copper under it needs. An adhesive that is
+    not stated counts as all but the thinnest film in stock.
+    """
+    stackup, coil = design.spec.fpc.stackup, design.spec.coil
+    thinnest = min(film for film, _ in presets.coverlay_films())
+    for side, layer, copper in stackup.covers:
+        asked = presets.least_adhesive(copper.thickness)
+        most = layer.adhesive or max(0.0, layer.thickness - thinnest)
+        if layer.material == MASK or most >= asked - ROUNDING:
+            continue
+        gaps = coil.trace_spacing / (coil.trace_width + coil.trace_spacing) if copper.number in coil.layers else 0.0
+        has = show(most, "m") if layer.adhesive else f"at most {show(most, 'm')}"
+        film, adhesive = presets.best_film(asked)
+        is_preset = stackup.name in presets.names("stackup")
+        key = "fpc.stackup" if is_preset else f"fpc.stackup.{0 if side == 'top' else len(stackup.layers) - 1}"
+        yield Violation(
+            f"the {side} coverlay has {has} of adhesive over {show(copper.thickness, 'm')} of copper, minimum "
+            f"{show(asked, 'm', 3)}",
+            f"{{coverlay: {show(film + adhesive, 'm')}, adhesive: {show(adhesive, 'm')}}} is in stock; or thinner "
+            "copper (fpc.plated: buttons)", key, most, asked, "m",
+            Severity.ERROR if most < gaps * copper.thickness - ROUNDING else Severity.WARNING,
+            detail="" if layer.adhesive else
+            f"the adhesive is not stated; the thinnest film in stock, {show(thinnest, 'm')}, leaves that",
+        )
+
+
+RULES: tuple[Rule, ...] = (rule_of("SIT137", layer_materials), rule_of("SIT138", coverlay_adhesive))

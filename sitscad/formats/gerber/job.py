@@ -9,6 +9,7 @@ from typing import Any
 from sitscad.fabrication.files import VENDOR, FabricationFile, layer_name, project_guid
 from sitscad.fabrication.notes import copper_text
 from sitscad.layout.board import Layout
+from sitscad.layout.copper import smallest_gaps
 from sitscad.spec.circuit import MASK, LayerKind, StackLayer
 from sitscad.spec.presets import finish
 from sitscad.spec.yaml.source import UNNUMBERED, creation_date
@@ -47,14 +48,16 @@ def job_document(layout: Layout, files: Sequence[FabricationFile], size: tuple[f
 
 
 def _rules(layout: Layout) -> list[dict[str, Any]]:
-    """The fabricator's smallest sizes that the layout was checked against."""
-    rules = layout.spec.fpc.rules
-    spacing, width = _mm(rules.trace_spacing), _mm(rules.trace_width)
-    groups = ["Outer", "Inner"] if layout.copper_layers > 2 else ["Outer"]
-    return [
-        {"Layers": group, "PadToPad": spacing, "PadToTrack": spacing, "TrackToTrack": spacing, "MinLineWidth": width}
-        for group in groups
-    ]
+    """The smallest gap and track of outer and inner copper as drawn; the fabricator's where there is none."""
+    rules, gaps, count = layout.spec.fpc.rules, smallest_gaps(layout), layout.copper_layers
+    found = []
+    for group, layers in {"Outer": {1, count}, "Inner": set(range(2, count))}.items():
+        gap = min((near.gap for number, near in gaps.items() if number in layers), default=rules.trace_spacing)
+        width = min((trace.width for trace in layout.traces if trace.layer in layers), default=rules.trace_width)
+        if layers:
+            found.append({"Layers": group, **dict.fromkeys(("PadToPad", "PadToTrack", "TrackToTrack"), _mm(gap)),
+                          "MinLineWidth": _mm(width)})
+    return found
 
 
 def _stackup(layout: Layout) -> Iterator[dict[str, Any]]:

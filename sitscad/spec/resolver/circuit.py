@@ -133,6 +133,7 @@ def _built(stackup: Stackup, document: FpcSpec, remarks: Remarks) -> Stackup:
     usual = Plating.BUTTONS if is_thin and document.plating is None else stackup.plating
     method = Plating(document.plated or usual)
     built = stackup.built(method, core, wall, finished=written or not stackup.is_plating_stated)
+    built = built if written else presets.covered(built)
     if written and document.plating is None:
         part = "in the holes alone" if method is Plating.BUTTONS else "part of the outer copper"
         remarks.default("fpc.plating", show(wall, "m"), part)
@@ -156,6 +157,10 @@ def _written_layer(layer: LayerDocument, key: str, remarks: Remarks) -> StackLay
         remarks.flaw("SIT009" if given else "SIT003", key, message, "like {copper: 18 um}")
         return StackLayer(LayerKind.DIELECTRIC, 1e-6, "polyimide", 1.0)
     kind, thickness = LayerKind(given[0][0]), given[0][1]
+    if layer.adhesive is not None and (kind is not LayerKind.COVERLAY or layer.adhesive >= thickness):
+        message = "adhesive is a part of a coverlay's thickness"
+        remarks.flaw("SIT009", f"{key}.adhesive", message, "like {coverlay: 37.5 um, adhesive: 25 um}")
+        return StackLayer(kind, thickness, "copper" if kind is LayerKind.COPPER else "polyimide", 1.0)
     if kind is LayerKind.COPPER:
         if layer.material is not None or layer.permittivity is not None:
             remarks.flaw("SIT009", key, "copper takes no material and no permittivity", "like {copper: 18 um}")
@@ -164,7 +169,9 @@ def _written_layer(layer: LayerDocument, key: str, remarks: Remarks) -> StackLay
     if layer.material is None:
         remarks.default(f"{key}.material", material)
     permittivity = presets.permittivity(material) if layer.permittivity is None else layer.permittivity
-    return StackLayer(kind, thickness, material, permittivity)
+    glue = layer.adhesive or 0.0
+    made_of = presets.film_text(thickness - glue, glue) if glue else ""
+    return StackLayer(kind, thickness, material, permittivity, made_of, adhesive=glue)
 
 
 def _tail(tail: Tail | None, copper: int, rules: DesignRules, mount: Mount | None, remarks: Remarks) -> Tail | None:

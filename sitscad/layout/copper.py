@@ -5,12 +5,11 @@ pieces come to one another: turn to turn of one net just as much as net to net.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import pairwise
+from itertools import chain, pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sitscad.checks.rules import ROUNDING
 from sitscad.geometry.path import Point
 from sitscad.geometry.primitives import (
     Primitives,
@@ -28,6 +27,9 @@ from sitscad.record import record
 
 if TYPE_CHECKING:
     from sitscad.arrays import Array, Flags, Index
+
+ROUNDING = 1e-9
+"""Lengths that differ by less (m) are equal."""
 
 DETOUR = 1.5
 """A way along the conductor this many times the way across is a turn back (right angle 1.41, half circle 1.57)."""
@@ -88,6 +90,23 @@ class _Stand:
     at: float
 
 
+def name_of(item: Item) -> str:
+    """A piece of copper in words."""
+    if isinstance(item, Via):
+        return f"a via of {item.net}"
+    if isinstance(item, Pad):
+        return f"contact {item.name}"
+    if isinstance(item, Teardrop):
+        return f"a teardrop of {item.net}"
+    return f"the {item.role.value} of {item.net}"
+
+
+def pair_in_words(near: Nearness) -> str:
+    """Two pieces of copper in words."""
+    one, other = name_of(near.one), name_of(near.other)
+    return f"two parts of {one}" if near.one is near.other else f"{one} and {other}"
+
+
 def copper_of(layout: Layout) -> Copper:
     """The copper of a whole layout."""
     stands = dict(_stands(layout))
@@ -125,6 +144,21 @@ def too_near(copper: Copper, spacing: float, winding_spacing: float) -> Iterator
     gap = _gaps(copper, i, j, asked)
     bad = np.flatnonzero(gap < asked - ROUNDING)
     yield from _worst_by_items(copper, i[bad], j[bad], gap[bad], copper.half, asked[bad])
+
+
+def smallest_gaps(layout: Layout) -> dict[int, Nearness]:
+    """The smallest gap between two pieces of copper on each copper layer, as drawn. Layers with a single piece of
+    copper are left out. Pieces that follow each other along one conductor make a gap only where it turns back.
+    """
+    copper, found = copper_of(layout), dict[int, Nearness]()
+    layers, reach = set(copper.layer.tolist()), 2.0 * layout.spec.coil.trace_spacing
+    widest = 2.0 * max(layout.size)
+    while layers - found.keys() and reach < widest:
+        for near in chain(too_near(copper, reach, reach), conductor_notches(copper, reach)):
+            if near.layer not in found or near.gap < found[near.layer].gap - ROUNDING:
+                found[near.layer] = near
+        reach *= 4.0
+    return dict(sorted(found.items()))
 
 
 def drill_nearness(copper: Copper, clearance: float) -> Iterator[Nearness]:
