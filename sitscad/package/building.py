@@ -130,7 +130,8 @@ def _build(asked: BuildRequest, spec: SensorSpec | Design, report: Progress, job
     from sitscad.package import stages  # only where something has to be made
 
     with known_solutions(directory.name):
-        return _made_anew(asked, stages.contents_of(spec, asked.policy, asked.baseline), report, jobs, key)
+        contents = stages.contents_of(spec, asked.policy, asked.baseline, asked.wanted)
+        return _made_anew(asked, contents, report, jobs, key)
 
 
 def _made_anew(asked: BuildRequest, contents: Contents, report: Progress, jobs: int, key: str) -> BuildResult:
@@ -188,7 +189,7 @@ def stale(
         return same
     from sitscad.package import stages
 
-    contents = stages.contents_of(design or asked.spec, asked.policy, asked.baseline)
+    contents = stages.contents_of(design or asked.spec, asked.policy, asked.baseline, asked.wanted)
     with known_solutions(asked.directory.name, writes=False):
         made = stages.make_all(contents, asked.directory, old, asked.wanted, lambda *_: None, asked.force, jobs,
                                figure_files(asked.directory, old))

@@ -40,6 +40,7 @@ from sitscad.package.manifest import (
     version_of,
 )
 from sitscad.papers import PAPERS
+from sitscad.papers.mounting import unread_files
 from sitscad.parts import MissingExtra
 from sitscad.policy import Baseline, Policy, known_of
 from sitscad.record import record
@@ -71,9 +72,16 @@ class Made:
     by_value: tuple[str, ...] = ()
 
 
-def contents_of(spec: SensorSpec | Design, policy: Policy, baseline: Baseline | None) -> Contents:
-    """A spec's design, and what its findings are judged by."""
-    return Contents(spec if isinstance(spec, Design) else Design(spec), policy, baseline)
+def contents_of(
+    spec: SensorSpec | Design, policy: Policy, baseline: Baseline | None, wanted: frozenset[str] = frozenset(),
+) -> Contents:
+    """A spec's design, and what its findings are judged by.
+
+    STEP files that the spec names are read first if solids are wanted. What is wrong with them is a finding.
+    """
+    design = spec if isinstance(spec, Design) else Design(spec)
+    measured = "" if wanted.isdisjoint(SOLID_STAGES) else unread_files(design.spec)
+    return Contents(design, policy, baseline, measured)
 
 
 def manifest_of(contents: Contents, made: Made, old: Manifest, built_from: str, wanted: frozenset[str]) -> Manifest:

@@ -336,7 +336,7 @@ def rebuilt(folder: Path, manifest: Manifest) -> tuple[Made, Manifest]:
     from sitscad.package import stages  # loads all that draws
 
     asked = _asked(folder, manifest)
-    contents = stages.contents_of(asked.spec, asked.policy, asked.baseline)
+    contents = stages.contents_of(asked.spec, asked.policy, asked.baseline, asked.wanted)
     made = stages.make_all(contents, folder, Manifest(), asked.wanted, lambda *_: None, force=True,
                            figures=figure_files(folder, manifest))
     # a whole package counts CAD kernels where the one before it had solids: it can say one of two things of itself

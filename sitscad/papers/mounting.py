@@ -23,8 +23,9 @@ from sitscad.parts.clash import at_pin, carried, clashes
 from sitscad.parts.mass import Balance, balance, weigh
 from sitscad.parts.plates import finger_end
 from sitscad.parts.printable import as_json, printable
-from sitscad.parts.proof import Measured, PadLoad, Proof, prove, require_clear
-from sitscad.parts.solid import Solid, of_role
+from sitscad.parts.proof import Measured, PadLoad, Proof, in_file, prove
+from sitscad.parts.solid import MissingExtra, Solid, of_role
+from sitscad.parts.step_parts import measured_jaw, read_files
 from sitscad.parts.tooling import LEAST_MIX, Pour, push_places, skin_pour
 from sitscad.scene.bodies import BodyRole, elastomer
 from sitscad.scene.column import Toleranced, on_seat, print_limit
@@ -204,12 +205,11 @@ PARABOLA = 1.5
 
 def render_fit(layout: Layout, solids: tuple[Solid, ...]) -> dict[str, bytes]:
     """The proof as JSON, in metres, and a picture of what does not fit; without a jaw whose figures are known only what
-    the board is carried on. Raises `PartsError` where a piece stands in a solid that came from a file.
+    the board is carried on, and what is measured of STEP files.
     """
-    require_clear(layout)
     borne = loads(layout.spec)
     proof = prove(layout, solids, borne)
-    held = carried(layout, solids)
+    held = (*read_files(layout.spec), *in_file(layout, solids), *measured_jaw(layout), *carried(layout, solids))
     if proof is None:
         return _as_file({"measured": [_measured(each) for each in held]}) if held else {}
     files = _as_file(document(replace(proof, measured=(*proof.measured, *held))))
@@ -221,6 +221,18 @@ def render_fit(layout: Layout, solids: tuple[Solid, ...]) -> dict[str, bytes]:
 
 def _as_file(said: dict[str, Any]) -> dict[str, bytes]:
     return {"mount/fit.json": json_bytes(said)}
+
+
+def unread_files(spec: SensorSpec) -> str:
+    """The text of a ``mount/fit.json`` that tells of STEP files which cannot be read; empty if all can be.
+
+    No solid and no file of solids can be made of such a spec. Empty, too, without a CAD kernel.
+    """
+    try:
+        unread = [each for each in read_files(spec) if not each.is_kept]
+    except MissingExtra:  # what needs it says so
+        return ""
+    return json_bytes({"measured": [_measured(each) for each in unread]}).decode("ascii") if unread else ""
 
 
 def loads(spec: SensorSpec) -> tuple[PadLoad, ...]:
@@ -275,6 +287,7 @@ def _measured(each: Measured) -> dict[str, Any]:
         "what": each.what, "first": each.first, "second": each.second, "when": each.when,
         "value": _rounded(each.value, digits), "limit": _rounded(each.limit, digits), "unit": each.unit,
         "kept": each.is_kept, "where_m": [_rounded(value) for value in each.where],
+        **({"key": each.key} if each.key else {}),
     }
 
 

@@ -227,7 +227,7 @@ def carried(layout: Layout, whole: tuple[Solid, ...]) -> tuple[Measured, ...]:
         return ()
     under = board_heights(layout.spec.fpc.stackup)[0] * MM
     # What of the carriers lies below a plane (mm), as a section from above
-    height = under - (layout.spec.assembly.glue_line * MM if mount.jaw is not None else 0.0)
+    height = under - layout.spec.assembly.glue_line * MM
     m3 = require("manifold3d")
     faces = m3.CrossSection()
     for solid in solids:

@@ -38,27 +38,42 @@ AXES: dict[str, Vector] = {
 }
 
 
+class DatumError(PartsError):
+    """A datum that its STEP file does not have, or whose axes do not stand on each other."""
+
+
 def imported(source: SpecSource, part: StepPart, at: Point, height: float) -> Any:
-    """The solid of a file, its datum at a point and a height (m) of the sensor, its axes turned to the sensor's. Raises
-    `PartsError` where the file is not with the spec, is no single closed solid, or has no such coordinate system.
+    """Return the solid of a file, its datum at a point and a height (m), its axes turned to the sensor's.
+
+    Raises `PartsError` as `read_part` does.
+    """
+    solid, frame = read_part(source, part)
+    bd, gp, turn = require("build123d"), require("OCP.gp"), require("OCP.gp").gp_Trsf()
+    turn.SetDisplacement(
+        frame, gp.gp_Ax3(gp.gp_Pnt(*(at.x * MM, at.y * MM, height * MM)), gp.gp_Dir(0, 0, 1), gp.gp_Dir(1, 0, 0))
+    )
+    # a copy whose very points are moved: a shape that carries a location gets a running number for a name in STEP
+    moved = require("OCP.BRepBuilderAPI").BRepBuilderAPI_Transform(bare(solid), turn, True)
+    return bd.Solid(moved.Shape())
+
+
+def read_part(source: SpecSource, part: StepPart) -> tuple[Any, Any]:
+    """Return the solid of a file and its datum's axes (`gp_Ax3`), both in the file's axes (mm).
+
+    Raises `PartsError` if the file is not with the spec or is no single closed solid, `DatumError` if it has no such
+    coordinate system.
     """
     content = source.files.get(part.file)
     if content is None or hashlib.sha256(content).hexdigest() != part.sha256:
         raise PartsError(f"{part.file} is not with the spec as it was read: load the spec from its file again")
     brep, unit = _converted(content, part.file)
     origin, along, up = _frame(content.decode("latin-1"), part, unit)
-    bd, gp = require("build123d"), require("OCP.gp")
-    turn = gp.gp_Trsf()
+    gp, solid = require("OCP.gp"), _solid(brep, part.file)
     try:
-        frame = gp.gp_Ax3(gp.gp_Pnt(*origin), gp.gp_Dir(*up), gp.gp_Dir(*along))
+        return solid, gp.gp_Ax3(gp.gp_Pnt(*origin), gp.gp_Dir(*up), gp.gp_Dir(*along))
     except Exception as error:  # of the kernel: parallel or vanishing axes
-        raise PartsError("the coordinate system's axes do not stand on each other") from error
-    turn.SetDisplacement(
-        frame, gp.gp_Ax3(gp.gp_Pnt(*(at.x * MM, at.y * MM, height * MM)), gp.gp_Dir(0, 0, 1), gp.gp_Dir(1, 0, 0))
-    )
-    # a copy whose very points are moved: a shape that carries a location gets a running number for a name in STEP
-    moved = require("OCP.BRepBuilderAPI").BRepBuilderAPI_Transform(bare(_solid(brep, part.file)), turn, True)
-    return bd.Solid(moved.Shape())
+        message = f"the axes of {part.file}'s coordinate system {part.datum} do not stand on each other"
+        raise DatumError(message) from error
 
 
 @lru_cache(maxsize=4)
@@ -86,11 +101,12 @@ def _converted(content: bytes, name: str) -> tuple[bytes, float]:
 
 
 def _solid(brep: bytes, name: str) -> Any:
-    from io import BytesIO
-
     bd = require("build123d")
     shape = require("OCP.TopoDS").TopoDS_Shape()
-    require("OCP.BinTools").BinTools.Read_s(shape, BytesIO(brep))
+    with TemporaryDirectory() as folder:  # from a stream, the kernel loses its place in shapes of many kilobytes
+        path = Path(folder) / "part.brep"
+        path.write_bytes(brep)
+        require("OCP.BinTools").BinTools.Read_s(shape, str(path))
     found = bd.Compound(shape).solids()
     if len(found) != 1:
         raise PartsError(f"{name} holds {len(found)} solids, where one is wanted: export the part alone")
@@ -112,7 +128,7 @@ def _frame(text: str, part: StepPart, unit: float) -> tuple[Vector, Vector, Vect
         named = sorted({match[1] for match in _PLACEMENT.finditer(text) if match[1].strip()})[:6]
         there = f"; there are: {', '.join(named)}" if named else ""
         how = "has no" if not found else f"has {len(found)}"
-        raise PartsError(f"{part.file} {how} coordinate system named {part.datum}{there}")
+        raise DatumError(f"{part.file} {how} coordinate system named {part.datum}{there}")
     _, place, up, along = found[0].groups()
     x, y, z = (value * unit for value in _triple(text, place, "CARTESIAN_POINT", (0.0, 0.0, 0.0), part))
     return (
@@ -130,7 +146,7 @@ def _triple(text: str, number: str, entity: str, left_out: Vector, part: StepPar
     except ValueError:
         numbers = []
     if len(numbers) != 3:
-        raise PartsError(f"{part.file}: the coordinate system {part.datum} is not whole")
+        raise DatumError(f"{part.file}: the coordinate system {part.datum} is not whole")
     return numbers[0], numbers[1], numbers[2]
 
 

@@ -116,6 +116,8 @@ def _rounded_block(body: Body, lower: float, upper: float, film: float) -> Any:
 
 
 TIP_ROUNDING = 0.5e-3
+REACH = 2.0
+"""A length (m) that is larger than any part."""
 
 
 def jaw(layout: Layout) -> Solid | None:
@@ -163,9 +165,16 @@ def opposing(layout: Layout) -> tuple[Solid, ...]:
 
 
 def _other(layout: Layout, fitted: Jaw, floor: float) -> Any:
-    """The other jaw, face up at a height (m): a mirrored file, or the jaw's section with a pocket of its own."""
+    """The other jaw, face up at a height (m): that of a file up to its heel, or the jaw's section with its own pocket.
+
+    Shanks of the two jaws cross behind their heels, so the file does not tell where the other one's is.
+    """
     if fitted.step is not None:
-        return imported(layout.spec.source, fitted.step, axis(layout), floor)
+        shape, (_, heel) = imported(layout.spec.source, fitted.step, axis(layout), floor), jaw_range(layout, fitted)
+        if heel * MM + 1e-6 < shape.bounding_box().max.X:
+            before_heel = (shape & box(heel - REACH, -REACH, -REACH, heel, REACH, REACH)).solids()
+            shape = max(before_heel, key=lambda solid: float(solid.volume), default=shape)
+        return shape
     recess = fitted.opposing_recess if fitted.opposing_pocket is not None else 0.0
     tall = replace(fitted, height=fitted.height + recess)
     return _pocketed(layout, fitted, _bar(layout, tall, floor + recess), floor, (fitted.opposing_pocket, recess))

@@ -6,19 +6,19 @@ nothing of each other but the spec: `sitscad.scene.fit` adds figures up, this me
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from itertools import combinations, product
 from typing import Any
 
 import numpy as np
 
 from sitscad.layout.board import Layout
-from sitscad.parts.mesh import CHORD, Clearance, box_gap, interferences, manifold, overlaps, tessellate
-from sitscad.parts.pieces import assemble
-from sitscad.parts.solid import MM, PartsError, Solid, require
+from sitscad.parts.mesh import CHORD, Clearance, box_gap, manifold, overlaps, tessellate
+from sitscad.parts.solid import MM, Solid, require
 from sitscad.record import record
 from sitscad.scene.bodies import BodyRole, target_gap
 from sitscad.scene.fit import closed_section, hinge_pivot
-from sitscad.scene.jaws import axis
+from sitscad.scene.jaws import axis, jaw_range
 from sitscad.scene.state import Pose
 from sitscad.spec.sensor import SensorSpec
 
@@ -37,8 +37,9 @@ GROUPS = {BodyRole.BOARD: "board", BodyRole.COPPER: "board", BodyRole.STIFFENER:
 @record
 class Measured:
     """One measurement of the solids: which of the kinds above, of which pieces, the value and its limit (m, or m3 of
-    shared volume) and whether it is kept; ``where`` is the place (m) that decides it, ``when`` the angle or the load in
-    words, ``angle`` how far (rad) the jaws are open then.
+    shared volume) and whether it is kept; ``where`` is the place (m) that decides it, ``when`` the angle, the load or
+    the place in words, ``angle`` how far (rad) the jaws are open then. ``key`` is the spec's key that says otherwise,
+    empty if the kind alone decides it.
     """
 
     what: str
@@ -51,6 +52,7 @@ class Measured:
     where: tuple[float, float, float]
     when: str = ""
     angle: float = 0.0
+    key: str = ""
 
 
 @record
@@ -99,12 +101,7 @@ def prove(layout: Layout, whole: tuple[Solid, ...], loads: tuple[PadLoad, ...] =
     meshed = tuple(Meshed(solid, manifold(tessellate(solid))) for solid in whole)
     opened = jaw.opening if jaw.hinge is not None else None
     port = _in_port(layout, meshed, jaw.port_diameter / 2)
-    # Every two pieces that share a volume; one measurement that nothing does where there are none
-    found = [
-        Measured(INTERFERENCE, one.name, other.name, volume, 0.0, "m3", False, _middle(shared))
-        for one, other, shared, volume in overlaps([(each.solid, each.body) for each in meshed])
-    ]
-    found = [*(found or [Measured(INTERFERENCE, "all pieces", "", 0.0, 0.0, "m3", True, (0.0, 0.0, 0.0))]), port]
+    found = [*_interferences(meshed), port]
     if opened is not None:
         found += _while_opening(layout, meshed, opened)
     for load in loads:
@@ -112,25 +109,37 @@ def prove(layout: Layout, whole: tuple[Solid, ...], loads: tuple[PadLoad, ...] =
     return Proof(port.value, plane.radius, jaw.port_diameter / 2, tuple(found), _gaps(meshed), opened)
 
 
-def require_clear(layout: Layout) -> None:
-    """Raise `PartsError` where a piece stands in a solid that came from a file and that no figures describe."""
+def _interferences(meshed: Sequence[Meshed]) -> list[Measured]:
+    """Every two pieces that share a volume, of the board's films the one that shares most; if there are none, one
+    measurement that says so.
+    """
+    group = {each.solid.name: each.group for each in meshed}
+    worst: dict[tuple[str, str], Measured] = {}
+    for one, other, shared, volume in overlaps([(each.solid, each.body) for each in meshed]):
+        key = group[one.name], group[other.name]
+        if key not in worst or volume > worst[key].value:
+            worst[key] = Measured(INTERFERENCE, one.name, other.name, volume, 0.0, "m3", False, _middle(shared))
+    return list(worst.values()) or [Measured(INTERFERENCE, "all pieces", "", 0.0, 0.0, "m3", True, (0.0, 0.0, 0.0))]
+
+
+def in_file(layout: Layout, whole: tuple[Solid, ...]) -> tuple[Measured, ...]:
+    """The interferences with a mount or a jaw that only a STEP file describes; empty for all others.
+
+    The opposing jaw is left out. It is the mirror image of the file, and nothing tells where the file's shank begins.
+    """
     mount = layout.spec.mount
     if mount is None or mount.step is None:
-        return
-    roles = (BodyRole.JAW, BodyRole.MOUNT)
-    solids = assemble(layout)
-    for found in interferences(solids):
-        if any(solid.role in roles and solid.name in (found.first, found.second) for solid in solids):
-            raise PartsError(
-                f"{found.first} and {found.second} stand in each other: {found.volume * 1e9:.3g} mm3 of "
-                f"{mount.step.file} (is its datum the middle of the face?)"
-            )
+        return ()
+    pieces = [solid for solid in whole if solid.role is not BodyRole.OPPOSING_JAW]
+    return tuple(_interferences([Meshed(solid, manifold(tessellate(solid))) for solid in pieces]))
 
 
 def _in_port(layout: Layout, meshed: tuple[Meshed, ...], radius: float) -> Measured:
     """How far anything between tip and heel reaches from the closed pair's axis, the port swept along it."""
-    jaws = [m.body.bounding_box() for m in meshed if m.solid.role in (BodyRole.JAW, BodyRole.OPPOSING_JAW)]
-    x0, x1 = min(b[0] for b in jaws), max(b[3] for b in jaws)
+    assert layout.spec.jaw is not None
+    x0, x1 = (x * MM for x in jaw_range(layout, layout.spec.jaw))
+    jaws = [between(m.body, x0, x1).bounding_box() for m in meshed
+            if m.solid.role in (BodyRole.JAW, BodyRole.OPPOSING_JAW)]
     y, z = axis(layout).y * MM, (min(b[2] for b in jaws) + max(b[5] for b in jaws)) / 2
     reaches = []
     for each in meshed:
@@ -163,10 +172,10 @@ def _while_opening(layout: Layout, meshed: tuple[Meshed, ...], opening: float) -
             there = turned(layout, one.body, angle)
             when = f"open by {math.degrees(angle):.3g} deg"
             for other in (other for other in still if box_gap(there, other.body) < 0.0):
-                shared, key = there ^ other.body, (other.solid.name, one.solid.name)
+                shared, key, names = there ^ other.body, (other.group, one.group), (other.solid.name, one.solid.name)
                 volume = float(shared.volume()) * 1e-9  # that both take
                 if volume > SLIVER and (key not in worst or volume > worst[key].value):
-                    worst[key] = Measured(OPENING, *key, volume, 0.0, "m3", False, _middle(shared), when, angle)
+                    worst[key] = Measured(OPENING, *names, volume, 0.0, "m3", False, _middle(shared), when, angle)
     if worst:
         return [worst[key] for key in sorted(worst)]
     when = f"in {steps} steps to {math.degrees(opening):.3g} deg"

@@ -335,6 +335,7 @@ def _lifts(layout: Layout) -> dict[str, float]:
         below = 0 if sheet is None else 1 + (board_heights(spec.fpc.stackup)[0] - sheet[1] > SPACED)
         found = {"elastomer": line, "target": all_lines, "encapsulation": above, "opposing-jaw": above}
         spacer = {MOUNT_PIECES[1]: -line, "shield": -line * below} if below else {}
+        found["jaw"] = -line * (1 + len(seat_spans(spec)) + (sheet is not None))  # that only a STEP file describes
         return found | dict.fromkeys((BodyRole.FINGER, "mount-adapter", MOUNT_PIECES[0]), -line * (1 + below)) | spacer
     board = at["board"][0].nominal - board_heights(layout.spec.fpc.stackup)[0]
     stands = {part: lower.nominal - board for part, (lower, _) in at.items()}

@@ -48,7 +48,10 @@ def folder_with_parts(folder):
     """The samples with STEP files of a jaw that stands on end, and of a block for a mount."""
     import build123d as bd
 
-    jaw = bd.Solid.make_box(44, 8, 2.4).moved(bd.Location((-22, -4, -2.4)))
+    jaw = bd.Solid.make_box(24, 8, 2.5).moved(bd.Location((-12, -4, -2.4)))
+    for long, wide, floor in ((23, 6.8, 0), (6, 2, -9)):  # the pocket and the window that the sample writes
+        corner = bd.Location((-long / 2, -wide / 2, floor))
+        (jaw,) = (jaw - bd.Solid.make_box(long, wide, 10).moved(corner)).solids()
     turned = bd.Location((10, -1, 30)) * bd.Rotation(90, 0, 0) * bd.Rotation(0, 0, 180)
     bd.export_step(jaw.moved(turned), folder / "parts" / "jaw.step")
     bd.export_step(bd.Solid.make_box(3, 30, 30).moved(bd.Location((-2, -13, -12))), folder / "own.step")

@@ -1,8 +1,9 @@
-"""SIT308, SIT309, SIT311 and SIT320 to SIT326: the tail's bend, the shield behind the board, bare metal, and what is
-measured of the assembly in three dimensions.
+"""SIT308, SIT309, SIT311, SIT320 to SIT326, SIT332 and SIT333: the tail's bend, the shield behind the board, bare
+metal, and what is measured of the assembly in three dimensions.
 
-`check` loads no CAD kernel, so it says of SIT320 to SIT323 and SIT326 that they are not checked. `build` measures the
-solids (`sitscad.parts.proof`), writes what it measured into ``mount/fit.json``, and these rules judge that.
+`check` loads no CAD kernel, so it says of SIT320 to SIT323, SIT326, SIT332 and SIT333 that they are not checked.
+`build` measures the solids (`sitscad.parts.proof`, `sitscad.parts.step_parts`), writes what it measured into
+``mount/fit.json``, and these rules judge that.
 """
 
 from __future__ import annotations
@@ -225,14 +226,16 @@ def judged_on_solids(document: Mapping[str, Any], spec: SensorSpec) -> tuple[Fin
     for each in document.get("measured", ()):
         if not each["kept"]:
             rule, key = JUDGED_BY[each["what"]]
-            said = replace(_fault(each), key=key, measured=each["value"], limit=each["limit"], unit=each["unit"],
-                           place=Place(*each["where_m"][:2]))
+            said = replace(_fault(each), key=each.get("key", key))
+            if each["unit"]:
+                said = replace(said, measured=each["value"], limit=each["limit"], unit=each["unit"],
+                               place=Place(*each["where_m"][:2]))
             found.append(located(finding_of(_RULES[rule], said, spec.readout.device), spec.source))
     return tuple(found)
 
 
 def _fault(each: Mapping[str, Any]) -> Violation:
-    first, second, value, limit = each["first"], each["second"], each["value"], each["limit"]
+    first, second, value, limit, when = each["first"], each["second"], each["value"], each["limit"], each["when"]
     x, y, z = (1e3 * along for along in each["where_m"])
     match each["what"]:
         case "interference":
@@ -257,6 +260,17 @@ def _fault(each: Mapping[str, Any]) -> Violation:
                 f"under {each['when']} the {first} comes to lie on the {second}, which does not give way: the force "
                 "beyond that is not felt", "more room beside the pad, a smaller target, or a stiffer pad",
             )
+        case "step file":
+            lacks_datum = each.get("key", "").endswith("datum")
+            return Violation(when, "write the name as the file has it, or datum: [x, y, z]" if lacks_datum else "")
+        case "jaw file":
+            return _jaw_differs(each)
+        case "jaw metal" | "few jaw metal":
+            return Violation(
+                f"the jaw's STEP file has {1e6 * value:.3g} mm2 of metal under the coils, the estimates count "
+                f"{1e6 * limit:.3g} mm2", "write the window as mount.jaw.fenestration, or mend datum, along and up",
+                detail=when, severity=Severity.WARNING if each["what"] == "jaw metal" else Severity.ERROR,
+            )
         case "bulge":
             return Violation(
                 f"under {each['when']} the elastomer's sides bulge against the {second}, and the pad is stiffer than "
@@ -270,6 +284,30 @@ def _fault(each: Mapping[str, Any]) -> Violation:
     )
 
 
+def _jaw_differs(each: Mapping[str, Any]) -> Violation:
+    """A measure of a jaw's STEP file that is not what the spec says; its detail has the place and the solid's size."""
+    name, detail = each["first"], each["when"]
+    value, limit = (show(each[field], "m", 3) for field in ("value", "limit"))
+    hint = "write what the file has, or mend the file's unit, datum, along and up"
+    match name:
+        case "no metal":
+            message = "the jaw's STEP file has no metal under the coils"
+        case "face":
+            side = "above" if each["value"] > 0.0 else "below"
+            value, limit = (words.removeprefix("-") for words in (value, limit))
+            message = f"the face in the jaw's STEP file lies {value} {side} the face in the spec, {limit} at most"
+        case "distance from the middle":
+            message = f"the jaw's STEP file has its middle {value} beside the board's, {limit} at most"
+        case "tip" | "heel":
+            side, value = "short of" if each["value"] > 0.0 else "beyond", value.removeprefix("-")
+            message = f"the {name} of the jaw in its STEP file is {value} {side} the written length's, {limit} at most"
+        case "rim":
+            message = f"the rim in the jaw's STEP file stands {value} above the face, the spec says {limit}"
+        case _:
+            message = f"the {name} of the jaw in its STEP file is {value}, the spec says {limit}"
+    return Violation(message, hint, detail=detail)
+
+
 def settles(document: Mapping[str, Any]) -> frozenset[str]:
     """The rules that a document decides."""
     return frozenset(JUDGED_BY[each["what"]][0] for each in document.get("measured", ()))
@@ -277,7 +315,9 @@ def settles(document: Mapping[str, Any]) -> frozenset[str]:
 
 JUDGED_BY = {"interference": ("SIT320", "mount"), "port": ("SIT321", "mount"), "opening": ("SIT322", "mount"),
              "travel": ("SIT323", "requirements"), "bulge": ("SIT323", "requirements"), "support": ("SIT326", "mount"),
-             "no support": ("SIT326", "mount")}
+             "no support": ("SIT326", "mount"), "jaw file": ("SIT332", "mount.jaw"),
+             "jaw metal": ("SIT332", "mount.jaw.step"), "few jaw metal": ("SIT332", "mount.jaw.step"),
+             "step file": ("SIT333", "mount")}
 """The rule that judges each kind of measurement, and the key that the rule points at."""
 
 RULES: tuple[Rule, ...] = (
@@ -287,6 +327,7 @@ RULES: tuple[Rule, ...] = (
     rule_of("SIT320", on_solids, "jaw"), rule_of("SIT321", on_solids, "jaw"), rule_of("SIT322", on_solids, "jaw"),
     rule_of("SIT323", on_solids, "jaw"), rule_of("SIT324", tail_past_pin, "jaw", "tail"),
     rule_of("SIT325", end_through_shaft, "jaw", "tail"), rule_of("SIT326", on_solids, "mount"),
+    rule_of("SIT332", on_solids, "jaw file"), rule_of("SIT333", on_solids, "STEP file"),
 )
 
 _RULES = {rule.id: rule for rule in RULES}
