@@ -12,7 +12,7 @@ A page is whole as it is committed, so that it reads on a code host as on the si
   ``<!-- shows PATH -->`` is that file's text;
 * a picture after ``<!-- picture PATH -->`` is that file, copied to where the page looks for it;
 * ``<!-- run COMMAND -->`` is run and shows nothing;
-* everything below the mark in ``rules.md``, ``templates.md`` and ``spec.md``.
+* everything below the mark in ``library.md``, ``rules.md``, ``templates.md`` and ``spec.md``.
 
 Commands run in an empty folder, one a page, in which ``templates`` and ``docs`` lead into the repository.
 """
@@ -29,6 +29,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import attribute_tables
 import spec_reference
 
 from sitscad import load, measure
@@ -111,6 +112,8 @@ class Making:
         """What follows the mark."""
         if self.page.stem == "spec":
             return spec_reference.reference()
+        if self.page.stem == "library":
+            return attribute_tables.tables()
         if self.page.stem == "rules":
             return self._ran("sitscad rules --format markdown").partition("\n")[2].lstrip()
         paths = sorted((ROOT / "templates").glob("*.yaml"))

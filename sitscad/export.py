@@ -47,6 +47,10 @@ class CentreLine:
     thickness: float
     path: Path
 
+    def __repr__(self) -> str:
+        """A line with coil, layer and length."""
+        return f"<CentreLine of {self.coil} on layer {self.layer}: {1e3 * self.length:.4g} mm>"
+
     @property
     def segments(self) -> tuple[Segment, ...]:
         """The lines and arcs in order: each begins where the one before ends."""
@@ -72,6 +76,10 @@ class CurrentPath:
     layer: int | None
     points: Array
     current: float
+
+    def __repr__(self) -> str:
+        """A line with coil, number of points and current."""
+        return f"<CurrentPath of {self.coil}: {len(self.points)} points, {self.current:.4g} A>"
 
 
 @checked_arguments

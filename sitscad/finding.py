@@ -190,6 +190,10 @@ class Finding:
     keeps_limit: bool = False
     detail: str = ""
 
+    def __repr__(self) -> str:
+        """A line with rule, severity and message."""
+        return f"<Finding {self.rule} {self.severity}: {self.message[:160]}>"
+
     @property
     def whole_message(self) -> str:
         """The message with its detail."""

@@ -71,6 +71,11 @@ class Calibration:
     turned: tuple[tuple[str, float, float], ...] = ()
     cell: int | None = None
 
+    def __repr__(self) -> str:
+        """A line with the sensor, and the points that it was calibrated with."""
+        points = "as drawn" if self.points is None else f"calibrated with {len(self.points.at_rest)} points"
+        return f"<Calibration of {self.map.sensor}, {points}: {', '.join(self.map.axes)}>"
+
     @property
     def unit_errors(self) -> tuple[ForceError, ...]:
         """What the forces are off by, of which unit: the one place from which all papers have it."""

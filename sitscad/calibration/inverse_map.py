@@ -70,6 +70,11 @@ class InverseMap(MapForm):
     error: Array
     rest: Array
 
+    def __repr__(self) -> str:
+        """A line with the sensor, the coils and the full scale of each axis."""
+        axes = (f"{name} to {full:.3g} N" for name, full in zip(self.axes, self.full_scale, strict=True))
+        return f"<InverseMap of {self.sensor}: {', '.join(self.coils)} to {', '.join(axes)}>"
+
     def __call__(self, readings: ArrayLike, tare: ArrayLike) -> Array:
         """Forces (n, axes; N) of readings (n, coils) after a tare (coils): counts or frequencies, both of one kind. Of
         readings beyond what the map was made for (`holds`) it is the force where it ends. Raises ValueError for other

@@ -19,6 +19,7 @@ from sitscad.record import record
 from sitscad.spec.format.reading import RULE_NAMES, SpecError
 from sitscad.spec.format.validity import refuse_unusable
 from sitscad.spec.sensor import SensorSpec
+from sitscad.units import counted
 
 if TYPE_CHECKING:
     from sitscad.check_values import Closing, Measure, RequirementResult, Signal
@@ -64,6 +65,13 @@ class CheckResult:
     closing: Closing | None = None
     reached: tuple[RequirementResult, ...] = ()
     board: tuple[float, float, float, float] | None = None
+
+    def __repr__(self) -> str:
+        """A line with the verdict and the rules of errors and warnings."""
+        graver = [f"{one.rule} {one.severity}" for one in self.findings if one.severity is not Severity.NOTE]
+        said = ", ".join(dict.fromkeys(graver))
+        notes = counted(len(self.findings) - len(graver), "note")
+        return f"<CheckResult {'ok' if self.ok else 'not ok'}: {said[:160]}{', ' if said else ''}{notes}>"
 
     @property
     def ok(self) -> bool:

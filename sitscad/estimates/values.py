@@ -14,7 +14,7 @@ from sitscad.readout.conversion import Conversion
 from sitscad.readout.converter import Channel, Converter
 from sitscad.record import record
 from sitscad.scene.state import PRESSED, REST, State
-from sitscad.units import show
+from sitscad.units import counted, show
 
 
 @record
@@ -48,6 +48,11 @@ class StateEstimate:
     resistance_error: float | None = None
     target_change: float | None = None
     target_change_error: float | None = None
+
+    def __repr__(self) -> str:
+        """A line with inductance, frequency and parallel resistance."""
+        figures = (show(self.inductance, "H"), show(self.frequency, "Hz"), show(self.parallel_resistance, "ohm"))
+        return f"<StateEstimate {self.state}: {', '.join(figures)}>"
 
 
 @record
@@ -152,6 +157,11 @@ class CoilEstimate:
     inductance_parts: Mapping[str, float] = field(default_factory=dict)
     resistance_error: float | None = None
     press_share: float = 1.0
+
+    def __repr__(self) -> str:
+        """A line with inductance and resistance of the winding, and the states."""
+        figures = f"{show(self.winding_inductance, 'H')}, {show(self.resistance_ac, 'ohm')}"
+        return f"<CoilEstimate {self.name}: {figures}, states {', '.join(self.states)}>"
 
     def sensitivity(self, force: float | None) -> tuple[float, float] | None:
         """Change of inductance at the contacts (H/N) and of frequency (Hz/N) from rest to pressed by that force (N):
@@ -322,6 +332,12 @@ class Estimates:
     solved: float = 0.0
     metered: tuple[Metered, ...] = ()
     is_rough: bool = False
+
+    def __repr__(self) -> str:
+        """A line with the number of coils and the inductance of the first one."""
+        first = f"{self.coils[0].name} {show(self.coils[0].winding_inductance, 'H')}" if self.coils else ""
+        states = ", ".join(state.name for state in self.states)
+        return f"<Estimates of {counted(len(self.coils), 'coil')}: {first}, states {states}>"
 
     @property
     def is_solved(self) -> bool:

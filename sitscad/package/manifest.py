@@ -317,6 +317,10 @@ class BuildResult:
     stale: tuple[str, ...] = ()
     left_out: Mapping[str, str] = field(default_factory=dict)
 
+    def __repr__(self) -> str:
+        """A line with the folder, and whether it was written."""
+        return f"<BuildResult {'written' if self.written else 'not written'}: {self.directory}>"
+
     @property
     def forced(self) -> bool:
         """Whether the package was written in spite of errors."""

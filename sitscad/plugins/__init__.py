@@ -40,7 +40,7 @@ def use_plugin(path: str | Path) -> Plugin:
     module = ModuleType(f"sitscad_plugin_{digest[:16]}")
     module.__file__ = str(path)
     sys.modules[module.__name__] = module
-    with at_work(f"plugin {path}"):
+    with at_work(f"plugin {path}", module.__file__):
         exec(compile(content, str(path), "exec"), module.__dict__)
         from sitscad.plugins.force import in_force  # loads every rule
 
@@ -68,7 +68,7 @@ def use_installed_plugins() -> tuple[Plugin, ...]:
     found = []
     for point in sorted(entry_points(group=GROUP), key=lambda point: point.name):
         with at_work(f"plugin {point.name} ({point.value})"):
-            module = point.load()
+            module = point.load()  # the line of an error in it is in the error's own traceback
             found.append(in_force(point.name, module, _digest(Path(str(module.__file__)).read_bytes())))
     return tuple(found)
 

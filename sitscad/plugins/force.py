@@ -36,8 +36,8 @@ def in_force(name: str, module: ModuleType, digest: str) -> Plugin:
         _require_fit(name, rule)
     for writer in writers:
         _require_writable(name, writer)
-    add_rules(tuple(replace(rule, apply=_guarded(name, rule)) for rule in rules))
-    add_writers(tuple(_checked(name, writer) for writer in writers), (name, digest))
+    add_rules(tuple(replace(rule, apply=_guarded(name, rule, module.__file__)) for rule in rules))
+    add_writers(tuple(_checked(name, writer, module.__file__) for writer in writers), (name, digest))
     return plugin
 
 
@@ -81,12 +81,12 @@ def _require_writable(name: str, writer: Writer) -> None:
             raise PluginError(f"plugin {name}: writer {writer.name}: {why}")
 
 
-def _guarded(name: str, rule: Rule) -> Callable[[Design], list[Verdict]]:
+def _guarded(name: str, rule: Rule, file: str | None) -> Callable[[Design], list[Verdict]]:
     """A rule's function; what goes wrong in it is told as the plugin's."""
 
     def apply(design: Design) -> list[Verdict]:
         """The rule's verdicts, without searches; PluginError for whatever goes wrong in it."""
-        with at_work(f"plugin {name}: rule {rule.id}"):
+        with at_work(f"plugin {name}: rule {rule.id}", file):
             return [_fitting(verdict) for verdict in (rule.apply(design) if rule.apply else None) or ()]
 
     return apply
@@ -114,11 +114,11 @@ _FIELDS: dict[str, Any] = {
 """What the fields of a Violation are."""
 
 
-def _checked(name: str, writer: Writer) -> Writer:
+def _checked(name: str, writer: Writer, file: str | None) -> Writer:
     """A writer whose functions tell what goes wrong in them as the plugin's."""
 
     def told(function: Callable[..., Made], *values: object) -> Made:
-        with at_work(f"plugin {name}: writer {writer.name}"):
+        with at_work(f"plugin {name}: writer {writer.name}", file):
             return function(*values)
 
     def render(*values: object) -> dict[str, bytes]:

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import signal
 import threading
+import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
@@ -41,8 +42,8 @@ class Interrupted(KeyboardInterrupt):
 
 
 @contextmanager
-def at_work(what: str) -> Iterator[None]:
-    """The part of a plugin that is named does something here.
+def at_work(what: str, file: str | None = None) -> Iterator[None]:
+    """The part of a plugin that is named does something here. `file` is the plugin's, whose line an error then names.
 
     Raises `PluginError` with that name for whatever goes wrong, also for what would end the program (SystemExit,
     KeyboardInterrupt, GeneratorExit). What ends the process itself (``os._exit``, a signal) nobody can catch.
@@ -59,9 +60,19 @@ def at_work(what: str) -> Iterator[None]:
             text = str(error)
         except BaseException:  # its own code once more
             text = ""
-        raise PluginError(f"{what}: {type(error).__name__}{f': {text}' if text else ''}") from error
+        line = _line_in(file, error)
+        where = f"{what}: line {line}" if line else what
+        raise PluginError(f"{where}: {type(error).__name__}{f': {text}' if text else ''}") from error
     finally:
         done.set()
+
+
+def _line_in(file: str | None, error: BaseException) -> int | None:
+    """Return the last line of a file that was at work when an error was raised. None if there was none."""
+    if isinstance(error, SyntaxError) and error.filename == file:
+        return error.lineno
+    lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
+    return lines[-1] if lines else None
 
 
 def _tell(what: str, done: threading.Event) -> None:

@@ -175,9 +175,9 @@ class ArraySpec(Readable):
     """The coils of the sensor, in the order of the converter's channels, from the far end of the jaw to the tail."""
 
     read_instead: ClassVar[dict[str, str]] = {
-        "count": "len(array.placements)",
-        "centres": "array.placements[0].centre, of each coil",
-        "rotations": "array.placements[0].rotation, of each coil",
+        "count": "len(spec.array.placements)",
+        "centres": "spec.array.placements[0].centre",
+        "rotations": "spec.array.placements[0].rotation",
     }
 
     pattern: str

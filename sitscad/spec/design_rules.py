@@ -65,11 +65,12 @@ class DesignRules(Readable):
     """
 
     read_instead: ClassVar[dict[str, str]] = {
-        "based_on": "rules.holders", "tracks": "rules.track_lines", "coil_tracks": "rules.coil_lines",
-        "annular_ring_4": "rules.annular_rings[4]",
-        **{f"{name}_{layers}": f"rules.{name}{ending}[{layers}]" for layers in (1, 2, 3)
+        "based_on": "spec.fpc.rules.holders", "tracks": "spec.fpc.rules.track_lines",
+        "coil_tracks": "spec.fpc.rules.coil_lines", "annular_ring_4": "spec.fpc.rules.annular_rings[4]",
+        **{f"{name}_{layers}": f"spec.fpc.rules.{name}{ending}[{layers}]" for layers in (1, 2, 3)
            for name, ending in (("static_bend", "_ratio"), ("dynamic_bend", "_ratio"), ("thickness_tolerance", ""))},
-        **{f"stiffened_tolerance_{name}": f"rules.stiffened_tolerance[{name!r}]" for name in ("polyimide", "fr4")},
+        **{f"stiffened_tolerance_{name}": f"spec.fpc.rules.stiffened_tolerance[{name!r}]"
+           for name in ("polyimide", "fr4")},
     }
 
     name: str

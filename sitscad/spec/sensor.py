@@ -262,9 +262,9 @@ class SensorSpec(Readable):
     """The whole design; parts that are None are not in the sensor, are not made and not checked."""
 
     read_instead: ClassVar[dict[str, str]] = {
-        "revision": "issue.revision",
-        "part_number": "issue.part_number",
-        "date": "issue.date",
+        "revision": "spec.issue.revision",
+        "part_number": "spec.issue.part_number",
+        "date": "spec.issue.date",
     }
 
     name: str

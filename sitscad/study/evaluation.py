@@ -74,6 +74,12 @@ class Evaluation:
     unknown: tuple[str, ...] = ()
     level: str = FULL
 
+    def __repr__(self) -> str:
+        """A line with the verdict, the rules and the first figures."""
+        rules = [*self.refused, *(f"{rule} warns" for rule in self.warned)]
+        figures = [f"{name} {value:.4g}" for name, (value, _) in self.values.items()]
+        return f"<Evaluation {self.verdict}: {', '.join([*rules[:6], *figures[:4]])}{', ...' * (len(figures) > 4)}>"
+
     @property
     def verdict(self) -> str:
         """`OK`, `FAILS` or `UNKNOWN`. In full the design passes where `check` passes it, whatever was not checked."""

@@ -70,6 +70,10 @@ class StudyAnswer:
     chosen: Point | None = None
     slices: tuple[KeySlice, ...] = ()
 
+    def __repr__(self) -> str:
+        """A line with the numbers of designs that were looked at and kept."""
+        return f"<StudyAnswer of {self.name}: {len(self.found.screened)} designs, {len(self.kept)} kept>"
+
     @cached_property
     def layouts(self) -> tuple[Layout, ...]:
         """The boards of the designs that are kept."""
@@ -92,6 +96,10 @@ class Study:
 
     name: str
     asked: Asked
+
+    def __repr__(self) -> str:
+        """A line with the number of designs that the study has."""
+        return f"<Study {self.name}: {self.asked.space.size} designs>"
 
     @classmethod
     @checked_arguments

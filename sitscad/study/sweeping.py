@@ -57,6 +57,10 @@ class SweepTable:
     def __len__(self) -> int:
         return len(self.verdict)
 
+    def __repr__(self) -> str:
+        """A line with the numbers of designs, keys and measures."""
+        return f"<SweepTable of {len(self)} designs: {', '.join(self.keys)}; {', '.join(list(self.values)[:4])}>"
+
 
 @checked_arguments
 def measure(spec: SensorSpec, measures: Sequence[str] | None = None, *, level: str = SCREEN) -> Evaluation:

@@ -208,11 +208,10 @@ def test_a_key_is_an_attribute_or_the_error_says_what_to_read(name, folder):
 
 def test_attributes_that_an_error_names_exist(folder):
     spec = sitscad.load(folder / "jaw_from_a_file.yaml")
-    rules = sitscad.load(folder / "jaw_of_sheet.yaml").fpc.rules
-    for owner, names in ((spec, {"issue": spec.issue, "array": spec.array}), (spec.array, {"array": spec.array}),
-                         (rules, {"rules": rules, "issue": spec.issue})):
+    sheet = sitscad.load(folder / "jaw_of_sheet.yaml")
+    for owner, whole in ((spec, spec), (spec.array, spec), (sheet.fpc.rules, sheet)):
         for where in type(owner).read_instead.values():
-            assert eval(where.partition(",")[0], {}, {**names, "len": len}) is not None, where
+            assert eval(where, {}, {"spec": whole, "len": len}) is not None, where
     for part in (spec.coil, spec.elastomer.material, spec.readout):
         assert all(hasattr(part, name) for name in type(part).read_instead.values())
 

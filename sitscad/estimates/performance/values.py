@@ -12,6 +12,7 @@ import numpy as np
 
 from sitscad.arrays import Array
 from sitscad.record import record, replace
+from sitscad.units import show
 
 AXES = ("normal", "shear_x", "shear_y")
 
@@ -99,6 +100,12 @@ class Performance:
     map_degree: int
     production: Table
     notes: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        """A line with the resolution and the full scale of each axis."""
+        axes = (f"{name} {show(one.resolution, 'N', 2)} of {show(one.full_scale, 'N', 3)}"
+                for name, one in self.axes.items())
+        return f"<Performance at {self.at}: {', '.join(axes)}>"
 
     def document(self) -> dict[str, object]:
         """The figures as the contract's JSON has them."""

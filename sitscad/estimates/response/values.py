@@ -10,6 +10,7 @@ import numpy as np
 
 from sitscad.arrays import Array
 from sitscad.record import record
+from sitscad.units import counted
 
 POSE_NAMES = ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")
 """The six numbers of a pose, in the order of every row of `Response.poses`."""
@@ -58,6 +59,10 @@ class Response:
     cases: tuple[str, ...] = ()
     gap: float = math.nan
     glue: float = math.nan
+
+    def __repr__(self) -> str:
+        """A line with the numbers of poses and coils."""
+        return f"<Response of {', '.join(self.coils[:8])} at {counted(len(self.poses), 'pose')}>"
 
     def __len__(self) -> int:
         return len(self.poses)

@@ -42,6 +42,8 @@ ROOM_RULES = ("SIT014", "SIT016")
 class SpecError(ValueError):
     """The spec cannot be used; `findings` says everything that is wrong with it, in the order of the file.
 
+    The text of the error has the message and the hint of each finding.
+
     ``texts`` are the texts of other files that findings point into, by path. ``lacking_room`` is the spec as it was
     read where nothing is wrong with it but that turns or coils lack room (`ROOM_RULES`): it cannot be made, but mended.
     ``source`` is the text that was read, None where none could be.
@@ -52,7 +54,7 @@ class SpecError(ValueError):
         self, findings: tuple[Finding, ...], texts: Mapping[str, str] | None = None,
         lacking_room: SensorSpec | None = None, source: SpecSource | None = None,
     ) -> None:
-        super().__init__("; ".join(finding.message for finding in findings))
+        super().__init__("\n".join(finding.advised_message for finding in findings))
         self.findings = findings
         self.texts = dict(texts or {})
         self.lacking_room = lacking_room

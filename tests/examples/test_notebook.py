@@ -1,0 +1,96 @@
+"""What a notebook shows of public values, and what errors say."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+import sitscad
+from sitscad.calibration import calibrate
+from sitscad.spec import templates
+
+ROOT = Path(__file__).parents[2]
+LONGEST = 220
+"""Characters of a line that shows a value."""
+
+
+@pytest.fixture(scope="module")
+def bench():
+    return sitscad.Design(sitscad.load_text(templates.read("bench_7mm"), "bench.yaml"))
+
+
+def test_every_result_is_shown_as_one_short_line(bench):
+    spec, layout, checked = bench.spec, bench.layout, sitscad.check(bench.spec, hints="none")
+    study = sitscad.Study.load(next((ROOT / "templates" / "studies").glob("*.yaml")))
+    values = [
+        spec, layout, bench, bench.estimates, *bench.estimates.coils, *bench.estimates.coils[0].states.values(),
+        *bench.performance, checked, *checked.findings, sitscad.respond(bench, [[0] * 6]), calibrate(bench),
+        calibrate(bench).map, sitscad.measure(spec, ["rp"]), sitscad.sweep(spec, {"coil.turns": [11, 12]}, ["rp"]),
+        *sitscad.centre_lines(layout)[:1], *sitscad.current_paths(layout)[:1], *sitscad.areas(layout)[:1],
+    ]
+    for value in [*values, study]:
+        shown = repr(value)
+        assert len(shown) <= LONGEST and "\n" not in shown and type(value).__name__ in shown, shown[:300]
+
+
+def test_lines_of_results_name_what_they_hold(bench):
+    checked = sitscad.check(bench.spec, hints="none")
+    assert all(one.rule in repr(checked) for one in checked.findings if one.severity is not sitscad.Severity.NOTE)
+    assert all(axis in repr(bench.performance[2]) for axis in bench.performance[2].axes)
+
+
+def test_names_of_the_package_are_the_public_ones():
+    assert dir(sitscad) == sorted(sitscad.__all__)
+
+
+def test_error_of_a_spec_holds_message_and_hint_of_every_finding():
+    with pytest.raises(sitscad.SpecError) as caught:
+        sitscad.load_text("sitscad: 1\nname: x\ncoil: {shape: cirle, outer_diameter: 7 mn, turns: 5}\n")
+    assert len(caught.value.findings) > 2
+    for found in caught.value.findings:
+        assert found.message in str(caught.value) and found.hint in str(caught.value)
+
+
+PLUGIN = """import sitscad
+
+def apply(design):
+    value = design.spec.coil
+    return [value.nonsense]
+
+RULES = (sitscad.Rule("LAB001", "lab-rule", sitscad.Severity.WARNING, "must", "why", "mend", "source", (), apply),)
+"""
+
+
+@pytest.mark.parametrize(("text", "line"), [
+    (PLUGIN, 5),
+    ("import sitscad\n\nraise ValueError('x')\n", 3),
+    ("import sitscad\nx = (\n", 2),
+    ("def f():\n    return g()\ndef g():\n    return 1 / 0\nf()\n", 4),
+])
+def test_error_of_a_plugin_names_its_line(text, line, tmp_path, bench, monkeypatch):
+    from sitscad import checks, writer
+
+    monkeypatch.setattr(checks, "_added", ())
+    monkeypatch.setattr(writer, "_marks", (), raising=False)
+    path = Path(tmp_path / "own.py")
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(sitscad.PluginError, match=rf"line {line}: "):
+        sitscad.use_plugin(path)
+        sitscad.check(bench.spec, hints="none")
+
+
+def test_attributes_on_the_page_exist(bench):
+    """The tables name attributes of a spec and of a layout."""
+    page = (ROOT / "docs" / "library.md").read_text(encoding="utf-8")
+    named = re.findall(r"^\| `(spec|layout)\.([\w.]+)` \|", page, re.MULTILINE)
+    assert len(named) > 30
+    own = {"spec": sitscad.load_text(templates.read("grasper_4layer")), "layout": bench.layout}
+    for owner, names in named:
+        value = own[owner]
+        for name in names.split("."):
+            assert hasattr(value, name), (owner, names)
+            value = getattr(value, name)
+            if value is None:
+                break
