@@ -18,13 +18,14 @@ from sitscad.estimates import units_made as made
 from sitscad.estimates.states.pressing import FILM, FILM_THICKNESS, GLUE, MODULUS, PAD, PAD_SIZE, TARGET_SIZE
 from sitscad.estimates.values import CoilEstimate, Estimates
 from sitscad.record import record
-from sitscad.scene.bodies import lines_below_target, lines_over_metal, lines_over_shield, seat_spans, shield_heights
+from sitscad.scene.bodies import lines_below_target, lines_over_carrier, lines_over_shield, seat_spans, shield_heights
 from sitscad.scene.column import (
     WRITTEN,
     SizeTolerance,
     elastomer_tolerance,
     film_tolerance,
     jaw_tolerance,
+    metal_tolerances,
     mount_tolerance,
     placement,
     plate_tolerance,
@@ -40,13 +41,13 @@ DISTANCE, DIAMETER, PERMITTIVITY = "layer distance", "diameter", "permittivity"
 CAPACITOR, CLOCK, INDUCTANCE = "capacitor", "clock", "coil inductance"
 OFFSET_X, OFFSET_Y, YAW = "target beside, x", "target beside, y", "target turned"
 TILT_X, TILT_Y = "target tilted about x", "target tilted about y"
-HEIGHT, UNDER_SHIELD = "board over shield or jaw", "shield over jaw"
-SHIELD, JAW, TARGET = "shield thickness", "jaw height", "target thickness"
+HEIGHT, UNDER_SHIELD = "board over shield or metal", "shield over metal"
+SHIELD, METAL, TARGET = "shield thickness", "thickness of jaw or metal behind", "target thickness"
 
 BOARD, UNIT, COIL = "board", "unit", "coil"
 """What has a cause to itself: the board, the assembled unit, or each of its coils."""
 
-BEHIND = (HEIGHT, UNDER_SHIELD, SHIELD, JAW)
+BEHIND = (HEIGHT, UNDER_SHIELD, SHIELD, METAL)
 """Causes that move metal behind the board."""
 
 
@@ -167,18 +168,26 @@ def _height_band(spec: SensorSpec) -> SizeTolerance | None:
     if mount is None or (spec.shield is None and mount.metal is None):
         return None
     if spec.shield is None:
-        return _glued(spec, lines_over_metal(spec), mount_tolerance(spec) if spans else None)
+        return _over_metal_band(spec, lines_over_carrier(spec), bool(spans))
     lines = lines_over_shield(spec)
     return _glued(spec, lines, mount_tolerance(spec) if lines > 1 else None)
 
 
+def _over_metal_band(spec: SensorSpec, lines: int, is_printed: bool) -> SizeTolerance | None:
+    """Return the joint tolerance of glue lines and of what lies between board or shield and the metal."""
+    found = metal_tolerances(spec)
+    if found is not None:
+        return _glued(spec, lines, found[0])
+    return _glued(spec, lines, mount_tolerance(spec) if is_printed else None)
+
+
 def _under_shield_band(spec: SensorSpec) -> SizeTolerance | None:
-    """Return the tolerance of the shield's height over the jaw. None without a shield over metal."""
+    """Return the tolerance of the shield's height over the metal behind it. None without a shield over metal."""
     mount, sheet = spec.mount, shield_heights(spec)
     if mount is None or sheet is None or mount.metal is None:
         return None
     printed = any(upper <= sheet[0] + 1e-9 for _, upper in seat_spans(spec))
-    return _glued(spec, lines_over_metal(spec) - lines_over_shield(spec), mount_tolerance(spec) if printed else None)
+    return _over_metal_band(spec, lines_over_carrier(spec) - lines_over_shield(spec), printed)
 
 
 def _shield_band(spec: SensorSpec) -> SizeTolerance | None:
@@ -186,7 +195,9 @@ def _shield_band(spec: SensorSpec) -> SizeTolerance | None:
     return None if sheet is None else sheet_tolerance(spec.assembly, "shield", sheet.thickness)
 
 
-def _jaw_band(spec: SensorSpec) -> SizeTolerance | None:
+def _metal_band(spec: SensorSpec) -> SizeTolerance | None:
+    if (found := metal_tolerances(spec)) is not None:
+        return found[1]
     return None if spec.jaw is None else jaw_tolerance(spec.assembly, spec.jaw.height)
 
 
@@ -243,7 +254,7 @@ CAUSES = (
     Cause(HEIGHT, "m", UNIT, _height_band, "mount.standoff", made.with_height),
     Cause(UNDER_SHIELD, "m", UNIT, _under_shield_band, "shield.standoff", made.with_room_under_shield),
     Cause(SHIELD, "m", UNIT, _shield_band, "shield.thickness", made.with_shield),
-    Cause(JAW, "m", UNIT, _jaw_band, "mount.jaw.height", made.with_jaw),
+    Cause(METAL, "m", UNIT, _metal_band, "mount.jaw.height", made.with_metal),
     Cause(TARGET, "m", UNIT, _target_band, "target.thickness", made.with_target),
     Cause(TARGET_SIZE, "m", UNIT, _target_size_band, "target.size", made.with_target_size),
     Cause(OFFSET_X, "m", UNIT, _placement_band, "target.offset.x", made.beside(0), pose=0),

@@ -122,9 +122,10 @@ def with_glue(spec: SensorSpec, off: float) -> SensorSpec:
 
 
 def with_height(spec: SensorSpec, off: float) -> SensorSpec:
-    """The spec with shield and jaw lower by so much (m): with the glue over them, and what is printed there."""
+    """The spec with shield and metal lower by so much (m): with the glue over them, and what is printed there."""
     mount, sheet, offsets = spec.mount, shield_heights(spec), spec.assembly.offsets
-    room = 0.0 if mount is None else mount.standoff + offsets.metal
+    room = 0.0 if mount is None else offsets.metal + (
+        mount.standoff if mount.metal_behind is None else mount.metal_behind.distance)
     if sheet is not None:
         room = board_heights(spec.fpc.stackup)[0] - sheet[1] + offsets.shield
     down = max(off, -room - spec.assembly.glue_line * (lines_over_shield(spec) if sheet is not None else 1))
@@ -132,28 +133,35 @@ def with_height(spec: SensorSpec, off: float) -> SensorSpec:
 
 
 def with_room_under_shield(spec: SensorSpec, off: float) -> SensorSpec:
-    """The spec with a jaw farther below the shield by so much (m)."""
+    """The spec with metal farther below the shield by so much (m)."""
     return _farther(spec, metal=off)
 
 
 def with_shield(spec: SensorSpec, off: float) -> SensorSpec:
-    """The spec with a shield thicker by so much (m), and a jaw as much lower."""
+    """The spec with a shield thicker by so much (m), and the metal behind it as much lower."""
     sheet = spec.shield
     if sheet is None:
         return spec
     thickness, mount = max(LEAST_FACTOR * sheet.thickness, sheet.thickness + off), spec.mount
     if mount is not None:
-        mount = replace(mount, standoff=mount.standoff + thickness - sheet.thickness)
+        more, metal = thickness - sheet.thickness, mount.metal_behind
+        metal = None if metal is None else replace(metal, distance=metal.distance + more)
+        mount = replace(mount, standoff=mount.standoff + more, metal_behind=metal)
     return replace(spec, shield=replace(sheet, thickness=thickness), mount=mount)
 
 
-def with_jaw(spec: SensorSpec, off: float) -> SensorSpec:
-    """The spec with a jaw higher by so much (m)."""
-    jaw, mount = spec.jaw, spec.mount
-    if jaw is None or mount is None:
+def with_metal(spec: SensorSpec, off: float) -> SensorSpec:
+    """The spec with a jaw higher, or metal behind the board thicker, by so much (m)."""
+    mount = spec.mount
+    if mount is None:
         return spec
-    height = max(LEAST_FACTOR * jaw.height, jaw.height + off)
-    return replace(spec, mount=replace(mount, jaw=replace(jaw, height=height)))
+    if mount.metal_behind is not None:
+        thickness = max(LEAST_FACTOR * mount.metal_behind.thickness, mount.metal_behind.thickness + off)
+        return replace(spec, mount=replace(mount, metal_behind=replace(mount.metal_behind, thickness=thickness)))
+    if mount.jaw is None:
+        return spec
+    height = max(LEAST_FACTOR * mount.jaw.height, mount.jaw.height + off)
+    return replace(spec, mount=replace(mount, jaw=replace(mount.jaw, height=height)))
 
 
 def with_target(spec: SensorSpec, off: float) -> SensorSpec:

@@ -94,6 +94,7 @@ def stl(mesh: TriangleMesh) -> bytes:
 
 SEE_THROUGH = {
     BodyRole.ENCAPSULATION: 0.35, BodyRole.OPPOSING_JAW: 0.5, BodyRole.OPPOSING_PAD: 0.5, BodyRole.FINGER: 0.5,
+    BodyRole.METAL_BEHIND: 0.5,
 }
 """How much is seen of pieces that would hide the rest."""
 

@@ -7,10 +7,10 @@ carries the target) and ``free`` (the rest, also what overhangs). Gmsh cuts the 
 target, so that bonded and free areas are exact; along those edges, where stresses are singular, elements are smaller.
 
 Fields: the coils, all metal near them, the pad, and the air round all of it. Regions share their faces. Every volume is
-a physical group (``coil_C1``, ``target``, ``shield``, ``jaw``, ``elastomer``, ``air``), and so is every surface between
-two of them (``target_air``, ``target_elastomer``, ...) and the air's end (``outer``). Pieces lie where they are glued;
-what neither conducts nor is the pad (board, film, mount, glue) is air, but for the glue over and under the pad, which
-counts as pad: the target stands at the gap that the estimates have.
+a physical group (``coil_C1``, ``target``, ``shield``, ``jaw``, ``finger``, ``metal_behind``, ``elastomer``, ``air``),
+and so is every surface between two of them (``target_air``, ``target_elastomer``, ...) and the air's end (``outer``).
+Pieces lie where they are glued; what neither conducts nor is the pad (board, film, mount, glue) is air, but for the
+glue over and under the pad, which counts as pad: the target stands at the gap that the estimates have.
 
 The pad as an input deck that a finite-element program runs: nodes and elements, sets, rubber, and a step that
 presses it. Written for CalculiX, in the words of Abaqus' input file; lengths in metres, stresses in pascals.
@@ -38,6 +38,7 @@ from sitscad.estimates.states.pressing import web_stiffness
 from sitscad.geometry.path import Point, Region, circle
 from sitscad.layout.board import Coil, Layout
 from sitscad.parts.pieces import assemble, elastomer
+from sitscad.parts.plates import metal_below
 from sitscad.parts.solid import MM, PartsError, Solid, of_role, prism, require
 from sitscad.parts.whole import LEAST_OPENING, glued, ring
 from sitscad.scene import bodies
@@ -316,7 +317,8 @@ def elastomer_meshes(
 
 
 AIR, OUTER = "air", "outer"
-METALS = {BodyRole.TARGET: "target", BodyRole.SHIELD: "shield", BodyRole.JAW: "jaw"}
+METALS = {BodyRole.TARGET: "target", BodyRole.SHIELD: "shield", BodyRole.JAW: "jaw", BodyRole.FINGER: "finger",
+          BodyRole.METAL_BEHIND: "metal_behind"}
 COPPER = ("coils", "layers")
 """A region for every coil, from its topmost to its lowest copper, or one for every layer of every coil."""
 
@@ -358,7 +360,7 @@ def field_mesh(
     fine, room = size or widths[0] / PER_COIL, air or ROOM * widths[1]
     # The pieces by their regions' names, as build123d solids
     found = {name: shape for coil in layout.coils for name, shape in _rings(layout, coil, copper)}
-    pieces = glued(layout, tuple(s for s in assemble(layout) if s.role in METALS))
+    pieces = glued(layout, tuple(s for s in (*metal_below(layout), *assemble(layout)) if s.role in METALS))
     found |= {METALS[solid.role]: solid.shape for solid in pieces}
     pad, gap = bodies.elastomer(layout.spec), target_gap(layout.spec)
     if pad is not None:

@@ -90,12 +90,23 @@ def _steps(layout: Layout, estimates: Estimates, bench: Estimates) -> Iterator[s
         yield from sealing
     if said := plugged(layout):
         yield said
-    closes = (
-        "Close the jaws: they must close without force, and pass a ring gauge (or a reamed hole) of the port's "
-        f"{in_mm(spec.mount.jaw.port_diameter)} mm. Open them. " if spec.mount and spec.mount.jaw else ""
-    )
     unseen = [f.what.split()[1] for f in unverified_figures(spec) if f.what.startswith("conductor ")]
-    yield assembled(bench, closes, unseen)
+    yield assembled(bench, _in_place(spec), unseen)
+
+
+def _in_place(spec: SensorSpec) -> str:
+    """What is done before the finished sensor is measured; empty without a jaw or metal behind the board."""
+    mount = spec.mount
+    if mount is not None and mount.jaw is not None:
+        return (
+            "Close the jaws: they must close without force, and pass a ring gauge (or a reamed hole) of the port's "
+            f"{in_mm(mount.jaw.port_diameter)} mm. Open them. "
+        )
+    if mount is None or mount.metal_behind is None:
+        return ""
+    metal = mount.metal_behind
+    where = f"{in_mm(metal.thickness)} thick, {in_mm(metal.distance)} and the glue from the board"
+    return f"Put the sensor over the {metal.material.name} of its place ({where}): the readings count it. "
 
 
 def _has_jig(spec: SensorSpec) -> bool:

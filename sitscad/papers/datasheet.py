@@ -292,9 +292,19 @@ def sensor(
         ("tank capacitor", show(readout.capacitance, "F", 3)),
         ("target", f"{target.material.name}, {_size(target)}, {show(target.thickness, 'm')}"),
         ("elastomer", f"{pad.material.name}, {_size(pad)}, {show(pad.thickness, 'm')}"),
+        *_metal_behind(layout.spec),
         ("shear modulus of it", f"{show(pad.material.shear_modulus, 'Pa', 3)} +- "
                                 f"{100.0 * pad.material.shear_modulus_sigma:.0f} %"),
     ]
+
+
+def _metal_behind(spec: SensorSpec) -> Rows:
+    """The metal behind the board that the figures count; none without it."""
+    metal = None if spec.mount is None else spec.mount.metal_behind
+    if metal is None:
+        return []
+    where = f"{show(metal.thickness, 'm')} thick, {show(metal.distance, 'm')} behind the board"
+    return [("metal behind it, in all figures", f"{metal.material.name}, {where}")]
 
 
 def _cells(layout: Layout, estimates: Estimates, told: Sequence[AlikeCells]) -> Rows:

@@ -21,7 +21,7 @@ from sitscad.layout.board import Layout
 from sitscad.papers.gluing import board_assembly, board_glued, inhibited, rods, toleranced
 from sitscad.parts.clash import at_pin, carried, clashes
 from sitscad.parts.mass import Balance, balance, weigh
-from sitscad.parts.plates import finger_end
+from sitscad.parts.plates import metal_below
 from sitscad.parts.printable import as_json, printable
 from sitscad.parts.proof import Measured, PadLoad, Proof, in_file, prove
 from sitscad.parts.solid import MissingExtra, Solid, of_role
@@ -345,8 +345,8 @@ def _rounded(value: float, digits: int = 9) -> float:
 
 
 def render_picture(layout: Layout, solids: tuple[Solid, ...]) -> dict[str, bytes]:
-    """``mount/assembly.svg``, under a cap the finger, where that is of metal; nothing without a mount."""
+    """``mount/assembly.svg``, with the finger of metal or the metal behind it; nothing without a mount."""
     spec = layout.spec
     if spec.mount is None:
         return {}
-    return {"mount/assembly.svg": assembly_svg((*finger_end(layout), *solids), spec).encode("utf-8")}
+    return {"mount/assembly.svg": assembly_svg((*metal_below(layout), *solids), spec).encode("utf-8")}

@@ -197,7 +197,7 @@ def _place(plate: Target | ElastomerPad) -> str:
 
 
 def _carriers(layout: Layout) -> Iterator[Item]:
-    """What lies behind the board: shield, mount, jaw."""
+    """What lies behind the board: shield, mount, jaw, other metal."""
     spec = layout.spec
     sheet = shield(layout)
     if spec.shield is not None and sheet is not None:
@@ -218,6 +218,9 @@ def _carriers(layout: Layout) -> Iterator[Item]:
         size = f"{in_mm(jaw.width)} x {in_mm(jaw.length)} x {in_mm(jaw.height)} mm"
         words = "the instrument that the sensor is glued into; not made here"
         yield Item("jaw", 1, jaw.name, jaw.material.name, size, words)
+    if (metal := spec.mount.metal_behind) is not None:
+        words = f"{in_mm(metal.distance)} mm behind the circuit's bottom face, glue not counted; not made here"
+        yield Item("metal behind", 1, "", metal.material.name, f"{in_mm(metal.thickness)} mm thick", words)
     if spec.target is not None or spec.elastomer is not None:
         words = "print from mount/: aligns the pieces while the glue sets; reusable"
         yield Item("jig", 1, "jig-*", "printed", "", words)

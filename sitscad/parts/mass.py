@@ -47,7 +47,7 @@ class Balance:
 
 
 def weigh(layout: Layout, solids: tuple[Solid, ...]) -> tuple[Weight, ...]:
-    """Every piece of the whole assembly, in its order, but for a finger, of which only the end is drawn."""
+    """Every piece of the whole assembly, in its order, without a finger and metal behind, which are drawn in part."""
     # Densities (kg/m3) of the spec's silicones, with their sources
     spec = layout.spec
     parts = (spec.elastomer, spec.encapsulation)
@@ -55,7 +55,7 @@ def weigh(layout: Layout, solids: tuple[Solid, ...]) -> tuple[Weight, ...]:
     known = {each.name: (each.density, each.source) for each in silicones if each.density is not None}
     leads = copper_in_films(layout, frozenset(s.name for s in solids if s.role is BodyRole.COPPER))
     return tuple(_weight(layout, solid, known, leads.get(solid.name, 0.0)) for solid in solids
-                 if solid.role is not BodyRole.FINGER)
+                 if solid.role not in (BodyRole.FINGER, BodyRole.METAL_BEHIND))
 
 
 def balance(weights: tuple[Weight, ...]) -> Balance:

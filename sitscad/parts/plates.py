@@ -220,16 +220,33 @@ def fingertip(layout: Layout) -> tuple[Any, ...]:
 CUT_OFF = 4e-3  # How far beyond the cap (m) the finger is drawn
 
 
-def finger_end(layout: Layout) -> tuple[Solid, ...]:
-    """The end of the finger in its cap, cut off a little beyond: drawn only where its metal is known, and no part of
+def metal_below(layout: Layout) -> tuple[Solid, ...]:
+    """A finger of metal or `mount.metal_behind`, as far as they are drawn. Empty without either. They are no part of
     what is made, weighed or printed.
+
+    A finger ends `CUT_OFF` beyond its cap. Metal behind reaches half a coil's size beyond the board's body, or fills
+    the finger that it lies in.
     """
     mount, end = layout.spec.mount, cap_end(layout)
-    if mount is None or mount.finger is None or mount.finger.material is None or end is None:
+    if mount is None:
         return ()
-    top, metal = board_heights(layout.spec.fpc.stackup)[0] - mount.standoff, mount.finger.material.name
-    shape = _finger(layout, mount.finger, top, layout.body[0], end + CUT_OFF, 0.0)
-    return (Solid(BodyRole.FINGER, shape, metal, metal_colour(metal), BodyRole.FINGER),)
+    finger, under = None, board_heights(layout.spec.fpc.stackup)[0]
+    if mount.finger is not None and end is not None:
+        finger = _finger(layout, mount.finger, under - mount.standoff, layout.body[0], end + CUT_OFF, 0.0)
+    behind = mount.metal_behind
+    if behind is not None:
+        (x0, y0, x1, y1), beyond, top = layout.body, max(layout.spec.coil.size) / 2, under - behind.distance
+        sheet = box(x0 - beyond, y0 - beyond, top - behind.thickness, x1 + beyond, y1 + beyond, top)
+        if finger is not None and mount.finger and behind.distance < mount.standoff + mount.finger.size[1]:
+            sheet = one_solid(sheet & finger, "metal behind")
+        return (_drawn_metal(sheet, behind.material.name, BodyRole.METAL_BEHIND),)
+    if finger is None or mount.finger is None or mount.finger.material is None:
+        return ()
+    return (_drawn_metal(finger, mount.finger.material.name, BodyRole.FINGER),)
+
+
+def _drawn_metal(shape: Any, metal: str, role: BodyRole) -> Solid:
+    return Solid(role, shape, metal, metal_colour(metal), role)
 
 
 def _bore(layout: Layout, finger: Finger, top: float, start: float, end: float) -> Any:

@@ -26,7 +26,7 @@ from sitscad.geometry.path import Path, Region, bounding_box, rectangle
 from sitscad.layout.bending import bend_stretch, tail_layers
 from sitscad.layout.board import Coil, Layout, Role
 from sitscad.parts.pieces import assemble, encapsulation, opposing
-from sitscad.parts.plates import finger_end
+from sitscad.parts.plates import metal_below
 from sitscad.parts.solid import MM, PartsError, Solid, face, prism, raised, require, upwards
 from sitscad.record import record
 from sitscad.scene import stack
@@ -336,7 +336,8 @@ def _lifts(layout: Layout) -> dict[str, float]:
         found = {"elastomer": line, "target": all_lines, "encapsulation": above, "opposing-jaw": above}
         spacer = {MOUNT_PIECES[1]: -line, "shield": -line * below} if below else {}
         found["jaw"] = -line * (1 + len(seat_spans(spec)) + (sheet is not None))  # that only a STEP file describes
-        return found | dict.fromkeys((BodyRole.FINGER, "mount-adapter", MOUNT_PIECES[0]), -line * (1 + below)) | spacer
+        lowest = (BodyRole.FINGER, BodyRole.METAL_BEHIND, "mount-adapter", MOUNT_PIECES[0])
+        return found | dict.fromkeys(lowest, -line * (1 + below)) | spacer
     board = at["board"][0].nominal - board_heights(layout.spec.fpc.stackup)[0]
     stands = {part: lower.nominal - board for part, (lower, _) in at.items()}
     bare = {body.role.value: body.lower for body in stack.stack(layout)}  # the lower faces (m) of the pieces alone
@@ -352,14 +353,14 @@ SPACED = 1e-9  # A shield farther from the board than this (m) has a spacer on i
 def whole(layout: Layout, pieces: tuple[Solid, ...] | None = None) -> tuple[Solid, ...]:
     """Every piece in its place, from the jaw upwards: jaw, seat, shield, the board's films with each coil's copper as a
     ring on every layer, stiffener, elastomer, target, glue lines between them, film, the other jaw closed; of a finger
-    of metal the end in its cap.
+    of metal the end in its cap; metal behind the board.
 
     `pieces` are those of `sitscad.parts.pieces.assemble` where somebody has them already. Heights are those of the
     glued assembly, z = 0 the board's top face. Raises `PartsError` where a part cannot exist,
     `MissingExtra` without a CAD kernel.
     """
     alone = assemble(layout) if pieces is None else pieces
-    pieces = glued(layout, (*alone, *opposing(layout), *finger_end(layout)))
+    pieces = glued(layout, (*alone, *opposing(layout), *metal_below(layout)))
     path = tail_path(layout)
     # the encapsulation over pieces that glue lifts is that of a pad so much thicker
     spec, pad, lines = layout.spec, layout.spec.elastomer, target_lines(layout.spec)

@@ -371,9 +371,10 @@ OUTLINE = Pen(0.6, round_ends=False, round_corners=False)
 
 COLOURS = {
     "standoff": "#dfe5ea", LayerKind.COVERLAY: "#d9a441", LayerKind.COPPER: "#c46a2b", LayerKind.DIELECTRIC: "#f0dfb0",
-    "elastomer": "#a9cfe0", "film": "#cfe3cf",
+    "elastomer": "#a9cfe0", "film": "#cfe3cf", "gap": "#f7f9fa",
 }
-JAW_SHOWN = 0.6e-3
+METAL_SHOWN = 0.6e-3
+"""Thickness (m) of a jaw, a finger or metal behind that the section shows."""
 
 
 @record
@@ -449,7 +450,14 @@ def _slices(spec: SensorSpec) -> Iterator[SectionLayer]:
     face = seat[0]
     if here - face > 1e-9:
         yield SectionLayer(face, here, COLOURS["standoff"], f"{MOUNT_PIECES[0]}, {show(here - face, 'm')}")
-    if mount.jaw is not None:
-        shown = min(JAW_SHOWN, mount.jaw.height)
-        label = f"jaw, {mount.jaw.material.name} ({show(mount.jaw.height, 'm')} high, cut off here)"
-        yield SectionLayer(face - shown, face, metal_colour(mount.jaw.material.name), label)
+    if mount.metal is None:
+        return
+    name, thickness, upper = "jaw" if mount.finger is None else "finger", mount.metal_thickness, face
+    if mount.metal_behind is not None:
+        name, upper = "metal behind", board_heights(spec.fpc.stackup)[0] - mount.metal_behind.distance
+        if face - upper > 1e-9:
+            yield SectionLayer(upper, face, COLOURS["gap"], f"gap to the metal behind, {show(face - upper, 'm')}")
+    shown = METAL_SHOWN if thickness is None else min(METAL_SHOWN, thickness)
+    size = "" if thickness is None else f", {show(thickness, 'm')} thick"
+    cut = "" if thickness == shown else ", cut off here"
+    yield SectionLayer(upper - shown, upper, metal_colour(mount.metal.name), f"{name}, {mount.metal.name}{size}{cut}")

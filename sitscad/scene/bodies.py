@@ -2,7 +2,7 @@
 
 Heights follow from the spec alone and are worked out here, nowhere else; z = 0 is the board's top face. They are those
 of the pieces alone; every glue line between the board and a piece of metal takes that farther away from the coils
-(`target_gap`, `shield_span`, `metal_face`).
+(`target_gap`, `shield_span`, `carrier_face`, `metal_face`).
 """
 
 from __future__ import annotations
@@ -39,6 +39,7 @@ class BodyRole(StrEnum):
     COPPER = "copper"
     GLUE = "glue"
     FINGER = "finger"
+    METAL_BEHIND = "metal-behind"
     JIG = "jig"
     MOULD = "mould"
 
@@ -228,23 +229,33 @@ def lines_over_shield(spec: SensorSpec) -> int:
     return 1 + (board_heights(spec.fpc.stackup)[0] - sheet[1] > 1e-9)
 
 
-def lines_over_metal(spec: SensorSpec) -> int:
+def lines_over_carrier(spec: SensorSpec) -> int:
     """How many glue lines there are between the board and the face below the mount; none without a mount."""
     if spec.mount is None:
         return 0
     return len(seat_spans(spec)) + (spec.shield is not None) + (spec.mount.jaw is not None)
 
 
-def metal_face(spec: SensorSpec) -> float | None:
+def carrier_face(spec: SensorSpec) -> float | None:
     """The height (m) of the face below the mount, glue lines counted (a jaw's too); None without a mount."""
     seat = seat_heights(spec)
     if seat is None:
         return None
-    return seat[0] - spec.assembly.glue_line * lines_over_metal(spec) - spec.assembly.offsets.metal
+    return seat[0] - spec.assembly.glue_line * lines_over_carrier(spec) - spec.assembly.offsets.metal
+
+
+def metal_face(spec: SensorSpec) -> float | None:
+    """The height (m) of the metal's face behind the board, glue lines counted, or of the face below a mount without
+    metal; None without a mount.
+    """
+    face, mount = carrier_face(spec), spec.mount
+    if face is None or mount is None or mount.metal_behind is None:
+        return face
+    return face + mount.standoff - mount.metal_behind.distance
 
 
 def room_behind(spec: SensorSpec) -> float:
-    """The room (m) from the board's bottom face to the shield, or to what carries the mount; endless without either."""
+    """The room (m) from the board's bottom face to the shield, or else to `metal_face`; endless without either."""
     sheet, metal = shield_span(spec), metal_face(spec)
     bottom = board_heights(spec.fpc.stackup)[0]
     if sheet is not None:

@@ -212,6 +212,19 @@ def mount_tolerance(spec: SensorSpec) -> SizeTolerance:
     return _tolerance(spec.assembly, "mount", "mount", process_of(spec.mount), size)
 
 
+def metal_tolerances(spec: SensorSpec) -> tuple[SizeTolerance, SizeTolerance] | None:
+    """Tolerances of the distance and the thickness of `mount.metal_behind`, those of a piece of the mount and of a
+    rolled sheet if the spec has none; None without it.
+    """
+    mount = spec.mount
+    if mount is None or mount.metal_behind is None:
+        return None
+    metal = mount.metal_behind
+    away = _tolerance(spec.assembly, "metal_distance", "mount", process_of(mount), metal.distance)
+    thick = sheet_tolerance(spec.assembly, "metal_behind", metal.thickness)
+    return SizeTolerance(min(away.band, metal.distance), away.source), thick
+
+
 def jaw_tolerance(assembly: Assembly, size: float) -> SizeTolerance:
     """Tolerance of a jaw's size (m)."""
     return _tolerance(assembly, "jaw", "jaw", "machined", size)

@@ -9,7 +9,7 @@ import math
 from sitscad.layout.bending import Bend, bend_length, bend_radius, bend_stretch, tail_thickness
 from sitscad.layout.board import Layout
 from sitscad.record import record
-from sitscad.scene.bodies import film_thickness, metal_face, seat_spans
+from sitscad.scene.bodies import carrier_face, film_thickness, seat_spans
 from sitscad.scene.jaws import pivot_along
 from sitscad.scene.seating import LEAST_RELIEF, cap_end, plate_plan, relief
 from sitscad.scene.stack import tail_heights
@@ -158,7 +158,7 @@ TOO_SHORT = "the tail is too short to be led down to what carries the mount"
 
 def _drop(layout: Layout) -> float | None:
     """How far (m) the tail is let down to the face of the jaw or the finger; None without either."""
-    mount, jaw, face = layout.spec.mount, layout.spec.jaw, metal_face(layout.spec)
+    mount, jaw, face = layout.spec.mount, layout.spec.jaw, carrier_face(layout.spec)
     if mount is None or face is None or (jaw is None and mount.finger is None):
         return None
     rims = jaw.recess if jaw is not None and jaw.pocket is not None else 0.0

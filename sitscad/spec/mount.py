@@ -191,12 +191,27 @@ class Finger(Section):
 
 
 @record
+class MetalBehind(Section):
+    """Metal behind the board that is no part of the package: a tube, a finger's bone, a battery.
+
+    It counts as an endlessly wide sheet of its thickness with air behind it.
+    """
+
+    material: Conductor = key(ConductorChoice, "its metal")
+    distance: float = key(
+        Gap, "from the board's bottom face to the metal, with mount and shield between them: not less than "
+        "mount.standoff; the glue lines come on top, as there",
+    )
+    thickness: float = key(Thickness, "of the metal, away from the board; of a tube, of its wall")
+
+
+@record
 class Mount(Section):
     """What carries the sensor.
 
     ``standoff`` is from the metal's face to the board's bottom face (m), ``process`` how its pieces are made. Words and
     lists are what is written, until that is worked out. ``step`` is a mount of the user's own, or the jaw where only a
-    STEP file says how large that is; ``backing`` is the metal behind the coils where that is not a jaw's.
+    STEP file says how large that is; ``backing`` is the metal of a finger, or of a jaw that only a STEP file describes.
     """
 
     kind: str = key(
@@ -226,6 +241,10 @@ class Mount(Section):
     finger: Finger | None = key(
         Part(Finger), "what a fingertip's cap slips over; a usual finger if left out: measure yours", None
     )
+    metal_behind: MetalBehind | None = key(
+        Part(MetalBehind), "metal behind the board that is neither a jaw nor the finger itself, like a plate under the "
+        "bench, a bone in the finger, a battery; none if left out", None,
+    )
     step: StepPart | None = key(StepName, "of a custom mount: a STEP file in the spec's folder; none if left out", None)
     datum: str | tuple[float, ...] | None = key(
         Datum, "in the STEP file, the middle of the face that the board's body lies on: [x, y, z], or the name of a "
@@ -237,12 +256,16 @@ class Mount(Section):
 
     @property
     def metal(self) -> Conductor | None:
-        """The metal that the coils see at the standoff; None where there is none."""
+        """The metal behind the coils. None if there is no metal."""
+        if self.metal_behind is not None:
+            return self.metal_behind.material
         return self.jaw.material if self.jaw is not None else self.backing
 
     @property
     def metal_thickness(self) -> float | None:
         """How thick that metal is (m), away from the sensor; None where only a STEP file says so, or without metal."""
+        if self.metal_behind is not None:
+            return self.metal_behind.thickness
         if self.jaw is not None:
             return self.jaw.height
         return self.finger.size[1] if self.finger is not None and self.backing is not None else None
@@ -266,6 +289,8 @@ class TolerancesDocument(Section):
     shield: float | None = key(Tolerance, "thickness of the shield", None)
     mount: float | None = key(Tolerance, "thickness of each piece of the mount", None)
     jaw: float | None = key(Tolerance, "height and width of each jaw", None)
+    metal_behind: float | None = key(Tolerance, "thickness of mount.metal_behind", None)
+    metal_distance: float | None = key(Tolerance, "mount.metal_behind.distance", None)
     opposing_pad: float | None = key(Tolerance, "thickness of the other jaw's pad", None)
     placement: float | None = key(Tolerance, "where each piece is glued, along and across", None)
 

@@ -302,7 +302,7 @@ class SensorSpec(Readable):
 
     @property
     def metal(self) -> Conductor | None:
-        """The metal that the coils see at the mount's standoff; None where there is none."""
+        """The metal behind the coils. None if there is no metal."""
         return None if self.mount is None else self.mount.metal
 
     @classmethod

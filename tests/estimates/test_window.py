@@ -38,7 +38,7 @@ def test_numbers_lie_between_the_whole_face_and_none_and_say_how_far():
     assert whole.inductance < small.inductance < middle.inductance < large.inductance < none.inductance
     assert none.inductance - large.inductance < 0.1 * (none.inductance - whole.inductance)
     assert large.spread.causes["resistance"] == "window in the jaw"
-    of_height = [abs(state.spread.shifts["board over shield or jaw"][0]) for state in (whole, middle, large)]
+    of_height = [abs(state.spread.shifts["board over shield or metal"][0]) for state in (whole, middle, large)]
     assert of_height[0] > of_height[1] > 10.0 * of_height[2] > 0.0, "the less jaw is left, the less its height moves"
     doubts = [state.spread.shifts["window in the jaw"][2] for state in (small, middle, large)]
     assert 0.0 < abs(doubts[0]) < 0.1 * abs(doubts[1]) and abs(doubts[2]) > abs(doubts[1])

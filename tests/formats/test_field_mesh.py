@@ -129,3 +129,18 @@ def test_a_pad_mesh_needs_a_pad_and_a_size():
         sitscad.pad_mesh(layout)
     with pytest.raises(ValueError):
         sitscad.pad_mesh(sitscad.lay_out(SPEC), size=-1e-3)
+
+
+def test_metal_behind_and_a_finger_of_metal_are_regions():
+    """A finger of metal was missing among them: what a field program solved was another sensor."""
+    sheet = {"kind": "custom", "metal_behind": {"material": "brass", "distance": 2, "thickness": 0.8}}
+    finger = {"kind": "fingertip", "finger": {"size": [12, 5], "material": "brass"}}
+    for name, mount, height in (("metal_behind", sheet, 0.8e-3), ("finger", finger, 5e-3)):
+        layout = sitscad.lay_out(SPEC.replace({"mount": mount}))
+        regions = json.loads(sitscad.field_mesh(layout, size=1.5e-3, air=5e-3)["json"])["regions"]
+        x0, y0, x1, y1 = layout.body
+        area = (x1 - x0 + 7e-3) * (y1 - y0 + 7e-3)  # half a coil beyond the body
+        if name == "finger":
+            area = regions[name]["volume_m3"] / height
+            assert area / 12e-3 > x1 - x0
+        assert regions[name]["volume_m3"] == approx(area * height, rel=1e-6)

@@ -203,3 +203,20 @@ def test_every_silicone_of_the_data_says_how_it_is_bought():
     for row in rows("elastomers"):
         order = order_of("elastomer", row["name"])
         assert order is not None and order.words == "two liquids" and order.source
+
+
+def test_metal_behind_is_listed_and_in_the_section_and_made_by_nobody():
+    layout = lay_out(load_text(templates.read("fingertip_cell")))
+    row = rows_of(layout)["metal behind"]
+    assert (row["material"], row["size"]) == ("aluminium", "2 mm thick")
+    assert row["note"].startswith("4 mm behind")
+    drawn = stack_section(layout.spec)
+    assert "metal behind, aluminium, 2 mm thick" in drawn
+    assert "gap to the metal behind, 2.8 mm" in drawn, "the mount is 1.2 mm"
+    near = replace(layout.spec.mount, standoff=4e-3)
+    assert "gap to" not in stack_section(replace(layout.spec, mount=near))
+
+
+def test_finger_of_metal_is_in_the_section():
+    text = templates.read("fingertip_foil").replace("size: [16, 10]}", "size: [16, 10], material: brass}")
+    assert "finger, brass, 10 mm thick, cut off here" in stack_section(load_text(text))

@@ -1,6 +1,7 @@
 """The whole assembly as it is glued: nothing in anything, nothing missing, the tail as long bent as flat."""
 
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -149,3 +150,27 @@ def test_all_copper_is_weighed_leads_contacts_and_tail_among_it(layout, pieces):
     without = [w.volume * w.share * w.density for w in found if not w.is_carrier]
     sensor = balance(tuple(w for w in found if not w.is_carrier))
     assert sensor.mass - sum(without) == approx(sum(leads.values()) * (8960.0 - 1250.0), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    "mount", ["{kind: fingertip, standoff: 1.2, %s}", "{kind: bench-plate, standoff: 2, %s}", "{kind: custom, %s}"]
+)
+def test_metal_behind_is_drawn_where_it_counts_and_is_not_weighed(mount):
+    from sitscad.parts.mass import weigh
+    from sitscad.parts.whole import whole
+    from sitscad.scene.bodies import metal_face
+
+    text = (TEMPLATES / "fingertip_foil.yaml").read_text(encoding="utf-8")
+    there = mount % "metal_behind: {material: aluminium, distance: 3, thickness: 2}"
+    text = re.sub(r"^mount: .*$", f"mount: {there}", text, flags=re.MULTILINE)
+    layout = sitscad.lay_out(sitscad.load_text(text))
+    found = whole(layout)
+    drawn = next(solid for solid in found if solid.name == "metal-behind")
+    box = drawn.shape.bounding_box()
+    assert approx((1e3 * metal_face(layout.spec), 2.0), rel=1e-6) == (box.max.Z, box.size.Z)
+    assert box.size.Y > 10.0, "wider than the coil"
+    for other in found:
+        if other.name.startswith("mount"):
+            shared = drawn.shape & other.shape
+            assert shared is None or shared.volume < 1e-6
+    assert "metal-behind" not in {weight.name for weight in weigh(layout, found)}

@@ -213,7 +213,7 @@ def finger_carries(design: Design) -> Iterator[Verdict]:
         yield Violation(
             f"the board's body is {show(width, 'm', 3)} wide, the finger {show(has, 'm', 3)}: the cap carries "
             f"{show((width - has) / 2, 'm', 3)} of it on each side beyond the finger, where it bends under load"
-            + (", and the estimate takes its metal as endless" if mount.metal else ""),
+            + (", and the estimate takes its metal as endless" if mount.finger.material else ""),
             "a wider finger (mount.finger.size), or a narrower board", "mount.finger.size", width, has, "m",
         )
 

@@ -225,7 +225,9 @@ def capacitor_sold(design: Design) -> Iterator[Verdict]:
 def _distance_advice(spec: SensorSpec, worst: Reading) -> str:
     """How less of the inductance is taken away by metal, in words."""
     has_metal = spec.metal is not None
-    ways = ["a larger mount.standoff (board higher over the metal)"] if has_metal else []
+    is_apart = spec.mount is not None and spec.mount.metal_behind is not None
+    key = "mount.metal_behind.distance" if is_apart else "mount.standoff"
+    ways = [f"a larger {key} (board higher over the metal)"] if has_metal else []
     if spec.shield is None and has_metal:
         ways.append("a copper shield")
     elif spec.shield is not None and spec.shield.material.relative_permeability < DRAWS_IN:

@@ -85,7 +85,7 @@ AT_RISK = 1.0
 
 def more_distance(spec: SensorSpec) -> str:
     """More distance from the metal that a spec puts before and behind the coils, in words; empty without any."""
-    behind = "shield" if spec.shield else "jaw" if spec.jaw else "mount" if spec.metal else ""
+    behind = "shield" if spec.shield else "jaw" if spec.jaw else "metal behind" if spec.metal else ""
     names = [name for name in ("target" if spec.target else "", behind) if name]
     return f"more distance from the {' and the '.join(names)}" if names else ""
 

@@ -185,8 +185,9 @@ def warmed(spec: SensorSpec, temperature: float) -> SensorSpec:
     if spec.shield is not None:
         parts["shield"] = replace(spec.shield, material=warm(spec.shield.material))
     if spec.mount is not None and spec.mount.metal is not None:
-        jaw, metal = spec.mount.jaw, warm(spec.mount.metal)
-        behind = {"backing": metal} if jaw is None else {"jaw": replace(jaw, material=metal)}
+        name = next((part for part in ("metal_behind", "jaw") if getattr(spec.mount, part) is not None), "")
+        metal = warm(spec.mount.metal)
+        behind = {name: replace(getattr(spec.mount, name), material=metal)} if name else {"backing": metal}
         parts["mount"] = replace(spec.mount, **behind)
     return replace(spec, **parts) if parts and temperature != 20.0 else spec
 
@@ -196,7 +197,9 @@ def _plate(material: Conductor, thickness: float = math.inf) -> MetalLayer:
 
 
 def metal_behind(spec: SensorSpec, without_jaw: bool = False) -> Reflector | None:
-    """The shield, and behind it the jaw's metal across the air that is left between them; or one of the two alone."""
+    """The shield, and behind it the metal of jaw, finger or `mount.metal_behind` across the air that is left between
+    them; or one of the two alone.
+    """
     material = spec.mount.metal if spec.mount is not None and not without_jaw else None
     sheet, metal = shield_span(spec), metal_face(spec)
     plates: list[MetalLayer] = []
@@ -222,7 +225,10 @@ def _notes(spec: SensorSpec, compression: Compression | None) -> list[str]:
         notes.append(f"no state pressed: {BESIDE_PAD}")
     if spec.mount is not None and spec.mount.metal is not None:
         whose, thickness = "finger" if spec.mount.finger is not None else "jaw", spec.mount.metal_thickness
-        if thickness is None:
+        if spec.mount.metal_behind is not None:
+            notes.append("the metal behind the board enters as an endlessly wide sheet of "
+                         f"{show(spec.mount.metal_behind.thickness, 'm')}, with air behind it")
+        elif thickness is None:
             notes.append(f"the {whose}'s metal enters as endlessly wide and deep: the spec has no thickness of it")
         else:
             notes.append(f"the {whose}'s metal enters as an endlessly wide plate of the thickness in its middle, "

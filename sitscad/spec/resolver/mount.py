@@ -40,7 +40,8 @@ def resolve_mount(part: Mount | None, shield: Shield | None, remarks: Remarks, p
         return None
     standoff = _standoff(part, shield, remarks)
     _check_keys(part, remarks)
-    mount = Mount(part.kind, None, standoff, part.process)
+    _check_metal(part, standoff, remarks)
+    mount = Mount(part.kind, None, standoff, part.process, metal_behind=part.metal_behind)
     words = part.values()
     if part.kind == "bench-plate":
         return replace(mount, holes=_holes(words["holes"], remarks))
@@ -71,7 +72,8 @@ def _standoff(part: Mount, shield: Shield | None, remarks: Remarks) -> float:
     needed = shield.gap + shield.thickness if shield else 0.0
     standoff: float | None = part.values()["standoff"]
     if standoff is None:
-        standoff = max(DEFAULT_STANDOFF, needed)
+        room = DEFAULT_STANDOFF if part.metal_behind is None else min(DEFAULT_STANDOFF, part.metal_behind.distance)
+        standoff = max(room, needed)
         remarks.default("mount.standoff", show(standoff, "m"))
     if standoff < needed * (1 - 1e-9):
         message = (
@@ -91,6 +93,26 @@ def _check_keys(part: Mount, remarks: Remarks) -> None:
             if kind != part.kind and getattr(part, name) is not None:
                 message = f"a {part.kind} has no {name}".replace("bench-plate", "bench plate")
                 remarks.flaw("SIT009", f"mount.{name}", message, f"leave {name} out, or kind: {kind}")
+
+
+def _check_metal(part: Mount, standoff: float, remarks: Remarks) -> None:
+    """Add a flaw if jaw or finger are the metal behind the board already, or if metal lies in the mount's plastic."""
+    metal = part.metal_behind
+    if metal is None:
+        return
+    is_finger = part.finger is not None and part.finger.material is not None
+    if part.kind == "grasper-pad" or is_finger:
+        whose, key = ("finger", "mount.finger.material") if is_finger else ("jaw", "mount.jaw")
+        message = f"the {whose} is the metal behind the board already, and screens what lies behind it"
+        remarks.flaw("SIT009", "mount.metal_behind", message, f"leave metal_behind out: {key} says which metal it is")
+    elif metal.distance < standoff * (1 - 1e-9):
+        message = (f"the metal begins {show(metal.distance, 'm')} behind the board, inside the mount, which ends at "
+                   f"{show(standoff, 'm')} (mount.standoff)")
+        least = f"{standoff * 1e3:.6g} mm"
+        facts = {"measured": metal.distance, "limit": standoff, "unit": "m",
+                 "edits": (Edit("mount.metal_behind.distance", least),)}
+        remarks.flaw("SIT009", "mount.metal_behind.distance", message,
+                     f"mount.metal_behind.distance: {least} or more, or a smaller mount.standoff", **facts)
 
 
 def _in_jaw(mount: Mount, written: Jaw, place: Origin, remarks: Remarks) -> Mount:

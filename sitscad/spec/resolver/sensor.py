@@ -130,6 +130,7 @@ def _assembly(part: Assembly, is_glued: bool, remarks: Remarks) -> Assembly:
 def toleranced_sizes(spec: SensorSpec) -> dict[str, float | None]:
     """Return the size (m) that each tolerance applies to, by the tolerance's key. None if the sensor lacks the part."""
     jaw = spec.mount.jaw if spec.mount is not None else None
+    metal = spec.mount.metal_behind if spec.mount is not None else None
     parts = {"elastomer": spec.elastomer, "target": spec.target}
     plain = {"encapsulation": spec.encapsulation, "shield": spec.shield}
     return {
@@ -138,6 +139,8 @@ def toleranced_sizes(spec: SensorSpec) -> dict[str, float | None]:
         **{f"{name}_size": min(part.size) if part is not None else None for name, part in parts.items()},
         "mount": spec.mount.standoff if spec.mount is not None else None,
         "jaw": min(jaw.height, jaw.width) if jaw is not None else None,
+        "metal_behind": metal.thickness if metal is not None else None,
+        "metal_distance": metal.distance if metal is not None else None,
         "opposing_pad": jaw.opposing_pad_thickness if jaw is not None else None,
     }
 

@@ -1,0 +1,147 @@
+"""Metal behind the board that is neither jaw nor finger: what a jaw of the same sheet does, in every number."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from tolerance import approx
+
+import sitscad
+from sitscad.design import Design
+from sitscad.estimates.scatter import HEIGHT, METAL, MOVED, scatter
+from sitscad.estimates.states.assembly import metal_behind, warmed
+from sitscad.scene.bodies import metal_face, room_behind
+from sitscad.study.evaluating import can_screen
+
+TEXT = """
+sitscad: 1
+name: over-metal
+coil: {{shape: circle, outer_diameter: 6, turns: 8, layers: 2, trace_width: 0.12, trace_spacing: 0.12}}
+fpc: {{stackup: flex-2l-24um, tail: {{length: 40}}}}
+target: {{size: 6, shape: circle, material: copper, thickness: 0.2}}
+elastomer: {{size: 6.5, shape: circle, thickness: 1.2}}
+mount: {mount}
+assembly: {{glue_line: 0.04, tolerances: {{mount: 0.08, jaw: 0.05, metal_behind: 0.05{more}}}}}
+requirements: {{normal_force: 3 N, shear_force: 1 N}}
+"""
+
+JAW = ("{kind: grasper-pad, standoff: 1, jaw: {name: plate, width: 40, length: 40, height: 0.3, port_diameter: 60, "
+       "material: aluminium}}")
+SHEET = "metal_behind: {material: aluminium, distance: 1.04, thickness: 0.3}"
+KINDS = ("custom", "bench-plate", "fingertip")
+
+
+def design(mount, more=", metal_distance: 0.08"):
+    """The sensor on a mount; `more` are tolerances."""
+    return Design(sitscad.load_text(TEXT.format(mount=mount, more=more), "over_metal.yaml"))
+
+
+def over(kind="custom", sheet=SHEET, **words):
+    """The sensor on a mount of a kind; the sheet lies a glue line deeper than the face of a jaw, which is glued on."""
+    standoff = "" if "standoff" in sheet else "standoff: 1, "
+    return design(f"{{kind: {kind}, {standoff}{sheet}}}", **words)
+
+
+@pytest.fixture(scope="module")
+def in_jaw():
+    return design(JAW, more="")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_metal_behind_any_kind_of_mount_is_the_reflector_that_a_jaw_of_this_sheet_is(kind, in_jaw):
+    found, jaw = metal_behind(over(kind).spec), metal_behind(in_jaw.spec)
+    assert found.distance == approx(jaw.distance, rel=1e-12)
+    assert found.plates == jaw.plates
+    assert room_behind(over(kind).spec) == approx(room_behind(in_jaw.spec), rel=1e-12)
+
+
+def test_metal_behind_gives_the_numbers_of_a_jaw_of_this_sheet(in_jaw):
+    found, jaw = over().estimates.coils[0], in_jaw.estimates.coils[0]
+    assert set(found.states) == set(jaw.states) == {"free", "rest", "pressed"}
+    for name, state in jaw.states.items():
+        for figure in ("inductance", "resistance", "parallel_resistance", "frequency", "quality_factor"):
+            assert getattr(found.states[name], figure) == approx(getattr(state, figure), rel=1e-9), (name, figure)
+    rest = jaw.states["rest"], jaw.states["free"]
+    assert rest[0].inductance < 0.97 * rest[1].inductance, "the sheet is seen"
+
+
+def test_metal_behind_gives_the_response_of_a_jaw_of_this_sheet(in_jaw):
+    poses = np.array([[0.0, 0.0, -2e-4, 0.0, 0.0, 0.0], [3e-4, 1e-4, -1e-4, 0.01, 0.0, 0.0]])
+    found, jaw = (one.response.respond(poses) for one in (over(), in_jaw))
+    assert np.abs(found.frequency / jaw.frequency - 1.0).max() < 1e-9
+    assert np.abs(found.inductance / jaw.inductance - 1.0).max() < 1e-9
+
+
+def test_metal_behind_scatters_the_states_by_its_distance_and_its_thickness(in_jaw):
+    loose = over(more=", metal_distance: 0.3")
+    found = scatter(loose.spec)
+    glue = loose.spec.assembly.glue_tolerance
+    assert found[HEIGHT].sigma == approx(math.hypot(0.3e-3, glue) / math.sqrt(3.0), rel=1e-9)
+    assert found[METAL].sigma == approx(0.05e-3 / math.sqrt(3.0), rel=1e-9)
+    assert METAL in scatter(in_jaw.spec)
+    tight = over().estimates.coils[0].states["rest"].spread
+    wide = loose.estimates.coils[0].states["rest"].spread
+    assert wide.inductance > 1.5 * tight.inductance
+    assert abs(wide.shifts[HEIGHT][0]) > 3.0 * abs(tight.shifts[HEIGHT][0])
+
+
+def test_tolerances_left_out_are_those_of_the_mount_and_of_a_rolled_sheet():
+    text = TEXT.replace("jaw: 0.05, metal_behind: 0.05{more}", "jaw: 0.05{more}")
+    spec = sitscad.load_text(text.format(mount=f"{{kind: bench-plate, standoff: 1, {SHEET}}}", more=""), "over.yaml")
+    assert scatter(spec)[HEIGHT].sigma == approx(
+        math.hypot(0.1e-3, spec.assembly.glue_tolerance) / math.sqrt(3.0), rel=1e-9)  # resin
+    assert scatter(spec)[METAL].sigma == approx(22e-6 / math.sqrt(3.0), rel=1e-9)
+
+
+@pytest.mark.parametrize("cause, face, thickness", [(HEIGHT, -1e-4, 0.0), (METAL, 0.0, 1e-4)])
+def test_unit_with_metal_elsewhere_has_it_there(cause, face, thickness):
+    spec = over().spec
+    unit = MOVED[cause](spec, 1e-4)
+    assert metal_face(unit) - metal_face(spec) == approx(face, rel=1e-9, abs=1e-15)
+    assert unit.mount.metal_thickness - spec.mount.metal_thickness == approx(thickness, rel=1e-9, abs=1e-15)
+
+
+def test_warm_metal_behind_conducts_less():
+    spec = over().spec
+    assert warmed(spec, 60.0).metal.conductivity < 0.95 * spec.metal.conductivity
+
+
+def test_shield_lies_before_metal_behind_with_air_between():
+    sheet = "metal_behind: {material: brass, distance: 2, thickness: 0.5}"
+    text = TEXT + "shield: {{material: copper, thickness: 0.1, gap: 0.6}}\n"
+    spec = sitscad.load_text(text.format(mount=f"{{kind: custom, standoff: 1, {sheet}}}", more=""), "over.yaml")
+    shield, air, metal = metal_behind(spec).plates
+    assert (shield.thickness, metal.thickness) == (1e-4, 5e-4)
+    # board, glue, spacer, glue, shield, glue, mount
+    assert air.thickness == approx(2e-3 - 0.6e-3 - 0.1e-3 + 0.04e-3, rel=1e-6)
+    assert not can_screen(spec), "shields without a jaw have no model on the screen level"
+    assert can_screen(over().spec)
+
+
+@pytest.mark.parametrize(
+    "mount, key",
+    [
+        (f"{{kind: grasper-pad, {SHEET}}}", "mount.metal_behind"),
+        (f"{{kind: fingertip, finger: {{material: brass}}, {SHEET}}}", "mount.metal_behind"),
+        (f"{{kind: bench-plate, standoff: 1.2, {SHEET}}}", "mount.metal_behind.distance"),
+    ],
+)
+def test_metal_behind_that_contradicts_its_mount_is_refused(mount, key):
+    with pytest.raises(sitscad.SpecError) as refused:
+        design(mount)
+    assert [(found.rule, found.key) for found in refused.value.findings] == [("SIT009", key)]
+
+
+def test_standoff_left_out_ends_where_metal_begins():
+    near = design("{kind: bench-plate, metal_behind: {material: aluminium, distance: 0.6, thickness: 1}}")
+    assert near.spec.mount.standoff == 0.6e-3
+
+
+def test_resistance_too_low_over_near_metal_asks_for_more_distance_from_it():
+    near = over(sheet="metal_behind: {material: titanium-grade-5, distance: 0, thickness: 1}, standoff: 0")
+    found = [one for one in sitscad.check(near.spec, hints="none").findings if one.rule in ("SIT201", "SIT203")]
+    assert found
+    assert any("metal behind" in one.hint or "mount.metal_behind.distance" in one.hint for one in found)
+    assert not any("mount.standoff" in one.hint for one in found), "that does not move this metal"
