@@ -98,7 +98,7 @@ PARTED = 4e-3  # Length (m) at the end of a tail over which both leads run apart
 def _undrawn(spec: SensorSpec, bus: Bus, bare: Layout) -> list[tuple[LeadPair, ...]]:
     """The pairs beside the coils and down the tail that will lead each coil out."""
     tail, lined = body_frame(spec, bus, front_of(spec, bus), boards(spec, bus)[0][1]), in_line(spec)
-    length, width = max(tail.end - tail.body_end - PARTED, 0.0), tail.trace_width
+    length, width = max(tail.end - tail.body_end - PARTED, 0.0), tail.lane_width
     down = LeadPair(length, width, bus.layers, width + bus.spacing)
     frontmost = max(p.centre[0] for p in spec.array.placements)
     found: list[tuple[LeadPair, ...]] = []

@@ -12,7 +12,7 @@ from sitscad.geometry.path import Arc, Line, Path, Point, Region, Segment, bound
 from sitscad.layout.board import Pad
 from sitscad.layout.clearance import SLACK, Breadth, TrackToPlace, ViaToPlace
 from sitscad.layout.lanes import Ring
-from sitscad.layout.tail_frame import CHIP_OPENING, CORNER_RADIUS, TailFrame
+from sitscad.layout.tail_frame import CORNER_RADIUS, TailFrame
 from sitscad.record import record, replace
 from sitscad.spec.circuit import FpcSpec
 from sitscad.spec.design_rules import DesignRules
@@ -320,14 +320,14 @@ def openings(
     That over a plug covers the whole width of what is plugged in and past its end, so that no strip of coverlay makes
     it thicker there; and reaches so far back that the contacts are bare over their length with the coverlay out of
     register. Past the edges it reaches as far as outline and coverlay may be off together. The coverlay covers the rims
-    of contacts for solder, of which half stays bare; a capacitor's pads are bare altogether.
+    of contacts for solder, of which half stays bare; a capacitor's pads are bare as far as `chip_opening` allows.
     """
-    over_chips = (_grown(pad, CHIP_OPENING) for pad in chip_pads)
+    over_chips = (_grown(pad, tail.chip_opening) for pad in chip_pads)
     if tail.connector.kind == "pads":
         return (*(_grown(pad, -rim_lap(rules, pad)) for pad in contacts), *over_chips)
-    past = rules.outline_tolerance + rules.registration
+    past = rules.outline_tolerance + rules.coverlay_registration
     half = tail.plug_half_width + past
-    begin = tail.end - tail.end_gap - tail.connector.contact_length - rules.registration
+    begin = tail.end - tail.end_gap - tail.connector.contact_length - rules.coverlay_registration
     return (Region(rectangle(begin, -half, tail.end + past, half)), *over_chips)
 
 

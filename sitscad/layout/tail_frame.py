@@ -91,7 +91,6 @@ BARE_LENGTH = 2.0e-3
 
 END_GAP = 0.2e-3  # Between the contacts and the end of the board (m); solder pads keep the fabricator's edge distance
 CHIP_ROOM = 0.3e-3  # Between a capacitor's pads and the vias behind and the bends before them (m), at least
-CHIP_OPENING = 0.05e-3  # How far the coverlay's opening over a capacitor's pad reaches beyond the pad (m)
 
 CORNER_RADIUS = 0.5e-3
 """Corners are rounded: what touches tissue has no sharp edge, and inner corners of a flex tear (m). Inner ones have the
@@ -131,6 +130,7 @@ class TailFrame:
 
     ``turn`` is how much of its length its turn takes, which lies before the stiffener and before the pairs part.
     Leads come with ``lead_width`` and draw together as necks of ``neck_width``, no wider than their lanes allow.
+    Tracks of pairs are ``lane_width`` wide along the tail, and ``trace_width`` from where a pair parts.
     ``fan_pitch`` is that of the tracks in the tail, up to the vias: wider than the contacts' where vias or capacitors
     (``chip``) need more; ``outer_contact`` is the height of a coil's outermost contact over the middle of them all.
     """
@@ -147,6 +147,7 @@ class TailFrame:
     inner_radius: float
     end_gap: float
     trace_width: float
+    lane_width: float
     lead_width: float
     neck_width: float
     fan_pitch: float
@@ -155,6 +156,8 @@ class TailFrame:
     finger_lap: float = 0.0
     """How far (m) the contacts go on under the coverlay, where they are plugged in."""
     chip: Chip | None = None
+    chip_opening: float = 0.0
+    """How far (m) the coverlay's opening over a capacitor's pad reaches beyond the pad."""
     turn: float = 0.0
     wait: float = 0.0
     """How much later (m) than the innermost the outermost lane bends, for which the body's end leaves room."""
@@ -253,8 +256,9 @@ def frame(spec: SensorSpec, bus: Bus, connector: Connector, front: float, body_h
         width = min(width, fan / math.sqrt(2.0) - rules.trace_spacing, connector.pitch - rules.trace_spacing)
     width = max(rules.trace_width, width)
     # copper keeps its distance from the edge, and the coverlay its web beside a capacitor's opening
+    opening = chip_opening(rules, chip) if chip else 0.0
     copper = max(width, rules.via_pad if bus.is_stacked else 0.0, chip.pad_along if chip else 0.0)
-    to_edge = max(copper / 2 + edge, chip.pad_along / 2 + CHIP_OPENING + rules.coverlay_web if chip else 0.0)
+    to_edge = max(copper / 2 + edge, chip.pad_along / 2 + opening + rules.coverlay_web if chip else 0.0)
     outer_track = contact_height(fan, row.used, 1)
     half_width = max(plug, outer_track + row.offset + to_edge)
     # necks are as wide as their neighbours in the lanes and the tail's edge allow
@@ -275,11 +279,12 @@ def frame(spec: SensorSpec, bus: Bus, connector: Connector, front: float, body_h
         connector=connector, body_end=body_end, funnel=front if narrows else front + slack, start=start, end=start,
         body_half_width=body_half_width, half_width=half_width, plug_half_width=plug, outer_contact=outer_contact,
         inner_radius=inner, end_gap=max(END_GAP, edge) if is_soldered else END_GAP, trace_width=width,
-        lead_width=bus.width,
+        lane_width=max(width, min(TAIL_TRACE_WIDTH, lanes - rules.trace_spacing, 2.0 * beside)), lead_width=bus.width,
         neck_width=min(bus.width, max(rules.trace_width, min(lanes - bus.spacing, 2.0 * beside))), fan_pitch=fan,
-        edge=edge, row=row, finger_lap=0.0 if is_soldered else rules.finger_lap + rules.registration, chip=chip,
+        edge=edge, row=row, finger_lap=0.0 if is_soldered else rules.finger_lap + rules.coverlay_registration,
+        chip=chip, chip_opening=opening,
         turn=turn, wait=wait, covered=covered if is_soldered else max(0.0, covered - rules.finger_lap),
-        chip_room=max(CHIP_ROOM, CHIP_OPENING + max(covered, rules.coverlay_web)),
+        chip_room=max(CHIP_ROOM, opening + max(covered, rules.coverlay_web)),
     )
     # a stacked pair parts, changes layer and reaches the contacts; a flat pair widens
     needed = fan + CAP + (fan / 2 + CAP + rules.via_pad if bus.is_stacked else 0.0) + laid.end - laid.fan_end
@@ -287,6 +292,14 @@ def frame(spec: SensorSpec, bus: Bus, connector: Connector, front: float, body_h
         needed = max(needed, connector.stiffener_length) + turn + CAP + taper.reach_beyond
     needed = start - body_end + max(needed, taper.reach_beyond + laid.end - laid.plug_taper.begin)
     return replace(laid, end=body_end + (max(tail.length, needed) if tail else needed + BARE_LENGTH))
+
+
+def chip_opening(rules: DesignRules, chip: Chip) -> float:
+    """How far (m) the coverlay's opening over a capacitor's pad reaches beyond the pad: by the coverlay's registration,
+    or as far as the web between the two pads allows.
+    """
+    between = (chip.pitch - chip.pad_along - rules.coverlay_web) / 2
+    return max(0.0, min(rules.coverlay_registration, between))
 
 
 def contact_row(spec: SensorSpec, connector: Connector) -> Row:

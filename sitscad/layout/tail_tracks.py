@@ -142,16 +142,19 @@ def _run(fpc: FpcSpec, bus: Bus, tail: TailFrame, lane: Lane, way: Descent, numb
     layer = bus.layers[0] if end == "A" else bus.layers[1]
     neck = TrackToPlace(way.neck(tail.fan_pitch), tail.neck_width, layer)  # it widens where its neighbour has gone
     pad = replace(_bare_contact(tail, tail.row.first - 1 + number), net=name, pin=f"{name}.{end}")
+    part = Point(parting(rules, bus, tail), way.height)
+    start, pieces = neck.path.end, list[TrackToPlace | ViaToPlace]()
+    if tail.lane_width > width + SAME and part.x > start.x + SAME:
+        pieces = [TrackToPlace(polyline([start, part]), tail.lane_width, layer)]
+        start = part
     if not bus.is_stacked:
-        return Run(neck, (TrackToPlace(polyline([neck.path.end, pad.centre]), width, layer),), pad)
+        return Run(neck, (*pieces, TrackToPlace(polyline([start, pad.centre]), width, layer)), pad)
 
     height = _track_height(tail, number)
-    part = Point(parting(rules, bus, tail), way.height)
-    before = [neck.path.end, part, Point(part.x + abs(height - way.height), height)]
-    pieces: list[TrackToPlace | ViaToPlace] = []
+    before = [*dict.fromkeys((start, part)), Point(part.x + abs(height - way.height), height)]
     if end == "B":
         hole = ViaToPlace(Point(tail.fan_end - rules.via_pad / 2 - CAP, height), rules.via_pad, rules.via_drill)
-        pieces = [TrackToPlace(polyline([*before, hole.centre]), width, layer), hole]
+        pieces += [TrackToPlace(polyline([*before, hole.centre]), width, layer), hole]
         before, layer = [hole.centre], pad.layer
     after, aside = [pad.centre], abs(height - pad.centre.y)
     if aside >= 1e-9:  # it draws together with the others to the contacts' pitch

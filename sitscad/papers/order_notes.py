@@ -27,6 +27,7 @@ from sitscad.geometry.path import bounding_box
 from sitscad.layout.bending import Where, finished_thickness, tail_copper, tail_layers
 from sitscad.layout.board import Layout
 from sitscad.layout.panel import Panel, is_too_small
+from sitscad.layout.tail_frame import chip_opening
 from sitscad.layout.tail_tracks import contact_rows
 from sitscad.scene.column import usual_tolerances
 from sitscad.spec.circuit import MASK, LayerKind, Plating
@@ -108,11 +109,13 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     yield "Thickness", f"{show(fpc.stackup.thickness, 'm')} finished{bare}"
     yield "Tolerances", (
         f"outline {notes.outline_text(fpc.rules)}, layers in register within {show(fpc.rules.registration, 'm')}, "
+        f"{cover_name(fpc.stackup)} within {show(fpc.rules.coverlay_registration, 'm')} of the copper, "
         "finished thickness " + ", ".join(f"{place} {text}" for place, text in notes.thickness_texts(layout).items())
     )
     if tail_copper(layout) < len(copper):
         yield "Tail", _thin_tail(layout)
-        yield "Build", notes.build_text(layout)
+    if build := notes.build_text(layout):
+        yield "Build", build
     yield "Smallest track", show(min(trace.width for trace in layout.traces), "m") if layout.traces else "none"
     coil = layout.spec.coil
     yield "Coil", f"tracks {show(coil.trace_width, 'm')} wide, {show(coil.trace_spacing, 'm')} apart"
@@ -135,7 +138,9 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     if layout.capacitors:
         names = ", ".join(each.reference for each in layout.capacitors)
         yield "Capacitors", (
-            f"bare pads for {names} ({layout.capacitors[0].package}) over the stiffener, see placement.csv; "
+            f"bare pads for {names} ({layout.capacitors[0].package}) over the stiffener, see placement.csv; the "
+            f"coverlay is open {show(_chip_opening(layout), 'm')} beyond each pad and laid within "
+            f"{show(fpc.rules.coverlay_registration, 'm')}; "
             "soldered on by hand or by an assembler, not part of this order unless it says so"
         )
     if layout.bend_zone is not None:
@@ -176,6 +181,13 @@ def _holes(layout: Layout) -> str:
         f"{', '.join(kinds)}, plated, finished diameters; {notes.holes_text(layout)}; no pins or wires go "
         f"into them: a hole may be smaller if annular ring and plating are kept{thick}"
     )
+
+
+def _chip_opening(layout: Layout) -> float:
+    """How far (m) the coverlay is open beyond a capacitor's pad."""
+    chip = layout.spec.readout.chip
+    assert chip is not None
+    return chip_opening(layout.spec.fpc.rules, chip)
 
 
 def _ipc_type(layout: Layout) -> str:
@@ -220,7 +232,8 @@ def _rules(spec: SensorSpec) -> str:
     # Those figures of the rules for which no page was seen: the fabricator knows better
     named = {"hole_to_hole": "from hole to hole", "drill_to_copper": "from hole to copper", "trace_width": "track",
              "trace_spacing": "gap", "via_drill": "hole", "annular_ring": "ring", "copper_to_edge": "copper to edge",
-             "outline_tolerance": "outline", "registration": "register"}
+             "outline_tolerance": "outline", "registration": "register",
+             "coverlay_registration": "coverlay's register"}
     words = [
         f"{word} {show(getattr(rules, field), 'm')}" for field, word in named.items() if is_unverified(rules, field)
     ]

@@ -99,8 +99,9 @@ class DesignRules(Readable):
     panel_size: tuple[float, float] = (0.1, 0.08)
     outline_tolerance: float = 0.1e-3
     registration: float = 0.1e-3
+    coverlay_registration: float = 0.15e-3
     inside_radius: float = 1e-3
-    coverlay_lap: float = 0.5e-3
+    coverlay_lap: float = 0.3e-3
     hole_to_step: float = 0.5e-3
     finger_lap: float = 0.3e-3
     pad_lap: float = 0.125e-3
@@ -247,6 +248,7 @@ class RulesDocument(Section):
     stiffened_tolerance_fr4: Written = key(Tolerance, "with one of FR4", None)
     outline_tolerance: Written = key(Tolerance, "plus and minus", None)
     registration: Written = key(Tolerance, "layer to layer", None)
+    coverlay_registration: Written = key(Tolerance, "coverlay to copper", None)
     inside_radius: Written = key(Feature, "smallest radius of an inner edge of the outline", None)
     coverlay_lap: Written = key(Feature, "how far the coverlay of a tail of fewer layers laps into the body", None)
     hole_to_step: Written = key(Feature, "hole's edge to the body's end, where layers end there", None)

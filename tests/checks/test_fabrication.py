@@ -250,7 +250,7 @@ def test_coverlay_beside_the_contacts_of_one_coil(judge, design, connector, web)
     if connector == "solder-pads":
         assert edge - highest >= rules.coverlay_web - 1e-9
     else:
-        assert highest > edge + rules.registration
+        assert highest > edge + rules.coverlay_registration
 
 
 @pytest.mark.parametrize("connector", ["zif-0.5mm", "zif-0.3mm", "solder-pads"])

@@ -142,7 +142,7 @@ def test_the_tail_has_a_coverlay_of_its_own_that_laps_into_the_body(thin):
     assert area.area == approx(whole.intersection(shapely_box(x0, -1e3, 1e3, 1e3)).area, rel=1e-4)
     words = " ".join(files["fpc/readme.txt"].decode().split())
     assert f"The tail has a coverlay of its own under copper {last}" in words
-    assert "laps 500 um into the body" in words and "the bottom coverlay goes on" not in words
+    assert "laps 300 um into the body" in words and "the bottom coverlay goes on" not in words
     for name in ("drawing.svg", "stackup.svg"):
         drawn = " ".join(re.sub(r"<[^>]*>", " ", files[f"fpc/thin-{name}"].decode()).split())
         assert "coverlay" in drawn and re.search(r"laps\s+500 um\s+into", drawn), name
@@ -231,9 +231,9 @@ def test_every_paper_has_one_truth_of_the_copper(plated, finished, core):
     assert "leave fpc.tail.layers out" in note.hint and "bends to" in note.hint
 
 
-def test_the_plain_build_is_not_told():
+def test_plain_build_of_two_cores_is_one_lamination_without_a_finding():
     text = SPEC.format(layers=4, tail=4, array="{pattern: single}", across=6, turn="")
     layout = lay_out(load_text(text, "thin.yaml"))
     assert not [finding for finding in sitscad.check(layout.spec).findings if finding.rule == "SIT132"]
     files = order_set(layout)
-    assert "Build " not in files["fpc/readme.txt"].decode() and not any("front-in" in name for name in files)
+    assert "one lamination" in files["fpc/readme.txt"].decode() and not any("front-in" in name for name in files)

@@ -58,12 +58,12 @@ def test_the_opening_leaves_no_strip_beside_the_fingers_and_reaches_past_the_tip
     x0, y0, x1, y1 = bounding_box([plugged.top_openings[0].outline])
     _, edge = plugged.reach_at(plugged.pads[0].centre.x)
     tip = bounding_box([plugged.outline])[2]
-    both = rules.registration + rules.outline_tolerance
+    both = rules.coverlay_registration + rules.outline_tolerance
     assert y1 == approx(edge + both, rel=1e-6) and y0 == approx(-edge - both, rel=1e-6)
     assert x1 == approx(tip + both, rel=1e-6)
     for pad in plugged.pads:
         begin, end = pad.centre.x - pad.size[0] / 2, pad.centre.x + pad.size[0] / 2
-        assert end - x0 == approx(connector.contact_length + rules.registration, rel=1e-6)
+        assert end - x0 == approx(connector.contact_length + rules.coverlay_registration, rel=1e-6)
         assert x0 - begin == approx(rules.finger_lap, rel=1e-6)  # so far the finger goes on under the coverlay
 
 

@@ -288,22 +288,25 @@ def step(design: Design) -> Iterator[Verdict]:
     through = [via for via in layout.vias if via.lowest is None]
     near = max(through, key=lambda via: via.centre.x + via.drill / 2.0, default=None)
     gap = math.inf if near is None else end - near.centre.x - near.drill / 2.0
-    if near is not None and gap < rules.hole_to_step - ROUNDING:
+    asked = rules.coverlay_lap + rules.coverlay_registration
+    field, apart = "hole_to_step", rules.hole_to_step
+    if has_tail_coverlay(layout) and asked > apart:
+        field, apart = "coverlay_lap", asked
+    if near is not None and gap < apart - ROUNDING:
         message = (
             f"a hole of {near.net} stands {show(gap, 'm')} from the body's end, where copper {tail_copper(layout) + 1} "
-            f"and what is below it end; {house(rules, 'hole_to_step')} asks {show(rules.hole_to_step, 'm')}"
+            f"and what is below it end; {house(rules, field)} asks {show(apart, 'm')}"
         )
         place = Place(*near.centre, nets=(near.net,))
-        yield _too_near(design, message, gap, rules.hole_to_step, source_of(rules, "hole_to_step"), place)
-    asked = rules.coverlay_lap + rules.registration
+        yield _too_near(design, message, gap, apart, source_of(rules, field), place)
     reach = {p.name: Ring(design.spec.coil, p, 0.0).half_size[0] for p in design.spec.array.placements}
     coil = max(layout.coils, key=lambda coil: coil.centre.x + reach[coil.name])
     gap = end - coil.centre.x - reach[coil.name]
     if has_tail_coverlay(layout) and gap < asked - ROUNDING:
         message = (
             f"the turns of {coil.name} begin {show(gap, 'm')} from the body's end, into which the tail's own coverlay "
-            f"laps {show(rules.coverlay_lap, 'm')}, laid within {show(rules.registration, 'm')}: layers lie farther "
-            "apart there"
+            f"laps {show(rules.coverlay_lap, 'm')}, laid within {show(rules.coverlay_registration, 'm')}: layers lie "
+            "farther apart there"
         )
         place = Place(*coil.centre, nets=(coil.net,))
         yield _too_near(design, message, gap, asked, source_of(rules, "coverlay_lap"), place)

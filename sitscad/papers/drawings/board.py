@@ -65,7 +65,7 @@ from sitscad.papers.drawings.contacts import CONTACT, contact_sheet, draw_copper
 from sitscad.scene.tail_path import bends
 from sitscad.spec.circuit import Tail
 from sitscad.spec.design_rules import DesignRules
-from sitscad.spec.presets import board_kind, is_rigid
+from sitscad.spec.presets import board_kind, cover_name, is_rigid
 from sitscad.units import show
 
 PLATE, BEND = "#dddddd", "#eef3e2"
@@ -323,7 +323,8 @@ def notes(layout: Layout) -> Iterator[str]:
     rules = layout.spec.fpc.rules
     register = show(rules.registration, "m")
     yield "Coordinates in mm from the files' origin (red cross). No layer is mirrored."
-    yield f"Outline {outline_text(rules)}, layers in register within {register} (rules {rules.name})."
+    cover = f"{cover_name(layout.spec.fpc.stackup)} within {show(rules.coverlay_registration, 'm')} of the copper"
+    yield f"Outline {outline_text(rules)}, layers in register within {register}, {cover} (rules {rules.name})."
     yield coil_text(layout)
     yield f"Finished thickness: {', '.join(f'{k} {v}' for k, v in thickness_texts(layout).items())}."
     if tail_holes(layout):
