@@ -202,6 +202,13 @@ CORNER_SCREW = Screw(2.4e-3, 3.8e-3, 4.2e-3, 1.8e-3)
 """M2: ISO 273 medium, ISO 4762; nut ISO 4032 (4 mm across flats, 1.6 mm high) with 0.2 mm of room."""
 
 
+def nut_room(mount: Mount | None) -> float:
+    """Room (m) from the middle of a nut in an adapter's corner to the head of a screw beside it."""
+    assert mount is not None
+    wall = print_limit(mount.process, "wall").value
+    return CORNER_SCREW.nut_across / math.sqrt(3.0) + wall + clearance(mount)
+
+
 def plate_plan(layout: Layout, film: float) -> Box:
     """The plate's rectangle (m): all that it carries with the tail beside the screws, a border, and its own holes."""
     x0, y0, x1, y1 = layout.body
@@ -212,7 +219,11 @@ def plate_plan(layout: Layout, film: float) -> Box:
         x0, y0, x1, y1 = min(x0, left - film), min(y0, low - film), max(x1, right + film), max(y1, high + film)
     ends, pattern = [(x0, y0, BORDER), (x1, y1, BORDER)], _pattern(layout.spec.mount)
     if pattern is not None:
-        ends += [(*hole.at, hole.head / 2 + ROUND_HOLE) for hole in _placed(layout, pattern)]
+        nut = 0.0 if not adapter_needed(layout) else nut_room(layout.spec.mount)
+        for hole in _placed(layout, pattern):
+            # the nuts in the corners of an adapter lie beside its holes, in both directions
+            beyond = INSET + (hole.head / 2 + nut) / math.sqrt(2.0) if nut else hole.head / 2 + ROUND_HOLE
+            ends.append((*hole.at, beyond))
     x0, y0 = min(x - room for x, _, room in ends), min(y - room for _, y, room in ends)
     return x0, y0, max(x + room for x, _, room in ends), max(y + room for _, y, room in ends)
 
@@ -243,13 +254,15 @@ def clear_pattern(layout: Layout) -> tuple[Hole, ...]:
     pattern = _pattern(layout.spec.mount)
     if pattern is None:
         return ()
-    holes, boxes = _placed(layout, pattern), [box for box in _boxes(layout) if box[2] > box[0]]
-    for hole in holes:
-        room, (x, y) = hole.head / 2 + BESIDE_HEAD, hole.at
-        aside = (math.hypot(max(b[0] - x, 0.0, x - b[2]), max(b[1] - y, 0.0, y - b[3])) for b in boxes)
-        if min(aside) < room - 1e-9:
-            return ()
-    return holes
+    holes = _placed(layout, pattern)
+    return holes if all(beside_board(layout, hole) >= hole.head / 2 + BESIDE_HEAD - 1e-9 for hole in holes) else ()
+
+
+def beside_board(layout: Layout, hole: Hole) -> float:
+    """Distance (m) of a hole's middle from the board, its tail and the plates on it, as seen from above."""
+    x, y = hole.at
+    boxes = (box for box in _boxes(layout) if box[2] > box[0])
+    return min(math.hypot(max(b[0] - x, 0.0, x - b[2]), max(b[1] - y, 0.0, y - b[3])) for b in boxes)
 
 
 def _placed(layout: Layout, pattern: HolePattern) -> tuple[Hole, ...]:

@@ -4,6 +4,7 @@ that is refused and a neighbour that is not.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -11,6 +12,9 @@ from tolerance import approx
 
 from sitscad.estimates.circuit.tank import E12, E24, neighbour_values, preferred_values
 from sitscad.finding import Severity
+from sitscad.layout import lay_out
+from sitscad.scene.column import print_limit
+from sitscad.scene.seating import CORNER_SCREW, adapter_needed, corner_holes, plate_plan
 from sitscad.spec import presets
 from sitscad.spec.sensor import SensorSpec
 
@@ -113,9 +117,16 @@ def test_holes_of_a_plate_in_each_other_are_an_error(design, judge, places, size
     assert found.measured < found.limit
 
 
-@pytest.mark.parametrize("places", [[(-20, 20), (-20, 24)], [(-20, 20)], [(0, 0), (6.25, 0)]])
+@pytest.mark.parametrize("places", [[(-20, 20), (-20, 24)], [(-20, 20)]])
 def test_holes_of_a_plate_with_room_for_heads_pass(design, judge, places):
     assert judge("SIT330", plate(design, *places)) == []
+
+
+@pytest.mark.parametrize(("places", "found"), [([(0, 0), (-20, 20)], 0), ([(-20, 20), (5, 0)], 1)])
+def test_a_hole_under_the_board_is_said_to_go_into_a_second_piece(design, judge, places, found):
+    (one,) = judge("SIT330", plate(design, *places))
+    assert (one.severity, one.key) == (Severity.WARNING, f"mount.holes.{found}.at")
+    assert one.measured == 0.0 and one.limit == approx(1.9e-3 + 1e-3, rel=1e-9, abs=0)
 
 
 @pytest.mark.parametrize("pattern", ["corners-m2", "ati-nano17", "ati-mini40", "breadboard-m6-25mm"])
@@ -185,3 +196,14 @@ def test_tolerance_of_nearly_the_whole_plate_under_the_board_is_a_warning(design
     (found,) = judge("SIT331", spec)
     assert found.key == "assembly.tolerances.mount"
     assert (found.measured, found.limit) == approx((0.49e-3, 0.25e-3), rel=1e-9)
+
+
+@pytest.mark.parametrize("pattern", ["ati-nano17", "ati-mini40", [{"at": [0, 0], "diameter": 6.6, "head": 10}]])
+def test_holes_of_an_adapter_are_clear_of_the_nuts_in_its_corners(design, pattern):
+    spec = design(mount={"kind": "bench-plate", "standoff": 1, "holes": pattern}, shield=None)
+    layout = lay_out(spec)
+    corners = corner_holes(plate_plan(layout, 0.0))
+    for hole in (needed := adapter_needed(layout)):
+        nearest = min(math.dist(hole.at, corner.at) for corner in corners)
+        assert nearest > hole.head / 2 + CORNER_SCREW.nut_across / math.sqrt(3.0) + print_limit("resin", "wall").value
+    assert needed

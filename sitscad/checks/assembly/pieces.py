@@ -9,11 +9,13 @@ from itertools import combinations
 from sitscad.checks.assembly.fit import pad_of
 from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, own_limits, rule_of
 from sitscad.design import Design
+from sitscad.finding import Severity
 from sitscad.fixes.moves import read_anew
 from sitscad.fixes.search import first_tried
 from sitscad.scene.column import print_limit
+from sitscad.scene.seating import BESIDE_HEAD, adapter_needed, beside_board
 from sitscad.spec import presets
-from sitscad.spec.mount import TolerancesDocument
+from sitscad.spec.mount import HolePattern, TolerancesDocument
 from sitscad.spec.resolver.sensor import toleranced_sizes
 from sitscad.units import show
 
@@ -47,6 +49,7 @@ def hole_places(design: Design) -> Iterator[Verdict]:
         worst = min(worst, (min(between, heads), i, k))
     short, first, second = worst
     if short >= -ROUNDING:
+        yield from _under_board(design, pattern)
         return
     one, other = pattern.holes[first], pattern.holes[second]
     apart = math.dist(one.at, other.at)
@@ -54,9 +57,27 @@ def hole_places(design: Design) -> Iterator[Verdict]:
         f"holes {first + 1} and {second + 1} of the plate are {show(apart, 'm', 3)} apart, centre to centre; their "
         f"screw heads and a printable wall need {show(apart - short, 'm', 3)}",
         f"move mount.holes.{second}.at by {show(-short, 'm', 3)}, or remove one of the holes",
-        f"mount.holes.{second}.at" if pattern.name == "written out" else "mount.holes", apart, apart - short, "m",
-        source=wall.source,
+        _hole_key(pattern, second), apart, apart - short, "m", source=wall.source,
     )
+
+
+def _under_board(design: Design, pattern: HolePattern) -> Iterator[Verdict]:
+    """Yield a finding about the hole farthest under the board if it sends the written holes into a second piece."""
+    layout, holes = design.layout, adapter_needed(design.layout)
+    if not holes or pattern.name != "written out":
+        return
+    room, k = min((beside_board(layout, hole) - hole.head / 2 - BESIDE_HEAD, k) for k, hole in enumerate(holes))
+    needed = holes[k].head / 2 + BESIDE_HEAD
+    yield Violation(
+        f"hole {k + 1} of the plate is {show(needed + room, 'm', 3)} from the board, its tail or a plate on it; its "
+        f"screw needs {show(needed, 'm', 3)}, so a second piece, mount-adapter, gets your holes",
+        f"move hole {k + 1} by {show(-room, 'm', 3)}; or keep it, and screw mount-adapter on first",
+        _hole_key(pattern, k), needed + room, needed, "m", severity=Severity.WARNING,
+    )
+
+
+def _hole_key(pattern: HolePattern, number: int) -> str:
+    return f"mount.holes.{number}.at" if pattern.name == "written out" else "mount.holes"
 
 
 def tolerance_shares(design: Design) -> Iterator[Verdict]:
