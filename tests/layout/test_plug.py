@@ -237,3 +237,16 @@ def test_a_stiffener_that_is_not_in_stock_is_a_question():
     assert asked.severity.value == "warning" and "ask the fabricator" in asked.hint
     assert finished_thickness(made, Where.CONTACT).nominal == approx(0.6 * MM, rel=1e-6)
     assert b"tell us the nearest that you have" in b" ".join(next(iter(_papers(made).values())).split())
+
+
+@pytest.mark.parametrize(("fpc", "key"), [
+    ("stackup: rigid-2l-1.6mm, tail: {length: 30}", "fpc.tail.connector: solder-pads"),
+    ("stackup: rigid-4l-1.6mm, tail: {length: 30}", "fpc.tail.connector: solder-pads"),
+    ("stackup: flex-2l-18um, tail: {length: 30, stiffener: 0.05}", "fpc.tail.stiffener: 0.2115 (tried)"),
+])
+def test_a_tail_too_thick_for_its_connector_is_mended_by_a_key_and_its_value(fpc, key):
+    coil = "shape: circle, outer_diameter: 8, turns: 6, layers: 2, trace_width: 0.25, trace_spacing: 0.25"
+    text = f"sitscad: 1\nname: thick\ncoil: {{{coil}}}\nfpc: {{rules: generic-fine, {fpc}}}\n"
+    found = sitscad.check(sitscad.load_text(text, "thick.yaml"), hints="full").findings
+    (hint,) = [each.hint for each in found if each.rule == "SIT117"]
+    assert hint.startswith(key)

@@ -12,10 +12,13 @@ from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, 
 from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Place, Severity
+from sitscad.fixes.moves import read_anew, thinner_tails
+from sitscad.fixes.search import first_tried
 from sitscad.geometry.path import Path
 from sitscad.layout.bending import Where, finished_thickness
 from sitscad.layout.board import Pad
 from sitscad.layout.tail_frame import contact_row
+from sitscad.spec import presets
 from sitscad.spec.circuit import Connector, FpcSpec
 from sitscad.spec.presets import finish, stock_stiffeners
 from sitscad.units import show
@@ -41,20 +44,26 @@ def insertion_thickness(design: Design) -> Iterator[Verdict]:
     have, plate = finished_thickness(design.layout, Where.CONTACT).nominal, design.layout.stiffener
     wrong = abs(have - wanted)
     if wrong > allowed + ROUNDING:
-        bare = have - (plate.thickness if plate is not None else 0.0)
-        hint = (
-            f"choose a stiffener {show(wrong, 'm')} {'thinner' if have > wanted else 'thicker'} (fpc.tail.stiffener), "
-            "or another connector"
-        )
-        if bare > wanted + allowed + ROUNDING:
-            hint = (
-                "it is too thick without any stiffener: fewer copper layers down the tail (fpc.tail.layers), a thinner "
-                "stack-up, or another connector"
-            )
+        spec, bare = design.spec, have - (plate.thickness if plate is not None else 0.0)
+        others = [fix for name in presets.names("connector") if name != connector.name
+                  for fix in read_anew(spec, "fpc.tail.connector", name)]
+        advice = None
+        if bare <= wanted + allowed + ROUNDING:
+            hint = (f"choose a stiffener {show(wrong, 'm')} {'thinner' if have > wanted else 'thicker'} "
+                    "(fpc.tail.stiffener), or another fpc.tail.connector")
+            plate_of = [f"{1e3 * (wanted - bare):.6g}"] if wanted > bare else []
+            own = [fix for size in plate_of for fix in read_anew(spec, "fpc.tail.stiffener", size)]
+            advice = first_tried([own, others], hint)
+        elif presets.is_rigid(spec.fpc.stackup):
+            hint = "fpc.tail.connector: solder-pads, for wires or a soldered connector: FR4 is too thick for plugs"
+        else:
+            hint = ("it is too thick without any stiffener: fewer copper layers down the tail (fpc.tail.layers), a "
+                    "thinner fpc.stackup, or another fpc.tail.connector")
+            advice = first_tried([list(thinner_tails(spec)), others], hint)
         yield Violation(
             f"the tail's end, with its stiffener, is {show(have, 'm')} thick; {connector.name} takes "
             f"{show(wanted, 'm')} +- {show(allowed, 'm')}{plug_mark(connector)}", hint, "fpc.tail.connector", have,
-            wanted, "m", source=connector.source,
+            wanted, "m", source=connector.source, advice=advice,
         )
 
 
