@@ -45,14 +45,14 @@ class Naming:
 
 def differences(content: bytes, files: Mapping[str, bytes], name: str, forced: str, every: bool) -> Iterator[str]:
     """What of an archive is not as the files beside it (by their paths in the package) make it, under whatever names a
-    fabricator calls them; `forced` is the note that has to be in it. Only where `every` file has to be in it does one
-    that is missing count: plugins write files that are not sent.
+    fabricator calls them; `forced` is the note that has to be in it. Not `every` file has to be in it if plugins wrote
+    some that are not sent; but layers, drills, netlist, job file and its readme always have to.
     """
     functions = [_FUNCTION.search(files[path]) for path in files if path.endswith(".gbr") and "/panel/" not in path]
     layers = sum(found is not None and found[1].startswith(b"Copper,") for found in functions)
     in_panel = any(path.startswith(f"{FOLDER}/panel/") for path in files)
-    ways = [_members(files, Naming(name, way, layers), in_panel, forced) for way in names("file naming")]
-    if any(stored_zip(members) == content for members in ways):
+    namings = [Naming(name, way, layers) for way in names("file naming")]
+    if any(stored_zip(_members(files, naming, in_panel, forced)) == content for naming in namings):
         return
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
@@ -67,10 +67,25 @@ def differences(content: bytes, files: Mapping[str, bytes], name: str, forced: s
     except (ValueError, RuntimeError, EOFError, OSError, zipfile.BadZipFile) as error:
         yield f"cannot be read as it is written here: {error}"
         return
-    wanted = max(ways, key=lambda members: len(members.keys() & found.keys()))
+
+    def in_common(naming: Naming) -> int:
+        return len(_members(files, naming, in_panel, forced).keys() & found.keys())
+
+    naming = max(namings, key=in_common)
+    wanted = _members(files, naming, in_panel, forced)
     wrong = [f"{each} is not as the file beside it" for each in sorted(found) if found[each] != wanted.get(each)]
-    missing = [f"{each} is missing" for each in sorted(wanted.keys() - found.keys()) if every]
+    needed = wanted if every else _members(_of_every_order(files), naming, in_panel, forced)
+    missing = [f"{each} is missing" for each in sorted(needed.keys() - found.keys())]
     yield from wrong + missing or (["is packed otherwise than it is written here"] if every else [])
+
+
+def _of_every_order(files: Mapping[str, bytes]) -> dict[str, bytes]:
+    """The files that are in an order whatever plugins write: what job files name, and what all orders have."""
+    jobs = b"".join(content for path, content in files.items() if path.endswith(".gbrjob"))
+    return {
+        path: content for path, content in files.items()
+        if f'"{path.rpartition("/")[2]}"'.encode() in jobs or path.endswith((".gbrjob", ".d356", "readme.txt"))
+    }
 
 
 def _members(files: Mapping[str, bytes], named: Naming, in_panel: bool, forced: str) -> dict[str, bytes]:

@@ -310,3 +310,17 @@ def test_what_a_build_is_held_against_is_held_against_when_built_again(tmp_path,
         assert stop.value.code == code, (command, told)
         if command[0] == "check":
             (tmp_path / "known.json").write_text(told.out)
+
+
+@pytest.mark.parametrize(
+    "lost", [*(f"{ZIP}{end}" for end in (".GTL", ".GBS", "-PTH.drl", "-netlist.d356")), "readme.txt", ""]
+)
+def test_an_order_with_plugins_has_all_layers_and_drills(package, lost):
+    of_manifest(lambda document: document.update(configuration={"plugins": {"own.py": "0"}}))[1](package)
+    (package / "fpc" / "own.csv").write_text("a file that a plugin writes and nobody sends\n")
+    if lost:
+        member(lambda files: without(files, lost))[1](package)
+    signed(package)
+    said = sitscad.verify(package).differences
+    assert [words for words in said if "own.csv" in words] == []
+    assert [words for words in said if "order.zip" in words] == [f"{STEM}order.zip: {lost} is missing"] * bool(lost)
