@@ -110,6 +110,22 @@ def _plan(spec: SensorSpec, part: str) -> Footprint:
     return body.footprint
 
 
+def glued_plan(spec: SensorSpec, part: str) -> Footprint:
+    """The plate under which glue has to lie flat: elastomer, target, or the box of all pads in one piece."""
+    whole = joined(spec) if part == "elastomer" else None
+    return whole.footprint if whole is not None else _plan(spec, part)
+
+
+def may_set_first(spec: SensorSpec, part: str) -> bool:
+    """Whether glue may set before a piece lies flat; False is certain, by less than the pad's real stiffness."""
+    glue, plan, pad = spec.assembly.adhesive, glued_plan(spec, part), spec.elastomer
+    if glue is None or glue.open_time is None:
+        return False
+    modulus = 3.0 * pad.material.shear_modulus if pad is not None else HARD_PRESSURE / PIECE_STRAIN
+    force = max(LEAST_MASS * STANDARD_GRAVITY, 0.5 * PIECE_STRAIN * modulus * plan.area)
+    return lying_time(glue, plan, force, spec.assembly.glue_line) > glue.open_time
+
+
 def glued_area(spec: SensorSpec, part: str) -> float:
     """The area (m2) of the glue under the elastomer or the target of one cell, or under all pads in one piece."""
     own, pad = _plan(spec, part), elastomer(spec)

@@ -99,7 +99,7 @@ def _undecided(not_checked: Iterable[NotChecked]) -> tuple[str, ...]:
 
 
 BY_SPEC = ("SIT101", "SIT102", "SIT103", "SIT117", "SIT131", "SIT137", "SIT138", "SIT220", "SIT304", "SIT305", "SIT306",
-           "SIT308", "SIT309", "SIT313", "SIT314", "SIT327", "SIT329", "SIT330", "SIT331", "SIT410")
+           "SIT308", "SIT309", "SIT313", "SIT314", "SIT327", "SIT329", "SIT330", "SIT331", "SIT334", "SIT335", "SIT410")
 """Rules that ask for figures of the spec and of its parts alone."""
 
 BY_BODY = ("SIT301", "SIT302", "SIT303", "SIT307", "SIT315")

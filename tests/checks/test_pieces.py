@@ -10,12 +10,14 @@ from dataclasses import replace
 import pytest
 from tolerance import approx
 
+import sitscad
 from sitscad.estimates.circuit.tank import E12, E24, neighbour_values, preferred_values
+from sitscad.estimates.gluing import glued_plan, lying_time, may_set_first, piece_press
 from sitscad.finding import Severity
 from sitscad.layout import lay_out
 from sitscad.scene.column import print_limit
 from sitscad.scene.seating import CORNER_SCREW, adapter_needed, corner_holes, plate_plan
-from sitscad.spec import presets
+from sitscad.spec import presets, templates
 from sitscad.spec.sensor import SensorSpec
 
 COPPER, COVER = {"copper": "30 um"}, {"coverlay": "27.5 um"}
@@ -100,6 +102,42 @@ def test_glue_that_does_not_hold_on_silicone_is_an_error_on_a_pad_alone(design, 
 @pytest.mark.parametrize("adhesive", ["silicone-adhesive", "cyanoacrylate"])
 def test_glue_that_holds_on_silicone_passes(design, judge, adhesive):
     assert judge("SIT329", design(assembly={"adhesive": adhesive})) == []
+
+
+@pytest.mark.parametrize(("size", "adhesive", "is_found"), [
+    (10, "cyanoacrylate", False), (30, "cyanoacrylate", True), (30, "silicone-adhesive", False),
+    (13.5, "cyanoacrylate", False),
+])
+def test_glue_that_sets_before_it_lies_flat_is_a_warning_of_the_plate(judge, size, adhesive, is_found):
+    spec = sitscad.load_text(templates.read("three_axis_pad"), "t.yaml").replace(
+        {"elastomer.size": f"{size} mm", "assembly.adhesive": adhesive})
+    found = judge("SIT334", spec)
+    assert [each.severity for each in found] == [Severity.WARNING] * is_found
+    if is_found:
+        assert found[0].key == "assembly.adhesive" and found[0].measured > found[0].limit == 5.0
+        assert "silicone-adhesive" in found[0].hint and "epoxy" not in found[0].hint  # it does not hold on silicone
+
+
+@pytest.mark.parametrize("name", templates.names())
+def test_glue_lies_flat_in_time_in_every_template(judge, name):
+    """And is not asked how long it takes where half of the pad's stiffness is enough."""
+    spec = sitscad.load_text(templates.read(name), "t.yaml")
+    assert judge("SIT334", spec) == []
+    for part in ("elastomer", "target"):
+        if getattr(spec, part) is not None:
+            glue, plan, force = spec.assembly.adhesive, glued_plan(spec, part), piece_press(spec, part).force
+            takes = lying_time(glue, plan, force, spec.assembly.glue_line)
+            assert takes <= glue.open_time or may_set_first(spec, part)
+
+
+@pytest.mark.parametrize(("changes", "is_found"), [
+    ({}, True), ({"assembly.adhesive": "silicone-adhesive"}, True), ({"assembly.adhesive": "transfer-tape"}, False),
+    ({"encapsulation": None}, False), ({"encapsulation.material": {"shear_modulus": "100 kPa"}}, False),
+])
+def test_platinum_silicone_on_glue_that_binds_platinum_is_noted(judge, changes, is_found):
+    spec = sitscad.load_text(templates.read("round_button_12mm"), "t.yaml").replace(changes)
+    found = judge("SIT335", spec)
+    assert [(each.severity, each.key) for each in found] == [(Severity.NOTE, "assembly.adhesive")] * is_found
 
 
 def plate(design, *places, **sizes):

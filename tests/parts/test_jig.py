@@ -86,11 +86,11 @@ def test_the_frame_goes_on_one_way_only():
 
 
 VARIANTS = {
-    "larger pad": {"elastomer.size": 13.5, "target.size": 11.5},
-    "larger target": {"elastomer.size": 9, "target.size": 12},
-    "disc on a square": {"elastomer.size": 12, "target.shape": "circle", "target.size": 9},
+    "larger pad": {"elastomer.size": "13.5 mm", "target.size": "11.5 mm"},
+    "larger target": {"elastomer.size": "9 mm", "target.size": "12 mm"},
+    "disc on a square": {"elastomer.size": "12 mm", "target.shape": "circle", "target.size": "9 mm"},
     "thin foil": {"target.thickness": "20 um"},
-    "thick pad": {"elastomer.thickness": 4},
+    "thick pad": {"elastomer.thickness": "4 mm"},
     "rough tolerances": {"assembly.tolerances": {"elastomer": "0.3 mm"}},
     "thick glue": {"assembly.adhesive": "silicone-adhesive"},
 }

@@ -1,4 +1,6 @@
-"""SIT329 to SIT331: glue on silicone, distances of a bench plate's holes, and tolerances against sizes of parts."""
+"""SIT329 to SIT331, SIT334, SIT335: glue on silicone, distances of a bench plate's holes, tolerances against sizes of
+parts, glue that sets too early, and glue on which a film does not cure.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +11,7 @@ from itertools import combinations
 from sitscad.checks.assembly.fit import pad_of
 from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, own_limits, rule_of
 from sitscad.design import Design
+from sitscad.estimates.gluing import glued_plan, lying_time, may_set_first, open_adhesives, piece_press
 from sitscad.finding import Severity
 from sitscad.fixes.moves import read_anew
 from sitscad.fixes.search import first_tried
@@ -32,6 +35,41 @@ def glue_on_silicone(design: Design) -> Iterator[Verdict]:
     yield Violation(
         f"{glue.name} does not hold on silicone, and the {pad_of(design.spec).material.name} pad is glued with it on "
         "both faces", hint, "assembly.adhesive", source=glue.source, advice=first_tried([fixes], hint),
+    )
+
+
+def glue_open_times(design: Design) -> Iterator[Verdict]:
+    """Yield a finding about the plate, elastomer or target, under which glue sets first, if there is one."""
+    spec, glue = design.spec, design.spec.assembly.adhesive
+    if glue is None or glue.open_time is None or not spec.assembly.glue_line:
+        return
+    for part in ("elastomer", "target"):
+        if getattr(spec, part) is None or not may_set_first(spec, part):
+            continue
+        plan, force = glued_plan(spec, part), piece_press(spec, part).force
+        takes = lying_time(glue, plan, force, spec.assembly.glue_line)
+        if takes <= glue.open_time:
+            continue
+        others = [each.name for each in open_adhesives(plan, force, spec.elastomer is not None)]
+        hint = f"assembly.adhesive: {' or '.join(others)}" if others else f"a smaller {part}"
+        fixes = [fix for name in others for fix in read_anew(spec, "assembly.adhesive", name)]
+        yield Violation(
+            f"{glue.name} under the {part} flows for {glue.open_time:.3g} s and takes {takes:.2g} s to be spread and "
+            f"to lie flat under {show(force, 'N', 2)}", hint, "assembly.adhesive", takes, glue.open_time, "s",
+            source=glue.source, advice=first_tried([fixes], hint),
+        )
+        return
+
+
+def film_inhibitors(design: Design) -> Iterator[Verdict]:
+    """Yield a finding if the film may stay liquid on what the pieces are glued with."""
+    film, glue = design.spec.encapsulation, design.spec.assembly.adhesive
+    if film is None or glue is None or not glue.inhibitor or not presets.cures_by_platinum(film.material.name):
+        return
+    yield Violation(
+        f"{film.material.name} cures by platinum, and of {glue.product}, {glue.inhibitor}: it may stay liquid there",
+        "let the glue cure fully, clean the faces and try a drop first; the assembly steps say how",
+        "assembly.adhesive", source=glue.source,
     )
 
 
@@ -98,4 +136,6 @@ RULES: tuple[Rule, ...] = (
     rule_of("SIT329", glue_on_silicone, "elastomer"),
     rule_of("SIT330", hole_places, "mount"),
     rule_of("SIT331", tolerance_shares),
+    rule_of("SIT334", glue_open_times),
+    rule_of("SIT335", film_inhibitors),
 )
