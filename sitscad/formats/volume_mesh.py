@@ -25,6 +25,7 @@ import itertools
 import signal
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import ModuleType
@@ -34,6 +35,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.arguments import checked_arguments
+from sitscad.estimates.response.pad import NoResponse, soft_pad
 from sitscad.estimates.states.pressing import web_stiffness
 from sitscad.geometry.path import Point, Region, circle
 from sitscad.layout.board import Coil, Layout
@@ -45,6 +47,7 @@ from sitscad.scene import bodies
 from sitscad.scene.bodies import BodyRole, target_gap
 from sitscad.spec.materials import ElastomerPad
 from sitscad.spec.sensor import SensorSpec
+from sitscad.units import show
 from sitscad.writer import json_bytes
 
 FACES = ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0))  # The corners of a tetrahedron's faces S1 to S4
@@ -60,6 +63,11 @@ other, by a few per cent of the force (tests/formats/test_volume_mesh.py runs it
 
 STRAIN = 0.05  # The step's compression, in parts of the thickness
 
+INCREMENT = 0.25
+"""Largest increment of the step. By halves CalculiX 2.20 diverges in the second one for `round_button_12mm`: from 2.5 %
+of the thickness on, what it extrapolates turns elements at the free side inside out.
+"""
+
 ABOUT = """\
 The elastomer pad in metres, newtons and pascals: C3D10 tetrahedra, surfaces and node sets, rubber, one step.
 Run it with CalculiX: ccx NAME-elastomer (without the ending); the force is in NAME-elastomer.dat.
@@ -72,6 +80,9 @@ In Abaqus write TYPE=C3D10H and D = {d_real:.6g}, which needs no such help."""
 
 ONE_CELL = """
 This is the pad of ONE cell of {cells}{webs}."""
+WITHOUT_FILM = """
+The encapsulation ({thickness} of {material}) is NOT in this deck. With it the pad is stiffer: by the pad's law this
+step needs {held} % more force."""
 WITHOUT_WEBS = """, WITHOUT the webs that join it to others:
 those make it stiffer by {held} %, cell by cell (data sheet)"""
 
@@ -83,8 +94,25 @@ def bulk_ratio(pad: ElastomerPad) -> float:
     return min(stiff / SHRINK, pad.material.bulk_modulus / pad.material.shear_modulus)
 
 
+def _left_out(spec: SensorSpec) -> str:
+    """What a deck says of the film, and of the cells of which it has one pad; empty if it has all there is."""
+    return _film(spec) + _of_cells(spec)
+
+
+def _film(spec: SensorSpec) -> str:
+    film = spec.encapsulation
+    if film is None:
+        return ""
+    try:
+        whole, bare = (soft_pad(each) for each in (spec, replace(spec, encapsulation=None)))
+    except NoResponse:
+        return ""
+    with_film, without = (float(each.pressure(np.array([STRAIN]))[0]) for each in (whole, bare))
+    held = f"{float(f'{100.0 * (with_film / without - 1.0):.1e}'):g}"
+    return WITHOUT_FILM.format(thickness=show(film.thickness, "m"), material=film.material.name, held=held)
+
+
 def _of_cells(spec: SensorSpec) -> str:
-    """What a deck says of the cells of which it has one pad; nothing without cells."""
     if spec.cells is None:
         return ""
     held = sorted(web_stiffness(spec))
@@ -92,13 +120,13 @@ def _of_cells(spec: SensorSpec) -> str:
     return ONE_CELL.format(cells=len(held), webs=WITHOUT_WEBS.format(held=words) if spec.cells.web is not None else "")
 
 
-def _deck(gmsh: Any, pad: ElastomerPad, of_cells: str = "") -> Iterator[str]:
+def _deck(gmsh: Any, pad: ElastomerPad, left_out: str = "") -> Iterator[str]:
     """The deck of gmsh's mesh of second order (written in metres: its own millimetres times 1e-3)."""
     material, ratio = pad.material, bulk_ratio(pad)
     mu, alpha = material.shear_modulus, material.ogden_exponent
     words = ABOUT.format(name=material.name, mu=mu, alpha=alpha, ratio=ratio, bulk=material.bulk_modulus,
                          d_real=2.0 / material.bulk_modulus)
-    yield from (f"** {line}" for line in (words + of_cells).splitlines())
+    yield from (f"** {line}" for line in (words + left_out).splitlines())
     yield from ("*HEADING", "elastomer, metres")
     tags, places, _ = gmsh.model.mesh.getNodes()
     yield "*NODE"
@@ -145,7 +173,7 @@ def _surfaces(gmsh: Any) -> Iterator[tuple[str, NDArray[np.int64]]]:
 
 def _step(thickness: float) -> Iterator[str]:
     """The board holds the pad, the target presses it without turning: `STRAIN` of its thickness."""
-    yield from ("*STEP, NLGEOM, INC=1000", "*STATIC", "0.5, 1., 1e-4, 1.")
+    yield from ("*STEP, NLGEOM, INC=1000", "*STATIC", f"{INCREMENT}, 1., 1e-4, {INCREMENT}")
     yield from ("*BOUNDARY", "nodes_bonded_bottom, 1, 3, 0.", "nodes_bonded_top, 1, 2, 0.")
     yield f"** the target's travel: {STRAIN:.0%} of the pad's thickness"
     yield f"nodes_bonded_top, 3, 3, {-STRAIN * thickness:.9g}"
@@ -239,7 +267,7 @@ def render(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
     # alike pads are meshed once, without webs
     others = tuple(body.name for body in bodies.above_board(spec) if body.cell > 1 or body.web)
     first = tuple(solid for solid in solids if solid.name not in others)
-    made = elastomer_meshes(first, _pad_of(spec), of_cells=_of_cells(spec))
+    made = elastomer_meshes(first, _pad_of(spec), left_out=_left_out(spec))
     return {f"mesh/{spec.name}-elastomer.{ending}": content for ending, content in made.items()}
 
 
@@ -262,7 +290,7 @@ def pad_mesh(layout: Layout, size: float | None = None) -> dict[str, bytes]:
         raise ValueError("the size of elements is a positive length in metres")
     if elastomer(layout) is None:
         raise PartsError("the spec has no elastomer to be meshed")
-    return elastomer_meshes(assemble(layout.cell(1)), _pad_of(layout.spec), size, _of_cells(layout.spec))
+    return elastomer_meshes(assemble(layout.cell(1)), _pad_of(layout.spec), size, _left_out(layout.spec))
 
 
 def _pad_of(spec: SensorSpec) -> ElastomerPad:
@@ -271,10 +299,10 @@ def _pad_of(spec: SensorSpec) -> ElastomerPad:
 
 
 def elastomer_meshes(
-    solids: tuple[Solid, ...], pad_of: ElastomerPad, size: float | None = None, of_cells: str = ""
+    solids: tuple[Solid, ...], pad_of: ElastomerPad, size: float | None = None, left_out: str = ""
 ) -> dict[str, bytes]:
     """The pad's mesh by the ending of its file: ``msh``, ``inp`` in second order, ``json`` with what they are worth;
-    `of_cells` is what the deck says of the cells that it is one of.
+    `left_out` is what the deck says of the film and of other cells, which are not in it.
     """
     gmsh = require("gmsh")
     with TemporaryDirectory() as name, session(gmsh, "elastomer", _OPTIONS):
@@ -310,7 +338,7 @@ def elastomer_meshes(
         found = {"msh": written(gmsh, folder / "elastomer.msh")}
         first = quality(gmsh)
         gmsh.model.mesh.setOrder(2)
-        found["inp"] = ("\n".join(_deck(gmsh, pad_of, of_cells)) + "\n").encode("ascii")
+        found["inp"] = ("\n".join(_deck(gmsh, pad_of, left_out)) + "\n").encode("ascii")
         sizes = {"element_size_m": edge * 1e-3, "size_at_bonded_edges_m": AT_EDGES * edge * 1e-3}
         document = {**sizes, "first_order": first, "second_order": quality(gmsh)}
         return {**found, "json": json_bytes(document)}

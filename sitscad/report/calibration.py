@@ -22,6 +22,7 @@ from sitscad.report.findings import printable
 from sitscad.report.measures import quantity
 from sitscad.report.numbers import head_and_rows, html_table, table
 from sitscad.scene.motions import ROTATIONS
+from sitscad.spec.sensor import SensorSpec
 from sitscad.units import counted
 
 MOVED_HEAD = ("unknown", "found", "+-", "usual scatter", "moved by")
@@ -172,6 +173,40 @@ LOADING = {
 """How loads are put on, by rotation."""
 
 
+def directions(axes: Sequence[str]) -> tuple[str, ...]:
+    """Which way forces are counted: the normal one, and shear if it is told."""
+    normal = "Normal forces count towards the board."
+    if len(axes) == 1:
+        return (normal,)
+    return (
+        f"{normal} +x runs in the board's plane from the middle of the body to the tail",
+        "(to the contacts, if there is none). +y is to its left, seen on the face with the coils: with +x to the",
+        "right it points up. A load is the force on the target, not the one that the target holds against it.",
+    )
+
+
+def held_by(spec: SensorSpec) -> tuple[str, ...]:
+    """What the sensor is held by while it is loaded: by what carries the forces in use, and with its metal."""
+    mount = spec.mount
+    if mount is None:
+        return (
+            "Hold the sensor as it is used. If nothing holds it yet, stick the board's whole body flat on a stiff",
+            "plate that is no metal (10 mm of plastic or glass): metal behind the coils is read.",
+        )
+    if mount.jaw is not None or mount.kind == "grasper-pad":
+        return (
+            "Hold the sensor by its jaw, glued in as in use: clamp the jaw's metal behind the tail's fixing in a vice,",
+            "its face level. Open the other jaw, out of the way.",
+        )
+    what = {"bench-plate": "Screw the plate down by all its holes,",
+            "fingertip": "Slip the cap on its finger, tighten both screws, and clamp the finger,"}
+    return (
+        f"{what.get(mount.kind, 'Fasten your mount as in use,')} so that nothing gives way but the pad. Metal near the",
+        "coils stays where it is in use, and no other comes nearer than three times a coil's width; lead the tail away",
+        "without a pull.",
+    )
+
+
 def plan_table(found: Calibration, plan: Plan) -> bytes:
     """The loads as the CSV that `sitscad calibrate` reads when filled in; its first line says how they are put on."""
     sensors = found.sensors
@@ -194,6 +229,7 @@ def plan_words(found: Calibration, plan: Plan) -> bytes:
         "2. Fill in plan.csv: for every row put the load on, wait ten seconds, write down the mean of",
         f"   {readings} readings (counts{made}) of every coil. The target is {ROTATIONS[rotation]}:",
         *(f"   {line}" for line in LOADING[rotation]),
+        *(f"   {line}" for line in (*directions(scope.axes), *held_by(found.sensors.model.spec))),
         "   The line `# rotation:` of plan.csv says which, and calibrate goes by it; it tells where the readings look",
         "   like the other.",
         "3. Rows of zeros are tares, without load: the first, one in the middle, one at the end, and more between as",

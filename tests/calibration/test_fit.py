@@ -138,6 +138,21 @@ def test_the_other_way_of_loading_is_told_with_what_it_reads(sensors, foretold):
     assert b"`sitscad calibrate SPEC --rotation held`" in calibration_files(foretold)["plan.txt"]
 
 
+@pytest.mark.parametrize(("mount", "held"), [
+    (None, "no metal"), ("{kind: bench-plate}", "Screw the plate down"), ("{kind: custom}", "Fasten your mount"),
+    ("{kind: fingertip, standoff: 1.2 mm}", "both screws"), ("{kind: grasper-pad}", "vice"),
+])
+def test_a_plan_says_which_way_x_is_and_what_holds_the_sensor(mount, held):
+    from sitscad.report.calibration import directions, held_by
+    from sitscad.spec.yaml.reader import read_yaml
+
+    spec = sitscad.load_text(templates.read("bench_7mm"), "t.yaml")
+    spec = spec.replace("mount", read_yaml(mount).data if mount else None)
+    assert held in " ".join(held_by(spec))
+    assert not any("+x" in line for line in directions(("normal",)))
+    assert "from the middle of the body to the tail" in " ".join(directions(("normal", "shear_x", "shear_y")))
+
+
 def test_one_way_of_loading_is_meant_where_nobody_says(design):
     """A package's plan was of a level target and spoke of weights and threads; the command and the library meant a
     free one. Loads of `respond` are put on a target that tilts as it likes, as the contract has it.
@@ -147,6 +162,7 @@ def test_one_way_of_loading_is_meant_where_nobody_says(design):
     files = calibration_files(found)
     assert files["plan.csv"].startswith(b"# rotation: held\n")
     plan = files["plan.txt"].decode()
+    assert "+x runs" in plan and "in a vice" in plan
     assert "The target is kept level:" in plan and "flat plate" in plan and " g on it" not in plan
     load = [[4.0, 0.4, 0.0]]
     free, level = sitscad.respond(design, loads=load), sitscad.respond(design, loads=load, rotation="held")
