@@ -12,7 +12,7 @@ from tolerance import approx
 
 from sitscad.physics.constants import MU0
 from sitscad.physics.eddy.box import box
-from sitscad.physics.eddy.coil_potential import coil_potential
+from sitscad.physics.eddy.coil_potential import coil_potentials
 from sitscad.physics.eddy.disc import disc, toroidal
 from sitscad.physics.eddy.graded_line import gaussian_sum
 from sitscad.physics.eddy.image import Mirror, _factor, image_modes
@@ -177,7 +177,7 @@ def test_the_energy_of_a_harmonic_potential_within_a_box_is_its_own(size, axes):
     )
     on_surface = np.zeros(whole.shape, dtype=bool)
     on_surface[-1], on_surface[:, -1], on_surface[:, :, -1] = True, True, True
-    values = whole[on_surface][one.kept]
+    values = whole[on_surface][one.functions.kept]
     values[-1] = 0.0  # a constant is no field, and has an energy of its own for that
     exact = MU0 * np.prod(size) / 3.0 * sum((a * length) ** 2 for a, length in zip(axes, size, strict=True))
     assert MU0 * (values @ one.body.vacuum @ values) == approx(exact, rel=2e-3)
@@ -243,7 +243,7 @@ def test_a_turn_about_y_brings_the_target_s_plus_x_side_nearer(plate):
 
 def test_nothing_jumps_when_a_pose_is_swept():
     # Across the doublings of the height at which the table's grids change, too.
-    target, table = a_box(points=20), coil_potential(LAYERS, 0.15e-3, 5e-3)
+    target, table = a_box(points=20), coil_potentials(LAYERS, 0.15e-3, 5e-3)[0]
     first, last = (
         np.array(pose) for pose in ((-1e-3, 0.5e-3, 3e-3, -0.1, 0.0, -0.3), (1e-3, -1e-3, 0.7e-3, 0.1, 0.1, 0.4))
     )
@@ -343,7 +343,7 @@ def filaments(tracks, points, floor):
 @pytest.mark.parametrize("height", [0.16e-3, 0.3e-3, 0.9e-3, 2.5e-3])
 def test_a_tabulated_coil_is_its_filaments(floor, height):
     # A constant potential drives nothing, so it may differ by one.
-    table = coil_potential(LAYERS, 0.15e-3, 4e-3, floor)
+    table = coil_potentials(LAYERS, 0.15e-3, 4e-3, floor)[0]
     generator = np.random.default_rng(1)
     points = np.column_stack([generator.uniform(-4.5e-3, 4.5e-3, (400, 2)), np.full(400, height - 15e-6)])
     exact = filaments(LAYERS, points, floor)

@@ -20,7 +20,7 @@ from sitscad.estimates.winding.methods import bent_track
 from sitscad.layout.board import Coil, Layout
 from sitscad.physics import constants
 from sitscad.physics.eddy.box import Box, box
-from sitscad.physics.eddy.coil_potential import CoilPotential, Returned, coil_potential
+from sitscad.physics.eddy.coil_potential import CoilPotential, Returned, coil_potentials
 from sitscad.physics.eddy.disc import Disc, disc
 from sitscad.physics.eddy.image import Mirror, image_modes
 from sitscad.physics.eddy.surface import Metal, Surface
@@ -361,18 +361,20 @@ class _Coils:
     reach: float
 
     def potentials(
-        self, floor: float = -math.inf, returned: Returned | None = None, direct: bool = True
+        self, floor: float = -math.inf, returned: Returned | None = None, is_lossy: bool = False
     ) -> tuple[CoilPotential, ...]:
-        """The potential of every coil; those that are not turned against each other have one in common."""
-        known: dict[float, CoilPotential] = {}
+        """The potentials of every coil, then what comes back of each out of phase, where that is lossy; coils that are
+        not turned against each other have them in common.
+        """
+        known: dict[float, tuple[CoilPotential, ...]] = {}
         for coil in self.coils:
             turn = coil.placement.rotation
             if turn not in known:
                 x, y = coil.placement.centre
                 paths = [replace(w, path=w.path.shifted(-x, -y)) for w in coil.windings]
                 tracks = [chorded(bent_track(w, self.width), self.height) for w in paths]
-                known[turn] = coil_potential(tracks, self.height, self.reach, floor, returned, direct)
-        return tuple(known[coil.placement.rotation] for coil in self.coils)
+                known[turn] = coil_potentials(tracks, self.height, self.reach, floor, returned, is_lossy)
+        return tuple(known[coil.placement.rotation][part] for part in range(1 + is_lossy) for coil in self.coils)
 
 
 @lru_cache(maxsize=1)
@@ -383,9 +385,7 @@ def _potentials(
     # with nothing behind them they are the same at all frequencies, and for every target at that height
     if behind is None or frequency is None:
         return seen.potentials()
-    factor, floor = _returned(behind, frequency), -behind.distance
-    found = seen.potentials(floor, lambda k: factor(k).real)
-    return found + seen.potentials(floor, lambda k: factor(k).imag, direct=False) if is_lossy else found
+    return seen.potentials(-behind.distance, _returned(behind, frequency), is_lossy)
 
 
 def _returned(behind: Reflector, frequency: float) -> Callable[[Array], ComplexArray]:

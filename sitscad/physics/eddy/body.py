@@ -18,140 +18,201 @@ T is stationary about the true field. Derived here.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 from itertools import product
 
 import numpy as np
 
 from sitscad.arrays import Array, ComplexArray, Flags, Index
-from sitscad.physics.eddy.graded_line import LineModes
+from sitscad.physics.eddy.graded_line import PARITIES, LineModes
 from sitscad.record import record
-
-Sums = tuple[Index, Index, Array, Array, tuple[int, ...]]
-"""Entries of D: rows and columns; amounts (m) and squares (1/m2) of their waves, to be summed over the axes."""
 
 
 @record(eq=False)
 class Body:
-    """Energies (m) of a body's surface functions: `vacuum` (n, n) as potentials of vacuum within, S; and D. Its entries
-    at `rows` and `columns`, and mirrored, are the sums of all terms from `starts` on: `amounts` (m) of waves with their
-    `squares` (1/m2).
+    """Energies (m) of a body's surface functions: `vacuum` (n, n) as potentials of vacuum within, S; and D `within` for
+    a g (1/m2), real and imaginary part, (2, n, n).
     """
 
     vacuum: Array
-    rows: Index
-    columns: Index
-    starts: Index
-    amounts: Array
-    squares: Array
+    within: Callable[[complex], Array]
 
-    def jump(self, square: complex, permeability: float) -> ComplexArray:
-        """S - T (n, n; m), for g = `square` (1/m2) and a relative permeability."""
-        found = np.zeros(self.vacuum.shape, dtype=complex)
-        if len(self.starts):
-            values = np.add.reduceat(self.amounts * (square / (self.squares + square)), self.starts)
-            np.add.at(found, (self.rows, self.columns), values)
-            beside = self.rows != self.columns
-            np.add.at(found, (self.columns[beside], self.rows[beside]), values[beside])
-        return np.asarray(permeability * found + (1.0 - permeability) * self.vacuum, dtype=complex)
-
-
-def _body(vacuum: Array, sums: Sequence[Sums], kept: Flags, around: float = 1.0) -> Body:
-    """The body of those functions (n,) that are kept, energies (m) times what the azimuth makes of them."""
-    rows, columns, counts, amounts, squares = [], [], [], [], []
-    for row, column, amount, square, axes in sums:
-        last = tuple(range(-len(axes), 0))
-        shape = np.broadcast_shapes(row.shape, column.shape)
-        rows.append(np.broadcast_to(row, shape).ravel())
-        columns.append(np.broadcast_to(column, shape).ravel())
-        counts.append(np.full(rows[-1].size, amount.size // max(rows[-1].size, 1)))
-        amounts.append(np.moveaxis(amount, axes, last).ravel())
-        squares.append(np.moveaxis(np.broadcast_to(square, amount.shape), axes, last).ravel())
-    row, column, count, amount, square = (np.concatenate(part) for part in (rows, columns, counts, amounts, squares))
-    is_kept = kept[row] & kept[column] & (count > 0)
-    terms, number = np.repeat(is_kept, count), np.cumsum(kept) - 1
-    count = count[is_kept]
-    return Body(around * vacuum[np.ix_(kept, kept)], number[row[is_kept]], number[column[is_kept]],
-                np.cumsum(count) - count, around * amount[terms], square[terms])
-
-
-KINDS = tuple(kind for kind in product((0, 1), repeat=3) if any(kind))
-"""Functions of a box's surface by the axes along which they are those of the ends: of faces, edges and corners."""
-
-
-def on_surface(lines: Sequence[LineModes]) -> Index:
-    """Numbers of products of functions along x, y and z that are not 0 on a box's surface, -1 of others: no unit."""
-    number = np.full([len(line.squares) + 1 for line in lines], -1)
-    kept = np.zeros(number.shape, dtype=bool)
-    kept[-1], kept[:, -1], kept[:, :, -1] = True, True, True
-    number[kept] = np.arange(np.count_nonzero(kept))
-    return number
-
-
-def box_body(lines: Sequence[LineModes], kept: Flags) -> Body:
-    """A box whose functions are products of those along x, y and z, of those numbered by `on_surface` the `kept`."""
-    number = on_surface(lines)
-    squares = [_along(line.squares, axis) for axis, line in enumerate(lines)]
-    ends = [(1.0, _along(line.ends, axis), _along(line.ends**2, axis)) for axis, line in enumerate(lines)]
-    total = squares[0] + squares[1] + squares[2]
-    level = [(total - squares[axis]).take([0], axis) if total.size else total for axis in range(3)]
-    waves = {kind: sum((squares[axis] for axis in range(3) if not kind[axis]), 0.0 * total) for kind in KINDS}
-    vacuum, sums = np.zeros((kept.size, kept.size)), []
-    for one, first in enumerate(KINDS):
-        for second in KINDS[one:]:
-            shared = [a + b for a, b in zip(first, second, strict=True)]
-            axes = tuple(axis for axis in range(3) if shared[axis] == 2)
-            rows, columns = (_numbers(number, kind, axes) for kind in (first, second))
-            size = np.ones((1, 1, 1))
-            for axis in range(3):
-                size = size * ends[axis][shared[axis]]
-            inward = waves[first] * waves[second] / total
-            both = waves[tuple(int(count > 0) for count in shared)]
-            vacuum[rows, columns] = _own(lines, shared).squeeze(axes) - (size * inward).sum(axis=axes)
-            vacuum[columns, rows] = vacuum[rows, columns]
-            sums.append((rows, columns, size * (both - inward), total, axes))
-            for axis in axes:
-                # no wave along the axis
-                if lines[axis].stiffness > CONSTANT / lines[axis].mass:
-                    amounts = lines[axis].stiffness * np.ones_like(level[axis])
-                    for k in range(3):
-                        amounts = amounts if k == axis else amounts * ends[k][shared[k]]
-                    sums.append((rows, columns, amounts, level[axis], axes))
-    if all(line.stiffness * line.mass < CONSTANT for line in lines):
-        sums.append(_unfelt(vacuum, kept.size - 1))
-    return _body(vacuum, sums, kept)
+    def jump(self, square: complex, permeability: float) -> Array:
+        """S - T for g = `square` (1/m2) and a relative permeability: real and imaginary part, (2, n, n; m)."""
+        found = permeability * self.within(square)
+        found[0] += (1.0 - permeability) * self.vacuum
+        return found
 
 
 CONSTANT = 1e-9
 """Stiffness, in parts of what a straight line has, below which a function is a constant."""
 
 
-def _unfelt(vacuum: Array, number: int) -> Sums:
-    """What keeps a constant function, which is no field, from every other (m): the body answers it with nothing."""
+def _is_constant(lines: Sequence[LineModes]) -> bool:
+    """Whether the product of the lines' last functions is a constant."""
+    return all(line.stiffness * line.mass < CONSTANT for line in lines)
+
+
+def _unfelt(body: Body, number: int) -> Body:
+    """The body that answers one function, a constant, with nothing: no field, and kept from every other (m)."""
+    vacuum = body.vacuum.copy()
     vacuum[number, number] = np.trace(vacuum) / len(vacuum)
-    at = np.array([number])
-    return at, at, vacuum[number, number].reshape(1, 1), np.zeros((1, 1)), (1,)
+
+    def within(square: complex) -> Array:
+        found = body.within(square).copy()
+        found[0, number, number] += vacuum[number, number]
+        return found
+
+    return Body(vacuum, within)
 
 
-def _along(values: Array, axis: int) -> Array:
-    """Values (n,; in their unit) along one of three axes."""
-    return values.reshape([-1 if k == axis else 1 for k in range(3)])
+KINDS = tuple(kind for kind in product((0, 1), repeat=3) if any(kind))
+"""Functions of a box's surface by the axes along which they are those of the ends: of faces, edges and corners."""
+
+PAIRS = tuple((one, two) for k, one in enumerate(KINDS) for two in KINDS[k:])
+"""Every two kinds once."""
 
 
-def _numbers(number: Index, kind: Sequence[int], axes: tuple[int, ...]) -> Index:
-    """Numbers (no unit) of the functions of a kind by the waves that they are of, without the axes summed over."""
-    found = number[tuple(slice(-1, None) if at_end else slice(-1) for at_end in kind)]
-    return found.squeeze(axes)
+def on_surface(counts: Sequence[int]) -> Index:
+    """Numbers of products of so many functions along x, y and z that are not 0 on a box's surface, for the last along
+    each is not 0 at its end; -1 of others: no unit.
+    """
+    number = np.full(counts, -1)
+    kept = np.zeros(number.shape, dtype=bool)
+    kept[-1], kept[:, -1], kept[:, :, -1] = True, True, True
+    number[kept] = np.arange(np.count_nonzero(kept))
+    return number
 
 
-def _own(lines: Sequence[LineModes], shared: Sequence[int]) -> Array:
+@record(eq=False)
+class _Axis:
+    # What functions along an axis are to each other (`LineModes`): by parities along x, y and z, then by functions
+    # along these, of length 1 but for its own axis. Where fewer are odd than even, they are filled up.
+    squares: Array
+    ends: Array
+    mass: Array
+    stiffness: Array
+
+    @classmethod
+    def of(cls, modes: Mapping[int, LineModes], axis: int) -> _Axis:
+        """Those (1/m2, m, m, 1/m) of both parities along an axis."""
+        both = [modes[parity] for parity in PARITIES]
+        count = max(one.squares.size for one in both)
+
+        def along(values: Sequence[Array | float], filling: float = 0.0) -> Array:
+            filled = [np.append(one, np.full(count - one.size, filling)) for one in map(np.atleast_1d, values)]
+            return np.array(filled).reshape([2 if k == axis else -1 if k == 3 + axis else 1 for k in range(6)])
+
+        mass, stiffness = (
+            np.array(values).reshape([2 if k == axis else 1 for k in range(6)])
+            for values in ([one.mass for one in both], [one.stiffness for one in both])
+        )
+        return cls(along([one.squares for one in both], 1.0), along([one.ends for one in both]), mass, stiffness)
+
+
+@record(eq=False)
+class _Driven:
+    # What two kinds of functions drive within (m): amounts by wave, to be summed `over` some axes, and of what has no
+    # wave along one of these by that.
+    over: tuple[int, ...]
+    amounts: Array
+    level: Mapping[int, Array]
+
+    def summed(self, waves: Array, level: Sequence[Array]) -> Array:
+        """D (m) by what waves and those with none along each axis are answered with (no unit): real and imaginary."""
+        over = tuple(4 + axis for axis in self.over)
+        found = (self.amounts * waves).sum(axis=over, keepdims=True)
+        for axis, amounts in self.level.items():
+            found = found + (amounts * level[axis]).sum(axis=over, keepdims=True)
+        return np.asarray(found)
+
+
+@record(eq=False)
+class _Entries:
+    # Where values of pairs that are `used` stand in the matrix of a parity's functions.
+    size: int
+    rows: Index
+    columns: Index
+    used: Flags
+
+    def filled(self, values: Array) -> Array:
+        """The symmetric matrices (n, size, size) of values (n, pairs), in their unit."""
+        found = np.zeros((len(values), self.size, self.size))
+        found[:, self.rows, self.columns] = found[:, self.columns, self.rows] = values[:, self.used]
+        return found
+
+
+def box_bodies(lines: Sequence[Mapping[int, LineModes]], kept: Flags) -> list[Body]:
+    """Boxes of every parity along x, y and z, whose functions are products of those along these by parity. Each has
+    those `kept` (parities, functions) of all that `on_surface` numbers, if along every axis as many were odd as are
+    even.
+    """
+    axes = [_Axis.of(line, axis) for axis, line in enumerate(lines)]
+    number = on_surface([axis.squares.shape[3 + k] + 1 for k, axis in enumerate(axes)])
+    total = axes[0].squares + axes[1].squares + axes[2].squares
+    waves = {kind: sum((axes[k].squares for k in range(3) if not kind[k]), 0.0 * total) for kind in KINDS}
+    vacuum, driven, pairs = [], [], []
+    for first, second in PAIRS:
+        shared = [a + b for a, b in zip(first, second, strict=True)]
+        over = tuple(axis for axis in range(3) if shared[axis] == 2)
+        size = _product([axes[k].ends ** shared[k] for k in range(3)])
+        inward = waves[first] * waves[second] / total
+        both = waves[tuple(int(count > 0) for count in shared)]
+        vacuum.append(_own(axes, shared) - (size * inward).sum(axis=tuple(3 + axis for axis in over), keepdims=True))
+        driven.append(_Driven(over, size * (both - inward), {
+            axis: axes[axis].stiffness * _product([axes[k].ends ** shared[k] for k in range(3) if k != axis])
+            for axis in over
+        }))
+        of_kind = (number[tuple(slice(-1, None) if end else slice(-1) for end in kind)] for kind in (first, second))
+        pairs.append(np.stack(np.broadcast_arrays(*of_kind)).reshape(2, -1))
+
+    @lru_cache(maxsize=1)
+    def answers(square: complex) -> Array:
+        """D (m) of every pair for a g (1/m2): real and imaginary part, (2, parities, pairs)."""
+        x, y, z = (axis.squares for axis in axes)
+        answered = (_parts(np.asarray(square / (some + square))) for some in (total, y + z, x + z, x + y))
+        to_waves, *to_level = answered
+        return np.concatenate([one.summed(to_waves, to_level).reshape(2, len(kept), -1) for one in driven], axis=2)
+
+    own = np.concatenate([part.reshape(len(kept), -1) for part in vacuum], axis=1)
+    bodies = [_of_parity(k, one, own[k], np.concatenate(pairs, axis=1), answers) for k, one in enumerate(kept)]
+    if _is_constant([line[1] for line in lines]):
+        bodies[0] = _unfelt(bodies[0], -1)
+    return bodies
+
+
+def _of_parity(
+    number: int, kept: Flags, vacuum: Array, pairs: Index, answers: Callable[[complex], Array]
+) -> Body:
+    """The body of one parity's kept functions, by energies and answers (m) of pairs of functions."""
+    place, used = np.cumsum(kept) - 1, kept[pairs[0]] & kept[pairs[1]]
+    rows, columns = place[pairs[:, used]]
+    entries = _Entries(int(np.count_nonzero(kept)), rows, columns, used)
+    return Body(entries.filled(vacuum[None])[0], lambda square: entries.filled(answers(square)[:, number]))
+
+
+def _product(factors: Sequence[Array]) -> Array:
+    """The product of arrays, in that of their units."""
+    found = factors[0]
+    for one in factors[1:]:
+        found = found * one
+    return found
+
+
+def _parts(values: ComplexArray) -> Array:
+    """Real and imaginary parts along a first axis, in the values' unit."""
+    return np.stack([values.real, values.imag])
+
+
+def _own(axes: Sequence[_Axis], shared: Sequence[int]) -> Array:
     """The integral (m) of the product of the slopes of two functions, `shared` being how many of both are those of the
     end along each axis: where both are, over that axis; elsewhere by the place of the one that is not.
     """
-    total, masses = np.zeros((1, 1, 1)), np.ones((1, 1, 1))
-    for axis, (line, count) in enumerate(zip(lines, shared, strict=True)):
-        mass = _along((np.ones_like(line.squares), line.ends, np.array([line.mass]))[count], axis)
-        slope = _along((line.squares, 0.0 * line.ends, np.array([line.stiffness]))[count], axis)
+    total, masses = np.zeros((1,) * 6), np.ones((1,) * 6)
+    for axis, count in zip(axes, shared, strict=True):
+        mass = (np.ones_like(axis.squares), axis.ends, axis.mass)[count]
+        slope = (axis.squares, 0.0 * axis.ends, axis.stiffness)[count]
         total, masses = total * mass + masses * slope, masses * mass
     return total
 
@@ -164,7 +225,7 @@ def disc_body(radial: LineModes, turning: tuple[Array, Array], wall: LineModes, 
     """
     inner, through = radial.squares[:, None], wall.squares[None]
     edge, count = inner.size, inner.size + 1 + through.size
-    face, side, rim = np.arange(edge), np.arange(edge + 1, count), np.array([edge])
+    face, side = np.arange(edge), np.arange(edge + 1, count)
     out, up = radial.ends[:, None], wall.ends[None]
     total = inner + through
     both = inner * through / total
@@ -177,17 +238,20 @@ def disc_body(radial: LineModes, turning: tuple[Array, Array], wall: LineModes, 
     vacuum[edge, edge] = radial.stiffness * wall.mass + wall.stiffness * radial.mass
     squares, driven = turning[0][:, None] + through, turning[1][:, None] + 0.0 * through
     steady = wall.stiffness + 0.0 * inner
-    sums: list[Sums] = [
-        (face, face, both * up**2, total, (1,)),
-        (side, side, both * out**2, total, (0,)),
-        (face[:, None], side, -both * out * up, total, ()),
-        (face, face, steady, inner, (1,)),
-        (face, rim, steady * out, inner, (1,)),
-        (rim, rim, steady * out**2, inner, (0, 1)),
-        (side, side, driven, squares, (0,)),
-        (side, rim, driven * up, squares, (0,)),
-        (rim, rim, driven * up**2, squares, (0, 1)),
-    ]
-    if all(line.stiffness * line.mass < CONSTANT for line in (radial, wall)):
-        sums.append(_unfelt(vacuum, edge))
-    return _body(vacuum, sums, np.ones(count, dtype=bool), around)
+
+    @lru_cache(maxsize=1)
+    def within(square: complex) -> Array:
+        """D (m) for a g (1/m2), of both phases: real and imaginary part."""
+        found = np.zeros((count, count), dtype=complex)
+        waves, level, turned = (square / (one + square) for one in (total, inner, squares))
+        found[face, face] = (both * up**2 * waves).sum(axis=1) + (steady * level)[:, 0]
+        found[side, side] = (both * out**2 * waves).sum(axis=0) + (driven * turned).sum(axis=0)
+        found[face[:, None], side] = -both * out * up * waves
+        found[face, edge] = (steady * out * level)[:, 0]
+        found[edge, side] = (driven * up * turned).sum(axis=0)
+        found = found + np.triu(found, 1).T
+        found[edge, edge] = (steady * out**2 * level).sum() + (driven * up**2 * turned).sum()
+        return around * _parts(found)
+
+    body = Body(around * vacuum, within)
+    return _unfelt(body, edge) if _is_constant((radial, wall)) else body

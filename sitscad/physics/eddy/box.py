@@ -9,7 +9,7 @@ singular points.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import cached_property, lru_cache
 from itertools import product
 
@@ -17,23 +17,20 @@ import numpy as np
 
 from sitscad.arrays import Array, Flags, Index
 from sitscad.physics.constants import MU0
-from sitscad.physics.eddy.body import Body, box_body, on_surface
+from sitscad.physics.eddy.body import Body, box_bodies, on_surface
 from sitscad.physics.eddy.graded_line import (
     FINER,
     PARITIES,
     GaussianSum,
     GradedLine,
-    LineIntegrals,
-    LineModes,
     gaussian_sum,
     graded_line,
 )
-from sitscad.physics.eddy.surface import Outside, made_definite, outside
+from sitscad.physics.eddy.surface import Energies, energies, made_definite
 from sitscad.physics.special_functions import gauss
 from sitscad.record import record
 
 Parity = tuple[int, int, int]
-Parted = tuple[Parity, Array, tuple[Index, ...], Flags]
 
 ACROSS = ((1, 2), (0, 2), (0, 1))
 """The two axes along a face, by the axis across it."""
@@ -45,43 +42,75 @@ THICKNESS = 2
 
 
 @record(eq=False)
-class BoxClass:
-    """Currents (A) of one parity along x, y and z, of all functions those that are `kept`. `numbers` say which function
-    one of a face is, (functions along a, along b) by the axis across the face; `inductance` is in H; `projections` by
-    axis (see `GradedLine.projections`).
+class BoxFunctions:
+    """Stream functions of one parity along x, y and z, of all of them those that are `kept`. `numbers` say which one of
+    a face is, (functions along a, along b) by the axis across the face; `inductance` is in H.
     """
 
     parity: Parity
-    lines: tuple[GradedLine, ...]
-    inductance: Array
     numbers: tuple[Index, ...]
     kept: Flags
+    inductance: Array
+    body: Body
+
+    @cached_property
+    def energies(self) -> Energies:
+        """What they store: see `CurrentClass`."""
+        return energies(self.inductance, self.body)
+
+
+@record(eq=False)
+class BoxClass:
+    """Currents (A) of one parity; `projections` by axis (see `GradedLine.projections`)."""
+
+    functions: BoxFunctions
     projections: tuple[tuple[Array, Array], ...]
+
+    @property
+    def parity(self) -> Parity:
+        """Parity along x, y and z, no unit."""
+        return self.functions.parity
 
     @property
     def in_plane(self) -> tuple[int, int]:
         """The class's parities along x and y, no unit."""
         return self.parity[:2]
 
+    @property
+    def inductance(self) -> Array:
+        """Inductances (H): see `CurrentClass`."""
+        return self.functions.inductance
+
+    @property
+    def body(self) -> Body:
+        """What the box does within: see `CurrentClass`."""
+        return self.functions.body
+
+    @property
+    def energies(self) -> Energies:
+        """What they store: see `CurrentClass`."""
+        return self.functions.energies
+
     def drive(self, potential: Array) -> Array:
         """Flux linkages (Wb): see `CurrentClass`."""
-        found = np.zeros((self.kept.size, potential.shape[-1]))
+        found = np.zeros((self.functions.kept.size, potential.shape[-1]))
         for across, (a, b) in enumerate(ACROSS):
             both = self._face(potential, across)
             field = both[0] - self.parity[across] * both[1]
             (fa, da), (fb, db) = self.projections[a], self.projections[b]
             along_a, along_b = _projected(field[:, :, a], fa, db), _projected(field[:, :, b], da, fb)
             linked = TURN[across] * (along_b - along_a)
-            found[self.numbers[across].ravel()] += linked.reshape(-1, potential.shape[-1])  # each once in a face
-        return found[self.kept]
+            once = self.functions.numbers[across].ravel()  # in a face
+            found[once] += linked.reshape(-1, potential.shape[-1])
+        return found[self.functions.kept]
 
     def spread(self, functions: Array) -> Array:
         """What linkages make of potentials (m), and currents (A m): see `CurrentClass`."""
-        pieces, whole = [], np.zeros((self.kept.size, functions.shape[1]))
-        whole[self.kept] = functions
+        pieces, whole = [], np.zeros((self.functions.kept.size, functions.shape[1]))
+        whole[self.functions.kept] = functions
         for across, (a, b) in enumerate(ACROSS):
             (fa, da), (fb, db) = self.projections[a], self.projections[b]
-            amount = TURN[across] * whole[self.numbers[across]]
+            amount = TURN[across] * whole[self.functions.numbers[across]]
             found = np.zeros((2, fa.shape[1], fb.shape[1], 3, functions.shape[1]))
             found[0, :, :, a] = -_projected(amount, fa.T, db.T)
             found[0, :, :, b] = _projected(amount, da.T, fb.T)
@@ -96,16 +125,6 @@ class BoxClass:
         a, b = ACROSS[across]
         start = sum(sizes[:across])
         return potential[start : start + sizes[across]].reshape(2, counts[a], counts[b], *potential.shape[1:])
-
-    @cached_property
-    def body(self) -> Body:
-        """What the box does within: see `CurrentClass`."""
-        return box_body(_modes(self.lines, self.parity), self.kept)
-
-    @cached_property
-    def outside(self) -> Outside:
-        """What they store outside: see `CurrentClass`."""
-        return outside(self.inductance, MU0 * self.body.vacuum)
 
 
 @record(eq=False)
@@ -148,63 +167,106 @@ class Box:
     def classes(self) -> tuple[BoxClass, ...]:
         """The eight parities, with inductances in H: see `Surface`."""
         sizes = zip(self.lines, self.counts, strict=True)
-        known = [{parity: line.projections(parity, count) for parity in PARITIES} for line, count in sizes]
+        known = [line.projections(count) for line, count in sizes]
         return tuple(
-            BoxClass(parity, self.lines, inductance, numbers, kept, tuple(known[k][parity[k]] for k in range(3)))
-            for parity, inductance, numbers, kept in _inductances(self.lines, self.shortest)
+            BoxClass(one, tuple(known[k][one.parity[k]] for k in range(3)))
+            for one in _functions(self.lines, self.shortest)
         )
 
 
 @lru_cache(maxsize=1)
-def _inductances(lines: tuple[GradedLine, ...], shortest: float) -> tuple[Parted, ...]:
-    """The inductance matrix (n, n; H per unit functions) of every parity, and what a `BoxClass` has of its functions,
-    waves up to a number (1/m) along two edges.
-    """
+def _functions(lines: tuple[GradedLine, ...], shortest: float) -> tuple[BoxFunctions, ...]:
+    """The functions of every parity, waves up to a number (1/m) along two edges."""
     reach = 2.0 * math.hypot(*(line.half for line in lines))
     finest = min(float(line.steps.min()) for line in lines)
     gaussians = gaussian_sum(0.25 * finest, reach)
-    distinct = {line: line.integrals(gaussians.scales) for line in dict.fromkeys(lines)}
-    integrals = [distinct[line] for line in lines]
-    parities = product(PARITIES, PARITIES, PARITIES)
-    return tuple(_of_parity(lines, parity, gaussians, integrals, shortest) for parity in parities)
+    distinct = {line: _folded(line, gaussians.scales) for line in dict.fromkeys(lines)}
+    number = on_surface([max(one.squares.size for one in line.modes.values()) + 1 for line in lines])
+    parities = list(product(PARITIES, PARITIES, PARITIES))
+    found = [_of_parity(lines, parity, number, shortest) for parity in parities]
+    bodies = box_bodies([line.modes for line in lines], np.stack([kept for _, kept in found]))
+    parts = [[distinct[line][one] for line, one in zip(lines, parity, strict=True)] for parity in parities]
+    return tuple(
+        BoxFunctions(parity, numbers, kept, _inductance(lines, parity, gaussians, own, numbers, kept), body)
+        for parity, (numbers, kept), own, body in zip(parities, found, parts, bodies, strict=True)
+    )
 
 
 def _of_parity(
-    lines: Sequence[GradedLine], parity: Parity, gaussians: GaussianSum,
-    integrals: Sequence[Mapping[int, LineIntegrals]], shortest: float,
-) -> Parted:
-    """One class of parity: its inductance matrix (n, n; H per unit functions), numbers, and which functions it keeps,
-    by the `shortest` waves (1/m) along two edges. Derived here: Neumann's integral of n x grad psi with 1/R as
-    `GaussianSum`, which is a product of one-dimensional integrals for every Gaussian.
+    lines: Sequence[GradedLine], parity: Parity, number: Index, shortest: float
+) -> tuple[tuple[Index, ...], Flags]:
+    """Which functions the faces of a parity have, by the `number` of all (no unit), and which are kept: those that do
+    not go along two edges at once with waves beyond the `shortest` (1/m).
     """
-    own = [integrals[axis][parity[axis]] for axis in range(3)]
-    modes = _modes(lines, parity)
-    number = on_surface(modes)
-    numbers = number[-1], number[:, -1], number[:, :, -1]
+    modes = [line.modes[one] for line, one in zip(lines, parity, strict=True)]
+    places = [np.append(np.arange(one.squares.size), count - 1) for one, count in zip(modes, number.shape, strict=True)]
+    number = number[np.ix_(*places)]
     x, y, z = np.meshgrid(*(np.append(one.squares > shortest**2, False) for one in modes), indexing="ij")
-    kept = ~(x & y | y & z | z & x)[number >= 0]
-    inductance = np.zeros((kept.size, kept.size))
+    kept = np.zeros(np.max(number) + 1, dtype=bool)
+    kept[number[(number >= 0) & ~(x & y | y & z | z & x)]] = True
+    return (number[-1], number[:, -1], number[:, :, -1]), kept
+
+
+@record(eq=False)
+class _Folded:
+    # A line's integrals of one parity by Gaussian and, as the last one, its tail, of every two functions once: `mass`
+    # (m2), `slope` (no unit); `end` as in `LineIntegrals`; `which` of them are those of two functions (n, n).
+    mass: Array
+    slope: Array
+    end: Array
+    which: Index
+
+
+def _folded(line: GradedLine, scales: Array) -> dict[int, _Folded]:
+    """A line's integrals (m2, no unit), by parity."""
+    found = {}
+    for parity, own in line.integrals(scales).items():
+        upper = np.triu_indices(own.mass.shape[1])
+        which = np.zeros(own.mass.shape[1:], dtype=np.intp)
+        which[upper] = which.T[upper] = np.arange(upper[0].size)
+        mass, slope = (np.concatenate([part, gram[None]])[:, *upper] for part, gram in
+                       zip((own.mass, own.slope), line.grams(parity), strict=True))
+        found[parity] = _Folded(mass, slope, own.end, which)
+    return found
+
+
+def _inductance(
+    lines: Sequence[GradedLine], parity: Parity, gaussians: GaussianSum, own: Sequence[_Folded],
+    numbers: Sequence[Index], kept: Flags,
+) -> Array:
+    """The inductance matrix (n, n; H) of the kept functions. Derived here: Neumann's integral of n x grad psi with 1/R
+    as `GaussianSum`, which is a product of one-dimensional integrals for every Gaussian.
+    """
+    place = np.where(kept, np.cumsum(kept) - 1, -1)
+    count = int(np.count_nonzero(kept))
+    inductance = np.zeros((count, count))
     for across in range(3):
-        members = numbers[across].ravel()
-        # The two faces across an axis, each with itself and with the other (m; times mu0 / (4 pi) H).
-        a, b = ACROSS[across]
-        other = np.exp(-((2.0 * lines[across].half * gaussians.scales) ** 2))
-        weights = 2.0 * gaussians.weights * (1.0 - parity[across] * other)
-        found = _summed(weights, own[a].mass, own[b].slope) + _summed(weights, own[a].slope, own[b].mass)
-        (mass_a, slope_a), (mass_b, slope_b) = (lines[axis].grams(parity[axis]) for axis in (a, b))
-        nearest = np.kron(mass_a, slope_b) + np.kron(slope_a, mass_b)
-        inductance[np.ix_(members, members)] += np.asarray(found + 2.0 * gaussians.tail * nearest)
+        # the two faces across an axis, each with itself and with the other (m; times mu0 / (4 pi) H)
         first, second = ACROSS[across]
-        ends = gaussians.weights[:, None] * own[second].end
-        between = -4.0 * np.einsum("qij,qb,qa->ibja", own[across].mass, ends, own[first].end, optimize=True)
-        rows = _with_axis(numbers[first], across, first).ravel()
-        columns = _with_axis(numbers[second], across, second).ravel()
-        block = between.reshape(rows.size, columns.size)
+        one, two = own[first], own[second]
+        other = np.exp(-((2.0 * lines[across].half * gaussians.scales) ** 2))
+        weights = 2.0 * np.append(gaussians.weights * (1.0 - parity[across] * other), gaussians.tail)[:, None]
+        found = (weights * one.mass).T @ two.slope + (weights * one.slope).T @ two.mass
+        at, (i, j) = _kept_of(place[numbers[across]])
+        inductance[np.ix_(at, at)] += found[one.which[i[:, None], i], two.which[j[:, None], j]]
+        ends = gaussians.weights[:, None] * two.end
+        both = (ends[:, :, None] * one.end[:, None]).reshape(len(ends), -1)
+        # and those of faces at right angles to each other
+        between = -4.0 * own[across].mass[:-1].T @ both
+        rows, (i, b) = _kept_of(place[_with_axis(numbers[first], across, first)])
+        columns, (j, a) = _kept_of(place[_with_axis(numbers[second], across, second)])
+        block = between[own[across].which[i[:, None], j], b[:, None] * one.end.shape[1] + a]
         inductance[np.ix_(rows, columns)] += block
         inductance[np.ix_(columns, rows)] += block.T
     if parity == (1, 1, 1):
         inductance = made_definite(inductance, -1)
-    return parity, MU0 / (4.0 * math.pi) * inductance[np.ix_(kept, kept)], numbers, kept
+    return MU0 / (4.0 * math.pi) * inductance
+
+
+def _kept_of(places: Index) -> tuple[Index, tuple[Index, ...]]:
+    """Places of a face's kept functions, those above -1, and their numbers along its edges: no unit."""
+    at = np.nonzero(places >= 0)
+    return places[at], at
 
 
 def box(
@@ -224,11 +286,6 @@ SHORTEST = 3.0
 changes of L differ by 2e-4 of themselves at most, losses by 4e-4."""
 
 
-def _modes(lines: Sequence[GradedLine], parity: Parity) -> list[LineModes]:
-    """What the functions of a parity are to each other along x, y and z (1/m2, m, 1/m)."""
-    return [line.modes[one] for line, one in zip(lines, parity, strict=True)]
-
-
 def _with_axis(numbers: Index, first: int, across: int) -> Index:
     """A face's numbers with that axis first."""
     return numbers if ACROSS[across][0] == first else numbers.T
@@ -241,9 +298,3 @@ def _projected(field: Array, along_a: Array, along_b: Array) -> Array:
     half = along_a @ field.reshape(field.shape[0], -1)
     return along_b @ half.reshape(len(along_a), *field.shape[1:])
 
-
-def _summed(weights: Array, one: Array, other: Array) -> Array:
-    """Sum over Gaussians of Kronecker products (n m, n m), in the weights' unit times both tables'."""
-    n, m = one.shape[1], other.shape[1]
-    flat = (weights[:, None] * one.reshape(len(one), -1)).T @ other.reshape(len(other), -1)
-    return flat.reshape(n, n, m, m).transpose(0, 2, 1, 3).reshape(n * m, n * m)

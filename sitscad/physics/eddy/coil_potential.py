@@ -24,7 +24,7 @@ from sitscad.physics.special_functions import gauss
 from sitscad.record import record
 
 Table = NDArray[np.complex64]
-Returned = Callable[[Array], Array]
+Returned = Callable[[Array], ComplexArray]
 
 FINE, ROOM = 0.36, 3.6
 """Grid's spacing over the lowest height, and its side over the coil's diameter and the reach together."""
@@ -73,7 +73,7 @@ class _Octave:
         """Potentials (Wb/m) on grids, those of the levels that are wanted worked out."""
         missing = sorted({*wanted} - self.known)
         count = len(self.waves)
-        k = _wave_numbers(count, self.spacing) if missing else np.zeros(0)
+        k, whole = _wave_numbers(count, self.spacing)
         for level in missing:
             height = self.lowest * 2.0 ** ((level - 1.0) / LEVELS)
             # the grid's repeated coils: eight nearby dipoles, and the even field of all others
@@ -89,7 +89,7 @@ class _Octave:
                 found += 0.5j * even * (x + 1j * y)
             to_grid = _to_grid(count)
             repeated = np.asarray(to_grid @ found.reshape(SMOOTH, SMOOTH) @ to_grid.T)
-            self.values[level] = np.fft.fftshift(np.fft.ifft2(self.waves * np.exp(-k * height))) - repeated
+            self.values[level] = np.fft.ifft2(self.waves * np.exp(-k * height)[whole]) - repeated
             self.known.add(level)
         return self.values
 
@@ -128,38 +128,43 @@ class CoilPotential:
         return found
 
 
-def coil_potential(
+def coil_potentials(
     tracks: Sequence[PolylineTrack], nearest: float, reach: float, floor: float = -math.inf,
-    returned: Returned | None = None, direct: bool = True,
-) -> CoilPotential:
+    returned: Returned | None = None, is_lossy: bool = False,
+) -> tuple[CoilPotential, ...]:
     """The potential (Wb/m) of tracks in series, layers one above the other, currents along their corners. It holds from
     `nearest` (m) over the top mid-plane and is finest within `reach` (m) of the centre. A wave of sheet current makes
     mu0 / 2 k of it, which falls with height like exp(-k z) (Laplace's equation, textbook). A mirror at z = `floor` (m)
     returns waves of wave number k (1/m) by the factor `returned`: -1, as a perfect conductor does, where that is None.
-    Without `direct` it is what the mirror returns alone: the part out of phase of a lossy one's.
+    Of a lossy one that is the real part, and a second potential is what it returns out of phase.
     """
     top = max(track.z for track in tracks)
     extent = 2.0 * max(float(np.abs(track.corners).max()) for track in tracks)
     side = ROOM * max(extent, 0.5 * extent + reach)
     count = 2 * math.ceil(0.5 * side / (FINE * nearest))
     spacing = side / count
-    number = _wave_numbers(count, spacing)
-    factor = np.zeros_like(number) if math.isinf(floor) else -1.0 + 0.0 * number
+    quarter, whole = _wave_numbers(count, spacing)
+    factor, parts = np.full(quarter.shape, -1.0 + 0.0j), 1 + is_lossy
     if returned is not None and math.isfinite(floor):
-        factor = returned(number)
-    rising = np.zeros((count, count), dtype=complex)
+        factor = returned(quarter)
+    with np.errstate(divide="ignore"):
+        each_wave = np.where(quarter > 0.0, 0.5 * MU0 / quarter, 0.0)
+    rising = np.zeros((parts, count, count), dtype=complex)
     for track in tracks:
         layer = _spread_spectrum(track.corners.tobytes(), track.width, count, spacing)
-        through = 1.0 + (number * track.thickness) ** 2 / 24.0
-        if direct:
-            rising += layer * through * np.exp(-number * (top - track.z))
+        through = each_wave * (1.0 + (quarter * track.thickness) ** 2 / 24.0)
+        up, back = np.exp(-quarter * (top - track.z)), np.zeros_like(quarter)
         if math.isfinite(floor):
-            rising += layer * through * factor * np.exp(-number * (top + track.z - 2.0 * floor))
-    with np.errstate(divide="ignore"):
-        rising *= np.where(number > 0.0, 0.5 * MU0 / number, 0.0)
-    dipoles = _dipoles(tracks, floor, float(factor[0, 1]), direct)
-    octaves = tuple(_octave(rising, side, nearest * 2.0**n, top, dipoles, n) for n in range(OCTAVES))
-    return CoilPotential(top, side, nearest, floor, octaves, dipoles)
+            back = np.exp(-quarter * (top + track.z - 2.0 * floor))
+        rising[0] += layer * (through * (up + factor.real * back))[whole]
+        if is_lossy:
+            rising[1] += layer * (through * factor.imag * back)[whole]
+    found: list[CoilPotential] = []
+    for part, longest in zip(rising, (float(factor[0, 1].real), float(factor[0, 1].imag)), strict=False):
+        dipoles = _dipoles(tracks, floor, longest, direct=not found)
+        octaves = tuple(_octave(part, side, nearest * 2.0**n, top, dipoles, n) for n in range(OCTAVES))
+        found.append(CoilPotential(top, side, nearest, floor, octaves, dipoles))
+    return tuple(found)
 
 
 def _octave(
@@ -173,22 +178,27 @@ def _octave(
     kept = np.r_[0 : count // 2, whole - count // 2 : whole]  # the longest waves, as a spectrum of fewer points
     waves, spacing = rising[np.ix_(kept, kept)], side / count
     along = (2.0 + np.cos(2.0 * math.pi * np.fft.fftfreq(count))) / 3.0
+    along[1::2] *= -1.0  # which moves the coil to the middle of the grid
     waves = waves / (along[:, None] * along) * (count / whole) ** 2
     values = np.empty((LEVELS + 3, count, count), dtype=np.complex64)
     return _Octave(lowest, spacing, side, top, waves, dipoles, values, set())
 
 
-def _wave_numbers(count: int, spacing: float) -> Array:
-    """Wave numbers (count, count; 1/m) of a grid of a spacing (m), as a Fourier transform has them."""
-    k = 2.0 * math.pi * np.fft.fftfreq(count, spacing)
-    return np.asarray(np.hypot(k[:, None], k))
+def _wave_numbers(count: int, spacing: float) -> tuple[Array, tuple[Index, Index]]:
+    """Wave numbers (1/m) of a grid of a spacing (m): those of a quarter of a Fourier transform's waves, and which of
+    them each of all (count, count) has.
+    """
+    number = np.minimum(np.arange(count), count - np.arange(count))
+    k = 2.0 * math.pi / (count * spacing) * np.arange(count // 2 + 1)
+    rows, columns = np.ix_(number, number)
+    return np.hypot(k[:, None], k), (rows, columns)
 
 
 @lru_cache(maxsize=2)
 def _spread_spectrum(corners: bytes, width: float, count: int, spacing: float) -> ComplexArray:
     """Spectrum (count, count) of a layer's sheet current (A/m, x + i y) on the grid, rows along y; of its track's
     `corners` (n, 2; m). What the splines smear is divided out: their transform is sinc^4 (Hockney and Eastwood 1988).
-    Every other layer repeats, and what a lossy mirror returns in phase and out of phase is asked for by itself.
+    Every other layer repeats.
     """
     track = PolylineTrack(np.frombuffer(corners).reshape(-1, 2), width, 0.0, 0.0)
     nodes, weights = gauss(STRANDS)

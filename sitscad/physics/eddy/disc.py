@@ -8,7 +8,9 @@ meridian with the circles' mean of cos(n phi) / distance, whose logarithm is int
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -24,13 +26,16 @@ from sitscad.physics.eddy.graded_line import (
     interpolation,
     line_modes,
 )
-from sitscad.physics.eddy.surface import Outside, made_definite, outside
+from sitscad.physics.eddy.surface import Energies, energies, made_definite
 from sitscad.physics.special_functions import gauss
 from sitscad.record import record
 
-STABLE, BEYOND = 0.3, 70
+STABLE, BEYOND = 0.3, 21.0
 """Argument's acosh up to which the recursion is stable upwards; orders beyond the highest from which it starts
-downwards (Gil and Segura, Comput. Phys. Commun. 124, 2000)."""
+downwards, times the argument's acosh (Gil and Segura, Comput. Phys. Commun. 124, 2000)."""
+
+BANDS = (STABLE, 2.0 * STABLE, 4.0 * STABLE, 8.0 * STABLE, math.inf)
+"""Bands of the argument's acosh for which it starts at one order."""
 
 
 def toroidal(excess: Array, order: int) -> Array:
@@ -44,20 +49,28 @@ def toroidal(excess: Array, order: int) -> Array:
     modulus = np.sqrt(2.0 / (x + 2.0))
     lowest, next_one = modulus * first, (1.0 + x) * modulus * first - 2.0 / modulus * elliptic_e
     found = np.empty((order + 1, x.size))
-    near = np.arccosh(1.0 + x) < STABLE
+    steepness = np.arccosh(1.0 + x)
+    near = steepness < STABLE
     argument, rising = 1.0 + x[near], np.empty((order + 2, np.count_nonzero(near)))
     rising[0], rising[1] = lowest[near], next_one[near]
     for n in range(1, order + 1):
-        rising[n + 1] = (2 * n * argument * rising[n] - (n - 0.5) * rising[n - 1]) / (n + 0.5)
+        np.multiply(argument, rising[n], out=rising[n + 1])
+        rising[n + 1] *= 2 * n / (n + 0.5)
+        rising[n + 1] -= (n - 0.5) / (n + 0.5) * rising[n - 1]
+    found[:, near] = rising[: order + 1]
     # by ratios of one order to the one below, from far beyond: no number grows too large
-    argument, ratios = 1.0 + x[~near], np.empty((order + 1, np.count_nonzero(~near)))
-    ratio = np.zeros_like(argument)
-    for n in range(order + BEYOND, 0, -1):
-        ratio = (n - 0.5) / (2 * n * argument - (n + 0.5) * ratio)
-        if n <= order:
-            ratios[n] = ratio
-    ratios[0] = lowest[~near]
-    found[:, near], found[:, ~near] = rising[: order + 1], np.cumprod(ratios, axis=0)
+    for low, high in pairwise(BANDS):
+        some = np.flatnonzero((steepness >= low) & (steepness < high))
+        argument, ratios = 1.0 + x[some], np.empty((order + 1, some.size))
+        ratio = np.zeros_like(argument)
+        for n in range(order + math.ceil(BEYOND / low), 0, -1):
+            ratio *= -(n + 0.5)
+            ratio += 2 * n * argument
+            np.divide(n - 0.5, ratio, out=ratio)
+            if n <= order:
+                ratios[n] = ratio
+        ratios[0] = lowest[some]
+        found[:, some] = np.cumprod(ratios, axis=0)
     return found.reshape(order + 1, *excess.shape)
 
 
@@ -70,8 +83,10 @@ def _elliptic(complement: Array) -> tuple[Array, Array]:
     for _ in range(8):
         difference = 0.5 * (a - b)
         a, b = 0.5 * (a + b), np.sqrt(a * b)
-        total = total + weight * difference**2
+        total += weight * difference * difference
         weight *= 2.0
+        if np.abs(difference).max(initial=0.0) < 1e-9:
+            break  # its square is nothing, and so is what is left
     first = 0.5 * np.pi / a
     return first, first * (1.0 - total)
 
@@ -106,62 +121,34 @@ class Meridian:
 
 
 @record(eq=False)
-class DiscClass:
-    """Currents of one order m, one parity across the disc, and one phase: "cos" or "sin". `values` and `slopes` (points
-    of the meridian, n) are the functions' along the meridian.
+class DiscFunctions:
+    """Stream functions of one order m and one parity across the disc, cos(m phi) or sin(m phi) times those along the
+    meridian: `values` and `slopes` (points of the meridian, n).
     """
 
     order: int
     parity: int
-    phase: str
     disc: Disc
     inductance: Array
     values: Array
     slopes: Array
 
-    @property
-    def in_plane(self) -> tuple[int, str]:
-        """The class's order and phase round the axis, no unit."""
-        return self.order, self.phase
-
-    def drive(self, potential: Array) -> Array:
-        """Flux linkages (Wb): see `CurrentClass`."""
-        linkage = self._linkage
-        return np.asarray(linkage.reshape(-1, linkage.shape[-1]).T @ potential.reshape(-1, potential.shape[-1]))
-
-    def spread(self, functions: Array) -> Array:
-        """What linkages make of potentials (m), and currents (A m): see `CurrentClass`."""
-        return np.asarray(self._linkage @ functions)
-
     @cached_property
-    def _linkage(self) -> Array:
-        """What a potential at the points drives (points, 3, n; m): along the radius, round the axis, up the wall.
-        Derived here from the current n x grad psi of a stream function psi.
+    def projections(self) -> tuple[Array, Array, Array, Array]:
+        """What a potential drives along circles and radii of a face, circles and heights of the wall: (its points along
+        the meridian, n; m). Derived here from the current n x grad psi of a stream function psi.
         """
         disc, shape = self.disc, self.disc.meridian
         on_face = shape.on_face
         radius, weight = shape.places[on_face, 0], shape.weights[on_face]
-        to_face = interpolation(disc.counts[0], 2.0 * radius / disc.face.half - 1.0)
+        to_face, up, down = disc.resolved
         round_face = to_face.T @ (self.slopes[on_face] * (weight * radius)[:, None])
         out_face = to_face.T @ (self.values[on_face] * (self.order * weight)[:, None])
-        height, weight = shape.places[~on_face, 1] / disc.wall.half, shape.weights[~on_face]
-        up, down = interpolation(disc.counts[1], height), interpolation(disc.counts[1], -height)
+        weight = shape.weights[~on_face]
         slopes, values = self.slopes[~on_face] * weight[:, None], self.values[~on_face] * weight[:, None]
         round_wall = disc.face.half * (up.T @ slopes - self.parity * (down.T @ slopes))
-        up_wall = self.order * (up.T @ values + self.parity * (down.T @ values))
-        angle, step = disc.angles, 2.0 * math.pi / disc.angles.size
-        wave, turned = np.cos(self.order * angle), np.sin(self.order * angle)
-        if self.phase == "sin":
-            wave, turned = turned, -wave
-        around = np.stack([-np.sin(angle), np.cos(angle), 0.0 * angle], axis=1)
-        outwards = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1)
-        upwards = np.array([0.0, 0.0, step])
-        top = np.einsum("rn,ac->racn", round_face, step * wave[:, None] * around)
-        top = top + np.einsum("rn,ac->racn", out_face, step * turned[:, None] * outwards)
-        side = np.einsum("zn,ac->zacn", round_wall, step * wave[:, None] * around)
-        side = side - np.einsum("zn,ac->zacn", up_wall, turned[:, None] * upwards)
-        flat = top.reshape(-1, 3, top.shape[-1])
-        return np.concatenate([flat, -self.parity * flat, side.reshape(-1, 3, side.shape[-1])])
+        up_wall = -self.order * (up.T @ values + self.parity * (down.T @ values))
+        return round_face, out_face, round_wall, up_wall
 
     @cached_property
     def body(self) -> Body:
@@ -170,9 +157,71 @@ class DiscClass:
         return disc_body(radial.modes, radial.turning, self.disc.wall.modes[self.parity], around)
 
     @cached_property
-    def outside(self) -> Outside:
-        """What they store outside: see `CurrentClass`."""
-        return outside(self.inductance, MU0 * self.body.vacuum)
+    def energies(self) -> Energies:
+        """What they store: see `CurrentClass`."""
+        return energies(self.inductance, self.body)
+
+
+@record(eq=False)
+class DiscClass:
+    """Currents of one order, one parity across the disc, and one phase: "cos" or "sin"."""
+
+    functions: DiscFunctions
+    phase: str
+
+    @property
+    def in_plane(self) -> tuple[int, str]:
+        """The class's order and phase round the axis, no unit."""
+        return self.functions.order, self.phase
+
+    @property
+    def inductance(self) -> Array:
+        """Inductances (H): see `CurrentClass`."""
+        return self.functions.inductance
+
+    @property
+    def body(self) -> Body:
+        """What the disc does within: see `CurrentClass`."""
+        return self.functions.body
+
+    @property
+    def energies(self) -> Energies:
+        """What they store: see `CurrentClass`."""
+        return self.functions.energies
+
+    def drive(self, potential: Array) -> Array:
+        """Flux linkages (Wb): see `CurrentClass`."""
+        count, fields = self.functions.disc.counts[0], potential.shape[-1]
+        rings = potential.reshape(-1, 3 * self.functions.disc.angles.size, fields)
+        faces = rings[:count] - self.functions.parity * rings[count : 2 * count]
+        round_face, out_face, round_wall, up_wall = self.functions.projections
+        on_face, on_wall = self._waves
+        along, out = (on_face @ faces).swapaxes(0, 1)
+        round_it, up = (on_wall @ rings[2 * count :]).swapaxes(0, 1)
+        return np.asarray(round_face.T @ along + out_face.T @ out + round_wall.T @ round_it + up_wall.T @ up)
+
+    def spread(self, functions: Array) -> Array:
+        """What linkages make of potentials (m), and currents (A m): see `CurrentClass`."""
+        along, out, round_it, up = (one @ functions for one in self.functions.projections)
+        on_face, on_wall = self._waves
+        face = on_face[0, :, None] * along[:, None] + on_face[1, :, None] * out[:, None]
+        wall = on_wall[0, :, None] * round_it[:, None] + on_wall[1, :, None] * up[:, None]
+        return np.concatenate([face, -self.functions.parity * face, wall]).reshape(-1, 3, functions.shape[1])
+
+    @cached_property
+    def _waves(self) -> tuple[Array, Array]:
+        """What potentials at the points of a circle count for, along it and out of a face, along it and up the wall:
+        (2, points times 3; no unit).
+        """
+        order, angle = self.functions.order, self.functions.disc.angles
+        wave, turned = np.cos(order * angle), np.sin(order * angle)
+        if self.phase == "sin":
+            wave, turned = turned, -wave
+        none, step = np.zeros_like(angle), 2.0 * math.pi / angle.size
+        around = wave[:, None] * np.stack([-np.sin(angle), np.cos(angle), none], axis=1)
+        outwards = turned[:, None] * np.stack([np.cos(angle), np.sin(angle), none], axis=1)
+        upwards = np.stack([none, none, turned], axis=1)
+        return (step * np.stack([around.ravel(), outwards.ravel()]), step * np.stack([around.ravel(), upwards.ravel()]))
 
 
 @record(eq=False)
@@ -220,6 +269,16 @@ class Disc:
         return np.concatenate([*pieces, _circles(np.full_like(height, self.face.half), height, cosine, sine)])
 
     @cached_property
+    def resolved(self) -> tuple[Array, Array, Array]:
+        """What takes fields at the points along a radius to the meridian's on the face, and those along the height to
+        the wall's and to what is mirrored below: (points of the meridian, points), no unit.
+        """
+        on_face, places = self.meridian.on_face, self.meridian.places
+        height = places[~on_face, 1] / self.wall.half
+        to_face = interpolation(self.counts[0], 2.0 * places[on_face, 0] / self.face.half - 1.0)
+        return to_face, interpolation(self.counts[1], height), interpolation(self.counts[1], -height)
+
+    @cached_property
     def meridian(self) -> Meridian:
         """The disc's outline (m)."""
         # Gauss points of half the disc's section, from the axis over the face down the wall
@@ -238,13 +297,14 @@ class Disc:
     def classes(self) -> tuple[DiscClass, ...]:
         """Orders, parities and phases, with inductances in H: see `Surface`."""
         same, other = (_kernel(self.meridian, side, self.orders + 1) for side in (1.0, -1.0))
+        kernels = {parity: same - parity * other for parity in PARITIES}
         found = []
         for order in range(self.orders + 1):
             for parity in PARITIES:
                 values, slopes = self._functions(order, parity)
-                inductance = self._inductance(order, parity, same, other, values, slopes)
-                phases = ("cos", "sin") if order else ("cos",)
-                found += [DiscClass(order, parity, phase, self, inductance, values, slopes) for phase in phases]
+                inductance = self._inductance(order, parity, kernels, values, slopes)
+                functions = DiscFunctions(order, parity, self, inductance, values, slopes)
+                found += [DiscClass(functions, phase) for phase in (("cos", "sin") if order else ("cos",))]
         return tuple(found)
 
     @cached_property
@@ -275,17 +335,20 @@ class Disc:
         slopes = np.diff(nodes, axis=0) / self.meridian.lengths[:, None]
         return values, np.repeat(slopes, POINTS, axis=0)
 
-    def _inductance(self, order: int, parity: int, same: Array, other: Array, values: Array, slopes: Array) -> Array:
-        """Inductance (n, n; H) of one order and parity: Neumann's integral with `_kernel`. Currents along x +- i y have
-        the orders m +- 1 (derived here).
+    def _inductance(
+        self, order: int, parity: int, kernels: Mapping[int, Array], values: Array, slopes: Array
+    ) -> Array:
+        """Inductance (n, n; H) of one order and parity: Neumann's integral, with the kernels (m) of currents along the
+        disc that are even and odd across it. Currents along x +- i y have the orders m +- 1 (derived here).
         """
         radius, on_face = self.meridian.places[:, 0][:, None], self.meridian.on_face[:, None]
-        out, up = np.where(on_face, order * values, 0.0), np.where(on_face, 0.0, order * values)
+        wall, out = ~self.meridian.on_face, np.where(on_face, order * values, 0.0)
+        up, walls = order * values[wall], np.ix_(wall, wall)
         # cos(m phi) round the axis and sin(m phi) outwards are waves of m + 1 and m - 1 along x +- i y
         more, less = slopes * radius - out, slopes * radius + out
-        total = up.T @ (same[order] + parity * other[order]) @ up
+        total = up.T @ kernels[-parity][order][walls] @ up
         for current, turned in ((more, order + 1), (less, abs(order - 1))):
-            total = total + 0.5 * current.T @ (same[turned] - parity * other[turned]) @ current
+            total = total + 0.5 * current.T @ (kernels[parity][turned] @ current)
         around = 2.0 * math.pi if order == 0 else math.pi
         found = MU0 / (4.0 * math.pi) * 2.0 * around * 0.5 * (total + total.T)
         return made_definite(found, self.face.values[1].shape[1] - 1) if (order, parity) == (0, 1) else found
@@ -300,10 +363,10 @@ def _radial(radii: Array, nodes: Array, order: int) -> Radial:
     rho = radii[:-1, None] + 0.5 * steps[:, None] * (1.0 + at)
     weight = 0.5 * steps[:, None] * share * rho
     part = (0.5 * (1.0 + at))[:, None]
-    values = nodes[:-1, None] * (1.0 - part) + nodes[1:, None] * part
+    values = (nodes[:-1, None] * (1.0 - part) + nodes[1:, None] * part).reshape(-1, nodes.shape[1])
     slopes = np.diff(nodes, axis=0) / steps[:, None]
-    mass = np.einsum("eqi,eq,eqj->ij", values, weight, values, optimize=True)
-    turning = np.einsum("eqi,eq,eqj->ij", values, weight * (order / rho) ** 2, values, optimize=True)
+    mass = (values * weight.reshape(-1, 1)).T @ values
+    turning = (values * (weight * (order / rho) ** 2).reshape(-1, 1)).T @ values
     stiffness = (slopes * weight.sum(axis=1)[:, None]).T @ slopes + turning
     turned, modes = line_modes(mass, stiffness)
     if order == 0:
@@ -338,22 +401,30 @@ def _kernel(shape: Meridian, side: float, orders: int) -> Array:
     """
     image = np.array([1.0, side])
     places, weights = shape.places, shape.weights
-    away = places[:, None] - places * image
-    square = np.einsum("pqc,pqc->pq", away, away)
+    # of every two points once
+    one, two = np.triu_indices(len(places))
+    square = np.sum((places[one] - places[two] * image) ** 2, axis=1)
     if side > 0.0:
-        np.fill_diagonal(square, np.repeat((COINCIDENT * shape.lengths) ** 2, POINTS))
-    mean = np.sqrt(places[:, None, 0] * places[:, 0])
-    found = 2.0 / mean * toroidal(0.5 * square / mean**2, orders) * weights
+        square[one == two] = np.repeat((COINCIDENT * shape.lengths) ** 2, POINTS)
+    mean = np.sqrt(places[one, 0] * places[two, 0])
+    means = toroidal(0.5 * square / mean**2, orders)
+    means *= 2.0 / mean * weights[one] * weights[two]
+    which = np.empty((len(places), len(places)), dtype=np.intp)
+    which[one, two] = which[two, one] = np.arange(one.size)
+    found = np.take(means, which, axis=1)
     starts, ends = shape.starts * image, shape.ends * image
     middle = 0.5 * (starts + ends)
     near = np.hypot(places[:, None, 0] - middle[:, 0], places[:, None, 1] - middle[:, 1]) < NEAR * shape.lengths
     point, piece = np.nonzero(near)
     columns = POINTS * piece[:, None] + np.arange(POINTS)
     rows = np.broadcast_to(point[:, None], columns.shape)
+    away = places[rows] - places[columns] * image
+    coincident = (COINCIDENT * shape.lengths[piece, None]) ** 2
+    square = np.where((rows == columns) & (side > 0.0), coincident, np.sum(away**2, axis=2))
     logarithm = shape.lengths[piece, None] * _log_weights(places[point], starts[piece], ends[piece])
-    rest = 0.5 * np.log(square[rows, columns]) * weights[columns] - logarithm
-    found[:, rows, columns] += 2.0 / mean[rows, columns] * rest
-    return np.asarray(found * weights[:, None])
+    rest = 0.5 * np.log(square) * weights[columns] - logarithm
+    found[:, rows, columns] += 2.0 / np.sqrt(places[rows, 0] * places[columns, 0]) * weights[rows] * rest
+    return found
 
 
 def _log_weights(points: Array, starts: Array, ends: Array) -> Array:

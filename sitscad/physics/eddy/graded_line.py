@@ -7,7 +7,7 @@ as its values at nodes some times finer, straight between them: then all integra
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property, lru_cache
 from itertools import pairwise
 
@@ -47,23 +47,42 @@ def gaussian_sum(nearest: float, farthest: float) -> GaussianSum:
 
 
 def repeated_integrals(scales: Array, u: Array) -> tuple[Array, Array, Array, Array]:
-    """First to fourth integral (m to as many) of exp(-s^2 u^2) over u (m; any shape) from 0, of odd and even parity,
-    each (scales, *u.shape); scales s in 1/m. n I_n+1 = u I_n + I_n-1 / 2 s^2 (Abramowitz and Stegun 7.2.5).
+    """First to fourth integral (m to as many) of exp(-s^2 u^2) over u (n; m, rising from 0 or more) from 0, of odd and
+    even parity, each (scales, n); scales s in 1/m. n I_n+1 = u I_n + I_n-1 / 2 s^2 (Abramowitz and Stegun 7.2.5).
     """
-    s = scales.reshape(-1, *(1,) * u.ndim)
-    narrow = 0.5 / (s * s)
-    # erf (without a unit) of every element, 1 where it is that to rounding
-    x = s * u
-    found = np.sign(x)
-    near = np.abs(x) < 6.0
-    found[near] = _ERF(x[near])
-    first = 0.5 * math.sqrt(math.pi) / s * found
-    second = u * first + narrow * np.exp(-((s * u) ** 2))
-    third = 0.5 * (u * second + narrow * first)
-    return first, second, third, (u * third + narrow * second) / 3.0
+    first, second, third, fourth = np.empty((4, scales.size, u.size))
+    for k, s in enumerate(scales.tolist()):
+        narrow, near = 0.5 / (s * s), int(np.searchsorted(u, FAR / s))
+        x = s * u[:near]
+        falling = np.exp(-x * x)
+        first[k] = 0.5 * math.sqrt(math.pi) / s
+        first[k, :near] *= _erf(x, falling)
+        np.multiply(u, first[k], out=second[k])
+        second[k, :near] += narrow * falling
+        third[k] = 0.5 * (u * second[k] + narrow * first[k])
+        fourth[k] = (u * third[k] + narrow * second[k]) / 3.0
+    return first, second, third, fourth
 
 
-_ERF = np.frompyfunc(math.erf, 1, 1)
+FAR, ERF_STEPS = 6.0, 512
+"""From where on erf is 1 to rounding; its known places for every 1 of its argument."""
+
+
+@lru_cache(maxsize=1)
+def _known_erf() -> Array:
+    return np.array([math.erf(k / ERF_STEPS) for k in range(int(FAR * ERF_STEPS) + 1)])
+
+
+def _erf(x: Array, falling: Array) -> Array:
+    """erf(x) (no unit) to rounding, for x from 0 to `FAR` and `falling` exp(-x^2): Taylor's series from the nearest
+    known place, whose next term is below 1e-16 (derivatives: Abramowitz and Stegun 7.1.19).
+    """
+    place = np.rint(x * ERF_STEPS)
+    t = x - place / ERF_STEPS
+    square = x * x
+    more = (2.0 * square - 1.0) / 3.0 + t * x * (2.0 * square - 3.0) / 6.0
+    series = t * (1.0 + t * (x + t * more))
+    return np.asarray(_known_erf()[place.astype(np.intp)] + 2.0 / math.sqrt(math.pi) * falling * series)
 
 
 RATIO, FINER, DEGREE = 1.7, 6, 3
@@ -140,43 +159,57 @@ class GradedLine:
         """Integrals with exp(-s^2 (x - x')^2) for every s (1/m), by parity: by parts (derived here), the jumps of the
         slopes with repeated integrals.
         """
-        # each distance of nodes once, for they come in equal steps and with both signs; (scales, nodes, nodes)
-        apart = self.nodes[:, None] - self.nodes
-        steps = np.round(np.abs(apart) / (EQUAL * self.half)).astype(np.int64)
+        # half of the line, its mirrored other half folded in: every function and its bends are even or odd
+        middle = self.nodes.size // 2
+        x = self.nodes[middle:]
+        share = np.ones((x.size, 1))
+        share[: self.nodes.size % 2] = 0.5
+        # each distance of nodes once, for they come in equal steps: (scales, on which side, nodes, nodes)
+        apart = np.stack([np.abs(x[:, None] - x), x[:, None] + x])
+        steps = np.round(apart / (EQUAL * self.half)).astype(np.int64)
         _, distinct, which = np.unique(steps, return_index=True, return_inverse=True)
-        which, sign = which.reshape(apart.shape), np.sign(apart)
-        one, two, three, four = repeated_integrals(scales, np.abs(apart).ravel()[distinct])
-        first, second, third, fourth = one[:, which] * sign, two[:, which], three[:, which] * sign, four[:, which]
+        which = which.reshape(apart.shape)
+        one, two, three, four = repeated_integrals(scales, apart.ravel()[distinct])
+        ends = [share * self.bends(parity)[middle:] for parity in PARITIES]
+        masses, slopes = (_sandwiched(ends, *np.take(part, which, axis=1).swapaxes(0, 1)) for part in (four, two))
         found = {}
-        for parity in PARITIES:
-            bends, values = self.bends(parity), self.values[parity]
-            ends = np.stack([values[0], -values[-1]])
-            mixed = -(ends.T @ (third[:, [0, -1]] @ bends))
-            corner = ends.T @ second[:, [0, -1]][:, :, [0, -1]] @ ends
-            mass = bends.T @ fourth @ bends + mixed + mixed.transpose(0, 2, 1) - corner
-            found[parity] = LineIntegrals(mass, -(bends.T @ second @ bends), -(first[:, :, -1] @ bends))
+        for parity, bends, mass, slope in zip(PARITIES, ends, masses, slopes, strict=True):
+            first, third = (part[:, which[0, -1]] + parity * part[:, which[1, -1]] for part in (one, three))
+            at_end = self.values[parity][-1]
+            mixed = at_end[:, None] * (third @ bends)[:, None]
+            corner = two[:, which[0, -1, -1]] - parity * two[:, which[1, -1, -1]]
+            both = mixed + mixed.transpose(0, 2, 1) - corner[:, None, None] * np.outer(at_end, at_end)
+            found[parity] = LineIntegrals(2.0 * (mass + both), -2.0 * slope, first @ bends)
         return found
 
     def grams(self, parity: int) -> tuple[Array, Array]:
         """Integrals of products of functions (n, n; m) and of slopes (n, n; 1/m)."""
         return _grams(self.nodes, self.values[parity])
 
-    def sampled(self, parity: int, at: Array) -> Array:
-        """Functions (no unit) at places `at` (-1 to 1) of every step: (steps, places, n)."""
-        values = self.values[parity]
-        return np.asarray(values[:-1, None] * 0.5 * (1.0 - at[:, None]) + values[1:, None] * 0.5 * (1.0 + at[:, None]))
-
-    def projections(self, parity: int, count: int) -> tuple[Array, Array]:
+    def projections(self, count: int) -> dict[int, tuple[Array, Array]]:
         """What turns values of a smooth field at `count` Gauss points into its integrals with functions (m) and slopes
-        (no unit): (n, count) each, exact for polynomials of degree `count` - 1.
+        (no unit), by parity: (n, count) each, exact for polynomials of degree `count` - 1.
         """
         at, share = gauss(4)
+        part = 0.5 * (1.0 + at[:, None])
         place = (self.nodes[:-1, None] + 0.5 * self.steps[:, None] * (1.0 + at)).ravel() / self.half
-        weight = (0.5 * self.steps[:, None] * share).ravel()
-        through = interpolation(count, place)
-        function = self.sampled(parity, at).reshape(place.size, -1)
-        slope = np.repeat(np.diff(self.values[parity], axis=0) / self.steps[:, None], at.size, axis=0)
-        return (function * weight[:, None]).T @ through, (slope * weight[:, None]).T @ through
+        weight = (0.5 * self.steps[:, None] * share).reshape(-1, 1)
+        through, found = weight * interpolation(count, place), {}
+        step = through.reshape(self.steps.size, -1, count).sum(axis=1) / self.steps[:, None]
+        for parity, values in self.values.items():
+            function = (values[:-1, None] * (1.0 - part) + values[1:, None] * part).reshape(place.size, -1)
+            found[parity] = function.T @ through, np.diff(values, axis=0).T @ step
+        return found
+
+
+def _sandwiched(functions: Sequence[Array], here: Array, mirrored: Array) -> list[Array]:
+    """Even and odd functions (nodes, n), turned over, times each of many matrices (m, nodes, nodes) times the
+    functions, with what the mirrored half of the line does: (m, n, n), in the product of their units.
+    """
+    found = []
+    for one, between in zip(functions, (here + mirrored, here - mirrored), strict=True):
+        found.append(((one.T @ between).reshape(-1, len(one)) @ one).reshape(len(here), one.shape[1], -1))
+    return found
 
 
 def interpolation(count: int, places: Array) -> Array:

@@ -58,8 +58,8 @@ class CurrentClass(Protocol):
         """Energies (m) of the functions as potentials on the body, in vacuum and in metal."""
 
     @property
-    def outside(self) -> Outside:
-        """What they store outside of it."""
+    def energies(self) -> Energies:
+        """What they store within it and outside."""
 
 
 class Surface(Protocol):
@@ -89,45 +89,33 @@ def made_definite(inductance: Array, constant: int) -> Array:
     return found
 
 
-LEAST = 1e-6
-"""Least part of the energy within that counts as without (`Outside`): the integrals are good for no less."""
-
-
 @record(eq=False)
-class Outside:
-    """What a class of functions (n) stores outside of the body, S - L, as the product of a matrix with its transpose:
-    its inverse `into` (n, n; H^-1/2), and S^-1 times it, `through` (n, n; H^-1/2).
+class Energies:
+    """Energies of functions (n, n): S within a body of vacuum (H), its inverse (1/H), and the part of them that is
+    outside, 1 - S^-1 L (no unit).
     """
 
-    into: Array
-    through: Array
+    vacuum: Array
+    inverse: Array
+    outside: Array
 
 
-def outside(inductance: Array, vacuum: Array) -> Outside:
-    """The `Outside` of inductances L and energies S times mu0 (n, n; H). Of opposite currents on a foil's faces nearly
-    all is within.
+def energies(inductance: Array, body: Body) -> Energies:
+    """What functions store (H, 1/H, no unit) by their inductances (n, n; H)."""
+    vacuum = MU0 * body.vacuum
+    inverse = np.linalg.inv(vacuum)
+    return Energies(vacuum, np.asarray(inverse, dtype=float), np.eye(len(vacuum)) - inverse @ inductance)
+
+
+def answer(one: CurrentClass, metal: Metal, drives: Array) -> ComplexArray:
+    """What drives (n, m; Wb) of a class are answered with in metal (A).
+
+    Outside its currents store L, within 1/X = S (S - T)^-1 S - S (see `body`), and are driven by their linkages: so
+    L + 1/X times the answer is the drive, or (S - (S - T) (1 - S^-1 L)) times it is (S - T) S^-1 times the drive
+    (derived here). Nothing is inverted that may be next to nothing: S - T of poor conductors, S - L of foils.
     """
-    try:
-        root = np.linalg.cholesky(vacuum - inductance)
-        return Outside(np.linalg.inv(root), np.linalg.solve(vacuum, root))
-    except np.linalg.LinAlgError:
-        own = np.linalg.inv(np.linalg.cholesky(vacuum))
-        parts, vectors = np.linalg.eigh(own @ (vacuum - inductance) @ own.T)
-        size = np.sqrt(np.maximum(parts, LEAST))
-        return Outside((vectors / size).T @ own, own.T @ (vectors * size))
-
-
-def answer(one: CurrentClass, metal: Metal) -> ComplexArray:
-    """1 - G (n, n; no unit) of a class: what drives (n, m; Wb) are answered with in metal is u' ((1 - G)^-1 - 1) u
-    (Wb2/H) of u = `Outside.into` times them.
-
-    Outside its currents store L, within 1/X = S (S - T)^-1 S - S (see `body`), and are driven by their linkages: the
-    inverse of L + 1/X is Q'^-1 ((1 - G)^-1 - 1) Q^-1 with Q Q' = S - L and G = Q' S^-1 (S - T) S^-1 Q (Woodbury's
-    formula; derived here). L is between a fifth and four fifths of S but for foils, so that nothing cancels.
-    """
-    jump = one.body.jump(metal.square, metal.permeability)
-    through = one.outside.through
-    found = np.empty(jump.shape, dtype=complex)
-    found.real = np.eye(len(jump)) - MU0 * (through.T @ (jump.real @ through))
-    found.imag = -MU0 * (through.T @ (jump.imag @ through))
-    return found
+    jump, known = MU0 * one.body.jump(metal.square, metal.permeability), one.energies
+    real, imaginary = jump @ known.outside
+    system = (known.vacuum - real) - 1j * imaginary
+    real, imaginary = jump @ (known.inverse @ drives)
+    return np.linalg.solve(system, real + 1j * imaginary)

@@ -42,30 +42,25 @@ class SolvedTarget:
 
     @cached_property
     def answers(self) -> tuple[Array, ...]:
-        """What classes answer drives with (no unit), `Outside.into` times them, the imaginary parts below the real
-        ones, (2 functions, functions): for many poses. What drives them is real.
+        """What classes answer drives with (1/H), the imaginary parts below the real ones, (2 functions, functions): for
+        many poses. What drives them is real.
         """
-        found = [np.linalg.inv(answer(one, self.metal)) - np.eye(len(one.inductance)) for one in self.surface.classes]
+        found = [answer(one, self.metal, np.eye(len(one.inductance))) for one in self.surface.classes]
         return tuple(np.concatenate([one.real, one.imag]) for one in found)
 
     @cached_property
-    def within(self) -> tuple[Array, ...]:
-        """The image's combinations by class, as drives are taken (functions, k; H^-1/2)."""
-        parts = () if self.images is None else self.images.within
-        return tuple(one.outside.into @ part for one, part in zip(self.surface.classes, parts, strict=False))
-
-    @cached_property
     def image_answers(self) -> tuple[Array, ...]:
-        """What the image's combinations drive (H^-1/2) in every class, (functions, twice their number): real parts
+        """What the image's combinations drive (no unit) in every class, (functions, twice their number): real parts
         first, then imaginary ones.
         """
-        both = (np.split(reply @ one, 2) for reply, one in zip(self.answers, self.within, strict=False))
+        parts = () if self.images is None else self.images.within
+        both = (np.split(reply @ one, 2) for reply, one in zip(self.answers, parts, strict=False))
         return tuple(np.concatenate(parts, axis=1) for parts in both)
 
     @cached_property
     def among_images(self) -> ComplexArray | None:
         """What one of the image's combinations drives of another (1/H)."""
-        return None if self.images is None else _complex(_summed(self.within, self.image_answers), 1)
+        return None if self.images is None else _complex(_summed(self.images.within, self.image_answers), 1)
 
     def changes(self, turns: Array, places: Array, coils: Sequence[CoilPotential], centres: Array) -> ComplexArray:
         """Change of the coils' inductance matrix (poses, coils, coils; H, complex; times j omega the impedance). The
@@ -96,8 +91,7 @@ class SolvedTarget:
         system^-1 drive (reciprocity, derived here).
         """
         total = np.zeros((*shape, shape[1]), dtype=complex)
-        seen = [one.outside.into @ drive for one, drive in zip(self.surface.classes, linked, strict=True)]
-        for drive, reply in zip(seen, self.answers, strict=True):
+        for drive, reply in zip(linked, self.answers, strict=True):
             ways = drive.reshape(-1, *shape).transpose(1, 2, 0)
             real, imaginary = (reply @ drive).reshape(2, -1, *shape).transpose(0, 2, 1, 3)
             total.real -= ways @ real
@@ -105,7 +99,7 @@ class SolvedTarget:
         if self.images is None:
             return total, None, None
         # the systems are symmetric: what the coils drive of a combination is what that drives of them
-        return total, _complex(_summed(self.image_answers, seen), 0).reshape(-1, *shape), self.among_images
+        return total, _complex(_summed(self.image_answers, linked), 0).reshape(-1, *shape), self.among_images
 
     def _answered_once(self, linked: Sequence[Array], shape: tuple[int, int]) -> Answered:
         """`_answered` (H, no unit, 1/H) by systems that are solved for these poses alone."""
@@ -131,9 +125,8 @@ class SolvedTarget:
                 continue
             within = np.zeros((len(drive), 0)) if images is None else images.within[number]
             own = np.any(within != 0.0, axis=0)
-            wanted = one.outside.into @ np.concatenate([drive, within[:, own]], axis=1)
-            found = one.outside.into.T @ (np.linalg.solve(answer(one, self.metal), wanted) - wanted)
-            responses.append(found[:, : drive.shape[1]].astype(complex))
+            found = answer(one, self.metal, np.concatenate([drive, within[:, own]], axis=1))
+            responses.append(found[:, : drive.shape[1]])
             driven.append(np.zeros(within.shape, dtype=complex))
             driven[-1][:, own] = found[:, drive.shape[1] :]
         return responses, None if images is None else combined(driven, images.within)

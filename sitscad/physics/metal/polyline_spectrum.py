@@ -155,20 +155,26 @@ def chorded(track: BentTrack, nearest: float) -> PolylineTrack:
     does. The corners of chords that span an angle a lie a^2 / 12 of the radius outside, so that in the mean they are on
     it (derived here).
     """
-    nodes = [track.starts[0]]
-    for start, end, turn in zip(track.starts, track.ends, track.turns, strict=True):
-        if turn:
-            span = end - start
-            left = np.array([-span[1], span[0]])
-            centre = 0.5 * (start + end) + left * 0.5 / math.tan(0.5 * turn)
-            radius = float(np.hypot(*(start - centre)))
-            count = math.ceil(abs(turn) / min(CHORD, math.sqrt(0.4 * nearest / radius)) - 1e-9)
-            step = turn / count
-            angle = step * (np.arange(count) + 0.5)
-            arm = (1.0 + step * step / 12.0) * (start - centre)
-            nodes += list(centre + np.cos(angle)[:, None] * arm + np.sin(angle)[:, None] * [-arm[1], arm[0]])
-        nodes.append(end)
-    return PolylineTrack(np.array(nodes), track.width, track.thickness, track.z)
+    is_arc, turns = track.turns != 0.0, track.turns[track.turns != 0.0]
+    starts, spans = track.starts[is_arc], track.ends[is_arc] - track.starts[is_arc]
+    left = np.stack([-spans[:, 1], spans[:, 0]], axis=1)
+    centres = starts + 0.5 * spans + left * (0.5 / np.tan(0.5 * turns))[:, None]
+    radii = np.hypot(*(starts - centres).T)
+    chords = np.ceil(np.abs(turns) / np.minimum(CHORD, np.sqrt(0.4 * nearest / radii)) - 1e-9).astype(np.intp)
+    arc = np.repeat(np.arange(chords.size), chords)
+    steps = (turns / chords)[arc]
+    angle = steps * (np.arange(arc.size) - (np.cumsum(chords) - chords)[arc] + 0.5)
+    arms = (1.0 + steps * steps / 12.0)[:, None] * (starts - centres)[arc]
+    across = np.stack([-arms[:, 1], arms[:, 0]], axis=1)
+    count = np.zeros(is_arc.size, dtype=np.intp)
+    count[is_arc] = chords
+    nodes = np.empty((1 + is_arc.size + arc.size, 2))
+    ends = np.append(0, np.cumsum(count + 1))
+    is_end = np.zeros(len(nodes), dtype=bool)
+    is_end[ends] = True
+    nodes[ends] = np.concatenate([track.starts[:1], track.ends])
+    nodes[~is_end] = centres[arc] + np.cos(angle)[:, None] * arms + np.sin(angle)[:, None] * across
+    return PolylineTrack(nodes, track.width, track.thickness, track.z)
 
 
 def polyline_spectrum(tracks: Sequence[PolylineTrack], nearest: float, loops: Sequence[Loops] = ()) -> CurrentSpectrum:
