@@ -184,10 +184,11 @@ NO_LINE_END = "\\ No newline at end of file"
 
 
 def mend(
-    path: str, may: Callable[[Finding, Remedy], bool], hints: str = DECISIVE, options: CheckOptions = ALL
+    path: str, may: Callable[[Finding, Remedy], bool], hints: str = DECISIVE, options: CheckOptions = ALL,
+    progress: Callable[[str], None] = lambda step: None,
 ) -> MendedSpec:
     """A spec with every fix that may be made, and makes it better; nothing is written. A path of ``-`` is standard
-    input. One that is no text is only inspected.
+    input. One that is no text is only inspected. `progress` is called with each step, in words.
     """
     try:
         text = read_text(path)
@@ -200,7 +201,7 @@ def mend(
     def verdict(of: str) -> CheckedSpec:
         return inspect_text(of, path, "none", options).checked
 
-    found = mended_text(text, said, may, verdict)
+    found = mended_text(text, said, may, verdict, progress)
     tried = [one.remedy for one in found.rolled_back if not one.remedy.brings]
     left = (replace(each, fixes=tuple(fix for fix in each.fixes if fix not in tried)) for each in found.said.findings)
     said_last = replace(found.said, findings=tuple(left)) if tried else found.said

@@ -24,6 +24,7 @@ from sitscad.cli.terminal import (
     show_findings,
     specs_of,
     warn_of_unknown_specs,
+    work_told,
 )
 from sitscad.finding import Severity
 from sitscad.units import counted
@@ -38,8 +39,9 @@ CHECK_WORDS = """
 --fix      writes what was tried, mends its finding and brings no error or
            warning; comments and order stay. Of - it prints the mended text.
 --hints    decisive tries changes for as long as the check itself takes,
-           errors first; full tries all, which can take minutes, and is what
-           --unsafe-fixes does; none tries nothing. The verdict is the same.
+           errors first; full tries all, which can take minutes, prints the
+           hints of warnings, too, and is what --unsafe-fixes does; none
+           tries nothing. The verdict is the same.
 --picture  draws the closed jaws cut open, what does not fit in red beside
            its limit; without a jaw, what lies on the board from above.
 """
@@ -96,6 +98,7 @@ def check(
     _require_purpose(fix, diff, unsafe_fixes, format_name, specs)
     for pattern in (*select, *ignore):
         rules_for(pattern)
+    tells_hints = hints == "full"
     hints = row_of({name: name for name in HINTS}, hints or ("full" if unsafe_fixes else "decisive"), "--hints")
     weight = row_of({severity.value: severity for severity in Severity}, "warning" if strict else fail_on, "--fail-on")
     options, paths = CheckOptions(select, ignore, baseline_of(baseline)), specs_of(specs)
@@ -104,12 +107,15 @@ def check(
     page = os.environ.get("GITHUB_STEP_SUMMARY", "") if format_name == "github" else ""
     mended = []
     if fix or diff:
-        mended = [mend(path, lambda _, remedy: unsafe_fixes or remedy.is_safe, hints, options) for path in paths]
+        for path in paths:
+            with work_told(path, hints == "full") as step:
+                mended.append(mend(path, lambda _, fix: unsafe_fixes or fix.is_safe, hints, options, progress=step))
     is_brief = format_name == "text" and not verbose and weight is not Severity.NOTE  # tells no hints of notes
     shown = Severity.WARNING if is_brief else Severity.NOTE
     work = functools.partial(
         inspect, hints=hints, options=options, draws=bool(page), draws_fit=bool(drawings), least=shown)
-    inspected = [each.inspection for each in mended] or list(each_of(work, paths, jobs))
+    with work_told("looking for hints", hints == "full" and not mended):
+        inspected = [each.inspection for each in mended] or list(each_of(work, paths, jobs))
     checked = [each.checked for each in inspected]
     for each in mended:
         _tell(each, writes=not diff, unmended=unsafe_fixes)
@@ -119,7 +125,8 @@ def check(
     else:
         # paths count from the repository's root where a CI server says which it is
         root = os.environ.get("GITHUB_WORKSPACE") or os.environ.get("CI_PROJECT_DIR") or "."
-        asked = {"rules": tuple(all_rules()), "fail_on": weight, "root": root, "verbose": verbose}
+        asked = {"rules": tuple(all_rules()), "fail_on": weight, "root": root, "verbose": verbose,
+                 "hints": tells_hints}
         print_result(show(checked, layout_of(sys.stdout, **asked)))
     warn_of_unknown_specs(options.baseline, checked)
     if page:

@@ -67,6 +67,7 @@ def sweep(
                      off by, in files under NAME.error.
       verdict        ok, fails, or unknown where the screen cannot tell.
       refused_by     the rules that find an error.
+      warned_by      the rules that warn and find no error.
 
     A picture (.svg) of one key is a curve with its band of error, of two a field with the edges of what each rule
     refuses. Exit code: 0, or 2 where the spec or a range cannot be read.

@@ -5,11 +5,12 @@ What a command does is in other rooms, which it imports when it runs: none loads
 
 from __future__ import annotations
 
+import contextlib
 import inspect
 import os
 import shutil
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -154,6 +155,51 @@ def progress_of(what: str) -> Callable[[int, int], None] | None:
     if not sys.stderr.isatty():
         return None
     return lambda done, of: click.echo(f"\r  {done} of {of} {what}{chr(10) if done >= of else ''}", err=True, nl=False)
+
+
+TOLD_EVERY = 10.0
+"""Seconds between two lines about work that takes long, if no terminal shows it on one line."""
+
+
+@contextlib.contextmanager
+def work_told(what: str, is_long: bool) -> Iterator[Callable[[str], None]]:
+    """Say on stderr what is at work and for how long: each second on one line of a terminal, else in a line from time
+    to time. Yields the function that takes the present step, in words. Of work that is not long nothing is said.
+    """
+    import threading
+    import time
+
+    on_terminal, done, began, steps = sys.stderr.isatty(), threading.Event(), time.monotonic(), [""]
+
+    def tell() -> None:
+        while not done.wait(1.0 if on_terminal else TOLD_EVERY):
+            words = f"{what}: {time.monotonic() - began:.0f} s{f', {steps[0]}' if steps[0] else ''}"
+            if on_terminal:
+                click.echo(f"\r\033[K  {_within_terminal(words)}", err=True, nl=False)
+            else:
+                say(words)
+
+    def step(words: str) -> None:
+        steps[0] = words
+
+    thread = threading.Thread(target=tell, daemon=True)
+    if is_long:
+        thread.start()
+    try:
+        yield step
+    finally:
+        done.set()
+        if is_long:
+            thread.join()
+        if is_long and on_terminal:
+            click.echo("\r\033[K", err=True, nl=False)
+
+
+def _within_terminal(words: str) -> str:
+    """A text cut to one line of the terminal."""
+    from sitscad.report.findings.text import printable
+
+    return printable(words)[: max(shutil.get_terminal_size().columns - 3, 20)]
 
 
 def print_result(text: str) -> None:

@@ -58,24 +58,36 @@ class Mended(Generic[Said]):
     rolled_back: tuple[RolledBack, ...] = ()
 
 
-def mended_text(text: str, judge: Judge[Said], may: May, verdict: Judge[Said] | None = None) -> Mended[Said]:
+def mended_text(
+    text: str, judge: Judge[Said], may: May, verdict: Judge[Said] | None = None,
+    progress: Callable[[str], None] = lambda step: None,
+) -> Mended[Said]:
     """A text with every fix written into it that mends its finding and adds none; `may` says which may be.
 
     Findings are mended in the order of their rules; after each fix the text is judged again, and what was not better is
     left as it was. Every fix leaves fewer findings, or a note that has no fix in place of one that has, or lets a spec
     be read further: so it ends, and doing it again changes nothing. `judge` says all of a text, fixes included;
-    `verdict` says its findings in less time.
+    `verdict` says its findings in less time. `progress` is called with each step, in words, before it is taken.
     """
+    progress("looking for fixes")
     said, applied = judge(text), list[Applied]()
     seen = {text}
+
+    def told(finding: Finding, remedy: Remedy) -> bool:
+        """Whether a fix may be written; of one that may, say that it is tried."""
+        if is_allowed := may(finding, remedy):
+            progress(f"{len(applied)} mended, {finding.rule}: trying {'; '.join(edit.words for edit in remedy.edits)}")
+        return is_allowed
+
     while True:
-        step, rolled_back = _next(text, said, judge, verdict or judge, may, seen)
+        step, rolled_back = _next(text, said, judge, verdict or judge, told, seen)
         if step is None:
             return Mended(text, said, tuple(applied), rolled_back)
         text, one = step
         seen.add(text)
-        said = judge(text)
         applied.append(one)
+        progress(f"{len(applied)} mended, looking for further fixes")
+        said = judge(text)
 
 
 def _next(
@@ -89,7 +101,7 @@ def _next(
             continue
         if remedy.brings:
             if all(one.finding != finding for one in rolled_back):
-                rolled_back.append(RolledBack(finding, remedy, f"{warn(remedy.brings, already)} then"))
+                rolled_back.append(RolledBack(finding, remedy, warn(remedy.brings, already)))
             continue
         try:
             changed = rewritten(text, remedy.edits)

@@ -139,7 +139,7 @@ def more_by_metal(spec: SensorSpec, left: Left) -> str:
         left(fix)
         there = left.share(fix.spec)
         if here and there is not None and there > MORE * here:
-            words = f"gives {there / here:.2g} times the signal"
+            words = f"gives {there / here:.2g} times the signal{_brought(fix, left)}"
             told.append(f"{fix.words} {words}" if not told else f"{fix.edits[0].new} {words}")
     if not told:
         return ""
@@ -173,7 +173,15 @@ def more_by_narrower(spec: SensorSpec, left: Left) -> str:
         return ""
     broken = left(fix)
     there = 0.0 if broken is None or set(broken) - SIGNAL_RULES else left.share(fix.spec) or 0.0
-    return f"{fix.words} gives {there / here:.2g} times the signal (tried)" if there > MORE * here else ""
+    if there <= MORE * here:
+        return ""
+    return f"{fix.words} gives {there / here:.2g} times the signal{_brought(fix, left)} (tried)"
+
+
+def _brought(fix: Fix, left: Left) -> str:
+    """The rules that warn of a changed design and not of the design as it stands, in brackets. Empty if none does."""
+    brings = left.warned(fix.spec)
+    return f" ({brings})" if brings else ""
 
 
 MORE = 1.2
@@ -193,7 +201,7 @@ def best_thickness(spec: SensorSpec, left: Left, passes: Callable[[SensorSpec], 
     pad, here = spec.elastomer, left.share(spec)
     if pad is None or not here or not left.wants_another():
         return ""
-    best, most = "", MORE * here
+    best, most = None, MORE * here
     thinner, thicker = ([t for t in AS_WRITTEN if way * (t - pad.thickness) > 1e-6] for way in (-1.0, 1.0))
     for steps in (thinner[::-1], thicker):
         before = here
@@ -204,8 +212,10 @@ def best_thickness(spec: SensorSpec, left: Left, passes: Callable[[SensorSpec], 
             there = 0.0 if broken is None or set(broken) - SIGNAL_RULES else left.share(fix.spec) or 0.0
             if there < before:
                 break  # from there on it falls, or something fails
-            best, most, before = (fix.words, there, there) if there > most else (best, most, there)
-    return f"{best} gives {most / here:.2g} times the signal, more than any other (tried)" if best else ""
+            best, most, before = (fix, there, there) if there > most else (best, most, there)
+    if best is None:
+        return ""
+    return f"{best.words} gives {most / here:.2g} times the signal, more than any other{_brought(best, left)} (tried)"
 
 
 SIGNAL_RULES = {"SIT215", "SIT217"}

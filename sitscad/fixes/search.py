@@ -155,7 +155,7 @@ class Fix:
     def words(self) -> str:
         """The keys and values as they are to be written, and what they bring."""
         told = self.said or " with ".join(f"{edit.key}: {edit.new}" for edit in self.edits)
-        return f"{told} ({self.brings} then)" if self.brings else told
+        return f"{told} (clears this; {self.brings})" if self.brings else told
 
 
 def setting(spec: SensorSpec, key: str, value: object, written: str, said: str = "") -> Fix:
@@ -180,7 +180,7 @@ def warn(rules: Iterable[str], already: Collection[str] = ()) -> str:
     known = list(rules)
     new, more = [rule for rule in known if rule not in already], [rule for rule in known if rule in already]
     said = ((new, ""), (more, " of more"))
-    return " and ".join(f"{', '.join(some)} warn{'s' * (len(some) == 1)}{than}" for some, than in said if some)
+    return " and ".join(f"{', '.join(some)} then warn{'s' * (len(some) == 1)}{than}" for some, than in said if some)
 
 
 class Left(Protocol):
@@ -322,4 +322,4 @@ def tried(fix: Fix, left: Left) -> str:
     if broken:
         return f" (tried, but {fail(broken)} then)"
     brings = left.warned(fix.spec)
-    return f" (it was tried; {brings} then)" if brings else " (it was tried)"
+    return f" (it was tried: clears this; {brings})" if brings else " (it was tried)"

@@ -418,9 +418,9 @@ def _live(contents: Contents, files: Mapping[str, bytes]) -> dict[str, bytes]:
     return {"live.html": live_page(contents.spec, contents.estimates, maps, forced=contents.is_forced)}
 
 
-def page_of(contents: Contents, files: Mapping[str, bytes]) -> bytes:
+def page_of(contents: Contents, files: Mapping[str, bytes], is_built: bool = True) -> bytes:
     """The report on a design with what some files of its package say; its pictures are handed in, because a report must
-    not depend on writers.
+    not depend on writers. `is_built` is False for a design that is watched.
     """
     from sitscad.layout.tail_tracks import contact_rows
     from sitscad.report.page import render
@@ -430,7 +430,7 @@ def page_of(contents: Contents, files: Mapping[str, bytes]) -> bytes:
     sizes = {name: len(content) for name, content in files.items()}
     page = render(
         contents.checked, design.spec, contents.estimates, drawn, sizes, contact_rows(contents.layout), felt,
-        design.bench_estimates, design.most_signal, _moving(contents, files, felt),
+        design.bench_estimates, design.most_signal, _moving(contents, files, felt), is_built,
     )
     return page.encode("utf-8")
 

@@ -41,12 +41,13 @@ if TYPE_CHECKING:
 
 ORDER = (Severity.ERROR, Severity.WARNING, Severity.NOTE)
 FORCED = "This package was built with --force in spite of errors. It is known not to meet its own checks."
+REFUSED = "This design does not meet its own checks: sitscad build refuses it."
 
 
 def render(
     checked: CheckedSpec, spec: SensorSpec, estimates: Estimates, pictures: Mapping[str, str], files: Mapping[str, int],
     wiring: Sequence[Sequence[str]] = (), felt: Document | None = None, bench: Estimates | None = None,
-    most: Sequence[Most] = (), moving: Mapping[str, Mapping[str, Any]] | None = None,
+    most: Sequence[Most] = (), moving: Mapping[str, Mapping[str, Any]] | None = None, is_built: bool = True,
 ) -> str:
     """The page as HTML text.
 
@@ -54,7 +55,7 @@ def render(
     files with their sizes in bytes; `wiring` is the table of where each contact leads, its head first; `felt` is what
     the sensor feels, as JSON has it; `bench` is what boards are tested by, at 20 degrees Celsius; `most` is how thick
     parts give most signal; `moving` are the documents of `sitscad.report.moving` by the name of their view, ``solids``
-    and ``pushed``.
+    and ``pushed``; `is_built` is whether the page is of a package, and not of a design that is watched.
     Everything that comes from the spec is escaped, nothing is loaded from outside.
     """
     title = "Seen from the top; both contacts of a coil are one net"
@@ -64,7 +65,7 @@ def render(
     skipped = [[each.rule, each.reason] for each in checked.not_checked]
     not_checked = _in_columns(_table(["rule", "why it was not checked"], skipped, ""))
     parts = [
-        _head(checked, spec, estimates),
+        _head(checked, spec, estimates, FORCED if is_built else REFUSED),
         _tiles(checked, estimates, felt or {}),
         part("Findings", findings_part(checked), "findings"),
         part("Push it", _view("pushed", PUSHED, moving), "feeling"),
@@ -158,8 +159,8 @@ def _verdict(checked: CheckedSpec) -> str:
 SMALL_SIGNAL = "small-signal"  # The rule whose warning belongs to the verdict
 
 
-def _head(checked: CheckedSpec, spec: SensorSpec, estimates: Estimates) -> str:
-    """The name, the verdict and the signal."""
+def _head(checked: CheckedSpec, spec: SensorSpec, estimates: Estimates, failed: str) -> str:
+    """The name, the verdict and the signal; `failed` is the banner of a design with errors."""
     from sitscad.estimates.signal import signals  # loads nothing that the estimates have not loaded
 
     counts = [counted(checked.count(severity), severity.value) for severity in ORDER if checked.count(severity)]
@@ -173,7 +174,7 @@ def _head(checked: CheckedSpec, spec: SensorSpec, estimates: Estimates) -> str:
         f"{show(coil.inner_diameter, 'm', 4)} between inner copper edges, "
         f"traces {show(coil.trace_width, 'm')} wide and {show(coil.trace_spacing, 'm')} apart"
     )
-    banner = "" if checked.is_orderable else f"<p class='banner'>{FORCED}</p>"
+    banner = "" if checked.is_orderable else f"<p class='banner'>{failed}</p>"
     skipped = len(checked.not_checked)
     not_made = f"{counted(skipped, 'rule')} not checked, for reasons listed below" if skipped else "every rule checked"
     return (

@@ -289,11 +289,13 @@ class StudyRun:
                 for point, made in changes.items() for k in range(0, count, PART)}
         missing = [at for at, key in keys.items() if self._archive.units(key) is None]
         given = [(base, changes[point], own, names, drawn[k : k + PART]) for point, k in missing]
-        done, of, good = 0, sum(len(one[-1]) for one in given), 0
+        archived = [one for key in keys.values() for one in self._archive.units(key) or ()]
+        done, good = len(archived), sum(one.is_good for one in archived)
+        of, made = done + sum(len(one[-1]) for one in given), 0
         for at, part in zip(missing, self._workers.each(judge_units, given), strict=True):
             self._archive.add(keys[at], changes[at[0]], {"units": [one.as_json() for one in part]})
-            done, good = done + len(part), good + sum(one.is_good for one in part)
-            self._progress(StudyState("units", done, of, good, {}, done))
+            made, good = made + len(part), good + sum(one.is_good for one in part)
+            self._progress(StudyState("units", done + made, of, good, {}, made))
         found: dict[Point, list[UnitJudged]] = {point: [] for point in points}
         for (point, _), key in keys.items():
             found[point] += self._archive.units(key) or ()

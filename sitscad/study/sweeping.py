@@ -225,12 +225,12 @@ def shown(name: str, value: float, digits: int = 4) -> str:
 
 
 def sweep_text(table: SweepTable) -> str:
-    """One line a design: keys, figures with what they may be off by, verdict and rules."""
-    head = [*table.keys, *table.values, "verdict", "refused by"]
+    """One line a design: keys, figures with what they may be off by, verdict, and the rules that refuse or warn."""
+    head = [*table.keys, *table.values, "verdict", "refused by", "warned by"]
     rows = [
         [*(str(values[k]) for values in table.keys.values()),
          *(_within(name, float(values[k]), float(table.errors[name][k])) for name, values in table.values.items()),
-         table.verdict[k], ", ".join(table.refused_by[k])]
+         table.verdict[k], ", ".join(table.refused_by[k]), ", ".join(table.warned_by[k])]
         for k in range(len(table))
     ]
     return "\n".join(aligned([head, *rows])) + "\n"

@@ -81,7 +81,7 @@ def worked_out(path: str, before: Before, serves: bool) -> Iterator[Event]:
     contents, files = Contents(design, policy, hints="none"), dict[str, bytes]()
 
     def event(stage: str, data: Document) -> Event:
-        page = page_of(contents, files) if serves else b""
+        page = page_of(contents, files, is_built=False) if serves else b""
         return Event(stage, data, page, time.perf_counter() - began)
 
     with known_solutions(spec.name, store=before.solutions):

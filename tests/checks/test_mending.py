@@ -303,10 +303,11 @@ def test_a_finding_whose_key_hangs_on_what_was_tried_is_not_new():
 
 
 def test_rules_that_warn_already_are_said_to_warn_of_more():
-    """"SIT103, SIT130 warn then" was said of rules that warned as the design stood."""
-    assert warn(("SIT103", "SIT130", "SIT205"), {"SIT103", "SIT130"}) == "SIT205 warns and SIT103, SIT130 warn of more"
-    assert warn(("SIT103",), {"SIT103"}) == "SIT103 warns of more"
-    assert warn(("SIT103", "SIT130")) == "SIT103, SIT130 warn" and warn(()) == ""
+    """"SIT103, SIT130 then warn" was said of rules that warned as the design stood."""
+    assert warn(("SIT103", "SIT130", "SIT205"), {"SIT103", "SIT130"}) == (
+        "SIT205 then warns and SIT103, SIT130 then warn of more")
+    assert warn(("SIT103",), {"SIT103"}) == "SIT103 then warns of more"
+    assert warn(("SIT103", "SIT130")) == "SIT103, SIT130 then warn" and warn(()) == ""
 
 
 def test_a_warning_that_was_graver_as_an_error_is_not_worse():

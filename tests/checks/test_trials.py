@@ -163,7 +163,8 @@ class Judged:
     ("errors", "warnings", "words"),
     [
         ({3.0: ("SIT101",)}, {4.0: ("SIT307",)}, "coil.turns: 5"),
-        ({3.0: ("SIT101",), 5.0: ("SIT101",)}, {4.0: ("SIT205", "SIT307")}, "coil.turns: 4 (SIT205, SIT307 warn then)"),
+        ({3.0: ("SIT101",), 5.0: ("SIT101",)}, {4.0: ("SIT205", "SIT307")},
+         "coil.turns: 4 (clears this; SIT205, SIT307 then warn)"),
         ({3.0: ("SIT101",), 4.0: ("SIT101",), 5.0: ("SIT101",)}, {}, None),
     ],
 )
@@ -185,7 +186,7 @@ def test_a_warning_that_gets_worse_is_told_and_no_reason_to_leave_an_error():
     text = json.dumps(faint, indent=1)
     before = check(load_text(text, "spec.yaml"), hints="full").findings
     found = {each.rule: each for each in before}
-    assert found["SIT210"].hint.startswith("readout.scan_rate: 160 Hz (SIT215 warns of more then)")
+    assert found["SIT210"].hint.startswith("readout.scan_rate: 160 Hz (clears this; SIT215 then warns of more)")
     (remedy,) = found["SIT210"].fixes
     after = check(load_text(rewritten(text, remedy.edits), "spec.yaml"), hints="none").findings
     (worse,) = [each for each in after if each.rule == "SIT215"]
@@ -208,7 +209,7 @@ def test_a_stiffer_pad_was_tried(judge):
     (found,) = [f for f in check(load_text(json.dumps(soft), "spec.yaml"), hints="full").findings if f.rule == "SIT304"]
     assert re.search(
         r"a shear modulus of [\d.]+ kPa or more,.* "
-        r"\((it was tried(; .* warns?( of more)? then)?|tried, but .* fails? then)\)",
+        r"\((it was tried(: clears this; .* then warns?( of more)?)?|tried, but .* fails? then)\)",
         found.hint,
     )
 
@@ -343,7 +344,7 @@ def test_what_mends_shear_and_what_mends_an_overhang_do_not_undo_each_other():
         ("grasper_4layer", {"encapsulation": None}, "SIT311",
          "encapsulation.material: ecoflex-00-50 with encapsulation.thickness: 0.05 (tried)"),
         ("bench_7mm", {"target.size": 4, "target.offset": [-4, 0], "fpc.margin": [0, 10]}, "SIT215",
-         "target.offset: [0, 0] (SIT217 warns then) (tried)"),
+         "target.offset: [0, 0] (clears this; SIT217 then warns) (tried)"),
         ("three_axis_pad", {"target.size": 24, "elastomer.size": 24}, "SIT218",
          "target.size: 11.2 with elastomer.size: 11.2 (tried)"),
         ("bench_7mm", {"fpc.tail.bend": {"kind": "static", "radius": 0.1}}, "SIT123",
@@ -356,7 +357,7 @@ def test_what_mends_shear_and_what_mends_an_overhang_do_not_undo_each_other():
                                                               "port_diameter": 3}}, "SIT308",
          "fpc.plated: buttons (tried)"),
         ("three_axis_pad", {"requirements.shear_force": "12 N"}, "SIT312",
-         "elastomer.material: dragon-skin-20 (SIT217, SIT327 warn then) (tried)"),
+         "elastomer.material: dragon-skin-20 (clears this; SIT217, SIT327 then warn) (tried)"),
         ("grasper_4layer", {"fpc.tail.layers": 4}, "SIT308", "fpc.tail.layers: 2 (tried)"),
         ("grasper_4layer", {"fpc.tail.layers": 4, "fpc.tail.bend": "dynamic"}, "SIT308",
          "fpc.tail.bend: static mends it; or fpc.tail.layers: 2 leaves a warning (it was tried)"),

@@ -217,3 +217,27 @@ def test_what_is_no_spec_is_told_and_left(run, tmp_path, content):
     assert run("check", "--diff", "odd.yaml").code == 2
     assert path.read_bytes() == content
     assert run("check", "--fix", "absent.yaml").code == 2
+
+
+def test_long_search_for_fixes_says_what_it_tries_and_for_how_long(run, tmp_path, monkeypatch):
+    """It ran for 50 s without a word."""
+    from sitscad.cli import terminal
+    from sitscad.spec import templates
+
+    monkeypatch.setattr(terminal, "TOLD_EVERY", 0.2)
+    (tmp_path / "jaw.yaml").write_text(templates.read("single_coil").replace("turns:", "turns: 60 #", 1))
+    done = run("check", "--diff", "--unsafe-fixes", "jaw.yaml")
+    told = [line for line in done.err.splitlines() if line.startswith("sitscad: jaw.yaml: ") and " s, " in line]
+    assert told and any("looking for fixes" in line or "trying" in line for line in told)
+    quick = run("check", "--hints", "none", "jaw.yaml")
+    assert " s, " not in quick.err
+
+
+def test_full_hints_print_the_hints_of_warnings(run, tmp_path):
+    from sitscad.spec import templates
+
+    (tmp_path / "bench.yaml").write_text(templates.read("bench_7mm"))
+    brief, full = run("check", "bench.yaml"), run("check", "--hints", "full", "bench.yaml")
+    assert "warning" in brief.out and "hint: " not in brief.out and "shows notes and hints" in brief.out
+    warnings = full.out.count(" warning ")
+    assert full.out.count("hint: ") == warnings > 0 and "shows notes)" in full.out

@@ -1104,3 +1104,19 @@ def test_memory_of_a_design_is_given_back_before_the_next():
 
     left = [weakref.ref(one) for one in tidily(Ring() for _ in range(3))]
     assert [ref() is None for ref in left[:2]] == [True, True]
+
+
+def test_units_of_a_run_that_goes_on_count_from_those_of_its_archive(folder):
+    """A study that went on told 0 of what was left, as if nothing had been done."""
+    study, out = sitscad.Study.load(folder / "study.yaml"), folder / "out"
+    told = []
+
+    def interrupt(state):
+        if state.stage == "units":
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        study.run(folder=out, draws=16, progress=interrupt)
+    study.run(folder=out, draws=16, progress=told.append)
+    units = [state for state in told if state.stage == "units"]
+    assert units and units[0].done > units[0].made and units[-1].done == units[-1].of

@@ -143,6 +143,14 @@ def test_measure_takes_measures_where_sweep_does(bench):
         sitscad.measure(bench, "full")
 
 
+def test_text_of_a_sweep_names_the_rules_that_warn_as_check_does():
+    spec = sitscad.load_text(templates.read("bench_7mm"))
+    warned = {one.rule for one in sitscad.check(spec, hints="none").findings
+              if one.severity is sitscad.Severity.WARNING}
+    head, row = sweep_text(sitscad.sweep(spec, {"coil.turns": [spec.coil.turns]}, ["rp"], level="full")).splitlines()
+    assert warned and row[head.index("warned by"):].split(", ") == sorted(warned)
+
+
 def test_unknown_measures_name_the_nearest(bench):
     with pytest.raises(ValueError, match=r"did you mean resolution\.normal"):
         sitscad.sweep(bench, {"coil.turns": [10]}, ["resolution.norml"])

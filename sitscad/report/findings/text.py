@@ -50,7 +50,8 @@ class OutputOptions:
     ``colour`` is whether a terminal's colours may be used, ``rules`` are all rules in the order of their identifiers,
     ``fail_on`` is the mildest severity that counts as failed, and ``root`` the folder that forms for machines name
     paths from (the repository's). ``named`` makes every line of the text name its spec though it is told alone;
-    ``verbose`` makes the text tell all that there is, and ``width`` is the terminal's, at which its lines are folded.
+    ``verbose`` makes the text tell all that there is, ``hints`` tells warnings in full, with their hints; ``width`` is
+    the terminal's, at which its lines are folded.
     """
 
     colour: bool = False
@@ -59,7 +60,12 @@ class OutputOptions:
     root: str = "."
     named: bool = False
     verbose: bool = False
+    hints: bool = False
     width: int | None = None
+
+    def is_told_in_full(self, severity: Severity) -> bool:
+        """Whether the short form has the line and the hint of a finding of this severity."""
+        return severity.weighs(self.fail_on) or (self.hints and severity.weighs(Severity.WARNING))
 
     def path_from_root(self, path: str) -> str:
         """A spec's path from the root, with forward slashes; as it was typed where it lies elsewhere."""
@@ -97,7 +103,7 @@ def as_text(checked: Sequence[CheckedSpec], output: OutputOptions = _BRIEF) -> s
     last += [line for spec in checked for line in _ignored_text(spec, output)]
     said = summary(checked, colour)
     if not output.verbose:  # what the short form left out of the findings, and how it is seen
-        milder = {f.severity for spec in checked for f in spec.findings if not f.severity.weighs(output.fail_on)}
+        milder = {f.severity for spec in checked for f in spec.findings if not output.is_told_in_full(f.severity)}
         words = {Severity.NOTE: "notes", Severity.WARNING: "hints"}
         told = " and ".join(word for severity, word in words.items() if severity in milder)
         said = verdict(checked, colour) + (f" (check -v shows {told})" if told else "")
@@ -110,8 +116,8 @@ def _findings_text(spec: CheckedSpec, output: OutputOptions) -> list[list[str]]:
     if output.verbose:
         return [_in_full(spec, finding, output) for finding in in_order(spec.findings)]
     found = by_weight(spec.findings)
-    full = [_in_full(spec, finding, output) for finding in found if finding.severity.weighs(output.fail_on)]
-    milder = [f for f in found if f.severity is Severity.WARNING and not f.severity.weighs(output.fail_on)]
+    full = [_in_full(spec, finding, output) for finding in found if output.is_told_in_full(finding.severity)]
+    milder = [f for f in found if f.severity is Severity.WARNING and not output.is_told_in_full(f.severity)]
     return [*full, [line for finding in milder for line in _head(spec, finding, output)]]
 
 
