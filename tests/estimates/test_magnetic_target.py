@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tolerance import approx
 
 import sitscad
 from sitscad.spec import templates
@@ -36,3 +37,40 @@ def test_states_and_response_agree_within_what_they_state(name, metal):
     design = _design(name, metal)
     assert design.estimates.is_solved
     assert np.all(_apart(design) < 1.0)
+
+STEEL = """
+sitscad: 1
+name: steel
+coil: {{shape: circle, outer_diameter: 4.4, turns: 8.25, layers: 4, trace_width: 90 um, trace_spacing: 80 um}}
+fpc: {{stackup: flex-4l, rules: generic-fine, tail: {{length: 30, layers: 2}}}}
+target: {{shape: circle, size: 3, thickness: 1, material: {{name: steel, conductivity: 1.389 MS/m, {0}}}}}
+elastomer: {{shape: circle, size: 4, thickness: 0.2}}
+assembly: {{glue_line: 0}}
+readout: {{capacitance: 68 pF}}
+"""
+SOLVED = {1.0: (-7.69576e-7, 11.0701), 1.02: (-7.68133e-7, 11.1357)}
+"""Change of inductance (H) and resistance (ohm) by finite elements of two meshes, extrapolated: 36 rings at the heights
+of the layers at 11.602 MHz in `tests/validation/disc_of_elements.py`.
+"""
+
+
+def of_steel(permeability):
+    """The response of a coil at rest under a small thick disc of steel."""
+    text = STEEL.format(f"relative_permeability: {permeability}")
+    return sitscad.respond(sitscad.Design(sitscad.load_text(text)), loads=[(0.0, 0.0, 0.0)])
+
+
+@pytest.mark.parametrize("permeability", SOLVED)
+def test_a_thick_disc_of_steel_changes_what_finite_elements_say_within_its_stated_error(permeability):
+    found, (inductance, resistance) = of_steel(permeability), SOLVED[permeability]
+    change, error = found.target_change.item(), found.target_change_error.item()
+    loss, loss_error = found.target_resistance.item(), found.target_resistance_error.item()
+    assert found.frequency[0, 0] == approx(11.602e6, rel=1e-3)
+    assert change == approx(inductance, rel=0.6 * error, abs=0)
+    assert loss == approx(resistance, rel=0.6 * loss_error, abs=0)
+
+
+def test_a_permeability_just_above_1_changes_next_to_nothing():
+    none, least = (of_steel(permeability) for permeability in (1.0, 1.001))
+    assert least.target_change == approx(none.target_change, rel=1e-3, abs=0)
+    assert least.target_resistance == approx(none.target_resistance, rel=1e-3, abs=0)

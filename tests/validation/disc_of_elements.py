@@ -20,9 +20,10 @@ FAR = 30.0
 
 
 def disc_change(
-    radii, gap, diameter, thickness, conductivity, permeability=1.0, frequency=5e6, cells=1.0, is_hole=False
+    radii, gap, diameter, thickness, conductivity, permeability=1.0, frequency=5e6, cells=1.0, is_hole=False,
+    heights=0.0,
 ):
-    """Change of inductance (H) and resistance (ohm) of rings at z = 0 by a disc whose near face is at `gap` (m).
+    """Change of inductance (H) and resistance (ohm) of rings at `heights` (m) by a disc, its near face at `gap` (m).
 
     Twice the `cells` are everywhere half as wide. With `is_hole` metal is where the disc is not: an endless plate with
     a round hole.
@@ -37,7 +38,8 @@ def disc_change(
     stiff, mass = _matrices(r**2, np.diff(z), r.size, z.size, metal)
     vacuum, magnetic, conducting = stiff(np.ones_like(metal, dtype=float)), stiff(metal.astype(float)), mass
     acts = 1j * omega * conductivity * MU0 * conducting + (1.0 / permeability - 1.0) * magnetic
-    source = sum(_flux(radius, r, z) for radius in radii).ravel()
+    places = zip(radii, np.broadcast_to(heights, len(radii)), strict=True)
+    source = sum(_flux(radius, r, z - height) for radius, height in places).ravel()
     number = np.arange(r.size * z.size).reshape(r.size, z.size)
     free = number[1:-1, 1:-1].ravel()
     drive = (acts @ source)[free]
@@ -49,7 +51,7 @@ def disc_change(
 
 
 def _flux(radius, r, z):
-    # Flux over 2 pi of a ring at z = 0 with 1 A.
+    # Flux over 2 pi of a ring with 1 A, its plane at z = 0.
     r, z = np.meshgrid(np.maximum(r, 1e-12), z, indexing="ij")
     complement = ((r - radius) ** 2 + z**2) / ((r + radius) ** 2 + z**2)
     complement = np.maximum(complement, 1e-12)
