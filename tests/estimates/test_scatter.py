@@ -241,10 +241,14 @@ def test_unit_as_made_has_its_own_copper_and_tracks(grasper):
 LARGEST = (scatter.WIDTH, scatter.FOIL, scatter.DISTANCE, CAPACITOR, PAD, GLUE, scatter.HEIGHT)
 
 
-@pytest.mark.parametrize("name", ["grasper_3p5mm", pytest.param("racetrack_jaw", marks=pytest.mark.slow),
+@pytest.mark.parametrize("name", ["grasper_3p5mm", "single_coil",
+                                  pytest.param("fingertip_foil", marks=pytest.mark.slow),
+                                  pytest.param("racetrack_jaw", marks=pytest.mark.slow),
                                   pytest.param("grasper_4layer", marks=pytest.mark.slow)])
 def test_stated_sigma_of_states_is_that_of_units(name):
-    """In a jaw half of the inductance's sigma and a tenth of R_P's were missing; each cause by whole designs."""
+    """In a jaw half of the inductance's sigma and a tenth of R_P's were missing, and of tracks seven skin depths wide a
+    fifth of R's; each cause by whole designs.
+    """
     design = scatter_of_units.drawn(name)
     for state, causes in scatter_of_units.by_causes(design, (*LARGEST, scatter.PLATING)).items():
         true = np.sqrt(np.sum(np.square(list(causes.values())), axis=0))

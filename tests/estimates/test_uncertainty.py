@@ -147,7 +147,7 @@ def _circuit_slopes(spec, frequency):
     by_growth = EXTRA[WIDTH][0] + EXTRA[WIDTH][1] * growth / extra
     coil = lay_out(spec).coils[0]
     power = width_power(equivalent_spirals(winding_geometry(spec.coil, coil), coil), COPPER_CONDUCTIVITY)
-    found[WIDTH] += (power(frequency, by_growth) - by_growth) * extra
+    found[WIDTH] += (power(frequency) - by_growth) * extra
     return found
 
 

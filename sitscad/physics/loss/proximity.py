@@ -46,6 +46,9 @@ class LossResolution:
     steps: int
 
 
+USUAL = 0.03
+"""Tolerance of R that is kept unless a finer or a rougher one is wanted."""
+
 ROUGH, ROUGH_STEPS = 0.1, 5
 """Tolerance of R from which on one cut and few modes are enough, and their steps."""
 
@@ -68,7 +71,7 @@ def resolution_for(width: float, thickness: float, gap: float, tolerance: float,
     return LossResolution(modes, LEAST_CUTS, (24 if fine else 14) + modes.across // 2)
 
 
-def winding_loss(layers: Sequence[SpiralLayer], conductivity: float, tolerance: float = 0.03,
+def winding_loss(layers: Sequence[SpiralLayer], conductivity: float, tolerance: float = USUAL,
                  resolution: LossResolution | None = None) -> ProximityLoss:
     """Skin and proximity effect (ohm, H) of spiral layers in series (conductivity in S/m), averaged over azimuths:
     partial elements of modes (Ruehli 1974; `current_modes`). `tolerance` is that of R (relative) up to 10 MHz: 3e-2, or
