@@ -297,11 +297,12 @@ class ResponseModel:
                              wound.spared)
 
 
-MAX_WORK = 1700.0**3
+MAX_WORK = 1600.0**3
 """Largest work (`solving_work`) of a target that is solved: half a minute of processor time."""
 
-SECONDS_PER_WORK = 6e-9
-"""Processor time (s) of a unit of work, both ends of a band together (60 to 150 mm copper plates before ferrite)."""
+SECONDS_PER_WORK = 7e-9
+"""Processor time (s) of a unit of work, both ends of a band together (plates of 60 to 150 mm, discs of 14 to 40 mm
+before ferrite: within a factor of 1.5)."""
 
 
 def _require_affordable(

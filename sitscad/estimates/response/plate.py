@@ -285,20 +285,24 @@ def solving_work(
     spec: SensorSpec, coils: Sequence[Coil], frequency: float, behind: Reflector | None, cover: Cover
 ) -> float:
     """What solving a target takes for the poses of `cover`, with what is `behind` the coils: the cube of the functions
-    in a box's largest class of currents, and as much for what discs link.
+    that are solved in a box's largest class of currents, and as much for what takes as long of a disc.
     """
     part = cover.part(spec).target
     assert part is not None
     whole = _resolved(part, spec.coil, coils, frequency, cover.lowest, behind)[1]
-    if isinstance(whole, Disc):
-        functions = sum(line.values[1].shape[1] for line in (whole.face, whole.wall))
-        return DISCS * functions * len(whole.points) * whole.orders
-    x, y, z = (line.values[1].shape[1] for line in whole.lines)
-    return float(x * y + y * z + z * x) ** 3
+    if isinstance(whole, Box):
+        return float(whole.largest) ** 3
+    functions = sum(line.values[1].shape[1] for line in (whole.face, whole.wall))
+    work = DISCS * functions * len(whole.points) * whole.orders
+    if behind is not None:
+        away = cover.lowest - mirror_like(behind, frequency, cover.lowest).floor
+        work += IMAGES * whole.orders * float(len(with_points(whole, 2.0 * away).points)) ** 2
+    return work
 
 
-DISCS = 100.0
-"""Work of one function of one order of a disc at one of its points."""
+DISCS, IMAGES = 50.0, 12.0
+"""Work of one function of one order of a disc at one of its points, and of what the mirror returns of the currents of
+one order to two of the points that they are seen at."""
 
 
 def skin_depth(target: Target, frequency: float) -> float:

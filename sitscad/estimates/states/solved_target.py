@@ -23,9 +23,9 @@ from sitscad.layout.board import Coil, Layout
 from sitscad.spec.places import cell_placements, cell_specs
 from sitscad.spec.sensor import SensorSpec
 
-MOST, MAGNETIC = 650.0**3, 900.0**3
-"""Work (`solving_work`) up to which a target is solved for its states: one or two seconds. Of magnetic metals more, two
-to six: their shares may have the sign of the change wrong."""
+MOST, MAGNETIC = 800.0**3, 1100.0**3
+"""Work (`solving_work`) up to which a target is solved for its states: one or two seconds. Of magnetic metals more,
+three or four: their shares may have the sign of the change wrong."""
 
 
 def is_affordable(spec: SensorSpec, coils: Sequence[Coil], assembly: AssemblyStates, band: tuple[float, float]) -> bool:

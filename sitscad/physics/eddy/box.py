@@ -150,6 +150,12 @@ class Box:
                 pieces.append(found.reshape(-1, 3))
         return np.concatenate(pieces)
 
+    @property
+    def largest(self) -> int:
+        """How many functions the largest class has, no unit: the one even along x, y and z."""
+        number = _numbers(self.lines)
+        return int(np.count_nonzero(_of_parity(self.lines, (1, 1, 1), number, self.shortest)[1]))
+
     @cached_property
     def mirrored(self) -> tuple[Index, Index]:
         """Numbers (points,; no unit) of the points mirrored across x = 0 and y = 0: see `Surface`."""
@@ -181,7 +187,7 @@ def _functions(lines: tuple[GradedLine, ...], shortest: float) -> tuple[BoxFunct
     finest = min(float(line.steps.min()) for line in lines)
     gaussians = gaussian_sum(0.25 * finest, reach)
     distinct = {line: _folded(line, gaussians.scales) for line in dict.fromkeys(lines)}
-    number = on_surface([max(one.squares.size for one in line.modes.values()) + 1 for line in lines])
+    number = _numbers(lines)
     parities = list(product(PARITIES, PARITIES, PARITIES))
     found = [_of_parity(lines, parity, number, shortest) for parity in parities]
     bodies = box_bodies([line.modes for line in lines], np.stack([kept for _, kept in found]))
@@ -190,6 +196,11 @@ def _functions(lines: tuple[GradedLine, ...], shortest: float) -> tuple[BoxFunct
         BoxFunctions(parity, numbers, kept, _inductance(lines, parity, gaussians, own, numbers, kept), body)
         for parity, (numbers, kept), own, body in zip(parities, found, parts, bodies, strict=True)
     )
+
+
+def _numbers(lines: Sequence[GradedLine]) -> Index:
+    """Numbers (no unit) of all products of functions along the lines, as if along each as many were odd as are even."""
+    return on_surface([max(one.squares.size for one in line.modes.values()) + 1 for line in lines])
 
 
 def _of_parity(
