@@ -26,7 +26,7 @@ from sitscad.fabrication.files import (
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.bending import Where, finished_thickness, tail_copper, tail_layers
 from sitscad.layout.board import Layout
-from sitscad.layout.panel import Panel, is_too_small
+from sitscad.layout.panel import Panel, is_larger_than_usual, is_too_small
 from sitscad.layout.tail_frame import chip_opening
 from sitscad.layout.tail_tracks import contact_rows
 from sitscad.scene.column import usual_tolerances
@@ -101,9 +101,11 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     if panel is not None:
         width, height = (show(side, "m") for side in panel.size)
         many = f"{len(panel.parts)} boards each, as drawn in {_panel_name(layout.spec, '-drawing.pdf')}"
-        yield "Delivery", f"in panels of {width} x {height}, {many}"
+        larger = "; this is larger than usual: confirm that you make it" if is_larger_than_usual(panel) else ""
+        yield "Delivery", f"in panels of {width} x {height}, {many}{larger}"
     else:
-        small = "; smaller than the smallest part of these rules: ask for a panel" if is_too_small(layout) else ""
+        small = "; smaller than the smallest part of these rules: deliver them in a panel of your own, held by bridges"
+        small = small if is_too_small(layout) else ""
         yield "Delivery", f"single boards, cut out{small}"
     bare = "" if is_rigid(fpc.stackup) else ", without stiffener"
     yield "Thickness", f"{show(fpc.stackup.thickness, 'm')} finished{bare}"

@@ -52,7 +52,8 @@ class DesignRules(Readable):
     ``annular_rings`` are those of boards of so many copper layers and more, where they differ from ``annular_ring``.
     ``static_bend_ratio``, ``dynamic_bend_ratio`` and ``thickness_tolerance`` (half the band, m) go by the number of
     copper layers, the largest one listed standing for more; ``stiffened_tolerance`` (m) by the stiffener's material.
-    Parts below ``part_size`` are not handled singly; ``panel_size`` is what a panel is filled up to; ``file_naming`` is
+    Parts below ``part_size`` are not handled singly; ``panel_size`` is what a panel is filled up to, ``largest_part``
+    the most that a part or panel may be by agreement; ``file_naming`` is
     how files are called in the archive that is sent; ``inside_radius`` is the smallest of inner edges of the outline.
     Where the tail has fewer layers than the body its own coverlay laps into the body by ``coverlay_lap``, and holes
     keep ``hole_to_step`` from the body's end. A plug's fingers go on under the coverlay by ``finger_lap``; it covers
@@ -97,6 +98,7 @@ class DesignRules(Readable):
     coil_copper: float | None = None
     track_lines: tuple[FoilLines, ...] = ()
     panel_size: tuple[float, float] = (0.1, 0.08)
+    largest_part: tuple[float, float] = (0.2286, 0.5842)
     outline_tolerance: float = 0.1e-3
     registration: float = 0.1e-3
     coverlay_registration: float = 0.15e-3
@@ -256,6 +258,7 @@ class RulesDocument(Section):
     pad_lap: Written = key(Feature, "how far the coverlay covers the rims of solder pads", None)
     part_size: Written = key(Sides, "smallest part that is handled singly", None)
     panel_size: Written = key(Sides, "what a panel is filled up to", None)
+    largest_part: Written = key(Sides, "longest part or panel that is made by agreement", None)
     file_naming: Written = key(Sourced(Preset("file naming")), "how files are called in the archive", None)
     layer_counts: Written = key(
         Sourced(Several(Number(1, 32, whole=True))),

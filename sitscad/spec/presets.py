@@ -364,7 +364,7 @@ def unverified_figures(spec: SensorSpec) -> tuple[UnverifiedFigure, ...]:
     for field, source in rules.sources.items():
         if is_unverified(rules, field) and not _OF_A_FOIL.search(field):
             value = getattr(rules, field, None)
-            between = " x " if field in ("part_size", "panel_size") else ", "
+            between = " x " if field in ("part_size", "panel_size", "largest_part") else ", "
             values = value if isinstance(value, tuple) else (value,)
             text = between.join(show(each, "m") if isinstance(each, float) else str(each or "") for each in values)
             found.append(UnverifiedFigure(f"{rules.name} {field}", text, source.removeprefix(UNVERIFIED)))

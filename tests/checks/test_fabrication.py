@@ -16,7 +16,8 @@ from sitscad.fixes.search import Fix, in_vain
 from sitscad.geometry.path import Line, Path, Point, Region, bounding_box, rectangle
 from sitscad.layout import lay_out
 from sitscad.layout.board import Pad, Role, Stiffener, Trace, Via
-from sitscad.layout.panel import bridges
+from sitscad.layout.panel import bridges, plan
+from sitscad.papers import order_notes
 from sitscad.spec.load import load_text
 
 
@@ -306,7 +307,9 @@ def test_part_size(judge, good):
     assert f"send fpc/{spec.name}-order.zip" in found.hint
     alone = replace(spec, fpc=replace(spec.fpc, panel=replace(spec.fpc.panel, wish="none")))
     (found,) = judge("SIT116", alone, replace(small, spec=alone))
-    assert found.severity is Severity.WARNING and "fpc.panel: auto" in found.hint
+    assert found.severity is Severity.NOTE and "fpc.panel: auto" in found.hint
+    alone = replace(alone, fpc=replace(alone.fpc, rules=replace(alone.fpc.rules, one_process=True)))
+    assert judge("SIT116", alone, replace(small, spec=alone))[0].severity is Severity.WARNING
     assert judge("SIT116", spec, replace(layout, outline=rectangle(0, 0, 5e-3, 10e-3))) == []
 
 
@@ -329,6 +332,35 @@ def test_a_panel_may_be_turned(judge, design, most, x, y, over):
     layout = replace(lay_out(spec), outline=rectangle(0, 0, (x - 7) * 1e-3, (y - 7) * 1e-3))
     found = [f for f in judge("SIT116", spec, layout) if f.key == "fpc.panel"]
     assert [f.measured for f in found] == approx([over] if over else [], rel=1e-6)
+
+
+STRIP = """sitscad: 1
+name: strip
+coil: {{shape: racetrack, outer_diameter: [14, 3.8], turns: 4.5, layers: 2, trace_width: 155 um, trace_spacing: 155 um}}
+fpc:
+  stackup: flex-2l-30um
+  rules: {rules}
+  tail: {{length: {length}, connector: zif-0.5mm, contacts: 4}}
+  panel: {panel}
+"""
+
+
+@pytest.mark.parametrize("length", [100, 250, 400])
+@pytest.mark.parametrize("panel", ["auto", "none"])
+def test_narrow_board_with_long_tail_is_ordered_with_its_panel_to_be_agreed_on(judge, length, panel):
+    spec = load_text(STRIP.format(rules="generic-flex", length=length, panel=panel), "strip.yaml")
+    layout = lay_out(spec)
+    found = judge("SIT116", spec, layout)
+    assert found and all(one.severity is Severity.NOTE for one in found)
+    text = " ".join(order_notes.readme(layout, plan(layout)).split())
+    assert ("larger than usual: confirm" if panel == "auto" else "in a panel of your own") in text
+
+
+def test_board_longer_than_anybody_makes_is_a_warning(judge):
+    spec = load_text(STRIP.format(rules="generic-flex", length=400, panel="none"), "strip.yaml")
+    layout = replace(lay_out(spec), outline=rectangle(0, 0, 0.6, 6e-3))
+    (found,) = judge("SIT116", spec, layout)
+    assert found.severity is Severity.WARNING and (found.measured, found.limit) == (0.6, 0.5842)
 
 
 SMALL_PART = """sitscad: 1

@@ -145,7 +145,7 @@ def test_the_tail_has_a_coverlay_of_its_own_that_laps_into_the_body(thin):
     assert "laps 300 um into the body" in words and "the bottom coverlay goes on" not in words
     for name in ("drawing.svg", "stackup.svg"):
         drawn = " ".join(re.sub(r"<[^>]*>", " ", files[f"fpc/thin-{name}"].decode()).split())
-        assert "coverlay" in drawn and re.search(r"laps\s+500 um\s+into", drawn), name
+        assert "coverlay" in drawn and re.search(r"laps\s+300 um\s+into", drawn), name
     step = thin.spec.fpc.stackup.thickness - sum(layer.thickness for layer in tail_layers(thin))
     assert f"the step of {step * 1e6:.4g} um" in words
 

@@ -76,8 +76,11 @@ def part_size(design: Design) -> Iterator[Verdict]:
             f"the board is {show(length, 'm')} x {show(width, 'm')}; {house(rules, 'part_size')} handles parts from "
             f"{show(least[1], 'm')} x {show(least[0], 'm')}"
         )
-        found = Violation(f"{said}, and it is not in a panel", "fpc.panel: auto puts it in a panel, held by bridges",
-                          "fpc.panel", *short, "m", Severity.WARNING, source_of(rules, "part_size"))
+        severity, hint = Severity.NOTE, "have that confirmed with the quotation; fpc.panel: auto draws the panel"
+        if rules.one_process:  # nothing can be asked for there
+            severity, hint = Severity.WARNING, "fpc.panel: auto puts it in a panel, held by bridges"
+        own = f"{said}; fpc.panel: none, so the order asks for delivery in the fabricator's own panel"
+        found = Violation(own, hint, "fpc.panel", *short, "m", severity, source_of(rules, "part_size"))
         name = design.spec.name
         yield found if not in_panel else replace(
             found, message=f"{said}: so it is put in a panel, which is ordered instead", key="fpc.rules",
@@ -90,12 +93,12 @@ def part_size(design: Design) -> Iterator[Verdict]:
             rules, size, Violation(f"the panel becomes at least {show(size[0], 'm')} x {show(size[1], 'm')}",
                                     "fewer parts a panel, a shorter tail, or fpc.panel: none", "fpc.panel"))
         yield from _too_few_bridges(design)
-    elif not is_unverified(source_of(rules, "panel_size")):
+    else:
         yield from _panel_size(
             rules, board,
             Violation(f"the board is {show(board[0], 'm')} x {show(board[1], 'm')}",
                       "a smaller board or a shorter tail, or a fabricator of larger panels", "fpc.rules"),
-            ", out of which a board that is sold singly is cut, too")
+            ", out of which a board that is sold singly is cut, too", is_panel=False)
 
 
 def _too_few_bridges(design: Design) -> Iterator[Verdict]:
@@ -115,15 +118,29 @@ def _too_few_bridges(design: Design) -> Iterator[Verdict]:
         )
 
 
-def _panel_size(rules: DesignRules, size: tuple[float, float], found: Violation, more: str = "") -> Iterator[Verdict]:
-    """A complaint where what is delivered (m) is larger than the fabricator's panel."""
-    limits = rules.panel_size
-    for side, largest in zip(sorted(size), sorted(limits), strict=True):
-        if side > largest + ROUNDING:
-            makes = f"{house(rules, 'panel_size')} makes panels of {show(limits[0], 'm')} x {show(limits[1], 'm')}"
-            yield replace(found, message=f"{found.message}; {makes}{more}", measured=side, limit=largest, unit="m",
-                          severity=Severity.WARNING, source=source_of(rules, "panel_size"))
-            return
+def _panel_size(
+    rules: DesignRules, size: tuple[float, float], found: Violation, more: str = "", is_panel: bool = True
+) -> Iterator[Verdict]:
+    """A complaint where what is delivered (m) is larger than the fabricator's panel. A profile's choice of a panel that
+    is handy limits nothing: what is larger is told of a panel, and warned of beyond the largest part that is made.
+    """
+    is_choice = is_unverified(source_of(rules, "panel_size"))
+    for field in ("largest_part", "panel_size") if is_choice else ("panel_size",):
+        limits = getattr(rules, field)
+        beyond = ((own, most) for own, most in zip(sorted(size), sorted(limits), strict=True) if own > most + ROUNDING)
+        side, largest = next(beyond, (None, None))
+        if side is None or (is_choice and field == "panel_size" and not is_panel):
+            continue
+        severity, source = Severity.WARNING, source_of(rules, field)
+        makes = f"{house(rules, field)} makes panels of {show(limits[0], 'm')} x {show(limits[1], 'm')}{more}"
+        if is_choice and field == "panel_size":
+            severity, most = Severity.NOTE, rules.largest_part
+            makes = f"a handy one is {show(limits[0], 'm')} x {show(limits[1], 'm')}"
+            found = replace(found, hint=f"the order states its size: have it confirmed with the quotation. Up to "
+                            f"{show(most[0], 'm')} x {show(most[1], 'm')} are made by agreement; {found.hint}")
+        yield replace(found, message=f"{found.message}; {makes}", measured=side, limit=largest, unit="m",
+                      severity=severity, source=source)
+        return
 
 
 def house(rules: DesignRules, field: str) -> str:
