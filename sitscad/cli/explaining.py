@@ -24,7 +24,7 @@ def new(template: str | None, output: str | None, list_them: bool, force: bool, 
     TEMPLATE is grasper_4layer unless another is named; --list names them all. With --study a study of it is written,
     for `sitscad design`.
     """
-    from sitscad.package import list_templates, write_schema, write_study, write_template
+    from sitscad.package import list_templates, profile_lines, write_schema, write_study, write_template
 
     named = {} if template is None else {"name": template}
     if study and not list_them:
@@ -43,6 +43,8 @@ def new(template: str | None, output: str | None, list_them: bool, force: bool, 
     print_result(str(path))
     if (schema := write_schema(path.parent)) is not None:
         say(f"wrote {schema}, from which editors complete and validate specs")
+    for line in profile_lines(path):
+        say(line)
     say(f"wrote {path}; next: sitscad check {path}")
     return 0
 

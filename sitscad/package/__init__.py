@@ -11,6 +11,7 @@ from sitscad.package.building import build, require_distinct_names, stale
 from sitscad.package.folder import (
     PackageError,
     list_templates,
+    profile_lines,
     write_file,
     write_schema,
     write_study,
@@ -28,6 +29,7 @@ __all__ = [
     "Verification",
     "build",
     "list_templates",
+    "profile_lines",
     "require_distinct_names",
     "stale",
     "verify",

@@ -21,6 +21,7 @@ from sitscad.report.findings.text import printable
 from sitscad.spec import templates
 from sitscad.spec.format.reading import SpecError
 from sitscad.spec.load import load
+from sitscad.spec.profiles import installed_rules
 from sitscad.spec.sensor import SensorSpec, json_schema
 from sitscad.writer import json_bytes
 
@@ -157,6 +158,20 @@ def write_template(name: str = DEFAULT_TEMPLATE, path: str | Path | None = None,
     if target.stem != found and (own := re.sub(r"[^A-Za-z0-9]+", "-", target.stem).strip("-")[:LONGEST_NAME]):
         text = re.sub(r"(?m)^name: \S+", f"name: {own}", text, count=1)
     return _new_file(target, text, force)
+
+
+RECOMMENDED = "recommended"
+"""The profile of a fabricator to start from."""
+
+
+def profile_lines(path: Path) -> tuple[str, ...]:
+    """Which fabricator's profile a spec is drawn for and why, and which one to start from."""
+    own = load(path).fpc.rules
+    found = [own, *(installed_rules(RECOMMENDED) for _ in range(own.name != RECOMMENDED))]
+    return tuple(
+        f"{'fpc.rules is' if rules is own else 'to start from'}: {rules.name}"
+        + (f" ({rules.purpose})" if rules.holder("purpose") == rules.name else "") for rules in found
+    )
 
 
 def write_study(

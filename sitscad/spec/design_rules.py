@@ -60,7 +60,8 @@ class DesignRules(Readable):
     the rims of solder pads by ``pad_lap``.
     ``layer_counts``, ``foils`` and ``cores`` (m), ``covers``, ``stiffeners`` and ``finishes`` are all that is offered
     of each (None: not stated, so not judged), and boards are sold in an ``order_multiple``; with ``one_process``
-    every board is made in one way. ``house`` and ``country`` are who makes it and where, empty where not stated.
+    every board is made in one way. ``house`` and ``country`` are who makes it and where, ``purpose`` what the
+    profile is for; empty where not stated.
     ``beyond`` names the figures that are taken for a thicker foil than any that they are stated for, and that thickness
     (m); ``unbound`` those minimums of coils that only warn although `coil_rule_binding` makes the others errors.
     """
@@ -124,6 +125,7 @@ class DesignRules(Readable):
     one_process: bool = False
     house: str = ""
     country: str = ""
+    purpose: str = ""
     holders: Mapping[str, str] = field(default_factory=dict, hash=False)
     beyond: Mapping[str, float] = field(default_factory=dict, hash=False)
     unbound: tuple[str, ...] = ()
@@ -279,6 +281,7 @@ class RulesDocument(Section):
     )
     house: Written = key(Words, "who that is", None)
     country: Written = key(Words, "where the boards are made", None)
+    purpose: Written = key(Words, "what the profile is for", None)
     checked_on: Written = key(
         Sourced(Text(10, r"20[0-9]{2}-[0-1][0-9]-[0-3][0-9]", "a date like 2026-11-20")), "when that was read", None
     )

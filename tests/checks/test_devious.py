@@ -63,7 +63,7 @@ TOLD = [
     ("B", {"array.pitch": 400}, "SIT134 SIT215!"),
     # Full load is judged where no force is required.
     ("B", {"array.pitch": 30, "requirements": None}, "SIT215!"),
-    ("B", {"elastomer.thickness": 0.001, "requirements": None}, "SIT134 SIT215!"),
+    ("B", {"elastomer.thickness": 0.001, "requirements": None, "fpc.stackup": "flex-2l-18um"}, "SIT134 SIT215!"),
     ("B", {"elastomer.thickness": 100, "requirements": {"shear_force": "0.5 N"}}, "SIT134 SIT215!"),
     ("B", {"array": {"centres": [[-8, -30], [-8, 30]]}, "requirements": None}, "SIT215!"),
     # The board and its tail.

@@ -12,6 +12,7 @@ import sitscad
 from sitscad import cli
 from sitscad.estimates import METHODS
 from sitscad.spec import templates
+from sitscad.spec.profiles import installed_rules
 
 
 def test_new_writes_every_template_and_refuses_to_write_over(run, tmp_path):
@@ -35,6 +36,13 @@ def test_new_without_a_name_writes_the_recommended_design(run, tmp_path):
     assert run("new", "-o", "sensor.yaml").code == 0
     spec, first = sitscad.load(tmp_path / "sensor.yaml"), sitscad.load_text(templates.read("grasper_4layer"))
     assert (spec.name, spec.coil, spec.target) == ("sensor", first.coil, first.target)
+
+
+@pytest.mark.parametrize(("template", "rules"), [("single_coil", "generic-flex"), ("grasper_4layer", "generic-fine")])
+def test_new_says_which_fabricators_profile_it_uses_and_what_that_is_for(run, template, rules):
+    printed = run("new", template).err
+    for name in (rules, "recommended"):
+        assert f"{name} ({installed_rules(name).purpose})" in printed
 
 
 def test_every_template_is_described_in_its_first_comment(run):

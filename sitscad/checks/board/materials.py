@@ -85,7 +85,7 @@ def coverlay_adhesive(design: Design) -> Iterator[Verdict]:
             f"{show(asked, 'm', 3)}",
             f"{{coverlay: {show(film + adhesive, 'm')}, adhesive: {show(adhesive, 'm')}}} is in stock; or thinner "
             "copper (fpc.plated: buttons)", key, most, asked, "m",
-            Severity.ERROR if most < gaps * copper.thickness - ROUNDING else Severity.WARNING,
+            Severity.ERROR if 0.0 < layer.adhesive < gaps * copper.thickness - ROUNDING else Severity.WARNING,
             detail="" if layer.adhesive else
             f"the adhesive is not stated; the thinnest film in stock, {show(thinnest, 'm')}, leaves that",
         )
