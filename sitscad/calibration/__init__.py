@@ -29,6 +29,8 @@ def calibrate(
     sensor of the design would give, or that no fit settles on, MotionError (one, too) for another rotation, NoResponse
     (one, too) where the design has nothing to calibrate, OSError for a file that cannot be opened.
     """
+    import numpy as np
+
     from sitscad.calibration.bench_data import USUAL_ROTATION, BenchError, points_of, read_table
     from sitscad.calibration.calibration import calibrate_by, foretell, sensors_of, turned_otherwise
     from sitscad.calibration.misfit import noisy, odd_reading, turned_fit
@@ -51,11 +53,13 @@ def calibrate(
         raise BenchError(f"{table.path}:{table.lines[0]}:1 no sensor of this design reads so: {error}; is it this "
                          "sensor's spec?") from error
     assert made.fit is not None
-    said = ""
+    said, wrong = "", np.zeros(len(made.map.axes))
     if made.fit.excess > SUSPECT:  # readings as expected leave no other way of loading much likelier
         other = turned_fit(sensors, lambda: sensors_of(design.response, not level), found, made.fit)
-        said = "" if other is None else other.note
+        if other is not None:
+            said, wrong = other.note, other.error(made.map)
     require_told(table, found, sensors, made.fit, said)
     turned, remarks = turned_otherwise(made, made.fit.errors), second_readings(table, found, sensors)
     told = (said, odd_reading(table, found, sensors, made.fit), noisy(table, found, sensors, made.fit))
-    return replace(made, remarks=(*filter(None, told), *remarks), turned=turned)
+    stated = replace(made.map, error=np.hypot(made.map.error, wrong))
+    return replace(made, map=stated, remarks=(*filter(None, told), *remarks), turned=turned)

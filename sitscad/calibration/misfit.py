@@ -9,6 +9,8 @@ import numpy as np
 
 from sitscad.arrays import Array
 from sitscad.calibration.bench_data import BenchTable
+from sitscad.calibration.forms import ASKED, LEARNT
+from sitscad.calibration.inverse_map import InverseMap
 from sitscad.calibration.model_fit import SUSPECT, ModelFit, NoFit, fit_model
 from sitscad.calibration.points import Points, load_slopes
 from sitscad.calibration.sensors import Sensors
@@ -149,23 +151,34 @@ def _share(term: Array, off: Array) -> float:
     return float(term @ off) ** 2 / size if size > 0.0 else 0.0
 
 
-@record
+@record(eq=False)
 class Turned:
-    """A fit beside one of a target that turns otherwise: by how much `likelier`, and how large its `excess` is."""
+    """A `fit` beside one of a target that turns otherwise, by its `sensors`: by how much `likelier` it is."""
 
     likelier: float
-    excess: float
-    rotation: str
+    sensors: Sensors
+    fit: ModelFit
 
     @property
     def note(self) -> str:
         """What to say of it; nothing where it is not clearly better."""
         if self.likelier < LIKELIER:
             return ""
-        (this,) = (one for one in ROTATIONS if one != self.rotation)
-        return (f"the readings are those of a target that is {ROTATIONS[self.rotation]}, not {ROTATIONS[this]}, as far "
-                f"as the model knows (there they are {self.excess:.1f} times as far off as is expected): was it "
-                f"calibrated so? Then `--rotation {self.rotation}`, and the map is for such use")
+        rotation = self.sensors.rotation
+        (this,) = (one for one in ROTATIONS if one != rotation)
+        return (f"the readings are those of a target that is {ROTATIONS[rotation]}, not {ROTATIONS[this]}, as far "
+                f"as the model knows (there they are {self.fit.excess:.1f} times as far off as is expected): was it "
+                f"calibrated so? Then `--rotation {rotation}`, and the map is for such use")
+
+    def error(self, made: InverseMap) -> Array:
+        """The error (axes; N), rms, that a map has on this sensor. 0 if it is not clearly likelier."""
+        if self.likelier < LIKELIER:
+            return np.zeros(len(made.axes))
+        loads = np.vstack([np.zeros((1, 3)), self.sensors.range.inside(ASKED // 2, LEARNT)])
+        frequency = self.sensors.under(self.fit.errors, loads)
+        borne = np.all(np.isfinite(frequency), axis=1)
+        off = made(frequency[borne], frequency[0]) - loads[borne][:, self.sensors.range.columns]
+        return np.asarray(np.sqrt(np.mean(off**2, axis=0)))
 
 
 def turned_fit(sensors: Sensors, other: Callable[[], Sensors], points: Points, fit: ModelFit) -> Turned | None:
@@ -178,4 +191,4 @@ def turned_fit(sensors: Sensors, other: Callable[[], Sensors], points: Points, f
         found = fit_model(other(), points)
     except (NoFit, NoResponse):
         return None
-    return Turned(fit.cost - found.cost, found.excess, other().rotation)
+    return Turned(fit.cost - found.cost, other(), found)
