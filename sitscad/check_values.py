@@ -41,23 +41,6 @@ class Signal:
         return abs(both[0] - both[1]) > BY_LOSS * max(map(abs, both))
 
 
-@record
-class Most:
-    """The thickness (m) of a part, ``pad`` or ``target``, with which the inductance changes most per newton, and that
-    change (H/N); both as they are; and what keeps the part from being thicker (``the port``), empty where more would
-    give no more. It is of the coil that changes most, of cells of that in the `cell` (from 1) with the least signal.
-    """
-
-    part: str
-    thickness: float
-    per_newton: float
-    thickness_now: float
-    per_newton_now: float
-    ended_by: str = ""
-    coil: str = ""
-    cell: int | None = None
-
-
 BY_LOSS = 0.2
 """Part of a signal from which on it is told that losses make it: under copper and aluminium it is 0.01 to 0.04, under
 steel 0.2 and more up to a change of sign (derived: the templates, with such targets)."""

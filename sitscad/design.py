@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from sitscad.arrays import Array
-    from sitscad.check_values import Closing, Measure, Most
+    from sitscad.check_values import Closing, Measure
     from sitscad.estimates import Estimates
     from sitscad.estimates.cells import AlikeCells, CellCrosstalk
     from sitscad.estimates.performance.curves import Curves
@@ -260,13 +260,6 @@ class Design:
         from sitscad.estimates.performance.curves import curves
 
         return curves(self.solved, self.felt) if self.performance else None
-
-    @cached_property
-    def most_signal(self) -> tuple[Most, ...]:
-        """How thick pad and target are with which the inductance changes most per newton: a tenth of a second."""
-        from sitscad.estimates.signal import most_signal
-
-        return most_signal(self.layout, self.estimates)
 
     @_without_text
     def felt(self) -> Felt | None:

@@ -126,7 +126,7 @@ def estimate(
         loaded = opened(spec, policy_for(spec))
     except sitscad.SpecError as error:
         unread = unreadable(spec, error)
-        print_result(show(spec, None, unread, coloured(sys.stdout), None, (), None, ()))
+        print_result(show(spec, None, unread, coloured(sys.stdout), None, None, ()))
         return unread.exit_code
     layout = sitscad.lay_out(loaded)
     try:
@@ -146,7 +146,7 @@ def estimate(
     if performance and (reason := design.no_performance):
         say(f"no performance: {reason}")
     cells = design.cells_document if performance else None
-    print_result(show(spec, estimates, checked, coloured(sys.stdout), felt, design.most_signal, cells, coils))
+    print_result(show(spec, estimates, checked, coloured(sys.stdout), felt, cells, coils))
     missed = () if tolerance is None else missed_tolerance(estimates, tolerance, method)
     for note in missed:
         say(note)

@@ -430,7 +430,7 @@ def page_of(contents: Contents, files: Mapping[str, bytes], is_built: bool = Tru
     sizes = {name: len(content) for name, content in files.items()}
     page = render(
         contents.checked, design.spec, contents.estimates, drawn, sizes, contact_rows(contents.layout), felt,
-        design.bench_estimates, design.most_signal, _moving(contents, files, felt), is_built,
+        design.bench_estimates, _moving(contents, files, felt), is_built,
     )
     return page.encode("utf-8")
 

@@ -10,7 +10,7 @@ from sitscad.scene.state import titled
 from sitscad.units import in_mm, show
 
 if TYPE_CHECKING:
-    from sitscad.check_values import Closing, Measure, Most, RequirementResult, Signal
+    from sitscad.check_values import Closing, Measure, RequirementResult, Signal
     from sitscad.estimates import Estimates
 
 NONE = "-"
@@ -213,23 +213,6 @@ def other_rows(estimates: Estimates) -> list[list[str]]:
         for state in coil.states.values()
         if state.quantum is not None
     ] + [[name, "per newton", NONE, plus_minus(pair[0], pair[1], "H", "/N")] for name, pair in found if pair]
-
-
-NO_MORE = "nothing: thicker gives no more"
-
-
-def most_table(found: Sequence[Most]) -> Table:
-    """How thick pad and target are with which the inductance changes most, a row a part, in mm as a spec has them; the
-    title names the cell.
-    """
-    rows = [[one.part, f"{1e3 * one.thickness:.4g} mm", f"{quantity(one.per_newton, 'H', 3)}/N",
-             f"{1e3 * one.thickness_now:.4g} mm", f"{quantity(one.per_newton_now, 'H', 3)}/N", one.ended_by or NO_MORE]
-            for one in found]
-    cell = found[0].cell if found else None
-    of = "" if cell is None else f" of {found[0].coil} (cell {cell}, of least signal)"
-    title = (f"Most signal per newton{of}, all else as it is (within a few per cent: the target as an endless plate's "
-             "share)")
-    return Table(("part", "thickness", "change per newton", "thickness now", "now", "ended by"), rows, title)
 
 
 def _percent(share: float) -> str:

@@ -16,7 +16,6 @@ from sitscad.report.measures import (
     OTHERS_TITLE,
     SIGNAL_TITLE,
     Table,
-    most_table,
     other_rows,
     plus_minus,
     quantity,
@@ -27,7 +26,6 @@ from sitscad.units import show
 from sitscad.version import __version__
 
 if TYPE_CHECKING:
-    from sitscad.check_values import Most
     from sitscad.estimates import Estimates, ReadoutEstimate
     from sitscad.estimates.at_frequency import CoilAtFrequency
     from sitscad.estimates.performance.values import Performance
@@ -38,7 +36,7 @@ if TYPE_CHECKING:
 
 def as_text(
     path: str, estimates: Estimates | None, checked: CheckedSpec, colour: bool = False, felt: Felt = None,
-    most: Sequence[Most] = (), cells: Mapping[str, Any] | None = None, at: Sequence[CoilAtFrequency] = (),
+    cells: Mapping[str, Any] | None = None, at: Sequence[CoilAtFrequency] = (),
 ) -> str:
     """Tables of coils, states and readout settings, then the cross-checks and what the numbers leave out."""
     if estimates is None:
@@ -50,7 +48,6 @@ def as_text(
     blocks = [
         styled(printable(estimates.incomplete), "red", colour) if estimates.incomplete else "",
         _titled(SIGNAL_TITLE, table(names if pressed else [], signal_rows(pressed, estimates)), colour),
-        _shown(most_table(most), colour),
         _shown(at_table(at), colour),
         _shown(state_table(estimates), colour),
         _titled("Coils", table(names, coil_rows(estimates)), colour),
@@ -81,9 +78,9 @@ def felt_blocks(felt: Sequence[Performance], colour: bool) -> list[str]:
 
 def as_json(
     path: str, estimates: Estimates | None, checked: CheckedSpec, colour: bool = False, felt: Felt = None,
-    most: Sequence[Most] = (), cells: Mapping[str, Any] | None = None, at: Sequence[CoilAtFrequency] = (),
+    cells: Mapping[str, Any] | None = None, at: Sequence[CoilAtFrequency] = (),
 ) -> str:
-    """Return the JSON document of ``estimate``, with the thickness of each part that gives most signal.
+    """Return the JSON document of ``estimate``.
 
     It has ``at_frequency``, ``performance`` and the performance of `cells` if the options ask for them. For an
     unreadable spec it has no coils, and ``findings`` give the reason.
@@ -95,26 +92,20 @@ def as_json(
     asked: dict[str, Any] = {} if felt is None else {"performance": [point.document() for point in felt]}
     asked |= {"cells": cells} if cells else {}
     asked |= {"at_frequency": [coil.document() for coil in at]} if at else {}
-    signal = [
-        {"part": one.part, "thickness_m": one.thickness, "inductance_H_per_N": one.per_newton,
-         "thickness_now_m": one.thickness_now, "inductance_now_H_per_N": one.per_newton_now,
-         "ended_by": one.ended_by or None, "coil": one.coil, "cell": one.cell} for one in most
-    ]
-    return to_json({**estimates.as_json(path), "most_signal": signal, **asked})
+    return to_json({**estimates.as_json(path), **asked})
 
 
 CELLS_TITLE = "Cell by cell: below, each figure of what the sensor feels is that of the worst cell of those solved"
 
 
 Shown = Callable[
-    [str, "Estimates | None", CheckedSpec, bool, "Felt", "Sequence[Most]", "Mapping[str, Any] | None",
-     "Sequence[CoilAtFrequency]"], str
+    [str, "Estimates | None", CheckedSpec, bool, "Felt", "Mapping[str, Any] | None", "Sequence[CoilAtFrequency]"], str
 ]
 
 ESTIMATE_FORMATS: Mapping[str, Shown] = {"text": as_text, "json": as_json}
 """Output formats of ``estimate``. Each function takes the path as typed, the estimate (None if the spec is unreadable),
-findings, whether to use colour, the performance (None without --performance), the thicknesses that give most signal,
-the performance of each cell, and the coils at the frequencies of --at."""
+findings, whether to use colour, the performance (None without --performance), the performance of
+each cell, and the coils at the frequencies of --at."""
 
 
 def coil_rows(estimates: Estimates) -> list[list[str]]:

@@ -36,7 +36,6 @@ from sitscad.spec.sensor import SensorSpec
 from sitscad.units import counted, show
 
 if TYPE_CHECKING:
-    from sitscad.check_values import Most
     from sitscad.estimates import Estimates
 
 ORDER = (Severity.ERROR, Severity.WARNING, Severity.NOTE)
@@ -47,15 +46,15 @@ REFUSED = "This design does not meet its own checks: sitscad build refuses it."
 def render(
     checked: CheckedSpec, spec: SensorSpec, estimates: Estimates, pictures: Mapping[str, str], files: Mapping[str, int],
     wiring: Sequence[Sequence[str]] = (), felt: Document | None = None, bench: Estimates | None = None,
-    most: Sequence[Most] = (), moving: Mapping[str, Mapping[str, Any]] | None = None, is_built: bool = True,
+    moving: Mapping[str, Mapping[str, Any]] | None = None, is_built: bool = True,
 ) -> str:
     """The page as HTML text.
 
     `pictures` are finished SVG drawings by their captions, in the order of showing; `files` are the package's other
     files with their sizes in bytes; `wiring` is the table of where each contact leads, its head first; `felt` is what
-    the sensor feels, as JSON has it; `bench` is what boards are tested by, at 20 degrees Celsius; `most` is how thick
-    parts give most signal; `moving` are the documents of `sitscad.report.moving` by the name of their view, ``solids``
-    and ``pushed``; `is_built` is whether the page is of a package, and not of a design that is watched.
+    the sensor feels, as JSON has it; `bench` is what boards are tested by, at 20 degrees Celsius; `moving` are the
+    documents of `sitscad.report.moving` by the name of their view, ``solids`` and ``pushed``; `is_built` is whether the
+    page is of a package, and not of a design that is watched.
     Everything that comes from the spec is escaped, nothing is loaded from outside.
     """
     title = "Seen from the top; both contacts of a coil are one net"
@@ -73,7 +72,7 @@ def render(
         part("Layout", "".join(_picture(svg, caption) for caption, svg in pictures.items()), "board"),
         part("Contacts", _table(*numbers.head_and_rows(wiring), title)),
         part("Incoming test", _incoming(estimates, bench)),
-        part("Electrical numbers", _electrical(estimates, most)),
+        part("Electrical numbers", _electrical(estimates)),
         part("What it feels", _performance_section(felt or {})),
         part("Readout settings", _table(["setting", "value"], settings, estimates.readout.device.part)),
         part("Stack", _stack(spec, estimates)),
@@ -273,7 +272,7 @@ def _where(finding: Finding, number: int | None) -> str:
     return f"<p><b>{place_name}</b> in the pictures: {escape(', '.join(words))}</p>"
 
 
-def _electrical(estimates: Estimates, most: Sequence[Most]) -> str:
+def _electrical(estimates: Estimates) -> str:
     from sitscad.estimates.signal import signals  # loads nothing that the estimates have not loaded
 
     if not estimates.coils:
@@ -284,7 +283,6 @@ def _electrical(estimates: Estimates, most: Sequence[Most]) -> str:
     felt = signals(estimates)
     return (
         _table(names if felt else ["", ""], measures.signal_rows(felt, estimates), measures.SIGNAL_TITLE)
-        + _table(*measures.most_table(most))
         + _table(*numbers.state_table(estimates))
         + _table(*numbers.reading_table(estimates))
         + _table(measures.OTHERS_HEAD, measures.other_rows(estimates), measures.OTHERS_TITLE)

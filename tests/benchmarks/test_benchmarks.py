@@ -63,7 +63,7 @@ def test_one_command_writes_tables_and_plot(tmp_path):
     with (tmp_path / "methods.csv").open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     methods = {row["method"] for row in rows}
-    assert {"spiral-neumann", "rings", "strands", "filaments", "current-sheet", "side by side"} <= methods
+    assert {"spiral-neumann", "mean-rings", "strands", "current-sheet", "side by side"} <= methods
     assert all(float(row["error"]) <= float(row["bound"]) for row in rows)
     with (tmp_path / "growth.csv").open(encoding="utf-8", newline="") as file:
         assert {row["over"] for row in csv.DictReader(file)} == {"turns", "layers", "coils"}

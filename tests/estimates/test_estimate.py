@@ -182,7 +182,7 @@ def test_the_bench_coil_is_the_reference():
 
 def test_tolerance_picks_the_cheapest_that_meets_it():
     layout = lay_out(load_text(BARE.replace("SHAPE", "circle"), "test.yaml"))
-    assert estimate(layout, tolerance=1e-2).coils[0].method == "spiral-filament"
+    assert estimate(layout, tolerance=2e-2).coils[0].method == "mean-rings"
     assert estimate(layout, tolerance=1e-4).coils[0].method == "spiral-neumann"
 
 

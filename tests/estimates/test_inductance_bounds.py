@@ -11,7 +11,7 @@ from tolerance import approx
 from sitscad.estimates.winding.methods import UNFITTED, Crowding, error_bound
 
 COIL = Crowding(12.0, 100e-6, 200e-6, 35e-6, 1.05e-3, 7e-3, (0.0, -60e-6))
-PAIRS = [("circle", "spiral-neumann"), ("square", "strands"), ("racetrack", "filaments"), ("pentagon", "strands"),
+PAIRS = [("circle", "spiral-neumann"), ("square", "strands"), ("racetrack", "strands"), ("pentagon", "strands"),
          ("rounded", "strands")]
 
 

@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from tolerance import approx
 from windings import MM, UM, bench, coil, four_layers
 
-from sitscad.physics.inductance.rings import ring_winding_inductance
 from sitscad.physics.inductance.spirals import (
     Resolution,
     SpiralLayer,
@@ -112,19 +111,8 @@ def test_many_turns_cost_no_accuracy():
     assert spiral_inductance_matrix(layers).sum() == approx(fine, rel=1e-5)
 
 
-def test_rings_agree_from_five_turns_on():
-    for layers in (bench(), four_layers()):
-        assert ring_winding_inductance(layers) == approx(spiral_inductance_matrix(layers).sum(), rel=2e-3)
-
-
 def test_one_layer_of_one_turn_is_nearly_a_ring():
     layer = coil(20 * MM, 1.0, 10 * UM, 1 * UM, (0.0,), (10 * UM,))
     radius = 10 * MM - 5 * UM
     ring = 4e-7 * math.pi * radius * (math.log(8 * radius / (0.44705 * 10 * UM)) - 2)
     assert spiral_inductance_matrix(layer).sum() == approx(ring, rel=2e-3)
-
-
-def test_rings_of_narrow_tracks_far_apart_take_no_endless_number_of_azimuths():
-    layers = [SpiralLayer(1.0, 0.1, 6.0, 0.0, sense, sense > 0, z, 1e-6, 1e-6) for sense, z in ((1, 0.0), (-1, 1e-6))]
-    own = 2.0 * spiral_mutual_inductance(layers[0], layers[0])
-    assert own < ring_winding_inductance(layers) < 2.0 * own

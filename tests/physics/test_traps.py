@@ -32,7 +32,7 @@ from sitscad.physics.inductance.filaments import (
     segment_set,
 )
 from sitscad.physics.inductance.mean_distance import log_mean_distance
-from sitscad.physics.inductance.rings import ring_winding_inductance
+from sitscad.physics.inductance.rings import mean_ring_inductance
 from sitscad.physics.inductance.track_strands import track
 from sitscad.physics.inductance.tracks import tracks_mutual_inductance
 from sitscad.physics.loss.proximity import smooth_rings
@@ -166,8 +166,8 @@ def test_leads_curves_and_rings_scale_with_length(scale):
         return np.array([
             grouped_segments_inductance([segment_set([there]), segment_set([back])], [0, 0])[0, 0],
             track_mutual_inductance(there, back), curve_segments_mutual(point, segment_set([there]), 20 * UM * by),
-            ring_winding_inductance(coil(7 * MM * by, 6, 100 * UM * by, 100 * UM * by, (0.0, -60 * UM * by),
-                                         (35 * UM * by,) * 2)),
+            mean_ring_inductance(coil(7 * MM * by, 6, 100 * UM * by, 100 * UM * by, (0.0, -60 * UM * by),
+                                      (35 * UM * by,) * 2)),
         ])
 
     assert leads(scale) == approx(scale * leads(1.0), rel=1e-9)

@@ -17,7 +17,7 @@ from sitscad.estimates.values import CrossCheck
 from sitscad.geometry.path import Arc, Line, Path, Point
 from sitscad.geometry.shapes import Outline, nearest_sides
 from sitscad.layout.board import Coil, Winding
-from sitscad.physics.inductance.rings import mean_ring_inductance, ring_winding_inductance
+from sitscad.physics.inductance.rings import mean_ring_inductance
 from sitscad.physics.inductance.spirals import (
     COEFFICIENTS,
     Resolution,
@@ -311,25 +311,19 @@ def crowding(geometry: WindingGeometry, turns: float | None = None) -> Crowding:
                     min(spec.size), heights, corner, spec.outline.sides, spec.outline.is_long, spec.is_mid_side)
 
 
-def _bound(method: str, fewest: float = 0.0, below: float = 0.0) -> Callable[[WindingGeometry], float]:
-    """The method's stated error; another `below` the fewest turns that it is for."""
+def _bound(method: str) -> Callable[[WindingGeometry], float]:
+    """The method's stated error."""
 
     def error(geometry: WindingGeometry) -> float:
-        if geometry.fewest_turns < fewest:
-            return below
         return max(error_bound(method, crowding(geometry, turns)) for turns in sorted(set(geometry.spec.layer_turns)))
 
     return error
 
 
-def _neumann(resolution: Resolution, of_few_turns: Resolution | None = None) -> Callable[[WindingGeometry], float]:
-    """Neumann's integral over spirals; the ends of few turns weigh more, and their points are few."""
-
-    def solve(geometry: WindingGeometry) -> float:
-        finer = of_few_turns if geometry.fewest_turns < FEW_TURNS else None
-        return float(spiral_inductance_matrix(list(geometry.spirals), finer or resolution).sum())
-
-    return solve
+def _neumann(geometry: WindingGeometry) -> float:
+    """Neumann's integral over spirals (H); the ends of few turns weigh more, and their points are few."""
+    resolution = Resolution(16, 12, 4) if geometry.fewest_turns < FEW_TURNS else Resolution(12, 8, 2)
+    return float(spiral_inductance_matrix(list(geometry.spirals), resolution).sum())
 
 
 def _formula(name: str, of_one_layer: float) -> Method:
@@ -362,15 +356,9 @@ def tabulated(outline: Outline) -> bool:
 
 
 METHODS: tuple[Method, ...] = (
-    Method("spiral-neumann", lambda shape: shape.is_round, _neumann(Resolution(12, 8, 2), Resolution(16, 12, 4)),
+    Method("spiral-neumann", lambda shape: shape.is_round, _neumann,
            _bound("spiral-neumann"), lambda g: True, "0.5 to 200 turns, 1 to 8 layers, any fraction of a turn", 5e-3,
            "Neumann's integral over the real spirals, strands by Gauss, geometric mean distance kept"),
-    Method("spiral-filament", lambda shape: shape.is_round, _neumann(Resolution(10, 7, 1)),
-           _bound("spiral-filament"), lambda g: True, "tracks narrow against the inner radius", 2e-3,
-           "the same with one filament a track"),
-    Method("rings", lambda shape: shape.is_round, lambda g: ring_winding_inductance(g.spirals),
-           _bound("rings", fewest=5.0, below=0.05), lambda g: g.fewest_turns >= 5.0, "five turns or more", 2e-2,
-           "Maxwell's coaxial rings at the spirals' radii, averaged over azimuths"),
     Method("mean-rings", lambda shape: shape.is_round, lambda g: mean_ring_inductance(g.spirals),
            lambda g: 0.012 + 0.2 / g.fewest_turns**2, lambda g: True,
            "thousands of designs; a broken turn weighs much where turns are few", 3e-4,
@@ -378,9 +366,6 @@ METHODS: tuple[Method, ...] = (
     Method("strands", lambda shape: not shape.is_round, lambda g: winding_inductance(g.drawn, (2, 3)),
            _bound("strands"), lambda g: True, "sides, arcs, any angle, 0.5 to 200 turns, 1 to 8 layers", 1e-2,
            "Neumann's closed forms for parallel and inclined filaments (Grover 1946), points along arcs, corner terms"),
-    Method("filaments", lambda shape: not shape.is_round, lambda g: winding_inductance(g.drawn, (1, 1)),
-           _bound("filaments"), lambda g: True, "the same, tracks narrow against the inner side", 4e-3,
-           "the same with one filament a track"),
     _formula("current-sheet", 0.15),
     _formula("modified-wheeler", 0.15),
     _formula("monomial", 0.18),

@@ -1,4 +1,4 @@
-"""A spiral winding as coaxial rings: the radii that its layers have at an azimuth, and the inductance of the rings.
+"""A spiral winding as coaxial rings, one a turn at its mean radius, and the inductance of the rings.
 
 Two coaxial rings have their mutual inductance by elliptic integrals (Maxwell 1873, art. 701).
 """
@@ -7,21 +7,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from itertools import pairwise
 
 import numpy as np
 
 from sitscad.arrays import Array, Index
-from sitscad.physics.inductance.mean_distance import strand_clearance
 from sitscad.physics.inductance.spirals import SpiralLayer
-from sitscad.physics.special_functions import coaxial_rings, gauss
+from sitscad.physics.special_functions import coaxial_rings
 from sitscad.record import record
-
-PASSING = 2.0
-"""Azimuths for every pitch by which crossing layers pass each other, over how near they do."""
-
-MOST = 60
-"""Azimuths between two ends at most: turns so far apart against their width and distance hardly see each other."""
 
 
 def radii_at(layers: Sequence[SpiralLayer], azimuth: float) -> list[Array]:
@@ -34,41 +26,6 @@ def radii_at(layers: Sequence[SpiralLayer], azimuth: float) -> list[Array]:
         theta = np.arange(first, layer.span, 2.0 * math.pi)
         found.append(layer.radius - layer.pitch / (2.0 * math.pi) * theta)
     return found
-
-
-def azimuths(layers: Sequence[SpiralLayer], points: int) -> list[tuple[float, float]]:
-    """Azimuths (rad) and weights (sum 1): Gauss points between the directions in which any layer begins or ends."""
-    ends = {round((layer.angle + layer.sense * t) % (2.0 * math.pi), 9) for layer in layers for t in (0.0, layer.span)}
-    corners = sorted(ends)
-    corners.append(corners[0] + 2.0 * math.pi)
-    nodes, weights = gauss(points)
-    chosen = []
-    for low, high in pairwise(corners):
-        if high - low < 1e-7:
-            continue
-        half = 0.5 * (high - low)
-        chosen += [(low + half * (1.0 + x), half * w / (2.0 * math.pi)) for x, w in zip(nodes, weights, strict=True)]
-    return chosen
-
-
-def ring_winding_inductance(layers: Sequence[SpiralLayer]) -> float:
-    """Inductance (H) of the layers in series as coaxial rings (Maxwell 1873, art. 701), averaged over azimuths; self
-    terms by the GMD.
-
-    Rings of every pair keep the geometric mean distance of their rectangles. Half of 198 random coils of five turns and
-    more are within 0.014 %, nine in ten within 0.08 %, all within 0.23 %; a ring ignores that a fractional turn is
-    open, so up to 1 % below that. As many azimuths lie between two ends of layers as the rings of crossing layers need
-    to pass each other, up to MOST.
-    """
-    total = 0.0
-    for azimuth, weight in azimuths(layers, _enough(layers)):
-        radii = radii_at(layers, azimuth)
-        for i, first in enumerate(layers):
-            for j in range(i + 1):
-                if radii[i].size and radii[j].size:
-                    double = 1.0 if i == j else 2.0 * first.circulation * layers[j].circulation
-                    total += weight * double * _block(first, layers[j], radii[i], radii[j])
-    return total
 
 
 @record(eq=False)
@@ -94,7 +51,7 @@ def mean_rings(layers: Sequence[SpiralLayer]) -> MeanRings:
 
 
 def mean_ring_inductance(layers: Sequence[SpiralLayer]) -> float:
-    """Inductance (H) of the layers in series as one ring a turn, every pair once: a hundredth of the cost of azimuths.
+    """Inductance (H) of the layers in series as one ring a turn, every pair once (Maxwell 1873, art. 701).
 
     Derived here: the squared distance of a pair is the mean of its logarithm over azimuths: of layers of one sense,
     which stay beside each other at one of two places; of crossing ones, which pass each other by two pitches in a turn.
@@ -132,21 +89,3 @@ def _passing(gap: Array, height: Array, reach: float) -> Array:
         return 0.5 * x * np.log(x * x + height * height) - x + height * np.arctan(x / height)
 
     return np.asarray((integral(gap + reach) - integral(gap - reach)) / (2.0 * reach))
-
-
-def _enough(layers: Sequence[SpiralLayer]) -> int:
-    """Azimuths between two ends that are enough (no unit). In a full turn crossing layers pass each other by two
-    pitches; what they are to each other changes within about their distance and a share of their width.
-    """
-    reach = [abs(a.z - b.z) + 0.25 * a.width for a in layers for b in layers if a.sense != b.sense]
-    return min(MOST, max(3, math.ceil(PASSING * layers[0].pitch / min(reach)))) if reach else 3
-
-
-def _block(first: SpiralLayer, second: SpiralLayer, one: Array, other: Array) -> float:
-    """Sum of the mutual inductances (H) of rings of radii `one` and `other` (m) of two layers, their mean distances
-    kept.
-    """
-    height = first.z - second.z
-    gap = one[:, None] - other[None, :]
-    clearance = strand_clearance(gap, height, (first.width, second.width), (first.thickness, second.thickness), 1)
-    return float(np.sum(coaxial_rings(one[:, None], other[None, :], gap**2 + height**2 + clearance)))
