@@ -28,6 +28,7 @@ PAPERS: tuple[Writer, ...] = (
     Writer("print report", "papers.mounting:render_print", "mount", ("solids", "aids", "spec"), is_mounted),
     Writer("jaw drawing", "papers.drawings.jaw", "assembly", ("layout", "forced"), is_mounted),
     Writer("assembly picture", "papers.mounting:render_picture", "assembly", ("layout", "solids"), is_mounted),
+    Writer("jig picture", "papers.mounting:render_jig_picture", "mount", ("layout", "solids", "aids"), is_mounted),
     Writer("firmware", "papers.firmware", "firmware", ("spec", "estimates", "forced")),
     Writer(
         "firmware's readme", "papers.firmware_driver:render_readme", "firmware",

@@ -51,9 +51,10 @@ def text(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
     spec = layout.spec
     mount = spec.mount
     jaws = "" if mount is None or mount.jaw is None else f", mount/{spec.name}-jaw-drawing.pdf the closed pair"
+    tools = ", mount/jig.svg the jig at its last use" if _has_jig(spec) else ""
     jig = "Wax the jig, or wipe it with mould release, so that no glue holds it. " if _has_jig(spec) else ""
     head = (
-        f"mount/assembly.svg shows the pieces apart{jaws}. Parts and quantities are in bom.csv. Work under a "
+        f"mount/assembly.svg shows the pieces apart{jaws}{tools}. Parts and quantities are in bom.csv. Work under a "
         f"microscope, with gloves; clean metal and plastic with isopropanol. {jig}Lengths are in mm."
     )
     issue = [f"{spec.issue.title}."] if spec.issue.rows else []

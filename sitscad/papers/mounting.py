@@ -350,3 +350,16 @@ def render_picture(layout: Layout, solids: tuple[Solid, ...]) -> dict[str, bytes
     if spec.mount is None:
         return {}
     return {"mount/assembly.svg": assembly_svg((*metal_below(layout), *solids), spec).encode("utf-8")}
+
+
+def render_jig_picture(layout: Layout, solids: tuple[Solid, ...], tools: tuple[Solid, ...]) -> dict[str, bytes]:
+    """``mount/jig.svg``: the jig with all that is glued in it, at the last gluing step; nothing without a jig."""
+    spec, jig = layout.spec, of_role(tools, BodyRole.JIG)
+    if spec.mount is None or not jig:
+        return {}
+    base, (frame, press) = jig[0], jig[-2:]
+    board, pads, targets = (of_role(solids, role) for role in (BodyRole.BOARD, BodyRole.ELASTOMER, BodyRole.TARGET))
+    last = targets if targets else pads
+    shown = (base, *board, *(pads if targets else ()), frame, *last, press)
+    picture = assembly_svg(shown, replace(spec, mount=None), "jig")  # no jaw and no port
+    return {"mount/jig.svg": picture.encode("utf-8")}

@@ -134,3 +134,21 @@ def test_what_is_cut_into_the_jaw_has_its_place_from_the_tip_and_the_sides(kind)
     for x, _ in pin_places(layout):
         assert f"{1e3 * (x - tip):.2f}" in said
     assert kind == "pins" or re.search(r"from the tip [0-9]+\.[0-9]{2} mm long", said)
+
+
+@pytest.mark.cad
+def test_the_jig_is_drawn_with_what_is_glued_in_it():
+    from sitscad import parts
+    from sitscad.papers.mounting import render_jig_picture
+
+    layout = sitscad.lay_out(spec_of("round_button_12mm"))
+    solids, tools = parts.solids(layout), parts.aids(layout)
+    (content,) = render_jig_picture(layout, solids, tools).values()
+    shown = ["jig-base", "board", "elastomer", "jig-target", "target", "jig-target-press"]
+    for view in ("exploded", "section"):
+        assert re.findall(f"id='{view}-([a-z-]+)'", content.decode()) == shown
+    alone = replace(layout, spec=replace(layout.spec, target=None))
+    (content,) = render_jig_picture(alone, tuple(s for s in solids if s.role != "target"),
+                                    parts.aids(alone)).values()
+    assert "exploded-jig-elastomer-press" in content.decode() and "jig-target" not in content.decode()
+    assert render_jig_picture(layout, solids, ()) == {}

@@ -153,9 +153,9 @@ def _labels(
 GAP, MARGIN = 40.0, 14.0  # Pixels between the two drawings, and round them
 
 
-def assembly_svg(solids: tuple[Solid, ...], spec: SensorSpec) -> str:
+def assembly_svg(solids: tuple[Solid, ...], spec: SensorSpec, what: str = "assembly") -> str:
     """The exploded assembly on the left, the section across the jaw (to scale, with the port's circle) on the right."""
-    sheet = Sheet(f"{spec.name}: assembly, exploded and in section", unit="", decimals=1, ground=None)
+    sheet = Sheet(f"{spec.name}: {what}, exploded and in section", unit="", decimals=1, ground=None)
     with sheet.group("exploded"):
         wide, tall = exploded(sheet, solids, 470.0, 470.0)
     with sheet.group("section"):
