@@ -52,7 +52,10 @@ def text(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
     mount = spec.mount
     jaws = "" if mount is None or mount.jaw is None else f", mount/{spec.name}-jaw-drawing.pdf the closed pair"
     tools = ", mount/jig.svg the jig at its last use" if _has_jig(spec) else ""
-    jig = "Wax the jig, or wipe it with mould release, so that no glue holds it. " if _has_jig(spec) else ""
+    jig = (
+        "Wax the jig, or wipe it with mould release, so that no glue holds it, but keep the feet of its presses clean: "
+        "they lie on faces that are glued later. "
+    ) if _has_jig(spec) else ""
     head = (
         f"mount/assembly.svg shows the pieces apart{jaws}{tools}. Parts and quantities are in bom.csv. Work under a "
         f"microscope, with gloves; clean metal and plastic with isopropanol. {jig}Lengths are in mm."
@@ -186,8 +189,8 @@ def _into_jaw(layout: Layout, at: Levels) -> Iterator[str]:
             f"{', '.join(f'{part} {height(part)}' for part in stiff)}.{setting(assembly.adhesive)}"
         )
     yield (
-        f"Glue the board on{against}, with {each}. {pressing(layout)} Its top face beside the pad is {height('board')} "
-        f"above the jaw's metal then."
+        f"Glue the board on{against}, with {each}. {pressing(layout)} The board's top face beside the pad is then "
+        f"{height('board')} above the jaw's metal."
     )
     if layout.spec.fpc.tail is not None:
         yield tail_held(layout, product(layout.spec.assembly))
