@@ -14,13 +14,13 @@ from sitscad.physics.constants import MU0
 from sitscad.physics.eddy.box import box
 from sitscad.physics.eddy.coil_potential import coil_potentials
 from sitscad.physics.eddy.disc import disc, toroidal
-from sitscad.physics.eddy.graded_line import gaussian_sum
+from sitscad.physics.eddy.graded_line import gaussian_sum, repeated_integrals
 from sitscad.physics.eddy.image import Mirror, _factor, image_modes
 from sitscad.physics.eddy.surface import Metal
 from sitscad.physics.eddy.target import SolvedTarget, turned
 from sitscad.physics.inductance.filaments import PolylineTrack
 from sitscad.physics.metal.half_spaces import MetalLayer, reflection
-from sitscad.physics.special_functions import j1
+from sitscad.physics.special_functions import gauss, j1
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "validation"))
 from finite_discs import EIGHT, Rings, check_disc, of_disc
@@ -252,6 +252,36 @@ def test_nothing_jumps_when_a_pose_is_swept():
     for part in (found.real, found.imag):
         jump = np.abs(np.diff(part, n=4, axis=0)).max(axis=0)
         assert np.all(jump < 1e-3 * np.ptp(part, axis=0))
+
+
+FIELDS_AT = [box(PLATE, 20e-6, 0.5e-3, (12, 12, 5)), disc(4e-3, 0.2e-3, 20e-6, 0.4e-3, (12, 4), 6)]
+
+
+@pytest.mark.parametrize("surface", FIELDS_AT, ids=["box", "disc"])
+def test_slopes_of_a_potential_drive_nothing_for_currents_have_no_end(surface):
+    x, y, z = surface.points.T * 1e3
+    none = np.zeros_like(x)
+    fields = (z, none, x), (y * z, x * z, x * y), (z * z, none, 2.0 * x * z)
+    slopes = np.stack([np.stack(one, axis=1) for one in fields], axis=2)
+    across, up = slopes.copy(), slopes.copy()
+    across[:, 2], up[:, :2] = 0.0, 0.0
+    whole, parts = (
+        np.array([max(np.abs(one.drive(field)).max(initial=0.0) for one in surface.classes) for field in fields])
+        for fields in ([slopes], [across, up])
+    )
+    assert parts.min() > 0.0 and whole.max() < 1e-3 * parts.min()
+
+
+def test_repeated_integrals_are_those_of_a_gaussian_and_of_each_other():
+    scales, u, (nodes, weights) = np.geomspace(1.0, 1e3, 7), np.linspace(0.0, 0.1, 4001), gauss(6)
+    found = repeated_integrals(scales, u)
+    erf = np.array([[math.erf(s * v) for v in u] for s in scales])
+    assert found[0] == approx(0.5 * math.sqrt(math.pi) / scales[:, None] * erf, rel=1e-12, abs=1e-18)
+    between = (u[:-1, None] + 0.5 * np.diff(u)[:, None] * (1.0 + nodes)).ravel()
+    for lower, upper, values in zip(found, found[1:], repeated_integrals(scales, between), strict=False):
+        steps = (values.reshape(len(scales), -1, nodes.size) * weights).sum(axis=2) * 0.5 * np.diff(u)
+        assert np.diff(upper, axis=1) == approx(steps, rel=1e-7, abs=1e-15 * float(np.abs(upper).max()))
+        assert np.all(np.diff(lower, axis=1) >= 0.0)
 
 
 @pytest.mark.parametrize("surface", [box(PLATE, 20e-6, 1e-3, (6, 5, 4)), disc(4e-3, 0.2e-3, 20e-6, 1e-3, (6, 3), 3)])
