@@ -35,12 +35,12 @@ def test_the_page_has_the_table_of_the_file_and_no_stated_error_is_broken():
     assert all(float(row[name]) < 1.0 for row in rows for name in ("own_over_stated", "mutual_over_stated"))
 
 
-@pytest.mark.parametrize(("name", "goal"), [("own", 0.005), ("mutual", 0.02), ("loss", 0.05), ("stated", 0.015)])
+@pytest.mark.parametrize(("name", "goal"), [("own", 0.004), ("mutual", 0.003), ("loss", 0.012), ("stated", 0.014)])
 def test_500_poses_a_board_are_within_the_goals(name, goal):
     rows = known()
     assert all(sum(row["board"] == board for row in rows) >= 500 for board in BOARDS)
     assert max(float(row[name]) for row in rows) < goal
-    assert name != "stated" or sum(float(row[name]) <= 0.01 for row in rows) >= 0.95 * len(rows)
+    assert name != "stated" or sum(float(row[name]) <= 0.01 for row in rows) >= 0.98 * len(rows)
 
 
 @pytest.mark.slow
