@@ -55,8 +55,10 @@ class ForceError:
 class Calibration:
     """A map from readings to forces and where it comes from. Without measured points `plan` says which to take; with
     them `fit` is what they say of the sensor, `correction` what they say of the map (None for poses), `remarks` what
-    there is to say of their table. `turned` is what the map reads of shear (N: axis, force, reading) where the target
-    turns otherwise than the map takes it to; `cell` is the number of the cell (from 1) that it is of, None without.
+    there is to say of their table. `sigma` (axes; N) is one sigma of the forces of a measured sensor, where `map.error`
+    is what 95 % stay below; None without points. `turned` is what the map reads of shear (N: axis, force, reading)
+    where the target turns otherwise than the map takes it to; `cell` is the number of the cell (from 1) that it is of,
+    None without.
     """
 
     sensors: Sensors
@@ -70,6 +72,7 @@ class Calibration:
     remarks: tuple[str, ...] = ()
     turned: tuple[tuple[str, float, float], ...] = ()
     cell: int | None = None
+    sigma: Array | None = None
 
     def __repr__(self) -> str:
         """A line with the sensor, and the points that it was calibrated with."""
@@ -81,7 +84,9 @@ class Calibration:
         """What the forces are off by, of which unit: the one place from which all papers have it."""
         if self.plan is None:
             points = 0 if self.points is None else int(np.sum(~self.points.at_rest))
-            return (ForceError(f"this unit, calibrated with {points} points", points, self.map.error),)
+            unit = f"this unit, calibrated with {points} points"
+            one = [] if self.sigma is None else [ForceError(f"{unit}: one sigma", points, self.sigma)]
+            return (*one, ForceError(f"{unit}: {100.0 * SURE:.0f} % stay below", points, self.map.error))
         found = [ForceError("any unit, read without a tare", None, self.plan.untared),
                  ForceError("any unit after its tare, not calibrated", 0, self.map.error)]
         some = sorted({number for number in SHOWN if number < len(self.plan.loads)} | {len(self.plan.loads)})
@@ -112,9 +117,9 @@ class Calibration:
         """What `unit_errors` are errors of, in words."""
         tilts = ROTATIONS[self.sensors.rotation]
         if self.plan is None:
-            return (f"Error of the force, rms over all loads, the target {tilts}, that {100.0 * SURE:.0f} % of the "
-                    "sensors stay below which these points may come from. Noise, hysteresis, creep and temperature "
-                    "come on top.")
+            return (f"Error of the force, rms over all loads, the target {tilts}, of the sensors which these points "
+                    f"may come from: one sigma, as in the data sheet, and what {100.0 * SURE:.0f} % of them stay "
+                    "below. Noise, hysteresis, creep and temperature come on top.")
         return (f"One sigma of the force from unit to unit, over all loads, the target {tilts}, to first order for "
                 "pads about as stiff as drawn: a unit with a much softer one is off by more, as its own calibration "
                 "says. Noise, hysteresis, creep and temperature come on top.")
@@ -250,15 +255,14 @@ def calibrate_by(sensors: Sensors, points: Points, form: Tried | None = None) ->
     settled = points.settled
     rest = np.rint(sensors.conversion.counts(points.rest))
     if points.loads is None:
-        error = stated_error(sensors, found, fit)
-        return Calibration(sensors, replace(found, rest=rest, error=error), form, tried, None, points, fit)
+        sigma, error = stated_error(sensors, found, fit)
+        return Calibration(sensors, replace(found, rest=rest, error=error), form, tried, None, points, fit, sigma=sigma)
     pressed = ~points.at_rest
     forces = points.loads[pressed][:, sensors.range.columns]
     correction = correct(found, settled.frequency[pressed], settled.rest, forces)
-    error = stated_error(sensors, found, fit)
-    return Calibration(
-        sensors, replace(correction.map, rest=rest, error=error), form, tried, None, points, fit, correction
-    )
+    sigma, error = stated_error(sensors, found, fit)
+    made = replace(correction.map, rest=rest, error=error)
+    return Calibration(sensors, made, form, tried, None, points, fit, correction, sigma=sigma)
 
 
 def charted_fit(sensors: Sensors, points: Points) -> tuple[Sensors, ModelFit]:
@@ -286,9 +290,11 @@ def charted_fit(sensors: Sensors, points: Points) -> tuple[Sensors, ModelFit]:
     return sensors, fit
 
 
-def stated_error(sensors: Sensors, found: InverseMap, fit: ModelFit) -> Array:
-    """The error (axes; N), rms over the working range, that `SURE` of the sensors stay below which the points may come
-    from: by what they leave open of the unknowns and of the loads' scatter, and by what the map itself leaves.
+def stated_error(sensors: Sensors, found: InverseMap, fit: ModelFit) -> tuple[Array, Array]:
+    """Return two errors (axes; N), rms over the working range, of the sensors which the points may come from: one sigma
+    (rms over the sensors), and what `SURE` of them stay below. Both hold what the points leave open of the unknowns and
+    of the loads' scatter, and what the map itself leaves.
     """
-    by_unknowns = np.quantile(error_by_unknowns(sensors, fit), SURE, axis=0)
-    return np.asarray(np.hypot(by_unknowns, found.error))
+    errors = error_by_unknowns(sensors, fit)
+    sigma, sure = np.sqrt(np.mean(errors**2, axis=0)), np.quantile(errors, SURE, axis=0)
+    return np.asarray(np.hypot(sigma, found.error)), np.asarray(np.hypot(sure, found.error))

@@ -250,7 +250,7 @@ class Sensors:
 
     def _own(self, off: Mapping[str, float]) -> SensorSpec:
         """The spec with the pad of one sensor."""
-        spec = with_modulus(with_pad(self.model.spec, off["gap"]), off["modulus"])
+        spec = with_modulus("elastomer")(with_pad(self.model.spec, off["gap"]), off["modulus"])
         pad = spec.elastomer
         assert pad is not None
         material = replace(pad.material, ogden_exponent=pad.material.ogden_exponent + off["exponent"])

@@ -69,8 +69,8 @@ def judged(
 
 
 def noted(design: Design) -> tuple[RequirementResult, ...]:
-    """What was kept, in the order of the rules; where something was, also what warmth after the tare makes of nothing
-    at all, asked or not: it is most of what many sensors are off by.
+    """Return what was kept, in the order of the rules. If something was, the drift with temperature at rest and at full
+    load follows, asked or not: it is most of what many sensors are off by.
     """
     if design.spec.cells is not None:
         return _of_cells(design)
@@ -81,11 +81,15 @@ def noted(design: Design) -> tuple[RequirementResult, ...]:
     from sitscad.estimates.performance.causes import farthest  # loaded by whatever feels
 
     end = farthest(needs)
-    drift = abs(end - needs.temperature) * found.warmed[0].temperature
-    k = int(np.argmax(drift / found.bench.range.full_scales))
-    at = f"at rest, between {needs.temperature:.3g} and {end:.3g} degC"
-    axis = _along(found.bench.range.axes[k])
-    return (*kept, RequirementResult("zero_drift", "SIT406", float(drift[k]), None, "N", axis, at))
+    points = [("zero_drift", 0, "at rest")]
+    if found.held[-1] and all(one.requirement != "temperature_error" for one in kept):
+        points.append(("drift", -1, POINTS[-1]))
+    for name, number, where in points:
+        drift = found.warmed[number].drift
+        k = int(np.argmax(drift / found.bench.range.full_scales))
+        at, axis = f"{where}, {needs.temperature:.3g} to {end:.3g} degC", _along(found.bench.range.axes[k])
+        kept.append(RequirementResult(name, "SIT406", float(drift[k]), None, "N", axis, at))
+    return tuple(kept)
 
 
 def _of_cells(design: Design) -> tuple[RequirementResult, ...]:
@@ -267,7 +271,7 @@ def temperature_error(found: Felt, design: Design) -> Iterator[Verdict]:
     apart = warming(needs)
     if not found.held[-1]:
         return
-    drift = apart * found.warmed[-1].temperature
+    drift = found.warmed[-1].drift
     k = int(np.argmax(drift))
     axis = _along(found.bench.range.axes[k])
     causes = {name: abs(float(value[k])) for name, value in found.warmed[-1].by_kelvin.items()}

@@ -129,6 +129,18 @@ def origin_cross(sheet: Sheet, view: View) -> None:
         sheet.line(x - dx, y - dy, x + dx, y + dy, red)
 
 
+def axes_sign(sheet: Sheet, x: float, y: float, size: float, letters: float) -> None:
+    """Arrows along x and y of the board, from (x, y) on the sheet, each `size` long, with their names."""
+    tip = 0.25 * size
+    ends = (((x + size, y), (x + size - tip, y + tip / 2), (x + size - tip, y - tip / 2)),
+            ((x, y + size), (x + tip / 2, y + size - tip), (x - tip / 2, y + size - tip)))
+    for end, one, other in ends:
+        sheet.line(x, y, *end, Pen(size / 16, BLACK))
+        sheet.draw(closed_polygon([Point(*end), Point(*one), Point(*other)]), None, BLACK)
+    sheet.text(x + size + 0.4 * letters, y - 0.35 * letters, "x", letters)
+    sheet.text(x + 0.5 * letters, y + size - 0.6 * letters, "y", letters)
+
+
 def ordinates(sheet: Sheet, view: View, axis: int, values: Sequence[float], start: float, end: float) -> None:
     """Dimensions by coordinates, along x (axis 0) or y (axis 1): lines from the view, which ends at `start`, to
     texts beyond `end`, below the view or left of it.

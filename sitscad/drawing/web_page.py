@@ -125,6 +125,7 @@ figcaption { font-size: .9rem; margin-top: .3rem; }
 .stale { opacity: .45; }
 .live { position: fixed; inset: auto 0 0 0; max-height: 30vh; overflow: auto; z-index: 1; margin: 0; font-weight: 400;
   background: var(--card); color: var(--ink); }
+.live button { float: right; margin-left: 1rem; position: sticky; top: 0; }
 [hidden] { display: none !important; }
 .bar { display: flex; flex-wrap: wrap; gap: .4rem 1rem; align-items: center; margin: .5rem 0; font-size: .9rem; }
 .bar label, .inputs label { display: inline-flex; align-items: center; gap: .35rem; }
@@ -150,6 +151,16 @@ button[aria-pressed="true"] { background: var(--note); color: var(--ground); }
 .cut .board { fill: #d9a441; } .cut .copper { fill: #a8541c; } .cut .pad { fill: #a9cfe0; }
 .cut .plate { fill: #8a929a; }
 footer { margin-top: 4rem; font-size: .85rem; overflow-wrap: anywhere; }
+@media (max-width: 40rem) {
+  main { padding: 1.2rem .8rem 3rem; }
+  table { font-size: .75rem; }
+  caption, th { font-size: .75rem; }
+  th, td { padding-right: .45rem; overflow-wrap: anywhere; }
+  th:last-child, td:last-child { padding-right: 0; }
+  .number { white-space: normal; }
+  .inputs, .cuts { grid-template-columns: 1fr; }
+  .live { max-height: 20vh; }
+}
 @media print {
   :root {
     --ink: #000; --soft: #444; --line: #bbb; --ground: #fff; --card: #fff; --code: #f4f4f4;

@@ -89,22 +89,17 @@ def with_pad_size(spec: SensorSpec, off: float) -> SensorSpec:
     return spec if pad is None else replace(spec, elastomer=replace(pad, size=_grown(pad.size, off)))
 
 
-def with_modulus(spec: SensorSpec, off: float) -> SensorSpec:
-    """The spec with a pad whose shear modulus has a logarithm larger by so much."""
-    pad = spec.elastomer
-    if pad is None:
-        return spec
-    material = replace(pad.material, shear_modulus=pad.material.shear_modulus * math.exp(off))
-    return replace(spec, elastomer=replace(pad, material=material))
+def with_modulus(part: str) -> Moved:
+    """Moves the logarithm of the shear modulus of a part by so much: ``elastomer`` or ``encapsulation``."""
 
+    def moved(spec: SensorSpec, off: float) -> SensorSpec:
+        own = getattr(spec, part)
+        if own is None:
+            return spec
+        material = replace(own.material, shear_modulus=own.material.shear_modulus * math.exp(off))
+        return replace(spec, **{part: replace(own, material=material)})
 
-def with_film_modulus(spec: SensorSpec, off: float) -> SensorSpec:
-    """The spec with an encapsulation whose shear modulus has a logarithm larger by so much."""
-    film = spec.encapsulation
-    if film is None:
-        return spec
-    material = replace(film.material, shear_modulus=film.material.shear_modulus * math.exp(off))
-    return replace(spec, encapsulation=replace(film, material=material))
+    return moved
 
 
 def with_film(spec: SensorSpec, off: float) -> SensorSpec:

@@ -481,7 +481,7 @@ def _pictures(contents: Contents, files: Mapping[str, bytes]) -> dict[str, str]:
         f"What does not fit, cut open ({SOLIDS_PICTURE}).": SOLIDS_PICTURE,
     }
     drawn = {words: files[name].decode("utf-8") for words, name in wrong.items() if name in files} | {
-        f"{body}, seen from the top, to scale; upper layers hide lower ones.": picture(
+        f"{body}, seen from the top, to scale; lower copper shows as narrow lines.": picture(
             layout, None, layout.body, marks, "body"
         ),
         "The whole board, to scale.": picture(layout, None, None, marks),

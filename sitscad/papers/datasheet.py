@@ -235,6 +235,8 @@ def summary(felt: Sequence[Performance], layout: Layout, found: Calibration | No
         row(f"resolution {point.at}: the noise alone", *(_newtons(point.axes[name].resolution) for name in names))
     lasting = [largest_lasting(axis.errors) for axis in axes]
     row("largest error that lasts, full load", *(f"{_newtons(error)}, {cause}" for error, cause in lasting))
+    for point in (rest, full):
+        row(drift_of(point), *(_newtons(point.axes[name].errors[drift_of(point)]) for name in names))
     row(
         f"largest sensitivity {'in the least cell,' if has_cells else 'of a coil at'} half load",
         *(f"{show(max(map(abs, half.axes[name].sensitivity)), 'Hz', 3)}/N" for name in names),
@@ -254,6 +256,11 @@ def summary(felt: Sequence[Performance], layout: Layout, found: Calibration | No
     row("error by a force 0.1 mm beside", *(_newtons(full.axes[name].errors[BESIDE]) for name in names))
     row("drift after the tare, a kelvin, full load", *(_newtons(full.temperature_error[name]) for name in names))
     return rows
+
+
+def drift_of(point: Performance) -> str:
+    """The name of the cause of errors that is the drift with temperature at a working point."""
+    return next(cause for cause in next(iter(point.axes.values())).errors if "drift" in cause)
 
 
 NONE = "-"  # In place of a figure that there is not

@@ -160,7 +160,8 @@ def headline(signals: Iterable[Signal]) -> list[str]:
 def felt_words(reached: RequirementResult) -> str:
     """What is felt beside what is required: the figure, what is asked, and where the figure is."""
     if reached.limit is None:
-        return f"temperature moves zero by {show(reached.measured, reached.unit, 2)} ({reached.axis}, {reached.at})"
+        words = reached.requirement.replace("_", " ")
+        return f"{words} {show(reached.measured, reached.unit, 3)} ({reached.axis}, {reached.at})"
     found, asked = (show(value, reached.unit, 3) if reached.unit else f"{value:.2g}"
                     for value in (reached.measured, reached.limit))
     name = reached.requirement.replace("_", " ")

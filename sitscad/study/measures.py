@@ -175,10 +175,11 @@ def _by_tilt(found: Felt, axis: str) -> float:
 
 
 def _by_warmth(found: Felt, axis: str) -> float:
-    from sitscad.estimates.performance.causes import warming
+    return float(found.warmed[-1].drift[found.bench.range.axes.index(axis)])
 
-    apart, by_kelvin = warming(found.layout.spec.requirements), found.warmed[-1].temperature
-    return float(apart * by_kelvin[found.bench.range.axes.index(axis)])
+
+def _by_warmth_at_rest(found: Felt, axis: str) -> float:
+    return float(found.warmed[0].drift[found.bench.range.axes.index(axis)])
 
 
 def _range(axis: str) -> Reader:
@@ -304,6 +305,8 @@ def _rows() -> Iterator[DesignMeasure]:
               _range, (FULL,)),
              ("error.temperature", "drift of {axis} at full load, from requirements.temperature to the farther end of "
               "its range, or over 10 K", _by_axis(_by_warmth, NEARLY), (SCREEN, FULL)),
+             ("error.zero_drift", "zero drift of {axis}, at rest, over the same temperatures as error.temperature",
+              _by_axis(_by_warmth_at_rest, NEARLY), (SCREEN, FULL)),
              ("error.tilt", "what requirements.tilt, or one degree, is read as on {axis}, at the worst load",
               _by_axis(_by_tilt, NEARLY_TILTED), (FULL,)))
     for name, meaning, read, levels in quick:

@@ -70,6 +70,15 @@ def test_the_stated_error_holds_and_is_not_slack(calibrated, truth):
     assert np.all(found < 2.0 * stated) and np.all(stated < 0.04)
 
 
+def test_error_of_a_measured_unit_is_told_in_the_measure_of_the_data_sheet_too(calibrated, foretold):
+    """95 % stood for a calibrated unit beside one sigma in the data sheet's table."""
+    sigma, sure = calibrated.unit_errors
+    assert "one sigma" in sigma.of and "95 %" in sure.of
+    assert np.all(sigma.error < sure.error) and np.array_equal(sure.error, calibrated.map.error)
+    alike = next(one for one in foretold.unit_errors if one.points == len(foretold.plan.loads))
+    assert np.all(sigma.error < 3.0 * alike.error) and np.all(sigma.error > alike.error / 3.0)
+
+
 def test_points_along_one_axis_say_that_they_leave_the_other_open(sensors, foretold, hidden, calibrated, truth):
     """Found with loads without shear: the leave-one-out error alone was a tenth of the true one."""
     loads = np.zeros((5, 3))

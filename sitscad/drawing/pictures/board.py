@@ -2,8 +2,9 @@
 below: a scale bar, and a key for every colour and line that the picture shows.
 
 The plane is drawn as seen from the top, y upwards; copper layers have colours that stay apart for colour-blind eyes.
-Nothing is transparent: upper layers hide lower ones, and every colour of the picture is one of its legend. Layers, nets
-on them, coils, contacts and findings have names (ids) that begin with the picture's own.
+Nothing is transparent: upper layers cover lower ones, whose tracks show over them as narrow lines, and every colour of
+the picture is one of its legend. Layers, nets on them, coils, contacts and findings have names (ids) that begin with
+the picture's own.
 
 A picture of the board in text: a letter of the braille alphabet shows 2 by 4 dots, so that a hundred columns hold
 the turns of a coil. It needs nothing but a font, where pictures cannot be shown: job pages, logs, messages.
@@ -20,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sitscad.arrays import Array
-from sitscad.drawing.frame import CHAIN, View
+from sitscad.drawing.frame import CHAIN, View, axes_sign
 from sitscad.drawing.sheet import Pen, Sheet, text_width
 from sitscad.drawing.svg import svg
 from sitscad.geometry.path import Path, Point, Region, bounding_box, circle, polyline, rectangle
@@ -78,6 +79,12 @@ ROW, LETTERS, IN_A_ROW, SIGN = 30.0, 16.0, 6, 34.0
 """Height of a row and of its letters (pixels), the keys in it at most, and where their words begin."""
 
 
+AXES_AT = 340.0
+"""Place of the axes' sign along the row of the scale bar (pixels)."""
+UNDER = 0.3
+"""Width of the line that shows a track under other copper, over the width of the track."""
+
+
 class PicturePoint(NamedTuple):
     """A place to point at: metres on the board, the number or word beside it, and what it is (a key of `MARKS`)."""
 
@@ -106,6 +113,9 @@ def legend_keys(layout: Layout, shown: list[int], view: View, marks: list[Pictur
         return 0.0 <= view.x(x) <= WIDTH
 
     keys = [(_swatch(colour(layer)), f"copper {layer}") for layer in shown]
+    if len(shown) > 1:
+        keys.append((_under(colour(shown[0]), colour(shown[1])), "lower copper under upper"))
+    keys.append((_line(EDGE, ""), "edge of the board"))
     if any(pad.layer in shown and sees(pad.centre.x) for pad in layout.pads):
         keys.append((_swatch(CONTACT), "contacts"))
     if any(sees(via.centre.x) for via in layout.vias):
@@ -152,6 +162,7 @@ def _scale_bar(sheet: Sheet, layout: Layout, view: View, top: float) -> None:
     strokes = [polyline([Point(x, top - down) for x, down in ends]) for ends in bar]
     sheet.draw(strokes, Pen(2.0, round_ends=False), kind="scale")
     sheet.text(end + 10.0, top - 17.0, show(length, "m"), LETTERS)
+    axes_sign(sheet, AXES_AT, top - 19.0, 22.0, LETTERS)
     sheet.text(WIDTH - 20.0, top - 17.0, sizes, LETTERS, "end")
 
 
@@ -161,6 +172,16 @@ def _swatch(fill: str) -> Sign:
 
 def _ring(ink: str) -> Sign:
     return lambda sheet, x, y: sheet.draw(circle(Point(x + 13.0, y - 11.0), 8.0), Pen(3.0, ink))
+
+
+def _under(upper: str, lower: str) -> Sign:
+    """A track of the lower copper where the upper copper covers it."""
+
+    def draw(sheet: Sheet, x: float, y: float) -> None:
+        sheet.draw(rectangle(x, y - 18.0, x + 26.0, y - 4.0), None, upper)
+        sheet.line(x, y - 11.0, x + 26.0, y - 11.0, Pen(14.0 * UNDER, lower, round_ends=False))
+
+    return draw
 
 
 def _line(ink: str, dashes: str) -> Sign:
@@ -239,6 +260,13 @@ def _board(sheet: Sheet, layout: Layout, shown: list[int], view: View, name: str
     for layer in reversed(shown):
         with sheet.group(f"{name}-copper-{layer}", kind=f"copper-{layer}"):
             _copper(sheet, layout, layer, view, name)
+    for layer in reversed(shown[1:]):  # lower tracks as narrow lines over what covers them
+        with sheet.group(f"{name}-under-{layer}", kind=f"copper-{layer}"):
+            for net in layout.nets:
+                with sheet.group(f"{name}-under-{layer}-net-{net}", kind=f"net-{net}"):
+                    for trace in (trace for trace in layout.on_layer(layer) if trace.net == net):
+                        pen = Pen(UNDER * view.length(trace.width), colour(layer), round_ends=False)
+                        sheet.draw(view.path(trace.path), pen)
     with sheet.group(f"{name}-vias"):
         for via in layout.vias:
             centre = Point(view.x(via.centre.x), view.y(via.centre.y))

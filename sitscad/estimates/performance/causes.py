@@ -148,6 +148,9 @@ def warming(needs: Requirements) -> float:
     return abs(farthest(needs) - needs.temperature)
 
 
+DRIFTS = ("zero drift", "drift at half load", "drift at full load")
+"""Names of the drift with temperature at each working point."""
+
 FLAT = 3.0
 """Rise of a flat bonded pad over its linear expansion: sideways it cannot grow, and its volume grows all the same."""
 
@@ -265,8 +268,13 @@ class Disturbed:
 
     @property
     def warmed_by(self) -> str:
-        """The cause of errors that this is, in words."""
-        return f"temperature, {self.warming:.3g} K"
+        """The name of `drift`, in words: drift differs with the load."""
+        return f"{DRIFTS[self.number]}, {self.warming:.3g} K"
+
+    @property
+    def drift(self) -> Array:
+        """One sigma (N) of every axis by `warming` after the tare, at this load."""
+        return np.asarray(self.warming * self.temperature)
 
     @property
     def temperature(self) -> Array:
@@ -313,7 +321,7 @@ class Disturbed:
             "hysteresis": self.hysteresis,
             "creep": material.creep * self.carried,
             "curved map": map_errors,
-            self.warmed_by: self.warming * self.temperature,
+            self.warmed_by: self.drift,
             "tilt of 1 degree": np.hypot(*self.tilt_errors(DEGREE).T),
             "twist of 1 degree": DEGREE * np.abs(self.tilts[:, 2]),
             "contact 0.1 mm beside the middle": 0.1 * np.hypot(*self.contact.T),

@@ -10,9 +10,11 @@ from collections.abc import Iterator
 
 from sitscad.drawing.frame import (
     CHAIN,
+    TEXT,
     THICK,
     THIN,
     View,
+    axes_sign,
     fitting_paragraph,
     mm,
     new_sheet,
@@ -61,6 +63,7 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
     ys = [y for box in boxes for y in (box[1], box[3])] + [centre.y for centre in centres]
     ordinates(sheet, view, 0, xs, low, low - 7.0)
     ordinates(sheet, view, 1, ys, left, left - 9.0)
+    axes_sign(sheet, left - 16.0, low - 16.0, 8.0, TEXT)
     rows = [("coil", "x", "y", "turned by")]
     for coil in layout.coils:
         turned = f"{math.degrees(coil.placement.rotation):g} deg"
@@ -70,6 +73,11 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
         sheet.line(COLUMN + 1.0, low + 1.0, COLUMN + 15.0, low + 1.0, PENS[piece.role.value])
         sheet.text(COLUMN + 18.0, low, f"{piece.role.value}: {_size(piece)}, {piece.material}", 2.6)
         low -= 5.0
+    for pen, words in ((THICK, "edge of the board"), (THIN, "outer edge of a coil"),
+                       (Pen(1.0, COPPER), "copper of layer 1"), (CHAIN, "axes of coils; here the tail goes on")):
+        sheet.line(COLUMN + 1.0, low + 1.0, COLUMN + 15.0, low + 1.0, pen)
+        sheet.text(COLUMN + 18.0, low, words, 2.6)
+        low -= 5.0
     fitting_paragraph(sheet, COLUMN, low - 2.0, 106.0, 42.0, numbered(_notes(layout.spec.encapsulation, pieces)), 2.4)
     return sheet
 
@@ -78,7 +86,9 @@ def plan(sheet: Sheet, layout: Layout, room: tuple[float, float, float, float]) 
     """The view on another sheet, in a room (left, low, width, height; mm), without dimensions."""
     pieces = above_board(layout.spec)
     box = _shown(layout, pieces)
-    _plan(sheet, layout, pieces, placed(box, plan_scale(layout, room), room), box)
+    view = placed(box, plan_scale(layout, room), room)
+    _plan(sheet, layout, pieces, view, box)
+    axes_sign(sheet, view.x(box[0]), view.y(box[1]) - 12.0, 8.0, TEXT)
 
 
 def plan_scale(layout: Layout, room: tuple[float, float, float, float]) -> float:

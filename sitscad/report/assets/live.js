@@ -62,7 +62,12 @@
     return lines;
   }
 
-  var lines = [], revision = 0;
+  var lines = [], revision = 0, closed = 0; // the revision whose news was closed: the next one opens them again
+  function close() {
+    closed = revision;
+    news.hidden = true;
+    main.style.marginBottom = "";
+  }
   page.live = function (event) {
     var fresh = event.revision !== revision;
     if (fresh) { revision = event.revision; lines = []; }
@@ -72,13 +77,19 @@
     main.classList.toggle("stale", refused || (main.classList.contains("stale") && !fresh && event.stage !== "findings"));
     if (event.stage === "failed") lines = [event.message];
     if (refused && event.findings) lines = event.findings.map(function (one) { return "line " + one.line + ": " + one.rule + " " + one.message; });
-    news.hidden = !lines.length;
+    news.hidden = !lines.length || closed === revision;
     news.textContent = "";
+    var button = document.createElement("button");
+    button.type = "button";
+    button.textContent = "close";
+    button.addEventListener("click", close);
+    news.appendChild(button);
     lines.slice(0, 12).forEach(function (line) {
       var row = document.createElement("div");
       row.textContent = line;
       news.appendChild(row);
     });
+    main.style.marginBottom = news.hidden ? "" : news.offsetHeight + "px"; // the page's end stays in sight
     if (refused || !event.has_page) return;
     var number = ++asked;
     fetch("/").then(function (answer) { return answer.text(); }).then(function (text) {

@@ -1,0 +1,45 @@
+"""Pictures of the board: which way x and y run, tracks under other copper, and a key for every line."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+import sitscad
+from sitscad.drawing.pictures.board import colour, picture
+from sitscad.drawing.svg import svg
+from sitscad.papers.drawings import plan_view
+from sitscad.spec import templates
+
+
+@pytest.fixture(scope="module")
+def layout():
+    return sitscad.lay_out(sitscad.load_text(templates.read("bench_7mm")))
+
+
+def texts(drawing):
+    return re.findall(r">([^<>]+)</text>", drawing)
+
+
+@pytest.mark.parametrize("window", [False, True])
+def test_picture_of_the_board_names_its_axes_and_its_edge(layout, window):
+    shown = texts(picture(layout, window=layout.body if window else None))
+    assert shown.count("x") == shown.count("y") == 1 and "edge of the board" in shown
+
+
+def test_tracks_under_other_copper_are_drawn_over_it_in_their_own_colour(layout):
+    """Of a coil of two layers the lower one could not be seen."""
+    drawn = picture(layout)
+    under = drawn[drawn.index("id='board-under-2'"):drawn.index("id='board-vias'")]
+    assert drawn.index("id='board-copper-1'") < drawn.index("id='board-under-2'")
+    assert colour(2) in under and colour(1) not in under
+    assert all(f"id='board-under-2-net-{net}'" in under for net in layout.nets)
+    assert "lower copper under upper" in texts(drawn)
+    assert "board-under-" not in picture(layout, layers=[1]), "nothing lies under a layer that is shown alone"
+
+
+def test_drawing_of_the_pieces_has_axes_and_a_key_for_each_outline(layout):
+    shown = texts(svg(plan_view.drawing(layout)))
+    assert {"x", "y", "edge of the board", "outer edge of a coil", "copper of layer 1"} <= set(shown)
+    assert any(text.startswith("target: ") for text in shown) and any(text.startswith("elastomer: ") for text in shown)

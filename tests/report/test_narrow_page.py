@@ -1,0 +1,53 @@
+"""Pages of packages on a telephone, and the box of a watched page, in a browser."""
+
+from __future__ import annotations
+
+import threading
+
+import pytest
+from browser import Browser
+
+from sitscad.drawing.web_page import page, part, table
+from sitscad.watch.server import Showing, server
+
+pytestmark = [pytest.mark.clients("chromium")]
+
+ROWS = [
+    (["force", "put on (N)", "read back (N)", "+- N, over all loads"], ["shear along x", "0.000", "0.000", "0.14"]),
+    (["characteristic", "normal", "shear along x"],
+     ["largest error that lasts, full load", "1.54 N, drift at full load, 10 K", "65 mN, tilt of 1 degree"]),
+]
+
+
+def test_tables_of_forces_and_axes_are_whole_at_390_pixels(tmp_path):
+    """The last column of the force table and the second axis of the data sheet were cut off."""
+    path = tmp_path / "page.html"
+    tables = "".join(table(head, [row], [k > 0 for k in range(len(head))]) for head, row in ROWS)
+    path.write_text(page("narrow", [part("Tables", tables)]), encoding="utf-8")
+    with Browser() as browser:
+        browser.call("Emulation.setDeviceMetricsOverride", width=390, height=800, deviceScaleFactor=1, mobile=True)
+        browser.open(path.as_uri(), "document.querySelector('table')")
+        cut = browser.run("[...document.querySelectorAll('.scroll')].filter(e => e.scrollWidth > e.clientWidth).length")
+        assert browser.run("document.querySelectorAll('.scroll').length") == len(ROWS) and cut == 0
+
+
+def test_box_of_a_watched_page_can_be_closed_and_opens_for_the_next_save():
+    showing = Showing()
+    made = server(showing, "127.0.0.1", 0)
+    threading.Thread(target=made.serve_forever, daemon=True).start()
+    event = {"stage": "findings", "seconds": 0.1, "changes": {"new": [{"rule": "SIT101", "message": "x"}]}}
+    with Browser() as browser:
+        try:
+            browser.open(f"http://127.0.0.1:{made.server_address[1]}/", "document.querySelector('aside')")
+
+            def told(revision):
+                browser.run(f"sitscad.live({event | {'revision': revision}})".replace("True", "true"))
+                return browser.run("!document.querySelector('aside').hidden")
+
+            assert told(1) and browser.run("parseFloat(document.querySelector('main').style.marginBottom)") > 0
+            browser.run("document.querySelector('aside button').click()")
+            assert browser.run("document.querySelector('aside').hidden") and not told(1)
+            assert browser.run("document.querySelector('main').style.marginBottom") == "" and told(2)
+        finally:
+            made.shutdown()
+            made.server_close()
