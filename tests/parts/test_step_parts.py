@@ -238,3 +238,25 @@ def test_a_path_that_is_no_file_is_found_at_its_key(tmp_path, kind):
         load(spec_with(tmp_path, "jaw.step"))
     (found,) = caught.value.findings
     assert (found.key, found.line) == ("mount.jaw.step", 10) and found.hint
+
+
+@pytest.mark.parametrize("datum", ["datum: [50.8, 0, 0]", "datum: SEAT"])
+def test_a_file_in_inches_is_the_jaw_that_it_says(tmp_path, datum):
+    """The block's middle is 2 inches from the origin; a datum's figures are millimetres, a named one is the file's."""
+    import build123d as bd
+
+    bd.export_step(block().scale(1 / 25.4).moved(bd.Location((2, 0, 0))), tmp_path / "jaw.step")
+    text = (tmp_path / "jaw.step").read_text()
+    millimetre = "( LENGTH_UNIT() NAMED_UNIT(*) SI_UNIT(.MILLI.,.METRE.) )"
+    assert millimetre in text
+    inch = "( CONVERSION_BASED_UNIT('INCH',#90005) LENGTH_UNIT() NAMED_UNIT(#90006) )"
+    added = (
+        f"#90005=LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(25.4),#90007);\n#90007={millimetre};\n"
+        "#90006=DIMENSIONAL_EXPONENTS(1.,0.,0.,0.,0.,0.,0.);\n#90001=CARTESIAN_POINT('',(2.,0.,0.));\n"
+        "#90002=DIRECTION('',(0.,0.,1.));\n#90003=DIRECTION('',(1.,0.,0.));\n"
+        "#90004=AXIS2_PLACEMENT_3D('SEAT',#90001,#90002,#90003);\n"
+    )
+    head, end, tail = text.replace(millimetre, inch).rpartition("ENDSEC;")
+    (tmp_path / "jaw.step").write_text(head + added + end + tail)
+    (tmp_path / "sensor.yaml").write_text(f"{SENSOR}mount:\n  jaw: {{step: jaw.step, {FIGURES}, {datum}}}\n")
+    assert faults(lay_out(load(tmp_path / "sensor.yaml"))) == {}
