@@ -49,8 +49,8 @@ steel 0.2 and more up to a change of sign (derived: the templates, with such tar
 @record
 class RequirementResult:
     """What is felt beside what `requirements` ask: the requirement's name, the rule that judges it, the largest figure
-    of all axes and loads, what is asked (None: nothing), both in `unit` (``N``, or empty for shares), on which axis and
-    where.
+    of all axes and loads, what is asked (None: nothing), both in `unit` (``N``, ``N m``, or empty for shares), on which
+    axis and where.
     """
 
     requirement: str

@@ -392,8 +392,9 @@ def respond(
     tolerance: float | None = None,
 ) -> Response:
     """What the coils read with the target at `poses` (n, 6: x, y, z in metres, rx, ry, rz in radians, from rest; axes
-    as in `sitscad.scene.state.Pose`), under `loads` (n, 3: normal towards the board, shear along +x and +y, newtons),
-    or in a load case that the spec's section `loads` names, or several; "all" is every one of them.
+    as in `sitscad.scene.state.Pose`), under `loads` (n, 3: normal towards the board, shear along +x and +y, newtons; or
+    n, 5: with moments about x and y on the middle of the outermost face, newton metres), or in a load case that the
+    spec's section `loads` names, or several; "all" is every one of them.
 
     `rotation` goes with `loads`: "free", the target tilts as it likes (so where it is left out), or "held", a
     flat face keeps it level, as in data sheets and calibrations. A case says so itself.
@@ -420,12 +421,15 @@ def respond(
 
         return in_cases(model, (case,) if isinstance(case, str) else tuple(case), frequency, tolerance)
     rows = np.asarray(loads if poses is None else poses, dtype=float)
-    wanted = 3 if poses is None else 6
-    if rows.ndim == 0 or rows.shape[-1] != wanted:
-        raise ValueError(f"rows of {wanted} numbers are wanted, not an array of shape {rows.shape}")
-    flat: Array = rows.reshape(-1, wanted)
+    wanted = (3, 5) if poses is None else (6,)
+    if rows.ndim == 0 or rows.shape[-1] not in wanted:
+        counts = " or ".join(map(str, wanted))
+        raise ValueError(f"rows of {counts} numbers are wanted, not an array of shape {rows.shape}")
+    flat: Array = rows.reshape(-1, rows.shape[-1])
     if poses is None:
         level = np.full(len(flat), is_held(rotation or USUAL_ROTATION))
+        if level.any() and np.any(flat[:, 3:]):
+            raise ValueError("a face that keeps the target level takes any moment: rotation free")
         return model.under(flat, level, frequency, tolerance)
     require_possible(model.spec, flat)
     return model.respond(flat, frequency, tolerance)

@@ -30,6 +30,9 @@ UNITS: dict[str, dict[str, Decimal]] = {
     "resistance": _prefixed("ohm", "um1kM") | _prefixed("\N{GREEK CAPITAL LETTER OMEGA}", "um1kM"),
     "frequency": _prefixed("Hz", "m1kMG"),
     "force": _prefixed("N", "um1k"),
+    "moment": {f"{prefix}N{space}{length}": factor * metres for space in (" ", "")
+               for prefix, factor in (("u", Decimal("1e-6")), ("m", Decimal("1e-3")), ("", Decimal(1)))
+               for length, metres in (("mm", Decimal("1e-3")), ("m", Decimal(1)))},
     "pressure": _prefixed("Pa", "m1kMG"),
     "conductivity": _prefixed("S/m", "m1kM"),
     "angle": {"deg": Decimal(repr(math.pi / 180)), "\N{DEGREE SIGN}": Decimal(repr(math.pi / 180)), "rad": Decimal(1)},
@@ -45,6 +48,7 @@ EXAMPLES = {
     "resistance": "0.3 ohm",
     "frequency": "40 MHz",
     "force": "4.8 N",
+    "moment": "5 N mm",
     "pressure": "300 kPa",
     "conductivity": "58 MS/m",
     "angle": "90 deg",
@@ -187,7 +191,8 @@ def _shortened(value: object) -> str:
 
 SI_UNITS = {
     "length": "m", "inductance": "H", "capacitance": "F", "resistance": "ohm", "frequency": "Hz", "force": "N",
-    "pressure": "Pa", "conductivity": "S/m", "angle": "rad", "temperature": "degC", "temperature coefficient": "1/K",
+    "moment": "N m", "pressure": "Pa", "conductivity": "S/m", "angle": "rad", "temperature": "degC",
+    "temperature coefficient": "1/K",
 }
 """The unit of each dimension in which values are kept."""
 
@@ -220,6 +225,7 @@ _SHOWN = {
     "ohm": ((1e-6, "uohm"), (1e-3, "mohm"), (1.0, "ohm"), (1e3, "kohm"), (1e6, "Mohm")),
     "Hz": ((1e-3, "mHz"), (1.0, "Hz"), (1e3, "kHz"), (1e6, "MHz"), (1e9, "GHz")),
     "N": ((1e-3, "mN"), (1.0, "N"), (1e3, "kN")),
+    "N m": ((1e-6, "mN mm"), (1e-3, "N mm"), (1.0, "N m")),
     "Pa": ((1.0, "Pa"), (1e3, "kPa"), (1e6, "MPa"), (1e9, "GPa")),
     "V": ((1e-3, "mV"), (1.0, "V")),
     "A": ((1e-6, "uA"), (1e-3, "mA"), (1.0, "A")),
@@ -231,9 +237,9 @@ _SHOWN = {
 def show(value: float, unit: str, digits: int = 4) -> str:
     """A quantity for people, from SI: ``show(2.523424e-6, "H")`` is ``"2.523 uH"``.
 
-    `unit` is the SI unit's name (``m``, ``H``, ``F``, ``ohm``, ``Hz``, ``N``, ``Pa``, ``V``, ``A``, ``s``, ``S/m``, or
-    any other, which is then written without a prefix); `digits` are significant digits, trailing zeros are dropped.
-    Lengths stay in millimetres up to 10 m. Does not depend on the locale.
+    `unit` is the SI unit's name (``m``, ``H``, ``F``, ``ohm``, ``Hz``, ``N``, ``N m``, ``Pa``, ``V``, ``A``, ``s``,
+    ``S/m``, or any other, which is then written without a prefix); `digits` are significant digits, trailing zeros are
+    dropped. Lengths stay in millimetres up to 10 m. Does not depend on the locale.
     """
     if not math.isfinite(value):
         return f"{value} {unit}".strip()

@@ -398,8 +398,8 @@ def _course(
         found = np.array(drawn) if frequencies is None else np.atleast_2d(frequencies)[:, first : first + len(states)]
         return np.arange(len(found), dtype=float), found
     rows = np.atleast_2d(np.asarray(loads, dtype=float))
-    if rows.shape[-1] != 4:
-        raise ValueError("loads are rows of a time (s) and three forces (N)")
+    if rows.shape[-1] not in (4, 6):
+        raise ValueError("loads are rows of a time (s) and three forces (N), or these and two moments (N m)")
     if frequencies is None:
-        frequencies = respond(design, loads=rows[:, 1:], rotation="held").frequency
+        frequencies = respond(design, loads=rows[:, 1:], rotation="held" if rows.shape[-1] == 4 else "free").frequency
     return rows[:, 0], np.asarray(frequencies, dtype=float)[:, first : first + len(states)]

@@ -16,6 +16,7 @@ from sitscad.calibration.calibration import Calibration
 from sitscad.calibration.points import load_words, table_head
 from sitscad.calibration.unknowns import usual
 from sitscad.estimates.circuit.settings import identity
+from sitscad.estimates.performance.values import amount_text, shown_scales
 from sitscad.record import record
 
 WINDOW = 1.0
@@ -115,7 +116,8 @@ class Leading:
         counts = taken(self.board, self.source, self.tell)
         if rest and not is_typed and not isinstance(self.source, Simulation):
             self._compare(forces, counts, np.array([float(cell) for cell in rest.split(",")[len(forces) :]]))
-        return ",".join([*(f"{force:.6g}" for force in forces), *(f"{count:.1f}" for count in counts)]) + "\n"
+        shown = forces * shown_scales(scope.axes)
+        return ",".join([*(f"{force:.6g}" for force in shown), *(f"{count:.1f}" for count in counts)]) + "\n"
 
     def _put_on(self, load: Array, words: str, is_first: bool) -> tuple[Array | None, bool]:
         """The forces (axes; N) that somebody put on, those asked for or those typed, and whether they were typed; None
@@ -127,9 +129,13 @@ class Leading:
                 return None, False
             with suppress(ValueError):
                 forces = np.array([float(word) for word in typed])
+                if len(forces) == len(scope.columns):
+                    forces = forces / shown_scales(scope.axes)
                 if len(forces) == len(scope.columns) and np.all(np.isfinite(forces)) and forces.any() == load.any():
                     return forces, True
-            wanted = f"{', '.join(scope.axes)} in newtons" if load.any() else "0 for every axis: this is the tare"
+            wanted = "0 for every axis: this is the tare"
+            if load.any():
+                wanted = f"{', '.join(scope.axes)} in newtons{MOMENTS_TOO * scope.has_moments}"
             self.tell(f"{' '.join(typed)!r} is not {wanted}; nothing and Enter: as asked for; {BACK}: the one before")
         return np.asarray(load[scope.columns]), False
 
@@ -143,8 +149,12 @@ class Leading:
         along, loaded = read * np.sign(forces), size > 0.0
         is_off = np.any(((along < low) | (along > high)) & loaded)
         if is_off if loaded.any() else np.linalg.norm(read / found.full_scale) > LEFT_ON:
-            told = ", ".join(f"{force:.2g} N {axis}" for axis, force in zip(found.axes, read, strict=True))
+            told = ", ".join(f"{amount_text(force, axis, 2)} {axis}"
+                             for axis, force in zip(found.axes, read, strict=True))
             raise NotTaken(f"that reads as about {told}; put it right, or type the newtons that are on to keep it")
+
+
+MOMENTS_TOO = ", moments in newton millimetres"
 
 
 def taken(board: Board, source: Source, tell: Callable[[str], None]) -> Array:

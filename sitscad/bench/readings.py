@@ -11,6 +11,7 @@ from sitscad.arrays import Array
 from sitscad.bench.board import STALE, Board, CoilReading
 from sitscad.bench.source import Source
 from sitscad.calibration.inverse_map import InverseMap
+from sitscad.estimates.performance.values import shown_scales
 from sitscad.spec.places import map_columns
 from sitscad.units import csv_text
 from sitscad.version import __version__
@@ -113,7 +114,9 @@ def lines(board: Board, rows: Sequence[Scan], newtons: Forces) -> Iterator[str]:
             f"{board.bands[k].coil} {board.frequency(one.counts) / 1e6:.6f} MHz {one.status}"
             for k, one in sorted(scan.items())
         ]
-        told += [f"{axis} {force:+.4f} N" for axis, force in newtons(board, scan).items()]
+        found = newtons(board, scan)
+        told += [f"{axis} {scale * force:+.4f} N{' mm' * bool(scale > 1.0)}"
+                 for (axis, force), scale in zip(found.items(), shown_scales(tuple(found)), strict=True)]
         told += ["beyond the map: the force where it ends"] if newtons.is_beyond(board, scan) else []
         yield "  ".join(told)
 

@@ -17,7 +17,8 @@ from sitscad.calibration.calibration import sensors_of
 from sitscad.calibration.unknowns import units
 from sitscad.design import Design, respond
 from sitscad.estimates.circuit.settings import BAUD_RATES, devices, serial_settings
-from sitscad.estimates.performance.values import AXES
+from sitscad.estimates.performance.values import AXES, FORCES
+from sitscad.estimates.response.working_range import required_range
 from sitscad.scene.motions import motion_number
 from sitscad.spec.load import load
 
@@ -223,8 +224,15 @@ def _simulated(design: Design, query: str, tares: int) -> Simulation:
     before = BEGUN + (tares + 1) / rate if tares and rate else 0.0
     times = np.linspace(before, before + seconds, RAMP)
     loads = np.column_stack([times, _ramps(value for name, value in pairs if name == "load")])
+    if "load" not in given or not required_range(design.cell(1).spec).has_moments:
+        if np.any(loads[:, 1 + len(FORCES) :]):
+            raise ValueError("sim: load of a moment: the target is taken as kept level; requirements.moment_x and "
+                             "moment_y ask for one that is free to tilt")
+        loads = loads[:, : 1 + len(FORCES)]
     if before:
-        loads = np.vstack([[0.0] * 4, [before - 1e-6, 0.0, 0.0, 0.0], loads])
+        none = np.zeros((2, loads.shape[1]))
+        none[1, 0] = before - 1e-6
+        loads = np.vstack([none, loads])
     number = design.converter.needed(len(design.estimates.coils))
     faults = [value for name, value in pairs if name == "fault"]
     if "load" in given and "cell" not in given and design.cells > 1:
@@ -247,7 +255,7 @@ def _simulated(design: Design, query: str, tares: int) -> Simulation:
 
 
 def _ramps(texts: Iterable[str]) -> np.ndarray:
-    """Loads (`RAMP`, 3; N) of texts of AXIS:NEWTONS or AXIS:FIRST:LAST, several of them in one with commas between.
+    """Loads (`RAMP`, 5; N, N m) of texts of AXIS:NEWTONS or AXIS:FIRST:LAST, or several in one with commas between.
     Raises ValueError for what is none, and for an axis that comes twice.
     """
     loads, known = np.zeros((RAMP, len(AXES))), set()
@@ -255,8 +263,8 @@ def _ramps(texts: Iterable[str]) -> np.ndarray:
         axis, *ends = one.split(":")
         if axis not in AXES or len(ends) not in (1, 2):
             raise ValueError(
-                f"load is AXIS:NEWTONS or AXIS:FIRST:LAST with {', '.join(AXES)}, of several axes with a comma between "
-                f"(load=normal:5,shear_x:2), not {one!r}"
+                f"load is AXIS:NEWTONS or AXIS:FIRST:LAST with {', '.join(AXES)} (moments in N mm), of several "
+                f"axes with a comma between (load=normal:5,shear_x:2), not {one!r}"
             )
         if axis in known:
             raise ValueError(f"load says twice what {axis} is")
@@ -286,7 +294,7 @@ def _on_cell(design: Design, number: int, loads: np.ndarray, seed: int | None = 
     the sensor has not.
     """
     design.cell(number)
-    nothing, cells = np.zeros((1, 3)), [design.cell(k) for k in range(1, design.cells + 1)]
+    nothing, cells = np.zeros((1, loads.shape[1])), [design.cell(k) for k in range(1, design.cells + 1)]
     errors = [None if seed is None else units(sensors_of(cell.response).known, len(cells), seed)[k]
               for k, cell in enumerate(cells)]
     each = [_read_by(cell, errors[k], loads if k == number - 1 else nothing) for k, cell in enumerate(cells)]
@@ -294,7 +302,10 @@ def _on_cell(design: Design, number: int, loads: np.ndarray, seed: int | None = 
 
 
 def _read_by(design: Design, unit: np.ndarray | None, loads: np.ndarray, is_held: bool = True) -> np.ndarray:
-    """Frequencies (Hz; n, coils) under loads (n, 3; N): of a unit with its errors, or of the sensor as drawn."""
+    """Frequencies (Hz; n, coils) under loads (n, 3 or 5; N, N m), with moments of a free target: of a unit with its
+    errors, or of the sensor as drawn.
+    """
+    is_held = is_held and loads.shape[1] == len(FORCES)
     if unit is None:
         return np.asarray(respond(design, loads=loads, rotation="held" if is_held else "free").frequency)
     return np.asarray(sensors_of(design.response, is_held).under(unit, loads, exact=True))

@@ -25,9 +25,10 @@ def calibrate(
 
     `rotation` is "held" where loads leave the target level, as a flat face does that presses on it, "free" where it
     tilts as it likes; left out it is what the file says in a line ``# rotation: free``, and "held" where that says
-    nothing, as in data sheets and packages. Raises `BenchError` (a ValueError) for a table that cannot be read, that no
-    sensor of the design would give, or that no fit settles on, MotionError (one, too) for another rotation, NoResponse
-    (one, too) where the design has nothing to calibrate, OSError for a file that cannot be opened.
+    nothing, as in data sheets and packages. Moments are told of free targets alone. Raises `BenchError` (a ValueError)
+    for a table that cannot be read, that no sensor of the design would give, or that no fit settles on, MotionError
+    (one, too) for another rotation, NoResponse (one, too) where the design has nothing to calibrate, OSError for a file
+    that cannot be opened.
     """
     import numpy as np
 
@@ -36,13 +37,21 @@ def calibrate(
     from sitscad.calibration.misfit import noisy, odd_reading, turned_fit
     from sitscad.calibration.model_fit import SUSPECT, NoFit
     from sitscad.calibration.refusals import require_plausible, require_possible, require_told, second_readings
-    from sitscad.scene.motions import is_held
+    from sitscad.estimates.response.working_range import axes_felt
+    from sitscad.scene.motions import MOMENT, MotionError, is_held
+    from sitscad.spec.places import cell_placements
 
-    asked = is_held(rotation or USUAL_ROTATION)
+    has_moments = any(name in axes_felt(design.spec, cell_placements(design.spec)[0]) for name in MOMENT)
+    asked = is_held(rotation or ("free" if has_moments else USUAL_ROTATION))
+    if asked and has_moments:
+        raise MotionError("rotation held: a face that keeps the target level takes the moments that the spec asks for")
     if data is None or design.spec.cells is not None:  # of which the response says to name one
         return foretell(design.response, asked, points)
     table = read_table(os.fspath(data), [coil.name for coil in design.layout.coils])
-    level = table.is_held(rotation)
+    level = table.is_held(rotation, "free" if has_moments else USUAL_ROTATION)
+    if level and has_moments:
+        raise BenchError(f"{table.path}:{table.rotation[0]}:1 rotation held: a face that keeps the target level takes "
+                         "the moments that the spec asks for")
     sensors = sensors_of(design.response, level)
     found = points_of(table, sensors)
     require_possible(table, found, sensors)
@@ -54,7 +63,8 @@ def calibrate(
                          "sensor's spec?") from error
     assert made.fit is not None
     said, wrong = "", np.zeros(len(made.map.axes))
-    if made.fit.excess > SUSPECT:  # readings as expected leave no other way of loading much likelier
+    # readings as expected leave no other way of loading much likelier
+    if made.fit.excess > SUSPECT and not has_moments:
         other = turned_fit(sensors, lambda: sensors_of(design.response, not level), found, made.fit)
         if other is not None:
             said, wrong = other.note, other.error(made.map)

@@ -16,20 +16,21 @@ from sitscad.calibration.points import Points, noisier
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import usual
 from sitscad.record import record
-from sitscad.scene.motions import LOAD, POSE, ROTATIONS, TableError, table_text
+from sitscad.scene.motions import FORCE, LOAD, MOMENT, POSE, ROTATIONS, TableError, table_text
 
 READING_UNITS = {"counts": 1.0, "Hz": 1.0, "kHz": 1e3, "MHz": 1e6, "H": 1.0, "mH": 1e-3, "uH": 1e-6, "nH": 1e-9}
 """Units that a coil's column may name after its name and an underscore."""
 
-MOTION_UNITS = {"N": 1.0, "mN": 1e-3, "m": 1.0, "mm": 1e-3, "um": 1e-6, "rad": 1.0, "deg": math.pi / 180.0}
+MOTION_UNITS = {"N": 1.0, "mN": 1e-3, "Nm": 1.0, "Nmm": 1e-3, "m": 1.0, "mm": 1e-3, "um": 1e-6, "rad": 1.0,
+                "deg": math.pi / 180.0}
 """Units that a load's or a pose's column may name."""
 
 READING_KINDS = "counts", "Hz", "H"
 """Kinds of readings: of several columns of a coil the first of these is used. Inductances come last, because they hold
 a capacitor's value that the firmware was told."""
 
-KINDS = {**dict.fromkeys(LOAD, ("N", "mN")), **dict.fromkeys(POSE[:3], ("m", "mm", "um")),
-         **dict.fromkeys(POSE[3:], ("rad", "deg"))}
+KINDS = {**dict.fromkeys(FORCE, ("N", "mN")), **dict.fromkeys(MOMENT, ("Nmm", "Nm")),
+         **dict.fromkeys(POSE[:3], ("m", "mm", "um")), **dict.fromkeys(POSE[3:], ("rad", "deg"))}
 """The units of every load and pose."""
 
 SAID = re.compile(r"\s*#+\s*rotation\s*[:=](.*)", re.IGNORECASE)
@@ -77,8 +78,8 @@ class BenchTable:
     values: Array
     rotation: tuple[int, str] = (0, "")
 
-    def is_held(self, asked: str | None) -> bool:
-        """Whether the target was kept level: as is `asked`, else as the table says, else as usual. Raises BenchError
+    def is_held(self, asked: str | None, usual: str = USUAL_ROTATION) -> bool:
+        """Whether the target was kept level: as is `asked`, else as the table says, else as `usual`. Raises BenchError
         where the table says otherwise than is asked, or neither of both.
         """
         line, said = self.rotation
@@ -88,7 +89,7 @@ class BenchTable:
             raise BenchError(f"{self.path}:{line}:1 the table was taken with the target {ROTATIONS[said]}, and the map "
                              f"is asked for one {ROTATIONS[asked]}: `--rotation {said}`, or mend this line"
                              )
-        return (asked or said or USUAL_ROTATION) == "held"
+        return (asked or said or usual) == "held"
 
     def where(self, row: int, column: Column) -> str:
         """The place of a number."""
@@ -232,6 +233,11 @@ def points_of(table: BenchTable, sensors: Sensors) -> Points:
         place = table.named(name)
         if place is not None:
             moved[:, k] = table.values[:, place] * table.columns[place].factor
+            if name in MOMENT and sensors.range.width < len(LOAD):
+                raise BenchError(f"{table.path}:1:{table.columns[place].number} {name}: the spec asks for no moment "
+                                 f"(requirements.{name}), so its target is taken as kept level or as told by shear")
+    if motion == LOAD:
+        moved = moved[:, : sensors.range.width]
     at_rest = np.all(moved == 0.0, axis=1)
     _require_enough(table, moved, at_rest, motion)
     used = [table.column(name) for name in sensors.coils]

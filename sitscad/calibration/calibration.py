@@ -18,15 +18,14 @@ from sitscad.calibration.points import Plan, Points, plan
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import PAD_ERRORS, POSE_ERRORS, SURELY, WIDEST
 from sitscad.estimates.performance.inversion import Crosstalk, axis_sweeps, crosstalk_of
-from sitscad.estimates.performance.values import AXES, of_full_scale
+from sitscad.estimates.performance.values import AXES, AXIS_WORDS, FORCES, amount_text, by_unit, of_full_scale
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.pad import NoResponse
+from sitscad.estimates.response.working_range import working_range
 from sitscad.record import record
 from sitscad.scene.motions import ROTATIONS
 
 USUAL_POINTS, FEWEST, MOST = 8, 3, 40  # Loads that a plan has beside the tare: as a rule, at least and at most
-
-AXIS_WORDS = {"normal": "normal", "shear_x": "shear along x", "shear_y": "shear along y"}
 
 SHOWN = (3, 5)  # Numbers of points whose error is shown beside that of a whole plan
 TARES = 3  # Rows without load by which noise and drift are told apart: at the beginning, in the middle, at the end
@@ -97,10 +96,10 @@ class Calibration:
     def error_rows(self) -> tuple[tuple[str, ...], ...]:
         """The errors of every unit in words, a row a unit under a heading with the full scales."""
         full = self.map.full_scale
-        head = "error over all loads, of", *(f"{AXIS_WORDS[name]}, of {size:.4g} N"
+        head = "error over all loads, of", *(f"{AXIS_WORDS[name]}, of {amount_text(size, name, 4)}"
                                           for name, size in zip(self.map.axes, full, strict=True))
-        return (head, *((one.of, *(of_full_scale(error, size) for error, size in zip(one.error, full, strict=True)))
-                        for one in self.unit_errors))
+        return (head, *((one.of, *(of_full_scale(error, size, name) for error, size, name
+                                   in zip(one.error, full, self.map.axes, strict=True))) for one in self.unit_errors))
 
     @cached_property
     def crosstalk(self) -> Crosstalk:
@@ -108,8 +107,9 @@ class Calibration:
         is another figure: what a polynomial in the readings leaves.
         """
         scope, none = self.sensors.range, np.zeros(len(self.sensors.known))
-        loads = axis_sweeps(scope, np.array([0.5 * scope.normal, 0.0, 0.0]))
-        frequency = self.sensors.under(none, np.vstack([np.zeros((1, 3)), loads.reshape(-1, 3)]), exact=True)
+        loads = axis_sweeps(scope, scope.pressed(0.5 * scope.normal))
+        put_on = np.vstack([scope.pressed(0.0), loads.reshape(-1, scope.width)])
+        frequency = self.sensors.under(none, put_on, exact=True)
         return crosstalk_of(scope, loads, self.map(frequency[1:], frequency[0]))
 
     @property
@@ -137,7 +137,7 @@ class Calibration:
             found.append(f"made for a target that is {ROTATIONS[this]}: of one {ROTATIONS[other]} it reads {words} "
                          f"(half of the normal force on it); `sitscad calibrate --rotation {other}` makes the other map"
                          )
-        if len(self.map.axes) < 3:
+        if not set(FORCES) <= set(self.map.axes):
             found.append(f"the array tells {', '.join(self.map.axes)} apart: forces along other axes read as these")
         if self.fit is not None and self.fit.excess > SUSPECT:
             assert self.points is not None
@@ -169,15 +169,20 @@ class Calibration:
         found: dict[str, Any] = {
             "map": self.map.document(), "form": self.form.form.name, "is_calibrated": self.fit is not None,
             "rotation": self.sensors.rotation,
-            "error_N": dict(zip(self.map.axes, self.map.error.tolist(), strict=True)),
+            **by_unit("error_", "", dict(zip(self.map.axes, self.map.error.tolist(), strict=True))),
             "error_of_full_scale": dict(zip(self.map.axes, (self.map.error / full).tolist(), strict=True)),
             "unit_errors": [{"of": one.of, "points": one.points,
-                             "error_N": dict(zip(self.map.axes, one.error.tolist(), strict=True))}
+                             **by_unit("error_", "", dict(zip(self.map.axes, one.error.tolist(), strict=True)))}
                             for one in self.unit_errors], "errors_are": self.errors_are,
             "unknowns": {name: dict(row) for name, row in self.moved.items()}, "notes": list(self.notes),
         }
         if self.plan is not None:
-            found["plan"] = {"loads_N": self.plan.loads.tolist(), "expected_error_N": self.plan.errors.tolist()}
+            is_force, count = [name in FORCES for name in self.map.axes], len(FORCES)
+            found["plan"] = {"loads_N": self.plan.loads[:, :count].tolist(),
+                             "expected_error_N": self.plan.errors[:, is_force].tolist()}
+            if self.sensors.range.has_moments:
+                found["plan"] |= {"loads_Nm": self.plan.loads[:, count:].tolist(),
+                                  "expected_error_Nm": self.plan.errors[:, [not one for one in is_force]].tolist()}
         if self.fit is not None and self.points is not None:
             found["points"] = len(self.points)
             found["errors_larger_than_expected"] = self.fit.excess
@@ -206,9 +211,12 @@ def foretell(model: ResponseModel, is_held: bool = True, count: int = USUAL_POIN
 
 def turned_otherwise(found: Calibration, errors: Array) -> tuple[tuple[str, float, float], ...]:
     """What a map reads of full shear, the normal force half of its full scale, where the target is free to tilt
-    though the map takes it to be kept level, or the other way round; nothing where the pad gives way so.
+    though the map takes it to be kept level, or the other way round; nothing where the pad gives way so, and where
+    moments are told, for which there is no other way.
     """
     sensors = found.sensors
+    if sensors.range.has_moments:
+        return ()
     other, columns = Sensors(sensors.model, not sensors.is_held), [k for k in sensors.range.columns if k]
     loads = np.zeros((1 + len(columns), 3))
     loads[1:, 0] = 0.5 * sensors.range.normal
@@ -228,16 +236,18 @@ def turned_otherwise(found: Calibration, errors: Array) -> tuple[tuple[str, floa
 @lru_cache(maxsize=4)
 def sensors_of(model: ResponseModel, is_held: bool = True) -> Sensors:
     """The sensors of a design, charted once; raises NoResponse without a tank that oscillates or a pad that holds."""
-    sensors = Sensors(model, is_held)
+    sensors = Sensors(model, is_held and not working_range(model.spec).has_moments)
     if model.estimates.readout.rcount is None:
         raise NoResponse("the converter cannot be set for these coils, so nothing is read")
     drawn, corners = np.zeros(len(sensors.known)), sensors.range.corners
     lost = corners[sensors.gives_way(drawn, corners)]
     if len(lost):
-        said = ", ".join(f"{name} {force:.3g} N" for name, force in zip(AXES, lost[0], strict=True) if force)
+        said = ", ".join(f"{name} {amount_text(force, name)}"
+                         for name, force in zip(AXES, lost[0], strict=False) if force)
         raise NoResponse(
             f"the pad gives way sideways under {said}, the target {ROTATIONS[sensors.rotation]}: no calibration "
-            "reaches that load; a thinner or stiffer pad" + ("" if is_held else ", or --rotation held")
+            "reaches that load; a thinner or stiffer pad"
+            + ("" if is_held or sensors.range.has_moments else ", or --rotation held")
         )
     frequency = sensors.under(drawn, corners)
     if not np.all(np.isfinite(frequency)):

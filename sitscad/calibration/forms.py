@@ -163,8 +163,8 @@ def gain(sensors: Sensors) -> Array:
 
 
 def samples(sensors: Sensors, errors: Array, loads: Array) -> Samples:
-    """What one sensor reads under loads (n, 3; N)."""
-    frequency = sensors.under(errors, np.vstack([np.zeros((1, 3)), loads]))
+    """What one sensor reads under loads (n, 3 or 5; N, N m)."""
+    frequency = sensors.under(errors, np.vstack([sensors.range.pressed(0.0), loads]))
     return Samples(frequency[1:], frequency[0], loads[:, sensors.range.columns] / sensors.range.full_scales)
 
 
@@ -205,7 +205,7 @@ def own_map(sensors: Sensors, form: Form, errors: Array) -> InverseMap:
     learnt, asked = _learnt_and_asked(sensors)
     loads, count = np.vstack([learnt, asked]), len(learnt)
     whole = samples(sensors, errors, loads)
-    solved = sensors.under(errors, np.vstack([np.zeros((1, 3)), loads[:SOLVED]]), exact=True)
+    solved = sensors.under(errors, np.vstack([sensors.range.pressed(0.0), loads[:SOLVED]]), exact=True)
     right, left = _set_right(sensors, errors, loads, solved)
     readings = whole.readings * right
     found = _map(sensors, form, Samples(readings[:count], whole.rest, whole.forces[:count]), solved[0])
@@ -217,7 +217,7 @@ def own_map(sensors: Sensors, form: Form, errors: Array) -> InverseMap:
 
 def error_by_unknowns(sensors: Sensors, fit: ModelFit) -> Array:
     """Errors (sensors, axes; N), rms, of the found sensor's map on others from which the readings may come."""
-    loads = np.vstack([np.zeros((1, 3)), sensors.range.inside(ASKED // 2, LEARNT)])
+    loads = np.vstack([sensors.range.pressed(0.0), sensors.range.inside(ASKED // 2, LEARNT)])
     slopes = unknown_slopes(sensors, loads, True, fit.errors)
     towards = np.linalg.pinv(load_slopes(sensors, fit.errors, loads[1:]))
     wrong = towards @ (slopes[1:] - slopes[:1])
@@ -230,7 +230,7 @@ def _set_right(sensors: Sensors, errors: Array, loads: Array, solved: Array) -> 
     and the first of the loads; and what solved ones are, so that they are as far off as had they not been among those
     that it was fitted to: of least squares a residual over 1 - its leverage (Allen, Technometrics 16, 1974).
     """
-    tried = np.vstack([np.zeros((1, 3)), loads[: len(solved) - 1]])
+    tried = np.vstack([sensors.range.pressed(0.0), loads[: len(solved) - 1]])
     off = np.log(solved) - np.log(sensors.under(errors, tried))
     scale, columns = sensors.range.full_scales, sensors.range.columns
     powers = exponents([1.0] * len(columns), DEGREE, 1)

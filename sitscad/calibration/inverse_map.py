@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from sitscad.arguments import checked_arguments
 from sitscad.arrays import Array, Flags
+from sitscad.estimates.performance.values import unit_of
 from sitscad.physics.polynomials import Exponents, monomials
 from sitscad.record import record
 
@@ -50,10 +51,11 @@ class MapForm:
 
 @record(eq=False)
 class InverseMap(MapForm):
-    """Readings to forces. With n0 the tare (counts or frequencies at rest), n a reading and s = (n0/n)^2 - 1, which is
-    L/L(rest) - 1, every coil gives u = ln(1 - gain s), the logarithm of the target's change over that at rest (or
-    u = -s where the map is not `logarithmic`). v = `mix` u is about the force on every axis over its full scale, and
-    force = full_scale x (numerator . terms of v) / (1 + denominator . terms of v); no reading, no force.
+    """Readings to forces (N), and to moments (N m) where some of its axes are those. With n0 the tare (counts or
+    frequencies at rest), n a reading and s = (n0/n)^2 - 1, which is L/L(rest) - 1, every coil gives u = ln(1 - gain s),
+    the logarithm of the target's change over that at rest (or u = -s where the map is not `logarithmic`). v = `mix` u
+    is about the force on every axis over its full scale, and force = full_scale x (numerator . terms of v) / (1 +
+    denominator . terms of v); no reading, no force.
 
     Terms are products of v to the `powers`, then those to `spline_powers` times (v[0] - knot)^3 beyond every knot.
     `low` and `high` are the v that it was made for: v beyond them by more than `BEYOND` counts as no farther, because
@@ -111,7 +113,7 @@ class InverseMap(MapForm):
         """The map as plain values for JSON; `map_of` reads them."""
         return {
             "sensor": self.sensor, "revision": self.revision, "coils": list(self.coils), "axes": list(self.axes),
-            "unit": "N", "logarithmic": self.logarithmic,
+            "unit": "N", "units": [unit_of(axis) for axis in self.axes], "logarithmic": self.logarithmic,
             **{name: getattr(self, name).tolist() for name in ARRAYS},
         }
 

@@ -89,7 +89,7 @@ def odd_reading(table: BenchTable, points: Points, sensors: Sensors, fit: ModelF
 
 def noise_share(points: Points, sensors: Sensors, fit: ModelFit) -> float:
     """One sigma of a force (of full scale, the worst axis) by the noise of one row and of its tare, near rest."""
-    slopes = load_slopes(sensors, fit.errors, np.zeros((1, 3)))[0]
+    slopes = load_slopes(sensors, fit.errors, sensors.range.pressed(0.0)[None])[0]
     noise = math.sqrt(2.0) * points.noisier * sensors.of_mean(int(usual("readings")))
     return float(np.sqrt(np.sum((np.linalg.pinv(slopes) * noise) ** 2, axis=1)).max())
 
@@ -134,7 +134,8 @@ def pattern(points: Points, fit: ModelFit, sensors: Sensors) -> str:
              "under both the pad gives way otherwise than its law, or the target is held otherwise (--rotation)"),
         ]
     else:
-        aside = np.linalg.norm(loads[:, 1:], axis=1)
+        sides = [k for k in sensors.range.columns if k]
+        aside = np.linalg.norm(loads[:, sides] / sensors.range.full_scales[1:], axis=1)
         found.append((_share(_centred(aside), _centred(off)), "the normal force is off with the shear on it: the "
                       "thread pulls up or down, or beside the middle of the outermost face"))
     share, words = max(found)

@@ -13,7 +13,7 @@ import numpy as np
 from sitscad.arrays import Array, Flags
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import usual
-from sitscad.estimates.performance.values import AXES
+from sitscad.estimates.performance.values import AXES, MOMENTS
 from sitscad.record import record
 
 AT_REST = 1e-4  # What a frequency at rest may be off by, by itself; all others are taken over it
@@ -28,8 +28,9 @@ MOVE = 0.02  # Step (prior standard deviations) of the differences by which slop
 
 @record(eq=False)
 class Points:
-    """Points (n): `loads` (n, 3; N) or else `poses` (n, 6; m, rad, from rest), and `frequency` (n, coils; Hz);
-    `at_rest` (n) says which are tares; readings are so many times `noisier` than the converter (1: nothing says so).
+    """Points (n): `loads` (n, 3; N; or n, 5 with moments, N m) or else `poses` (n, 6; m, rad, from rest), and
+    `frequency` (n, coils; Hz); `at_rest` (n) says which are tares; readings are so many times `noisier` than the
+    converter (1: nothing says so).
     """
 
     loads: Array | None
@@ -191,19 +192,19 @@ class Plan:
 
 
 def offered(sensors: Sensors, count: int) -> Array:
-    """The loads that a bench can put on and that may be chosen, (n, 3; N), `count` at least."""
+    """The loads that a bench can put on and that may be chosen, (n, 3 or 5; N, N m), `count` at least."""
     scope = sensors.range
     axes = [k for k in scope.columns if k]
-    ways = [np.zeros(2)]
+    ways = [np.zeros(len(axes))]
     for share in SHEARS if axes else ():
         for number in range(DIRECTIONS):
             angle = 2.0 * math.pi * number / DIRECTIONS
             way = np.array([math.cos(angle), math.sin(angle)])
-            if len(axes) == 2 or abs(way[axes[0] - 1]) > 0.99:
-                ways.append(share * way)
+            if len(axes) == 2 or abs(way[0]) > 0.99:
+                ways.append(share * way[: len(axes)])
     levels = LEVELS * math.ceil(count / (LEVELS * len(ways)))
-    found = [(step / levels * scope.normal, *(scope.shear * way)) for step in range(1, levels + 1) for way in ways]
-    return np.array([[0.0 if abs(force) < 1e-9 else float(f"{force:.3g}") for force in load] for load in found])
+    found = scope.loads([(step / levels, *way) for step in range(1, levels + 1) for way in ways])
+    return np.array([[0.0 if abs(part) < 1e-9 else float(f"{part:.3g}") for part in load] for load in found])
 
 
 def plan(sensors: Sensors, count: int) -> Plan:
@@ -213,7 +214,7 @@ def plan(sensors: Sensors, count: int) -> Plan:
     """
     loads = offered(sensors, count)
     # Information (n, unknowns, unknowns; per prior variance) that a reading under each load gives, rest the first
-    none, put_on = np.zeros(len(sensors.known)), np.vstack([np.zeros((1, 3)), loads])
+    none, put_on = np.zeros(len(sensors.known)), np.vstack([sensors.range.pressed(0.0), loads])
     rest = np.arange(len(put_on)) == 0
     points = Points(put_on, None, sensors.under(none, put_on), rest)
     slopes = whiteners(covariances(sensors, none, points)[0]) @ tared(unknown_slopes(sensors, put_on), rest)
@@ -253,7 +254,7 @@ def _foretold(sensors: Sensors, facts: Array, order: list[int]) -> tuple[Array, 
     other points, and without a tare: what is not known of the unknowns, to first order; noise and the map's own error
     are not in it.
     """
-    tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(TRIED)])
+    tried = np.vstack([sensors.range.pressed(0.0), sensors.range.inside(TRIED)])
     none = np.zeros(len(sensors.known))
     slopes = unknown_slopes(sensors, tried)
     towards = np.linalg.pinv(load_slopes(sensors, none, tried[1:]))
@@ -269,7 +270,7 @@ def _foretold(sensors: Sensors, facts: Array, order: list[int]) -> tuple[Array, 
 
 def table_head(sensors: Sensors) -> list[str]:
     """The first lines of a table of points: how the target is loaded, and the columns."""
-    loads = [f"{name}_N" for name in AXES if name in sensors.range.axes]
+    loads = [f"{name}_{'Nmm' if name in MOMENTS else 'N'}" for name in AXES if name in sensors.range.axes]
     return [f"# rotation: {sensors.rotation}", ",".join([*loads, *(f"{coil}_counts" for coil in sensors.coils)])]
 
 
@@ -277,7 +278,14 @@ GRAVITY = 9.80665  # Standard acceleration of free fall (m/s^2), by definition
 
 
 def load_words(load: Array, axes: Sequence[str], rotation: str) -> str:
-    """What is to be done for a load (3; N)."""
+    """What is to be done for a load (3 or 5; N, N m). A moment is a press beside the middle of the outermost face."""
+    if len(load) > len(AXES) - len(MOMENTS) and load[0]:
+        away = -load[AXES.index("moment_x")] / load[0], load[AXES.index("moment_y")] / load[0]
+        beside = [f"{name} {1e3 * part:+.2f} mm" for part, name in zip(away[::-1], "xy", strict=True) if part]
+        put = [f"{1e3 * load[0] / GRAVITY:.0f} g {'at ' + ' '.join(beside) if beside else 'on it'}"]
+        pulls = [(load[k], name) for k, name in ((1, "x"), (2, "y")) if f"shear_{name}" in axes and load[k]]
+        return ", ".join([*put, *(f"{1e3 * abs(force) / GRAVITY:.0f} g pull {'+' if force > 0.0 else '-'}{name}"
+                                  for force, name in pulls)])
     sides = [(k, name) for k, name in ((1, "x"), (2, "y")) if f"shear_{name}" in axes and load[k]]
     if rotation == "held":
         return ", ".join([f"press {load[0]:.3g} N", *(f"push {load[k]:+.3g} N along {name}" for k, name in sides)])

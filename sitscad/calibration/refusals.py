@@ -17,6 +17,7 @@ from sitscad.calibration.model_fit import SUSPECT, ModelFit
 from sitscad.calibration.points import Points, foretold
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import SHEAR_ERRORS, SURELY
+from sitscad.estimates.performance.values import amount_text
 from sitscad.mechanics.motion import rotations
 from sitscad.scene.motions import LOAD, POSE
 
@@ -125,9 +126,11 @@ def _require_borne(table: BenchTable, loads: Array, sensors: Sensors, errors: Ar
     lost = sensors.gives_way(errors, loads)
     if lost.any():
         row = int(np.argmax(lost))
-        said = ", ".join(f"{name} {force:.4g} N" for name, force in zip(LOAD, loads[row], strict=True) if force)
+        said = ", ".join(f"{name} {amount_text(force, name, 4)}"
+                         for name, force in zip(LOAD, loads[row], strict=False) if force)
         raise BenchError(f"{_place(table, row, LOAD)}: {said}: the pad gives way sideways under this load, {how}; "
-                         "leave the row out, or hold the target level (--rotation held)")
+                         "leave the row out" + ", or hold the target level (--rotation held)" * (
+                             not sensors.range.has_moments))
 
 
 def _require_alike(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit) -> None:
@@ -143,7 +146,8 @@ def _require_alike(table: BenchTable, points: Points, sensors: Sensors, fit: Mod
     if off[row] > max(OUT_OF_LINE, ALONE * usual):
         axis = int(np.argmax(share[row]))
         raise BenchError(f"{table.path}:{table.lines[row]}:1 the other rows foretell {sensors.range.axes[axis]} "
-                         f"{abs(fit.force_errors[row, axis]):.3g} N off this one, {off[row] / usual:.0f} times as much "
+                         f"{amount_text(abs(fit.force_errors[row, axis]), sensors.range.axes[axis])} off this one, "
+                         f"{off[row] / usual:.0f} times as much "
                          "as they are off themselves: a typing error, or another load?")
 
 
@@ -180,8 +184,8 @@ def require_plausible(table: BenchTable, points: Points, sensors: Sensors) -> No
             name = LOAD[columns[int(axis)]]
             force = points.loads[row, columns[int(axis)]]
             raise BenchError(
-                f"{table.where(int(row), table.column(name))} {name}: {force:.4g} N, where "
-                f"this sensor's full scale is {full[axis]:.4g} N: is the header's unit right?"
+                f"{table.where(int(row), table.column(name))} {name}: {amount_text(force, name, 4)}, where this "
+                f"sensor's full scale is {amount_text(full[axis], name, 4)}: is the header's unit right?"
             )
     # Frequencies within what coils and capacitors of the design explain
     expected = foretold(sensors, np.zeros(len(sensors.known)), points)
@@ -252,13 +256,15 @@ def _require_order(table: BenchTable, points: Points, sensors: Sensors) -> None:
 
 def _orders(sensors: Sensors, loaded: bool) -> Iterator[tuple[list[int], Array, str]]:
     """Orders of the coils, signs of the load or pose, and what is wrong if they are right: nothing, as given."""
-    names, count = (LOAD, 3) if loaded else (POSE, 6)
+    names, count = (LOAD, sensors.range.width) if loaded else (POSE, 6)
     coils = sensors.coils
     for order in permutations(range(len(coils))):
         moved = [coils[k] for k in range(len(coils)) if order[k] != k]
         yield list(order), np.ones(count), f"the columns {' and '.join(moved)} look exchanged" if moved else ""
-    sideways = (1, 2) if loaded else (0, 1)
-    for chosen in product((1.0, -1.0), repeat=2):
+    sideways: tuple[int, ...] = (1, 2) if loaded else (0, 1)
+    if loaded and sensors.range.has_moments:
+        sideways = tuple(k for k in sensors.range.columns if k)
+    for chosen in product((1.0, -1.0), repeat=len(sideways)):
         signs = np.ones(count)
         signs[list(sideways)] = chosen
         turned = [names[k] for k in sideways if signs[k] < 0.0]

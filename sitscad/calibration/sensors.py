@@ -182,7 +182,7 @@ class Sensors:
     def chart(self) -> Chart:
         """The chart of all poses that the working range takes simulated sensors to."""
         drawn = self._middle + np.vstack([np.zeros(len(self.known)), self.wide * units(self.known, DRAWN, SEED)])
-        loads, pad = np.vstack([np.zeros((1, 3)), self.range.corners]), self.model.spec.elastomer
+        loads, pad = np.vstack([self.range.pressed(0.0), self.range.corners]), self.model.spec.elastomer
         assert pad is not None
         reached = np.stack([self.poses(errors, loads) for errors in drawn])
         most = max(FARTHEST_CHARTED * pad.thickness, 1.1 * float(np.hypot(*reached[0, :, :2].T).max()))
@@ -223,7 +223,9 @@ class Sensors:
         )
 
     def poses(self, errors: Array, loads: Array) -> Array:
-        """Where loads (n, 3; N: normal, shear along x, y) take one sensor's target, (n, 6) from where it is drawn."""
+        """Where loads (n, 3; N: normal, shear along x, y; or n, 5 with moments, N m) take one sensor's target, (n, 6)
+        from where it is drawn.
+        """
         off = named(self.known, errors)
         # how far (n, 6) loads take the target by the pad's law is kept for a while
         own = self._own(off)

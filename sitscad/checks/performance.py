@@ -1,4 +1,4 @@
-"""SIT401 to SIT409: whether the sensor feels forces as finely and as truly as the spec requires, by the quick method,
+"""SIT401 to SIT412: whether the sensor feels forces as finely and as truly as the spec requires, by the quick method,
 worked out once a design; and what a reading can mean at all.
 """
 
@@ -42,13 +42,14 @@ NOISE_STEPS_SOURCE = (
 
 def judged(
     design: Design, rule: str, key: str, most: Worst, words: str, unit: str = "N",
-    told: str = "", nearly: tuple[str, float] | None = None, slows: bool = False,
+    told: str = "", nearly: tuple[str, float] | None = None, slows: bool = False, limit: float | None = None,
 ) -> Iterator[Verdict]:
     """What is felt, kept beside what the requirement `key` asks, met or not: more than that, in words; or too close to
     tell for the quick method, which is off by so large a part of what `nearly` names. `told` is what is asked, in
-    words; `slows`: it goes with the conversions that a scan has time for, so with the scans a second.
+    words, `limit` what is asked of this axis where the key has one for each; `slows`: it goes with the conversions that
+    a scan has time for, so with the scans a second.
     """
-    asked = getattr(design.spec.requirements, key)
+    asked = getattr(design.spec.requirements, key) if limit is None else limit
     result = RequirementResult(key, rule, most.value, asked, unit, most.axis, most.at)
     design.once("reached", dict[str, RequirementResult])[key] = result
     found = Violation("", "", f"requirements.{key}", most.value, asked, unit or None)
@@ -79,6 +80,7 @@ def noted(design: Design) -> tuple[RequirementResult, ...]:
     if found is None or not found.held[0]:
         return tuple(kept)
     from sitscad.estimates.performance.causes import farthest  # loaded by whatever feels
+    from sitscad.estimates.performance.values import unit_of
 
     end = farthest(needs)
     points = [("zero_drift", 0, "at rest")]
@@ -87,8 +89,8 @@ def noted(design: Design) -> tuple[RequirementResult, ...]:
     for name, number, where in points:
         drift = found.warmed[number].drift
         k = int(np.argmax(drift / found.bench.range.full_scales))
-        at, axis = f"{where}, {needs.temperature:.3g} to {end:.3g} degC", _along(found.bench.range.axes[k])
-        kept.append(RequirementResult(name, "SIT406", float(drift[k]), None, "N", axis, at))
+        at, axis = f"{where}, {needs.temperature:.3g} to {end:.3g} degC", found.bench.range.axes[k]
+        kept.append(RequirementResult(name, "SIT406", float(drift[k]), None, unit_of(axis), _along(axis), at))
     return tuple(kept)
 
 
@@ -103,7 +105,9 @@ def _of_cells(design: Design) -> tuple[RequirementResult, ...]:
 
 
 def _along(axis: str) -> str:
-    return axis.replace("_", " along ")
+    from sitscad.estimates.performance.values import AXIS_WORDS  # loaded by whatever feels
+
+    return AXIS_WORDS[axis]
 
 
 def where_felt(rule: FeltRule) -> Callable[[Design], Iterator[Verdict]]:
@@ -153,7 +157,7 @@ class Worst:
 
 def worst(found: Felt, axes: Iterable[str], of: Callable[[int, int], float]) -> Worst | None:
     """The largest of what `of` gives for a working point and an axis by their numbers, where the pad holds the target;
-    None without such axes.
+    None without such axes. `axes` have one unit.
     """
     names = found.bench.range.axes
     each = [
@@ -166,7 +170,7 @@ def worst(found: Felt, axes: Iterable[str], of: Callable[[int, int], float]) -> 
     return max(each, key=lambda one: one.value, default=None)
 
 
-SHEARS = ("shear_x", "shear_y")
+FORCES, SHEARS, MOMENTS = ("normal", "shear_x", "shear_y"), ("shear_x", "shear_y"), ("moment_x", "moment_y")
 
 MORE_COILS = "two coils in line tell shear along them, three or four both axes"
 
@@ -180,24 +184,79 @@ def normal_resolution(found: Felt, design: Design) -> Iterator[Verdict]:
 @where_felt
 def shear_resolution(found: Felt, design: Design) -> Iterator[Verdict]:
     """Noise of the shear axes that the array tells apart; a coil alone tells none."""
-    if len(found.bench.range.axes) == 1:
+    if not set(SHEARS) & set(found.bench.range.axes):
+        lone = len(found.bench.range.axes) == 1
         yield Violation(
-            "one coil alone cannot tell shear from normal force, so no resolution of shear can be had", MORE_COILS,
-            "requirements.shear_resolution", None, design.spec.requirements.shear_resolution, "N",
+            "one coil alone cannot tell shear from normal force, so no resolution of shear can be had" if lone else
+            "moments are asked for in place of shear, which reads as they do, so no resolution of shear can be had",
+            MORE_COILS if lone else MOMENT_OR_SHEAR, "requirements.shear_resolution", None,
+            design.spec.requirements.shear_resolution, "N",
         )
         return
     yield from _resolution(found, design, "SIT402", "shear_resolution", SHEARS)
 
 
-def _resolution(found: Felt, design: Design, rule: str, key: str, axes: tuple[str, ...]) -> Iterator[Verdict]:
+@where_felt
+def moment_resolution(found: Felt, design: Design) -> Iterator[Verdict]:
+    """Noise of the moments that are asked for and told."""
+    yield from _resolution(found, design, "SIT412", "moment_resolution", MOMENTS, "N m")
+
+
+MOMENT_OR_SHEAR = (
+    "leave requirements.moment_x and moment_y out and the array tells shear, or requirements.shear_resolution and "
+    "friction_error and it tells moments"
+)
+
+
+def moments_told(design: Design) -> Iterator[Verdict]:
+    """The moments that are asked for: told by coils on both sides, and not where the shear that reads as they do is
+    asked for as well.
+    """
+    spec, asked = design.spec, design.spec.requirements
+    if not any(asked.moments):
+        wanted = "moment_resolution" if asked.moment_resolution is not None else next(
+            (f"tilt_error.{name}" for name in MOMENTS if name in asked.tilt_limits()), "")
+        if wanted:
+            yield Violation(
+                f"requirements.{wanted} is about moments, and none is asked for",
+                "requirements.moment_x and moment_y: the largest moments, like 5 N mm", f"requirements.{wanted}",
+            )
+        return
+    from sitscad.estimates.response.working_range import INSTEAD, axes_felt  # loaded by whatever feels
+
+    axes, count = axes_felt(spec), len(spec.array.placements)
+    is_shear_asked = asked.shear_resolution is not None or asked.friction_error is not None
+    for name, value in zip(MOMENTS, asked.moments, strict=True):
+        across = "y" if name == "moment_x" else "x"
+        if value and name not in axes:
+            have = "one coil alone tells no moment"
+            if count > 1:
+                have = f"the coils stand in a line, none beside it in {across}"
+            yield Violation(
+                f"the array cannot tell a {_along(name)}: {have}",
+                f"three or four coils, some of them apart along {across} (array.pattern: triangle or grid)"
+                + (", or two in a line along it" if count == 1 else ""), f"requirements.{name}", value, None, "N m",
+            )
+        elif value and is_shear_asked:
+            shear = next(one for one, other in INSTEAD.items() if other == name)
+            yield Violation(
+                f"a {_along(name)} and {_along(shear)} change the readings alike: the array tells one of them, and "
+                "both are asked for", MOMENT_OR_SHEAR, f"requirements.{name}", value, None, "N m",
+            )
+
+
+def _resolution(
+    found: Felt, design: Design, rule: str, key: str, axes: tuple[str, ...], unit: str = "N"
+) -> Iterator[Verdict]:
     """What the noise on some axes is against the resolution that `key` asks: too coarse, or too close to tell."""
     most = worst(found, axes, lambda point, axis: float(found.points[point].noise[axis]))
     if most is not None:
         words = (
-            f"{most.axis} is told to {show(most.value, 'N', 3)} (one sigma of noise, {most.at}, "
+            f"{most.axis} is told to {show(most.value, unit, 3)} (one sigma of noise, {most.at}, "
             f"{show(design.spec.readout.scan_rate, 'Hz')} scans a second)"
         )
-        yield from judged(design, rule, key, most, words, nearly=("noise (one sigma)", NEARLY), slows=True)
+        off = NEARLY_TILTED if unit != "N" else NEARLY
+        yield from judged(design, rule, key, most, words, unit, nearly=("noise (one sigma)", off), slows=True)
 
 
 ONE_AXIS = Undecided("one coil tells one axis: what shear does to it is read as normal force (SIT409)")
@@ -230,17 +289,33 @@ def crosstalk(found: Felt, design: Design) -> Iterator[Verdict]:
 
 @where_felt
 def tilt_error(found: Felt, design: Design) -> Iterator[Verdict]:
-    """What the tilt that the contact may have costs on every axis."""
-    tilt = design.spec.requirements.tilt
+    """What the tilt that the contact may have costs on every axis that is asked for."""
+    from sitscad.estimates.performance.values import unit_of
+
+    tilt, limits = design.spec.requirements.tilt, design.spec.requirements.tilt_limits()
     assert tilt is not None
-    most = worst(found, found.bench.range.axes,
-                 lambda point, axis: float(found.points[point].tilt_errors(tilt)[axis].max()))
-    if most is not None:
+    told = [name for name in limits if name in found.bench.range.axes]
+
+    def of(point: int, axis: int) -> float:
+        return float(found.points[point].tilt_errors(tilt)[axis].max())
+
+    shares = [(reached.value / limits[name], name, reached)
+              for name in told if (reached := worst(found, (name,), of)) is not None]
+    if shares:  # the axis that is nearest to its limit, or farthest beyond
+        _, name, most = max(shares, key=lambda one: one[0])
+        unit = unit_of(name)
+        beside = " beside the moment that it takes" if name in MOMENTS else ""
         words = (
-            f"a contact tilted by {float(np.degrees(tilt)):.2g} degrees is read as {show(most.value, 'N', 3)} of "
-            f"{most.axis} ({most.at})"
+            f"a contact tilted by {float(np.degrees(tilt)):.2g} degrees is read as {show(most.value, unit, 3)} of "
+            f"{most.axis}{beside} ({most.at})"
         )
-        yield from judged(design, "SIT404", "tilt_error", most, words, nearly=("the error by tilt", NEARLY_TILTED))
+        yield from judged(design, "SIT404", "tilt_error", most, words, unit,
+                          nearly=("the error by tilt", NEARLY_TILTED), limit=limits[name])
+    untold = [name for name in limits if name not in told and name in ("normal", *MOMENTS)]
+    if not isinstance(design.spec.requirements.tilt_error, float):
+        untold = [name for name in limits if name not in told]
+    if untold:
+        yield Undecided(f"tilt_error: the array does not tell {' and '.join(map(_along, untold))}")
 
 
 @where_felt
@@ -249,10 +324,13 @@ def friction_error(found: Felt, design: Design) -> Iterator[Verdict]:
     """Error of shear over normal at full load."""
     asked = design.spec.requirements.friction_error
     assert asked is not None
-    shear = next((name for name in found.bench.range.axes if name != "normal"), None)
+    shear = next((name for name in found.bench.range.axes if name in SHEARS), None)
     if shear is None:
-        yield Violation("one coil alone tells no shear, so no friction either", MORE_COILS,
-                        "requirements.friction_error", None, asked)
+        lone = len(found.bench.range.axes) == 1
+        yield Violation(
+            "one coil alone tells no shear, so no friction either" if lone else
+            "moments are asked for in place of shear, so no friction is told", MORE_COILS if lone else MOMENT_OR_SHEAR,
+            "requirements.friction_error", None, asked)
         return
     causes = found.friction(shear)
     error = float(np.hypot.reduce(list(causes.values())))
@@ -264,14 +342,15 @@ def friction_error(found: Felt, design: Design) -> Iterator[Verdict]:
 
 @where_felt
 def temperature_error(found: Felt, design: Design) -> Iterator[Verdict]:
-    """Drift of every axis at full load between the temperature of the tare and the farther end of the range."""
+    """Drift of every axis of force at full load between the temperature of the tare and the range's farther end."""
     from sitscad.estimates.performance.causes import warming
 
     needs = design.spec.requirements
     apart = warming(needs)
     if not found.held[-1]:
         return
-    drift = found.warmed[-1].drift
+    is_force = np.array([name in FORCES for name in found.bench.range.axes])
+    drift = np.where(is_force, found.warmed[-1].drift, 0.0)
     k = int(np.argmax(drift))
     axis = _along(found.bench.range.axes[k])
     causes = {name: abs(float(value[k])) for name, value in found.warmed[-1].by_kelvin.items()}
@@ -296,9 +375,9 @@ def two_loads_one_reading(found: Felt, design: Design) -> Iterator[Verdict]:
     """Whether two loads within what is required read alike."""
     twins = design.twins
     if twins is not None:
-        from sitscad.estimates.performance.values import AXES  # loaded by whatever feels
+        from sitscad.estimates.performance.values import AXES, unit_of  # loaded by whatever feels
 
-        words = [" and ".join(f"{show(load[k], 'N', 3)} of {_along(name)}"
+        words = [" and ".join(f"{show(load[k], unit_of(name), 3)} of {_along(name)}"
                               for k, name in enumerate(AXES) if name in found.bench.range.axes)
                  for load in twins]
         yield Violation(
@@ -313,6 +392,7 @@ def two_loads_one_reading(found: Felt, design: Design) -> Iterator[Verdict]:
 def tilt_beside_noise(found: Felt, design: Design) -> Iterator[Verdict]:
     """One degree of tilt against the noise."""
     from sitscad.estimates.performance.causes import DEGREE
+    from sitscad.estimates.performance.values import unit_of
 
     def over_noise(point: int, axis: int) -> float:
         here = found.points[point]
@@ -322,9 +402,10 @@ def tilt_beside_noise(found: Felt, design: Design) -> Iterator[Verdict]:
     if most is not None and most.value > BESIDE_NOISE:
         point = found.points[POINTS.index(most.at)]
         k = list(map(_along, found.bench.range.axes)).index(most.axis)
+        unit = unit_of(found.bench.range.axes[k])
         yield Violation(
-            f"one degree of tilt is read as {show(float(point.tilt_errors(DEGREE)[k].max()), 'N', 2)} of {most.axis} "
-            f"({most.at}), {most.value:.0f} times the noise of {show(float(point.noise[k]), 'N', 2)}: the contact's "
+            f"one degree of tilt is read as {show(float(point.tilt_errors(DEGREE)[k].max()), unit, 2)} of {most.axis} "
+            f"({most.at}), {most.value:.0f} times the noise of {show(float(point.noise[k]), unit, 2)}: the contact's "
             "tilt, not the noise, says how fine it is",
             "a face that keeps the target level (rotation=held), a calibration with the tilts of use, or "
             "requirements.tilt with tilt_error, so that it is judged", "elastomer.thickness", most.value, BESIDE_NOISE,
@@ -384,4 +465,6 @@ RULES: tuple[Rule, ...] = (
     _felt_rule("SIT408", tilt_beside_noise, "feeling"),
     rule_of("SIT409", unseen_shear, "target", "elastomer", "shear force"),
     rule_of("SIT410", requirements_agree),
+    rule_of("SIT411", moments_told),
+    _felt_rule("SIT412", moment_resolution, "moment resolution"),
 )

@@ -110,6 +110,7 @@ _ASKED = {"normal force": ("normal_force",), "shear force": ("shear_force",), "b
 """Needs of single requirements."""
 
 _FEELING = {"normal resolution": ("normal_resolution",), "shear resolution": ("shear_resolution",),
+            "moment resolution": ("moment_resolution",),
             "crosstalk": ("crosstalk",), "tilt error": ("tilt", "tilt_error"), "friction error": ("friction_error",),
             "temperature error": ("temperature_range", "temperature_error")}
 """Needs of SIT4xx, and the requirements that each takes."""
@@ -167,7 +168,7 @@ class Outcome:
 
 
 OF_ONE_CELL = {"SIT218", "SIT304", "SIT306", "SIT310", "SIT312", "SIT313", "SIT327",
-               *(f"SIT40{k}" for k in range(1, 10))}
+               *(f"SIT40{k}" for k in range(1, 10)), "SIT411", "SIT412"}
 """Rules about a target, its pad and what is felt, which judge a cell: that of which they find most. Nothing
 is tried for their hints, for what is tried is a whole sensor.
 """

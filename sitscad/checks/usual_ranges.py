@@ -34,7 +34,8 @@ class UsualRange:
     source: str
 
 
-SI = {"length": "m", "inductance": "H", "capacitance": "F", "resistance": "ohm", "force": "N", "pressure": "Pa",
+SI = {"length": "m", "inductance": "H", "capacitance": "F", "resistance": "ohm", "force": "N",
+      "moment": "N m", "pressure": "Pa",
       "conductivity": "S/m"}
 """The units in which figures of a dimension are shown with a prefix."""
 
@@ -79,8 +80,13 @@ def _poisson(design: Design) -> float | None:
 def _asked(design: Design) -> list[float]:
     """What the requirements let an error be, in parts of the force that they require."""
     asked, normal = design.spec.requirements, design.spec.requirements.normal_force
-    pairs = [(asked.normal_resolution, normal), (asked.tilt_error, normal), (asked.temperature_error, normal),
-             (asked.shear_resolution, asked.shear_force)]
+    moments = [each for each in asked.moments if each]
+    tilts = {"normal": normal, "shear_x": asked.shear_force, "shear_y": asked.shear_force, "moment_x": asked.moment_x,
+             "moment_y": asked.moment_y}
+    pairs = [(asked.normal_resolution, normal), (asked.temperature_error, normal),
+             (asked.shear_resolution, asked.shear_force), (asked.moment_resolution, min(moments, default=None)),
+             *((error, normal if isinstance(asked.tilt_error, float) else tilts[name])
+               for name, error in asked.tilt_limits().items())]
     return [error / force for error, force in pairs if error is not None and force]
 
 

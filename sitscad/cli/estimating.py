@@ -162,9 +162,10 @@ Axes and words:
   rx, ry, rz     how it is turned about that point, Rx(rx) Ry(ry) Rz(rz):
                  a positive ry brings its +x side nearer to the board.
   normal         force towards the board, positive; shear_x and shear_y push
-                 along +x and +y. The target tilts as it likes; with
-                 rotation=held a flat face keeps it level, as in data sheets
-                 and calibrations.
+                 along +x and +y; moment_x and moment_y turn about them. All
+                 act on the middle of the outermost face. The target tilts as
+                 it likes; with rotation=held a flat face keeps it level, as in
+                 data sheets and calibrations without moments.
   L, R           what the converter sees at the contacts, with everything
                  around and the other coils idle.
   by target      what the target alone changes of the winding's inductance.
@@ -196,7 +197,8 @@ What the sensor feels (--performance), at rest, half and full load:
 @click.argument("spec", type=click.Path())
 @click.option("--pose", "poses", multiple=True, metavar="x=0.5,...", help="A pose: x, y, z (mm), rx, ry, rz (degrees).")
 @click.option("--poses", "pose_files", multiple=True, metavar="FILE", help="Poses of a CSV file; x_m or rx_rad for SI.")
-@click.option("--load", "loads", multiple=True, metavar="normal=4.8,...", help="A load: normal, shear_x, shear_y (N).")
+@click.option("--load", "loads", multiple=True, metavar="normal=4.8,...",
+              help="A load: normal, shear_x, shear_y (N), moment_x, moment_y (N mm).")
 @click.option("--loads", "load_files", multiple=True, metavar="FILE", help="Loads of a CSV file.")
 @click.option("--scan", "scans", multiple=True, metavar="x=-2:2:41,...", help="FIRST:LAST:COUNT of any of these names.")
 @click.option("--case", "cases", multiple=True, metavar="NAME", help="A load case of the spec's loads, or all of them.")

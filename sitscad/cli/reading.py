@@ -37,13 +37,14 @@ def read(
 ) -> int:
     """Set up a board's converters and read them: a line a scan, or a diagnosis.
 
-    SOURCE is sim:SPEC with ?load=AXIS:FIRST:LAST (normal, shear_x or shear_y, in newtons; of several axes with a comma
-    between: load=normal:0:5,shear_x:2), seconds=, fault= (open, short, lost-layer, low-amplitude, swapped, nack, stuck,
-    reset, glitch, with :COIL and @SECONDS), state=free for a bare board, unit= for the sensor of that number, with
-    errors of its own, cell= for the cell that the load is on, seed=; /dev/i2c-N of a Linux computer
-    (/dev/i2c-N,/dev/i2c-M for two buses); or serial:PORT, where a microcontroller with the firmware of the package is
-    (both: pip install 'sitscad[bench]'). The port runs at SENSOR_BAUD of the design; ?baud= sets another. Lines that
-    are lost, corrupted or of another sensor are counted and not used.
+    SOURCE is sim:SPEC with ?load=AXIS:FIRST:LAST (normal, shear_x, shear_y in newtons, moment_x, moment_y in newton
+    millimetres; of several axes with a comma between: load=normal:0:5,shear_x:2), seconds=, fault= (open, short,
+    lost-layer, low-amplitude, swapped, nack, stuck, reset, glitch, with :COIL and @SECONDS), state=free for a bare
+    board, unit= for the sensor of that number, with errors of its own, cell= for the cell that the load is on,
+    seed=; /dev/i2c-N of a Linux computer (/dev/i2c-N,/dev/i2c-M for two buses); or serial:PORT, where a
+    microcontroller with the firmware of the package is (both: pip install 'sitscad[bench]'). The port runs at
+    SENSOR_BAUD of the design; ?baud= sets another. Lines that are lost, corrupted or of another sensor are counted
+    and not used.
 
     Newtons are by the tare that the calibration was made with, or with --tare by the mean of the first 16 scans; the
     loads of a simulated board begin after them.

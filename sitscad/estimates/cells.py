@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from sitscad.estimates.performance.values import Performance
+from sitscad.estimates.performance.values import Performance, by_unit
 from sitscad.estimates.response.working_range import USUAL_STRAIN
 from sitscad.estimates.states.pressing import joined, pressed, web_stiffness
 from sitscad.estimates.states.solved_target import own_changes
@@ -85,10 +85,11 @@ class AlikeCells:
         axes = full.axes.items()
         told = {
             "alike": list(self.numbers), "webs_stiffen_by": self.stiffer, "strain_at_full_load": self.strain,
-            "crosstalk": self.crosstalk, "range_N": {name: axis.range for name, axis in axes},
+            "crosstalk": self.crosstalk, **by_unit("range_", "", {name: axis.range for name, axis in axes}),
             "limited_by": {name: axis.limited_by for name, axis in axes}, "overload_N": full.overload,
             "free_overload_N": full.free_overload,
-            "resolution_N": {name: axis.document()["resolution_N"] for name, axis in axes},
+            **by_unit("resolution_", "", {
+                name: axis.resolution if math.isfinite(axis.resolution) else None for name, axis in axes}),
         }
         return [{"cell": number, "coils": list(self.coils[k * coils : (k + 1) * coils])} | told
                 for k, number in enumerate(self.numbers)]

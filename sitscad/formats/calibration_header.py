@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from sitscad.calibration.inverse_map import BEYOND, LEAST, InverseMap
+from sitscad.estimates.performance.values import MOMENTS, unit_of
 from sitscad.readout.conversion import Conversion
 from sitscad.version import __version__
 from sitscad.writer import comment_text
@@ -39,7 +40,7 @@ def header(found: InverseMap, conversion: Conversion, remarks: Sequence[str] = (
 
 def _comment(found: InverseMap, conversion: Conversion, remarks: Sequence[str]) -> list[str]:
     """The comment at the file's head: which sensor, how good, what goes in and comes out."""
-    shown = ", ".join(f"{name} {error:.3g} N of {full:.3g}"
+    shown = ", ".join(f"{name} {error:.3g} {unit_of(name)} of {full:.3g}"
                       for name, error, full in zip(found.axes, found.error, found.full_scale, strict=True))
     device, coils = conversion.device, ", ".join(map(comment_text, found.coils))
     if device.has_gains:
@@ -59,12 +60,18 @@ def _comment(found: InverseMap, conversion: Conversion, remarks: Sequence[str]) 
         f" * counts: {counts[0]}",
         *(f" * {line}" for line in counts[1:]),
         f" * forces: {axes}, in newtons; normal is positive towards the board.",
+        *([" * moments in newton metres, on the middle of the outermost face of a target that is free to tilt."]
+          if set(found.axes) & set(MOMENTS) else []),
         " * tare: counts without load, the mean of some readings. Take it again when the temperature has changed.",
         " *",
         " * C99; no heap, no state; of the library logf alone"
         + (" (and this map needs not even that)." if not found.logarithmic else "."),
         " */",
     ]
+
+
+def _units(found: InverseMap) -> str:
+    return ", ".join(dict.fromkeys(unit_of(name) for name in found.axes))
 
 
 def _opening(found: InverseMap) -> list[str]:
@@ -104,7 +111,7 @@ def _tables(found: InverseMap) -> list[str]:
         lines += _array("float", "sitscad_gain", "[SITSCAD_COILS]", _floats(found.gain))
     lines += ["/* How the coils are mixed. */"]
     lines += _matrix("float", "sitscad_mix", "[SITSCAD_AXES][SITSCAD_COILS]", [_floats(row) for row in found.mix])
-    lines += ["", "/* Where the map was made, with a margin; full scales (N). */"]
+    lines += ["", f"/* Where the map was made, with a margin; full scales ({_units(found)}). */"]
     lines += _array("float", "sitscad_low", "[SITSCAD_AXES]", _floats(found.low - BEYOND))
     lines += _array("float", "sitscad_high", "[SITSCAD_AXES]", _floats(found.high + BEYOND))
     lines += _array("float", "sitscad_full_scale", "[SITSCAD_AXES]", _floats(found.full_scale))
@@ -164,7 +171,7 @@ def _changes(found: InverseMap, conversion: Conversion) -> list[str]:
         ends = (f"{name} <= sitscad_least[coil] || {name} >= sitscad_most[coil]" for name in ("now", "rest"))
         beyond = " || ".join(ends)
     return [
-        "/* Forces (N) at counts after a tare; SITSCAD_OK, or what is wrong. */",
+        f"/* Forces ({_units(found)}) at counts after a tare; SITSCAD_OK, or what is wrong. */",
         "static inline int sitscad_forces(const uint32_t counts[SITSCAD_COILS], const struct sitscad_tare *tare,",
         "                                 float forces[SITSCAD_AXES])",
         "{",

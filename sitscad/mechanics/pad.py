@@ -265,8 +265,8 @@ class BondedPad:
         turns: Array | None = None,
         is_stuck: bool = False,
     ) -> Array:
-        """Poses (n, 6) under loads (n, 3): normal, towards the board, and shear along +x and +y (N); or (n, 6): force
-        along x, y, z (N) and moment (N m) about the middle of the outermost face.
+        """Poses (n, 6) under loads (n, 3): normal, towards the board, and shear along +x and +y (N); or (n, 5): with
+        moments about x and y (N m), on the middle of the outermost face; or (n, 6): force along x, y, z and moment.
 
         Loads act at the middle of the outermost face, or `at` (n, 2; m) beside it; that point moves with the target,
         and the load keeps its direction. `is_held` keeps the target level, or turned by `turns` (n, 3; rad);
@@ -407,11 +407,13 @@ def _solved(pad: BondedPad, wanted: bytes, points: bytes, turned: bytes, is_leve
 
 
 def _as_wrenches(loads: Array) -> Array:
-    """Loads (n, 3) or (n, 6; N, N m) as wrenches (n, 6) in the target's axes; ValueError for others."""
+    """Loads (n, 3), (n, 5) or (n, 6; N, N m) as wrenches (n, 6) in the target's axes; ValueError for others."""
     loads = np.array(loads, dtype=float)
-    if loads.ndim != 2 or loads.shape[1] not in (3, 6) or not np.all(np.isfinite(loads)):
-        raise ValueError("loads are finite numbers, (n, 3) or (n, 6)")
+    if loads.ndim != 2 or loads.shape[1] not in (3, 5, 6) or not np.all(np.isfinite(loads)):
+        raise ValueError("loads are finite numbers, (n, 3), (n, 5) or (n, 6)")
     if loads.shape[1] == 6:
         return loads
-    normal, shear_x, shear_y = loads.T
-    return np.column_stack([shear_x, shear_y, -normal, np.zeros((len(loads), 3))])
+    found = np.zeros((len(loads), 6))
+    found[:, [2, 0, 1]] = loads[:, :3] * [-1.0, 1.0, 1.0]
+    found[:, 3 : loads.shape[1]] = loads[:, 3:]
+    return found

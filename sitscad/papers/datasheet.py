@@ -21,7 +21,7 @@ from sitscad.drawing.web_page import table as html_table
 from sitscad.estimates.cells import FIGURES_ARE, WEBS_KNOWN, AlikeCells, cell_rows, document, weakest_cell
 from sitscad.estimates.performance.curves import Curves
 from sitscad.estimates.performance.points import INSTABILITY, production_limits
-from sitscad.estimates.performance.values import Performance, largest_lasting
+from sitscad.estimates.performance.values import AXES, FORCES, MOMENTS, Performance, largest_lasting, unit_of
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.pad import NoResponse
 from sitscad.estimates.response.table import response_table
@@ -30,7 +30,7 @@ from sitscad.estimates.values import Estimates
 from sitscad.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
 from sitscad.layout.tail_tracks import contact_rows
-from sitscad.papers.datasheet_plots import FROM_UNIT_TO_UNIT, NAMES, WIDE, Plot, figures
+from sitscad.papers.datasheet_plots import FROM_UNIT_TO_UNIT, NAMES, SHEARS, WIDE, Plot, figures
 from sitscad.papers.drawings.plan_view import drawing, plan, plan_scale
 from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.places import cell_placements
@@ -154,7 +154,7 @@ def _widths(rows: Rows, first: float, whole: float) -> list[float]:
 def _about(layout: Layout, felt: Sequence[Performance]) -> str:
     """What the sensor is and tells, in two sentences."""
     full, coils = felt[-1], counted(len(layout.cell(1).coils), "coil")
-    axes = " and ".join(name.replace("_", " along ") for name in full.axes)
+    axes = " and ".join(NAMES[name] for name in full.axes)
     cells = len(cell_placements(layout.spec))
     array = f"{cells} cells, each of " if cells > 1 else ""
     return (
@@ -220,26 +220,32 @@ def summary(felt: Sequence[Performance], layout: Layout, found: Calibration | No
         rows.append((what, *texts))
 
     axes, held = [full.axes[name] for name in names], held_shear(layout.spec)
-    row("full scale", *(_newtons(axis.full_scale) for axis in axes))
+    shears = [name for name in names if name in SHEARS]
+    row("full scale", *(_amount(axis.full_scale, name) for name, axis in zip(names, axes, strict=True)))
     together = working_range(layout.spec)
     if together.is_round:
         limit = _newtons(together.shear)
         row("calibrated for both shears together up to", *(NONE if name == "normal" else limit for name in names))
-    row("range, kept level, and what ends it", *(f"{_newtons(axis.range)}, {axis.limited_by}" for axis in axes))
+    turns = "free to tilt" if any(name in MOMENTS for name in names) else "kept level"
+    row(f"range, {turns}, and what ends it",
+        *(f"{_amount(axis.range, name)}, {axis.limited_by}" for name, axis in zip(names, axes, strict=True)))
     if found is not None:
         row(f"the map to newtons ends at{', least signal' if has_cells else ''}",
             *(f"{_newtons(found.map.end)}, pressed alone" if name == "normal" else NONE for name in names))
-    if any(max(full.axes[name].full_scale, full.axes[name].range) > held for name in names if name != "normal"):
-        row("extrapolated by the pad's law beyond", *(NONE if name == "normal" else _newtons(held) for name in names))
+    if any(max(full.axes[name].full_scale, full.axes[name].range) > held for name in shears):
+        row("extrapolated by the pad's law beyond", *(_newtons(held) if name in shears else NONE for name in names))
     for point in (rest, half, full):
-        row(f"resolution {point.at}: the noise alone", *(_newtons(point.axes[name].resolution) for name in names))
+        row(f"resolution {point.at}: the noise alone",
+            *(_amount(point.axes[name].resolution, name) for name in names))
     lasting = [largest_lasting(axis.errors) for axis in axes]
-    row("largest error that lasts, full load", *(f"{_newtons(error)}, {cause}" for error, cause in lasting))
+    row("largest error that lasts, full load",
+        *(f"{_amount(error, name)}, {cause.replace(UNTOLD, 'not told')}"
+          for name, (error, cause) in zip(names, lasting, strict=True)))
     for point in (rest, full):
-        row(drift_of(point), *(_newtons(point.axes[name].errors[drift_of(point)]) for name in names))
+        row(drift_of(point), *(_amount(point.axes[name].errors[drift_of(point)], name) for name in names))
     row(
         f"largest sensitivity {'in the least cell,' if has_cells else 'of a coil at'} half load",
-        *(f"{show(max(map(abs, half.axes[name].sensitivity)), 'Hz', 3)}/N" for name in names),
+        *(_sensitivity(max(map(abs, half.axes[name].sensitivity)), name) for name in names),
     )
     row("nonlinearity, straight map, half load", *(_share(half.axes[name].nonlinearity) for name in names))
     row("crosstalk, straight map, half load", *(_crosstalk([half.straight_crosstalk], name) for name in names))
@@ -252,9 +258,9 @@ def summary(felt: Sequence[Performance], layout: Layout, found: Calibration | No
     tilt = "one degree" if degrees == "1" else f"{degrees} degrees"
     for angle in ("rx", "ry"):
         row(f"error by {tilt} of {angle} alone, either way, full load",
-            *(_newtons(full.tilt_error[name][angle]) for name in names))
-    row("error by a force 0.1 mm beside", *(_newtons(full.axes[name].errors[BESIDE]) for name in names))
-    row("drift after the tare, a kelvin, full load", *(_newtons(full.temperature_error[name]) for name in names))
+            *(_amount(full.tilt_error[name][angle], name) for name in names))
+    row("error by a force 0.1 mm beside", *(_amount(full.axes[name].errors[BESIDE], name) for name in names))
+    row("drift after the tare, a kelvin, full load", *(_amount(full.temperature_error[name], name) for name in names))
     return rows
 
 
@@ -263,8 +269,16 @@ def drift_of(point: Performance) -> str:
     return next(cause for cause in next(iter(point.axes.values())).errors if "drift" in cause)
 
 
+def _sensitivity(value: float, name: str) -> str:
+    """The sensitivity of a coil (Hz/N; of a moment Hz/(N m), which is shown by the N mm)."""
+    return f"{show(1e-3 * value, 'Hz', 3)}/(N mm)" if name in MOMENTS else f"{show(value, 'Hz', 3)}/N"
+
+
 NONE = "-"  # In place of a figure that there is not
 LEAST_TOLD = 1e-4  # Crosstalk of a noiseless map below which its digits mean nothing
+
+UNTOLD = "at full scale, which is not measured"
+"""What causes of errors say of axes that the array does not tell; too long for a column."""
 
 BESIDE = "contact 0.1 mm beside the middle"
 
@@ -289,6 +303,7 @@ def sensor(
         ("sensor", ""),
         *_cells(layout, estimates, told),
         *overloads,
+        *_stiffness(felt),
         ("error of shear over normal, full load", friction),
         (f"bandwidth ({full.bandwidth_by})", show(full.bandwidth, "Hz", 3)),
         ("resonance of target and pad, nothing on it", resonances or NONE),
@@ -303,6 +318,21 @@ def sensor(
         ("shear modulus of it", f"{show(pad.material.shear_modulus, 'Pa', 3)} +- "
                                 f"{100.0 * pad.material.shear_modulus_sigma:.0f} %"),
     ]
+
+
+def _stiffness(felt: Sequence[Performance]) -> Rows:
+    """How the pad holds the target against a moment on its outermost face, with one sigma by the pad's law."""
+    rows: Rows = []
+    for point in (felt[0], felt[-1]):
+        said = []
+        for turn, value in point.tilt_stiffness.items():
+            error = point.tilt_stiffness_error[turn]
+            if not (math.isfinite(value) and math.isfinite(error) and error < 1.0):
+                said.append(f"{turn}: not known")
+                continue
+            said.append(f"{turn} {show(value, 'N m', 3)}/rad +- {100.0 * error:.0f} %")
+        rows.append((f"stiffness against a tilt, {point.at}", ", ".join(dict.fromkeys(said))))
+    return rows
 
 
 def _metal_behind(spec: SensorSpec) -> Rows:
@@ -351,8 +381,8 @@ def errors(felt: Sequence[Performance]) -> Rows:
     names = list(full.axes)
     head = "one sigma of error at full load, any unit, by cause", *(NAMES[name] for name in names)
     causes = (cause for cause in full.axes[names[0]].errors if cause not in FROM_UNIT_TO_UNIT)
-    return [head, *((TILTS if cause == TILTED else cause, *(_newtons(full.axes[name].errors[cause]) for name in names))
-                    for cause in causes)]
+    return [head, *((TILTS if cause == TILTED else cause,
+                     *(_amount(full.axes[name].errors[cause], name) for name in names)) for cause in causes)]
 
 
 TILTED, TILTS = "tilt of 1 degree", "tilt of 1 degree, rx and ry (root of squares)"
@@ -365,7 +395,7 @@ def drift(felt: Sequence[Performance]) -> Rows:
     rows: Rows = [("by a kelvin after the tare", *(NAMES[name] for name in names))]
     for cause, row in full.temperature_causes.items():
         sign = "+-" if cause == "capacitors" else ""
-        rows.append((cause, *(sign + _newtons(row[name]) for name in names)))
+        rows.append((cause, *(sign + _amount(row[name], name) for name in names)))
     return rows
 
 
@@ -397,8 +427,11 @@ def notes(felt: Sequence[Performance], found: Calibration | None = None) -> Iter
     full = felt[-1]
     yield "Computed, not measured. Every figure is of this design; a unit is as good as its own calibration makes it."
     if full.ambiguous is not None:
-        one, other = (", ".join(_newtons(force) for force in load) for load in full.ambiguous)
-        yield f"Two loads (normal, shear along x, along y) read alike: {one}; and {other}. No map tells them apart."
+        one, other = (", ".join(_amount(part, name) for name, part in zip(AXES, load, strict=False))
+                      for load in full.ambiguous)
+        moments = ", moment about x, about y" * (len(full.ambiguous[0]) > len(FORCES))
+        yield (f"Two loads (normal, shear along x, along y{moments}) read alike: {one}; and {other}. No map tells them "
+               "apart.")
     said = [*full.notes, *(found.sensors.range.notes if found is not None else ()),
             *(f"the map in calibration/ is {note}" for note in (found.notes if found is not None else ())
               if note.startswith("made for"))]
@@ -406,9 +439,18 @@ def notes(felt: Sequence[Performance], found: Calibration | None = None) -> Iter
 
 
 def _newtons(force: float) -> str:
-    if math.isinf(force):
+    return _amount(force, "normal")
+
+
+def _amount(value: float, name: str) -> str:
+    """A force (N) or a moment (N m) on an axis of that name."""
+    if math.isinf(value):
         return "no reading tells it"
-    return show(force, "N", 3) if abs(force) >= 1e-6 else "0 N"
+    unit, least = unit_of(name), LEAST_MOMENT if name in MOMENTS else LEAST_FORCE
+    return show(value, unit, 3) if abs(value) >= least else f"0 {'N mm' if name in MOMENTS else unit}"
+
+
+LEAST_FORCE, LEAST_MOMENT = 1e-6, 1e-9  # Least force (N) and moment (N m) that are told apart from nothing
 
 
 def _share(part: float) -> str:

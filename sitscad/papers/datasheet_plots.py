@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 
 from sitscad.arrays import Array
-from sitscad.calibration.calibration import AXIS_WORDS
 from sitscad.estimates.performance.curves import Curve, Curves
-from sitscad.estimates.performance.values import Performance
+from sitscad.estimates.performance.values import AXIS_WORDS, FORCES, SHOWN, Performance, unit_of
 from sitscad.record import record
 
-NAMES = AXIS_WORDS
+NAMES, SHEARS = AXIS_WORDS, FORCES[1:]
 Draw = Callable[[Any], None]
 
 NANO = 1e9
@@ -37,20 +36,22 @@ class Plot:
 
 def figures(found: Curves, felt: Sequence[Performance], cell: int | None = None) -> list[Plot]:
     """All plots of a sensor, the `WIDE` ones first; of cells curves are of one `cell`, errors of the worst."""
-    far = f" {BEYOND}" if any(float(np.abs(curve.forces).max()) > found.held for curve in found.shears) else ""
+    far = f" {BEYOND}" if any(float(np.abs(curve.forces).max()) > found.held for curve in found.shears
+                              if curve.axis in SHEARS) else ""
+    side = " and ".join(dict.fromkeys(NAMES[curve.axis].split()[0] for curve in found.shears))
     of = "" if cell is None else f"Cell {cell}, which has the least signal. "
     lone = len(found.coils) == 1
     what = "The coil over the normal force; band:" if lone else (
-        "Each coil over the normal force, and over shear under half of it; bands:")
+        f"Each coil over the normal force, and over {side} under half of it; bands:")
     plots = [Plot(f"{of}{what} one sigma from unit to unit, tared, not calibrated. Inductance is what firmware/ "
                   "computes from a reading, 1 / (C (2 pi f)^2): the coil's own capacitance is in it.", WIDE,
                   partial(_coils, found, "" if cell is None else f"cell {cell}, "))]
     if not lone:
         plots.append(Plot(f"{of}Combinations of the coils: their sum over the normal force, and their difference over "
-                          "shear under no, half and full normal force." + far, WIDE, partial(_combined, found)))
+                          f"{side} under no, half and full normal force." + far, WIDE, partial(_combined, found)))
     if found.ranges:
         plots.append(Plot(f"{of}The working range: where the readings go. Lines of equal normal force (blue) and of "
-                          "equal shear (orange); where lines of one colour cross, no map tells the loads apart."
+                          f"equal {side} (orange); where lines of one colour cross, no map tells the loads apart."
                           + (f" {BEYOND_LINES}" if far else ""), NARROW, partial(_range, found)))
     worst = "" if cell is None else ", by each cause that of the cell which is worst in it"
     plots.append(Plot(f"One sigma of error at full load by cause, of full scale, on any unit alike{worst}; the table "
@@ -67,7 +68,7 @@ EXTRAPOLATED = "extrapolated"
 def _shade(axes: Any, curve: Curve, held: float) -> None:
     """Marks the shear beyond which the pad's law is extrapolated, and names it once in the legend."""
     most, label = float(np.abs(curve.forces).max()), EXTRAPOLATED
-    if curve.axis == "normal" or most <= held:
+    if curve.axis not in SHEARS or most <= held:
         return
     for low, high in ((-most, -held), (held, most)):
         axes.axvspan(low, high, color="#8a939b", alpha=0.22, linewidth=0.0, label=label, zorder=0.5)
@@ -75,8 +76,8 @@ def _shade(axes: Any, curve: Curve, held: float) -> None:
 
 
 def difference(found: Curves, axis: str) -> tuple[str, Array]:
-    """The combination of coils that tells shear along an axis: in words, and its weights (coils)."""
-    along = found.places[:, 0 if axis == "shear_x" else 1]
+    """The combination of coils that tells a shear or a moment: in words, and its weights (coils)."""
+    along = found.places[:, 0 if axis in ("shear_x", "moment_y") else 1]
     weights = np.where(np.abs(along) < 1e-9, 0.0, -along / np.maximum(np.abs(along), 1e-12))
     low, high = ([name for name, w in zip(found.coils, weights, strict=True) if w * sign > 0.0] for sign in (1, -1))
     weights = np.where(weights > 0.0, weights / max(len(low), 1), weights / max(len(high), 1))
@@ -107,7 +108,7 @@ def _coils(found: Curves, of: str, figure: Any) -> None:
             _line(axes, curve, NANO * curve.inductance[:, k], NANO * curve.sigma[:, k], f"L{name[1:]}", dashes)
         _shade(axes, curve, found.held)
         under = "" if curve.axis == "normal" else f", {curve.normal:.3g} N normal"
-        axes.set(xlabel=f"{NAMES[curve.axis]} (N)", ylabel="inductance (nH)", title=f"{of}{names}{under}")
+        axes.set(xlabel=_label(curve.axis), ylabel="inductance (nH)", title=f"{of}{names}{under}")
         if len(found.coils) > 1:
             axes.legend()
 
@@ -125,14 +126,19 @@ def _combined(found: Curves, figure: Any) -> None:
             sigma = np.sqrt((one.sigma * weights) ** 2 @ np.ones(len(weights)))
             _line(axes, one, NANO * one.inductance @ weights, NANO * sigma, f"{one.normal:.3g} N normal")
         _shade(axes, one, found.held)
-        axes.set(xlabel=f"{NAMES[kind]} (N)", ylabel="nH", title=words)
+        axes.set(xlabel=_label(kind), ylabel="nH", title=words)
         axes.legend()
+
+
+def _label(axis: str) -> str:
+    return f"{NAMES[axis]} ({SHOWN[unit_of(axis)][1]})"
 
 
 def _line(axes: Any, curve: Curve, values: Array, sigma: Array, label: str, dashes: str = "-") -> None:
     values, sigma = _rounded(values), _rounded(sigma)
-    (line,) = axes.plot(curve.forces, values, label=label, linestyle=dashes)
-    axes.fill_between(curve.forces, values - sigma, values + sigma, alpha=BAND, color=line.get_color(), linewidth=0.0)
+    forces = curve.forces * SHOWN[unit_of(curve.axis)][0]
+    (line,) = axes.plot(forces, values, label=label, linestyle=dashes)
+    axes.fill_between(forces, values - sigma, values + sigma, alpha=BAND, color=line.get_color(), linewidth=0.0)
 
 
 def _range(found: Curves, figure: Any) -> None:
@@ -144,14 +150,14 @@ def _range(found: Curves, figure: Any) -> None:
         total = _rounded(NANO * inductance.sum(axis=2))
         for k, force in enumerate(normal):
             width = 0.9 if k in (0, len(normal) - 1) else 0.45
-            for part, dashes in _parted(shear, found.held):
+            for part, dashes in _parted(shear, found.held if kind in SHEARS else np.inf):
                 line = (np.interp(part, shear, values[k]) for values in (apart, total))
                 axes.plot(*line, color="#1f5fa8", linewidth=width, linestyle=dashes)
             if k in (0, len(normal) - 1):
                 axes.annotate(f"{force:.3g} N", (apart[k, -1], total[k, -1]), color="#1f5fa8")
         for k in range(len(shear)):
             axes.plot(apart[:, k], total[:, k], color="#c4602b", linewidth=0.9 if 2 * k + 1 == len(shear) else 0.45,
-                      linestyle="-" if abs(shear[k]) <= found.held else "--")
+                      linestyle="-" if kind not in SHEARS or abs(shear[k]) <= found.held else "--")
         axes.margins(x=0.2)  # room for the words at the ends of the lines
         axes.set(xlabel=f"{words} (nH)", ylabel=f"{_total(found)} (nH)", title=f"normal and {NAMES[kind]}")
 

@@ -17,13 +17,14 @@ from sitscad.calibration.unknowns import usual
 from sitscad.drawing.sheet import Pen, Sheet
 from sitscad.drawing.svg import svg
 from sitscad.drawing.web_page import page, soft
+from sitscad.estimates.performance.values import SHOWN, shown_scales, unit_of
 from sitscad.geometry.path import Point, circle
 from sitscad.report.findings import printable
 from sitscad.report.measures import quantity
 from sitscad.report.numbers import head_and_rows, html_table, table
 from sitscad.scene.motions import ROTATIONS
 from sitscad.spec.sensor import SensorSpec
-from sitscad.units import counted
+from sitscad.units import counted, show
 
 MOVED_HEAD = ("unknown", "found", "+-", "usual scatter", "moved by")
 
@@ -49,14 +50,14 @@ def point_rows(found: Calibration) -> tuple[list[str], list[list[str]]]:
         return [], []
     settled, columns, axes = points.settled, found.sensors.range.columns, found.map.axes
     read = found.map(settled.frequency, settled.rest)
-    head = ["point", *(f"{name} N" for name in axes), *(f"read {name}" for name in axes),
+    head = ["point", *(f"{name} {SHOWN[unit_of(name)][1]}" for name in axes), *(f"read {name}" for name in axes),
             *(f"foretold {name}" for name in axes)]
-    rows = []
+    rows, scale = [], shown_scales(axes)
     numbers = np.cumsum(~points.at_rest)  # as in the figure and in the plan: tares are not counted
     for k, (load, force, alone) in enumerate(zip(points.loads[:, columns], read, fit.force_errors, strict=True)):
-        foretold = ["-"] * len(axes) if points.at_rest[k] else [f"{error:+.3f}" for error in alone]
-        rows.append(["tare" if points.at_rest[k] else str(numbers[k]), *(f"{one:.3f}" for one in load),
-                     *(f"{off:+.3f}" for off in force - load), *foretold])
+        foretold = ["-"] * len(axes) if points.at_rest[k] else [f"{error:+.3f}" for error in scale * alone]
+        rows.append(["tare" if points.at_rest[k] else str(numbers[k]), *(f"{one:.3f}" for one in scale * load),
+                     *(f"{off:+.3f}" for off in scale * (force - load)), *foretold])
     return head, rows
 
 
@@ -102,12 +103,14 @@ def _foretold(found: Calibration) -> Iterable[str]:
     """The points to take, and which forms were tried."""
     if found.plan is not None:
         axes = found.map.axes
-        loads = np.vstack([np.zeros((1, 3)), found.plan.loads])[:, found.sensors.range.columns]
+        scope = found.sensors.range
+        loads = np.vstack([scope.pressed(0.0), found.plan.loads])[:, scope.columns] * shown_scales(axes)
         rows = []
-        for k, (load, errors) in enumerate(zip(loads, found.plan.errors, strict=True)):
+        for k, (load, errors) in enumerate(zip(loads, found.plan.errors * shown_scales(axes), strict=True)):
             rows.append([str(k) if k else "tare", *(f"{force:.3g}" for force in load),
                          *(f"{error:.2g}" for error in errors)])
-        head = ["point", *(f"{name} N" for name in axes), *(f"error of {name} N" for name in axes)]
+        named = [f"{name} {SHOWN[unit_of(name)][1]}" for name in axes]
+        head = ["point", *named, *(f"error of {name}" for name in named)]
         yield "<h2>The points to take</h2>"
         yield html_table(head, rows, PLANNED)
     if found.tried:
@@ -172,6 +175,10 @@ LOADING = {
 }
 """How loads are put on, by rotation."""
 
+MOMENTS = ("A moment is a weight beside the middle of the outermost face, on a ball or a point: at the x and y of the",
+           "row, counted from there.")
+"""How moments are put on."""
+
 
 def directions(axes: Sequence[str]) -> tuple[str, ...]:
     """Which way forces are counted: the normal one, and shear if it is told."""
@@ -204,13 +211,18 @@ def held_by(spec: SensorSpec) -> tuple[str, ...]:
         f"{what.get(mount.kind, 'Fasten your mount as in use,')} so that nothing gives way but the pad. Metal near the",
         "coils stays where it is in use, and no other comes nearer than three times a coil's width; lead the tail away",
         "without a pull.",
+        *(() if mount.metal_behind is None else (
+            f"The {mount.metal_behind.material.name} behind the board has to be there: "
+            f"{show(mount.metal_behind.distance, 'm')} away, and the glue.",)),
     )
 
 
 def plan_table(found: Calibration, plan: Plan) -> bytes:
     """The loads as the CSV that `sitscad calibrate` reads when filled in; its first line says how they are put on."""
     sensors = found.sensors
-    rows = [[f"{force:.4g}" for force in load[sensors.range.columns]] + [""] * len(sensors.coils) for load in plan.rows]
+    scale = shown_scales(sensors.range.axes)
+    rows = [[f"{force:.4g}" for force in scale * load[sensors.range.columns]] + [""] * len(sensors.coils)
+            for load in plan.rows]
     return ("\n".join([*table_head(sensors), *map(",".join, rows)]) + "\n").encode("ascii")
 
 
@@ -221,27 +233,30 @@ def plan_words(found: Calibration, plan: Plan) -> bytes:
     rotation, device = found.sensors.rotation, found.sensors.conversion.device
     made = f": {device.part}_COUNTS of results, firmware/{device.name}_config.h" if device.has_gains else ""
     (other,) = (one for one in ROTATIONS if one != rotation)
-    of = "" if found.cell is None else f" --cell {found.cell}"
+    of, units = "" if found.cell is None else f" --cell {found.cell}", "N, N mm" if scope.has_moments else "N"
     lines = [
         f"Calibration of the sensor {found.map.sensor}", *([f"{issue.title}."] if issue.rows else []), "",
         "1. Let board and converter run for ten minutes, and load the sensor fully and unload it five to ten times:",
         "   raw readings drift after start, and silicones soften on the first pulls.",
         "2. Fill in plan.csv: for every row put the load on, wait ten seconds, write down the mean of",
         f"   {readings} readings (counts{made}) of every coil. The target is {ROTATIONS[rotation]}:",
-        *(f"   {line}" for line in LOADING[rotation]),
+        *(f"   {line}" for line in (*LOADING[rotation], *(MOMENTS if scope.has_moments else ()))),
         *(f"   {line}" for line in (*directions(scope.axes), *held_by(found.sensors.model.spec))),
-        "   The line `# rotation:` of plan.csv says which, and calibrate goes by it; it tells where the readings look",
-        "   like the other.",
+        *([] if scope.has_moments else [
+            "   The line `# rotation:` of plan.csv says which, and calibrate goes by it; it tells where the readings",
+            "   look like the other."]),
         "3. Rows of zeros are tares, without load: the first, one in the middle, one at the end, and more between as",
         "   often as you like. Every row goes with the tare before it, so drift is taken out; three and more tell what",
         "   noise the readings have.",
         f"4. `sitscad calibrate SPEC plan.csv{of}` fits the sensor, and writes calibration.h and calibration.json. The",
-        f"   map is that of a target which is {ROTATIONS[rotation]} in use, too; for one that is {ROTATIONS[other]}",
-        f"   `sitscad calibrate SPEC --rotation {other}{of}` makes the plan.", "",
+        f"   map is that of a target which is {ROTATIONS[rotation]} in use, too" + (
+            "." if scope.has_moments else f"; for one that is {ROTATIONS[other]}"),
+        *([] if scope.has_moments else [f"   `sitscad calibrate SPEC --rotation {other}{of}` makes the plan."]), "",
         "Loads may be left out from the end, and others added: they stand in the order of what they tell. Expected",
         "is one sigma of the force from unit to unit once the rows so far are measured, over all loads, for pads",
         "about as stiff as drawn (with a much softer one a unit is off by more, as its own calibration says); noise,",
-        "hysteresis, creep and temperature come on top.", "", f"{'row':>3}  {'load':<48}  {'expected error (N)':<30}",
+        "hysteresis, creep and temperature come on top.", "", 
+        f"{'row':>3}  {'load':<48}  {f'expected error ({units})':<30}",
         f"{'':>3}  {'not even the tare':<48}  {_errors(plan.untared, scope.axes):<30}".rstrip(),
         f"{'':>3}  {'the tare alone, not calibrated':<48}  {_errors(plan.errors[0], scope.axes):<30}".rstrip(),
     ]
@@ -254,4 +269,4 @@ def plan_words(found: Calibration, plan: Plan) -> bytes:
 
 
 def _errors(errors: Array, axes: Sequence[str]) -> str:
-    return ", ".join(f"{name} {error:.2g}" for name, error in zip(axes, errors, strict=True))
+    return ", ".join(f"{name} {error:.2g}" for name, error in zip(axes, shown_scales(axes) * errors, strict=True))

@@ -14,6 +14,7 @@ from sitscad.drawing.web_page import page, part
 from sitscad.estimates import Estimates
 from sitscad.estimates.circuit.bands import STATUS, bands
 from sitscad.estimates.circuit.settings import devices, identity, serial_settings
+from sitscad.estimates.performance.values import AXIS_WORDS, MOMENTS
 from sitscad.report.moving import Document, embedded
 from sitscad.spec.places import map_columns
 from sitscad.spec.sensor import SensorSpec
@@ -28,8 +29,6 @@ BAR = (
     '<button type="button" data-do="connect">connect</button><button type="button" data-do="tare">tare: nothing is on '
     'it</button><label>baud <input data-in="baud" value="{}" size="7" inputmode="numeric"></label>'
 )
-
-AXES = {"normal": "normal", "shear_x": "shear along x", "shear_y": "shear along y"}
 
 
 def live_page(
@@ -96,12 +95,12 @@ def _forces(known: Sequence[Document], is_calibrated: bool) -> str:
     )
     axes = [(one["prefix"], axis, error) for one in known
             for axis, error in zip(one["axes"], one["error"], strict=True)]
-    rows = [(f"{prefix.replace('.', ' ')}{AXES[axis]}",
+    rows = [(f"{prefix.replace('.', ' ')}{AXIS_WORDS[axis]}{', N mm' if axis in MOMENTS else ''}",
              *(f"{what}.{prefix}{axis}" for what in ("force_N", "sigma_N", "bar"))) for prefix, axis, _ in axes]
     table = _table(("axis", "N", "+- N, over all loads", "of full scale"), rows)
     for prefix, axis, error in axes:
         name = f'data-out="sigma_N.{escape(prefix)}{axis}">'
-        table = table.replace(name, f"{name}{error:.2g}")
+        table = table.replace(name, f"{name}{1e3 * error if axis in MOMENTS else error:.2g}")
     return f"{table}<p class='warned' data-out='range'></p><p class='soft' data-out='map'>{by}</p>"
 
 

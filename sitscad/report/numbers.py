@@ -71,9 +71,10 @@ def felt_blocks(felt: Sequence[Performance], colour: bool) -> list[str]:
     """What the sensor feels as blocks of text: the table by load and axis, then its notes; none without a target."""
     if not felt:
         return []
-    lines = table(FELT_HEAD, felt_rows([point.document() for point in felt]))
+    points = [point.document() for point in felt]
+    lines = table(FELT_HEAD, felt_rows(points))
     notes = [f"note: {note}" for note in felt[-1].notes]
-    return ["\n".join(block) for block in ([styled(FELT_TITLE, "bold", colour), *lines], notes) if block]
+    return ["\n".join(block) for block in ([styled(felt_title(points), "bold", colour), *lines], notes) if block]
 
 
 def as_json(
@@ -451,6 +452,14 @@ FELT_TITLE = (
     "neither tare nor calibration takes away"
 )
 
+
+def felt_title(felt: Sequence[Document]) -> str:
+    """The title of that table. Where moments are felt, the target is free to tilt."""
+    if not any("range_Nm" in axis for axis in felt[-1]["axes"].values()):
+        return FELT_TITLE
+    return FELT_TITLE.replace("kept level", "free to tilt, moments in N mm and mN mm")
+
+
 FELT_HEAD = ("load", "axis", "range N", "ended by", "noise mN", "nonlinear %", "crosstalk %", "error mN", "mostly by",
              "condition")
 
@@ -459,18 +468,20 @@ def felt_rows(felt: Sequence[Document]) -> Iterator[list[str]]:
     """The rows of what the sensor feels, one a working point and axis."""
     for point in felt:
         for name, axis in point["axes"].items():
-            error, cause = largest_lasting(axis["errors_N"])
-            cross = max(point["crosstalk"][name].values(), default=0.0)
+            unit = "Nm" if "range_Nm" in axis else "N"
+            error, cause = largest_lasting(axis[f"errors_{unit}"])
+            cross, scale = max(point["crosstalk"][name].values(), default=0.0), 1e3 if unit == "Nm" else 1.0
             yield [
-                point["at"], name, f"{axis['range_N']:.3g}", axis["limited_by"], _milli(axis["resolution_N"]),
-                _hundredths(axis["nonlinearity"]), _hundredths(cross), _milli(error), cause,
+                point["at"], f"{name}, N mm" if unit == "Nm" else name, f"{scale * axis[f'range_{unit}']:.3g}",
+                axis["limited_by"], _milli(axis[f"resolution_{unit}"], scale),
+                _hundredths(axis["nonlinearity"]), _hundredths(cross), _milli(error, scale), cause,
                 f"{point['condition_number']:.2g}",
             ]
 
 
-def _milli(force: float | None) -> str:
-    """A force (N) in mN; of an axis that no reading tells there is none."""
-    return "untold" if force is None or math.isinf(force) else f"{1e3 * force:.3g}"
+def _milli(force: float | None, scale: float = 1.0) -> str:
+    """A force (N) in mN, or with a scale of 1000 a moment (N m) in mN mm; of an axis that no reading tells none."""
+    return "untold" if force is None or math.isinf(force) else f"{1e3 * scale * force:.3g}"
 
 
 def _hundredths(share: float) -> str:
@@ -486,9 +497,16 @@ def whole_rows(felt: Sequence[Document]) -> Iterator[list[str]]:
     yield ["error of shear over normal, one sigma", NONE if friction is None else f"+-{friction:.2g}"]
     degrees = f"{math.degrees(full['tilt_rad']):.3g}"
     degrees += " degree" if degrees == "1" else " degrees"
-    for name, row in full["tilt_error_N"].items():
-        words = ", ".join(f"{show(value, 'N', 3)} by {angle}" for angle, value in row.items())
-        yield [f"a contact tilted by {degrees} is misread as {name}", words]
+    for key, unit in (("tilt_error_N", "N"), ("tilt_error_Nm", "N m")):
+        for name, row in full.get(key, {}).items():
+            words = ", ".join(f"{show(value, unit, 3)} by {angle}" for angle, value in row.items())
+            yield [f"a contact tilted by {degrees} is misread as {name}", words]
+    stiff = {turn: value for turn, value in full["tilt_stiffness_Nm_per_rad"].items()
+             if value is not None and (full["tilt_stiffness_error"][turn] or 1.0) < 1.0}
+    if stiff:
+        words = ", ".join(f"{show(value, 'N m', 3)}/rad +- {100.0 * full['tilt_stiffness_error'][turn]:.0f} % by {turn}"
+                          for turn, value in stiff.items())
+        yield ["stiffness against a tilt of a free target", words]
     yield ["bandwidth", f"{show(full['bandwidth_Hz'], 'Hz', 3)}, {full['bandwidth_by']}"]
     for name, frequency in full["resonance_Hz"].items():
         yield [f"resonance of target and pad along {name}, nothing on it", show(frequency, "Hz", 3)]

@@ -328,7 +328,8 @@ def _performance_section(sheet: Document) -> str:
     by_cell = ""
     if cells:
         by_cell = _table(*numbers.head_and_rows(cells["in_words"]), f"Cell by cell. Elsewhere {cells['figures_are']}.")
-    return by_cell + _table(numbers.FELT_HEAD, numbers.felt_rows(felt), numbers.FELT_TITLE) + whole + units
+    title = numbers.felt_title(felt) if felt else ""
+    return by_cell + _table(numbers.FELT_HEAD, numbers.felt_rows(felt), title) + whole + units
 
 
 def _stack(spec: SensorSpec, estimates: Estimates) -> str:

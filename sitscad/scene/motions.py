@@ -35,7 +35,9 @@ def table_text(path: str, most: int) -> str:
 Names = tuple[str, ...]
 
 POSE: Names = ("x", "y", "z", "rx", "ry", "rz")
-LOAD: Names = ("normal", "shear_x", "shear_y")
+FORCE: Names = ("normal", "shear_x", "shear_y")
+MOMENT: Names = ("moment_x", "moment_y")
+LOAD: Names = (*FORCE, *MOMENT)
 
 ROTATIONS = {"held": "kept level", "free": "free to tilt"}
 """Whether a flat face keeps a loaded target level, or it tilts as it likes, in words."""
@@ -45,8 +47,9 @@ USUAL_ROTATION = "free"  # Of a load that does not say. Data sheets, calibration
 LOAD_METHODS = ("law", "finite-elements")
 """How loads become poses: by the pad's law, or by finite elements, which take minutes."""
 
-BARE = {**dict.fromkeys(POSE[:3], 1e-3), **dict.fromkeys(POSE[3:], math.pi / 180.0), **dict.fromkeys(LOAD, 1.0)}
-"""What a bare number counts in: millimetres, degrees, newtons."""
+BARE = {**dict.fromkeys(POSE[:3], 1e-3), **dict.fromkeys(POSE[3:], math.pi / 180.0), **dict.fromkeys(FORCE, 1.0),
+        **dict.fromkeys(MOMENT, 1e-3)}
+"""What a bare number counts in: millimetres, degrees, newtons, newton millimetres."""
 
 IN_HEADERS = {
     "m": ("length", 1.0),
@@ -56,6 +59,8 @@ IN_HEADERS = {
     "deg": ("angle", math.pi / 180.0),
     "N": ("force", 1.0),
     "mN": ("force", 1e-3),
+    "Nm": ("moment", 1.0),
+    "Nmm": ("moment", 1e-3),
 }
 """Units that a CSV file's column may name after an underscore."""
 
@@ -77,8 +82,9 @@ class MotionError(ValueError):
 
 @record(eq=False)
 class Motions:
-    """What is asked for: poses (n, 6; m, rad), loads (k, 3; N) with, for each load, whether rotation is held, and load
-    cases of the spec by name. ``passed_over`` says of each file which columns of readings it has, in words.
+    """What is asked for: poses (n, 6; m, rad), loads (k, 3; N; or k, 5 with moments, N m) with, for each load, whether
+    rotation is held, and load cases of the spec by name. ``passed_over`` says of each file which columns of readings it
+    has, in words.
     """
 
     poses: Array
@@ -99,8 +105,8 @@ def is_held(rotation: str) -> bool:
 
 
 def dimension(name: str) -> str:
-    """What a number of that name is: length, angle or force."""
-    return "force" if name in LOAD else "length" if name in POSE[:3] else "angle"
+    """What a number of that name is: length, angle, force or moment."""
+    return "moment" if name in MOMENT else "force" if name in FORCE else "length" if name in POSE[:3] else "angle"
 
 
 def frequency_of(text: str) -> float:
@@ -148,7 +154,11 @@ def read_motions(
     forces = np.concatenate(pushed)
     if np.any(forces[:, 0] < 0.0):
         raise MotionError(f"normal={forces[:, 0].min():g}: it presses towards the board, 0 or more; no pad is pulled")
-    return Motions(np.concatenate(placed), forces, np.concatenate(held), named, tuple(readings))
+    turned, level = np.any(forces[:, len(FORCE) :], axis=1), np.concatenate(held)
+    if np.any(turned & level):
+        raise MotionError("a moment with rotation=held: a face that keeps the target level takes any moment")
+    loads_found = forces if turned.any() else forces[:, : len(FORCE)]
+    return Motions(np.concatenate(placed), loads_found, level, named, tuple(readings))
 
 
 def _parts(text: str, names: Names, read: Callable[[str, str], float]) -> tuple[dict[str, float], bool]:

@@ -29,7 +29,7 @@ from sitscad.spec.format.kinds import (
     described,
     refuse,
 )
-from sitscad.spec.format.section import Part, Readable, Section, key, schema_of
+from sitscad.spec.format.section import NameOr, Part, Readable, Section, key, schema_of
 from sitscad.spec.materials import Cells, Conductor, Cutting, ElastomerPad, Encapsulation, Shield, Target
 from sitscad.spec.mount import Assembly, Jaw, Mount
 from sitscad.spec.yaml.source import Issue, SpecSource
@@ -188,6 +188,7 @@ class LoadCase:
 VERSION = 1
 Temperature = Quantity("temperature", "-60 degC", "200 degC")
 Resolution = Quantity("force", "1 uN", "10 kN")
+Moment = Quantity("moment", "0.001 mN mm", "1000 N m")
 LONGEST_NAME = 64
 """Characters of a sensor's name."""
 
@@ -221,15 +222,35 @@ TemperatureRange = Special(
 
 
 @record
+class TiltErrors(Section):
+    """What a tilt of the contact may cost, axis by axis."""
+
+    normal: float | None = key(Resolution, "of the normal force, like 100 mN", None)
+    shear_x: float | None = key(Resolution, "of shear along x", None)
+    shear_y: float | None = key(Resolution, "of shear along y", None)
+    moment_x: float | None = key(Moment, "of the moment about x beside the tilt's own, like 0.5 N mm", None)
+    moment_y: float | None = key(Moment, "of the moment about y beside the tilt's own", None)
+
+    def written(self) -> dict[str, float]:
+        """The errors (N, N m) that are written, by axis."""
+        return {name: value for name, value in self.values().items() if value is not None}
+
+
+@record
 class Requirements(Section):
     """What the sensor must bear and follow.
 
-    Forces in newtons, sizes in metres, resolutions one sigma, bandwidth in hertz, temperatures in degrees Celsius,
-    tilt in radians, shares of full scale.
+    Forces in newtons, moments in newton metres, sizes in metres, resolutions one sigma, bandwidth in hertz,
+    temperatures in degrees Celsius, tilt in radians, shares of full scale.
     """
 
     normal_force: float | None = key(Force, "to be borne, like 4.8 N", None)
     shear_force: float | None = key(Force, "to be borne, like 1 N", None)
+    moment_x: float | None = key(
+        Moment, "about x, to be borne and told, like 5 N mm: of a target that is free to tilt, on the middle of its "
+        "outermost face. The array then tells it in place of shear along y", None,
+    )
+    moment_y: float | None = key(Moment, "the same about y, in place of shear along x", None)
     contact: tuple[float, float] | None = key(
         Pair(Size, single=True),
         "of what presses the target's middle: a diameter, or [x, y], like 8; if left out a jaw's face presses all of "
@@ -242,19 +263,41 @@ class Requirements(Section):
         Resolution, "one sigma of noise at the scan rate, at every working point, like 20 mN", None
     )
     shear_resolution: float | None = key(Resolution, "the same of every shear axis", None)
+    moment_resolution: float | None = key(Moment, "the same of every moment, like 0.1 N mm", None)
     crosstalk: float | None = key(
         Number(0, 10), "error of an axis per full scale of another, over its own full scale, by the best polynomial in "
         "the readings", None
     )
     tilt: float | None = key(Quantity("angle", "0 deg", "15 deg"), "that the contact may have, like 2 deg", None)
-    tilt_error: float | None = key(Resolution, "what that may cost on any axis, like 100 mN", None)
+    tilt_error: float | TiltErrors | None = key(
+        NameOr(Resolution, Part(TiltErrors)),
+        "what that may cost on the axes of force that are asked for, like 100 mN; or axis by axis", None,
+    )
     friction_error: float | None = key(
         Number(0, 10), "of shear over normal at full load: 0.05 shows slip on tissue", None
     )
     temperature_range: tuple[float, float] | None = key(
         TemperatureRange, "between which the sensor is used after a tare, degrees Celsius, like [15, 45]", None
     )
-    temperature_error: float | None = key(Resolution, "what it may drift by on any axis within that, like 0.5 N", None)
+    temperature_error: float | None = key(
+        Resolution, "what it may drift by on any axis of force within that, like 0.5 N", None
+    )
+
+    @property
+    def moments(self) -> tuple[float, float]:
+        """Moments (N m) about x and y that are asked for; 0 of those that are not."""
+        return self.moment_x or 0.0, self.moment_y or 0.0
+
+    def tilt_limits(self) -> dict[str, float]:
+        """What a tilt may cost on each axis that is asked for (N, N m). One value stands for all axes of force."""
+        if isinstance(self.tilt_error, TiltErrors):
+            return self.tilt_error.written()
+        if self.tilt_error is None:
+            return {}
+        is_shear = any(each is not None for each in (self.shear_force, self.shear_resolution, self.friction_error))
+        is_normal = self.normal_force is not None or self.normal_resolution is not None or not is_shear
+        names = ["normal"] * is_normal + ["shear_x", "shear_y"] * is_shear
+        return dict.fromkeys(names, self.tilt_error)
 
 
 @record

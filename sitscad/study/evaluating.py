@@ -138,20 +138,21 @@ with others. Farther out all of them read alike, shear shows in small difference
 farther in the target hardly reaches the coil (half off)."""
 
 NO_SCREEN = ("the screen has models of round coils, targets of a good conductor that end over the coils which share "
-             "them, jaws without a window and shields of a good conductor before a jaw alone")
+             "them, jaws without a window, shields of a good conductor before a jaw alone, and no moments")
 """Why others are judged in full at once."""
 
 
 def can_screen(spec: SensorSpec) -> bool:
     """Whether the quick level has a model of a design: of round coils, whole jaws, targets and shields of a good
-    conductor, rims of a shared target that lie over the coils.
+    conductor, rims of a shared target that lie over the coils, and forces alone.
     """
     jaw = spec.jaw
     is_whole = jaw is None or jaw.fenestration is None
     sheets = [sheet.material for sheet in (spec.target, spec.shield) if sheet is not None]
     is_plain = all(metal.relative_permeability < 1.1 and metal.conductivity > LEAST_CONDUCTIVITY for metal in sheets)
+    is_level = not any(spec.requirements.moments)
     is_backed = spec.shield is None or (jaw is not None and spec.cells is None)
-    return spec.coil.outline.is_round and is_whole and is_plain and is_backed and _ends_over_coils(spec)
+    return spec.coil.outline.is_round and is_whole and is_plain and is_backed and is_level and _ends_over_coils(spec)
 
 
 def _ends_over_coils(spec: SensorSpec) -> bool:

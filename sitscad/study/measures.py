@@ -10,7 +10,7 @@ import numpy as np
 
 from sitscad.check_values import Measure as FitMeasure
 from sitscad.design import Design
-from sitscad.estimates.performance.values import AXES
+from sitscad.estimates.performance.values import AXES, AXIS_WORDS, FORCES, MOMENTS, unit_of
 from sitscad.estimates.values import crowding_error
 from sitscad.record import record
 from sitscad.scene.fit import CLOSED_PAIR
@@ -224,7 +224,8 @@ def _by_gap(design: Design) -> Figure:
     causes = [units.before[name][near] for name in (GLUE, PAD) if name in units.before]
     if not causes:
         raise AbsentError("neither glue lines nor the pad's thickness scatter")
-    value = float(np.sqrt(np.mean(np.sum(np.square(causes), axis=0), axis=0)).max())
+    is_force = [name in FORCES for name in found.bench.range.axes]
+    value = float(np.sqrt(np.mean(np.sum(np.square(causes), axis=0), axis=0))[is_force].max())
     return value, NEARLY * value
 
 
@@ -276,11 +277,14 @@ TWO_COILS = Need("two coils", lambda spec: len(cell_placements(spec)[0]) > 1, ("
 
 def _told_apart(axis: str) -> Need:
     def is_had(spec: SensorSpec) -> bool:
-        from sitscad.estimates.response.working_range import axes_told_apart
+        from sitscad.estimates.response.working_range import axes_felt
 
-        return axis in axes_told_apart(cell_placements(spec)[0])
+        return axis in axes_felt(spec, cell_placements(spec)[0])
 
-    return Need("coils that tell it apart", is_had, ("array", "cells"))
+    if axis in MOMENTS:
+        return Need(f"requirements.{axis}, and coils that tell it apart", is_had,
+                    ("array", "cells", f"requirements.{axis}"))
+    return Need("coils that tell it apart", is_had, ("array", "cells", "requirements"))
 
 
 def _rows() -> Iterator[DesignMeasure]:
@@ -311,8 +315,9 @@ def _rows() -> Iterator[DesignMeasure]:
               _by_axis(_by_tilt, NEARLY_TILTED), (FULL,)))
     for name, meaning, read, levels in quick:
         for axis in AXES:
-            yield DesignMeasure(f"{name}.{axis}", "N", meaning.format(axis=axis.replace("_", " along ")),
-                                PADDED if axis == "normal" else (*PADDED, _told_apart(axis)), read(axis), levels)
+            needs = {"normal": PADDED}.get(axis, (*PADDED, _told_apart(axis)))
+            yield DesignMeasure(f"{name}.{axis}", unit_of(axis), meaning.format(axis=AXIS_WORDS[axis]), needs,
+                                read(axis), (FULL,) if axis in MOMENTS else levels)
     yield DesignMeasure("crosstalk", "", "largest error of an axis, of its full scale, while another goes over its "
                         "own, by the best polynomial of the design as drawn", (*PADDED, TWO_COILS), _crosstalk, (FULL,))
     yield DesignMeasure("crosstalk.cells", "", "share of a cell's full signal that all neighbours pressed at once "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 from pathlib import Path
 
@@ -13,7 +14,9 @@ from tolerance import approx
 
 import sitscad
 from sitscad.bench.board import LineBoard, checksum
+from sitscad.calibration.inverse_map import InverseMap
 from sitscad.cli import cli
+from sitscad.formats.calibration_header import header
 from tests.bench.conftest import STRICT, TEMPLATES, Bench
 
 SPEC = TEMPLATES / "three_axis_pad.yaml"
@@ -110,3 +113,52 @@ def test_a_terminal_is_read_as_a_port_and_another_design_s_is_refused(program):
 
 def _read(*words: str):
     return CliRunner().invoke(cli, ["read", *words], standalone_mode=False)
+
+
+@pytest.mark.clients("gcc")
+def test_moments_are_sent_in_newton_millimetres(pad, tmp_path):
+    """The map has newton metres, of which a line's four decimals would be a tenth of a newton millimetre."""
+    folder = tmp_path / "firmware"
+    shutil.copytree(pad.folder, folder)
+    none = np.zeros((0, 3), dtype=np.int64)
+    names = tuple(coil.name for coil in pad.design.estimates.coils)
+    conversion = pad.design.estimates.readout.conversion
+    rest = np.rint(conversion.counts(np.array([coil.states["rest"].frequency
+                                               for coil in pad.design.estimates.coils])))
+    found = InverseMap(
+        gain=np.ones(4), logarithmic=False,
+        mix=np.array([[1.0, 1.0, 1.0, 1.0], [1.0, -1.0, 1.0, -1.0], [1.0, 1.0, -1.0, -1.0]]),
+        powers=np.eye(3, dtype=np.int64), numerator=np.eye(3), denominator=np.zeros((3, 0)), denominator_powers=none,
+        low=-np.ones(3), high=np.ones(3), knots=np.zeros(0), spline_powers=none, sensor="three-axis-pad", revision="",
+        coils=names, axes=("normal", "moment_x", "moment_y"), full_scale=np.array([8.0, 4e-3, 4e-3]),
+        error=np.zeros(3), rest=rest,
+    )
+    (folder / "calibration.h").write_bytes(header(found, conversion))
+    (folder / "told.c").write_text(TOLD)
+    made = folder / "told"
+    command = ["gcc", *STRICT, "-o", made, "told.c", "sensor.c", "ldc161x.c", "-lm"]
+    done = subprocess.run([*map(str, command)], cwd=folder, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    head, line = subprocess.check_output([made]).decode("ascii").splitlines()
+    assert [name.partition("*")[0] for name in head.split(",")[-3:]] == ["normal_N", "moment_x_Nmm", "moment_y_Nmm"]
+    assert [cell.partition("*")[0] for cell in line.split(",")[-3:]] == ["6.5000", "1.2500", "-3.4375"]
+    assert "newton metres" in header(found, conversion).decode("ascii")
+    assert found.document()["units"] == ["N", "N m", "N m"]
+
+
+TOLD = """\
+#include <stdio.h>
+#include "sensor_line.h"
+int main(void)
+{
+    static sensor_line line;
+    static sensor_reading reading;
+    const float newtons[SENSOR_AXES] = {6.5f, 0.00125f, -0.0034375f};
+
+    sensor_line_head(&line);
+    sensor_line_reading(&line, &reading, 0, newtons);
+    sensor_line_put(&line, '\\0');
+    printf("%s\\n", line.text);
+    return 0;
+}
+"""

@@ -145,10 +145,14 @@ def test_a_load_that_is_none_is_refused_with_its_form(load):
 
 def test_loads_on_several_axes_stand_in_one_or_in_several():
     one, two = _ramps(["normal:0:4,shear_x:1"]), _ramps(["shear_x:1", "normal:0:4"])
-    assert one.tolist() == two.tolist() and one[0].tolist() == [0.0, 1.0, 0.0] and one[-1].tolist() == [4.0, 1.0, 0.0]
+    assert one.tolist() == two.tolist()
+    assert (one[0].tolist(), one[-1].tolist()) == ([0.0, 1.0, 0.0, 0.0, 0.0], [4.0, 1.0, 0.0, 0.0, 0.0])
+    assert _ramps(["moment_y:2"])[-1].tolist() == [0.0, 0.0, 0.0, 0.0, 2e-3]
     source_of(f"sim:{SPEC}?load=normal:0:4,shear_x:1", None)
     with pytest.raises(ValueError, match="load says twice what normal is"):
         source_of(f"sim:{SPEC}?load=normal:4,normal:5", None)
+    with pytest.raises(ValueError, match="load of a moment"):
+        source_of(f"sim:{SPEC}?load=normal:4,moment_y:2", None)
 
 
 def test_readings_beyond_the_map_are_said_to_be(design):

@@ -23,6 +23,8 @@ from sitscad.calibration.model_fit import NoFit, levenberg_marquardt
 from sitscad.calibration.points import Points, offered
 from sitscad.calibration.unknowns import units
 from sitscad.data import json_file
+from sitscad.estimates.performance.values import FORCES
+from sitscad.estimates.response.working_range import WorkingRange
 from sitscad.package.contents import calibration_files
 from sitscad.physics.polynomials import exponents, monomials, spread
 from sitscad.report.calibration import calibration_page
@@ -48,7 +50,7 @@ def truth(sensors, hidden):
 @pytest.mark.parametrize(("axes", "count"), [((0,), 8), ((0,), 12), ((0, 1), 20), ((0, 1), 24), ((0, 1, 2), 40)])
 def test_as_many_loads_are_offered_as_are_asked_for(axes, count):
     """The help promised eight, and of one axis four were planned without a word."""
-    scope = SimpleNamespace(columns=list(axes), normal=8.0, shear=2.0)
+    scope = WorkingRange(tuple(FORCES[k] for k in axes), 8.0, 2.0)
     loads = offered(SimpleNamespace(range=scope), count)
     assert len(loads) >= count and len({tuple(load) for load in loads}) == len(loads)
     assert loads[:, 0].max() == approx(8.0, rel=1e-12) and loads[:, 0].min() > 0.0

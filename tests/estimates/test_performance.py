@@ -13,7 +13,7 @@ from tolerance import approx
 import sitscad
 from sitscad import Design
 from sitscad.estimates.performance.inversion import _alike, best_fitted, fitted
-from sitscad.estimates.performance.values import AXES
+from sitscad.estimates.performance.values import FORCES
 from sitscad.estimates.response.working_range import WorkingRange, axes_told_apart
 from sitscad.spec import presets
 
@@ -32,7 +32,7 @@ def test_axes_are_those_that_the_array_tells_apart():
              for name in ("single_coil", "bench_7mm", "three_axis_triangle", "three_axis_grid")}
     assert found["single_coil"] == ("normal",)
     assert found["bench_7mm"] == ("normal", "shear_x")
-    assert found["three_axis_triangle"] == found["three_axis_grid"] == AXES
+    assert found["three_axis_triangle"] == found["three_axis_grid"] == FORCES
 
 
 def test_it_is_taken_at_rest_half_and_full_load(bench):

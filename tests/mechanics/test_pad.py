@@ -14,6 +14,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from tolerance import approx
 
+from sitscad.estimates.response.pad import TILT_SIGMAS, tilt_stiffness_error
 from sitscad.mechanics.elastomer import Face, Surround, even_rim
 from sitscad.mechanics.motion import _coefficients, angles, crosses, exponentials, rotation_vectors, rotations
 from sitscad.mechanics.pad import BondedPad
@@ -330,3 +331,27 @@ def test_who_writes_into_poses_changes_nobody_elses():
     assert np.array_equal(SQUARE.pose(loads), known)
     assert not np.array_equal(SQUARE.pose(loads, is_held=True), known)
     assert not np.array_equal(SQUARE.pose(loads, at=np.array([[1e-4, 0.0]])), known)
+
+
+@pytest.mark.parametrize(("kind", "count"), [("bare", 90), ("film", 100)])
+def test_stiffness_of_a_free_tilt_is_within_its_stated_error(kind, count):
+    """Of level pads: one sigma holds (root mean square), and twice that nearly always; a press takes stiffness away."""
+    found = []
+    for pad, rows in figures():
+        if kind != ("film" if pad.around.film else "bare"):
+            continue
+        for row in rows:
+            strain = -row["z"]
+            if row["ry"] or row["x"] or strain > TILT_SIGMAS[-1][0]:
+                continue
+            pose = np.array([0.0, 0.0, -strain, 0.0, 0.0, 0.0])
+            # by elements, about the near face's middle: x, z and the turn find their balance
+            given = np.array([[row["k_xx"], row["k_xz"], row["k_xr"]], [row["k_xz"], row["k_zz"], row["k_zr"]],
+                              [row["k_xr"], row["k_zr"], row["k_rr"]]])
+            ours = pad.stiffness(pose[None])[0][np.ix_([0, 2, 4], [0, 2, 4])]
+            true, law = (1.0 / np.linalg.inv(each)[2, 2] for each in (given, ours))
+            stated = tilt_stiffness_error(pad, pose, np.array([law, law]))[1] * abs(law)
+            found.append((law - true) / stated)
+    assert len(found) >= count
+    assert np.sqrt(np.mean(np.square(found))) < 1.0
+    assert np.quantile(np.abs(found), 0.95) < 2.0

@@ -50,6 +50,7 @@ def test_the_overload_of_a_free_target_stands_beside_that_of_a_level_one(free):
     """155 N stood alone where a target that is free to tilt is lost at 88."""
     full = POINT | {
         "friction_error": None, "tilt_rad": math.radians(1.0), "tilt_error_N": {}, "bandwidth_Hz": 50.0,
+        "tilt_stiffness_Nm_per_rad": {"rx": 0.5, "ry": None}, "tilt_stiffness_error": {"rx": 0.05, "ry": None},
         "bandwidth_by": "half the scan rate", "resonance_Hz": {}, "overload_N": 155.0, "free_overload_N": free,
         "invertible": True,
     }

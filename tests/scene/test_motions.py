@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tolerance import approx
 
-from sitscad.scene.motions import LOAD, POSE, MotionError, frequency_of, read_motions
+from sitscad.scene.motions import FORCE, POSE, MotionError, frequency_of, read_motions
 
 
 def test_bare_numbers_are_millimetres_degrees_and_newtons():
@@ -109,7 +109,7 @@ def test_any_text_is_read_or_refused(text, kind):
         return
     assert np.all(np.isfinite(found.poses))
     assert found.poses.shape[1:] == (len(POSE),)
-    assert found.loads.shape[1:] == (len(LOAD),)
+    assert found.loads.shape[1:] == (len(FORCE),)
 
 
 def test_a_frequency_needs_its_unit():

@@ -336,6 +336,13 @@ def shear_response(design: Design) -> Iterator[Verdict]:
     if not axes:
         yield Undecided("one coil alone cannot tell shear from normal force, so the force is taken as one to be borne")
         return
+    if any(spec.requirements.moments):
+        from sitscad.estimates.response.working_range import axes_felt
+
+        axes = [k for k in axes if f"shear_{AXES[k]}" in axes_felt(spec)]
+        if not axes:
+            yield Undecided("moments are told in place of shear, so the force is taken as one to be borne")
+            return
     if not rests_on_pad(spec):
         yield Undecided(BESIDE_PAD)
         return

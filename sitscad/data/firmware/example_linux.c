@@ -217,7 +217,8 @@ static void shown(const sensor *self, const sensor_reading *reading)
     for (int k = 0; k < SENSOR_COILS; ++k)
         printf("%.1f Hz (%u)  ", (double)reading->frequency_Hz[k], (unsigned)reading->status[k]);
     for (int axis = 0; told >= 0 && axis < SENSOR_AXES; ++axis)
-        printf("%+.3f N  ", (double)newtons[axis]);
+        printf("%+.3f N%s  ", (double)(newtons[axis] * sensor_line_scale(axis)),
+               sensor_line_scale(axis) > 1.0f ? " mm" : "");
     printf("%s\n", told == 0 ? "" : told == SENSOR_COILS + 1 ? "beyond the map" : sensor_text(told));
 }
 

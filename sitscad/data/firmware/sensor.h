@@ -129,7 +129,7 @@ int sensor_tare(sensor *self, const sensor_reading *reading);
 
 /*
  * 0; the number (from 1) of a coil without a good reading, forces 0; SENSOR_COILS + 1 beyond what the map was made
- * for, forces those at its end; or negative.
+ * for, forces those at its end; or negative. Moments, where the map has some, are newton metres.
  */
 int sensor_forces(const sensor *self, const sensor_reading *reading, float newtons[SENSOR_AXES]);
 

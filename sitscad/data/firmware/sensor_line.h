@@ -57,7 +57,7 @@ static inline void sensor_line_number(sensor_line *line, uint32_t value, int lea
         sensor_line_put(line, digits[--many]);
 }
 
-/* Newtons to a tenth of a millinewton. */
+/* Newtons to a tenth of a millinewton; newton millimetres of moments alike. */
 static inline void sensor_line_force(sensor_line *line, float newtons)
 {
     const float size = newtons < 0.0f ? -newtons : newtons;
@@ -67,6 +67,21 @@ static inline void sensor_line_force(sensor_line *line, float newtons)
     sensor_line_number(line, steps / 10000u, 1);
     sensor_line_put(line, '.');
     sensor_line_number(line, steps % 10000u, 4);
+}
+
+/* What an axis is multiplied with in a line: moments are newton metres in the map, newton millimetres here. */
+static inline float sensor_line_scale(int axis)
+{
+#ifdef SITSCAD_MOMENT_X
+    if (axis == SITSCAD_MOMENT_X)
+        return 1000.0f;
+#endif
+#ifdef SITSCAD_MOMENT_Y
+    if (axis == SITSCAD_MOMENT_Y)
+        return 1000.0f;
+#endif
+    (void)axis;
+    return 1.0f;
 }
 
 static inline void sensor_line_crc(sensor_line *line)
@@ -97,6 +112,12 @@ static inline void sensor_line_head(sensor_line *line)
 #ifdef SITSCAD_SHEAR_Y
     sensor_line_words(line, ",shear_y_N");
 #endif
+#ifdef SITSCAD_MOMENT_X
+    sensor_line_words(line, ",moment_x_Nmm");
+#endif
+#ifdef SITSCAD_MOMENT_Y
+    sensor_line_words(line, ",moment_y_Nmm");
+#endif
     sensor_line_crc(line);
     sensor_line_put(line, '\n');
 }
@@ -117,7 +138,7 @@ static inline void sensor_line_reading(sensor_line *line, const sensor_reading *
     }
     for (int axis = 0; axis < SENSOR_AXES && told != SENSOR_E_NO_MAP; ++axis) {
         if (told == 0)
-            sensor_line_force(line, newtons[axis]);
+            sensor_line_force(line, newtons[axis] * sensor_line_scale(axis));
         else
             sensor_line_put(line, ',');
     }

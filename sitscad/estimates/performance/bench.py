@@ -8,12 +8,12 @@ from functools import cached_property
 import numpy as np
 
 from sitscad.arrays import Array, Flags
-from sitscad.estimates.performance.values import AXES
-from sitscad.estimates.response.pad import slopes, soft_pad, straight
-from sitscad.estimates.response.working_range import WorkingRange, normal_at, shear_at
+from sitscad.estimates.performance.values import FORCES
+from sitscad.estimates.response.pad import compliance, slopes, soft_pad, straight
+from sitscad.estimates.response.working_range import WorkingRange, moment_at, normal_at, shear_at
 from sitscad.estimates.values import Estimates
 from sitscad.mechanics.elastomer import VALID_SHEAR, VALID_STRAIN
-from sitscad.mechanics.pad import BondedPad
+from sitscad.mechanics.pad import HELD_TILT, BondedPad
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 
@@ -33,8 +33,8 @@ class Bench:
 
     @property
     def full(self) -> Mapping[str, float]:
-        """Full scales (N) of all three axes, told apart or not."""
-        return dict(zip(AXES, (self.range.normal, self.range.shear, self.range.shear), strict=True))
+        """Full scales (N, N m) of all axes, told apart or not; 0 of moments that are not."""
+        return self.range.limits
 
     @cached_property
     def pad(self) -> BondedPad:
@@ -64,23 +64,40 @@ class Bench:
 
     @cached_property
     def farthest(self) -> Mapping[str, float]:
-        """The largest load (N) of every axis by the pad's strain and shear."""
+        """The largest load (N, N m) of every axis by the pad's strain, shear and tilt."""
         shear = shear_at(self.spec, VALID_SHEAR)
-        return dict(zip(AXES, (self.overload, shear, shear), strict=True))
+        found = dict(zip(FORCES, (self.overload, shear, shear), strict=True))
+        return found | moment_at(self.spec, HELD_TILT) if self.range.has_moments else found
 
     def poses(self, loads: Array, pad: BondedPad | None = None) -> Array:
-        """Poses (n, 6) of a level target under (n, 3) loads, on this pad or another; a straight estimate where it gives
-        way.
+        """Poses (n, 6) of a level target under (n, 3) loads, on this pad or another, or of one that is free to tilt
+        under (n, 5); a straight estimate where it gives way.
         """
         pad = pad or self.pad
-        found = pad.pose(loads, is_held=True)
+        found = pad.pose(loads, is_held=not self.range.has_moments)
         lost = np.isnan(found[:, 0])
         found[lost] = straight(pad, loads[lost])
         return found
 
     def is_held(self, loads: Array) -> Flags:
-        """Whether the pad holds a level target under each of (n, 3) loads: it gives way sideways under the others."""
-        return ~np.isnan(self.pad.pose(loads, is_held=True)[:, 0])
+        """Whether the pad holds the target under each of (n, 3 or 5) loads: it gives way sideways under the others."""
+        return ~np.isnan(self.pad.pose(loads, is_held=not self.range.has_moments)[:, 0])
+
+    def compliance(self, loads: Array, poses: Array) -> Array:
+        """Change of the pose (m, rad) with each axis of load told apart (per N, N m) at loads (n, 3 or 5) and their
+        `poses`: (n, 6, axes). A level target keeps its turn; a free one tilts.
+        """
+        if not self.range.has_moments:
+            return compliance(self.pad, poses)[:, :, self.range.columns]
+        found = []
+        for column, size in zip(self.range.columns, self.range.full_scales, strict=True):
+            step = np.zeros(self.range.width)
+            step[column] = STEP * size
+            # a normal force at rest is put on alone: pads are not pulled
+            back = step * (loads[:, column] >= step[column])[:, None] if column == 0 else step
+            moved = self.pad.pose(loads + step) - self.pad.pose(loads - back)
+            found.append(moved / (step + np.broadcast_to(back, loads.shape))[:, column, None])
+        return np.stack(found, axis=2)
 
     @cached_property
     def rest(self) -> Array:
@@ -102,6 +119,9 @@ class Bench:
         assert conversion is not None
         return np.array([conversion.noise(float(f)) / float(f) for f in self.rest])
 
+
+STEP = 1e-3
+"""Step of a load, in full scales, for how the pose changes with it: far above what is left of a pose's search."""
 
 SEARCHED, NARROWED = 33, 3
 """Forces that are looked at between two for the one at which a pad gives way, and how often: to 3e-5 of overload."""

@@ -21,7 +21,7 @@ from sitscad.arrays import Array
 from sitscad.data import rows
 from sitscad.estimates.performance.bench import Bench
 from sitscad.estimates.performance.inversion import SolvedRange
-from sitscad.estimates.performance.values import AXES, along
+from sitscad.estimates.performance.values import FORCES, MOMENTS, along
 from sitscad.estimates.response.pad import soft_pad
 from sitscad.estimates.scatter import (
     BEHIND,
@@ -37,6 +37,7 @@ from sitscad.estimates.scatter import (
 from sitscad.estimates.states.pressing import FILM, FILM_THICKNESS, MODULUS, PAD, PAD_SIZE, TARGET_SIZE, loaded_face
 from sitscad.estimates.uncertainty import sigmas
 from sitscad.estimates.values import Estimates
+from sitscad.mechanics.motion import rotations
 from sitscad.record import record
 from sitscad.scene.bodies import film_thickness
 from sitscad.scene.state import REST
@@ -163,18 +164,23 @@ BRANCH = 0.5  # Part of a loop of hysteresis by which either branch lies beside 
 
 DEGREE = math.radians(1.0)
 
+SMALL_TILT = 1e-3
+"""Tilt (rad) by which the moment of a small one is found."""
+
 WAYS = np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]])
 """The turns that are looked at, in angles of tilt: about x and y, either way."""
 
 
 @record(eq=False)
 class Tilts:
-    """Working points of a bench: loads (points, 3; N) and poses (points, 6) of their level target."""
+    """Working points of a bench: loads (points, 3 or 5; N, N m) and poses (points, 6) of their target, which no moment
+    tilts.
+    """
 
     bench: Bench
     loads: Array
     poses: Array
-    kept: dict[float, Array] = field(default_factory=dict)
+    kept: dict[float, tuple[Array, Array]] = field(default_factory=dict)
 
     def at(self, angle: float) -> Array:
         """Change of the readings by a tilt (rad) in every one of `WAYS`: (points, ways, coils).
@@ -182,6 +188,13 @@ class Tilts:
         As in the load case `scissor`: a face that sticks turns the target, and presses it with the same force. What the
         pad cannot hold counts as level, and turned.
         """
+        return self._at(angle)[0]
+
+    def moments(self, angle: float) -> Array:
+        """Moments (points, ways, 2; N m) about x and y of that face on the middle of the outermost face."""
+        return self._at(angle)[1]
+
+    def _at(self, angle: float) -> tuple[Array, Array]:
         if angle not in self.kept:
             count, ways = len(self.poses), len(WAYS)
             wrenches = np.zeros((count * ways, 6))
@@ -192,7 +205,10 @@ class Tilts:
             tilted[lost] = np.repeat(self.poses, ways, axis=0)[lost]
             tilted[lost, 3:] = turns[lost]
             turned = np.log(self.bench.turned(np.concatenate([self.poses, tilted])))
-            self.kept[angle] = turned[count:].reshape(count, ways, -1) - turned[:count, None]
+            held, over = self.bench.pad.force(tilted), rotations(tilted[:, 3:])[:, :, 2] * self.bench.pad.height
+            moments = held[:, 3:5] - np.cross(over, held[:, :3])[:, :2]
+            changes = turned[count:].reshape(count, ways, -1) - turned[:count, None]
+            self.kept[angle] = changes, moments.reshape(count, ways, 2)
         return self.kept[angle]
 
 
@@ -223,13 +239,28 @@ class Disturbed:
     @property
     def tilts(self) -> Array:
         """Slopes (N/rad) of every axis by rx, ry, rz at none: what a coil alone hardly has, and feels tilts all the
-        same.
+        same. Of a moment what is read beside that which the tilt itself takes.
         """
-        return np.asarray(self.inverse @ self.by_pose[:, 3:])
+        found = self.inverse @ self.by_pose[:, 3:]
+        if any(name in MOMENTS for name in self.bench.range.axes):
+            own = (self.tilted.moments(SMALL_TILT)[self.number] / SMALL_TILT).reshape(2, 2, 2)
+            found[:, :2] -= self._of_moments(0.5 * (own[:, 0] - own[:, 1])).T
+        return np.asarray(found)
+
+    def _of_moments(self, moments: Array) -> Array:
+        """Moments (..., 2; N m) about x and y as loads on the axes told apart (..., axes): nothing on the others."""
+        found = np.zeros((*moments.shape[:-1], len(self.bench.range.axes)))
+        for k, name in enumerate(self.bench.range.axes):
+            if name in MOMENTS:
+                found[..., k] = moments[..., MOMENTS.index(name)]
+        return found
 
     def by_tilt(self, angle: float) -> Array:
-        """Errors (N) of every axis by a tilt (rad) about x and y, either way: (2, 2, axes)."""
-        return np.asarray(self.tilted.at(angle)[self.number] @ self.inverse.T).reshape(2, 2, -1)
+        """Errors (N, N m) of every axis by a tilt (rad) about x and y, either way: (2, 2, axes). Of a moment what is
+        read beside the moment that the tilt takes.
+        """
+        read = self.tilted.at(angle)[self.number] @ self.inverse.T
+        return np.asarray(read - self._of_moments(self.tilted.moments(angle)[self.number])).reshape(2, 2, -1)
 
     def tilt_errors(self, angle: float) -> Array:
         """Their sizes, the worse of both ways: (axes, 2) for tilts (rad) about x and y."""
@@ -238,13 +269,14 @@ class Disturbed:
     @cached_property
     def contact(self) -> Array:
         """Errors (N/mm) of every axis by the force standing beside the middle along x and y, the target free to tilt;
-        NaN where the pad gives way.
+        NaN where the pad gives way. Of a moment what is read beside that of the force.
         """
         force = float(self.load[0])
         wrench = np.tile([0.0, 0.0, -force, 0.0, 0.0, 0.0], (3, 1))
         wrench[1, 4], wrench[2, 3] = BESIDE * force, -BESIDE * force
         poses = self.bench.pad.pose(wrench)
-        return np.asarray(self.inverse @ self.by_pose @ (poses[1:] - poses[0]).T / (1e3 * BESIDE))
+        read = self.inverse @ self.by_pose @ (poses[1:] - poses[0]).T
+        return np.asarray((read - self._of_moments(wrench[1:, 3:5]).T) / (1e3 * BESIDE))
 
     @cached_property
     def by_kelvin(self) -> Mapping[str, Array]:
@@ -278,7 +310,7 @@ class Disturbed:
 
     @property
     def temperature(self) -> Array:
-        """One sigma (N/K) of every axis: what has a known sign added up, capacitors beside it."""
+        """One sigma (N/K, N m/K) of every axis: what has a known sign added up, capacitors beside it."""
         known = sum(value for name, value in self.by_kelvin.items() if name != "capacitors")
         return np.asarray(np.hypot(known, self.by_kelvin["capacitors"]))
 
@@ -296,13 +328,14 @@ class Disturbed:
         pad = self.bench.spec.elastomer
         assert pad is not None
         material, names = pad.material, self.bench.range.axes
-        widths = [material.hysteresis_normal if name == "normal" else material.hysteresis_shear for name in names]
+        # a tilt presses one half of the pad and pulls the other one: its loop is that of a press
+        widths = [material.hysteresis_shear if name in FORCES[1:] else material.hysteresis_normal for name in names]
         return BRANCH * np.array(widths) * self.bench.range.full_scales
 
     def unmeasured(self) -> dict[str, Array]:
-        """Errors (N) of every axis by full scale on an axis that the array does not tell apart."""
+        """Errors (N, N m) of every axis by full scale on an axis of force that the array does not tell apart."""
         found = {}
-        for name in (axis for axis in AXES if axis not in self.bench.range.axes):
+        for name in (axis for axis in FORCES if axis not in self.bench.range.axes):
             ends = self.bench.full[name] * np.array([1.0, -1.0])
             readings = self.bench.readings(self.bench.poses(np.vstack([self.load, along(self.load, name, ends)])))
             found[f"{name} at full scale, which is not measured"] = np.abs(
@@ -394,5 +427,5 @@ def resonances(bench: Bench, pose: Array) -> dict[str, float]:
     if skin is not None and skin.material.density is not None:
         mass += area * skin.material.density * film_thickness(skin)
     stiffness = np.diag(bench.pad.stiffness(pose[None])[0])[[2, 0, 1]]
-    return {name: math.sqrt(max(float(stiffness[AXES.index(name)]), 0.0) / mass) / (2.0 * math.pi)
-            for name in bench.range.axes}
+    return {name: math.sqrt(max(float(stiffness[FORCES.index(name)]), 0.0) / mass) / (2.0 * math.pi)
+            for name in bench.range.axes if name in FORCES}

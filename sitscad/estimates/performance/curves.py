@@ -19,8 +19,8 @@ STEPS, LINES = 15, 9  # Loads along a curve, and lines of constant load in the m
 
 @record(eq=False)
 class Curve:
-    """One axis' course: forces (n; N), the normal force under it, every coil's inductance as the converter makes it
-    (n, coils; H), and one sigma of it by manufacture since the tare.
+    """One axis' course: forces (n; N) or moments (n; N m), the normal force under it, every coil's inductance as the
+    converter makes it (n, coils; H), and one sigma of it by manufacture since the tare.
     """
 
     axis: str
@@ -49,7 +49,7 @@ def curves(felt: Felt, quick: Felt | None) -> Curves:
     """The curves of a design by its response; bands by the quick method, one sigma of each cause."""
     spec, estimates, bench = felt.bench.spec, felt.estimates, felt.bench
     full = bench.full["normal"]
-    shears = [name for name in bench.range.axes if name != "normal"]
+    shears = [name for name in bench.range.axes if name != "normal"]  # and moments
     found = tuple(_curve(felt, quick, name, normal) for name in shears for normal in (0.0, 0.5 * full, full))
     places = np.array([placement.centre for placement in spec.array.placements]) - np.array(spec.array.middle)
     return Curves(tuple(coil.name for coil in estimates.coils), places, _curve(felt, quick, "normal", 0.0), found,
@@ -58,7 +58,7 @@ def curves(felt: Felt, quick: Felt | None) -> Curves:
 
 def _curve(felt: Felt, quick: Felt | None, axis: str, normal: float) -> Curve:
     forces = np.linspace(0.0 if axis == "normal" else -1.0, 1.0, STEPS) * felt.bench.full[axis]
-    loads = along((normal, 0.0, 0.0), axis, forces)
+    loads = along(felt.bench.range.pressed(normal), axis, forces)
     inductance, sigma = _inductance(felt.estimates, felt.working.read(loads)), np.zeros(1)
     if quick is not None:  # of the readings, by manufacture
         nominal = quick.bench.readings(quick.bench.poses(loads))
@@ -80,5 +80,5 @@ def _range(felt: Felt, axis: str) -> tuple[str, Array, Array, Array]:
     # Normal and shear forces (N) of the grid, and the inductances over it.
     normal = np.linspace(0.0, felt.bench.full["normal"], LINES)
     shear = np.linspace(-1.0, 1.0, LINES) * felt.bench.full[axis]
-    loads = np.concatenate([along((float(force), 0.0, 0.0), axis, shear) for force in normal])
+    loads = np.concatenate([along(felt.bench.range.pressed(float(force)), axis, shear) for force in normal])
     return axis, normal, shear, _inductance(felt.estimates, felt.working.read(loads)).reshape(LINES, LINES, -1)

@@ -176,8 +176,7 @@ class SolvedRange:
 
 
 def _load(load: Array) -> Loads:
-    normal, x, y = map(float, load)
-    return normal, x, y
+    return tuple(map(float, load))
 
 
 def solved_range(bench: Bench) -> SolvedRange:
@@ -224,12 +223,12 @@ def crosstalk(working: SolvedRange, load: Array, straight: Array) -> tuple[Cross
     """
     bench = working.bench
     loads = axis_sweeps(bench.range, load)
-    readings = bench.readings(bench.poses(loads.reshape(-1, 3)))
+    readings = bench.readings(bench.poses(loads.reshape(-1, loads.shape[-1])))
     return tuple(crosstalk_of(bench.range, loads, read) for read in (working.map(readings), readings @ straight.T))
 
 
 def axis_sweeps(scope: WorkingRange, load: Array) -> Array:
-    """Loads (axes, n, 3; N) from a `load` (3; N), the first of each axis, to both ends of one axis after the other."""
+    """Loads (axes, n, 3 or 5; N, N m): a `load`, the first of each axis, then both ends of one axis after the other."""
     sweeps = zip(scope.axes, scope.lowest, scope.full_scales, strict=True)
     return np.array([np.vstack([load, along(load, name, np.linspace(low, 1.0, SWEEP) * full)])
                      for name, low, full in sweeps])

@@ -19,9 +19,19 @@ from sitscad.estimates.performance.bench import Bench
 from sitscad.estimates.performance.causes import DEGREE, WARMER, Disturbed, Tilts, Units, by_metal, resonances, units_of
 from sitscad.estimates.performance.inversion import SolvedRange, crosstalk, solved_range
 from sitscad.estimates.performance.quick import quick_bench
-from sitscad.estimates.performance.values import AXES, AxisPerformance, Loads, Performance, along
+from sitscad.estimates.performance.values import (
+    AXIS_WORDS,
+    FORCES,
+    MOMENTS,
+    AxisPerformance,
+    Loads,
+    Performance,
+    along,
+    amount_text,
+    unit_of,
+)
 from sitscad.estimates.response.model import ResponseModel
-from sitscad.estimates.response.pad import TOO_SOFT, NoResponse, compliance, pushed
+from sitscad.estimates.response.pad import TOO_SOFT, NoResponse, pushed, tilt_stiffness, tilt_stiffness_error
 from sitscad.estimates.response.working_range import beyond_held_shear, held_shear, required_range
 from sitscad.estimates.scatter import manufacturing_scatter
 from sitscad.estimates.states.pressing import rests_on_pad
@@ -44,18 +54,18 @@ def course(bench: Bench, model: ResponseModel, load: Array, name: str) -> tuple[
     """
     most, converter = bench.farthest[name], bench.spec.readout.device
     forces = np.linspace(0.0, most, COURSE)
-    poses, said = pushed(bench.spec, along(load, name, forces), np.ones(COURSE, dtype=bool))
+    poses, said = pushed(bench.spec, along(load, name, forces), np.full(COURSE, not bench.range.has_moments))
     found = model.on_pad(poses)
     least, loudest = converter.limit("amplitude_stable_min"), converter.limit("amplitude_max")
     wrong = {
         "converter": np.any(~(found.frequency < converter.limit("sensor_frequency_max")), axis=1),
         "amplitude": np.any(~(found.amplitude > least) | (found.amplitude > loudest), axis=1),
         "contact": np.array([any("contact" in note for note in notes) for notes in found.notes]),
-        INSTABILITY: np.array([note == TOO_SOFT for note in said]),
+        INSTABILITY: np.array([note == TOO_SOFT or (bench.range.has_moments and bool(note)) for note in said]),
     }
     firsts = {cause: int(np.argmax(bad)) for cause, bad in wrong.items() if bad.any()}
     if not firsts:
-        return most, "strain"
+        return most, "tilt" if name in MOMENTS else "strain"
     cause = min(firsts, key=lambda one: firsts[one])
     return float(forces[max(firsts[cause] - 1, 0)]), cause
 
@@ -79,10 +89,10 @@ class Felt:
         bench, loads, found = self.bench, working_loads(self.bench), []
         poses = bench.poses(loads)
         slopes, tilts, cold = bench.slopes(poses), Tilts(bench, loads, poses), np.zeros(len(bench.rest))
-        gives = compliance(bench.pad, poses)
+        gives = bench.compliance(loads, poses)
         for k, (_, share) in enumerate(POINTS):
             # newtons per reading, (axes, coils), by least squares weighted with the noise
-            by_load = (slopes[k] @ gives[k])[:, bench.range.columns]
+            by_load = slopes[k] @ gives[k]
             inverse = np.asarray(np.linalg.pinv(by_load / bench.noise[:, None]) / bench.noise)
             found.append(Disturbed(bench, loads[k], share, poses[k], slopes[k], by_load, inverse, cold, tilts, k))
         return tuple(found)
@@ -148,8 +158,8 @@ def performance(
 
 
 def working_loads(bench: Bench) -> Array:
-    """The loads (3, 3; N) of the working points."""
-    return np.array([[share * bench.full["normal"], 0.0, 0.0] for _, share in POINTS])
+    """The loads (3, 3 or 5; N, N m) of the working points."""
+    return np.array([bench.range.pressed(share * bench.full["normal"]) for _, share in POINTS])
 
 
 def _at(at: str, point: Disturbed, felt: Felt, model: ResponseModel, twins: tuple[Loads, Loads] | None) -> Performance:
@@ -160,16 +170,19 @@ def _at(at: str, point: Disturbed, felt: Felt, model: ResponseModel, twins: tupl
     curved, straight = crosstalk(working, point.load, point.inverse)
     singular = np.linalg.svd(point.by_load * bench.range.full_scales, compute_uv=False)
     condition = float(singular[0] / max(singular[-1], 1e-300))
-    shear = next((name for name in names if name != "normal"), None)
+    shear = next((name for name in names if name in FORCES[1:]), None)
     scans, swings = 0.5 * bench.estimates.readout.scan_rate, resonances(bench, point.pose)
     tilt = bench.spec.requirements.tilt or DEGREE
     overload = courses["normal"][0] if courses["normal"][1] == INSTABILITY else bench.overload
     free = bench.gives_way if bench.gives_way is not None and bench.gives_way < overload else None
+    stiffness = tilt_stiffness(bench.pad, point.load[None])[0]
     friction = point.friction(errors, shear) if shear is not None and point.share > 0.0 else {}
     return Performance(
-        at=at, load=(float(point.load[0]), 0.0, 0.0), axes=_axes(point, working, courses, errors), crosstalk=curved,
+        at=at, load=tuple(map(float, point.load)), axes=_axes(point, working, courses, errors), crosstalk=curved,
         straight_crosstalk=straight, tilt_slope=_table(names, ("rx", "ry", "rz"), point.tilts),
         tilt=tilt, tilt_error=_table(names, ("rx", "ry"), point.tilt_errors(tilt)),
+        tilt_stiffness=_row(("rx", "ry"), stiffness), tilt_stiffness_error=_row(
+            ("rx", "ry"), tilt_stiffness_error(bench.pad, point.pose, stiffness)),
         contact_error=_table(names, ("x", "y"), np.nan_to_num(point.contact)),
         temperature_error=_row(names, point.temperature),
         temperature_causes={name: _row(names, value) for name, value in point.by_kelvin.items()},
@@ -198,6 +211,7 @@ def _axes(
             *courses[name], bench.full[name],
             tuple(map(float, point.by_load[:, k] * frequencies)), float(errors["noise"][k]),
             float(apart / max(np.ptp(read), 1e-300)), {cause: float(error[k]) for cause, error in errors.items()},
+            unit_of(name),
         )
     return found
 
@@ -226,20 +240,29 @@ def production_limits(estimates: Estimates) -> dict[str, dict[str, float]]:
     return found
 
 
+FREE_TARGET = (
+    "the target is free to tilt: moments are those on the middle of its outermost face, and a force beside the middle "
+    "is a moment; a tilt by a face that sticks is an error by what it adds beside its own moment{turned}"
+)
+
+TURNED_ROUND = "; a round target turned about z reads nothing"
+
+
 def _notes(felt: Felt, courses: Mapping[str, tuple[float, str]], free: float | None) -> tuple[str, ...]:
     """What whoever reads the performance has to know; `free` is its free overload (N)."""
     bench, names, pad = felt.bench, felt.bench.range.axes, felt.bench.spec.elastomer
-    assert pad is not None
+    assert pad is not None and bench.spec.target is not None
     sooner = "" if free is None else f"; under one that is free to tilt the pad gives way sideways at {free:.3g} N"
     found = [
-        f"{name.replace('_', ' along ')} ends at {most:.3g} N by {cause}, before its full scale of "
-        f"{bench.full[name]:.3g} N: the sensor does not reach it"
+        f"{AXIS_WORDS[name]} ends at {amount_text(most, name)} by {cause}, before its full scale of "
+        f"{amount_text(bench.full[name], name)}: the sensor does not reach it"
         for name, (most, cause) in courses.items() if most < bench.full[name]
     ]
     found += [
         f"noise by {bench.spec.readout.device.source_of('noise_law')}; it is what can be told "
         "apart from one moment to the next, not how true a force is",
         f"hysteresis, creep and temperature of the pad: {pad.material.loss_source}",
+        FREE_TARGET.format(turned=TURNED_ROUND * bench.spec.target.outline.is_round) if bench.range.has_moments else
         "the target is kept level, as by a face that it sticks to (in calibration/ of a package, too): a shear load "
         "above the pad tilts a free one, which reads otherwise (rotation=free of a load, calibrate --rotation free); "
         f"only the error by a force beside the middle is that of a free target{sooner}",
@@ -254,10 +277,10 @@ def _notes(felt: Felt, courses: Mapping[str, tuple[float, str]], free: float | N
     pressed, held = bench.estimates.compression, held_shear(bench.spec)
     if pressed is not None and not pressed.valid:
         found.append(f"every force here hangs on a law that is not within its range: {pressed.note}")
-    if max((bench.full[name] for name in names if name != "normal"), default=0.0) > held:
+    if max((bench.full[name] for name in names if name in FORCES[1:]), default=0.0) > held:
         found.append(beyond_held_shear(held))
     if not felt.is_range_held:
         found.append("the pad gives way sideways within the full scales: no reading there is known to be of one load")
-    if len(names) < len(AXES):
+    if not set(FORCES) <= set(names):
         found.append(f"the array tells {', '.join(names)} apart; what the other axes do to these is among the errors")
     return tuple(found)

@@ -113,13 +113,13 @@ def chart(layout: Layout, estimates: Estimates) -> Callable[[Array], Array]:
     pad = spec.elastomer
     assert pad is not None
     if estimates.is_rough:  # slopes on the axis alone are asked for
-        depth = max(DEPTH, AMPLY * -(estimates.pressed_place or 0.0) / pad.thickness)
+        depth, lifted = max(DEPTH, AMPLY * -(estimates.pressed_place or 0.0) / pad.thickness), LIFTED
         reach, (count, places) = ROUGH_REACH, ROUGH
     else:
-        (reach, depth), count = _reach(spec), HEIGHTS
+        (reach, depth, lifted), count = _reach(spec), HEIGHTS
         places = PLACES + 2 * math.ceil(FARTHER * (reach - TRAVEL))
-    count += math.ceil(DEEPER * (depth - DEPTH))
-    low, high, aside = -depth * pad.thickness, LIFTED * pad.thickness, reach * pad.thickness
+    count += math.ceil(DEEPER * (depth - DEPTH + lifted - LIFTED))
+    low, high, aside = -depth * pad.thickness, lifted * pad.thickness, reach * pad.thickness
     heights, sides = chebyshev_points(low, high, count), chebyshev_points(-aside, aside, places)
     # of a rough chart nothing is asked that lies aside of both axes: what both make is added there
     middle, rough = places // 2, estimates.is_rough
@@ -140,30 +140,49 @@ def chart(layout: Layout, estimates: Estimates) -> Callable[[Array], Array]:
         values = -0.5 * np.log1p(np.maximum(change.real / tanks.inductance, -0.9)) * _pull(estimates)
     ends = np.array([-aside, -aside, low]), np.array([aside, aside, high])
     charts = [Interpolant(*ends, values[..., k]) for k in range(values.shape[-1])]
-    middles = np.array([(at.x, at.y) for at in shared_middles(spec)])
+    middles = _middles(spec)
 
     def frequencies(poses: Array) -> Array:
         found = np.empty((len(poses), len(middles)))
         for k, middle in enumerate(middles):  # of what the coil shares with the target at rest
-            where = poses[:, :3].copy()
-            away = middle - where[:, :2]
-            where[:, 2] += away[:, 1] * np.tan(poses[:, 3]) - away[:, 0] * np.tan(poses[:, 4])
-            found[:, k] = charts[k](where)
+            found[:, k] = charts[k](np.column_stack([poses[:, :2], _height_over(poses, middle)]))
         return np.asarray(tanks.frequency * np.exp(found))
 
     return frequencies
 
 
-def _reach(spec: SensorSpec) -> tuple[float, float]:
-    """How far aside and down the chart goes (in thicknesses of the pad): as far as the required loads move the target,
-    where the pad holds it, or every load beyond the chart's end would read like that end.
+def _reach(spec: SensorSpec) -> tuple[float, float, float]:
+    """How far aside, down and up the chart goes (in thicknesses of the pad): as far as the required loads move the
+    target, where the pad holds it, or every load beyond the chart's end would read like that end.
     """
     most = required_range(spec)
-    loads = np.array(list(product((0.0, most.normal), (0.0, most.shear), (0.0, most.shear))))
+    sides: list[tuple[float, ...]] = [(0.0, most.normal), (0.0, most.shear), (0.0, most.shear)]
+    if most.has_moments:
+        sides += [(-size, 0.0, size) for size in most.moments]
     pad = soft_pad(spec)
-    moved = pad.pose(loads, is_held=True)[:, :3] / pad.thickness
-    aside, down = np.nan_to_num(np.abs(moved[:, :2])).max(), np.nan_to_num(-moved[:, 2]).max()
-    return min(max(TRAVEL, AMPLY * float(aside)), FARTHEST), max(DEPTH, AMPLY * float(down))
+    poses = np.nan_to_num(pad.pose(np.array(list(product(*sides))), is_held=not most.has_moments))
+    aside, heights = np.abs(poses[:, :2]).max() / pad.thickness, poses[:, 2]
+    if most.has_moments:  # over the middles of what coils share with the target
+        heights = np.stack([_height_over(poses, at) for at in _middles(spec)])
+        heights = np.maximum(heights, -DEEPEST * pad.thickness)
+    down, up = -heights.min() / pad.thickness, heights.max() / pad.thickness
+    return (min(max(TRAVEL, AMPLY * float(aside)), FARTHEST), max(DEPTH, AMPLY * float(down)),
+            max(LIFTED, AMPLY * float(up)))
+
+
+DEEPEST = 0.9
+"""How far below rest, in thicknesses of the pad, a chart of tilted targets goes at most."""
+
+
+def _middles(spec: SensorSpec) -> Array:
+    """The middles (coils, 2; m) of what the coils share with the target at rest."""
+    return np.array([(at.x, at.y) for at in shared_middles(spec)])
+
+
+def _height_over(poses: Array, middle: Array) -> Array:
+    """The heights (n; m), from rest, of a target in poses (n, 6) over a place (2; m)."""
+    away = middle - poses[:, :2]
+    return np.asarray(poses[:, 2] + away[:, 1] * np.tan(poses[:, 3]) - away[:, 0] * np.tan(poses[:, 4]))
 
 
 def _pull(estimates: Estimates) -> Array:

@@ -14,14 +14,41 @@ from sitscad.arrays import Array
 from sitscad.record import record, replace
 from sitscad.units import show
 
-AXES = ("normal", "shear_x", "shear_y")
+FORCES = ("normal", "shear_x", "shear_y")
+MOMENTS = ("moment_x", "moment_y")
+AXES = (*FORCES, *MOMENTS)
+"""What stands in a load, in this order; loads without a moment may end after the forces."""
 
-Loads = tuple[float, float, float]
+AXIS_WORDS = {"normal": "normal", "shear_x": "shear along x", "shear_y": "shear along y", "moment_x": "moment about x",
+              "moment_y": "moment about y"}
+
+Loads = tuple[float, ...]
 Table = Mapping[str, Mapping[str, float]]
 
 
+def unit_of(axis: str) -> str:
+    """The SI unit of an axis."""
+    return "N m" if axis in MOMENTS else "N"
+
+
+SHOWN = {"N": (1.0, "N"), "N m": (1e3, "N mm")}
+"""Factor and unit in which tables and plots have forces and moments, by their SI unit."""
+
+
+def shown_scales(axes: Sequence[str]) -> Array:
+    """What loads (N, N m) on some axes are multiplied with for a table: moments stand there in newton millimetres."""
+    return np.array([SHOWN[unit_of(axis.rpartition(".")[2])][0] for axis in axes])
+
+
+def by_unit(before: str, after: str, table: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Tables by axis as parts of a document: forces under `before` N `after`, moments, if any, with Nm."""
+    parts = {"N": {name: row for name, row in table.items() if name not in MOMENTS},
+             "Nm": {name: row for name, row in table.items() if name in MOMENTS}}
+    return {f"{before}{unit}{after}": part for unit, part in parts.items() if part or unit == "N"}
+
+
 def along(load: Array | Loads, axis: str, forces: Array) -> Array:
-    """A load (3; N) with (n,) forces on one axis: (n, 3)."""
+    """A load (3 or 5; N, N m) with (n,) forces or moments on one axis: (n, 3 or 5)."""
     found = np.tile(np.asarray(load, dtype=float), (len(forces), 1))
     found[:, AXES.index(axis)] = forces
     return found
@@ -34,7 +61,7 @@ PASSING = ("before", "without")  # Words in the causes of errors that a calibrat
 class AxisPerformance:
     """One axis at a working point: range (N) and what ends it, full scale (N: what is asked), sensitivity of every coil
     (Hz/N), resolution (N, one sigma of noise at the scan rate), nonlinearity (of the full scale, by the best straight
-    line), and one sigma of errors (N) by cause.
+    line), and one sigma of errors (N) by cause. Of a moment N is N m; `unit` says which.
     """
 
     range: float
@@ -44,23 +71,29 @@ class AxisPerformance:
     resolution: float
     nonlinearity: float
     errors: Mapping[str, float] = field(default_factory=dict)
+    unit: str = "N"
 
     def document(self) -> dict[str, object]:
         """The figures as the contract's JSON has them."""
+        unit = self.unit.replace(" ", "")
         return {
-            "range_N": self.range,
+            f"range_{unit}": self.range,
             "limited_by": self.limited_by,
-            "full_scale_N": self.full_scale,
-            "sensitivity_Hz_per_N": list(self.sensitivity),
-            "resolution_N": _finite(self.resolution),
+            f"full_scale_{unit}": self.full_scale,
+            f"sensitivity_Hz_per_{unit}": list(self.sensitivity),
+            f"resolution_{unit}": _finite(self.resolution),
             "nonlinearity": self.nonlinearity,
-            "errors_N": {cause: _finite(error) for cause, error in self.errors.items()},
+            f"errors_{unit}": {cause: _finite(error) for cause, error in self.errors.items()},
         }
 
 
 @record
 class Performance:
     """The sensor at a working point `at` (rest, half, full) under `load` (N).
+
+    Figures of moments are in N m in place of N. `tilt_stiffness` (N m/rad) by the turn (rx, ry) is how the pad holds a
+    target that is free to move against a moment on its outermost face, NaN if the pad gives way;
+    `tilt_stiffness_error` is one sigma of that by the pad's law, relative, without the scatter of the modulus.
 
     `crosstalk[a][b]` is the error of axis a while b goes over its full scale, over a's full scale: of the polynomial
     that fits the design best, and of the straight map at this point (`straight_crosstalk`). `tilt_error` (N) by axis
@@ -84,6 +117,8 @@ class Performance:
     tilt_slope: Table
     tilt: float
     tilt_error: Table
+    tilt_stiffness: Mapping[str, float]
+    tilt_stiffness_error: Mapping[str, float]
     contact_error: Table
     temperature_error: Mapping[str, float]
     temperature_causes: Table
@@ -111,20 +146,27 @@ class Performance:
         """The figures as the contract's JSON has them."""
 
         def by_axis(load: Loads) -> dict[str, float]:
-            return dict(zip(AXES, load, strict=True))
+            return dict(zip(FORCES, load[: len(FORCES)], strict=True))
 
+        def moments(load: Loads) -> dict[str, float]:
+            return dict(zip(MOMENTS, load[len(FORCES) :], strict=True))
+
+        alike = {} if self.ambiguous is None or len(self.ambiguous[0]) == len(FORCES) else {
+            "ambiguous_Nm": [moments(load) for load in self.ambiguous]}
         return {
             "at": self.at,
             "load_N": by_axis(self.load),
             "axes": {name: axis.document() for name, axis in self.axes.items()},
             "crosstalk": self.crosstalk,
             "straight_crosstalk": self.straight_crosstalk,
-            "tilt_error_N_per_rad": self.tilt_slope,
+            **by_unit("tilt_error_", "_per_rad", self.tilt_slope),
             "tilt_rad": self.tilt,
-            "tilt_error_N": self.tilt_error,
-            "contact_error_N_per_mm": self.contact_error,
-            "temperature_error_N_per_K": dict(self.temperature_error),
-            "temperature_causes_N_per_K": self.temperature_causes,
+            **by_unit("tilt_error_", "", self.tilt_error),
+            "tilt_stiffness_Nm_per_rad": {turn: _finite(value) for turn, value in self.tilt_stiffness.items()},
+            "tilt_stiffness_error": {turn: _finite(value) for turn, value in self.tilt_stiffness_error.items()},
+            **by_unit("contact_error_", "_per_mm", self.contact_error),
+            **by_unit("temperature_error_", "_per_K", self.temperature_error),
+            **self._causes(),
             "friction_error": None if self.friction_error is None else _finite(self.friction_error),
             "friction_causes": {cause: _finite(error) for cause, error in self.friction_causes.items()},
             "bandwidth_Hz": self.bandwidth,
@@ -133,12 +175,22 @@ class Performance:
             "condition_number": self.condition_number,
             "invertible": self.invertible,
             "ambiguous_N": None if self.ambiguous is None else [by_axis(load) for load in self.ambiguous],
+            **alike,
             "overload_N": self.overload,
             "free_overload_N": self.free_overload,
             "map_degree": self.map_degree,
             "production": self.production,
             "notes": list(self.notes),
         }
+
+
+    def _causes(self) -> dict[str, object]:
+        """What temperature does by its causes: of forces, and of moments where there are some."""
+        found: dict[str, dict[str, object]] = {}
+        for cause, row in self.temperature_causes.items():
+            for name, part in by_unit("temperature_causes_", "_per_K", row).items():
+                found.setdefault(name, {})[cause] = part
+        return dict(found)
 
 
 def _finite(value: float) -> float | None:
@@ -161,8 +213,9 @@ def worst_of(each: Sequence[Performance]) -> Performance:
     def largest(name: str) -> Any:
         return _largest([getattr(one, name) for one in each])
 
-    tables = ("crosstalk", "straight_crosstalk", "tilt_slope", "tilt_error", "contact_error", "temperature_error",
-              "temperature_causes", "friction_causes", "production", "condition_number", "map_degree")
+    tables = ("crosstalk", "straight_crosstalk", "tilt_slope", "tilt_error", "tilt_stiffness_error", "contact_error",
+              "temperature_error", "temperature_causes", "friction_causes", "production", "condition_number",
+              "map_degree")
     return replace(
         first, load=least.load, axes={name: _worst_axis([one.axes[name] for one in each]) for name in first.axes},
         friction_error=max(frictions, default=None), bandwidth=slow.bandwidth, bandwidth_by=slow.bandwidth_by,
@@ -170,6 +223,7 @@ def worst_of(each: Sequence[Performance]) -> Performance:
         invertible=all(one.invertible for one in each), overload=min(one.overload for one in each),
         ambiguous=next((one.ambiguous for one in each if one.ambiguous is not None), None),
         free_overload=min(frees, default=None),
+        tilt_stiffness={turn: min(one.tilt_stiffness[turn] for one in each) for turn in first.tilt_stiffness},
         notes=tuple(note for note in dict.fromkeys(notes) if note in said.values()),
         **{name: largest(name) for name in tables},
     )
@@ -180,7 +234,7 @@ def _worst_axis(each: Sequence[AxisPerformance]) -> AxisPerformance:
     return AxisPerformance(
         least.range, least.limited_by, min(one.full_scale for one in each),
         tuple(min(coil, key=abs) for coil in told), max(one.resolution for one in each),
-        max(one.nonlinearity for one in each), _largest([one.errors for one in each]),
+        max(one.nonlinearity for one in each), _largest([one.errors for one in each]), least.unit,
     )
 
 
@@ -209,9 +263,14 @@ SENSELESS = 10.0
 """Full scales from which on an error, found to first order, is told as that alone: its digits mean nothing."""
 
 
-def of_full_scale(error: float, full: float) -> str:
-    """An error (N) in words, with its share of full scale (N)."""
+def of_full_scale(error: float, full: float, axis: str = "normal") -> str:
+    """An error (N, N m) of an axis in words, with its share of full scale."""
     if error > SENSELESS * full:
         return f"more than {SENSELESS:.0f} times full scale"
-    share = error / full
-    return f"{error:.2g} N ({100.0 * share:.0f} %)" if share >= 0.1 else f"{error:.2g} N ({100.0 * share:.2g} %)"
+    share, said = error / full, amount_text(error, axis, 2)
+    return f"{said} ({100.0 * share:.0f} %)" if share >= 0.1 else f"{said} ({100.0 * share:.2g} %)"
+
+
+def amount_text(value: float, axis: str, digits: int = 3) -> str:
+    """A force in newtons, or a moment in newton millimetres, in words."""
+    return f"{1e3 * value:.{digits}g} N mm" if axis in MOMENTS else f"{value:.{digits}g} N"

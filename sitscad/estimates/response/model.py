@@ -26,7 +26,7 @@ from sitscad.estimates.response.plate import (
 )
 from sitscad.estimates.response.scan import Changes, Exact, mapped
 from sitscad.estimates.response.values import Response, joined
-from sitscad.estimates.response.working_range import normal_at, shear_at
+from sitscad.estimates.response.working_range import normal_at, required_range, shear_at
 from sitscad.estimates.states.assembly import AssemblyStates, Surroundings, metal_behind
 from sitscad.estimates.states.finite_target import TargetShares
 from sitscad.estimates.states.pressing import rests_on_pad
@@ -192,10 +192,11 @@ class ResponseModel:
         self, loads: Array, held: Flags | None = None, frequency: float | None = None,
         tolerance: float | None = None, progress: Progress | None = None, by_elements: bool = False,
     ) -> Response:
-        """Everything under (n, 3) loads (see `pad.pushed`), the target's rotation `held` (n,; all of them where it is
-        left out) or free; poses by the pad's law, or by finite elements (see `pad.pushed_by_elements`).
+        """Everything under (n, 3 or 5) loads (see `pad.pushed`), the target's rotation `held` (n,; all of them where it
+        is left out) or free; poses by the pad's law, or by finite elements (see `pad.pushed_by_elements`).
         """
-        loads = np.asarray(loads, dtype=float).reshape(-1, 3)
+        loads = np.asarray(loads, dtype=float)
+        loads = loads.reshape(-1, loads.shape[-1] if loads.ndim > 1 else 3)
         level = np.ones(len(loads), dtype=bool) if held is None else held
         poses, said = (pushed_by_elements if by_elements else pushed)(self.spec, loads, level)
         found = self.respond(poses, frequency, tolerance, progress)
@@ -209,7 +210,10 @@ class ResponseModel:
         loads = np.array([[normal_at(self.spec, VALID_STRAIN), 0.0, 0.0], [0.0, aside, 0.0], [0.0, 0.0, aside]])
         found = pushed(self.spec, loads)[0]
         found[0, 3:5] = 0.02
-        return found
+        asked = required_range(self.spec)
+        if not asked.has_moments:
+            return found
+        return np.vstack([found, pushed(self.spec, asked.corners, np.zeros(len(asked.corners), dtype=bool))[0]])
 
     def on_pad(self, poses: Array) -> Response:
         """The response at (n, 6) poses, each of them solved, once for all who ask, and never interpolated; one solution

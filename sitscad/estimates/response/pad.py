@@ -49,14 +49,15 @@ def soft_pad(spec: SensorSpec, modulus: float = 1.0) -> BondedPad:
 def pushed(
     spec: SensorSpec, loads: Array, held: Flags | None = None, modulus: float = 1.0
 ) -> tuple[Array, tuple[str, ...]]:
-    """Poses (n, 6; m, rad) of the target under loads (n, 3): normal, towards the board, and shear along +x and +y (N);
-    and what there is to say of each, nothing as a rule.
+    """Poses (n, 6; m, rad) of the target under loads (n, 3): normal, towards the board, and shear along +x and +y (N),
+    or (n, 5) with moments about x and y (N m); and what there is to say of each, nothing as a rule.
 
-    `held` (n,) tells which targets are kept level; all of them where it is left out. `modulus` is a factor on the
-    pad's. Raises NoResponse where no pad carries the target, ValueError for a pull.
+    `held` (n,) tells which targets are kept level, against any moment; all of them where it is left out. `modulus` is a
+    factor on the pad's. Raises NoResponse where no pad carries the target, ValueError for a pull.
     """
     pad = soft_pad(spec, modulus)
-    loads = np.asarray(loads, dtype=float).reshape(-1, 3)
+    loads = np.asarray(loads, dtype=float)
+    loads = loads.reshape(-1, loads.shape[-1] if loads.ndim > 1 else 3)
     if not np.all(np.isfinite(loads)) or np.any(loads[:, 0] < 0.0):
         raise ValueError("a load is three finite forces in newtons, the normal one 0 or more (towards the board)")
     poses, notes = np.full((len(loads), 6), np.nan), np.full(len(loads), "", dtype=object)
@@ -80,17 +81,20 @@ MOST_STEPS = 12
 
 
 def pushed_by_elements(spec: SensorSpec, loads: Array, held: Flags) -> tuple[Array, tuple[str, ...]]:
-    """Poses (n, 6; m, rad) under loads (n, 3; N: normal, shear along x, along y), and what there is to say of each.
+    """Poses (n, 6; m, rad) under loads (n, 3 or 5; N: normal, shear along x, along y), and what there is to say of
+    each.
 
     A load lies in the plane of one shear force. Raises NoResponse without the solver, for pads that the meshes do not
-    know (partly round faces, a film beyond a rim), loads in two planes, and where no equilibrium is found.
+    know (partly round faces, a film beyond a rim), loads in two planes or with a moment, and without an equilibrium.
     """
     try:
         import_module("ngsolve")
     except ImportError as error:
         raise NoResponse(f"finite elements need ngsolve: pip install 'sitscad[fe]' ({error})") from error
     pad, poses = soft_pad(spec), np.zeros((len(loads), 6))
-    for k, (normal, shear_x, shear_y) in enumerate(loads):
+    for k, (normal, shear_x, shear_y, *moments) in enumerate(loads):
+        if any(moments):
+            raise NoResponse("finite elements take forces alone, and no moment")
         if shear_x and shear_y:
             raise NoResponse("finite elements take shear along x or along y, not both in one load")
         along_y = bool(shear_y)
@@ -145,13 +149,46 @@ def _solid(pad: BondedPad, along_y: bool) -> GluedPlate:
     return GluedPlate(*widths, pad.thickness, is_round, pad.around.rim, pad.around.film)
 
 
+def tilt_stiffness(pad: BondedPad, loads: Array) -> Array:
+    """How the pad holds a target that is free to move, under loads (n, 3 or 5; N, N m), against a moment about x and y
+    on its outermost face: (n, 2; N m/rad), by central differences of `BondedPad.pose`. NaN if the pad gives way.
+    """
+    whole = np.zeros((len(loads), 5))
+    whole[:, : np.shape(loads)[1]] = loads
+    small = SMALL_TILT * pad.shear_modulus * pad.face.area * pad.thickness
+    moved = np.zeros((4, 1, 5))
+    moved[[0, 1], 0, 3], moved[[2, 3], 0, 4] = (small, -small), (small, -small)
+    turns = pad.pose((whole + moved).reshape(-1, 5))[:, 3:5].reshape(2, 2, len(loads), 2)
+    return np.stack([2.0 * small / (turns[k, 0, :, k] - turns[k, 1, :, k]) for k in (0, 1)], axis=1)
+
+
+def tilt_stiffness_error(pad: BondedPad, pose: Array, stiffness: Array) -> Array:
+    """One sigma, relative, of `tilt_stiffness` (2; N m/rad) at the pose (6) of its load: (2,). Infinite for strains at
+    which it was not held against finite elements.
+
+    A press takes stiffness away, and near the load at which the pad gives way nothing is left of it: the pad's own
+    sigma is of the stiffness against tilts about the near face's middle.
+    """
+    own = np.diag(pad.stiffness(pose[None])[0])[3:5]
+    strain = -float(pose[2]) / pad.thickness
+    times = next((factor for most, factor in TILT_SIGMAS if strain <= most), math.inf)
+    return np.asarray(times * pad.sigma * own / np.abs(stiffness))
+
+
+TILT_SIGMAS = ((0.2, 1.0), (0.31, 2.0))
+"""Strains up to which that stiffness is within so many times the pad's sigma (tests/mechanics/test_pad.py)."""
+
+SMALL_TILT = 3e-3
+"""Moment, over modulus, area and thickness, of those differences: it tilts a pad by some thousandths of a radian."""
+
+
 def straight(pad: BondedPad, loads: Array) -> Array:
-    """Poses (n, 6) under loads (n, 3; N) of a target that only goes down and aside: compression, and travel by
-    F / (G A).
+    """Poses (n, 6) under loads (n, 3 or 5; N, N m) of a target that only goes down and aside: compression, and travel
+    by F / (G A).
     """
     found = np.zeros((len(loads), 6))
     found[:, 2] = -pad.thickness * pad.strain(loads[:, 0])
-    found[:, :2] = pad.thickness * (1.0 / (pad.shear_modulus * pad.face.area)) * loads[:, 1:]
+    found[:, :2] = pad.thickness * (1.0 / (pad.shear_modulus * pad.face.area)) * loads[:, 1:3]
     return found
 
 

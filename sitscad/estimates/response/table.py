@@ -56,7 +56,8 @@ class ResponseTable:
                   "powers": self.through.orders, "coefficients": self.through.coefficients}
         return {
             "inputs": list(INPUTS), "coils": list(self.coils), "axes": list(self.range.axes),
-            "full_scale_N": {"normal": self.range.normal, "shear": self.range.shear}, "error": self.error,
+            "full_scale_N": {"normal": self.range.normal, "shear": self.range.shear},
+            "error": self.error,
             **{name: array.tolist() for name, array in arrays.items()},
         }
 

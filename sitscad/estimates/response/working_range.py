@@ -10,7 +10,7 @@ from itertools import product
 import numpy as np
 
 from sitscad.arrays import Array
-from sitscad.estimates.performance.values import AXES
+from sitscad.estimates.performance.values import AXES, FORCES, MOMENTS
 from sitscad.estimates.response.pad import soft_pad
 from sitscad.mechanics.elastomer import VALID_SHEAR
 from sitscad.mechanics.pad import HELD_SHEAR, BondedPad
@@ -26,24 +26,47 @@ USUAL_STRAIN = 0.2  # Strain of the pad at full scale where no normal force is r
 @record
 class WorkingRange:
     """Loads (N): the normal force up to `normal`, shear along the `axes` that the array tells apart up to `shear` in
-    any direction: of two shears together their root of the sum of squares. `notes` say where that is less than what is
-    required.
+    any direction: of two shears together their root of the sum of squares; and `moments` (N m) about x and y, 0 of
+    those that are not told. Two of these sideways axes share one limit in parts of their full scales. `notes` say where
+    that is less than what is required.
     """
 
     axes: tuple[str, ...]
     normal: float
     shear: float
     notes: tuple[str, ...] = ()
+    moments: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def has_moments(self) -> bool:
+        """Whether moments are told. Targets are free to tilt then, and else kept level."""
+        return any(self.moments)
+
+    @property
+    def width(self) -> int:
+        """The numbers of a load: three forces, and the moments where some are told."""
+        return len(AXES) if self.has_moments else len(FORCES)
 
     @property
     def is_round(self) -> bool:
         """Whether two shears share one limit."""
-        return len(self.axes) == len(AXES)
+        return set(FORCES) <= set(self.axes)
+
+    @property
+    def limits(self) -> dict[str, float]:
+        """The largest load (N, N m) of every axis of a load, told apart or not."""
+        return dict(zip(AXES, (self.normal, self.shear, self.shear, *self.moments), strict=True))
 
     @property
     def full_scales(self) -> Array:
-        """The largest force (N) on every axis."""
-        return np.array([self.normal if name == "normal" else self.shear for name in self.axes])
+        """The largest load (N, N m) on every axis that is told apart."""
+        return np.array([self.limits[name] for name in self.axes])
+
+    def pressed(self, normal: float) -> Array:
+        """The load (3 or 5) of a normal force (N) alone."""
+        found = np.zeros(self.width)
+        found[0] = normal
+        return found
 
     @property
     def columns(self) -> list[int]:
@@ -56,43 +79,44 @@ class WorkingRange:
         return np.array([0.0 if name == "normal" else -1.0 for name in self.axes])
 
     def loads(self, places: Sequence[Sequence[float]] | Array) -> Array:
-        """Loads (n, 3; N) at places (n, axes) in full scales."""
-        found = np.zeros((len(places), 3))
+        """Loads (n, 3 or 5; N, N m) at places (n, axes) in full scales."""
+        found = np.zeros((len(places), self.width))
         found[:, self.columns] = np.asarray(places) * self.full_scales
         return found
 
     @property
     def corners(self) -> Array:
-        """The loads at its corners, (n, 3)."""
-        ends = [(0.0, self.normal), *(((-self.shear, 0.0, self.shear)) if name in self.axes else (0.0,)
-                                      for name in AXES[1:])]
+        """The loads at its corners, (n, 3 or 5)."""
+        ends = [(0.0, self.normal), *((-self.limits[name], 0.0, self.limits[name]) if name in self.axes else (0.0,)
+                                      for name in AXES[1 : self.width])]
         return np.array(list(product(*ends)))
 
     @property
     def rim(self) -> Array:
-        """The loads at its edge, (n, 3): the full shear in `DIRECTIONS`, or both ways where one is told, with the full
-        normal force and without; and that force alone.
+        """The loads at its edge, (n, 3 or 5): the full shear in `DIRECTIONS`, or both ways where one is told, with the
+        full normal force and without; and that force alone. Moments as shears.
         """
         shears = [k for k in self.columns if k]
         angles = 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
         ways = np.stack([np.cos(angles), np.sin(angles)], 1) if len(shears) > 1 else np.array([[1.0], [-1.0]])
-        found = np.zeros((2, len(ways), 3))
+        found = np.zeros((2, len(ways), self.width))
         found[1, :, 0] = self.normal
-        found[:, :, shears] = self.shear * ways[:, : len(shears)]
-        alone = np.array([[self.normal, 0.0, 0.0]])
-        return np.vstack([found.reshape(-1, 3), alone]) if shears else alone
+        found[:, :, shears] = self.full_scales[1:] * ways[:, : len(shears)]
+        alone = self.pressed(self.normal)[None]
+        return np.vstack([found.reshape(-1, self.width), alone]) if shears else alone
 
     def inside(self, count: int, skip: int = 0) -> Array:
-        """Loads (count, 3) that fill it evenly, always the same."""
+        """Loads (count, 3 or 5) that fill it evenly, always the same."""
         part = spread(count, 3, skip)
-        found = np.zeros((count, 3))
+        found = np.zeros((count, self.width))
         found[:, 0] = self.normal * part[:, 0]
         shears = [k for k in self.columns if k]
         if len(shears) == 1:
-            found[:, shears[0]] = self.shear * (2.0 * part[:, 1] - 1.0)
+            found[:, shears[0]] = self.full_scales[1] * (2.0 * part[:, 1] - 1.0)
         elif shears:
             angle = 2.0 * np.pi * part[:, 2]
-            found[:, 1:] = (self.shear * np.sqrt(part[:, 1]))[:, None] * np.stack([np.cos(angle), np.sin(angle)], 1)
+            ways = np.stack([np.cos(angle), np.sin(angle)], 1)
+            found[:, shears] = (self.full_scales[1:] * np.sqrt(part[:, 1])[:, None]) * ways
         return found
 
 
@@ -103,7 +127,9 @@ def required_range(spec: SensorSpec, is_rough: bool = False) -> WorkingRange:
     """
     normal = full_normal(spec)
     shear = spec.requirements.shear_force or min(SLIP * normal, (read_shear if is_rough else held_shear)(spec))
-    return WorkingRange(axes_told_apart(spec.array.placements), normal, shear)
+    axes, (about_x, about_y) = axes_felt(spec), spec.requirements.moments
+    moments = about_x * ("moment_x" in axes), about_y * ("moment_y" in axes)
+    return WorkingRange(axes, normal, shear, (), moments)
 
 
 def working_range(spec: SensorSpec) -> WorkingRange:
@@ -113,14 +139,19 @@ def working_range(spec: SensorSpec) -> WorkingRange:
     found, notes = required_range(spec), []
     most = shear_at(spec, VALID_SHEAR, (0.0, 0.5, 1.0))  # tall pads are softest in shear half pressed
     shear, held = found.shear, held_shear(spec)
-    if len(found.axes) > 1 and shear > held:
+    if any(name in found.axes for name in FORCES[1:]) and shear > held:
         notes.append(beyond_held_shear(held))
         if shear > most:
             notes.append(f"shear is calibrated to {most:.3g} N, the pad's thickness: beyond, no law of it is trusted")
         shear = min(shear, most)
     if found.is_round:
         notes.append(shared_shear_limit(shear))
-    return WorkingRange(found.axes, found.normal, shear, tuple(notes))
+    if found.has_moments:
+        notes.append("moments act on a target that is free to tilt, on the middle of its outermost face")
+        if len(found.axes) == len(FORCES):
+            notes.append("the calibration's map is made for both sideways axes together within one ellipse about the "
+                         "normal force; beyond, all axes may read wrong")
+    return WorkingRange(found.axes, found.normal, shear, tuple(notes), found.moments)
 
 
 def shared_shear_limit(shear: float) -> str:
@@ -206,6 +237,38 @@ def normal_at(spec: SensorSpec, strain: float) -> float:
     return float(-pad.force(np.array([[0.0, 0.0, -strain * pad.thickness, 0.0, 0.0, 0.0]]))[0, 2])
 
 
+def moment_at(spec: SensorSpec, tilt: float) -> dict[str, float]:
+    """Moments (N m) by the axis, with the full normal force or without whichever is less, that tilt a free target by an
+    angle (rad), up to which the pad's law was held against finite elements (`HELD_TILT`).
+    """
+    pad, found = soft_pad(spec), {}
+    for k, name in enumerate(MOMENTS):
+        loads = np.zeros((2 * LOADS, len(AXES)))
+        loads[LOADS:, 0] = full_normal(spec)
+        most = tilt * pad.force(tilt * np.eye(6)[[3 + k]])[0, 3 + k] / tilt
+        loads[:, 3 + k] = np.tile(np.linspace(0.0, FARTHER * most, LOADS), 2)
+        reached = np.nan_to_num(pad.pose(loads)[:, 3 + k], nan=math.inf).reshape(2, LOADS)
+        found[name] = min(float(np.interp(tilt, np.minimum(row, 2.0 * tilt), loads[:LOADS, 3 + k])) for row in reached)
+    return found
+
+
+FARTHER = 3.0
+"""Times the moment by which a target tilts at rest that are looked at: a pressed pad holds more."""
+
+INSTEAD = {"shear_x": "moment_y", "shear_y": "moment_x"}
+"""The moment that moves the readings of an array as a shear does: coils on one side more, on the other side less."""
+
+
+def axes_felt(spec: SensorSpec, placements: tuple[CoilPlacement, ...] | None = None) -> tuple[str, ...]:
+    """The axes of load that are computed: those that the array (or some of its coils) tells apart, a moment that is
+    asked for in place of the shear that reads as it does.
+    """
+    asked = {name for name in MOMENTS if getattr(spec.requirements, name) is not None}
+    told = axes_told_apart(spec.array.placements if placements is None else placements)
+    found = {INSTEAD[name] if INSTEAD.get(name) in asked else name for name in told}
+    return tuple(name for name in AXES if name in found)
+
+
 def axes_told_apart(placements: tuple[CoilPlacement, ...]) -> tuple[str, ...]:
     """The axes that the coils of an array can tell apart: one coil the normal force alone, coils in a line also shear
     along it, others all three.
@@ -214,8 +277,8 @@ def axes_told_apart(placements: tuple[CoilPlacement, ...]) -> tuple[str, ...]:
     away = places - places.mean(axis=0)
     spread = np.linalg.svd(away, compute_uv=False)
     if len(places) == 1:
-        return AXES[:1]
+        return FORCES[:1]
     if len(places) > 2 and spread[1] > 1e-3 * spread[0]:
-        return AXES
+        return FORCES
     along = np.abs(away[np.argmax(np.hypot(*away.T))])
     return ("normal", "shear_x" if along[0] >= along[1] else "shear_y")

@@ -56,7 +56,8 @@
     return Math.floor((frequency * conversion.counts_per_Hz - offset) / step + 0.5) * step + offset;
   }
 
-  var WORDS = {normal: "normal", shear_x: "shear along x", shear_y: "shear along y"};
+  var WORDS = {normal: "normal", shear_x: "shear along x", shear_y: "shear along y",
+    moment_x: "moment about x, N mm", moment_y: "moment about y, N mm"};
   var INPUTS = [["normal_N", "normal", "N", 1], ["shear_x_N", "shear along x", "N", 1],
     ["shear_y_N", "shear along y", "N", 1], ["rx_deg", "tilt about x", "deg", 180 / Math.PI],
     ["ry_deg", "tilt about y", "deg", 180 / Math.PI]];
@@ -171,8 +172,10 @@
         var read = page.forces(map, counts, tare);
         map.axes.forEach(function (axis, k) {
           var put = state.asked[["normal", "shear_x", "shear_y"].indexOf(axis)];
-          row(axes, WORDS[axis], [[put.toFixed(3), "load_N." + axis], [read.forces[k].toFixed(3), "force_N." + axis],
-            [map.error[k].toPrecision(2), "sigma_N." + axis]]);
+          // the face that tilts the target exerts a moment which the table does not have
+          var shown = axis.indexOf("moment") === 0 ? 1e3 : 1, asked = put === undefined ? "\u2013" : put.toFixed(3);
+          row(axes, WORDS[axis], [[asked, "load_N." + axis], [(shown * read.forces[k]).toFixed(3), "force_N." + axis],
+            [(shown * map.error[k]).toPrecision(2), "sigma_N." + axis]]);
         });
         if (!read.holds) words.push("the readings lie beyond what the map was made for: forces are those where it ends");
       }

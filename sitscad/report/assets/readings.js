@@ -90,7 +90,8 @@
       var from = tare && own(tare).every(function (one) { return one !== null; }), good = own(latest.status).every(isGood);
       var read = from && good ? page.forces(map, own(latest.counts), own(tare)) : null;
       map.axes.forEach(function (axis, k) {
-        put("force_N." + map.prefix + axis, read ? read.forces[k].toFixed(3) : "\u2013");
+        var shown = axis.indexOf("moment") === 0 ? 1e3 : 1;
+        put("force_N." + map.prefix + axis, read ? (shown * read.forces[k]).toFixed(3) : "\u2013");
         bar(map.prefix + axis, read ? read.forces[k] / map.full_scale[k] : 0);
       });
       words = words || (!from ? taring ? "Leave it alone: the tare is being taken." :
@@ -137,7 +138,9 @@
     maps[maps.indexOf(before)] = next;
     put("map", (read.is_calibrated ? "Forces by the calibration that was opened" : "Forces by a map that is not calibrated") +
       (maps.length > 1 ? ", of " + next.coils.join(", ") + "." : "."));
-    next.axes.forEach(function (axis, k) { put("sigma_N." + next.prefix + axis, next.error[k].toPrecision(2)); });
+    next.axes.forEach(function (axis, k) {
+      put("sigma_N." + next.prefix + axis, ((axis.indexOf("moment") === 0 ? 1e3 : 1) * next.error[k]).toPrecision(2));
+    });
     say("");
   }
 

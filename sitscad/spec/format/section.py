@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NoReturn
 from pydantic_core import PydanticCustomError, SchemaValidator, core_schema
 
 from sitscad.record import record
-from sitscad.spec.format.kinds import Choice, Kind, Preset, ProfileName, with_hint
+from sitscad.spec.format.kinds import Choice, Kind, Preset, ProfileName, Quantity, with_hint
 
 NAME = "<name>"
 WRITTEN = "<written out>"
@@ -189,9 +189,9 @@ class ListOf(Kind):
 
 @record
 class NameOr(Kind):
-    """The name of a preset (or a word out of a list), or the same thing written out."""
+    """The name of a preset (or a word out of a list, or one quantity), or the same thing written out."""
 
-    preset: Preset | Choice | ProfileName
+    preset: Preset | Choice | ProfileName | Quantity
     written: Kind
 
     def validator(self) -> core_schema.CoreSchema:
@@ -199,7 +199,8 @@ class NameOr(Kind):
         form = "a list" if isinstance(self.written, ListOf) else "a section"
         return core_schema.tagged_union_schema(
             {NAME: core_schema.no_info_plain_validator_function(self._read_name), WRITTEN: self.written.validator()},
-            lambda value: NAME if isinstance(value, str) else WRITTEN if isinstance(value, (dict, list)) else None,
+            lambda value: WRITTEN if isinstance(value, (dict, list)) else
+            NAME if isinstance(value, str) or isinstance(self.preset, Quantity) else None,
             custom_error_type="SIT004",
             custom_error_message=f"neither a preset's name nor {form} that writes it out",
         )

@@ -86,6 +86,8 @@ def as_written(value: Any, kind: Kind | None, key: str) -> Any:
         inner = as_written(value["value"] if is_section else getattr(value, "value", value), kind.figure, key)
         return {**value, "value": inner} if is_section else inner
     if isinstance(kind, NameOr):
+        if isinstance(kind.preset, Quantity) and isinstance(value, (int, float, str)):
+            return as_written(value, kind.preset, key)
         name, presets = getattr(value, "name", None), "rules" if isinstance(kind.preset, ProfileName) else ""
         presets = kind.preset.kind if isinstance(kind.preset, Preset) else presets
         return name if presets and name in names(presets) else as_written(value, kind.written, key)

@@ -80,7 +80,8 @@ class SensorNode(Node):
         force, torque = message.wrench.force, message.wrench.torque
         force.x, force.y = (float(row.get(f"shear_{axis}_N") or math.nan) for axis in "xy")
         force.z = -float(row["normal_N"])
-        torque.x = torque.y = torque.z = math.nan
+        torque.x, torque.y = (1e-3 * float(row.get(f"moment_{axis}_Nmm") or math.nan) for axis in "xy")
+        torque.z = math.nan
         self.publisher.publish(message)
 
     def tell(self):

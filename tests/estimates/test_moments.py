@@ -1,0 +1,241 @@
+"""Moments as axes of what is asked for: which arrays tell them, what is felt of them, and what is refused."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tolerance import approx
+
+import sitscad
+from sitscad.checks import check
+from sitscad.design import Design, respond
+from sitscad.estimates.response.pad import NoResponse, pushed, soft_pad, tilt_stiffness
+from sitscad.estimates.response.working_range import axes_felt, required_range, working_range
+from sitscad.scene.motions import MotionError, read_motions
+from sitscad.spec import templates
+
+CELL = templates.read("fingertip_cell")
+
+SMALL = """
+sitscad: 1
+name: small
+coil: {{shape: circle, outer_diameter: 5, turns: 5, layers: 2, trace_width: 0.16, trace_spacing: 0.16}}
+array: {array}
+fpc: {{stackup: flex-2l-24um}}
+target: {{shape: circle, size: 10, material: copper, thickness: 0.2}}
+elastomer: {{shape: circle, size: 10, thickness: 1.5, material: dragon-skin-10}}
+requirements: {{normal_force: 6 N{more}}}
+"""
+
+ARRAYS = {
+    "one": "{pattern: single}",
+    "along x": "{pattern: line, count: 2, pitch: 6}",
+    "along y": "{pattern: explicit, centres: [[0, -3], [0, 3]]}",
+    "triangle": "{pattern: triangle, pitch: 6}",
+    "grid": "{pattern: grid, count: [2, 2], pitch: 6}",
+}
+BOTH = ", moment_x: 3 N mm, moment_y: 2 N mm"
+
+
+def spec_of(array, more=BOTH):
+    return sitscad.load_text(SMALL.format(array=ARRAYS[array], more=more), "small.yaml")
+
+
+@pytest.fixture(scope="module")
+def cell():
+    return Design(sitscad.load_text(CELL))
+
+
+@pytest.mark.parametrize(
+    "array, axes",
+    [
+        ("one", ("normal",)),
+        ("along x", ("normal", "moment_y")),
+        ("along y", ("normal", "moment_x")),
+        ("triangle", ("normal", "moment_x", "moment_y")),
+        ("grid", ("normal", "moment_x", "moment_y")),
+    ],
+)
+def test_array_tells_moments_about_the_axes_that_its_coils_stand_apart_from(array, axes):
+    assert axes_felt(spec_of(array)) == axes
+    untold = {"moment_x", "moment_y"} - set(axes)
+    keys = {found.key for found in check(spec_of(array), hints="none").findings if found.rule == "SIT411"}
+    assert keys == {f"requirements.{name}" for name in untold}
+
+
+def test_moment_that_is_asked_for_alone_leaves_the_other_shear():
+    spec = spec_of("grid", ", moment_x: 3 N mm")
+    assert axes_felt(spec) == ("normal", "shear_x", "moment_x")
+    assert required_range(spec).moments == (3e-3, 0.0)
+
+
+def test_spec_without_moments_feels_what_it_did():
+    found = required_range(spec_of("grid", ""))
+    assert (found.axes, found.width, found.has_moments) == (("normal", "shear_x", "shear_y"), 3, False)
+    assert found.corners.shape == (18, 3)
+
+
+@pytest.mark.parametrize(
+    "more, rule, key",
+    [
+        (BOTH + ", shear_resolution: 5 mN", "SIT411", "requirements.moment_x"),
+        (BOTH + ", shear_resolution: 5 mN", "SIT402", "requirements.shear_resolution"),
+        (BOTH + ", friction_error: 0.1", "SIT405", "requirements.friction_error"),
+        (", moment_resolution: 0.01 N mm", "SIT411", "requirements.moment_resolution"),
+        (", tilt: 1 deg, tilt_error: {moment_x: 1 N mm}", "SIT411", "requirements.tilt_error.moment_x"),
+        (BOTH + ", moment_resolution: 0.1 mN mm", "SIT412", "requirements.moment_resolution"),
+    ],
+)
+def test_what_moments_contradict_is_refused_by_name(more, rule, key):
+    found = check(spec_of("grid", more), hints="none").findings
+    assert key in {one.key for one in found if one.rule == rule}
+
+
+def test_tilt_error_judges_the_axes_that_are_asked_for():
+    """A value for all judged shear of sensors that are asked for the normal force alone."""
+    many = ", tilt: 1 deg, tilt_error: 60 mN"
+    assert "SIT404" not in {one.rule for one in check(spec_of("grid", many), hints="none").findings}
+    sheared = check(spec_of("grid", many + ", shear_force: 1 N"), hints="none")
+    assert "SIT404" in {one.rule for one in sheared.findings}
+    (judged,) = (one for one in sheared.reached if one.rule == "SIT404")
+    assert (judged.axis.split()[0], judged.limit) == ("shear", 0.06)
+
+
+def test_tilt_error_by_axis_judges_each_by_its_own_limit():
+    own = ", shear_force: 1 N, tilt: 1 deg, tilt_error: {normal: 60 mN, shear_x: 2 N}"
+    found = check(spec_of("grid", own), hints="none")
+    assert "SIT404" not in {one.rule for one in found.findings}
+    (judged,) = (one for one in found.reached if one.rule == "SIT404")
+    assert judged.limit in (0.06, 2.0)
+
+
+def test_force_beside_the_middle_is_the_moment_that_it_has_there():
+    spec = sitscad.load_text(CELL)
+    pad, force, (x, y) = soft_pad(spec), 4.0, (2e-4, -1e-4)
+    beside = pad.pose(np.array([[force, 0.0, 0.0]]), at=np.array([[x, y]]))
+    turned = pushed(spec, np.array([[force, 0.0, 0.0, -y * force, x * force]]), np.array([False]))[0]
+    assert np.abs(turned - beside)[0, 3:5].max() < 2e-3 * np.abs(beside)[0, 3:5].max()
+
+
+def test_moment_on_a_level_target_is_refused_and_on_a_free_one_turns_it():
+    spec = sitscad.load_text(CELL)
+    with pytest.raises(ValueError, match="rotation free"):
+        respond(spec, loads=[[4.0, 0.0, 0.0, 1e-3, 0.0]], rotation="held")
+    with pytest.raises(MotionError):
+        read_motions(loads=("normal=4,moment_x=1,rotation=held",))
+    loads = read_motions(loads=("normal=4,moment_x=1", "moment_y=2 N mm")).loads
+    assert loads == approx(np.array([[4.0, 0.0, 0.0, 1e-3, 0.0], [0.0, 0.0, 0.0, 0.0, 2e-3]]), rel=1e-12)
+    assert read_motions(loads=("normal=4",)).loads.shape == (1, 3)
+    pose = pushed(spec, loads, np.zeros(2, dtype=bool))[0]
+    assert pose[0, 3] > 0.0
+    assert pose[1, 4] > 0.0
+    assert pose[0, 3] == approx(1e-3 / tilt_stiffness(soft_pad(spec), loads[:1] * [1, 0, 0, 0, 0])[0, 0], rel=0.01)
+
+
+def test_finite_elements_refuse_a_moment_by_name():
+    pytest.importorskip("ngsolve")
+    with pytest.raises(NoResponse, match="moment"):
+        Design(sitscad.load_text(CELL)).response.under(
+            np.array([[4.0, 0.0, 0.0, 1e-3, 0.0]]), np.array([False]), by_elements=True)
+
+
+def test_moments_are_felt_in_newton_metres(cell):
+    felt = cell.felt
+    assert felt.bench.range.axes == ("normal", "moment_x", "moment_y")
+    full = felt.points[-1]
+    # the map reads the loads of its own range back, and each axis alone
+    assert np.all(felt.working.map_errors < 0.003 * felt.bench.range.full_scales)
+    noise = full.noise
+    assert 1e-6 < noise[1] < 2e-5
+    assert noise[1] == approx(noise[2], rel=1e-3)  # the cell is square
+    # what stands beside the middle is a moment, not an error: of the normal force alone it was one before
+    assert np.abs(full.contact[1:]).max() < 0.02 * 1e-3 * full.load[0]
+
+
+def test_moments_say_where_a_finger_presses(cell):
+    """6 N, 0.4 mm along x and -0.3 mm along y beside the middle: read by the map, after nothing but a tare."""
+    felt, force, (x, y) = cell.felt, 6.0, (4e-4, -3e-4)
+    pose = felt.bench.pad.pose(np.array([[force, 0.0, 0.0]]), at=np.array([[x, y]]))
+    normal, about_x, about_y = felt.working.map(felt.bench.readings(pose))[0]
+    assert normal == approx(force, rel=0.01)
+    assert (about_y / normal, -about_x / normal) == approx((x, y), rel=0.02)
+
+
+def test_working_range_of_moments_has_them_in_its_loads():
+    found = working_range(sitscad.load_text(CELL))
+    assert found.width == 5
+    assert found.inside(50).shape == (50, 5)
+    assert not found.inside(50)[:, 1:3].any()
+    assert np.all(np.hypot(*(found.inside(50)[:, 3:] / 4e-3).T) <= 1.0 + 1e-12)
+    assert np.all(np.abs(found.rim[:, 3:]) <= 4e-3 + 1e-12)
+    assert len(found.notes) >= 2
+
+
+@pytest.mark.slow
+def test_performance_of_moments_has_their_own_units_and_the_pads_stiffness(cell):
+    points = cell.performance
+    assert [point.at for point in points] == ["rest", "half", "full"]
+    document = points[-1].document()
+    assert {"range_Nm", "full_scale_Nm", "resolution_Nm", "errors_Nm"} <= set(document["axes"]["moment_x"])
+    assert "range_N" not in document["axes"]["moment_x"]
+    assert set(document["tilt_error_N"]) == {"normal"}
+    assert set(document["tilt_error_Nm"]) == {"moment_x", "moment_y"}
+    assert document["axes"]["moment_x"]["full_scale_Nm"] == 4e-3
+    stiffness, error = (document[f"tilt_stiffness_{name}"]["rx"] for name in ("Nm_per_rad", "error"))
+    assert 0.05 < stiffness < 0.2
+    assert 0.02 < error < 0.2
+    # the quick method is near
+    for quick, point in zip(cell.felt.points, points, strict=True):
+        for k, name in enumerate(("moment_x", "moment_y"), start=1):
+            assert quick.noise[k] == approx(point.axes[name].resolution, rel=0.12)
+
+
+@pytest.mark.slow
+def test_unit_with_moments_is_calibrated_by_its_plan(cell, tmp_path):
+    """Eight presses beside the middle, of a sensor off by its own errors, read through the bench's table."""
+    from sitscad.calibration.calibration import sensors_of
+    from sitscad.calibration.unknowns import units
+    from sitscad.report.calibration import plan_table
+
+    planned = sitscad.calibrate(cell)
+    sensors = sensors_of(cell.response)
+    assert not sensors.is_held
+    errors = 0.7 * units(sensors.known, 1, 3)[0]
+    head, names, *rows = plan_table(planned, planned.plan).decode().splitlines()
+    assert head == "# rotation: free"
+    assert names.startswith("normal_N,moment_x_Nmm,moment_y_Nmm,C1_counts")
+    frequency = sensors.under(errors, planned.plan.rows, exact=True)
+    counts = sensors.conversion.counts(frequency)
+    lines = [",".join([*row.split(",")[:3], *(f"{one:.1f}" for one in read)])
+             for row, read in zip(rows, counts, strict=True)]
+    table = tmp_path / "measured.csv"
+    table.write_text("\n".join([head, names, *lines]) + "\n", encoding="utf-8")
+    found = sitscad.calibrate(cell, table)
+    loads = sensors.range.inside(20, 900)
+    rest, *read = sensors.conversion.counts(sensors.under(errors, np.vstack([np.zeros(5), loads]), exact=True))
+    off = found.map(read, rest) - loads[:, [0, 3, 4]]
+    before = planned.map(read, rest) - loads[:, [0, 3, 4]]
+    rms, untold = (np.sqrt(np.mean(each**2, axis=0)) / sensors.range.full_scales for each in (off, before))
+    assert np.all(rms < 0.02)
+    assert np.all(rms < 0.5 * untold)
+    document = found.document()
+    assert set(document["error_N"]) == {"normal"}
+    assert set(document["error_Nm"]) == {"moment_x", "moment_y"}
+    assert document["map"]["units"] == ["N", "N m", "N m"]
+    held = table.read_text(encoding="utf-8").replace("free", "held")
+    table.write_text(held, encoding="utf-8")
+    with pytest.raises(ValueError, match="held"):
+        sitscad.calibrate(cell, table)
+    with pytest.raises(MotionError):
+        sitscad.calibrate(cell, rotation="held")
+
+
+def test_stiffness_against_tilts_falls_under_a_press_that_may_push_the_target_over():
+    pad = soft_pad(spec_of("grid"))
+    soft = replace(pad, thickness=4.0 * pad.thickness)
+    level, pressed = tilt_stiffness(soft, np.array([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0]]))
+    assert pressed[0] < 0.6 * level[0]
+    assert math.isnan(tilt_stiffness(soft, np.array([[8.0, 0.0, 0.0]]))[0, 0])
