@@ -197,10 +197,10 @@ def test_contacts_and_stiffener_are_measured_on_their_sheet_and_in_the_readme(tu
     sheet = _contact_sheet.contact_sheet(layout, "")
     assert_legible(sheet)
     texts = {item.text for item in sheet.items if isinstance(item, Label)}
-    assert {"width 0.30", "length 3.40", "pitch 0.50"} <= texts
+    assert {"width 0.30", "length 3.45", "pitch 0.50"} <= texts
     words = " ".join(fabrication_notes.readme(layout).split())
     for part in (
-        "contacts 300 um wide and 3.4 mm long, pitch 500 um, bare over 3.1 mm",
+        "contacts 300 um wide and 3.45 mm long, pitch 500 um, bare over 3.15 mm",
         "5 mm along the tail, 6.5 mm across",
     ):
         assert part in words
