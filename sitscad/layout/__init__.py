@@ -64,12 +64,12 @@ def arrange(spec: SensorSpec, searches: SearchLimit | None = None) -> Layout:
 
 def sketch(spec: SensorSpec, wider: int = 0) -> Layout:
     """The board at a hundredth of the cost: coils as spirals within `SKETCHED`, nothing led out or joined inside, and a
-    body with tail as they are where the narrowest board has room, or of a board `wider` by so many steps. How long
-    leads will be is said by each coil's `undrawn`; its windings lie about the origin, for coils differ by their places
-    alone.
+    body with tail as they are where the narrowest board has room, or of a board `wider` by so many steps and by leads
+    at their widest spacing. How long leads will be is said by each coil's `undrawn`; its windings lie about the origin,
+    for coils differ by their places alone.
     """
     level = _about_axis(spec)
-    bus = bus_for(level)
+    bus = bus_for(level, lead_spacings(level)[0] if wider else None)
     layers = {p.rotation: wind_coil(level, replace(p, centre=(0.0, 0.0)), SKETCHED) for p in level.array.placements}
     # both ends have to come together, the shorter way round
     round_it, road = -(math.fsum(spec.coil.layer_turns) % 1.0), 0.5 * max(spec.coil.size) + bus.ring_offset

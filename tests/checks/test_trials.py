@@ -224,7 +224,7 @@ def test_a_stiffer_pad_was_tried(judge):
 def test_a_tail_bent_at_every_grasp_is_told_what_its_array_allows(array, named):
     """Coils in rows are led out on two layers: one layer through the hinge would leave them without leads (SIT118)."""
     document = design("circle", 4.5, 9, 2, 80, 80, "generic-fine", array=array)
-    document["fpc"] = {**document["fpc"], "tail": {**TAIL, "bend": "dynamic"}}
+    document["fpc"] = {**document["fpc"], "tail": {**TAIL, "bend": "dynamic"}, "margin": [0.05, 0]}  # SIT130
     tried = list(followed(document, "SIT308"))
     assert [f"{key}: {value}" for _, changes, _ in tried for key, value in changes] == named
     assert [entry for entry in tried if entry[2]] == []
