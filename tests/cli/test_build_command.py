@@ -168,7 +168,7 @@ def test_a_comparison_writes_nothing_names_what_is_stale_and_fails(run, tmp_path
     assert run("build", "good.yaml", "--only", "firmware,report").code == 0
     only = ("--only", "firmware,report")
     fresh = run("build", "good.yaml", "--check", *only)
-    assert (fresh.code, fresh.out) == (0, "outputs/good-coil: 32 files (unchanged)\n")
+    assert (fresh.code, fresh.out) == (0, "outputs/good-coil: 28 files (unchanged)\n")
     spec = tmp_path / "good.yaml"
     spec.write_text(spec.read_text() + "readout: {clock: 39 MHz}\n")
     stamp = (tmp_path / "outputs/good-coil/manifest.json").read_bytes()
@@ -177,7 +177,7 @@ def test_a_comparison_writes_nothing_names_what_is_stale_and_fails(run, tmp_path
     assert "outputs/good-coil is stale: sitscad build good.yaml --only firmware,report makes it anew" in stale.err
     assert (tmp_path / "outputs/good-coil/manifest.json").read_bytes() == stamp
     none = run("build", "good.yaml", "--check", "-o", "a b", *only)
-    assert (none.code, none.out) == (1, "a b/good-coil: there is no package, 32 files are missing\n")
+    assert (none.code, none.out) == (1, "a b/good-coil: there is no package, 28 files are missing\n")
     assert "sitscad build good.yaml -o 'a b' --only firmware,report makes it anew" in none.err
     assert run("build", "weak.yaml", "--check").code == 1
     assert run("build", "broken.yaml", "--check").code == 2

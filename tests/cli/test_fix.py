@@ -130,7 +130,7 @@ def test_what_is_not_mended_says_in_a_line_what_its_fix_would_bring(run, tmp_pat
     done = run("check", "--fix", "--unsafe-fixes", "--hints", "decisive", "soft.yaml")
     said = [line.removeprefix("sitscad: soft.yaml: ") for line in done.err.splitlines()]
     tried = "SIT312 not mended by elastomer.material: dragon-skin-10 instead of ecoflex-00-30"
-    assert f"{tried}: SIT217 warns of more then" in said
+    assert f"{tried}: SIT217 then warns of more" in said
     assert "no fix is known for SIT103, SIT134, SIT217 (check -v has hints)" in said
     assert len(said) == len(set(said)) and path.read_bytes() == before
 
@@ -160,9 +160,9 @@ def test_a_file_of_two_names_keeps_both(run, slips, tmp_path):
 def test_unsafe_fixes_search_as_long_as_it_takes_unless_told_otherwise(run, slips, monkeypatch):
     asked, mend = [], inspection.mend
 
-    def noted(path, may, hints, options):
+    def noted(path, may, hints, options, progress=None):
         asked.append(hints)
-        return mend(path, may, "none", options)
+        return mend(path, may, "none", options, progress=progress)
 
     monkeypatch.setattr(inspection, "mend", noted)
     for words in (("--unsafe-fixes",), ("--unsafe-fixes", "--hints", "decisive"), ()):

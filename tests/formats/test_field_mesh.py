@@ -133,8 +133,8 @@ def test_a_pad_mesh_needs_a_pad_and_a_size():
 
 def test_metal_behind_and_a_finger_of_metal_are_regions():
     """A finger of metal was missing among them: what a field program solved was another sensor."""
-    sheet = {"kind": "custom", "metal_behind": {"material": "brass", "distance": 2, "thickness": 0.8}}
-    finger = {"kind": "fingertip", "finger": {"size": [12, 5], "material": "brass"}}
+    sheet = {"kind": "custom", "metal_behind": {"material": "brass", "distance": "2 mm", "thickness": "0.8 mm"}}
+    finger = {"kind": "fingertip", "finger": {"size": ["12 mm", "5 mm"], "material": "brass"}}
     for name, mount, height in (("metal_behind", sheet, 0.8e-3), ("finger", finger, 5e-3)):
         layout = sitscad.lay_out(SPEC.replace({"mount": mount}))
         regions = json.loads(sitscad.field_mesh(layout, size=1.5e-3, air=5e-3)["json"])["regions"]
