@@ -74,7 +74,8 @@ def test_width_and_length(judge, design, drawn):
     narrow = with_jaw(spec, width=2.6e-3, source="width: unverified: from memory")
     (found,) = judge("SIT301", narrow, replace(layout, spec=narrow))
     assert found.severity is Severity.ERROR and found.limit == approx(0.6e-3, rel=1e-9) and found.measured > 0.6e-3
-    assert "the board's body, 4.712 mm wide (coils 4 mm" in found.message and "unverified" in found.detail
+    said = f"the board's body, {1e3 * layout.body_size[1]:.4g} mm wide (coils 4 mm"
+    assert said in found.message and "unverified" in found.detail
     measured = with_jaw(spec, width=2.6e-3, source="measured with a calliper")
     (found,) = judge("SIT301", measured, replace(layout, spec=measured))
     assert "unverified" not in found.detail
@@ -377,15 +378,19 @@ def test_a_target_on_part_of_its_pad_strains_and_shears_that_part(judge, design)
 
 
 def test_tail_bend(judge, verdicts, design, drawn):
+    films = [film.thickness for film in design().fpc.stackup.layers]
+    thin = sum(films[:4]) + films[-1]  # two of four copper layers, between the coverlays
     assert judge("SIT308", design(fpc__tail__bend="none")) == []
     assert judge("SIT308", design()) == []
     (note,) = judge("SIT308", with_jaw(design(), port_diameter=2.4e-3))
-    assert note.severity is Severity.NOTE and note.measured == approx(10 * 152e-6, rel=1e-6)
-    (thick,) = judge("SIT308", design(fpc__tail__layers=4))
-    assert thick.severity is Severity.WARNING and thick.measured == approx(20 * 261e-6, rel=1e-6)
+    assert note.severity is Severity.NOTE and note.measured == approx(10 * thin, rel=1e-6)
+    whole = design(fpc__tail__layers=4)
+    (thick,) = judge("SIT308", whole)
+    assert thick.severity is Severity.WARNING
+    assert thick.measured == approx(20 * sum(film.thickness for film in whole.fpc.stackup.layers), rel=1e-6)
     dynamic = judge("SIT308", design(fpc__tail__bend="dynamic"))
     assert [f.severity for f in dynamic] == [Severity.WARNING, Severity.WARNING]
-    assert dynamic[1].measured == approx(40 * 152e-6, rel=1e-6)
+    assert dynamic[1].measured == approx(40 * thin, rel=1e-6)
     many = judge("SIT308", design(fpc__tail__bend="dynamic", fpc__tail__layers=4))
     assert many[0].severity is Severity.ERROR and many[0].measured == 4.0
     one = judge("SIT308", design(fpc__tail__bend="dynamic", fpc__tail__layers=1))
@@ -541,7 +546,7 @@ def test_a_board_below_the_rims_of_a_pocket_has_to_go_into_it(judge, design):
     assert found.key == "mount.standoff" and found.limit == approx(3.5e-3, rel=1e-6) and "300 um below" in found.message
     assert judge("SIT301", design(mount=mount | {"standoff": 1})) == []
     (short,) = judge("SIT301", design(mount=mount | {"standoff": 1, "jaw": jaw | {"pocket": [9, 3.7]}}))
-    assert "9 mm" not in short.message and short.limit == approx(8.8e-3, rel=1e-6)
+    assert " 9 mm" not in short.message and short.limit == approx(8.8e-3, rel=1e-6)
 
 
 @pytest.mark.parametrize("thickness", [0.9e-3, 1.3e-3])
@@ -560,16 +565,18 @@ def test_the_height_to_take_off_is_enough(thickness):
 
 
 def test_a_board_that_decides_the_closed_pair_is_named_and_a_narrower_one_is_tried():
-    """The hint offered heights alone where the board's edges, wide by their margin, left the port's circle."""
+    """The hint offered heights alone where the board's edges, wide by their margin, left the port's circle. 30 um of
+    margin would be narrow enough, had leads not then room for their wider gaps.
+    """
     spec = sitscad.load(Path(__file__).parents[2] / "templates" / "grasper_4layer.yaml").replace(
         "fpc.margin", [0.15e-3, 0.2e-3]
     )
     finding = next(one for one in check(spec, hints="full").findings if one.rule == "SIT303")
     assert "which the board body decides" in finding.message
-    assert "a board narrower by 338 um: fpc.margin: [0.15, 0.03] (it was tried), or take" in finding.hint
+    assert "a board narrower by 338 um: fpc.margin: [0.15, 0.02] (it was tried), or take" in finding.hint
     ((edit,),) = (fix.edits for fix in finding.fixes)
-    mended = spec.replace(edit.key, [0.15e-3, 0.03e-3])
-    assert (edit.key, edit.new) == ("fpc.margin", "[0.15, 0.03]")
+    mended = spec.replace(edit.key, [0.15e-3, 0.02e-3])
+    assert (edit.key, edit.new) == ("fpc.margin", "[0.15, 0.02]")
     assert "SIT303" not in {one.rule for one in check(mended, hints="none").findings}
     high = next(one for one in check(mended.replace("elastomer.thickness", 1.5e-3), hints="none").findings
                 if one.rule == "SIT303")

@@ -231,7 +231,7 @@ def test_a_picture_shows_why_it_does_not_fit_without_force(run, tmp_path):
     said = run("check", "--hints", "none", "--picture", "pictures/why.svg", str(TALL))
     drawn = (tmp_path / "pictures/why.svg").read_text()
     assert said.code == 1 and "drawn in pictures/why.svg" in said.err
-    assert "needs 7.075" in drawn and "carried 2.131" in drawn and "#b00000" in drawn
+    assert "needs 7.095" in drawn and "carried 2.095" in drawn and "#b00000" in drawn
 
 
 def test_several_specs_are_drawn_into_a_folder_each_by_its_name(run, tmp_path):

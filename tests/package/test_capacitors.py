@@ -33,7 +33,7 @@ TEMPLATES = Path(__file__).parents[2] / "templates"
 CASES = [
     ("grasper_4layer", "chip-0402", ""),
     ("grasper_4layer", "chip-0603", "turn: left"),
-    ("three_axis_grid", "chip-0402", "offset: -5"),
+    ("three_axis_grid", "chip-0402", "offset: -4"),
     ("racetrack_jaw", "chip-0603", ""),
     ("bench_7mm", "chip-0402", "connector: zif-0.3mm"),
 ]

@@ -105,6 +105,21 @@ def _less_margin(spec: SensorSpec, axis: int, excess: float) -> Fix | None:
     return setting(spec, "fpc.margin", margin, in_brackets(margin)) if less >= 0.0 else None
 
 
+def _less_margins(design: Design, axis: int, excess: float, left: Left) -> Iterator[Fix]:
+    """The margin with which the body is so much (m) smaller along an axis, and the one that makes up for leads which
+    take wider gaps in a body that small.
+    """
+    first = _less_margin(design.spec, axis, excess)
+    if first is None:
+        return
+    yield first
+    if (then := left.drawn(first.spec)) is not None:
+        less = 2.0 * (design.spec.fpc.margin[axis] - first.spec.fpc.margin[axis])
+        wider = then.body_size[axis] - (design.layout.body_size[axis] - less)
+        if wider > ROUNDING and (second := _less_margin(design.spec, axis, excess + wider)) is not None:
+            yield second
+
+
 def _narrower_body(design: Design, excess: float, left: Left) -> str:
     """Ends of the layers whose leads leave elsewhere, or smaller coils: the first of each that fits."""
     found = ways((islice(_led_otherwise(design, OVERHANG, left), 1), narrower(design.spec, excess)), left)
@@ -261,9 +276,8 @@ def _too_high(design: Design, jaw: Jaw, pair: Measure) -> Violation:
         by, words = narrower_by()
         if not by:
             return ""
-        margin = _less_margin(spec, 1, by)
         led = islice(_led_otherwise(design, CLOSED_PAIR, left), 1)
-        fixes = [margin] if margin else [*led, *narrower(spec, by)]
+        fixes = [*_less_margins(design, 1, by, left)] or [*led, *narrower(spec, by)]
         found = first_or_vain(fixes, left, ("", otherwise(), f"{NARROWER}; or {otherwise()}"))
         return f"{words} {found}" if found else ""
 
