@@ -7,8 +7,9 @@ from tolerance import approx
 
 import sitscad
 from sitscad.layout import sketch
+from sitscad.layout.lanes import lead_spacings
 from sitscad.spec import templates
-from sitscad.study.evaluating import IN_FULL, judged, screened
+from sitscad.study.evaluating import IN_FULL, WIDER, judged, screened
 from sitscad.study.evaluation import FAILS, FULL, SCREEN, UNKNOWN, Evaluation
 from sitscad.study.measures import MEASURES
 
@@ -145,10 +146,14 @@ def test_a_pad_that_full_load_presses_far_is_charted_to_its_end(thickness):
 
 
 @pytest.mark.parametrize("template", ["grasper_4layer", "bench_7mm", "single_coil", "grasper_3p5mm"])
-def test_a_sketch_has_the_size_of_the_board(template):
+def test_a_sketch_has_the_size_of_the_board(template, monkeypatch):
+    """That of leads at the fabricator's least gap; with wider gaps the board stays within what the screen states."""
     spec = design(template)
-    drawn, quick = sitscad.lay_out(spec), sketch(spec)
-    assert quick.body == approx(drawn.body, rel=1e-9)
+    drawn, quick, wider = sitscad.lay_out(spec), sketch(spec), sketch(spec, WIDER)
+    for at, sign in enumerate((-1, -1, 1, 1)):
+        assert sign * quick.body[at] - 1e-9 <= sign * drawn.body[at] <= sign * wider.body[at] + 1e-9
+    monkeypatch.setattr("sitscad.layout.lead_spacings", lambda spec: lead_spacings(spec)[-1:])
+    assert quick.body == approx(sitscad.lay_out(spec).body, rel=1e-9)
     lengths, exact = ([w.path.length for w in layout.coils[0].windings] for layout in (quick, drawn))
     assert lengths == approx(exact, rel=2e-4)
     assert not quick.traces and all(coil.undrawn for coil in quick.coils)
