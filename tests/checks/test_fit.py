@@ -585,6 +585,15 @@ def test_a_board_that_decides_the_closed_pair_is_named_and_a_narrower_one_is_tri
     assert unread.hint.startswith("a board narrower by 338 um: smaller coils")
 
 
+def test_a_margin_for_a_narrower_face_counts_with_the_wider_gaps_that_leads_then_take():
+    """50 um of margin were named, with which the board is 8 um wider than that leaves it, and fails as before."""
+    spec = sitscad.load(Path(__file__).parents[2] / "templates" / "grasper_4layer.yaml").replace(
+        {"fpc.margin": [0.15e-3, 0.2e-3], "mount.jaw": {"based_on": "generic-5mm", "face": 4.015e-3}}
+    )
+    (found,) = [f for f in check(spec, hints="full").findings if f.rule == "SIT301" and f.severity is Severity.ERROR]
+    assert found.hint.startswith("fpc.margin: [0.15, 0.04] (it was tried)")
+
+
 @pytest.mark.parametrize(("share", "is_said"), [(0.99, False), (1.01, True), (1.9, True)])
 def test_shear_beyond_what_the_pads_law_was_held_against_is_noted_as_in_the_data_sheet(share, is_said, judge, design):
     """The data sheet and the calibration said it; the check of the required force said nothing."""

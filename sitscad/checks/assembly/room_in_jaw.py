@@ -120,6 +120,13 @@ def _less_margins(design: Design, axis: int, excess: float, left: Left) -> Itera
             yield second
 
 
+def _margin_as_tried(design: Design, axis: int, excess: float, left: Left) -> str:
+    """The first of these margins that mends, else the first, in words with what became of it."""
+    fixes = [*_less_margins(design, axis, excess, left)]
+    fix = next((fix for fix in fixes if left(fix) == ()), fixes[0])
+    return f"{fix.words}{tried(fix, left)}"
+
+
 def _narrower_body(design: Design, excess: float, left: Left) -> str:
     """Ends of the layers whose leads leave elsewhere, or smaller coils: the first of each that fits."""
     found = ways((islice(_led_otherwise(design, OVERHANG, left), 1), narrower(design.spec, excess)), left)
@@ -188,7 +195,7 @@ def _overhang(design: Design, jaw: Jaw) -> Iterator[Verdict]:
                     hint=f"{less.words if less else 'a narrower board'}, or {OTHER_SEAT}")
     if less is not None:
         found = replace(found, key="fpc.margin",
-                        advice=lambda left: f"{less.words}{tried(less, left)}, or {OTHER_SEAT}")
+                        advice=lambda left: f"{_margin_as_tried(design, 1, excess, left)}, or {OTHER_SEAT}")
     elif severity is Severity.ERROR:
         found = replace(found, advice=lambda left: _narrower_body(design, excess, left))
     yield found
@@ -207,7 +214,8 @@ def sensor_length(design: Design) -> Iterator[Verdict]:
         f"the board's body is {show(measure.nominal, 'm')} long{_with_tolerances(measure)}, the jaw "
         f"{show(jaw.length, 'm')}", too_much + (less.words if less else f"fewer or smaller coils{pitch}"),
         "fpc.margin" if less else design.distance_key, measure.measured, jaw.length, "m", severity=severity,
-        advice=(lambda left: f"{too_much}{less.words}{tried(less, left)}") if less else None, detail=unverified(jaw),
+        advice=(lambda left: too_much + _margin_as_tried(design, 0, excess, left)) if less else None,
+        detail=unverified(jaw),
     )
 
 
