@@ -72,6 +72,7 @@ def read(
                 for scan in scans(board, given, seconds or (math.inf if serve else given.seconds or USUAL)):
                     rows += [scan] if kept else []
                     forces.take(board, scan)
+                    forces(board, scan)  # refuses a map of another sensor
                     if show is not None:
                         show(scan)
             except KeyboardInterrupt:

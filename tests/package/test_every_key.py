@@ -209,6 +209,9 @@ BESIDE = {
     "mount.up": [STEP, {**STEP, "mount.along": "y"}],
     "mount.retention.kind": [{}],
     "mount.holes": [{"mount.kind": "bench-plate"}],
+    "mount.metal_behind.material": [
+        {"mount.kind": "custom", "mount.metal_behind.distance": 2, "mount.metal_behind.thickness": 1},
+    ],
     "mount.finger.shape": [{"mount.kind": "fingertip", "mount.finger.size": 15}],
     "mount.finger.material": [{"mount.kind": "fingertip"}],
     "loads.scissor.face": [{"loads.scissor.opening": "2 deg"}],
