@@ -118,7 +118,8 @@ def _told(result: BuildResult, only: tuple[str, ...], again: str, named: bool, f
             print_result(f"{result.directory}: {words}")
         say(f"{result.directory} is stale: sitscad build {result.checked.path}{again} makes it anew")
         return max(1, result.checked.exit_code)
-    if result.checked.fails(fails) and (not result.written or fails is Severity.WARNING):
+    is_stopped = not result.written and not result.stages  # a comparison writes nothing either
+    if result.checked.fails(fails) and (is_stopped or fails is Severity.WARNING):
         otherwise = "warnings above; it is without --strict" if result.checked.ok else (
             "errors above; --force builds in spite of them")
         say(f"{result.checked.path}: not built, because of the {otherwise}")
@@ -132,8 +133,9 @@ def _told(result: BuildResult, only: tuple[str, ...], again: str, named: bool, f
     files = sum(stage.files for stage in result.stages) + 1
     done = {outcome: [s.name for s in result.stages if s.outcome == outcome] for outcome in ("made", "kept", "dropped")}
     words = "; ".join(f"{outcome} {', '.join(names)}" for outcome, names in done.items() if names)
-    print_result(f"{result.directory}: {files} files ({'unchanged' if result.is_unchanged else words})")
-    return 0 if result.written else result.checked.exit_code
+    is_new = result.written and not result.is_unchanged
+    print_result(f"{result.directory}: {files} files ({words if is_new else 'unchanged'})")
+    return result.checked.exit_code if is_stopped else 0
 
 
 @click.command(cls=Example, example="sitscad verify outputs/grasper-4layer")
