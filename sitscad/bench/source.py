@@ -255,8 +255,8 @@ def _simulated(design: Design, query: str, tares: int) -> Simulation:
 
 
 def _ramps(texts: Iterable[str]) -> np.ndarray:
-    """Loads (`RAMP`, 5; N, N m) of texts of AXIS:NEWTONS or AXIS:FIRST:LAST, or several in one with commas between.
-    Raises ValueError for what is none, and for an axis that comes twice.
+    """Return loads (`RAMP`, 5; N, N m) from texts such as AXIS:NEWTONS or AXIS:FIRST:LAST; commas separate axes.
+    Raises ValueError for another text, and for an axis that stands twice.
     """
     loads, known = np.zeros((RAMP, len(AXES))), set()
     for one in (one for text in texts for one in text.split(",")):

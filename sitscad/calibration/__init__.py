@@ -20,15 +20,32 @@ __all__ = ["Calibration", "InverseMap", "calibrate", "map_of"]
 def calibrate(
     design: Design, data: str | os.PathLike[str] | None = None, *, rotation: str | None = None, points: int = 8
 ) -> Calibration:
-    """The calibration of a design: without `data` the loads to take (so many `points`) and the map that is foretold,
-    with the CSV file of a bench the map of the sensor that was measured.
+    """Return the calibration of a design.
 
-    `rotation` is "held" where loads leave the target level, as a flat face does that presses on it, "free" where it
-    tilts as it likes; left out it is what the file says in a line ``# rotation: free``, and "held" where that says
-    nothing, as in data sheets and packages. Moments are told of free targets alone. Raises `BenchError` (a ValueError)
-    for a table that cannot be read, that no sensor of the design would give, or that no fit settles on, MotionError
-    (one, too) for another rotation, NoResponse (one, too) where the design has nothing to calibrate, OSError for a file
-    that cannot be opened.
+    Parameters
+    ----------
+    design
+        The design to calibrate.
+    data
+        Path of the CSV file of a bench. With it, the map is that of the measured sensor. Without it, the map is that of
+        the design as drawn, and the plan lists the loads to measure.
+    rotation
+        ``"held"`` if the loads keep the target level, ``"free"`` if it can tilt. If left out, the line
+        ``# rotation: free`` of the file decides. Without that line it is ``"held"``, and ``"free"`` if the requirements
+        have moments, because only a free target shows a moment.
+    points
+        Number of loads in the plan.
+
+    Raises
+    ------
+    BenchError
+        The table cannot be read, belongs to another design, or no fit converges. A ValueError.
+    MotionError
+        `rotation` is another word. A ValueError.
+    NoResponse
+        The design has nothing to calibrate. A ValueError.
+    OSError
+        The file cannot be opened.
     """
     import numpy as np
 

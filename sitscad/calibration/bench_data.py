@@ -79,8 +79,8 @@ class BenchTable:
     rotation: tuple[int, str] = (0, "")
 
     def is_held(self, asked: str | None, usual: str = USUAL_ROTATION) -> bool:
-        """Whether the target was kept level: as is `asked`, else as the table says, else as `usual`. Raises BenchError
-        where the table says otherwise than is asked, or neither of both.
+        """Whether the target was kept level: by `asked`, else by the table's line, else by `usual`. Raises BenchError
+        if `asked` contradicts the table, or if the table's word is unknown.
         """
         line, said = self.rotation
         if said and said not in ROTATIONS:

@@ -52,12 +52,13 @@ class ForceError:
 
 @record(eq=False)
 class Calibration:
-    """A map from readings to forces and where it comes from. Without measured points `plan` says which to take; with
-    them `fit` is what they say of the sensor, `correction` what they say of the map (None for poses), `remarks` what
-    there is to say of their table. `sigma` (axes; N) is one sigma of the forces of a measured sensor, where `map.error`
-    is what 95 % stay below; None without points. `turned` is what the map reads of shear (N: axis, force, reading)
-    where the target turns otherwise than the map takes it to; `cell` is the number of the cell (from 1) that it is of,
-    None without.
+    """A map from readings to forces, with its origin.
+
+    `plan` lists the loads to measure; None if there are measured points. `fit` has the sensor's unknowns as the points
+    give them, `correction` the change of the map (None for poses), `remarks` the remarks on the table. `sigma` (axes;
+    N) is one sigma of the error of a measured sensor, and 95 % stay below `map.error`; None if there are no points.
+    `turned` lists readings of full shear (axis; N applied; N read) if the target tilts against the map's assumption.
+    `cell` is the number of the cell, from 1; None if the sensor has no cells.
     """
 
     sensors: Sensors
@@ -210,9 +211,9 @@ def foretell(model: ResponseModel, is_held: bool = True, count: int = USUAL_POIN
 
 
 def turned_otherwise(found: Calibration, errors: Array) -> tuple[tuple[str, float, float], ...]:
-    """What a map reads of full shear, the normal force half of its full scale, where the target is free to tilt
-    though the map takes it to be kept level, or the other way round; nothing where the pad gives way so, and where
-    moments are told, for which there is no other way.
+    """Readings of full shear (axis; N applied; N read) at half the normal force, by a map that assumes the wrong
+    rotation: level for a target that tilts, or the reverse. Empty if the pad fails under that load, or if the map has
+    moments, which exist for a free target alone.
     """
     sensors = found.sensors
     if sensors.range.has_moments:
@@ -301,9 +302,9 @@ def charted_fit(sensors: Sensors, points: Points) -> tuple[Sensors, ModelFit]:
 
 
 def stated_error(sensors: Sensors, found: InverseMap, fit: ModelFit) -> tuple[Array, Array]:
-    """Return two errors (axes; N), rms over the working range, of the sensors which the points may come from: one sigma
-    (rms over the sensors), and what `SURE` of them stay below. Both hold what the points leave open of the unknowns and
-    of the loads' scatter, and what the map itself leaves.
+    """Return two errors of force (axes; N), rms over the working range: one sigma, and the limit that the share `SURE`
+    of sensors keeps. Both are taken over all sensors that agree with the points. They include the unknowns' remaining
+    uncertainty, the scatter of the loads and the error of the map.
     """
     errors = error_by_unknowns(sensors, fit)
     sigma, sure = np.sqrt(np.mean(errors**2, axis=0)), np.quantile(errors, SURE, axis=0)

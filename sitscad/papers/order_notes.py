@@ -98,15 +98,7 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     parts = None if panel is None else len(panel.parts)
     if quantity := notes.quantity_text(fpc.boards, parts, fpc.rules.order_multiple):
         yield "Quantity", quantity
-    if panel is not None:
-        width, height = (show(side, "m") for side in panel.size)
-        many = f"{len(panel.parts)} boards each, as drawn in {_panel_name(layout.spec, '-drawing.pdf')}"
-        larger = "; this is larger than usual: confirm that you make it" if is_larger_than_usual(panel) else ""
-        yield "Delivery", f"in panels of {width} x {height}, {many}{larger}"
-    else:
-        small = "; smaller than the smallest part of these rules: deliver them in a panel of your own, held by bridges"
-        small = small if is_too_small(layout) else ""
-        yield "Delivery", f"single boards, cut out{small}"
+    yield "Delivery", _delivery(layout, panel)
     bare = "" if is_rigid(fpc.stackup) else ", without stiffener"
     yield "Thickness", f"{show(fpc.stackup.thickness, 'm')} finished{bare}"
     yield "Tolerances", (
@@ -150,6 +142,17 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     if turn := notes.turn_text(fpc.tail):
         yield "Outline", turn
     yield "Made for rules", _rules(layout.spec)
+
+
+def _delivery(layout: Layout, panel: Panel | None) -> str:
+    """How the boards are delivered, as single boards or in panels."""
+    if panel is None:
+        small = "; smaller than the smallest part of these rules: deliver them in a panel of your own, held by bridges"
+        return f"single boards, cut out{small if is_too_small(layout) else ''}"
+    width, height = (show(side, "m") for side in panel.size)
+    many = f"{len(panel.parts)} boards each, as drawn in {_panel_name(layout.spec, '-drawing.pdf')}"
+    larger = "; this is larger than usual: confirm that you make it" if is_larger_than_usual(panel) else ""
+    return f"in panels of {width} x {height}, {many}{larger}"
 
 
 def _panel_name(spec: SensorSpec, ending: str) -> str:

@@ -71,7 +71,7 @@ def check_wide(name, frequency, conductivity, depths, permeability=1.0):
 
 DEPTHS, METALS, FREQUENCIES = (0.1, 0.3, 1.0, 3.0, 6.0, 20.0), (0.5e6, 1.4e6, 6e6, 60e6), (33e3, 1e6, 10e6)
 QUICK = [("8 mm", 1e6, 0.585e6, 0.5), ("8 mm", 1e6, 0.585e6, 7.6), ("44 mm", 33e3, 0.61e6, 2.4),
-         ("44 mm", 33e3, 0.61e6, 7.0),  # as a published coil of that size, whose loss was 20 % too little
+         ("44 mm", 33e3, 0.61e6, 7.0),  # metal, frequency and size of a published coil; turns are ours
          ("4 mm", 5e6, 1.39e6, 8.0), ("20 mm", 10e6, 60e6, 20.0)]
 TABLE = [(name, frequency, conductivity, depths) for name in COILS for frequency in FREQUENCIES
          for conductivity in METALS for depths in DEPTHS]
