@@ -154,9 +154,9 @@ def cut_to_target(spec: SensorSpec) -> Fix | None:
     or stands otherwise.
     """
     target, pad = spec.target, spec.elastomer
-    if target is None or pad is None or pad.outline.is_round != target.outline.is_round:
+    if target is None or pad is None or pad.outline.is_disc != target.outline.is_disc:
         return None
-    if pad.offset != target.offset or (target.rotation and not target.outline.is_round) or pad.size == target.size:
+    if pad.offset != target.offset or (target.rotation and not target.outline.is_disc) or pad.size == target.size:
         return None
     if any(own < side for own, side in zip(pad.size, target.size, strict=True)):
         return None

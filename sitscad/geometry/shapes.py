@@ -1,16 +1,17 @@
 """The outlines that a coil may have: a row of `SHAPES` each, and a class for each way to wind.
 
-What the other rooms ask of an outline (how a layer runs, where turns may end, what lies round it, how bounds and closed
-forms go by it) is here, by features and never by name: a further polygon is one row, another curve one class and one
-row. Lengths are metres, angles radians; a coil's size is [x, y] across its outer copper edges. The centre line of a
-layer is wound exactly as the spec defines it: counter-clockwise about the origin, from the outside in.
+The other rooms ask an outline for its features, never for its name. A row also declares what is known of its shape:
+which error bounds hold for coils (`bounds`), and how a plate of it is computed and cut (`plate`). A shape that declares
+neither is refused by name: a class inherits features of another shape, but not what was fitted to that shape.
+
+Lengths are metres, angles radians; a coil's size is [x, y] across its outer copper edges. The centre line of a layer is
+wound exactly as the spec defines it: counter-clockwise about the origin, from the outside in.
 """
 
 from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterable
 from itertools import pairwise
 from typing import ClassVar
 
@@ -96,6 +97,9 @@ def rounded_corners(path: Path, radius: float, sides: int, pitch: float) -> Path
 
 Size = tuple[float, float]
 
+PLATE_FORMS = ("disc", "rectangle")
+"""Forms of plates that target response, pad law and laser sheet can compute."""
+
 _SLACK = 1e-9
 _ORIGIN = Point(0.0, 0.0)
 
@@ -105,13 +109,39 @@ class Outline(ABC):
     """What all outlines have: a name, the adjective for people, and the features that others go by. ``sides`` are the
     straight sides of a polygon, 0 for the others; ``is_long`` says that x and y may differ, ``is_round`` that it is
     wound as a spiral about its centre without a straight part.
+
+    ``bounds`` names the shapes whose fitted error bounds hold for coils of this shape: itself, or for a polygon that
+    was not fitted, the fitted ones with fewer and with more sides. ``plate`` is the form by which a target, a pad or a
+    finger of this shape is computed and cut: "disc" or "rectangle". Both are empty where nothing is known.
     """
 
     name: str
     adjective: str
     sides: int = 0
     is_long: bool = False
+    bounds: tuple[str, ...] = ()
+    plate: str = ""
     is_round: ClassVar[bool] = False
+
+    @property
+    def fitted(self) -> tuple[str, ...]:
+        """Names of the shapes whose error bounds hold for coils of this shape.
+
+        Raises ValueError for a shape that declares none.
+        """
+        if not self.bounds:
+            raise ValueError(f"no coil of shape {self.name!r} can be computed: the shape declares no error bounds")
+        return self.bounds
+
+    @property
+    def is_disc(self) -> bool:
+        """Whether a plate of this shape is a disc; it is a rectangle otherwise.
+
+        Raises ValueError for a shape that declares no form of a plate.
+        """
+        if self.plate not in PLATE_FORMS:
+            raise ValueError(f"no plate of shape {self.name!r} can be computed: the shape declares no form of a plate")
+        return self.plate == PLATE_FORMS[0]
 
     @property
     def ends(self) -> int | None:
@@ -425,25 +455,18 @@ class Racetrack(Outline):
 SHAPES: dict[str, Outline] = {
     outline.name: outline
     for outline in (
-        Round("circle", "circular"), Polygon("square", "square", 4),
-        Polygon("rectangle", "rectangular", 4, is_long=True), Polygon("hexagon", "hexagonal", 6),
-        Polygon("octagon", "octagonal", 8), Racetrack("racetrack", "racetrack", is_long=True),
+        Round("circle", "circular", bounds=("circle",), plate="disc"),
+        Polygon("square", "square", 4, bounds=("square",), plate="rectangle"),
+        Polygon("rectangle", "rectangular", 4, is_long=True, bounds=("rectangle",), plate="rectangle"),
+        Polygon("hexagon", "hexagonal", 6, bounds=("hexagon",)),
+        Polygon("octagon", "octagonal", 8, bounds=("octagon",)),
+        Racetrack("racetrack", "racetrack", is_long=True, bounds=("racetrack",)),
     )
 }
 """Every outline by the name that a spec gives it; a new one is a row."""
 
 PLATES: dict[str, Outline] = {name: SHAPES[name] for name in ("square", "circle", "rectangle")}
-"""The outlines that plates are cut in: target and elastomer."""
+"""The outlines that plates may have: target, elastomer and finger."""
 
 LONG_PLATE = next(name for name, outline in PLATES.items() if outline.is_long)
 """The plate whose two sides may differ."""
-
-
-def nearest_sides(known: Iterable[int], sides: int) -> tuple[int, ...]:
-    """The numbers of sides with known figures that a number lies between, fewer first; itself where it is known."""
-    of_polygons = sorted(number for number in known if number)
-    if not sides or sides in of_polygons:
-        return (sides,)
-    fewer = [number for number in of_polygons if number < sides][-1:]
-    more = [number for number in of_polygons if number > sides][:1]
-    return (*fewer, *more)

@@ -226,7 +226,7 @@ def sheet_needed(size: tuple[float, float], kerf: float) -> tuple[float, float]:
 
 def plate(layer: CutLayer, shape: str, size: tuple[float, float], centre: Point) -> Contour:
     """The outline of a circle, square or rectangle of a size [x, y] (m) about a centre."""
-    if PLATES[shape].is_round:
+    if PLATES[shape].is_disc:
         return Contour(layer, circle(centre, size[0] / 2), size[0])
     x, y = size[0] / 2, size[1] / 2
     return Contour(layer, rectangle(centre.x - x, centre.y - y, centre.x + x, centre.y + y))

@@ -259,7 +259,7 @@ def _finger(layout: Layout, finger: Finger, top: float, start: float, end: float
     height (m).
     """
     bd, y, (width, height) = require("build123d"), axis(layout).y, finger.size
-    if finger.outline.is_round:
+    if finger.outline.is_disc:
         radius = width / 2 + room
         lie = bd.Plane((start * MM, y * MM, (top - radius) * MM), x_dir=(0, 1, 0), z_dir=(1, 0, 0))
         return bd.Solid.make_cylinder(radius * MM, (end - start) * MM, lie)

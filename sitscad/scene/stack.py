@@ -228,7 +228,7 @@ def _carriers(layout: Layout) -> tuple[Box | None, Box | None] | None:
     if spans or mount.kind == "bench-plate":
         return layout.body, None
     if mount.finger is not None:  # on the finger itself: a round one touches the board along a line
-        half = mount.finger.size[0] / 2 if not mount.finger.outline.is_round else 0.0
+        half = mount.finger.size[0] / 2 if not mount.finger.outline.is_disc else 0.0
         return ((x0, y - half, x1, y + half) if half else None), None
     return None if jaw is None or jaw.step is not None else _on_metal(layout, jaw)
 

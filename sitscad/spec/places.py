@@ -103,7 +103,7 @@ def gathered(spec: SensorSpec) -> SensorSpec:
 def footprint(spec: SensorSpec, plate: Target | ElastomerPad) -> Footprint:
     """The place of a plate, the target at rest; of cells the first one's."""
     (x, y), (dx, dy) = cell_specs(spec)[0].array.middle, plate.offset
-    is_round = plate.outline.is_round
+    is_round = plate.outline.is_disc
     rotation = plate.rotation if isinstance(plate, Target) and not is_round else 0.0
     return Footprint(is_round, plate.size, Point(x + dx, y + dy), rotation)
 
@@ -151,6 +151,6 @@ def place_in_words(plate: Target | ElastomerPad) -> str:
     if any(plate.offset):
         x, y = (f"{length * 1e3:.6g}" for length in plate.offset)
         words.append(f"centre [{x}, {y}] mm from the coils' mean")
-    if isinstance(plate, Target) and plate.rotation and not plate.outline.is_round:
+    if isinstance(plate, Target) and plate.rotation and not plate.outline.is_disc:
         words.append(f"turned by {math.degrees(plate.rotation):.6g} deg")
     return ", ".join(words)

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from tolerance import approx
 
 from sitscad.estimates.winding.methods import UNFITTED, Crowding, error_bound
+from sitscad.geometry.shapes import SHAPES, Polygon
 
 COIL = Crowding(12.0, 100e-6, 200e-6, 35e-6, 1.05e-3, 7e-3, (0.0, -60e-6))
 PAIRS = [("circle", "spiral-neumann"), ("square", "strands"), ("racetrack", "strands"), ("pentagon", "strands"),
@@ -18,11 +19,11 @@ PAIRS = [("circle", "spiral-neumann"), ("square", "strands"), ("racetrack", "str
 def of(family):
     """The coil in another outline; polygons with rounded corners are as many-sided as one likes."""
     if family == "rounded":
-        return replace(COIL, corner_radius=300e-6, sides=5)
-    return replace(COIL, sides=SIDES.get(family, 0), is_long=family == "racetrack")
+        return replace(COIL, corner_radius=300e-6, shape=PENTAGON)
+    return replace(COIL, shape=PENTAGON if family == "pentagon" else SHAPES[family])
 
 
-SIDES = {"square": 4, "pentagon": 5, "hexagon": 6}
+PENTAGON = Polygon("pentagon", "pentagonal", 5, bounds=("square", "hexagon"))
 
 
 def test_the_bench_coil_meets_the_goal_of_a_hundredth_of_a_percent():
@@ -49,7 +50,7 @@ def test_it_does_not_go_by_the_scale(family, method, scale):
     coil = of(family)
     scaled = Crowding(coil.turns, coil.width * scale, coil.pitch * scale, coil.thickness * scale,
                       coil.inner_radius * scale, coil.size * scale, tuple(z * scale for z in coil.heights),
-                      coil.corner_radius * scale, coil.sides, coil.is_long)
+                      coil.corner_radius * scale, coil.shape)
     assert error_bound(method, scaled) == approx(error_bound(method, coil), rel=1e-9)
 
 
@@ -63,14 +64,16 @@ def test_tracks_thicker_than_wide_are_trusted_less():
 def test_no_bound_is_below_what_the_references_are_good_for():
     """Of a hexagon of 156 narrow turns 3.8e-7 was promised, and its error is 7.3e-7."""
     many = Crowding(156.5, 20e-6, 60e-6, 10e-6, 5e-3, 30e-3, (0.0,))
-    assert error_bound("strands", replace(many, sides=6)) >= 1e-6
+    assert error_bound("strands", replace(many, shape=SHAPES["hexagon"])) >= 1e-6
 
 
 def test_an_unfitted_number_of_sides_has_more_than_the_bounds_of_its_neighbours():
-    bounds = {sides: error_bound("strands", replace(COIL, sides=sides)) for sides in (4, 5, 6, 7, 8, 11)}
-    assert bounds[5] == approx(UNFITTED * max(bounds[4], bounds[6]), rel=1e-6)
-    assert bounds[7] == approx(UNFITTED * max(bounds[6], bounds[8]), rel=1e-6)
-    assert bounds[11] == approx(UNFITTED * bounds[8], rel=1e-6)
+    fitted = ("square", "hexagon", "octagon")
+    bounds = {name: error_bound("strands", replace(COIL, shape=SHAPES[name])) for name in fitted}
+    assert error_bound("strands", replace(COIL, shape=PENTAGON)) == approx(
+        UNFITTED * max(bounds["square"], bounds["hexagon"]), rel=1e-6)
+    many = Polygon("hendecagon", "hendecagonal", 11, bounds=("octagon",))
+    assert error_bound("strands", replace(COIL, shape=many)) == approx(UNFITTED * bounds["octagon"], rel=1e-6)
 
 
 def test_a_method_that_does_not_serve_a_shape_is_named():

@@ -10,13 +10,14 @@ from tolerance import approx
 
 import sitscad
 from sitscad.estimates import estimated
-from sitscad.geometry.shapes import SHAPES, Polygon, nearest_sides
+from sitscad.geometry.shapes import PLATES, SHAPES, Polygon, Racetrack, Round
 from sitscad.layout import arrange
 
+COIL = {"shape": "octagon", "outer_diameter": 8, "turns": 6.25, "layers": 2, "trace_width": "150 um",
+        "trace_spacing": "150 um"}
 SPEC = sitscad.SensorSpec.from_mapping(
     name="row",
-    coil={"shape": "octagon", "outer_diameter": 8, "turns": 6.25, "layers": 2, "trace_width": "150 um",
-          "trace_spacing": "150 um"},
+    coil=COIL,
     array={"count": 2},
     fpc={"tail": {"length": 20}},
 )
@@ -24,7 +25,7 @@ SPEC = sitscad.SensorSpec.from_mapping(
 
 @pytest.fixture
 def dodecagon(monkeypatch):
-    monkeypatch.setitem(SHAPES, "dodecagon", Polygon("dodecagon", "dodecagonal", 12))
+    monkeypatch.setitem(SHAPES, "dodecagon", Polygon("dodecagon", "dodecagonal", 12, bounds=("octagon",)))
     return "dodecagon"
 
 
@@ -59,6 +60,45 @@ def test_features_of_outlines():
     assert SHAPES["octagon"].shrinks == approx(16 * math.tan(math.pi / 8), rel=1e-6)
 
 
-def test_the_nearest_numbers_of_sides():
-    assert nearest_sides({0, 4, 6, 8}, 6) == (6,) and nearest_sides({0, 4, 6, 8}, 0) == (0,)
-    assert nearest_sides({0, 4, 6, 8}, 5) == (4, 6) and nearest_sides({0, 4, 6, 8}, 12) == (8,)
+class Ring(Round):
+    """A disc with a hole, of which nothing is declared: it inherits the features of a circle."""
+
+
+class Ellipse(Racetrack):
+    """A curve that inherits the features of a racetrack."""
+
+
+@pytest.mark.parametrize(
+    ("name", "row"), [("circle", Ring("ring", "annular")), ("racetrack", Ellipse("ellipse", "elliptic", is_long=True))]
+)
+def test_a_coil_of_a_shape_without_error_bounds_is_refused_by_name(name, row, monkeypatch):
+    monkeypatch.setitem(SHAPES, name, row)
+    coil = {**COIL, "shape": name, "outer_diameter": [9, 6] if row.is_long else 8, "turns": 6}
+    with pytest.raises(sitscad.SpecError) as refused:
+        sitscad.SensorSpec.from_mapping(name="row", coil=coil, fpc={"tail": {"length": 20}})
+    found = [f for f in refused.value.findings if (f.rule, f.key) == ("SIT009", "coil.shape")]
+    assert len(found) == 1 and row.name in found[0].message
+
+
+@pytest.mark.parametrize("key", ["target", "elastomer", "mount.finger"])
+def test_a_plate_of_a_shape_without_a_form_is_refused_by_name(key, monkeypatch):
+    monkeypatch.setitem(PLATES, "circle", Ring("ring", "annular"))
+    plates = {"target": {"size": 8, "shape": "square"}, "elastomer": {"thickness": 1, "size": 8, "shape": "square"},
+              "mount": {"kind": "fingertip", "finger": {"shape": "rectangle"}}}
+    (plates["mount"]["finger"] if key == "mount.finger" else plates[key])["shape"] = "circle"
+    with pytest.raises(sitscad.SpecError) as refused:
+        sitscad.SensorSpec.from_mapping(name="row", coil=COIL, fpc={"tail": {"length": 20}}, **plates)
+    assert ("SIT009", f"{key}.shape") in {(f.rule, f.key) for f in refused.value.findings}
+    assert any("ring" in f.message for f in refused.value.findings)
+
+
+def test_a_shape_that_declares_nothing_is_refused_where_it_is_asked_for():
+    """A program that exchanges the row of a loaded spec meets the same refusal."""
+    for ask in (lambda: Ring("ring", "annular").is_disc, lambda: Ring("ring", "annular").fitted):
+        with pytest.raises(ValueError, match="'ring'"):
+            ask()
+
+
+def test_every_shape_of_a_spec_declares_what_its_use_needs():
+    assert all(row.fitted == (name,) for name, row in SHAPES.items())
+    assert {name: row.is_disc for name, row in PLATES.items()} == {"circle": True, "square": False, "rectangle": False}

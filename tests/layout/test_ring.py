@@ -105,7 +105,7 @@ def test_rotation_turns_the_ring(sensor):
 @pytest.mark.parametrize("turn", [0.0, 0.5 * math.pi, math.pi])
 def test_a_ring_reaches_as_far_as_its_farther_corner(sensor, monkeypatch, turn):
     """Of a pentagon the board ended before the corner that has a side across from it."""
-    monkeypatch.setitem(SHAPES, "square", Polygon("square", "pentagonal", 5))
+    monkeypatch.setitem(SHAPES, "square", Polygon("square", "pentagonal", 5, bounds=("square", "hexagon")))
     at = CoilPlacement("C1", (0.0, 0.0), turn)
     pentagon = replace(ring(sensor, shape="square", diameter=4e-3), placement=at)
     points = [pentagon.at(2.0 * math.pi * k / 720) for k in range(720)]

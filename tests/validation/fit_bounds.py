@@ -30,7 +30,7 @@ sys.path[:0] = [str(ROOT), str(HERE.parent / "physics"), str(HERE)]
 import designs  # noqa: E402
 import write_references  # noqa: E402
 
-from sitscad.estimates.winding.methods import METHODS, ROUNDED, WindingGeometry, crowding, outline_key  # noqa: E402  # noqa: E402
+from sitscad.estimates.winding.methods import METHODS, ROUNDED, WindingGeometry, crowding  # noqa: E402  # noqa: E402
 from sitscad.geometry.shapes import SHAPES  # noqa: E402
 
 TABLE = ROOT / "sitscad" / "data" / "inductance_bounds.csv"
@@ -81,12 +81,6 @@ def samples(rows: list[dict[str, str]]) -> list[Sample]:
                 error = abs(method.solve(geometry) / float(row["inductance_H"]) - 1.0)
                 found.append(Sample(row["family"], method.name, stack, int(row["number"]), error, crowded.features()))
     return found
-
-
-def outline_columns(family: str) -> dict[str, str]:
-    """What of an outline a bound goes by."""
-    row = SHAPES.get(family)
-    return dict(zip(("sides", "long", "rounded"), outline_key(row.sides, row.is_long) if row else ROUNDED, strict=True))
 
 
 def fitted(group: list[Sample], margin: float) -> dict[str, float]:
@@ -188,7 +182,7 @@ def main() -> None:
             for half in (0, 1):
                 of_half = fitted([s for s in group if s.number % 2 == half], margin * MORE[stack])
                 unseen += ratios([s for s in group if s.number % 2 != half], of_half)
-            named = {**outline_columns(family), "method": method, "stack": stack}
+            named = {"shape": family if family in SHAPES else ROUNDED, "method": method, "stack": stack}
             source = f"fit_bounds.py: {len(group)} designs, margin {margin * MORE[stack]:.3g}"
             values = {name: f"{power:.4f}" for name, power in powers[stack].items()}
             rows.append(named | values | {"status": "verified", "source": source})
@@ -201,7 +195,7 @@ def main() -> None:
     if arguments.write:
         with TABLE.open("w", encoding="utf-8", newline="") as file:
             writer = csv.DictWriter(
-                file, ("sides", "long", "rounded", "method", "stack", *COLUMNS, "status", "source"), lineterminator="\n"
+                file, ("shape", "method", "stack", *COLUMNS, "status", "source"), lineterminator="\n"
             )
             writer.writeheader()
             writer.writerows(rows)

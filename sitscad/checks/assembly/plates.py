@@ -130,8 +130,8 @@ def _fitting(
         return
     for shape in dict.fromkeys((plate.shape, LONG_PLATE)):
         cut = PLATES[shape]
-        kind = replace(here, is_round=cut.is_round)
-        size = _room(kind, on, around, not (cut.is_round or cut.is_long), grain)
+        kind = replace(here, is_round=cut.is_disc)
+        size = _room(kind, on, around, not (cut.is_disc or cut.is_long), grain)
         if size is not None:
             smaller = replace(plate, shape=shape, size=size)
             yield _written(key, plate, smaller), smaller
@@ -290,7 +290,7 @@ NO_PAD = "no elastomer pad: forces cannot be measured, so the target's length ha
 def _larger(spec: SensorSpec, target: Target, pitch: float | None, coil: tuple[float, float], left: Left) -> str:
     """A target as long as two coils are apart and as wide as one, or as large as a coil, in words."""
     what = "as long as the coils are apart and as wide as one" if pitch else "as large as a coil"
-    if pitch and not target.outline.is_round and abs(math.sin(target.rotation)) > 1e-9:
+    if pitch and not target.outline.is_disc and abs(math.sin(target.rotation)) > 1e-9:
         return f"take a target {what} along and across the line of the coils; target.rotation: 0 deg lies so"
     length = pitch or max(target.size[0], coil[0])
     across = target.size[1] if target.outline.is_long or not pitch else 0.0  # one size is no longer than asked
@@ -342,7 +342,7 @@ def _aside(spec: SensorSpec, target: Target, coil: tuple[float, float]) -> Itera
 
 def _chord(target: Target) -> float:
     """How long (m) the target is through its middle, along the line of the coils."""
-    if target.outline.is_round:
+    if target.outline.is_disc:
         return target.size[0]
     along, across = abs(math.cos(target.rotation)), abs(math.sin(target.rotation))
     x, y = target.size

@@ -48,7 +48,7 @@ def gain_at_length(design: Design, length: float, shear: float) -> LengthGain | 
     wide = replace(pad, shape=LONG_PLATE, size=other.size)
     if pad.size != target.size:
         size = carrying(footprint(spec, pad), footprint(spec, other))
-        wide = replace(pad, shape=pad.shape if pad.outline.is_round else LONG_PLATE, size=size)
+        wide = replace(pad, shape=pad.shape if pad.outline.is_disc else LONG_PLATE, size=size)
     now, then = (_signals(design, one, shear) for one in (spec, replace(spec, target=other, elastomer=wide)))
     if now is None or then is None or not all((*now, *then)):
         return None

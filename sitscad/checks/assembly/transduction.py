@@ -330,7 +330,7 @@ def target_bending(design: Design) -> Iterator[Verdict]:
             yield Undecided(f"a soft finger over all of {plate} presses evenly, and the pad's rim gives way first: how "
                             "far that bends it is not computed")
         return
-    bent, limit = bending(target.size, target.outline.is_round, contact, stiffness), limits["target_bending"].value
+    bent, limit = bending(target.size, target.outline.is_disc, contact, stiffness), limits["target_bending"].value
     if bent[0] > limit:
         enough = _rounded_up(float(thicker[np.argmax(bent <= limit)]))
         flat = f"{show(enough, 'm', 2)} of the same metal stay flat; or " if bent[-1] <= limit else ""

@@ -417,7 +417,7 @@ def _edges_over_coils(spec: SensorSpec, axis: int) -> str:
     """Where the target's edges would have to lie."""
     target, least = spec.target, min(spec.coil.size)
     assert target is not None
-    if abs(math.sin(target.rotation)) > 1e-9 and not target.outline.is_round:
+    if abs(math.sin(target.rotation)) > 1e-9 and not target.outline.is_disc:
         return f"only a target whose edges move over the coils along {AXES[axis]} tells shear, not one that covers all"
     apart = breadth_from(spec, target)[axis]
     beyond = 0.5 * (target.size[axis] - apart)

@@ -262,7 +262,7 @@ def _notes(felt: Felt, courses: Mapping[str, tuple[float, str]], free: float | N
         f"noise by {bench.spec.readout.device.source_of('noise_law')}; it is what can be told "
         "apart from one moment to the next, not how true a force is",
         f"hysteresis, creep and temperature of the pad: {pad.material.loss_source}",
-        FREE_TARGET.format(turned=TURNED_ROUND * bench.spec.target.outline.is_round) if bench.range.has_moments else
+        FREE_TARGET.format(turned=TURNED_ROUND * bench.spec.target.outline.is_disc) if bench.range.has_moments else
         "the target is kept level, as by a face that it sticks to (in calibration/ of a package, too): a shear load "
         "above the pad tilts a free one, which reads otherwise (rotation=free of a load, calibrate --rotation free); "
         f"only the error by a force beside the middle is that of a free target{sooner}",

@@ -119,7 +119,7 @@ class Placed:
         """The target in poses (n, 6; m, rad), each with its lowest point (m)."""
         target = spec.target
         assert target is not None
-        own = 0.0 if target.outline.is_round else target.rotation
+        own = 0.0 if target.outline.is_disc else target.rotation
         turns = turned(poses[:, 3:]) @ turned(np.array([[0.0, 0.0, own]]))[0]
         places = rest + poses[:, :3]
         half = 0.5 * target.size[0], 0.5 * target.size[1]
@@ -159,4 +159,4 @@ class Placed:
 def _down(target: Target, turns: Array, half: tuple[float, float]) -> Array:
     """How far (m) a target of such sides reaches below the centre of its near face in every turn."""
     along, across = half[0] * np.abs(turns[:, 2, 0]), half[1] * np.abs(turns[:, 2, 1])
-    return np.hypot(along, across) if target.outline.is_round else np.asarray(along + across)
+    return np.hypot(along, across) if target.outline.is_disc else np.asarray(along + across)

@@ -86,7 +86,7 @@ def surface(target: Target, detail: Detail, edge: float) -> Box | Disc:
     """The target about its own middle, knots `edge` (m) apart at its edges."""
     (x, y), z = target.size, target.thickness
     through = 4 + math.ceil(z / detail.length)
-    if target.outline.is_round:
+    if target.outline.is_disc:
         orders = min(8 + math.ceil(0.8 * x / detail.length), MOST_ORDERS)
         return disc(x, z, edge, detail.widest(x), (detail.points(0.5 * x), through), orders)
     counts = detail.points(x), detail.points(y), through

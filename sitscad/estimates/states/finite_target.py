@@ -217,7 +217,7 @@ def _askew(placements: tuple[CoilPlacement, ...], target: Target) -> float:
     lie.
     """
     turns = [target.rotation - placement.rotation for placement in placements]
-    to_target = [] if target.outline.is_round else [math.remainder(turn, math.pi / 2) for turn in turns]
+    to_target = [] if target.outline.is_disc else [math.remainder(turn, math.pi / 2) for turn in turns]
     return max(map(abs, (*to_target, *(math.remainder(turn - turns[0], math.pi) for turn in turns))))
 
 
@@ -228,7 +228,7 @@ def _uncovered(spec: SensorSpec, target: Target) -> float:
         place, turn = plate.place_of(Point(*placement.centre)), target.rotation - placement.rotation
         size = spec.coil.size[:: -1 if round(2.0 * turn / math.pi) % 2 else 1]
         away = abs(place[0]) + 0.5 * size[0], abs(place[1]) + 0.5 * size[1]
-        if target.outline.is_round:
+        if target.outline.is_disc:
             found = max(found, math.hypot(*away) - 0.5 * target.size[0])
         else:
             found = max(found, *(end - 0.5 * side for end, side in zip(away, target.size, strict=True)))
@@ -287,7 +287,7 @@ def shares_of_sheet(target: Target, rings: CoaxialRings, places: Array, gap: flo
     if _is_conductor(target, rings, gap):
         return _of_conductor(target, rings, places, gap, floor)
     like = like_a_conductor(target, float(rings.radii.mean()) + gap)
-    magnet = FinitePlate(target.size, target.thickness, target.outline.is_round)
+    magnet = FinitePlate(target.size, target.thickness, target.outline.is_disc)
     drawn = np.minimum(magnetic_share(magnet, rings, places, gap, floor), 1.0)
     magnetic_error = magnetic_share_error(magnet, rings)
     if like <= PURE:
@@ -379,7 +379,7 @@ def _shortened(
     distinct, member = np.unique(np.round(seen, 9), axis=0, return_inverse=True)
     places = distinct, member.ravel()
     side = (int(high > wide) + round(2.0 * turn / math.pi)) % 2
-    if long - short < 1e-9 or target.outline.is_round:
+    if long - short < 1e-9 or target.outline.is_disc:
         return equivalent_rings(coil, tuple(heights)), target, places
     size = list(target.size)
     size[side] = size[side] - (long - short) if size[side] > long else size[side] * short / long
@@ -421,7 +421,7 @@ def _plate(target: Target) -> tuple[FinitePlate, float]:
     # A good conductor is a perfect one whose faces lie half a skin depth deeper.
     depth = min(0.25 * target.thickness, 0.25 * min(target.size), 0.5 * _skin_depth(target))
     size = target.size[0] - 2.0 * depth, target.size[1] - 2.0 * depth
-    return FinitePlate(size, target.thickness - 2.0 * depth, target.outline.is_round), depth
+    return FinitePlate(size, target.thickness - 2.0 * depth, target.outline.is_disc), depth
 
 
 def _notes(

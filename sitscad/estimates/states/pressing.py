@@ -74,7 +74,7 @@ def pressed(
     pad = spec.elastomer
     assert pad is not None
     face, beside = loaded_face(spec, wider)
-    whole = Face(*pad.size, pad.outline.is_round).grown(wider)
+    whole = Face(*pad.size, pad.outline.is_disc).grown(wider)
     thickness = max(LEAST * pad.thickness, pad.thickness + thicker)
     stiffness = max(LEAST, modulus) * pad.material.shear_modulus
     force = spec.requirements.normal_force or 0.0

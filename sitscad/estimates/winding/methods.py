@@ -15,7 +15,7 @@ import numpy as np
 from sitscad.data import rows
 from sitscad.estimates.values import CrossCheck
 from sitscad.geometry.path import Arc, Line, Path, Point
-from sitscad.geometry.shapes import Outline, nearest_sides
+from sitscad.geometry.shapes import SHAPES, Outline
 from sitscad.layout.board import Coil, Winding
 from sitscad.physics.inductance.rings import mean_ring_inductance
 from sitscad.physics.inductance.spirals import (
@@ -174,7 +174,7 @@ LEAST = 1e-6
 class Crowding:
     """What the error of a winding's inductance depends on; lengths in metres, `apart` between nearest mid-planes.
 
-    `sides` are those of a polygon (0: round, or with round ends where it `is_long`), `corner_radius` 0 for sharp ones.
+    `shape` is the coil's, `corner_radius` that of a polygon: 0 for sharp corners.
     """
 
     turns: float
@@ -185,8 +185,7 @@ class Crowding:
     size: float
     heights: tuple[float, ...]
     corner_radius: float = 0.0
-    sides: int = 0
-    is_long: bool = False
+    shape: Outline = SHAPES["circle"]
     is_mid_side: bool = False
 
     @property
@@ -228,34 +227,31 @@ class Crowding:
 def error_bound(method: str, crowding: Crowding) -> float:
     """Relative error that a method does not exceed: it grows with how crowded, wide, thick and near each other tracks
     are, each by some power. The powers were fitted to converged volume integrals of random designs of every shape
-    (tests/validation/fit_bounds.py), so that the bound lies above every error by a margin. Of a polygon whose number of
-    sides was not fitted it is the larger of the bounds of those with fewer and with more, `UNFITTED` times: the
-    corner's angle lies between theirs.
+    (tests/validation/fit_bounds.py), so that the bound lies above every error by a margin. A polygon that was not
+    fitted takes `UNFITTED` times the larger bound of the fitted ones with fewer and with more sides: the angle of its
+    corners lies between theirs.
 
-    Raises KeyError where the table has no such method for the outline.
+    Raises ValueError for a shape that declares no bounds, KeyError where the table has no such method for the shape.
     """
     features, stack = crowding.features(), "one" if len(crowding.heights) == 1 else "more"
-    table, fitted = _bounds()
-    outlines, margin = [ROUNDED], 1.0
-    if not crowding.corner_radius:
-        outlines = [outline_key(sides, crowding.is_long) for sides in nearest_sides(fitted, crowding.sides)]
-        margin = 1.0 if crowding.sides in fitted else UNFITTED
+    table, fitted = _bounds(), crowding.shape.fitted
+    shapes = (ROUNDED,) if crowding.corner_radius else fitted
+    margin = 1.0 if crowding.corner_radius or fitted == (crowding.shape.name,) else UNFITTED
     margin *= MID_SIDE if crowding.is_mid_side else 1.0
-    products = [math.exp(math.fsum(table[outline, method, stack][name] * value for name, value in features.items()))
-                for outline in outlines]
+    products = [math.exp(math.fsum(table[shape, method, stack][name] * value for name, value in features.items()))
+                for shape in shapes]
     return margin * max(*products, LEAST) + THICK * max(0.0, crowding.thickness / crowding.width - 1.0)
 
 
 @cache
-def _bounds() -> tuple[dict[tuple[OutlineKey, str, str], dict[str, float]], frozenset[int]]:
-    """The fitted bounds by outline, method and stack, and the sides of the sharp polygons among them."""
-    table = {
-        ((row["sides"], row["long"], row["rounded"]), row["method"], row["stack"]): {
+def _bounds() -> dict[tuple[str, str, str], dict[str, float]]:
+    """Exponents of the fitted bounds by shape, method and stack."""
+    return {
+        (row["shape"], row["method"], row["stack"]): {
             name: float(value or 0.0) for name, value in row.items() if name not in NAMES
         }
         for row in rows("inductance_bounds")
     }
-    return table, frozenset(int(sides) for (sides, _, rounded), _, _ in table if rounded == "no")
 
 
 UNFITTED = 5.0
@@ -268,18 +264,10 @@ MID_SIDE = 3.0
 Of 300 such designs, two exceeded the bound of corner-to-corner spirals (by the volume integral): one of half a turn by
 a factor of 2.08, one of one turn by a factor of 1.12."""
 
-OutlineKey = tuple[str, str, str]
-"""Sides, whether it is long, whether its corners are rounded, as the table writes them."""
+ROUNDED = "rounded"
+"""The table's name for polygons of any number of sides with rounded corners."""
 
-ROUNDED: OutlineKey = ("any", "any", "yes")
-
-
-def outline_key(sides: int, is_long: bool) -> OutlineKey:
-    """How the table writes an outline with sharp corners or none."""
-    return str(sides), "yes" if is_long else "no", "no"
-
-
-NAMES = ("sides", "long", "rounded", "method", "stack", "status", "source")
+NAMES = ("shape", "method", "stack", "status", "source")
 
 
 @record
@@ -308,7 +296,7 @@ def crowding(geometry: WindingGeometry, turns: float | None = None) -> Crowding:
     # tighter corners are sharp in the copper (`mitred_path`)
     corner = spec.corner_radius if spec.corner_radius >= 0.5 * spec.trace_width else 0.0
     return Crowding(turns or spec.most_turns, spec.trace_width, spec.pitch, thickness, geometry.inner_radius,
-                    min(spec.size), heights, corner, spec.outline.sides, spec.outline.is_long, spec.is_mid_side)
+                    min(spec.size), heights, corner, spec.outline, spec.is_mid_side)
 
 
 def _bound(method: str) -> Callable[[WindingGeometry], float]:

@@ -35,7 +35,6 @@ from sitscad.estimates.winding.methods import (
     reflected_by,
     winding_geometry,
 )
-from sitscad.geometry.shapes import nearest_sides
 from sitscad.layout.board import Coil
 from sitscad.physics.constants import skin_depth
 from sitscad.physics.inductance.spirals import SpiralLayer
@@ -66,9 +65,13 @@ ALONE, ROUNDED, RACETRACK, LONG = 0.017, 0.017, 0.003, 0.009
 """Of the added loss of polygons of one layer and with rounded corners; of racetracks, and of those of which one half
 stands for both (ALIKE_ROUNDED turns and more)."""
 
-CROSSING = {4: (0.055, 0.02), 6: (0.038, 0.016), 8: (0.036, 0.013)}
-"""Of the added loss of polygons of several layers, by their sides, of fewer than FEW turns and of more: near corners,
-where the layers' sides do not lie face to face, they are cut at few places. The sharper the corner, the more."""
+CROSSING = {
+    "square": (0.055, 0.02), "rectangle": (0.055, 0.02), "hexagon": (0.038, 0.016), "octagon": (0.036, 0.013),
+}
+"""Relative errors of the added loss of polygons of several layers, with fewer than FEW turns and with more.
+
+Near corners, where the layers' sides do not lie face to face, the layers are cut at few places. The sharper the corner,
+the larger the error."""
 
 LEADS = 0.01  # Of the leads' resistance: 0.02 to 0.6 % against triangles over copper read back (tests/extraction)
 
@@ -116,7 +119,7 @@ def resistance_bound(spec: CoilSpec, coil: Coil, spirals: Sequence[SpiralLayer],
     elif len(coil.windings) == 1:
         bent = ALONE
     else:
-        bent = CROSSING[nearest_sides(CROSSING, spec.outline.sides)[0]][0 if min(spec.layer_turns) < FEW else 1]
+        bent = max(CROSSING[shape][0 if min(spec.layer_turns) < FEW else 1] for shape in spec.outline.fitted)
     thickness = max(winding.thickness for winding in coil.windings)
     return ResistanceBound(MODEL + bent, MODES[tolerance < 0.02], spec.trace_width, thickness, conductivity)
 

@@ -129,6 +129,10 @@ def check_coil(
     `written` is the turns as the spec writes them, and `turns_key` the key that flaws of the turns name.
     """
     (x, y), outline, most = coil.size, coil.outline, coil.turns_that_fit
+    if not outline.bounds:
+        known = ", ".join(name for name, row in SHAPES.items() if row.bounds)
+        message = f"a coil of shape {outline.name} cannot be estimated: the shape declares no error bounds"
+        remarks.flaw("SIT009", "coil.shape", message, f"choose one of {known}")
     if not outline.is_long and x != y:
         hint = f"write one number, or choose {' or '.join(name for name, row in SHAPES.items() if row.is_long)}"
         remarks.flaw("SIT009", "coil.outer_diameter", f"a {coil.shape} has one size, not [x, y]", hint)
@@ -353,12 +357,12 @@ def check_webs(
         return
     if pattern not in ("line", "grid"):
         remarks.flaw("SIT009", "cells.web", "webs join pads in rows and columns", "array.pattern: line or grid")
-    if pad.outline.is_round or web >= min(pad.size):
+    if pad.outline.is_disc or web >= min(pad.size):
         remarks.flaw("SIT009", "cells.web", "webs join square or rectangular pads and are narrower than these",
                      "elastomer.shape: square, or leave cells.web out")
     rims = [0.5 * (outer - inner) for outer, inner in zip(pad.size, target.size, strict=True)]
     is_even = abs(rims[0] - rims[1]) <= EVEN * pad.thickness and min(rims) > -1e-9
-    if target.outline.is_round or target.rotation or target.offset != pad.offset or not is_even:
+    if target.outline.is_disc or target.rotation or target.offset != pad.offset or not is_even:
         remarks.flaw("SIT009", "cells.web", "how webs stiffen a pad is known where its target stands on it as it does "
                      "itself: neither round, turned nor aside, and as far from its edges along x as along y",
                      "a target of the pad's shape and place, or leave cells.web out")

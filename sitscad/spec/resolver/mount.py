@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from sitscad.finding import Edit
+from sitscad.geometry.shapes import LONG_PLATE, PLATES
 from sitscad.spec import presets
 from sitscad.spec.format.reading import Remarks
 from sitscad.spec.format.section import WRITTEN_SOURCE
@@ -47,6 +48,7 @@ def resolve_mount(part: Mount | None, shield: Shield | None, remarks: Remarks, p
         return replace(mount, holes=_holes(words["holes"], remarks))
     if part.kind == "fingertip":
         finger = part.finger or Finger()
+        finger = replace(finger, shape=computable_plate(finger.shape, "mount.finger.shape", remarks))
         if part.finger is None:
             size = " x ".join(show(side, "m") for side in finger.size)
             usual = f"{finger.shape}, {size}, grip {show(finger.grip, 'm')}, screws of {show(finger.screw, 'm')}"
@@ -65,6 +67,16 @@ def resolve_mount(part: Mount | None, shield: Shield | None, remarks: Remarks, p
         retention = Retention(retention)
     _check_retention(retention, mount.jaw, remarks)
     return replace(mount, retention=retention)
+
+
+def computable_plate(shape: str, key: str, remarks: Remarks) -> str:
+    """The shape of a plate; a flaw and a rectangle in its place if no plate of that shape can be computed and cut."""
+    if PLATES[shape].plate:
+        return shape
+    known = ", ".join(name for name, row in PLATES.items() if row.plate)
+    message = f"a plate of shape {PLATES[shape].name} cannot be computed: the shape declares no form of a plate"
+    remarks.flaw("SIT009", key, message, f"choose one of {known}")
+    return LONG_PLATE
 
 
 def _standoff(part: Mount, shield: Shield | None, remarks: Remarks) -> float:

@@ -22,7 +22,7 @@ from sitscad.spec.mount import Assembly, Mount, TolerancesDocument
 from sitscad.spec.profiles import spec_origin
 from sitscad.spec.resolver.circuit import resolve_fpc
 from sitscad.spec.resolver.coils import check_amount, check_cells, check_webs, resolve_array, resolve_coil
-from sitscad.spec.resolver.mount import resolve_mount
+from sitscad.spec.resolver.mount import computable_plate, resolve_mount
 from sitscad.spec.sensor import LoadCase, Mechanism, ReadoutSpec, SensorSpec, SpecDocument
 from sitscad.spec.yaml.source import Issue, SpecSource
 from sitscad.units import show
@@ -98,6 +98,7 @@ def _sized(plate: Plate, key: str, usual: tuple[float, float], remarks: Remarks)
     shape = written["shape"] or ("square" if size[0] == size[1] else LONG_PLATE)
     if written["shape"] is None:
         remarks.default(f"{key}.shape", shape, "after its size")
+    shape = computable_plate(shape, f"{key}.shape", remarks)
     if not PLATES[shape].is_long and size[0] != size[1]:
         hint = f"write one number, or shape: {LONG_PLATE}"
         remarks.flaw("SIT009", f"{key}.size", f"a {shape} has one size, not [x, y]", hint)
@@ -106,7 +107,7 @@ def _sized(plate: Plate, key: str, usual: tuple[float, float], remarks: Remarks)
 
 def _carrying(target: Target, offset: tuple[float, float]) -> tuple[float, float]:
     """The sides (m) of the least pad, offset so far from the mean of the coils' centres, that carries a target."""
-    reach = Footprint(target.outline.is_round, target.size, Point(*target.offset), target.rotation).reach
+    reach = Footprint(target.outline.is_disc, target.size, Point(*target.offset), target.rotation).reach
     x, y = (2.0 * (abs(target.offset[axis] - offset[axis]) + reach[axis]) for axis in (0, 1))
     return x, y
 
