@@ -82,7 +82,7 @@ def coils_at(
     if not frequencies:
         return ()
     wound = wind(layout, None, method, tolerance)
-    circuits = coil_circuits(wound.layout, wound.winding, wound.matrix, wound.assembly, wound.shares, wound.spared)
+    circuits = coil_circuits(wound.layout, wound.winding, wound.matrix, wound.assembly, wound.shares)
     return tuple(_coil_at(circuit, wound, frequency) for frequency in frequencies for circuit in circuits)
 
 

@@ -20,7 +20,6 @@ from sitscad.estimates.circuit.tank import (
     with_margin,
     with_steps,
 )
-from sitscad.estimates.circuit.track_ends import spared_squares
 from sitscad.estimates.states.assembly import AssemblyStates, assemble, warmed
 from sitscad.estimates.states.finite_target import TargetChanges, TargetShares, target_shares
 from sitscad.estimates.states.pressing import GLUE, PAD
@@ -60,15 +59,13 @@ from sitscad.units import show
 @record(eq=False)
 class Wound:
     """The layout with all metal at a temperature (degrees Celsius), what is round its coils in each state, and the
-    squares of track that pads and teardrops spare each coil, by layer. The winding solved, the bare windings'
-    inductance matrix (H) and its errors (H), the target's share of the effect of an endless one; and its effect
-    `solved` where that share is not known well enough.
+    winding solved. The bare windings' inductance matrix (H) and its errors (H), the target's share of the effect of an
+    endless one; and its effect `solved` where that share is not known well enough.
     """
 
     layout: Layout
     temperature: float
     assembly: AssemblyStates
-    spared: Mapping[str, Mapping[int, float]]
     winding: SolvedWinding
     matrix: Array
     matrix_errors: Array
@@ -103,7 +100,6 @@ def wind(
     """
     temperature = layout.spec.requirements.temperature if temperature is None else temperature
     rough, coils = is_rough(tolerance), layout.coils
-    spared = {coil.name: spared_squares(coil, layout) for coil in coils}  # knows the layout's teardrops already
     spec = warmed(layout.spec, temperature)
     assembly = assemble(spec, sigmas(spec), rough)
     winding = solve_winding(spec.coil, coils[0], assembly, conductivity_at(temperature), method, tolerance)
@@ -111,14 +107,14 @@ def wind(
     shares = target_shares(gathered(spec), [layer.z for layer in coils[0].windings], assembly.states, rough)
     if rough and shares.shares:  # of a strange target no more is solved, but said
         shares = shares.widened(_part_of(shares.strangeness))
-    return Wound(replace(layout, spec=spec), temperature, assembly, spared, winding, matrix, errors, shares)
+    return Wound(replace(layout, spec=spec), temperature, assembly, winding, matrix, errors, shares)
 
 
 def tune(wound: Wound) -> Tuned:
     """Circuits, tank capacitor, and the converter's settings; states that have no numbers are left out."""
     readout = wound.spec.readout
     circuits, failed = working(coil_circuits(
-        wound.layout, wound.winding, wound.matrix, wound.assembly, wound.shares, wound.spared, wound.solved))
+        wound.layout, wound.winding, wound.matrix, wound.assembly, wound.shares, wound.solved))
     capacitor, reason = choose_capacitor(circuits, readout, min(map(self_resonance, circuits)), wound.winding.is_rough)
     tank = Tank(capacitor, readout)
     damped = overdamped(circuits, tank)
@@ -347,7 +343,7 @@ def metered(layout: Layout, temperature: float, frequency: float = METER_FREQUEN
     """What an LCR meter reads of every coil of the bare board at a temperature (degrees Celsius), far from metal."""
     wound = wind(layout, temperature)
     winding, spec = wound.winding, wound.spec
-    circuits = coil_circuits(wound.layout, winding, wound.matrix, wound.assembly, wound.shares, wound.spared)
+    circuits = coil_circuits(wound.layout, winding, wound.matrix, wound.assembly, wound.shares)
     slopes = slopes_of(spec, layout.coils[0], winding)
     of_direct, found = direct_resistance_sigma(spec), []
     for circuit in circuits:

@@ -14,7 +14,6 @@ import sitscad
 from sitscad import Design
 from sitscad.calibration.calibration import foretell, sensors_of
 from sitscad.estimates import scatter, uncertainty
-from sitscad.estimates.circuit.track_ends import spared_squares
 from sitscad.estimates.performance.causes import readings_of, root_sum_of_mean_squares
 from sitscad.estimates.scatter import CAPACITOR
 from sitscad.estimates.states.pressing import GLUE, MODULUS, PAD, PAD_SIZE
@@ -235,7 +234,6 @@ def test_unit_as_made_has_its_own_copper_and_tracks(grasper):
     assert radius == approx((spec.coil.outer_diameter - spec.coil.trace_width) / 2, rel=1e-9)
     same = as_made(grasper.layout, spec)
     assert same.coils[0].windings == drawn
-    assert spared_squares(same.coils[0], same) == spared_squares(grasper.layout.coils[0], grasper.layout)
 
 
 LARGEST = (scatter.WIDTH, scatter.FOIL, scatter.DISTANCE, CAPACITOR, PAD, GLUE, scatter.HEIGHT)

@@ -102,4 +102,4 @@ def test_the_resistance_of_the_extracted_copper_is_the_estimated_one(finished):
             plating=layout.spec.fpc.stackup.plating_thickness or None,
             fineness=1.0,
         )
-        assert found == approx(estimates[coil.name].terminal_resistance_dc, rel=0.006)
+        assert found == approx(estimates[coil.name].terminal_resistance_dc, rel=0.008, abs=0)

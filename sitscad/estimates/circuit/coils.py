@@ -89,10 +89,10 @@ def overdamped(circuits: list[CoilCircuit], tank: Tank) -> dict[str, float]:
 
 def coil_circuits(
     layout: Layout, winding: SolvedWinding, matrix: Array, assembly: AssemblyStates, shares: TargetShares,
-    spared: Mapping[str, Mapping[int, float]], solved: TargetChanges | None = None,
+    solved: TargetChanges | None = None,
 ) -> list[CoilCircuit]:
-    """The circuits of all coils in their order; `matrix` (H) is that of the bare windings, `spared` are the squares of
-    track that pads and teardrops spare each coil, by layer. What the target changes is `solved`, or by its `shares`.
+    """Circuits of all coils in their order. `matrix` (H) holds the inductances of the bare windings. The target's
+    effect is `solved` if given, otherwise by its `shares`.
     """
     spec, first = layout.spec, layout.coils[0]
     conductivity, loss = winding.conductivity, winding.loss
@@ -109,7 +109,7 @@ def coil_circuits(
     for coil in layout.coils:
         leads = NO_LEADS
         if coil.series:
-            leads = _led_out(coil, spec.fpc.stackup, conductivity, tuple(sorted(spared[coil.name].items())))
+            leads = _led_out(coil, spec.fpc.stackup, conductivity)
         elif coil.undrawn:
             leads = _led_roughly(coil.undrawn, spec.fpc.stackup, conductivity)
         if coil.undrawn:

@@ -297,8 +297,7 @@ class ResponseModel:
 
     def _circuits(self, winding: SolvedWinding, assembly: AssemblyStates | None = None) -> Sequence[CoilCircuit]:
         wound = self.wound
-        return coil_circuits(wound.layout, winding, wound.matrix, assembly or wound.assembly, TargetShares({}, {}, ()),
-                             wound.spared)
+        return coil_circuits(wound.layout, winding, wound.matrix, assembly or wound.assembly, TargetShares({}, {}, ()))
 
 
 MAX_WORK = 1600.0**3

@@ -73,8 +73,6 @@ CROSSING = {
 Near corners, where the layers' sides do not lie face to face, the layers are cut at few places. The sharper the corner,
 the larger the error."""
 
-LEADS = 0.01  # Of the leads' resistance: 0.02 to 0.6 % against triangles over copper read back (tests/extraction)
-
 METAL, NEAR, NEAR_DISTANCE = 0.03, 0.04, 0.2e-3
 """Of the resistance with metal about, and with metal nearer than that (m), from where the one goes over into the other
 as distance over NEAR_DISTANCE rises to FADED: round coils over and between copper, steel
@@ -167,7 +165,7 @@ class SolvedWinding:
         own = self.bound.relative(winding / circuit.resistance, state.frequency)
         metal = 0.0 if self.nearest is None or state.state == FREE else near_metal_error(coil, self.nearest)
         lost = abs(circuit.reflections[state.state].unsure(state.frequency)[1])
-        return (own * winding + LEADS * leads) / state.resistance + metal + lost / state.resistance
+        return (own * winding + circuit.leads.resistance_error * leads + lost) / state.resistance + metal
 
     @property
     def inductance_error(self) -> float:
