@@ -14,10 +14,22 @@ from sitscad.estimates.circuit.drive import bare_board_code
 from sitscad.estimates.gluing import board_plan
 from sitscad.estimates.uncertainty import direct_resistance_sigma
 from sitscad.estimates.values import METER_FREQUENCY, CoilEstimate, Estimates
+from sitscad.fabrication.files import panel_path
 from sitscad.fabrication.notes import hanging
 from sitscad.layout.board import Layout
+from sitscad.layout.panel import is_wanted
 from sitscad.papers.gluing import dose, glued, measuring, pressing, primed, product, setting, toleranced
-from sitscad.papers.mounting import RAW_RESIN, amount, cures_badly, fastened, jaw_cut, pushed_out, skin, tail_held
+from sitscad.papers.mounting import (
+    RAW_RESIN,
+    amount,
+    cures_badly,
+    fastened,
+    in_place,
+    jaw_cut,
+    pushed_out,
+    skin,
+    tail_held,
+)
 from sitscad.papers.order_codes import order_of
 from sitscad.parts.tooling import pour, skin_pour
 from sitscad.scene.bodies import BodyRole, joined
@@ -73,6 +85,11 @@ def _steps(layout: Layout, estimates: Estimates, bench: Estimates) -> Iterator[s
     """The steps from the jig to the finished sensor; lines of figures follow a step's words after line breaks."""
     spec, at = layout.spec, levels(column(layout) or on_board(layout))
     yield from _prepared(layout)
+    if is_wanted(layout):
+        yield (
+            "Measure the panel's coupons. Then cut the board out at the bridges, and file their nubs off "
+            f"({panel_path(spec, '-readme.txt')} has their places and what a coupon measures)."
+        )
     yield bare_board(layout, estimates, bench)
     yield from filter(None, (primed(spec),))
     if spec.elastomer is not None or spec.target is not None:
@@ -92,13 +109,14 @@ def _steps(layout: Layout, estimates: Estimates, bench: Estimates) -> Iterator[s
     yield from _into_jaw(layout, at)
     if not is_cast:
         yield from sealing
+    yield from in_place(layout)
     if said := plugged(layout):
         yield said
     unseen = [f.what.split()[1] for f in unverified_figures(spec) if f.what.startswith("conductor ")]
-    yield assembled(bench, _in_place(spec), unseen)
+    yield assembled(bench, _before_reading(spec), unseen)
 
 
-def _in_place(spec: SensorSpec) -> str:
+def _before_reading(spec: SensorSpec) -> str:
     """What is done before the finished sensor is measured; empty without a jaw or metal behind the board."""
     mount = spec.mount
     if mount is not None and mount.jaw is not None:
@@ -109,8 +127,10 @@ def _in_place(spec: SensorSpec) -> str:
     if mount is None or mount.metal_behind is None:
         return ""
     metal = mount.metal_behind
-    where = f"{in_mm(metal.thickness)} thick, {in_mm(metal.distance)} and the glue from the board"
-    return f"Put the sensor over the {metal.material.name} of its place ({where}): the readings count it. "
+    return (
+        f"Put the sensor over the {metal.material.name} that it is used over ({in_mm(metal.thickness)} mm thick, its "
+        f"face {in_mm(metal.distance)} mm and the glue lines below the board): the readings count it. "
+    )
 
 
 def _has_jig(spec: SensorSpec) -> bool:

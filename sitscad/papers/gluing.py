@@ -19,7 +19,7 @@ from sitscad.estimates.gluing import (
 )
 from sitscad.layout.board import Layout
 from sitscad.layout.laser_sheet import joined_part
-from sitscad.parts.tooling import is_cast
+from sitscad.parts.tooling import PEG, is_cast
 from sitscad.scene.column import Toleranced
 from sitscad.spec import presets
 from sitscad.spec.materials import Adhesive
@@ -28,8 +28,17 @@ from sitscad.spec.places import cell_placements
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import in_mm, show
 
-WASHER_MASS = 6.2e-3
-"""Mass (kg) of a washer M8 of ISO 7093: 24 mm, hole 8.4 mm, 2 mm thick, of steel of 7.85 g/cm3."""
+STEEL = 7850.0
+"""Density (kg/m3) of steel, as of the washers below."""
+
+WASHER_MASS, WASHER_HEIGHT = 6.2e-3, 2.0e-3
+"""Mass (kg) and height (m) of a washer M8 of ISO 7093: 24 mm, hole 8.4 mm, 2 mm thick, of steel of 7.85 g/cm3."""
+
+PRESS_MASS = 2e-3
+"""Least mass (kg) of a printed press of the jig."""
+
+BARS, BAR_HOLE = (30e-3, 50e-3, 80e-3), 8.5e-3
+"""Diameters (m) of the steel bars that load a press, and of the hole in their middle for the press's peg."""
 
 HEIGHT_ERROR = 5e-6
 """How far (m) an instrument may press a pad whose height it reads."""
@@ -125,6 +134,29 @@ def primed(spec: SensorSpec) -> str:
     )
 
 
+def washers(mass: float) -> int | None:
+    """Number of washers that bring a press to a mass (kg). None if its peg does not hold them."""
+    count = max(1, math.ceil((mass - PRESS_MASS) / WASHER_MASS))
+    return count if count * WASHER_HEIGHT <= PEG[1] else None
+
+
+def steel_bar(mass: float) -> tuple[float, float]:
+    """Diameter and height (m) of a bar with a hole that brings a press to a mass (kg)."""
+    bars = [(across, (mass - PRESS_MASS) / (STEEL * math.pi / 4.0 * (across**2 - BAR_HOLE**2))) for across in BARS]
+    return next((bar for bar in bars if bar[1] <= 2.0 * bar[0]), bars[-1])
+
+
+def loaded(part: str, mass: float) -> str:
+    """How the press of a frame is loaded to a mass (kg); the beginning of a sentence."""
+    if washers(mass) is not None:
+        weight = f"M8 washers (ISO 7093, {1e3 * WASHER_MASS:g} g each) on its peg"
+    else:
+        across, high = steel_bar(mass)
+        weight = (f"a round bar of steel, {1e3 * across:g} mm across, about {1e3 * high:.0f} mm high, with a hole of "
+                  f"{1e3 * BAR_HOLE:g} mm through its middle for the peg")
+    return f"Load jig-{part}-press with {weight}, until both weigh {grams(mass)}"
+
+
 def glued(spec: SensorSpec, part: str, under: str, height: Toleranced) -> str:
     """How the elastomer or the target is glued in the jig, and how high it is then."""
     assembly, cells = spec.assembly, len(cell_placements(spec))
@@ -141,12 +173,11 @@ def glued(spec: SensorSpec, part: str, under: str, height: Toleranced) -> str:
     )
     verb = "Put" if glue is not None and glue.viscosity is None else "Spread"
     pad = f", and presses the pad by {1e3 * press.travel:.2g} mm, which comes back" if press.travel else ""
-    washers = f"M8 washers (ISO 7093, {1e3 * WASHER_MASS:g} g each)"
     again = "" if is_one else f" Do this for one of the {cells} cells after the other: what waits sets."
     wiped = " Wipe the jelly off with isopropanol." if on_foot else ""
     return (
-        f"Put the frame jig-{part} on the base: it goes on one way only. Load jig-{part}-press first: {washers} on its "
-        f"peg, until both weigh {grams(press.mass)}. {held}{verb} {said}, on {under} in the well"
+        f"Put the frame jig-{part} on the base: it goes on one way only. {loaded(part, press.mass)}. {held}{verb} "
+        f"{said}, on {under} in the well"
         f"{'' if is_one else ' of a cell'}; {placed}. Nothing stops the press: its weight brings the glue to its line"
         f"{pad}. Leave it until the glue has set, then lift press and frame.{wiped}{setting(glue)}{again} From the "
         f"board's top face to its upper face are {toleranced(height)} then."
@@ -185,9 +216,11 @@ def pressing(layout: Layout) -> str:
     if spec.target is None and spec.elastomer is None:
         return "Press the board down with a flat stick until the glue has set."
     press = board_press(spec)
-    pads = f" (they give by {1e3 * press.travel:.2g} mm, which comes back)" if press.travel else ""
+    is_one = len(cell_placements(spec)) == 1
+    gives = "the pad gives" if is_one else "they give"
+    pads = f" ({gives} by {1e3 * press.travel:.2g} mm, which comes back)" if press.travel else ""
     rim = f"Press the rim beside the {part} down with a flat stick, and never the {part} at one edge."
-    if len(cell_placements(spec)) > 1:
+    if not is_one:
         return (
             f"Lay a flat stiff plate (glass) over all {part}s, {grams(press.mass)} with a weight on its middle, until "
             f"the glue has set{pads}. {rim}"
@@ -196,8 +229,7 @@ def pressing(layout: Layout) -> str:
     is_plate = spec.mount is not None and spec.mount.kind == "bench-plate" and not is_cast(layout)
     upright = f"jig-{part}, laid on the mount round it, keeps it upright" if is_plate else "hold it upright by hand"
     return (
-        f"Load jig-{part}-press with washers until both weigh {grams(press.mass)}, and stand it on the {part} "
-        f"({upright}) until the glue has set{pads.replace('they give', 'the pad gives')}. {rim}"
+        f"{loaded(part, press.mass)}, and stand it on the {part} ({upright}) until the glue has set{pads}. {rim}"
     )
 
 

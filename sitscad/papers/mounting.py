@@ -94,7 +94,7 @@ def tail_held(layout: Layout, glue: str) -> str:
 
 
 def fastened(layout: Layout) -> Iterator[str]:
-    """How a plate, a cap or a part of the user's own is put on, and how the tail is bent over it."""
+    """How the board is glued to a plate, a cap or a part of the user's own, and how the tail is bent over it."""
     mount = layout.spec.mount
     if mount is None:
         return
@@ -102,24 +102,56 @@ def fastened(layout: Layout) -> Iterator[str]:
     slot = ", tail in the slot" if has_tail else ""
     glued = f"Glue the board into the mount's recess{slot}. {board_glued(layout)}{_seated(layout)}"
     if mount.finger is not None:
-        screw = f"M{in_mm(mount.finger.screw)}"
-        yield (
-            f"Tap both holes in the cap's sides {screw}. {glued} Slip the cap over the finger and clamp it by two "
-            f"{screw} set screws of plastic or brass: steel is seen."
-        )
+        yield f"Tap both holes in the cap's sides M{in_mm(mount.finger.screw)}. {glued}"
     elif mount.kind == "custom":
-        yield f"Put the board on your own mount and glue it down. {board_glued(layout)}"
+        yield f"Put the board on your own mount and glue it down.{_own_height(mount)} {board_glued(layout)}"
+    elif mount.holes is not None:
+        yield glued
+    if has_tail:
+        yield _bent(layout)
+
+
+def _own_height(mount: Mount) -> str:
+    """How high the user's own mount holds the board over the metal behind it; empty without such metal."""
+    metal = mount.metal_behind
+    if metal is None:
+        return ""
+    return (
+        f" Its face for the board has to lie {in_mm(metal.distance)} mm above the {metal.material.name}, with nothing "
+        "of metal between."
+    )
+
+
+def in_place(layout: Layout) -> Iterator[str]:
+    """How the glued, bent and sealed sensor is put in its place: screws of a plate, a cap's clamp; none of a jaw's."""
+    mount = layout.spec.mount
+    if mount is None or mount.jaw is not None:
+        return
+    if mount.finger is not None:
+        yield (
+            f"Slip the cap over the finger and clamp it by two M{in_mm(mount.finger.screw)} set screws of plastic or "
+            "brass: steel is seen."
+        )
     elif mount.holes is not None and adapter_needed(layout):
         yield (
             f"Screw mount-adapter on ({mount.holes.name}, {len(mount.holes.holes)} screws, their heads sunk). Lay four "
             "M2 nuts into it from below first; they hold the mount's four screws."
         )
-        yield f"Screw the mount on the adapter. {glued}"
+        yield f"Screw the mount on the adapter.{_room_below(layout)}"
     elif mount.holes is not None:
         screws = f" {mount.holes.thread} screws" if mount.holes.thread else " screws"
-        yield f"Screw the mount down ({mount.holes.name},{screws}). {glued}"
-    if has_tail:
-        yield _bent(layout)
+        yield f"Screw the mount down ({mount.holes.name},{screws}).{_room_below(layout)}"
+
+
+def _room_below(layout: Layout) -> str:
+    """Where what is under a plate has to end for a tail that is bent down; empty if none is."""
+    first = next((bend for bend in bends(layout) if bend.direction == "down"), None)
+    if first is None:
+        return ""
+    return (
+        " What it is screwed to must end, or have a slot, from "
+        f"{in_mm(first.start - layout.body[2], 2)} mm behind the body on: the tail goes down there."
+    )
 
 
 def _bent(layout: Layout) -> str:

@@ -10,7 +10,7 @@ from dataclasses import astuple, fields, replace
 
 from sitscad.data import is_unverified
 from sitscad.drawing.frame import FORCED
-from sitscad.estimates.gluing import board_adhesive, piece_press
+from sitscad.estimates.gluing import board_adhesive, board_press, piece_press
 from sitscad.estimates.values import Estimates
 from sitscad.fabrication.board_end import contact_text
 from sitscad.fabrication.files import fabrication_path
@@ -19,7 +19,7 @@ from sitscad.geometry.path import bounding_box
 from sitscad.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
 from sitscad.layout.laser_sheet import joined_part
-from sitscad.papers.gluing import WASHER_MASS
+from sitscad.papers.gluing import BAR_HOLE, grams, steel_bar, washers
 from sitscad.papers.mounting import cures_badly
 from sitscad.papers.order_codes import Order, capacitor, order_of
 from sitscad.parts.tooling import pour, skin_pour
@@ -75,8 +75,8 @@ def items(layout: Layout, estimates: Estimates) -> tuple[Item, ...]:
     )
 
 
-SHARED = ("adhesive", "board adhesive", "primer", "jig", "jig weight", "jelly", "mould", "skin mould", "sealer",
-          "mould release", "cleaner")
+SHARED = ("adhesive", "board adhesive", "primer", "jig", "jig weight", "jig bar", "board weight", "jelly", "mould",
+          "skin mould", "sealer", "mould release", "cleaner")
 """What one of serves for many sensors."""
 
 
@@ -225,9 +225,7 @@ def _carriers(layout: Layout) -> Iterator[Item]:
         words = "print from mount/: aligns the pieces while the glue sets; reusable"
         yield Item("jig", 1, "jig-*", "printed", "", words)
         parts = [part for part in ("elastomer", "target") if getattr(spec, part) is not None]
-        heaviest = max(piece_press(spec, part).mass for part in parts)
-        number = math.ceil(heaviest / WASHER_MASS)
-        yield Item("jig weight", number, "washer M8, ISO 7093", "steel", "", "on jig-*-press (mount/assembly.txt)")
+        yield from _weights(spec, parts)
         if len(parts) == 2:
             yield Item("jelly", 1, "petroleum jelly", "", "", "holds the target on its press while it is lowered")
     poured, cast = pour(spec), skin_pour(layout)
@@ -239,6 +237,23 @@ def _carriers(layout: Layout) -> Iterator[Item]:
         yield Item("sealer", 1, "clear acrylic lacquer", "", "", "on moulds printed in resin (mount/assembly.txt)")
     yield Item("mould release", 1, "or wax", "", "", "on jig and moulds, so that no glue holds them")
     yield Item("cleaner", 1, "isopropanol", "", "", "for metal and plastic before gluing")
+
+
+def _weights(spec: SensorSpec, parts: Sequence[str]) -> Iterator[Item]:
+    """What weighs on the jig's presses, and on all pads of several cells, while glue sets."""
+    note, one_cell = "on jig-*-press (mount/assembly.txt)", len(cell_placements(spec)) == 1
+    board = board_press(spec).mass
+    masses = {*(piece_press(spec, part).mass for part in parts), *([board] if one_cell else [])}
+    if counts := [count for mass in masses if (count := washers(mass)) is not None]:
+        yield Item("jig weight", max(counts), "washer M8, ISO 7093", "steel", "", note)
+    if heavy := sorted(mass for mass in masses if washers(mass) is None):
+        bars = [(grams(mass), *steel_bar(mass)) for mass in heavy]
+        sizes = [f"{in_mm(across)} mm across, about {1e3 * high:.0f} mm high" for _, across, high in bars]
+        part = f"round bar, {' and '.join(mass for mass, *_ in bars)} with the press"
+        yield Item("jig bar", len(bars), part, "steel", f"{'; '.join(sizes)}; hole of {in_mm(BAR_HOLE)} mm", note)
+    if not one_cell:
+        yield Item("board weight", 1, f"flat stiff plate and a weight, {grams(board)} together", "glass, steel", "",
+                   "on all pads while the board is glued on (mount/assembly.txt)")
 
 
 def _glue(layout: Layout) -> Iterator[Item]:

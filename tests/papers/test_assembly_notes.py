@@ -17,6 +17,7 @@ from sitscad.papers import assembly_notes
 from sitscad.papers import assembly_notes as bench_steps
 from sitscad.papers.assembly_notes import WIDTH, render
 from sitscad.scene.fit import closed_section
+from sitscad.scene.tail_path import bends
 from sitscad.spec import templates
 from sitscad.units import show
 
@@ -321,3 +322,29 @@ target: {{shape: circle, size: 3, thickness: 0.1, material: copper}}
 elastomer: {{shape: circle, size: 3, thickness: 0.5, material: dragon-skin-10}}
 mount: {{kind: grasper-pad, jaw: {jaw}, standoff: 0.5}}
 """
+
+
+def test_a_plate_is_screwed_down_after_its_tail_is_bent_and_its_sensor_sealed():
+    """Nothing is dipped, and no rod of 11 mm lies under a tail, once the plate is screwed to a bench."""
+    said = in_one_line(sitscad.lay_out(sitscad.load_text(templates.read("round_button_12mm"), "t.yaml")))
+    assert in_order(said, "Glue the board into", "Bend the tail", "Seal board", "Screw the mount down", "Plug the tail")
+    (far,) = re.findall(r"must end, or have a slot, from ([0-9.]+) mm behind the body", said)
+    layout = sitscad.lay_out(sitscad.load_text(templates.read("round_button_12mm"), "t.yaml"))
+    assert float(far) <= 1e3 * (bends(layout)[0].start - layout.body[2]) + 0.01
+    cap = in_one_line(sitscad.lay_out(sitscad.load_text(templates.read("fingertip_cell"), "t.yaml")))
+    assert in_order(cap, "Tap both holes", "Bend the tail", "Slip the cap over the finger", "Plug the tail")
+
+
+def test_a_board_out_of_a_panel_is_cut_out_before_it_is_tested():
+    spec = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml")
+    assert "coupons" not in in_one_line(sitscad.lay_out(spec))
+    said = in_one_line(sitscad.lay_out(spec.replace("fpc.panel", {"parts": [1, 2]})))
+    assert in_order(said, "cut the board out", "grasper-4layer-panel-readme.txt", "Test the bare board")
+
+
+def test_a_mount_of_the_user_s_own_has_its_height_over_the_metal_behind():
+    metal = {"material": "aluminium", "distance": "3 mm", "thickness": "4 mm"}
+    spec = sitscad.load_text(templates.read("fingertip_foil"), "t.yaml").replace(
+        {"mount": {"kind": "custom", "metal_behind": metal}})
+    said = in_one_line(sitscad.lay_out(spec))
+    assert "your own mount" in said and "3 mm above the aluminium" in said and "4 mm thick" in said

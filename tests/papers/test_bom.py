@@ -12,7 +12,9 @@ import layouts
 import pytest
 from tolerance import approx
 
+from sitscad.estimates.gluing import board_press, piece_press
 from sitscad.layout import lay_out
+from sitscad.papers import gluing
 from sitscad.papers import parts_list as bom
 from sitscad.report.page import stack_section
 from sitscad.scene.bodies import shield_heights
@@ -220,3 +222,16 @@ def test_metal_behind_is_listed_and_in_the_section_and_made_by_nobody():
 def test_finger_of_metal_is_in_the_section():
     text = templates.read("fingertip_foil").replace("size: [16, 10]}", "size: [16, 10], material: brass}")
     assert "finger, brass, 10 mm thick, cut off here" in stack_section(load_text(text))
+
+
+@pytest.mark.parametrize("name", ["round_button_12mm", "grasper_4layer", "skin_strip_6"])
+def test_the_parts_list_has_every_weight_that_the_steps_ask_for(name):
+    """The list counted the washers of the pieces' presses and left out what presses the board."""
+    spec = load_text(templates.read(name), "t.yaml")
+    listed = {row.part: row.quantity for row in bom.items(lay_out(spec), ESTIMATES)
+              if row.item in ("jig weight", "jig bar", "board weight")}
+    for mass in (*(piece_press(spec, part).mass for part in ("elastomer", "target")), board_press(spec).mass):
+        if (count := gluing.washers(mass)) is not None:
+            assert listed["washer M8, ISO 7093"] >= count
+        else:
+            assert any(gluing.grams(mass) in part for part in listed)

@@ -18,6 +18,7 @@ from sitscad.geometry.convex import Footprint
 from sitscad.geometry.path import Point
 from sitscad.papers import gluing
 from sitscad.papers.mounting import fastened, jaw_cut, pushed_out, tail_held
+from sitscad.parts.tooling import PEG
 from sitscad.scene.column import Toleranced
 from sitscad.scene.tail_path import bends
 from sitscad.spec import presets, templates
@@ -55,6 +56,24 @@ def test_the_weight_on_a_piece_presses_the_pad_by_what_the_steps_say(name):
     assert (float(mass), float(travel)) == approx((1e3 * press.mass, 1e3 * press.travel), rel=0.06)
     (volume,) = re.findall(r"Spread ([0-9.]+) mm3", said)
     assert float(volume) == approx(1e9 * spec.assembly.glue_line * physics.glued_area(spec, "target"), rel=0.05)
+
+
+@pytest.mark.parametrize("mass", [5e-3, 45e-3, 67e-3, 0.18, 0.53, 1.4, 2.1])
+def test_a_press_is_loaded_with_washers_only_as_far_as_its_peg_holds_them(mass):
+    """530 g were 85 washers, 17 cm of them on a peg of 15 mm."""
+    diameter, height = PEG
+    count, bar = gluing.washers(mass), gluing.steel_bar(mass)
+    assert (count is None) == (mass > 50e-3)
+    if count is not None:
+        assert count * gluing.WASHER_HEIGHT <= height and count * gluing.WASHER_MASS + gluing.PRESS_MASS >= mass
+        assert f"{count * 1e3 * gluing.WASHER_MASS:.0f}" and "washers" in gluing.loaded("elastomer", mass)
+        return
+    across, high = bar
+    ring = math.pi / 4.0 * (across**2 - gluing.BAR_HOLE**2)
+    assert diameter < gluing.BAR_HOLE and high <= 2.0 * across
+    assert ring * high * 7850.0 + gluing.PRESS_MASS == approx(mass, rel=1e-6)
+    said = gluing.loaded("elastomer", mass)
+    assert "washers" not in said and f"{1e3 * across:g} mm" in said and gluing.grams(mass) in said
 
 
 def test_a_press_on_a_target_without_a_pad_has_a_weight_and_presses_nothing():
