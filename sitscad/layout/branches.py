@@ -184,6 +184,29 @@ def _via_places(
     return tuple(found)
 
 
+def fold_chord(one: Line, other: Line, apart: float) -> Line | None:
+    """Return a chord from a stretch to a later one that leads back, so that both lie `apart` (m) or farther from each
+    other. None if they do so already, or if one of them is too short for the chord's end.
+
+    Notes
+    -----
+    The chord cuts off the corner in which both lines meet, equally far from it on each.
+    """
+    (ax, ay), (bx, by) = (((line.end.x - line.start.x) / line.length, (line.end.y - line.start.y) / line.length)
+                          for line in (one, other))
+    cosine, sine = ax * bx + ay * by, ax * by - ay * bx
+    if cosine >= 0.0 or abs(sine) < 1e-9 or min(one.distance(other.start), other.distance(one.end)) >= apart - 1e-9:
+        return None
+    across = other.start - one.end
+    to_corner = (across.x * by - across.y * bx) / sine
+    from_corner = (across.y * ax - across.x * ay) / sine
+    cut = apart / math.sqrt(2.0 + 2.0 * cosine)
+    back, onward = cut - to_corner, cut - from_corner
+    if back > one.length - 1e-9 or onward > other.length - 1e-9:
+        return None
+    return Line(one.end.shifted(-back * ax, -back * ay), other.start.shifted(onward * bx, onward * by))
+
+
 @record
 class Leg:
     """One track: from `begin` to the ring at `angle`, round it by `sweep` (rad, signed), and on through `finish`."""
@@ -215,7 +238,22 @@ class Leg:
         if self.sweep:
             path = path + ring.along(self.angle, self.end_angle, self.sweep > 0)
         beyond = Path(tuple(Line(start, end) for start, end in self.stretches))
-        return TrackToPlace(path + beyond, self.around.bus.width, self.layer)
+        return TrackToPlace(self._unfolded(path + beyond), self.around.bus.width, self.layer)
+
+    def _unfolded(self, path: Path) -> Path:
+        """Return a way without narrow notches, with a chord in place of each short stretch on which it turns back.
+        On the coil's own layers, chords stay outside the ring.
+        """
+        segments, apart = list(path), self.around.bus.pitch
+        is_free = self.layer not in self.around.spec.coil.layers
+        for k in range(len(segments) - 2):
+            one, short, other = segments[k : k + 3]
+            if not isinstance(one, Line) or not isinstance(other, Line) or short.length >= 2.0 * apart:
+                continue
+            chord = fold_chord(one, other, apart)
+            if chord is not None and (is_free or self.around.ring.is_outside(chord)):
+                segments[k : k + 3] = Line(one.start, chord.start), chord, Line(chord.end, other.end)
+        return Path(tuple(segments))
 
     @cached_property
     def round(self) -> float:

@@ -81,6 +81,17 @@ class Ring:
             self._known[point] = away + min(sides), away + max(sides)
         return self._known[point]
 
+    def is_outside(self, line: Line) -> bool:
+        """Whether a straight line stays outside the ring or touches it."""
+        if self.coil.outline.is_round:
+            return line.distance(self.centre) >= self.coil.size[0] / 2 + self.offset - 1e-9
+        for side in self.boundary.rotated(self.placement.rotation).shifted(*self.centre):
+            x, y = side.end - side.start
+            if all((end.x - side.start.x) * y - (end.y - side.start.y) * x >= -1e-9 * side.length
+                   for end in (line.start, line.end)):
+                return True
+        return False
+
     def along(self, start: float, end: float, ccw: bool) -> Path:
         """The way along the ring from one angle to another, either way round; empty where they are equal."""
         sweep = (end - start) % TWO_PI if ccw else -((start - end) % TWO_PI)
