@@ -205,12 +205,13 @@ copper (hkgalaxy, jselectronic, ship.ie).
 
 
 def lead_spacings(spec: SensorSpec) -> tuple[float, ...]:
-    """Gaps (m) between leads, vias and turns in the order in which they are tried: the turns' own, half way down to the
-    fabricator's least, and that.
+    """Gaps (m) between leads, vias and turns in the order in which they are tried: the turns' own, half and three
+    quarters of the way down to the fabricator's least, and that.
     """
     least = spec.fpc.rules.trace_spacing
     wanted = min(spec.coil.trace_spacing, WIDEST_GAP)
-    return (wanted, (wanted + least) / 2, least) if wanted > least + 1e-9 else (least,)
+    shares = (1.0, 0.5, 0.25, 0.0) if wanted > least + 1e-9 else (0.0,)
+    return tuple(least + share * (wanted - least) for share in shares)
 
 
 def bus_for(spec: SensorSpec, spacing: float | None = None) -> Bus:

@@ -45,7 +45,7 @@ def copper_outside(layout: sitscad.Layout) -> float:
 
 
 @pytest.mark.parametrize("body", [
-    {"shape": "circle", "size": 12}, {"shape": "circle", "size": 11.6}, {"shape": "rectangle", "size": [12, 13]},
+    {"shape": "circle", "size": 12}, {"shape": "circle", "size": 11.8}, {"shape": "rectangle", "size": [12, 13]},
     {"shape": "rounded", "size": [13, 12], "corner_radius": 4},
 ])
 def test_all_copper_keeps_its_distance_from_the_edge_of_the_outline(button, body):
@@ -90,7 +90,7 @@ def test_the_ball_in_the_root_touches_circle_and_tail():
 
 def test_a_body_too_small_is_refused_with_what_is_missing_and_one_that_holds_all(bare):
     found = refusals(bare.replace("fpc.body.size", 11e-3))
-    radius = (5.35 / math.sqrt(3) + 5.0 / 2) * 1e-3
+    radius = bare.array.pitch / math.sqrt(3) + bare.coil.size[0] / 2
     said = found["SIT135"]
     assert said.limit - said.measured == approx(radius + 0.2e-3 - 5.5e-3, rel=0.02)
     larger = float(said.hint.split("fpc.body.size: ")[1].split()[0])

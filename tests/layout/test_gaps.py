@@ -9,6 +9,7 @@ from tolerance import approx
 import sitscad
 from sitscad.formats.gerber import board
 from sitscad.layout.copper import smallest_gaps
+from sitscad.layout.lanes import lead_spacings
 from sitscad.papers import order_notes
 from sitscad.spec import templates
 
@@ -34,10 +35,19 @@ def test_leads_with_room_keep_the_spacing_of_the_turns(name):
 
 
 def test_leads_without_room_go_down_to_the_fabricators_spacing():
-    layout = laid("round_button_12mm")
+    layout = laid("jaw_5x20")
     gaps = [near.gap for near in smallest_gaps(layout).values()]
     assert not layout.shortfalls
-    assert layout.spec.fpc.rules.trace_spacing - 1 * UM < min(gaps) < layout.spec.coil.trace_spacing - 10 * UM
+    assert min(gaps) == approx(layout.spec.fpc.rules.trace_spacing, abs=1 * UM)
+
+
+@pytest.mark.parametrize("name, share", [("round_button_12mm", 0.5), ("three_axis_pad", 0.5), ("fingertip_cell", 0.25)])
+def test_leads_with_some_room_take_a_step_between_both_spacings(name, share):
+    layout = laid(name)
+    wanted, least = layout.spec.coil.trace_spacing, layout.spec.fpc.rules.trace_spacing
+    assert least + share * (wanted - least) in [approx(step, abs=1e-12) for step in lead_spacings(layout.spec)]
+    gaps = [near.gap for near in smallest_gaps(layout).values()]
+    assert min(gaps) == approx(least + share * (wanted - least), abs=1 * UM)
 
 
 @pytest.mark.parametrize("name", [*CRAMPED, "grasper_4layer"])
