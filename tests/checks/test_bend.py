@@ -18,6 +18,7 @@ from sitscad.layout.board import Pad, Role, Trace, Via
 from sitscad.papers import order_notes as fabrication_notes
 from sitscad.papers.drawings import board as board_drawing
 from sitscad.papers.drawings import stackup as stackup_drawing
+from sitscad.spec import templates
 from sitscad.spec.load import load_text
 from sitscad.units import show
 
@@ -194,3 +195,17 @@ def test_no_tail_is_tried_where_the_leads_found_no_room(advised, monkeypatch):
     monkeypatch.setattr("sitscad.layout.arrange", lambda *given, **named: tried.append(given) or layout)
     (found,) = [finding for finding in advised("SIT123", crowded, layout) if finding.key == "fpc.tail.length"]
     assert "lengthen the tail" in found.hint and tried == []
+
+
+def test_offset_that_takes_the_bends_room_is_refused_with_a_length_that_has_room(advised):
+    """The tail's way aside, its capacitors and its stiffener leave less than the bend of a tail this thick takes."""
+    text = templates.read("three_axis_grid").replace("    bend: static", "    bend: static\n    offset: -5")
+    text = re.sub(r"^  capacitor_at: .*\n", "  capacitors_on_board: chip-0402\n", text, flags=re.MULTILINE)
+    aside = load_text(text, "aside.yaml")
+    layout = lay_out(aside)
+    (found,) = [each for each in advised("SIT123", aside, layout) if each.severity is Severity.ERROR]
+    begin, end = layout.bend_zone
+    assert found.key == "fpc.tail.length" and end - begin < bend_length(aside.fpc) == approx(found.limit, abs=0)
+    length = float(re.search(r"fpc.tail.length: ([\d.]+) mm", found.hint).group(1)) * MM
+    longer = aside.replace("fpc.tail.length", length)
+    assert all(each.severity is not Severity.ERROR for each in advised("SIT123", longer, lay_out(longer)))
