@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from sitscad.estimates.response.values import Response
     from sitscad.estimates.scatter import Scatter
     from sitscad.layout.board import Layout
-    from sitscad.layout.escape import SearchLimit
     from sitscad.layout.panel import Panel
+    from sitscad.layout.routing.escape import SearchLimit
     from sitscad.scene.bodies import Body
     from sitscad.scene.motions import Motions
 

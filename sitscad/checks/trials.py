@@ -30,7 +30,7 @@ from sitscad.fixes.search import (
     winding_work,
 )
 from sitscad.layout.board import Layout
-from sitscad.layout.escape import SearchLimit
+from sitscad.layout.routing.escape import SearchLimit
 from sitscad.spec.format.reading import SpecError
 from sitscad.spec.load import load_text
 from sitscad.spec.resolver.coils import least_scale

@@ -16,8 +16,8 @@ from sitscad.finding import Edit, Missing
 from sitscad.fixes.search import Fix, setting
 from sitscad.geometry.convex import Footprint
 from sitscad.geometry.shapes import LONG_PLATE
-from sitscad.layout.branches import least_closing
 from sitscad.layout.clearance import hole_keep_out, joined_hole
+from sitscad.layout.routing.branches import least_closing
 from sitscad.layout.windings import wind_all
 from sitscad.spec import presets
 from sitscad.spec.circuit import Plating

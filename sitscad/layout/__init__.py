@@ -14,10 +14,10 @@ from sitscad.geometry.shapes import SKETCHED
 from sitscad.layout.bending import stiffener
 from sitscad.layout.board import Capacitor, Coil, Layout, LeadPair, Pad, Role, Stiffener, Trace, Via, Winding
 from sitscad.layout.clearance import SLACK, Breadth, Obstacles, TrackToPlace, ViaToPlace
-from sitscad.layout.escape import Escape, SearchLimit
 from sitscad.layout.lanes import Bus, bus_for, lead_spacings
 from sitscad.layout.outline import BodyExtent, body_of, far_end, lack, least_x, openings, outline
-from sitscad.layout.routes import (
+from sitscad.layout.routing.escape import Escape, SearchLimit
+from sitscad.layout.routing.routes import (
     Routing,
     boards,
     body_frame,

@@ -30,7 +30,7 @@ from sitscad.estimates.winding.losses import SCREENING
 from sitscad.finding import Finding, NotChecked, Severity
 from sitscad.inspection import as_configured
 from sitscad.layout import sketch
-from sitscad.layout.routes import in_line
+from sitscad.layout.routing.routes import in_line
 from sitscad.opening import policy_for, processes, processors
 from sitscad.parts import MissingExtra
 from sitscad.policy import Policy

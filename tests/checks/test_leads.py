@@ -12,7 +12,7 @@ from sitscad.estimates import estimate
 from sitscad.finding import Severity
 from sitscad.fixes.moves import fewer_turns, more_turns, whole_turns
 from sitscad.layout import lay_out
-from sitscad.layout.branches import drawn_closing, least_closing
+from sitscad.layout.routing.branches import drawn_closing, least_closing
 from sitscad.spec.load import load_text
 
 from .conftest import design

@@ -20,7 +20,7 @@ from sitscad.fixes.search import Budget, Fix
 from sitscad.geometry.path import Point, polyline
 from sitscad.layout import _attempt, lay_out
 from sitscad.layout.clearance import Breadth, Obstacles, TrackToPlace, ViaToPlace
-from sitscad.layout.escape import BUDGET, SearchLimit, _Search
+from sitscad.layout.routing.escape import BUDGET, SearchLimit, _Search
 from sitscad.spec import presets
 from sitscad.spec.load import load_text
 

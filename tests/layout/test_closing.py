@@ -12,7 +12,7 @@ from sitscad.estimates.circuit import leads
 from sitscad.estimates.circuit.leads import estimate_leads
 from sitscad.estimates.winding.methods import choose_method, winding_geometry
 from sitscad.layout import lay_out
-from sitscad.layout.branches import closing_cost, closing_turns, drawn_closing, least_closing
+from sitscad.layout.routing.branches import closing_cost, closing_turns, drawn_closing, least_closing
 from sitscad.spec.load import load_text
 
 FAR = 0.1

@@ -7,9 +7,9 @@ from tolerance import approx
 
 from sitscad.geometry.path import Line, Point, polar
 from sitscad.layout import lay_out
-from sitscad.layout.branches import fold_chord
 from sitscad.layout.copper import conductor_notches, copper_of
 from sitscad.layout.lanes import Ring
+from sitscad.layout.routing.branches import fold_chord
 from sitscad.spec.coil import CoilPlacement
 from sitscad.spec.load import load_text
 

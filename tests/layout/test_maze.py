@@ -16,10 +16,10 @@ from sitscad.geometry.path import Line, Point, polyline
 from sitscad.layout import routes
 from sitscad.layout.board import Role
 from sitscad.layout.clearance import Breadth, TrackToPlace, ViaToPlace
-from sitscad.layout.escape import BUDGET, LOST, SearchLimit
 from sitscad.layout.lanes import Ring, bus_for, rows_of_lanes
-from sitscad.layout.maze import Ground, Lattice, Maze, spread
-from sitscad.layout.routes import front_of, route_freely
+from sitscad.layout.routing.escape import BUDGET, LOST, SearchLimit
+from sitscad.layout.routing.maze import Ground, Lattice, Maze, spread
+from sitscad.layout.routing.routes import front_of, route_freely
 from sitscad.layout.windings import wind_all
 from sitscad.spec.coil import CoilPlacement
 from sitscad.spec.load import load_text

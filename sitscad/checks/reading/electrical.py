@@ -32,8 +32,8 @@ from sitscad.estimates.circuit.tank import neighbour_values, preferred_values
 from sitscad.finding import Severity
 from sitscad.fixes.moves import capacitor, other_start_angles, whole_turns
 from sitscad.fixes.search import Fix, Left, first_that_mends, first_tried, setting
-from sitscad.layout.branches import drawn_closing, least_closing
 from sitscad.layout.lanes import Ring
+from sitscad.layout.routing.branches import drawn_closing, least_closing
 from sitscad.scene.state import FREE
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show

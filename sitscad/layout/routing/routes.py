@@ -9,11 +9,11 @@ from itertools import chain, islice, product
 from typing import TYPE_CHECKING, Any
 
 from sitscad.geometry.path import Point
-from sitscad.layout.branches import BranchGround, OuterEnd
 from sitscad.layout.clearance import Breadth, Obstacles, TrackToPlace, hole_keep_out, joined_hole, via_room
-from sitscad.layout.escape import SPARED, TRIALS_OF_A_WAVE, Escape, Joined, SearchLimit, escape
 from sitscad.layout.lanes import Bus, Exit, Lane, Ring, assign_lanes, exits, lane_height, rows_of_lanes
 from sitscad.layout.outline import body_breadth, breadth_of, edge_of_body, ends, far_end, given_box, roots, walls
+from sitscad.layout.routing.branches import BranchGround, OuterEnd
+from sitscad.layout.routing.escape import SPARED, TRIALS_OF_A_WAVE, Escape, Joined, SearchLimit, escape
 from sitscad.layout.tail_frame import TailFrame, frame, pair_height, turn_lag
 from sitscad.layout.tail_tracks import Run, runs, stretched, ways_down
 from sitscad.layout.windings import WoundCoil
@@ -22,7 +22,7 @@ from sitscad.spec.presets import connector
 from sitscad.spec.sensor import SensorSpec
 
 if TYPE_CHECKING:
-    from sitscad.layout.maze import Lattice
+    from sitscad.layout.routing.maze import Lattice
 
 
 @record
@@ -295,7 +295,7 @@ class _Mazes:
         self, ground: tuple[Bus, Breadth, TailFrame], lanes: tuple[Lane, ...]
     ) -> tuple[_BoardToRoute, TailFrame, _WayOut]:
         """A board, its tail, and how a coil is led out on it through a maze."""
-        from sitscad.layout.maze import Ground, Maze  # coils in one line go without
+        from sitscad.layout.routing.maze import Ground, Maze  # coils in one line go without
 
         tail = ground[2]
         given = walls(self.spec, tail)
@@ -333,7 +333,7 @@ def _free_ways(
     spec: SensorSpec, bus: Bus, wound: tuple[WoundCoil, ...], front: float, searches: SearchLimit
 ) -> Iterator[Routing]:
     """Boards on which all coils are led out, narrow ones and likely orders first."""
-    from sitscad.layout.maze import Lattice
+    from sitscad.layout.routing.maze import Lattice
 
     placements = spec.array.placements
     grounds = []

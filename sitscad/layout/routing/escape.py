@@ -18,7 +18,9 @@ import numpy as np
 
 from sitscad.arrays import Array
 from sitscad.geometry.path import TWO_PI, Point, polyline
-from sitscad.layout.branches import (
+from sitscad.layout.clearance import Obstacles, TrackToPlace, ViaToPlace
+from sitscad.layout.lanes import BENT_BACK, Exit, straightness
+from sitscad.layout.routing.branches import (
     Branch,
     BranchGround,
     BranchTable,
@@ -30,8 +32,6 @@ from sitscad.layout.branches import (
     counted,
     least_closing,
 )
-from sitscad.layout.clearance import Obstacles, TrackToPlace, ViaToPlace
-from sitscad.layout.lanes import BENT_BACK, Exit, straightness
 from sitscad.record import record
 
 TRIALS_OF_A_WAVE = 50  # What it takes to find the ways through the array to one coil, in trials
