@@ -126,6 +126,27 @@ def narrower(spec: SensorSpec, by: float) -> Iterator[Fix]:
         yield _besides((size,), fix, coil.most_turns)
 
 
+def smaller_coils(spec: SensorSpec, by: float, keeps_length: bool = False) -> Fix:
+    """Coils smaller by so much (m), their gaps kept: with the turns of now, or fewer for the vias inside. A long coil
+    becomes only narrower if it ``keeps_length``.
+    """
+    coil = spec.coil
+    if keeps_length and coil.outline.is_long:
+        size = (coil.size[0], coil.size[1] - by)
+        small = Fix((Edit("coil.outer_diameter", f"[{_mm(size[0])}, {_mm(size[1])}]"),),
+                    replace(spec, coil=replace(coil, size=size)))
+    else:
+        small = larger_coils(spec, -by)
+    if min(small.spec.coil.size) <= 2.0 * coil.trace_width:
+        return Fix((), spec)
+    room = coil.most_turns - by / 2.0 / coil.pitch
+    for fewer in fewer_turns(small.spec, room, 0):
+        if inner_vias_fit(fewer.spec):
+            turned = (edit for edit in fewer.edits if fewer.spec.coil.most_turns != coil.most_turns)
+            return small.with_also(Fix(tuple(turned), fewer.spec))
+    return small
+
+
 def _besides(edits: tuple[Edit, ...], turned: Fix, turns: float) -> Fix:
     """Return a fix with `edits` and the edits of `turned`, without its edit of the turns if they remain `turns`.
 
@@ -404,7 +425,7 @@ def coils_apart(spec: SensorSpec, by: float) -> Fix:
 
 
 def _said(edit: Edit, by: float) -> str:
-    return f"{edit.key}: {edit.new} ({by * 1e6:.0f} um more)"
+    return f"{edit.key}: {edit.new} ({abs(by) * 1e6:.0f} um {'more' if by > 0.0 else 'less'})"
 
 
 def _mm(length: float) -> str:

@@ -460,6 +460,17 @@ def test_what_takes_less_of_rp_away_is_not_there_already(judge, design, estimate
         assert ("shield.gap" in found.hint) is ("a larger shield.gap" in said)
 
 
+@pytest.mark.parametrize(("free", "is_named"), [(413.0, False), (900.0, True)])
+def test_more_distance_is_named_only_where_the_coil_alone_keeps_the_limit(free, is_named, judge, design, estimates):
+    """A thicker pad was named to a coil that has too little Rp in free air."""
+    spec = design(shield=None)
+    numbers = estimates(spec, resistances={"free": free, "rest": 330.0, "pressed": 314.0}, drive_code=31)
+    for rule in ("SIT203", "SIT204"):
+        (found,) = (f for f in judge(rule, spec, None, numbers) if f.severity is not Severity.NOTE)
+        words = ("a thicker elastomer", "mount.standoff", "more distance from the")
+        assert any(each in found.hint for each in words) is is_named, found.hint
+
+
 @pytest.mark.parametrize("rule", ["SIT201", "SIT203", "SIT204"])
 def test_hints_speak_of_no_metal_that_a_spec_does_not_have(rule, judge, design, estimates) -> None:
     """They spoke of a jaw to a coil on the bench, and of a target to one without."""

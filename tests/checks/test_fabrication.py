@@ -447,6 +447,28 @@ def test_what_several_changes_did_is_said_once():
     assert said == "a: 1, b: 1 (then SIT203 fails); a: 2 (then SIT203, SIT204 fail)"
 
 
+def test_a_waiver_of_loop_lines_is_told_how_to_be_stated():
+    """A new user asked the fabricator, and did not find where to write the answer."""
+    text = "sitscad: 1\nname: a\ncoil: {shape: circle, outer_diameter: 9, turns: 12, layers: 2, %s}\n%s"
+    lines = "trace_width: 120 um, trace_spacing: 160 um"
+    (found,) = (f for f in check(load_text(text % (lines, ""), "a.yaml")).findings if f.rule == "SIT103")
+    (rules,) = re.findall(r"fpc\.rules: ({based_on: [^}]*})", found.hint)
+    assert "coil_trace_spacing" not in rules
+    stated = load_text(text % (lines, f"fpc: {{rules: {rules}}}\n"), "a.yaml")
+    assert not [f for f in check(stated).findings if f.rule == "SIT103"]
+
+
+@pytest.mark.slow
+def test_wider_tracks_that_mend_nothing_say_what_fails():
+    text = """sitscad: 1
+name: a
+coil: {shape: circle, outer_diameter: 4, turns: 5.5, layers: 4, trace_width: 0.1, trace_spacing: 0.1}
+fpc: {rules: generic-fine}
+"""
+    found = [f for f in check(load_text(text, "a.yaml"), hints="full").findings if f.rule == "SIT103"]
+    assert found and all("in vain" in f.hint and "SIT203" in f.hint for f in found)
+
+
 def test_loop_lines_are_those_of_the_coils_copper(judge, good):
     found = judge("SIT103", good[0])
     assert [f.limit for f in found] == approx([203.2e-6] * 2, rel=1e-6)

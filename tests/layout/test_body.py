@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import shapely
+import yaml
 from tolerance import approx
 
 import sitscad
@@ -107,6 +108,27 @@ def test_a_largest_outline_is_a_requirement_however_the_body_comes_about(bare):
     corner = math.hypot(x / 2 - 0.5e-3, y / 2 - 0.5e-3) + 0.5e-3  # of corners rounded by 0.5 mm
     assert said.measured == approx(corner - 6e-3, rel=0.1)
     assert "fpc.body: {shape: circle, size: 12} holds" in said.hint
+
+
+def test_a_long_coil_too_wide_for_the_largest_outline_is_narrowed_and_unwound():
+    """A strip 3 mm wide was told "smaller coils" and no size: narrower, its vias had no room inside."""
+    spec = sitscad.load_text(STRIP)
+    found = refusals(spec, "full")["SIT136"]
+    edits = {edit.key: edit.new for edit in found.fixes[0].edits}
+    length, width = yaml.safe_load(edits["coil.outer_diameter"])
+    assert length == 30 and 2.0 < width < 2.6 and float(edits.get("coil.turns", 5)) <= 5
+    changed = spec.source.text.replace("[30, 2.6]", edits["coil.outer_diameter"])
+    changed = changed.replace("turns: 5", f"turns: {edits.get('coil.turns', 5)}")
+    mended = sitscad.lay_out(sitscad.load_text(changed))
+    assert not mended.shortfalls and mended.body_size[1] <= 3e-3
+
+
+STRIP = """
+sitscad: 1
+name: strip
+coil: {shape: racetrack, outer_diameter: [30, 2.6], turns: 5, layers: 2, trace_width: 0.076, trace_spacing: 0.076}
+fpc: {rules: generic-fine, largest: {shape: rectangle, size: [34, 3]}, tail: {length: 20}}
+"""
 
 
 def dxf(tmp_path: Path, draw, version: str = "R2013") -> bytes:

@@ -7,14 +7,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import combinations, islice
+from itertools import combinations
 
 from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, rule_of
 from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Place, Severity
 from sitscad.fixes.moves import finer_fabricators, plated_in_holes_alone, wider
-from sitscad.fixes.search import Fix, Left, first_or_vain, first_that_mends
+from sitscad.fixes.search import Fix, Left, first_or_vain, first_that_mends, in_vain
 from sitscad.layout.panel import FEWEST_BRIDGES, bridges, is_wanted, least_size, narrower_bridge
 from sitscad.spec import presets
 from sitscad.spec.circuit import MASK, LayerKind, Stackup
@@ -245,7 +245,8 @@ def loop_lines(design: Design) -> Iterator[Verdict]:
             yield Violation(
                 f"{word} in the coil is {show(value, 'm')}; for coiled tracks {house(rules, f'coil_{field}')} asks "
                 f"{show(smallest, 'm')}{copper}",
-                f"{WAIVER}, or widen tracks and gaps, which takes turns and lowers L and Rp (see SIT201 and SIT203)",
+                f"{_waiver(design.spec)}; or widen tracks and gaps, which takes turns and lowers L and Rp (see SIT201 "
+                "and SIT203)",
                 f"coil.{field}", value, smallest, "m", Severity.ERROR if binds else Severity.WARNING,
                 source_of(rules, f"coil_{field}"),
                 advice=partial(_waived if binds else _hardly_widened, design.spec, f"coil_{field}"),
@@ -295,19 +296,39 @@ def _finer(houses: Sequence[Fix]) -> str:
 
 
 def _hardly_widened(spec: SensorSpec, field: str, left: Left) -> str:
-    """Tracks and gaps as a rule asks that only warns, where the coil has room for that with all its turns."""
+    """Tracks and gaps as a rule asks that only warns, with all turns where the coil has room for them; where much may
+    be tried, with fewer turns, too.
+    """
     rules = spec.fpc.rules
-    widths = (rules.coil_trace_width or 0.0, rules.coil_trace_spacing or 0.0)
-    fixes = islice(wider(spec, *widths), 1)
-    found = first_that_mends((fix for fix in fixes if fix.spec.coil.turns == spec.coil.turns), left)
-    widened = "" if found is None else f"{found.words} keeps all turns{TRIED}"
+    fixes = list(wider(spec, rules.coil_trace_width or 0.0, rules.coil_trace_spacing or 0.0))
+    all_turns = [fix for fix in fixes[:1] if fix.spec.coil.turns == spec.coil.turns]
+    found, widened = first_that_mends(all_turns, left), ""
+    if found is not None:
+        widened = f"{found.words} keeps all turns{TRIED}"
+    elif left.wants_another() and (found := first_that_mends(fixes, left)) is not None:
+        widened = f"{found.words}{TRIED}"
     known = [words for words in (widened, _as_foil(spec, field, left)) if words]
-    return _once("; or ".join((*known, WAIVER))) if known else ""
+    if not known and left.is_cut_short:
+        return ""
+    vain = "" if widened or not fixes else f"; wider tracks were tried in vain: {in_vain(fixes, left)}"
+    return _once("; or ".join((*known, _waiver(spec)))) + vain
 
 
 def _waived(spec: SensorSpec, field: str, left: Left) -> str:
     widened = _widened(spec, field, left)
-    return f"{WAIVER}, or {widened}" if widened else ""
+    return f"{_waiver(spec)}, or {widened}" if widened else ""
+
+
+def _waiver(spec: SensorSpec) -> str:
+    """Words for a waiver of the fabricator's minimum for coils, and how the spec states it once it is confirmed."""
+    coil, rules = spec.coil, spec.fpc.rules
+    figures = ", ".join(
+        f"coil_{field}: {show(getattr(coil, field), 'm', 6)}" for field in ("trace_width", "trace_spacing")
+        if getattr(coil, field) < (getattr(rules, f"coil_{field}") or 0.0) - ROUNDING
+    )
+    is_preset = rules.name in presets.names("rules")
+    stated = f"fpc.rules: {{based_on: {rules.name}, {figures}}}" if is_preset else f"{figures} in fpc.rules"
+    return f"{WAIVER}; once it is confirmed, write {stated}"
 
 
 ALIKE = 0.1

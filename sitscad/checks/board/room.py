@@ -14,9 +14,10 @@ from sitscad.design import Design
 from sitscad.finding import Missing, Place, Shortfall
 from sitscad.fixes import moves
 from sitscad.fixes.moves import fewer_turns
-from sitscad.fixes.search import Left, first_that_mends, setting, tried, winding_work
+from sitscad.fixes.search import Fix, Left, first_that_mends, setting, tried, winding_work
 from sitscad.geometry.convex import beyond
 from sitscad.geometry.path import bounding_box
+from sitscad.layout.board import Layout
 from sitscad.scene.stack import ground
 from sitscad.spec.circuit import BodySpec
 from sitscad.spec.sensor import SensorSpec
@@ -186,33 +187,49 @@ def _holds(left: Left, changed: SensorSpec) -> bool:
 
 def within_largest(design: Design) -> Iterator[Verdict]:
     """The body, wherever it is laid, lies in the largest outline; one that is drawn has its place about the coils."""
-    spec, largest, body = design.spec, design.spec.fpc.largest, ground(design.layout)
+    spec, largest = design.spec, design.spec.fpc.largest
     if largest is None:
         return
-    (x0, y0, x1, y1), (x, y) = bounding_box([body]), spec.array.middle
-    if largest.shape != "dxf":
-        x, y = (x0 + x1) / 2, (y0 + y1) / 2
-    over = max(beyond(largest.edge.shifted(x, y), point) for point in body.flattened(1e-6))
+    over, (x0, y0, x1, y1) = _beyond_largest(design.layout), bounding_box([ground(design.layout)])
     if over > ROUNDING:
+        nearer = ", or coils nearer to each other, make" if len(spec.array.placements) > 1 else " make"
         yield Violation(
             f"the body, {show(x1 - x0, 'm')} x {show(y1 - y0, 'm')}, reaches {show(over, 'm')} beyond the largest "
             f"outline that is asked for ({largest.written})",
-            "smaller coils, or coils nearer to each other, make a smaller body; a body of that outline (fpc.body) is "
-            "refused with what has no room in it", "fpc.largest", over, 0.0, "m",
-            advice=partial(_fitting, spec, largest),
+            f"smaller coils{nearer} a smaller body; a body of that outline (fpc.body) is refused with what has no room "
+            "in it", "fpc.largest", over, 0.0, "m",
+            advice=lambda left: _fitting(spec, largest, over, (x1 - x0, y1 - y0), left),
         )
 
 
-def _fitting(spec: SensorSpec, largest: BodySpec, left: Left) -> str:
-    """The largest outline as the body's own, with the coils as they are or the least smaller that fit."""
+def _beyond_largest(layout: Layout) -> float:
+    """How far (m) the body of a layout reaches beyond the largest outline that its spec asks for."""
+    largest, body = layout.spec.fpc.largest, ground(layout)
+    assert largest is not None
+    (x0, y0, x1, y1), (x, y) = bounding_box([body]), layout.spec.array.middle
+    if largest.shape != "dxf":
+        x, y = (x0 + x1) / 2, (y0 + y1) / 2
+    return max(beyond(largest.edge.shifted(x, y), point) for point in body.flattened(1e-6))
+
+
+def _fitting(spec: SensorSpec, largest: BodySpec, over: float, have: tuple[float, float], left: Left) -> str:
+    """The largest outline as the body's own, with the coils as they are or the least smaller that fit, tried."""
     as_asked = setting(replace(spec, fpc=replace(spec.fpc, margin=(0.0, 0.0))), "fpc.body", largest, largest.written)
     if _holds(left, as_asked.spec):
         return f"{as_asked.words} holds coils and leads{tried(as_asked, left)}"
-    found = moves.least(as_asked.spec, lambda of, by: moves.larger_coils(of, -by), partial(_holds, left), GRAIN,
-                        left.wants_another)
+    keeps_length = largest.size is not None and have[0] <= largest.size[0] + ROUNDING
+
+    def smaller(of: SensorSpec, by: float) -> Fix:
+        return moves.smaller_coils(of, by, keeps_length)
+
+    found = moves.least(as_asked.spec, smaller, partial(_holds, left), max(GRAIN, over), left.wants_another)
     if found is None:
         return ""
-    return f"it would hold smaller coils: {found[1].words} together with {as_asked.words}"
+    alone = smaller(spec, found[0])
+    layout = left.drawn(alone.spec)
+    is_enough = layout is not None and not layout.shortfalls and _beyond_largest(layout) <= ROUNDING
+    fix = alone if is_enough else as_asked.with_also(found[1])
+    return f"smaller coils fit: {fix.words}{tried(fix, left)}"
 
 
 def _room_at_contacts(design: Design, plain: Violation, left: Left) -> str:

@@ -8,6 +8,7 @@ from dataclasses import replace
 from sitscad.checks.reading.readings import (
     Reading,
     in_sigmas,
+    is_short_alone,
     more_distance,
     near_limit,
     readings_of,
@@ -190,7 +191,11 @@ def _weak_advice(design: Design, smallest: Reading) -> str:
     own = [r.value for r in values if r.coil == smallest.coil]
     most = max(values, key=lambda r: r.value)
     if _code(design, smallest) == len(design.converter.drive_currents) - 1:
-        return f"R_P, {show(min(own), 'ohm', 3)}, is too low even for the strongest drive: {distance}"
+        # the amplitude is the drive's current times R_P
+        asked = min(own) * design.converter.limit("amplitude_optimum_min") / smallest.value
+        is_short = is_short_alone(design, smallest, "parallel_resistance", asked)
+        ways = "more turns, or a larger coil: alone in free air it is short, too" if is_short else distance
+        return f"R_P, {show(min(own), 'ohm', 3)}, is too low even for the strongest drive: {ways}"
     within, between = max(own) / min(own), most.value / max(own)
     if between <= within:
         return (

@@ -13,6 +13,7 @@ from sitscad.checks.reading.readings import (
     Reading,
     failed_states,
     in_sigmas,
+    is_short_alone,
     larger_capacitor,
     more_copper,
     more_distance,
@@ -63,7 +64,7 @@ def inductance_floor(design: Design) -> Iterator[Verdict]:
                               "a few more turns make it safe, where the coil has room for them", "coil.turns")
         return
     growth = floor / max(worst.value, 0.01 * floor)  # a coarse state can come out near or below zero
-    away = more_distance(design.spec) if worst.state != FREE else ""
+    away = "" if is_short_alone(design, worst, "inductance", floor) else more_distance(design.spec)
     less = f"; {away} takes less of it away" if away else ""
     found = Violation(
         f"the inductance of {where(worst)} is {show(worst.value, 'H')}; below {show(floor, 'H')} the converter cannot "
@@ -140,7 +141,7 @@ def parallel_resistance(design: Design) -> Iterator[Verdict]:
         needs = f"the strongest {strong}drive needs {show(design.converter.limit(name), 'ohm')}"
     asked, growth = design.converter.limit(name), (specified / worst.value) ** (1.0 / 3.0)
     grows = "R_P = (omega L)^2 / R grows with about the cube of turns and layers"
-    away = _distance_advice(design.spec, worst)
+    away = _distance_advice(design, worst, "parallel_resistance", asked)
     yield Violation(
         f"the parallel resistance of {where(worst)} is {show(worst.value, 'ohm', 3)}; {needs}",
         f"{grows}: more of them, a larger coil or a finer pitch; {away}", "coil.layers", worst.value, asked, "ohm",
@@ -158,7 +159,7 @@ def quality_factor(design: Design) -> Iterator[Verdict]:
         yield Violation(
             f"the quality factor of {where(worst)} is {worst.value:.3g}; below {floor:g} the frequency follows losses, "
             "too", "a smaller capacitor (higher frequency), wider or thicker tracks, or more turns; "
-            f"{_distance_advice(design.spec, worst)}", "coil.trace_width", worst.value, floor,
+            f"{_distance_advice(design, worst, 'quality_factor', floor)}", "coil.trace_width", worst.value, floor,
             detail=joined(other_states(design, worst, "quality_factor", ""),
                           "the limit is a rule of thumb, unverified"),
         )
@@ -222,8 +223,11 @@ def capacitor_sold(design: Design) -> Iterator[Verdict]:
     )
 
 
-def _distance_advice(spec: SensorSpec, worst: Reading) -> str:
-    """How less of the inductance is taken away by metal, in words."""
+def _distance_advice(design: Design, worst: Reading, attribute: str, limit: float) -> str:
+    """How less of the inductance is taken away by metal, in words; that it is not enough if the coil alone is short."""
+    spec = design.spec
+    if worst.state != FREE and is_short_alone(design, worst, attribute, limit):
+        return "more distance from metal does not mend it, for the coil alone in free air is short of it, too"
     has_metal = spec.metal is not None
     is_apart = spec.mount is not None and spec.mount.metal_behind is not None
     key = "mount.metal_behind.distance" if is_apart else "mount.standoff"

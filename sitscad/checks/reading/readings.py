@@ -90,6 +90,13 @@ def more_distance(spec: SensorSpec) -> str:
     return f"more distance from the {' and the '.join(names)}" if names else ""
 
 
+def is_short_alone(design: Design, worst: Reading, attribute: str, limit: float) -> bool:
+    """Whether the coil of a reading misses a lower limit in free air, too, so that no distance from metal mends it."""
+    return any(
+        each.coil == worst.coil and each.state == FREE and each.value < limit for each in readings_of(design, attribute)
+    )
+
+
 def near_limit(
     reading: Reading | None, limit: float, unit: str, words: str, hint: str, key: str
 ) -> Iterator[Violation]:
