@@ -193,30 +193,40 @@ AS_WRITTEN = tuple(1e-3 * t for t in (0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.2, 1.5, 2.
 
 
 def best_thickness(spec: SensorSpec, left: Left, passes: Callable[[SensorSpec], bool]) -> str:
-    """The thickness of the pad with which the reading changes most over the required force and no other rule fails, and
-    how many times as much: a thinner pad brings the target nearer, a thicker one gives way more, so that there is one
-    best. Nothing where none is better by enough, or the search may not be long. A thicker one has to be one that
-    `passes` the port, also where the spec as it stands does not: then no rule fails that had not failed.
+    """The pad's thickness with which the reading changes most over the required force and no other rule fails, and how
+    many times as much. Where little may be tried, the better of the next thinner and the next thicker pad.
+
+    A thinner pad brings the target nearer, a thicker one gives way more, so that there is one best. A thicker pad has
+    to be one that `passes` the port, also where the spec as it stands does not: then no rule fails that had not failed.
+    Empty if nothing was tried.
     """
-    pad, here = spec.elastomer, left.share(spec)
-    if pad is None or not here or not left.wants_another():
+    pad, here, is_long = spec.elastomer, left.share(spec), left.wants_another()
+    if pad is None or not here:
         return ""
-    best, most = None, MORE * here
+    best, most, was_tried = None, NAMED * here, False
     thinner, thicker = ([t for t in AS_WRITTEN if way * (t - pad.thickness) > 1e-6] for way in (-1.0, 1.0))
     for steps in (thinner[::-1], thicker):
         before = here
-        for fix in (_as_thick(spec, thickness) for thickness in steps):
+        if best is not None and not is_long:
+            break
+        for fix in (_as_thick(spec, thickness) for thickness in (steps if is_long else steps[:1])):
             if steps is thicker and not passes(fix.spec):
                 break
             broken = left(fix)
+            was_tried = was_tried or broken is not None
             there = 0.0 if broken is None or set(broken) - SIGNAL_RULES else left.share(fix.spec) or 0.0
             if there < before:
                 break  # from there on it falls, or something fails
             best, most, before = (fix, there, there) if there > most else (best, most, there)
     if best is None:
-        return ""
-    return f"{best.words} gives {most / here:.2g} times the signal, more than any other{_brought(best, left)} (tried)"
+        return "no other thickness gives more (tried)" if is_long and was_tried else ""
+    others = ", more than any other" if is_long else ""
+    digits = 2 if most > 1.1 * here else 3
+    return f"{best.words} gives {most / here:.{digits}g} times the signal{others}{_brought(best, left)} (tried)"
 
+
+NAMED = 1.02
+"""Times the signal from which on another thickness of the pad is named."""
 
 SIGNAL_RULES = {"SIT215", "SIT217"}
 """The rules that ask for more signal."""

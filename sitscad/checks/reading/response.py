@@ -31,10 +31,11 @@ from sitscad.fixes.pads import (
     cut_to_target,
     more_by_metal,
     more_by_narrower,
+    other_silicones,
     smaller_targets,
     wider_arrays,
 )
-from sitscad.fixes.search import Left, first_tried
+from sitscad.fixes.search import Left, first_that_mends, first_tried
 from sitscad.record import record
 from sitscad.scene.fit import passes_port
 from sitscad.scene.state import PRESSED, REST
@@ -294,11 +295,16 @@ def small_signal(design: Design) -> Iterator[Verdict]:
 
 
 def _more(design: Design, left: Left, otherwise: str) -> str:
-    # Another metal of the target, else another thickness of the pad, and a pad no wider than the target before what
-    # else makes more signal, where trying finds one.
+    # Another metal of the target, else another thickness of the pad, a softer silicone, and a pad no wider than the
+    # target before what else makes more signal, where trying finds one.
     # the best thickness is another one for each metal
-    found = more_by_metal(design.spec, left) or best_thickness(design.spec, left, partial(passes_port, design.layout))
-    return joined(found, more_by_narrower(design.spec, left), otherwise)
+    spec, is_long = design.spec, left.wants_another()
+    metal, narrower = more_by_metal(spec, left), more_by_narrower(spec, left)
+    is_asked = not metal and (is_long or not narrower)
+    thickness = best_thickness(spec, left, partial(passes_port, design.layout)) if is_asked else ""
+    softer = first_that_mends(other_silicones(spec, True), left) if is_long else None
+    mended = "" if softer is None else f"{softer.words} mends it (tried)"
+    return joined(metal or thickness, mended, narrower, otherwise)
 
 
 def _more_signal(spec: SensorSpec) -> str:
