@@ -18,6 +18,7 @@ from sitscad.fixes.pads import other_metals, other_silicones, other_thicknesses,
 from sitscad.fixes.search import first_tried
 from sitscad.readout.figures import source_in_all
 from sitscad.record import record, replace
+from sitscad.spec.format.reading import RULE_TEXTS
 from sitscad.units import show
 
 if TYPE_CHECKING:
@@ -59,7 +60,8 @@ def judged(
         slower = slower_scans(design.spec, 1.1 * most.value / asked) if slows else ()
         ways = (slower, other_metals(design.spec), other_silicones(design.spec, is_softer=True),
                 other_thicknesses(design.spec))
-        yield replace(found, message=f"{words}; {told} is required", advice=first_tried(list(map(list, ways))))
+        advice = first_tried(list(map(list, ways)), RULE_TEXTS[rule]["mend"].rstrip("."))
+        yield replace(found, message=f"{words}; {told} is required", advice=advice)
     elif nearly is not None and (1.0 + nearly[1]) * most.value > asked:
         yield replace(
             found, message=f"{nearly[0]} comes to {show(most.value, unit, 3)} ({most.axis}, {most.at}) where {told} is "

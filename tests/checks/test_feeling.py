@@ -61,6 +61,18 @@ def test_a_requirement_is_missed_or_met(bench, rule_id):
     assert _judged(rule_id, bench, **met) == ([], [])
 
 
+def test_a_requirement_that_no_change_meets_keeps_the_rule_s_advice():
+    """A drift was answered with what was tried in vain, and no longer with a tare or a reference coil."""
+    spec = sitscad.load_text("""
+    {sitscad: 1, name: a, coil: {shape: circle, outer_diameter: 10, turns: 8, layers: 2, trace_width: 0.2,
+     trace_spacing: 0.2}, target: {size: 10}, elastomer: {size: 10, thickness: 2},
+     requirements: {normal_force: 5 N, temperature_range: [15, 35], temperature_error: 1 mN}}
+    """, "a.yaml")
+    (found,) = (f for f in sitscad.check(spec, hints="full").findings if f.rule == "SIT406")
+    (rule,) = (rule for rule in RULES if rule.id == "SIT406")
+    assert found.hint.startswith(rule.mend.rstrip(".")) and "in vain" in found.hint and not found.fixes
+
+
 def test_what_is_reached_stands_beside_what_is_asked(bench):
     """A resolution that passed was silent."""
     wanted = {"tilt": 0.05, "tilt_error": 1.0, "normal_resolution": 0.1, "crosstalk": 0.5}
