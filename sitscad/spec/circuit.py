@@ -437,7 +437,8 @@ class FpcSpec(Section):
         "outline of the body; a rectangle as large as coils, leads, margin and jaw make it if left out", None,
     )
     largest: BodySpec | None = key(
-        Part(BodySpec), "outline in which the body has to lie, however it comes about: a requirement (SIT136)", None
+        Part(BodySpec),
+        "outline in which the board's body (its mount may be larger) has to lie: a requirement (SIT136)", None,
     )
     teardrops: str = key(
         Choice(("auto", "none")), "auto: tracks widen towards vias and contacts wherever the rules leave room", "auto"

@@ -110,6 +110,15 @@ def test_a_largest_outline_is_a_requirement_however_the_body_comes_about(bare):
     assert "fpc.body: {shape: circle, size: 12} holds" in said.hint
 
 
+@pytest.mark.parametrize(("side", "is_told"), [(13, True), (40, False)])
+def test_a_plate_larger_than_the_largest_outline_is_told(button, side, is_told):
+    """A pad for a room of 25 mm came with a plate of 33 mm, which no command said before it was built."""
+    spec = rewritten_spec(button, [("fpc.largest", {"shape": "rectangle", "size": [side, side]})])
+    found = [f for f in sitscad.check(spec, hints="none").findings if f.rule == "SIT136"]
+    assert [(f.severity, f.key) for f in found] == [(sitscad.Severity.NOTE, "fpc.largest")] * is_told
+    assert all(f.limit == approx(side * 1e-3, rel=1e-9) and f.measured > f.limit for f in found)
+
+
 def test_a_long_coil_too_wide_for_the_largest_outline_is_narrowed_and_unwound():
     """A strip 3 mm wide was told "smaller coils" and no size: narrower, its vias had no room inside."""
     spec = sitscad.load_text(STRIP)

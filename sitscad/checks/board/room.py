@@ -11,13 +11,15 @@ from itertools import islice
 
 from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, rule_of
 from sitscad.design import Design
-from sitscad.finding import Missing, Place, Shortfall
+from sitscad.finding import Missing, Place, Severity, Shortfall
 from sitscad.fixes import moves
 from sitscad.fixes.moves import fewer_turns
 from sitscad.fixes.search import Fix, Left, first_that_mends, setting, tried, winding_work
 from sitscad.geometry.convex import beyond
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
+from sitscad.scene.bodies import film_thickness
+from sitscad.scene.seating import plate_plan
 from sitscad.scene.stack import ground
 from sitscad.spec.circuit import BodySpec
 from sitscad.spec.sensor import SensorSpec
@@ -199,6 +201,23 @@ def within_largest(design: Design) -> Iterator[Verdict]:
             f"smaller coils{nearer} a smaller body; a body of that outline (fpc.body) is refused with what has no room "
             "in it", "fpc.largest", over, 0.0, "m",
             advice=lambda left: _fitting(spec, largest, over, (x1 - x0, y1 - y0), left),
+        )
+    yield from _larger_plate(design.layout, largest)
+
+
+def _larger_plate(layout: Layout, largest: BodySpec) -> Iterator[Violation]:
+    """A bench plate that is larger than the outline which is asked for: that outline is the board's alone."""
+    mount = layout.spec.mount
+    if mount is None or mount.kind != "bench-plate" or largest.size is None:
+        return
+    x0, y0, x1, y1 = plate_plan(layout, film_thickness(layout.spec.encapsulation))
+    have, room = sorted((x1 - x0, y1 - y0)), sorted(largest.size)
+    if any(side > most + ROUNDING for side, most in zip(have, room, strict=True)):
+        yield Violation(
+            f"the mount is a plate of {show(x1 - x0, 'm')} x {show(y1 - y0, 'm')} with its screws: larger than the "
+            f"outline that is asked for ({largest.written}), which holds for the board alone",
+            "mount.kind: custom has no plate: glue the board on a part of your own; or smaller coils", "fpc.largest",
+            have[1], room[1], "m", severity=Severity.NOTE,
         )
 
 
