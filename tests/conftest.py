@@ -127,17 +127,13 @@ def board(request: pytest.FixtureRequest):
 
 
 SHOWN = ("grasper_3p5mm", "racetrack_jaw", "square_bench", "three_axis_pad")
-"""Templates that CI's slow tests take of all: two and four layers, round, square and long coils, a pair, a grid."""
-
-
-LARGE = ("skin_grid_3x3", "skin_strip_6")
-"""Templates of so many coils that all of their tests are slow."""
+"""Templates on which tests of all templates run every time: two and four layers, round, square and long coils, a pair,
+a grid."""
 
 
 def as_shown(stem: str) -> object:
-    """A template's name as a parameter, marked where slow tests of it are left out in CI."""
-    marks = (pytest.mark.slow, pytest.mark.more) if stem in LARGE else pytest.mark.more
-    return pytest.param(stem, marks=() if stem in SHOWN else marks)
+    """A template's name as a parameter, marked if tests of it are left out in CI."""
+    return pytest.param(stem, marks=() if stem in SHOWN else (pytest.mark.slow, pytest.mark.more))
 
 
 @pytest.fixture(scope="session", params=[as_shown(path.stem) for path in sorted(TEMPLATES.glob("*.yaml"))])

@@ -57,6 +57,7 @@ def imported(tree: ast.AST) -> set[str]:
     return {name.partition(".")[0] for name in names}
 
 
+@pytest.mark.slow
 def test_what_is_imported_is_declared():
     """What another package happens to bring may be gone with its next version."""
     assert not undeclared((ROOT / "sitscad").rglob("*.py"), declared("all", "bench", "cluster", "design", "fe"))

@@ -17,6 +17,7 @@ from tests.bench.test_driver import BUS, GOOD, LOST, _of_coils, _tested
 pytestmark = pytest.mark.clients("gcc")
 
 
+@pytest.mark.slow
 def test_every_fault_is_named_and_nothing_that_is_sound():
     """But for coils that are exchanged, which nothing tells apart that are drawn alike."""
     rows = list(faults.table(Design(sitscad.load(TEMPLATES / "bench_7mm.yaml"))))

@@ -41,6 +41,7 @@ def _unasked(words: str) -> str:
     raise AssertionError(words)
 
 
+@pytest.mark.slow
 def test_points_are_taken_and_gone_on_with(design, planned):
     board, source = _begun(design)
     said: list[str] = []

@@ -90,6 +90,7 @@ def test_what_is_lost_corrupted_or_of_another_is_counted_and_never_used(pad, sen
     assert "4 lost, 3 corrupted, 1 of another sensor" in board.said
 
 
+@pytest.mark.slow
 @pytest.mark.clients("gcc")
 def test_a_terminal_is_read_as_a_port_and_another_design_s_is_refused(program):
     pytest.importorskip("serial")

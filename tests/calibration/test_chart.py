@@ -72,6 +72,7 @@ def test_a_chart_says_what_it_is_off_by(soft):
     assert off < 0.03 and off < 3.0 * found.chart.error + 0.003
 
 
+@pytest.mark.slow
 def test_readings_of_another_modulus_without_noise_give_that_modulus(soft):
     """The tool's own model with 17 for 13.2 kPa: the gap was moved by 70 um and up to 11 % stated, where the plan
     foretold 0.5 %.
@@ -98,6 +99,7 @@ def _with_target(material: str):
     return sitscad.Design(sitscad.load_text(text))
 
 
+@pytest.mark.slow
 def test_a_target_that_adds_inductance_is_charted_by_how_much_it_adds():
     """A ferrite's change counted as next to nothing in every pose, so that the plan promised 6 % of full scale."""
     found = calibrate(_with_target("ferrite"))
@@ -117,6 +119,7 @@ def test_the_counts_at_rest_are_those_of_the_response(design, foretold):
     assert foretold.map.rest == approx(found.counts[0], rel=1e-6, abs=0.0)
 
 
+@pytest.mark.slow
 def test_drawn_map_states_its_error_with_the_tail_of_soft_pads(sensors):
     """Twenty-four sensors, none softer than two sigma, made a quarter too little of it, or too much by their seed."""
     cubic = next(form for form in FORMS if form.logarithmic and form.degree == 3)

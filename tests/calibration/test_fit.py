@@ -61,6 +61,7 @@ def _off(found, truth):
     return np.sqrt(np.mean((found(read[1:], read[0]) - wanted) ** 2, axis=0)) / found.full_scale
 
 
+@pytest.mark.slow
 def test_eight_points_do_what_a_drawn_map_cannot(foretold, calibrated, truth):
     before, after = _off(foretold.map, truth), _off(calibrated.map, truth)
     assert np.all(after < 0.015), "of full scale"
@@ -99,6 +100,7 @@ def test_the_modulus_is_found(sensors, hidden, calibrated):
     assert "clock" not in calibrated.moved, "counts cannot tell it from the capacitors"
 
 
+@pytest.mark.slow
 def test_drift_goes_with_the_tares(sensors, bench, calibrated, foretold, truth):
     """All readings creep by 2 %o in the second half; a tare between takes it out."""
     half = len(bench) // 2
@@ -164,6 +166,7 @@ def test_a_plan_says_which_way_x_is_and_what_holds_the_sensor(mount, held):
     assert "from the middle of the body to the tail" in " ".join(directions(("normal", "shear_x", "shear_y")))
 
 
+@pytest.mark.slow
 def test_one_way_of_loading_is_meant_where_nobody_says(design):
     """A package's plan was of a level target and spoke of weights and threads; the command and the library meant a
     free one. Loads of `respond` are put on a target that tilts as it likes, as the contract has it.
@@ -286,6 +289,7 @@ def test_points_left_out_are_foretold_by_the_others():
     assert alone[4, 0] == approx(float(wanted[4, 0] - (columns[4] / size) @ found[:, 0]), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_fit_does_not_stop_at_the_edge_of_what_is_looked_for(sensors, foretold):
     """Found with one of ten simulated sensors, 7 % of full scale off: from the drawn sensor, the target's change went
     to 8 sigma, every step beyond was taken back, and the steps that were left counted as settled.
@@ -336,6 +340,7 @@ def test_steps_that_an_edge_makes_small_are_not_settled():
     assert found.values[0] < 1.0 and not found.settled
 
 
+@pytest.mark.slow
 def test_a_map_reaches_the_edge_of_its_range():
     """It ended before the required load, where it read 2 % too little and said that this lies beyond it."""
     found = calibrate(sitscad.Design(sitscad.load_text(templates.read("three_axis_pad"))))
@@ -359,6 +364,7 @@ def overloaded():
     return calibrate(sitscad.Design(sitscad.load_text(templates.read("grasper_3p5mm"))))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("which", ["foretold", "coarse", "overloaded"])
 def test_a_plan_promises_no_less_than_the_map_itself_leaves(which, request):
     """It promised 0.43 % of full scale where the map of the very sensor as drawn left 0.7 %."""

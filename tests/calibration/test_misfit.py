@@ -26,6 +26,7 @@ def level(design):
     return sensors_of(design.response, True)
 
 
+@pytest.mark.slow
 def test_readings_of_a_level_target_are_told_from_those_of_a_free_one(sensors, level, foretold, hidden, bench):
     """Found with a simulated unit: the wrong way of loading left 1.7 times the stated error, without a word."""
     held = simulated(level, hidden, foretold.plan.loads, np.random.default_rng(3))
@@ -37,6 +38,7 @@ def test_readings_of_a_level_target_are_told_from_those_of_a_free_one(sensors, l
     assert "free to tilt, not kept level" in wrong.note and "--rotation free" in wrong.note
 
 
+@pytest.mark.slow
 def test_a_map_for_a_target_that_turns_otherwise_states_what_it_is_off_by(design, sensors, hidden, table):
     """Of a free target calibrated as a level one 7 % of full scale were stated, where 8 % were true."""
     path = Path(table())
@@ -70,6 +72,7 @@ def test_a_table_says_how_its_target_was_loaded(design, foretold, tmp_path, sens
     assert read_table(str(path), sensors.coils).is_held(None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gap", [4.2, pytest.param(-4.2, marks=[pytest.mark.slow, pytest.mark.more])])
 def test_a_pad_of_another_thickness_is_fitted_and_told(sensors, foretold, hidden, gap):
     """A fifth thicker: the chart ended where usual sensors do, and half of full scale was stated."""
@@ -84,6 +87,7 @@ def test_a_pad_of_another_thickness_is_fitted_and_told(sensors, foretold, hidden
     assert any(note.startswith("unusual: gap is") and "elastomer.thickness" in note for note in found.notes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["softening", "shear_curve"])
 def test_a_pad_that_shears_otherwise_than_its_law_is_fitted(sensors, foretold, hidden, name):
     """Shear that goes further under the normal force, or stiffens more, was not looked for: 12 points left up to 1.5 %
@@ -101,6 +105,7 @@ def test_a_pad_that_shears_otherwise_than_its_law_is_fitted(sensors, foretold, h
     assert np.all(found.map.error < 0.02 * found.map.full_scale)
 
 
+@pytest.mark.slow
 def test_shear_loads_of_half_the_size_are_refused(design, table):
     """It was taken with a note, what compression softens having taken up some of it: a quarter of full scale off."""
 
@@ -112,6 +117,7 @@ def test_shear_loads_of_half_the_size_are_refused(design, table):
         calibrate(design, table(doubled))
 
 
+@pytest.mark.slow
 def test_a_map_states_what_its_chart_is_off_by(sensors, foretold, hidden):
     """A pad half as stiff goes far beyond the chart of usual ones: 6.3 % off where 2.5 % were stated. The chart ended
     there, and now it goes on straight.
@@ -132,6 +138,7 @@ def test_usual_sensors_get_no_word(sensors, calibrated):
     assert calibrated.fit.odd.max() < 4.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "more", [20_000, *(pytest.param(off, marks=[pytest.mark.slow, pytest.mark.more]) for off in (60_000, -60_000))]
 )
@@ -165,6 +172,7 @@ def _with_tares(table, sensors, bench, noise=0.0, slip=0):
     return table(changed)
 
 
+@pytest.mark.slow
 def test_noise_is_told_by_rows_without_load(design, table, sensors, bench):
     """3,000 counts on every reading, 16 times the converter's, passed without a word."""
     quiet, loud = (calibrate(design, _with_tares(table, sensors, bench, noise)) for noise in (0.0, 3000.0))
@@ -180,6 +188,7 @@ def _place(note, name):
     return note[: note.index(name) + len(name)]
 
 
+@pytest.mark.slow
 def test_a_tare_that_is_off_is_named_and_refused_where_it_moves_all_forces(design, table, sensors, bench):
     (note,) = (n for n in calibrate(design, _with_tares(table, sensors, bench, slip=20_000)).notes if "scatter" in n)
     assert "bench.csv:7:4 rows without load" in note and "C2 is farthest off here, by 1.3" in note
@@ -187,6 +196,7 @@ def test_a_tare_that_is_off_is_named_and_refused_where_it_moves_all_forces(desig
         calibrate(design, _with_tares(table, sensors, bench, slip=200_000))
 
 
+@pytest.mark.slow
 def test_a_table_with_one_tare_does_not_tell_of_noise(design, table, foretold):
     assert any(note.startswith("fewer than three rows without load") for note in calibrate(design, table()).notes)
     rows = calibration_files(foretold)["plan.csv"].decode().splitlines()[2:]
@@ -224,6 +234,7 @@ def test_errors_are_told_by_what_they_go_with(sensors, bench, calibrated, axis, 
     assert pattern(SimpleNamespace(loads=None), fit, sensors) == ""
 
 
+@pytest.mark.slow
 def test_the_stated_error_of_five_points_holds_and_is_not_slack(sensors, foretold):
     """It was what points foretell of each other, their own loads' errors in it: up to ten times the true one."""
     tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(20, 600)])
@@ -236,6 +247,7 @@ def test_the_stated_error_of_five_points_holds_and_is_not_slack(sensors, foretol
     assert np.all(np.array(ratios) > 0.9) and 1.0 < np.median(ratios) < 4.0
 
 
+@pytest.mark.slow
 def test_hysteresis_widens_what_is_stated(sensors, foretold, hidden, calibrated):
     points = simulated(sensors, hidden, foretold.plan.loads, np.random.default_rng(8), 0.0971)
     worn = calibrate_by(sensors, points, foretold.form)

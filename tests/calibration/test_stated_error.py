@@ -35,6 +35,7 @@ normal_N,shear_x_N,C1_Hz,C2_Hz
 """A unit whose loads have the silicone's hysteresis: its true error is 1.7 % of full scale."""
 
 
+@pytest.mark.slow
 def test_hysteresis_in_five_loads_does_not_make_an_error_of_a_thousand_newtons(small, tmp_path):
     """Loads were weighted by their size, small ones pulled the gap beyond the chart, which was flat there: the slopes
     by which the error is stated were divided by zero, and 1176 N were stated of 4 N.
@@ -54,6 +55,7 @@ def test_a_sensor_beyond_its_chart_still_feels_its_loads(small):
     assert np.all(charted > 0.7 * solved) and np.all(charted < 1.4 * solved)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("hysteresis", [0.0971, 0.0])
 @pytest.mark.parametrize("count", [5, *(pytest.param(count, marks=pytest.mark.slow) for count in (8, 12))])
 def test_no_sound_table_is_refused_and_the_stated_error_holds(small, count, hysteresis):

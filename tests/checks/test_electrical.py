@@ -110,6 +110,7 @@ def test_parallel_resistance(pressed: float, severity: Severity | None, limit: f
     assert "pressed" in found[0].message and "in free air 2.2 kohm" in found[0].detail
 
 
+@pytest.mark.slow
 def test_parallel_resistance_of_the_thesis_miniature_is_refused_with_advice(judge, design, estimates) -> None:
     spec = design(coil__layers=2, fpc__stackup="flex-2l-35um", coil__turns=6.5, coil__outer_diameter=3.5)
     (found,) = judge("SIT203", spec, None, estimates(spec, resistances={"free": 270.0}))

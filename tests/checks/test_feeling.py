@@ -120,6 +120,7 @@ def test_of_two_requirements_the_one_that_is_not_stated_is_named(bench, rule_id,
     assert skipped.reason == f"no {absent} in the spec"
 
 
+@pytest.mark.slow
 def test_the_budget_of_errors_takes_the_required_range_of_temperatures(bench):
     """The largest error of a sensor for 15 to 35 degC stood as "temperature, 10 K"."""
     asked = replace(bench.spec, requirements=replace(bench.spec.requirements, temperature_range=(-10.0, 45.0)))
@@ -246,6 +247,7 @@ def _pressed(size, force, **needs):
     return replace(spec, elastomer=pad, requirements=replace(spec.requirements, normal_force=force, **needs))
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("error::RuntimeWarning")
 def test_a_pad_that_gives_way_is_not_said_to_feel():
     """Its figures at half load were zeros, and the least of noises passed; numpy warned of them."""

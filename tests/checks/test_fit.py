@@ -564,6 +564,7 @@ def test_the_height_to_take_off_is_enough(thickness):
     assert finding.severity in [one.severity for one in check(barely).findings if one.rule == "SIT303"]
 
 
+@pytest.mark.slow
 def test_a_board_that_decides_the_closed_pair_is_named_and_a_narrower_one_is_tried():
     """The hint offered heights alone where the board's edges, wide by their margin, left the port's circle. 30 um of
     margin would be narrow enough, had leads not then room for their wider gaps.

@@ -81,6 +81,7 @@ def test_a_finger_as_wide_as_its_board_carries_it(finger, is_found):
     assert bool(said) is is_found
 
 
+@pytest.mark.slow
 def test_a_groove_leaves_metal_below_its_corners():
     """The back is round: at the groove's corner the jaw is lower than in its middle."""
     (deep,) = joint("{kind: dovetail, width: 2.4, depth: 0.7}", jaw="generic-5mm")
@@ -109,6 +110,7 @@ def test_pins_keep_clear_of_the_window_and_the_ends_of_the_jaw():
     assert close.measured == approx(3.5e-3 - 0.5e-3 - room - 3e-3, rel=1e-6) and close.key == "mount.retention.spacing"
 
 
+@pytest.mark.slow
 def test_a_joint_needs_plastic_on_the_metal():
     shield = "{jaw: generic-5mm, standoff: 0.6, retention: pins}\nshield: {gap: 0.5, thickness: 0.1}"
     (nothing,) = found(shield, "SIT315")

@@ -86,6 +86,7 @@ THIN = design(
 """A target too thin, too short and too narrow, on a pad that is too small for the one that it should be."""
 
 
+@pytest.mark.slow
 def test_a_target_that_is_mended_stays_on_its_elastomer():
     size = [("target.size", "[6, 4.5]"), ("elastomer.size", "[6, 4.6]")]
     assert list(followed(THIN, "SIT306")) == [("SIT306", size, [])] * 2
@@ -203,6 +204,7 @@ def test_a_thicker_target_was_tried():
     assert [rule for rule, _, _ in tried] == ["SIT305"] and tried[0][2] == []
 
 
+@pytest.mark.slow
 def test_a_stiffer_pad_was_tried(judge):
     """The modulus that bears the force is named with what then fails, if anything does."""
     soft = {**THIN, "requirements": {"normal_force": "64 N"}}
@@ -302,6 +304,7 @@ def test_turns_that_do_not_end_at_a_side_are_led_to_some_that_fit(tmp_path):
     load_text(json.dumps(document), "spec.yaml")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [2, 3])
 def test_hints_of_random_designs_make_them_better_when_they_are_followed(seed):
     """Those that a plain check gives, within its budget; thirty designs: tests/validation/follow_hints.py."""
@@ -324,6 +327,7 @@ def test_finer_fabricators_are_named_whose_profiles_fit():
     assert any("no installed profile is as fine" in f.hint for f in check(finest, hints="none").findings)
 
 
+@pytest.mark.slow
 def test_what_mends_shear_and_what_mends_an_overhang_do_not_undo_each_other():
     """SIT312 asked for a larger target and pad, which hung over the board: SIT307 made them smaller again. Sizes are
     such as people write, not 7.79 and 7.78.
@@ -338,6 +342,7 @@ def test_what_mends_shear_and_what_mends_an_overhang_do_not_undo_each_other():
     assert any("on a larger body (fpc.margin)" in f.hint for f in found if f.rule == "SIT312")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "changes", "rule", "said"),
     [

@@ -28,6 +28,7 @@ def test_a_target_that_does_not_conduct_is_refused(tmp_path, conductivity):
     assert "copper" in found.hint and found.severity == sitscad.Severity.ERROR
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("error")
 def test_a_thick_board_close_to_its_shield_has_finite_numbers(tmp_path):
     stackup = "fpc: {stackup: [{copper: 35 um}, {dielectric: 4}, {copper: 35 um}]}\n"

@@ -159,6 +159,7 @@ def test_every_figure_is_that_of_the_cell_worst_in_it_and_each_is_told(row):
     assert second[0] == "cell 2" and second[5].endswith(" (worst)") and "worst" not in first[5]
 
 
+@pytest.mark.slow
 def test_each_cell_is_judged_with_its_own_webs_and_the_worst_named(row):
     """The signal was that of a mean pad; the error by tilt that of the cell that tilts least."""
     ends, middle, _ = signals(row.estimates)

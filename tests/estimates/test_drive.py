@@ -72,6 +72,7 @@ def test_states_and_current_are_those_of_the_code(unlike):
     assert readout.supply_current == approx(2 * supply, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_code_that_the_spec_sets_is_taken_and_judged():
     spec = sitscad.load_text(UNLIKE.replace("CODE", "24"), "six.yaml")
     found = sitscad.estimate(sitscad.lay_out(spec))

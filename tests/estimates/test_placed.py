@@ -23,6 +23,7 @@ def _changes(spec, coils, cover, placed):
     return np.einsum("pcc->pc", plate.changes(placed.turns, placed.places)[0][0])[:, 0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("material", "thickness", "across", "height"),
     [

@@ -417,6 +417,7 @@ def test_what_a_lossy_jaw_returns_is_as_smooth_at_the_target_as_a_few_points_say
     assert np.abs(found - everywhere)[..., :count, :].max() < 1e-4 * np.abs(everywhere[..., :count, count:]).max()
 
 
+@pytest.mark.slow
 def test_a_foil_over_a_mirror_has_a_response_however_thin_it_is():
     """The faces of 11 um of brass cancel so far that the integrals made an energy negative: an internal error."""
     bench, jaw = sitscad.load(TEMPLATES / "square_bench.yaml"), sitscad.load(TEMPLATES / "grasper_4layer.yaml")

@@ -149,6 +149,7 @@ def test_three_levels_of_simulated_units_read_alike(name):
         assert max(off) < 0.1, (cause, off)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["bench_7mm", pytest.param("three_axis_triangle", marks=pytest.mark.slow)])
 def test_errors_by_cause_add_up_to_those_of_simulated_units(name):
     """What one map reads of units after their tare, over one range: to first order, and of 24 that are drawn."""

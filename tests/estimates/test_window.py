@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from tolerance import approx
 
 import sitscad
@@ -29,6 +30,7 @@ def windowed(size: str, text: str = BARE) -> str:
 POOR = BARE.replace(JAW, "jaw: {based_on: generic-5mm, material: {name: poor, conductivity: 1 S/m}} ")
 
 
+@pytest.mark.slow
 def test_numbers_lie_between_the_whole_face_and_none_and_say_how_far():
     """A window of 19.5 x 4.3 mm in a face of 20 x 4.386 mm left L and Rp as they were; then it took half, give or take
     half. Surface currents leave of 480 nH 9 % for 3 x 1 mm and 55 % for 10 x 2 mm (tests/validation).
@@ -47,6 +49,7 @@ def test_numbers_lie_between_the_whole_face_and_none_and_say_how_far():
     assert small.spread.inductance < 1.01 * whole.spread.inductance
 
 
+@pytest.mark.slow
 def test_signal_response_and_states_say_one_thing():
     """Signals counted the jaw's metal as whole: -4.41 nH/N with and without a window of 10 x 2 mm."""
     specs = [sitscad.load_text(text, "t.yaml") for text in (BARE, windowed("[10, 2]"), POOR)]

@@ -28,6 +28,7 @@ TOLD = set(re.findall(r"[`.](\w+)", PAGE))
 NAMES = Path(__file__).with_name("public_names.txt")
 
 
+@pytest.mark.slow
 def test_the_page_is_what_happens():
     pytest.importorskip("shapely")
     pytest.importorskip("cadquery")
@@ -53,6 +54,7 @@ def run(name, monkeypatch, *arguments):
     return runpy.run_path(str(ROOT / "docs" / "examples" / name))["main"]()
 
 
+@pytest.mark.slow
 def test_a_sweep_with_a_plot(tmp_path, monkeypatch):
     pytest.importorskip("matplotlib")
     picture = tmp_path / "sweep.png"
@@ -63,6 +65,7 @@ def test_a_sweep_with_a_plot(tmp_path, monkeypatch):
         assert inductances == sorted(inductances)  # more turns, more inductance
 
 
+@pytest.mark.slow
 def test_a_coil_in_a_field_program(monkeypatch, capsys):
     found = run("field.py", monkeypatch)
     # its filaments have no width: 0.2 % of the mutual inductance; the mean distance leaves 0.4 % of the own
@@ -71,6 +74,7 @@ def test_a_coil_in_a_field_program(monkeypatch, capsys):
     assert 1e-6 < found["field_T"] < 5e-6 and "uT upwards" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 @pytest.mark.cad
 def test_a_sensor_in_ones_own_cad_models(tmp_path, monkeypatch):
     pytest.importorskip("cadquery")
@@ -146,6 +150,7 @@ def test_public_names_and_signatures_are_what_they_were():
     assert set(now) == set(known), "new on the page: write it down"
 
 
+@pytest.mark.slow
 def test_threads_find_what_one_finds():
     specs = [sitscad.load_text(templates.read(name)) for name in ("grasper_3p5mm", "square_bench", "single_coil")]
 

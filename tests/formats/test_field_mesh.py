@@ -48,6 +48,7 @@ def volumes(points, rows):
     return np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) / 6
 
 
+@pytest.mark.slow
 def test_every_region_has_its_volume():
     points, groups = read()
     layers = SPEC.fpc.stackup.copper
@@ -131,6 +132,7 @@ def test_a_pad_mesh_needs_a_pad_and_a_size():
         sitscad.pad_mesh(sitscad.lay_out(SPEC), size=-1e-3)
 
 
+@pytest.mark.slow
 def test_metal_behind_and_a_finger_of_metal_are_regions():
     """A finger of metal was missing among them: what a field program solved was another sensor."""
     sheet = {"kind": "custom", "metal_behind": {"material": "brass", "distance": "2 mm", "thickness": "0.8 mm"}}

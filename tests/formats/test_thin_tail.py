@@ -89,6 +89,7 @@ def test_every_span_has_its_drill_file_and_pads_on_its_layers_only(thin):
             assert (holes(blind) <= there) if int(number[1]) <= last else not (holes(blind) & there), path
 
 
+@pytest.mark.slow
 def test_the_files_read_back_keep_their_word(thin, tmp_path):
     files = order_set(thin, plan(thin))
     for path, content in files.items():
@@ -150,6 +151,7 @@ def test_the_tail_has_a_coverlay_of_its_own_that_laps_into_the_body(thin):
     assert f"the step of {step * 1e6:.4g} um" in words
 
 
+@pytest.mark.slow
 def test_copper_of_the_tail_that_nothing_covers_from_below_is_found(thin, tmp_path):
     for path, content in order_set(thin).items():
         (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)

@@ -164,6 +164,7 @@ def test_the_second_order_mesh_has_named_faces_and_says_what_it_is_worth():
     assert elastomer_meshes(handmade.solids("bench"), pad_of("bench"))["inp"] == made["inp"]
 
 
+@pytest.mark.slow
 @pytest.mark.clients("ccx")
 @pytest.mark.parametrize(
     ("sensor", "through"), [("jaw", 2), pytest.param("round", 3, marks=[pytest.mark.slow, pytest.mark.more])]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from tolerance import approx
@@ -46,6 +47,7 @@ def brute_force(one: Line | Arc, other: Line | Arc) -> tuple[float, float]:
     return float(np.min(np.hypot(*(a[:, None, :] - b[None, :, :]).transpose(2, 0, 1)))), step
 
 
+@pytest.mark.slow
 @settings(max_examples=250, deadline=None)
 @given(st.one_of(lines(), arcs()), st.one_of(lines(), arcs()))
 def test_distance_is_that_of_dense_samples(one: Line | Arc, other: Line | Arc) -> None:

@@ -114,6 +114,7 @@ def test_options_reach_the_command_and_nothing_is_expanded(repository, environme
     assert not (repository / "owned").exists()
 
 
+@pytest.mark.slow
 def test_a_baseline_and_a_build_are_asked_for_by_inputs(repository, environment):
     (repository / "sensors" / "weak.yaml").write_text(WEAK)
     command = ["sitscad", "check", "sensors", "--hints", "none", "--format", "json"]
@@ -123,6 +124,7 @@ def test_a_baseline_and_a_build_are_asked_for_by_inputs(repository, environment)
     assert codes == {"Check": 0}
 
 
+@pytest.mark.slow
 def test_options_of_the_build_reach_it(repository, environment):
     given = {"build": "outputs", "build_arguments": "--only firmware"}
     assert executed(repository, environment, ("Install",), **given) == {"Check": 0, "Build": 0}

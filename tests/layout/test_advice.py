@@ -36,6 +36,7 @@ def micrometres(finding):
     return 1e-6 * int(re.search(r"\((\d+) um more\)", finding.hint).group(1))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("layers", "turns"), [(2, 11.75), (4, 11.0), (6, 10.25)])
 def test_the_outer_diameter_that_an_inner_via_asks_for_makes_room(sensor, layers, turns):
     spec = sensor(layers=layers, turns=turns, stackup="flex-4l" if layers <= 4 else "flex-6l")
@@ -46,6 +47,7 @@ def test_the_outer_diameter_that_an_inner_via_asks_for_makes_room(sensor, layers
     assert not [s for s in lay_out(room.larger_coils(spec, more).spec).shortfalls if s.what is Missing.INNER_ROOM]
 
 
+@pytest.mark.slow
 def test_the_pitch_that_the_leads_ask_for_lets_them_pass(sensor):
     spec = sensor(pitch=4.09e-3, coils=3)
     (finding,) = advised(spec)
@@ -55,6 +57,7 @@ def test_the_pitch_that_the_leads_ask_for_lets_them_pass(sensor):
     assert lay_out(room.coils_apart(spec, more).spec).shortfalls == ()
 
 
+@pytest.mark.slow
 def test_explicit_centres_are_spread_by_the_factor_that_is_named(sensor):
     spec = sensor(centres=[(-2.05e-3, 0.0), (2.05e-3, 0.0), (6.15e-3, 0.0)], coils=3)
     spec = replace(spec, array=replace(spec.array, pattern="explicit", pitch=None))
@@ -65,6 +68,7 @@ def test_explicit_centres_are_spread_by_the_factor_that_is_named(sensor):
     assert lay_out(room.coils_apart(spec, (factor - 1.0) * near).spec).shortfalls == ()
 
 
+@pytest.mark.slow
 def test_contacts_too_near_each_other_are_told_which_connector_has_room(sensor):
     spec = sensor(
         coils=4, rules="osh-park-flex", width=160e-6, spacing=100e-6, turns=3.75, layers=2, stackup="flex-2l-18um"
@@ -103,6 +107,7 @@ def test_a_first_amount_that_is_enough_is_halved_where_the_search_may_be_long(is
     assert is_fine() or more == approx(0.61e-3, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_gap_that_lacks_little_is_not_said_to_lack_what_leads_want_of_it(sensor):
     """Four coils in a grid that are led out 0.1 mm farther apart: what was tried first is six times that."""
     text = (
@@ -123,6 +128,7 @@ fpc: {body: {shape: rounded, size: 14, corner_radius: 2}, tail: {length: 50, con
 """
 
 
+@pytest.mark.slow
 def test_inside_a_body_the_ends_of_the_layers_are_turned_before_it_is_made_larger():
     """Another start angle lets the leads out; the search named a larger body alone, which the largest outline bars."""
     (finding,) = advised(load_text(GRID_IN_A_BODY, "tip.yaml"))
@@ -153,6 +159,7 @@ def test_what_gives_leads_no_way_out_is_named(body):
     assert "coil.start_angle (15 deg, 30 deg, " in hint and "coil.turns (4.75, 5.25, 6.75, 8.25): tried in vain" in hint
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["inner room", "between coils", "in a body"])
 def test_a_search_for_hints_leaves_the_finding_and_its_place(kind, sensor):
     """Line and message of a lack of room were others with hints: annotations moved, baselines did not match."""

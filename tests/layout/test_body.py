@@ -89,6 +89,7 @@ def test_the_ball_in_the_root_touches_circle_and_tail():
     assert root(circle(sitscad.geometry.path.Point(0.0, 0.0), 1e-3), 1, 1.75e-3, 1e-3) is None
 
 
+@pytest.mark.slow
 def test_a_body_too_small_is_refused_with_what_is_missing_and_one_that_holds_all(bare):
     found = refusals(bare.replace("fpc.body.size", 11e-3))
     radius = bare.array.pitch / math.sqrt(3) + bare.coil.size[0] / 2
@@ -99,6 +100,7 @@ def test_a_body_too_small_is_refused_with_what_is_missing_and_one_that_holds_all
     assert not sitscad.lay_out(bare.replace("fpc.body.size", 1e-3 * larger)).shortfalls
 
 
+@pytest.mark.slow
 def test_a_largest_outline_is_a_requirement_however_the_body_comes_about(bare):
     free = bare.replace("fpc.body", None)
     x, y = sitscad.lay_out(free).body_size

@@ -174,6 +174,7 @@ def test_an_odd_number_of_layers_needs_a_layer_to_come_out_on(sensor):
     assert not layout.coils[0].is_closed_circuit and layout.coils[0].windings
 
 
+@pytest.mark.slow
 def test_coils_too_close_for_leads_and_vias_are_refused_with_the_missing_length(sensor):
     spec = sensor(diameter=7e-3, pitch=7.1e-3, coils=4, shape="square", turns=8)
     layout = lay_out(spec)
@@ -245,6 +246,7 @@ def with_fine_connector(spec, length=5e-3):
     return dataclasses.replace(spec, fpc=dataclasses.replace(spec.fpc, tail=tail))
 
 
+@pytest.mark.slow
 def test_a_short_tail_is_made_long_enough_for_its_tracks(sensor):
     assert_sound(lay_out(with_fine_connector(sensor(diameter=7e-3, turns=6.5, coils=9, pitch=8e-3))))
 

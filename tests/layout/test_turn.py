@@ -173,6 +173,7 @@ def test_a_tail_too_short_for_its_turn_becomes_longer():
     assert [f for f in sitscad.check(layout.spec, layout).findings if f.severity == "error"] == []
 
 
+@pytest.mark.slow
 @pytest.mark.clients("kicad-cli")
 @pytest.mark.parametrize(
     ("way", "template"),

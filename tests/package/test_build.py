@@ -228,6 +228,7 @@ def test_a_writer_that_refuses_leaves_the_old_package(good, tmp_path, monkeypatc
     assert _hashes(directory) == before
 
 
+@pytest.mark.slow
 def test_a_missing_kernel_stops_the_build_and_names_what_can_be_made_without(good, tmp_path, monkeypatch):
     def missing(_layout):
         raise sitscad.MissingExtra("solids need build123d")
@@ -343,6 +344,7 @@ requirements: {normal_force: 20 N}
 """
 
 
+@pytest.mark.slow
 def test_a_package_without_calibration_names_what_its_target_would_take(tmp_path):
     result = sitscad.build(sitscad.load_text(WIDE, "wide.yaml"), tmp_path, ["calibration"], force=True)
     assert _outcomes(result)["calibration"] == "none"

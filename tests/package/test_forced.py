@@ -28,6 +28,7 @@ def built(tmp_path, name, change, force=True):
     return sitscad.build(spec, tmp_path, only=only, force=force)
 
 
+@pytest.mark.slow
 def test_a_package_says_that_it_was_forced_wherever_somebody_works_from_it(tmp_path):
     done = built(tmp_path, "forced", ("  thickness: 0.65", "  thickness: 1.25"))
     assert done.written and not done.checked.ok
@@ -39,6 +40,7 @@ def test_a_package_says_that_it_was_forced_wherever_somebody_works_from_it(tmp_p
     assert json.loads((tmp_path / "forced/firmware/ldc1614_config.json").read_text())["warning"] == FORCED
 
 
+@pytest.mark.slow
 def test_errors_that_solids_add_to_others_stand_in_the_order_archive_too(tmp_path):
     text = templates.read("grasper_4layer").replace("  thickness: 0.65", "  thickness: 1.25")
     done = sitscad.build(sitscad.load_text(text), tmp_path, only=("gerber", "mount"), force=True)
@@ -46,6 +48,7 @@ def test_errors_that_solids_add_to_others_stand_in_the_order_archive_too(tmp_pat
     assert sitscad.verify(done.directory).ok
 
 
+@pytest.mark.slow
 def test_a_package_without_errors_says_nothing_of_it(tmp_path):
     done = built(tmp_path, "fine", ("coil:", "coil:"), force=False)
     assert done.written

@@ -112,6 +112,7 @@ def test_another_readout_makes_of_an_assembly_what_says_numbers(tmp_path, monkey
     assert made == ["assembly", "datasheet", "check"]
 
 
+@pytest.mark.slow
 def test_a_process_of_solids_that_is_killed_stops_the_build(tmp_path, monkeypatch):
     """By too little memory, mostly: the package before stays as it is, and the error is told."""
     spec = sitscad.load_text(TEXT, "sensor.yaml")
@@ -140,6 +141,7 @@ def outcomes(result: sitscad.BuildResult) -> dict[str, str]:
     return {stage.name: stage.outcome for stage in result.stages}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "made"),
     [
@@ -220,6 +222,7 @@ def test_a_package_in_spite_of_errors_is_judged_every_time(tmp_path):
     assert not sitscad.build(spec, tmp_path, ("firmware",)).written
 
 
+@pytest.mark.slow
 def test_a_second_build_costs_under_half_a_second_of_processor_time(tmp_path):
     """With every module compiled; the best of some runs, on a machine that has other work."""
     (tmp_path / "sensor.yaml").write_text(TEXT)
@@ -242,6 +245,7 @@ def test_a_second_build_costs_under_half_a_second_of_processor_time(tmp_path):
 # --------------------------------------------------------------------------------------------------------------- stale
 
 
+@pytest.mark.slow
 def test_what_is_stale_is_named_and_nothing_is_written(built):
     spec, first, out = built
     only = ("firmware", "report")

@@ -192,10 +192,13 @@ def test_what_is_made_is_what_the_package_has(template, changes, made):
     assert ("Wax the jig" in said) == ("keep the feet of its presses clean" in said) == ("jig-base" in names)
 
 
-LARGE = (pytest.mark.slow, pytest.mark.more)
+KINDS = ("fingertip_cell", "grasper_4layer", "racetrack_jaw", "square_bench")
+"""A template of each kind of mount."""
 
 
-@pytest.mark.parametrize("template", [pytest.param(n, marks=LARGE if n.startswith("skin_") else ()) for n in MOUNTED])
+@pytest.mark.parametrize(
+    "template", [pytest.param(n, marks=() if n in KINDS else (pytest.mark.slow, pytest.mark.more)) for n in MOUNTED]
+)
 def test_steps_name_what_is_there(template):
     """`jaw_5x20` was pushed against a stop that it has not, and glued over 3 mm to 0.13 mm of metal."""
     layout = sitscad.lay_out(sitscad.load_text(templates.read(template), "t.yaml"))

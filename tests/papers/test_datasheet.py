@@ -55,12 +55,14 @@ def drawn(bench):
     return bench.curves
 
 
+@pytest.mark.slow
 def test_shear_beyond_the_law_is_said_once():
     design = Design(sitscad.load(TEMPLATES / "three_axis_triangle.yaml"))
     found = list(notes(design.performance, foretell(design.response, is_held=True)))
     assert sum("is extrapolated" in note for note in found) == 1
 
 
+@pytest.mark.slow
 def test_it_says_what_the_performance_says(bench, files):
     page, full = files["datasheet.html"].decode(), bench.performance[-1]
     for axis in full.axes.values():
@@ -254,6 +256,7 @@ requirements: {normal_force: 5 N, shear_force: 1 N}
 """
 
 
+@pytest.mark.slow
 def test_a_pad_that_gives_way_is_overloaded_there(bench):
     """It stood with an overload of 207 N beside a range that ends by instability at 155 N."""
     design = Design(sitscad.load_text(LONG))
@@ -266,6 +269,7 @@ def test_a_pad_that_gives_way_is_overloaded_there(bench):
     assert "overload (30 % strain of the pad)" in usual
 
 
+@pytest.mark.slow
 def test_a_free_target_s_overload_is_said_where_it_gives_way_sooner(bench):
     """Overload and range are a level target's: a free one was lost at 57 % of the 155 N that stood there."""
     design = Design(sitscad.load_text(LONG))
@@ -285,6 +289,7 @@ def test_a_free_target_s_overload_is_said_where_it_gives_way_sooner(bench):
     assert not np.isnan(soft_pad(bench.spec).pose(np.array([[bench.performance[-1].overload, 0.0, 0.0]]))).any()
 
 
+@pytest.mark.slow
 def test_two_shears_share_one_limit_in_table_and_notes(bench):
     """3 N and 3 N stood as full scales; of both together the map in calibration/ read 2.67 N normal for 0.2."""
     design = Design(sitscad.load(TEMPLATES / "three_axis_pad.yaml"))

@@ -94,6 +94,7 @@ def test_a_pivot_beside_the_middle_is_where_the_tail_passes_it(layout):
     assert closed == approx(before + 0.3e-3, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_a_package_has_the_picture_where_its_findings_ask_for_it():
     from sitscad.package.stages import contents_of
     from sitscad.policy import Policy

@@ -55,6 +55,7 @@ def kinds():
 KINDS = dict(kinds())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_figures_and_solids_agree_on_what_carries_the_board(kind):
     """Within 1 %: a face is looked for 5 um below itself, where a seat cut round by the port is narrower."""
@@ -79,6 +80,7 @@ def built(tmp_path, size):
     return judged_on_solids(document, spec), document["measured"]
 
 
+@pytest.mark.slow
 def test_a_block_that_is_large_enough_says_nothing(tmp_path):
     assert built(tmp_path, (12, 12, 3))[0] == ()
 
@@ -90,6 +92,7 @@ def test_a_block_smaller_than_the_pad_is_found_with_both_areas(tmp_path, side, s
     assert (found.measured, found.limit) == (approx(6e-3 * side * 1e-3, rel=1e-6), approx(0.9 * 36e-6, rel=1e-6))
 
 
+@pytest.mark.slow
 def test_a_seat_is_found_whatever_the_port_takes_of_it():
     """The kernel's common part of this seat and its port was nothing at all, and no mount was built; the volume is that
     of the meshes' common part, less what the edge under the tail is rounded by.

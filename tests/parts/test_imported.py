@@ -59,6 +59,7 @@ def jaw_of(spec):
 LIES = "step: jaw.step, datum: [10, -1, 30], along: x, up: -y"
 
 
+@pytest.mark.slow
 def test_a_jaw_lies_where_its_datum_says(tmp_path, jaw_file):
     spec = beside(tmp_path, jaw_file, f"{{jaw: {{{LIES}}}, standoff: 1}}")
     layout, jaw = jaw_of(spec)
@@ -72,6 +73,7 @@ def test_a_jaw_lies_where_its_datum_says(tmp_path, jaw_file):
     assert all(each.is_kept for each in in_file(layout, whole(layout)))
 
 
+@pytest.mark.slow
 def test_a_named_coordinate_system_is_the_datum(tmp_path, jaw_file):
     text = jaw_file.read_text()
     named = (
@@ -89,6 +91,7 @@ def test_a_named_coordinate_system_is_the_datum(tmp_path, jaw_file):
         solids(lay_out(unknown))
 
 
+@pytest.mark.slow
 def test_rules_in_the_plane_say_why_they_are_not_checked(tmp_path, jaw_file):
     spec = beside(tmp_path, jaw_file, f"{{jaw: {{{LIES}}}, standoff: 1}}")
     result = check(spec)
@@ -164,6 +167,7 @@ def test_a_file_with_nothing_in_it_is_refused_by_the_build(tmp_path, body):
         solids(lay_out(spec))
 
 
+@pytest.mark.slow
 def test_two_solids_are_not_one_part(tmp_path):
     import build123d as bd
 

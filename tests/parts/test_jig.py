@@ -50,6 +50,7 @@ def as_solid(body, lift=0.0):
     return Solid(body.name, prism(body.region, body.lower + lift, body.upper + lift), "m", "#000000", body.role)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["jaw", "round", "oblique", "overhanging", "bench", "solder-pads"])
 def test_every_piece_is_closed_and_one_piece(name):
     found = aids(handmade.layout(name))
@@ -177,6 +178,7 @@ def test_the_press_rests_on_the_piece_alone_whatever_its_thickness(name):
             assert frame.height - (frame.face.nominal + shift) >= WELL - 1e-12  # and it is guided
 
 
+@pytest.mark.slow
 def test_a_wide_board_is_pushed_out_by_holes_all_over_it():
     """One hole of 2.5 mm was to push out a skin of 46 x 46 mm."""
     grid, small = (lay_out(load_text(templates.read(name), "t.yaml")) for name in ("skin_grid_3x3", "grasper_4layer"))

@@ -173,6 +173,7 @@ def test_a_cap_s_bore_leaves_its_clearance_round_the_finger():
     assert {round(f.radius, 6) for f in bores} == {round(7.0 + 1e3 * clearance(layout.spec.mount), 6)}
 
 
+@pytest.mark.slow
 def test_a_dovetail_s_tongue_has_its_section_s_volume():
     plain = mounts.mount(handmade.jaw_sensor(mount=handmade.Mount("grasper-pad", JAW, 1.2e-3), shield=None))[0]
     held = mounts.mount(KINDS["dovetail"])[0]

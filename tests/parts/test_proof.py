@@ -217,6 +217,7 @@ def test_what_stands_in_each_other_is_cut_open_and_shown_in_red(hinged, pieces):
     assert clash.figure == f"both take {whole_post:.3g} mm3"
 
 
+@pytest.mark.slow
 def test_what_is_beyond_the_port_is_red_and_its_circle_drawn(hinged, pieces):
     post = Solid("post", box(-1e-3, 2.8e-3, -1e-4, 1e-3, 2.9e-3, 0.0), "steel", "#000000", BodyRole.MOUNT)
     (clash,) = clashes(hinged, (*pieces, post), prove(hinged, (*pieces, post)), ())

@@ -76,11 +76,13 @@ def faults(layout):
     return {finding.key: finding for finding in found}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("figures", [FIGURES, "material: titanium-grade-5"])
 def test_a_jaw_with_teeth_holes_taper_and_shank_passes(tmp_path, figures):
     assert faults(layout_of(tmp_path, grasper(), figures)) == {}
 
 
+@pytest.mark.slow
 def test_two_jaws_with_shanks_open(tmp_path):
     layout = layout_of(tmp_path, grasper(), f"{FIGURES}, hinge: 4, opening: 40 deg")
     document = json.loads(mounting.render_fit(layout, whole(layout))["mount/fit.json"])
@@ -125,6 +127,7 @@ def test_a_file_in_another_unit_has_no_metal_under_the_coils(tmp_path, unit):
     assert set(found) == {"mount.jaw.step"} and f"{24 / unit:.4g} x" in found["mount.jaw.step"].detail
 
 
+@pytest.mark.slow
 def test_a_contradiction_says_measured_and_written_value(tmp_path):
     found = faults(layout_of(tmp_path, block(24, 6.3, 1.8), FIGURES))
     values = {key.rpartition(".")[2]: (each.measured, each.limit) for key, each in found.items()}
@@ -138,6 +141,7 @@ def test_a_tilted_jaw_is_found_by_its_face(tmp_path):
     assert found["mount.jaw.datum"].measured == approx(4.25e-3 * 0.01746, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_round_back_that_lies_up_is_found_by_the_face_s_width(tmp_path):
     import build123d as bd
 
@@ -147,6 +151,7 @@ def test_a_round_back_that_lies_up_is_found_by_the_face_s_width(tmp_path):
     assert set(faults(layout_of(tmp_path, jaw, f"{FIGURES}, datum: [0, 0, -2], up: -z"))) == {"mount.jaw.up"}
 
 
+@pytest.mark.slow
 def test_a_window_belongs_to_the_figures(tmp_path):
     import build123d as bd
 

@@ -111,6 +111,7 @@ def test_finer_splines_and_more_points_change_nothing(plate):
     assert coarse == approx(fine, abs=2e-3 * np.abs(fine).max())
 
 
+@pytest.mark.slow
 def test_an_endless_plate_is_the_image():
     from box_of_loops import endless_change
 
@@ -121,6 +122,7 @@ def test_an_endless_plate_is_the_image():
         assert ours == approx(endless_change(*JAW, gap), rel=2e-3)
 
 
+@pytest.mark.slow
 def test_an_endless_disc_off_centre_is_the_image():
     from box_of_loops import endless_change
 

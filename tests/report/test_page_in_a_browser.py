@@ -36,6 +36,7 @@ def page(package):
         yield browser
 
 
+@pytest.mark.slow
 def test_how_far_states_and_response_are_apart_at_rest_is_said(page, package):
     """Files of one package had two frequencies at rest, 0.01 % apart, and none said which is right."""
     coils = json.loads((package / "estimate.json").read_text())["coils"]
@@ -188,6 +189,7 @@ def test_axe_finds_nothing_serious(page):
     assert [one for one in found if one[1] in ("serious", "critical")] == []
 
 
+@pytest.mark.slow
 def test_a_sensor_without_a_target_has_neither_view(tmp_path):
     spec = sitscad.load_text("sitscad: 1\nname: bare\ncoil: {shape: circle, outer_diameter: 8, turns: 12, layers: 2, "
                              "trace_width: 100 um, trace_spacing: 100 um}\n")

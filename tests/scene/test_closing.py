@@ -91,6 +91,7 @@ def test_what_lies_in_a_pad_pocket_is_narrower_than_it():
     assert half_width(layout, floor + 0.7e-3) > 1.9e-3
 
 
+@pytest.mark.slow
 @pytest.mark.cad
 def test_a_pocketed_jaw_and_its_insert_do_not_touch_but_on_the_floor():
     from sitscad.parts import mesh

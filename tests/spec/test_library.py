@@ -201,6 +201,7 @@ PLACES = [(part, one) for part in ("coil", "array", "fpc", "target", "readout", 
           for one in (None, *(each.name for each in (fields(getattr(BENCH, part)) if part != "name" else ())))]
 
 
+@pytest.mark.slow
 @given(place=st.sampled_from(PLACES), value=HOSTILE | st.sampled_from([1e30, 1e-30, (1,), (1e3, 1.0)]))
 @settings(max_examples=300, deadline=None)
 def test_any_value_put_into_a_spec_is_used_or_refused_in_seconds(place, value):

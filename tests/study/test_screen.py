@@ -99,6 +99,7 @@ def test_a_shape_without_a_model_is_judged_in_full():
     assert found == judged(spec, names)
 
 
+@pytest.mark.slow
 def test_leads_in_a_given_body_are_known_less_well():
     """They are longer than the screen takes them to be: R_P was 14.5 % off where 8 % were stated."""
     spec = sitscad.load_text(templates.read("round_button_12mm")).replace("coil.turns", 4.25)
@@ -113,6 +114,7 @@ def test_a_target_that_lets_waves_through_is_judged_in_full(metal, level):
     assert screened([spec], ["rp"])[0].level == level
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("template", "changes"), [
     ("three_axis_triangle", {"target.size": 14e-3}),  # 14.1 mN of normal force for 6.0
     ("three_axis_triangle", {"target.size": 17.5e-3}),  # refused by SIT401 where 20 mN were asked, which full passes

@@ -91,6 +91,7 @@ def test_studies_of_the_gallery_are_read_and_are_of_what_varies(name):
     assert asked.space.size > 10 * asked.evaluations and asked.base.key(first, "full") != asked.base.key(last, "full")
 
 
+@pytest.mark.slow
 def test_all_designs_of_a_small_grid_are_looked_at_and_the_front_is_true(answered):
     _, answer = answered
     assert answer.found.method == "grid" and len(answer.found.screened) == 20 and answer.is_met
@@ -124,6 +125,7 @@ def test_text_and_json_say_what_was_found(answered):
     assert "sitscad build 'my study/designs/1.yaml'" in answer_text(answer, "my study")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["nsga2", "sobol", "grid"])
 def test_the_base_is_looked_at_first_so_that_nothing_worse_is_kept(method, folder):
     """A short search kept designs that the base beat, since it was no candidate itself."""
@@ -214,6 +216,7 @@ def test_time_left_is_that_of_the_units_that_are_drawn_now(monkeypatch, capsys):
     assert "units: 20 of 256, 2 min left, 2 a second" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_designs_whose_units_fail_make_room_for_the_next_and_are_counted(folder, monkeypatch):
     """The first design that is asked about yields nothing, all others everything."""
     from sitscad.study.running import StudyRun
@@ -245,6 +248,7 @@ def test_a_goal_that_nothing_decides_is_said(folder):
     assert "rate is the same of all designs" in answer_text(answer)
 
 
+@pytest.mark.slow
 def test_an_infeasible_study_says_what_binds_and_the_nearest_that_was_tried(folder, capsys, monkeypatch):
     monkeypatch.chdir(folder)
     text = STUDY.replace(">= 2.5 uH", ">= 1 mH").replace("- minimize: board.area", "")
@@ -282,6 +286,7 @@ def test_the_answer_is_told_before_the_yields_and_an_interrupted_study_says_how_
     assert "Not worked out" in (folder / "the out/study.html").read_text() and "used again" in whole.err
 
 
+@pytest.mark.slow
 def test_a_search_that_is_interrupted_leaves_a_page_of_what_it_looked_at(folder, capsys, monkeypatch):
     """It left archive.jsonl alone, which nobody reads."""
     from sitscad.study.running import StudyRun
@@ -309,6 +314,7 @@ def test_a_search_that_is_interrupted_leaves_a_page_of_what_it_looked_at(folder,
     assert again == _files(folder, "whole")
 
 
+@pytest.mark.slow
 def test_designs_without_a_screen_are_judged_in_full_once_and_the_answer_says_so(folder, monkeypatch):
     from sitscad.study import evaluating
 
@@ -368,6 +374,7 @@ def _files(folder, name="out"):
     return {path: content for path, content in found.items() if path.name != ARCHIVE}
 
 
+@pytest.mark.slow
 def test_killed_and_resumed_by_two_processes_gives_the_bytes_of_one(folder, tmp_path_factory):
     whole = tmp_path_factory.mktemp("whole")
     for name in ("coil.yaml", "study.yaml"):
@@ -531,6 +538,7 @@ def _lines_of(path):
     return path.read_bytes().splitlines()
 
 
+@pytest.mark.slow
 def test_a_changed_study_uses_again_what_still_fits(folder):
     first = sitscad.Study.load(folder / "study.yaml").run(folder=folder / "out", draws=0)
     (folder / "study.yaml").write_text(STUDY.replace("to: 13,", "to: 13.5,").replace("2.5 uH", "2.6 uH"))
@@ -656,6 +664,7 @@ search: {method: sobol, evaluations: 80}
 """
 
 
+@pytest.mark.slow
 def test_designs_behind_those_that_only_the_full_level_refuses_are_found(tmp_path):
     """Coils of 15 turns have no room for their inner vias, which the screen cannot ask, and rank first: it ended with
     none of 8 turns judged, all of which pass.
@@ -666,6 +675,7 @@ def test_designs_behind_those_that_only_the_full_level_refuses_are_found(tmp_pat
     assert answer.kept and {one.changed["coil.turns"] for one in answer.kept} == {8}
 
 
+@pytest.mark.slow
 def test_scatter_is_told_of_goals_and_limits_without_a_yield_asked(folder):
     study = sitscad.Study.load(folder / "study.yaml")
     answer = study.run(draws=8)
@@ -894,6 +904,7 @@ def test_differential_evolution_and_a_grid_find_one_best():
     assert (3, 7, 20) in [point for part in calls for point in part]
 
 
+@pytest.mark.slow
 def test_a_front_of_nsga2_is_that_of_all_designs():
     pytest.importorskip("pymoo")
     space = Space(tuple(Variable(f"x{k}", tuple(range(9))) for k in range(3)), {}, {})
@@ -1096,6 +1107,7 @@ def test_copper_of_a_unit_scatters_the_resistance_as_the_estimate_says():
     assert 0.5 * (found[0] - found[1]) / (0.5 * sum(found)) == approx(sigmas(spec)[WIDTH], rel=0.05)
 
 
+@pytest.mark.slow
 def test_memory_of_a_design_is_given_back_before_the_next():
     """Units of a design of 33 MB each grew to 3.6 GB: rings of few objects, which Python does not look for."""
     class Ring:
@@ -1106,6 +1118,7 @@ def test_memory_of_a_design_is_given_back_before_the_next():
     assert [ref() is None for ref in left[:2]] == [True, True]
 
 
+@pytest.mark.slow
 def test_units_of_a_run_that_goes_on_count_from_those_of_its_archive(folder):
     """A study that went on told 0 of what was left, as if nothing had been done."""
     study, out = sitscad.Study.load(folder / "study.yaml"), folder / "out"

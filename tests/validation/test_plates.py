@@ -124,6 +124,7 @@ MORE = [("8 mm", 10 * MM, 5 * MM, 1e6, 0.5e6, 1.0), ("8 mm", 10 * MM, 0.03 * MM,
         ("8 mm", 8 * MM, 3 * MM, 1e6, 35e6, 1.0), ("8 mm", 4 * MM, 0.5 * MM, 5e6, 1.3e6, 5.0)]
 
 
+@pytest.mark.slow
 @pytest.mark.needs("scipy")
 @pytest.mark.parametrize("case", [*DISCS, *(pytest.param(case, marks=pytest.mark.slow) for case in MORE)], ids=str)
 def test_a_disc_of_any_metal_and_thickness_is_one_of_finite_elements(case):

@@ -92,6 +92,7 @@ def test_elements_converge(metal):
     assert middle == approx(fine, rel=2e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("metal", ["304", "17-4"])
 def test_a_large_disc_of_elements_is_an_endless_plate(metal):
     """Dodd and Deeds's integral, magnetic or not: over three coil diameters of it nothing is missing."""

@@ -316,6 +316,7 @@ def _saved(path: Path, text: str) -> None:
     os.replace(beside, path)
 
 
+@pytest.mark.slow
 def test_saves_are_followed_and_interrupting_ends_it(watched):
     found, path = watched
     assert found.until(lambda event: event["stage"] == "estimate")["revision"] == 1

@@ -48,6 +48,7 @@ def test_texts_out_of_pieces_are_read_alike(text):
     same("a: [1, " + text + "]\n")
 
 
+@pytest.mark.slow
 @given(st.data())
 @settings(max_examples=300, deadline=None)
 def test_templates_with_changes_are_read_alike(data):
