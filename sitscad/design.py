@@ -442,11 +442,8 @@ def respond_to(
     tolerance: float | None = None,
     progress: Callable[[int, int], None] | None = None,
     derivatives: bool = False,
-    by_elements: bool = False,
 ) -> Response:
-    """What the coils read at poses, loads and load cases together, in this order; with the `derivatives` of the
-    frequencies where wanted, and the poses of loads by finite elements rather than the pad's law where wanted.
-    """
+    """Response at poses, loads and load cases, in this order; with the `derivatives` of the frequencies if wanted."""
     from sitscad.estimates.response.cases import in_cases, with_cases
     from sitscad.estimates.response.placed import require_possible
 
@@ -455,7 +452,7 @@ def respond_to(
         require_possible(model.spec, motions.poses)
         parts.append(model.respond(motions.poses, frequency, tolerance, progress))
     if len(motions.loads):
-        parts.append(model.under(motions.loads, motions.held, frequency, tolerance, progress, by_elements))
+        parts.append(model.under(motions.loads, motions.held, frequency, tolerance, progress))
     if motions.cases:
         parts.append(in_cases(model, motions.cases, frequency, tolerance, progress))
     if not derivatives:

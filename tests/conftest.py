@@ -27,7 +27,7 @@ TEMPLATES = ROOT / "templates"
 CAD_MODULES = ("build123d", "cadquery", "OCP", "gmsh", "manifold3d", "trimesh")
 
 FINITE_ELEMENTS = ("ngsolve",)
-"""What only sitscad[fe] brings, which computed a reference."""
+"""Modules of the dependency group `references`, which computed figures that tests compare with."""
 INSTALL_EXTRA = "pip install 'sitscad[all,test]' brings it"
 INSTALL_CLIENTS = ".ci/install-clients installs it on Debian 12"
 

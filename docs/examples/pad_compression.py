@@ -1,6 +1,6 @@
 """The pad's mesh in a finite-element solver: pressed by its target, beside the law that sitscad computes with.
 
-    pip install 'sitscad[all,fe]'
+    pip install 'sitscad[all]' ngsolve
     python docs/examples/pad_compression.py [SPEC] [SIZE]
 
 The mesh is what a package has as `mesh/NAME-elastomer.msh`, here with elements of SIZE (mm). The solver is NGSolve:

@@ -203,10 +203,6 @@ What the sensor feels (--performance), at rest, half and full load:
 @click.option("--scan", "scans", multiple=True, metavar="x=-2:2:41,...", help="FIRST:LAST:COUNT of any of these names.")
 @click.option("--case", "cases", multiple=True, metavar="NAME", help="A load case of the spec's loads, or all of them.")
 @click.option(
-    "--method", default="law", show_default=True, metavar="law|finite-elements",
-    help="How loads become poses; finite elements are slow.",
-)
-@click.option(
     "--frequency", metavar="FREQUENCY",
     help="Where L and R are taken, like 5MHz (default: each coil's own tank frequency).",
 )
@@ -218,7 +214,7 @@ What the sensor feels (--performance), at rest, half and full load:
 @click.option("--format", "format_name", default="text", show_default=True, metavar="text|json|csv")
 @click.option("-o", "--output", type=click.Path(dir_okay=False), help="A file instead: .npz, .csv or .json.")
 def response(
-    spec: str, method: str, frequency: str | None, tolerance: float | None, jacobian: bool, performance: bool,
+    spec: str, frequency: str | None, tolerance: float | None, jacobian: bool, performance: bool,
     cell: int | None, format_name: str, output: str | None, **moved: tuple[str, ...],
 ) -> int:
     """Print what the coils read at poses and under loads.
@@ -234,10 +230,9 @@ def response(
     from sitscad.inspection import as_configured
     from sitscad.package import write_file
     from sitscad.report.response import RESPONSE_FILES, RESPONSE_FORMATS, response_file
-    from sitscad.scene.motions import LOAD_METHODS, MotionError, frequency_of, read_motions
+    from sitscad.scene.motions import MotionError, frequency_of, read_motions
 
     show = row_of(RESPONSE_FORMATS, format_name, "--format")
-    row_of(dict.fromkeys(LOAD_METHODS), method, "--method")
     ending = os.path.splitext(output or "")[1].lower()
     if output:
         row_of(dict.fromkeys(RESPONSE_FILES), ending, "-o")
@@ -255,7 +250,7 @@ def response(
     design = _of_cell(whole, cell)
     progress = progress_of("poses solved") if len(motions) > MANY else None
     try:
-        found = respond_to(design, motions, at, tolerance, progress, jacobian, method != "law")
+        found = respond_to(design, motions, at, tolerance, progress, jacobian)
     except sitscad.NoResponse as error:
         raise click.UsageError(f"{spec}: {error}") from error
     felt = design.performance if performance else None

@@ -39,7 +39,7 @@ the far edge of a level block would then give way by 6 % more (1 + 6 e / a, as i
 SOURCE = (
     "pressure between bonded plates by the torsion function (Gent & Lindley 1959, Gent & Meinecke 1970), large strain "
     "F = (Ea A/3)(1/lambda^2 - lambda) (Lindley; from memory), what they leave open fitted to our own finite elements "
-    "(sitscad/mechanics/elements); a pad loaded over part of its area: the loaded part cut out, a lower bound of "
+    "(tests/oracles/pad_elements); a pad loaded over part of its area: the loaded part cut out, a lower bound of "
     "the stiffness by minimum potential energy (textbook; held by our finite elements)"
 )
 

@@ -2,7 +2,7 @@
 
 Textbook terms carry it: the pressure of incompressible rubber between bonded plates (the torsion function of the face,
 Gent & Lindley 1959, Gent & Meinecke 1970), Lindley's large-strain law, shear and bending of a short column. What they
-leave open is fitted to our own finite elements (sitscad/mechanics/elements.py, pad_figures.csv): neo-Hookean,
+leave open is fitted to our own finite elements (tests/oracles/pad_elements.py, pad_figures.csv): neo-Hookean,
 incompressible, faces of one to six thicknesses (fourteen across one of them), strain up to 35 %. Lengths are in
 thicknesses, stresses in shear moduli, unless a docstring says otherwise.
 

@@ -44,9 +44,6 @@ ROTATIONS = {"held": "kept level", "free": "free to tilt"}
 
 USUAL_ROTATION = "free"  # Of a load that does not say. Data sheets, calibrations and load cases are of a level target
 
-LOAD_METHODS = ("law", "finite-elements")
-"""How loads become poses: by the pad's law, or by finite elements, which take minutes."""
-
 BARE = {**dict.fromkeys(POSE[:3], 1e-3), **dict.fromkeys(POSE[3:], math.pi / 180.0), **dict.fromkeys(FORCE, 1.0),
         **dict.fromkeys(MOMENT, 1e-3)}
 """What a bare number counts in: millimetres, degrees, newtons, newton millimetres."""

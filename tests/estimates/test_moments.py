@@ -12,7 +12,7 @@ from tolerance import approx
 import sitscad
 from sitscad.checks import check
 from sitscad.design import Design, respond
-from sitscad.estimates.response.pad import NoResponse, pushed, soft_pad, tilt_stiffness
+from sitscad.estimates.response.pad import pushed, soft_pad, tilt_stiffness
 from sitscad.estimates.response.working_range import axes_felt, required_range, working_range
 from sitscad.scene.motions import MotionError, read_motions
 from sitscad.spec import templates
@@ -133,13 +133,6 @@ def test_moment_on_a_level_target_is_refused_and_on_a_free_one_turns_it():
     assert pose[0, 3] > 0.0
     assert pose[1, 4] > 0.0
     assert pose[0, 3] == approx(1e-3 / tilt_stiffness(soft_pad(spec), loads[:1] * [1, 0, 0, 0, 0])[0, 0], rel=0.01)
-
-
-def test_finite_elements_refuse_a_moment_by_name():
-    pytest.importorskip("ngsolve")
-    with pytest.raises(NoResponse, match="moment"):
-        Design(sitscad.load_text(CELL)).response.under(
-            np.array([[4.0, 0.0, 0.0, 1e-3, 0.0]]), np.array([False]), by_elements=True)
 
 
 def test_moments_are_felt_in_newton_metres(cell):

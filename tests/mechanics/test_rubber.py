@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from pad_elements import FARTHEST, invariant_terms
 from tolerance import approx
-
-from sitscad.mechanics.elements import FARTHEST, invariant_terms
 
 
 def _stress(exponent, stretch):

@@ -24,7 +24,7 @@ REST = ("1", "u", "v", "s", "uu", "vv", "ss", "uv", "us", "vs")
 BY_STRAIN = (*REST, "uus", "uvs")
 SKEW = {"press": ("oo", "r"), "shear": ("o", "r"), "tilt": ("o", "r")}
 RIDGE = 1e-6
-SOURCE = "tests/validation/fit_films.py, to finite elements (sitscad/mechanics/elements)"
+SOURCE = "tests/validation/fit_films.py, to finite elements (tests/oracles/pad_elements)"
 
 
 class Sample(NamedTuple):

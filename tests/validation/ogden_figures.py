@@ -1,4 +1,4 @@
-"""Prints lines of ogden_figures.csv: what the finite elements of `sitscad.mechanics.elements` say of pads of Ogden's
+"""Prints lines of ogden_figures.csv: what the finite elements of `tests/oracles/pad_elements.py` say of pads of Ogden's
 rubber of one term, of modulus 1 and thickness 1, at the poses of pad_figures.py and a pull.
 
     python tests/validation/ogden_figures.py ALONG,ACROSS [--round] [--rim R] [--skin T] [--skin-modulus M]
@@ -12,10 +12,12 @@ from __future__ import annotations
 import argparse
 import csv
 import sys
+from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).parents[1] / "oracles"))
+
+from pad_elements import GluedPlate, HalfPad, fanned
 from pad_figures import POSES, TILT
-
-from sitscad.mechanics.elements import GluedPlate, HalfPad, fanned
 
 WHAT = ("exponent", "skin_exponent")
 FEW = ((0, -0.1, 0), (0, -0.2, 0), (0, -0.3, 0), (0, -0.35, 0), (0.4, -0.2, 0), (0.4, -0.2, TILT), (0.5, 0, 0))

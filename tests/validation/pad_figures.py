@@ -1,5 +1,5 @@
-"""Prints lines of pad_figures.csv: what the finite elements of `sitscad.mechanics.elements` say of a pad, neo-Hookean
-of modulus 1 and thickness 1.
+"""Prints lines of pad_figures.csv: forces on a neo-Hookean pad of modulus 1 and thickness 1, by the finite elements of
+`tests/oracles/pad_elements.py`.
 
     python tests/validation/pad_figures.py WIDTHS [--round] [--rim R] [--skin T] [--skin-modulus M] [--degree D]
 
@@ -14,8 +14,11 @@ import argparse
 import csv
 import math
 import sys
+from pathlib import Path
 
-from sitscad.mechanics.elements import GluedPlate, HalfPad, fanned
+sys.path.insert(0, str(Path(__file__).parents[1] / "oracles"))
+
+from pad_elements import GluedPlate, HalfPad, fanned
 
 TILT = math.radians(5.0)
 POSES = ((0, 0, 0), (0, -0.1, 0), (0, -0.2, 0), (0, -0.3, 0), (0, -0.35, 0), (0.25, -0.3, 0), (0.4, -0.2, 0),

@@ -7,9 +7,9 @@ import pytest
 from pad_of_elements import stiffness
 from tolerance import approx
 
-pytest.importorskip("ngsolve", reason="pip install sitscad[fe]")
+pytest.importorskip("ngsolve", reason="pip install --group references")
 
-from sitscad.mechanics.elements import BOARD, FREE, MIDDLE, PLATE, GluedPlate, HalfPad, fanned
+from pad_elements import BOARD, FREE, MIDDLE, PLATE, GluedPlate, HalfPad, fanned
 
 pytestmark = pytest.mark.slow
 SQUARE = GluedPlate(4e-3, 4e-3, 2e-3)

@@ -13,7 +13,7 @@ from sitscad.arrays import Array, ComplexArray, Flags
 from sitscad.estimates.circuit.coils import coil_circuits
 from sitscad.estimates.circuit.neighbours import at_contacts, idle_load
 from sitscad.estimates.circuit.tank import CoilCircuit, Tank
-from sitscad.estimates.response.pad import NoResponse, holding, pushed, pushed_by_elements
+from sitscad.estimates.response.pad import NoResponse, holding, pushed
 from sitscad.estimates.response.placed import LEAST_HEIGHT, Cover, Placed, at_rest
 from sitscad.estimates.response.plate import (
     LOSSY,
@@ -190,15 +190,15 @@ class ResponseModel:
 
     def under(
         self, loads: Array, held: Flags | None = None, frequency: float | None = None,
-        tolerance: float | None = None, progress: Progress | None = None, by_elements: bool = False,
+        tolerance: float | None = None, progress: Progress | None = None,
     ) -> Response:
         """Everything under (n, 3 or 5) loads (see `pad.pushed`), the target's rotation `held` (n,; all of them where it
-        is left out) or free; poses by the pad's law, or by finite elements (see `pad.pushed_by_elements`).
+        is left out) or free; poses by the pad's law.
         """
         loads = np.asarray(loads, dtype=float)
         loads = loads.reshape(-1, loads.shape[-1] if loads.ndim > 1 else 3)
         level = np.ones(len(loads), dtype=bool) if held is None else held
-        poses, said = (pushed_by_elements if by_elements else pushed)(self.spec, loads, level)
+        poses, said = pushed(self.spec, loads, level)
         found = self.respond(poses, frequency, tolerance, progress)
         notes = tuple((*own, note) if note else own for own, note in zip(found.notes, said, strict=True))
         return replace(found, force=loads[:, [1, 2, 0]] * [1.0, 1.0, -1.0], notes=notes)

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from importlib import import_module
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,9 +13,6 @@ from sitscad.mechanics.elastomer import BARE
 from sitscad.mechanics.pad import BondedPad
 from sitscad.scene.bodies import film_thickness
 from sitscad.spec.sensor import SensorSpec
-
-if TYPE_CHECKING:
-    from sitscad.mechanics.elements import GluedPlate
 
 STEPS = np.array([5e-6, 5e-6, 5e-6, 5e-4, 5e-4, 5e-4])
 """Steps (m, rad) of the differences: a thousandth of what matters, far above rounding."""
@@ -72,81 +67,6 @@ def pushed(
     notes[lost] = TOO_SOFT
     poses[lost] = straight(pad, loads[lost])
     return poses, tuple(str(note) for note in notes)
-
-
-DEGREE, CELLS = 3, 2  # Of the elements: within 2 % of finer ones (4 % of flat pads pressed by more than 30 %)
-SETTLED = 1e-6  # Where the search for a pose ends: the last step in thicknesses and radians
-
-MOST_STEPS = 12
-
-
-def pushed_by_elements(spec: SensorSpec, loads: Array, held: Flags) -> tuple[Array, tuple[str, ...]]:
-    """Poses (n, 6; m, rad) under loads (n, 3 or 5; N: normal, shear along x, along y), and what there is to say of
-    each.
-
-    A load lies in the plane of one shear force. Raises NoResponse without the solver, for pads that the meshes do not
-    know (partly round faces, a film beyond a rim), loads in two planes or with a moment, and without an equilibrium.
-    """
-    try:
-        import_module("ngsolve")
-    except ImportError as error:
-        raise NoResponse(f"finite elements need ngsolve: pip install 'sitscad[fe]' ({error})") from error
-    pad, poses = soft_pad(spec), np.zeros((len(loads), 6))
-    for k, (normal, shear_x, shear_y, *moments) in enumerate(loads):
-        if any(moments):
-            raise NoResponse("finite elements take forces alone, and no moment")
-        if shear_x and shear_y:
-            raise NoResponse("finite elements take shear along x or along y, not both in one load")
-        along_y = bool(shear_y)
-        x, z, turn = _posed(pad, along_y, float(normal), float(shear_y if along_y else shear_x), bool(held[k]))
-        poses[k, [1, 2, 3] if along_y else [0, 2, 4]] = x, z, -turn if along_y else turn
-    return poses, tuple("the pose by finite elements of third degree" for _ in loads)
-
-
-def _posed(pad: BondedPad, along_y: bool, normal: float, shear: float, is_held: bool) -> tuple[float, float, float]:
-    """Place along the shear and up (m) and turn (rad) under a load: Newton's method from the law's pose."""
-    from sitscad.mechanics.elements import HalfPad, fanned
-
-    solid, free = _solid(pad, along_y), 2 if is_held else 3
-    elements = HalfPad(solid, CELLS, pad.shear_modulus, pad.around.film_modulus, DEGREE, fanned(solid, CELLS, 1),
-                       (pad.exponent, pad.around.film_exponent))
-    guess = pad.pose(np.array([[normal, 0.0, shear] if along_y else [normal, shear, 0.0]]), is_held)[0]
-    pose = np.array([guess[1], guess[2], -guess[3]]) if along_y else guess[[0, 2, 4]]
-    if not np.all(np.isfinite(guess)):
-        pose = np.array([0.0, -pad.thickness * float(pad.strain(np.array(normal))), 0.0])
-    units = np.array([pad.thickness, pad.thickness, 1.0])[:free]
-    for _ in range(MOST_STEPS):
-        try:
-            found = elements.move((float(pose[0]), float(pose[1]), float(pose[2])))
-        except ArithmeticError as error:
-            raise NoResponse(f"finite elements: {error}") from error
-        sine, cosine = math.sin(pose[2]), math.cos(pose[2])
-        lack = np.array([found.force_x - shear, found.force_z + normal,
-                         found.moment_y - pad.height * (cosine * shear + sine * normal)])
-        slope = found.stiffness.copy()
-        slope[2, 2] -= pad.height * (cosine * normal - sine * shear)
-        step = np.linalg.solve(slope[:free, :free], lack[:free])
-        size = float(np.abs(step / units).max())
-        pose[:free] -= step * min(1.0, 0.2 / max(size, 1e-30))
-        if size < SETTLED:
-            return float(pose[0]), float(pose[1]), float(pose[2])
-    raise NoResponse("finite elements: no equilibrium was found, the pad gives way sideways")
-
-
-def _solid(pad: BondedPad, along_y: bool) -> GluedPlate:
-    """The pad as its mesh is told, its first width along the shear."""
-    from sitscad.mechanics.elements import GluedPlate
-
-    face = pad.face
-    if pad.around.webs.width:
-        raise NoResponse("finite elements know a pad alone, not one that webs join to others")
-    is_round = face.round > 0.5
-    if 0.0 < face.round < 1.0 or (is_round and abs(face.width_x - face.width_y) > 1e-9):
-        raise NoResponse("finite elements know rectangular and circular faces of a pad, not what lies between")
-    if pad.around.rim and pad.around.film:
-        raise NoResponse("finite elements know a film round a target that covers its pad, not one beyond a rim")
-    widths = (face.width_y, face.width_x) if along_y else (face.width_x, face.width_y)
-    return GluedPlate(*widths, pad.thickness, is_round, pad.around.rim, pad.around.film)
 
 
 def tilt_stiffness(pad: BondedPad, loads: Array) -> Array:

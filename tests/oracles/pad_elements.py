@@ -1,8 +1,8 @@
-"""A bonded pad at large strain, by mixed finite elements: the law's yardstick, and an answer at will for one design.
+"""A bonded pad at large strain by mixed finite elements: the reference of the pad's law.
 
 Displacements of fourth degree along each edge and pressures of second degree in each element (Qk / Qk-2, discontinuous:
 a stable pair), on few elements that fan out at the bonded edges. Neo-Hookean: W = mu/2 (J^(-2/3) I1 - 3) + p (J - 1) -
-p^2 / (2 K), or Ogden's of one term in place of the first. Netgen/NGSolve solves (`pip install sitscad[fe]`).
+p^2 / (2 K), or Ogden's of one term in place of the first. Netgen/NGSolve solves (`pip install --group references`).
 
 The pad under the plate is a picture frame in three dimensions: an inner box, and six blocks between its faces and the
 pad's. Every edge of the bonded faces is then shared by two elements of 45 degrees (by three where a rim or a skin lies
