@@ -25,6 +25,7 @@ SIX = ("build123d", "cadquery", "gmsh", "manifold3d", "numpy", "trimesh")
 HEAVY = {
     "build123d", "cadquery", "OCP", "gmsh", "manifold3d", "trimesh", "scipy", "matplotlib", "ezdxf", "shapely",
     "gerbonara", "ngsolve", "netgen", "vtkmodules", "sympy", "rich", "pymoo", "distributed",
+    "threadpoolctl",
 }
 
 

@@ -24,6 +24,7 @@ from sitscad.estimates.response.pad import NoResponse
 from sitscad.estimates.response.working_range import working_range
 from sitscad.record import record
 from sitscad.scene.motions import ROTATIONS
+from sitscad.threads import one_thread
 
 USUAL_POINTS, FEWEST, MOST = 8, 3, 40  # Loads that a plan has beside the tare: as a rule, at least and at most
 
@@ -192,6 +193,7 @@ class Calibration:
 
 
 @lru_cache(maxsize=4)
+@one_thread
 def foretell(model: ResponseModel, is_held: bool = True, count: int = USUAL_POINTS) -> Calibration:
     """The plan of a calibration, and the map of the sensor as it is drawn with its error on sensors as they are made.
     Raises NoResponse where the design has no tank that oscillates or no pad, ValueError for too few or many points.
@@ -235,6 +237,7 @@ def turned_otherwise(found: Calibration, errors: Array) -> tuple[tuple[str, floa
 
 
 @lru_cache(maxsize=4)
+@one_thread
 def sensors_of(model: ResponseModel, is_held: bool = True) -> Sensors:
     """The sensors of a design, charted once; raises NoResponse without a tank that oscillates or a pad that holds."""
     sensors = Sensors(model, is_held and not working_range(model.spec).has_moments)
@@ -256,6 +259,7 @@ def sensors_of(model: ResponseModel, is_held: bool = True) -> Sensors:
     return sensors
 
 
+@one_thread
 def calibrate_by(sensors: Sensors, points: Points, form: Tried | None = None) -> Calibration:
     """The map of the measured sensor: the model's unknowns first, then what they leave. `form` is chosen if None."""
     tried: tuple[Tried, ...] = ()

@@ -10,6 +10,7 @@ from sitscad.estimates.values import CoilEstimate, CrossCheck, Estimates, Readou
 from sitscad.estimates.winding.methods import METHODS, Method
 from sitscad.layout.board import Layout
 from sitscad.spec.format.validity import refuse_unusable
+from sitscad.threads import one_thread
 
 __all__ = [
     "METHODS", "CoilEstimate", "CrossCheck", "Estimates", "Method", "ReadoutEstimate", "StateEstimate", "estimate"
@@ -47,6 +48,7 @@ def missed_tolerance(found: Estimates, tolerance: float, method: str | None) -> 
     return (f"{asked} a tolerance of {tolerance:g} for this coil: {worst.method} states {worst.inductance_error:.2g}",)
 
 
+@one_thread
 def estimated(
     layout: Layout, method: str | None = None, tolerance: float | None = None, temperature: float | None = None,
     solved: float | None = None,

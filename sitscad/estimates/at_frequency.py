@@ -15,6 +15,7 @@ from sitscad.layout.board import Layout
 from sitscad.physics.resonator import apparent_impedance
 from sitscad.record import record, replace
 from sitscad.scene.state import FREE
+from sitscad.threads import one_thread
 from sitscad.units import show
 
 
@@ -69,6 +70,7 @@ class CoilAtFrequency:
         }
 
 
+@one_thread
 def coils_at(
     layout: Layout, frequencies: tuple[float, ...], method: str | None = None, tolerance: float | None = None
 ) -> tuple[CoilAtFrequency, ...]:

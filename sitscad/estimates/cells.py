@@ -22,6 +22,7 @@ from sitscad.record import record
 from sitscad.scene.state import REST
 from sitscad.spec.places import cell_specs
 from sitscad.spec.sensor import SensorSpec
+from sitscad.threads import one_thread
 from sitscad.units import show
 
 AROUND = 1.5
@@ -101,6 +102,7 @@ class AlikeCells:
         return tuple(dict.fromkeys(self.numbers[k] for k in (order[0], order[-1])))
 
 
+@one_thread
 def cell_crosstalk(layout: Layout, estimates: Estimates) -> CellCrosstalk | None:
     """The crosstalk of a sensor's cells, each pressed as in the state pressed, or by `USUAL_STRAIN` of its pad where
     there is none; None where no coil has a signal.
@@ -237,6 +239,7 @@ HEAD = ("cells", "webs: stiffer by", "pressed by", "range", "overload", "resolut
 WORST = " (worst)"
 
 
+@one_thread
 def press_shares(layout: Layout, frequency: float, is_rough: bool = False) -> list[float]:
     """What each coil reads of the required force on its own pad in parts of what it would on a mean pad of all cells;
     roughly in proportion to how far these give way. The frequency (Hz) is one near all coils' own.

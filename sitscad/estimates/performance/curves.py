@@ -13,6 +13,7 @@ from sitscad.estimates.scatter import manufacturing_scatter
 from sitscad.estimates.values import Estimates
 from sitscad.record import record
 from sitscad.scene.state import REST
+from sitscad.threads import one_thread
 
 STEPS, LINES = 15, 9  # Loads along a curve, and lines of constant load in the map of the working range
 
@@ -45,6 +46,7 @@ class Curves:
     held: float
 
 
+@one_thread
 def curves(felt: Felt, quick: Felt | None) -> Curves:
     """The curves of a design by its response; bands by the quick method, one sigma of each cause."""
     spec, estimates, bench = felt.bench.spec, felt.estimates, felt.bench

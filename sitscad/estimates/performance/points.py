@@ -40,6 +40,7 @@ from sitscad.estimates.winding.losses import SCREENING
 from sitscad.layout.board import Layout
 from sitscad.record import record
 from sitscad.scene.state import FREE
+from sitscad.threads import one_thread
 
 LIMITS = 3.0  # Standard deviations of manufacture between which a coil before assembly counts as sound
 HALF_SCANS, RESONANCE = "half the scan rate", "resonance of target and pad"  # What a bandwidth is limited by
@@ -126,6 +127,7 @@ class Felt:
         return full.friction(full.errors(self.units, self.working.map_errors), shear)
 
 
+@one_thread
 def feel(layout: Layout, estimates: Estimates, model: ResponseModel | None = None) -> Felt:
     """What a sensor feels: by its response where there is a `model`, else by a chart at a small part of the cost, which
     `quick` says how far off it is. Raises NoResponse where target, pad or a tank that the converter can count are

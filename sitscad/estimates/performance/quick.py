@@ -32,6 +32,7 @@ from sitscad.record import record
 from sitscad.scene.state import PRESSED, REST
 from sitscad.spec.places import shared_middles
 from sitscad.spec.sensor import ReadoutSpec, SensorSpec
+from sitscad.threads import one_thread
 
 LEAST_INDUCTANCE, SLOWEST = 0.1, 0.2
 """Least inductance and frequency, over those at rest: tanks that a chart takes beyond what oscillates stay finite."""
@@ -105,6 +106,7 @@ LIFTED = 0.1  # How far above rest the chart reaches, in thicknesses of the pad:
 DEPTH = VALID_STRAIN + LIFTED  # How far below rest it reaches at least, in thicknesses of the pad
 
 
+@one_thread
 def chart(layout: Layout, estimates: Estimates) -> Callable[[Array], Array]:
     """Frequencies (Hz) of the coils, (n, coils), at (n, 6) poses, of a design with a target on its pad and a state at
     rest of every coil: logarithms of them over those at rest by the target's place, at Chebyshev points of x, y and z.
@@ -201,6 +203,7 @@ def _pull(estimates: Estimates) -> Array:
     return found
 
 
+@one_thread
 def quick_bench(layout: Layout, estimates: Estimates) -> Bench:
     """A design with a target on its pad, by the chart. Raises NoResponse where a coil has no state at rest."""
     if not all(coil.states.get(REST) is not None and coil.states[REST].frequency > 0.0 for coil in estimates.coils):

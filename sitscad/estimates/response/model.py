@@ -43,6 +43,7 @@ from sitscad.record import record
 from sitscad.scene.bodies import target_gap, target_lines
 from sitscad.scene.state import REST, REST_POSE, State
 from sitscad.spec.sensor import SensorSpec
+from sitscad.threads import one_thread
 
 Progress = Callable[[int, int], None]
 
@@ -123,6 +124,7 @@ class ResponseModel:
         return np.array([math.nan if code is None else converter.amplitude(1.0, code, readout.high_current)
                          for code in codes])
 
+    @one_thread
     def respond(
         self, poses: Array, frequency: float | None = None, tolerance: float | None = None,
         progress: Progress | None = None, within: Array | None = None,
@@ -188,6 +190,7 @@ class ResponseModel:
             gap=float(target_gap(self.spec) or math.nan), glue=target_lines(self.spec),
         )
 
+    @one_thread
     def under(
         self, loads: Array, held: Flags | None = None, frequency: float | None = None,
         tolerance: float | None = None, progress: Progress | None = None,
@@ -362,6 +365,7 @@ def curves(
     return lambda frequencies: through(np.log(frequencies)[:, None])
 
 
+@one_thread
 def response_model(layout: Layout, estimates: Estimates) -> ResponseModel:
     """The model of a design; raises `NoResponse` where it has no target."""
     target = layout.spec.target

@@ -1,0 +1,47 @@
+"""Linear algebra on one thread: our matrices are small, and threads that wait for each other cost processor time."""
+
+from __future__ import annotations
+
+import os
+import threading
+from contextlib import ContextDecorator
+from functools import cache
+from typing import Any
+
+
+class OneThread(ContextDecorator):
+    """Limit the linear algebra of numpy to one thread until the outermost block that is entered ends.
+
+    The limit holds for the whole process while a block lasts, and the process gets its own setting back afterwards.
+    Nothing is done, and threadpoolctl is not loaded, if the environment limits OpenBLAS to one thread from the start.
+    """
+
+    def __init__(self) -> None:
+        self._lock, self._blocks = threading.Lock(), 0
+        self._limits: Any = None
+
+    def __enter__(self) -> None:
+        with self._lock:
+            if not self._blocks and os.environ.get("OPENBLAS_NUM_THREADS") != "1":
+                self._limits = _libraries().limit(limits=1, user_api="blas")
+            self._blocks += 1
+
+    def __exit__(self, *_: object) -> None:
+        with self._lock:
+            self._blocks -= 1
+            if not self._blocks and self._limits is not None:
+                self._limits.restore_original_limits()
+                self._limits = None
+
+
+@cache
+def _libraries() -> Any:
+    """The libraries of linear algebra that the process has loaded, those of numpy among them."""
+    import numpy  # noqa: F401  a library is found only once it is loaded
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController()
+
+
+one_thread = OneThread()
+"""For all solvers: as a decorator, or in a `with` statement."""
