@@ -13,10 +13,10 @@ from tolerance import approx
 
 from sitscad import lay_out
 from sitscad.geometry.path import Line, Point, polyline
-from sitscad.layout import routes
 from sitscad.layout.board import Role
 from sitscad.layout.clearance import Breadth, TrackToPlace, ViaToPlace
 from sitscad.layout.lanes import Ring, bus_for, rows_of_lanes
+from sitscad.layout.routing import routes
 from sitscad.layout.routing.escape import BUDGET, LOST, SearchLimit
 from sitscad.layout.routing.maze import Ground, Lattice, Maze, spread
 from sitscad.layout.routing.routes import front_of, route_freely
