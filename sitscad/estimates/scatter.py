@@ -43,6 +43,8 @@ OFFSET_X, OFFSET_Y, YAW = "target beside, x", "target beside, y", "target turned
 TILT_X, TILT_Y = "target tilted about x", "target tilted about y"
 HEIGHT, UNDER_SHIELD = "board over shield or metal", "shield over metal"
 SHIELD, METAL, TARGET = "shield thickness", "thickness of jaw or metal behind", "target thickness"
+THICKNESS = "copper thickness"
+"""Foil and plating together; not in `CAUSES`."""
 
 BOARD, UNIT, COIL = "board", "unit", "coil"
 """What has a cause to itself: the board, the assembled unit, or each of its coils."""

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import cached_property, lru_cache
-from itertools import pairwise
 
 import numpy as np
 
-from sitscad.arrays import Array
 from sitscad.estimates.circuit.tank import CoilCircuit, Tank
 from sitscad.estimates.scatter import (
     BEHIND,
@@ -20,28 +18,29 @@ from sitscad.estimates.scatter import (
     FOIL,
     PERMITTIVITY,
     PLATING,
+    THICKNESS,
     WIDTH,
     scatter,
 )
 from sitscad.estimates.states.assembly import AssemblyStates, Reflection, Surroundings, mirror
 from sitscad.estimates.values import Spread, StateEstimate
 from sitscad.estimates.winding.solved import SolvedWinding
+from sitscad.estimates.winding.track_slopes import inductance_slopes, lead_slopes
 from sitscad.layout.board import Coil
-from sitscad.physics.constants import MU0, skin_depth
-from sitscad.physics.inductance.mean_distance import log_mean_distance
+from sitscad.physics.constants import skin_depth
 from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.loss.current_modes import ProximityLoss
 from sitscad.physics.loss.proximity import ROUGH, USUAL, winding_loss
-from sitscad.physics.metal.current_spectrum import CurrentSpectrum, ring_spectrum, spiral_spectrum
-from sitscad.physics.metal.half_spaces import Reflector, distance_derivative, reflected_impedance, reflected_inductances
+from sitscad.physics.metal.current_spectrum import CurrentSpectrum
+from sitscad.physics.metal.half_spaces import Reflector, reflected_impedance, reflected_inductances
 from sitscad.record import kept, record, replace
 from sitscad.scene.column import usual_tolerances
+from sitscad.scene.state import PRESSED, REST
 from sitscad.spec.circuit import LayerKind, Stackup
 from sitscad.spec.sensor import SensorSpec
 
-THICKNESS = "copper thickness"
 SHARE, WINDOW = "share of the target", "window in the jaw"
-"""Causes beside those of `scatter.CAUSES`: foil and plating together, and how far off the metal's effect may be."""
+"""Causes beside those of `scatter.CAUSES`: how far off the metal's effect may be."""
 
 EXTRA = {WIDTH: (0.42, 1.12), THICKNESS: (-0.35, 0.68)}
 EXTRA_BENT = {WIDTH: (-0.69, 1.82), THICKNESS: (-0.55, 0.79)}
@@ -59,19 +58,15 @@ usual solutions are taken. (At 7 depths the rough power is 10 % too small, and o
 EXTRA_OF_LEADS = {WIDTH: (-0.5, 0.0), THICKNESS: (-1.0, 1.0)}
 """The same of leads, which lie in their own field: wide ones lose like 1/w, and the more the thicker they are."""
 
-EXTRA_INDUCTANCE = {WIDTH: 2.0, THICKNESS: -0.2}
-"""Share of itself, beside its growth with ln f, for the inductance that extra currents take away (within 0.3)."""
+EXTRA_INDUCTANCE = {WIDTH: 1.85, THICKNESS: -0.2}
+"""Share of itself, beside its growth with ln f, for the inductance that extra currents take away: of the width 1.7 to
+2.1 of round coils, 1.6 to 2.2 of others by whole solutions of eleven templates."""
 
 OWN_CAPACITANCE = {WIDTH: 1.0, DISTANCE: -0.75}
-"""Powers with which the capacitance of winding and leads goes with the tracks' width and the films' thickness: 0.95 to
+"""Powers with which the capacitance of winding and leads goes with the tracks' width and the films' thickness: 0.75 to
 1.1 and -0.65 to -0.8 of whole solutions."""
 
 STEP = 1.02  # Ratio of the frequencies between which the growth of the winding's loss with frequency is taken
-
-SHORT_WAVES = 0.04
-"""Distance, in radial widths of a winding, whose waves are short enough for the slope with the layers' distance: of 200
-turns that lacks 0.14 %, of 80 turns 0.05 %."""
-
 
 def sigmas(spec: SensorSpec) -> dict[str, float]:
     """Standard deviations of all causes by name, 0 of what the sensor does not have: in metres those of the pad's
@@ -119,107 +114,6 @@ def scatter_note(spec: SensorSpec) -> str:
     known = scatter(spec)
     unseen = [name for name in (*usual_tolerances(), CAPACITOR) if name in known and not known[name].verified]
     return f"scatter of manufacture: usual tolerances, not your fabricator's; unverified: {', '.join(unseen)}"
-
-
-def inductance_slopes(
-    layers: Sequence[SpiralLayer], coil: Coil, spec: SensorSpec, is_rough: bool = False
-) -> dict[str, float]:
-    """Change of the winding's inductance (H) with the logarithm of each tolerance.
-
-    Width (centre lines staying) and thickness act through the geometric mean distances of a track with itself and its
-    neighbours, layer distance through the crossing layers' coupling (polygons, whose layers lie face to face: up to a
-    third more). Inductance is homogeneous of degree one in all lengths (Euler): the lateral size takes what is left.
-    """
-    width, pitch = spec.coil.trace_width, spec.coil.pitch
-    by_width = by_thickness = 0.0
-    for winding, turns in zip(coil.windings, spec.coil.layer_turns, strict=True):
-        along, up = _mean_distance_slopes(width, winding.thickness, pitch, turns)
-        by_width -= MU0 / (2.0 * math.pi) * winding.path.length * along
-        by_thickness -= MU0 / (2.0 * math.pi) * winding.path.length * up
-    by_distance = 0.0
-    if len(layers) > 1:
-        slope = distance_slopes(layers, is_rough)
-        whole, copper = _distances(coil, spec.fpc.stackup)
-        by_distance = float(np.sum(slope * (whole - copper)))
-        by_thickness += float(np.sum(slope * copper))
-    return {WIDTH: by_width, THICKNESS: by_thickness, DISTANCE: by_distance}
-
-
-def lead_slopes(circuit: CoilCircuit) -> dict[str, float]:
-    """Change of the leads' inductance (H) with the logarithm of each tolerance: of every stretch by its own mean
-    distance, and by that to the track in which the current comes back beside it.
-    """
-    found = dict.fromkeys((WIDTH, THICKNESS, DISTANCE), 0.0)
-    for strip in circuit.leads.strips:
-        length = strip.resistance * circuit.conductivity * strip.width * strip.thickness
-        slopes = _pair_slopes(strip.width, strip.thickness, strip.beside)
-        for name, slope in zip(found, slopes, strict=True):
-            found[name] += MU0 / (2.0 * math.pi) * length * slope
-    return found
-
-
-@lru_cache(maxsize=256)
-def _pair_slopes(width: float, thickness: float, beside: tuple[float, float] | None) -> tuple[float, float, float]:
-    """Slopes of ln(g12 / g11) by ln w, ln t and the logarithm of the films' thickness, g12 and g11 being the mean
-    distances of a track to the one beside it and to itself.
-    """
-
-    def ratio(w: float, t: float, height: float) -> float:
-        own = float(log_mean_distance(0.0, 0.0, (w, w), (t, t)))
-        return (0.0 if beside is None else float(log_mean_distance(beside[0], height, (w, w), (t, t)))) - own
-
-    away, step = 0.0 if beside is None else beside[1], 1e-3
-    films = max(away - thickness, 0.0)
-    along, up, apart = (
-        (ratio(width * (1 + w), thickness * (1 + t), away + f * films)
-         - ratio(width * (1 - w), thickness * (1 - t), away - f * films)) / (2.0 * step)
-        for w, t, f in ((step, 0.0, 0.0), (0.0, step, 0.0), (0.0, 0.0, step))
-    )
-    return along, up, apart
-
-
-@lru_cache(maxsize=1024)
-def _mean_distance_slopes(width: float, thickness: float, pitch: float, turns: float) -> tuple[float, float]:
-    """Slopes d ln g / d ln w and d ln g / d ln t of a track with itself, and twice those with its first two
-    neighbours.
-    """
-    across: Array = pitch * np.arange(min(3, math.ceil(turns)), dtype=np.float64)
-    weights = np.where(across > 0.0, 2.0, 1.0) * np.maximum(0.0, 1.0 - np.arange(across.size) / turns)
-    step = 1e-3
-
-    def mean(w: float, t: float) -> float:
-        return float(weights @ log_mean_distance(across, 0.0, (w, w), (t, t)))
-
-    along = mean(width * (1 + step), thickness) - mean(width * (1 - step), thickness)
-    up = mean(width, thickness * (1 + step)) - mean(width, thickness * (1 - step))
-    return along / (2.0 * step), up / (2.0 * step)
-
-
-def distance_slopes(layers: Sequence[SpiralLayer], is_rough: bool = False) -> Array:
-    """Slopes of the inductance (H/m) by the layers' heights, (layers, layers), by the waves of their currents."""
-    heights, first = sorted(layer.z for layer in layers), layers[0]
-    # Waves much shorter than the winding is wide hold little of it: for many turns the nearest layer's are not needed.
-    wide = first.radius - first.inner_radius + first.pitch
-    nearest = max(SHORT_WAVES * wide, min(b - a for a, b in pairwise(heights)))
-    alike = len({layer.turns for layer in layers}) == 1
-    different = layers[:1] if alike else layers
-    spectrum = ring_spectrum(different, nearest) if is_rough else spiral_spectrum(different, nearest, 0)
-    return distance_derivative(spectrum, [layer.z for layer in layers])
-
-
-def _distances(coil: Coil, stackup: Stackup) -> tuple[Array, Array]:
-    """Mid-plane distances of every two layers, and how much of each is copper."""
-    copper = stackup.copper
-    size = len(coil.windings)
-    whole, part = np.zeros((size, size)), np.zeros((size, size))
-    for i, one in enumerate(coil.windings):
-        for j, other in enumerate(coil.windings):
-            if i != j:
-                low, high = sorted((one.layer, other.layer))
-                between = math.fsum(layer.thickness for layer in copper[low : high - 1])
-                whole[i, j] = abs(one.z - other.z)
-                part[i, j] = 0.5 * (one.thickness + other.thickness) + between
-    return whole, part
 
 
 Between = Callable[
@@ -426,7 +320,8 @@ def moved_by_surroundings(
 ) -> dict[str, dict[str, tuple[float, float]]]:
     """Differences (H, ohm) by which one sigma of each cause around a coil moves each state: half of one sigma less
     against one more for the gaps; how far off the target's effect may be as half widths, wrong together; what metal
-    above and below does once the copper lies `deeper` (`depths_moved`).
+    above and below does once the copper lies `deeper` (`depths_moved`). The target's share of an endless one's effect
+    grows as the target comes nearer (`share_slopes`).
     """
     found: dict[str, dict[str, tuple[float, float]]] = {name: {} for name in states}
     if spectrum is None:
@@ -434,11 +329,12 @@ def moved_by_surroundings(
     between = _straight(spectrum, assembly, states) if is_rough else _between
     crowds = {around.name: _CrowdingSlopes(circuit.reflections[around.name], around, states[around.name].frequency)
               for around in assembly.states if around.name in states}
+    grown = {} if is_rough else share_slopes(assembly, states, circuit)
     for (state, cause), pair in assembly.ranges.items():
         if state in states:
             frequency = states[state].frequency
             by_l, by_r = between(spectrum, frequency, pair, circuit.reflections[state].factors(frequency))
-            more, lost = crowds[state].between(*pair)
+            more, lost = np.add(crowds[state].between(*pair), _grown(grown.get(state), *pair)).tolist()
             of_l, of_r = circuit.reflections[state].jaw_left if cause in BEHIND else (1.0, 1.0)
             found[state][cause] = 0.5 * of_l * (by_l + more), 0.5 * of_r * (by_r + lost)
     for around in assembly.states:
@@ -448,12 +344,42 @@ def moved_by_surroundings(
         for cause, (above, below) in deeper.items() if around.above is not None or around.below is not None else ():
             moved = Surroundings(around.state, _further(around.above, above), _further(around.below, below))
             by_l, by_r = between(spectrum, frequency, (moved, around), reflection.factors(frequency))
-            more, lost = crowds[around.name].between(moved, around)
+            more, lost = np.add(
+                crowds[around.name].between(moved, around), _grown(grown.get(around.name), moved, around)).tolist()
             found[around.name][cause] = by_l + more, by_r + lost
         for cause, (more, lost) in ((SHARE, reflection.unsure(frequency)), (WINDOW, reflection.window(frequency))):
             if more or lost:
                 found[around.name][cause] = more / math.sqrt(3.0), lost / math.sqrt(3.0)
     return found
+
+
+def share_slopes(
+    assembly: AssemblyStates, states: Mapping[str, StateEstimate], circuit: CoilCircuit
+) -> dict[str, tuple[float, float]]:
+    """Return slopes of inductance (H/m) and resistance (ohm/m) with the gap, by state, through the target's share.
+
+    The share is taken as straight in the gap between rest and pressed. Empty if one of these states is missing.
+    """
+    gaps = {around.name: around.above.distance for around in assembly.states
+            if around.above is not None and around.name in states}
+    if not {REST, PRESSED} <= gaps.keys() or gaps[REST] == gaps[PRESSED]:
+        return {}
+    found = {}
+    for name in gaps:
+        frequency = states[name].frequency
+        near, far = (circuit.reflections[one].factors(frequency) for one in (PRESSED, REST))
+        share, own = ((b - a) / (gaps[REST] - gaps[PRESSED]) for a, b in zip(near, far, strict=True))
+        change = circuit.reflections[name].with_factors(frequency, (share, own))
+        found[name] = change.real, -2.0 * math.pi * frequency * change.imag
+    return found
+
+
+def _grown(slopes: tuple[float, float] | None, one: Surroundings, other: Surroundings) -> tuple[float, float]:
+    """Return the change of inductance (H) and resistance (ohm) from one surrounding to another, by `share_slopes`."""
+    if slopes is None or one.above is None or other.above is None:
+        return 0.0, 0.0
+    up = one.above.distance - other.above.distance
+    return up * slopes[0], up * slopes[1]
 
 
 def depths_moved(coil: Coil, stackup: Stackup, sigma: Mapping[str, float]) -> dict[str, tuple[float, float]]:

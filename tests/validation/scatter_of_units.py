@@ -1,16 +1,17 @@
 """How far manufacture scatters the states' numbers: what is stated, over what units do that are worked out anew.
 
-`python tests/validation/scatter_of_units.py [TEMPLATES]` prints, for every state of the first coil, one sigma of L, R,
-R_P and frequency as the estimate states it over that of whole designs. Each cause of scatter is moved by itself, to
-three Gauss points of its distribution, and the variances add up: what two causes do together beyond that is left out.
-What is stated for errors of the model is left out, too.
+`python tests/validation/scatter_of_units.py [--causes] [TEMPLATES]` prints, for every state of the first coil, one
+sigma of L, R, R_P and frequency as the estimate states it over that of whole designs. Each cause of scatter is moved by
+itself, to three Gauss points of its distribution, and the variances add up: what two causes do together beyond that is
+left out. What is stated for errors of the model is left out, too. With `--causes` a row for each cause follows: what is
+stated over what whole designs do, in per cent of the number.
 """
 
 from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,14 +19,11 @@ import numpy as np
 
 import sitscad
 from sitscad import Design
-from sitscad.estimates.scatter import CAUSES
-from sitscad.estimates.states.pressing import BLOCK, PART
-from sitscad.estimates.uncertainty import SHARE, WINDOW
+from sitscad.estimates.scatter import CAUSES, FOIL, PLATING, THICKNESS
 from sitscad.layout.as_made import as_made
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
 NUMBERS = ("inductance", "resistance", "parallel_resistance", "frequency")
-OF_MODEL = (SHARE, WINDOW, PART, BLOCK)
 AT = {"inductance": 0, "frequency": 1, "resistance": 2, "parallel_resistance": 3}
 """Where a number stands in `Spread.shifts`."""
 
@@ -66,30 +64,51 @@ def by_causes(design, causes: Sequence[str] | None = None) -> dict[str, dict[str
     return found
 
 
-def stated(design, state: str) -> np.ndarray:
-    """One sigma of each number (4,) as an estimate states it, what is for errors of the model left out."""
+def stated(design, state: str, causes: Iterable[str]) -> np.ndarray:
+    """One sigma of each number (4,) by some causes, as an estimate states it."""
     spread = design.estimates.coils[0].states[state].spread
+    named = {THICKNESS if one in (FOIL, PLATING) else one for one in causes}
     whole = np.array([getattr(spread, number) for number in NUMBERS])
-    of_model = [[spread.shifts[one][AT[number]] for number in NUMBERS] for one in OF_MODEL if one in spread.shifts]
-    return np.sqrt(whole**2 - np.sum(np.square(np.reshape(of_model, (-1, 4))), axis=0))
+    others = [_shift(spread, one) for one in spread.shifts if one not in named]
+    return np.sqrt(whole**2 - np.sum(np.square(np.reshape(others, (-1, 4))), axis=0))
 
 
-def ratios(name) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
-    """State, stated sigmas over true ones, and true ones relative to their numbers, of a template."""
-    design = drawn(name)
-    nominal = _numbers(design)
-    for state, causes in by_causes(design).items():
-        true = np.sqrt(np.sum(np.square(list(causes.values())), axis=0))
-        yield state, stated(design, state) / true, true / nominal[state]
+def _shift(spread, cause: str) -> np.ndarray:
+    """What one sigma of a cause does to each number (4,) as an estimate states it."""
+    return np.array([spread.shifts[cause][AT[number]] for number in NUMBERS])
+
+
+def of_each(design, state: str, causes: Mapping[str, np.ndarray]) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
+    """Cause, and what one sigma of it does to each number (4,): stated, and of whole designs; foil and plating as one.
+    """
+    spread = design.estimates.coils[0].states[state].spread
+    copper = [true for cause, true in causes.items() if cause in (FOIL, PLATING)]
+    merged = {cause: true for cause, true in causes.items() if cause not in (FOIL, PLATING)}
+    if copper:
+        merged[THICKNESS] = np.sqrt(np.sum(np.square(copper), axis=0))
+    for cause, true in merged.items():
+        yield cause, np.abs(_shift(spread, cause)) if cause in spread.shifts else 0.0 * true, true
 
 
 def main() -> None:
     """Print a row for every template and state."""
+    chosen = [name for name in sys.argv[1:] if name != "--causes"]
     print("| template | state | L | R | R_P | f |\n| --- | --- | --- | --- | --- | --- |")
-    for name in sys.argv[1:] or sorted(path.stem for path in TEMPLATES.glob("*.yaml")):
-        for state, over, true in ratios(name):
-            row = (f"{ratio:.2f} (of {100.0 * part:.2f} %)" for ratio, part in zip(over, true, strict=True))
-            print(f"| `{name}` | {state} | {' | '.join(row)} |", flush=True)
+    for name in chosen or sorted(path.stem for path in TEMPLATES.glob("*.yaml")):
+        design = drawn(name)
+        nominal = _numbers(design)
+        for state, causes in by_causes(design).items():
+            true = np.sqrt(np.sum(np.square(list(causes.values())), axis=0))
+            part, over = true / nominal[state], stated(design, state, causes) / true
+            print(f"| `{name}` | {state} | {_row(over, '{:.2f}', part, ' (of {:.2f} %)')} |", flush=True)
+            for cause, said, real in of_each(design, state, causes) if "--causes" in sys.argv else ():
+                cells = _row(100.0 * said / nominal[state], "{:.3f}", real / nominal[state], "/{:.3f}")
+                print(f"|  | {cause} | {cells} |", flush=True)
+
+
+def _row(first: np.ndarray, form: str, part: np.ndarray, other: str) -> str:
+    """Cells of a row: a figure, and beside it a part in per cent."""
+    return " | ".join(form.format(a) + other.format(100.0 * b) for a, b in zip(first, part, strict=True))
 
 
 if __name__ == "__main__":

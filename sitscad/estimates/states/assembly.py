@@ -312,6 +312,12 @@ class Reflection:
         at = np.array([self._looked_at(frequency)])
         return complex(self.shares(at)[0] * self._of_target(at)[0, 0])
 
+    def with_factors(self, frequency: float, factors: tuple[complex, complex]) -> complex:
+        """Return the target's change of the winding's inductance (H, complex) for other `factors`."""
+        (share, own), at = factors, np.array([frequency])
+        found = share * self._of_target(at)[0, 0]
+        return complex(found if own == share else found + 1j * (own - share) * self._own_loss(at)[0, 0])
+
     def of_target(self, frequencies: Array) -> ComplexArray:
         """What the target changes by its shares of the own inductance and of the mutual one at every distance (H,
         complex; n, distances) at (n,) frequencies (Hz), the currents even.
