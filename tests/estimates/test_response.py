@@ -145,15 +145,16 @@ def test_only_functions_that_are_solved_count_as_work(target):
 
 
 @pytest.mark.slow
-def test_a_target_below_the_limit_takes_about_the_time_that_is_told():
-    design = sensor(target="shape: rectangle, size: [150, 60]")
-    poses = [[away * MM, 0.0, -0.9 * MM, 0.0, 0.0, 0.0] for away in np.arange(0.0, 60.0, 2.0)]
-    works = [(work_of(design, pose), pose) for pose in poses]
-    work, pose = max(one for one in works if one[0] <= MAX_WORK)
+def test_a_target_just_below_the_limit_takes_about_the_time_that_is_told():
+    """The nearest case that was tried before took half of the limit."""
+    design, pose = sensor(target="shape: rectangle, size: [150, 32]"), [8.0 * MM, 0.0, -0.9 * MM, 0.0, 0.0, 0.0]
+    work = work_of(design, pose)
+    assert 0.85 * MAX_WORK < work <= MAX_WORK
     told, began = SECONDS_PER_WORK * work, time.process_time()
     respond(design, [pose])
-    print(f"{told:.1f} s told, {time.process_time() - began:.1f} s taken")
-    assert told > 0.4 * SECONDS_PER_WORK * MAX_WORK and 0.5 * told < time.process_time() - began < 2.0 * told
+    taken = time.process_time() - began
+    print(f"{told:.1f} s told, {taken:.1f} s taken")
+    assert told / 1.5 < taken < 1.5 * told
 
 
 def test_counts_are_the_converter_s(plain):

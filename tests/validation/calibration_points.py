@@ -29,10 +29,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import sitscad
-from sitscad.calibration.calibration import calibrate_by, sensors_of
-from sitscad.calibration.forms import Tried, chosen_form, own_map
+from sitscad.calibration.calibration import calibrate_by, foretell, sensors_of
+from sitscad.calibration.forms import Tried
 from sitscad.calibration.inverse_map import InverseMap, ridge
-from sitscad.calibration.points import Points, plan
+from sitscad.calibration.points import Points
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import units
 from sitscad.physics.polynomials import exponents, monomials
@@ -44,7 +44,7 @@ HERE = Path(__file__).parent
 TABLE, FIGURE = HERE / "calibration_points.csv", HERE.parents[1] / "docs" / "calibration-points.svg"
 TEMPLATES = ("grasper_4layer", "three_axis_triangle")
 FEW, MANY = (3, 5, 8, 12), (20, 50)
-TRIED, SEED, HYSTERESIS = 20, 100, 0.0971
+SENSORS, TRIED, SEED, HYSTERESIS = 100, 20, 100, 0.0971
 OTHER_EXPONENTS = 0.5, -0.5
 
 Errors = dict[tuple[str, int], list[tuple[float, Array]]]
@@ -56,7 +56,7 @@ COLUMNS = ("template", "method", "points", "rms_percent", "worst_tenth_percent",
 
 def main() -> None:
     parser = argparse.ArgumentParser()
-    parser.add_argument("--sensors", type=int, default=100)
+    parser.add_argument("--sensors", type=int, default=SENSORS, help=f"the first so many of {SENSORS}")
     parser.add_argument("--templates", default=",".join(TEMPLATES))
     parser.add_argument("--jobs", type=int, default=1, help="processes")
     parser.add_argument("--write", action="store_true")
@@ -85,14 +85,14 @@ def shown(name: str, count: int, jobs: int) -> list[tuple[object, ...]]:
     """The rows of one template."""
     began = time.monotonic()
     design = sitscad.Design(sitscad.load(HERE.parents[1] / "templates" / f"{name}.yaml"))
-    sensors = sensors_of(design.response)
-    form, nothing_off = chosen_form(sensors)[0], np.zeros(len(sensors.known))
+    drawn = foretell(design.response, count=max(FEW))
+    sensors, form, loads = drawn.sensors, drawn.form, drawn.plan.loads
     print(f"# {name}: {form.form.name}", flush=True)
     others = tuple(of_another_law(design, more) for more in OTHER_EXPONENTS)
-    trial = Trial(sensors, form, plan(sensors, max(FEW)).loads, own_map(sensors, form.form, nothing_off), others)
+    trial = Trial(sensors, form, loads, drawn.map, others)
     errors: Errors = {}
     with multiprocessing.get_context("fork").Pool(jobs, _take, (trial,)) as pool:
-        for number, found in enumerate(pool.imap(_one, enumerate(units(sensors.known, count, SEED)))):
+        for number, found in enumerate(pool.imap(_one, enumerate(units(sensors.known, SENSORS, SEED)[:count]))):
             for key, error in found.items():
                 errors.setdefault(key, []).append(error)
             if number % 10 == 9:
