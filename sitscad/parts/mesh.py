@@ -109,32 +109,8 @@ class Clearance:
     gap: float
 
 
-@record
-class Interference:
-    """Two solids and the volume (m3) that both claim."""
-
-    first: str
-    second: str
-    volume: float
-
-
-def clearances(solids: tuple[Solid, ...]) -> tuple[Clearance, ...]:
-    """The shortest distance between every two solids, from their meshes (manifold3d's min_gap)."""
-    bodies = [(solid.name, manifold(tessellate(solid))) for solid in solids]
-    return tuple(
-        Clearance(first, second, float(a.min_gap(b, SEARCH)) * 1e-3)
-        for (first, a), (second, b) in combinations(bodies, 2)
-    )
-
-
 TOUCHING = 1e-15
 """Solids that share no more than this (m3) touch."""
-
-
-def interferences(solids: tuple[Solid, ...]) -> tuple[Interference, ...]:
-    """Every two solids that share a volume."""
-    found = overlaps([(solid, manifold(tessellate(solid))) for solid in solids])
-    return tuple(Interference(first.name, second.name, volume) for first, second, _, volume in found)
 
 
 def overlaps(pieces: Sequence[tuple[Solid, Any]]) -> Iterator[tuple[Solid, Solid, Any, float]]:

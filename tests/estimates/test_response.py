@@ -141,7 +141,7 @@ def test_only_functions_that_are_solved_count_as_work(target):
     respond(design, [POSE])
     (near,) = design.response.solved.values()
     classes = near.plate.solving.targets[0].surface.classes
-    assert work_of(design, POSE) == max(len(one.inductance) for one in classes) ** 3
+    assert work_of(design, POSE) == max(len(one.functions.inductance) for one in classes) ** 3
 
 
 @pytest.mark.slow

@@ -7,9 +7,10 @@ from dataclasses import replace
 import handmade
 import pytest
 from envelope import envelope_radius
+from solid_pairs import clearances, interferences
 from tolerance import approx
 
-from sitscad.parts import Solid, mesh
+from sitscad.parts import Solid
 from sitscad.parts.solid import box
 from sitscad.scene.bodies import BodyRole
 from sitscad.scene.fit import closed_section
@@ -39,7 +40,7 @@ def test_figures_and_meshes_agree_on_the_envelope(case):
     pair = closed_pair(layout)
     section = closed_section(layout)
     assert envelope_radius(pair) == approx(section.radius, rel=1e-4)
-    assert mesh.interferences(pair) == ()
+    assert interferences(pair) == ()
     jaws = [s.shape.bounding_box() for s in pair if s.role in (BodyRole.JAW, BodyRole.OPPOSING_JAW)]
     height = max(b.max.Z for b in jaws) - min(b.min.Z for b in jaws)
     assert height * 1e-3 == approx(section.height, rel=1e-6)
@@ -83,13 +84,13 @@ def test_clearances_and_interferences_of_two_boxes():
     def second(x: float) -> Solid:
         return replace(first, name="b", shape=box(x, 0.0, 0.0, x + 1e-3, 1e-3, 1e-3))
 
-    (apart,) = mesh.clearances((first, second(1.3e-3)))
+    (apart,) = clearances((first, second(1.3e-3)))
     assert apart.gap == approx(0.3e-3, rel=1e-6)
-    assert mesh.interferences((first, second(1e-3))) == ()
-    assert mesh.clearances((first, second(1e-3)))[0].gap == approx(0.0, abs=1e-12)
-    (shared,) = mesh.interferences((first, second(0.75e-3)))
-    assert (shared.first, shared.second) == ("a", "b")
-    assert shared.volume == approx(0.25e-9, rel=1e-6)
+    assert interferences((first, second(1e-3))) == ()
+    assert clearances((first, second(1e-3)))[0].gap == approx(0.0, abs=1e-12)
+    ((*names, volume),) = interferences((first, second(0.75e-3)))
+    assert names == ["a", "b"]
+    assert volume == approx(0.25e-9, rel=1e-6)
 
 
 @pytest.mark.cad
@@ -100,14 +101,14 @@ def test_a_part_that_is_moved_into_another_is_found():
         replace(s, shape=s.shape.moved(bd.Location((0, 0, -0.01)))) if s.role is BodyRole.TARGET else s
         for s in handmade.solids("jaw")
     ]
-    (found,) = mesh.interferences(tuple(moved))
-    assert {found.first, found.second} == {"elastomer", "target"}
-    assert found.volume == approx(4e-3 * 4e-3 * 0.01e-3, rel=1e-6)
+    ((*names, volume),) = interferences(tuple(moved))
+    assert set(names) == {"elastomer", "target"}
+    assert volume == approx(4e-3 * 4e-3 * 0.01e-3, rel=1e-6)
 
 
 @pytest.mark.cad
 def test_the_shield_keeps_its_gap_to_the_board_and_the_board_its_standoff():
-    gaps = {(c.first, c.second): c.gap for c in mesh.clearances(handmade.solids("jaw"))}
+    gaps = {(c.first, c.second): c.gap for c in clearances(handmade.solids("jaw"))}
     assert gaps["shield", "board"] == approx(0.6e-3, rel=1e-6)
     assert gaps["jaw", "board"] == approx(1.0e-3, rel=1e-6)
     assert gaps["board", "target"] == approx(1.0e-3, rel=1e-6)

@@ -9,10 +9,11 @@ from pathlib import Path
 import handmade
 import pytest
 from shapely import Polygon, unary_union
+from solid_pairs import clearances, interferences
 from tolerance import approx
 
 from sitscad.layout import lay_out
-from sitscad.parts import aids, mesh
+from sitscad.parts import aids
 from sitscad.parts.mesh import manifold, tessellate
 from sitscad.parts.solid import MM, PartsError, Solid, box, prism, require, without
 from sitscad.parts.tooling import (
@@ -66,8 +67,8 @@ def test_board_and_pieces_lie_in_the_jig_and_touch_nothing_but_the_board(name):
     board = as_solid(stack.board(layout))
     for body in (elastomer(layout.spec), target(layout.spec)):
         together = (board, found["jig-base"], found[f"jig-{body.name}"], as_solid(body))
-        assert mesh.interferences(together) == ()
-        gaps = {(c.first, c.second): c.gap for c in mesh.clearances(together)}
+        assert interferences(together) == ()
+        gaps = {(c.first, c.second): c.gap for c in clearances(together)}
         if name in ("jaw", "round") and body.role is BodyRole.ELASTOMER:  # others overhang, and lie on their frame
             assert gaps[f"jig-{body.name}", body.name] == approx(process_clearance(layout.spec.mount), abs=2e-6)
         assert gaps["jig-base", f"jig-{body.name}"] == approx(0.0, abs=1e-9)
@@ -82,8 +83,8 @@ def test_the_frame_goes_on_one_way_only():
     box = frame.shape.bounding_box()
     middle = bd.Axis(((box.min.X + box.max.X) / 2, (box.min.Y + box.max.Y) / 2, 0), (0, 0, 1))
     turned = replace(frame, shape=frame.shape.rotate(middle, 180.0))
-    assert mesh.interferences((base, frame)) == ()
-    assert mesh.interferences((base, turned)) != ()
+    assert interferences((base, frame)) == ()
+    assert interferences((base, turned)) != ()
 
 
 VARIANTS = {
@@ -145,7 +146,7 @@ def test_no_piece_of_the_jig_overlaps_what_lies_in_it(name, spec):
     """Boolean overlaps of all pieces of the jig with board, pads and targets, as thin and as thick as they may be."""
     layout = lay_out(spec)
     found, board = {solid.name: solid for solid in jig(layout)}, as_solid(stack.board(layout))
-    assert mesh.interferences((board, found["jig-base"])) == ()
+    assert interferences((board, found["jig-base"])) == ()
     for side in (-1.0, 0.0, 1.0):
         glued = [board]
         for part, row, lower, upper in placed(layout):
@@ -156,7 +157,7 @@ def test_no_piece_of_the_jig_overlaps_what_lies_in_it(name, spec):
             for solid in glued:
                 common = frame.shape & solid.shape
                 assert common is None or common.volume < 1e-6, (part, solid.name, side)
-            assert mesh.interferences((frame, press)) == ()
+            assert interferences((frame, press)) == ()
 
 
 @pytest.mark.parametrize("name", ["jaw", "round"])
@@ -170,7 +171,7 @@ def test_the_press_rests_on_the_piece_alone_whatever_its_thickness(name):
         for side in (-1.0, 1.0):
             shift = side * frame.face.spread
             moved = lifted(press, shift)
-            (gap,) = mesh.clearances((well, moved))
+            (gap,) = clearances((well, moved))
             bounds = moved.shape.bounding_box()
             assert approx(MM * (frame.face.nominal + shift), abs=1e-6) == bounds.min.Z
             assert frame.collar + shift - frame.height >= LIFT - 1e-12  # nothing else of it reaches the frame

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import handmade
 import pytest
+from solid_pairs import clearances, interferences
 from tolerance import approx
 
 from sitscad.formats import meshes
@@ -195,17 +196,16 @@ def test_pins_have_their_cylinders_volume_less_their_chamfers():
 
 @pytest.mark.parametrize("kind", ["dovetail", "pins"])
 def test_the_jaw_is_cut_a_clearance_larger_than_what_goes_in(kind):
-    from sitscad.parts import mesh
     from sitscad.parts.pieces import jaw
     from sitscad.scene.seating import joint_clearance
 
     layout = KINDS[kind]
     metal, (seat, *_) = jaw(layout), mounts.mount(layout)
-    assert mesh.interferences((metal, seat)) == ()
+    assert interferences((metal, seat)) == ()
     import build123d as bd
 
     lifted = replace(seat, shape=seat.shape.moved(bd.Location((0, 0, 0.03))))
-    (gap,) = mesh.clearances((metal, lifted))
+    (gap,) = clearances((metal, lifted))
     assert 0.02e-3 < gap.gap <= joint_clearance(layout.spec) + 0.03e-3
     assert metal.shape.is_valid and metal.volume < jaw(handmade.jaw_sensor(
         mount=handmade.Mount("grasper-pad", JAW, 1.2e-3), shield=None)).volume

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import handmade
 import pytest
+from solid_pairs import interferences
 from tolerance import approx
 
-from sitscad.parts import mesh
 from sitscad.parts.mesh import manifold, tessellate
 from sitscad.parts.pieces import encapsulation
 from sitscad.parts.tooling import DRAFT, PINS, SPILL, is_cast, jig, skin_mould, skin_pour
@@ -39,7 +39,7 @@ def hollow(height):
 
 
 def test_the_film_lies_in_the_cup_which_is_as_large_at_its_upper_end():
-    assert mesh.interferences((cup(), encapsulation(LAYOUT))) == ()
+    assert interferences((cup(), encapsulation(LAYOUT))) == ()
     side, corner = 4.0 + 2e3 * FILM, 1e3 * FILM
     at_top = hollow(1e3 * top_height(LAYOUT.spec) - 1e-3)
     assert at_top == approx(side**2 - (4 - math.pi) * corner**2, abs=0.02)
@@ -55,10 +55,10 @@ def test_the_cup_goes_on_the_jig_s_base_one_way_only():
     import build123d as bd
 
     base = next(solid for solid in jig(LAYOUT) if solid.name == "jig-base")
-    assert mesh.interferences((base, cup())) == ()
+    assert interferences((base, cup())) == ()
     box = base.shape.bounding_box()
     middle = bd.Axis(((box.min.X + box.max.X) / 2, (box.min.Y + box.max.Y) / 2, 0), (0, 0, 1))
-    assert mesh.interferences((base, replace(cup(), shape=cup().shape.rotate(middle, 180.0)))) != ()
+    assert interferences((base, replace(cup(), shape=cup().shape.rotate(middle, 180.0)))) != ()
 
 
 def test_what_is_poured_is_the_film_and_what_the_draft_adds():

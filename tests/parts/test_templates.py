@@ -6,10 +6,11 @@ from dataclasses import replace
 
 import pytest
 from envelope import envelope_radius
+from solid_pairs import interferences
 from tolerance import approx
 
 from sitscad.layout import lay_out
-from sitscad.parts import mesh, solids
+from sitscad.parts import solids
 from sitscad.scene.fit import closed_section
 from sitscad.spec.load import load
 from sitscad.spec.mount import Assembly
@@ -28,7 +29,7 @@ def test_a_template_s_solids_fit_together(template):
     built = solids(layout)
     assert all(solid.shape.is_valid for solid in built)
     pair, section = closed_pair(layout), closed_section(layout)
-    assert mesh.interferences(pair or built) == ()
+    assert interferences(pair or built) == ()
     assert (section is None) == (not pair)
     if section is not None:
         assert envelope_radius(pair) == approx(section.radius, rel=1e-4)

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 import shapely
+from solid_pairs import interferences
 from tolerance import approx
 
 import sitscad
 from sitscad import parts
 from sitscad.layout.bending import tail_layers
-from sitscad.parts import mesh
 from sitscad.scene.bodies import BodyRole
 from sitscad.scene.column import column, levels
 from sitscad.scene.tail_path import BentStretch, Station, tail_path
@@ -34,7 +34,7 @@ def pieces(layout):
 
 
 def test_nothing_stands_in_anything_and_every_piece_is_there(layout, pieces):
-    assert not mesh.interferences(tuple(pieces.values()))
+    assert not interferences(tuple(pieces.values()))
     wanted = {"jaw", "opposing-jaw", "shield", "mount", "elastomer", "target", "encapsulation", "stiffener"}
     wanted |= {f"glue-{part}" for part in ("shield", "mount", "board", "elastomer", "target")}
     wanted |= {f"copper-{layer}-{coil}" for layer in (1, 2, 3, 4) for coil in ("C1", "C2")}

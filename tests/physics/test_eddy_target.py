@@ -182,7 +182,7 @@ def test_the_energy_of_a_harmonic_potential_within_a_box_is_its_own(size, axes):
     values = whole[on_surface][one.functions.kept]
     values[-1] = 0.0  # a constant is no field, and has an energy of its own for that
     exact = MU0 * np.prod(size) / 3.0 * sum((a * length) ** 2 for a, length in zip(axes, size, strict=True))
-    assert MU0 * (values @ one.body.vacuum @ values) == approx(exact, rel=2e-3)
+    assert MU0 * (values @ one.functions.body.vacuum @ values) == approx(exact, rel=2e-3)
 
 
 def test_a_magnetic_square_turned_by_a_quarter_is_the_same():
@@ -290,7 +290,7 @@ def test_repeated_integrals_are_those_of_a_gaussian_and_of_each_other():
 def test_currents_of_a_linkage_are_its_transpose(surface):
     field = np.sin(np.arange(len(surface.points) * 3 * 2)).reshape(-1, 3, 2)
     for one in surface.classes:
-        some = np.cos(np.arange(len(one.inductance) * 3)).reshape(-1, 3)
+        some = np.cos(np.arange(len(one.functions.inductance) * 3)).reshape(-1, 3)
         linked = np.einsum("pcm,pcs->ms", one.spread(some), field)
         assert linked == approx(some.T @ one.drive(field), rel=1e-9, abs=1e-12)
 

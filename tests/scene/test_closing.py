@@ -94,13 +94,14 @@ def test_what_lies_in_a_pad_pocket_is_narrower_than_it():
 @pytest.mark.slow
 @pytest.mark.cad
 def test_a_pocketed_jaw_and_its_insert_do_not_touch_but_on_the_floor():
-    from sitscad.parts import mesh
+    from solid_pairs import interferences
+
     from sitscad.scene.bodies import BodyRole
     from tests.oracles.envelope import closed_pair
 
     jaw = replace(handmade.jaw(height=0.9e-3), recess=0.6e-3, pocket=(14e-3, 3.4e-3), fenestration=(3e-3, 1e-3))
     pair = closed_pair(handmade.jaw_sensor(mount=handmade.Mount("grasper-pad", jaw, 1e-3)))
-    assert mesh.interferences(pair) == ()
+    assert interferences(pair) == ()
     metal = next(s for s in pair if s.role is BodyRole.JAW)
     box = metal.shape.bounding_box()
     assert approx(1.5, rel=1e-6) == box.size.Z and metal.shape.is_valid

@@ -55,7 +55,7 @@ class BoxFunctions:
 
     @cached_property
     def energies(self) -> Energies:
-        """What they store: see `CurrentClass`."""
+        """Energies within the body and outside: see `StreamFunctions`."""
         return energies(self.inductance, self.body)
 
 
@@ -75,21 +75,6 @@ class BoxClass:
     def in_plane(self) -> tuple[int, int]:
         """The class's parities along x and y, no unit."""
         return self.parity[:2]
-
-    @property
-    def inductance(self) -> Array:
-        """Inductances (H): see `CurrentClass`."""
-        return self.functions.inductance
-
-    @property
-    def body(self) -> Body:
-        """What the box does within: see `CurrentClass`."""
-        return self.functions.body
-
-    @property
-    def energies(self) -> Energies:
-        """What they store: see `CurrentClass`."""
-        return self.functions.energies
 
     def drive(self, potential: Array) -> Array:
         """Flux linkages (Wb): see `CurrentClass`."""

@@ -152,13 +152,13 @@ class DiscFunctions:
 
     @cached_property
     def body(self) -> Body:
-        """What the disc does within: see `CurrentClass`."""
+        """What the disc does within: see `StreamFunctions`."""
         radial, around = self.disc.radials[self.order], 2.0 * math.pi if self.order == 0 else math.pi
         return disc_body(radial.modes, radial.turning, self.disc.wall.modes[self.parity], around)
 
     @cached_property
     def energies(self) -> Energies:
-        """What they store: see `CurrentClass`."""
+        """Energies within the body and outside: see `StreamFunctions`."""
         return energies(self.inductance, self.body)
 
 
@@ -173,21 +173,6 @@ class DiscClass:
     def in_plane(self) -> tuple[int, str]:
         """The class's order and phase round the axis, no unit."""
         return self.functions.order, self.phase
-
-    @property
-    def inductance(self) -> Array:
-        """Inductances (H): see `CurrentClass`."""
-        return self.functions.inductance
-
-    @property
-    def body(self) -> Body:
-        """What the disc does within: see `CurrentClass`."""
-        return self.functions.body
-
-    @property
-    def energies(self) -> Energies:
-        """What they store: see `CurrentClass`."""
-        return self.functions.energies
 
     def drive(self, potential: Array) -> Array:
         """Flux linkages (Wb): see `CurrentClass`."""

@@ -163,7 +163,7 @@ def image_modes(surface: Surface, coarse: Surface, near_face: float, closest: fl
             within, quarter = _modes(classes, seen, by_axis(kernels, parity), fold)
             found.append((within, _unfolded(quarter, fold, parity)))
     ends = np.cumsum([currents.shape[2] for _, currents in found])
-    within = [np.zeros((len(one.inductance), int(ends[-1]))) for one in surface.classes]
+    within = [np.zeros((len(one.functions.inductance), int(ends[-1]))) for one in surface.classes]
     for group, (parts, currents), end in zip(groups.values(), found, ends, strict=True):
         for number, part in zip(group, parts, strict=True):
             within[number][:, end - currents.shape[2] : end] = part
@@ -189,7 +189,7 @@ def _modes(
     quarter's points and with their share where that is folded. `inverse` distances (1/m) are by the axis of a current.
     They are the eigenvectors of the coupling (`_coupling`) over a current's own energy.
     """
-    factors = [_factor(one.inductance) for one in classes]
+    factors = [_factor(one.functions.inductance) for one in classes]
     seen = np.concatenate([_by_energy(one, factor, fold) for one, factor in zip(coarse, factors, strict=True)])
     basis = _range(seen, inverse)
     coupled, turned = np.linalg.eigh(_coupling(inverse, np.einsum("npc,nk->cpk", seen, basis, optimize=True)))

@@ -32,14 +32,28 @@ class Metal:
         return 2j * math.pi * self.frequency * MU0 * self.permeability * self.conductivity
 
 
-class CurrentClass(Protocol):
-    """Surface currents of one symmetry: every one the curl of a stream function (A), so that none has an end.
-    `inductance` (n, n) in H is that of the functions with each other.
-    """
+class StreamFunctions(Protocol):
+    """Stream functions (A) of surface currents of one symmetry, with what they store in any metal."""
 
     @property
     def inductance(self) -> Array:
-        """Inductances (H) of the functions, (n, n), definite."""
+        """Inductances (H) of the functions with each other, (n, n), definite."""
+
+    @property
+    def body(self) -> Body:
+        """Energies (m) of the functions as potentials on the body, in vacuum and in metal."""
+
+    @property
+    def energies(self) -> Energies:
+        """Energies within the body and outside."""
+
+
+class CurrentClass(Protocol):
+    """Surface currents of one symmetry: each is the curl of a stream function (A), so that none has an end."""
+
+    @property
+    def functions(self) -> StreamFunctions:
+        """The stream functions of the currents."""
 
     @property
     def in_plane(self) -> object:
@@ -52,14 +66,6 @@ class CurrentClass(Protocol):
         """What linkages of combinations (n, m) of the functions make of every potential, (points, 3, m) in m. It
         is also the current (A m) at every point that stands for a combination seen from afar.
         """
-
-    @property
-    def body(self) -> Body:
-        """Energies (m) of the functions as potentials on the body, in vacuum and in metal."""
-
-    @property
-    def energies(self) -> Energies:
-        """What they store within it and outside."""
 
 
 class Surface(Protocol):
@@ -114,7 +120,7 @@ def answer(one: CurrentClass, metal: Metal, drives: Array) -> ComplexArray:
     L + 1/X times the answer is the drive, or (S - (S - T) (1 - S^-1 L)) times it is (S - T) S^-1 times the drive
     (derived here). Nothing is inverted that may be next to nothing: S - T of poor conductors, S - L of foils.
     """
-    jump, known = MU0 * one.body.jump(metal.square, metal.permeability), one.energies
+    jump, known = MU0 * one.functions.body.jump(metal.square, metal.permeability), one.functions.energies
     real, imaginary = jump @ known.outside
     system = (known.vacuum - real) - 1j * imaginary
     real, imaginary = jump @ (known.inverse @ drives)

@@ -45,7 +45,7 @@ class SolvedTarget:
         """What classes answer drives with (1/H), the imaginary parts below the real ones, (2 functions, functions): for
         many poses. What drives them is real.
         """
-        found = [answer(one, self.metal, np.eye(len(one.inductance))) for one in self.surface.classes]
+        found = [answer(one, self.metal, np.eye(len(one.functions.inductance))) for one in self.surface.classes]
         return tuple(np.concatenate([one.real, one.imag]) for one in found)
 
     @cached_property
@@ -115,7 +115,7 @@ class SolvedTarget:
         """What is driven (A) in every class, and among the image's combinations (1/H)."""
         images = self.images
         driven_classes = list(zip(self.surface.classes, linked, strict=True))
-        size = [np.sum(drive**2 / np.diag(one.inductance)[:, None], axis=0) for one, drive in driven_classes]
+        size = [np.sum(drive**2 / np.diag(one.functions.inductance)[:, None], axis=0) for one, drive in driven_classes]
         least = NOTHING * np.max(size, axis=0)
         responses: list[ComplexArray] = []
         driven: list[ComplexArray] = []
