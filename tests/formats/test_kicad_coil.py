@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import layouts
 import pytest
@@ -18,8 +17,6 @@ from sitscad.geometry.path import Line, Point, polar
 from sitscad.layout import lay_out
 from sitscad.layout.board import Role, Trace, Via
 from sitscad.spec.load import load, load_text
-
-TEMPLATES = sorted((Path(__file__).parents[2] / "templates").glob("*.yaml"))
 
 SPEC = """
 sitscad: 1
@@ -217,7 +214,6 @@ def test_a_coil_that_leads_nowhere_has_no_footprint():
 
 @needs_kicad
 @pytest.mark.slow
-@pytest.mark.parametrize("template", TEMPLATES, ids=[path.stem for path in TEMPLATES])
 def test_rule_check_finds_nothing_for_the_templates_coils(template, tmp_path):
     layout = lay_out(load(str(template)))
     layout = replace(layout, spec=replace(layout.spec, name="library"))
