@@ -365,7 +365,7 @@ def overloaded():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("which", ["foretold", "coarse", "overloaded"])
+@pytest.mark.parametrize("which", ["foretold", "coarse", pytest.param("overloaded", marks=pytest.mark.more)])
 def test_a_plan_promises_no_less_than_the_map_itself_leaves(which, request):
     """It promised 0.43 % of full scale where the map of the very sensor as drawn left 0.7 %."""
     found = request.getfixturevalue(which)

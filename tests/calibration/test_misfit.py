@@ -234,6 +234,7 @@ def test_errors_are_told_by_what_they_go_with(sensors, bench, calibrated, axis, 
     assert pattern(SimpleNamespace(loads=None), fit, sensors) == ""
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_the_stated_error_of_five_points_holds_and_is_not_slack(sensors, foretold):
     """It was what points foretell of each other, their own loads' errors in it: up to ten times the true one."""

@@ -97,6 +97,7 @@ def test_a_part_that_the_spec_has_nothing_for_is_named(run):
         assert "no firmware" not in done.err
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_without_a_plotting_library_the_rest_is_built(run, tmp_path, monkeypatch):
     text = (tmp_path / "good.yaml").read_text()

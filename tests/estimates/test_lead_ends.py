@@ -85,6 +85,6 @@ def test_stub_shorter_than_its_ends_keeps_a_tenth_of_its_resistance():
 
 @pytest.mark.slow
 @pytest.mark.needs("gerbonara", "gmsh", "scipy", "shapely")
-@pytest.mark.parametrize("name", BOARDS)
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.more if "layer" in n else ()) for n in BOARDS])
 def test_references_can_be_solved_again(name, tmp_path):
     assert solved_resistance(laid_out(name), tmp_path) == approx(BOARDS[name][1], rel=1e-4, abs=0)

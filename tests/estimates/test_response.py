@@ -145,6 +145,7 @@ def test_only_functions_that_are_solved_count_as_work(target):
 
 
 @pytest.mark.slow
+@pytest.mark.more
 def test_a_target_just_below_the_limit_takes_about_the_time_that_is_told():
     """The nearest case that was tried before took half of the limit."""
     design, pose = sensor(target="shape: rectangle, size: [150, 32]"), [8.0 * MM, 0.0, -0.9 * MM, 0.0, 0.0, 0.0]

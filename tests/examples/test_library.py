@@ -54,6 +54,7 @@ def run(name, monkeypatch, *arguments):
     return runpy.run_path(str(ROOT / "docs" / "examples" / name))["main"]()
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_a_sweep_with_a_plot(tmp_path, monkeypatch):
     pytest.importorskip("matplotlib")

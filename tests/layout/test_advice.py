@@ -107,6 +107,7 @@ def test_a_first_amount_that_is_enough_is_halved_where_the_search_may_be_long(is
     assert is_fine() or more == approx(0.61e-3, rel=1e-6)
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_a_gap_that_lacks_little_is_not_said_to_lack_what_leads_want_of_it(sensor):
     """Four coils in a grid that are led out 0.1 mm farther apart: what was tried first is six times that."""
@@ -128,6 +129,7 @@ fpc: {body: {shape: rounded, size: 14, corner_radius: 2}, tail: {length: 50, con
 """
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_inside_a_body_the_ends_of_the_layers_are_turned_before_it_is_made_larger():
     """Another start angle lets the leads out; the search named a larger body alone, which the largest outline bars."""

@@ -233,7 +233,10 @@ def test_a_coupon_carries_none():
 
 
 @pytest.mark.clients("kicad-cli")
-@pytest.mark.parametrize("case", [CASES[0], *(pytest.param(c, marks=pytest.mark.slow) for c in CASES[1:])])
+@pytest.mark.parametrize("case", [
+    CASES[0], pytest.param(CASES[1], marks=pytest.mark.slow),
+    *(pytest.param(case, marks=[pytest.mark.slow, pytest.mark.more]) for case in CASES[2:]),
+])
 def test_kicad_accepts_it_and_the_files_read_back(case, tmp_path):
     pytest.importorskip("gerbonara", reason="verify reads Gerbers through gerbonara, which sitscad[all] brings")
     sitscad.build(sitscad.load_text(text_of(*case), "tank.yaml"), tmp_path, only=("gerber", "kicad"), force=True)

@@ -12,7 +12,7 @@ import pytest
 import sitscad
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
-SHOWN = ("grasper_4layer", "three_axis_pad")
+SHOWN = ("grasper_4layer",)
 BUILT = [
     ("bench_7mm", "zif-0.3mm"),
     *(

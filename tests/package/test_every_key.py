@@ -25,6 +25,8 @@ from sitscad.watch.work import Before, worked_out
 
 SAMPLES = Path(__file__).parents[1] / "samples" / "every_key"
 NAMES = ("bench_of_cells", "fingertip", "jaw_from_a_file", "jaw_of_sheet", "own_mount")
+EVERY_TIME = ("bench_of_cells", "jaw_from_a_file")
+"""Samples that CI takes through every command."""
 STUB = b"ISO-10303-21;\nEND-ISO-10303-21;\n"
 
 
@@ -116,7 +118,7 @@ def through(capfd, path, *arguments):
 
 @pytest.mark.slow
 @pytest.mark.cad
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [pytest.param(n, marks=() if n in EVERY_TIME else pytest.mark.more) for n in NAMES])
 def test_a_spec_with_every_key_goes_through_every_command(name, folder_with_parts, tmp_path, monkeypatch, capfd):
     monkeypatch.setenv("SITSCAD_CACHE", str(tmp_path / "cache"))
     path, out = folder_with_parts / f"{name}.yaml", tmp_path / "out"

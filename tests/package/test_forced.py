@@ -48,6 +48,7 @@ def test_errors_that_solids_add_to_others_stand_in_the_order_archive_too(tmp_pat
     assert sitscad.verify(done.directory).ok
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_a_package_without_errors_says_nothing_of_it(tmp_path):
     done = built(tmp_path, "fine", ("coil:", "coil:"), force=False)

@@ -94,6 +94,7 @@ def test_electrical_values_leave_every_byte_that_is_solid(tmp_path):
     assert files_of(text, SOLID, tmp_path / "after") == files_of(TEXT, SOLID, tmp_path / "before")
 
 
+@pytest.mark.more
 @pytest.mark.cad
 @pytest.mark.slow
 def test_another_readout_makes_of_an_assembly_what_says_numbers(tmp_path, monkeypatch):

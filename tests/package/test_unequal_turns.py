@@ -130,9 +130,10 @@ def test_the_other_coils_of_an_array_are_wound_alike():
 
 
 @pytest.mark.clients("kicad-cli")
-@pytest.mark.parametrize(
-    "name", ["one turn fewer below", *(pytest.param(n, marks=pytest.mark.slow) for n in list(COILS)[1:])]
-)
+@pytest.mark.parametrize("name", [
+    pytest.param(n, marks=() if n in ("one turn fewer below", "hexagon") else [pytest.mark.slow, pytest.mark.more])
+    for n in COILS
+])
 def test_kicad_accepts_the_board_and_the_files_read_back(name, tmp_path):
     pytest.importorskip("gerbonara", reason="verify reads Gerbers through gerbonara, which sitscad[all] brings")
     spec = spec_of(name)

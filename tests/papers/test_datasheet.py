@@ -55,6 +55,7 @@ def drawn(bench):
     return bench.curves
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_shear_beyond_the_law_is_said_once():
     design = Design(sitscad.load(TEMPLATES / "three_axis_triangle.yaml"))
@@ -161,6 +162,7 @@ def test_the_paper_has_the_same_tables(files):
     assert "CreationDate" not in text and "matplotlib" not in text.lower()
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_bytes_are_the_same_in_another_process(tmp_path):
     """Both as the command has it: one thread for linear algebra."""
@@ -208,7 +210,10 @@ def test_the_difference_is_that_of_the_thesis(drawn):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["three_axis_triangle", "three_axis_grid", "fingertip_foil", "grasper_4layer"])
+@pytest.mark.parametrize("name", [
+    "three_axis_triangle", "fingertip_foil",
+    *(pytest.param(name, marks=pytest.mark.more) for name in ("three_axis_grid", "grasper_4layer")),
+])
 def test_every_kind_of_array_has_one(name):
     design = Design(sitscad.load(TEMPLATES / f"{name}.yaml"))
     made = render(design.layout, design.estimates, design.response, design.performance, design.curves, "",
@@ -289,6 +294,7 @@ def test_a_free_target_s_overload_is_said_where_it_gives_way_sooner(bench):
     assert not np.isnan(soft_pad(bench.spec).pose(np.array([[bench.performance[-1].overload, 0.0, 0.0]]))).any()
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_two_shears_share_one_limit_in_table_and_notes(bench):
     """3 N and 3 N stood as full scales; of both together the map in calibration/ read 2.67 N normal for 0.2."""

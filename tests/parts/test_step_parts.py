@@ -199,6 +199,7 @@ def test_a_forced_package_says_which_files_cannot_be_made_of_an_unread_file(tmp_
     assert sitscad.verify(package, rebuild=True).ok
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_a_mount_in_its_shield_is_forced_as_any_other_interference(tmp_path):
     import build123d as bd

@@ -36,6 +36,7 @@ def page(package):
         yield browser
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_how_far_states_and_response_are_apart_at_rest_is_said(page, package):
     """Files of one package had two frequencies at rest, 0.01 % apart, and none said which is right."""

@@ -286,6 +286,7 @@ def test_the_answer_is_told_before_the_yields_and_an_interrupted_study_says_how_
     assert "Not worked out" in (folder / "the out/study.html").read_text() and "used again" in whole.err
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_a_search_that_is_interrupted_leaves_a_page_of_what_it_looked_at(folder, capsys, monkeypatch):
     """It left archive.jsonl alone, which nobody reads."""
@@ -675,6 +676,7 @@ def test_designs_behind_those_that_only_the_full_level_refuses_are_found(tmp_pat
     assert answer.kept and {one.changed["coil.turns"] for one in answer.kept} == {8}
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_scatter_is_told_of_goals_and_limits_without_a_yield_asked(folder):
     study = sitscad.Study.load(folder / "study.yaml")
@@ -1118,6 +1120,7 @@ def test_memory_of_a_design_is_given_back_before_the_next():
     assert [ref() is None for ref in left[:2]] == [True, True]
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_units_of_a_run_that_goes_on_count_from_those_of_its_archive(folder):
     """A study that went on told 0 of what was left, as if nothing had been done."""
