@@ -155,7 +155,7 @@ def test_a_target_just_below_the_limit_takes_about_the_time_that_is_told():
     respond(design, [pose])
     taken = time.process_time() - began
     print(f"{told:.1f} s told, {taken:.1f} s taken")
-    assert told / 1.5 < taken < 1.5 * told
+    assert 0.5 * told < taken < 2.0 * told
 
 
 def test_counts_are_the_converter_s(plain):
