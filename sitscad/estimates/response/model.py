@@ -309,8 +309,8 @@ MAX_WORK = 1600.0**3
 SECONDS_PER_WORK = 7e-9
 """Processor time (s) of a unit of work, both ends of a band together.
 
-It is within a factor of 1.5 of plates of 60 to 150 mm and of discs of 14 to 40 mm before ferrite: a plate told 25 s took
-34 s on a busy processor, discs told 40 and 61 s took 38 and 88 s.
+It is within a factor of 1.5 of plates of 60 to 150 mm and of discs of 14 to 40 mm before ferrite: a plate told 25 s
+took 34 s on a busy processor, discs told 40 and 61 s took 38 and 88 s.
 """
 
 
