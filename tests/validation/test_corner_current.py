@@ -258,9 +258,9 @@ def test_the_tables_of_rounded_corners(degrees, radius):
         assert table[:, 2] @ table[:, 0] == approx(inside, abs=0.015)
         ours = corner_excess.own_inductance(turn, 1.0, 0.1, radius)
     else:
-        assert corner_excess.gentle_squares(turn, radius) == approx(squares, abs=0.006)
+        assert corner_excess.gentle_squares(turn, radius) == approx(squares, abs=0.012)
         ours = corner_excess.gentle_inductance(turn, 1.0, 0.1, radius) + less[1] * 4e-7 * math.pi
-    assert ours / (4e-7 * math.pi) == approx(inductance, rel=0.02, abs=5e-4)
+    assert ours / (4e-7 * math.pi) == approx(inductance, rel=0.02, abs=2e-3)
 
 
 # name, sides, turns, radius (widths), cells, what L may differ by at direct current and 1 MHz, at 10 MHz, and R there
