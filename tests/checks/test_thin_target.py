@@ -165,3 +165,18 @@ def test_a_foil_that_bends_is_told_with_the_thickness_that_does_not():
     assert not bends(f"{enough[1]} um") and bends(f"{0.93 * float(enough[1]):.4g} um")
     assert not bends("50 um", ", contact: [19, 9]") and bends(f"{enough[1]} um", ", contact: 3")
     assert not bends("50 um", material="ferrite"), "whose modulus is not known: not checked"
+
+
+def test_a_target_that_bends_has_the_thickness_that_stays_flat_as_a_fix():
+    """The hint named 1.4 mm, and --fix said that no fix is known."""
+    spec = sitscad.load_text("""
+    {sitscad: 1, name: a, coil: {shape: circle, outer_diameter: 18, turns: 15, layers: 2, trace_width: 0.165,
+     trace_spacing: 0.165}, fpc: {margin: [1, 1]}, target: {size: 20, thickness: 0.3, material: aluminium},
+     elastomer: {size: 20, thickness: 4}, requirements: {normal_force: 20 N}}
+    """, "a.yaml")
+    (found,) = (f for f in sitscad.check(spec).findings if f.rule == "SIT327")
+    (remedy,) = found.fixes
+    (edit,) = remedy.edits
+    assert edit.key == "target.thickness" and remedy.is_safe
+    thicker = sitscad.check(spec.replace("target.thickness", edit.new), hints="none")
+    assert not [f for f in thicker.findings if f.rule == "SIT327"]

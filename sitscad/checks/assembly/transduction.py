@@ -13,7 +13,7 @@ from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, 
 from sitscad.design import ROOM_TEMPERATURE, Design
 from sitscad.estimates.states.pressing import BESIDE_PAD, loaded_face, pressed, rests_on_pad, surround
 from sitscad.finding import Severity
-from sitscad.fixes.moves import stiffer_pad
+from sitscad.fixes.moves import stiffer_pad, thicker_target
 from sitscad.fixes.pads import other_thicknesses
 from sitscad.fixes.search import Fix, Left, first_tried, setting, tried
 from sitscad.mechanics import elastomer
@@ -333,14 +333,20 @@ def target_bending(design: Design) -> Iterator[Verdict]:
     bent, limit = bending(target.size, target.outline.is_disc, contact, stiffness), limits["target_bending"].value
     if bent[0] > limit:
         enough = _rounded_up(float(thicker[np.argmax(bent <= limit)]))
-        flat = f"{show(enough, 'm', 2)} of the same metal stay flat; or " if bent[-1] <= limit else ""
+        is_flat, stiff = bent[-1] <= limit, (
+            "something stiff that is no metal glued on it, and its size as requirements.contact")
+        flat = f"{show(enough, 'm', 2)} of the same metal stay flat; or " if is_flat else ""
+
+        def advice(left: Left) -> str:
+            fix = thicker_target(spec, enough)
+            return f"{fix.words}{tried(fix, left)}; or {stiff}" if is_flat and left(fix) == () else ""
+
         yield Violation(
             f"{show(target.thickness, 'm')} of {target.material.name} bend: where {show(force, 'N')} press "
             f"{show(contact[0], 'm')} x {show(contact[1], 'm')} of its middle, that goes down by "
             f"{100.0 * bent[0]:.0f} % of the pad's way more than the target's edges, and all numbers are "
             "those of a rigid plate",
-            f"{flat}something stiff that is no metal glued on it, and its size as requirements.contact",
-            "target.thickness", float(bent[0]), limit,
+            f"{flat}{stiff}", "target.thickness", float(bent[0]), limit, advice=advice,
             detail=f"{100.0 * limit:.0f} % are borne; requirements.contact says what presses",
         )
 
