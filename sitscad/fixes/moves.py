@@ -397,6 +397,33 @@ def larger_coils(spec: SensorSpec, by: float) -> Fix:
     return Fix((edit, *others), replace(apart.spec, coil=coil), said)
 
 
+LONGER = (1.1, 1.4)
+"""Lengths of a coil that are tried, over the one that a law asks for."""
+
+
+def longer_coils(spec: SensorSpec, factor: float) -> Iterator[Fix]:
+    """A single long coil that is longer by more than a factor, and target and pad with it where these reach its ends.
+    Empty for other shapes and for arrays.
+    """
+    coil = spec.coil
+    if not coil.outline.is_long or len(spec.array.placements) > 1:
+        return
+    for more in LONGER:
+        length = math.ceil(more * factor * coil.size[0] * 1e4) * 1e-4
+        by = length - coil.size[0]
+        edits = [Edit("coil.outer_diameter", f"[{_mm(length)}, {_mm(coil.size[1])}]")]
+        changed = replace(spec, coil=replace(coil, size=(length, coil.size[1])))
+        for key, plate in (("target", spec.target), ("elastomer", spec.elastomer)):
+            if plate is not None and plate.outline.is_long and plate.size[0] >= REACHES * coil.size[0]:
+                (edit,), longer = next(resized(key, plate, (_ceiled(plate.size[0] + by), plate.size[1])))
+                edits, changed = [*edits, edit], replace(changed, **{key: longer})
+        yield Fix(tuple(edits), changed)
+
+
+REACHES = 0.9
+"""Part of a coil's length from which on a plate reaches its ends."""
+
+
 def larger_body(spec: SensorSpec, by: float) -> Fix:
     """A body of a given outline that is larger by so much (m) on every side; no edit where it is drawn, or free."""
     body = spec.fpc.body

@@ -15,6 +15,7 @@ from sitscad.checks.assembly.transduction import STRAIN_ERROR
 from sitscad.estimates.circuit.tank import preferred_values
 from sitscad.estimates.values import Spread
 from sitscad.finding import Severity
+from sitscad.fixes.moves import LONGER, longer_coils
 from sitscad.mechanics.elastomer import VALID_STRAIN
 from sitscad.spec import presets
 from sitscad.units import parse_quantity
@@ -459,6 +460,38 @@ def test_what_takes_less_of_rp_away_is_not_there_already(judge, design, estimate
         assert all(words in found.hint for words in said), found.hint
         assert ("a copper shield" in found.hint) is (spec.shield is None)
         assert ("shield.gap" in found.hint) is ("a larger shield.gap" in said)
+
+
+def test_a_weak_long_coil_is_tried_longer_with_the_plates_that_reach_its_ends(design):
+    """Rp of a strip grows with its length, and only turns and layers were tried."""
+    strip = sitscad.load_text(STRIP, "strip.yaml")
+    long = [fix.spec for fix in longer_coils(strip, 2.0)]
+    assert [spec.coil.size[0] > 2.0 * strip.coil.size[0] for spec in long] == [True] * len(LONGER)
+    by = long[0].coil.size[0] - strip.coil.size[0]
+    assert long[0].target.size == approx((12e-3 + by, 2.2e-3), rel=1e-9) and long[0].elastomer.size[0] == 6e-3
+    assert long[0].coil.size[1] == strip.coil.size[1]
+    assert not list(longer_coils(design(), 2.0)) and not list(longer_coils(strip.replace("array.count", 2), 2.0))
+
+
+STRIP = """
+sitscad: 1
+name: strip
+coil: {shape: racetrack, outer_diameter: [12, 2.2], turns: 4, layers: 2, trace_width: 0.076, trace_spacing: 0.076}
+fpc: {rules: generic-fine, tail: {length: 20}}
+target: {shape: rectangle, size: [12, 2.2], thickness: 0.5}
+elastomer: {shape: rectangle, size: [6, 2.2], thickness: 1}
+"""
+
+
+@pytest.mark.slow
+def test_a_weak_long_coil_is_named_longer_once_that_is_found_to_mend_it():
+    spec = sitscad.load_text(STRIP.partition("target:")[0], "strip.yaml")
+    (found,) = (f for f in check(spec, hints="full").findings if f.rule == "SIT203")
+    longer = [edit.new for remedy in found.fixes for edit in remedy.edits if edit.key == "coil.outer_diameter"]
+    assert longer
+    mended = spec.source.text.replace("[12, 2.2]", longer[0])
+    assert not [f for f in check(sitscad.load_text(mended), hints="none").findings
+                if f.rule == "SIT203" and f.severity is not Severity.NOTE]
 
 
 @pytest.mark.parametrize(("free", "is_named"), [(413.0, False), (900.0, True)])

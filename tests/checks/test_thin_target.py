@@ -178,5 +178,6 @@ def test_a_target_that_bends_has_the_thickness_that_stays_flat_as_a_fix():
     (remedy,) = found.fixes
     (edit,) = remedy.edits
     assert edit.key == "target.thickness" and remedy.is_safe
-    thicker = sitscad.check(spec.replace("target.thickness", edit.new), hints="none")
+    changed = spec.source.text.replace("thickness: 0.3,", f"thickness: {edit.new},")
+    thicker = sitscad.check(load_text(changed), hints="none")
     assert not [f for f in thicker.findings if f.rule == "SIT327"]

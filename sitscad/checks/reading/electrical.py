@@ -70,7 +70,7 @@ def inductance_floor(design: Design) -> Iterator[Verdict]:
         f"the inductance of {where(worst)} is {show(worst.value, 'H')}; below {show(floor, 'H')} the converter cannot "
         f"measure it", f"{INDUCTANCE_GROWS}: more of them, or a larger coil{f', or {away}' if away else ''}",
         "coil.turns", worst.value, floor, "H", sigma=sigmas_between(worst, floor),
-        advice=lambda left: more_copper(design.spec, growth**0.5, left, f"{INDUCTANCE_GROWS}: {{}}{less}"),
+        advice=lambda left: more_copper(design.spec, growth**0.5, growth, left, f"{INDUCTANCE_GROWS}: {{}}{less}"),
         detail=_beside(design, worst, "inductance", floor, "H", 4),
     )
     # a tank that is neither too fast nor too lossy for the converter shows that it sees such an inductance
@@ -146,7 +146,7 @@ def parallel_resistance(design: Design) -> Iterator[Verdict]:
         f"the parallel resistance of {where(worst)} is {show(worst.value, 'ohm', 3)}; {needs}",
         f"{grows}: more of them, a larger coil or a finer pitch; {away}", "coil.layers", worst.value, asked, "ohm",
         severity, design.converter.limits[name].source, sigma=sigmas_between(worst, asked),
-        advice=lambda left: more_copper(design.spec, growth, left, f"{grows}: {{}}; {away}"),
+        advice=lambda left: more_copper(design.spec, growth, growth**3, left, f"{grows}: {{}}; {away}"),
         detail=_beside(design, worst, "parallel_resistance", asked, "ohm"),
     )
 

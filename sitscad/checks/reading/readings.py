@@ -10,7 +10,7 @@ from sitscad.checks.rules import Undecided, Verdict, Violation
 from sitscad.design import Design
 from sitscad.estimates.circuit.tank import preferred_values
 from sitscad.finding import Severity
-from sitscad.fixes.moves import capacitor, more_layers, more_turns
+from sitscad.fixes.moves import capacitor, longer_coils, more_layers, more_turns
 from sitscad.fixes.search import Fix, Left, broken_by, fail, first_or_vain, first_that_mends, named, untried, ways
 from sitscad.record import record
 from sitscad.scene.state import FREE, in_words
@@ -195,11 +195,12 @@ TOO_LOSSY = "SIT203"
 """The rule that a tank of too little parallel resistance breaks."""
 
 
-def more_copper(spec: SensorSpec, factor: float, left: Left, sentence: str) -> str:
-    """More turns or layers that mend a finding, found by trying those that grow the coil by that factor, in their place
-    in a sentence; where the search ended before it found one, the first that was not tried.
+def more_copper(spec: SensorSpec, factor: float, length: float, left: Left, sentence: str) -> str:
+    """More turns or layers that mend a finding, found by trying those that grow the coil by a factor, or a long coil
+    longer by the factor `length`, in their place in a sentence; where the search ended before it found one, the first
+    that was not tried.
     """
-    families = [list(more_turns(spec, factor)), list(more_layers(spec, factor))]
+    families = [list(more_turns(spec, factor)), list(more_layers(spec, factor)), list(longer_coils(spec, length))]
     found = ways(families, left)
     if found:
         return sentence.format(f"{named(found)} mends it (it was tried)")
@@ -211,7 +212,7 @@ def more_copper(spec: SensorSpec, factor: float, left: Left, sentence: str) -> s
     most = " and ".join(fixes[-1].words for fixes in families if fixes)
     broken = broken_by((fix for fixes in families for fix in fixes), left)
     vain = f"tried up to {most}: {fail(broken)}"
-    return sentence.format(f"in this outline more of them do not mend it ({vain}); a larger coil or a finer pitch may")
+    return sentence.format(f"these alone do not mend it ({vain}); a larger coil or a finer pitch may")
 
 
 def larger_capacitor(fixes: list[Fix], now: float, left: Left) -> str:
