@@ -413,10 +413,13 @@ def longer_coils(spec: SensorSpec, factor: float) -> Iterator[Fix]:
         by = length - coil.size[0]
         edits = [Edit("coil.outer_diameter", f"[{_mm(length)}, {_mm(coil.size[1])}]")]
         changed = replace(spec, coil=replace(coil, size=(length, coil.size[1])))
-        for key, plate in (("target", spec.target), ("elastomer", spec.elastomer)):
+        plates: tuple[tuple[str, Target | ElastomerPad | None], ...] = (
+            ("target", spec.target), ("elastomer", spec.elastomer))
+        for key, plate in plates:
             if plate is not None and plate.outline.is_long and plate.size[0] >= REACHES * coil.size[0]:
-                (edit,), longer = next(resized(key, plate, (_ceiled(plate.size[0] + by), plate.size[1])))
-                edits, changed = [*edits, edit], replace(changed, **{key: longer})
+                size = (_ceiled(plate.size[0] + by), plate.size[1])
+                fix = setting(changed, f"{key}.size", size, f"[{_mm(size[0])}, {_mm(size[1])}]")
+                edits, changed = [*edits, *fix.edits], fix.spec
         yield Fix(tuple(edits), changed)
 
 
