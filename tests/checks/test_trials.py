@@ -361,7 +361,8 @@ def test_what_mends_shear_and_what_mends_an_overhang_do_not_undo_each_other():
         ("bench_7mm", {"fpc.stackup": "flex-4l", "coil.layers": 4, "fpc.tail.layers": 2, "coil.trace_width": "155 um",
                        "coil.trace_spacing": "155 um", "coil.turns": 8}, "SIT103",
          "fpc.plated: buttons leaves the tracks foil, a build to ask for (it was tried); or ask the fabricator for a "
-         "waiver (no electrical test sees a short between turns)"),
+         "waiver (no electrical test sees a short between turns); once it is confirmed, write fpc.rules: {based_on: "
+         "generic-flex, coil_trace_width: 155 um, coil_trace_spacing: 155 um}"),
         ("grasper_4layer", {"fpc.plated": None, "mount.jaw": {"width": 4.8, "length": 20, "height": 1.3,
                                                               "port_diameter": 3}}, "SIT308",
          "fpc.plated: buttons (tried)"),

@@ -302,15 +302,14 @@ def _hardly_widened(spec: SensorSpec, field: str, left: Left) -> str:
     rules = spec.fpc.rules
     fixes = list(wider(spec, rules.coil_trace_width or 0.0, rules.coil_trace_spacing or 0.0))
     all_turns = [fix for fix in fixes[:1] if fix.spec.coil.turns == spec.coil.turns]
-    found, widened = first_that_mends(all_turns, left), ""
-    if found is not None:
-        widened = f"{found.words} keeps all turns{TRIED}"
-    elif left.wants_another() and (found := first_that_mends(fixes, left)) is not None:
-        widened = f"{found.words}{TRIED}"
-    known = [words for words in (widened, _as_foil(spec, field, left)) if words]
+    found, foil = first_that_mends(all_turns, left), _as_foil(spec, field, left)
+    known = [] if found is None else [f"{found.words} keeps all turns{TRIED}"]
+    known += [foil] if foil else []
+    if not known and left.wants_another() and (found := first_that_mends(fixes, left)) is not None:
+        known = [f"{found.words}{TRIED}"]
     if not known and left.is_cut_short:
         return ""
-    vain = "" if widened or not fixes else f"; wider tracks were tried in vain: {in_vain(fixes, left)}"
+    vain = "" if known or not fixes else f"; wider tracks were tried in vain: {in_vain(fixes, left)}"
     return _once("; or ".join((*known, _waiver(spec)))) + vain
 
 
