@@ -110,13 +110,15 @@ def at_pin(layout: Layout, whole: tuple[Solid, ...], gap: PinGap) -> Clash:
 
 
 def _pieces(whole: tuple[Solid, ...], named: set[str]) -> list[MeshedPiece]:
-    """Every solid's mesh, glue left out; the board's films are one piece, but for those that are named."""
+    """Every solid's mesh. Of the glue and the board's films, those in `named` are pieces of their own; other glue is left
+    out, and the other films are one piece.
+    """
     meshes = list(zip(whole, seen(whole), strict=True))
     films = [(s, mesh) for s, mesh in meshes if s.role in (BodyRole.BOARD, BodyRole.COPPER) and s.name not in named]
     found = [
         MeshedPiece(solid.name, solid.role, solid.colour, manifold(mesh))
         for solid, mesh in meshes
-        if solid.role is not BodyRole.GLUE and (solid, mesh) not in films
+        if (solid.role is not BodyRole.GLUE or solid.name in named) and (solid, mesh) not in films
     ]
     if films:
         m3 = require("manifold3d")

@@ -217,6 +217,15 @@ def test_what_stands_in_each_other_is_cut_open_and_shown_in_red(hinged, pieces):
     assert clash.figure == f"both take {whole_post:.3g} mm3"
 
 
+def test_glue_that_stands_in_a_mount_is_shown(hinged, pieces):
+    """The jaw's own STEP file took the glue under the shield; the picture of it ended every build."""
+    line, block = box(5e-3, 0.0, 9e-3, 7e-3, 1e-3, 9.05e-3), box(6e-3, 0.0, 8e-3, 8e-3, 1e-3, 10e-3)
+    around = (*pieces, Solid("glue-shield", line, "adhesive", "#d9b26a", BodyRole.GLUE),
+              Solid("post", block, "steel", "#000000", BodyRole.MOUNT))
+    drawn = clashes(hinged, around, prove(hinged, around), ())
+    assert {"glue-shield and post", "post and glue-shield"} & {clash.words for clash in drawn}
+
+
 @pytest.mark.slow
 def test_what_is_beyond_the_port_is_red_and_its_circle_drawn(hinged, pieces):
     post = Solid("post", box(-1e-3, 2.8e-3, -1e-4, 1e-3, 2.9e-3, 0.0), "steel", "#000000", BodyRole.MOUNT)
