@@ -53,6 +53,7 @@ def test_every_shape_is_priced_against_the_round_coil():
     assert shapes.table(rows)[2].startswith("| circle | 2, 1 |")
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_one_command_writes_tables_and_plot(tmp_path):
     pytest.importorskip("matplotlib", reason="the plot needs it")

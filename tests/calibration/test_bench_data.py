@@ -87,6 +87,7 @@ def test_a_cell_beyond_all_bounds_is_refused(tmp_path):
         _read(tmp_path, HEAD + "0,0,5," + 200_000 * "6" + "\n")
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_units_are_those_of_the_header(tmp_path, sensors):
     table = _read(tmp_path, "z_um,C1_MHz,C2_kHz\n0,7.5,7500\n-10,7.6,7600\n-20,7.7,7700\n-30,7.8,7800\n")

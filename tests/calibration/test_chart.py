@@ -72,6 +72,7 @@ def test_a_chart_says_what_it_is_off_by(soft):
     assert off < 0.03 and off < 3.0 * found.chart.error + 0.003
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_readings_of_another_modulus_without_noise_give_that_modulus(soft):
     """The tool's own model with 17 for 13.2 kPa: the gap was moved by 70 um and up to 11 % stated, where the plan

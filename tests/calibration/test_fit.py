@@ -166,6 +166,7 @@ def test_a_plan_says_which_way_x_is_and_what_holds_the_sensor(mount, held):
     assert "from the middle of the body to the tail" in " ".join(directions(("normal", "shear_x", "shear_y")))
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_one_way_of_loading_is_meant_where_nobody_says(design):
     """A package's plan was of a level target and spoke of weights and threads; the command and the library meant a
@@ -364,6 +365,7 @@ def overloaded():
     return calibrate(sitscad.Design(sitscad.load_text(templates.read("grasper_3p5mm"))))
 
 
+@pytest.mark.more
 @pytest.mark.slow
 @pytest.mark.parametrize("which", ["foretold", "coarse", pytest.param("overloaded", marks=pytest.mark.more)])
 def test_a_plan_promises_no_less_than_the_map_itself_leaves(which, request):

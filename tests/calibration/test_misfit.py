@@ -26,6 +26,7 @@ def level(design):
     return sensors_of(design.response, True)
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_readings_of_a_level_target_are_told_from_those_of_a_free_one(sensors, level, foretold, hidden, bench):
     """Found with a simulated unit: the wrong way of loading left 1.7 times the stated error, without a word."""
@@ -38,6 +39,7 @@ def test_readings_of_a_level_target_are_told_from_those_of_a_free_one(sensors, l
     assert "free to tilt, not kept level" in wrong.note and "--rotation free" in wrong.note
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_a_map_for_a_target_that_turns_otherwise_states_what_it_is_off_by(design, sensors, hidden, table):
     """Of a free target calibrated as a level one 7 % of full scale were stated, where 8 % were true."""
@@ -117,6 +119,7 @@ def test_shear_loads_of_half_the_size_are_refused(design, table):
         calibrate(design, table(doubled))
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_a_map_states_what_its_chart_is_off_by(sensors, foretold, hidden):
     """A pad half as stiff goes far beyond the chart of usual ones: 6.3 % off where 2.5 % were stated. The chart ended
@@ -138,6 +141,7 @@ def test_usual_sensors_get_no_word(sensors, calibrated):
     assert calibrated.fit.odd.max() < 4.0
 
 
+@pytest.mark.more
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "more", [20_000, *(pytest.param(off, marks=[pytest.mark.slow, pytest.mark.more]) for off in (60_000, -60_000))]
@@ -172,6 +176,7 @@ def _with_tares(table, sensors, bench, noise=0.0, slip=0):
     return table(changed)
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_noise_is_told_by_rows_without_load(design, table, sensors, bench):
     """3,000 counts on every reading, 16 times the converter's, passed without a word."""
@@ -188,6 +193,7 @@ def _place(note, name):
     return note[: note.index(name) + len(name)]
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_a_tare_that_is_off_is_named_and_refused_where_it_moves_all_forces(design, table, sensors, bench):
     (note,) = (n for n in calibrate(design, _with_tares(table, sensors, bench, slip=20_000)).notes if "scatter" in n)
@@ -196,6 +202,7 @@ def test_a_tare_that_is_off_is_named_and_refused_where_it_moves_all_forces(desig
         calibrate(design, _with_tares(table, sensors, bench, slip=200_000))
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_a_table_with_one_tare_does_not_tell_of_noise(design, table, foretold):
     assert any(note.startswith("fewer than three rows without load") for note in calibrate(design, table()).notes)

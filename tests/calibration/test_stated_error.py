@@ -57,7 +57,7 @@ def test_a_sensor_beyond_its_chart_still_feels_its_loads(small):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("hysteresis", [0.0971, pytest.param(0.0, marks=pytest.mark.more)])
-@pytest.mark.parametrize("count", [5, pytest.param(8, marks=pytest.mark.more), 12])
+@pytest.mark.parametrize("count", [5, *(pytest.param(n, marks=pytest.mark.more) for n in (8, 12))])
 def test_no_sound_table_is_refused_and_the_stated_error_holds(small, count, hysteresis):
     """Four of twelve tables with hysteresis were refused, and the stated error was four to six times the true one.
     `tests/validation/calibrated_units.py` tries every template.

@@ -247,6 +247,7 @@ def _pressed(size, force, **needs):
     return replace(spec, elastomer=pad, requirements=replace(spec.requirements, normal_force=force, **needs))
 
 
+@pytest.mark.more
 @pytest.mark.slow
 @pytest.mark.filterwarnings("error::RuntimeWarning")
 def test_a_pad_that_gives_way_is_not_said_to_feel():

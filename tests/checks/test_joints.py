@@ -110,6 +110,7 @@ def test_pins_keep_clear_of_the_window_and_the_ends_of_the_jaw():
     assert close.measured == approx(3.5e-3 - 0.5e-3 - room - 3e-3, rel=1e-6) and close.key == "mount.retention.spacing"
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_a_joint_needs_plastic_on_the_metal():
     shield = "{jaw: generic-5mm, standoff: 0.6, retention: pins}\nshield: {gap: 0.5, thickness: 0.1}"

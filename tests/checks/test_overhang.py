@@ -213,6 +213,7 @@ def sensors(draw):
     return written | ({"encapsulation": {"thickness": 0.1}} if film else {})
 
 
+@pytest.mark.more
 @pytest.mark.slow
 @settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
 @given(sensors())

@@ -51,6 +51,7 @@ def test_a_target_that_ends_over_the_coils_feels_it():
     assert judged(FOUR.replace("TARGET", "7")) == ([], [])
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_a_target_that_ends_at_the_rims_feels_a_tilt_as_more_than_the_shear():
     """Between both nothing was said, though a degree of tilt was read as 3.6 N where 3 N were to be felt."""

@@ -204,6 +204,7 @@ def test_a_thicker_target_was_tried():
     assert [rule for rule, _, _ in tried] == ["SIT305"] and tried[0][2] == []
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_a_stiffer_pad_was_tried(judge):
     """The modulus that bears the force is named with what then fails, if anything does."""
@@ -308,6 +309,7 @@ def test_turns_that_do_not_end_at_a_side_are_led_to_some_that_fit(tmp_path):
     load_text(json.dumps(document), "spec.yaml")
 
 
+@pytest.mark.more
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [2, 3])
 def test_hints_of_random_designs_make_them_better_when_they_are_followed(seed):

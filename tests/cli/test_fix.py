@@ -121,6 +121,7 @@ def test_a_fix_that_makes_nothing_better_is_not_promised_again_and_says_why(run,
     assert "slips.yaml: SIT002 not mended by " in done.err and "fixes: for " not in done.out
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_what_is_not_mended_says_in_a_line_what_its_fix_would_bring(run, tmp_path):
     """JSON had `brings`, and the text nothing: --fix --unsafe-fixes changed nothing and did not say why."""

@@ -34,6 +34,7 @@ def test_json_is_the_contract_s(run, pair):
         assert all(0.01 < error < 0.05 for error in point["target_resistance_error"])
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_text_says_pose_reading_and_notes(run, pair):
     done = run("response", pair, "--load", "normal=1,shear_x=0.2")

@@ -83,6 +83,7 @@ def test_stub_shorter_than_its_ends_keeps_a_tenth_of_its_resistance():
     assert found.resistance == approx(LEAST_LEFT * whole, rel=1e-6, abs=0)
 
 
+@pytest.mark.more
 @pytest.mark.slow
 @pytest.mark.needs("gerbonara", "gmsh", "scipy", "shapely")
 @pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.more if "layer" in n else ()) for n in BOARDS])

@@ -207,6 +207,7 @@ def test_loads_beyond_a_pads_thickness_of_travel_are_charted():
     assert far.twins is None
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_four_coils_in_a_cross_are_read_in_other_units_of_the_design_too():
     """The map of three forces by four coils was fitted to how the leads of the one design lie: it read 338 N of 10."""

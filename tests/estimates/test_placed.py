@@ -68,6 +68,7 @@ def test_poses_alike_are_served_by_one_solution():
     assert len(covers) <= 4
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_a_target_of_200_mm_takes_no_gigabytes(tmp_path):
     # It took 23 GB to see what a degree of tilt does to it: the fuzzer's find

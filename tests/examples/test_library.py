@@ -66,6 +66,7 @@ def test_a_sweep_with_a_plot(tmp_path, monkeypatch):
         assert inductances == sorted(inductances)  # more turns, more inductance
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_a_coil_in_a_field_program(monkeypatch, capsys):
     found = run("field.py", monkeypatch)
@@ -75,6 +76,7 @@ def test_a_coil_in_a_field_program(monkeypatch, capsys):
     assert 1e-6 < found["field_T"] < 5e-6 and "uT upwards" in capsys.readouterr().out
 
 
+@pytest.mark.more
 @pytest.mark.slow
 @pytest.mark.cad
 def test_a_sensor_in_ones_own_cad_models(tmp_path, monkeypatch):

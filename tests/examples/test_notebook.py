@@ -21,6 +21,7 @@ def bench():
     return sitscad.Design(sitscad.load_text(templates.read("bench_7mm"), "bench.yaml"))
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_every_result_is_shown_as_one_short_line(bench):
     spec, layout, checked = bench.spec, bench.layout, sitscad.check(bench.spec, hints="none")

@@ -48,6 +48,7 @@ def volumes(points, rows):
     return np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) / 6
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_every_region_has_its_volume():
     points, groups = read()

@@ -95,6 +95,7 @@ def test_pixels_beside_an_edge_are_let_pass_and_no_others():
     assert cropped(one).shape == (10, 40) and cropped(one & False).size == 0
 
 
+@pytest.mark.more
 @pytest.mark.slow
 @needs_kicad
 @pytest.mark.clients("gerbv", "rsvg-convert")

@@ -45,6 +45,7 @@ print(json.dumps(found))
 """
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_another_process_writes_the_same_bytes():
     ours = {}

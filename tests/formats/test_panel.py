@@ -73,6 +73,7 @@ def area(layout, at: Point):
     return moved(outline, at)
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_every_copy_shows_what_the_boards_own_file_shows(small):
     layout, panel, files = small

@@ -89,6 +89,7 @@ def test_every_span_has_its_drill_file_and_pads_on_its_layers_only(thin):
             assert (holes(blind) <= there) if int(number[1]) <= last else not (holes(blind) & there), path
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_the_files_read_back_keep_their_word(thin, tmp_path):
     files = order_set(thin, plan(thin))

@@ -36,6 +36,7 @@ def micrometres(finding):
     return 1e-6 * int(re.search(r"\((\d+) um more\)", finding.hint).group(1))
 
 
+@pytest.mark.more
 @pytest.mark.slow
 @pytest.mark.parametrize(("layers", "turns"), [(2, 11.75), (4, 11.0), (6, 10.25)])
 def test_the_outer_diameter_that_an_inner_via_asks_for_makes_room(sensor, layers, turns):
@@ -47,6 +48,7 @@ def test_the_outer_diameter_that_an_inner_via_asks_for_makes_room(sensor, layers
     assert not [s for s in lay_out(room.larger_coils(spec, more).spec).shortfalls if s.what is Missing.INNER_ROOM]
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_the_pitch_that_the_leads_ask_for_lets_them_pass(sensor):
     spec = sensor(pitch=4.09e-3, coils=3)
@@ -161,6 +163,7 @@ def test_what_gives_leads_no_way_out_is_named(body):
     assert "coil.start_angle (15 deg, 30 deg, " in hint and "coil.turns (4.75, 5.25, 6.75, 8.25): tried in vain" in hint
 
 
+@pytest.mark.more
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["inner room", "between coils", "in a body"])
 def test_a_search_for_hints_leaves_the_finding_and_its_place(kind, sensor):

@@ -174,6 +174,7 @@ def test_an_odd_number_of_layers_needs_a_layer_to_come_out_on(sensor):
     assert not layout.coils[0].is_closed_circuit and layout.coils[0].windings
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_coils_too_close_for_leads_and_vias_are_refused_with_the_missing_length(sensor):
     spec = sensor(diameter=7e-3, pitch=7.1e-3, coils=4, shape="square", turns=8)

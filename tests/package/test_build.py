@@ -228,6 +228,7 @@ def test_a_writer_that_refuses_leaves_the_old_package(good, tmp_path, monkeypatc
     assert _hashes(directory) == before
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_a_missing_kernel_stops_the_build_and_names_what_can_be_made_without(good, tmp_path, monkeypatch):
     def missing(_layout):

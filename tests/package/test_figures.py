@@ -50,7 +50,7 @@ def built(name, folder, stages):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("stages", [DRAWN, pytest.param(None, marks=[pytest.mark.slow, pytest.mark.cad])])
+@pytest.mark.parametrize("stages", [DRAWN, pytest.param(None, marks=[pytest.mark.more, pytest.mark.cad])])
 def test_packages_on_another_processor_are_what_their_specs_make(tmp_path, stages):
     names = ("single_coil", "bench_7mm") if stages else ("fingertip_foil", "grasper_4layer")
     asked = [[str(tmp_path), built(name, tmp_path, stages).name] for name in names]

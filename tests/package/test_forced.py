@@ -28,6 +28,7 @@ def built(tmp_path, name, change, force=True):
     return sitscad.build(spec, tmp_path, only=only, force=force)
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_a_package_says_that_it_was_forced_wherever_somebody_works_from_it(tmp_path):
     done = built(tmp_path, "forced", ("  thickness: 0.65", "  thickness: 1.25"))

@@ -38,6 +38,7 @@ def settings(package):
     return json.loads((package / "firmware" / "ldc1314_config.json").read_text())
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_it_speaks_of_no_other_converter(package):
     files = [path for path in package.rglob("*") if path.is_file()]

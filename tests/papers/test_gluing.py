@@ -155,6 +155,7 @@ def test_what_is_cut_into_the_jaw_has_its_place_from_the_tip_and_the_sides(kind)
     assert kind == "pins" or re.search(r"from the tip [0-9]+\.[0-9]{2} mm long", said)
 
 
+@pytest.mark.more
 @pytest.mark.slow
 @pytest.mark.cad
 def test_the_jig_is_drawn_with_what_is_glued_in_it():

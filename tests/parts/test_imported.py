@@ -91,6 +91,7 @@ def test_a_named_coordinate_system_is_the_datum(tmp_path, jaw_file):
         solids(lay_out(unknown))
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_rules_in_the_plane_say_why_they_are_not_checked(tmp_path, jaw_file):
     spec = beside(tmp_path, jaw_file, f"{{jaw: {{{LIES}}}, standoff: 1}}")

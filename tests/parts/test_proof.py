@@ -226,6 +226,7 @@ def test_glue_that_stands_in_a_mount_is_shown(hinged, pieces):
     assert {"glue-shield and post", "post and glue-shield"} & {clash.words for clash in drawn}
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_what_is_beyond_the_port_is_red_and_its_circle_drawn(hinged, pieces):
     post = Solid("post", box(-1e-3, 2.8e-3, -1e-4, 1e-3, 2.9e-3, 0.0), "steel", "#000000", BodyRole.MOUNT)

@@ -76,6 +76,7 @@ def faults(layout):
     return {finding.key: finding for finding in found}
 
 
+@pytest.mark.more
 @pytest.mark.slow
 @pytest.mark.parametrize("figures", [FIGURES, "material: titanium-grade-5"])
 def test_a_jaw_with_teeth_holes_taper_and_shank_passes(tmp_path, figures):
@@ -141,6 +142,7 @@ def test_a_tilted_jaw_is_found_by_its_face(tmp_path):
     assert found["mount.jaw.datum"].measured == approx(4.25e-3 * 0.01746, rel=1e-3)
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_a_round_back_that_lies_up_is_found_by_the_face_s_width(tmp_path):
     import build123d as bd
@@ -151,6 +153,7 @@ def test_a_round_back_that_lies_up_is_found_by_the_face_s_width(tmp_path):
     assert set(faults(layout_of(tmp_path, jaw, f"{FIGURES}, datum: [0, 0, -2], up: -z"))) == {"mount.jaw.up"}
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_a_window_belongs_to_the_figures(tmp_path):
     import build123d as bd

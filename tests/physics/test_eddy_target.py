@@ -111,6 +111,7 @@ def test_finer_splines_and_more_points_change_nothing(plate):
     assert coarse == approx(fine, abs=2e-3 * np.abs(fine).max())
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_an_endless_plate_is_the_image():
     from box_of_loops import endless_change

@@ -74,6 +74,7 @@ def test_a_template_warns_of_nothing_but_what_it_is_and_says_so(name):
     assert name == "grasper_3p5mm" or sitscad.check(spec, hints="none").ok
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_the_wide_jaw_can_be_ordered_from_the_houses_that_it_names():
     """As its comments say: a house with a rule for coils waives nothing, and OSH Park has a stack-up of its own."""

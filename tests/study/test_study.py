@@ -216,6 +216,7 @@ def test_time_left_is_that_of_the_units_that_are_drawn_now(monkeypatch, capsys):
     assert "units: 20 of 256, 2 min left, 2 a second" in capsys.readouterr().err
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_designs_whose_units_fail_make_room_for_the_next_and_are_counted(folder, monkeypatch):
     """The first design that is asked about yields nothing, all others everything."""
@@ -539,6 +540,7 @@ def _lines_of(path):
     return path.read_bytes().splitlines()
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_a_changed_study_uses_again_what_still_fits(folder):
     first = sitscad.Study.load(folder / "study.yaml").run(folder=folder / "out", draws=0)
@@ -665,6 +667,7 @@ search: {method: sobol, evaluations: 80}
 """
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_designs_behind_those_that_only_the_full_level_refuses_are_found(tmp_path):
     """Coils of 15 turns have no room for their inner vias, which the screen cannot ask, and rank first: it ended with
@@ -906,6 +909,7 @@ def test_differential_evolution_and_a_grid_find_one_best():
     assert (3, 7, 20) in [point for part in calls for point in part]
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_a_front_of_nsga2_is_that_of_all_designs():
     pytest.importorskip("pymoo")

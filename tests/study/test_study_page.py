@@ -45,6 +45,7 @@ def html(answer):
     return study_page(answer)
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_the_answer_stands_in_its_order_and_loads_nothing(answer, html):
     titles = re.findall("<h2>(.*?)</h2>", html)
@@ -116,6 +117,7 @@ WIDE = {
                 "supply_current": "<= 99 mA"}}
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_the_page_of_a_wide_study_is_small_and_has_its_whole_front(answer, tmp_path):
     """Of sixteen keys, twelve measures and a front of 256 it had more than three megabytes."""

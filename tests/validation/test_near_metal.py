@@ -92,6 +92,7 @@ def test_inductance_and_resistance_close_to_metal(name, gap, metal):
         assert ours.real == approx(reference.real, rel=0.04 if gap < 0.2e-3 else 0.03)
 
 
+@pytest.mark.more
 @pytest.mark.slow
 @pytest.mark.needs("scipy")
 def test_the_filaments_have_converged():
