@@ -8,11 +8,12 @@ from dataclasses import replace
 import handmade
 import pytest
 from handmade import bounds, piece
+from solid_pairs import interferences
 from tolerance import approx
 
 import sitscad
 from sitscad.layout.bending import bend_radius
-from sitscad.parts import mesh, pieces, seat, solids
+from sitscad.parts import pieces, seat, solids
 from sitscad.parts.mesh import manifold, tessellate
 from sitscad.parts.solid import of_role
 from sitscad.parts.whole import whole
@@ -158,7 +159,7 @@ def test_the_tail_leaves_the_plate_through_a_slot_that_is_open_at_its_edge():
 def test_a_stiffener_inside_the_plate_gets_its_own_pocket():
     layout = handmade.bench_sensor()
     short = handmade.board(layout.spec, body=(16e-3, 7.6e-3), tail=7e-3, tail_width=2e-3)
-    assert mesh.interferences(solids(short)) == ()
+    assert interferences(solids(short)) == ()
     plate, stiffener = (next(s for s in solids(short) if s.name == name) for name in ("mount", "stiffener"))
     assert plate.shape.bounding_box().max.X > stiffener.shape.bounding_box().min.X
 
@@ -235,6 +236,6 @@ def test_the_edge_under_a_tail_is_as_round_as_its_bend(template):
 def test_a_tail_that_is_let_down_over_a_cap_stands_in_nothing():
     layout = sitscad.lay_out(sitscad.load_text(templates.read("fingertip_foil"), "t.yaml"))
     pieces = {piece.name: piece for piece in whole(layout)}
-    assert not mesh.interferences(tuple(pieces.values()))
+    assert not interferences(tuple(pieces.values()))
     lowest = min(1e-3 * p.shape.bounding_box().min.Z for name, p in pieces.items() if name.startswith("tail-"))
     assert lowest == approx(metal_face(layout.spec), abs=2e-6)

@@ -7,10 +7,11 @@ import math
 import handmade
 import pytest
 from handmade import bounds
+from solid_pairs import interferences
 from tolerance import approx
 
 from sitscad.geometry.path import Path, Point, Region, circle, enclosed_area, rectangle
-from sitscad.parts import PartsError, mesh, solids
+from sitscad.parts import PartsError, solids
 from sitscad.parts.mesh import manifold, tessellate
 from sitscad.parts.solid import face
 from sitscad.scene.bodies import BodyRole
@@ -55,7 +56,7 @@ def test_every_solid_is_valid_and_its_mesh_is_closed(sensor):
 
 @pytest.mark.parametrize("sensor", handmade.SENSORS)
 def test_no_two_solids_share_any_volume(sensor):
-    assert mesh.interferences(handmade.solids(sensor)) == ()
+    assert interferences(handmade.solids(sensor)) == ()
 
 
 @pytest.mark.parametrize("sensor", ["jaw", "oblique", "bench", "bare"])

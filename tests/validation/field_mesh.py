@@ -1,6 +1,6 @@
 """A coil on `sitscad.field_mesh` in a finite-element solver, beside the estimate: does the mesh serve a field program?
 
-    pip install 'sitscad[all,fe]'
+    pip install 'sitscad[all]' ngsolve
     python tests/validation/field_mesh.py [TEMPLATE]
 
 Magnetostatics by NGSolve with edge elements: the vector potential of coil C1 alone, its turns spread evenly over its
