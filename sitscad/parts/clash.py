@@ -110,8 +110,8 @@ def at_pin(layout: Layout, whole: tuple[Solid, ...], gap: PinGap) -> Clash:
 
 
 def _pieces(whole: tuple[Solid, ...], named: set[str]) -> list[MeshedPiece]:
-    """Every solid's mesh. Of the glue and the board's films, those in `named` are pieces of their own; other glue is left
-    out, and the other films are one piece.
+    """Meshes of the solids. Glue and films in `named` are pieces of their own. Other glue is left out, and the other
+    films of the board are one piece.
     """
     meshes = list(zip(whole, seen(whole), strict=True))
     films = [(s, mesh) for s, mesh in meshes if s.role in (BodyRole.BOARD, BodyRole.COPPER) and s.name not in named]
