@@ -19,6 +19,9 @@ class OneThread(ContextDecorator):
     def __init__(self) -> None:
         self._lock, self._blocks = threading.Lock(), 0
         self._limits: Any = None
+        if hasattr(os, "register_at_fork"):  # a child gets a lock that is free, whatever other threads do meanwhile
+            os.register_at_fork(before=self._lock.acquire, after_in_parent=self._lock.release,
+                                after_in_child=self._lock.release)
 
     def __enter__(self) -> None:
         with self._lock:

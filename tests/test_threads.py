@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import subprocess
 import sys
 import threading
+import time
 from pathlib import Path
 
 import pytest
@@ -93,6 +95,34 @@ def test_limit_lasts_until_the_last_thread_leaves(library):
     leave.set()
     thread.join(10)
     assert library.allowed == 2
+
+
+@pytest.mark.skipif(not hasattr(os, "register_at_fork"), reason="processes are forked on POSIX alone")
+@pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
+def test_process_forked_while_another_thread_begins_a_block_enters_its_own(library, monkeypatch):
+    """The child got a lock that nobody would release, and its first solution waited for ever."""
+    limited, held = OneThread(), threading.Event()
+
+    def looked_for() -> Library:
+        held.set()
+        time.sleep(0.3)
+        return library
+
+    def other() -> None:
+        with limited:
+            pass
+
+    monkeypatch.setattr("sitscad.threads._libraries", looked_for)
+    thread = threading.Thread(target=other)
+    thread.start()
+    assert held.wait(10)
+    child = multiprocessing.get_context("fork").Process(target=limited.__enter__)
+    child.start()
+    child.join(10)
+    is_stuck = child.exitcode is None
+    child.kill()
+    thread.join(10)
+    assert not is_stuck and library.allowed == 2
 
 
 def test_libraries_are_those_that_numpy_brings():
