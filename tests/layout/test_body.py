@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -168,6 +169,20 @@ def test_a_drawn_outline_is_read_as_lines_and_arcs(tmp_path):
     assert enclosed_area(outline(dxf(tmp_path, pieces))) == approx((60 + math.pi * 18) * 1e-6, rel=1e-9)
 
 
+def test_lines_and_arcs_shorter_than_ends_that_join_leave_an_outline_as_it_is(tmp_path):
+    """Exports hold lines of no length and fillets of no radius: such a line has no direction."""
+
+    def draw(space) -> None:
+        corners = [(-5, -3), (5, -3), (5, 3), (-5, 3), (-5, -3)]
+        for start, end in pairwise(corners):
+            space.add_line(start, end)
+            space.add_line(end, end)
+        space.add_arc((5, 3 - 1e-5), 1e-5, 0, 90)
+
+    found = list(outline(dxf(tmp_path, draw)))
+    assert len(found) == 4 and all(piece.length > 5e-3 for piece in found)
+
+
 @pytest.mark.parametrize(("draw", "said"), [
     (lambda space: space.add_spline([(0, 0), (1, 2), (3, 4)]), "SPLINE .* is no line"),
     (lambda space: space.add_lwpolyline([(0, 0), (5, 0), (5, 5)]), r"open: LWPOLYLINE .* ends at \[5, 5\] mm"),
@@ -182,6 +197,9 @@ def test_a_drawn_outline_is_read_as_lines_and_arcs(tmp_path):
     (lambda space: [space.add_arc((0, 0), 6, 0, 180), space.add_line((-6, 0, 2), (6, 0, 2))],
      "ARC.* lies at z = 0 mm and LINE.* at 2 mm"),
     (lambda space: space.add_polyline3d([(0, 0, 0), (5, 0, 0), (5, 5, 1)], close=True), "POLYLINE .* in space"),
+    (lambda space: space.add_circle((math.nan, 0), 6), "no DXF that can be read"),
+    (lambda space: space.add_polyline2d([(0, 0), (9, 0), (9, 9), (0, 9)], close=True, dxfattribs={"flags": 4}),
+     "POLYLINE .* is a spline"),
     (lambda space: space.add_lwpolyline([(1e-5 * k, 0) for k in range(3000)]), "LWPOLYLINE .* has 3000 vertices"),
 ])
 def test_a_drawing_that_is_no_outline_is_refused_by_the_entity_that_is_wrong(tmp_path, draw, said):

@@ -25,6 +25,9 @@ UNITS = {0: 1e-3, 1: 25.4e-3, 4: 1e-3, 5: 1e-2, 6: 1.0, 13: 1e-6}
 JOINED = 1e-6
 """Ends that are nearer to each other (m) are one point."""
 
+SPLINE = 4
+"""Bit of a polyline's flags that says that its vertices are those of a spline (DXF reference, group 70)."""
+
 LEAST, LARGEST = 1e-3, 0.5
 """Length and width (m) that a body may have."""
 
@@ -66,14 +69,16 @@ def outline(content: bytes) -> Path:
         scale = UNITS.get(int(drawing.header.get("$INSUNITS", 0)))
         if scale is None:
             raise UnfitError(f"its unit ($INSUNITS {drawing.header['$INSUNITS']}) is none of mm, cm, m, um and inches")
-        pieces = [piece for entity in drawing.modelspace() for piece in _pieces(entity, scale)]
+        pieces = [(words, piece) for entity in drawing.modelspace() for words, piece in _pieces(entity, scale)
+                  if not piece.length <= JOINED]
+        ends = [value for _, piece in pieces for value in piece.box]
         heights = [(scale * float(z), str(one)) for one in drawing.modelspace() for z in _heights(one)]
     except (ezdxf.DXFError, OSError, ValueError, TypeError, LookupError, AttributeError, ArithmeticError,
             StopIteration) as error:
         raise UnfitError(f"no DXF that can be read ({type(error).__name__}: {str(error)[:80]})") from None
     if not 1 <= len(pieces) <= MOST_PIECES:
         raise UnfitError(f"{len(pieces)} lines and arcs, where 1 to {MOST_PIECES} can be")
-    if not all(math.isfinite(value) and abs(value) < 10.0 for _, piece in pieces for value in piece.box):
+    if not all(math.isfinite(value) and abs(value) < 10.0 for value in ends):
         raise UnfitError("it has coordinates that are no lengths")
     (low, lower), (high, upper) = min(heights), max(heights)
     if high - low > JOINED:
@@ -104,6 +109,8 @@ def _pieces(entity: Any, scale: float) -> Iterator[Piece]:
         raise UnfitError(f"{words} does not lie in the plane seen from above (its extrusion is not +z)")
     if kind == "POLYLINE" and not entity.is_2d_polyline:
         raise UnfitError(f"{words} is a mesh or a polyline in space")
+    if kind == "POLYLINE" and dxf.flags & SPLINE:
+        raise UnfitError(f"{words} is a spline: no lines and arcs join its vertices")
 
     def point(x: float, y: float) -> Point:
         return Point(scale * float(x), scale * float(y))
