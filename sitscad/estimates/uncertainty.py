@@ -59,8 +59,8 @@ EXTRA_OF_LEADS = {WIDTH: (-0.5, 0.0), THICKNESS: (-1.0, 1.0)}
 """The same of leads, which lie in their own field: wide ones lose like 1/w, and the more the thicker they are."""
 
 EXTRA_INDUCTANCE = {WIDTH: 1.85, THICKNESS: -0.2}
-"""Share of itself, beside its growth with ln f, for the inductance that extra currents take away: of the width 1.7 to
-2.1 of round coils, 1.6 to 2.2 of others by whole solutions of eleven templates."""
+"""Share of itself, beside its growth with ln f, for the inductance that extra currents take away. Whole solutions of
+eleven templates gave 1.7 to 2.1 with the width of round coils, 1.6 to 2.2 of others."""
 
 OWN_CAPACITANCE = {WIDTH: 1.0, DISTANCE: -0.75}
 """Powers with which the capacitance of winding and leads goes with the tracks' width and the films' thickness: 0.75 to
@@ -358,7 +358,7 @@ def share_slopes(
 ) -> dict[str, tuple[float, float]]:
     """Return slopes of inductance (H/m) and resistance (ohm/m) with the gap, by state, through the target's share.
 
-    The share is taken as straight in the gap between rest and pressed. Empty if one of these states is missing.
+    The share is interpolated linearly in the gap between rest and pressed. Empty if one of these states is missing.
     """
     gaps = {around.name: around.above.distance for around in assembly.states
             if around.above is not None and around.name in states}

@@ -127,8 +127,8 @@ def narrower(spec: SensorSpec, by: float) -> Iterator[Fix]:
 
 
 def smaller_coils(spec: SensorSpec, by: float, keeps_length: bool = False) -> Fix:
-    """Coils smaller by so much (m), their gaps kept: with the turns of now, or fewer for the vias inside. A long coil
-    becomes only narrower if it ``keeps_length``.
+    """Coils smaller by a length (m), with the same gaps between them, and with fewer turns if inner vias need the room.
+    A long coil only becomes narrower if ``keeps_length``. The fix has no edits if no coil would be left.
     """
     coil = spec.coil
     if keeps_length and coil.outline.is_long:
@@ -398,11 +398,11 @@ def larger_coils(spec: SensorSpec, by: float) -> Fix:
 
 
 LONGER = (1.1, 1.4)
-"""Lengths of a coil that are tried, over the one that a law asks for."""
+"""Tried lengths of a coil, over the length that a law asks for."""
 
 
 def longer_coils(spec: SensorSpec, factor: float) -> Iterator[Fix]:
-    """A single long coil that is longer by more than a factor, and target and pad with it where these reach its ends.
+    """Yield a single long coil that is longer by more than a factor, with target and pad longer if they reach its ends.
     Empty for other shapes and for arrays.
     """
     coil = spec.coil
@@ -424,7 +424,7 @@ def longer_coils(spec: SensorSpec, factor: float) -> Iterator[Fix]:
 
 
 REACHES = 0.9
-"""Part of a coil's length from which on a plate reaches its ends."""
+"""Least ratio of a plate's length to a coil's for which the plate reaches the coil's ends."""
 
 
 def larger_body(spec: SensorSpec, by: float) -> Fix:

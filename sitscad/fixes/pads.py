@@ -193,12 +193,11 @@ AS_WRITTEN = tuple(1e-3 * t for t in (0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.2, 1.5, 2.
 
 
 def best_thickness(spec: SensorSpec, left: Left, passes: Callable[[SensorSpec], bool]) -> str:
-    """The pad's thickness with which the reading changes most over the required force and no other rule fails, and how
-    many times as much. Where little may be tried, the better of the next thinner and the next thicker pad.
+    """Words for the pad's thickness of most signal at the required force with which no other rule fails, and its gain.
 
-    A thinner pad brings the target nearer, a thicker one gives way more, so that there is one best. A thicker pad has
-    to be one that `passes` the port, also where the spec as it stands does not: then no rule fails that had not failed.
-    Empty if nothing was tried.
+    A thinner pad brings the target nearer, a thicker pad gives way more, so that one thickness is best. A thicker pad
+    must pass the port (`passes`), even if the present spec does not. If only few designs may be tried, only the next
+    thinner pad is tried, and the next thicker pad if the thinner one gives no more. Then no gain gives an empty text.
     """
     pad, here, is_long = spec.elastomer, left.share(spec), left.wants_another()
     if pad is None or not here:
@@ -219,14 +218,15 @@ def best_thickness(spec: SensorSpec, left: Left, passes: Callable[[SensorSpec], 
                 break  # from there on it falls, or something fails
             best, most, before = (fix, there, there) if there > most else (best, most, there)
     if best is None:
-        return "no other thickness gives more (tried)" if is_long and was_tried else ""
+        more = f"{100.0 * (NAMED - 1.0):.0f} % more signal"
+        return f"no other thickness that breaks no other rule gives {more} (tried)" if is_long and was_tried else ""
     others = ", more than any other" if is_long else ""
     digits = 2 if most > 1.1 * here else 3
     return f"{best.words} gives {most / here:.{digits}g} times the signal{others}{_brought(best, left)} (tried)"
 
 
 NAMED = 1.02
-"""Times the signal from which on another thickness of the pad is named."""
+"""Least gain of signal (1) for which another thickness of the pad is named."""
 
 SIGNAL_RULES = {"SIT215", "SIT217"}
 """The rules that ask for more signal."""

@@ -1,8 +1,9 @@
 """The outlines that a coil may have: a row of `SHAPES` each, and a class for each way to wind.
 
 The other rooms ask an outline for its features, never for its name. A row also declares what is known of its shape:
-which error bounds hold for coils (`bounds`), and how a plate of it is computed and cut (`plate`). A shape that declares
-neither is refused by name: a class inherits features of another shape, but not what was fitted to that shape.
+which error bounds hold for coils (`bounds`), and how a plate of it is computed and cut (`plate`). A coil
+without `bounds` and a plate without `plate` are refused by name: a class inherits the features of another shape, but
+not what was fitted to that shape.
 
 Lengths are metres, angles radians; a coil's size is [x, y] across its outer copper edges. The centre line of a layer is
 wound exactly as the spec defines it: counter-clockwise about the origin, from the outside in.
@@ -112,7 +113,7 @@ class Outline(ABC):
 
     ``bounds`` names the shapes whose fitted error bounds hold for coils of this shape: itself, or for a polygon that
     was not fitted, the fitted ones with fewer and with more sides. ``plate`` is the form by which a target, a pad or a
-    finger of this shape is computed and cut: "disc" or "rectangle". Both are empty where nothing is known.
+    finger of this shape is computed and cut: "disc" or "rectangle". Both are empty if nothing is known.
     """
 
     name: str

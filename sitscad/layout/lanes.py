@@ -205,8 +205,9 @@ copper (hkgalaxy, jselectronic, ship.ie).
 
 
 def lead_spacings(spec: SensorSpec) -> tuple[float, ...]:
-    """Gaps (m) between leads, vias and turns in the order in which they are tried: the turns' own, half and three
-    quarters of the way down to the fabricator's least, and that.
+    """Gaps (m) between leads, vias and turns, in the order in which they are tried.
+
+    The turns' own gap comes first, then half and a quarter of its excess over the fabricator's least, then the least.
     """
     least = spec.fpc.rules.trace_spacing
     wanted = min(spec.coil.trace_spacing, WIDEST_GAP)

@@ -147,7 +147,7 @@ def steel_bar(mass: float) -> tuple[float, float]:
 
 
 def loaded(part: str, mass: float) -> str:
-    """How the press of a frame is loaded to a mass (kg); the beginning of a sentence."""
+    """Instruction to load the press of a part to a mass (kg); the beginning of a sentence."""
     if washers(mass) is not None:
         weight = f"M8 washers (ISO 7093, {1e3 * WASHER_MASS:g} g each) on its peg"
     else:

@@ -112,7 +112,7 @@ def fastened(layout: Layout) -> Iterator[str]:
 
 
 def _own_height(mount: Mount) -> str:
-    """How high the user's own mount holds the board over the metal behind it; empty without such metal."""
+    """Height of the board on the user's own mount over the metal behind it; empty if the spec has no such metal."""
     metal = mount.metal_behind
     if metal is None:
         return ""
@@ -123,7 +123,7 @@ def _own_height(mount: Mount) -> str:
 
 
 def in_place(layout: Layout) -> Iterator[str]:
-    """How the glued, bent and sealed sensor is put in its place: screws of a plate, a cap's clamp; none of a jaw's."""
+    """Yield the steps that put the glued, bent and sealed sensor on its plate or finger; none for a jaw."""
     mount = layout.spec.mount
     if mount is None or mount.jaw is not None:
         return
@@ -144,13 +144,13 @@ def in_place(layout: Layout) -> Iterator[str]:
 
 
 def _room_below(layout: Layout) -> str:
-    """Where what is under a plate has to end for a tail that is bent down; empty if none is."""
+    """Limit of the part under a plate, for a tail that is bent down; empty if no bend goes down."""
     first = next((bend for bend in bends(layout) if bend.direction == "down"), None)
     if first is None:
         return ""
     return (
-        " What it is screwed to must end, or have a slot, from "
-        f"{in_mm(first.start - layout.body[2], 2)} mm behind the body on: the tail goes down there."
+        f" The part below must end {in_mm(first.start - layout.body[2], 2)} mm behind the body, or have a slot from "
+        "there on: the tail goes down there."
     )
 
 

@@ -333,8 +333,8 @@ def target_bending(design: Design) -> Iterator[Verdict]:
     bent, limit = bending(target.size, target.outline.is_disc, contact, stiffness), limits["target_bending"].value
     if bent[0] > limit:
         enough = _rounded_up(float(thicker[np.argmax(bent <= limit)]))
-        is_flat, stiff = bent[-1] <= limit, (
-            "something stiff that is no metal glued on it, and its size as requirements.contact")
+        is_flat = bent[-1] <= limit
+        stiff = "something stiff that is no metal glued on it, and its size as requirements.contact"
         flat = f"{show(enough, 'm', 2)} of the same metal stay flat; or " if is_flat else ""
 
         def advice(left: Left) -> str:

@@ -296,8 +296,8 @@ def _finer(houses: Sequence[Fix]) -> str:
 
 
 def _hardly_widened(spec: SensorSpec, field: str, left: Left) -> str:
-    """Tracks and gaps as a rule asks that only warns, with all turns where the coil has room for them; where much may
-    be tried, with fewer turns, too.
+    """Advice for a minimum that only warns: tracks and gaps that keep it, with all turns if the coil has room for them.
+    If many designs may be tried, fewer turns are tried, too.
     """
     rules = spec.fpc.rules
     fixes = list(wider(spec, rules.coil_trace_width or 0.0, rules.coil_trace_spacing or 0.0))
@@ -319,7 +319,7 @@ def _waived(spec: SensorSpec, field: str, left: Left) -> str:
 
 
 def _waiver(spec: SensorSpec) -> str:
-    """Words for a waiver of the fabricator's minimum for coils, and how the spec states it once it is confirmed."""
+    """Advice to ask for a waiver of the fabricator's minimum for coils, and to write it into the spec."""
     coil, rules = spec.coil, spec.fpc.rules
     figures = ", ".join(
         f"coil_{field}: {show(getattr(coil, field), 'm', 6)}" for field in ("trace_width", "trace_spacing")

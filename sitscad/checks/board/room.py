@@ -206,7 +206,7 @@ def within_largest(design: Design) -> Iterator[Verdict]:
 
 
 def _larger_plate(layout: Layout, largest: BodySpec) -> Iterator[Violation]:
-    """A bench plate that is larger than the outline which is asked for: that outline is the board's alone."""
+    """Yield a note if the bench plate is larger than `fpc.largest`, which limits the board alone."""
     mount = layout.spec.mount
     if mount is None or mount.kind != "bench-plate" or largest.size is None:
         return
@@ -216,13 +216,13 @@ def _larger_plate(layout: Layout, largest: BodySpec) -> Iterator[Violation]:
         yield Violation(
             f"the mount is a plate of {show(x1 - x0, 'm')} x {show(y1 - y0, 'm')} with its screws: larger than the "
             f"outline that is asked for ({largest.written}), which holds for the board alone",
-            "mount.kind: custom has no plate: glue the board on a part of your own; or smaller coils", "fpc.largest",
+            "write mount.kind: custom and glue the board on a part of your own, or use smaller coils", "fpc.largest",
             have[1], room[1], "m", severity=Severity.NOTE,
         )
 
 
 def _beyond_largest(layout: Layout) -> float:
-    """How far (m) the body of a layout reaches beyond the largest outline that its spec asks for."""
+    """Distance (m) by which the body of a layout reaches beyond `fpc.largest`; the spec must have that key."""
     largest, body = layout.spec.fpc.largest, ground(layout)
     assert largest is not None
     (x0, y0, x1, y1), (x, y) = bounding_box([body]), layout.spec.array.middle
@@ -232,7 +232,7 @@ def _beyond_largest(layout: Layout) -> float:
 
 
 def _fitting(spec: SensorSpec, largest: BodySpec, over: float, have: tuple[float, float], left: Left) -> str:
-    """The largest outline as the body's own, with the coils as they are or the least smaller that fit, tried."""
+    """Advice that was tried: the largest outline as the body's own with these coils, or the largest coils that fit."""
     as_asked = setting(replace(spec, fpc=replace(spec.fpc, margin=(0.0, 0.0))), "fpc.body", largest, largest.written)
     if _holds(left, as_asked.spec):
         return f"{as_asked.words} holds coils and leads{tried(as_asked, left)}"

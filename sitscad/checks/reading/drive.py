@@ -194,7 +194,8 @@ def _weak_advice(design: Design, smallest: Reading) -> str:
         # the amplitude is the drive's current times R_P
         asked = min(own) * design.converter.limit("amplitude_optimum_min") / smallest.value
         is_short = is_short_alone(design, smallest, "parallel_resistance", asked)
-        ways = "more turns, or a larger coil: alone in free air it is short, too" if is_short else distance
+        larger = "take more turns or a larger coil, for the coil misses the limit in free air, too"
+        ways = larger if is_short else distance
         return f"R_P, {show(min(own), 'ohm', 3)}, is too low even for the strongest drive: {ways}"
     within, between = max(own) / min(own), most.value / max(own)
     if between <= within:

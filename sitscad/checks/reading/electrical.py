@@ -224,10 +224,10 @@ def capacitor_sold(design: Design) -> Iterator[Verdict]:
 
 
 def _distance_advice(design: Design, worst: Reading, attribute: str, limit: float) -> str:
-    """How less of the inductance is taken away by metal, in words; that it is not enough if the coil alone is short."""
+    """Advice for more distance from metal. If the coil misses the limit in free air, that distance does not mend it."""
     spec = design.spec
     if worst.state != FREE and is_short_alone(design, worst, attribute, limit):
-        return "more distance from metal does not mend it, for the coil alone in free air is short of it, too"
+        return "more distance from metal does not mend it: the coil misses the limit in free air, too"
     has_metal = spec.metal is not None
     is_apart = spec.mount is not None and spec.mount.metal_behind is not None
     key = "mount.metal_behind.distance" if is_apart else "mount.standoff"

@@ -91,7 +91,7 @@ def more_distance(spec: SensorSpec) -> str:
 
 
 def is_short_alone(design: Design, worst: Reading, attribute: str, limit: float) -> bool:
-    """Whether the coil of a reading misses a lower limit in free air, too, so that no distance from metal mends it."""
+    """Whether the coil of a reading misses a lower limit in free air, too: then no distance from metal mends it."""
     return any(
         each.coil == worst.coil and each.state == FREE and each.value < limit for each in readings_of(design, attribute)
     )
@@ -196,9 +196,10 @@ TOO_LOSSY = "SIT203"
 
 
 def more_copper(spec: SensorSpec, factor: float, length: float, left: Left, sentence: str) -> str:
-    """More turns or layers that mend a finding, found by trying those that grow the coil by a factor, or a long coil
-    longer by the factor `length`, in their place in a sentence; where the search ended before it found one, the first
-    that was not tried.
+    """Advice of more turns or layers, or of a longer coil, that mends a finding, put into `sentence`.
+
+    Turns and layers that grow the coil by `factor` are tried, and a long coil that is longer by the factor `length`. If
+    the search ended before it found one, the first change that was not tried is named.
     """
     families = [list(more_turns(spec, factor)), list(more_layers(spec, factor)), list(longer_coils(spec, length))]
     found = ways(families, left)

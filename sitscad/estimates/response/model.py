@@ -195,8 +195,9 @@ class ResponseModel:
         self, loads: Array, held: Flags | None = None, frequency: float | None = None,
         tolerance: float | None = None, progress: Progress | None = None,
     ) -> Response:
-        """Everything under (n, 3 or 5) loads (see `pad.pushed`), the target's rotation `held` (n,; all of them where it
-        is left out) or free; poses by the pad's law.
+        """Response under loads (n, 3 or 5; see `pad.pushed`), with poses by the pad's law.
+
+        `held` (n,) says for which loads the target stays level; all loads if it is left out.
         """
         loads = np.asarray(loads, dtype=float)
         loads = loads.reshape(-1, loads.shape[-1] if loads.ndim > 1 else 3)
@@ -309,8 +310,8 @@ MAX_WORK = 1600.0**3
 SECONDS_PER_WORK = 7e-9
 """Processor time (s) of a unit of work, both ends of a band together.
 
-It is within a factor of 1.5 of plates of 60 to 150 mm and of discs of 14 to 40 mm before ferrite: a plate told 25 s
-took 34 s on a busy processor, discs told 40 and 61 s took 38 and 88 s.
+The estimate is within a factor of 1.5 for plates of 60 to 150 mm and for discs of 14 to 40 mm before ferrite. A plate
+estimated at 25 s took 34 s on a busy processor; discs estimated at 40 s and 61 s took 38 s and 88 s.
 """
 
 

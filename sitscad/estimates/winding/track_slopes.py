@@ -35,8 +35,8 @@ def inductance_slopes(
 
     Width (centre lines staying) and thickness act through the geometric mean distances of a track with itself and its
     neighbours, layer distance through the crossing layers' coupling (polygons, whose layers lie face to face: up to a
-    third more). Tracks of layers that lie face to face act through their width, too (not roughly). Inductance is
-    homogeneous of degree one in all lengths (Euler): the lateral size takes what is left.
+    third more). The width of tracks in layers face to face counts, too, unless `is_rough`. Inductance is homogeneous of
+    degree one in all lengths (Euler): the lateral size takes what is left.
     """
     width, pitch = spec.coil.trace_width, spec.coil.pitch
     by_width = by_thickness = 0.0
@@ -92,7 +92,7 @@ def _pieces(path: Path) -> tuple[Array, Array]:
 
 
 def _face_to_face(one: tuple[Array, Array], other: tuple[Array, Array]) -> tuple[Array, Array]:
-    """Return offsets (n; m) and lengths (n; m) abreast of pieces of two paths with parallel currents."""
+    """Return offsets (n; m) and overlaps (n; m) of pieces of two paths with parallel currents."""
     (middle, way), (middle_other, way_other) = one, other
     length, length_other = np.hypot(*way.T), np.hypot(*way_other.T)
     along, along_other = way / length[:, None], way_other / length_other[:, None]

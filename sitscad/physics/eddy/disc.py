@@ -152,7 +152,7 @@ class DiscFunctions:
 
     @cached_property
     def body(self) -> Body:
-        """What the disc does within: see `StreamFunctions`."""
+        """Energies (m) of the functions as potentials on the disc: see `StreamFunctions`."""
         radial, around = self.disc.radials[self.order], 2.0 * math.pi if self.order == 0 else math.pi
         return disc_body(radial.modes, radial.turning, self.disc.wall.modes[self.parity], around)
 

@@ -70,7 +70,7 @@ def resolve_mount(part: Mount | None, shield: Shield | None, remarks: Remarks, p
 
 
 def computable_plate(shape: str, key: str, remarks: Remarks) -> str:
-    """The shape of a plate; a flaw and a rectangle in its place if no plate of that shape can be computed and cut."""
+    """The shape of a plate. If no plate of that shape can be computed and cut, note a flaw and return a rectangle."""
     if PLATES[shape].plate:
         return shape
     known = ", ".join(name for name, row in PLATES.items() if row.plate)
