@@ -227,7 +227,13 @@ def pressing(layout: Layout) -> str:
         )
     # as large as the jig's frame, and flush; a cast skin does not go into its well
     is_plate = spec.mount is not None and spec.mount.kind == "bench-plate" and not is_cast(layout)
-    upright = f"jig-{part}, laid on the mount round it, keeps it upright" if is_plate else "hold it upright by hand"
+    upright = "hold it upright by hand"
+    if is_plate:
+        upright = f"jig-{part}, waxed and laid on the mount round it, keeps it upright"
+        rim = (
+            f"Press the rim beside the {part} down with a flat stick before the frame goes on, which covers it, and "
+            f"never the {part} at one edge."
+        )
     return (
         f"{loaded(part, press.mass)}, and stand it on the {part} ({upright}) until the glue has set{pads}. {rim}"
     )
