@@ -36,6 +36,7 @@ def extent(path: str) -> tuple[float, float, float, float]:
     return min(numbers[::2]), min(numbers[1::2]), max(numbers[::2]), max(numbers[1::2])
 
 
+@pytest.mark.more
 @pytest.mark.slow
 @pytest.mark.parametrize("sensor", handmade.SENSORS)
 def test_every_solid_is_drawn_in_a_small_picture(sensor):

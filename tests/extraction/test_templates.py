@@ -83,6 +83,7 @@ def test_wider_tracks_whose_turns_touch_are_loops(finished, tmp_path):
     assert kinds.count(DifferenceKind.LOOP) >= len(layout.coils)
 
 
+@pytest.mark.more
 @pytest.mark.slow
 @pytest.mark.needs("gmsh", "scipy")
 def test_the_resistance_of_the_extracted_copper_is_the_estimated_one(finished):

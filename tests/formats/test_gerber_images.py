@@ -112,6 +112,7 @@ def test_every_layer_of_every_template_by_every_renderer(template, tmp_path):
     assert seen["KiCad's file by gerbv"] == seen["KiCad's file by librsvg"] >= copper | {"F_Mask", "Edge_Cuts"}
 
 
+@pytest.mark.more
 @pytest.mark.slow
 @pytest.mark.clients("gerbv")
 @pytest.mark.needs("pygerber")

@@ -184,6 +184,7 @@ def test_coils_too_close_for_leads_and_vias_are_refused_with_the_missing_length(
     assert finding.key == "array.pitch" and "um more) lets them pass" in finding.hint
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_random_designs_are_sound_or_say_why_not():
     from .conftest import sensor

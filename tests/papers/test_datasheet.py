@@ -209,6 +209,7 @@ def test_the_difference_is_that_of_the_thesis(drawn):
     assert words == "L1 - L2" and list(weights) == [1.0, -1.0]
 
 
+@pytest.mark.more
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [
     "three_axis_triangle", "fingertip_foil",

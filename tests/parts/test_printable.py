@@ -139,6 +139,7 @@ def test_the_report_says_how_each_piece_is_made():
     assert mounting.render_print((), (), handmade.layout("bare").spec) == {}
 
 
+@pytest.mark.more
 @pytest.mark.clients("prusa-slicer", "admesh")
 @pytest.mark.slow
 @pytest.mark.parametrize(
