@@ -15,7 +15,6 @@ MAY_IMPORT = {
     "arguments": set(),
     "arrays": set(),
     "solutions": set(),
-    "threads": set(),
     "version": set(),
     "data": set(),
     "units": set(),
@@ -87,7 +86,7 @@ MAY_IMPORT = {
 
 What is `EVERYWHERE` is no room's and may be imported by all."""
 
-EVERYWHERE = {"version", "record", "arguments", "data", "arrays", "solutions", "threads"}
+EVERYWHERE = {"version", "record", "arguments", "data", "arrays", "solutions"}
 
 
 def room_of(path: Path, package: Path = PACKAGE) -> str:

@@ -27,8 +27,8 @@ def calibrate(
     design
         The design to calibrate.
     data
-        Path of the CSV file of a bench. With it, the map is that of the measured sensor. Without it, the map is that of
-        the design as drawn, and the plan lists the loads to measure.
+        Path of the CSV file of a bench. The calibration then has the map of the measured sensor. If it is left out, the
+        calibration has the map of the design as drawn, and a plan of the loads to measure.
     rotation
         ``"held"`` if the loads keep the target level, ``"free"`` if it can tilt. If left out, the line
         ``# rotation: free`` of the file decides. Without that line it is ``"held"``, and ``"free"`` if the requirements

@@ -22,9 +22,9 @@ from sitscad.estimates.performance.values import AXES, AXIS_WORDS, FORCES, amoun
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.pad import NoResponse
 from sitscad.estimates.response.working_range import working_range
+from sitscad.physics.threads import one_thread
 from sitscad.record import record
 from sitscad.scene.motions import ROTATIONS
-from sitscad.threads import one_thread
 
 USUAL_POINTS, FEWEST, MOST = 8, 3, 40  # Loads that a plan has beside the tare: as a rule, at least and at most
 

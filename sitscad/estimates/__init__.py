@@ -9,8 +9,8 @@ from sitscad.estimates.steps import read, tune, wind, with_solved_targets
 from sitscad.estimates.values import CoilEstimate, CrossCheck, Estimates, ReadoutEstimate, StateEstimate
 from sitscad.estimates.winding.methods import METHODS, Method
 from sitscad.layout.board import Layout
+from sitscad.physics.threads import one_thread
 from sitscad.spec.format.validity import refuse_unusable
-from sitscad.threads import one_thread
 
 __all__ = [
     "METHODS", "CoilEstimate", "CrossCheck", "Estimates", "Method", "ReadoutEstimate", "StateEstimate", "estimate"

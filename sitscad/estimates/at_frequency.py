@@ -13,9 +13,9 @@ from sitscad.estimates.steps import NO_STATE, Wound, wind
 from sitscad.estimates.values import crowding_error
 from sitscad.layout.board import Layout
 from sitscad.physics.resonator import apparent_impedance
+from sitscad.physics.threads import one_thread
 from sitscad.record import record, replace
 from sitscad.scene.state import FREE
-from sitscad.threads import one_thread
 from sitscad.units import show
 
 

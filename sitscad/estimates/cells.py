@@ -18,11 +18,11 @@ from sitscad.estimates.states.solved_target import own_changes
 from sitscad.estimates.values import Estimates
 from sitscad.layout.board import Layout
 from sitscad.mechanics.surround_law import WEB_SIGMA
+from sitscad.physics.threads import one_thread
 from sitscad.record import record
 from sitscad.scene.state import REST
 from sitscad.spec.places import cell_specs
 from sitscad.spec.sensor import SensorSpec
-from sitscad.threads import one_thread
 from sitscad.units import show
 
 AROUND = 1.5

@@ -58,9 +58,10 @@ from sitscad.units import show
 
 @record(eq=False)
 class Wound:
-    """The layout with all metal at a temperature (degrees Celsius), what is round its coils in each state, and the
-    winding solved. The bare windings' inductance matrix (H) and its errors (H), the target's share of the effect of an
-    endless one; and its effect `solved` where that share is not known well enough.
+    """Layout at a temperature (degrees Celsius), with the assembly of each state and the solved winding.
+
+    `matrix` and `matrix_errors` (H) belong to the bare windings. `shares` are the ratios of the target's effect to that
+    of an infinite plate. `solved` is the target's solved effect, None if the ratios are accurate enough.
     """
 
     layout: Layout

@@ -40,7 +40,7 @@ from sitscad.spec.circuit import LayerKind, Stackup
 from sitscad.spec.sensor import SensorSpec
 
 SHARE, WINDOW = "share of the target", "window in the jaw"
-"""Causes beside those of `scatter.CAUSES`: how far off the metal's effect may be."""
+"""Two more causes than `scatter.CAUSES`: error bounds of the effect of metal."""
 
 EXTRA = {WIDTH: (0.42, 1.12), THICKNESS: (-0.35, 0.68)}
 EXTRA_BENT = {WIDTH: (-0.69, 1.82), THICKNESS: (-0.55, 0.79)}
@@ -318,10 +318,11 @@ def moved_by_surroundings(
     spectrum: CurrentSpectrum | None, assembly: AssemblyStates, states: Mapping[str, StateEstimate],
     circuit: CoilCircuit, deeper: Mapping[str, tuple[float, float]], is_rough: bool = False,
 ) -> dict[str, dict[str, tuple[float, float]]]:
-    """Differences (H, ohm) by which one sigma of each cause around a coil moves each state: half of one sigma less
-    against one more for the gaps; how far off the target's effect may be as half widths, wrong together; what metal
-    above and below does once the copper lies `deeper` (`depths_moved`). The target's share of an endless one's effect
-    grows as the target comes nearer (`share_slopes`).
+    """Differences (H, ohm) that one sigma of each cause around a coil makes in each state.
+
+    For gaps it is half the difference between one sigma more and one sigma less. For the target's effect it is the
+    half width of its error bound. `deeper` are the depths of the copper below metal (`depths_moved`). The ratio of the
+    target's effect to that of an infinite plate grows as the target comes nearer (`share_slopes`).
     """
     found: dict[str, dict[str, tuple[float, float]]] = {name: {} for name in states}
     if spectrum is None:

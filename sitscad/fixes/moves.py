@@ -398,7 +398,7 @@ def larger_coils(spec: SensorSpec, by: float) -> Fix:
 
 
 LONGER = (1.1, 1.4)
-"""Tried lengths of a coil, over the length that a law asks for."""
+"""Factors on the required length of a coil that are tried."""
 
 
 def longer_coils(spec: SensorSpec, factor: float) -> Iterator[Fix]:

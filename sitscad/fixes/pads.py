@@ -195,9 +195,10 @@ AS_WRITTEN = tuple(1e-3 * t for t in (0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.2, 1.5, 2.
 def best_thickness(spec: SensorSpec, left: Left, passes: Callable[[SensorSpec], bool]) -> str:
     """Words for the pad's thickness of most signal at the required force with which no other rule fails, and its gain.
 
-    A thinner pad brings the target nearer, a thicker pad gives way more, so that one thickness is best. A thicker pad
-    must pass the port (`passes`), even if the present spec does not. If only few designs may be tried, only the next
-    thinner pad is tried, and the next thicker pad if the thinner one gives no more. Then no gain gives an empty text.
+    A thinner pad brings the target nearer to the coils; a thicker pad is compressed more. So there is a best
+    thickness. A thicker pad must pass the port (`passes`), even if the present spec does not. If only few designs
+    may be tried, only the next thinner pad is tried, and the next thicker pad if the thinner one gives no more.
+    Then no gain gives an empty text.
     """
     pad, here, is_long = spec.elastomer, left.share(spec), left.wants_another()
     if pad is None or not here:

@@ -98,7 +98,7 @@ def _shares(design: Design) -> str:
 
 
 def _less_margin(spec: SensorSpec, axis: int, excess: float) -> Fix | None:
-    """The margin with which the body is so much (m) smaller along an axis; none where it has too little."""
+    """Reduce the margin so that the body is smaller by `excess` (m) along an axis; None if the margin is too small."""
     x, y = spec.fpc.margin
     less = GRAIN * math.floor(((x, y)[axis] - 0.5 * excess + ROUNDING) / GRAIN)
     margin = (less, y) if axis == 0 else (x, less)
@@ -106,8 +106,8 @@ def _less_margin(spec: SensorSpec, axis: int, excess: float) -> Fix | None:
 
 
 def _less_margins(design: Design, axis: int, excess: float, left: Left) -> Iterator[Fix]:
-    """The margin with which the body is so much (m) smaller along an axis, and the one that makes up for leads which
-    take wider gaps in a body that small.
+    """Yield up to two reduced margins. With the first the body is smaller by `excess` (m) along an axis. The second
+    also makes up for leads that take wider gaps in the smaller body.
     """
     first = _less_margin(design.spec, axis, excess)
     if first is None:
@@ -121,7 +121,7 @@ def _less_margins(design: Design, axis: int, excess: float, left: Left) -> Itera
 
 
 def _margin_as_tried(design: Design, axis: int, excess: float, left: Left) -> str:
-    """The first of these margins that mends, else the first, in words with what became of it."""
+    """Words for the first margin of `_less_margins` that mends, or for the first one if none does, with its result."""
     fixes = [*_less_margins(design, axis, excess, left)]
     fix = next((fix for fix in fixes if left(fix) == ()), fixes[0])
     return f"{fix.words}{tried(fix, left)}"

@@ -52,8 +52,9 @@ Piece = tuple[Place, Place]
 class LeadEstimate:
     """All that lies between winding and contacts: inductance (H), direct resistance (ohm), capacitance of the pair (F).
 
-    `parts` share the inductance out by name: "stubs", "leads" and "tail" each with all their mutual inductances within
-    and half of every one between them, "vias", and "coupling" (twice the mutual inductance with the winding). `strips`
+    `parts` are contributions to the inductance by name. "stubs", "leads" and "tail" hold the mutual inductances within
+    each group and half of those between groups. "coupling" is twice the mutual inductance between the winding and
+    the tracks, "vias" the vias' part. `strips`
     are the tracks' stretches, for the rise of resistance with frequency. `resistance_error` is the relative error bound
     of the resistance.
     """
@@ -91,8 +92,10 @@ PARTS = {Role.STUB: "stubs", Role.LEAD: "leads", Role.TAIL: "tail"}
 
 WIDE_ENDS, WIDE_ENDS_BOUND = 2.0, 1.5
 """Squares of copper by which pads, teardrops, contacts, corners and wider tracks shorten a lead track, and the error
-bound of that mean. 206 coils of the templates and of random boards had 1.26 to 3.42 squares a lead track, by solutions
-of Laplace's equation for each kind of end that came within 0.1 square of triangles over the same copper."""
+bound of that mean.
+
+206 coils of the templates and of random boards had 1.26 to 3.42 squares per lead track. Laplace's equation was solved
+for each kind of end; the solutions agreed with triangles over the same copper within 0.1 square."""
 
 TRACKS_BOUND = 0.01  # Relative error of the resistance of lead tracks and vias without their ends (tests/extraction)
 LEAST_LEFT = 0.1  # Part of a track's resistance that remains: a short stub lies in pads at both ends

@@ -11,9 +11,9 @@ from sitscad.estimates.performance.values import along
 from sitscad.estimates.response.working_range import held_shear
 from sitscad.estimates.scatter import manufacturing_scatter
 from sitscad.estimates.values import Estimates
+from sitscad.physics.threads import one_thread
 from sitscad.record import record
 from sitscad.scene.state import REST
-from sitscad.threads import one_thread
 
 STEPS, LINES = 15, 9  # Loads along a curve, and lines of constant load in the map of the working range
 

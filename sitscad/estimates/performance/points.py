@@ -38,9 +38,9 @@ from sitscad.estimates.states.pressing import rests_on_pad
 from sitscad.estimates.values import Estimates
 from sitscad.estimates.winding.losses import SCREENING
 from sitscad.layout.board import Layout
+from sitscad.physics.threads import one_thread
 from sitscad.record import record
 from sitscad.scene.state import FREE
-from sitscad.threads import one_thread
 
 LIMITS = 3.0  # Standard deviations of manufacture between which a coil before assembly counts as sound
 HALF_SCANS, RESONANCE = "half the scan rate", "resonance of target and pad"  # What a bandwidth is limited by

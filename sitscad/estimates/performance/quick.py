@@ -28,11 +28,11 @@ from sitscad.layout.board import Layout
 from sitscad.mechanics.elastomer import VALID_STRAIN
 from sitscad.physics.polynomials import Interpolant, chebyshev_points
 from sitscad.physics.resonator import Network, oscillate_alike
+from sitscad.physics.threads import one_thread
 from sitscad.record import record
 from sitscad.scene.state import PRESSED, REST
 from sitscad.spec.places import shared_middles
 from sitscad.spec.sensor import ReadoutSpec, SensorSpec
-from sitscad.threads import one_thread
 
 LEAST_INDUCTANCE, SLOWEST = 0.1, 0.2
 """Least inductance and frequency, over those at rest: tanks that a chart takes beyond what oscillates stay finite."""

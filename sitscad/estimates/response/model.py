@@ -39,11 +39,11 @@ from sitscad.mechanics.pad import HELD_SHEAR, HELD_TILT
 from sitscad.physics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
 from sitscad.physics.polynomials import Interpolant, chebyshev_points, shares
 from sitscad.physics.resonator import Network, oscillate
+from sitscad.physics.threads import one_thread
 from sitscad.record import record
 from sitscad.scene.bodies import target_gap, target_lines
 from sitscad.scene.state import REST, REST_POSE, State
 from sitscad.spec.sensor import SensorSpec
-from sitscad.threads import one_thread
 
 Progress = Callable[[int, int], None]
 
@@ -197,7 +197,7 @@ class ResponseModel:
     ) -> Response:
         """Response under loads (n, 3 or 5; see `pad.pushed`), with poses by the pad's law.
 
-        `held` (n,) says for which loads the target stays level; all loads if it is left out.
+        `held` (n,) is True for loads under which the target stays level; True for all loads if it is left out.
         """
         loads = np.asarray(loads, dtype=float)
         loads = loads.reshape(-1, loads.shape[-1] if loads.ndim > 1 else 3)

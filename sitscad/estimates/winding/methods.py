@@ -172,9 +172,10 @@ LEAST = 1e-6
 
 @record
 class Crowding:
-    """What the error of a winding's inductance depends on; lengths in metres, `apart` between nearest mid-planes.
+    """Dimensions of a winding that determine the error of its inductance. Lengths are in metres.
 
-    `shape` is the coil's, `corner_radius` that of a polygon: 0 for sharp corners.
+    `apart` is the distance of the nearest mid-planes, `shape` the outline of the coil. `corner_radius` is 0 for sharp
+    corners.
     """
 
     turns: float
@@ -227,9 +228,8 @@ class Crowding:
 def error_bound(method: str, crowding: Crowding) -> float:
     """Relative error that a method does not exceed: it grows with how crowded, wide, thick and near each other tracks
     are, each by some power. The powers were fitted to converged volume integrals of random designs of every shape
-    (tests/validation/fit_bounds.py), so that the bound lies above every error by a margin. A polygon that was not
-    fitted takes `UNFITTED` times the larger bound of the fitted ones with fewer and with more sides: the angle of its
-    corners lies between theirs.
+    (tests/validation/fit_bounds.py), so that the bound lies above every error by a margin. For a polygon
+    that was not fitted, the bound is `UNFITTED` times the largest bound of the shapes in `Outline.bounds`.
 
     Raises ValueError for a shape that declares no bounds, KeyError where the table has no such method for the shape.
     """

@@ -36,7 +36,7 @@ def inductance_slopes(
     Width (centre lines staying) and thickness act through the geometric mean distances of a track with itself and its
     neighbours, layer distance through the crossing layers' coupling (polygons, whose layers lie face to face: up to a
     third more). The width of tracks in layers face to face counts, too, unless `is_rough`. Inductance is homogeneous of
-    degree one in all lengths (Euler): the lateral size takes what is left.
+    degree one in all lengths (Euler), so the slope with the lateral size is the inductance less the other slopes.
     """
     width, pitch = spec.coil.trace_width, spec.coil.pitch
     by_width = by_thickness = 0.0
@@ -106,8 +106,9 @@ def _face_to_face(one: tuple[Array, Array], other: tuple[Array, Array]) -> tuple
 
 
 def lead_slopes(circuit: CoilCircuit) -> dict[str, float]:
-    """Change of the leads' inductance (H) with the logarithm of each tolerance: of every stretch by its own mean
-    distance, and by that to the track in which the current comes back beside it.
+    """Change of the leads' inductance (H) with the logarithm of each tolerance.
+
+    Each stretch contributes by its own mean distance and by its mean distance to the return track beside it.
     """
     found = dict.fromkeys((WIDTH, THICKNESS, DISTANCE), 0.0)
     for strip in circuit.leads.strips:
@@ -120,8 +121,9 @@ def lead_slopes(circuit: CoilCircuit) -> dict[str, float]:
 
 @lru_cache(maxsize=256)
 def _pair_slopes(width: float, thickness: float, beside: tuple[float, float] | None) -> tuple[float, float, float]:
-    """Slopes of ln(g12 / g11) by ln w, ln t and the logarithm of the films' thickness, g12 and g11 being the mean
-    distances of a track to the one beside it and to itself.
+    """Slopes of ln(g12 / g11) by ln w, ln t and the logarithm of the films' thickness.
+
+    g11 is the geometric mean distance of a track to itself, g12 its mean distance to the track beside it.
     """
 
     def ratio(w: float, t: float, height: float) -> float:

@@ -12,9 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from sitscad.threads import OneThread, _libraries
+from sitscad.physics.threads import OneThread, _libraries
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 
 SOLVE = """
 import time
@@ -63,7 +63,7 @@ class Library:
 def library(monkeypatch):
     found = Library()
     monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
-    monkeypatch.setattr("sitscad.threads._libraries", lambda: found)
+    monkeypatch.setattr("sitscad.physics.threads._libraries", lambda: found)
     return found
 
 
@@ -101,7 +101,7 @@ def test_limit_lasts_until_the_last_thread_leaves(library):
 @pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
 def test_process_forked_while_another_thread_begins_a_block_enters_its_own(library, monkeypatch):
     """The child got a lock that nobody would release, and its first solution waited for ever."""
-    limited, held = OneThread(), threading.Event()
+    limited, held, inside = OneThread(), threading.Event(), []
 
     def looked_for() -> Library:
         held.set()
@@ -110,9 +110,9 @@ def test_process_forked_while_another_thread_begins_a_block_enters_its_own(libra
 
     def other() -> None:
         with limited:
-            pass
+            inside.append(library.allowed)
 
-    monkeypatch.setattr("sitscad.threads._libraries", looked_for)
+    monkeypatch.setattr("sitscad.physics.threads._libraries", looked_for)
     thread = threading.Thread(target=other)
     thread.start()
     assert held.wait(10)
@@ -122,7 +122,7 @@ def test_process_forked_while_another_thread_begins_a_block_enters_its_own(libra
     is_stuck = child.exitcode is None
     child.kill()
     thread.join(10)
-    assert not is_stuck and library.allowed == 2
+    assert not is_stuck and inside == [1] and library.allowed == 2
 
 
 def test_libraries_are_those_that_numpy_brings():
@@ -131,6 +131,7 @@ def test_libraries_are_those_that_numpy_brings():
 
 def test_limited_environment_is_left_alone(monkeypatch):
     monkeypatch.setenv("OPENBLAS_NUM_THREADS", "1")
-    monkeypatch.setattr("sitscad.threads._libraries", lambda: pytest.fail("libraries were looked for"))
-    with OneThread():
-        pass
+    monkeypatch.setattr("sitscad.physics.threads._libraries", lambda: pytest.fail("libraries were looked for"))
+    limited = OneThread()
+    with limited:
+        assert limited._limits is None
