@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import shapely
-import yaml
+from ruamel.yaml import YAML
 from tolerance import approx
 
 import sitscad
@@ -127,7 +127,7 @@ def test_a_long_coil_too_wide_for_the_largest_outline_is_narrowed_and_unwound():
     spec = sitscad.load_text(STRIP)
     found = refusals(spec, "full")["SIT136"]
     edits = {edit.key: edit.new for edit in found.fixes[0].edits}
-    length, width = yaml.safe_load(edits["coil.outer_diameter"])
+    length, width = YAML(typ="safe").load(edits["coil.outer_diameter"])
     assert length == 30 and 2.0 < width < 2.6 and float(edits.get("coil.turns", 5)) <= 5
     changed = spec.source.text.replace("[30, 2.6]", edits["coil.outer_diameter"])
     changed = changed.replace("turns: 5", f"turns: {edits.get('coil.turns', 5)}")
