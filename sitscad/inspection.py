@@ -160,7 +160,9 @@ class MendedSpec:
     def words(self) -> str:
         """What was mended, a line a fix."""
         return "\n".join(
-            f"{one.finding.rule} mended: {'; '.join(edit.words for edit in one.remedy.edits)}" for one in self.applied
+            f"{one.finding.rule} mended: {'; '.join(edit.words for edit in one.remedy.edits)}"
+            + (f"; worse than before: {', '.join(one.worsens)}" if one.worsens else "")
+            for one in self.applied
         )
 
     @property

@@ -14,7 +14,7 @@ from sitscad.check_values import RequirementResult
 from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, rule_of
 from sitscad.design import Design
 from sitscad.finding import Severity
-from sitscad.fixes.pads import other_metals, other_silicones, other_thicknesses, slower_scans
+from sitscad.fixes.pads import other_metals, other_silicones, other_thicknesses, slower_scans, smaller_pads
 from sitscad.fixes.search import first_tried
 from sitscad.readout.figures import source_in_all
 from sitscad.record import record, replace
@@ -44,11 +44,12 @@ NOISE_STEPS_SOURCE = (
 def judged(
     design: Design, rule: str, key: str, most: Worst, words: str, unit: str = "N",
     told: str = "", nearly: tuple[str, float] | None = None, slows: bool = False, limit: float | None = None,
+    shrinks: bool = False,
 ) -> Iterator[Verdict]:
     """What is felt, kept beside what the requirement `key` asks, met or not: more than that, in words; or too close to
     tell for the quick method, which is off by so large a part of what `nearly` names. `told` is what is asked, in
     words, `limit` what is asked of this axis where the key has one for each; `slows`: it goes with the conversions that
-    a scan has time for, so with the scans a second.
+    a scan has time for, so with the scans a second; `shrinks`: smaller pads are tried, too.
     """
     asked = getattr(design.spec.requirements, key) if limit is None else limit
     result = RequirementResult(key, rule, most.value, asked, unit, most.axis, most.at)
@@ -58,8 +59,9 @@ def judged(
     if most.value > asked:
         # a hint with metals and pads that feel more per newton, before them fewer scans where those help
         slower = slower_scans(design.spec, 1.1 * most.value / asked) if slows else ()
+        smaller = smaller_pads(design.spec) if shrinks else ()
         ways = (slower, other_metals(design.spec), other_silicones(design.spec, is_softer=True),
-                other_thicknesses(design.spec))
+                other_thicknesses(design.spec), smaller)
         advice = first_tried(list(map(list, ways)), RULE_TEXTS[rule]["mend"].rstrip("."))
         yield replace(found, message=f"{words}; {told} is required", advice=advice)
     elif nearly is not None and (1.0 + nearly[1]) * most.value > asked:
@@ -312,7 +314,7 @@ def tilt_error(found: Felt, design: Design) -> Iterator[Verdict]:
             f"{most.axis}{beside} ({most.at})"
         )
         yield from judged(design, "SIT404", "tilt_error", most, words, unit,
-                          nearly=("the error by tilt", NEARLY_TILTED), limit=limits[name])
+                          nearly=("the error by tilt", NEARLY_TILTED), limit=limits[name], shrinks=True)
     untold = [name for name in limits if name not in told and name in ("normal", *MOMENTS)]
     if not isinstance(design.spec.requirements.tilt_error, float):
         untold = [name for name in limits if name not in told]

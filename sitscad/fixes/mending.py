@@ -8,7 +8,7 @@ from typing import Generic, Protocol, TypeVar
 
 from sitscad.finding import Finding, NotChecked, Remedy, Severity
 from sitscad.fixes.search import warn
-from sitscad.record import record
+from sitscad.record import record, replace
 from sitscad.spec.yaml.rewriting import CannotWriteError, rewritten
 
 
@@ -31,10 +31,11 @@ May = Callable[[Finding, Remedy], bool]
 
 @record
 class Applied:
-    """A fix that was written into a text, and the finding that it mended."""
+    """A fix that was written into a text, the finding that it mended, and the rules that get worse by it."""
 
     finding: Finding
     remedy: Remedy
+    worsens: tuple[str, ...] = ()
 
 
 @record
@@ -64,10 +65,11 @@ def mended_text(
 ) -> Mended[Said]:
     """A text with every fix written into it that mends its finding and adds none; `may` says which may be.
 
-    Findings are mended in the order of their rules; after each fix the text is judged again, and what was not better is
-    left as it was. Every fix leaves fewer findings, or a note that has no fix in place of one that has, or lets a spec
-    be read further: so it ends, and doing it again changes nothing. `judge` says all of a text, fixes included;
-    `verdict` says its findings in less time. `progress` is called with each step, in words, before it is taken.
+    Errors are mended before warnings, and warnings before notes; among them the rules' numbers count. After each fix
+    the text is judged again, and what was not better is left as it was. Every fix leaves fewer findings, or a note that
+    has no fix in place of one that has, or lets a spec be read further: so it ends, and doing it again changes nothing.
+    `judge` says all of a text, fixes included; `verdict` says its findings in less time. `progress` is called with each
+    step, in words, before it is taken.
     """
     progress("looking for fixes")
     said, applied = judge(text), list[Applied]()
@@ -115,7 +117,7 @@ def _next(
         after = verdict(changed)
         is_swap = _swaps_notes(one, said, after)
         if is_improved(one, said, after) or (is_swap and not _has_new_fixes(said, judge(changed), may)):
-            return (changed, one), ()
+            return (changed, replace(one, worsens=tuple(sorted(worsened(said.findings, after.findings))))), ()
         rolled_back.append(RolledBack(finding, remedy, _why_not(one, said, after)))
     return None, tuple(rolled_back)
 
@@ -148,8 +150,8 @@ def _why_not(applied: Applied, before: Judged, after: Judged) -> str:
 
 
 def worsened(before: Iterable[Finding], after: Iterable[Finding]) -> set[str]:
-    """The rules that complained before and whose warnings lie farther beyond their limits than any complaint did."""
-    was, now = _excess(before, Severity.ERROR), _excess(after)
+    """The rules that complained before, and complain now of figures farther beyond their limits than any before."""
+    was, now = _excess(before), _excess(after)
     return {rule for rule, found in now.items() if found > was.get(rule, found) + WORSE}
 
 
@@ -157,12 +159,11 @@ WORSE = 0.01
 """Part of its limit by which a figure may lie farther beyond it before that counts."""
 
 
-def _excess(findings: Iterable[Finding], *also: Severity) -> dict[str, float]:
-    # How far the figures of each rule's warnings, and of other severities, lie beyond their limits, at most, in parts
-    # of these.
+def _excess(findings: Iterable[Finding]) -> dict[str, float]:
+    # How far the figures of each rule's errors and warnings lie beyond their limits, at most, in parts of these.
     found: dict[str, float] = {}
     for one in findings:
-        if one.severity in (Severity.WARNING, *also) and one.measured is not None and one.limit:
+        if one.severity is not Severity.NOTE and one.measured is not None and one.limit:
             beyond = abs(one.measured / one.limit - 1.0) * (-1.0 if one.keeps_limit else 1.0)
             found[one.rule] = max(found.get(one.rule, -1.0), beyond)
     return found
@@ -175,7 +176,9 @@ def _named(new: _Weighed) -> str:
 
 
 def _fixes(findings: Iterable[Finding]) -> Iterator[tuple[Finding, Remedy]]:
-    for finding in sorted(findings, key=lambda found: (found.rule, found.line or 0, found.column or 0)):
+    order = list(Severity)
+    for finding in sorted(findings, key=lambda one: (order.index(one.severity), one.rule, one.line or 0,
+                                                     one.column or 0)):
         for remedy in finding.fixes:
             yield finding, remedy
 
@@ -198,9 +201,9 @@ def is_further(before: Iterable[Finding], after: Iterable[Finding]) -> bool:
 
 
 def is_better(applied: Applied, before: Iterable[Finding], after: Iterable[Finding]) -> bool:
-    """Whether a finding is gone, or milder, and none is new, weighs more than it did or, being a warning, got worse. A
-    note is no reason to leave an error or a warning, and a worse warning none to leave an error. What a key holds could
-    not be judged while its name was wrong.
+    """Whether a finding is gone, or milder, and none is new, weighs more than it did or got worse. A note is no reason
+    to leave an error or a warning, and what gets worse is none to leave an error. What a key holds could not be judged
+    while its name was wrong.
     """
     gone, new = _changes(applied, before, after)
     allowed = {Severity.NOTE} - {applied.finding.severity}

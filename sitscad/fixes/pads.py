@@ -42,6 +42,16 @@ def smaller_targets(spec: SensorSpec) -> Iterator[Fix]:
             yield Fix(edits, replace(spec, target=smaller))
 
 
+def smaller_pads(spec: SensorSpec) -> Iterator[Fix]:
+    """A pad cut to its target, then smaller targets on pads of their size, the largest first."""
+    cut = cut_to_target(spec)
+    if cut is None:
+        yield from smaller_targets(spec)
+        return
+    yield cut
+    yield from smaller_targets(cut.spec)
+
+
 def wider_arrays(spec: SensorSpec) -> Iterator[Fix]:
     """Arrays of a pitch that brings the middles of the outer coils nearer to the target's edges."""
     target, pitch = spec.target, spec.array.pitch

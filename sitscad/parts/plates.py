@@ -23,6 +23,7 @@ from sitscad.scene.column import print_limit
 from sitscad.scene.jaws import axis, shield_that_fits
 from sitscad.scene.seating import (
     CORNER_SCREW,
+    PLATE_CORNER,
     adapter_needed,
     cap_end,
     clear_pattern,
@@ -37,7 +38,6 @@ from sitscad.spec.mount import Finger, Hole
 from sitscad.spec.presets import metal_colour
 
 FLOOR = 2.0e-3
-CORNER = 2.0e-3
 EDGE = 0.5e-3  # Rounding of the plate's upper edge (m)
 
 TAIL_RELIEF = 0.5e-3
@@ -50,7 +50,7 @@ def bench_plate(layout: Layout) -> tuple[Any, ...]:
     floor, bottom = _floor(layout, shield)
     plan = plate_plan(layout, film_thickness(layout.spec.encapsulation))
     # The plate with its upper edge rounded all round
-    plate = prism(rectangle(*plan, CORNER), bottom, 0.0)
+    plate = prism(rectangle(*plan, PLATE_CORNER), bottom, 0.0)
     edges = [edge for edge in plate.edges() if edge.bounding_box().min.Z > -1e-6]
     plate = plate.fillet(EDGE * MM, edges)
     plate = without(plate, (*recess(layout, shield), *_tail_relief(layout, plan, floor)), "mount")
@@ -82,7 +82,7 @@ def adapter(layout: Layout) -> Any | None:
     _, top = _floor(layout, shield_that_fits(layout.spec))
     head = max(hole.diameter for hole in holes)
     bottom = top - head - FLOOR
-    body = prism(rectangle(*plan, CORNER), bottom, top)
+    body = prism(rectangle(*plan, PLATE_CORNER), bottom, top)
     for hole in holes:
         body = one_solid(body - prism(circle(Point(*hole.at), hole.diameter / 2), bottom - 1e-3, top + 1e-3), "adapter")
         sink = circle(Point(*hole.at), hole.head / 2 + clearance(layout.spec.mount))

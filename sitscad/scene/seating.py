@@ -183,6 +183,8 @@ def pin_places(layout: Layout) -> tuple[tuple[float, float], ...]:
 
 BORDER = 6.0e-3  # Plastic round the board and what overhangs it, for the screws (m)
 
+PLATE_CORNER = 2.0e-3  # Radius of a bench plate's corners (m)
+
 INSET = 3.0e-3
 BESIDE_HEAD = 1.0e-3  # Between a screw's head and the board or what overhangs it (m)
 ROUND_HOLE = 2.0e-3  # Plastic round a screw's head, out to the plate's edge (m)

@@ -303,7 +303,7 @@ def test_part_size(judge, good):
     small = replace(layout, outline=rectangle(0, 0, 9e-3, 6e-3))
     (found,) = judge("SIT116", spec, small)
     assert (found.measured, found.limit) == (9e-3, 10e-3)
-    assert found.severity is Severity.NOTE and "it is put in a panel" in found.message
+    assert found.severity is Severity.NOTE and found.key == "fpc.rules"
     assert f"send fpc/{spec.name}-order.zip" in found.hint
     alone = replace(spec, fpc=replace(spec.fpc, panel=replace(spec.fpc.panel, wish="none")))
     (found,) = judge("SIT116", alone, replace(small, spec=alone))
@@ -343,6 +343,15 @@ fpc:
   tail: {{length: {length}, connector: zif-0.5mm, contacts: 4}}
   panel: {panel}
 """
+
+
+def test_large_panel_of_one_board_has_no_advice_of_fewer_boards(judge):
+    """A panel of a single board was to have fewer parts, and its largest sides were told the other way round."""
+    for panel, is_advised in (("auto", False), ("{parts: [1, 3]}", True)):
+        spec = load_text(STRIP.format(rules="generic-flex", length=250, panel=panel), "strip.yaml")
+        (found,) = (one for one in judge("SIT116", spec, lay_out(spec)) if one.key == "fpc.panel")
+        assert ("fpc.panel.parts" in found.hint) is is_advised
+        assert "584.2 mm x 228.6 mm" in found.hint
 
 
 @pytest.mark.parametrize("length", [100, 250, 400])
@@ -456,6 +465,17 @@ def test_a_waiver_of_loop_lines_is_told_how_to_be_stated():
     assert "coil_trace_spacing" not in rules
     stated = load_text(text % (lines, f"fpc: {{rules: {rules}}}\n"), "a.yaml")
     assert not [f for f in check(stated).findings if f.rule == "SIT103"]
+
+
+def test_waiver_for_own_rules_named_like_a_preset_keeps_their_figures():
+    """The rules to be written in their place were based on the preset, without the user's own figures."""
+    lines = "outer_diameter: 9, turns: 12, layers: 2, trace_width: 120 um, trace_spacing: 160 um"
+    own = "{name: generic-flex, based_on: generic-flex, copper_to_edge: 0.4 mm}"
+    for rules, is_based in (("generic-flex", True), (own, False)):
+        text = f"sitscad: 1\nname: a\ncoil: {{shape: circle, {lines}}}\nfpc: {{rules: {rules}}}\n"
+        found = [f for f in check(load_text(text, "a.yaml"), hints="none").findings if f.rule == "SIT103"]
+        assert found and all(("based_on" in f.hint, "coil_trace_width: 120 um" in f.hint) == (is_based, True)
+                             for f in found)
 
 
 @pytest.mark.slow

@@ -23,6 +23,7 @@ from sitscad.package import write_template
 from sitscad.papers.datasheet import summary
 from sitscad.report.findings import as_json, as_text
 from sitscad.report.findings.document import read_findings
+from sitscad.spec.load import rewritten_spec
 from sitscad.study.measures import MEASURES
 from sitscad.units import show
 
@@ -49,6 +50,17 @@ def _judged(rule_id, design, **needs):
     (rule,) = (rule for rule in RULES if rule.id == rule_id)
     asked = replace(design.spec, requirements=replace(design.spec.requirements, **needs))
     return apply_rule(rule, Design(asked, replace(design.layout, spec=asked), design.estimates))
+
+
+def test_too_large_tilt_error_is_mended_by_smaller_target_and_pad(monkeypatch):
+    """The hint named softer and thinner pads alone, where a pad shorter by 0.3 mm was enough."""
+    for family in ("other_metals", "other_silicones", "other_thicknesses"):
+        monkeypatch.setattr(f"sitscad.checks.performance.{family}", lambda spec, is_softer=True: ())
+    spec = rewritten_spec(sitscad.load(TEMPLATES / "grasper_4layer.yaml"), [
+        ("requirements.tilt", "1 deg"), ("requirements.tilt_error", {"shear_x": "60 mN"})])
+    (found,) = (one for one in check(spec).findings if one.rule == "SIT404")
+    keys = {edit.key for edit in found.fixes[0].edits}
+    assert found.severity is Severity.ERROR and keys == {"target.size", "elastomer.size"}
 
 
 @pytest.mark.parametrize("rule_id", ASKED)

@@ -312,6 +312,27 @@ def test_rules_that_warn_already_are_said_to_warn_of_more():
     assert warn(("SIT103", "SIT130")) == "SIT103, SIT130 then warn" and warn(()) == ""
 
 
+def test_errors_are_mended_before_warnings_of_lower_rules():
+    """SIT103 (warning) was mended before SIT201 (error), because its number is lower."""
+    error = finding("SIT201", Remedy((Edit("coil.turns", "7"),)))
+    warning = finding("SIT103", Remedy((Edit("coil.turns", "6.5"),)), severity=Severity.WARNING)
+    found = mended_text("coil: {turns: 6}\n", lambda text: Said((warning, error) if "6" in text else ()), always)
+    assert [one.finding for one in found.applied] == [error]
+
+
+def test_error_that_gets_worse_by_a_fix_is_named_and_no_warning_is_mended_at_its_cost():
+    """A fix that made another error graver was written without a word."""
+    remedy = Remedy((Edit("coil.turns", "7"),))
+    before, after = (replace(finding("SIT205"), measured=measured, limit=1.0) for measured in (1.1, 1.4))
+
+    def judge(text, severity):
+        return Said((finding("SIT201", remedy, severity=severity), before)) if "6" in text else Said((after,))
+
+    found = mended_text("coil: {turns: 6}\n", lambda text: judge(text, Severity.ERROR), always)
+    assert [one.worsens for one in found.applied] == [("SIT205",)]
+    assert not mended_text("coil: {turns: 6}\n", lambda text: judge(text, Severity.WARNING), always).applied
+
+
 def test_a_warning_that_was_graver_as_an_error_is_not_worse():
     """A rule with an error of 50 % and a warning of 10 % that leaves two warnings of 10 and 30 % was called worse."""
     error = replace(finding("SIT201"), measured=1.5, limit=1.0)

@@ -70,3 +70,19 @@ def test_turns_of_a_polygon_and_narrow_ones_lie_as_they_are_spaced(judge):
     assert nearer_by(wide(shape="square", turns=1).coil) == 0.0
     assert nearer_by(wide(0.1, 0.1, 5).coil) < 0.1e-6
     assert judge("SIT108", wide(0.1, 0.1, 5), lay_out(wide(0.1, 0.1, 5))) == []
+
+
+@pytest.mark.parametrize(("shape", "size", "turns", "radius"), [
+    ("square", "10", 5, 2.4), ("square", "10", 8, 2.0), ("rectangle", "[14, 8]", 5, 2.5)])
+def test_corner_radius_with_which_mid_side_turns_keep_their_distance_is_named(judge, shape, size, turns, radius):
+    """The innermost side has no room for a larger radius; its corners came out sharper, near the turn outside."""
+    def text(radius):
+        return (f"sitscad: 1\nname: a\ncoil: {{shape: {shape}, outer_diameter: {size}, turns: {turns}, layers: 2, "
+                f"trace_width: 155 um, trace_spacing: 155 um, start: mid-side, corner_radius: {radius}}}\n")
+
+    spec = load_text(text(radius), "a.yaml")
+    (found,) = judge("SIT108", spec, lay_out(spec))
+    named = float(re.search(r"coil\.corner_radius: ([0-9.]+)", found.hint)[1])
+    assert found.key == "coil.corner_radius" and 0.5 * radius < named < radius
+    mended = load_text(text(named), "a.yaml")
+    assert judge("SIT108", mended, lay_out(mended)) == []

@@ -15,6 +15,8 @@ from tolerance import approx
 import sitscad
 from sitscad.geometry.path import Arc, circle, enclosed_area
 from sitscad.layout.outline import root
+from sitscad.scene.bodies import film_thickness
+from sitscad.scene.seating import plate_plan
 from sitscad.spec.load import rewritten_spec
 from sitscad.spec.resolver.body import UnfitError, outline
 
@@ -119,7 +121,18 @@ def test_a_plate_larger_than_the_largest_outline_is_told(button, side, is_told):
     spec = rewritten_spec(button, [("fpc.largest", {"shape": "rectangle", "size": [side, side]})])
     found = [f for f in sitscad.check(spec, hints="none").findings if f.rule == "SIT136"]
     assert [(f.severity, f.key) for f in found] == [(sitscad.Severity.NOTE, "fpc.largest")] * is_told
-    assert all(f.limit == approx(side * 1e-3, rel=1e-9) and f.measured > f.limit for f in found)
+    assert all(f.measured > f.limit == 0.0 for f in found)
+
+
+@pytest.mark.parametrize(("room", "is_told"), [(0.99, True), (1.01, False)])
+def test_plate_is_noted_if_its_corners_leave_a_round_outline(button, room, is_told):
+    """The sides of a circle's box were compared with those of the plate, whose corners reach farther."""
+    x0, y0, x1, y1 = plate_plan(sitscad.lay_out(button), film_thickness(button.encapsulation))
+    diagonal = 1e3 * math.hypot(x1 - x0 - 4e-3, y1 - y0 - 4e-3) + 4.0  # corners of 2 mm
+    spec = rewritten_spec(button, [("fpc.largest", {"shape": "circle", "size": room * diagonal})])
+    found = [f for f in sitscad.check(spec, hints="none").findings if f.rule == "SIT136"]
+    assert [f.severity for f in found] == [sitscad.Severity.NOTE] * is_told
+    assert all(f.measured == approx(0.5e-3 * (1.0 - room) * diagonal, rel=1e-2) for f in found)
 
 
 def test_a_long_coil_too_wide_for_the_largest_outline_is_narrowed_and_unwound():

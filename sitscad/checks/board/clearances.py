@@ -18,10 +18,10 @@ from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Missing, Place
 from sitscad.fixes.moves import larger_connectors, wider
-from sitscad.fixes.search import Left, first_that_mends, tried
-from sitscad.geometry.path import Line, Path, Point
+from sitscad.fixes.search import Left, first_that_mends, setting, tried
+from sitscad.geometry.path import Arc, Line, Path, Point
 from sitscad.geometry.primitives import Primitives, distances, from_rows, nearest_pairs, path_rows, to_points
-from sitscad.layout.board import Pad, Role, Trace, Via
+from sitscad.layout.board import Layout, Pad, Role, Trace, Via
 from sitscad.layout.copper import (
     Copper,
     Item,
@@ -160,11 +160,12 @@ def _worst_of_each_kind(design: Design, of_vias: bool, key: str) -> Iterator[Vio
             words = sorted((_kind(near.one), _kind(near.other)))
             kinds.setdefault((*words, near.one.net == near.other.net, near.one is near.other), []).append(near)
     for places in kinds.values():
-        yield _spacing_complaint(design.spec, places[0], len(places), key)
+        yield _spacing_complaint(design, places[0], len(places), key)
 
 
-def _spacing_complaint(spec: SensorSpec, near: Nearness, places: int, key: str) -> Violation:
+def _spacing_complaint(design: Design, near: Nearness, places: int, key: str) -> Violation:
     """The complaint for two pieces that are too near, and how many such places there are."""
+    spec = design.spec
     asked = near.asked + ALLOWED_SHORTFALL
     how = "overlap" if near.gap <= 0.0 else f"are {show(near.gap, 'm')} apart"
     more = f" (and in {places - 1} more)" if places > 1 else ""
@@ -179,6 +180,8 @@ def _spacing_complaint(spec: SensorSpec, near: Nearness, places: int, key: str) 
     kinds, of_turns = {_kind(near.one), _kind(near.other)}, {Role.WINDING, Role.STUB, Role.LEAD}
     if near.one.net != near.other.net or not Role.WINDING in kinds <= of_turns:
         return found
+    if (radius := _common_radius(design.layout)) is not None:
+        return _with_less_radius(found, missing, spec, radius)
     if asked - near.gap > nearer_by(spec.coil):
         return found
     spacing = GRAIN * math.ceil((spec.coil.trace_spacing + (asked - near.gap)) / GRAIN - 1e-6)
@@ -193,6 +196,26 @@ def _spacing_complaint(spec: SensorSpec, near: Nearness, places: int, key: str) 
         return "".join([untried, *(tried(change, left) for change in changes[-1:])])
 
     return replace(found, key="coil.trace_spacing", hint=untried, advice=advice)
+
+
+def _common_radius(layout: Layout) -> float | None:
+    """Radius (m) that all corners of the coils have room for, in whole hundredths of a millimetre.
+
+    None if they all have the asked radius, or if the layers begin at corners: there radii differ by intent.
+    """
+    if not layout.spec.coil.is_mid_side:
+        return None
+    radii = [side.radius for trace in layout.traces if trace.role is Role.WINDING
+             for side in trace.path if isinstance(side, Arc)]
+    least = min(radii, default=math.inf)
+    return math.floor(least * 1e5) * 1e-5 if least < layout.spec.coil.corner_radius - ROUNDING else None
+
+
+def _with_less_radius(found: Violation, missing: str, spec: SensorSpec, radius: float) -> Violation:
+    """The complaint with the corner radius (m) that the innermost side has room for, too."""
+    fix = setting(spec, "coil.corner_radius", radius, f"{radius * 1e3:.6g}")
+    hint = f"{missing}{fix.words}: corners at the inner end have no room for a larger radius"
+    return replace(found, key="coil.corner_radius", hint=hint, advice=lambda left: f"{hint}{tried(fix, left)}")
 
 
 def _kind(item: Item) -> str:

@@ -4,6 +4,7 @@ offers at all.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
@@ -19,6 +20,7 @@ from sitscad.layout.panel import FEWEST_BRIDGES, bridges, is_wanted, least_size,
 from sitscad.spec import presets
 from sitscad.spec.circuit import MASK, LayerKind, Stackup
 from sitscad.spec.design_rules import DesignRules
+from sitscad.spec.profiles import installed_rules
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
@@ -72,32 +74,34 @@ def part_size(design: Design) -> Iterator[Verdict]:
     short = next(((size, limit) for size, limit in zip((width, length), least, strict=True)
                   if size < limit - ROUNDING), None)
     if short is not None:
+        side = "shorter" if short[0] == width else "longer"
         said = (
-            f"the board is {show(length, 'm')} x {show(width, 'm')}; {house(rules, 'part_size')} handles parts from "
-            f"{show(least[1], 'm')} x {show(least[0], 'm')}"
+            f"the board is {_sides(board)}: its {side} side is below the {show(short[1], 'm')} of the smallest part "
+            f"that {house(rules, 'part_size')} handles singly ({_sides(least)})"
         )
         severity, hint = Severity.NOTE, "have that confirmed with the quotation; fpc.panel: auto draws the panel"
         if rules.one_process:  # nothing can be asked for there
             severity, hint = Severity.WARNING, "fpc.panel: auto puts it in a panel, held by bridges"
-        own = f"{said}; fpc.panel: none, so the order asks for delivery in the fabricator's own panel"
+        own = f"{said}; because of fpc.panel: none the order asks for delivery in the fabricator's own panel"
         found = Violation(own, hint, "fpc.panel", *short, "m", severity, source_of(rules, "part_size"))
         name = design.spec.name
         yield found if not in_panel else replace(
-            found, message=f"{said}: so it is put in a panel, which is ordered instead", key="fpc.rules",
+            found, message=f"{said}; a panel is ordered instead, in which it is put", key="fpc.rules",
             hint=f"send fpc/{name}-order.zip, which holds the panel and not the single board (its drawing is "
             f"fpc/panel/{name}-panel-drawing.pdf), and cut the parts out yourself", severity=Severity.NOTE,
         )
     if in_panel:
-        size = least_size(design.layout)
+        size, wish = least_size(design.layout), design.spec.fpc.panel
+        fewer = "fewer parts in a panel (fpc.panel.parts), " if math.prod(wish.parts or (1, 1)) > 1 else ""
         yield from _panel_size(
-            rules, size, Violation(f"the panel becomes at least {show(size[0], 'm')} x {show(size[1], 'm')}",
-                                    "fewer parts a panel, a shorter tail, or fpc.panel: none", "fpc.panel"))
+            rules, size, Violation(f"the panel is at least {_sides(size)}",
+                                    f"use {fewer}a shorter tail, or fpc.panel: none", "fpc.panel"))
         yield from _too_few_bridges(design)
     else:
         yield from _panel_size(
             rules, board,
-            Violation(f"the board is {show(board[0], 'm')} x {show(board[1], 'm')}",
-                      "a smaller board or a shorter tail, or a fabricator of larger panels", "fpc.rules"),
+            Violation(f"the board is {_sides(board)}",
+                      "use a smaller board or a shorter tail, or a fabricator of larger panels", "fpc.rules"),
             ", out of which a board that is sold singly is cut, too", is_panel=False)
 
 
@@ -132,15 +136,21 @@ def _panel_size(
         if side is None or (is_choice and field == "panel_size" and not is_panel):
             continue
         severity, source = Severity.WARNING, source_of(rules, field)
-        makes = f"{house(rules, field)} makes panels of {show(limits[0], 'm')} x {show(limits[1], 'm')}{more}"
+        makes = f"{house(rules, field)} makes panels of at most {_sides(limits)}{more}"
         if is_choice and field == "panel_size":
             severity, most = Severity.NOTE, rules.largest_part
-            makes = f"a handy one is {show(limits[0], 'm')} x {show(limits[1], 'm')}"
-            found = replace(found, hint=f"the order states its size: have it confirmed with the quotation. Up to "
-                            f"{show(most[0], 'm')} x {show(most[1], 'm')} are made by agreement; {found.hint}")
+            makes = f"usual are at most {_sides(limits)}"
+            agreed = f"{house(rules, 'largest_part')} makes at most {_sides(most)} by agreement"
+            found = replace(found, hint="have its size, which the order states, confirmed with the quotation: "
+                            f"{agreed}; or {found.hint}")
         yield replace(found, message=f"{found.message}; {makes}", measured=side, limit=largest, unit="m",
                       severity=severity, source=source)
         return
+
+
+def _sides(size: Sequence[float]) -> str:
+    """Both sides (m) of a rectangle, the longer side first."""
+    return f"{show(max(size), 'm')} x {show(min(size), 'm')}"
 
 
 def house(rules: DesignRules, field: str) -> str:
@@ -325,7 +335,10 @@ def _waiver(spec: SensorSpec) -> str:
         f"coil_{field}: {show(getattr(coil, field), 'm', 6)}" for field in ("trace_width", "trace_spacing")
         if getattr(coil, field) < (getattr(rules, f"coil_{field}") or 0.0) - ROUNDING
     )
-    is_preset = rules.name in presets.names("rules")
+    foil, count = spec.fpc.stackup.line_foil(coil.layers), len(spec.fpc.stackup.copper)
+    # a profile of the user's own may be called like an installed one and have other figures
+    is_preset = rules.name in presets.names("rules") and rules == installed_rules(
+        rules.name).for_foil(foil).for_layers(count)
     stated = f"fpc.rules: {{based_on: {rules.name}, {figures}}}" if is_preset else f"{figures} in fpc.rules"
     return f"{WAIVER}; once it is confirmed, write {stated}"
 

@@ -16,10 +16,10 @@ from sitscad.fixes import moves
 from sitscad.fixes.moves import fewer_turns
 from sitscad.fixes.search import Fix, Left, first_that_mends, setting, tried, winding_work
 from sitscad.geometry.convex import beyond
-from sitscad.geometry.path import bounding_box
+from sitscad.geometry.path import bounding_box, rectangle
 from sitscad.layout.board import Layout
 from sitscad.scene.bodies import film_thickness
-from sitscad.scene.seating import plate_plan
+from sitscad.scene.seating import PLATE_CORNER, plate_plan
 from sitscad.scene.stack import ground
 from sitscad.spec.circuit import BodySpec
 from sitscad.spec.sensor import SensorSpec
@@ -206,18 +206,26 @@ def within_largest(design: Design) -> Iterator[Verdict]:
 
 
 def _larger_plate(layout: Layout, largest: BodySpec) -> Iterator[Violation]:
-    """Yield a note if the bench plate is larger than `fpc.largest`, which limits the board alone."""
+    """Yield a note if the bench plate does not lie in `fpc.largest`, which limits the board alone.
+
+    The plate lies about the outline's middle, either way round; in a drawn outline it lies as it is.
+    """
     mount = layout.spec.mount
-    if mount is None or mount.kind != "bench-plate" or largest.size is None:
+    if mount is None or mount.kind != "bench-plate":
         return
     x0, y0, x1, y1 = plate_plan(layout, film_thickness(layout.spec.encapsulation))
-    have, room = sorted((x1 - x0, y1 - y0)), sorted(largest.size)
-    if any(side > most + ROUNDING for side, most in zip(have, room, strict=True)):
+    (x, y), lying, upright = layout.spec.array.middle, (x1 - x0, y1 - y0), (y1 - y0, x1 - x0)
+    plates = [rectangle(x0 - x, y0 - y, x1 - x, y1 - y, PLATE_CORNER)]
+    if largest.shape != "dxf":
+        plates = [rectangle(-a / 2, -b / 2, a / 2, b / 2, PLATE_CORNER) for a, b in (lying, upright)]
+    over = min(max(beyond(largest.edge, corner) for corner in plate.flattened(1e-6)) for plate in plates)
+    if over > ROUNDING:
         yield Violation(
-            f"the mount is a plate of {show(x1 - x0, 'm')} x {show(y1 - y0, 'm')} with its screws: larger than the "
-            f"outline that is asked for ({largest.written}), which holds for the board alone",
+            f"the mount is a plate of {show(x1 - x0, 'm')} x {show(y1 - y0, 'm')} with its screws: it reaches "
+            f"{show(over, 'm')} beyond the outline that is asked for ({largest.written}), which holds for the board "
+            "alone",
             "write mount.kind: custom and glue the board on a part of your own, or use smaller coils", "fpc.largest",
-            have[1], room[1], "m", severity=Severity.NOTE,
+            over, 0.0, "m", severity=Severity.NOTE,
         )
 
 
