@@ -48,15 +48,15 @@ def as_text(
     blocks = [
         styled(printable(estimates.incomplete), "red", colour) if estimates.incomplete else "",
         _titled(SIGNAL_TITLE, table(names if pressed else [], signal_rows(pressed, estimates)), colour),
-        _shown(at_table(at), colour),
-        _shown(state_table(estimates), colour),
+        table_text(at_table(at), colour),
+        table_text(state_table(estimates), colour),
         _titled("Coils", table(names, coil_rows(estimates)), colour),
         _titled(PARTS_TITLE, table(names, part_rows(estimates)), colour),
-        _shown(reading_table(estimates), colour),
+        table_text(reading_table(estimates), colour),
         _titled(OTHERS_TITLE, [*table(OTHERS_HEAD, other_rows(estimates)), *OTHERS_MEANING], colour),
         _titled(CELLS_TITLE, table(*head_and_rows(cells["in_words"] if cells else ())), colour),
         *felt_blocks(felt or (), colour),
-        _shown(spread_table(estimates), colour),
+        table_text(spread_table(estimates), colour),
         _matrix(estimates, colour),
         _titled(f"Readout ({estimates.readout.device.part})", table([], readout_rows(estimates)), colour),
         _titled(GAPS_TITLE, table([], gap_rows(estimates)), colour),
@@ -425,7 +425,8 @@ def _titled(title: str, lines: Sequence[str], colour: bool) -> str:
     return "\n".join([styled(title, "bold", colour), *(f"  {line}" for line in lines)]) if lines else ""
 
 
-def _shown(found: Table, colour: bool) -> str:
+def table_text(found: Table, colour: bool = False) -> str:
+    """Return a table under its title. Empty if it has no rows."""
     return _titled(found.title, table(found.head, found.rows), colour)
 
 

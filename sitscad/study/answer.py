@@ -16,7 +16,7 @@ from sitscad.study.document import Asked, Goal, Requirement
 from sitscad.study.evaluation import FULL, UNDRAWN, UNKNOWN, Breach, Evaluation
 from sitscad.study.running import IN_VAIN, Found, costs, is_unmade, violations
 from sitscad.study.search import ranked
-from sitscad.study.space import Point, Space, apart, at_key
+from sitscad.study.space import Point, apart, at_key
 from sitscad.study.spreads import Yield
 from sitscad.study.sweeping import rule_titles
 
@@ -72,29 +72,6 @@ class Kept:
         """The rules whose warnings it has, which the study accepts, each with its name."""
         titles = rule_titles()
         return [titles.get(rule, rule) for rule in self.evaluation.warned if rule != IN_VAIN]
-
-
-@record
-class KeySlice:
-    """A design with one key varied: the evaluations by the screen, a value each, in their order."""
-
-    key: str
-    points: tuple[Point, ...]
-    evaluations: tuple[Evaluation, ...]
-
-
-IN_SLICE = 13
-"""Values of a key that a slice has, and that of the design itself."""
-
-
-def slice_points(space: Space, through: Point) -> dict[str, tuple[Point, ...]]:
-    """The points of the slices through a design, by key: values spread evenly, its own among them."""
-    found = {}
-    for k, variable in enumerate(space.variables):
-        last = len(variable.values) - 1
-        wanted = {round(n * last / (IN_SLICE - 1)) for n in range(IN_SLICE)} | {through[k]}
-        found[variable.key] = tuple((*through[:k], n, *through[k + 1 :]) for n in sorted(wanted))
-    return found
 
 
 def bindings(asked: Asked, found: Found) -> list[Binding]:

@@ -1,4 +1,4 @@
-"""The pictures of a study's page: fields of designs by two goals, parallel axes, slices through a design, bars.
+"""The pictures of a study's page: fields of designs by two goals, parallel axes, small drawings of boards.
 
 All are sheets in pixels, whole without scripts; what stands for a design is named ``CHART-design-NUMBER``, by which the
 page's script finds it.
@@ -8,16 +8,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from itertools import pairwise
 
-from sitscad.drawing.sheet import COLOURS, Pen, Sheet, text_width
+from sitscad.drawing.sheet import COLOURS, Pen, Sheet
 from sitscad.drawing.svg import svg
-from sitscad.geometry.path import Path, Point, bounding_box, box_around, circle, polyline, rectangle
+from sitscad.geometry.path import Path, Point, bounding_box, box_around, circle, polyline
 from sitscad.record import record
 
 INK, SOFT, LINE = "#1c2126", "#5c6670", "#d9dee3"
 REFUSED, PASSES, FRONT, KEPT = "#b9c1c9", "#7fa8d6", COLOURS[0], COLOURS[1]
 LETTERS = 12.0
+TICKS = 4  # Steps of an axis at most
 
 
 @record
@@ -38,24 +38,23 @@ class Axis:
         return value is not None and self.low <= value <= self.high
 
 
-def axis_of_figures(title: str, values: Iterable[float], parts: int = 4) -> Axis:
+def axis_of_figures(title: str, values: Iterable[float]) -> Axis:
     """One that holds all of some figures, with round ones written at it."""
     found = [value for value in values if math.isfinite(value)] or [0.0]
     low, high = min(found), max(found)
     room = 0.06 * (high - low) or 0.05 * abs(high) or 1.0
     low, high = low - room, high + room
-    power = 10.0 ** math.floor(math.log10((high - low) / parts))
-    step = next(k * power for k in (1, 2, 5, 10) if k * power * parts >= high - low)
+    power = 10.0 ** math.floor(math.log10((high - low) / TICKS))
+    step = next(k * power for k in (1, 2, 5, 10) if k * power * TICKS >= high - low)
     first = math.ceil(low / step - 1e-9)
     ticks = [k * step for k in range(first, math.floor(high / step + 1e-9) + 1)]
     return Axis(title, low, high, tuple((value, f"{value:.6g}") for value in ticks))
 
 
-def axis_of_values(title: str, values: Sequence[object], own: int | None = None) -> Axis:
-    """One of counted values: the first, the last and the design's own (else the middle one) are written."""
+def axis_of_values(title: str, values: Sequence[object]) -> Axis:
+    """Return an axis of counted values: the first, the middle and the last are written."""
     last = len(values) - 1
-    between = last // 2 if own is None else own
-    return Axis(title, -0.25, last + 0.25, tuple((float(k), str(values[k])) for k in sorted({0, between, last})))
+    return Axis(title, -0.25, last + 0.25, tuple((float(k), str(values[k])) for k in sorted({0, last // 2, last})))
 
 
 @record
@@ -153,81 +152,6 @@ def parallel(
             sheet.line(x - 4.0, y, x, y, Pen(1.4, INK))
             sheet.text(x - 7.0, y - 4.0, words, 11.0, "end", colour=INK, halo=3.0)
         sheet.text(x, top + 18.0 + 24.0 * (k % 2), axis.title, LETTERS, "middle", colour=INK, bold=True)
-    return svg(sheet)
-
-
-@record
-class RuleStrip:
-    """A rule along a slice: its name, and by value whether it refuses."""
-
-    name: str
-    refuses: tuple[bool, ...]
-
-
-def slice_of(
-    across: Axis, places: Sequence[float], own: float, curves: Sequence[tuple[Axis, Sequence[float | None]]],
-    strips: Sequence[RuleStrip],
-) -> str:
-    """How figures go with one key, one below the other, and below them from where to where each rule refuses: cells
-    about the values that were looked at, whose edges lie between two of them.
-    """
-    panel, row, (left, right) = 104.0, 17.0, (64.0, 350.0)
-    size = (364.0, 40.0 + row * len(strips) + panel * len(curves) + 6.0)
-    sheet = Sheet(f"Along {across.title}", size, unit="", decimals=1)
-    foot = 40.0 + row * len(strips)
-
-    def x(value: float) -> float:
-        return left + across.at(value) * (right - left)
-
-    for k, (up, values) in enumerate(reversed(curves)):
-        low, top = foot + panel * k + 8.0, foot + panel * (k + 1) - 18.0
-        _upright(sheet, up, (low, top), (left, right))
-        sheet.text(left, top + 6.0, up.title, 11.0, colour=INK)
-        sheet.line(x(own), low, x(own), top, Pen(1.0, KEPT, (4.0, 3.0)))
-        found = [(x(at), low + up.at(value) * (top - low)) for at, value in zip(places, values, strict=True)
-                 if value is not None]
-        if len(found) > 1:
-            sheet.draw(polyline([Point(*each) for each in found]), Pen(1.0, PASSES))
-        for each in found:
-            sheet.draw(circle(Point(*each), 2.6), None, FRONT)
-    middles = [(a + b) / 2 for a, b in pairwise(places)]
-    edges = [across.low, *middles, across.high]
-    for k, strip in enumerate(reversed(strips)):
-        low = 40.0 + row * k
-        for (begin, end), refuses in zip(pairwise(edges), strip.refuses, strict=True):
-            if refuses:
-                sheet.draw(rectangle(x(begin), low + 2.0, x(end), low + row - 2.0), None, "#e3b4ae")
-        sheet.text(left + 4.0, low + 4.5, strip.name, 10.5, colour=INK)
-    for value, words in across.ticks:
-        anchor = "start" if across.at(value) < 0.15 else "end" if across.at(value) > 0.85 else "middle"
-        sheet.text(x(value), 24.0, words, 11.0, anchor, colour=SOFT)
-    sheet.text((left + right) / 2, 6.0, across.title, LETTERS, "middle", colour=INK, bold=True)
-    return svg(sheet)
-
-
-@record
-class Bar:
-    """A name, a share (0 to 1), the part of it that is drawn in full colour, and what is written at its end."""
-
-    name: str
-    share: float
-    full: float
-    words: str
-
-
-def bars(title: str, rows: Sequence[Bar]) -> str:
-    """Shares below each other."""
-    row, width = 24.0, 760.0
-    left = 24.0 + 1.06 * max(text_width(each.name, LETTERS) for each in rows)
-    room = width - left - 24.0 - 1.06 * max(text_width(each.words, LETTERS) for each in rows)
-    sheet = Sheet(title, (width, row * len(rows) + 6.0), unit="", decimals=1)
-    for k, each in enumerate(rows):
-        low = row * (len(rows) - 1 - k) + 5.0
-        sheet.text(left - 8.0, low + 4.0, each.name, LETTERS, "end", colour=INK)
-        for share, colour in ((each.share, REFUSED), (each.full, KEPT)):
-            if share > 0.0:
-                sheet.draw(rectangle(left, low, left + max(1.0, share * room), low + row - 8.0), None, colour)
-        sheet.text(left + max(each.share, each.full) * room + 6.0, low + 4.0, each.words, LETTERS, colour=SOFT)
     return svg(sheet)
 
 

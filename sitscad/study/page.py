@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
@@ -12,46 +11,39 @@ from itertools import combinations
 from typing import Any
 
 from sitscad.drawing.pictures.board import picture
-from sitscad.drawing.web_page import figure, page, part, table
+from sitscad.drawing.web_page import figure, page, part
 from sitscad.layout import sketch
 from sitscad.report.moving import embedded
+from sitscad.report.numbers import html_table
 from sitscad.scene import bodies
 from sitscad.spec.format.reading import SpecError
-from sitscad.study.answer import Agreement, KeySlice, best_of, bindings, relaxation
-from sitscad.study.answer_text import (
-    UNMADE,
-    accepted_words,
-    answer_json,
+from sitscad.study.answer import Agreement, best_of, bindings, relaxation
+from sitscad.study.answer_tables import (
+    AnswerTable,
     base_value,
-    breach_words,
-    front_csv,
-    keys_words,
+    design_table,
+    front_table,
     low_yield_lines,
-    onward,
-    sigma_words,
-    trust_lines,
-    verdict_lines,
-    yield_words,
+    refusal_table,
+    sigma_table,
+    yield_table,
 )
+from sitscad.study.answer_text import answer_json, front_csv, onward, refusal_lines, trust_lines, verdict_lines
 from sitscad.study.charts import (
     Axis,
-    Bar,
     DesignMark,
-    RuleStrip,
     axis_of_figures,
     axis_of_values,
-    bars,
     board_sketch,
     field,
     parallel,
-    slice_of,
 )
 from sitscad.study.evaluating import screened
 from sitscad.study.evaluation import Evaluation
-from sitscad.study.running import Found, is_unmade, violations
+from sitscad.study.running import Found, violations
 from sitscad.study.space import Point
 from sitscad.study.study import Study, StudyAnswer
-from sitscad.study.sweeping import rule_titles, scale_of, shown, titled
+from sitscad.study.sweeping import scale_of, shown, titled
 from sitscad.units import counted
 
 MOST_OTHERS = 2000
@@ -76,11 +68,12 @@ class StudyPage:
         self.said, self.asked, self.share = said, said.asked, share
         self.names = [name for name in said.asked.measures if not name.startswith("sigma.")]
         self.numbers = {one.point: k for k, one in enumerate(said.kept, 1)}
+        self.nearest = None if said.kept or said.relaxation is None else said.relaxation.point
         self.points = self._points()
 
     def _points(self) -> list[Point]:
         """The whole front, and of all others so many at most, evenly among those that were looked at."""
-        own = [self.said.chosen] if self.said.chosen is not None else []
+        own = [] if self.nearest is None else [self.nearest]
         front = [*dict.fromkeys((*self.numbers, *own, *self.said.front))]
         others = [point for point in self.said.found.screened if point not in set(front)]
         count = min(len(others), int(self.share * MOST_OTHERS))
@@ -115,7 +108,7 @@ class StudyPage:
     def _kind(self, point: Point) -> str:
         if point in self.numbers:
             return "kept"
-        if point == self.said.chosen:
+        if point == self.nearest:
             return "nearest"
         if point in self.said.front:
             return "front"
@@ -160,7 +153,6 @@ class StudyPage:
             part("Yield", self.yields()),
             part("The front" if self.said.front else "What was found", self.front()),
             part("All keys and goals", self.lines()),
-            part("Around " + (self.own_name or "it"), self.slices()),
             part("Why designs were refused", self.in_the_way()) if self.said.is_met else "",
             part("How far the figures can be trusted", "".join(_paragraphs(trust_lines(self.said)))),
             part("How it goes on", self.onward()),
@@ -204,71 +196,26 @@ class StudyPage:
         )
 
     def in_the_way(self) -> str:
-        """What refuses designs as bars and as a table, and the smallest relaxation that was tried."""
-        titles, said = rule_titles(), self.said
-        rows = [Bar(titles.get(one.name, one.name), one.share, one.alone, f"{one.share:.1%}, alone {one.alone:.1%}")
-                for one in said.bindings[:MOST_BARS]]
-        told = [[titles.get(one.name, one.name), f"{one.share:.1%}", f"{one.alone:.1%}",
-                 breach_words(one.name, one.nearest),
-                 keys_words(self.asked.space.chosen(one.nearest_at))]
-                for one in said.bindings]
-        least = ""
-        if said.relaxation is not None:
-            names = said.relaxation.names
-            words = [f"let go of {titles.get(name, name)} {breach_words(name, said.relaxation.breaches[name])}".rstrip()
-                     for name in names]
-            least = (
-                f"<p><b>The smallest relaxation that was tried and admits a design:</b> {escape('; '.join(words))}</p>"
-                f"<p class='soft'>with {escape(keys_words(self.asked.space.chosen(said.relaxation.point)))}</p>"
-            )
-        caption = "Share of the designs that were looked at; in full colour those that nothing else refuses."
-        if is_unmade(one.name for one in said.bindings):
-            caption += f" {UNMADE}"
-        drawn = figure(bars("What refuses designs", rows), caption) if rows else "<p>Nothing refused a design.</p>"
-        head = ["rule or requirement", "share", "alone", "the nearest, of those that it alone refuses if any", "with"]
-        numbers, wide = [False, True, True, False, False], 5 if any(row[3] for row in told) else 3
-        return least + drawn + table(head[:wide], [row[:wide] for row in told], numbers[:wide])
+        """What refuses designs, and the smallest relaxation that was tried."""
+        told = _table(refusal_table(self.said)) or "<p>Nothing refused a design.</p>"
+        return "".join(_paragraphs(refusal_lines(self.said))) + told
 
     def designs(self) -> str:
-        """The base and the designs that are kept: a table, then each with its drawing."""
-        if not self.said.kept:
-            return ""
-        rows = [["base", *self._cells(self.said.base), ", ".join(self.said.base.refused)]]
-        rows += [[str(k), *self._cells(one.evaluation), "" if one.units is None else f"{one.units.share:.1%}"]
-                 for k, one in enumerate(self.said.kept, 1)]
-        head = ["design", *self.names, "yield, or refused by"]
-        return table(head, rows, [False, *[True] * len(self.names), False]) + "".join(
-            self._design(k) for k in range(1, len(self.said.kept) + 1))
-
-    def _cells(self, one: Evaluation) -> list[str]:
-        return [shown(name, one.values[name][0]) if name in one.values else "-" for name in self.names]
-
-    def _design(self, number: int) -> str:
-        one, layout = self.said.kept[number - 1], self.said.layouts[number - 1]
-        before = self.asked.base.values(())
-        x0, y0, x1, y1 = layout.body
-        drawn = figure(picture(layout, window=(x0, y0, x1 + 1e-3, y1), name=f"design-{number}"),
-                       f"Design {number} from the top, its tail cut off")
-        rows = [[key, base_value(before, key), str(value)] for key, value in one.changed.items()]
-        return (
-            f"<article id='kept-{number}'><h3>Design {number}: designs/{number}.yaml</h3>"
-            + (table(["key", "base", "here"], rows, [False, True, True]) if rows else "<p>The base as it is.</p>")
-            + "".join(_paragraphs(accepted_words(one))) + drawn + "</article>"
-        )
+        """The base and the designs that are kept: a table, then a drawing of each."""
+        drawn = ""
+        for number, layout in enumerate(self.said.layouts, 1):
+            x0, y0, x1, y1 = layout.body
+            board = picture(layout, window=(x0, y0, x1 + 1e-3, y1), name=f"design-{number}")
+            words = f"Design {number} from the top, its tail cut off: designs/{number}.yaml"
+            drawn += f"<article id='kept-{number}'>{figure(board, words)}</article>"
+        return _table(design_table(self.said)) + drawn
 
     def yields(self) -> str:
-        """The yield of each kept design with its interval, and bars of what decides it."""
+        """The yield of each kept design with its interval, what decides it, and one sigma of figures."""
         is_unknown = self.said.kept and all(one.units is None for one in self.said.kept)
-        body = "<p>Not worked out.</p>" if is_unknown else "".join(_paragraphs(low_yield_lines(self.said)))
-        for k, one in enumerate(self.said.kept, 1):
-            if one.units is None:
-                continue
-            body += "".join(_paragraphs([f"Design {k}: {yield_words(one.units)}", *sigma_words(one)]))
-            rows = [Bar(name, index, index, f"{index:.0%}") for name, index in one.units.costs.items()]
-            if rows:
-                body += figure(bars(f"What decides the yield of design {k}", rows),
-                               f"Design {k}: which spread decides whether a unit is good (Sobol' indices, first order)")
-        return body
+        designs = design_table(self.said)
+        told = "".join(_paragraphs(low_yield_lines(self.said))) + _table(yield_table(designs))
+        return "<p>Not worked out.</p>" if is_unknown else told + _table(sigma_table(designs))
 
     def front(self) -> str:
         """Designs by every two goals, the chosen one, and the front as a table."""
@@ -288,19 +235,13 @@ class StudyPage:
             beyond = sum(1 for at in places if at is None or not (axes[0].has(at[0]) and axes[1].has(at[1])))
             drawn += figure(field(f"field-{k}", axes, self.marks, place, own), CAPTION + (
                 f" {counted(beyond, 'design')} beyond the picture, or without these figures." if beyond else ""))
-        return f"<div class='fields'>{drawn}</div>{CHOSEN if self.said.found.full else ''}" + self._front_table()
+        words = f"The front as a table: {counted(len(self.said.front), 'design')}"
+        told = _table(front_table(self.said))
+        whole = f"<details class='front'><summary>{words}</summary>{told}</details>" if told else ""
+        return f"<div class='fields'>{drawn}</div>{CHOSEN if self.said.found.full else ''}{whole}"
 
-    def _front_table(self) -> str:
-        rows = [[str(self.numbers.get(point, "")), *map(str, self.asked.space.chosen(point).values()),
-                 *self._cells(self.said.found.of(point))] for point in self.said.front]
-        keys = [v.key for v in self.asked.space.variables]
-        numbers = [False, *[True] * (len(keys) + len(self.names))]
-        told = table(["kept", *keys, *self.names], rows, numbers)
-        words = f"The front as a table: {counted(len(rows), 'design')}"
-        return f"<details class='front'><summary>{words}</summary>{told}</details>" if rows else ""
-
-    def _key_axis(self, key: str, own: int | None = None) -> Axis:
-        return next(axis_of_values(v.key, v.values, own) for v in self.asked.space.variables if v.key == key)
+    def _key_axis(self, key: str) -> Axis:
+        return next(axis_of_values(v.key, v.values) for v in self.asked.space.variables if v.key == key)
 
     def lines(self) -> str:
         """Parallel axes of all keys and measures."""
@@ -315,69 +256,10 @@ class StudyPage:
 
         return f"<div id='lines'>{figure(parallel(axes, self.marks, values), LINES)}</div>"
 
-    @property
-    def own_name(self) -> str:
-        """What the design is called that slices run through; nothing where there is none."""
-        if self.said.chosen is None:
-            return ""
-        return "design 1" if self.said.kept else "the nearest design"
-
-    def slices(self) -> str:
-        """A picture a key: how the goals go with it and where rules refuse, all other keys kept; what the screen leaves
-        open is said, and beside each picture what the full level found of it.
-        """
-        drawn = "".join(self._slice(k, one) for k, one in enumerate(self.said.slices))
-        words = (f"Each key of {self.own_name} by itself, by the screen: figures, and below them from where to where "
-                 "each rule or requirement refuses. The dashed line is the design.")
-        unasked = {rule for one in self.said.slices for each in one.evaluations for rule in each.unknown}
-        if unasked:
-            words += (f" The screen leaves {counted(len(unasked), 'rule')} to the full level: a value without a bar "
-                      "may still be refused, and check on that design decides. \u201cIn full\u201d marks values with "
-                      "which such a rule, or a figure of the full level alone, refused every design of this study that "
-                      "was judged in full, whatever their other keys.")
-        return f"<p class='soft'>{words}</p><div class='cuts'>{drawn}</div>" if drawn else ""
-
-    def _only_in_full(self, k: int, one: KeySlice) -> dict[str, list[tuple[int, int]]]:
-        """The rules that the full level broke and the screen did not: of each value of key `k`, how many designs each
-        refused, and how many were judged in full.
-        """
-        found, counts = self.said.found, []
-        for at in one.points:
-            judged = [(point, full) for point, full in found.full.items() if point[k] == at[k]]
-            fell = Counter(rule for point, full in judged for rule in violations(self.asked, full).keys()
-                           - violations(self.asked, found.screened.get(point, full)).keys())
-            counts.append((fell, len(judged)))
-        rules = sorted({rule for fell, _ in counts for rule in fell})
-        return {rule: [(fell[rule], judged) for fell, judged in counts] for rule in rules}
-
-    def _slice(self, k: int, one: KeySlice) -> str:
-        assert self.said.chosen is not None
-        curves = []
-        for goal in self.asked.goals:
-            found = [self.scaled(each).get(goal.measure) for each in one.evaluations]
-            known = [value for value in found if value is not None]
-            if known:
-                curves.append((axis_of_figures(self.titled(goal.measure), known, 3), found))
-        broken, titles = [violations(self.asked, each) for each in one.evaluations], rule_titles()
-        rules = sorted({name for each in broken for name in each})
-        strips = [RuleStrip(titles.get(name, name), tuple(name in each for each in broken)) for name in rules]
-        in_full = self._only_in_full(k, one)
-        strips += [RuleStrip(f"In full: {titles.get(name, name)}", tuple(0 < fell == judged for fell, judged in counts))
-                   for name, counts in in_full.items() if any(0 < fell == judged for fell, judged in counts)]
-        values = [self.asked.space.variables[k].values[point[k]] for point in one.points]
-        told = [f"{titles.get(name, name)} refused " + ", ".join(
-            f"{fell} of {judged} with {value}" for value, (fell, judged) in zip(values, counts, strict=True) if fell)
-            for name, counts in in_full.items()]
-        words = f"<p class='soft'>Judged in full: {escape('; '.join(told))}.</p>" if told else ""
-        places, own = [float(point[k]) for point in one.points], float(self.said.chosen[k])
-        drawn = slice_of(self._key_axis(one.key, self.said.chosen[k]), places, own, curves, strips)
-        return f"<div class='paper'>{drawn[drawn.index('<svg'):]}{words}</div>"
-
     def onward(self) -> str:
-        """The next command, and where the files are."""
-        said, command, _ = next(onward(self.said, ".")).partition("sitscad build ./")
-        next_one = "<p>In this folder:</p><pre>sitscad build designs/1.yaml</pre>" if command else f"<p>{said}</p>"
-        return f"{next_one}<p class='soft'>{FILES}</p>"
+        """The next commands, and where the files are."""
+        lines = [line.replace("./designs", "designs") for line in onward(self.said, ".")]
+        return f"{''.join(_paragraphs(lines))}<p class='soft'>{FILES}</p>"
 
     def data(self) -> dict[str, Any]:
         """What the page's script reads: keys, measures, points and small drawings of the front."""
@@ -414,9 +296,6 @@ class StudyPage:
             yield str(mark.number), drawn
 
 
-MOST_BARS = 10
-"""Rules and requirements that are drawn; the table has all."""
-
 FILES = ("front.csv has the front, study.json the whole answer, archive.jsonl every design that was looked at: the "
          "same command goes on from there.")
 
@@ -446,8 +325,6 @@ figure > .paper > svg { min-width: 24rem; }
 .pair { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 20rem), 1fr)); gap: 1rem;
   align-items: start; }
 .pair .paper { padding: .6rem; }
-.cuts { grid-template-columns: repeat(auto-fit, minmax(min(100%, 18rem), 1fr)); align-items: start; }
-h3 { font-size: 1rem; margin: 1.6rem 0 .3rem; }
 #lines .paper > svg { min-width: 46rem; }
 .design { cursor: pointer; transition: opacity .1s; }
 .off { opacity: .07; }
@@ -460,6 +337,10 @@ h3 { font-size: 1rem; margin: 1.6rem 0 .3rem; }
 details.front > summary { cursor: pointer; margin: 1rem 0; }
 article .paper { max-width: 44rem; }
 """
+
+
+def _table(found: AnswerTable) -> str:
+    return html_table(*found.shown())
 
 
 def _paragraphs(lines: Iterable[str]) -> Iterator[str]:

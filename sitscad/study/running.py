@@ -177,39 +177,34 @@ class StudyRun:
         self._asked, self._workers, self._archive = asked, workers, archive
         self._progress = progress or (lambda state: None)
         self._costs: dict[Point, Costs] = {}
-        self._made: set[str] = set()  # keys of what this run evaluated itself
         total = min(asked.evaluations, asked.space.size)
         self._told = {level: LevelTally(asked, level, of, self._progress) for level, of in ((SCREEN, total), (FULL, 0))}
         self.found = Found(asked, method_for(asked.method, asked.space, asked.evaluations, len(asked.goals)),
                            damaged=archive.damaged)
 
-    def evaluate(self, points: Sequence[Point], level: str) -> list[Evaluation]:
-        """Evaluations of points on a level, taken from the archive where it has them."""
+    def evaluate(self, points: Sequence[Point], level: str) -> None:
+        """Evaluate points on a level, each once. What the archive has is taken from there."""
         kept = self.found.full if level == FULL else self.found.screened
-        for point, one in self.aside([point for point in points if point not in kept], level).items():
-            kept[point] = one
-            if one.level == FULL:
-                self.found.full[point] = one
-            self._costs[point] = costs(self._asked, one)
-        return [kept[point] for point in points]
-
-    def aside(self, points: Sequence[Point], level: str = SCREEN) -> dict[Point, Evaluation]:
-        """Evaluations that are no part of the search: they are kept in the archive alone."""
         base, measures = self._asked.base, self._asked.measures
-        changes = {point: self._asked.space.changes(point) for point in points}
-        keys = {point: base.key(changes[point], level) for point in points}
+        changes = {point: self._asked.space.changes(point) for point in points if point not in kept}
+        keys = {point: base.key(changes[point], level) for point in changes}
         found = {point: self._archive.evaluation(key, measures) for point, key in keys.items()}
         missing = [point for point, one in found.items() if one is None]
-        self.found.reused += sum(keys[point] not in self._made for point in found) - len(missing)
+        self.found.reused += len(found) - len(missing)
         for one in filter(None, found.values()):
             self._told[level].note(one, is_made=False)
         made = self._workers.evaluations([changes[point] for point in missing], measures, level)
         for point, one in zip(missing, made, strict=True):
             self._archive.add(keys[point], changes[point], one.as_json())
-            self._made.add(keys[point])
             found[point] = self._archive.evaluation(keys[point], measures)  # as it is read by a run that goes on
             self._told[level].note(one, is_made=True)
-        return {point: one for point, one in found.items() if one is not None}
+        for point, evaluation in found.items():
+            if evaluation is None:
+                continue
+            kept[point] = evaluation
+            if evaluation.level == FULL:
+                self.found.full[point] = evaluation
+            self._costs[point] = costs(self._asked, evaluation)
 
     def search(self) -> None:
         """Screen designs as the method draws them, judging in full what comes to the front; then all that may be on it,

@@ -35,7 +35,7 @@ from sitscad.spec.load import plain, read_text, yaml_text
 from sitscad.spec.sensor import LONGEST_NAME
 from sitscad.spec.yaml.source import TextError
 from sitscad.study import answer
-from sitscad.study.answer import Agreement, Binding, Kept, KeySlice, Relaxation
+from sitscad.study.answer import Agreement, Binding, Kept, Relaxation
 from sitscad.study.document import VERSION, Asked, Goal, StudyDocument, asked_for
 from sitscad.study.evaluating import Executor, Workers, judged
 from sitscad.study.evaluation import ARCHIVE, Archive, Evaluation
@@ -51,8 +51,7 @@ class StudyAnswer:
     ``base`` is the base itself, judged in full; ``found`` everything that was evaluated; ``bindings`` and
     ``relaxation`` what stands in the way; ``agreement`` how well both levels agree; ``alike`` goals that nothing that
     varies decides; ``front`` the points that none beats, without those that are ``fallen`` by their yields; ``kept``
-    the designs that are kept, ``texts`` their specs; ``slices`` run through the first that is kept, or else through
-    that of the relaxation (``chosen``).
+    the designs that are kept, ``texts`` their specs.
     """
 
     name: str
@@ -67,8 +66,6 @@ class StudyAnswer:
     kept: tuple[Kept, ...]
     texts: tuple[str, ...]
     fallen: int = 0
-    chosen: Point | None = None
-    slices: tuple[KeySlice, ...] = ()
 
     def __repr__(self) -> str:
         """A line with the numbers of designs that were looked at and kept."""
@@ -150,7 +147,7 @@ class Study:
                 if interrupted is not None and run.found.screened:
                     interrupted(run.found)
                 raise
-            said = _keeping(self._found(run.found), run, answer.kept_points(asked, run.found), {})
+            said = _keeping(self._found(run.found), answer.kept_points(asked, run.found), {})
             if not said.kept or not draws:
                 return said
             if before_yields is not None:
@@ -167,21 +164,11 @@ class Study:
         )
 
 
-def _keeping(said: StudyAnswer, run: StudyRun, points: Sequence[Point], yields: Mapping[Point, Yield]) -> StudyAnswer:
+def _keeping(said: StudyAnswer, points: Sequence[Point], yields: Mapping[Point, Yield]) -> StudyAnswer:
     """An answer with the designs that are kept, and what goes with them."""
     asked, full = said.asked, said.found.full
     kept = tuple(Kept(point, answer.changed(asked, point), full[point], yields.get(point)) for point in points)
-    chosen = points[0] if points else said.relaxation.point if said.relaxation is not None else None
-    texts = tuple(_text(asked, one, k) for k, one in enumerate(kept, 1))
-    return replace(said, kept=kept, texts=texts, chosen=chosen, slices=_slices(asked, run, chosen))
-
-
-def _slices(asked: Asked, run: StudyRun, through: Point | None) -> tuple[KeySlice, ...]:
-    if through is None:
-        return ()
-    wanted = answer.slice_points(asked.space, through)
-    found = run.aside([*dict.fromkeys(point for points in wanted.values() for point in points)])
-    return tuple(KeySlice(key, points, tuple(found[point] for point in points)) for key, points in wanted.items())
+    return replace(said, kept=kept, texts=tuple(_text(asked, one, k) for k, one in enumerate(kept, 1)))
 
 
 def _with_yields(said: StudyAnswer, run: StudyRun, draws: int) -> StudyAnswer:
@@ -206,7 +193,7 @@ def _with_yields(said: StudyAnswer, run: StudyRun, draws: int) -> StudyAnswer:
         return replace(said, kept=tuple(replace(one, units=yields[one.point]) for one in said.kept))
     kept = [point for point in points if point not in low]
     left = tuple(answer.front(asked, run.found, fallen))
-    return _keeping(replace(said, fallen=len(fallen), front=left), run, kept, yields)
+    return _keeping(replace(said, fallen=len(fallen), front=left), kept, yields)
 
 
 def _text(asked: Asked, one: Kept, number: int) -> str:

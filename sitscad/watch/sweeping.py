@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from sitscad.study.answer import passing
-from sitscad.study.answer_text import keys_words
+from sitscad.study.answer_tables import keys_words
 from sitscad.study.evaluating import Workers
 from sitscad.study.evaluation import SCREEN, Evaluation
 from sitscad.study.running import Found

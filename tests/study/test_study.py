@@ -26,7 +26,8 @@ import sitscad
 from sitscad.cli import designing, run
 from sitscad.spec import templates
 from sitscad.study.answer import agreement, bindings, changed, hypervolume, relaxation, unjudged
-from sitscad.study.answer_text import answer_json, answer_text, base_value, breach_words, yield_words, yields_text
+from sitscad.study.answer_tables import base_value, breach_words, design_table, yield_table
+from sitscad.study.answer_text import answer_json, answer_text, yields_text
 from sitscad.study.document import Goal, Requirement, StudyDocument
 from sitscad.study.evaluating import (
     IN_FULL,
@@ -147,8 +148,8 @@ def test_warnings_that_a_study_accepts_are_told_beside_the_designs_that_have_the
     first = answer.kept[0]
     warned = replace(first.evaluation, warned={"SIT203": Breach(), "SIT020": Breach()})
     told = replace(answer, kept=(replace(first, evaluation=warned), *answer.kept[1:]))
-    words = "warnings that the study accepts: SIT203 parallel-resistance"
-    assert re.search(f"{words}$", answer_text(told), re.MULTILINE) and f"<p>{words}</p>" in study_page(told)
+    words = "SIT203 parallel-resistance"
+    assert re.search(rf"^ +1 .* {words} ", answer_text(told), re.MULTILINE) and f">{words}<" in study_page(told)
     said = json.loads(answer_json(told))["kept"]
     assert said[0]["accepted"] == ["SIT203 parallel-resistance"]
     untold = replace(answer, kept=tuple(replace(one, evaluation=replace(one.evaluation, warned={}))
@@ -236,7 +237,7 @@ def test_designs_whose_units_fail_make_room_for_the_next_and_are_counted(folder,
     answer = sitscad.Study.load(folder / "study.yaml").run(draws=16, before_yields=early.append)
     assert "It can be met but for the yield that is asked (>= 95 %), which is not known" in answer_text(early[0])
     assert json.loads(answer_json(early[0]))["met"] is None and json.loads(answer_json(answer))["met"] is True
-    again = [" best of maximize rp" in yields_text(answer, "x", before) for before in (*early, answer)]
+    again = ["Designs, the best of" in yields_text(answer, "x", before) for before in (*early, answer)]
     assert again == [True, False]
     assert answer.fallen == 1 and answer.kept and first[0] not in {*answer.front, *(one.point for one in answer.kept)}
     assert "too small a yield: 1" in answer_text(answer)
@@ -686,7 +687,7 @@ def test_scatter_is_told_of_goals_and_limits_without_a_yield_asked(folder):
     answer = study.run(draws=8)
     assert study.asked.least_yield is None and set(study.asked.scattered) == {"rp", "inductance"}
     assert answer.kept[0].units.sigmas.keys() == {"rp", "inductance"}
-    assert yields_text(answer, "").count("to first order") == 2 * len(answer.kept)
+    assert all("to first order" in told for told in (yields_text(answer, ""), study_page(answer)))
 
 
 def test_a_folder_of_specs_passes_studies_by(folder, capsys):
@@ -1056,12 +1057,14 @@ def test_wilson_is_the_published_interval():
     assert wilson(10, 10)[1] == approx(1.0, rel=1e-12) and wilson(0, 10)[0] == 0.0
 
 
-def test_what_a_calibration_takes_away_is_told_apart():
+def test_what_a_calibration_takes_away_is_told_apart(answered):
     judged = [Unit(True, (), True, {"error.gap": 0.1 * k, "rp": float(k)}) for k in range(8)]
     found = yield_of(judged, lambda values: (("error.gap",) if values["error.gap"] > 0.35 else ())
                      + (("rp",) if values["rp"] < 1.0 else ()))
     assert (found.good, found.calibrated) == (3, 7)
-    assert "yield 37.5%" in yield_words(found) and "once calibrated 87.5%" in yield_words(found)
+    told = yield_table(design_table(replace(answered[1], kept=(replace(answered[1].kept[0], units=found),)))).shown()
+    assert [dict(zip(told.head, row, strict=True))[head].split()[0] for row in told.rows
+            for head in ("yield", "once calibrated")] == ["37.5%", "87.5%"]
 
 
 def test_which_spread_costs_the_yield_is_the_one_that_decides_it():

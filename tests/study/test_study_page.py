@@ -16,7 +16,7 @@ from sitscad.scene import bodies
 from sitscad.spec import templates
 from sitscad.study.answer import Kept, changed
 from sitscad.study.charts import board_sketch
-from sitscad.study.evaluation import FULL, Breach, Evaluation
+from sitscad.study.evaluation import Evaluation
 from sitscad.study.page import MOST_OTHERS, MOST_PAGE, StudyPage, study_page
 from sitscad.study.running import Found
 from sitscad.study.search import sobol_set
@@ -59,7 +59,6 @@ def test_tables_hold_the_front_and_every_kept_design(answer, html):
     front = html[html.index("The front as a table") :]
     assert front[: front.index("</details>")].count("<tr>") == len(answer.front) + 1
     assert all(f"id='kept-{k}'" in html for k in range(1, len(answer.kept) + 1))
-    assert len(answer.slices) == 2 and html.count("Along coil.") == 2
 
 
 def test_a_picture_of_few_shows_what_is_around_them(answer, monkeypatch):
@@ -72,19 +71,6 @@ def test_a_picture_of_few_shows_what_is_around_them(answer, monkeypatch):
         return sum(all(axes[name].low <= values[name] <= axes[name].high for name in axes) for values in page.figures)
 
     assert 2 * within(0) < within(2) <= len(answer.found.screened)
-
-
-def test_around_a_design_is_said_to_be_of_the_screen_and_what_only_the_full_level_refuses_is_marked(answer):
-    """Values that rules of the full level refuse stood there as free."""
-    said, full = StudyPage(answer), dict(answer.found.full)
-    unasked = {rule for one in answer.slices for each in one.evaluations for rule in each.unknown}
-    assert unasked and f"leaves {len(unasked)} rules to the full level" in said.slices()
-    assert "In full: " not in said.slices()
-    fallen = {point: replace(full.get(point, one), refused={"SIT112": Breach()}, level=FULL)
-              for point, one in answer.found.screened.items() if point[0] == 2 or point in list(full)[:1]}
-    known = StudyPage(replace(answer, found=replace(answer.found, full=full | fallen))).slices()
-    assert known.count("In full: SIT112") == 1  # of turns; no width was refused with all turns
-    assert re.search(r"SIT112 [a-z-]+ refused (1 of \d with 1[12], )?4 of 4 with 13\b", known)
 
 
 def test_of_others_so_many_are_shown_and_no_more(answer):
@@ -130,7 +116,7 @@ def test_the_page_of_a_wide_study_is_small_and_has_its_whole_front(answer, tmp_p
     found = Found(asked, "sobol", looked, {point: looked[point] for point in points[:256]})
     kept = (Kept(asked.base_point, changed(asked, asked.base_point), looked[points[0]], None),) * 8
     said = replace(answer, asked=asked, base=looked[points[0]], found=found, bindings=(), front=tuple(points[:256]),
-                   kept=kept, texts=(), chosen=asked.base_point, slices=())
+                   kept=kept, texts=())
     html = study_page(said)
     assert 2_000_000 < len(html) <= MOST_PAGE
     front = html[html.index("The front as a table") :]
