@@ -20,8 +20,9 @@ from sitscad.drawing.web_page import figure, page, part, soft
 from sitscad.drawing.web_page import table as html_table
 from sitscad.estimates.cells import FIGURES_ARE, WEBS_KNOWN, AlikeCells, cell_rows, document, weakest_cell
 from sitscad.estimates.performance.curves import Curves
-from sitscad.estimates.performance.points import INSTABILITY, production_limits
+from sitscad.estimates.performance.points import production_limits
 from sitscad.estimates.performance.values import AXES, FORCES, MOMENTS, Performance, largest_lasting, unit_of
+from sitscad.estimates.quantities import NONE, sensor_rows
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.pad import NoResponse
 from sitscad.estimates.response.table import response_table
@@ -274,7 +275,6 @@ def _sensitivity(value: float, name: str) -> str:
     return f"{show(1e-3 * value, 'Hz', 3)}/(N mm)" if name in MOMENTS else f"{show(value, 'Hz', 3)}/N"
 
 
-NONE = "-"  # In place of a figure that there is not
 LEAST_TOLD = 1e-4  # Crosstalk of a noiseless map below which its digits mean nothing
 
 UNTOLD = "at full scale, which is not measured"
@@ -287,28 +287,12 @@ def sensor(
     felt: Sequence[Performance], layout: Layout, estimates: Estimates, told: Sequence[AlikeCells] = ()
 ) -> Rows:
     """What belongs to the sensor as a whole."""
-    full, readout, pad, target = felt[-1], estimates.readout, layout.spec.elastomer, layout.spec.target
+    readout, pad, target = estimates.readout, layout.spec.elastomer, layout.spec.target
     assert pad is not None and target is not None
-    friction = NONE
-    if full.friction_error is not None and math.isfinite(full.friction_error):
-        friction = f"+-{full.friction_error:.2g} (one sigma)"
-    resonances = ", ".join(f"{show(value, 'Hz', 2)} {NAMES[name]}" for name, value in full.resonance.items())
-    # the normal force that the target bears, and how it is held where that matters
-    ends = SIDEWAYS if full.axes["normal"].limited_by == INSTABILITY else "30 % strain of the pad"
-    overloads = [(f"overload ({ends})", _newtons(full.overload))]
-    if full.free_overload is not None:
-        overloads = [(f"overload, kept level ({ends})", _newtons(full.overload)),
-                     (f"overload, free to tilt ({SIDEWAYS})", _newtons(full.free_overload))]
     return [
         ("sensor", ""),
         *_cells(layout, estimates, told),
-        *overloads,
-        *_stiffness(felt),
-        ("error of shear over normal, full load", friction),
-        (f"bandwidth ({full.bandwidth_by})", show(full.bandwidth, "Hz", 3)),
-        ("resonance of target and pad, nothing on it", resonances or NONE),
-        ("condition number, rest to full load", f"{felt[0].condition_number:.2g} to {full.condition_number:.2g}"),
-        ("one load to a reading", "yes" if full.invertible else "NO: see the notes"),
+        *sensor_rows([point.document() for point in felt]),
         ("converter", f"{readout.device.part}, {counted(len(estimates.coils), 'channel')}"),
         *([("its result", readout.result_in_words)] if readout.result_in_words else []),
         ("tank capacitor", show(readout.capacitance, "F", 3)),
@@ -318,21 +302,6 @@ def sensor(
         ("shear modulus of it", f"{show(pad.material.shear_modulus, 'Pa', 3)} +- "
                                 f"{100.0 * pad.material.shear_modulus_sigma:.0f} %"),
     ]
-
-
-def _stiffness(felt: Sequence[Performance]) -> Rows:
-    """How the pad holds the target against a moment on its outermost face, with one sigma by the pad's law."""
-    rows: Rows = []
-    for point in (felt[0], felt[-1]):
-        said = []
-        for turn, value in point.tilt_stiffness.items():
-            error = point.tilt_stiffness_error[turn]
-            if not (math.isfinite(value) and math.isfinite(error) and error < 1.0):
-                said.append(f"{turn}: not known")
-                continue
-            said.append(f"{turn} {show(value, 'N m', 3)}/rad +- {100.0 * error:.0f} %")
-        rows.append((f"stiffness against a tilt, {point.at}", ", ".join(dict.fromkeys(said))))
-    return rows
 
 
 def _metal_behind(spec: SensorSpec) -> Rows:
@@ -370,9 +339,6 @@ def _of_cells(layout: Layout, estimates: Estimates) -> str:
     """What the table of cells means, in a sentence."""
     number = weakest_cell(layout.spec, estimates)
     return f"In the other tables {FIGURES_ARE.format(pushed=number)}. {WEBS_KNOWN}"
-
-
-SIDEWAYS = "the pad gives way sideways"  # Why a normal force is too large before the pad is strained too far
 
 
 def errors(felt: Sequence[Performance]) -> Rows:

@@ -6,14 +6,13 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from sitscad.estimates.quantities import NONE, quantity
 from sitscad.scene.state import titled
 from sitscad.units import in_mm, show
 
 if TYPE_CHECKING:
     from sitscad.check_values import Closing, Measure, RequirementResult, Signal
     from sitscad.estimates import Estimates
-
-NONE = "-"
 
 
 class Table(NamedTuple):
@@ -22,11 +21,6 @@ class Table(NamedTuple):
     head: Sequence[str]
     rows: Sequence[Sequence[str]]
     title: str
-
-
-def quantity(value: float | None, unit: str, digits: int = 4) -> str:
-    """A number with its unit, or a dash for what is absent or not finite."""
-    return show(value, unit, digits) if value is not None and math.isfinite(value) else NONE
 
 
 def plus_minus(value: float, sigma: float | None, unit: str, per: str = "", digits: int = 3) -> str:

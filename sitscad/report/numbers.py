@@ -7,10 +7,10 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from sitscad.estimates.performance.values import largest_lasting
+from sitscad.estimates.quantities import NONE, TANK, quantity, sensor_rows, tank_text
 from sitscad.report.findings import CheckedSpec, OutputOptions, finding_json, printable, styled, to_json
 from sitscad.report.findings import as_text as as_findings
 from sitscad.report.measures import (
-    NONE,
     OTHERS_HEAD,
     OTHERS_MEANING,
     OTHERS_TITLE,
@@ -18,7 +18,6 @@ from sitscad.report.measures import (
     Table,
     other_rows,
     plus_minus,
-    quantity,
     signal_rows,
 )
 from sitscad.scene.state import FREE, NAMED, titled
@@ -215,11 +214,11 @@ def at_table(coils: Sequence[CoilAtFrequency]) -> Table:
 
 def state_table(estimates: Estimates) -> Table:
     """What the tank is at the contacts in every state."""
-    return _by_state(estimates, "At the contacts, leads included: what rules and limits judge", {
-        "inductance": lambda s: quantity(s.inductance, "H"), "resistance": lambda s: quantity(s.resistance, "ohm"),
-        "frequency": lambda s: quantity(s.frequency, "Hz"), "Rp": lambda s: quantity(s.parallel_resistance, "ohm"),
-        "Q": lambda s: quantity(s.quality_factor, "", 3), "amplitude": lambda s: quantity(s.amplitude, "V", 3),
-    })
+    def text(name: str) -> Callable[[StateEstimate], str]:
+        return lambda s: tank_text(s)[name]
+
+    title = "At the contacts, leads included: what rules and limits judge"
+    return _by_state(estimates, title, {name: text(name) for name in TANK})
 
 
 def reading_table(estimates: Estimates) -> Table:
@@ -236,8 +235,7 @@ def spread_table(estimates: Estimates) -> Table:
     def share(name: str) -> Callable[[StateEstimate], str]:
         return lambda s: _share(getattr(s.spread, name), getattr(s, name))
 
-    names = ("inductance", "resistance", "frequency", "parallel_resistance", "amplitude")
-    columns = {"Rp" if name == "parallel_resistance" else name: share(name) for name in names}
+    columns = {name: share(field) for name, (field, *_) in TANK.items() if name != "Q"}
     columns["Rp mostly by"] = lambda s: s.spread.causes.get("parallel_resistance", NONE) if s.spread else NONE
     return _by_state(estimates, "Scatter of manufacture, one sigma", columns, "spread")
 
@@ -489,30 +487,15 @@ def _hundredths(share: float) -> str:
     return f"{100.0 * share:.0f}" if share >= 0.1 else f"{100.0 * share:.2g}"
 
 
-def whole_rows(felt: Sequence[Document]) -> Iterator[list[str]]:
+def whole_rows(felt: Sequence[Document]) -> Iterator[Sequence[str]]:
     """What belongs to the sensor as a whole, at full load."""
     if not felt:
         return
     full = felt[-1]
-    friction = full["friction_error"]
-    yield ["error of shear over normal, one sigma", NONE if friction is None else f"+-{friction:.2g}"]
     degrees = f"{math.degrees(full['tilt_rad']):.3g}"
     degrees += " degree" if degrees == "1" else " degrees"
     for key, unit in (("tilt_error_N", "N"), ("tilt_error_Nm", "N m")):
         for name, row in full.get(key, {}).items():
             words = ", ".join(f"{show(value, unit, 3)} by {angle}" for angle, value in row.items())
             yield [f"a contact tilted by {degrees} is misread as {name}", words]
-    stiff = {turn: value for turn, value in full["tilt_stiffness_Nm_per_rad"].items()
-             if value is not None and (full["tilt_stiffness_error"][turn] or 1.0) < 1.0}
-    if stiff:
-        words = ", ".join(f"{show(value, 'N m', 3)}/rad +- {100.0 * full['tilt_stiffness_error'][turn]:.0f} % by {turn}"
-                          for turn, value in stiff.items())
-        yield ["stiffness against a tilt of a free target", words]
-    yield ["bandwidth", f"{show(full['bandwidth_Hz'], 'Hz', 3)}, {full['bandwidth_by']}"]
-    for name, frequency in full["resonance_Hz"].items():
-        yield [f"resonance of target and pad along {name}, nothing on it", show(frequency, "Hz", 3)]
-    free = full["free_overload_N"]
-    yield ["overload" if free is None else "overload, target kept level", show(full["overload_N"], "N", 3)]
-    if free is not None:
-        yield ["overload, target free to tilt: the pad gives way sideways", show(free, "N", 3)]
-    yield ["one load to a reading", "yes" if full["invertible"] else "NO"]
+    yield from sensor_rows(felt)

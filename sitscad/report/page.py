@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 from sitscad.drawing.sheet import Pen, Sheet
 from sitscad.drawing.svg import svg
 from sitscad.drawing.web_page import figure, page, part, soft
+from sitscad.estimates.quantities import NONE, quantity
 from sitscad.finding import Finding, Severity
 from sitscad.geometry.path import Point, polyline, rectangle
 from sitscad.record import record
 from sitscad.report import measures, numbers
 from sitscad.report.findings import CheckedSpec, by_weight, excerpt, numbered_places
-from sitscad.report.measures import NONE, quantity
 from sitscad.report.moving import embedded, scripts
 from sitscad.report.numbers import Document
 from sitscad.report.numbers import html_table as _table

@@ -9,8 +9,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
+from sitscad.estimates.quantities import NONE
 from sitscad.record import record
-from sitscad.report.measures import NONE, Table
+from sitscad.report.measures import Table
 from sitscad.study.evaluation import Breach
 from sitscad.study.measures import MEASURES
 from sitscad.study.space import at_key

@@ -11,6 +11,7 @@ import numpy as np
 from sitscad.check_values import Measure as FitMeasure
 from sitscad.design import Design
 from sitscad.estimates.performance.values import AXES, AXIS_WORDS, FORCES, MOMENTS, unit_of
+from sitscad.estimates.quantities import TANK
 from sitscad.estimates.values import crowding_error
 from sitscad.record import record
 from sitscad.scene.fit import CLOSED_PAIR
@@ -263,8 +264,14 @@ def _yield(design: Design) -> Figure:
     raise AbsentError("it is a study's: of the designs that it keeps")
 
 
-UNITS = {"inductance": "H", "rp": "ohm", "frequency": "Hz", "amplitude": "V"}
-"""Measures of tanks whose scatter estimates carry, and their units."""
+WORST: dict[str, tuple[Callable[..., Any], str, float, float]] = {
+    "inductance": (min, "least inductance at the contacts, of all coils and states", 1.0, 0.0),
+    "Rp": (min, "least parallel resistance of all tanks and states", 1.0, 1.0),
+    "Q": (min, "least quality factor of all tanks and states", 0.5, 1.0),
+    "frequency": (max, "highest frequency of all tanks and states", 0.5, 0.0),
+    "amplitude": (min, "least amplitude at the converter, of all tanks and states", 1.0, 1.0),
+}
+"""Quantities of a tank, how the worst of all states is picked, what it means, and its exponents in L and in R."""
 
 PADDED = (Need("target", lambda spec: spec.target is not None, ("target",)),
           Need("elastomer", lambda spec: spec.elastomer is not None, ("elastomer",)))
@@ -290,16 +297,9 @@ def _told_apart(axis: str) -> Need:
 def _rows() -> Iterator[DesignMeasure]:
     from sitscad.checks.performance import NEARLY, NEARLY_TILTED
 
-    yield DesignMeasure("inductance", "H", "least inductance at the contacts, of all coils and states", (),
-                        _of_tank(min, "inductance", 1.0, 0.0))
-    yield DesignMeasure("rp", "ohm", "least parallel resistance of all tanks and states", (),
-                        _of_tank(min, "parallel_resistance", 1.0, 1.0))
-    yield DesignMeasure("q", "", "least quality factor of all tanks and states", (),
-                        _of_tank(min, "quality_factor", 0.5, 1.0))
-    yield DesignMeasure("frequency", "Hz", "highest frequency of all tanks and states", (),
-                        _of_tank(max, "frequency", 0.5, 0.0))
-    yield DesignMeasure("amplitude", "V", "least amplitude at the converter, of all tanks and states", (),
-                        _of_tank(min, "amplitude", 1.0, 1.0))
+    for name, (pick, meaning, by_inductance, by_loss) in WORST.items():
+        field, unit, _ = TANK[name]
+        yield DesignMeasure(name.lower(), unit, meaning, (), _of_tank(pick, field, by_inductance, by_loss))
     yield DesignMeasure("signal.normal", "", "share by which the reading changes from rest to "
                         "requirements.normal_force, of the coil where it changes least",
                         (*PADDED, FORCE), _signal)
@@ -338,10 +338,11 @@ def _rows() -> Iterator[DesignMeasure]:
                         decided_by=("fpc.stackup", "coil.layers"))
     yield DesignMeasure("rate", "Hz", "complete scans a second", (), _readout("scan_rate"))
     yield DesignMeasure("supply_current", "A", "of all converters with their drive", (), _readout("supply_current"))
-    for name, field, pick in (("inductance", "inductance", min), ("rp", "parallel_resistance", min),
-                              ("frequency", "frequency", max), ("amplitude", "amplitude", min)):
-        meaning = f"one sigma of {name} from unit to unit, to first order, where {name} is at its worst"
-        yield DesignMeasure(f"sigma.{name}", UNITS[name], meaning, (), _sigma(pick, field))
+    for name, (pick, *_) in WORST.items():
+        if name != "Q":
+            own, (field, unit, _) = name.lower(), TANK[name]
+            meaning = f"one sigma of {own} from unit to unit, to first order, where {own} is at its worst"
+            yield DesignMeasure(f"sigma.{own}", unit, meaning, (), _sigma(pick, field))
     yield DesignMeasure("yield", "", "share of units that keep every electrical, reading and feeling rule, over the "
                         "spreads of manufacture", (), _yield)
 

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from sitscad.design import Design
+from sitscad.estimates.quantities import quantity, tank_text
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.finding import Severity
 from sitscad.inspection import unreadable
@@ -28,7 +29,6 @@ from sitscad.package.stages import page_of
 from sitscad.policy import PolicyError
 from sitscad.record import record
 from sitscad.report.findings import CheckedSpec
-from sitscad.report.measures import quantity
 from sitscad.solutions import Solutions
 from sitscad.spec.format.reading import SpecError
 
@@ -183,9 +183,7 @@ def _numbers(design: Design) -> Document:
     found: Document = {}
     for coil in design.estimates.coils:
         for name, state in coil.states.items():
-            values = (("L", state.inductance, "H"), ("f", state.frequency, "Hz"), ("Q", state.quality_factor, ""),
-                      ("Rp", state.parallel_resistance, "ohm"), ("amplitude", state.amplitude, "V"))
-            found |= {f"{what} of {coil.name} {name}": quantity(value, unit) for what, value, unit in values}
+            found |= {f"{what} of {coil.name} {name}": value for what, value in tank_text(state).items()}
     return found | {f"{each.name}, to spare": quantity(each.margin, "m") for each in design.fit}
 
 

@@ -56,7 +56,7 @@ def test_the_overload_of_a_free_target_stands_beside_that_of_a_level_one(free):
     }
     rows = [row for row in whole_rows([full]) if row[0].startswith("overload")]
     if free is None:
-        assert rows == [["overload", "155 N"]]
+        assert [value for _, value in rows] == ["155 N"]
     else:
-        assert rows == [["overload, target kept level", "155 N"],
-                        ["overload, target free to tilt: the pad gives way sideways", "88.5 N"]]
+        assert [value for _, value in rows] == ["155 N", "88.5 N"]
+        assert "kept level" in rows[0][0] and "free to tilt" in rows[1][0]

@@ -22,6 +22,7 @@ from sitscad.estimates.performance.quick import quick_bench
 from sitscad.estimates.performance.values import (
     AXIS_WORDS,
     FORCES,
+    INSTABILITY,
     MOMENTS,
     AxisPerformance,
     Loads,
@@ -46,7 +47,6 @@ LIMITS = 3.0  # Standard deviations of manufacture between which a coil before a
 HALF_SCANS, RESONANCE = "half the scan rate", "resonance of target and pad"  # What a bandwidth is limited by
 POINTS = (("rest", 0.0), ("half", 0.5), ("full", 1.0))  # The working points, and their share of the full normal force
 COURSE = 9  # Loads along an axis that are looked at
-INSTABILITY = "instability"  # What ends an axis where no shape of the pad bears the load: it gives way sideways
 
 
 def course(bench: Bench, model: ResponseModel, load: Array, name: str) -> tuple[float, str]:

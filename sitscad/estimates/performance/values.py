@@ -22,6 +22,9 @@ AXES = (*FORCES, *MOMENTS)
 AXIS_WORDS = {"normal": "normal", "shear_x": "shear along x", "shear_y": "shear along y", "moment_x": "moment about x",
               "moment_y": "moment about y"}
 
+INSTABILITY = "instability"
+"""End of an axis if no shape of the pad bears the load: it gives way sideways."""
+
 Loads = tuple[float, ...]
 Table = Mapping[str, Mapping[str, float]]
 

@@ -1,0 +1,69 @@
+"""Quantities that tables, studies, data sheets and the watched page share: each is named here once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from sitscad.estimates.performance.values import AXIS_WORDS, INSTABILITY
+from sitscad.units import show
+
+if TYPE_CHECKING:
+    from sitscad.estimates.values import StateEstimate
+
+NONE = "-"
+"""Text of a figure that is absent or not finite."""
+
+
+def quantity(value: float | None, unit: str, digits: int = 4) -> str:
+    """Return a number with its unit. A dash if it is absent or not finite."""
+    return show(value, unit, digits) if value is not None and math.isfinite(value) else NONE
+
+
+TANK = {
+    "inductance": ("inductance", "H", 4), "resistance": ("resistance", "ohm", 4), "frequency": ("frequency", "Hz", 4),
+    "Rp": ("parallel_resistance", "ohm", 4), "Q": ("quality_factor", "", 3), "amplitude": ("amplitude", "V", 3),
+}
+"""Quantities of a tank by their headings: field of `StateEstimate`, SI unit and digits for people."""
+
+
+def tank_text(state: StateEstimate) -> dict[str, str]:
+    """Return the quantities of a tank in a state as texts by their headings."""
+    return {name: quantity(getattr(state, field), unit, digits) for name, (field, unit, digits) in TANK.items()}
+
+
+SIDEWAYS = "the pad gives way sideways"  # Ends a normal force before the pad is strained too far
+
+
+def sensor_rows(points: Sequence[Mapping[str, Any]]) -> Iterator[tuple[str, str]]:
+    """Yield name and value of the quantities that belong to the sensor as a whole.
+
+    `points` are documents of `Performance`, from rest to full load.
+    """
+    first, full = points[0], points[-1]
+    ends = SIDEWAYS if full["axes"]["normal"]["limited_by"] == INSTABILITY else "30 % strain of the pad"
+    free = full["free_overload_N"]
+    yield f"overload{', kept level' if free is not None else ''} ({ends})", show(full["overload_N"], "N", 3)
+    if free is not None:
+        yield f"overload, free to tilt ({SIDEWAYS})", show(free, "N", 3)
+    for point in (first, full):
+        yield f"stiffness against a tilt, {point['at']}", _stiffness_text(point)
+    friction = full["friction_error"]
+    yield "error of shear over normal, full load", NONE if friction is None else f"+-{friction:.2g} (one sigma)"
+    yield f"bandwidth ({full['bandwidth_by']})", show(full["bandwidth_Hz"], "Hz", 3)
+    resonances = (f"{show(value, 'Hz', 2)} {AXIS_WORDS[name]}" for name, value in full["resonance_Hz"].items())
+    yield "resonance of target and pad, nothing on it", ", ".join(resonances) or NONE
+    yield ("condition number, rest to full load",
+           f"{first['condition_number']:.2g} to {full['condition_number']:.2g}")
+    yield "one load to a reading", "yes" if full["invertible"] else "NO: see the notes"
+
+
+def _stiffness_text(point: Mapping[str, Any]) -> str:
+    """Return the stiffness against a moment on the target's outermost face, with one sigma by the pad's law."""
+    texts = []
+    for turn, value in point["tilt_stiffness_Nm_per_rad"].items():
+        error = point["tilt_stiffness_error"][turn]
+        known = value is not None and error is not None and error < 1.0
+        texts.append(f"{turn} {show(value, 'N m', 3)}/rad +- {100.0 * error:.0f} %" if known else f"{turn}: not known")
+    return ", ".join(dict.fromkeys(texts))
