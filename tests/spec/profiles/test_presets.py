@@ -16,7 +16,7 @@ from sitscad.spec.circuit import Plating
 from sitscad.spec.load import load_text
 from sitscad.spec.materials import AT_DOUBLE, TO_30_PERCENT, stiffened, tension
 from sitscad.spec.profiles import installed_rules
-from sitscad.spec.yaml.reader import PlainReader, read_yaml
+from sitscad.spec.yaml.reader import read_yaml
 
 MINIMAL = (
     "sitscad: 1\nname: a\ncoil: {shape: circle, outer_diameter: 7, turns: 5, trace_width: 0.1, trace_spacing: 0.1}\n"
@@ -91,11 +91,6 @@ def test_every_figure_of_a_fabricator_names_its_source(name):
         assert figure["source"].strip(), figure
         assert "from memory" not in figure["source"] or figure.get("status") == "unverified" or ";" in figure["source"]
     assert "checked_on" in data and "based_on" in data
-
-
-@pytest.mark.parametrize("path", sorted(FOLDER.rglob("*.yaml")), ids=lambda path: path.stem)
-def test_installed_profiles_are_plain_yaml(path):
-    PlainReader(path.read_text(encoding="utf-8")).read()
 
 
 def test_the_four_layer_stackup_has_its_copper_where_the_design_wants_it():
