@@ -10,9 +10,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby, pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import shapely
 
 from sitscad.arguments import checked_arguments
 from sitscad.arrays import Array
@@ -23,10 +24,6 @@ from sitscad.record import record
 from sitscad.scene.bodies import BodyRole
 from sitscad.scene.stack import stack
 from sitscad.spec.circuit import Stackup
-
-if TYPE_CHECKING:
-    from shapely import MultiPolygon, Polygon
-
 
 TOLERANCE = 1e-6
 """How far (m) chords may lie from an arc, unless another distance is asked for."""
@@ -157,7 +154,7 @@ class Area:
     """
 
     what: str
-    polygon: Polygon | MultiPolygon
+    polygon: shapely.Polygon | shapely.MultiPolygon
     lower: float
     upper: float
     layer: int | None = None
@@ -173,24 +170,21 @@ def areas(layout: Layout, tolerance: float = TOLERANCE) -> tuple[Area, ...]:
 
     Raises
     ------
-    MissingExtra
-        without shapely (`pip install 'sitscad[all]'`).
     PartsError
         where a part has no place (a shield that does not fit into the standoff).
     ValueError
         for a tolerance that is no positive length.
     """
     _positive(tolerance)
-    shapely = require("shapely")
-    copper = tuple(_copper(layout, tolerance, shapely))
-    bodies = (Area(body.name, _polygon(body.region, tolerance, shapely), *body.heights) for body in stack(layout))
+    copper = tuple(_copper(layout, tolerance))
+    bodies = (Area(body.name, _polygon(body.region, tolerance), *body.heights) for body in stack(layout))
     return (*copper, *bodies)
 
 
-def _copper(layout: Layout, tolerance: float, shapely: Any) -> Iterator[Area]:
+def _copper(layout: Layout, tolerance: float) -> Iterator[Area]:
     """The copper of every layer as areas, one a net, holes drilled out."""
     for layer in layout.spec.fpc.stackup.copper:
-        pieces = sorted(_pieces(layout, layer.number, tolerance, shapely), key=lambda piece: piece[0])
+        pieces = sorted(_pieces(layout, layer.number, tolerance), key=lambda piece: piece[0])
         drills = [
             shapely.Point(via.centre).buffer(via.drill / 2, _quarter(via.drill / 2, tolerance))
             for via in layout.vias_on(layer.number)
@@ -202,7 +196,7 @@ def _copper(layout: Layout, tolerance: float, shapely: Any) -> Iterator[Area]:
             yield Area(COPPER, whole.difference(bored), layer.z - half, layer.z + half, layer.number, net)
 
 
-def _pieces(layout: Layout, number: int, tolerance: float, shapely: Any) -> Iterator[tuple[str, Any]]:
+def _pieces(layout: Layout, number: int, tolerance: float) -> Iterator[tuple[str, Any]]:
     for trace in layout.on_layer(number):
         line = shapely.LineString(trace.path.flattened(tolerance))
         yield trace.net, line.buffer(trace.width / 2, _quarter(trace.width / 2, tolerance))
@@ -222,7 +216,7 @@ def _quarter(radius: float, tolerance: float) -> int:
     return max(2, math.ceil(math.pi / 4 / math.acos(max(0.0, 1.0 - tolerance / radius))))
 
 
-def _polygon(region: Region, tolerance: float, shapely: Any) -> Any:
+def _polygon(region: Region, tolerance: float) -> Any:
     holes = [hole.flattened(tolerance) for hole in region.holes]
     return shapely.Polygon(region.outline.flattened(tolerance), holes)
 

@@ -33,6 +33,7 @@ def declared(*extras: str) -> set[str]:
     """The distributions that the project requires, with some of its extras and dependency groups."""
     whole = tomllib.loads((ROOT / "pyproject.toml").read_text())
     project, groups = whole["project"], whole["project"]["optional-dependencies"] | whole["dependency-groups"]
+    extras = (*extras, *(("solids", "cadquery") if "all" in extras else ()))
     wanted = [*project["dependencies"], *(row for extra in extras for row in groups[extra])]
     return {canonical(re.split(r"[<>=!~;\[ ]", row, maxsplit=1)[0]) for row in wanted} | {canonical(project["name"])}
 

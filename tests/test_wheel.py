@@ -71,7 +71,6 @@ def test_the_light_core_brings_no_cad(bin_folder):
         "cadquery-ocp",
         "gmsh",
         "scipy",
-        "shapely",
         "trimesh",
         "ezdxf",
         "gerbonara",

@@ -1,12 +1,12 @@
-"""Outlines cut off: convex ones of lines and arcs by straight lines, exactly; plates as discs and rectangles, what two
-of them have in common and how far one hangs over; and the parts of any path inside a box, for details of drawings.
+"""Convex outlines of lines and arcs, cut by straight lines exactly; and plates as discs and rectangles, what two of
+them have in common and how far one hangs over.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
-from itertools import pairwise, product
+from collections.abc import Iterator
+from itertools import pairwise
 
 from sitscad.geometry.path import (
     TWO_PI,
@@ -15,13 +15,10 @@ from sitscad.geometry.path import (
     Path,
     Point,
     Segment,
-    bounding_box,
     circle,
-    closed_polygon,
     enclosed_area,
     part_of,
     polar,
-    polyline,
     rectangle,
 )
 from sitscad.record import kept, record
@@ -253,106 +250,3 @@ class Footprint:
     def area(self) -> float:
         """Area (m2)."""
         return math.pi / 4.0 * self.size[0] ** 2 if self.is_round else self.size[0] * self.size[1]
-
-
-def parts_inside(path: Path, box: Box) -> list[Path]:
-    """The parts of a path in a box (m), cut where it leaves the box; the path itself where all of it is inside."""
-    x0, y0, x1, y1 = bounding_box([path])
-    if x0 >= box[0] and y0 >= box[1] and x1 <= box[2] and y1 <= box[3]:
-        return [path]
-    points = path.flattened(2e-6)
-    runs: list[list[tuple[float, float]]] = [[]]
-    for a, b in pairwise(points):
-        kept = _clipped(a, b, box)
-        if kept is None:
-            runs.append([])
-            continue
-        start, end = kept
-        if not runs[-1] or runs[-1][-1] != start:
-            runs.append([start])
-        runs[-1].append(end)
-    return [polyline(run) for run in runs if len(run) > 1]  # type: ignore[arg-type]
-
-
-def area_inside(path: Path, box: Box) -> Path | None:
-    """The part of a convex-cornered area in a box (m), given by its outline (Sutherland and Hodgman 1974); None where
-    there is none. Arcs that are cut count as chords within 2 um.
-    """
-    x0, y0, x1, y1 = bounding_box([path])
-    if x0 >= box[0] and y0 >= box[1] and x1 <= box[2] and y1 <= box[3]:
-        return path
-    points: list[tuple[float, float]] = [(p.x, p.y) for p in path.flattened(2e-6)]
-    for axis in (0, 1):
-        for bound, sign in ((box[axis], 1.0), (box[axis + 2], -1.0)):
-            points = _cut(points, axis, bound, sign)
-    return closed_polygon([Point(*p) for p in points]) if len(points) > 2 else None
-
-
-def part_beyond(path: Path, x: float) -> Path:
-    """The part of a closed path's area beyond a place along x (m), arcs as chords within 2 um."""
-    points: list[tuple[float, float]] = [(p.x, p.y) for p in path.flattened(2e-6)[:-1]]
-    return closed_polygon([Point(*p) for p in _cut(points, 0, x, 1.0)])
-
-
-def _cut(points: list[tuple[float, float]], axis: int, bound: float, sign: float) -> list[tuple[float, float]]:
-    """A polygon's part on one side of a line across an axis."""
-    found: list[tuple[float, float]] = []
-    for a, b in zip(points[-1:] + points[:-1], points, strict=True):
-        here, there = sign * (a[axis] - bound), sign * (b[axis] - bound)
-        if (here < 0.0) != (there < 0.0):
-            share = here / (here - there)
-            found.append((a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])))
-        if there >= 0.0:
-            found.append(b)
-    return found
-
-
-def _clipped(
-    a: tuple[float, float], b: tuple[float, float], box: Box
-) -> tuple[tuple[float, float], tuple[float, float]] | None:
-    """The part of a straight piece inside a box (Liang and Barsky 1984); None where none is."""
-    low, high = 0.0, 1.0
-    for axis in (0, 1):
-        step = b[axis] - a[axis]
-        for bound, sign in ((box[axis], -1.0), (box[axis + 2], 1.0)):
-            room, pace = sign * (bound - a[axis]), sign * step
-            if abs(pace) < 1e-15:
-                if room < 0.0:
-                    return None
-            elif pace > 0.0:
-                high = min(high, room / pace)
-            else:
-                low = max(low, room / pace)
-    if low >= high:
-        return None
-    at = [(a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])) for t in (low, high)]
-    return (a if low == 0.0 else at[0]), (b if high == 1.0 else at[1])
-
-
-def joined_boxes(boxes: Iterable[Box]) -> tuple[Path, ...]:
-    """The outlines of what upright rectangles cover together: counter-clockwise outside, clockwise round a hole."""
-    found = [tuple(round(value, 12) for value in box) for box in boxes]
-    xs, ys = (sorted({box[k] for box in found for k in ends}) for ends in ((0, 2), (1, 3)))
-    filled = {
-        (i, j) for i, j in product(range(len(xs) - 1), range(len(ys) - 1))
-        if any(b[0] <= xs[i] and xs[i + 1] <= b[2] and b[1] <= ys[j] and ys[j + 1] <= b[3] for b in found)
-    }
-    after: dict[tuple[int, int], list[tuple[int, int]]] = {}
-    for i, j in sorted(filled):
-        sides = (((i, j), (i + 1, j), (i, j - 1)), ((i + 1, j), (i + 1, j + 1), (i + 1, j)),
-                 ((i + 1, j + 1), (i, j + 1), (i, j + 1)), ((i, j + 1), (i, j), (i - 1, j)))
-        for start, end, beyond_it in sides:
-            if beyond_it not in filled:
-                after.setdefault(start, []).append(end)
-    paths = []
-    while after:
-        ring = [min(after)]
-        while ends := after.get(ring[-1]):
-            ring.append(ends.pop())
-            if not ends:
-                del after[ring[-2]]
-        places = ring[:-1]
-        turns = [b for a, b, c in zip(places[-1:] + places[:-1], places, places[1:] + places[:1], strict=True)
-                 if (b[0] - a[0]) * (c[1] - b[1]) != (b[1] - a[1]) * (c[0] - b[0])]
-        paths.append(closed_polygon([Point(xs[i], ys[j]) for i, j in turns]))
-    return tuple(paths)

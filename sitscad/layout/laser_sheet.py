@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from enum import StrEnum
 
-from sitscad.geometry.convex import Box, Footprint, joined_boxes
+from sitscad.geometry.convex import Box, Footprint
 from sitscad.geometry.path import Path, Point, box_around, circle, enclosed_area, polyline, rectangle
 from sitscad.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
@@ -145,6 +145,8 @@ class CutPart:
         if not self.boxes:
             yield plate(layer, self.shape, (self.size[0] + 2 * grown, self.size[1] + 2 * grown), centre)
             return
+        from sitscad.geometry.areas import joined_boxes  # checks look at sheets without webs and load no shapely
+
         dx, dy = centre.x - self.place.centre.x, centre.y - self.place.centre.y
         boxes = ((b[0] - grown, b[1] - grown, b[2] + grown, b[3] + grown) for b in self.boxes)
         paths = (path.mapped(lambda p: p.shifted(dx, dy)) for path in joined_boxes(boxes))

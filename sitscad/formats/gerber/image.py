@@ -34,7 +34,7 @@ from sitscad.fabrication.files import (
     tail_coverlay_files,
     tools_of,
 )
-from sitscad.geometry.convex import part_beyond
+from sitscad.geometry.areas import areas_beyond
 from sitscad.geometry.path import Arc, Path, Point, Region, Segment, bounding_box, rectangle
 from sitscad.layout.bending import lap_start
 from sitscad.layout.board import Layout, Pad, Trace, Via
@@ -61,8 +61,8 @@ def layer_files(layout: Layout) -> dict[str, bytes]:
     for file in body_files(layout):
         files[file.path] = document(layout, file, regions((Region(rectangle(*layout.body)),)))
     for file in tail_coverlay_files(layout):
-        covered = Region(part_beyond(layout.outline, lap_start(layout)))
-        files[file.path] = document(layout, file, regions((covered,)))
+        covered = areas_beyond(layout.outline, lap_start(layout))
+        files[file.path] = document(layout, file, regions(map(Region, covered)))
     outline = profile_file(layout.spec)
     files[outline.path] = document(layout, outline, profile(layout.outline))
     return files

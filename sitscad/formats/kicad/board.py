@@ -32,7 +32,7 @@ from sitscad.formats.kicad.sexpr import (
     uuid_of,
     xy,
 )
-from sitscad.geometry.convex import part_beyond
+from sitscad.geometry.areas import areas_beyond
 from sitscad.geometry.path import Path, Point, bounding_box, polyline, rectangle
 from sitscad.layout.bending import lap_start
 from sitscad.layout.board import Layout, Role, Via
@@ -150,8 +150,8 @@ def _graphics(layout: Layout, sheet: Grid) -> Iterator[str]:
     if body_files(layout):
         yield from stroked("gr", rectangle(*layout.body), BODY_LAYER, 0.1e-3, (name, "body layers"), sheet)
     if tail_coverlay_files(layout):
-        covered = part_beyond(layout.outline, lap_start(layout))
-        yield from stroked("gr", covered, TAIL_LAYER, 0.1e-3, (name, "tail coverlay"), sheet)
+        for i, covered in enumerate(areas_beyond(layout.outline, lap_start(layout))):
+            yield from stroked("gr", covered, TAIL_LAYER, 0.1e-3, (name, "tail coverlay", i), sheet)
     for i, bend in enumerate(bends(layout)):
         y0, y1 = layout.reach_at(bend.line)
         line = polyline([Point(bend.line, y0 - _BEYOND), Point(bend.line, y1 + _BEYOND)])

@@ -57,7 +57,7 @@ from sitscad.fabrication.notes import (
     thickness_texts,
     turn_text,
 )
-from sitscad.geometry.convex import parts_inside
+from sitscad.geometry.areas import parts_inside
 from sitscad.geometry.path import Point, bounding_box, circle, rectangle
 from sitscad.layout.bending import Bend, bend_stretch
 from sitscad.layout.board import Coil, Layout, Via

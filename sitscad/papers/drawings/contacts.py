@@ -38,7 +38,8 @@ from sitscad.fabrication.board_end import (
     runs_along_x,
 )
 from sitscad.fabrication.notes import chip_text, stiffener_text
-from sitscad.geometry.convex import Box, area_inside, parts_inside
+from sitscad.geometry.areas import areas_inside, parts_inside
+from sitscad.geometry.convex import Box
 from sitscad.geometry.path import bounding_box, circle, rectangle
 from sitscad.layout.board import Layout
 from sitscad.layout.tail_tracks import contact_rows
@@ -81,7 +82,7 @@ def draw_copper(sheet: Sheet, layout: Layout, view: View, box: Box, name: str, i
     areas = [(drop.outline, drop.net) for drop in layout.teardrops if drop.layer == 1]
     areas += [(circle(via.centre, via.pad / 2), via.net) for via in layout.vias]
     for area, net in areas:
-        if (inside := area_inside(area, box)) is not None:
+        for inside in areas_inside(area, box):
             sheet.draw(view.path(inside), None, COPPER, kind=f"net-{net}")
 
 
@@ -89,7 +90,7 @@ def _draw(sheet: Sheet, layout: Layout, view: View, box: Box) -> None:
     """Draw what lies inside the box: copper, holes, openings, outline, dimensions."""
     draw_copper(sheet, layout, view, box, "contacts", True)
     for via in layout.vias:
-        if (inside := area_inside(circle(via.centre, via.drill / 2), box)) is not None:
+        for inside in areas_inside(circle(via.centre, via.drill / 2), box):
             sheet.draw(view.path(inside), THIN, "#ffffff")
     for pad in layout.pads:
         name = f"contacts-pad-{pad.reference}-{pad.number}"

@@ -29,7 +29,8 @@ from sitscad.drawing.frame import (
 from sitscad.drawing.pdf import pdf
 from sitscad.drawing.pictures.board import draw_coil
 from sitscad.drawing.sheet import Pen, Sheet, text_width
-from sitscad.geometry.convex import Box, parts_inside
+from sitscad.geometry.areas import parts_inside
+from sitscad.geometry.convex import Box
 from sitscad.geometry.path import rectangle
 from sitscad.layout.board import Layout
 from sitscad.scene.bodies import Body, above_board
