@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import builtins
 import math
 import re
 from dataclasses import replace
@@ -52,13 +51,6 @@ def test_the_plates_are_where_the_scene_has_them():
         == approx(found["elastomer"].upper, rel=1e-6)
         == approx(spec.elastomer.thickness, rel=1e-6)
     )
-
-
-def test_without_shapely_it_is_said_how_to_get_it(monkeypatch):
-    real = builtins.__import__
-    monkeypatch.setattr("sitscad.parts.solid.import_module", lambda name: real("no_such_package_" + name))
-    with pytest.raises(sitscad.MissingExtra, match="sitscad\\[all\\]"):
-        areas(LAYOUTS["bench_7mm"])
 
 
 @pytest.mark.cad
