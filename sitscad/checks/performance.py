@@ -74,8 +74,9 @@ def judged(
 
 
 def noted(design: Design) -> tuple[RequirementResult, ...]:
-    """Return what was kept, in the order of the rules. If something was, the drift with temperature at rest and at full
-    load follows, asked or not: it is most of what many sensors are off by.
+    """Return what was kept, in the order of the rules. If something was, what sensors are mostly off by follows, asked
+    or not: the drift with temperature at rest, at full load and with a tare before each grasp, hysteresis and creep of
+    the pad, and its modulus if nobody has measured it.
     """
     if design.spec.cells is not None:
         return _of_cells(design)
@@ -87,14 +88,24 @@ def noted(design: Design) -> tuple[RequirementResult, ...]:
     from sitscad.estimates.performance.values import unit_of
 
     end = farthest(needs)
-    points = [("zero_drift", 0, "at rest")]
-    if found.held[-1] and all(one.requirement != "temperature_error" for one in kept):
-        points.append(("drift", -1, POINTS[-1]))
-    for name, number, where in points:
-        drift = found.warmed[number].drift
-        k = int(np.argmax(drift / found.bench.range.full_scales))
-        at, axis = f"{where}, {needs.temperature:.3g} to {end:.3g} degC", found.bench.range.axes[k]
-        kept.append(RequirementResult(name, "SIT406", float(drift[k]), None, unit_of(axis), _along(axis), at))
+    warm = f", {needs.temperature:.3g} to {end:.3g} degC"
+    told = [("zero_drift", "SIT406", found.warmed[0].drift, f"at rest{warm}")]
+    if found.held[-1]:
+        full, at, pad = found.warmed[-1], POINTS[-1], design.spec.elastomer
+        assert pad is not None
+        if all(one.requirement != "temperature_error" for one in kept):
+            told.append(("drift", "SIT406", full.drift, f"{at}{warm}"))
+        told += [
+            ("tared_drift", "SIT406", full.tared_drift, f"{at}, left by a tare before each grasp{warm}"),
+            ("hysteresis", "SIT405", full.hysteresis, f"{at}, by the pad's data"),
+            ("creep", "SIT405", pad.material.creep * full.carried, f"{at}, by the pad's data"),
+        ]
+        if found.is_range_held:
+            told.append(("modulus", "SIT405", found.modulus_error, f"{at}, of a pad that was not measured"))
+    for name, rule, errors, where in told:
+        k = int(np.argmax(errors / found.bench.range.full_scales))
+        axis = found.bench.range.axes[k]
+        kept.append(RequirementResult(name, rule, float(errors[k]), None, unit_of(axis), _along(axis), where))
     return tuple(kept)
 
 

@@ -242,8 +242,8 @@ def summary(felt: Sequence[Performance], layout: Layout, found: Calibration | No
     row("largest error that lasts, full load",
         *(f"{_amount(error, name)}, {cause.replace(UNTOLD, 'not told')}"
           for name, (error, cause) in zip(names, lasting, strict=True)))
-    for point in (rest, full):
-        row(drift_of(point), *(_amount(point.axes[name].errors[drift_of(point)], name) for name in names))
+    for cause, point in ((drift_of(rest), rest), *((cause, full) for cause in drifts(full))):
+        row(cause, *(_amount(point.axes[name].errors[cause], name) for name in names))
     row(
         f"largest sensitivity {'in the least cell,' if has_cells else 'of a coil at'} half load",
         *(_sensitivity(max(map(abs, half.axes[name].sensitivity)), name) for name in names),
@@ -265,9 +265,14 @@ def summary(felt: Sequence[Performance], layout: Layout, found: Calibration | No
     return rows
 
 
+def drifts(point: Performance) -> list[str]:
+    """The causes of errors by temperature at a working point: the drift, and what a tare before each grasp leaves."""
+    return [cause for cause in next(iter(point.axes.values())).errors if "drift" in cause]
+
+
 def drift_of(point: Performance) -> str:
     """The name of the cause of errors that is the drift with temperature at a working point."""
-    return next(cause for cause in next(iter(point.axes.values())).errors if "drift" in cause)
+    return drifts(point)[0]
 
 
 def _sensitivity(value: float, name: str) -> str:

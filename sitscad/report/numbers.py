@@ -71,9 +71,23 @@ def felt_blocks(felt: Sequence[Performance], colour: bool) -> list[str]:
     if not felt:
         return []
     points = [point.document() for point in felt]
-    lines = table(FELT_HEAD, felt_rows(points))
-    notes = [f"note: {note}" for note in felt[-1].notes]
-    return ["\n".join(block) for block in ([styled(felt_title(points), "bold", colour), *lines], notes) if block]
+    axes = [f"{name} {'mN mm' if axis.unit == 'N m' else 'mN'}" for name, axis in felt[-1].axes.items()]
+    blocks = (
+        [styled(felt_title(points), "bold", colour), *table(FELT_HEAD, felt_rows(points))],
+        [styled(CAUSES_TITLE, "bold", colour), *table(("cause", *axes), cause_rows(felt[-1]))],
+        [f"note: {note}" for note in felt[-1].notes],
+    )
+    return ["\n".join(block) for block in blocks if block]
+
+
+CAUSES_TITLE = "Errors at full load by cause, one sigma; of tilts and of what a sign is known of, the size"
+
+
+def cause_rows(point: Performance) -> Iterator[list[str]]:
+    """One row for each cause of errors at a working point, with one value for each axis."""
+    axes = point.axes.values()
+    for cause in next(iter(axes)).errors:
+        yield [cause, *(_milli(axis.errors[cause], 1e3 if axis.unit == "N m" else 1.0) for axis in axes)]
 
 
 def as_json(

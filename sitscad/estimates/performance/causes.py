@@ -152,6 +152,9 @@ def warming(needs: Requirements) -> float:
 DRIFTS = ("zero drift", "drift at half load", "drift at full load")
 """Names of the drift with temperature at each working point."""
 
+TARED_DRIFT = "drift with a tare before each grasp"
+"""Name of the drift with temperature that such a tare leaves."""
+
 FLAT = 3.0
 """Rise of a flat bonded pad over its linear expansion: sideways it cannot grow, and its volume grows all the same."""
 
@@ -217,7 +220,8 @@ class Disturbed:
     """A working point: its load (3; N), share of full scale and pose, slopes of the readings by pose (coils, 6) and by
     the load on the axes told apart (per N; coils, axes), the straight map `inverse` (N per reading; axes, coils), what
     temperature does to readings at rest (per K; coils), and the tilts of all working points, of which this is the one
-    of that `number`.
+    of that `number`. `by_pose_at_rest` (coils, 6) are the slopes at rest, and `by_metal_loaded` (per K; coils) is what
+    temperature does to readings under full normal load.
     """
 
     bench: Bench
@@ -230,6 +234,8 @@ class Disturbed:
     by_metal: Array
     tilted: Tilts
     number: int
+    by_pose_at_rest: Array
+    by_metal_loaded: Array
 
     @cached_property
     def carried(self) -> Array:
@@ -315,6 +321,21 @@ class Disturbed:
         return np.asarray(np.hypot(known, self.by_kelvin["capacitors"]))
 
     @property
+    def tared_drift(self) -> Array:
+        """Error (N, N m) of every axis by `warming` if a tare is taken after it, before each grasp.
+
+        The tare takes away what temperature does at rest. What metal and the pad's expansion do otherwise under load
+        remains, and the modulus; metal in proportion to the load.
+        """
+        pad = self.bench.spec.elastomer
+        assert pad is not None
+        rise = FLAT * pad.material.expansion * pad.thickness
+        metal = self.share * (self.by_metal_loaded - self.by_metal)
+        moved = (self.by_pose[:, 2] - self.by_pose_at_rest[:, 2]) * rise
+        return np.asarray(np.abs(
+            self.warming * (self.inverse @ (metal + moved) + self.by_kelvin["modulus of the pad"])))
+
+    @property
     def noise(self) -> Array:
         """One sigma (N) of every axis by the converter's noise; infinite where no reading moves with the axis, or only
         as with another.
@@ -355,6 +376,7 @@ class Disturbed:
             "creep": material.creep * self.carried,
             "curved map": map_errors,
             self.warmed_by: self.drift,
+            f"{TARED_DRIFT}, {self.warming:.3g} K": self.tared_drift,
             "tilt of 1 degree": np.hypot(*self.tilt_errors(DEGREE).T),
             "twist of 1 degree": DEGREE * np.abs(self.tilts[:, 2]),
             "contact 0.1 mm beside the middle": 0.1 * np.hypot(*self.contact.T),
@@ -396,14 +418,14 @@ class Disturbed:
         return found
 
 
-def by_metal(estimates: Estimates, warmer: Estimates, rest: Array) -> Array:
-    """Change of the readings at rest (coils; per K) with the temperature of copper and other metal, by the estimates
-    at two temperatures.
+def by_metal(estimates: Estimates, warmer: Estimates, rest: Array, state: str = REST) -> Array:
+    """Change of the readings in a state (coils; per K) with the temperature of copper and other metal, by the estimates
+    at two temperatures. The readings at `rest` say how many coils are read.
     """
     apart, known = warmer.temperature - estimates.temperature, []
     for coil, warm in zip(estimates.coils, warmer.coils, strict=True):
-        if REST in coil.states and REST in warm.states:
-            known.append(math.log(warm.states[REST].frequency / coil.states[REST].frequency) / apart)
+        if state in coil.states and state in warm.states:
+            known.append(math.log(warm.states[state].frequency / coil.states[state].frequency) / apart)
         else:
             known.append(math.nan)
     return np.nan_to_num(np.array(known)) if len(known) == len(rest) else np.zeros_like(rest)

@@ -35,13 +35,13 @@ from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.pad import TOO_SOFT, NoResponse, pushed, tilt_stiffness, tilt_stiffness_error
 from sitscad.estimates.response.working_range import beyond_held_shear, held_shear, required_range
 from sitscad.estimates.scatter import manufacturing_scatter
-from sitscad.estimates.states.pressing import rests_on_pad
+from sitscad.estimates.states.pressing import MODULUS, rests_on_pad
 from sitscad.estimates.values import Estimates
 from sitscad.estimates.winding.losses import SCREENING
 from sitscad.layout.board import Layout
 from sitscad.physics.threads import one_thread
 from sitscad.record import record
-from sitscad.scene.state import FREE
+from sitscad.scene.state import FREE, PRESSED
 
 LIMITS = 3.0  # Standard deviations of manufacture between which a coil before assembly counts as sound
 HALF_SCANS, RESONANCE = "half the scan rate", "resonance of target and pad"  # What a bandwidth is limited by
@@ -95,7 +95,8 @@ class Felt:
             # newtons per reading, (axes, coils), by least squares weighted with the noise
             by_load = slopes[k] @ gives[k]
             inverse = np.asarray(np.linalg.pinv(by_load / bench.noise[:, None]) / bench.noise)
-            found.append(Disturbed(bench, loads[k], share, poses[k], slopes[k], by_load, inverse, cold, tilts, k))
+            found.append(Disturbed(
+                bench, loads[k], share, poses[k], slopes[k], by_load, inverse, cold, tilts, k, slopes[0], cold))
         return tuple(found)
 
     @cached_property
@@ -104,7 +105,11 @@ class Felt:
         warm = self.estimates.temperature + WARMER
         rough = SCREENING if self.estimates.is_rough else None
         warmer = estimated(self.layout, tolerance=rough, temperature=warm, solved=self.estimates.solved)
-        return tuple(replace(one, by_metal=by_metal(self.estimates, warmer, self.bench.rest)) for one in self.points)
+        at_rest = by_metal(self.estimates, warmer, self.bench.rest)
+        # without a state under the required force nothing says that metal does otherwise there
+        loaded = by_metal(self.estimates, warmer, self.bench.rest, PRESSED)
+        loaded = np.where(loaded == 0.0, at_rest, loaded)
+        return tuple(replace(one, by_metal=at_rest, by_metal_loaded=loaded) for one in self.points)
 
     @cached_property
     def held(self) -> tuple[bool, ...]:
@@ -120,6 +125,13 @@ class Felt:
     def units(self) -> Units:
         """Units as manufacture makes them."""
         return units_of(self.working, manufacturing_scatter(self.layout.spec, self.estimates))
+
+    @cached_property
+    def modulus_error(self) -> Array:
+        """One sigma (N, N m) of every axis at full load by the pad's modulus, before a calibration."""
+        scatter = manufacturing_scatter(self.layout.spec, self.estimates)
+        modulus = tuple(cause for cause in scatter if cause.name == MODULUS)
+        return units_of(self.working, modulus).by_modulus(POINTS[-1][1], self.bench.full["normal"])
 
     def friction(self, shear: str) -> dict[str, float]:
         """Errors of shear over normal at full load by cause (`Disturbed.friction`)."""
