@@ -200,7 +200,8 @@ class MetalBehind(Section):
     material: Conductor = key(ConductorChoice, "its metal")
     distance: float = key(
         Gap, "from the board's bottom face to the metal, with mount and shield between them: not less than "
-        "mount.standoff; the glue lines come on top, as there",
+        "mount.standoff; the glue lines come on top, as there. To the nearest point of it: of a round tube, to its "
+        "crown",
     )
     thickness: float = key(Thickness, "of the metal, away from the board; of a tube, of its wall")
 
