@@ -44,8 +44,9 @@ class Writer:
     ``whole`` (the assembly film by film), ``aids`` (jig and mould), ``spec``, ``estimates``, ``panel`` (None where none
     is wanted), ``coupon_estimates``, ``bench_estimates`` (the estimates at 20 degrees Celsius, at which boards are
     tested), ``response`` (the model that is asked), ``performance`` (what the sensor feels; empty where nothing),
-    ``forced`` (why the package ought not to be ordered from, mostly empty) and ``files`` (those
-    that the same stage made before); ``applies`` says whether a spec has anything to write.
+    ``forced`` (why the package ought not to be ordered from, mostly empty), ``files`` (those that the same stage made
+    before) and, of the assembly notes alone, ``package`` (`Package`); ``applies`` says whether a spec has anything to
+    write.
     """
 
     name: str
@@ -72,6 +73,14 @@ class Writer:
         module, _, name = self.module.partition(":")
         made: dict[str, bytes] = getattr(import_module(f"sitscad.{module}"), name or "render")(*values)
         return made
+
+
+@record
+class Package:
+    """The files of a package that are there already, and the stages that it has or is to have."""
+
+    files: Mapping[str, bytes]
+    stages: frozenset[str]
 
 
 def stored_zip(members: Mapping[str, bytes]) -> bytes:

@@ -412,8 +412,10 @@ TEXT_WIDTH = 100
 
 
 def hanging(start: str, text: str, width: int) -> list[str]:
-    """A text in lines of at most so many letters: `start` begins the first one, and moves the others in."""
-    return wrap(text, width, initial_indent=start, subsequent_indent=" " * len(start))
+    """A text in lines of at most so many letters: `start` begins the first one, and moves the others in. Names of files
+    and pieces are not broken at their hyphens.
+    """
+    return wrap(text, width, initial_indent=start, subsequent_indent=" " * len(start), break_on_hyphens=False)
 
 
 def headed(title: str, lines: Iterable[str]) -> list[str]:

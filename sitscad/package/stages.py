@@ -41,15 +41,19 @@ from sitscad.package.manifest import (
 )
 from sitscad.papers import PAPERS
 from sitscad.papers.mounting import unread_files
+from sitscad.papers.workpieces import is_current
 from sitscad.parts import MissingExtra
 from sitscad.policy import Baseline, Policy, known_of
 from sitscad.record import record
 from sitscad.report.findings import as_json, numbered_places, to_json
 from sitscad.spec.sensor import SensorSpec
-from sitscad.writer import STAGES, Writer, added_writers, marks
+from sitscad.writer import STAGES, Package, Writer, added_writers, marks
 
 FELT = "datasheet.json"
 """What the sensor feels, which page and estimate repeat."""
+
+PRINTED, NOTES = "mount/print.json", "mount/assembly.txt"
+"""The pieces to be printed, and the steps of the assembly, which list them."""
 
 FIT = "mount/fit.json"
 """What was measured on the solids, which findings are made of."""
@@ -153,8 +157,11 @@ def _made(
                 progress(stage, "start", 0.0)
             so_far = {name: content for each in ORDER for name, content in new[each].items()}
             failed = [words for each in ORDER for words in failures[each]]
+            there = _stages_there(wanted, entries, old) if (stage, numbers) == ("assembly", True) else frozenset()
             made_of = _made_of(contents, stage, numbers, entries, failed)
             made = _kept(directory, old, stage, made_of)
+            if made is not None and stage in wanted and NOTES in made and not is_current(made[NOTES].decode(), there):
+                made = None  # the steps say that other files are lacking than those that are
             if made is not None:
                 kept_parts.append((stage, numbers))
             elif stage not in wanted:
@@ -165,7 +172,7 @@ def _made(
                 if aside is not None and (stage, numbers) in aside.parts:
                     rendered[made_of] = aside.next_of()
                 elif made_of not in rendered:
-                    rendered[made_of] = _rendered(contents, stage, numbers, new[stage], so_far)
+                    rendered[made_of] = _rendered(contents, stage, numbers, new[stage], so_far, there)
                 part = rendered[made_of]
                 made = _distinct(stage, so_far, part.files, theirs)
                 failures[stage] += part.failures
@@ -188,10 +195,21 @@ def _made(
     return Made(tuple(results), files, {name: entries[name] for name in files}, contents, tuple(by_value))
 
 
-def _made_of(contents: Contents, stage: str, numbers: bool, entries: dict[str, Entry], failures: list[str]) -> str:
+def _stages_there(wanted: frozenset[str], entries: Mapping[str, Entry], old: Manifest) -> frozenset[str]:
+    """Return the stages that the package has or is to have. A report that is not wanted stays if all else does."""
+    before = {name: entry for name, entry in old.files.items()
+              if entry.stage not in ("assembly", CHECK_STAGE, STAGES[-1])}
+    is_kept = bool(old.of_stage(STAGES[-1])) and all(entries.get(name) == entry for name, entry in before.items())
+    return wanted | {entry.stage for entry in entries.values()} | ({STAGES[-1]} if is_kept else set())
+
+
+def _made_of(
+    contents: Contents, stage: str, numbers: bool, entries: dict[str, Entry], failures: list[str]
+) -> str:
     """The hash of everything that the files of a part depend on; plugins may read all of the spec."""
     read = (marks(), contents.spec, contents.design.spec.source.text) if marks() else ()
-    return made_from(stage, *_ingredients(contents, stage, numbers, entries, failures), *read)
+    printed = (entries.get(PRINTED),) if (stage, numbers) == ("assembly", True) else ()
+    return made_from(stage, *_ingredients(contents, stage, numbers, entries, failures), *printed, *read)
 
 
 def _kept(directory: Path, old: Manifest, stage: str, made_of: str) -> dict[str, bytes] | None:
@@ -306,17 +324,18 @@ def _ingredients(
 
 
 def _rendered(
-    contents: Contents, stage: str, numbers: bool, beside: dict[str, bytes], before: dict[str, bytes]
+    contents: Contents, stage: str, numbers: bool, beside: dict[str, bytes], before: dict[str, bytes],
+    there: frozenset[str] = frozenset(),
 ) -> Rendered:
     """A stage's files, or of the assembly those that take `numbers` or do not; `beside` are those of the stage that are
-    there already, `before` those of all stages.
+    there already, `before` those of all stages; `there` are the stages that the package is to have.
     """
     parted = (stage, True) in PARTS
     writers = [writer for writer in (*WRITERS, *PAPERS, *added_writers())
                if writer.stage == stage and (not parted or writer.reads_numbers == numbers)]
     failures, theirs = list[str](), dict[str, str]()
     try:
-        new = _written(contents, writers, beside, failures, theirs)
+        new = _written(contents, writers, beside, Package(before, there), failures, theirs)
     except MissingExtra as error:
         rest = ",".join(name for name in STAGES if name not in EXTRA_STAGES)
         raise MissingExtra(f"{error}; or make all other parts with --only {rest}", name=error.name) from error
@@ -333,7 +352,8 @@ def _rendered(
 
 
 def _written(
-    contents: Contents, writers: list[Writer], beside: dict[str, bytes], failures: list[str], theirs: dict[str, str]
+    contents: Contents, writers: list[Writer], beside: dict[str, bytes], package: Package, failures: list[str],
+    theirs: dict[str, str],
 ) -> dict[str, bytes]:
     """The files of some writers. What cannot be written stops a build; a forced one goes on and says so in its note."""
     new: dict[str, bytes] = {}
@@ -341,7 +361,8 @@ def _written(
         if not writer.applies(contents.spec):
             continue
         try:
-            made = writer.render(*(beside | new if name == "files" else contents.value(name) for name in writer.takes))
+            so_far = {"files": beside | new, "package": package}
+            made = writer.render(*(so_far[name] if name in so_far else contents.value(name) for name in writer.takes))
         except ValueError as error:
             if not contents.is_forced:
                 raise PackageError(f"{writer.name} cannot be written: {error}; nothing was changed") from error

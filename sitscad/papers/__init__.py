@@ -23,7 +23,7 @@ PAPERS: tuple[Writer, ...] = (
     Writer("weights", "papers.mounting:render_weights", "assembly", ("layout", "whole"), is_mounted),
     Writer(
         "assembly notes", "papers.assembly_notes", "assembly",
-        ("layout", "estimates", "bench_estimates", "forced", "files"), is_mounted,
+        ("layout", "estimates", "bench_estimates", "forced", "package"), is_mounted,
     ),
     Writer("print report", "papers.mounting:render_print", "mount", ("solids", "aids", "spec"), is_mounted),
     Writer("jaw drawing", "papers.drawings.jaw", "assembly", ("layout", "forced"), is_mounted),

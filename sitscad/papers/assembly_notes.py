@@ -21,16 +21,21 @@ from sitscad.layout.panel import is_wanted
 from sitscad.papers.gluing import dose, glued, measuring, pressing, primed, product, setting, toleranced
 from sitscad.papers.mounting import (
     RAW_RESIN,
+    RELEASE,
     amount,
+    cured,
     cures_badly,
     fastened,
     in_place,
     jaw_cut,
+    jig_picture,
+    mixed,
     pushed_out,
     skin,
     tail_held,
 )
 from sitscad.papers.order_codes import order_of
+from sitscad.papers.workpieces import MADE, not_here, to_make
 from sitscad.parts.tooling import pour, skin_pour
 from sitscad.scene.bodies import BodyRole, joined
 from sitscad.scene.column import Levels, Toleranced, column, levels, on_board, plate_thickness
@@ -42,28 +47,36 @@ from sitscad.spec.places import cell_placements
 from sitscad.spec.presets import unverified_figures
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import in_mm, show
+from sitscad.writer import Package
 
 WIDTH = 96
 
+NOTHING = Package({}, frozenset())
+
 
 def render(
-    layout: Layout, estimates: Estimates, bench: Estimates, forced: str, files: dict[str, bytes]
+    layout: Layout, estimates: Estimates, bench: Estimates, forced: str, package: Package
 ) -> dict[str, bytes]:
     """The numbered text and what pieces weigh (of ``mount/assembly.json``); nothing without a mount."""
     if layout.spec.mount is None:
         return {}
-    content = files.get("mount/assembly.json")  # not there where pieces of a forced package cannot be put together
+    # not there if pieces of a forced package cannot be put together
+    content = package.files.get("mount/assembly.json")
     weighed = "\n".join(["", *_weights(content), ""]) if content is not None else ""
     stop = f"{FORCED}\n\n" if forced else ""
-    return {"mount/assembly.txt": (stop + text(layout, estimates, bench) + weighed).encode("utf-8")}
+    steps = text(layout, estimates, bench, package)
+    absent = not_here(steps, package, WIDTH)
+    lacking = "\n".join(["", *absent, ""]) if absent else ""
+    return {"mount/assembly.txt": (stop + steps + weighed + lacking).encode("utf-8")}
 
 
-def text(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
+def text(layout: Layout, estimates: Estimates, bench: Estimates, package: Package = NOTHING) -> str:
     """The whole page; ``bench`` are the estimates at 20 degrees Celsius, at which boards and sensors are tested."""
     spec = layout.spec
     mount = spec.mount
     jaws = "" if mount is None or mount.jaw is None else f", mount/{spec.name}-jaw-drawing.pdf the closed pair"
-    tools = ", mount/jig.svg the jig at its last use" if _has_jig(spec) else ""
+    frames = [jig_picture(f"jig-{part}") for part in ("elastomer", "target") if getattr(spec, part) is not None]
+    tools = f", {' and '.join(frames)} the jig at each use" if frames else ""
     jig = (
         "Wax the jig, or wipe it with mould release, so that no glue holds it, but keep the feet of its presses clean: "
         "they lie on faces that are glued later. "
@@ -74,6 +87,8 @@ def text(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
     )
     issue = [f"{spec.issue.title}."] if spec.issue.rows else []
     parts = [f"{spec.name}: how it is put together", *issue, "", *hanging("", head, WIDTH), ""]
+    if listed := [*to_make(spec, package, WIDTH)]:
+        parts += [*listed, ""]
     for number, step in enumerate(_steps(layout, estimates, bench), 1):
         said, *lines = step.split("\n")
         parts += hanging(f"{number:>2}. ", said, WIDTH)
@@ -155,7 +170,7 @@ def _prepared(layout: Layout) -> Iterator[str]:
         counts += "thick."
     made = ["the mount"] * _has_printed_mount(layout) + ["the jig"] * _has_jig(spec)
     if made:
-        yield f"Make {' and '.join(made)} from mount/ ({mount.process}).{counts}"
+        yield f"Make {' and '.join(made)} from mount/ ({MADE.get(mount.process, mount.process)}).{counts}"
     yield from filter(None, (measuring(spec),))
     if cures_badly(mount) and (poured is not None or skin_pour(layout) is not None):
         yield RAW_RESIN
@@ -163,10 +178,12 @@ def _prepared(layout: Layout) -> Iterator[str]:
         pieces = 1 if joined(spec) is not None else len(cell_placements(spec))
         chosen = "Choose a pad that is" if pieces == 1 else f"Choose {pieces} pads that are each"
         yield (
-            "Cut the elastomer by laser/, or cast it: mix "
-            f"{spec.elastomer.material.name} ({amount(poured)}), take the air out of it, fill the cavities of "
-            "mould-tray a little over, draw mould-lid over it from one side, weigh it down (about 1 kg) and let it "
-            f"cure as its maker says. {chosen} {toleranced(plate_thickness(spec, 'elastomer'))} thick."
+            f"Cut the elastomer by laser/, or cast it. {RELEASE} Mix {amount(poured)} of "
+            f"{mixed(spec.elastomer.material)}, take the air out of it (vacuum, until it no longer foams), fill the "
+            "cavities of mould-tray a little over, draw mould-lid over it from one side, weigh it down (about 1 kg). "
+            f"{cured(spec.elastomer.material)} Lift the lid from one edge; press the pads out from a corner with a "
+            f"blunt plastic tip, and wash the release off with isopropanol before they are glued. {chosen} "
+            f"{toleranced(plate_thickness(spec, 'elastomer'))} thick."
         )
 
 
@@ -314,7 +331,8 @@ def bare_board(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
         f"resistance to direct current, frequency with the tank's capacitor of {show(bench.readout.capacitance, 'F')}, "
         f"and what a meter of {show(METER_FREQUENCY, 'Hz')} reads, inductance and resistance in series; "
         "+- is one sigma of manufacture: a coil "
-        f"three and more off is not worth gluing.{_drive(layout.spec, estimates, bench)}"
+        "three and more off is not worth gluing. Frequencies are read by the converter with the programs in firmware/; "
+        f"without these the meter's figures are enough.{_drive(layout.spec, estimates, bench)}"
     )
     return "\n".join([said, *lines])
 

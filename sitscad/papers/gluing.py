@@ -225,17 +225,25 @@ def pressing(layout: Layout) -> str:
             f"Lay a flat stiff plate (glass) over all {part}s, {grams(press.mass)} with a weight on its middle, until "
             f"the glue has set{pads}. {rim}"
         )
-    # as large as the jig's frame, and flush; a cast skin does not go into its well
-    is_plate = spec.mount is not None and spec.mount.kind == "bench-plate" and not is_cast(layout)
-    upright = "hold it upright by hand"
-    if is_plate:
+    kind = spec.mount.kind if spec.mount is not None and not is_cast(layout) else ""  # a skin is too large for the well
+    if kind == "custom":  # the frame lies on the board's own rim, and presses it
+        return (
+            f"{loaded(part, press.mass)} before any glue is spread, have jig-{part}, waxed, at hand, fix your mount, "
+            f"and then lay the board on. One hand puts the frame round the {part} and presses it down "
+            "on the board's rim with two fingers; the other lowers the press into the frame's well, which keeps it "
+            f"upright. Hold the frame until the glue has set{pads}. Never press the {part} at one edge."
+        )
+    if kind == "bench-plate":  # as large as the frame, and flush with the board
         upright = f"jig-{part}, waxed and laid on the mount round it, keeps it upright"
         rim = (
             f"Press the rim beside the {part} down with a flat stick before the frame goes on, which covers it, and "
             f"never the {part} at one edge."
         )
+        return f"{loaded(part, press.mass)}, and stand it on the {part} ({upright}) until the glue has set{pads}. {rim}"
     return (
-        f"{loaded(part, press.mass)}, and stand it on the {part} ({upright}) until the glue has set{pads}. {rim}"
+        f"{loaded(part, press.mass)} before any glue is spread, and clamp what the board goes on, so that both hands "
+        f"are free. Stand the press on the {part} and hold it upright with one hand until the glue has set{pads}; the "
+        f"other presses the rim beside the {part} down with a flat stick. Never press the {part} at one edge."
     )
 
 

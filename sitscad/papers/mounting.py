@@ -13,12 +13,13 @@ from typing import Any
 
 import numpy as np
 
+from sitscad.data import is_unverified
 from sitscad.drawing.pictures.assembly import assembly_svg
 from sitscad.drawing.pictures.rendered import clash_svg
 from sitscad.estimates.response.pad import NoResponse, pushed
 from sitscad.fabrication.notes import bent_text
 from sitscad.layout.board import Layout
-from sitscad.papers.gluing import board_assembly, board_glued, inhibited, rods, toleranced
+from sitscad.papers.gluing import board_assembly, board_glued, duration, inhibited, rods, toleranced
 from sitscad.parts.clash import at_pin, carried, clashes
 from sitscad.parts.mass import Balance, balance, weigh
 from sitscad.parts.plates import metal_below
@@ -31,10 +32,24 @@ from sitscad.scene.bodies import BodyRole, elastomer
 from sitscad.scene.column import Toleranced, on_seat, print_limit
 from sitscad.scene.fit import pin_gaps
 from sitscad.scene.jaws import jaw_range
-from sitscad.scene.seating import adapter_needed, joint_clearance, pin_places, relief, retention, tongue_across
+from sitscad.scene.seating import (
+    CORNER_SCREW,
+    ENGAGED,
+    FLOOR,
+    adapter_depth,
+    adapter_needed,
+    cap_size,
+    joint_clearance,
+    pin_places,
+    plate_floor,
+    relief,
+    retention,
+    tongue_across,
+)
 from sitscad.scene.state import Pose
-from sitscad.scene.tail_path import bends, lip, tail_path
-from sitscad.spec.materials import Encapsulation
+from sitscad.scene.tail_path import bends, lip, rod_clear, tail_path
+from sitscad.spec import presets
+from sitscad.spec.materials import ElastomerMaterial, Encapsulation
 from sitscad.spec.mount import Mount
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import in_mm, show
@@ -104,18 +119,18 @@ def fastened(layout: Layout) -> Iterator[str]:
     if mount.finger is not None:
         yield f"Tap both holes in the cap's sides M{in_mm(mount.finger.screw)}. {glued}"
     elif mount.kind == "custom":
-        yield f"Put the board on your own mount and glue it down.{_own_height(mount)} {board_glued(layout)}"
+        yield f"Put the board on your own mount and glue it down.{_own_height(layout)} {board_glued(layout)}"
     elif mount.holes is not None:
         yield glued
     if has_tail:
         yield _bent(layout)
 
 
-def _own_height(mount: Mount) -> str:
-    """Height of the board on the user's own mount over the metal behind it; empty if the spec has no such metal."""
-    metal = mount.metal_behind
+def _own_height(layout: Layout) -> str:
+    """Height of the board on the user's own mount over the metal behind it, or how far metal has to be."""
+    metal = layout.spec.mount.metal_behind if layout.spec.mount is not None else None
     if metal is None:
-        return ""
+        return metal_below_told(layout)
     return (
         f" Its face for the board has to lie {in_mm(metal.distance)} mm above the {metal.material.name}, with nothing "
         "of metal between."
@@ -128,19 +143,73 @@ def in_place(layout: Layout) -> Iterator[str]:
     if mount is None or mount.jaw is not None:
         return
     if mount.finger is not None:
+        width, side = cap_size(layout)
         yield (
-            f"Slip the cap over the finger and clamp it by two M{in_mm(mount.finger.screw)} set screws of plastic or "
-            "brass: steel is seen."
+            f"Slip the cap, {in_mm(width, 2)} mm wide, over the finger and clamp it by two "
+            f"M{in_mm(mount.finger.screw)} set screws of plastic or brass: steel is seen. The cap's sides are "
+            f"{in_mm(side, 2)} mm thick there: shorter screws do not stand out."
         )
     elif mount.holes is not None and adapter_needed(layout):
+        plate, below = -plate_floor(layout)[1], adapter_depth(layout)
         yield (
-            f"Screw mount-adapter on ({mount.holes.name}, {len(mount.holes.holes)} screws, their heads sunk). Lay four "
-            "M2 nuts into it from below first; they hold the mount's four screws."
+            f"Screw mount-adapter on ({mount.holes.name}, {len(mount.holes.holes)} screws, their heads sunk). "
+            f"{screws(mount.holes.thread, FLOOR)} Lay four M2 nuts into it from below first; they hold the mount's "
+            f"four screws.{metal_below_told(layout)}"
         )
-        yield f"Screw the mount on the adapter.{_room_below(layout)}"
+        least = plate + below - CORNER_SCREW.nut_height + NUT
+        yield (
+            f"Screw the mount on the adapter, by M2 screws between {in_mm(least, 1)} and {in_mm(plate + below, 1)} mm "
+            f"long (under the head), that fill the nuts and do not stand out.{_room_below(layout)}"
+        )
     elif mount.holes is not None:
-        screws = f" {mount.holes.thread} screws" if mount.holes.thread else " screws"
-        yield f"Screw the mount down ({mount.holes.name},{screws}).{_room_below(layout)}"
+        thread = "M2" if mount.holes.name == "corners-m2" else mount.holes.thread
+        yield (
+            f"Screw the mount down ({mount.holes.name}). {screws(thread, -plate_floor(layout)[1])}"
+            f"{metal_below_told(layout)}{_room_below(layout)}"
+        )
+
+
+NUT = 1.6e-3
+"""Height (m) of an M2 nut (ISO 4032)."""
+
+LENGTHS = (3, 4, 5, 6, 8, 10, 12, 16, 20, 25, 30, 35, 40, 45, 50)
+"""Lengths of screws under the head (mm; ISO 4762)."""
+
+
+def screws(thread: str, grip: float) -> str:
+    """The screws for a thread, like M2 (empty: any), through plastic of a thickness (m), with their length."""
+    lies = f"{in_mm(grip, 1)} mm of plastic lie under each head"
+    if not thread:
+        return f"{lies}: the screws are longer by {ENGAGED:g} of their diameters at least."
+    own = 1e-3 * float(thread.removeprefix("M"))
+    length = next((each for each in LENGTHS if 1e-3 * each >= grip + ENGAGED * own), None)
+    if length is None:
+        return f"{lies}: {thread} screws of {in_mm(grip + ENGAGED * own, 1)} mm and longer."
+    left = 1e-3 * length - grip
+    return f"{lies}: {thread} x {length} screws (ISO 4762) go {in_mm(left, 1)} mm into the part below."
+
+
+FAR = 2.0
+"""Distance of metal from a coil, in its diameters, that changes its inductance by less than 0.2 %: a loop before its
+own image at twice the distance, mu0 pi a^4 / (2 z^3) over mu0 a (ln(8 a / w) - 2), with z = 8 a and a / w = 10."""
+
+
+def metal_below_told(layout: Layout) -> str:
+    """Whether the part under a plate or a mount of the user's own may be of metal; empty for a finger or jaw."""
+    spec, mount = layout.spec, layout.spec.mount
+    if mount is None or mount.jaw is not None or mount.finger is not None:
+        return ""
+    if mount.metal_behind is not None:
+        behind = mount.metal_behind
+        return (
+            f" Below, {in_mm(behind.distance, 2)} mm and the glue lines behind the board, the readings count "
+            f"{in_mm(behind.thickness, 2)} mm of {behind.material.name}: nothing else of metal may lie nearer."
+        )
+    return (
+        f" The part below may be of metal only from {in_mm(FAR * max(spec.coil.size), 1)} mm behind the board on (two "
+        "coil diameters): nearer metal changes the readings, and none is counted. For a nearer one write "
+        "mount.metal_behind and build anew."
+    )
 
 
 def _room_below(layout: Layout) -> str:
@@ -157,7 +226,20 @@ def _room_below(layout: Layout) -> str:
 def _bent(layout: Layout) -> str:
     """How the tail is bent, and over what."""
     found = bends(layout)
-    return bent_text(layout) + (rods(found[0].radius) if found else "")
+    said, mount = bent_text(layout) + (rods(found[0].radius) if found else ""), layout.spec.mount
+    is_raised = mount is not None and mount.kind in ("bench-plate", "custom")
+    if not is_raised or not any(bend.direction == "down" for bend in found):
+        return said
+    said += " The rod needs room below: lay the mount at a table's edge, with the line beyond it."
+    clear, start = rod_clear(layout), min(bend.start for bend in found if bend.direction == "down")
+    if start < clear - LEAST_MET:
+        met = in_mm(clear - start, 1)
+        said += f" It meets the mount's lower edge there by {met} mm: chamfer that edge by as much with a file first."
+    return said
+
+
+LEAST_MET = 0.05e-3
+"""Overlap (m) of rod and mount that is worth a word."""
 
 
 def _seated(layout: Layout) -> str:
@@ -177,16 +259,18 @@ def skin(layout: Layout, film: Encapsulation) -> str:
     if poured is None:
         return (
             f"Seal board, elastomer and target with {in_mm(film.thickness)} mm of {film.material.name}, brushed on or "
-            f"dipped: mix {1e6 * LEAST_MIX:g} ml, of which little stays on. Mask the contacts with polyimide tape "
-            "(masking tape can keep silicone from curing); no copper may be left open. Let it cure as its maker says. "
-            "Measure the sensor's height before and after: a coat that is too thin is given another, of silicone "
-            f"thinned as its maker says.{caution}"
+            f"dipped: mix {1e6 * LEAST_MIX:g} ml of {mixed(film.material)}; little of it stays on. Mask the contacts "
+            "with polyimide tape (masking tape can keep silicone from curing); no copper may be left open. "
+            f"{cured(film.material)} Measure the "
+            "sensor's height before and after: a coat that is too thin is given another, of silicone thinned as its "
+            f"maker says.{caution}"
         )
     sealed = " (its print sealed as said above)" if cures_badly(layout.spec.mount) else ""
     return (
-        f"Cast the skin: mix {film.material.name} ({amount(poured)}), wipe mould release into mould-skin{sealed}, fill "
-        "it lying open, take the air out, and put the jig's base with the sensor on it face down, so that its pins go "
-        "into the cup; weigh it down with 1 kg. What is too much leaves by the grooves. Let it cure. To open it, drop "
+        f"Cast the skin: mix {amount(poured)} of {mixed(film.material)}, wipe mould release into mould-skin{sealed}, "
+        "fill it lying open, take the air out, and put the jig's base with the sensor on it face down, so that its "
+        "pins go into the cup; weigh it down with 1 kg. What is too much leaves by the grooves. "
+        f"{cured(film.material)} To open it, drop "
         "isopropanol on the seam, wait a minute, and lift the cup straight up with a thin blade at the grooves, a "
         f"little on one side and a little on the other. Never pull at the skin. Cut the flash at the grooves.{caution}"
     )
@@ -222,13 +306,43 @@ RAW_RESIN = (
 """What a mould of resin needs before silicone is poured into it."""
 
 
+RELEASE = (
+    "Wipe mould release for silicone thinly into every cavity and on the lid's lower face, and let it dry."
+)
+"""What keeps silicone from sticking in a mould."""
+
+
 def amount(poured: Pour) -> str:
     """How much is mixed, and how much of it the pieces are."""
     pieces = "the pads'" if poured.pads > 1 else "the piece's"
     own = f"{1e6 * poured.pads * poured.pad:.2g} ml are {pieces}"
     if poured.mixed < LEAST_MIX:
-        return f"{1e6 * LEAST_MIX:g} ml, for less cannot be weighed out well; {own}"
-    return f"{1e6 * poured.mixed:.2g} ml; {own}"
+        return f"{1e6 * LEAST_MIX:g} ml (less cannot be weighed out well; {own})"
+    return f"{1e6 * poured.mixed:.2g} ml ({own})"
+
+
+def mixed(material: ElastomerMaterial) -> str:
+    """A silicone with its mixing ratio and how long it can be poured, by its data or by its maker's sheet."""
+    known = presets.casting(material.name)
+    if known is None:
+        return f"{material.name} (mixing ratio and pot life: its maker's sheet)"
+    unseen = " (unverified)" if is_unverified(known.source) else ""
+    pot = f"pour within {duration(known.pot_time)}" if known.pot_time else "pot life: its maker's sheet"
+    return f"{material.name} ({known.mix}{unseen}; {pot})"
+
+
+def cured(material: ElastomerMaterial) -> str:
+    """How long a silicone cures, and how that is seen; a whole sentence."""
+    known = presets.casting(material.name)
+    seen = "what is left in the cup is firm and no longer sticky then"
+    if known is None or known.cure_time is None:
+        return (
+            f"Let it cure as long as its maker's sheet says for your temperature (\"cure time\" or \"demould time\"): "
+            f"{seen}."
+        )
+    return (
+        f"Let it cure for {duration(known.cure_time)} at room temperature (kinds of other speed: their label): {seen}."
+    )
 
 
 PARABOLA = 1.5
@@ -385,13 +499,19 @@ def render_picture(layout: Layout, solids: tuple[Solid, ...]) -> dict[str, bytes
 
 
 def render_jig_picture(layout: Layout, solids: tuple[Solid, ...], tools: tuple[Solid, ...]) -> dict[str, bytes]:
-    """``mount/jig.svg``: the jig with all that is glued in it, at the last gluing step; nothing without a jig."""
+    """``mount/jig-PART.svg`` for each part that is glued in the jig: the jig with all that is in it then."""
     spec, jig = layout.spec, of_role(tools, BodyRole.JIG)
     if spec.mount is None or not jig:
         return {}
-    base, (frame, press) = jig[0], jig[-2:]
-    board, pads, targets = (of_role(solids, role) for role in (BodyRole.BOARD, BodyRole.ELASTOMER, BodyRole.TARGET))
-    last = targets if targets else pads
-    shown = (base, *board, *(pads if targets else ()), frame, *last, press)
-    picture = assembly_svg(shown, replace(spec, mount=None), "jig")  # no jaw and no port
-    return {"mount/jig.svg": picture.encode("utf-8")}
+    base, shown, files = jig[0], of_role(solids, BodyRole.BOARD), dict[str, bytes]()
+    for frame, press in zip(jig[1::2], jig[2::2], strict=True):
+        pieces = of_role(solids, BodyRole(frame.name.removeprefix("jig-")))
+        picture = assembly_svg((base, *shown, frame, *pieces, press), replace(spec, mount=None), frame.name)  # no port
+        files[jig_picture(frame.name)] = picture.encode("utf-8")
+        shown = (*shown, *pieces)
+    return files
+
+
+def jig_picture(frame: str) -> str:
+    """File of the picture of the jig while a frame of that name is used."""
+    return f"mount/{frame}.svg"

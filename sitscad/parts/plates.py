@@ -23,13 +23,16 @@ from sitscad.scene.column import print_limit
 from sitscad.scene.jaws import axis, shield_that_fits
 from sitscad.scene.seating import (
     CORNER_SCREW,
+    FLOOR,
     PLATE_CORNER,
+    adapter_depth,
     adapter_needed,
     cap_end,
+    cap_size,
     clear_pattern,
     clearance,
     corner_holes,
-    ledge,
+    plate_floor,
     plate_plan,
 )
 from sitscad.scene.stack import ground, has_round_body
@@ -37,7 +40,6 @@ from sitscad.scene.tail_path import Lip, lip, round_edge
 from sitscad.spec.mount import Finger, Hole
 from sitscad.spec.presets import metal_colour
 
-FLOOR = 2.0e-3
 EDGE = 0.5e-3  # Rounding of the plate's upper edge (m)
 
 TAIL_RELIEF = 0.5e-3
@@ -47,7 +49,7 @@ LEFT = 0.3  # Share of the plastic under the tail that the round lip leaves at t
 def bench_plate(layout: Layout) -> tuple[Any, ...]:
     """The plate, and the spacer over a shield."""
     shield = shield_that_fits(layout.spec)
-    floor, bottom = _floor(layout, shield)
+    floor, bottom = plate_floor(layout)
     plan = plate_plan(layout, film_thickness(layout.spec.encapsulation))
     # The plate with its upper edge rounded all round
     plate = prism(rectangle(*plan, PLATE_CORNER), bottom, 0.0)
@@ -60,28 +62,15 @@ def bench_plate(layout: Layout) -> tuple[Any, ...]:
     return (plate, *spacer(layout, shield))
 
 
-def _floor(layout: Layout, shield: Heights | None) -> tuple[float, float]:
-    """The thickness of the plate's plastic below board or shield, and the height of its lower face (m). Plastic thinner
-    than half its screws' diameter would bend.
-    """
-    mount, under = layout.spec.mount, board_heights(layout.spec.fpc.stackup)[0]
-    assert mount is not None
-    holes = mount.holes.holes if mount.holes is not None else ()
-    least = max(FLOOR, *(0.5 * hole.diameter for hole in holes)) if holes and not adapter_needed(layout) else FLOOR
-    used = under - (shield[0] if shield else under)
-    floor = max(mount.standoff - used, least)
-    return floor, under - used - floor
-
-
 def adapter(layout: Layout) -> Any | None:
     """The piece between load cell and plate; None where the plate's own holes serve."""
     holes = adapter_needed(layout)
     if not holes:
         return None
     plan = plate_plan(layout, film_thickness(layout.spec.encapsulation))
-    _, top = _floor(layout, shield_that_fits(layout.spec))
-    head = max(hole.diameter for hole in holes)
-    bottom = top - head - FLOOR
+    _, top = plate_floor(layout)
+    bottom = top - adapter_depth(layout)
+    head = adapter_depth(layout) - FLOOR
     body = prism(rectangle(*plan, PLATE_CORNER), bottom, top)
     for hole in holes:
         body = one_solid(body - prism(circle(Point(*hole.at), hole.diameter / 2), bottom - 1e-3, top + 1e-3), "adapter")
@@ -175,7 +164,6 @@ def _box_of(shape: Any) -> Box:
 
 
 FRONT = 2.0e-3  # Plastic before the finger's end (m)
-ENGAGED = 1.5  # Length of thread over the screw's diameter, in plastic
 TAPPED = 0.82  # Hole to be tapped over the thread's nominal diameter (M2: 1.6 mm, M3: 2.5 mm; ISO 2306)
 TOUCHED = 1.5e-3  # Radius of the edges that are touched (m)
 
@@ -188,13 +176,12 @@ def fingertip(layout: Layout) -> tuple[Any, ...]:
     assert mount is not None and mount.finger is not None
     finger, shield = mount.finger, shield_that_fits(layout.spec)
     under, room = board_heights(layout.spec.fpc.stackup)[0], clearance(mount)
-    x0, y0, x1, y1 = layout.body
+    x0, _, x1, _ = layout.body
     # Where the cap ends towards the hand (m)
     end = cap_end(layout)
     if end is None or end - layout.body[2] < LEAST_GRIP:
         raise PartsError("the tail's stiffener begins where the cap has to grip the finger: a longer fpc.tail.length")
-    side = max(ENGAGED * finger.screw, ledge(mount))
-    half = max(finger.size[0] / 2 + room + side, (y1 - y0) / 2 + room + ledge(mount))
+    half = cap_size(layout)[0] / 2
     top, y = under - mount.standoff, axis(layout).y
     floor = print_limit(mount.process, "free_wall").value
     bottom = top - finger.size[1] - 2.0 * room - max(FRONT, floor)

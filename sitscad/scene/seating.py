@@ -14,7 +14,7 @@ from sitscad.geometry.convex import Box
 from sitscad.geometry.path import Path, bounding_box
 from sitscad.layout.board import Layout, Stiffener
 from sitscad.record import record
-from sitscad.scene.bodies import above_board, seat_spans
+from sitscad.scene.bodies import above_board, board_heights, seat_spans
 from sitscad.scene.column import print_limit, process_of
 from sitscad.scene.jaws import axis, jaw_range, rim, room_across, section, shield_that_fits
 from sitscad.scene.stack import tail_heights
@@ -228,6 +228,43 @@ def plate_plan(layout: Layout, film: float) -> Box:
             ends.append((*hole.at, beyond))
     x0, y0 = min(x - room for x, _, room in ends), min(y - room for _, y, room in ends)
     return x0, y0, max(x + room for x, _, room in ends), max(y + room for _, y, room in ends)
+
+
+FLOOR = 2.0e-3
+"""Least thickness (m) of plastic that carries something."""
+
+
+def plate_floor(layout: Layout) -> tuple[float, float]:
+    """Thickness of a plate's plastic below board or shield, and height of the plate's lower face (m).
+
+    Plastic thinner than half the diameter of its screws would bend. Raises `PartsError` if the shield does not fit.
+    """
+    mount, under, shield = layout.spec.mount, board_heights(layout.spec.fpc.stackup)[0], shield_that_fits(layout.spec)
+    assert mount is not None
+    holes = mount.holes.holes if mount.holes is not None else ()
+    least = max(FLOOR, *(0.5 * hole.diameter for hole in holes)) if holes and not adapter_needed(layout) else FLOOR
+    used = under - (shield[0] if shield else under)
+    floor = max(mount.standoff - used, least)
+    return floor, under - used - floor
+
+
+def adapter_depth(layout: Layout) -> float:
+    """Thickness (m) of the adapter under a plate; 0 without one. The heads of its screws are sunk in it."""
+    holes = adapter_needed(layout)
+    return max(hole.diameter for hole in holes) + FLOOR if holes else 0.0
+
+
+ENGAGED = 1.5  # Length of thread over the screw's diameter, in plastic
+
+
+def cap_size(layout: Layout) -> tuple[float, float]:
+    """Outer width of a fingertip's cap, and thickness of the side through which its screws go (m)."""
+    mount, (_, y0, _, y1) = layout.spec.mount, layout.body
+    assert mount is not None and mount.finger is not None
+    room, finger = clearance(mount), mount.finger
+    side = max(ENGAGED * finger.screw, ledge(mount))
+    half = max(finger.size[0] / 2 + room + side, (y1 - y0) / 2 + room + ledge(mount))
+    return 2.0 * half, half - finger.size[0] / 2 - room
 
 
 def adapter_needed(layout: Layout) -> tuple[Hole, ...]:

@@ -11,7 +11,7 @@ from sitscad.layout.board import Layout
 from sitscad.record import record
 from sitscad.scene.bodies import carrier_face, film_thickness, seat_spans
 from sitscad.scene.jaws import pivot_along
-from sitscad.scene.seating import LEAST_RELIEF, cap_end, plate_plan, relief
+from sitscad.scene.seating import LEAST_RELIEF, cap_end, plate_floor, plate_plan, relief
 from sitscad.scene.stack import tail_heights
 from sitscad.spec.circuit import FpcSpec
 
@@ -210,6 +210,24 @@ def free_from(layout: Layout) -> float:
     return max(end, plate[2] - (bend_radius(layout.spec.fpc) or 0.0))
 
 
+def rod_clear(layout: Layout) -> float:
+    """Return the x (m) from which on a bend down may begin so that the rod for it is clear of a bench plate.
+
+    The rod touches the tail's lower face, and above all the plate's lower edge must lie outside of its circle. Minus
+    infinity for any other mount.
+    """
+    mount, radius = layout.spec.mount, bend_radius(layout.spec.fpc)
+    if mount is None or mount.kind != "bench-plate" or radius is None:
+        return -math.inf
+    rod, deep = radius + ROD, tail_heights(layout)[0] - plate_floor(layout)[1]
+    level = rod - min(deep, rod)  # height of that edge over the rod's middle
+    return plate_plan(layout, film_thickness(layout.spec.encapsulation))[2] + math.sqrt(rod**2 - level**2)
+
+
+ROD = 0.05e-3
+"""How much thicker (m) than the bend a rod may be at its radius: rods come in steps of 0.1 mm."""
+
+
 def _why_straight(layout: Layout) -> str:
     """Why a tail is drawn straight; empty where it is bent."""
     tail, stretch = layout.spec.fpc.tail, bend_stretch(layout)
@@ -275,6 +293,8 @@ def own_bend(layout: Layout) -> Bend | None:
         line = layout.body[2] + tail.bend_at
     elif pivot is not None and low + half <= pivot <= high - half:
         line = pivot
+    elif tail.bend_direction == "down":
+        line = max(line, min(rod_clear(layout) + half, high - half))
     radius, is_dynamic = bend_radius(layout.spec.fpc), tail.bend == "dynamic"
     return Bend(line, line - half, line + half, tail.bend_angle, tail.bend_direction, radius, is_dynamic)
 

@@ -77,6 +77,18 @@ class ElastomerMaterial(Section):
         return replace(self, hysteresis_shear=loss, source=WRITTEN_SOURCE, loss_source=WRITTEN_SOURCE)
 
 
+@record
+class Casting:
+    """Mixing ratio of a silicone in words, times for which it can be poured and until it is cured (s, at room
+    temperature; None if unknown), and the source.
+    """
+
+    mix: str
+    pot_time: float | None
+    cure_time: float | None
+    source: str
+
+
 ConductorChoice = preset_or("conductor", Conductor)
 ElastomerChoice = preset_or("elastomer", ElastomerMaterial, ElastomerMaterial.written)
 

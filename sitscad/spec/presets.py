@@ -30,6 +30,7 @@ from sitscad.spec.materials import (
     NEO_HOOKEAN,
     TO_30_PERCENT,
     Adhesive,
+    Casting,
     Conductor,
     ElastomerMaterial,
     Finish,
@@ -236,6 +237,17 @@ def elastomer(name: str) -> ElastomerMaterial:
     losses = (normal, creep, softening, expansion, shear)
     sources = (cited(row), row["loss_source"])
     return ElastomerMaterial(name, mean, sigma, bulk, row["hardness"], exponent, *losses, density, *sources)
+
+
+@cache
+def casting(name: str) -> Casting | None:
+    """Mixing ratio and times of a silicone. None if no source of its own is known."""
+    row = _table("casting").get(name)
+    if row is None:
+        return None
+    units = {"pot_min": 60.0, "cure_h": 3600.0}
+    pot, cure = (float(row[field]) * unit if row[field] else None for field, unit in units.items())
+    return Casting(row["mix"], pot, cure, cited(row))
 
 
 @cache

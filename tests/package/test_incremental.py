@@ -5,6 +5,7 @@ comparison that names what is stale.
 from __future__ import annotations
 
 import os
+import re
 import resource
 import subprocess
 import sys
@@ -111,6 +112,22 @@ def test_another_readout_makes_of_an_assembly_what_says_numbers(tmp_path, monkey
     assert {name: (beside.directory / name).read_bytes() for name in again} == again
     made = [name for name, outcome in outcomes(beside).items() if outcome == "made"]
     assert made == ["assembly", "datasheet", "check"]
+
+
+@pytest.mark.cad
+@pytest.mark.slow
+def test_steps_of_a_package_that_grows_name_what_it_still_lacks(tmp_path):
+    """Steps of `--only mount` said which files are lacking, also once these were there."""
+    spec = sitscad.load_text(templates.read("bench_7mm"), "sensor.yaml")
+
+    def lacking(only):
+        folder = sitscad.build(spec, tmp_path, only=only).directory
+        return re.findall(r"--only\s+([a-z]+)", (folder / "mount/assembly.txt").read_text())
+
+    assert lacking(("mount",)) == ["gerber", "laser", "firmware", "report"]
+    assert lacking(("laser",)) == ["gerber", "laser", "firmware", "report"]  # the steps are kept as they are
+    assert lacking(("mount", "report")) == ["gerber", "firmware"]
+    assert lacking(("mount",)) == ["gerber", "firmware"]
 
 
 @pytest.mark.slow

@@ -16,10 +16,14 @@ from sitscad.design import Design
 from sitscad.papers import assembly_notes
 from sitscad.papers import assembly_notes as bench_steps
 from sitscad.papers.assembly_notes import WIDTH, render
+from sitscad.papers.mounting import LENGTHS
+from sitscad.papers.workpieces import STAGE_OF, is_current
 from sitscad.scene.fit import closed_section
-from sitscad.scene.tail_path import bends
-from sitscad.spec import templates
+from sitscad.scene.seating import cap_size, plate_floor
+from sitscad.scene.tail_path import ROD, bends, rod_clear
+from sitscad.spec import presets, templates
 from sitscad.units import show
+from sitscad.writer import Package
 
 SENSOR = Design(sitscad.load_text(templates.read("grasper_4layer"), "t.yaml"))
 GRASPER = SENSOR.layout
@@ -75,7 +79,8 @@ def test_the_heaviest_pieces_are_named_and_their_densities_marked():
     ]
     sensor = {"mass_kg": 6.7e-5, "centre_m": [0, 0, 0], "not_weighed": []}
     files = {"mount/assembly.json": json.dumps({"sensor": sensor, "pieces": pieces}).encode()}
-    (content,) = render(GRASPER, SENSOR.estimates, SENSOR.bench_estimates, "", files).values()
+    (content,) = render(
+        GRASPER, SENSOR.estimates, SENSOR.bench_estimates, "", Package(files, frozenset(STAGE_OF.values()))).values()
     rows = content.decode().splitlines()[-3:]
     assert rows[0].split() == ["mount", "resin", "60", "mg", "*"] and rows[1].endswith("adhesive, copper         7 mg")
     assert rows[2].strip() == "* by a density that is unverified"
@@ -94,7 +99,7 @@ test_every_piece_of_the_jig_that_is_named_is_made = pytest.mark.cad(test_every_p
 def test_a_bench_plate_has_no_jaw_to_glue_into():
     bench = sitscad.lay_out(sitscad.load_text(templates.read("bench_7mm"), "t.yaml"))
     said = text(bench)
-    assert "M2 screws" in said and "port" not in said and "jaw" not in said
+    assert "M2 x 6 screws" in said and "port" not in said and "jaw" not in said
 
 
 @pytest.mark.parametrize("template", ["bench_7mm", "fingertip_foil", "round_button_12mm"])
@@ -139,7 +144,7 @@ OWN = "{kind: custom}"
 @pytest.mark.parametrize(
     ("template", "mount", "words"),
     [
-        ("bench_7mm", "bench-plate", ("M2 screws", "tail in the slot")),
+        ("bench_7mm", "bench-plate", ("M2 x 6 screws", "tail in the slot")),
         ("bench_7mm", NANO, ("mount-adapter", "3 screws", "M2 nuts")),
         ("bench_7mm", FINGER, ("Tap both holes", "set screws of plastic")),
         ("bench_7mm", OWN, ("your own mount",)),
@@ -270,7 +275,7 @@ def test_raw_resin_is_sealed_before_it_is_cast_in_and_filament_need_not_be():
 def test_silicone_alone_is_primed_before_it_is_glued():
     said = in_one_line(GRASPER)
     assert in_order(
-        said, "Wipe Loctite 770 on the elastomer's upper and lower face", "let it dry",
+        said, "Wipe Loctite 770 on the elastomer's upper and lower face", "let it dry before",
         "mm3 (microlitres; a bead of 1.0 mm) of Loctite",
     )
     tough = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml").replace(
@@ -296,7 +301,7 @@ def test_a_forced_package_without_an_assembly_has_its_steps():
     """Where pieces cannot be put together nothing is weighed, and a build with --force ended in a KeyError."""
     layout = sitscad.lay_out(sitscad.load_text(templates.read("grasper_3p5mm")))
     estimates = sitscad.estimate(layout)
-    (text,) = render(layout, estimates, estimates, "", {}).values()
+    (text,) = render(layout, estimates, estimates, "", Package({}, frozenset())).values()
     assert b" 1. " in text and b"weighs" not in text
 
 
@@ -335,7 +340,7 @@ def test_a_plate_is_screwed_down_after_its_tail_is_bent_and_its_sensor_sealed():
     layout = sitscad.lay_out(sitscad.load_text(templates.read("round_button_12mm"), "t.yaml"))
     assert float(far) <= 1e3 * (bends(layout)[0].start - layout.body[2]) + 0.01
     cap = in_one_line(sitscad.lay_out(sitscad.load_text(templates.read("fingertip_cell"), "t.yaml")))
-    assert in_order(cap, "Tap both holes", "Bend the tail", "Slip the cap over the finger", "Plug the tail")
+    assert in_order(cap, "Tap both holes", "Bend the tail", "Slip the cap", "Plug the tail")
 
 
 def test_a_board_out_of_a_panel_is_cut_out_before_it_is_tested():
@@ -351,3 +356,90 @@ def test_a_mount_of_the_user_s_own_has_its_height_over_the_metal_behind():
         {"mount": {"kind": "custom", "metal_behind": metal}})
     said = in_one_line(sitscad.lay_out(spec))
     assert "your own mount" in said and "3 mm above the aluminium" in said and "4 mm thick" in said
+
+
+PIECES = Package({
+    "mount/print.json": json.dumps({"pieces": [
+        {"piece": name, "size_m": [0.01, 0.02, 0.003]} for name in ("mount", "jig-target-press", "mould-lid")
+    ]}).encode(),
+    "mount/grasper-4layer-jaw.stl": b"",
+}, frozenset({"mount", "assembly"}))
+"""What `--only mount` writes of a grasper, as far as the steps read it."""
+
+
+def test_every_piece_to_be_made_is_listed_with_its_size_and_use():
+    said = assembly_notes.text(GRASPER, SENSOR.estimates, SENSOR.bench_estimates, PIECES)
+    rows = {line.split()[0]: line for line in said.partition(" 1. ")[0].splitlines() if line.startswith("  ")}
+    assert {"mount", "jig-target-press", "mould-lid", "jaw"} <= set(rows)
+    assert all("10.0 x 20.0 x 3.0" in row for name, row in rows.items() if name in ("mount", "mould-lid"))
+    assert "not made" in rows["jaw"] and "stays" in rows["mount"]
+    assert max(map(len, said.splitlines())) <= WIDTH
+
+
+@pytest.mark.parametrize(("stages", "lacks"), [
+    ({"gerber", "laser", "firmware", "report"}, []), ({"laser"}, ["gerber", "firmware", "report"])])
+def test_files_that_the_steps_name_and_the_package_lacks_have_their_command(stages, lacks):
+    """`--only mount` writes steps that name bom.csv, laser/ and fpc/, and nothing said where those are."""
+    package = Package(PIECES.files, PIECES.stages | stages)
+    (content,) = render(GRASPER, SENSOR.estimates, SENSOR.bench_estimates, "", package).values()
+    assert re.findall(r"--only\s+([a-z]+)", content.decode()) == lacks
+    assert is_current(content.decode(), package.stages) and not is_current(content.decode(), frozenset({"firmware"}))
+
+
+def test_a_cast_pad_has_mixing_ratio_cure_time_and_release():
+    said = in_one_line(GRASPER)
+    known = presets.casting("dragon-skin-10")
+    assert known.mix in said and f"cure for {known.cure_time / 3600:.2g} h" in said and "mould release" in said
+    other = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml").replace("elastomer.material", "mold-star-16")
+    said = in_one_line(sitscad.lay_out(other))
+    assert presets.casting("mold-star-16") is None and "maker's sheet" in said and "cure time" in said
+
+
+def test_screws_of_a_plate_have_a_length_that_engages():
+    for name in ("bench_7mm", "three_axis_grid"):
+        layout = sitscad.lay_out(sitscad.load_text(templates.read(name), "t.yaml"))
+        (length,) = map(float, re.findall(r"M2 x ([0-9.]+) screws", in_one_line(layout)))
+        engaged = 1e-3 * length + plate_floor(layout)[1]
+        assert length in LENGTHS and 3e-3 <= engaged < 7e-3
+
+
+def test_the_cap_of_a_finger_has_its_outer_width():
+    layout = sitscad.lay_out(sitscad.load_text(templates.read("fingertip_cell"), "t.yaml"))
+    width, side = cap_size(layout)
+    finger = layout.spec.mount.finger
+    assert width > finger.size[0] + 2 * 1.5 * finger.screw and side >= 1.5 * finger.screw
+    (said,) = re.findall(r"Slip the cap, ([0-9.]+) mm wide", in_one_line(layout))
+    assert float(said) == approx(1e3 * width, rel=1e-3)
+
+
+@pytest.mark.parametrize("kind", ["bench-plate", "custom"])
+def test_whether_the_part_below_may_be_of_metal_is_said(kind):
+    spec = sitscad.load_text(templates.read("three_axis_grid"), "t.yaml")
+    spec = spec if kind == "bench-plate" else spec.replace({"mount": {"kind": kind}})
+    said = in_one_line(sitscad.lay_out(spec))
+    (far,) = re.findall(r"of metal only from ([0-9.]+) mm behind the board", said)
+    assert float(far) == approx(2e3 * max(spec.coil.size), rel=1e-3)
+    metal = {"material": "aluminium", "distance": "5 mm", "thickness": "4 mm"}
+    behind = sitscad.lay_out(spec.replace({"mount": {"kind": kind, "metal_behind": metal}}))
+    assert "of metal only from" not in in_one_line(behind) and "aluminium" in in_one_line(behind)
+
+
+def test_two_hands_are_enough_for_a_mount_of_the_user_s_own():
+    """One hand held a bar on the press, the other pressed the rim, and nothing held the board, in five seconds."""
+    own = sitscad.load_text(templates.read("fingertip_foil"), "t.yaml").replace({"mount": {"kind": "custom"}})
+    said = in_one_line(sitscad.lay_out(own))
+    assert in_order(said, "before any glue is spread", "lay the board on", "One hand puts the frame", "the other")
+    assert in_one_line(GRASPER).count("both hands are free") == 1
+
+
+def test_the_rod_for_a_bend_is_clear_of_the_plate():
+    """The rod of three_axis_grid met the plate's lower edge by 0.4 mm."""
+    layout = sitscad.lay_out(sitscad.load_text(templates.read("three_axis_grid"), "t.yaml"))
+    (bend,) = bends(layout)
+    (rod,) = re.findall(r"rod of ([0-9.]+) mm diameter", in_one_line(layout))
+    assert float(rod) <= 2e3 * (bend.radius + ROD) and bend.start >= rod_clear(layout) - 1e-9
+    assert "table's edge" in in_one_line(layout) and "chamfer" not in in_one_line(layout)
+    at = 1e3 * (bend.line - layout.body[2]) - 0.5
+    nearer = sitscad.lay_out(layout.spec.replace("fpc.tail.bend", {"kind": "static", "at": f"{at:.3f} mm"}))
+    (met,) = re.findall(r"lower edge there by ([0-9.]+) mm", in_one_line(nearer))
+    assert 0.0 < float(met) <= 0.5
