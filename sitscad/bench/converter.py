@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from sitscad.arguments import checked_arguments
 from sitscad.design import Design, respond
-from sitscad.estimates.values import CoilEstimate, StateEstimate
+from sitscad.estimates.values import StateEstimate
 from sitscad.readout import ldc_registers as at
 from sitscad.readout.converter import Converter
 from sitscad.record import record
@@ -361,20 +361,13 @@ class SimulatedConverter(Registers):
         if "low-amplitude" in hit:
             ohms *= 0.5
         if "lost-layer" in hit:
-            higher, less = lost_layer(self.coils[wired], self._layers)
-            return frequency * higher, ohms * less
+            # One layer is bridged, of a single one half its turns: the winding's inductance goes as the square of the
+            # turns that are left (layers are near to each other), its resistance as their number, R_P is L / (R C)
+            coil, left = self.coils[wired], (self._layers - 1) / self._layers if self._layers > 1 else 0.5
+            own = coil.winding_inductance / (coil.winding_inductance + abs(coil.lead_inductance))
+            inductance = 1.0 - own * (1.0 - left**2)
+            return frequency / math.sqrt(inductance), ohms * inductance / left
         return frequency, ohms
-
-
-def lost_layer(coil: CoilEstimate, layers: int) -> tuple[float, float]:
-    """The factors of a tank's frequency and R_P when one of a coil's layers is bridged, of one layer half its turns:
-    the winding's inductance goes as the square of the turns that are left, which is so for layers near to each other,
-    its resistance as their number, and R_P is L / (R C).
-    """
-    left = (layers - 1) / layers if layers > 1 else 0.5
-    own = coil.winding_inductance / (coil.winding_inductance + abs(coil.lead_inductance))
-    inductance = 1.0 - own * (1.0 - left**2)
-    return 1.0 / math.sqrt(inductance), inductance / left
 
 
 def _faults(given: Sequence[str | Fault] | str, names: Sequence[str]) -> tuple[Fault, ...]:

@@ -102,11 +102,14 @@ def _frequency(board: Board, coil: int, rows: Sequence[CoilReading], state: str)
         return Verdict(
             name, NOT_MET, f"does not oscillate{when}: open, or shorted from end to end; measure it with an ohmmeter"
         )
-    frequency = float(np.median([board.frequency(row.counts) for row in rows]))
+    read = np.array([board.frequency(row.counts) for row in rows])
+    frequency = float(np.median(read))
     off = (band.design / frequency) ** 2 - 1.0
     seen = f"{show(frequency, 'Hz', 6)}, design {show(band.design, 'Hz', 6)} ({state}), L {100.0 * off:+.1f} %"
     low, high = min(band.low, own.working.low), max(band.high, own.working.high)
-    jumps = _jumps(board, rows, board.conversion.noise(band.design))
+    # results that leave the median of themselves and their neighbours by more than noise ever does
+    middle = np.median(np.stack([read[:-2], read[1:-1], read[2:]]), axis=0) if len(read) > 2 else read[1:-1]
+    jumps = int(np.sum(np.abs(read[1:-1] - middle) > JUMP * board.conversion.noise(band.design)))
     if not low <= frequency <= high:
         more = (
             "a layer is missing or turns are shorted"
@@ -120,13 +123,6 @@ def _frequency(board: Board, coil: int, rows: Sequence[CoilReading], state: str)
     if jumps:
         return Verdict(name, NOT_MET, f"{seen}: {jumps} of {len(rows)} results far off: disturbed bus or clock")
     return Verdict(name, MET, seen)
-
-
-def _jumps(board: Board, rows: Sequence[CoilReading], noise: float) -> int:
-    """Results that leave the median of themselves and their neighbours by more than noise ever does."""
-    counts = np.array([board.frequency(row.counts) for row in rows])
-    middle = np.median(np.stack([counts[:-2], counts[1:-1], counts[2:]]), axis=0) if len(counts) > 2 else counts[1:-1]
-    return int(np.sum(np.abs(counts[1:-1] - middle) > JUMP * noise))
 
 
 def _amplitude(board: Board, coil: int, rows: Sequence[CoilReading]) -> Verdict:

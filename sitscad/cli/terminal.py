@@ -169,13 +169,16 @@ def work_told(what: str, is_long: bool) -> Iterator[Callable[[str], None]]:
     import threading
     import time
 
+    from sitscad.report.findings.text import printable
+
     on_terminal, done, began, steps = sys.stderr.isatty(), threading.Event(), time.monotonic(), [""]
 
     def tell() -> None:
         while not done.wait(1.0 if on_terminal else TOLD_EVERY):
             words = f"{what}: {time.monotonic() - began:.0f} s{f', {steps[0]}' if steps[0] else ''}"
             if on_terminal:
-                click.echo(f"\r\033[K  {_within_terminal(words)}", err=True, nl=False)
+                width = max(shutil.get_terminal_size().columns - 3, 20)
+                click.echo(f"\r\033[K  {printable(words)[:width]}", err=True, nl=False)
             else:
                 say(words)
 
@@ -193,13 +196,6 @@ def work_told(what: str, is_long: bool) -> Iterator[Callable[[str], None]]:
             thread.join()
         if is_long and on_terminal:
             click.echo("\r\033[K", err=True, nl=False)
-
-
-def _within_terminal(words: str) -> str:
-    """A text cut to one line of the terminal."""
-    from sitscad.report.findings.text import printable
-
-    return printable(words)[: max(shutil.get_terminal_size().columns - 3, 20)]
 
 
 def print_result(text: str) -> None:

@@ -329,8 +329,3 @@ int main(void)
 }
 """
 """The program, in C99."""
-
-
-def program() -> bytes:
-    """The program's source, the same for every map."""
-    return PROGRAM.encode("ascii")

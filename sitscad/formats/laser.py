@@ -46,7 +46,7 @@ def dxf_drawing(sheet: LaserSheet) -> str:
     tags: list[Tag] = [
         *_section("HEADER", _header(sheet, _FIRST_ENTITY + len(entities))), *_section("CLASSES", ()),
         *_section("TABLES", _tables(sheet)), *_section("BLOCKS", _blocks()),
-        *_section("ENTITIES", (tag for entity in entities for tag in entity)), *_section("OBJECTS", _objects()),
+        *_section("ENTITIES", (tag for entity in entities for tag in entity)), *_section("OBJECTS", _OBJECTS),
         (0, "EOF"),
     ]
     return "".join(f"{code:3d}\r\n{_value(value)}\r\n" for code, value in tags)
@@ -138,11 +138,12 @@ def _blocks() -> Iterator[Tag]:
         yield (100, "AcDbBlockEnd")
 
 
-def _objects() -> Iterator[Tag]:
-    """The root dictionary and its groups, without which AutoCAD refuses a file of this format."""
-    yield from ((0, "DICTIONARY"), (5, f"{_ROOT:X}"), (330, "0"), (100, "AcDbDictionary"), (281, 1))
-    yield from ((3, "ACAD_GROUP"), (350, f"{_GROUPS:X}"))
-    yield from ((0, "DICTIONARY"), (5, f"{_GROUPS:X}"), (330, f"{_ROOT:X}"), (100, "AcDbDictionary"), (281, 1))
+_OBJECTS: tuple[Tag, ...] = (
+    (0, "DICTIONARY"), (5, f"{_ROOT:X}"), (330, "0"), (100, "AcDbDictionary"), (281, 1),
+    (3, "ACAD_GROUP"), (350, f"{_GROUPS:X}"),
+    (0, "DICTIONARY"), (5, f"{_GROUPS:X}"), (330, f"{_ROOT:X}"), (100, "AcDbDictionary"), (281, 1),
+)
+"""The root dictionary and its groups, without which AutoCAD refuses a file of this format."""
 
 
 def _entities(sheet: LaserSheet) -> Iterator[list[Tag]]:

@@ -207,13 +207,8 @@ class Outline(ABC):
         """
         return trace_width + pitch * max(0.0, turns - self.outermost_turns)
 
-    def turns_within(self, inset: float, trace_width: float, pitch: float) -> float:
-        """Return the turns that fill an inset (m) exactly, not rounded to whole sides."""
-        return self.outermost_turns + (inset - trace_width) / pitch
-
-    def shifts_inwards(self, turns: float) -> float:
-        """How far (pitches) the mean of a turn, or of that share of one, lies inside of where it begins."""
-        return 0.0
+    INWARD: ClassVar[tuple[float, float]] = (0.0, 0.0)
+    """Distance (pitches) of the mean of a turn from where the turn begins: of any part of a turn, and of each turn."""
 
     def wind(
         self, dimensions: SpiralDimensions, outer_angle: float, sense: int = 1, corner_radius: float = 0.0
@@ -289,9 +284,7 @@ class Round(Outline):
         """0: the winding moves inwards from its outer end on."""
         return 0.0
 
-    def shifts_inwards(self, turns: float) -> float:
-        """A spiral comes inwards steadily."""
-        return 0.5 * turns
+    INWARD: ClassVar[tuple[float, float]] = (0.0, 0.5)  # a spiral comes inwards steadily
 
     def _most_in(self, room: float) -> float:
         return room
@@ -445,9 +438,7 @@ class Racetrack(Outline):
         """A racetrack's ends are half circles."""
         return 0.5 * min(size)
 
-    def shifts_inwards(self, turns: float) -> float:
-        """A racetrack comes inwards by half a pitch in the middle of each turn."""
-        return 0.25
+    INWARD: ClassVar[tuple[float, float]] = (0.25, 0.0)  # by half a pitch in the middle of each turn
 
     def _most_in(self, room: float) -> float:
         return max(0.0, math.floor(2 * (room + 0.5)) / 2)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from sitscad.geometry.path import Point
-from sitscad.layout.board import Coil, Layout, Trace, Via
+from sitscad.layout.board import Coil, Layout, Via
 from sitscad.record import replace
 from sitscad.spec.sensor import SensorSpec
 
@@ -21,11 +21,6 @@ def as_made(layout: Layout, spec: SensorSpec) -> Layout:
     traces = tuple(replace(trace, width=wider * trace.width) for trace in layout.traces)
     etched = {id(own): trace for own, trace in zip(layout.traces, traces, strict=True)}
 
-    def of_unit(piece: Trace | Via) -> Trace | Via:
-        if isinstance(piece, Via):
-            return piece
-        return etched.get(id(piece)) or replace(piece, width=wider * piece.width)
-
     copper = {layer.number: layer for layer in spec.fpc.stackup.copper}
 
     def made(one: Coil) -> Coil:
@@ -40,6 +35,8 @@ def as_made(layout: Layout, spec: SensorSpec) -> Layout:
             for w in one.windings
         )
         pairs = tuple(replace(pair, width=wider * pair.width) for pair in one.undrawn)
-        return replace(one, windings=windings, series=tuple(map(of_unit, one.series)), undrawn=pairs)
+        series = tuple(piece if isinstance(piece, Via) else etched.get(id(piece)) or
+                       replace(piece, width=wider * piece.width) for piece in one.series)
+        return replace(one, windings=windings, series=series, undrawn=pairs)
 
     return replace(layout, spec=spec, coils=tuple(map(made, layout.coils)), traces=traces)

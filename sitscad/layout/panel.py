@@ -214,12 +214,6 @@ def is_too_small(layout: Layout) -> bool:
     return any(size < smallest - 1e-9 for size, smallest in zip(have, need, strict=True))
 
 
-def is_larger_than_usual(panel: Panel) -> bool:
-    """Whether a panel is larger than the size that the fabricator's rules fill."""
-    usual = sorted(panel.layout.spec.fpc.rules.panel_size)
-    return any(own > most + 1e-9 for own, most in zip(sorted(panel.size), usual, strict=True))
-
-
 def is_wanted(layout: Layout) -> bool:
     """Whether the spec asks for a panel, or leaves it to the size of the part and the part is too small."""
     wish = layout.spec.fpc.panel.wish

@@ -25,7 +25,7 @@ from sitscad.design import Design
 from sitscad.drawing.frame import FORCED
 from sitscad.estimates.response.pad import NoResponse
 from sitscad.finding import Severity
-from sitscad.formats.calibration_header import header, program
+from sitscad.formats.calibration_header import PROGRAM, header
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.bending import tail_layers
 from sitscad.layout.board import Layout
@@ -176,7 +176,7 @@ def calibration_files(found: Calibration) -> dict[str, bytes]:
     files = {
         "calibration.json": to_json({"sitscad": __version__, **found.document()}).encode("ascii"),
         "calibration.h": header(found.map, found.sensors.conversion, remarks),
-        "example.c": program(),
+        "example.c": PROGRAM.encode("ascii"),
         "calibration.html": calibration_page(found),
     }
     if found.plan is not None:

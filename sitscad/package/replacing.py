@@ -144,18 +144,12 @@ def _remove(old: Path, target: Path) -> Path | None:
         os.unlink(old / MANIFEST)
         os.rmdir(old)
         return None
-    kept = _free_name(target)
-    os.rename(old, kept)
-    if files:  # else it is no manifest of sitscad's
-        os.unlink(kept / MANIFEST)
-    return kept
-
-
-def _free_name(target: Path) -> Path:
-    """Return the first path of ``NAME.kept-1`` (2, 3 ...) that does not exist."""
     number = 1
     while os.path.lexists(kept := target.parent / f"{target.name}.kept-{number}"):
         number += 1
+    os.rename(old, kept)
+    if files:  # else it is no manifest of sitscad's
+        os.unlink(kept / MANIFEST)
     return kept
 
 

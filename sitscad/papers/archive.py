@@ -67,11 +67,7 @@ def differences(content: bytes, files: Mapping[str, bytes], name: str, forced: s
     except (ValueError, RuntimeError, EOFError, OSError, zipfile.BadZipFile) as error:
         yield f"cannot be read as it is written here: {error}"
         return
-
-    def in_common(naming: Naming) -> int:
-        return len(_members(files, naming, in_panel, forced).keys() & found.keys())
-
-    naming = max(namings, key=in_common)
+    naming = max(namings, key=lambda one: len(_members(files, one, in_panel, forced).keys() & found.keys()))
     wanted = _members(files, naming, in_panel, forced)
     wrong = [f"{each} is not as the file beside it" for each in sorted(found) if found[each] != wanted.get(each)]
     needed = wanted if every else _members(_of_every_order(files), naming, in_panel, forced)

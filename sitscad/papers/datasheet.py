@@ -246,7 +246,8 @@ def summary(felt: Sequence[Performance], layout: Layout, found: Calibration | No
         row(cause, *(_amount(point.axes[name].errors[cause], name) for name in names))
     row(
         f"largest sensitivity {'in the least cell,' if has_cells else 'of a coil at'} half load",
-        *(_sensitivity(max(map(abs, half.axes[name].sensitivity)), name) for name in names),
+        *(f"{show(1e-3 * value, 'Hz', 3)}/(N mm)" if name in MOMENTS else f"{show(value, 'Hz', 3)}/N"
+          for name, value in ((name, max(map(abs, half.axes[name].sensitivity))) for name in names)),
     )
     row("nonlinearity, straight map, half load", *(_share(half.axes[name].nonlinearity) for name in names))
     row("crosstalk, straight map, half load", *(_crosstalk([half.straight_crosstalk], name) for name in names))
@@ -273,11 +274,6 @@ def drifts(point: Performance) -> list[str]:
 def drift_of(point: Performance) -> str:
     """The name of the cause of errors that is the drift with temperature at a working point."""
     return drifts(point)[0]
-
-
-def _sensitivity(value: float, name: str) -> str:
-    """The sensitivity of a coil (Hz/N; of a moment Hz/(N m), which is shown by the N mm)."""
-    return f"{show(1e-3 * value, 'Hz', 3)}/(N mm)" if name in MOMENTS else f"{show(value, 'Hz', 3)}/N"
 
 
 LEAST_TOLD = 1e-4  # Crosstalk of a noiseless map below which its digits mean nothing

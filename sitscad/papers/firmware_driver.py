@@ -231,7 +231,7 @@ def render_readme(layout: Layout, estimates: Estimates, bench: Estimates, forced
         found = bands(estimates, usual("coil_inductance"))
     except ValueError:
         return {}
-    steps = []
+    steps, longest = [], show(_self_test_time(len(estimates.coils), readout.scan_rate), "s", 2)
     for number, step in enumerate(_steps(spec, estimates, found), 1):
         text, *commands = step.split("\n")
         steps += [*hanging(f"{number:>2}. ", text, WIDTH), *(f"      {command}" for command in commands)]
@@ -242,7 +242,9 @@ def render_readme(layout: Layout, estimates: Estimates, bench: Estimates, forced
         "", "WIRING", "", *_wiring(layout, estimates),
         "", "WHAT EACH COIL READS", "", *_readings(spec, found, bench),
         "", "THE FIRST TEN STEPS", "", *steps,
-        "", "IN A PROGRAM OF YOUR OWN", "", *_program(spec.readout.device, estimates),
+        "", "IN A PROGRAM OF YOUR OWN", "",
+        *(line for name, text in PROGRAM for line in hanging(
+            f"  {name:<12}", text.format(wake=_wake(spec.readout.device), longest=longest), WIDTH)),
         "", "FILES", "", *(f"  {name:<22}{said}" for name, said in FILES),
     ]
     return {README: ("\n".join(parts) + "\n").encode("ascii", "replace")}
@@ -410,12 +412,6 @@ PROGRAM = (
                  "within one scan: give the controller's watchdog more."),
 )
 """Duties of a program that uses the driver: subject and text."""
-
-
-def _program(device: Converter, estimates: Estimates) -> Iterator[str]:
-    longest = show(_self_test_time(len(estimates.coils), estimates.readout.scan_rate), "s", 2)
-    for name, text in PROGRAM:
-        yield from hanging(f"  {name:<12}", text.format(wake=_wake(device), longest=longest), WIDTH)
 
 
 FILES = (

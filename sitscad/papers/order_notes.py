@@ -26,7 +26,7 @@ from sitscad.fabrication.files import (
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.bending import Where, finished_thickness, tail_copper, tail_layers
 from sitscad.layout.board import Layout
-from sitscad.layout.panel import Panel, is_larger_than_usual, is_too_small
+from sitscad.layout.panel import Panel, is_too_small
 from sitscad.layout.tail_frame import chip_opening
 from sitscad.layout.tail_tracks import contact_rows
 from sitscad.scene.column import usual_tolerances
@@ -129,11 +129,11 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
         yield "Contacts", _contacts(layout)
     elif layout.pads:
         yield "Contacts", f"{contact_text(layout)}, for solder"
-    if layout.capacitors:
-        names = ", ".join(each.reference for each in layout.capacitors)
+    if layout.capacitors and (chip := layout.spec.readout.chip) is not None:
+        names, opening = ", ".join(each.reference for each in layout.capacitors), chip_opening(fpc.rules, chip)
         yield "Capacitors", (
             f"bare pads for {names} ({layout.capacitors[0].package}) over the stiffener, see placement.csv; the "
-            f"coverlay is open {show(_chip_opening(layout), 'm')} beyond each pad and laid within "
+            f"coverlay is open {show(opening, 'm')} beyond each pad and laid within "
             f"{show(fpc.rules.coverlay_registration, 'm')}; "
             "soldered on by hand or by an assembler, not part of this order unless it says so"
         )
@@ -151,7 +151,9 @@ def _delivery(layout: Layout, panel: Panel | None) -> str:
         return f"single boards, cut out{small if is_too_small(layout) else ''}"
     width, height = (show(side, "m") for side in panel.size)
     many = f"{len(panel.parts)} boards each, as drawn in {_panel_name(layout.spec, '-drawing.pdf')}"
-    larger = "; this is larger than usual: confirm that you make it" if is_larger_than_usual(panel) else ""
+    sides = zip(sorted(panel.size), sorted(layout.spec.fpc.rules.panel_size), strict=True)
+    is_larger = any(own > usual + 1e-9 for own, usual in sides)  # than the size that the fabricator's rules fill
+    larger = "; this is larger than usual: confirm that you make it" if is_larger else ""
     return f"in panels of {width} x {height}, {many}{larger}"
 
 
@@ -186,13 +188,6 @@ def _holes(layout: Layout) -> str:
         f"{', '.join(kinds)}, plated, finished diameters; {notes.holes_text(layout)}; no pins or wires go "
         f"into them: a hole may be smaller if annular ring and plating are kept{thick}"
     )
-
-
-def _chip_opening(layout: Layout) -> float:
-    """How far (m) the coverlay is open beyond a capacitor's pad."""
-    chip = layout.spec.readout.chip
-    assert chip is not None
-    return chip_opening(layout.spec.fpc.rules, chip)
 
 
 def _ipc_type(layout: Layout) -> str:

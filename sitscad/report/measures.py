@@ -86,12 +86,6 @@ SHARE = {"part": "part", "nominal_m": "nominal", "tolerance_m": "tolerance", "so
 """What JSON says of a part, and the fields of `Share` that it stands for."""
 
 
-def fit_json(measure: Measure) -> dict[str, Any]:
-    """One measure as plain values for JSON."""
-    told = {key: getattr(measure, field) for key, field in MEASURE.items()}
-    return told | {"parts": [{key: getattr(s, field) for key, field in SHARE.items()} for s in measure.parts]}
-
-
 _TISSUE = (0.0, 0.5e-3, 1e-3, 2e-3, 3e-3, 5e-3)
 
 

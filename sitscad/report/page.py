@@ -193,11 +193,12 @@ def _tiles(checked: CheckedSpec, estimates: Estimates, sheet: Document) -> str:
         return _incomplete(estimates)
     felt = sheet.get("performance", ())
     told = [felt[-1]["axes"]["normal"]["resolution_N"]] if felt else []
+    errors = felt[-1]["axes"]["normal"]["errors_N"] if felt else {}
     tight = min(checked.fit, key=lambda measure: measure.margin, default=None)
     rows = [
         (f"normal force told apart, one sigma of noise{_worst_in(sheet)}", _range(told, "N")) if told else
         ("inductance at the contacts", _range([s.inductance for s in states], "H")),
-        *_drift_tile(felt),
+        *((f"normal force: {cause}", _range([error], "N")) for cause, error in errors.items() if "drift" in cause),
         ("sensor frequency", _range([s.frequency for s in states], "Hz")),
         ("parallel resistance", _range([s.parallel_resistance for s in states], "ohm")),
         ("amplitude (peak)", _range([s.amplitude for s in states], "V")),
@@ -210,12 +211,6 @@ def _tiles(checked: CheckedSpec, estimates: Estimates, sheet: Document) -> str:
         swing, runs = _range([s.amplitude for s in alone], "V"), _range([s.frequency for s in alone], "Hz")
         note += f"; free, as a bare board on the bench, the amplitude is {swing} at {runs}"
     return f"{_incomplete(estimates)}<div class='tiles'>{''.join(tiles)}</div><p class='soft'>{note}.</p>"
-
-
-def _drift_tile(felt: Sequence[Document]) -> list[tuple[str, str]]:
-    """The drift of the normal force with temperature at full load, beside what noise lets tell apart."""
-    errors = felt[-1]["axes"]["normal"]["errors_N"] if felt else {}
-    return [(f"normal force: {cause}", _range([error], "N")) for cause, error in errors.items() if "drift" in cause]
 
 
 def _worst_in(sheet: Document) -> str:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-import re
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -119,24 +118,19 @@ def unjudged(asked: Asked, found: Found) -> int:
 
 def agreement(goals: Sequence[Goal], found: Found) -> Agreement:
     """How well the screen agrees with the full level on the designs that both judged and whose leads were drawn."""
+    from scipy.stats import spearmanr
+
     both = [(found.screened[point], full) for point, full in found.full.items()
             if point in found.screened and found.screened[point].level != FULL and not UNDRAWN & full.refused.keys()]
     differ = sum(one.verdict != UNKNOWN and one.verdict != other.verdict for one, other in both)
     open_ones = sum(one.verdict == UNKNOWN for one, _ in both)
-    ranks = {}
-    for goal in goals:
-        pairs = [(one.values[goal.measure][0], other.values[goal.measure][0]) for one, other in both
-                 if goal.measure in one.values and goal.measure in other.values]
-        ranks[goal.measure] = _rank_correlation(np.array(pairs)) if len(pairs) > 2 else None
+    ranks: dict[str, float | None] = {}
+    for name in (goal.measure for goal in goals):
+        pairs = np.array([(one.values[name][0], other.values[name][0]) for one, other in both
+                          if name in one.values and name in other.values])
+        varies = len(pairs) > 2 and np.ptp(pairs, axis=0).all()
+        ranks[name] = round(float(spearmanr(*pairs.T).statistic), 6) if varies else None
     return Agreement(len(both), open_ones, differ, ranks)
-
-
-def _rank_correlation(pairs: Array) -> float | None:
-    from scipy.stats import spearmanr
-
-    if np.ptp(pairs[:, 0]) == 0.0 or np.ptp(pairs[:, 1]) == 0.0:
-        return None
-    return round(float(spearmanr(pairs[:, 0], pairs[:, 1]).statistic), 6)
 
 
 def front(asked: Asked, found: Found, but: Collection[Point] = ()) -> list[Point]:
@@ -228,14 +222,6 @@ def hypervolume(values: Array) -> float:
     return float(np.sum(np.prod(sizes, axis=0)[covered]))
 
 
-def alike_goals(goals: Sequence[Goal], found: Found) -> Iterator[Goal]:
-    """Goals that are the same of every design that was evaluated: nothing that varies decides them."""
-    for goal in goals:
-        values = {one.values[goal.measure][0] for one in found.screened.values() if goal.measure in one.values}
-        if len(values) == 1 and len(found.screened) > 1:
-            yield goal
-
-
 def changed(asked: Asked, point: Point) -> dict[str, Any]:
     """What differs from the base, by key, as a spec has it."""
     before = asked.base.values(())
@@ -246,14 +232,3 @@ def limits_broken(require: Sequence[Requirement], values: Mapping[str, float]) -
     """Requirements of the study that figures break, or that they are lacking for."""
     found = ((one, values.get(one.measure, math.nan)) for one in require if one.measure != "yield")
     return tuple(one.measure for one, value in found if not one.holds(value))
-
-
-_VAIN = re.compile(r"[ \t]*#[ \t]*sitscad:[ \t]*ignore[^\n]*")
-
-
-def without_vain_comments(text: str, lines: Sequence[int]) -> str:
-    """A text without the comments of some lines (from 1) that silence rules, and in vain."""
-    rows = text.split("\n")
-    for number in lines:
-        rows[number - 1] = _VAIN.sub("", rows[number - 1])
-    return "\n".join(rows)

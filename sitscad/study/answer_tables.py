@@ -15,7 +15,7 @@ from sitscad.report.measures import Table
 from sitscad.study.evaluation import Breach
 from sitscad.study.measures import MEASURES
 from sitscad.study.space import at_key
-from sitscad.study.spreads import Yield, wilson
+from sitscad.study.spreads import wilson
 from sitscad.study.study import StudyAnswer
 from sitscad.study.sweeping import rule_titles, shown
 from sitscad.units import show
@@ -106,9 +106,10 @@ def design_table(answer: StudyAnswer) -> AnswerTable:
     keys = dict.fromkeys(key for one in answer.kept for key in one.changed)
     rows: list[Row] = [{"design": "base", "changed": {key: base_value(before, key) for key in keys}, "accepted": [],
                         **answer.base.as_json(), "yield": None}]
-    rows += [{"design": f"designs/{number}.yaml", "changed": dict(one.changed), "accepted": one.accepted,
-              **one.evaluation.as_json(), "yield": None if one.units is None else yield_values(one.units)}
-             for number, one in enumerate(answer.kept, 1)]
+    for number, one in enumerate(answer.kept, 1):
+        units = None if one.units is None else {"share": one.units.share, **asdict(one.units)}
+        rows.append({"design": f"designs/{number}.yaml", "changed": dict(one.changed), "accepted": one.accepted,
+                     **one.evaluation.as_json(), "yield": units})
     columns = {
         "design": _number, **measure_columns(answer.asked.measures),
         "yield": lambda row: f"{row['yield']['share']:.1%}" if row["yield"] else "",
@@ -124,13 +125,6 @@ def design_table(answer: StudyAnswer) -> AnswerTable:
 def _number(row: Row) -> str:
     """Return the number of a design that is kept, else its name."""
     return re.sub(r"designs/(\d+)\.yaml", r"\1", row["design"])
-
-
-def yield_values(units: Yield) -> dict[str, Any]:
-    """Return a yield as plain values for JSON."""
-    return {"share": units.share, "interval": list(units.interval), "units": units.units, "good": units.good,
-            "calibrated": units.calibrated, "failed": units.failed, "broken": dict(units.broken),
-            "costs": dict(units.costs), "sigmas": dict(units.sigmas)}
 
 
 def yield_table(designs: AnswerTable) -> AnswerTable:

@@ -51,12 +51,6 @@ def axis_of_figures(title: str, values: Iterable[float]) -> Axis:
     return Axis(title, low, high, tuple((value, f"{value:.6g}") for value in ticks))
 
 
-def axis_of_values(title: str, values: Sequence[object]) -> Axis:
-    """Return an axis of counted values: the first, the middle and the last are written."""
-    last = len(values) - 1
-    return Axis(title, -0.25, last + 0.25, tuple((float(k), str(values[k])) for k in sorted({0, last // 2, last})))
-
-
 @record
 class DesignMark:
     """A design in a chart: its number, what it is (a key of `MARKS`), and the number that it is kept under."""
@@ -85,8 +79,14 @@ def field(
     """Designs by two figures; those beyond the axes are left out."""
     size, (left, low, right, top) = (620.0, 430.0), (66.0, 52.0, 606.0, 400.0)
     sheet, (across, up) = Sheet(f"{axes[1].title} against {axes[0].title}", size, unit="", decimals=1), axes
-    _level(sheet, across, (left, right), (low, top))
-    _upright(sheet, up, (low, top), (left, right))
+    for value, words in across.ticks:
+        x = left + across.at(value) * (right - left)
+        sheet.line(x, low, x, top, Pen(1.0, LINE))
+        sheet.text(x, low - 16.0, words, 11.0, "middle", colour=SOFT)
+    for value, words in up.ticks:
+        y = low + up.at(value) * (top - low)
+        sheet.line(left, y, right, y, Pen(1.0, LINE))
+        sheet.text(left - 6.0, y - 4.0, words, 11.0, "end", colour=SOFT)
     sheet.text((left + right) / 2, 12.0, across.title, LETTERS, "middle", colour=INK)
     sheet.text(left - 46.0, top + 14.0, up.title, LETTERS, colour=INK)
 
@@ -107,21 +107,6 @@ def field(
         sheet.draw(circle(at, 6.0), Pen(2.0, INK))
         sheet.text(at.x + 9.0, at.y - 4.0, "base", 11.0, colour=INK, halo=3.0)
     return svg(sheet)
-
-
-def _level(sheet: Sheet, axis: Axis, span: tuple[float, float], ends: tuple[float, float]) -> None:
-    """Lines upwards from an axis that lies level, and what is written at them."""
-    for value, words in axis.ticks:
-        x = span[0] + axis.at(value) * (span[1] - span[0])
-        sheet.line(x, ends[0], x, ends[1], Pen(1.0, LINE))
-        sheet.text(x, ends[0] - 16.0, words, 11.0, "middle", colour=SOFT)
-
-
-def _upright(sheet: Sheet, axis: Axis, span: tuple[float, float], ends: tuple[float, float]) -> None:
-    for value, words in axis.ticks:
-        y = span[0] + axis.at(value) * (span[1] - span[0])
-        sheet.line(ends[0], y, ends[1], y, Pen(1.0, LINE))
-        sheet.text(ends[0] - 6.0, y - 4.0, words, 11.0, "end", colour=SOFT)
 
 
 PARALLEL = (380.0, 40.0, 300.0)

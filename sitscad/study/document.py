@@ -235,14 +235,13 @@ def _same(document: StudyDocument, base: Base, said: Remarks) -> dict[str, str]:
         if not isinstance(other, str) or other not in document.vary:
             known = ", ".join(document.vary)
             said.flaw("SIT007", place, f"{described(other)} is not varied", f"one of {known}")
-        elif (values := _first_values(document.vary[other])) and _is_usable(base, name, values, place, said):
+            continue
+        written = document.vary[other]
+        first = [one for one in written[:1] if one is not None] if isinstance(written, list) else []
+        first = [written.get("from")] if isinstance(written, dict) else first
+        if first and _is_usable(base, name, tuple(first), place, said):
             found[name] = other
     return found
-
-
-def _first_values(written: Any) -> tuple[Any, ...]:
-    first = written[0] if isinstance(written, list) and written else None
-    return (written.get("from"),) if isinstance(written, dict) else () if first is None else (first,)
 
 
 def _brought(

@@ -88,14 +88,10 @@ def breaches(findings: Iterable[Finding], severity: Severity) -> Mapping[str, Br
     return found
 
 
-def _is_absent(reason: str) -> bool:
-    """Whether a rule is not applied because the spec has not what it is about."""
-    return reason in NO_NEED or reason.startswith(NO_REQUIREMENT)
-
-
 def _undecided(not_checked: Iterable[NotChecked]) -> tuple[str, ...]:
-    left = (one.rule for one in not_checked if not _is_absent(one.reason) and BY_BUILD not in one.reason)
-    return tuple(sorted(set(left)))
+    """Return rules without a verdict, except those that are about something that the spec has not."""
+    return tuple(sorted({one.rule for one in not_checked if one.reason not in NO_NEED and BY_BUILD not in one.reason
+                         and not one.reason.startswith(NO_REQUIREMENT)}))
 
 
 BY_SPEC = ("SIT101", "SIT102", "SIT103", "SIT117", "SIT131", "SIT137", "SIT138", "SIT220", "SIT304", "SIT305", "SIT306",

@@ -130,12 +130,6 @@ def _signal(design: Design) -> Figure:
     return value, value * abs((moved[1] - moved[0]) / change) if change else 0.0
 
 
-def _cell_crosstalk(design: Design) -> Figure:
-    if design.crosstalk is None:
-        raise AbsentError("it takes cells that have a signal")
-    return design.crosstalk.total, 0.0
-
-
 def _felt(design: Design) -> Felt:
     found = design.felt
     if found is None:
@@ -175,12 +169,9 @@ def _by_tilt(found: Felt, axis: str) -> float:
     return max(float(point.tilt_errors(tilt)[k].max()) for point in found.points)
 
 
-def _by_warmth(found: Felt, axis: str) -> float:
-    return float(found.warmed[-1].drift[found.bench.range.axes.index(axis)])
-
-
-def _by_warmth_at_rest(found: Felt, axis: str) -> float:
-    return float(found.warmed[0].drift[found.bench.range.axes.index(axis)])
+def _by_warmth(place: int) -> Callable[[Felt, str], float]:
+    """Return a reader of the drift at one of the loads, from rest (0) to full load (-1)."""
+    return lambda found, axis: float(found.warmed[place].drift[found.bench.range.axes.index(axis)])
 
 
 def _range(axis: str) -> Reader:
@@ -240,28 +231,21 @@ def _fit(of: Callable[[dict[str, FitMeasure]], float]) -> Reader:
     return read
 
 
-def _layout(of: Callable[[Design], float]) -> Reader:
-    return lambda design: (of(design), 0.0)
+def _exact(of: Callable[[Design], float | None], why: str = "") -> Reader:
+    """Return a reader of a figure without an error. `why` is the reason if the design does not have it."""
+    def read(design: Design) -> Figure:
+        value = of(design)
+        if value is None or not math.isfinite(value):
+            raise AbsentError(why)
+        return float(value), 0.0
+
+    return read
 
 
 def _area(design: Design) -> float:
     from sitscad.geometry.path import enclosed_area
 
     return abs(enclosed_area(design.layout.outline))
-
-
-def _readout(name: str) -> Reader:
-    def read(design: Design) -> Figure:
-        value = getattr(design.estimates.readout, name)
-        if value is None or not math.isfinite(value):
-            raise AbsentError("no tank of this design can be counted")
-        return float(value), 0.0
-
-    return read
-
-
-def _yield(design: Design) -> Figure:
-    raise AbsentError("it is a study's: of the designs that it keeps")
 
 
 WORST: dict[str, tuple[Callable[..., Any], str, float, float]] = {
@@ -308,9 +292,9 @@ def _rows() -> Iterator[DesignMeasure]:
              ("range", "how far {axis} goes before something ends it, from rest (by the response: seconds)",
               _range, (FULL,)),
              ("error.temperature", "drift of {axis} at full load, from requirements.temperature to the farther end of "
-              "its range, or over 10 K", _by_axis(_by_warmth, NEARLY), (SCREEN, FULL)),
+              "its range, or over 10 K", _by_axis(_by_warmth(-1), NEARLY), (SCREEN, FULL)),
              ("error.zero_drift", "zero drift of {axis}, at rest, over the same temperatures as error.temperature",
-              _by_axis(_by_warmth_at_rest, NEARLY), (SCREEN, FULL)),
+              _by_axis(_by_warmth(0), NEARLY), (SCREEN, FULL)),
              ("error.tilt", "what requirements.tilt, or one degree, is read as on {axis}, at the worst load",
               _by_axis(_by_tilt, NEARLY_TILTED), (FULL,)))
     for name, meaning, read, levels in quick:
@@ -321,7 +305,8 @@ def _rows() -> Iterator[DesignMeasure]:
     yield DesignMeasure("crosstalk", "", "largest error of an axis, of its full scale, while another goes over its "
                         "own, by the best polynomial of the design as drawn", (*PADDED, TWO_COILS), _crosstalk, (FULL,))
     yield DesignMeasure("crosstalk.cells", "", "share of a cell's full signal that all neighbours pressed at once "
-                        "change, at most", (CELLS,), _cell_crosstalk, (FULL,))
+                        "change, at most", (CELLS,), _exact(lambda design: getattr(design.crosstalk, "total", None),
+                                                            "it takes cells that have a signal"), (FULL,))
     yield DesignMeasure("error.gap", "N", "one sigma at full load of what glue lines and pad thickness differ by from "
                         "unit to unit, tared and not calibrated, on the worst axis", PADDED, _by_gap, (FULL,))
     yield DesignMeasure("fit.closed_pair", "m", "diameter of the circle that the closed jaws need at worst", (JAW,),
@@ -329,22 +314,26 @@ def _rows() -> Iterator[DesignMeasure]:
     yield DesignMeasure("fit.spare", "m", "least room to spare at worst, of all that is measured in the jaw", (JAW,),
                         _fit(lambda found: min(measure.margin for measure in found.values())))
     yield DesignMeasure("fit.width", "m", "width of the board's body, across the jaw", (),
-                        _layout(lambda design: design.layout.body_size[1]))
+                        _exact(lambda design: design.layout.body_size[1]))
     yield DesignMeasure("fit.length", "m", "length of the board's body, along the jaw", (),
-                        _layout(lambda design: design.layout.body_size[0]))
-    yield DesignMeasure("board.area", "m2", "area of the board with its tail", (), _layout(_area))
+                        _exact(lambda design: design.layout.body_size[0]))
+    yield DesignMeasure("board.area", "m2", "area of the board with its tail", (), _exact(_area))
     yield DesignMeasure("board.layers", "", "copper layers of the board", (),
-                        _layout(lambda design: float(len(design.spec.fpc.stackup.copper))),
+                        _exact(lambda design: float(len(design.spec.fpc.stackup.copper))),
                         decided_by=("fpc.stackup", "coil.layers"))
-    yield DesignMeasure("rate", "Hz", "complete scans a second", (), _readout("scan_rate"))
-    yield DesignMeasure("supply_current", "A", "of all converters with their drive", (), _readout("supply_current"))
+    uncounted = "no tank of this design can be counted"
+    yield DesignMeasure("rate", "Hz", "complete scans a second", (),
+                        _exact(lambda design: design.estimates.readout.scan_rate, uncounted))
+    yield DesignMeasure("supply_current", "A", "of all converters with their drive", (),
+                        _exact(lambda design: design.estimates.readout.supply_current, uncounted))
     for name, (pick, *_) in WORST.items():
         if name != "Q":
             own, (field, unit, _) = name.lower(), TANK[name]
             meaning = f"one sigma of {own} from unit to unit, to first order, where {own} is at its worst"
             yield DesignMeasure(f"sigma.{own}", unit, meaning, (), _sigma(pick, field))
     yield DesignMeasure("yield", "", "share of units that keep every electrical, reading and feeling rule, over the "
-                        "spreads of manufacture", (), _yield)
+                        "spreads of manufacture", (),
+                        _exact(lambda design: None, "it is a study's: of the designs that it keeps"))
 
 
 MEASURES: dict[str, DesignMeasure] = {row.name: row for row in _rows()}

@@ -33,7 +33,6 @@ from sitscad.study.charts import (
     Axis,
     DesignMark,
     axis_of_figures,
-    axis_of_values,
     board_sketch,
     field,
     parallel,
@@ -241,7 +240,10 @@ class StudyPage:
         return f"<div class='fields'>{drawn}</div>{CHOSEN if self.said.found.full else ''}{whole}"
 
     def _key_axis(self, key: str) -> Axis:
-        return next(axis_of_values(v.key, v.values) for v in self.asked.space.variables if v.key == key)
+        """The axis of a key's counted values: the first, the middle and the last are written."""
+        values = next(v.values for v in self.asked.space.variables if v.key == key)
+        last = len(values) - 1
+        return Axis(key, -0.25, last + 0.25, tuple((float(k), str(values[k])) for k in sorted({0, last // 2, last})))
 
     def lines(self) -> str:
         """Parallel axes of all keys and measures."""

@@ -265,7 +265,9 @@ def stepped(low: Any, high: Any, step: Any = None) -> tuple[Any, ...]:
     """
     (first, unit), (last, _) = _pair(low, high)
     if step is None:
-        by = _round_step((last - first) / STEPS)
+        most = (last - first) / STEPS  # of 1, 2 and 5 in its only figure the largest that is no more
+        power = Decimal(1).scaleb(most.adjusted())
+        by = next(figure * power for figure in (5, 2, 1) if figure * power <= most)
     else:
         by, other = _number(step)
         if other != unit:
@@ -314,12 +316,6 @@ def _written(value: Decimal, unit: str) -> Any:
     """A number as a spec has it: whole where it is."""
     plain = int(value) if value == value.to_integral_value() else float(value)
     return f"{plain} {unit}" if unit else plain
-
-
-def _round_step(least: Decimal) -> Decimal:
-    """The largest step of one, two or five in its only figure that is no more than `least`."""
-    power = Decimal(1).scaleb(least.adjusted())
-    return next(figure * power for figure in (5, 2, 1) if figure * power <= least)
 
 
 @record

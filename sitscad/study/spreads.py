@@ -121,16 +121,12 @@ def yield_of(judged: Sequence[UnitJudged], holds: Callable[[Mapping[str, float]]
               for one, rules in zip(judged, broken, strict=True)]
     names = sorted({name for rules in broken for name in rules})
     shares = {name: sum(name in rules for rules in broken) / len(judged) for name in names}
+    drawn = {name: [one.values[name] for one in judged if name in one.values]
+             for name in sorted({name for one in judged for name in one.values})}
+    sigmas = {name: float(np.std(values, ddof=1)) for name, values in drawn.items() if len(values) > 1}
     count = len(judged)
     return Yield(count, int(good.sum()), sum(not one.is_computed for one in judged), wilson(int(good.sum()), count),
-                 shares, _first_order(good.astype(float), draws(count)), _deviations(judged), sum(mended))
-
-
-def _deviations(judged: Sequence[UnitJudged]) -> dict[str, float]:
-    """Standard deviation of each measure over the units that have it."""
-    names = sorted({name for one in judged for name in one.values})
-    drawn = {name: [one.values[name] for one in judged if name in one.values] for name in names}
-    return {name: float(np.std(values, ddof=1)) for name, values in drawn.items() if len(values) > 1}
+                 shares, _first_order(good.astype(float), draws(count)), sigmas, sum(mended))
 
 
 def wilson(good: int, count: int) -> tuple[float, float]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
@@ -157,10 +158,13 @@ class Study:
     def _found(self, found: Found) -> StudyAnswer:
         """The answer before designs are kept."""
         asked = self.asked
+        decided_by_nothing = tuple(
+            goal for goal in asked.goals if len(found.screened) > 1 and
+            len({one.values[goal.measure][0] for one in found.screened.values() if goal.measure in one.values}) == 1)
         return StudyAnswer(
             self.name, asked, judged(asked.base.spec, asked.measures), found, tuple(answer.bindings(asked, found)),
             answer.relaxation(asked, found), answer.agreement(asked.goals, found),
-            tuple(answer.alike_goals(asked.goals, found)), tuple(answer.front(asked, found)), (), (),
+            decided_by_nothing, tuple(answer.front(asked, found)), (), (),
         )
 
 
@@ -211,7 +215,13 @@ def _text(asked: Asked, one: Kept, number: int) -> str:
     changed = ", ".join(f"{key}: {json.dumps(value)}" for key, value in one.changed.items()) or "nothing"
     head = f"# Design {number} of a study of {own}, with other values of {changed}. Comments below are the base's.\n"
     mark = text[: text.startswith("\ufeff")]  # of byte order, which stays first
-    return mark + head + answer.without_vain_comments(text.removeprefix(mark), in_vain)
+    rows = text.removeprefix(mark).split("\n")
+    for line in in_vain:
+        rows[line - 1] = _IGNORE.sub("", rows[line - 1])
+    return mark + head + "\n".join(rows)
+
+
+_IGNORE = re.compile(r"[ \t]*#[ \t]*sitscad:[ \t]*ignore[^\n]*")
 
 
 def _read(text: str, path: str) -> Study:

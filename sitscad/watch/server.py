@@ -99,7 +99,7 @@ def server(showing: Showing, host: str, port: int) -> PageServer:
     class Handler(_Handler):
         def do_GET(self) -> None:
             """The page, its events, or its state."""
-            self.server.clear_deadline(self.request)
+            self.server.deadlines.pop(self.request, None)
             if not self.server.is_asked_by_name(self.headers.get("Host", "")):
                 self._answer(403, "text/plain", b"this page is not for that host\n")
             elif self.path == "/":
@@ -141,7 +141,7 @@ class PageServer(ThreadingHTTPServer):
     def __init__(self, host: str, port: int, handler: type[_Handler]) -> None:
         (self.address_family, _, _, _, address), *_ = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
         self._free = threading.BoundedSemaphore(MAX_CONNECTIONS)
-        self._deadlines: dict[socket.socket, float] = {}
+        self.deadlines: dict[socket.socket, float] = {}
         super().__init__(cast(tuple[str, int], address), handler)
         self._names = {"127.0.0.1", "::1", "localhost", host.lower()}
         self._is_open = ip_address(str(self.server_address[0])).is_unspecified
@@ -191,21 +191,13 @@ class PageServer(ThreadingHTTPServer):
         try:
             super().process_request_thread(request, client_address)
         finally:
-            self._deadlines.pop(request, None)
+            self.deadlines.pop(request, None)
             self._free.release()
-
-    def set_deadline(self, request: Any) -> None:
-        """Start the time limit of a connection's next request (`REQUEST_TIMEOUT`)."""
-        self._deadlines[request] = time.monotonic() + REQUEST_TIMEOUT
-
-    def clear_deadline(self, request: Any) -> None:
-        """End the time limit of a request that has arrived."""
-        self._deadlines.pop(request, None)
 
     def service_actions(self) -> None:
         """End connections whose request is overdue; called by `serve_forever` twice a second."""
         now = time.monotonic()
-        for request, deadline in list(self._deadlines.items()):
+        for request, deadline in list(self.deadlines.items()):
             if now > deadline:
                 with suppress(OSError):
                     request.shutdown(socket.SHUT_RDWR)
@@ -232,7 +224,7 @@ class _Handler(BaseHTTPRequestHandler):
 
     def handle_one_request(self) -> None:
         """Read and answer one request."""
-        self.server.set_deadline(self.request)
+        self.server.deadlines[self.request] = time.monotonic() + REQUEST_TIMEOUT
         super().handle_one_request()
 
     def _answer(self, code: int, kind: str, content: bytes) -> None:

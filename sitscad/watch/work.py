@@ -105,7 +105,9 @@ def worked_out(path: str, before: Before, serves: bool) -> Iterator[Event]:
         files |= _kept(before, "solids", read_by("assembly", design.bare.spec), spec.name, lambda: _solids(design))
         yield event("solids", {"bytes": sum(map(len, files.values()))})
     if serves and feeling:
-        files |= _kept(before, "calibration", made_of, spec.name, lambda: _calibration(contents))
+        files |= _kept(before, "calibration", made_of, spec.name, lambda: {
+            name: content for name, content in drawn_calibration(contents.design.bare, contents.is_forced).items()
+            if name == CALIBRATION})
     contents = Contents(design, policy)  # with hints, which cost as much as all rules
     yield event("findings", _verdict(contents.checked, read) | {"last": True})
 
@@ -148,12 +150,6 @@ def _performance_figures(design: Design, pushed: ResponseModel | None = None) ->
 
     felt = design.performance
     return {DATA_SHEET: figures_for_programs(pushed, felt, cells=design.cells_document)} if felt else {}
-
-
-def _calibration(contents: Contents) -> dict[str, bytes]:
-    """The map by which the pushed sensor's forces are read back: as much work again as what it feels."""
-    found = drawn_calibration(contents.design.bare, contents.is_forced)
-    return {name: content for name, content in found.items() if name == CALIBRATION}
 
 
 def _solids(design: Design) -> dict[str, bytes]:

@@ -10,7 +10,7 @@ import pytest
 from tolerance import approx
 
 from sitscad.calibration.forms import FORMS, Form, gain, own_map, samples
-from sitscad.formats.calibration_header import header, program
+from sitscad.formats.calibration_header import PROGRAM, header
 
 FLAGS = [
     "-std=c99",
@@ -80,7 +80,7 @@ def _run_c(tmp_path, found, conversion, counts, tare):
 @pytest.mark.clients("gcc")
 def test_the_program_beside_the_header_gives_the_same(tmp_path, foretold):
     (tmp_path / "calibration.h").write_bytes(header(foretold.map, foretold.sensors.conversion))
-    (tmp_path / "example.c").write_bytes(program())
+    (tmp_path / "example.c").write_text(PROGRAM)
     made = tmp_path / "forces"
     command = ["gcc", *FLAGS, "-o", str(made), str(tmp_path / "example.c"), "-lm"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60)

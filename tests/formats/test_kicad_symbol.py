@@ -61,7 +61,7 @@ def test_the_pins_of_the_sensor_are_the_pads_of_its_footprint(array):
     used = {pad.number: pad.pin for pad in layout.pads if pad.net}
     assert {number: name for number, (kind, name, _) in pins.items() if kind == "passive"} == used
     assert footprint_of(sensor) == "drawn:contacts"
-    pads = set(re.findall(r'\(pad "(\d+)"', kicad_footprint.library_footprint(layout)))
+    pads = set(re.findall(r'\(pad "(\d+)"', kicad_footprint.library_footprints(layout)["contacts"]))
     assert {str(number) for number in pins} == pads
     nets = dict(re.findall(r'\(pad "(\d+)".*?\(net \d+ "([^"]+)"\)', kicad_footprint.board_footprint(
         layout, kicad_board.net_numbers(layout), (0, 0)

@@ -136,12 +136,6 @@ def legend_keys(layout: Layout, shown: list[int], view: View, marks: list[Pictur
     ]
 
 
-def key_columns(words: Iterable[str]) -> int:
-    """How many keys stand beside each other, so that words end before the next sign in the widest of usual fonts."""
-    longest = max((text_width(text, LETTERS) for text in words), default=0.0)
-    return min(IN_A_ROW, int((WIDTH - 30.0) / (SIGN + WIDER_FONT * longest)))
-
-
 WIDER_FONT = 1.2
 """How much wider than Helvetica letters may be where that is not installed (DejaVu Sans: 1.15 to 1.2)."""
 
@@ -213,7 +207,9 @@ def picture(
     view, high = View(scale / 1e3, ((margin - x0) * scale, 0.0 + (margin - y0) * scale)), (y1 - y0 + 2 * margin) * scale
     pointed_at = [mark for mark in marks if 0.0 <= view.x(mark.x) <= WIDTH]
     keys = legend_keys(layout, shown, view, pointed_at)
-    columns = key_columns([text for _, text in keys])
+    # so many keys beside each other that words end before the next sign in the widest of usual fonts
+    longest = max((text_width(text, LETTERS) for _, text in keys), default=0.0)
+    columns = min(IN_A_ROW, int((WIDTH - 30.0) / (SIGN + WIDER_FONT * longest)))
     low = ROW * (bool(layout.spec.issue.words) + 1 + math.ceil(len(keys) / columns)) + 20.0
     view = View(view.scale, (view.origin[0], view.origin[1] + low))
     words = f"{layout.spec.name}: copper layers {', '.join(map(str, shown))}, seen from the top"

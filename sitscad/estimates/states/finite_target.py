@@ -398,7 +398,8 @@ def equivalent_rings(coil: CoilSpec, heights: tuple[float, ...]) -> CoaxialRings
     found = []
     for count, height in zip(coil.layer_turns, heights, strict=True):
         turns = np.minimum(1.0, count - np.arange(math.ceil(count)))
-        middle = np.array([coil.outline.shifts_inwards(turn) for turn in turns])
+        of_any, of_each = coil.outline.INWARD
+        middle = of_any + of_each * turns
         inward = coil.trace_width / 2.0 + coil.pitch * (np.arange(turns.size) + middle)
         sides = np.maximum(np.array(coil.size) - 2.0 * inward[:, None], coil.trace_width)
         corner = coil.outline.corner_radius(coil.size, coil.corner_radius)

@@ -58,11 +58,6 @@ def board_footprint(layout: Layout, nets: Mapping[str, int], sheet: Grid) -> str
     )
 
 
-def library_footprint(layout: Layout) -> str:
-    """The footprint as a ``.kicad_mod`` file of the project's library."""
-    return node(f"footprint {quoted(FOOTPRINT_NAME)}", *ALONE, *_body(layout, "REF**", None)) + "\n"
-
-
 def _body(layout: Layout, reference: str, nets: Mapping[str, int] | None) -> list[str]:
     """What stands in the footprint of the contacts: texts, openings, pads."""
     place, owner = anchor(layout.pads), (layout.spec.name, "board" if nets is not None else "library")
@@ -150,11 +145,11 @@ _CHIP_COURTYARD = 150_000  # As in KiCad's own footprints of chips (nm)
 MODELS = "${KICAD9_3DMODEL_DIR}"  # KiCad 9's own variable for the folder of its 3-D models
 
 
-def capacitor_footprints(layout: Layout) -> dict[str, str]:
-    """The library's footprints of capacitors by their names."""
-    named = {f"capacitor-{each.package}": each for each in layout.capacitors[:1]}
-    return {name: node(f"footprint {quoted(name)}", *ALONE, *_chip_body(layout, each, None)) + "\n"
-            for name, each in named.items()}
+def library_footprints(layout: Layout) -> dict[str, str]:
+    """Return ``.kicad_mod`` files of the project's library by name: contacts and capacitors."""
+    bodies = {FOOTPRINT_NAME: _body(layout, "REF**", None)} if layout.pads else {}
+    bodies |= {f"capacitor-{each.package}": list(_chip_body(layout, each, None)) for each in layout.capacitors[:1]}
+    return {name: node(f"footprint {quoted(name)}", *ALONE, *body) + "\n" for name, body in bodies.items()}
 
 
 def placed_capacitors(layout: Layout, nets: Mapping[str, int], sheet: Grid) -> Iterator[str]:

@@ -9,13 +9,7 @@ from typing import Any
 
 from sitscad.formats.kicad.board import board
 from sitscad.formats.kicad.coil import coil_footprints
-from sitscad.formats.kicad.library import (
-    FOOTPRINT_NAME,
-    capacitor_footprints,
-    library_footprint,
-    library_table,
-    symbol_library,
-)
+from sitscad.formats.kicad.library import library_footprints, library_table, symbol_library
 from sitscad.formats.kicad.sexpr import length
 from sitscad.layout.board import Layout
 from sitscad.spec.design_rules import DesignRules
@@ -33,8 +27,7 @@ def render(layout: Layout) -> dict[str, bytes]:
         f"kicad/{name}.kicad_pro": project(layout), f"kicad/{name}.kicad_pcb": board(layout),
         f"kicad/{name}.kicad_dru": custom_rules(layout.spec.fpc.rules),
     }
-    library = ({FOOTPRINT_NAME: library_footprint(layout)} if layout.pads else {}) | coil_footprints(layout)
-    library |= capacitor_footprints(layout)
+    library = library_footprints(layout) | coil_footprints(layout)
     files |= {f"kicad/{name}.pretty/{footprint}.kicad_mod": text for footprint, text in library.items()}
     if library:
         words = f"The contacts and coils of {name}", f"The sensor {name} and its coils"

@@ -16,14 +16,13 @@ from sitscad.report.findings.document import (
     json_document,
     numbered_places,
     to_json,
-    worst_first,
 )
 from sitscad.report.findings.text import OutputOptions, RuleTexts, as_text, printable, styled, summary
 
 __all__ = [
     "FINDING_FORMATS", "CheckedSpec", "OutputOptions", "RuleTexts", "as_json", "as_text", "by_weight", "checked_spec",
     "excerpt", "finding_json", "in_order", "json_document", "numbered_places", "printable", "styled", "summary",
-    "to_json", "worst_first",
+    "to_json",
 ]
 
 Format = Callable[[Sequence[CheckedSpec], OutputOptions], str]

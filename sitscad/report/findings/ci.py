@@ -27,7 +27,6 @@ from sitscad.report.findings.document import (
     fingerprint,
     identities,
     to_json,
-    worst_first,
 )
 from sitscad.report.findings.text import OutputOptions, RuleTexts, printable, summary
 from sitscad.spec.yaml.rewriting import CannotWriteError, rewritten
@@ -236,7 +235,8 @@ _COMMANDS = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.NOTE
 
 def github(checked: Sequence[CheckedSpec], output: OutputOptions) -> str:
     """The worst ten findings as annotations, how many there are besides, and the line that ends every report."""
-    pairs = worst_first(checked)
+    found = [(spec, finding) for spec in checked for finding in by_weight(spec.findings)]
+    pairs = sorted(found, key=lambda pair: list(Severity).index(pair[1].severity))
     lines = [_command(spec, finding, output) for spec, finding in pairs[:SHOWN]]
     if len(pairs) > SHOWN:
         lines.append(f"sitscad: the {SHOWN} worst of {len(pairs)} findings are annotated; the others are not.")

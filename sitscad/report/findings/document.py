@@ -128,12 +128,6 @@ def numbered_places(findings: Sequence[Finding]) -> list[tuple[int, Finding]]:
     return list(enumerate((finding for finding in by_weight(findings) if finding.place is not None), 1))
 
 
-def worst_first(checked: Sequence[CheckedSpec]) -> list[tuple[CheckedSpec, Finding]]:
-    """The findings of all specs, each with its spec: errors first, then in the order of specs and of their text."""
-    pairs = [(spec, finding) for spec in checked for finding in by_weight(spec.findings)]
-    return sorted(pairs, key=lambda pair: list(Severity).index(pair[1].severity))
-
-
 def identities(findings: Sequence[Finding]) -> list[str]:
     """A text for every finding that stays the same when lines move, or when the numbers in its message change. Findings
     of one rule at one key are told apart by their turn, in the order given.
@@ -169,7 +163,7 @@ def as_json(checked: Sequence[CheckedSpec]) -> str:
 
 def json_document(checked: Sequence[CheckedSpec]) -> dict[str, Any]:
     """The findings as plain values for JSON."""
-    from sitscad.report.measures import closing_json, fit_json
+    from sitscad.report.measures import MEASURE, SHARE, closing_json
 
     return {
         "sitscad": __version__,
@@ -187,7 +181,9 @@ def json_document(checked: Sequence[CheckedSpec]) -> dict[str, Any]:
                 "not_checked": [{"rule": skipped.rule, "reason": skipped.reason} for skipped in spec.not_checked],
                 "felt": [{name: getattr(reached, name) for name in FELT} for reached in spec.reached],
                 "signal": [{key: getattr(signal, field) for key, field in SIGNAL.items()} for signal in spec.signals],
-                "fit": [fit_json(measure) for measure in spec.fit],
+                "fit": [{key: getattr(measure, field) for key, field in MEASURE.items()} | {"parts": [
+                    {key: getattr(share, field) for key, field in SHARE.items()} for share in measure.parts]}
+                    for measure in spec.fit],
                 "closing": None if spec.closing is None else closing_json(spec.closing),
                 "board": None if spec.board is None else dict(zip(BOARD, spec.board, strict=True)),
             }

@@ -82,7 +82,7 @@ def _turns_in(coil: CoilSpec, inset: float, remarks: Remarks) -> float:
 
     The remarks name the turns, and the inner diameter if rounding changes it.
     """
-    exact = coil.outline.turns_within(inset, coil.trace_width, coil.pitch)
+    exact = coil.outline.outermost_turns + (inset - coil.trace_width) / coil.pitch
     turns = round(coil.outline.nearest_turns(exact), 9)
     if not LayerTurns.low <= turns <= LayerTurns.high:
         limit = LayerTurns.low if turns < LayerTurns.low else LayerTurns.high
