@@ -21,7 +21,7 @@ TICKS = 4  # Steps of an axis at most
 
 
 @record
-class Axis:
+class ChartAxis:
     """Figures along a side of a chart: their name, between which, and what is written where."""
 
     title: str
@@ -38,7 +38,7 @@ class Axis:
         return value is not None and self.low <= value <= self.high
 
 
-def axis_of_figures(title: str, values: Iterable[float]) -> Axis:
+def axis_of_figures(title: str, values: Iterable[float]) -> ChartAxis:
     """One that holds all of some figures, with round ones written at it."""
     found = [value for value in values if math.isfinite(value)] or [0.0]
     low, high = min(found), max(found)
@@ -48,7 +48,7 @@ def axis_of_figures(title: str, values: Iterable[float]) -> Axis:
     step = next(k * power for k in (1, 2, 5, 10) if k * power * TICKS >= high - low)
     first = math.ceil(low / step - 1e-9)
     ticks = [k * step for k in range(first, math.floor(high / step + 1e-9) + 1)]
-    return Axis(title, low, high, tuple((value, f"{value:.6g}") for value in ticks))
+    return ChartAxis(title, low, high, tuple((value, f"{value:.6g}") for value in ticks))
 
 
 @record
@@ -73,7 +73,7 @@ def in_order(marks: Iterable[DesignMark]) -> list[DesignMark]:
 
 
 def field(
-    name: str, axes: tuple[Axis, Axis], marks: Iterable[DesignMark],
+    name: str, axes: tuple[ChartAxis, ChartAxis], marks: Iterable[DesignMark],
     place: Callable[[DesignMark], tuple[float, float] | None], base: tuple[float, float] | None,
 ) -> str:
     """Designs by two figures; those beyond the axes are left out."""
@@ -114,7 +114,7 @@ PARALLEL = (380.0, 40.0, 300.0)
 
 
 def parallel(
-    axes: Sequence[Axis], marks: Iterable[DesignMark], values: Callable[[DesignMark], Sequence[float] | None]
+    axes: Sequence[ChartAxis], marks: Iterable[DesignMark], values: Callable[[DesignMark], Sequence[float] | None]
 ) -> str:
     """A line a design over upright axes; beyond its axis a figure is drawn at its end."""
     height, low, top = PARALLEL

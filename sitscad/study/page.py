@@ -29,14 +29,7 @@ from sitscad.study.answer_tables import (
     yield_table,
 )
 from sitscad.study.answer_text import answer_json, front_csv, onward, refusal_lines, trust_lines, verdict_lines
-from sitscad.study.charts import (
-    Axis,
-    DesignMark,
-    axis_of_figures,
-    board_sketch,
-    field,
-    parallel,
-)
+from sitscad.study.charts import ChartAxis, DesignMark, axis_of_figures, board_sketch, field, parallel
 from sitscad.study.evaluating import screened
 from sitscad.study.evaluation import Evaluation
 from sitscad.study.running import Found, violations
@@ -114,7 +107,7 @@ class StudyPage:
         return "refused" if violations(self.asked, self.said.found.of(point)) else "passes"
 
     @cached_property
-    def axes(self) -> dict[str, Axis]:
+    def axes(self) -> dict[str, ChartAxis]:
         """The axis of each measure holds the front, or the better four fifths of all where a front has few designs."""
         found = {}
         wanted = [k for k, mark in enumerate(self.marks) if mark.kind in ("kept", "front")]
@@ -239,11 +232,12 @@ class StudyPage:
         whole = f"<details class='front'><summary>{words}</summary>{told}</details>" if told else ""
         return f"<div class='fields'>{drawn}</div>{CHOSEN if self.said.found.full else ''}{whole}"
 
-    def _key_axis(self, key: str) -> Axis:
+    def _key_axis(self, key: str) -> ChartAxis:
         """The axis of a key's counted values: the first, the middle and the last are written."""
         values = next(v.values for v in self.asked.space.variables if v.key == key)
         last = len(values) - 1
-        return Axis(key, -0.25, last + 0.25, tuple((float(k), str(values[k])) for k in sorted({0, last // 2, last})))
+        ticks = tuple((float(k), str(values[k])) for k in sorted({0, last // 2, last}))
+        return ChartAxis(key, -0.25, last + 0.25, ticks)
 
     def lines(self) -> str:
         """Parallel axes of all keys and measures."""

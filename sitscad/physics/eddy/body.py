@@ -30,7 +30,7 @@ from sitscad.record import record
 
 
 @record(eq=False)
-class Body:
+class BodyEnergies:
     """Energies (m) of a body's surface functions: `vacuum` (n, n) as potentials of vacuum within, S; and D `within` for
     a g (1/m2), real and imaginary part, (2, n, n).
     """
@@ -54,7 +54,7 @@ def _is_constant(lines: Sequence[LineModes]) -> bool:
     return all(line.stiffness * line.mass < CONSTANT for line in lines)
 
 
-def _unfelt(body: Body, number: int) -> Body:
+def _unfelt(body: BodyEnergies, number: int) -> BodyEnergies:
     """The body that answers one function, a constant, with nothing: no field, and kept from every other (m)."""
     vacuum = body.vacuum.copy()
     vacuum[number, number] = np.trace(vacuum) / len(vacuum)
@@ -64,7 +64,7 @@ def _unfelt(body: Body, number: int) -> Body:
         found[0, number, number] += vacuum[number, number]
         return found
 
-    return Body(vacuum, within)
+    return BodyEnergies(vacuum, within)
 
 
 KINDS = tuple(kind for kind in product((0, 1), repeat=3) if any(kind))
@@ -143,7 +143,7 @@ class _Entries:
         return found
 
 
-def box_bodies(lines: Sequence[Mapping[int, LineModes]], kept: Flags) -> list[Body]:
+def box_bodies(lines: Sequence[Mapping[int, LineModes]], kept: Flags) -> list[BodyEnergies]:
     """Boxes of every parity along x, y and z, whose functions are products of those along these by parity. Each has
     those `kept` (parities, functions) of all that `on_surface` numbers, if along every axis as many were odd as are
     even.
@@ -184,12 +184,12 @@ def box_bodies(lines: Sequence[Mapping[int, LineModes]], kept: Flags) -> list[Bo
 
 def _of_parity(
     number: int, kept: Flags, vacuum: Array, pairs: Index, answers: Callable[[complex], Array]
-) -> Body:
+) -> BodyEnergies:
     """The body of one parity's kept functions, by energies and answers (m) of pairs of functions."""
     place, used = np.cumsum(kept) - 1, kept[pairs[0]] & kept[pairs[1]]
     rows, columns = place[pairs[:, used]]
     entries = _Entries(int(np.count_nonzero(kept)), rows, columns, used)
-    return Body(entries.filled(vacuum[None])[0], lambda square: entries.filled(answers(square)[:, number]))
+    return BodyEnergies(entries.filled(vacuum[None])[0], lambda square: entries.filled(answers(square)[:, number]))
 
 
 def _product(factors: Sequence[Array]) -> Array:
@@ -217,7 +217,7 @@ def _own(axes: Sequence[_Axis], shared: Sequence[int]) -> Array:
     return total
 
 
-def disc_body(radial: LineModes, turning: tuple[Array, Array], wall: LineModes, around: float) -> Body:
+def disc_body(radial: LineModes, turning: tuple[Array, Array], wall: LineModes, around: float) -> BodyEnergies:
     """A disc's functions of one order round the axis and one parity across it, integrated `around` (rad): those of the
     face, of which the last is 1 at the edge, and those of the `wall` without that. `turning` are currents that run
     along the faces with no potential in their plane: their squares (1/m2), and the squares (no unit) of what the last
@@ -253,5 +253,5 @@ def disc_body(radial: LineModes, turning: tuple[Array, Array], wall: LineModes, 
         found[edge, edge] = (steady * out**2 * level).sum() + (driven * up**2 * turned).sum()
         return around * _parts(found)
 
-    body = Body(around * vacuum, within)
+    body = BodyEnergies(around * vacuum, within)
     return _unfelt(body, edge) if _is_constant((radial, wall)) else body

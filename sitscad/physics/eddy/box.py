@@ -17,7 +17,7 @@ import numpy as np
 
 from sitscad.arrays import Array, Flags, Index
 from sitscad.physics.constants import MU0
-from sitscad.physics.eddy.body import Body, box_bodies, on_surface
+from sitscad.physics.eddy.body import BodyEnergies, box_bodies, on_surface
 from sitscad.physics.eddy.graded_line import (
     FINER,
     PARITIES,
@@ -51,7 +51,7 @@ class BoxFunctions:
     numbers: tuple[Index, ...]
     kept: Flags
     inductance: Array
-    body: Body
+    body: BodyEnergies
 
     @cached_property
     def energies(self) -> Energies:

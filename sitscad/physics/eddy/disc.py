@@ -16,7 +16,7 @@ import numpy as np
 
 from sitscad.arrays import Array, Flags
 from sitscad.physics.constants import MU0
-from sitscad.physics.eddy.body import Body, disc_body
+from sitscad.physics.eddy.body import BodyEnergies, disc_body
 from sitscad.physics.eddy.graded_line import (
     FINER,
     PARITIES,
@@ -151,7 +151,7 @@ class DiscFunctions:
         return round_face, out_face, round_wall, up_wall
 
     @cached_property
-    def body(self) -> Body:
+    def body(self) -> BodyEnergies:
         """Energies (m) of the functions as potentials on the disc: see `StreamFunctions`."""
         radial, around = self.disc.radials[self.order], 2.0 * math.pi if self.order == 0 else math.pi
         return disc_body(radial.modes, radial.turning, self.disc.wall.modes[self.parity], around)

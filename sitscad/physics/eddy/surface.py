@@ -12,7 +12,7 @@ import numpy as np
 
 from sitscad.arrays import Array, ComplexArray, Index
 from sitscad.physics.constants import MU0
-from sitscad.physics.eddy.body import Body
+from sitscad.physics.eddy.body import BodyEnergies
 from sitscad.record import record
 
 
@@ -40,7 +40,7 @@ class StreamFunctions(Protocol):
         """Inductances (H) of the functions with each other, (n, n), definite."""
 
     @property
-    def body(self) -> Body:
+    def body(self) -> BodyEnergies:
         """Energies (m) of the functions as potentials on the body, in vacuum and in metal."""
 
     @property
@@ -106,7 +106,7 @@ class Energies:
     outside: Array
 
 
-def energies(inductance: Array, body: Body) -> Energies:
+def energies(inductance: Array, body: BodyEnergies) -> Energies:
     """What functions store (H, 1/H, no unit) by their inductances (n, n; H)."""
     vacuum = MU0 * body.vacuum
     inverse = np.linalg.inv(vacuum)
