@@ -19,6 +19,7 @@ from sitscad.calibration.calibration import foretell
 from sitscad.drawing.pdf import pdf
 from sitscad.drawing.sheet import Label, Sheet, flattened, plot
 from sitscad.drawing.svg import svg
+from sitscad.estimates.quantities import sensor_rows
 from sitscad.estimates.response.pad import soft_pad
 from sitscad.estimates.response.working_range import held_shear
 from sitscad.package.contents import drawn_calibration
@@ -33,6 +34,7 @@ from sitscad.papers.datasheet_plots import (
     difference,
     figures,
 )
+from sitscad.report.numbers import whole_rows
 from sitscad.units import show
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
@@ -53,6 +55,14 @@ def files(bench):
 @pytest.fixture(scope="module")
 def drawn(bench):
     return bench.curves
+
+
+def test_report_and_data_sheet_have_the_same_rows_of_the_whole_sensor(bench):
+    """Each named and rounded them by itself."""
+    points = [point.document() for point in bench.performance]
+    page, sheet = dict(whole_rows(points)), dict(sensor(bench.performance, bench.layout, bench.estimates))
+    own = dict(sensor_rows(points))
+    assert len(own) > 6 and own.items() <= page.items() and own.items() <= sheet.items()
 
 
 @pytest.mark.more

@@ -6,6 +6,7 @@ import json
 import random
 import re
 from dataclasses import replace
+from html import escape
 
 import pytest
 from browser import Browser
@@ -14,9 +15,11 @@ import sitscad
 from sitscad.layout import sketch
 from sitscad.scene import bodies
 from sitscad.spec import templates
-from sitscad.study.answer import Kept, changed
+from sitscad.study.answer import Binding, Kept, changed
+from sitscad.study.answer_tables import WITH, design_table, refusal_table, sigma_table, yield_table
+from sitscad.study.answer_text import answer_json, answer_text
 from sitscad.study.charts import board_sketch
-from sitscad.study.evaluation import Evaluation
+from sitscad.study.evaluation import Breach, Evaluation
 from sitscad.study.page import MOST_OTHERS, MOST_PAGE, StudyPage, study_page
 from sitscad.study.running import Found
 from sitscad.study.search import sobol_set
@@ -59,6 +62,21 @@ def test_tables_hold_the_front_and_every_kept_design(answer, html):
     front = html[html.index("The front as a table") :]
     assert front[: front.index("</details>")].count("<tr>") == len(answer.front) + 1
     assert all(f"id='kept-{k}'" in html for k in range(1, len(answer.kept) + 1))
+
+
+def test_text_page_and_json_of_an_answer_have_the_same_rows(answer):
+    """Each was put together by itself, and one had rows that the others did not."""
+    breach = Binding("SIT203", 0.5, 0.25, Breach(500.0, 600.0, "ohm"), answer.front[0])
+    answer = replace(answer, bindings=(breach,))
+    text, page, values = answer_text(answer), study_page(answer), json.loads(answer_json(answer))
+    designs = design_table(answer)
+    for table in (refusal_table(answer), designs, yield_table(designs), sigma_table(designs)):
+        told = table.shown(without=(WITH,))
+        assert told.rows
+        for cell in (cell for row in told.rows for cell in row):
+            assert cell in text and escape(cell) in page
+    assert values["kept"] == json.loads(json.dumps(designs.rows[1:]))
+    assert values["bindings"] == json.loads(json.dumps(refusal_table(answer).rows))
 
 
 def test_a_picture_of_few_shows_what_is_around_them(answer, monkeypatch):
