@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from sitscad.estimates.performance.values import AXIS_WORDS, INSTABILITY
+from sitscad.estimates.values import UNIT
 from sitscad.units import show
-
-if TYPE_CHECKING:
-    from sitscad.estimates.values import StateEstimate
 
 NONE = "-"
 """Text of a figure that is absent or not finite."""
@@ -21,16 +19,23 @@ def quantity(value: float | None, unit: str, digits: int = 4) -> str:
     return show(value, unit, digits) if value is not None and math.isfinite(value) else NONE
 
 
+def field_and_unit(key: str) -> tuple[str, str]:
+    """Return the field and the SI unit that a key of JSON stands for: ``frequency_Hz`` is ("frequency", "Hz")."""
+    unit = UNIT.search(key)
+    return (key, "") if unit is None else (key[: unit.start()], unit[1])
+
+
+def figure_text(values: object, key: str, digits: int = 4) -> str:
+    """Return the figure that JSON has under a key as text."""
+    field, unit = field_and_unit(key)
+    return quantity(getattr(values, field), unit, digits)
+
+
 TANK = {
-    "inductance": ("inductance", "H", 4), "resistance": ("resistance", "ohm", 4), "frequency": ("frequency", "Hz", 4),
-    "Rp": ("parallel_resistance", "ohm", 4), "Q": ("quality_factor", "", 3), "amplitude": ("amplitude", "V", 3),
+    "inductance": ("inductance_H", 4), "resistance": ("resistance_ohm", 4), "frequency": ("frequency_Hz", 4),
+    "Rp": ("parallel_resistance_ohm", 4), "Q": ("quality_factor", 3), "amplitude": ("amplitude_V", 3),
 }
-"""Quantities of a tank by their headings: field of `StateEstimate`, SI unit and digits for people."""
-
-
-def tank_text(state: StateEstimate) -> dict[str, str]:
-    """Return the quantities of a tank in a state as texts by their headings."""
-    return {name: quantity(getattr(state, field), unit, digits) for name, (field, unit, digits) in TANK.items()}
+"""Quantities of a tank by their headings: key in JSON and digits for people."""
 
 
 SIDEWAYS = "the pad gives way sideways"  # Ends a normal force before the pad is strained too far

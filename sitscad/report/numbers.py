@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from sitscad.estimates.performance.values import largest_lasting
-from sitscad.estimates.quantities import NONE, TANK, quantity, sensor_rows, tank_text
+from sitscad.estimates.quantities import NONE, TANK, field_and_unit, figure_text, quantity, sensor_rows
 from sitscad.report.findings import CheckedSpec, OutputOptions, finding_json, printable, styled, to_json
 from sitscad.report.findings import as_text as as_findings
 from sitscad.report.measures import (
@@ -125,28 +126,26 @@ each cell, and the coils at the frequencies of --at."""
 def coil_rows(estimates: Estimates) -> list[list[str]]:
     """Each quantity of the coils with one value a coil."""
     rows = (
-        ("winding inductance, direct current spread evenly", lambda c: quantity(c.winding_inductance, "H")),
+        ("winding inductance, direct current spread evenly", "winding_inductance_H"),
         ("its relative error, at most", lambda c: f"{c.inductance_error:.1e}"),
         ("method", lambda c: str(c.method)),
-        ("terminal inductance, free, at the sensor frequency", lambda c: quantity(c.terminal_inductance, "H")),
-        ("of that, leads and tail", lambda c: quantity(c.lead_inductance, "H")),
-        (
-            f"winding resistance, direct current, {estimates.temperature:g} C",
-            lambda c: quantity(c.resistance_dc, "ohm"),
-        ),
-        ("winding resistance, sensor frequency", lambda c: quantity(c.resistance_ac, "ohm")),
+        ("terminal inductance, free, at the sensor frequency", "terminal_inductance_H"),
+        ("of that, leads and tail", "lead_inductance_H"),
+        (f"winding resistance, direct current, {estimates.temperature:g} C", "resistance_dc_ohm"),
+        ("winding resistance, sensor frequency", "resistance_ac_ohm"),
         ("relative error of that resistance, at most", lambda c: percent(c.resistance_error)),
-        ("contact to contact, direct current", lambda c: quantity(c.terminal_resistance_dc, "ohm")),
-        ("tank capacitance, in all", lambda c: quantity(c.capacitance, "F")),
-        ("of that, the coil's own, with leads and tail", lambda c: quantity(c.self_capacitance, "F")),
-        ("- between its layers and turns", lambda c: quantity(c.winding_capacitance, "F")),
+        ("contact to contact, direct current", "terminal_resistance_dc_ohm"),
+        ("tank capacitance, in all", "capacitance_F"),
+        ("of that, the coil's own, with leads and tail", "self_capacitance_F"),
+        ("- between its layers and turns", "winding_capacitance_F"),
         ("- of leads and tail", lambda c: quantity(c.self_capacitance - c.winding_capacitance, "F")),
-        ("sensor frequency, free", lambda c: quantity(c.sensor_frequency, "Hz")),
-        ("self-resonance", lambda c: quantity(c.self_resonance, "Hz")),
-        ("length of the track", lambda c: quantity(c.trace_length, "m")),
-        ("inner diameter, between copper edges", lambda c: quantity(c.inner_diameter, "m")),
+        ("sensor frequency, free", "sensor_frequency_Hz"),
+        ("self-resonance", "self_resonance_Hz"),
+        ("length of the track", "trace_length_m"),
+        ("inner diameter, between copper edges", "inner_diameter_m"),
     )
-    found = [[name, *(value(coil) for coil in estimates.coils)] for name, value in rows]
+    found = [[name, *(figure_text(c, figure) if isinstance(figure, str) else figure(c) for c in estimates.coils)]
+             for name, figure in rows]
     # How far off the computed resistance of each state can be, one value a coil; nothing where none is known
     by_state = []
     for state in NAMED:
@@ -228,20 +227,16 @@ def at_table(coils: Sequence[CoilAtFrequency]) -> Table:
 
 def state_table(estimates: Estimates) -> Table:
     """What the tank is at the contacts in every state."""
-    def text(name: str) -> Callable[[StateEstimate], str]:
-        return lambda s: tank_text(s)[name]
-
-    title = "At the contacts, leads included: what rules and limits judge"
-    return _by_state(estimates, title, {name: text(name) for name in TANK})
+    return _by_state(estimates, "At the contacts, leads included: what rules and limits judge",
+                     {name: partial(figure_text, key=key, digits=digits) for name, (key, digits) in TANK.items()})
 
 
 def reading_table(estimates: Estimates) -> Table:
     """One step of the converter in every state and one sigma of the noise of quantisation alone, in henries."""
-    return _by_state(estimates, "What the converter resolves", {
-        "step": lambda s: quantity(s.quantum, "H", 3),
-        "quantisation noise (step / sqrt 12)": lambda s: quantity(s.noise, "H", 3),
-        "amplitude at the coil": lambda s: quantity(s.coil_amplitude, "V", 3),
-    }, "quantum")
+    columns = {"step": "quantum_H", "quantisation noise (step / sqrt 12)": "noise_H",
+               "amplitude at the coil": "coil_amplitude_V"}
+    return _by_state(estimates, "What the converter resolves",
+                     {name: partial(figure_text, key=key, digits=3) for name, key in columns.items()}, "quantum")
 
 
 def spread_table(estimates: Estimates) -> Table:
@@ -249,7 +244,7 @@ def spread_table(estimates: Estimates) -> Table:
     def share(name: str) -> Callable[[StateEstimate], str]:
         return lambda s: _share(getattr(s.spread, name), getattr(s, name))
 
-    columns = {name: share(field) for name, (field, *_) in TANK.items() if name != "Q"}
+    columns = {name: share(field_and_unit(key)[0]) for name, (key, _) in TANK.items() if name != "Q"}
     columns["Rp mostly by"] = lambda s: s.spread.causes.get("parallel_resistance", NONE) if s.spread else NONE
     return _by_state(estimates, "Scatter of manufacture, one sigma", columns, "spread")
 

@@ -11,7 +11,7 @@ import numpy as np
 from sitscad.check_values import Measure as FitMeasure
 from sitscad.design import Design
 from sitscad.estimates.performance.values import AXES, AXIS_WORDS, FORCES, MOMENTS, unit_of
-from sitscad.estimates.quantities import TANK
+from sitscad.estimates.quantities import TANK, field_and_unit
 from sitscad.estimates.values import crowding_error
 from sitscad.record import record
 from sitscad.scene.fit import CLOSED_PAIR
@@ -282,7 +282,7 @@ def _rows() -> Iterator[DesignMeasure]:
     from sitscad.checks.performance import NEARLY, NEARLY_TILTED
 
     for name, (pick, meaning, by_inductance, by_loss) in WORST.items():
-        field, unit, _ = TANK[name]
+        field, unit = field_and_unit(TANK[name][0])
         yield DesignMeasure(name.lower(), unit, meaning, (), _of_tank(pick, field, by_inductance, by_loss))
     yield DesignMeasure("signal.normal", "", "share by which the reading changes from rest to "
                         "requirements.normal_force, of the coil where it changes least",
@@ -328,7 +328,7 @@ def _rows() -> Iterator[DesignMeasure]:
                         _exact(lambda design: design.estimates.readout.supply_current, uncounted))
     for name, (pick, *_) in WORST.items():
         if name != "Q":
-            own, (field, unit, _) = name.lower(), TANK[name]
+            own, (field, unit) = name.lower(), field_and_unit(TANK[name][0])
             meaning = f"one sigma of {own} from unit to unit, to first order, where {own} is at its worst"
             yield DesignMeasure(f"sigma.{own}", unit, meaning, (), _sigma(pick, field))
     yield DesignMeasure("yield", "", "share of units that keep every electrical, reading and feeling rule, over the "

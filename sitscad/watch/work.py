@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from sitscad.design import Design
-from sitscad.estimates.quantities import quantity, tank_text
+from sitscad.estimates.quantities import TANK, figure_text, quantity
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.finding import Severity
 from sitscad.inspection import unreadable
@@ -179,7 +179,7 @@ def _numbers(design: Design) -> Document:
     found: Document = {}
     for coil in design.estimates.coils:
         for name, state in coil.states.items():
-            found |= {f"{what} of {coil.name} {name}": value for what, value in tank_text(state).items()}
+            found |= {f"{what} of {coil.name} {name}": figure_text(state, *of) for what, of in TANK.items()}
     return found | {f"{each.name}, to spare": quantity(each.margin, "m") for each in design.fit}
 
 
