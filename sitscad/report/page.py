@@ -317,7 +317,7 @@ def _incoming(estimates: Estimates, bench: Estimates | None) -> str:
 def _performance_section(sheet: Document) -> str:
     """Ranges, resolutions and errors; nothing in a package without a data sheet."""
     felt, between, cells = sheet.get("performance", ()), sheet.get("unit_to_unit", {}), sheet.get("cells", {})
-    whole = _table(["of the whole sensor, full load", ""], numbers.whole_rows(felt), "")
+    whole = _table(["of the whole sensor", ""], numbers.whole_rows(felt), "")
     # of the map's own full scales, and rounded once
     units = _table(*numbers.head_and_rows(between.get("in_words", ())), between.get("errors_are", ""))
     by_cell = ""
