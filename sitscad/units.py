@@ -253,6 +253,15 @@ def show(value: float, unit: str, digits: int = 4) -> str:
     return f"{_plain(rounded / factor, digits)} {name}".strip()
 
 
+NONE = "-"
+"""Text of a figure that is absent or not finite."""
+
+
+def quantity(value: float | None, unit: str, digits: int = 4) -> str:
+    """Return a number with its unit, as `show` does. A dash if it is absent or not finite."""
+    return show(value, unit, digits) if value is not None and math.isfinite(value) else NONE
+
+
 def decimal(value: float, most: int = 4, least: int = 0) -> str:
     """A number in plain decimals, the same on every machine: at most and at least so many of them, never "-0".
 

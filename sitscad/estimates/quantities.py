@@ -2,21 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from sitscad.estimates.performance.values import AXIS_WORDS, INSTABILITY
 from sitscad.estimates.values import UNIT
-from sitscad.units import show
-
-NONE = "-"
-"""Text of a figure that is absent or not finite."""
-
-
-def quantity(value: float | None, unit: str, digits: int = 4) -> str:
-    """Return a number with its unit. A dash if it is absent or not finite."""
-    return show(value, unit, digits) if value is not None and math.isfinite(value) else NONE
+from sitscad.units import NONE, quantity, show
 
 
 def field_and_unit(key: str) -> tuple[str, str]:

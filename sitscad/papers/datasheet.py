@@ -22,7 +22,7 @@ from sitscad.estimates.cells import FIGURES_ARE, WEBS_KNOWN, AlikeCells, cell_ro
 from sitscad.estimates.performance.curves import Curves
 from sitscad.estimates.performance.points import production_limits
 from sitscad.estimates.performance.values import AXES, FORCES, MOMENTS, Performance, largest_lasting, unit_of
-from sitscad.estimates.quantities import NONE, sensor_rows
+from sitscad.estimates.quantities import sensor_rows
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.pad import NoResponse
 from sitscad.estimates.response.table import response_table
@@ -36,7 +36,7 @@ from sitscad.papers.drawings.plan_view import drawing, plan, plan_scale
 from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.places import cell_placements
 from sitscad.spec.sensor import SensorSpec
-from sitscad.units import counted, show
+from sitscad.units import NONE, counted, show
 
 ROOM = (170.0, 96.0, 112.0, 96.0)  # Of the drawing on the first page: left, low, width, height (mm)
 

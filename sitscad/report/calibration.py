@@ -18,13 +18,12 @@ from sitscad.drawing.sheet import Pen, Sheet
 from sitscad.drawing.svg import svg
 from sitscad.drawing.web_page import page, soft
 from sitscad.estimates.performance.values import SHOWN, shown_scales, unit_of
-from sitscad.estimates.quantities import quantity
 from sitscad.geometry.path import Point, circle
 from sitscad.report.findings import printable
 from sitscad.report.numbers import head_and_rows, html_table, table
 from sitscad.scene.motions import ROTATIONS
 from sitscad.spec.sensor import SensorSpec
-from sitscad.units import counted, show
+from sitscad.units import counted, quantity, show
 
 MOVED_HEAD = ("unknown", "found", "+-", "usual scatter", "moved by")
 

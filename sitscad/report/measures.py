@@ -6,9 +6,8 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from sitscad.estimates.quantities import NONE, quantity
 from sitscad.scene.state import titled
-from sitscad.units import in_mm, show
+from sitscad.units import NONE, in_mm, quantity, show
 
 if TYPE_CHECKING:
     from sitscad.check_values import Closing, Measure, RequirementResult, Signal

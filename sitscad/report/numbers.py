@@ -8,7 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from sitscad.estimates.performance.values import largest_lasting
-from sitscad.estimates.quantities import NONE, TANK, field_and_unit, figure_text, quantity, sensor_rows
+from sitscad.estimates.quantities import TANK, field_and_unit, figure_text, sensor_rows
 from sitscad.report.findings import CheckedSpec, OutputOptions, finding_json, printable, styled, to_json
 from sitscad.report.findings import as_text as as_findings
 from sitscad.report.measures import (
@@ -22,7 +22,7 @@ from sitscad.report.measures import (
     signal_rows,
 )
 from sitscad.scene.state import FREE, NAMED, titled
-from sitscad.units import show
+from sitscad.units import NONE, quantity, show
 from sitscad.version import __version__
 
 if TYPE_CHECKING:

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 from sitscad.drawing.sheet import Pen, Sheet
 from sitscad.drawing.svg import svg
 from sitscad.drawing.web_page import figure, page, part, soft
-from sitscad.estimates.quantities import NONE, quantity
 from sitscad.finding import Finding, Severity
 from sitscad.geometry.path import Point, polyline, rectangle
 from sitscad.record import record
@@ -33,7 +32,7 @@ from sitscad.spec.circuit import LayerKind
 from sitscad.spec.places import cell_specs
 from sitscad.spec.presets import is_rigid, metal_colour, unverified_figures
 from sitscad.spec.sensor import SensorSpec
-from sitscad.units import counted, show
+from sitscad.units import NONE, counted, quantity, show
 
 if TYPE_CHECKING:
     from sitscad.estimates import Estimates

@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sitscad.arrays import Array
-from sitscad.estimates.quantities import NONE, quantity
 from sitscad.report.findings import printable, styled, to_json
 from sitscad.report.numbers import felt_blocks, table
-from sitscad.units import cell, csv_text, show
+from sitscad.units import NONE, cell, csv_text, quantity, show
 from sitscad.version import __version__
 
 if TYPE_CHECKING:

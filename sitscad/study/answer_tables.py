@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from sitscad.estimates.quantities import NONE
 from sitscad.record import record
 from sitscad.report.measures import Table
 from sitscad.study.evaluation import Breach
@@ -18,7 +17,7 @@ from sitscad.study.space import at_key
 from sitscad.study.spreads import wilson
 from sitscad.study.study import StudyAnswer
 from sitscad.study.sweeping import rule_titles, shown
-from sitscad.units import show
+from sitscad.units import NONE, show
 
 Row = Mapping[str, Any]
 

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from sitscad.design import Design
-from sitscad.estimates.quantities import TANK, figure_text, quantity
+from sitscad.estimates.quantities import TANK, figure_text
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.finding import Severity
 from sitscad.inspection import unreadable
@@ -31,6 +31,7 @@ from sitscad.record import record
 from sitscad.report.findings import CheckedSpec
 from sitscad.solutions import Solutions
 from sitscad.spec.format.reading import SpecError
+from sitscad.units import quantity
 
 STAGES = ("findings", "board", "estimate", "feeling", "pushed", "solids", "sweep")
 """What is told, in the order of working it out; of a study findings and the sweep."""
