@@ -27,7 +27,7 @@ from sitscad.cli import designing, run
 from sitscad.spec import templates
 from sitscad.study.answer import agreement, bindings, changed, hypervolume, relaxation, unjudged
 from sitscad.study.answer_tables import base_value, breach_words, design_table, yield_table
-from sitscad.study.answer_text import answer_json, answer_text, yields_text
+from sitscad.study.answer_text import answer_json, answer_text, sweep_range, yields_text
 from sitscad.study.document import Goal, Requirement, StudyDocument
 from sitscad.study.evaluating import (
     IN_FULL,
@@ -48,6 +48,7 @@ from sitscad.study.search import Costs, ranked, search, sobol_set
 from sitscad.study.space import Space, Variable, at_key, code_version
 from sitscad.study.spreads import SPREADS, draws, unit, wilson, yield_of
 from sitscad.study.study import StudyAnswer, study_schema
+from sitscad.study.sweeping import range_of
 
 ROOT = Path(__file__).parents[2]
 
@@ -204,6 +205,16 @@ def test_designs_at_the_end_of_a_range_are_said_to_lie_there(answered):
     assert "coil.turns: 13 in every design that is kept, the last value of its range" in told((4, 1), (4, 2))
     assert "coil.trace_width: 100 um in every design that is kept, the first value" in told((1, 0))
     assert "of its range" not in told((1, 1), (4, 2))
+
+
+def test_sweep_command_of_an_answer_varies_a_key_that_no_other_key_follows(answered):
+    space = answered[0].asked.space
+    key, values = range_of(sweep_range(space))
+    assert key == "coil.turns" and values == space.variables[0].values
+    assert sweep_range(replace(space, variables=space.variables[1:])) == ""
+    wide = replace(space.variables[1], values=tuple(f"{100 + k} um" for k in range(31)))
+    key, values = range_of(sweep_range(replace(space, variables=(wide,), same={})))
+    assert key == "coil.trace_width" and (values[0], values[-1], len(values)) == ("100 um", "130 um", 7)
 
 
 def test_time_left_is_that_of_the_units_that_are_drawn_now(monkeypatch, capsys):
