@@ -16,7 +16,7 @@ from sitscad.calibration.unknowns import POSE_ERRORS, WIDEST, Unknown, named, un
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.pad import NoResponse, pushed
 from sitscad.estimates.response.working_range import WorkingRange, working_range
-from sitscad.estimates.units_made import with_modulus, with_pad
+from sitscad.estimates.units_made import with_modulus, with_thickness
 from sitscad.mechanics.motion import angles, rotations
 from sitscad.mechanics.pad import HELD_SHEAR, HELD_STRAIN
 from sitscad.physics.polynomials import POINTS_A_TERM, Polynomial, chebyshev, exponents, least_squares, spread
@@ -252,7 +252,7 @@ class Sensors:
 
     def _own(self, off: Mapping[str, float]) -> SensorSpec:
         """The spec with the pad of one sensor."""
-        spec = with_modulus("elastomer")(with_pad(self.model.spec, off["gap"]), off["modulus"])
+        spec = with_modulus("elastomer")(with_thickness("elastomer")(self.model.spec, off["gap"]), off["modulus"])
         pad = spec.elastomer
         assert pad is not None
         material = replace(pad.material, ogden_exponent=pad.material.ogden_exponent + off["exponent"])

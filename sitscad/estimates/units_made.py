@@ -75,18 +75,29 @@ def with_capacitor(spec: SensorSpec, off: float) -> SensorSpec:
     return spec if chosen is None else replace(spec, readout=replace(spec.readout, capacitance=chosen * (1.0 + off)))
 
 
-def with_pad(spec: SensorSpec, off: float) -> SensorSpec:
-    """The spec with a pad thicker by so much (m)."""
-    pad = spec.elastomer
-    if pad is None:
-        return spec
-    return replace(spec, elastomer=replace(pad, thickness=max(LEAST_FACTOR * pad.thickness, pad.thickness + off)))
+def with_thickness(part: str) -> Moved:
+    """Return a move that makes a part (``elastomer``, ``encapsulation`` or ``target``) thicker (m)."""
+
+    def moved(spec: SensorSpec, off: float) -> SensorSpec:
+        own = getattr(spec, part)
+        if own is None:
+            return spec
+        return replace(spec, **{part: replace(own, thickness=max(LEAST_FACTOR * own.thickness, own.thickness + off))})
+
+    return moved
 
 
-def with_pad_size(spec: SensorSpec, off: float) -> SensorSpec:
-    """The spec with a pad longer and wider by so much (m)."""
-    pad = spec.elastomer
-    return spec if pad is None else replace(spec, elastomer=replace(pad, size=_grown(pad.size, off)))
+def with_size(part: str) -> Moved:
+    """Return a move that makes a part (``elastomer`` or ``target``) longer and wider (m)."""
+
+    def moved(spec: SensorSpec, off: float) -> SensorSpec:
+        own = getattr(spec, part)
+        if own is None:
+            return spec
+        size = tuple(max(LEAST_FACTOR * side, side + off) for side in own.size)
+        return replace(spec, **{part: replace(own, size=size)})
+
+    return moved
 
 
 def with_modulus(part: str) -> Moved:
@@ -100,15 +111,6 @@ def with_modulus(part: str) -> Moved:
         return replace(spec, **{part: replace(own, material=material)})
 
     return moved
-
-
-def with_film(spec: SensorSpec, off: float) -> SensorSpec:
-    """The spec with an encapsulation thicker by so much (m)."""
-    film = spec.encapsulation
-    if film is None:
-        return spec
-    thickness = max(LEAST_FACTOR * film.thickness, film.thickness + off)
-    return replace(spec, encapsulation=replace(film, thickness=thickness))
 
 
 def with_glue(spec: SensorSpec, off: float) -> SensorSpec:
@@ -159,20 +161,6 @@ def with_metal(spec: SensorSpec, off: float) -> SensorSpec:
     return replace(spec, mount=replace(mount, jaw=replace(mount.jaw, height=height)))
 
 
-def with_target(spec: SensorSpec, off: float) -> SensorSpec:
-    """The spec with a target thicker by so much (m)."""
-    plate = spec.target
-    if plate is None:
-        return spec
-    return replace(spec, target=replace(plate, thickness=max(LEAST_FACTOR * plate.thickness, plate.thickness + off)))
-
-
-def with_target_size(spec: SensorSpec, off: float) -> SensorSpec:
-    """The spec with a target longer and wider by so much (m)."""
-    plate = spec.target
-    return spec if plate is None else replace(spec, target=replace(plate, size=_grown(plate.size, off)))
-
-
 def beside(axis: int) -> Moved:
     """Moves the target along an axis (0: x, 1: y) by so much (m)."""
 
@@ -190,11 +178,6 @@ def turned(spec: SensorSpec, off: float) -> SensorSpec:
     """The spec with a target turned by an angle (rad)."""
     target = spec.target
     return spec if target is None else replace(spec, target=replace(target, rotation=target.rotation + off))
-
-
-def _grown(size: tuple[float, float], off: float) -> tuple[float, float]:
-    x, y = (max(LEAST_FACTOR * side, side + off) for side in size)
-    return x, y
 
 
 def _farther(spec: SensorSpec, **by: float) -> SensorSpec:
