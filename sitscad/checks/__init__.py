@@ -16,6 +16,7 @@ from sitscad.finding import Finding, NotChecked, Severity
 from sitscad.fixes.search import DECISIVE, HINTS, Budget
 from sitscad.layout.board import Layout
 from sitscad.record import record
+from sitscad.scene.seating import mount_size
 from sitscad.spec.format.reading import RULE_NAMES, SpecError
 from sitscad.spec.format.validity import refuse_unusable
 from sitscad.spec.sensor import SensorSpec
@@ -55,7 +56,7 @@ class CheckResult:
     """What was found, in the order of rule and place, what could not be checked, with the reason, what each coil's
     reading does from rest to the required force, what was measured of the sensor in its jaw, how that closes, what is
     felt beside what is required (``reached``; ``felt`` in the text and JSON of `sitscad check`), and the board's size:
-    length and width (m) of its body, and of all of it.
+    length and width (m) of its body, of all of it, and of a plate or cap that carries it.
     """
 
     findings: tuple[Finding, ...]
@@ -64,7 +65,7 @@ class CheckResult:
     fit: tuple[Measure, ...] = ()
     closing: Closing | None = None
     reached: tuple[RequirementResult, ...] = ()
-    board: tuple[float, float, float, float] | None = None
+    board: tuple[float, ...] | None = None
 
     def __repr__(self) -> str:
         """A line with the verdict and the rules of errors and warnings."""
@@ -115,7 +116,8 @@ def judged(design: Design, hints: str = DECISIVE, least: Severity | None = Sever
 
     findings.sort(key=lambda finding: (finding.rule, finding.line or 0, finding.column or 0, finding.message))
     return CheckResult(tuple(findings), tuple(not_checked), signals(design.estimates), design.fit, design.closing,
-                       performance.noted(design), (*design.layout.body_size, *design.layout.size))
+                       performance.noted(design),
+                       (*design.layout.body_size, *design.layout.size, *(mount_size(design.layout) or ())))
 
 
 @checked_arguments

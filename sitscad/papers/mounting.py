@@ -144,10 +144,11 @@ def in_place(layout: Layout) -> Iterator[str]:
         return
     if mount.finger is not None:
         width, side = cap_size(layout)
+        length = max((each for each in SET_LENGTHS if 1e-3 * each <= side + SAME), default=SET_LENGTHS[0])
         yield (
             f"Slip the cap, {in_mm(width, 2)} mm wide, over the finger and clamp it by two "
             f"M{in_mm(mount.finger.screw)} set screws of plastic or brass: steel is seen. The cap's sides are "
-            f"{in_mm(side, 2)} mm thick there: shorter screws do not stand out."
+            f"{in_mm(side, 2)} mm thick there: screws of {in_mm(1e-3 * length)} mm do not stand out."
         )
     elif mount.holes is not None and adapter_needed(layout):
         plate, below = -plate_floor(layout)[1], adapter_depth(layout)
@@ -171,6 +172,9 @@ def in_place(layout: Layout) -> Iterator[str]:
 
 NUT = 1.6e-3
 """Height (m) of an M2 nut (ISO 4032)."""
+
+SET_LENGTHS = (2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0)
+"""Lengths of set screws (mm; ISO 4026)."""
 
 LENGTHS = (3, 4, 5, 6, 8, 10, 12, 16, 20, 25, 30, 35, 40, 45, 50)
 """Lengths of screws under the head (mm; ISO 4762)."""
@@ -237,6 +241,8 @@ def _bent(layout: Layout) -> str:
         said += f" It meets the mount's lower edge there by {met} mm: chamfer that edge by as much with a file first."
     return said
 
+
+SAME = 1e-6  # Lengths (m) that differ by less are the same
 
 LEAST_MET = 0.05e-3
 """Overlap (m) of rod and mount that is worth a word."""

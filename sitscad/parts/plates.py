@@ -24,6 +24,7 @@ from sitscad.scene.jaws import axis, shield_that_fits
 from sitscad.scene.seating import (
     CORNER_SCREW,
     FLOOR,
+    FRONT,
     PLATE_CORNER,
     adapter_depth,
     adapter_needed,
@@ -163,7 +164,6 @@ def _box_of(shape: Any) -> Box:
     return bounds.min.X / MM, bounds.min.Y / MM, bounds.max.X / MM, bounds.max.Y / MM
 
 
-FRONT = 2.0e-3  # Plastic before the finger's end (m)
 TAPPED = 0.82  # Hole to be tapped over the thread's nominal diameter (M2: 1.6 mm, M3: 2.5 mm; ISO 2306)
 TOUCHED = 1.5e-3  # Radius of the edges that are touched (m)
 

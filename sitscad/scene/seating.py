@@ -14,7 +14,7 @@ from sitscad.geometry.convex import Box
 from sitscad.geometry.path import Path, bounding_box
 from sitscad.layout.board import Layout, Stiffener
 from sitscad.record import record
-from sitscad.scene.bodies import above_board, board_heights, seat_spans
+from sitscad.scene.bodies import above_board, board_heights, film_thickness, seat_spans
 from sitscad.scene.column import print_limit, process_of
 from sitscad.scene.jaws import axis, jaw_range, rim, room_across, section, shield_that_fits
 from sitscad.scene.stack import tail_heights
@@ -265,6 +265,21 @@ def cap_size(layout: Layout) -> tuple[float, float]:
     side = max(ENGAGED * finger.screw, ledge(mount))
     half = max(finger.size[0] / 2 + room + side, (y1 - y0) / 2 + room + ledge(mount))
     return 2.0 * half, half - finger.size[0] / 2 - room
+
+
+FRONT = 2.0e-3
+"""Plastic before the finger's end (m)."""
+
+
+def mount_size(layout: Layout) -> tuple[float, float] | None:
+    """Length along the board and width (m) of a bench plate or of a fingertip's cap; None for any other mount."""
+    mount, end = layout.spec.mount, cap_end(layout)
+    if end is not None:
+        return end - layout.body[0] + clearance(mount) + 2.0 * FRONT, cap_size(layout)[0]
+    if mount is None or mount.kind != "bench-plate":
+        return None
+    x0, y0, x1, y1 = plate_plan(layout, film_thickness(layout.spec.encapsulation))
+    return x1 - x0, y1 - y0
 
 
 def adapter_needed(layout: Layout) -> tuple[Hole, ...]:

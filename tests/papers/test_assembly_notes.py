@@ -13,11 +13,14 @@ from tolerance import approx
 import sitscad
 from sitscad import parts
 from sitscad.design import Design
+from sitscad.inspection import as_configured
 from sitscad.papers import assembly_notes
 from sitscad.papers import assembly_notes as bench_steps
 from sitscad.papers.assembly_notes import WIDTH, render
 from sitscad.papers.mounting import LENGTHS
 from sitscad.papers.workpieces import STAGE_OF, is_current
+from sitscad.report.findings import as_json, as_text
+from sitscad.report.findings.document import read_findings
 from sitscad.scene.fit import closed_section
 from sitscad.scene.seating import cap_size, plate_floor
 from sitscad.scene.tail_path import ROD, bends, rod_clear
@@ -410,6 +413,21 @@ def test_the_cap_of_a_finger_has_its_outer_width():
     assert width > finger.size[0] + 2 * 1.5 * finger.screw and side >= 1.5 * finger.screw
     (said,) = re.findall(r"Slip the cap, ([0-9.]+) mm wide", in_one_line(layout))
     assert float(said) == approx(1e3 * width, rel=1e-3)
+    (screw,) = re.findall(r"screws of ([0-9.]+) mm do not", in_one_line(layout))
+    assert 1e-3 * float(screw) <= side + 1e-9 < 1e-3 * float(screw) + 1e-3
+
+
+@pytest.mark.cad
+@pytest.mark.parametrize("name", ["fingertip_cell", "bench_7mm"])
+def test_check_states_the_outer_size_of_plate_and_cap(name):
+    """How wide the cap over a finger is was told nowhere."""
+    spec = sitscad.load_text(templates.read(name), "t.yaml")
+    result = sitscad.check(spec, hints="none")
+    (mount,) = (piece.shape.bounding_box() for piece in parts.solids(sitscad.lay_out(spec)) if piece.name == "mount")
+    assert result.board[4:] == approx([1e-3 * mount.size.X, 1e-3 * mount.size.Y], rel=1e-6)
+    checked = as_configured(spec, result)
+    assert read_findings(as_json([checked]).encode(), "", "").board == result.board
+    assert re.search("^mount: .* mm outside$", as_text([checked]), re.MULTILINE)
 
 
 @pytest.mark.parametrize("kind", ["bench-plate", "custom"])

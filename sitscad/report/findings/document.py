@@ -27,7 +27,7 @@ class CheckedSpec:
     what is felt beside what is required; ``ignored`` what was found and is not held against the spec, each with the
     reason; ``silenced`` the errors among that and what was left out that only physics can judge: they stop no build,
     but mark its package; ``name`` the spec's own name, empty where it could not be read;
-    ``board`` the length and width (m) of the board's body and of all of it.
+    ``board`` the length and width (m) of the board's body, of all of it, and of a plate or cap that carries it.
     """
 
     path: str
@@ -42,7 +42,7 @@ class CheckedSpec:
     closing: Closing | None = None
     reached: tuple[RequirementResult, ...] = ()
     name: str = ""
-    board: tuple[float, float, float, float] | None = None
+    board: tuple[float, ...] | None = None
 
     @property
     def ok(self) -> bool:
@@ -98,7 +98,7 @@ def excerpt(line: str, column: int, room: int | None = None) -> tuple[str, int]:
 def checked_spec(
     spec: SensorSpec, findings: Sequence[Finding], not_checked: Sequence[NotChecked], signals: Sequence[Signal] = (),
     fit: Sequence[Measure] = (), closing: Closing | None = None, reached: Sequence[RequirementResult] = (),
-    board: tuple[float, float, float, float] | None = None,
+    board: tuple[float, ...] | None = None,
 ) -> CheckedSpec:
     """A spec with its findings, each given its place in the text where it has none yet, and what was measured of it."""
     source, placed = spec.source, []
@@ -153,7 +153,8 @@ def fingerprint(*parts: str) -> str:
     return hashlib.sha256("\0".join(parts).encode("utf-8", "surrogatepass")).hexdigest()[:16]
 
 
-BOARD = ("body_length_m", "body_width_m", "length_m", "width_m")  # The keys of a board's size
+BOARD = ("body_length_m", "body_width_m", "length_m", "width_m", "mount_length_m", "mount_width_m")
+"""Keys of a board's size; the last two only if a plate or a cap carries it."""
 
 
 def as_json(checked: Sequence[CheckedSpec]) -> str:
@@ -185,7 +186,7 @@ def json_document(checked: Sequence[CheckedSpec]) -> dict[str, Any]:
                     {key: getattr(share, field) for key, field in SHARE.items()} for share in measure.parts]}
                     for measure in spec.fit],
                 "closing": None if spec.closing is None else closing_json(spec.closing),
-                "board": None if spec.board is None else dict(zip(BOARD, spec.board, strict=True)),
+                "board": None if spec.board is None else dict(zip(BOARD, spec.board, strict=False)),
             }
             for spec in checked
         ],
@@ -264,7 +265,8 @@ def read_findings(content: bytes, path: str, text: str) -> CheckedSpec | None:
             path, text, findings, not_checked, signals=signals, ignored=tuple(ignored),
             fit=tuple(map(_measure, spec["fit"])), closing=closing,
             reached=tuple(RequirementResult(**each) for each in spec["felt"]), name=spec["name"] or "",
-            board=None if spec["board"] is None else tuple(spec["board"][key] for key in BOARD),
+            board=None if spec["board"] is None else tuple(
+                spec["board"][key] for key in BOARD if key in spec["board"]),
         )
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         return None

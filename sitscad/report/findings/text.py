@@ -248,8 +248,10 @@ def _figures_text(spec: CheckedSpec, output: OutputOptions) -> list[str]:
     """The board's size, what the coils feel, how the sensor fits its jaw and how that closes, a line each."""
     rows: list[tuple[str, Sequence[str]]] = []
     if spec.board is not None:
-        long, wide, *over_all = (f"{size * 1e3:.4g}" for size in spec.board)
-        rows += [("board", [f"body {long} x {wide} mm, {' x '.join(over_all)} mm over all"])]
+        sizes = [f"{size * 1e3:.4g}" for size in spec.board]
+        body, over_all, mount = (" x ".join(sizes[k : k + 2]) for k in (0, 2, 4))
+        rows += [("board", [f"body {body} mm, {over_all} mm over all"])]
+        rows += [("mount", [f"{mount} mm outside"])] if mount else []
     if spec.signals or spec.reached:
         from sitscad.report.measures import felt_words, headline
 
