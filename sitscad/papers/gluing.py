@@ -234,12 +234,12 @@ def pressing(layout: Layout) -> str:
             f"upright. Hold the frame until the glue has set{pads}. Never press the {part} at one edge."
         )
     if kind == "bench-plate":  # as large as the frame, and flush with the board
-        upright = f"jig-{part}, waxed and laid on the mount round it, keeps it upright"
-        rim = (
-            f"Press the rim beside the {part} down with a flat stick before the frame goes on, which covers it, and "
-            f"never the {part} at one edge."
+        return (
+            f"{loaded(part, press.mass)} before any glue is spread, and have jig-{part}, waxed, at hand. Once the "
+            f"board lies on, press the rim beside the {part} down with a flat stick, all round. Then lay jig-{part} on "
+            "the mount round it, and let the press down in its well, which keeps it upright, until the glue has "
+            f"set{pads}. The frame covers the rim. Never press the {part} at one edge."
         )
-        return f"{loaded(part, press.mass)}, and stand it on the {part} ({upright}) until the glue has set{pads}. {rim}"
     return (
         f"{loaded(part, press.mass)} before any glue is spread, and clamp what the board goes on, so that both hands "
         f"are free. Stand the press on the {part} and hold it upright with one hand until the glue has set{pads}; the "

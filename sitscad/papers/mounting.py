@@ -157,11 +157,7 @@ def in_place(layout: Layout) -> Iterator[str]:
             f"{screws(mount.holes.thread, FLOOR)} Lay four M2 nuts into it from below first; they hold the mount's "
             f"four screws.{metal_below_told(layout)}"
         )
-        least = plate + below - CORNER_SCREW.nut_height + NUT
-        yield (
-            f"Screw the mount on the adapter, by M2 screws between {in_mm(least, 1)} and {in_mm(plate + below, 1)} mm "
-            f"long (under the head), that fill the nuts and do not stand out.{_room_below(layout)}"
-        )
+        yield f"Screw the mount on the adapter: {_into_nuts(plate + below)}{_room_below(layout)}"
     elif mount.holes is not None:
         thread = "M2" if mount.holes.name == "corners-m2" else mount.holes.thread
         yield (
@@ -180,11 +176,23 @@ LENGTHS = (3, 4, 5, 6, 8, 10, 12, 16, 20, 25, 30, 35, 40, 45, 50)
 """Lengths of screws under the head (mm; ISO 4762)."""
 
 
+def _into_nuts(depth: float) -> str:
+    """The four M2 screws through mount and adapter of a depth (m) into the nuts at its lower face; a whole sentence."""
+    grip = depth - CORNER_SCREW.nut_height
+    length = max((each for each in LENGTHS if 1e-3 * each <= depth + SAME), default=LENGTHS[0])
+    reach = min(1e-3 * length - grip, NUT)
+    if reach >= NUT / 2:
+        return f"M2 x {length} screws (ISO 4762) reach {in_mm(reach, 1)} mm into the nuts and do not stand out."
+    longer = next(each for each in LENGTHS if 1e-3 * each > depth)
+    return f"M2 x {longer} screws (ISO 4762), cut to {in_mm(depth, 1)} mm: longer ones stand out of the adapter."
+
+
 def screws(thread: str, grip: float) -> str:
-    """The screws for a thread, like M2 (empty: any), through plastic of a thickness (m), with their length."""
+    """Screws with their length for a thread, like M2 or 1/4-20 (empty: any), through plastic of a thickness (m)."""
     lies = f"{in_mm(grip, 1)} mm of plastic lie under each head"
-    if not thread:
-        return f"{lies}: the screws are longer by {ENGAGED:g} of their diameters at least."
+    if not thread.startswith("M"):  # inch threads have lengths of their own
+        whose = f"{thread} screws" if thread else "the screws"
+        return f"{lies}: {whose} are longer by {ENGAGED:g} of their diameters at least."
     own = 1e-3 * float(thread.removeprefix("M"))
     length = next((each for each in LENGTHS if 1e-3 * each >= grip + ENGAGED * own), None)
     if length is None:

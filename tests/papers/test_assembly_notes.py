@@ -17,7 +17,7 @@ from sitscad.inspection import as_configured
 from sitscad.papers import assembly_notes
 from sitscad.papers import assembly_notes as bench_steps
 from sitscad.papers.assembly_notes import WIDTH, render
-from sitscad.papers.mounting import LENGTHS
+from sitscad.papers.mounting import LENGTHS, in_place
 from sitscad.papers.workpieces import STAGE_OF, is_current
 from sitscad.report.findings import as_json, as_text
 from sitscad.report.findings.document import read_findings
@@ -25,6 +25,7 @@ from sitscad.scene.fit import closed_section
 from sitscad.scene.seating import cap_size, plate_floor
 from sitscad.scene.tail_path import ROD, bends, rod_clear
 from sitscad.spec import presets, templates
+from sitscad.spec.load import rewritten_spec
 from sitscad.units import show
 from sitscad.writer import Package
 
@@ -404,6 +405,17 @@ def test_screws_of_a_plate_have_a_length_that_engages():
         (length,) = map(float, re.findall(r"M2 x ([0-9.]+) screws", in_one_line(layout)))
         engaged = 1e-3 * length + plate_floor(layout)[1]
         assert length in LENGTHS and 3e-3 <= engaged < 7e-3
+
+
+@pytest.mark.parametrize(("holes", "said"), [
+    ("ati-nano17", "M2 x 6 screws (ISO 4762) reach 1.2 mm"), ("ati-mini40", "M2 x 8 screws (ISO 4762), cut to 7.6 mm"),
+    ("breadboard-m6-25mm", "M6 x 16 screws"), ("breadboard-quarter-inch", "1/4-20 screws are longer"),
+    ([{"at": [20, 0]}, {"at": [-20, 0]}], "the screws are longer"),
+])
+def test_screws_of_every_pattern_of_holes_have_a_length(holes, said):
+    spec = sitscad.load_text(templates.read("bench_7mm"), "t.yaml")
+    mounted = rewritten_spec(spec, [("mount", {"kind": "bench-plate", "holes": holes})])
+    assert said in " ".join(in_place(sitscad.lay_out(mounted)))
 
 
 def test_the_cap_of_a_finger_has_its_outer_width():

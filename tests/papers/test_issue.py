@@ -35,6 +35,7 @@ from sitscad.spec.circuit import PanelSpec
 from sitscad.spec.format.reading import SpecError
 from sitscad.spec.load import load_text
 from sitscad.spec.yaml.source import Issue
+from sitscad.writer import Package
 
 ISSUE = Issue("B.2", "TS-104 (a)", "2026-11-22")
 SPEC = """\
@@ -92,7 +93,8 @@ def test_papers_of_the_assembly_and_the_cut_sheets_name_it(issued):
     spec = replace(design.spec, issue=ISSUE)
     layout, title = replace(design.layout, spec=spec), "Part number TS-104 (a), revision B.2, 2026-11-22."
     (cut,) = laser_notes.render(layout).values()
-    (steps,) = assembly_notes.render(layout, design.estimates, design.bench_estimates, "", {}).values()
+    package = Package({}, frozenset())
+    (steps,) = assembly_notes.render(layout, design.estimates, design.bench_estimates, "", package).values()
     assert cut.decode().splitlines()[1] == steps.decode().splitlines()[1] == title
     files = drawn_calibration(Design(spec, layout, design.estimates))
     assert files["calibration/plan.txt"].decode().splitlines()[1] == title
