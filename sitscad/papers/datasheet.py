@@ -242,7 +242,7 @@ def summary(felt: Sequence[Performance], layout: Layout, found: Calibration | No
     row("largest error that lasts, full load",
         *(f"{_amount(error, name)}, {cause.replace(UNTOLD, 'not told')}"
           for name, (error, cause) in zip(names, lasting, strict=True)))
-    for cause, point in ((drift_of(rest), rest), *((cause, full) for cause in drifts(full))):
+    for cause, point in ((drifts(rest)[0], rest), *((cause, full) for cause in drifts(full))):
         row(cause, *(_amount(point.axes[name].errors[cause], name) for name in names))
     row(
         f"largest sensitivity {'in the least cell,' if has_cells else 'of a coil at'} half load",
@@ -269,11 +269,6 @@ def summary(felt: Sequence[Performance], layout: Layout, found: Calibration | No
 def drifts(point: Performance) -> list[str]:
     """The causes of errors by temperature at a working point: the drift, and what a tare before each grasp leaves."""
     return [cause for cause in next(iter(point.axes.values())).errors if "drift" in cause]
-
-
-def drift_of(point: Performance) -> str:
-    """The name of the cause of errors that is the drift with temperature at a working point."""
-    return drifts(point)[0]
 
 
 LEAST_TOLD = 1e-4  # Crosstalk of a noiseless map below which its digits mean nothing
