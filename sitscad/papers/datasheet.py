@@ -104,10 +104,13 @@ def _sheets(
     between = [] if found is None else list(found.error_rows)
     figures_told = summary(felt, layout, found)
     first = _new(layout.spec, "data sheet", forced, f"drawing {scale_text(plan_scale(layout, ROOM))}")
-    low = table(first, LEFT, TOP, _widths(figures_told, 58.0, 150.0), figures_told, 2.4)
-    low = table(first, LEFT, low - 6.0, (58.0, 92.0), sensor(felt, layout, estimates, told), 2.4)
+    whole = sensor(felt, layout, estimates, told)
+    # letters small enough that all tables end above the note at the foot
+    size = min(2.4, (TOP - FOOT) / (1.55 * (len(figures_told) + len(whole) + len(between))))
+    low = table(first, LEFT, TOP, _widths(figures_told, 58.0, 150.0), figures_told, size)
+    low = table(first, LEFT, low - 6.0, (58.0, 92.0), whole, size)
     if found is not None:
-        low = table(first, LEFT, low - 6.0, _widths(between, 58.0, 150.0), between, 2.4)
+        low = table(first, LEFT, low - 6.0, _widths(between, 58.0, 150.0), between, size)
         fitting_paragraph(first, LEFT, low - 4.0, 150.0, 12.0, [found.errors_are], 2.2)
     plan(first, layout, ROOM)
     fitting_paragraph(first, 170.0, 90.0, 112.0, 42.0, [_about(layout, felt)], 2.6)
@@ -136,6 +139,9 @@ def _sheets(
     fitting_paragraph(last, 165.0, TOP, 118.0, 42.0, numbered(notes(felt, found)), 2.3)
     return [sheet for sheet in (first, each, assembly, curved, beyond, last, own) if sheet is not None]
 
+
+FOOT = 36.0
+"""Height (mm) on the first sheet that is left for the gaps between its tables, and for the note below them."""
 
 MOST_BESIDE = 4  # Coils whose incoming test stands on the sheet of contacts and limits; of more it has one of its own
 

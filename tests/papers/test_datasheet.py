@@ -387,3 +387,13 @@ def test_a_plot_is_shapes_and_letters_of_the_sheet():
                 for piece in path.segments:
                     assert -0.5 < piece.start.x < 80.5 and -0.5 < piece.start.y < 50.5
     assert svg(sheet) == svg(sheet) and pdf([sheet])
+
+
+def test_many_rows_on_the_first_sheet_end_above_its_frame(bench, monkeypatch):
+    """The note at the foot of skin_strip_6's data sheet ran over the frame."""
+    sheets = []
+    monkeypatch.setattr("sitscad.papers.datasheet.pdf", lambda made: sheets.extend(made) or b"")
+    more = [("row", "-", "-")] * 12
+    monkeypatch.setattr("sitscad.papers.datasheet.summary", lambda *given: [*summary(*given), *more])
+    render(bench.layout, bench.estimates, bench.response, bench.performance, bench.curves, "", bench.bench_estimates)
+    assert min(item.at.y for item in sheets[0].items if isinstance(item, Label)) > 9.0
