@@ -97,6 +97,8 @@ def _slice(solid: Solid, spec: SensorSpec) -> Polygons:
     middle = 1e3 * math.fsum(centres) / len(centres) + 1e-4
     turned = np.array([[0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [1.0, 0.0, 0.0, 0.0]])
     cut = manifold(tessellate(solid, CHORD, TURN / 4)).transform(turned).slice(middle)
+    # triangles leave points on straight edges, which move with a longer tail
+    cut = cut.simplify(1e-6)
     return [[tuple(point) for point in np.asarray(polygon).tolist()] for polygon in cut.to_polygons()]
 
 
