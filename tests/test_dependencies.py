@@ -123,11 +123,13 @@ def test_importing_sitscad_loads_nothing_heavy():
     assert not loaded_by("import sitscad")
 
 
+@pytest.mark.slow
 def test_a_check_leaves_the_masked_arrays_alone():
     """Numpy's set functions load them, which takes a third of what numpy itself takes."""
     assert "numpy.ma" not in modules_after_a_check()
 
 
+@pytest.mark.slow
 def test_a_check_leaves_openssl_alone():
     assert "_hashlib" not in modules_after_a_check()
 
@@ -164,6 +166,7 @@ def test_light_commands_load_nothing_heavy(arguments):
     assert not loaded_by(COMMAND, *arguments)
 
 
+@pytest.mark.slow
 def test_the_flex_files_load_nothing_heavy(tmp_path):
     assert not loaded_by(COMMAND, "build", str(SPEC), "--only", "gerber,kicad,laser", "-o", str(tmp_path))
 

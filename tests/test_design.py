@@ -50,6 +50,7 @@ def test_nothing_is_made_before_it_is_asked_for(made):
     assert made == {"arrange": 1}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["grasper_4layer", "three_axis_triangle"])
 def test_a_design_that_passes_is_laid_out_and_estimated_once(name, made):
     """But for a hint of a note that was tried: another silicone, on the board that is laid out."""
@@ -87,6 +88,7 @@ def test_a_design_that_is_judged_says_what_check_says():
     assert judged(sitscad.Design(spec)) == sitscad.check(spec)
 
 
+@pytest.mark.slow
 def test_designs_with_one_board_measure_its_copper_once_and_are_judged_as_ever():
     design = template("grasper_4layer")
     judged(design, hints="none")

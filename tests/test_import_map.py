@@ -162,6 +162,7 @@ def rings(imports: dict[str, set[str]]) -> set[frozenset[str]]:
     }
 
 
+@pytest.mark.slow
 def test_no_modules_import_each_other():
     """Not even for type checkers: what two modules need of each other belongs into a third."""
     assert not rings(imports_of_modules())

@@ -64,6 +64,7 @@ $ sitscad check c.yaml
 """
 
 
+@pytest.mark.slow
 def test_a_page_is_filled_once_and_then_stays(page):
     page.write_text(FRESH, encoding="utf-8")
     assert pages.stale("page") == ["page.md", "board.svg"]

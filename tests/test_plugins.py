@@ -76,6 +76,7 @@ def ran(*words):
     return CliRunner().invoke(cli, [str(word) for word in words])
 
 
+@pytest.mark.slow
 def test_a_rule_of_ones_own_is_told_listed_explained_ignored_and_waived(spec):
     found = json.loads(ran("check", spec, "--format", "json", "--hints", "none", "--plugin", EXAMPLE).stdout)
     (finding,) = [each for each in found["specs"][0]["findings"] if each["rule"] == "LAB001"]
@@ -92,6 +93,7 @@ def test_a_rule_of_ones_own_is_told_listed_explained_ignored_and_waived(spec):
     assert ran("check", spec, "--format", "sarif", "--hints", "none").exit_code == 0
 
 
+@pytest.mark.slow
 def test_files_of_ones_own_are_in_the_package_and_go_with_the_plugin(tmp_path, spec, monkeypatch):
     out = tmp_path / "out"
     assert ran("build", spec, "-o", out, "--only", "firmware,report", "--plugin", EXAMPLE).exit_code == 0
@@ -111,6 +113,7 @@ def test_files_of_ones_own_are_in_the_package_and_go_with_the_plugin(tmp_path, s
     )
 
 
+@pytest.mark.slow
 def test_the_pages_plugin_and_profile_work_as_shown(tmp_path, spec):
     page = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
     blocks = {kind: page.partition(f"```{kind}\n")[2].partition("```")[0] for kind in ("python", "yaml")}
@@ -230,6 +233,7 @@ def test_a_plugin_does_not_end_the_program(plugin, spec, typed, tmp_path, body, 
     assert not (tmp_path / "out" / "jaw-5x20").exists()
 
 
+@pytest.mark.slow
 def test_an_installed_plugin_does_not_end_the_program(tmp_path):
     info = tmp_path / "our_lab-1.0.dist-info"
     info.mkdir()
@@ -281,6 +285,7 @@ def test_a_complaint_of_other_kinds_is_refused_by_name(plugin, spec, typed, fiel
     assert code == 2 and f"own.py: rule LAB001: TypeError: the {field} of its Violation" in said.err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("stage", "path", "only"),
     [("report", "report.html", "report"), ("report", "Report.HTML", "report"),

@@ -13,6 +13,7 @@ def blocks(language):
     return re.findall(rf"^```{language}\n(.*?)^```", TEXT, re.DOTALL | re.MULTILINE)
 
 
+@pytest.mark.slow
 def test_the_ten_lines_of_library_run(tmp_path, monkeypatch, capsys):
     (code,) = blocks("python")
     assert len([line for line in code.splitlines() if line.strip()]) <= 11

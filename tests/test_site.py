@@ -31,6 +31,7 @@ def test_every_page_is_in_the_contents_once():
     assert sorted(named) == sorted(page.stem for page in DOCS.glob("*.md") if page.stem != "index")
 
 
+@pytest.mark.slow
 def test_every_spec_of_the_tutorial_is_what_the_page_says():
     """The first is refused for its frequency alone, and the second is mended by what the page does."""
     import sitscad

@@ -54,6 +54,7 @@ def test_the_driver_s_constants_are_those_of_the_data_sheet():
     assert [float(value) for value in drive.replace("\n", "").split(",") if value.strip()] == [*device.drive_currents]
 
 
+@pytest.mark.slow
 def test_it_is_set_up_asleep_read_back_and_woken_last(pad):
     """Today's table left every error off and was trusted unread."""
     (words,) = pad.run("trace", "begin")

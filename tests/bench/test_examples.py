@@ -37,6 +37,7 @@ def test_the_linux_example_runs_on_the_simulated_converter(pad, tmp_path):
     assert len(lines) == 6 + 3 and all(line.count(" Hz (0)") == 4 for line in lines[6:])
 
 
+@pytest.mark.slow
 @pytest.mark.clients("gcc")
 def test_the_linux_example_speaks_i2c_dev(pad, tmp_path):
     """Its ioctls, on a bus of ours; a bus that is not there is said."""
@@ -50,6 +51,7 @@ def test_the_linux_example_speaks_i2c_dev(pad, tmp_path):
     assert subprocess.run([program, "/dev/no-bus"], capture_output=True, check=False).returncode == 1
 
 
+@pytest.mark.slow
 @pytest.mark.clients("gcc")
 def test_the_linux_example_drives_sd_as_the_wiring_needs_it(pad, tmp_path):
     """The resistor of the wiring holds SD high, which shuts the converter down: nothing answers without ``sd=``."""
@@ -321,6 +323,7 @@ def test_the_ros_node_publishes_what_is_whole_and_tells_what_is_not(node):
     assert said == ["3 lines lost, 1 corrupted, 1 of another sensor"]
 
 
+@pytest.mark.slow
 @pytest.mark.clients("gcc")
 def test_the_readme_wires_every_contact_and_has_ten_steps(pad, tmp_path):
     design = pad.design

@@ -29,6 +29,7 @@ def test_every_fault_is_named_and_nothing_that_is_sound():
     assert any(fault.startswith("glitch") and said.endswith("given out 0 wrong") for fault, _, said, _ in rows)
 
 
+@pytest.mark.slow
 def test_two_converters_are_one_sensor(tmp_path):
     """Four coils on two LDC1612: their scans do not keep step, and forces come all the same."""
     spec = sitscad.load(TEMPLATES / "three_axis_pad.yaml")

@@ -155,6 +155,7 @@ def test_loads_on_several_axes_stand_in_one_or_in_several():
         source_of(f"sim:{SPEC}?load=normal:4,moment_y:2", None)
 
 
+@pytest.mark.slow
 def test_readings_beyond_the_map_are_said_to_be(design):
     found = sitscad.calibrate(design).map
     forces, board = Forces([found]), Board(design, ())

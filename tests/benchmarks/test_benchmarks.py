@@ -45,6 +45,7 @@ def test_noise_is_a_ratio_to_the_best():
     assert 1.0 <= middle <= worst
 
 
+@pytest.mark.slow
 def test_every_shape_is_priced_against_the_round_coil():
     rows = list(shapes.costs(((2, 1),), shapes=(shapes.SHAPES[0], shapes.SHAPES[6])))
     assert [row.shape for row in rows] == ["circle", "square, rounded"]

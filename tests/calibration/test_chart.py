@@ -60,6 +60,7 @@ def soft():
     return sitscad.Design(sitscad.load_text(SOFT, "soft-pad.yaml"))
 
 
+@pytest.mark.slow
 def test_a_chart_says_what_it_is_off_by(soft):
     """A pad known to 67 % was charted as far as the softest is sheared, four thicknesses: the readings' changes were
     half wrong where 0.6 % was taken for granted, and no calibration noticed.
@@ -108,6 +109,7 @@ def test_a_target_that_adds_inductance_is_charted_by_how_much_it_adds():
     assert np.all(found.plan.errors[-1] < 0.02 * found.map.full_scale)
 
 
+@pytest.mark.slow
 def test_no_map_is_made_where_the_change_passes_through_nothing():
     """A map of such steel read -1.7 N at rest and 1.2 N between nothing and 4 N."""
     steel = "{name: steel, conductivity: 5 MS/m, relative_permeability: 200}"

@@ -82,6 +82,7 @@ def test_error_of_a_measured_unit_is_told_in_the_measure_of_the_data_sheet_too(c
     assert np.all(sigma.error < 3.0 * alike.error) and np.all(sigma.error > alike.error / 3.0)
 
 
+@pytest.mark.slow
 def test_points_along_one_axis_say_that_they_leave_the_other_open(sensors, foretold, hidden, calibrated, truth):
     """Found with loads without shear: the leave-one-out error alone was a tenth of the true one."""
     loads = np.zeros((5, 3))
@@ -111,6 +112,7 @@ def test_drift_goes_with_the_tares(sensors, bench, calibrated, foretold, truth):
     assert np.all(_off(found.map, truth) < 0.02)
 
 
+@pytest.mark.slow
 def test_poses_find_where_the_target_rests(sensors, hidden):
     """Without loads nothing is learnt of the modulus."""
     poses = np.zeros((9, 6))

@@ -136,6 +136,7 @@ def test_a_map_states_what_its_chart_is_off_by(sensors, foretold, hidden):
     assert np.all(off < found.map.error) and np.all(found.map.error < 0.03 * found.map.full_scale)
 
 
+@pytest.mark.slow
 def test_usual_sensors_get_no_word(sensors, calibrated):
     assert not list(far_off(sensors, calibrated.fit))
     assert calibrated.fit.odd.max() < 4.0

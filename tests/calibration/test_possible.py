@@ -92,6 +92,7 @@ def test_an_unknown_far_beyond_manufacture_is_refused_by_its_name(table, sensors
         require_told(read, points, sensors, replace(fit, moved=moved))
 
 
+@pytest.mark.slow
 def test_a_row_that_all_others_contradict_is_refused(table, sensors):
     """The load of a row mistyped by its sign: nothing in it alone is impossible."""
 
@@ -128,6 +129,7 @@ FAR_ASIDE = """\
 """Readings of a simulated unit of the design whose target is 0.8 mm aside, 26 sigma."""
 
 
+@pytest.mark.slow
 def test_readings_of_a_target_far_aside_are_refused_with_a_reason(table, sensors):
     """The fit went to the edge of what is looked for, where slopes were not finite: an internal error."""
     read, points = _read(table, sensors, lambda head, rows: (head, [line.split(",") for line in FAR_ASIDE.split()]))
@@ -163,6 +165,7 @@ def test_of_two_readings_counts_are_used_and_a_difference_is_told(table, sensors
     assert second_readings(*_read(table, sensors), sensors) == ()
 
 
+@pytest.mark.slow
 def test_a_table_without_a_fit_is_refused(table, design, monkeypatch):
     def nothing(*given, **more):
         raise NoFit("a fit ended where nothing is known of its values")

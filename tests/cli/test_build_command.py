@@ -26,6 +26,7 @@ def without_cad(monkeypatch):
         monkeypatch.setitem(sys.modules, package, None)
 
 
+@pytest.mark.slow
 def test_build_says_where_the_package_is_and_verify_reads_it_back(run, tmp_path):
     done = run("build", "good.yaml", "--only", LIGHT)
     assert done.code == 0
@@ -62,6 +63,7 @@ def test_warnings_stop_a_strict_build_and_leave_what_is_there(run, tmp_path):
     assert run(*command, "--strict", "--force").code == 2
 
 
+@pytest.mark.slow
 def test_errors_stop_a_build_and_force_marks_it(run, tmp_path):
     stopped = run("build", "weak.yaml", "--only", LIGHT)
     assert (stopped.code, stopped.out) == (1, "")
@@ -166,6 +168,7 @@ def test_the_version_is_printed(run):
     assert run("--version").out == f"sitscad {sitscad.__version__}\n"
 
 
+@pytest.mark.slow
 def test_a_comparison_writes_nothing_names_what_is_stale_and_fails(run, tmp_path):
     assert run("build", "good.yaml", "--only", "firmware,report").code == 0
     only = ("--only", "firmware,report")
@@ -192,6 +195,7 @@ def test_of_several_specs_every_line_names_its_own(run):
     assert "weak.yaml: not ok: " in said and "good.yaml: ok: " in said
 
 
+@pytest.mark.slow
 def test_a_package_of_some_parts_is_not_what_a_build_of_all_makes(run):
     assert run("build", "good.yaml", "--only", "gerber,report").code == 0
     whole = run("build", "good.yaml", "--check")
@@ -203,6 +207,7 @@ def test_a_package_of_some_parts_is_not_what_a_build_of_all_makes(run):
     assert run("build", "good.yaml").code == 0 and run("build", "good.yaml", "--check").code == 0
 
 
+@pytest.mark.slow
 def test_packages_are_the_same_from_however_many_processes(run, tmp_path):
     text = (tmp_path / "good.yaml").read_text()
     names = [f"coil-{number}" for number in range(3)]

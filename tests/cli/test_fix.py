@@ -221,6 +221,7 @@ def test_what_is_no_spec_is_told_and_left(run, tmp_path, content):
     assert run("check", "--fix", "absent.yaml").code == 2
 
 
+@pytest.mark.slow
 def test_long_search_for_fixes_says_what_it_tries_and_for_how_long(run, tmp_path, monkeypatch):
     """It ran for 50 s without a word."""
     from sitscad.cli import terminal

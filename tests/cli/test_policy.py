@@ -174,6 +174,7 @@ def test_a_faulty_configuration_is_one_sentence_and_exit_2(run, text, said):
     assert (done.code, done.out) == (2, "") and said in done.err and "sitscad.toml" in done.err
 
 
+@pytest.mark.slow
 def test_profiles_stand_in_the_folder_that_the_configuration_names(run, tmp_path):
     """And the package holds them where the spec finds them: it builds the same again."""
     (tmp_path / "shops").mkdir()
@@ -241,6 +242,7 @@ def known_of_tight(run, change=lambda finding: None) -> dict:
     return document
 
 
+@pytest.mark.slow
 def test_a_known_error_whose_figure_got_worse_is_new(run):
     known_of_tight(run)
     assert run("check", "tight.yaml", "--baseline", "known.json").code == 0
@@ -283,6 +285,7 @@ def test_what_was_mended_leaves_the_others_of_its_rule_and_key_known(run):
     assert baseline.covered("a.yaml", "a", told(0.5, 0.5)) == [False, True]
 
 
+@pytest.mark.slow
 def test_a_spec_is_known_by_its_path_from_the_baseline_and_its_name(run, tmp_path, monkeypatch):
     known_of_tight(run)
     here = Path.cwd()
@@ -308,6 +311,7 @@ def test_what_is_no_baseline_is_one_sentence(run, text):
 # ------------------------------------------------------------------------------------------------- folders and stdin
 
 
+@pytest.mark.slow
 def test_a_folder_stands_for_the_specs_in_it(run, tmp_path):
     folder = tmp_path / "sensors"
     (folder / "deep").mkdir(parents=True)
@@ -406,6 +410,7 @@ def test_a_changed_waiver_is_a_changed_package(run):
     assert "made check, report" in run("build", "good.yaml", "--only", "firmware,report").out
 
 
+@pytest.mark.slow
 def test_the_repository_of_the_page_on_ci_can_be_checked(run, tmp_path, good):
     """Its configuration, with a profile that a spec names without the folder, a waiver, and a baseline."""
     page = (Path(__file__).parents[2] / "docs" / "ci.md").read_text(encoding="utf-8")

@@ -60,6 +60,7 @@ def test_csv_has_a_row_a_point(run, pair):
     assert 0.01 < float(rows[1]["target_resistance_error.C1"]) < 0.05
 
 
+@pytest.mark.slow
 def test_files_hold_the_same_numbers(run, pair, tmp_path):
     shown = json.loads(run("response", pair, "--pose", "x=0.3", "--jacobian", "--format", "json").out)
     done = run("response", pair, "--pose", "x=0.3", "--jacobian", "-o", "found.npz")
@@ -103,6 +104,7 @@ def test_wrong_usage_is_a_sentence(run, pair, arguments, said):
     assert said in done.err
 
 
+@pytest.mark.slow
 def test_load_cases_by_name(run, pair, tmp_path):
     text = (tmp_path / pair).read_text()
     text += "loads: {press: {}, scissor: {opening: 10 deg, normal: 1 N}, edge: {normal: 1 N, offset: [1, 0]}}\n"
@@ -123,6 +125,7 @@ def test_load_cases_by_name(run, pair, tmp_path):
     assert "names no load case" in run("response", pair, "--case", "all").err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", ["estimate", "response", "calibrate"])
 def test_commands_that_print_no_hints_try_no_changes(run, pair, tmp_path, monkeypatch, command):
     path = tmp_path / pair
@@ -137,6 +140,7 @@ def test_commands_that_print_no_hints_try_no_changes(run, pair, tmp_path, monkey
     assert run(command, pair).code == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("glue", "line"), [("", 30e-6), ("assembly: {glue_line: 0.1}\n", 1e-4)])
 def test_response_names_the_gap_at_rest_and_the_glue_in_it(run, pair, tmp_path, glue, line):
     (tmp_path / pair).write_text((tmp_path / pair).read_text() + glue)

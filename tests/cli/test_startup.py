@@ -28,6 +28,7 @@ finally:
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", ["check", "check --picture drawn.svg", "estimate"])
 def test_nothing_heavy_is_imported(tmp_path, command):
     spec = write_template("grasper_4layer", tmp_path / "spec.yaml")
@@ -40,6 +41,7 @@ def test_nothing_heavy_is_imported(tmp_path, command):
     assert not imported & HEAVY
 
 
+@pytest.mark.slow
 def test_a_build_of_what_has_not_changed_loads_neither_rules_nor_numbers(tmp_path):
     spec = write_template("grasper_4layer", tmp_path / "spec.yaml")
     command = ["build", str(spec), "-o", str(tmp_path), "--only", "firmware"]
@@ -81,6 +83,7 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="only GNU's C library is asked to keep freed memory")
 def test_freed_memory_is_not_asked_of_the_system_again():
     """Large arrays that come and go were cleared by the system every time: a fifth of a check's time."""

@@ -47,6 +47,7 @@ def test_a_stream_that_is_closed_or_full_changes_no_verdict_unless_the_result_is
     assert (b"No space left" in found.stderr) == (redirected == ">/dev/full")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("redirected", ["<&- >&- 2>&-", "2>/dev/full"])
 def test_a_package_is_whole_where_no_message_can_be_written(spec, redirected):
     found = ran(spec.parent, "build plain.yaml -o out --only gerber,firmware", redirected)
@@ -59,6 +60,7 @@ def test_a_spec_from_a_closed_stream_is_an_empty_one(spec):
     assert (found.returncode, b"SIT001" in found.stdout) == (2, True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("flags", ["-O", "-OO", "-X utf8=0"])
 def test_check_output_does_not_depend_on_python_options(spec, flags):
     locale = {"LC_ALL": "C", "PYTHONCOERCECLOCALE": "0"} if "utf8" in flags else {}

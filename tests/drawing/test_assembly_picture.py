@@ -49,6 +49,7 @@ def test_every_solid_is_drawn_in_a_small_picture(sensor):
     assert "nan" not in text and "inf" not in text
 
 
+@pytest.mark.slow
 def test_the_section_is_to_scale():
     root = ElementTree.fromstring(picture("jaw"))
     paths = {element.get("id"): element.get("d") for element in root.iter(f"{SVG}path") if element.get("id")}
@@ -63,6 +64,7 @@ def test_the_section_is_to_scale():
     assert centre == approx((jaws[0][1] + jaws[1][3]) / 2, abs=0.1)
 
 
+@pytest.mark.slow
 def test_a_pair_too_high_for_its_port_is_drawn_whole():
     layout = handmade.jaw_sensor(mount=handmade.Mount("grasper-pad", handmade.jaw(height=2e-3), 1e-3))
     root = ElementTree.fromstring(assembly_svg(parts.solids(layout), layout.spec))
@@ -75,6 +77,7 @@ def test_a_pair_too_high_for_its_port_is_drawn_whole():
     assert bottom > centre + radius
 
 
+@pytest.mark.slow
 def test_the_section_names_what_it_shows():
     text = picture("jaw")
     assert "target: copper, 0.2 mm" in text
@@ -83,6 +86,7 @@ def test_the_section_names_what_it_shows():
     assert "port" not in picture("bench")
 
 
+@pytest.mark.slow
 def test_the_picture_is_the_same_twice():
     assert picture("jaw") == picture("jaw")
 

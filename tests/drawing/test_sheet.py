@@ -75,6 +75,7 @@ def test_a_long_line_keeps_its_width_in_every_font():
     assert float(element(sheet, "text").get("textLength")) == approx(text_width(line, 2.0), rel=1e-3)
 
 
+@pytest.mark.slow
 @settings(deadline=None)  # the first example imports svgpathtools
 @given(st.floats(0.1, 50.0), st.floats(-3.1, 3.1), st.floats(-6.2, 6.2))
 def test_arcs_end_where_they_end_and_pass_their_middle(radius, start, sweep):

@@ -53,6 +53,7 @@ def test_the_plates_are_where_the_scene_has_them():
     )
 
 
+@pytest.mark.slow
 @pytest.mark.cad
 def test_solid_copper_has_the_volume_of_its_area():
     pytest.importorskip("build123d")

@@ -301,6 +301,7 @@ def digest(**changes: str) -> str:
     return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout.strip()
 
 
+@pytest.mark.slow
 def test_same_bytes_in_every_process():
     first = digest(PYTHONHASHSEED="1", TZ="UTC", LC_ALL="C")
     assert first == digest(PYTHONHASHSEED="4242", TZ="Asia/Kolkata", LC_ALL="de_DE.UTF-8")

@@ -43,6 +43,7 @@ def copper(layout) -> dict[int, object]:
     return {int(file.file_attrs[".FileFunction"][1][1:]): file for file in files}
 
 
+@pytest.mark.slow
 def test_copper_area_agrees_with_the_layout(template, laid_out):
     layout = laid_out(template)
     for layer, file in copper(layout).items():
@@ -62,6 +63,7 @@ def test_copper_area_agrees_with_the_layout(template, laid_out):
         assert shown.symmetric_difference(expected).area < 1e-3 * expected.area
 
 
+@pytest.mark.slow
 def test_arcs_keep_one_radius_and_nets_keep_apart(template, laid_out):
     layout = laid_out(template)
     for file in copper(layout).values():

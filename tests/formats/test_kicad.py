@@ -142,6 +142,7 @@ def test_binding_coil_width_holds_for_windings_only(tmp_path):
     assert b"memberOfGroup" not in kicad.render(loose)[f"kicad/{spec.name}.kicad_dru"]
 
 
+@pytest.mark.slow
 @needs_kicad
 @pytest.mark.parametrize("copper", [2, 3, 4])
 def test_plots_are_the_layouts_copper(copper, tmp_path):
@@ -176,6 +177,7 @@ def drawn_copper(layout, number):
     return unary_union(parts)
 
 
+@pytest.mark.slow
 @needs_kicad
 def test_drill_file_has_the_layouts_holes(tmp_path):
     gerbonara = pytest.importorskip("gerbonara", reason="gerbonara is not installed")

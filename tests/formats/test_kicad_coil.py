@@ -142,6 +142,7 @@ def test_rule_check_is_armed_there(net, tmp_path):
     assert kinds(write(files | {"kicad/library.kicad_pcb": spoilt}, tmp_path)) & {"shorting_items", "clearance"}
 
 
+@pytest.mark.slow
 @needs_kicad
 @pytest.mark.parametrize("kind", ["two layers", "four layers"])
 def test_kicad_plots_the_layouts_turns_and_joints(kind, tmp_path):

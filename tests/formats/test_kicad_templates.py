@@ -19,11 +19,13 @@ def layout(template):
     return lay_out(load(str(template)))
 
 
+@pytest.mark.slow
 @needs_kicad
 def test_rule_check_finds_nothing(layout, tmp_path):
     assert rule_check(write(kicad.render(layout), tmp_path)) == ([], [])
 
 
+@pytest.mark.slow
 @needs_kicad
 def test_plots_show_what_our_gerber_files_show(layout, tmp_path):
     shapes = pytest.importorskip("gerber_shapes", reason="gerbonara and shapely are not installed")

@@ -258,6 +258,7 @@ def test_dxf_arcs_are_bulges():
     assert reverse == approx([-math.tan(math.pi / 8)] * 4, rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.needs("ezdxf")
 def test_ezdxf_audit_command(tmp_path):
     for name, content in laser.render_dxf(layout_with()).items():
@@ -375,6 +376,7 @@ for render in (laser.render_dxf, laser.render_svg):
 """
 
 
+@pytest.mark.slow
 def test_same_bytes_across_processes():
     here, tests = Path(__file__).parent, Path(__file__).parents[1]
     paths = os.pathsep.join(map(str, (here, tests / "samples", tests / "oracles", tests.parent)))

@@ -85,6 +85,7 @@ def test_every_copy_shows_what_the_boards_own_file_shows(small):
             assert whole.intersection(cell).symmetric_difference(moved(own, at)).area < 1e-6
 
 
+@pytest.mark.slow
 def test_nothing_but_fiducials_and_the_name_lies_outside_the_parts(small):
     layout, panel, files = small
     whole = image(files, "fpc/panel/small-part-panel-B_Cu.gbr")
@@ -101,6 +102,7 @@ def test_nothing_but_fiducials_and_the_name_lies_outside_the_parts(small):
         assert openings.intersection(dot).area > 3.0 and 0.7 < top.intersection(dot).area < 0.8
 
 
+@pytest.mark.slow
 def test_the_coupon_is_the_first_coil_with_two_pads(small):
     layout, panel, files = small
     assert len(panel.coupons) == 2 and len(panel.coupon.pads) == 2
@@ -115,6 +117,7 @@ def test_the_coupon_is_the_first_coil_with_two_pads(small):
         assert whole.intersection(area(panel.coupon, at)).symmetric_difference(one).area < 1e-6
 
 
+@pytest.mark.slow
 def test_layers_that_tails_are_without_are_wherever_else_the_panel_has_copper():
     """Rails carry fiducials on the lowest layer, coupons coils on all: the extent drew the boards' bodies alone."""
     layout = lay_out(load_text(FOUR_LAYERS))

@@ -37,6 +37,7 @@ def test_without_a_mount_there_is_no_file():
     assert step.render(handmade.solids("bare"), handmade.layout("bare").spec) == {}
 
 
+@pytest.mark.slow
 def test_the_assembly_holds_every_solid_in_place_valid_named_and_coloured(files, tmp_path):
     whole = read(files["mount/assembly.step"], tmp_path)
     wanted = handmade.solids("jaw")

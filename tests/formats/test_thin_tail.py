@@ -122,6 +122,7 @@ def test_the_test_netlist_meets_holes_of_the_tail_from_the_top(thin):
     assert access.count("A01") == len(thin.coils) and set(access) == {"A00", "A01"}
 
 
+@pytest.mark.slow
 @needs_kicad
 def test_kicad_takes_them_for_blind_vias_and_finds_nothing(thin, tmp_path):
     files = kicad.render(thin)
@@ -163,6 +164,7 @@ def test_copper_of_the_tail_that_nothing_covers_from_below_is_found(thin, tmp_pa
     assert "bare-copper" in {difference.kind.value for difference in compare(extract(tmp_path))}
 
 
+@pytest.mark.slow
 def test_a_hole_near_the_step_is_found_and_the_margin_that_is_named_mends_it(thin):
     found = [f for f in sitscad.check(thin.spec, thin).findings if f.rule == "SIT130"]
     gaps = [thin.body[2] - via.centre.x - via.drill / 2 for via in thin.vias if via.lowest is None]
@@ -176,6 +178,7 @@ def test_a_hole_near_the_step_is_found_and_the_margin_that_is_named_mends_it(thi
         assert finding.message.split(" ")[1] not in left
 
 
+@pytest.mark.slow
 def test_a_tail_of_all_layers_has_no_step():
     whole = board(tail=4)
     assert {path for path in order_set(whole) if "Tail_Coverlay" in path} == set()
@@ -204,6 +207,7 @@ fpc: {{tail: {{length: 30, layers: 2}}, rules: {{name: wide, coverlay_lap: 9}}}}
     assert len(found) == 1 and abs(found[0].measured - (laid.body[2] - copper)) < 0.05 * MM
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("plated", "finished", "core"),
     [

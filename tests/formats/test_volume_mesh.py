@@ -71,6 +71,7 @@ def mesh(sensor: str) -> Msh:
     return Msh(data)
 
 
+@pytest.mark.slow
 def test_a_square_pad_in_metres_with_its_bonded_faces():
     found = mesh("jaw")
     assert set(found.groups) == {"bonded_bottom", "bonded_top", "free", "elastomer"}
@@ -84,6 +85,7 @@ def test_a_square_pad_in_metres_with_its_bonded_faces():
     assert 1000 < len(found.groups["elastomer"]) < 50_000
 
 
+@pytest.mark.slow
 def test_what_overhangs_the_board_or_the_target_is_free():
     """The bench pad, 8 mm square, stands on a board 7.6 mm wide; the jaw's target reaches over its pad along x only."""
     bench = mesh("bench")
@@ -144,6 +146,7 @@ def test_without_an_elastomer_there_is_no_file():
     assert volume_mesh.render(handmade.solids("bare"), handmade.layout("bare").spec) == {}
 
 
+@pytest.mark.slow
 def test_the_second_order_mesh_has_named_faces_and_says_what_it_is_worth():
     import json
 
@@ -245,6 +248,7 @@ def test_calculix_ends_the_deck_of_a_round_pad_as_packaged(tmp_path):
     assert -float(totals[-1][2]) == approx(float(law.pressure(np.array([volume_mesh.STRAIN]))[0]), rel=0.1)
 
 
+@pytest.mark.slow
 def test_every_face_of_the_deck_is_the_one_that_its_surface_names():
     """The faces S1 to S4 by their corners, and their area: CalculiX takes another face without a word."""
     sensor = "bench"

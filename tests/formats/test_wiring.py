@@ -22,6 +22,7 @@ def _design(name, converter):
     return sitscad.Design(replace(spec, readout=replace(spec.readout, device=presets.converter(converter))))
 
 
+@pytest.mark.slow
 @pytest.mark.clients("kicad-cli")
 @pytest.mark.parametrize(("name", "converter"), [("three_axis_pad", "ldc1614"), ("three_axis_triangle", "ldc1612")])
 def test_kicad_finds_nothing_wrong_and_reads_the_nets(name, converter, tmp_path):
@@ -64,6 +65,7 @@ def test_kicad_finds_nothing_wrong_and_reads_the_nets(name, converter, tmp_path)
         assert (ref, "4") in nets["VDD" if number else "GND"] and {(ref, "3"), ("Y1", "3")} <= nets["CLK"]
 
 
+@pytest.mark.slow
 def test_the_picture_names_every_net():
     design = _design("three_axis_pad", "ldc1614")
     picture = schematic.render(design.layout, design.estimates)["firmware/wiring/wiring.svg"].decode()

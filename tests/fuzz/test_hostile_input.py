@@ -32,6 +32,7 @@ def test_any_spec_is_checked(seed):
         in_large.check(mutated(rng))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2))
 def test_a_killed_build_leaves_a_whole_package(tmp_path, seed):
     assert killed.killed_build(tmp_path, random.Random(f"kills {seed}")) in ("old", "new")
@@ -61,6 +62,7 @@ def test_two_builds_at_once_on_one_folder(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["killed"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("failing", ["write", "fsync", "rename"])
 def test_a_full_disk_leaves_the_package_before(tmp_path, monkeypatch, failing):
     """The system refuses at one call after another, as a full or failing disk does."""

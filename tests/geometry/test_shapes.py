@@ -33,6 +33,7 @@ def in_shape(name):
     return arrange(replace(SPEC, coil=replace(SPEC.coil, shape=name)))
 
 
+@pytest.mark.slow
 def test_a_new_outline_is_laid_out_estimated_and_checked(dodecagon):
     layout = in_shape(dodecagon)
     assert not layout.shortfalls and all(coil.is_closed_circuit for coil in layout.coils)

@@ -95,6 +95,7 @@ def test_every_other_action_is_pinned_and_every_input_is_used():
         assert f"`{name}`" in (ROOT / "docs" / "ci.md").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_a_good_spec_passes_and_a_weak_one_fails_at_its_line(repository, environment):
     assert executed(repository, environment, ("Install",)) == {"Check": 0}
     (repository / "sensors" / "weak.yaml").write_text(WEAK)
@@ -106,6 +107,7 @@ def test_a_good_spec_passes_and_a_weak_one_fails_at_its_line(repository, environ
     assert {result["level"] for result in document["runs"][0]["results"]} >= {"error"}
 
 
+@pytest.mark.slow
 def test_options_reach_the_command_and_nothing_is_expanded(repository, environment):
     more = "--ignore SIT103,SIT204 --hints none"
     assert executed(repository, environment, ("Install",), fail_on="note", arguments=more)["Check"] in (0, 1)

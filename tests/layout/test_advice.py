@@ -182,6 +182,7 @@ def test_start_angles_of_polygons_are_their_corners(sensor):
     assert tried == approx([k * math.pi / 3 for k in range(1, 6)], rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_pair_leaves_beside_the_corner_where_an_end_of_its_coil_stands_there(sensor):
     """Six layers whose ends stand at 45, -45 and -135 degrees: at the corner a stub is in the pair's way."""
     spec = sensor(diameter=9.62e-3, turns=5.875, layers=6, width=120e-6, spacing=100e-6, coils=4, pitch=11.1e-3,
@@ -224,6 +225,7 @@ fpc: {rules: shipco, tail: {length: 60, connector: zif-0.5mm, layers: 2, bend: n
 """
 
 
+@pytest.mark.slow
 def test_what_is_closed_of_a_ring_road_spares_trials_and_changes_no_way(monkeypatch):
     """Leads were tried round the whole coil though the track of another one lay across their road."""
     spec = load_text(CLOSED, "closed.yaml")

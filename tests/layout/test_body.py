@@ -48,6 +48,7 @@ def copper_outside(layout: sitscad.Layout) -> float:
     return float(shapely.unary_union(pieces).difference(inner).area)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("body", [
     {"shape": "circle", "size": 12}, {"shape": "circle", "size": 11.8}, {"shape": "rectangle", "size": [12, 13]},
     {"shape": "rounded", "size": [13, 12], "corner_radius": 4},
@@ -61,6 +62,7 @@ def test_all_copper_keeps_its_distance_from_the_edge_of_the_outline(button, body
     assert list(layout.body_size) == approx([size[0] * 1e-3, size[-1] * 1e-3], rel=1e-9)
 
 
+@pytest.mark.slow
 def test_the_outline_is_the_circle_and_a_tail_with_tangent_inner_corners(button):
     layout = sitscad.lay_out(button)
     segments = layout.outline.segments
@@ -76,6 +78,7 @@ def test_the_outline_is_the_circle_and_a_tail_with_tangent_inner_corners(button)
     assert all(arc.radius == approx(6e-3, rel=1e-9) and arc.centre.distance(rounds[0].centre) < 1e-9 for arc in rounds)
 
 
+@pytest.mark.slow
 def test_the_place_of_the_coils_does_not_matter(button):
     """The body goes with the mean of the coils' centres."""
     there = [[x + 3e-3, y - 2e-3] for x, y in (place.centre for place in button.array.placements)]
@@ -250,6 +253,7 @@ def test_a_file_that_is_no_drawing_is_refused(content):
         outline(content)
 
 
+@pytest.mark.slow
 def test_a_spec_with_a_drawing_follows_it(tmp_path):
     corners = [(6, -6, 0), (6, 6, 0), (0, 6, 1), (0, -6, 0)]
     dxf(tmp_path, lambda space: space.add_lwpolyline(corners, format="xyb", close=True))

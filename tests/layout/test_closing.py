@@ -112,6 +112,7 @@ def test_an_arc_that_runs_on_is_cheaper_than_one_that_runs_back():
         assert closing_cost(0.5, 4e-3) < closing_cost(-0.5, 4e-3) < closing_cost(0.6, 4e-3)
 
 
+@pytest.mark.slow
 def test_the_turns_of_a_circle_move_the_contacts_as_they_move_the_winding():
     """Swept in fine steps, what leads add jumps once a whole turn of all layers, where they change from running back to
     running on; it jumped by as much wherever a coil's end passed the tail, and for coils side by side elsewhere.

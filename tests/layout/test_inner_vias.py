@@ -3,6 +3,7 @@
 import tracemalloc
 
 import numpy as np
+import pytest
 
 from sitscad.finding import Missing
 from sitscad.layout import lay_out, windings
@@ -54,6 +55,7 @@ fpc: {rules: huayue}
 """
 
 
+@pytest.mark.slow
 def test_the_places_in_a_long_stack_take_little_memory():
     """All places were compared with all points of all layers at once: 180 MB."""
     windings._inner_joins.cache_clear()

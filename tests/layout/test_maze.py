@@ -192,6 +192,7 @@ def test_every_order_of_the_tail_has_a_place_for_every_coil(centres):
         assert tuple(lane.placement for lane in order) == placements
 
 
+@pytest.mark.slow
 def test_a_grid_with_room_between_its_rows_is_routed():
     """Once refused: vias of the near coils stand where the far ones were to pass, beside 4.5 mm of free board."""
     spec = grid(shape="racetrack", size=(7.76e-3, 5.23e-3), turns=7, layers=7, width=100e-6, spacing=90e-6,

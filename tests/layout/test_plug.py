@@ -67,6 +67,7 @@ def test_the_opening_leaves_no_strip_beside_the_fingers_and_reaches_past_the_tip
         assert x0 - begin == approx(rules.finger_lap, rel=1e-6)  # so far the finger goes on under the coverlay
 
 
+@pytest.mark.slow
 def test_the_checks_find_nothing_wrong_with_it(plugged):
     found = [f for f in sitscad.check(plugged.spec, plugged).findings if f.rule.startswith("SIT1")]
     kinds = {f.rule for f in found if f.rule != "SIT103"}
@@ -171,6 +172,7 @@ def test_hard_gold_needs_plating_bars(connector):
     assert far.severity.value == "error"
 
 
+@pytest.mark.slow
 def test_other_finishes_need_no_word():
     for finish, connector, count in (("enig", "zif-0.5mm", 0), ("osp", "zif-0.5mm", 1), ("osp", "solder-pads", 0)):
         layout = board(1, connector, fpc=f", finish: {finish}")
@@ -222,6 +224,7 @@ def test_a_tail_of_all_layers_that_is_too_thick_without_a_plate_is_refused(stack
     assert "fpc.tail.layers" in found.hint and "choose a stiffener" not in found.hint
 
 
+@pytest.mark.slow
 def test_a_stiffener_that_is_not_in_stock_is_a_question():
     layout = board(1, "zif-0.5mm", ", stiffener: 200 um")
     assert layout.stiffener.thickness == 200e-6 and layout.stiffener.adhesive > 0.0
@@ -239,6 +242,7 @@ def test_a_stiffener_that_is_not_in_stock_is_a_question():
     assert b"tell us the nearest that you have" in b" ".join(next(iter(_papers(made).values())).split())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("fpc", "key"), [
     ("stackup: rigid-2l-1.6mm, tail: {length: 30}", "fpc.tail.connector: solder-pads"),
     ("stackup: rigid-4l-1.6mm, tail: {length: 30}", "fpc.tail.connector: solder-pads"),

@@ -114,6 +114,7 @@ def test_the_turned_board_is_the_straight_one_laid_along_its_course(way):
     assert layout.bend_zone[1] < straight.bend_zone[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", WAYS)
 def test_the_checks_pass_and_the_contacts_lie_to_the_side(way):
     layout = board(way)

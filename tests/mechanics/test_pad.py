@@ -270,6 +270,7 @@ def test_small_loads_add_up():
     assert single.sum(axis=0) == approx(together, rel=2e-3, abs=1e-9)
 
 
+@pytest.mark.slow
 @given(st.floats(-3e-4, 3e-4), st.floats(-3e-4, 3e-4), st.floats(-6e-4, 1e-4), st.floats(-0.08, 0.08),
        st.floats(-0.08, 0.08))
 def test_forces_are_slopes_of_an_energy(x, y, z, rx, ry):

@@ -50,6 +50,7 @@ def _outcomes(result) -> dict[str, str]:
     return {stage.name: stage.outcome for stage in result.stages}
 
 
+@pytest.mark.slow
 def test_the_manifest_names_every_file_with_its_hash(good, tmp_path):
     result = sitscad.build(good, tmp_path, LIGHT)
     manifest = json.loads((result.directory / "manifest.json").read_text())
@@ -78,6 +79,7 @@ def test_the_json_files_know_the_spec_by_its_file_name_alone(good, tmp_path):
         assert b"some/where" not in (directory / name).read_bytes(), name
 
 
+@pytest.mark.slow
 def test_nothing_is_built_of_what_the_spec_does_not_contain(weak, tmp_path):
     result = sitscad.build(weak, tmp_path, force=True)
     assert not {name.partition("/")[0] for name in list_files(result.directory)} & {"mount", "laser", "mesh"}
@@ -116,6 +118,7 @@ def test_an_unchanged_package_is_not_touched(good, tmp_path):
     assert {name: (first.directory / name).stat().st_mtime_ns for name in list_files(first.directory)} == before
 
 
+@pytest.mark.slow
 def test_a_comment_changes_the_report_and_nothing_that_is_made(good, tmp_path):
     sitscad.build(good, tmp_path, LIGHT)
     commented = sitscad.load_text("# a remark\n" + GOOD, "good.yaml")
@@ -124,6 +127,7 @@ def test_a_comment_changes_the_report_and_nothing_that_is_made(good, tmp_path):
     assert outcomes["report"] == "made"
 
 
+@pytest.mark.slow
 def test_an_incremental_build_gives_the_bytes_of_a_fresh_one(good, tmp_path):
     changed = sitscad.load_text(GOOD.replace("thickness: 4", "thickness: 4.5"), "good.yaml")
     sitscad.build(good, tmp_path / "a", LIGHT)
@@ -135,6 +139,7 @@ def test_an_incremental_build_gives_the_bytes_of_a_fresh_one(good, tmp_path):
     assert hashes[0] == hashes[1] == hashes[2]
 
 
+@pytest.mark.slow
 def test_a_damaged_file_is_made_again_and_the_damaged_one_kept_aside(good, tmp_path):
     directory = sitscad.build(good, tmp_path, LIGHT).directory
     before = _hashes(directory)
@@ -148,6 +153,7 @@ def test_a_damaged_file_is_made_again_and_the_damaged_one_kept_aside(good, tmp_p
     assert (result.kept_aside / "notes.txt").read_text() == "mine"
 
 
+@pytest.mark.slow
 def test_only_makes_its_parts_keeps_true_ones_and_drops_stale_ones(good, tmp_path):
     sitscad.build(good, tmp_path, LIGHT)
     same = _outcomes(sitscad.build(good, tmp_path, ["gerber"]))
@@ -184,6 +190,7 @@ def test_a_link_is_not_followed(good, tmp_path):
     assert not list((tmp_path / "elsewhere").iterdir())
 
 
+@pytest.mark.slow
 def test_a_damaged_manifest_means_that_everything_is_made_again(good, tmp_path):
     directory = sitscad.build(good, tmp_path, ["gerber"]).directory
     (directory / "manifest.json").write_text("{")
@@ -202,6 +209,7 @@ def test_a_second_build_at_the_same_time_is_refused(good, tmp_path):
         sitscad.build(good, tmp_path, ["gerber"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["../x", "/x", "manifest.json", "REPORT.html"])
 def test_a_writer_cannot_leave_the_package_or_write_over_it(good, tmp_path, monkeypatch, name):
     first = sitscad.build(good, tmp_path, ["gerber"]).directory
@@ -214,6 +222,7 @@ def test_a_writer_cannot_leave_the_package_or_write_over_it(good, tmp_path, monk
     assert os.listdir(tmp_path) == ["good-coil"]
 
 
+@pytest.mark.slow
 def test_a_writer_that_refuses_leaves_the_old_package(good, tmp_path, monkeypatch):
     directory = sitscad.build(good, tmp_path, ["gerber"]).directory
     before = _hashes(directory)
@@ -273,6 +282,7 @@ assert not {"build123d", "cadquery", "OCP", "gmsh"} & set(sys.modules), "a CAD k
 """
 
 
+@pytest.mark.slow
 def test_the_same_bytes_in_another_place_time_zone_locale_and_hash_seed(tmp_path):
     for number, seed in enumerate(("0", "12345")):
         home = tmp_path / str(number) / ("x" * 5 * number)
@@ -292,6 +302,7 @@ def test_the_same_bytes_in_another_place_time_zone_locale_and_hash_seed(tmp_path
 class TestVerify:
     """`verify` of a package, whole and damaged."""
 
+    @pytest.mark.slow
     def test_a_whole_package_is_equal(self, good, tmp_path):
         pytest.importorskip("gerbonara", reason="reading Gerber files back needs gerbonara")
         found = sitscad.verify(sitscad.build(good, tmp_path, LIGHT).directory)
@@ -306,6 +317,7 @@ class TestVerify:
         for words in ("estimate.json is missing", "findings.json is not the file", "more.txt is not in the manifest"):
             assert words in differences
 
+    @pytest.mark.slow
     def test_copper_that_joins_two_nets_is_found_though_every_hash_agrees(self, tmp_path):
         pytest.importorskip("gerbonara", reason="reading Gerber files back needs gerbonara")
         array = "array: {pattern: line, count: 2, pitch: 12}\n"

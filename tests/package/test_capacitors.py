@@ -101,6 +101,7 @@ def _holds(outline, pad):
     return x0 < x - w / 2 and x + w / 2 < x1 and y0 < y - h / 2 and y + h / 2 < y1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_the_checks_find_no_error_in_the_board(case):
     layout = board(*case)
@@ -111,6 +112,7 @@ def test_the_checks_find_no_error_in_the_board(case):
     }
 
 
+@pytest.mark.slow
 def test_the_files_name_both_pads_of_every_capacitor():
     layout = board(*CASES[0])
     top = next(t for n, t in gerber.render(layout).items() if n.endswith("F_Cu.gbr")).decode()
@@ -232,6 +234,7 @@ def test_a_coupon_carries_none():
     assert sitscad.lay_out(coupon_spec(spec)).capacitors == ()
 
 
+@pytest.mark.slow
 @pytest.mark.clients("kicad-cli")
 @pytest.mark.parametrize("case", [
     CASES[0], pytest.param(CASES[1], marks=pytest.mark.slow),

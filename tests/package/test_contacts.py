@@ -24,6 +24,7 @@ BUILT = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.clients("kicad-cli")
 @pytest.mark.parametrize(("template", "terminal"), BUILT)
 def test_a_template_with_another_terminal(template, terminal, tmp_path):

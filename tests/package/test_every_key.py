@@ -102,6 +102,7 @@ def keys_with_a_value(path):
             yield written
 
 
+@pytest.mark.slow
 def test_every_key_of_the_format_has_a_value_in_a_sample_that_is_no_default(folder):
     written = [key for name in NAMES for key in keys_with_a_value(folder / f"{name}.yaml")]
     without = [path for path, _ in keys_of_the_format() if not any(is_key(path, key) for key in written)]

@@ -72,6 +72,7 @@ def _build_and_die(parent: Path, files: dict[str, bytes], instant: int, exchange
     os._exit(0)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
 @pytest.mark.parametrize("exchanges", [True, False], ids=["exchange", "two renames"])
 def test_killed_at_any_instant_the_old_or_the_new_package_is_whole(tmp_path, exchanges):
@@ -200,6 +201,7 @@ def test_a_file_that_appears_while_the_package_is_replaced_is_kept(tmp_path, mon
     assert _contents(kept) == {"late.txt": b"mine"}
 
 
+@pytest.mark.slow
 def test_a_build_that_is_killed_while_it_removes_the_old_package_loses_no_file(tmp_path):
     for instant in range(60):
         parent = tmp_path / str(instant)

@@ -196,6 +196,7 @@ CHANGES = {
 """By what was changed, the file that is not as it was built any more, and the change."""
 
 
+@pytest.mark.slow
 def test_a_package_is_what_its_spec_makes(package, capsys):
     found = sitscad.verify(package, rebuild=True)
     assert found.ok and found.rebuilt == 0 and found.wrong_archive == 0
@@ -289,6 +290,7 @@ fpc: {rules: ourshop.yaml}
 """
 
 
+@pytest.mark.slow
 def test_what_a_build_is_held_against_is_held_against_when_built_again(tmp_path, monkeypatch, capsys):
     """A profile of one's own, a configuration, a waiver and a baseline: no package of those is said to be forged."""
     monkeypatch.chdir(tmp_path)

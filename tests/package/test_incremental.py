@@ -67,11 +67,13 @@ def test_what_no_stage_reads_is_what_is_tried_here():
     assert set(UNREAD["assembly"]) == {"readout", "source"}, "pictures are drawn at the required force"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", ELECTRICAL)
 def test_electrical_values_leave_every_byte_that_is_drawn(key, before, tmp_path):
     assert files_of(changed(key, ELECTRICAL[key]), LIGHT, tmp_path) == before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "key", "value"), [("grasper_4layer", "shield.thickness", "0.09"), ("bench_7mm", "target.size", "30")]
 )
@@ -187,6 +189,7 @@ def built(tmp_path):
     return spec, sitscad.build(spec, tmp_path, ("firmware", "report")), tmp_path
 
 
+@pytest.mark.slow
 def test_a_second_build_of_the_same_does_nothing_and_says_the_same(built, monkeypatch):
     spec, first, out = built
     stamps = {path: path.stat().st_mtime_ns for path in first.directory.rglob("*")}
@@ -198,6 +201,7 @@ def test_a_second_build_of_the_same_does_nothing_and_says_the_same(built, monkey
     assert again.checked.signals and again.checked.fit and again.checked.closing is not None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("harm", ["a changed file", "a missing file", "a foreign file", "a missing stage", "a date"])
 def test_anything_else_is_built(built, monkeypatch, harm):
     spec, first, out = built
@@ -217,6 +221,7 @@ def test_anything_else_is_built(built, monkeypatch, harm):
     assert sitscad.build(spec, out, only).is_unchanged
 
 
+@pytest.mark.slow
 def test_what_a_killed_build_left_is_cleaned_though_nothing_has_changed(built):
     spec, _, out = built
     (out / ".grasper-4layer.new-0123456789ab").mkdir()
@@ -226,12 +231,14 @@ def test_what_a_killed_build_left_is_cleaned_though_nothing_has_changed(built):
     assert sitscad.build(spec, out, ("report",)).is_unchanged
 
 
+@pytest.mark.slow
 def test_stages_that_were_built_one_after_the_other_count_together(built):
     spec, _, out = built
     assert not sitscad.build(spec, out, ("laser",)).is_unchanged
     assert sitscad.build(spec, out, ("laser", "firmware", "report")).is_unchanged
 
 
+@pytest.mark.slow
 def test_a_package_in_spite_of_errors_is_judged_every_time(tmp_path):
     spec = sitscad.load_text(templates.read("grasper_3p5mm"), "sensor.yaml")
     assert sitscad.build(spec, tmp_path, ("firmware",), force=True).forced

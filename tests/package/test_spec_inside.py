@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 
+import pytest
 from tolerance import approx
 
 import sitscad
@@ -39,6 +40,7 @@ def test_the_package_holds_the_bytes_of_the_spec_as_they_were_read(tmp_path):
     assert manifest["files"]["spec/mine.yaml"]["stage"] == "check"
 
 
+@pytest.mark.slow
 def test_a_package_is_built_again_from_its_own_spec_and_profiles(tmp_path):
     path = _written(tmp_path, "mine.yaml", (SPEC + "fpc: {rules: shops/our shop.yaml}\n").encode())
     _written(tmp_path, "shops/our shop.yaml", OWN)
@@ -83,6 +85,7 @@ def test_a_text_without_a_file_and_a_name_that_no_package_holds_are_kept_under_s
     assert (built / "spec" / "spec.yaml").read_bytes() == SPEC.encode()
 
 
+@pytest.mark.slow
 def test_a_spec_that_names_a_step_file_is_built_again_when_the_bytes_of_the_file_change(tmp_path):
     path = _written(tmp_path, "mine.yaml", (SPEC + "mount: {kind: custom, step: parts/own.step}\n").encode())
     one, other = (b"ISO-10303-21;\n%s\nEND-ISO-10303-21;\n" % inside for inside in (b"DATA;", b"DATA; "))

@@ -129,6 +129,7 @@ def test_the_other_coils_of_an_array_are_wound_alike():
         assert [w.path.length for w in coil.windings] == approx([w.path.length for w in home], rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.clients("kicad-cli")
 @pytest.mark.parametrize("name", [
     pytest.param(n, marks=() if n in ("one turn fewer below", "hexagon") else [pytest.mark.slow, pytest.mark.more])

@@ -76,6 +76,7 @@ def drawn(commands):
     return lambda text: text.replace("M02*", f"%ADD99C,0.2*%\nD99*\nG01*\n{commands}\nM02*")
 
 
+@pytest.mark.slow
 def test_a_whole_panel_is_equal(whole):
     found = sitscad.verify(whole)
     assert (found.differences, found.panel_boards) == ((), 6)
@@ -164,6 +165,7 @@ def test_a_cut_that_all_boards_lack_is_found(package, which):
     assert "board 1: the cut does not stop at both ends of the bridge" in said and "is not as" not in said
 
 
+@pytest.mark.slow
 def test_a_bridge_that_all_boards_lack_is_found(package):
     """Every bridge cut through: the boards are alike, and fall out."""
 
@@ -176,6 +178,7 @@ def test_a_bridge_that_all_boards_lack_is_found(package):
     assert "does not stop at both ends of the bridge" in changed(package, "-Part_Cuts.gbr", change)
 
 
+@pytest.mark.slow
 def test_a_bridge_cut_there_and_back_is_found(package):
     """The cut then ends where it did, and nothing holds the boards."""
 
@@ -208,6 +211,7 @@ def test_a_file_of_the_panel_that_is_gone_is_found(package):
     assert "the panel has nothing like small-part-B_Mask.gbr" in said
 
 
+@pytest.mark.slow
 def test_the_layers_that_tails_are_without_are_on_the_rails_and_not_between_the_boards(tmp_path):
     text = (SPEC % "[1, 2]").replace("3.5, turns: 6.5, layers: 2", "4, turns: 5.75, layers: 4").replace("0.1", "80 um")
     text = text.replace("pitch: 4", "pitch: 4.5").replace("fpc:", "fpc:\n  stackup: flex-4l\n  rules: generic-fine")

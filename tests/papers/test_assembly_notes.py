@@ -90,6 +90,7 @@ def test_the_heaviest_pieces_are_named_and_their_densities_marked():
     assert rows[2].strip() == "* by a density that is unverified"
 
 
+@pytest.mark.slow
 def test_every_piece_of_the_jig_that_is_named_is_made():
     from sitscad.parts import aids
 
@@ -182,6 +183,7 @@ def test_a_skin_is_cast_before_the_board_leaves_the_jig_on_whose_pins_its_mould_
     assert in_order(said, "on the foot of jig-target-press", "Cast the skin", "Push the board out")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("template", "changes", "made"),
     [
@@ -205,6 +207,7 @@ KINDS = ("fingertip_cell", "grasper_4layer", "racetrack_jaw", "square_bench")
 """A template of each kind of mount."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "template", [pytest.param(n, marks=() if n in KINDS else (pytest.mark.slow, pytest.mark.more)) for n in MOUNTED]
 )

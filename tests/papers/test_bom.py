@@ -207,6 +207,7 @@ def test_every_silicone_of_the_data_says_how_it_is_bought():
         assert order is not None and order.words == "two liquids" and order.source
 
 
+@pytest.mark.slow
 def test_metal_behind_is_listed_and_in_the_section_and_made_by_nobody():
     layout = lay_out(load_text(templates.read("fingertip_cell")))
     row = rows_of(layout)["metal behind"]

@@ -40,6 +40,7 @@ def test_build_of_several_cores_names_every_inner_etching_and_every_bond(stackup
         assert f"copper {tail} etched, the tail's own coverlay laid" in text
 
 
+@pytest.mark.slow
 def test_holes_keep_the_coverlays_registration_from_the_tails_own_coverlay():
     layout = laid()
     rules = layout.spec.fpc.rules
@@ -51,6 +52,7 @@ def test_holes_keep_the_coverlays_registration_from_the_tails_own_coverlay():
     assert found.limit == approx(0.6e-3, rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", ["chip-0402", "chip-0603"])
 def test_openings_over_capacitors_allow_for_the_coverlays_registration(size):
     layout = laid(("capacitor_at: converter", f"capacitors_on_board: {size}"))
@@ -64,6 +66,7 @@ def test_openings_over_capacitors_allow_for_the_coverlays_registration(size):
     assert not [f for f in sitscad.check(layout.spec, layout).findings if f.rule == "SIT114"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bend", ["static", "dynamic"])
 def test_tail_tracks_are_narrow_only_between_the_vias_at_the_contacts(bend):
     layout = laid(("connector: zif-0.5mm", "connector: zif-0.3mm"), ("bend: static", f"bend: {bend}"))

@@ -87,6 +87,7 @@ def test_the_readmes_name_it(issued):
     assert "Part number: TS-104 (a)\nRevision: B.2\nDate: 2026-11-22\n" in words
 
 
+@pytest.mark.slow
 def test_papers_of_the_assembly_and_the_cut_sheets_name_it(issued):
     """Their revision was promised in docs/spec.md, and missing."""
     design = Design(load_text(templates.read("bench_7mm"), "t.yaml"))

@@ -295,6 +295,7 @@ def test_a_pdf_has_a_table_of_its_objects_and_no_identifier(board):
     assert b"/ID" not in text and b"Date" not in re.sub(rb"\(Date\)", b"", text)
 
 
+@pytest.mark.slow
 @pytest.mark.clients("pdftoppm", "rsvg-convert")
 def test_pdf_and_svg_show_the_same(tmp_path):
     image = pytest.importorskip("PIL.Image", reason="pillow is not installed")

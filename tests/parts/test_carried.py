@@ -85,6 +85,7 @@ def test_a_block_that_is_large_enough_says_nothing(tmp_path):
     assert built(tmp_path, (12, 12, 3))[0] == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("side", "severity"), [(5.0, Severity.WARNING), (2.0, Severity.ERROR)])
 def test_a_block_smaller_than_the_pad_is_found_with_both_areas(tmp_path, side, severity):
     (found, *_), _ = built(tmp_path, (side, 6.0, 3.0))

@@ -33,6 +33,7 @@ FITTED = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.cad
 @pytest.mark.parametrize("case", FITTED)
 def test_figures_and_meshes_agree_on_the_envelope(case):
@@ -66,6 +67,7 @@ def test_without_a_jaw_there_is_no_closed_pair():
     assert closed_section(handmade.bench_sensor()) is None
 
 
+@pytest.mark.slow
 @pytest.mark.cad
 def test_the_envelope_needs_both_jaws_and_leaves_the_tail_out():
     with pytest.raises(ValueError, match="opposing jaw"):
@@ -106,6 +108,7 @@ def test_a_part_that_is_moved_into_another_is_found():
     assert volume == approx(4e-3 * 4e-3 * 0.01e-3, rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.cad
 def test_the_shield_keeps_its_gap_to_the_board_and_the_board_its_standoff():
     gaps = {(c.first, c.second): c.gap for c in clearances(handmade.solids("jaw"))}

@@ -115,6 +115,7 @@ def test_metal_of_a_file_is_metal_behind_the_coils(tmp_path, jaw_file):
     assert metal_behind(beside(tmp_path, jaw_file, "{kind: custom}")) is None
 
 
+@pytest.mark.slow
 def test_a_file_that_stands_in_the_board_is_found_once(tmp_path, jaw_file):
     sunk = lay_out(beside(tmp_path, jaw_file, "{jaw: {step: jaw.step, datum: [10, 0.9, 30], up: -y}, standoff: 1}"))
     found = [each for each in in_file(sunk, whole(sunk)) if "board-" in f"{each.first} {each.second}"]
@@ -123,6 +124,7 @@ def test_a_file_that_stands_in_the_board_is_found_once(tmp_path, jaw_file):
     assert found[0].value > 1e-9
 
 
+@pytest.mark.slow
 def test_a_mount_of_one_s_own_and_none_at_all(tmp_path, jaw_file):
     own = lay_out(beside(tmp_path, jaw_file, f"{{kind: custom, {LIES}}}"))
     found = {solid.name: solid for solid in solids(own)}
@@ -157,6 +159,7 @@ def test_files_that_are_none_are_found_by_name_and_line(tmp_path, name, content,
     assert words in found.message
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "body",
     ["", "HEADER;\nENDSEC;\nDATA;\n#1=NONSENSE(#2,#1);\nENDSEC;\n", "DATA;\n" + "#1=A(((((((((" * 2000 + "\nENDSEC;\n"],
@@ -210,6 +213,7 @@ def test_keys_that_do_not_go_together_are_flaws(tmp_path, jaw_file, mount, key, 
     assert (rule, key) in {(found.rule, found.key) for found in caught.value.findings}
 
 
+@pytest.mark.slow
 def test_the_other_jaw_of_a_file_is_its_mirror_image_on_the_glued_sensor(tmp_path, jaw_file):
     """Where no figure stands beside the file there was none: pictures and assembly showed half an instrument."""
     layout, lower = jaw_of(beside(tmp_path, jaw_file, f"{{jaw: {{{LIES}}}, standoff: 1}}"))

@@ -61,6 +61,7 @@ def test_every_piece_is_closed_and_one_piece(name):
     assert {solid.role for solid in found} == {BodyRole.JIG, BodyRole.MOULD}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["jaw", "round", "oblique", "overhanging"])
 def test_board_and_pieces_lie_in_the_jig_and_touch_nothing_but_the_board(name):
     layout, found = handmade.layout(name), pieces(name)
@@ -74,6 +75,7 @@ def test_board_and_pieces_lie_in_the_jig_and_touch_nothing_but_the_board(name):
         assert gaps["jig-base", f"jig-{body.name}"] == approx(0.0, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_the_frame_goes_on_one_way_only():
     """Turned by half a circle, the thick pin stands where the thin one's hole is."""
     import build123d as bd
@@ -160,6 +162,7 @@ def test_no_piece_of_the_jig_overlaps_what_lies_in_it(name, spec):
             assert interferences((frame, press)) == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["jaw", "round"])
 def test_the_press_rests_on_the_piece_alone_whatever_its_thickness(name):
     """A thin pad was never touched by the press, which stopped on the frame; a thick one was squeezed."""

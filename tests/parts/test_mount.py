@@ -56,6 +56,7 @@ def test_a_shield_splits_the_seat():
     assert spacer.volume == approx(body + 3.6e-3 * (3.3e-3 * 0.6e-3 - round_end), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_seat_too_thin_for_grooves_has_none_and_the_tail_s_edge_is_round():
     thick, thin = (seats(mount=pad(standoff), shield=None)[0].shape for standoff in (0.6e-3, 0.45e-3))
 
@@ -75,6 +76,7 @@ def test_a_tail_that_has_no_tongue_leaves_over_a_round_heel():
     assert any(abs(r - 1e3 * seat.HEEL_ROUNDING) < 1e-9 for r in radii)
 
 
+@pytest.mark.slow
 def test_cheeks_beside_the_tail_leave_it_its_clearance():
     layout = handmade.jaw_sensor(shield=None)
     tongue = relief(layout)
@@ -90,6 +92,7 @@ def test_without_a_shield_the_seat_is_one_piece():
     assert [part.name for part in seats(shield=None)] == ["mount"]
 
 
+@pytest.mark.slow
 def test_a_shield_on_the_metal_leaves_only_the_spacer_with_its_stop():
     (only,) = seats(mount=pad(0.7e-3))
     assert bounds(only)[2::3] == approx((-0.8e-3, 0.0), abs=1e-9)
@@ -97,6 +100,7 @@ def test_a_shield_on_the_metal_leaves_only_the_spacer_with_its_stop():
     assert names[:4] == ["jaw", "shield", "mount", "stiffener"]
 
 
+@pytest.mark.slow
 def test_the_seat_s_edges_stay_inside_the_port():
     """A seat as wide as the body would reach 2.53 mm from the closed pair's axis (2.2 mm aside, 1.25 mm below it)."""
     base = manifold(tessellate(seats()[0])).to_mesh64().vert_properties
@@ -109,6 +113,7 @@ def test_the_seat_s_edges_stay_inside_the_port():
     assert narrow[:, 1].max() == approx(2.2, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_the_shield_is_narrowed_to_the_port_where_the_body_is_too_wide_for_it():
     wide = handmade.board(handmade.jaw_sensor(mount=pad(0.8e-3)).spec, body=(9e-3, 4.7e-3))
     sheet = next(solid for solid in solids(wide) if solid.role is BodyRole.SHIELD)
@@ -123,6 +128,7 @@ def test_a_board_on_the_metal_has_no_seat():
     assert seats(mount=pad(0.0), shield=None) == []
 
 
+@pytest.mark.slow
 def test_the_stop_stands_before_the_board_and_is_left_out_on_a_short_jaw():
     with_stop, without = seats(shield=None)[0], seats(shield=None, mount=pad(1e-3, length=9e-3))[0]
     assert bounds(with_stop)[0] == approx(-4.5e-3 - 0.15e-3 - 0.6e-3, rel=1e-6)  # as thick as resin stands free
@@ -156,6 +162,7 @@ def test_the_tail_leaves_the_plate_through_a_slot_that_is_open_at_its_edge():
     assert (way ^ manifold(tessellate(plate))).volume() == approx(0.0, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_a_stiffener_inside_the_plate_gets_its_own_pocket():
     layout = handmade.bench_sensor()
     short = handmade.board(layout.spec, body=(16e-3, 7.6e-3), tail=7e-3, tail_width=2e-3)
@@ -183,6 +190,7 @@ def test_the_jaw_s_face_lies_at_the_standoff_and_its_length_is_the_spec_s():
     assert metal.material == "stainless-304"
 
 
+@pytest.mark.slow
 def test_the_ledges_beside_the_board_have_round_corners():
     """Tissue slides over their outer upright edges: each is a quarter of a cylinder as long as the ledge is high."""
     wide = replace(handmade.jaw(9e-3, 2.4e-3, length=24e-3), port_diameter=10e-3)

@@ -108,6 +108,7 @@ def pieces(layout):
     return (*mounts.mount(layout), *aids(layout))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["pins", "ati-nano17", "finger-circle"])
 def test_every_piece_of_the_mount_can_be_made_in_resin(kind):
     for piece in mounts.mount(KINDS[kind]):
@@ -126,6 +127,7 @@ def test_every_piece_can_be_made_by_every_process(kind, process):
         assert all(fault.what == "hole" and kind.startswith("finger") for fault in found.faults), (piece.name, found)
 
 
+@pytest.mark.slow
 def test_the_report_says_how_each_piece_is_made():
     from sitscad.parts.pieces import jaw
     from sitscad.parts.tooling import mould
@@ -186,6 +188,7 @@ def test_a_dovetail_s_tongue_has_its_section_s_volume():
     assert held.volume - plain.volume == approx(area * length, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_pins_have_their_cylinders_volume_less_their_chamfers():
     plain = mounts.mount(handmade.jaw_sensor(mount=handmade.Mount("grasper-pad", JAW, 1.2e-3), shield=None))[0]
     held, found = mounts.mount(KINDS["pins"])[0], Retention("pins")
@@ -195,6 +198,7 @@ def test_pins_have_their_cylinders_volume_less_their_chamfers():
     assert held.volume - plain.volume == approx(2 * one, rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["dovetail", "pins"])
 def test_the_jaw_is_cut_a_clearance_larger_than_what_goes_in(kind):
     from sitscad.parts.pieces import jaw

@@ -49,6 +49,7 @@ def random_sensor(seed):
     return replace(layout, spec=replace(layout.spec, assembly=replace(GLUED, glue_line=chance.uniform(0.0, 1e-4))))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "seed",
     [
@@ -66,6 +67,7 @@ def test_figures_and_solids_agree(seed):
         assert proof.fits == plane.fits
 
 
+@pytest.mark.slow
 def test_glue_leaves_a_gap_of_its_line_between_pieces_and_none_elsewhere():
     layout = handmade.jaw_sensor()
     layout = replace(layout, spec=replace(layout.spec, assembly=GLUED))
@@ -94,6 +96,7 @@ def said(layout, pieces, loads=()):
     return proof.faults, judged_on_solids(mounting.document(proof), layout.spec)
 
 
+@pytest.mark.slow
 def test_a_sensor_that_fits_says_nothing_and_decides_all_rules(hinged, pieces):
     gentle = (PadLoad("1 N of press", Pose(z=-1e-5), 1e-5),)
     assert said(hinged, pieces, gentle) == ((), ())
@@ -158,6 +161,7 @@ def test_the_bulge_keeps_the_pads_volume():
     assert mounting.bulge(spec, 0.0) == 0.0
 
 
+@pytest.mark.slow
 def test_a_thick_pin_and_a_narrow_shaft_are_said_without_solids():
     import sitscad
     from sitscad.spec import templates
@@ -177,6 +181,7 @@ def test_a_thick_pin_and_a_narrow_shaft_are_said_without_solids():
     assert all("build" in silent[f"SIT32{k}"] for k in range(4))
 
 
+@pytest.mark.slow
 def test_a_build_judges_what_was_measured(hinged, pieces):
     import json
 
@@ -244,6 +249,7 @@ def test_what_is_beyond_the_port_is_red_and_its_circle_drawn(hinged, pieces):
     assert scale in (0.2, 0.5, 1.0, 2.0, 5.0)
 
 
+@pytest.mark.slow
 def test_opened_jaws_and_loaded_pads_are_shown_as_they_are_then(hinged, pieces):
     top = max(s.shape.bounding_box().max.Z for s in pieces) * 1e-3
     post = Solid("post", box(-7e-3, -1e-3, top + 1e-3, -6e-3, 1e-3, top + 2e-3), "steel", "#000000", BodyRole.MOUNT)

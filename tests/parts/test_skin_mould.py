@@ -38,6 +38,7 @@ def hollow(height):
     return body.slice(1e3 * top_height(LAYOUT.spec) + 1.0).area() - body.slice(height).area() - pins
 
 
+@pytest.mark.slow
 def test_the_film_lies_in_the_cup_which_is_as_large_at_its_upper_end():
     assert interferences((cup(), encapsulation(LAYOUT))) == ()
     side, corner = 4.0 + 2e3 * FILM, 1e3 * FILM
@@ -51,6 +52,7 @@ def test_walls_lean_by_the_draft():
     assert math.sqrt(low) - math.sqrt(high) == approx(wider, rel=0.05)
 
 
+@pytest.mark.slow
 def test_the_cup_goes_on_the_jig_s_base_one_way_only():
     import build123d as bd
 

@@ -122,6 +122,7 @@ def test_a_file_that_contradicts_the_written_jaw_is_an_error(tmp_path, file, fig
     assert set(faults(lay_out(load(tmp_path / "sensor.yaml")))) == keys
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("unit", [10.0, 25.4])
 def test_a_file_in_another_unit_has_no_metal_under_the_coils(tmp_path, unit):
     found = faults(layout_of(tmp_path, block().scale(1 / unit), FIGURES))
@@ -135,6 +136,7 @@ def test_a_contradiction_says_measured_and_written_value(tmp_path):
     assert values == {"width": (approx(6.3e-3, rel=1e-6), 6e-3), "height": (approx(1.8e-3, rel=1e-6), 2e-3)}
 
 
+@pytest.mark.slow
 def test_a_tilted_jaw_is_found_by_its_face(tmp_path):
     import build123d as bd
 
@@ -174,6 +176,7 @@ def unread(name):
             "far too large": block().scale(100)}[name]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["two solids", "sheet", "wire", "far too large"])
 def test_a_file_without_one_solid_is_a_finding_at_its_key(tmp_path, name):
     layout = layout_of(tmp_path, unread(name), FIGURES)
@@ -183,6 +186,7 @@ def test_a_file_without_one_solid_is_a_finding_at_its_key(tmp_path, name):
     assert "jaw.step" in found.message and found.hint
 
 
+@pytest.mark.slow
 def test_an_unknown_coordinate_system_is_a_finding_at_the_datum(tmp_path):
     layout = layout_of(tmp_path, block(), f"{FIGURES}, datum: SEAT")
     (found,) = read_files(layout.spec)
@@ -249,6 +253,7 @@ def test_a_path_that_is_no_file_is_found_at_its_key(tmp_path, kind):
     assert (found.key, found.line) == ("mount.jaw.step", 10) and found.hint
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("datum", ["datum: [50.8, 0, 0]", "datum: SEAT"])
 def test_a_file_in_inches_is_the_jaw_that_it_says(tmp_path, datum):
     """The block's middle is 2 inches from the origin; a datum's figures are millimetres, a named one is the file's."""

@@ -33,6 +33,7 @@ def pieces(layout):
     return {solid.name: solid for solid in whole(layout)}
 
 
+@pytest.mark.slow
 def test_nothing_stands_in_anything_and_every_piece_is_there(layout, pieces):
     assert not interferences(tuple(pieces.values()))
     wanted = {"jaw", "opposing-jaw", "shield", "mount", "elastomer", "target", "encapsulation", "stiffener"}
@@ -92,6 +93,7 @@ def test_a_station_goes_round_a_circle():
     assert (end.x, end.z, end.angle) == approx((0.0, 2.0, math.pi), rel=1e-6, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_without_a_jaw_there_is_still_an_assembly():
     from sitscad.parts.whole import whole
 
@@ -104,6 +106,7 @@ def test_without_a_jaw_there_is_still_an_assembly():
     assert lift == approx(2e3 * spec.assembly.glue_line, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_the_metal_finger_is_drawn_in_its_cap_and_not_weighed():
     """What the coils of a fingertip see was in no picture."""
     from sitscad.papers.mounting import render_picture

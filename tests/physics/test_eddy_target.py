@@ -96,6 +96,7 @@ def test_toroidal_functions_are_the_mean_over_circles():
         assert toroidal(excess, 15)[order] == approx(math.pi * np.array(mean), rel=1e-6, abs=1e-13)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("offset", [0.0, 2.25e-3])
 def test_a_lossless_box_is_a_box_of_loops(offset):
     from box_of_loops import converged_change
@@ -244,6 +245,7 @@ def test_a_turn_about_y_brings_the_target_s_plus_x_side_nearer(plate):
     assert abs(right) > abs(left)
 
 
+@pytest.mark.slow
 def test_nothing_jumps_when_a_pose_is_swept():
     # Across the doublings of the height at which the table's grids change, too.
     target, table = a_box(points=20), coil_potentials(LAYERS, 0.15e-3, 5e-3)[0]
@@ -275,6 +277,7 @@ def test_slopes_of_a_potential_drive_nothing_for_currents_have_no_end(surface):
     assert parts.min() > 0.0 and whole.max() < 1e-3 * parts.min()
 
 
+@pytest.mark.slow
 def test_repeated_integrals_are_those_of_a_gaussian_and_of_each_other():
     scales, u, (nodes, weights) = np.geomspace(1.0, 1e3, 7), np.linspace(0.0, 0.1, 4001), gauss(6)
     found = repeated_integrals(scales, u)
@@ -296,6 +299,7 @@ def test_currents_of_a_linkage_are_its_transpose(surface):
         assert linked == approx(some.T @ one.drive(field), rel=1e-9, abs=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("floor", "gap"), [(-0.9e-3, 1e-3), (-0.4e-3, 0.4e-3)])
 def test_with_a_mirror_it_is_a_box_of_loops_over_one(floor, gap):
     from box_of_loops import converged_change

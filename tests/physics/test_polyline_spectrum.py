@@ -142,6 +142,7 @@ def test_loops_that_repeat_are_summed_at_their_places(whole):
     assert more[:, 0] == approx(1j * size * amount * np.array([0.8, -0.6]), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_racetrack_that_is_nearly_round_takes_few_directions(monkeypatch):
     """The chords of its arcs are as long as its sides: each counted as one that needs directions crowding about it."""
     starts = MM * np.array([(-0.3, -3.0), (0.3, -3.0), (0.3, 3.0), (-0.3, 3.0)])

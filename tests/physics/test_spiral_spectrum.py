@@ -6,6 +6,7 @@ import math
 import tracemalloc
 
 import numpy as np
+import pytest
 
 from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.metal import current_spectrum
@@ -28,6 +29,7 @@ def test_waves_some_at_once_are_those_of_all(monkeypatch):
     assert np.abs(found.power - whole.power).max() < 1e-13 * np.abs(whole.power).max()
 
 
+@pytest.mark.slow
 def test_thirty_turns_beside_metal_take_little_memory():
     """Of 16 mm, two layers, 25 um from it: all waves at all radii together took a third of a gigabyte."""
     tracemalloc.start()

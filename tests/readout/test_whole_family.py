@@ -64,6 +64,7 @@ def test_a_drive_code_that_the_converter_lacks_is_found_in_the_spec(xdc2214):
     assert [(one.rule, one.key) for one in refused.value.findings] == [("SIT006", "readout.drive_code")]
 
 
+@pytest.mark.slow
 def test_hints_name_drive_codes_of_the_converter_s_own_table(xdc2214):
     weak = design_with(xdc2214, capacitance=3e-9)
     assert weak.estimates.readout.drive_code == 15

@@ -19,6 +19,7 @@ ROWS = [
 ]
 
 
+@pytest.mark.slow
 def test_tables_of_forces_and_axes_are_whole_at_390_pixels(tmp_path):
     """The last column of the force table and the second axis of the data sheet were cut off."""
     path = tmp_path / "page.html"

@@ -75,6 +75,7 @@ def test_all_is_ready_and_nothing_is_thrown_or_fetched(page, package):
     assert page.run("document.querySelector('#solids').hidden || document.querySelector('#pushed').hidden") is False
 
 
+@pytest.mark.slow
 def test_the_pushed_sensor_reads_what_the_response_says(page, package):
     """Within 2 % of the span; what is read back of its counts is what the library's map makes of them."""
     model = Design(sitscad.load(TEMPLATE)).response

@@ -111,6 +111,7 @@ def marks_of(text: str, path: Path) -> dict[str, int]:
     return dict(zip(marks, lines, strict=True))
 
 
+@pytest.mark.slow
 def test_fingerprints_survive_moved_lines_and_other_numbers(tmp_path):
     text = next(path for path in TEMPLATES if path.stem == "grasper_3p5mm").read_text(encoding="utf-8")
     path = tmp_path / "sensor.yaml"

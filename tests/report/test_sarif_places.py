@@ -95,6 +95,7 @@ def test_sarif_points_at_the_key(path):
             assert_points_at_its_key(result, path.read_text(encoding="utf-8"))
 
 
+@pytest.mark.slow
 def test_faults_of_the_drawing_point_at_the_key():
     source = Path(__file__).parents[1] / "checks" / "test_broken_layouts.py"
     spec = importlib.util.spec_from_file_location("broken_layouts", source)

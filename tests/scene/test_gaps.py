@@ -48,6 +48,7 @@ def test_gaps_are_those_of_the_closed_pair_from_back_to_back(standoff, shield):
         assert room_behind(found.spec) == approx(at["board"][0] - at["jaw"][1], rel=1e-6)
 
 
+@pytest.mark.slow
 def test_glue_takes_the_target_away_and_inductance_up():
     thin, thick = design(), Design(design().spec.replace("assembly.glue_line", "100 um"))
     rest, other = (each.estimates.coils[0].states["rest"].inductance for each in (thin, thick))

@@ -94,6 +94,7 @@ def test_the_board_of_every_template_is_carried(template):
     assert not [reason for reason in result.not_checked if reason.rule == "SIT319"]
 
 
+@pytest.mark.slow
 def test_a_warning_where_a_tenth_of_what_is_pressed_on_is_missing():
     ((finding,), _) = said("{jaw: {based_on: generic-10mm, fenestration: [4, 2]}, standoff: 0}")
     assert finding.severity is Severity.WARNING and "a seat bridges" in finding.hint

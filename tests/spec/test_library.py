@@ -150,6 +150,7 @@ KEYS = st.sampled_from([
 ])
 
 
+@pytest.mark.slow
 @given(key=KEYS | st.text(max_size=12), value=HOSTILE)
 @settings(max_examples=300, deadline=None)
 def test_any_value_gives_a_spec_or_a_spec_error(key, value):
@@ -161,6 +162,7 @@ def test_any_value_gives_a_spec_or_a_spec_error(key, value):
     assert time.process_time() - began < 5.0
 
 
+@pytest.mark.slow
 @given(sections=st.dictionaries(st.sampled_from(["name", "coil", "array", "fpc", "target", "x"]), HOSTILE, max_size=4))
 @settings(max_examples=200, deadline=None)
 def test_any_mapping_gives_a_spec_or_a_spec_error(sections):
@@ -191,6 +193,7 @@ PLAIN = st.recursive(
 )
 
 
+@pytest.mark.slow
 @given(data=st.dictionaries(WORDS, PLAIN, min_size=1, max_size=5))
 @settings(deadline=None)
 def test_what_is_written_is_read_back(data):

@@ -155,6 +155,7 @@ def marks(node, key, own):
     return (True, whole) if whole else (False, part or own)
 
 
+@pytest.mark.slow
 def test_findings_of_mutated_specs_point_at_their_keys():
     seen = 0
     for seed in range(200):

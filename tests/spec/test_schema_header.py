@@ -15,6 +15,7 @@ MODELINE = re.compile(r"# yaml-language-server:\s*\$schema=(\S+)")
 """How the YAML language server of editors reads it."""
 
 
+@pytest.mark.slow
 def test_a_template_names_a_schema_that_it_keeps_to(template, tmp_path):
     written = write_template(template.stem, tmp_path / "sensor.yaml")
     write_schema(tmp_path)

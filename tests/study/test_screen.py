@@ -47,6 +47,7 @@ def test_no_design_depends_on_its_batch():
     assert screened([other, one], NAMES) == screened([one, other], NAMES)[::-1]
 
 
+@pytest.mark.slow
 def test_no_hints_are_looked_for(monkeypatch):
     wide = design("grasper_4layer", {"target.size": [9.9e-3, 4.9e-3], "coil.trace_width": "50 um"})
 
@@ -136,6 +137,7 @@ def test_sizes_of_six_coils_in_line_take_the_full_level():
     assert found.level == SCREEN and found.absent.keys() == {"fit.width", "board.area"} and "SIT307" in found.unknown
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("thickness", [1.0, 2.0, 2.6])
 def test_a_pad_that_full_load_presses_far_is_charted_to_its_end(thickness):
     """To 24, 46 and 56 %: a chart that ended at 40 % said that no reading tells the normal force there."""

@@ -254,6 +254,7 @@ def test_designs_whose_units_fail_make_room_for_the_next_and_are_counted(folder,
     assert "too small a yield: 1" in answer_text(answer)
 
 
+@pytest.mark.slow
 def test_a_goal_that_nothing_decides_is_said(folder):
     (folder / "study.yaml").write_text(STUDY.replace("minimize: board.area", "minimize: rate"))
     answer = sitscad.Study.load(folder / "study.yaml").run(draws=0)
@@ -276,6 +277,7 @@ def test_an_infeasible_study_says_what_binds_and_the_nearest_that_was_tried(fold
     assert "No design was found" in told and "1 mH is asked" in told and "let go of inductance" in told
 
 
+@pytest.mark.slow
 def test_the_answer_is_told_before_the_yields_and_an_interrupted_study_says_how_it_goes_on(
     folder, capsys, monkeypatch
 ):
@@ -343,6 +345,7 @@ def test_designs_without_a_screen_are_judged_in_full_once_and_the_answer_says_so
     assert "2 of 2 designs took the full level at once: the screen has" in answer_text(answer)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("goal, is_all", [("amplitude", True), ("inductance", False)])
 def test_of_a_goal_by_which_the_screen_does_not_rank_all_are_judged_in_full(goal, is_all, folder, monkeypatch):
     from sitscad.study import running
@@ -564,6 +567,7 @@ def test_a_changed_study_uses_again_what_still_fits(folder):
 PROFILE = "name: {0}\nbased_on: generic-flex\nsource: {0}\n"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("asked", [
     {"vary": {"fpc.rules": ["one.yaml", "two.yaml"]}},
     {"vary": {"coil.turns": [11, 12]}, "with": {"coil.turns": {"12": {"fpc.rules": "two.yaml"}}}},
@@ -603,6 +607,7 @@ def test_files_that_varied_values_name_stand_beside_the_kept_designs(folder, cap
     assert sitscad.check(sitscad.load(folder / "designs/2.yaml"), hints="none").ok
 
 
+@pytest.mark.slow
 def test_an_answer_does_not_depend_on_what_its_archive_was_asked_before(folder):
     """Figures that an earlier study of the folder asked for stood in the next one's answer, too."""
     small = {"base": "coil.yaml", "vary": {"coil.turns": [11, 12]}, "goals": [{"maximize": "rp"}]}
@@ -783,6 +788,7 @@ def test_bad_studies_are_findings_with_their_place(folder, old, new, rule, line)
     assert first.message.isprintable() and str(first.key).isprintable()
 
 
+@pytest.mark.slow
 def test_the_layers_of_a_board_follow_those_of_its_coil(folder):
     """The goal was refused: only a stack-up that varies was thought to decide it."""
     asked = {"base": "coil.yaml", "vary": {"coil.layers": [2, 4]}, "goals": [{"minimize": "board.layers"}]}
@@ -790,6 +796,7 @@ def test_the_layers_of_a_board_follow_those_of_its_coil(folder):
     assert [said.found.of((k,)).values["board.layers"][0] for k in (0, 1)] == [2.0, 4.0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["single_coil", "bench_7mm", "grasper_3p5mm", "skin_strip_6"])
 def test_what_a_measure_needs_and_a_spec_has_not_keeps_it_from_every_figure(name):
     spec = sitscad.load_text(templates.read(name))
@@ -818,6 +825,7 @@ def _screened(asked, count):
     return evaluate_chunk(asked.base, Chunk(tuple(designs), asked.measures, "screen"))[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["single_coil", "grasper_3p5mm", "racetrack_jaw", "three_axis_triangle"])
 def test_the_study_that_new_writes_of_a_template_is_read_and_can_be_screened(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

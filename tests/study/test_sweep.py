@@ -53,6 +53,7 @@ def test_every_measure_of_the_contract_is_there():
     assert set(MEASURES) >= CONTRACT
 
 
+@pytest.mark.slow
 def test_figures_are_those_of_check_and_estimate():
     spec = sitscad.load_text(templates.read("grasper_4layer"))
     found = sitscad.measure(
@@ -86,6 +87,7 @@ def test_what_a_design_does_not_have_is_empty(table):
     assert json.loads(sweep_json(table))["measures"]["signal.normal"]["value"] == [None] * 6
 
 
+@pytest.mark.slow
 def test_every_file_is_the_same_bytes_twice(table):
     with np.load(io.BytesIO(sweep_npz(table))) as arrays:
         assert arrays["rp.error"].shape == (6,) and arrays["verdict"][1] == "fails"

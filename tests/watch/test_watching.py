@@ -87,6 +87,7 @@ def test_a_study_says_how_far_it_is_in_a_line_and_in_the_end_its_best():
         "designs: 9 of 64 -> 10 of 64"]
 
 
+@pytest.mark.slow
 def test_stages_come_in_order_and_a_broken_spec_says_so(tmp_path):
     path = tmp_path / "bench.yaml"
     path.write_text(BENCH, encoding="utf-8")

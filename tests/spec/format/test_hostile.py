@@ -73,6 +73,7 @@ def test_a_hostile_text_is_refused_at_its_place(name):
     assert time.process_time() - started < 5, "bounded work, whatever the text"
 
 
+@pytest.mark.slow
 def test_a_hostile_text_costs_little_memory():
     load_text(MINIMAL)
     tracemalloc.start()
@@ -130,6 +131,7 @@ def test_the_same_spec_in_other_clothes_is_read(content, tmp_path):
     assert load(path).coil == load_text(MINIMAL).coil
 
 
+@pytest.mark.slow
 @settings(max_examples=150, deadline=None)
 @given(st.text(max_size=200) | st.binary(max_size=200).map(lambda raw: raw.decode("latin-1")))
 @example("a: !<tag:x> 1")

@@ -114,6 +114,7 @@ def flat(data, key=""):
 TEMPLATES = {name: templates.read(name) for name in templates.names()}
 
 
+@pytest.mark.slow
 @given(st.data())
 def test_any_value_of_any_template_is_replaced_and_nothing_else(data):
     text = TEMPLATES[data.draw(st.sampled_from(sorted(TEMPLATES)))]

@@ -171,6 +171,7 @@ def messages(spec, *rules):
     return {f.rule: f.message for f in check(spec).findings if f.rule in rules}
 
 
+@pytest.mark.slow
 def test_a_finding_names_the_profile_that_holds_the_figure(folder):
     """With the one that is based on it, where that is what the spec names; a user's with file and line."""
     said = {name: messages(load(write(folder, name)), "SIT103")["SIT103"] for name in ("wellpcb", "generic-flex")}
@@ -246,6 +247,7 @@ def test_copper_thicker_than_any_stated_is_an_error(folder, thickness, is_said, 
     assert all("the thickest stated is 35 um" in f.message for f in found if "no figure for" in f.message)
 
 
+@pytest.mark.slow
 def test_who_writes_widths_for_any_copper_or_for_thick_copper_is_believed(folder):
     """A plain figure holds whatever the copper; one for 70 um holds there, and not beyond."""
     plain = "trace_width: 0.1\ntrace_spacing: 0.1\ncoil_trace_width: 0.1\ncoil_trace_spacing: 0.1\n"
