@@ -259,25 +259,30 @@ class Design:
             return self.one.curves
         from sitscad.estimates.performance.curves import curves
 
-        return curves(self.solved, self.felt) if self.performance else None
+        return curves(self.solved) if self.performance else None
 
     @_without_text
     def felt(self) -> Felt | None:
-        """What the sensor feels by the quick method, for checks; None where there is nothing to feel."""
+        """What the sensor feels, for checks: `solved`, or at the screen level by shares.
+
+        None if it feels nothing, or if its target is too large to be solved in a check.
+        """
         if self.spec.cells is not None:
             return self.one.felt
         from sitscad.estimates.performance.points import feel
         from sitscad.estimates.response.pad import NoResponse
 
         try:
-            return feel(self.layout, self.estimates)
+            if self.estimates.is_rough:
+                return feel(self.layout, self.estimates)
+            return self.solved if self.estimates.is_solved else None
         except NoResponse:
             return None
 
     @_without_text
     def twins(self) -> tuple[Loads, Loads] | None:
         """Two loads (N) within what is required that give one reading, None where none are found: said alike by checks
-        and papers. The quick method finds them, and the response judges them (in seconds).
+        and papers.
         """
         if self.spec.cells is not None:
             return self.one.twins
@@ -299,8 +304,8 @@ class Design:
             return self
         from sitscad.estimates import estimated
 
-        known = self.estimates.solved
-        return Design(self.spec, self.layout, estimated(self.layout, temperature=ROOM_TEMPERATURE, solved=known))
+        known = self.estimates.is_solved
+        return Design(self.spec, self.layout, estimated(self.layout, temperature=ROOM_TEMPERATURE, is_solved=known))
 
     @cached_property
     def bench_estimates(self) -> Estimates:

@@ -1,5 +1,5 @@
-"""SIT401 to SIT412: whether the sensor feels forces as finely and as truly as the spec requires, by the quick method,
-worked out once a design; and what a reading can mean at all.
+"""SIT401 to SIT412: whether the sensor feels forces as finely and as truly as the spec requires, by the same
+figures as the data sheet; and what a reading can mean at all.
 """
 
 from __future__ import annotations
@@ -27,6 +27,11 @@ if TYPE_CHECKING:
     FeltRule = Callable[[Felt, Design], Iterator[Verdict]]
 
 
+NOT_SOLVED = Undecided(
+    "the target is too large to be solved within a second or two: `sitscad response --performance` says what the "
+    "sensor feels, or why it cannot"
+)
+
 NOTHING_FELT = Undecided(
     "nothing of what the sensor feels was estimated: it takes a target on its pad and tanks that oscillate at rest"
 )
@@ -36,20 +41,19 @@ GIVES_WAY = (
 )
 
 NOISE_STEPS_SOURCE = (
-    f"noise by {source_in_all('noise_law')}, slopes as in the states and SIT218, pad by its law; within a few per cent "
-    "of `response --performance`, tilts 10 %"
+    f"noise by {source_in_all('noise_law')}, slopes by the response, pad by its law, as `response --performance`"
 )
 
 
 def judged(
     design: Design, rule: str, key: str, most: Worst, words: str, unit: str = "N",
-    told: str = "", nearly: tuple[str, float] | None = None, slows: bool = False, limit: float | None = None,
-    shrinks: bool = False,
+    told: str = "", slows: bool = False, limit: float | None = None, shrinks: bool = False,
 ) -> Iterator[Verdict]:
-    """What is felt, kept beside what the requirement `key` asks, met or not: more than that, in words; or too close to
-    tell for the quick method, which is off by so large a part of what `nearly` names. `told` is what is asked, in
-    words, `limit` what is asked of this axis where the key has one for each; `slows`: it goes with the conversions that
-    a scan has time for, so with the scans a second; `shrinks`: smaller pads are tried, too.
+    """Keep a figure beside what the requirement `key` asks, and yield a finding if it is more than that.
+
+    `told` is what is asked, in words, `limit` what is asked of this axis where the key has one for each; `slows`: it
+    goes with the conversions that a scan has time for, so with the scans a second; `shrinks`: smaller pads are tried,
+    too.
     """
     asked = getattr(design.spec.requirements, key) if limit is None else limit
     result = RequirementResult(key, rule, most.value, asked, unit, most.axis, most.at)
@@ -64,13 +68,6 @@ def judged(
                 other_thicknesses(design.spec), smaller)
         advice = first_tried(list(map(list, ways)), RULE_TEXTS[rule]["mend"].rstrip("."))
         yield replace(found, message=f"{words}; {told} is required", advice=advice)
-    elif nearly is not None and (1.0 + nearly[1]) * most.value > asked:
-        yield replace(
-            found, message=f"{nearly[0]} comes to {show(most.value, unit, 3)} ({most.axis}, {most.at}) where {told} is "
-            f"required: so says the quick method, which may be {100.0 * nearly[1]:.0f} % too low",
-            hint="`sitscad response --performance` says it exactly; leave some room, or ask for less",
-            severity=Severity.WARNING,
-        )
 
 
 def noted(design: Design) -> tuple[RequirementResult, ...]:
@@ -134,7 +131,8 @@ def where_felt(rule: FeltRule) -> Callable[[Design], Iterator[Verdict]]:
     def apply(design: Design) -> Iterator[Verdict]:
         found = design.felt
         if found is None:
-            yield NOTHING_FELT
+            is_too_large = not (design.estimates.is_solved or design.estimates.is_rough)
+            yield NOT_SOLVED if is_too_large and design.spec.target is not None else NOTHING_FELT
         else:
             yield from rule(found, design)
             lost = [at for at, is_held in zip(POINTS, found.held, strict=True) if not is_held]
@@ -270,8 +268,7 @@ def _resolution(
             f"{most.axis} is told to {show(most.value, unit, 3)} (one sigma of noise, {most.at}, "
             f"{show(design.spec.readout.scan_rate, 'Hz')} scans a second)"
         )
-        off = NEARLY_TILTED if unit != "N" else NEARLY
-        yield from judged(design, rule, key, most, words, unit, nearly=("noise (one sigma)", off), slows=True)
+        yield from judged(design, rule, key, most, words, unit, slows=True)
 
 
 ONE_AXIS = Undecided("one coil tells one axis: what shear does to it is read as normal force (SIT409)")
@@ -324,8 +321,7 @@ def tilt_error(found: Felt, design: Design) -> Iterator[Verdict]:
             f"a contact tilted by {float(np.degrees(tilt)):.2g} degrees is read as {show(most.value, unit, 3)} of "
             f"{most.axis}{beside} ({most.at})"
         )
-        yield from judged(design, "SIT404", "tilt_error", most, words, unit,
-                          nearly=("the error by tilt", NEARLY_TILTED), limit=limits[name], shrinks=True)
+        yield from judged(design, "SIT404", "tilt_error", most, words, unit, limit=limits[name], shrinks=True)
     untold = [name for name in limits if name not in told and name in ("normal", *MOMENTS)]
     if not isinstance(design.spec.requirements.tilt_error, float):
         untold = [name for name in limits if name not in told]
@@ -374,10 +370,6 @@ def temperature_error(found: Felt, design: Design) -> Iterator[Verdict]:
         f"degC (full load, most by {max(causes, key=lambda one: causes[one])})"
     )
     yield from judged(design, "SIT406", "temperature_error", Worst(float(drift[k]), axis, "at full load"), words)
-
-
-NEARLY, NEARLY_TILTED = 0.08, 0.12
-"""How far the quick method may be below `response --performance`, for noise and for tilts."""
 
 
 BESIDE_NOISE = 10.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from sitscad.arguments import checked_arguments
-from sitscad.estimates.steps import read, tune, wind, with_solved_targets
+from sitscad.estimates.steps import read, wind, with_target
 from sitscad.estimates.values import CoilEstimate, CrossCheck, Estimates, ReadoutEstimate, StateEstimate
 from sitscad.estimates.winding.methods import METHODS, Method
 from sitscad.layout.board import Layout
@@ -51,10 +51,11 @@ def missed_tolerance(found: Estimates, tolerance: float, method: str | None) -> 
 @one_thread
 def estimated(
     layout: Layout, method: str | None = None, tolerance: float | None = None, temperature: float | None = None,
-    solved: float | None = None,
+    is_solved: bool | None = None,
 ) -> Estimates:
     """Estimates of a layout whose spec is known to be right, or is one that is tried.
 
-    `solved` is the part of what the target changes that is solved, where it has to be alike for two that are compared.
+    `is_solved` says whether the target is solved, for estimates that are compared. If it is left out, the target's size
+    decides.
     """
-    return read(with_solved_targets(tune(wind(layout, temperature, method, tolerance)), solved))
+    return read(with_target(wind(layout, temperature, method, tolerance), is_solved))

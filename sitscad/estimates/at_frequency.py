@@ -9,8 +9,10 @@ import numpy as np
 
 from sitscad.estimates.circuit.coils import coil_circuits, self_resonance
 from sitscad.estimates.circuit.tank import CoilCircuit
-from sitscad.estimates.steps import NO_STATE, Wound, wind
+from sitscad.estimates.states.finite_target import NO_SHARES
+from sitscad.estimates.steps import NO_STATE, wind
 from sitscad.estimates.values import crowding_error
+from sitscad.estimates.winding.wound import Wound
 from sitscad.layout.board import Layout
 from sitscad.physics.resonator import apparent_impedance
 from sitscad.physics.threads import one_thread
@@ -84,7 +86,7 @@ def coils_at(
     if not frequencies:
         return ()
     wound = wind(layout, None, method, tolerance)
-    circuits = coil_circuits(wound.layout, wound.winding, wound.matrix, wound.assembly, wound.shares)
+    circuits = coil_circuits(wound.layout, wound.winding, wound.matrix, wound.assembly, NO_SHARES)
     return tuple(_coil_at(circuit, wound, frequency) for frequency in frequencies for circuit in circuits)
 
 

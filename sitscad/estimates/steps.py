@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sitscad.arrays import Array
-from sitscad.estimates.circuit.coils import coil_circuits, handed_over, overdamped, self_resonance, without, working
+from sitscad.estimates.circuit.coils import coil_circuits, overdamped, self_resonance, without, working
 from sitscad.estimates.circuit.drive import driven
 from sitscad.estimates.circuit.leads import missing_leads
 from sitscad.estimates.circuit.tank import (
@@ -20,8 +20,8 @@ from sitscad.estimates.circuit.tank import (
     with_margin,
     with_steps,
 )
-from sitscad.estimates.states.assembly import AssemblyStates, assemble, warmed
-from sitscad.estimates.states.finite_target import TargetChanges, TargetShares, target_shares
+from sitscad.estimates.states.assembly import assemble, warmed
+from sitscad.estimates.states.finite_target import NO_SHARES, TargetShares, target_shares
 from sitscad.estimates.states.pressing import GLUE, PAD
 from sitscad.estimates.uncertainty import (
     depths_moved,
@@ -45,47 +45,30 @@ from sitscad.estimates.values import (
 from sitscad.estimates.winding.losses import is_rough, near_metal_notes
 from sitscad.estimates.winding.methods import cross_checks, no_cross_check
 from sitscad.estimates.winding.own_capacitance import metal_notes
-from sitscad.estimates.winding.solved import SolvedWinding, beside_each_other, solve_winding
+from sitscad.estimates.winding.solved import beside_each_other, solve_winding
+from sitscad.estimates.winding.wound import Wound
 from sitscad.layout.board import Coil, Layout
 from sitscad.physics.loss.resistance import conductivity_at
 from sitscad.physics.resonator import apparent_inductance
 from sitscad.record import record, replace
 from sitscad.scene.state import FREE, PRESSED, REST
 from sitscad.spec.places import gathered
-from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
-
-@record(eq=False)
-class Wound:
-    """Layout at a temperature (degrees Celsius), with the assembly of each state and the solved winding.
-
-    `matrix` and `matrix_errors` (H) belong to the bare windings. `shares` are the ratios of the target's effect to that
-    of an infinite plate. `solved` is the target's solved effect, None if the ratios are accurate enough.
-    """
-
-    layout: Layout
-    temperature: float
-    assembly: AssemblyStates
-    winding: SolvedWinding
-    matrix: Array
-    matrix_errors: Array
-    shares: TargetShares
-    solved: TargetChanges | None = None
-
-    @property
-    def spec(self) -> SensorSpec:
-        """The spec, its metals warm."""
-        return self.layout.spec
+if TYPE_CHECKING:
+    from sitscad.estimates.states.solved_target import SolvedStates
 
 
 @record(eq=False)
 class Tuned:
-    """Every coil as a circuit, the tank that was chosen and how the converter is set; `failed` are the states without
-    numbers, with the reason, `damped` those whose tank does not oscillate, with their quality factor.
+    """Every coil as a circuit, the chosen tank and how the converter is set.
+
+    `target` is the target's effect: solved, or by shares of an endless plate's. `failed` are the states without
+    numbers, with the reason. `damped` are those whose tank does not oscillate, with their quality factor.
     """
 
     wound: Wound
+    target: TargetShares | SolvedStates
     circuits: Sequence[CoilCircuit]
     tank: Tank
     readout: ReadoutEstimate
@@ -96,8 +79,8 @@ class Tuned:
 def wind(
     layout: Layout, temperature: float | None = None, method: str | None = None, tolerance: float | None = None
 ) -> Wound:
-    """The windings by themselves and beside each other, and what of the target they see; at the spec's temperature
-    where None is given, roughly for a tolerance that is for screening.
+    """Solve the windings by themselves and beside each other; at the spec's temperature where None is given, roughly
+    for a tolerance that is for screening.
     """
     temperature = layout.spec.requirements.temperature if temperature is None else temperature
     rough, coils = is_rough(tolerance), layout.coils
@@ -105,83 +88,53 @@ def wind(
     assembly = assemble(spec, sigmas(spec), rough)
     winding = solve_winding(spec.coil, coils[0], assembly, conductivity_at(temperature), method, tolerance)
     matrix, errors = beside_each_other(spec.coil, coils, winding, rough)
-    shares = target_shares(gathered(spec), [layer.z for layer in coils[0].windings], assembly.states, rough)
-    if rough and shares.shares:  # of a strange target no more is solved, but said
-        shares = shares.widened(_part_of(shares.strangeness))
-    return Wound(replace(layout, spec=spec), temperature, assembly, winding, matrix, errors, shares)
+    return Wound(replace(layout, spec=spec), temperature, assembly, winding, matrix, errors, method, tolerance)
 
 
-def tune(wound: Wound) -> Tuned:
+def tune(wound: Wound, target: TargetShares | SolvedStates) -> Tuned:
     """Circuits, tank capacitor, and the converter's settings; states that have no numbers are left out."""
     readout = wound.spec.readout
     circuits, failed = working(coil_circuits(
-        wound.layout, wound.winding, wound.matrix, wound.assembly, wound.shares, wound.solved))
+        wound.layout, wound.winding, wound.matrix, wound.assembly, target))
     capacitor, reason = choose_capacitor(circuits, readout, min(map(self_resonance, circuits)), wound.winding.is_rough)
     tank = Tank(capacitor, readout)
-    damped = overdamped(circuits, tank)
+    damped = overdamped(circuits, tank, target)
     failed |= {
         state: f"no numbers for this state: overdamped: Q {quality:.2g}; with {show(capacitor, 'F', 3)} the tank does "
                "not oscillate" for state, quality in damped.items()
     }
     swinging = [without(circuit, damped) for circuit in circuits]
-    return Tuned(wound, swinging, tank, settle(swinging, readout, capacitor, reason), failed, damped)
+    return Tuned(wound, target, swinging, tank, settle(swinging, readout, capacitor, reason), failed, damped)
 
 
-def with_solved_targets(tuned: Tuned, part: float | None = None) -> Tuned:
-    """Circuits with the target's effect solved, as in a response, where the states owe too much to its shares, or the
-    `part` of it that is said. Shares of a target that would take too long are less sure.
+def with_target(wound: Wound, is_solved: bool | None = None) -> Tuned:
+    """Circuits and tank with the target's effect solved, as in a response.
+
+    It is by shares of an endless plate's effect in screening, for targets that are too large to solve in a second or
+    two, and if `is_solved` is False.
     """
-    shares = tuned.wound.shares
-    if tuned.wound.winding.is_rough or not shares.shares:
-        return tuned
-    wanted = part
-    if wanted is None:  # less and less down to `GIVES_WAY`, so that neither numbers nor their errors make a step
-        worst = max((_unsure(one, tuned.tank, shares.strangeness) for one in tuned.circuits), default=0.0)
-        wanted = 1.0 if tuned.failed and not shares.strangeness <= 1.0 else _part_of(worst)
-    if not wanted:
-        return tuned
-    from sitscad.estimates.states.solved_target import is_affordable, solved_target  # a solver, loaded for nothing else
+    if wound.winding.is_rough or not wound.has_target or is_solved is False:
+        return tune(wound, _shares(wound))
+    # where about the tanks run is enough for the frequencies to solve at
+    tuned = tune(replace(wound, winding=replace(wound.winding, crowding=None, is_rough=True)), _shares(wound, True))
+    from sitscad.estimates.states.solved_target import is_affordable, solve_states  # a solver, loaded for nothing else
 
     for _ in range(TRIES):
         found = [tuned.tank.oscillation(c, state).frequency for c in tuned.circuits for state in c.reflections]
-        wound, known = tuned.wound, tuned.wound.solved
-        low, high = (0.0, 0.0) if known is None else known.frequencies
+        low, high = (0.0, 0.0) if isinstance(tuned.target, TargetShares) else tuned.target.band
         if not found or low <= min(found) <= max(found) <= high:
             break
         band = BAND[0] * min(found), BAND[1] * max(found)
-        if known is None and part is None and not is_affordable(wound.spec, wound.layout.coils, wound.assembly, band):
-            return tune(replace(wound, shares=shares.widened(wanted)))
-        changes = solved_target(wound.layout, wound.assembly, band, wound.winding.inductance)
-        if wanted < 1.0:
-            changes = handed_over(changes, wanted, wound.layout, wound.winding, wound.assembly, shares)
-        tuned = tune(replace(wound, solved=changes))
-    return tuned
+        if is_solved is None and not is_affordable(wound.spec, wound.layout.coils, wound.assembly, band):
+            return tune(wound, _shares(wound))
+        tuned = tune(wound, solve_states(wound, band))
+    return tune(wound, _shares(wound)) if isinstance(tuned.target, TargetShares) else tuned
 
 
-def _part_of(unsure: float) -> float:
-    """How much is to be solved of a target whose shares are so unsure (1: too unsure)."""
-    return min(max((unsure - GIVES_WAY) / (1.0 - GIVES_WAY), 0.0), 1.0)
-
-
-GIVES_WAY = 0.95
-"""Part of `UNSURE`, and of what makes a target strange, at which shares begin to give way to what is solved."""
-
-
-def _unsure(circuit: CoilCircuit, tank: Tank, strangeness: float) -> float:
-    """What the target's shares may be off, at worst over states: of L, of R, or of what the target changes, over what
-    each may be (`UNSURE`); or how strange a target is that matters at all.
-    """
-    worst = 0.0
-    for state, reflection in circuit.reflections.items():
-        at = tank.oscillation(circuit, state)
-        frequency, inductance, resistance = at.frequency, at.inductance, at.resistance
-        if abs(reflection.endless_change(frequency)) > NOTHING * inductance:
-            worst = max(worst, strangeness)
-        more, lost = map(abs, reflection.unsure(frequency))
-        change = max(abs(reflection.target_change(frequency).real), FAINT_CHANGE * circuit.inductance)
-        parts = more / inductance, lost / resistance, more / change
-        worst = max(worst, *(part / most for part, most in zip(parts, UNSURE, strict=True)))
-    return worst
+def _shares(wound: Wound, is_rough: bool = False) -> TargetShares:
+    """Shares of an endless plate's effect that the target has."""
+    heights, rough = [layer.z for layer in wound.layout.coils[0].windings], is_rough or wound.winding.is_rough
+    return target_shares(gathered(wound.spec), heights, wound.assembly.states, rough)
 
 
 BAND = 0.9, 1.15
@@ -189,11 +142,6 @@ BAND = 0.9, 1.15
 any state has.
 """
 
-UNSURE = 0.0125, 0.06, 0.12
-"""Parts of L, of R and of the target's own change of L that its shares may be off without it being solved."""
-
-NOTHING = 1e-5  # Part of L that an endless target changes up to which a real one does nothing
-FAINT_CHANGE = 0.025  # Part of the free inductance: smaller changes are looked at as if they were so large
 TRIES = 3  # How often it is solved at most: with another capacitor the tank runs elsewhere
 
 
@@ -234,7 +182,7 @@ def read(tuned: Tuned) -> Estimates:
         normal_force=spec.requirements.normal_force,
         temperature=wound.temperature,
         states=tuple(replace(around.state, temperature=wound.temperature) for around in assembly.states),
-        solved=0.0 if wound.solved is None else wound.solved.part,
+        target_band=None if isinstance(tuned.target, TargetShares) else tuned.target.band,
         is_rough=rough,
     )
 
@@ -245,7 +193,8 @@ def _notes(tuned: Tuned, coil: CoilEstimate) -> Iterator[str]:
     layout, spec, assembly = wound.layout, wound.spec, wound.assembly
     if incomplete := missing_leads(layout.coils):
         yield incomplete
-    yield from wound.shares.notes if wound.solved is None else (SOLVED,)
+    if isinstance(tuned.target, TargetShares) and tuned.target.shares:
+        yield from (TOO_LARGE, *tuned.target.notes)
     yield from assembly.notes
     yield from near_metal_notes(spec.coil, wound.winding.nearest)
     yield from metal_notes(layout.coils[0], spec, assembly.gaps, coil.self_capacitance, coil.capacitance)
@@ -253,11 +202,10 @@ def _notes(tuned: Tuned, coil: CoilEstimate) -> Iterator[str]:
     yield scatter_note(spec)
 
 
-SOLVED = (
-    "what the target changes in the states is solved for its own size and metal, as `response` does: shares of an "
-    "endless sheet's effect are not known well enough for it"
+TOO_LARGE = (
+    "the target is too large, too thin or too magnetic to be solved for the states within a second or two: shares of "
+    "an endless plate's effect serve, and `response` solves it, or names why not"
 )
-"""What is said of states whose target was solved."""
 
 
 def _states(tuned: Tuned) -> dict[str, dict[str, StateEstimate]]:
@@ -344,7 +292,7 @@ def metered(layout: Layout, temperature: float, frequency: float = METER_FREQUEN
     """What an LCR meter reads of every coil of the bare board at a temperature (degrees Celsius), far from metal."""
     wound = wind(layout, temperature)
     winding, spec = wound.winding, wound.spec
-    circuits = coil_circuits(wound.layout, winding, wound.matrix, wound.assembly, wound.shares)
+    circuits = coil_circuits(wound.layout, winding, wound.matrix, wound.assembly, NO_SHARES)
     slopes = slopes_of(spec, layout.coils[0], winding)
     of_direct, found = direct_resistance_sigma(spec), []
     for circuit in circuits:

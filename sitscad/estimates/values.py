@@ -308,10 +308,10 @@ class Estimates:
     (degrees Celsius) the one of copper and metals. `compression_scatter` and `gap_sigmas` (m) are one sigma of the
     pressed pad and of the gaps. `incomplete` says what the layout lacks, and the terminal values with it (None:
     nothing); `no_cross_check` why there is no closed formula beside the estimate;
-    `states` are those that the sensor has, with the target's pose in each; `solved` is the part of what the target
-    changes in them that was solved as for a response, the rest being a share of an endless one's effect: 0 or 1, and
-    between where the one gives way to the other; `metered` is what a meter reads of the bare board, empty where it was
-    not asked for (`Design.bench_estimates`); `is_rough` says that they were made for screening.
+    `states` are those that the sensor has, with the target's pose in each; `target_band` are the frequencies (Hz) at
+    which the target was solved for them, None if its effect is by shares of an endless plate's; `metered` is what a
+    meter reads of the bare board, empty where it was not asked for (`Design.bench_estimates`); `is_rough` says that
+    they were made for screening.
     """
 
     coils: tuple[CoilEstimate, ...]
@@ -329,7 +329,7 @@ class Estimates:
     incomplete: str | None = None
     no_cross_check: str | None = None
     states: tuple[State, ...] = ()
-    solved: float = 0.0
+    target_band: tuple[float, float] | None = None
     metered: tuple[Metered, ...] = ()
     is_rough: bool = False
 
@@ -341,8 +341,8 @@ class Estimates:
 
     @property
     def is_solved(self) -> bool:
-        """Whether the target was solved, if only for a part."""
-        return self.solved > 0.0
+        """Whether the target's effect is solved."""
+        return self.target_band is not None
 
     @property
     def pressed_place(self) -> float | None:

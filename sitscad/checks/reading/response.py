@@ -189,7 +189,8 @@ def _unasked(design: Design) -> Iterator[Verdict]:
     full = full_normal(design.spec)
     asked = replace(design.spec.requirements, normal_force=full)
     loaded = design.drawn(replace(design.spec, requirements=asked))
-    found = responses(Design(loaded.spec, loaded.layout, estimated(loaded.layout, solved=design.estimates.solved)))
+    numbers = estimated(loaded.layout, is_solved=design.estimates.is_solved)
+    found = responses(Design(loaded.spec, loaded.layout, numbers))
     if found and _is_lost(found):
         best = max(found, key=lambda response: response.steps)
         taken = f", which press the pad by {100.0 * USUAL_STRAIN:.0f} % (full load where no force is required),"
@@ -331,7 +332,6 @@ def shear_response(design: Design) -> Iterator[Verdict]:
     import numpy as np
 
     from sitscad.estimates.response.pad import pushed
-    from sitscad.estimates.states.moved_target import moved_changes
     from sitscad.estimates.states.pressing import BESIDE_PAD, rests_on_pad
 
     spec, force = design.spec, design.spec.requirements.shear_force
@@ -362,12 +362,29 @@ def shear_response(design: Design) -> Iterator[Verdict]:
         yield Undecided("nothing was estimated at rest")
         return
     moves = [(travels[0], 0.0), (0.0, travels[1])]
-    changes = moved_changes(design.layout, moves, rest[0].frequency, design.estimates.is_solved)
+    changes = _moved_changes(design, moves, rest[0].frequency)
     for axis in axes:
-        moved = [change[axis] for change in changes.values()]
+        moved = changes[axis]
         apart = max(moved) - min(moved)
         hardly = list(_judged(design, axis, travels[axis], apart, max(steps)))
         yield from hardly or _tilted(design, axis, apart, -float(poses[2, 2]))
+
+
+def _moved_changes(design: Design, moves: Sequence[tuple[float, float]], frequency: float) -> list[list[float]]:
+    """Changes (moves, coils; H) of the coils' inductances by moves (x, y; m) of the level target from rest: solved, or
+    by shares at a frequency (Hz) for targets that are too large. Of cells one is worked out.
+    """
+    import numpy as np
+
+    if design.estimates.is_solved:
+        poses = np.zeros((1 + len(moves), 6))
+        poses[1:, :2] = moves
+        found = np.einsum("pcc->pc", design.one.response.respond(poses, within=poses).target_change)
+    else:
+        from sitscad.estimates.states.moved_target import target_effects
+
+        found = target_effects(design.layout, [(0.0, 0.0), *moves], [0.0], frequency)[0]
+    return [[float(value) for value in row] for row in found[1:] - found[0]]
 
 
 def _judged(design: Design, axis: int, travel: float, apart: float, step: float) -> Iterator[Verdict]:

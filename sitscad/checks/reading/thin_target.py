@@ -190,7 +190,8 @@ def _compared(design: Design, changed: SensorSpec) -> Design:
     tolerance = SCREENING if design.estimates.is_rough else None
     now = design.estimates.readout.capacitance
     drawn = design.drawn(replace(changed, readout=replace(changed.readout, capacitance=now)))
-    return replace(drawn, given_estimates=estimated(drawn.layout, tolerance=tolerance, solved=design.estimates.solved))
+    numbers = estimated(drawn.layout, tolerance=tolerance, is_solved=design.estimates.is_solved)
+    return replace(drawn, given_estimates=numbers)
 
 
 def _target(target: Target | None) -> Target:

@@ -9,6 +9,7 @@ import math
 from collections.abc import Mapping
 from functools import lru_cache, partial
 from itertools import product
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from sitscad.estimates.circuit.leads import NO_LEADS, estimate_leads, led_round,
 from sitscad.estimates.circuit.neighbours import Circuit, idle_neighbours
 from sitscad.estimates.circuit.tank import CoilCircuit, Tank, terminals
 from sitscad.estimates.states.assembly import AssemblyStates, Reflection, SolvedReflection, Surroundings, metal_behind
-from sitscad.estimates.states.finite_target import FREQUENCY, TargetChanges, TargetShares
+from sitscad.estimates.states.finite_target import FREQUENCY, TargetShares
 from sitscad.estimates.states.window import WindowedReflection, WindowEffect, missing_parts
 from sitscad.estimates.winding.losses import winding_resistance
 from sitscad.estimates.winding.own_capacitance import self_capacitance
@@ -28,6 +29,9 @@ from sitscad.record import replace
 from sitscad.scene.state import FREE
 from sitscad.spec.sensor import ReadoutSpec
 from sitscad.units import show
+
+if TYPE_CHECKING:
+    from sitscad.estimates.states.solved_target import SolvedStates
 
 LEAST_SHARE = 0.02
 """Share of the free inductance below which a state's is not believed: the half-space model takes away too much."""
@@ -75,10 +79,12 @@ def without(circuit: CoilCircuit, failed: Mapping[str, object]) -> CoilCircuit:
     )
 
 
-def overdamped(circuits: list[CoilCircuit], tank: Tank) -> dict[str, float]:
+def overdamped(circuits: list[CoilCircuit], tank: Tank, target: TargetShares | SolvedStates) -> dict[str, float]:
     """The states in which some coil's tank does not oscillate, and its quality factor."""
     found: dict[str, float] = {}
     tank.oscillate(circuits)
+    if not isinstance(target, TargetShares):
+        target.put_oscillations(circuits, tank)
     for circuit in circuits:
         for state in circuit.reflections:
             at = tank.oscillation(circuit, state)
@@ -88,11 +94,11 @@ def overdamped(circuits: list[CoilCircuit], tank: Tank) -> dict[str, float]:
 
 
 def coil_circuits(
-    layout: Layout, winding: SolvedWinding, matrix: Array, assembly: AssemblyStates, shares: TargetShares,
-    solved: TargetChanges | None = None,
+    layout: Layout, winding: SolvedWinding, matrix: Array, assembly: AssemblyStates,
+    target: TargetShares | SolvedStates,
 ) -> list[CoilCircuit]:
-    """Circuits of all coils in their order. `matrix` (H) holds the inductances of the bare windings. The target's
-    effect is `solved` if given, otherwise by its `shares`.
+    """Circuits of all coils in their order. `matrix` (H) holds the inductances of the bare windings, `target` its
+    effect: solved, or by shares of an endless plate's.
     """
     spec, first = layout.spec, layout.coils[0]
     conductivity, loss = winding.conductivity, winding.loss
@@ -104,7 +110,7 @@ def coil_circuits(
     own = self_capacitance(first, spec, winding.is_rough)
     distances = _distances(layout.coils)
     beside = [] if winding.is_rough else sorted({d for row in distances for d in row if d > 0.0})
-    reflections = _reflections(winding, assembly, beside, layout, solved or shares)
+    reflections = _reflections(winding, assembly, beside, layout, target)
     circuits = []
     for coil in layout.coils:
         leads = NO_LEADS
@@ -149,7 +155,7 @@ def _distances(coils: tuple[Coil, ...]) -> list[list[float]]:
 
 def _reflections(
     winding: SolvedWinding, assembly: AssemblyStates, distances: list[float], layout: Layout,
-    target: TargetShares | TargetChanges,
+    target: TargetShares | SolvedStates,
 ) -> dict[str, dict[str, Reflection]]:
     """What metal returns, by coil and state, with what a window in the jaw leaves of it; coils under alike parts of the
     target have one in common.
@@ -175,15 +181,15 @@ def _reflections(
 
 
 def _reflection(
-    around: Surroundings, distances: list[float], winding: SolvedWinding, target: TargetShares | TargetChanges,
+    around: Surroundings, distances: list[float], winding: SolvedWinding, target: TargetShares | SolvedStates,
     number: int, name: str, missing: WindowEffect | None,
 ) -> Reflection:
     spectrum = winding.spectrum
-    if isinstance(target, TargetChanges) and around.name in target.changes:
+    if not isinstance(target, TargetShares) and around.name in target.totals:
         more, lost = target.errors[around.name][number]
-        solved = target.frequencies, target.changes[around.name], target.like
+        solved = np.array(target.band), target.totals[around.name], target.like
         return SolvedReflection(spectrum, around, distances, winding.crowding, solved, number,
-                                (float(more), float(lost)))
+                                (float(more), float(lost)), target.crowded(around.name, number))
     share, unsure = (1.0, 1.0), (0.0, 0.0, 0.0)
     if isinstance(target, TargetShares) and around.above is not None:
         share = target.of(name, around.name)
@@ -196,32 +202,11 @@ def _reflection(
     return Reflection(spectrum, around, distances, share, winding.crowding, unsure, winding.is_rough)
 
 
-def handed_over(
-    solved: TargetChanges, part: float, layout: Layout, winding: SolvedWinding, assembly: AssemblyStates,
-    shares: TargetShares,
-) -> TargetChanges:
-    """A part of what was solved, with the rest by shares; the errors of both alike."""
-    distances = _distances(layout.coils)
-    beside = [0.0, *sorted({d for row in distances for d in row if d > 0.0})]
-    by_shares = _reflections(winding, assembly, beside[1:], layout, shares)
-    places = np.array([[beside.index(d) for d in row] for row in distances])
-    middle = math.sqrt(float(np.prod(solved.frequencies)))
-    changes, errors = {}, {}
-    for state, whole in solved.changes.items():
-        owns = [by_shares[coil.name][state] for coil in layout.coils]
-        rows = [one.of_target(solved.frequencies)[:, at] for one, at in zip(owns, places, strict=True)]
-        shared = np.stack(rows, axis=1)
-        less = np.array([one.unsure(middle) for one in owns])
-        changes[state] = part * whole + (1.0 - part) * 0.5 * (shared + np.swapaxes(shared, 1, 2))
-        errors[state] = part * solved.errors[state] + (1.0 - part) * less
-    return replace(solved, changes=changes, errors=errors, part=part)
-
-
 FAINT = 0.0015
 """Of the free inductance: what a share may be off beside its relative error, of targets that hardly change anything."""
 
 
-_led_out, _led_roughly = lru_cache(maxsize=8)(estimate_leads), lru_cache(maxsize=8)(sketched_leads)
+_led_out, _led_roughly = lru_cache(maxsize=64)(estimate_leads), lru_cache(maxsize=64)(sketched_leads)
 
 
 def self_resonance(circuit: CoilCircuit) -> float:

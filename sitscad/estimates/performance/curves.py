@@ -47,28 +47,27 @@ class Curves:
 
 
 @one_thread
-def curves(felt: Felt, quick: Felt | None) -> Curves:
-    """The curves of a design by its response; bands by the quick method, one sigma of each cause."""
+def curves(felt: Felt) -> Curves:
+    """The curves of a design by its response, with bands of one sigma of each cause."""
     spec, estimates, bench = felt.bench.spec, felt.estimates, felt.bench
     full = bench.full["normal"]
     shears = [name for name in bench.range.axes if name != "normal"]  # and moments
-    found = tuple(_curve(felt, quick, name, normal) for name in shears for normal in (0.0, 0.5 * full, full))
+    found = tuple(_curve(felt, name, normal) for name in shears for normal in (0.0, 0.5 * full, full))
     places = np.array([placement.centre for placement in spec.array.placements]) - np.array(spec.array.middle)
-    return Curves(tuple(coil.name for coil in estimates.coils), places, _curve(felt, quick, "normal", 0.0), found,
+    return Curves(tuple(coil.name for coil in estimates.coils), places, _curve(felt, "normal", 0.0), found,
                   tuple(_range(felt, name) for name in shears), held_shear(spec))
 
 
-def _curve(felt: Felt, quick: Felt | None, axis: str, normal: float) -> Curve:
+def _curve(felt: Felt, axis: str, normal: float) -> Curve:
     forces = np.linspace(0.0 if axis == "normal" else -1.0, 1.0, STEPS) * felt.bench.full[axis]
     loads = along(felt.bench.range.pressed(normal), axis, forces)
-    inductance, sigma = _inductance(felt.estimates, felt.working.read(loads)), np.zeros(1)
-    if quick is not None:  # of the readings, by manufacture
-        nominal = quick.bench.readings(quick.bench.poses(loads))
-        sigma = root_sum_of_mean_squares([
-            [one - nominal for one in ways]
-            for cause in manufacturing_scatter(felt.layout.spec, felt.estimates)
-            for ways in readings_of(quick.bench, cause, loads)
-        ])
+    inductance, nominal = _inductance(felt.estimates, felt.working.read(loads)), felt.bench.readings(
+        felt.bench.poses(loads))
+    sigma = root_sum_of_mean_squares([  # of the readings, by manufacture
+        [one - nominal for one in ways]
+        for cause in manufacturing_scatter(felt.layout.spec, felt.estimates)
+        for ways in readings_of(felt.bench, cause, loads)
+    ])
     return Curve(axis, normal, forces, inductance, 2.0 * inductance * sigma)
 
 

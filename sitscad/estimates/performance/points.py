@@ -18,7 +18,7 @@ from sitscad.estimates import estimated
 from sitscad.estimates.performance.bench import Bench
 from sitscad.estimates.performance.causes import DEGREE, WARMER, Disturbed, Tilts, Units, by_metal, resonances, units_of
 from sitscad.estimates.performance.inversion import SolvedRange, crosstalk, solved_range
-from sitscad.estimates.performance.quick import quick_bench
+from sitscad.estimates.performance.screen import screen_bench
 from sitscad.estimates.performance.values import (
     AXIS_WORDS,
     FORCES,
@@ -73,7 +73,7 @@ def course(bench: Bench, model: ResponseModel, load: Array, name: str) -> tuple[
 
 @record(eq=False)
 class Felt:
-    """What a sensor feels by a bench, quick or solved; each is worked out when it is asked for."""
+    """What a sensor feels by a bench; each figure is worked out when it is asked for."""
 
     layout: Layout
     estimates: Estimates
@@ -104,7 +104,8 @@ class Felt:
         """Rest, half and full load with what copper and other metal do."""
         warm = self.estimates.temperature + WARMER
         rough = SCREENING if self.estimates.is_rough else None
-        warmer = estimated(self.layout, tolerance=rough, temperature=warm, solved=self.estimates.solved)
+        warmer = estimated(self.layout, tolerance=rough, temperature=warm,
+                           is_solved=self.estimates.is_solved)
         at_rest = by_metal(self.estimates, warmer, self.bench.rest)
         # without a state under the required force nothing says that metal does otherwise there
         loaded = by_metal(self.estimates, warmer, self.bench.rest, PRESSED)
@@ -141,9 +142,10 @@ class Felt:
 
 @one_thread
 def feel(layout: Layout, estimates: Estimates, model: ResponseModel | None = None) -> Felt:
-    """What a sensor feels: by its response where there is a `model`, else by a chart at a small part of the cost, which
-    `quick` says how far off it is. Raises NoResponse where target, pad or a tank that the converter can count are
-    missing, and for a chart where a coil has no state at rest.
+    """What a sensor feels: by its response, or for screening (without a `model`) by a surrogate (`screen`).
+
+    Raises NoResponse if target, pad or a tank that the converter can count are missing, and for screening if a coil has
+    no state at rest.
     """
     spec = layout.spec
     if spec.target is None or spec.elastomer is None or not rests_on_pad(spec):
@@ -151,7 +153,7 @@ def feel(layout: Layout, estimates: Estimates, model: ResponseModel | None = Non
     if estimates.readout.rcount is None:
         raise NoResponse("nothing is felt by tanks that the converter cannot count")
     if model is None:
-        return Felt(layout, estimates, quick_bench(layout, estimates))
+        return Felt(layout, estimates, screen_bench(layout, estimates))
 
     def frequencies(poses: Array) -> Array:
         return model.on_pad(poses).frequency

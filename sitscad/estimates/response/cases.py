@@ -147,7 +147,7 @@ def with_derivatives(model: ResponseModel, response: Response) -> Response:
     """The response with `by_pose` and `by_load`, the target keeping its turn: the latter NaN where the pad is shut, and
     None without a pad.
     """
-    by_pose = slopes(lambda poses: model.respond(poses).frequency, response.poses)
+    by_pose = slopes(lambda poses: model.respond(poses, within=response.poses).frequency, response.poses)
     by_load = None
     if response.force is not None:
         by_load = np.einsum("ncp,npl->ncl", by_pose, compliance(soft_pad(model.spec), response.poses))

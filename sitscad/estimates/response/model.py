@@ -10,39 +10,32 @@ from functools import cached_property
 import numpy as np
 
 from sitscad.arrays import Array, ComplexArray, Flags
-from sitscad.estimates.circuit.coils import coil_circuits
-from sitscad.estimates.circuit.neighbours import at_contacts, idle_load
-from sitscad.estimates.circuit.tank import CoilCircuit, Tank
+from sitscad.estimates.circuit.tank import Tank
+from sitscad.estimates.response.near import NearTarget, at_frequencies
 from sitscad.estimates.response.pad import NoResponse, holding, pushed
-from sitscad.estimates.response.placed import LEAST_HEIGHT, Cover, Placed, at_rest
+from sitscad.estimates.response.placed import Cover, Placed, at_rest, level_poses
 from sitscad.estimates.response.plate import (
     LOSSY,
-    TargetPlate,
     endless_like,
-    plate_over_jaw,
     solving_work,
     stated_errors,
     stated_losses,
 )
-from sitscad.estimates.response.scan import Changes, Exact, mapped
+from sitscad.estimates.response.scan import FEW, Changes, Exact, mapped
 from sitscad.estimates.response.values import Response, joined
 from sitscad.estimates.response.working_range import normal_at, required_range, shear_at
-from sitscad.estimates.states.assembly import AssemblyStates, Surroundings, metal_behind
-from sitscad.estimates.states.finite_target import TargetShares
+from sitscad.estimates.states.assembly import metal_behind
 from sitscad.estimates.states.pressing import rests_on_pad
-from sitscad.estimates.steps import BAND, Wound, wind
+from sitscad.estimates.steps import BAND, wind
 from sitscad.estimates.values import Estimates
-from sitscad.estimates.winding.solved import SolvedWinding, solve_winding
+from sitscad.estimates.winding.wound import Wound
 from sitscad.layout.board import Coil, Layout
 from sitscad.mechanics.elastomer import VALID_SHEAR, VALID_STRAIN
 from sitscad.mechanics.pad import HELD_SHEAR, HELD_TILT
-from sitscad.physics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
-from sitscad.physics.polynomials import Interpolant, chebyshev_points, shares
-from sitscad.physics.resonator import Network, oscillate
+from sitscad.physics.metal.half_spaces import Reflector
 from sitscad.physics.threads import one_thread
 from sitscad.record import record
 from sitscad.scene.bodies import target_gap, target_lines
-from sitscad.scene.state import REST, REST_POSE, State
 from sitscad.spec.sensor import SensorSpec
 
 Progress = Callable[[int, int], None]
@@ -50,17 +43,6 @@ Progress = Callable[[int, int], None]
 
 AT_ONCE = 250  # Poses that are worked out together where none may be interpolated
 LEAST_LOSS = 0.01  # Of the coil's resistance: what the error of a smaller loss is relative to
-HEIGHTS = 4  # Heights, evenly spaced in their logarithm, at which the crowding of the currents is worked out
-
-
-@record(eq=False)
-class _Near:
-    # What is solved for poses no nearer and no farther: the target, the coils without it (inductance matrix, H, by
-    # frequency), and the part of the target's change that crowding adds: by height (m) and frequency.
-    plate: TargetPlate
-    bare: Callable[[Array], ComplexArray]
-    heights: Array
-    crowding: Callable[[Array], ComplexArray]
 
 
 @record(eq=False)
@@ -74,7 +56,7 @@ class ResponseModel:
     layout: Layout
     estimates: Estimates
     finer: float = 1.0
-    solved: dict[tuple[object, ...], _Near] = field(default_factory=dict)
+    solved: dict[tuple[object, ...], NearTarget] = field(default_factory=dict)
     known: dict[bytes, Response] = field(default_factory=dict)
 
     @cached_property
@@ -99,22 +81,26 @@ class ResponseModel:
 
     @cached_property
     def band(self) -> tuple[float, float]:
-        """The frequencies (Hz) between which the tanks run."""
+        """The frequencies (Hz) between which the tanks run: those at which the states' target was solved."""
+        if self.estimates.target_band is not None:
+            return self.estimates.target_band
         found = [s.frequency for coil in self.estimates.coils for s in coil.states.values() if s.frequency > 0.0]
         if not found:
             raise NoResponse("no tank of the design oscillates in any state, so there are no frequencies to look at")
         return BAND[0] * min(found), BAND[1] * max(found)
 
     @cached_property
+    def state_cover(self) -> Cover | None:
+        """The poses for which the states' target was solved; None if it was not solved."""
+        poses = level_poses(self.estimates.states)
+        if self.estimates.target_band is None or not len(poses):
+            return None
+        return Placed.of(self.spec, self.rest, poses).cover(self.spec, self.layout.coils)
+
+    @cached_property
     def tank(self) -> Tank:
         """Capacitor, pins and cable."""
         return Tank(self.estimates.readout.capacitance, self.spec.readout)
-
-    @cached_property
-    def network(self) -> Network:
-        """What lies between the coils' contacts and the converter's pins, (coils,)."""
-        own = [circuit.self_capacitance for circuit in self._circuits(self.wound.winding)]
-        return self.tank.network(np.array(own))
 
     @cached_property
     def _volts(self) -> Array:
@@ -129,21 +115,43 @@ class ResponseModel:
         self, poses: Array, frequency: float | None = None, tolerance: float | None = None,
         progress: Progress | None = None, within: Array | None = None,
     ) -> Response:
-        """Everything at (n, 6) poses; see `Response`. Many of them are interpolated where that stays within the stated
-        error, or within `tolerance` (of the larger of a change and 1 % of the free inductance). The target is solved as
-        for poses as low and as far as those `within` (m, 6) which it is to serve, too.
+        """Return everything at (n, 6) poses; see `Response`.
+
+        Many poses are interpolated if that stays within the stated error, or within `tolerance` (of the larger of a
+        change and 1 % of the free inductance). Poses no lower and no farther than the states are answered by the
+        solution of the states. With `within` (m, 6) one solution serves all of these poses: so differences between
+        poses have no step.
         """
         poses = np.asarray(poses, dtype=float).reshape(-1, 6)
         if not np.all(np.isfinite(poses)):
             raise ValueError("a pose has six finite numbers: metres and radians")
         if tolerance is not None and not tolerance > 0.0:
             raise ValueError(f"a tolerance is a number above 0, not {tolerance}")
+        if within is not None or self.state_cover is None or len(poses) > FEW:
+            cover = self._cover(poses if within is None else np.vstack([poses, within]))
+            if self.state_cover is not None and self.state_cover.serves(cover):
+                cover = self.state_cover
+            return self._respond(poses, cover, frequency, tolerance, progress)
+        served = np.array([self.state_cover.serves(self._cover(pose)) for pose in poses], dtype=bool)
+        parts, order = [], np.argsort(~served, kind="stable")
+        for rows in (order[: served.sum()], order[served.sum() :]):
+            if len(rows) or not len(poses):
+                cover = self.state_cover if served[rows].all() else self._cover(poses[rows])
+                parts.append(self._respond(poses[rows], cover, frequency, tolerance, progress))
+        return joined(parts).part(np.argsort(order).tolist())
+
+    def _cover(self, poses: Array) -> Cover:
+        """The cover of poses (n, 6)."""
+        return Placed.of(self.spec, self.rest, poses.reshape(-1, 6)).cover(self.spec, self.layout.coils)
+
+    def _respond(
+        self, poses: Array, cover: Cover, frequency: float | None, tolerance: float | None, progress: Progress | None
+    ) -> Response:
+        """Everything at (n, 6) poses of `cover`, by one solution of the target."""
         placed = Placed.of(self.spec, self.rest, poses)
-        served = placed if within is None else Placed.of(self.spec, self.rest, np.vstack([poses, within]))
-        cover = served.cover(self.spec, self.layout.coils)
         scale, usual = self.wound.winding.inductance, math.sqrt(self.band[0] * self.band[1])
 
-        def changes_by(near: _Near) -> Changes:
+        def changes_by(near: NearTarget) -> Changes:
             def exact(some: Array) -> tuple[ComplexArray, ComplexArray]:
                 there = Placed.of(self.spec, self.rest, some)
                 return near.plate.changes(there.turns, there.places)
@@ -155,9 +163,8 @@ class ResponseModel:
         changes = changes_by(at_tank)
         known = {coil.name: next(iter(coil.states.values())).frequency for coil in self.estimates.coils if coil.states}
         start = np.array([known.get(coil.name, usual) for coil in self.layout.coils])
-        whole = self._impedances(at_tank, placed, changes)
-        terminals = oscillate(self.network, lambda at: at_frequencies(whole, at, self.tank),
-                              self.tank.converter.limit("drive_delay"), np.tile(start, (len(poses), 1)))
+        own = np.array([coil.self_capacitance for coil in self.estimates.coils])
+        terminals = at_tank.oscillations(placed, changes, self.tank, own, start)
         near, shown, taken_at = at_tank, changes, terminals.frequency
         inductance, resistance = (np.where(np.isfinite(taken_at), part, np.nan)
                                   for part in (terminals.inductance, terminals.resistance))
@@ -165,8 +172,7 @@ class ResponseModel:
             near = self._near(cover, (frequency,))
             shown = changes_by(near)
             taken_at = np.full_like(taken_at, frequency)
-            whole = self._impedances(near, placed, shown)
-            inductance, resistance = at_frequencies(whole, taken_at, self.tank)
+            inductance, resistance = at_frequencies(near.impedances(placed, shown), taken_at, self.tank)
         filled = np.where(np.isfinite(taken_at), taken_at, usual)
         change, lost = shown.at(filled)
         mirror, at = near.plate.mirror_error + LOSSY * near.plate.is_over_a_poor_mirror, float(filled.mean())
@@ -235,73 +241,16 @@ class ResponseModel:
         """Height (m) of the target's lowest point over the board at (n, 6) poses; negative inside it."""
         return Placed.of(self.spec, self.rest, np.asarray(poses, dtype=float).reshape(-1, 6)).lowest
 
-    def _impedances(self, near: _Near, placed: Placed, changes: Changes) -> Callable[[Array], ComplexArray]:
-        """All coils between their contacts at (n,) frequencies, one a pose."""
-        heights = placed.heights(np.array([coil.placement.centre for coil in self.layout.coils]))
-        diagonal = np.arange(heights.shape[1])
-
-        def whole(frequencies: Array) -> ComplexArray:
-            change = changes.complex_at(frequencies)
-            more = _between(near.heights, near.crowding(frequencies), heights)
-            change[:, diagonal, diagonal] *= 1.0 + more
-            return near.bare(frequencies) + change
-
-        return whole
-
-    def _near(self, cover: Cover, band: tuple[float, ...]) -> _Near:
-        """Return plate, bare coils and crowding for the target in all poses of `cover`, solved at most once.
+    def _near(self, cover: Cover, band: tuple[float, ...]) -> NearTarget:
+        """Return target and coils for all poses of `cover`, solved at most once.
 
         `band` (Hz) is one frequency, or the two ends of a range.
         """
-        if (cover, band) in self.solved:
-            return self.solved[cover, band]
-        spec, coils, lowest, target = self.spec, self.layout.coils, cover.lowest, self.spec.target
-        assert target is not None
-        _require_affordable(spec, coils, math.sqrt(band[0] * band[-1]), self.behind, cover)
-        metal = target.material
-        sheet = MetalLayer(metal.conductivity, metal.relative_permeability, target.thickness)
-
-        def endless(height: float) -> Reflector:
-            return Reflector(max(height, LEAST_HEIGHT), (sheet,))
-
-        nothing = Surroundings(State(REST, REST_POSE), None, self.behind)
-        near = replace(self.wound.assembly, states=(nothing, replace(nothing, above=endless(lowest))))
-        winding = solve_winding(spec.coil, coils[0], near, self.wound.winding.conductivity, None, None)
-        bare = curves(band, lambda at: self._bare(winding, replace(near, states=(nothing,)), at))
-        thickest = max(2.0 * float(self.rest[2]), 3.0 * lowest)
-        heights = np.geomspace(max(lowest, LEAST_HEIGHT), thickest, HEIGHTS)
-        crowding = curves(band, lambda at: np.stack(
-            [self._crowding(winding, at, endless(z)) for z in heights], axis=1), 4)
-        plate = plate_over_jaw(self.wound.layout, band, cover, self.finer)
-        return self.solved.setdefault((cover, band), _Near(plate, bare, np.log(heights), crowding))
-
-    def _crowding(self, winding: SolvedWinding, frequencies: Array, above: Reflector) -> ComplexArray:
-        """What an endless target changes of the crowding of the currents, over its whole change."""
-        if winding.crowding is None or winding.spectrum is None:
-            return np.zeros(frequencies.size, dtype=complex)
-        crowded = winding.crowding.changes(frequencies, above, self.behind)
-        crowded = crowded - winding.crowding.changes(frequencies, None, self.behind)
-        whole = reflected_inductances(winding.spectrum, frequencies, above, self.behind, (0.0,))
-        whole = whole - reflected_inductances(winding.spectrum, frequencies, None, self.behind, (0.0,))
-        return np.asarray(crowded / whole[:, 0])
-
-    def _bare(self, winding: SolvedWinding, assembly: AssemblyStates, frequencies: Array) -> ComplexArray:
-        """The coils in their places without the target: complex inductance matrices (H) at their contacts."""
-        circuits = self._circuits(winding, assembly)
-        found = np.zeros((frequencies.size, len(circuits), len(circuits)), dtype=complex)
-        centres = [coil.centre for coil in self.layout.coils]
-        for i, circuit in enumerate(circuits):
-            inductance, resistance = circuit.own(REST, frequencies)
-            found[:, i, i] = inductance - 1j * resistance / (2.0 * math.pi * frequencies)
-            for j in range(i):
-                distance = round(math.dist(centres[i], centres[j]), 9)
-                change = circuit.reflections[REST].mutual((i, j), distance, frequencies)
-                found[:, i, j] = found[:, j, i] = self.wound.matrix[i, j] + change
-        return found
-
-    def _circuits(self, winding: SolvedWinding, assembly: AssemblyStates | None = None) -> Sequence[CoilCircuit]:
-        wound = self.wound
-        return coil_circuits(wound.layout, winding, wound.matrix, assembly or wound.assembly, TargetShares({}, {}, ()))
+        if (cover, band) not in self.solved:
+            frequency = math.sqrt(band[0] * band[-1])
+            _require_affordable(self.spec, self.layout.coils, frequency, self.behind, cover)
+            self.solved[cover, band] = NearTarget(self.wound, cover, band, self.finer)
+        return self.solved[cover, band]
 
 
 MAX_WORK = 1600.0**3
@@ -330,43 +279,6 @@ def _require_affordable(
         f"{SECONDS_PER_WORK * MAX_WORK:.0f} s at most (poses {1e3 * cover.lowest:.3g} mm above the board and "
         f"{1e3 * cover.reach:.0f} mm from the coils' middle). Use higher or nearer poses, or a smaller target"
     )
-
-
-def _between(places: Array, values: ComplexArray, at: Array) -> ComplexArray:
-    """The polynomial through `values` (n, m) at (m,) even places, at (n, k) others, held beyond the ends."""
-    even = np.array([(-1) ** k * math.comb(len(places) - 1, k) for k in range(len(places))], dtype=float)
-    weights = shares(places, np.clip(at, places[0], places[-1]).ravel(), even)
-    return np.asarray(np.einsum("nkm,nm->nk", weights.reshape(*at.shape, -1), values))
-
-
-def at_frequencies(impedances: Callable[[Array], ComplexArray], frequencies: Array, tank: Tank) -> tuple[Array, Array]:
-    """Inductance (H) and resistance (ohm) at the contacts, (n, coils), each coil at its own (n, coils) frequency (Hz),
-    by inductance matrices as `at_contacts` takes them at (n,) frequencies, one a pose.
-    """
-    found = [at_contacts(k, impedances(at), at, idle_load(2.0 * math.pi * at, tank.readout))
-             for k, at in enumerate(frequencies.T)]
-    inductance, resistance = (np.stack(parts, axis=1) for parts in zip(*found, strict=True))
-    return inductance, resistance
-
-
-POINTS = 8  # Chebyshev points in ln f at which what does not depend on the pose is known
-
-
-def curves(
-    band: tuple[float, ...], exact: Callable[[Array], ComplexArray], points: int = POINTS
-) -> Callable[[Array], ComplexArray]:
-    """Return an interpolant of `exact` over a band (Hz), a function of frequencies (m,) with values (m, ...).
-
-    It runs through Chebyshev points of ln f between the two ends of the band, and is constant beyond them. If the band
-    is one frequency, it returns the value at that frequency.
-    """
-    if len(band) == 1:
-        value = exact(np.array(band))
-        return lambda frequencies: np.repeat(value, frequencies.size, axis=0)
-    low, high = band
-    values = exact(np.exp(chebyshev_points(math.log(low), math.log(high), points)))
-    through = Interpolant(np.log([low]), np.log([high]), values)
-    return lambda frequencies: through(np.log(frequencies)[:, None])
 
 
 @one_thread

@@ -16,6 +16,7 @@ from sitscad.physics.eddy.target import turned
 from sitscad.record import record
 from sitscad.scene.bodies import target as target_body
 from sitscad.scene.bodies import target_gap
+from sitscad.scene.state import State
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.materials import Target
 from sitscad.spec.sensor import SensorSpec
@@ -45,6 +46,14 @@ FARTHEST, STEEPEST = 1.0, math.radians(89.0)
 """How far (m) from rest and how steep (rad) a pose that is asked for may be."""
 
 NAMES = ("x", "y", "z", "rx", "ry", "rz")
+
+
+def level_poses(states: Sequence[State]) -> Array:
+    """Poses (n, 6; m, rad) of the level target in the states that have one."""
+    heights = [state.pose.z for state in states if state.pose is not None]
+    poses = np.zeros((len(heights), 6))
+    poses[:, 2] = heights
+    return poses
 
 
 def at_rest(spec: SensorSpec) -> Array:
@@ -95,6 +104,11 @@ class Cover:
     reach: float
     half: tuple[float, float]
     error: float = 0.0
+
+    def serves(self, other: Cover) -> bool:
+        """Whether a solution for this cover serves all poses of the other one, too."""
+        return (other.lowest >= self.lowest and other.reach <= self.reach and other.half[0] <= self.half[0]
+                and other.half[1] <= self.half[1])
 
     def part(self, spec: SensorSpec) -> SensorSpec:
         """The spec with that part of its target, about its middle."""

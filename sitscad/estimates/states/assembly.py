@@ -318,13 +318,6 @@ class Reflection:
         found = share * self._of_target(at)[0, 0]
         return complex(found if own == share else found + 1j * (own - share) * self._own_loss(at)[0, 0])
 
-    def of_target(self, frequencies: Array) -> ComplexArray:
-        """What the target changes by its shares of the own inductance and of the mutual one at every distance (H,
-        complex; n, distances) at (n,) frequencies (Hz), the currents even.
-        """
-        share, lost = self._share
-        return np.asarray(share * self._of_target(frequencies) + 1j * (lost - share) * self._own_loss(frequencies))
-
     def endless_change(self, frequency: float) -> complex:
         """What an endless target would change of it (H, complex)."""
         if self._around.above is None:
@@ -394,24 +387,23 @@ class Reflection:
 class SolvedReflection(Reflection):
     """A reflection with what the real target changes solved: `changes` (H, complex) of the inductance matrix of all
     coils, (2, coils, coils), at two `frequencies` (Hz) and what they go like between those, of which this is the coil
-    of that `number`; `errors` of its own change (H) and of its loss (ohm).
+    of that `number`; `errors` of its own change (H) and of its loss (ohm). `crowded` is the part that the currents'
+    crowding adds to its own change, by frequency (Hz).
     """
 
     def __init__(
         self, spectrum: CurrentSpectrum | None, around: Surroundings, distances: Sequence[float],
         crowding: LossesNearMetal | None, solved: tuple[Array, ComplexArray, Callable[[Array], ComplexArray]],
-        number: int, errors: tuple[float, float],
+        number: int, errors: tuple[float, float], crowded: Callable[[Array], ComplexArray],
     ) -> None:
         super().__init__(spectrum, around, distances, (1.0, 1.0), crowding)
         self._solved_at, self._changes, self._like = solved
-        self._places, self._errors = self._solved_at**-0.5, errors
+        self._places, self._errors, self._crowded = self._solved_at**-0.5, errors, crowded
         self._ends = self._changes[:, number, number]
 
     def shares(self, frequencies: Array) -> ComplexArray:
         """Shares of an endless target's whole effect, crowding included: complex, for the real one has another loss."""
-        first, last = self._ends / self._like(self._solved_at)
-        like = self._like(frequencies) / self._of_target(frequencies)[:, 0]
-        return np.asarray(like * (first + self._part(frequencies) * (last - first)))
+        return np.asarray(self._change(*self._ends, frequencies) / self._of_target(frequencies)[:, 0])
 
     def factors(self, frequency: float) -> tuple[complex, complex]:
         """Factors for small changes of what is around: of all that is reflected, and of the target's own loss."""
@@ -420,8 +412,7 @@ class SolvedReflection(Reflection):
 
     def mutual(self, pair: tuple[int, int], distance: float, frequencies: Array) -> ComplexArray:
         """Change of the mutual inductance (H, complex) of a pair of coils at one of the distances (m)."""
-        low, high = self._changes[:, pair[0], pair[1]] / self._like(self._solved_at)
-        more = self._like(frequencies) * (low + self._part(frequencies) * (high - low))
+        more = self._change(*self._changes[:, pair[0], pair[1]], frequencies)
         return np.asarray(super().mutual(pair, distance, frequencies) + more)
 
     def unsure(self, frequency: float) -> tuple[float, float]:
@@ -430,16 +421,17 @@ class SolvedReflection(Reflection):
 
     def _exact(self, frequencies: Array) -> ComplexArray:
         """What metal behind the board returns (H, complex), by distance, and to the coil itself the target, too."""
-        above, below = self._around.above, self._around.below
-        found = self._endless(frequencies, None, below)
-        with_target = self._endless(frequencies, above, below)[:, 0]
-        found[:, 0] += self.shares(frequencies) * (with_target - found[:, 0])
+        found = self._endless(frequencies, None, self._around.below)
+        found[:, 0] += self._change(*self._ends, frequencies) * (1.0 + self._crowded(frequencies))
         return found
 
-    def _part(self, frequencies: Array) -> Array:
-        # Straight in one over the root of the frequency, as skin depths are, and held far outside of what was solved.
-        low, high = self._places
-        return np.asarray(np.clip((frequencies**-0.5 - low) / (high - low), -BEYOND, 1.0 + BEYOND))
+    def _change(self, first: complex, last: complex, frequencies: Array) -> ComplexArray:
+        """A change (H) by those at the two frequencies of the solution."""
+        # Its ratio to `like` is straight in one over the root of the frequency, as skin depths are, and held far
+        # outside of what was solved.
+        (low, high), ends = self._places, self._like(self._solved_at)
+        part = np.clip((frequencies**-0.5 - low) / (high - low), -BEYOND, 1.0 + BEYOND)
+        return np.asarray(self._like(frequencies) * (first / ends[0] + part * (last / ends[1] - first / ends[0])))
 
 
 BEYOND = 1.0

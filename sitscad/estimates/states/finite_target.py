@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 
 import numpy as np
 
-from sitscad.arrays import Array, ComplexArray, Index
+from sitscad.arrays import Array, Index
 from sitscad.estimates.states.assembly import Surroundings
 from sitscad.geometry.path import Point
 from sitscad.physics.constants import skin_depth
@@ -43,12 +43,9 @@ FREQUENCY = 5e6
 
 @record
 class TargetShares:
-    """Share of an endless plate's effect by coil name and state, and what is worth saying about it.
+    """Ratios of the target's effect to an endless plate's, by coil name and state, and notes about them.
 
-    `shares` are of the inductance, `losses` of the resistance; the errors are relative, of every share. Targets that
-    are not usual may miss them: `strangeness` is how near one is to that, 1 and more where it is not. `covering` is how
-    far the target reaches beyond all coils, in the larger of their sizes (-inf: something behind the board, where even
-    an endless one's effect may be farther off). Of thin and magnetic ones it is said because their shares miss by more.
+    `shares` belong to the inductance, `losses` to the resistance. The errors are relative to each ratio.
     """
 
     shares: Mapping[tuple[str, str], float]
@@ -56,26 +53,9 @@ class TargetShares:
     notes: tuple[str, ...]
     error: float = 0.0
     loss_error: float = 0.0
-    strangeness: float = 0.0
-    is_thin: bool = False
-    covering: float = -math.inf
-    is_magnetic: bool = False
-
     def of(self, coil: str, state: str) -> tuple[float, float]:
         """The shares of inductance and loss for a coil in a state: 1 where nothing is known to be smaller."""
         return self.shares.get((coil, state), 1.0), self.losses.get((coil, state), 1.0)
-
-    def widened(self, part: float) -> TargetShares:
-        """Shares of a target of whose effect a part should be solved and takes too long for that."""
-        if not part:
-            return self
-        wider = WIDER_MAGNETIC if self.is_magnetic else WIDER_THIN if self.is_thin else WIDER
-        errors = tuple(
-            own + part * (eased(self.covering, COVERING / EASED, own + more, min(own + more, covered)) - own)
-            for own, more, covered in zip((self.error, self.loss_error), wider, COVERED, strict=True)
-        )
-        said = TOO_LARGE.format(*(f"{100.0 * error:.0f}" for error in errors))
-        return replace(self, error=errors[0], loss_error=errors[1], notes=(*self.notes, said))
 
     def key(self, number: int, coil: str, state: str) -> tuple[complex, ...]:
         """What is alike for coils of which the target changes alike."""
@@ -83,42 +63,12 @@ class TargetShares:
 
 
 WIDER, WIDER_THIN, WIDER_MAGNETIC = (0.1, 0.5), (0.3, 0.8), (1.5, 0.8)
-"""What is added to the relative errors of shares, of inductance and loss, of a target that takes too long to solve; of
-one that is thinner than the field goes into it; and of magnetic metal, which may add what shares say that it takes."""
-
-COVERING, COVERED = 0.5, (0.02, 0.05)
-"""How far a target reaches beyond all coils, in the larger of their sizes, from which on its shares are nearly those of
-an endless one; and their errors of inductance and loss there, of any metal (squares and discs of foil, steel and
-ferrite over round coils, racetracks and pairs, nothing behind them: the change of L within 1.2 %, R within 2.8 %)."""
-
-TOO_LARGE = (
-    "the target is so much larger than its distance from the coils, so thin or so magnetic that it is not solved for "
-    "the states: shares serve, known within {} % (inductance) and {} % (loss) of themselves; `response` solves it, or "
-    "names why not"
-)
-"""What is said of such a target."""
+"""Additional relative errors of the ratios of inductance and loss outside the range that their own errors were fitted
+in: in general, for targets thinner than the field enters, and for magnetic metals, which may even add inductance."""
 
 
-@record(eq=False)
-class TargetChanges:
-    """What the target changes of the bare windings' inductance matrix (H, complex), by state: (2, coils, coils) at two
-    `frequencies` (Hz), solved (`solved_target`). `errors` are what every coil's own change (H) and its loss (ohm) may
-    be off by at most, by state: (coils, 2), with the signs of change and loss. `part` of it is solved, the rest is by
-    shares.
-    """
-
-    frequencies: Array
-    changes: Mapping[str, ComplexArray]
-    errors: Mapping[str, Array]
-    like: Callable[[Array], ComplexArray]
-    part: float = 1.0
-
-    def key(self, number: int, coil: str, state: str) -> tuple[complex, ...]:
-        """What is alike for coils of which the target changes alike."""
-        if state not in self.changes:
-            return ()
-        own = self.changes[state][:, number, number]
-        return tuple(complex(f"{value:.9e}") for value in own)
+NO_SHARES = TargetShares({}, {}, ())
+"""Of coils without a target."""
 
 
 @record
@@ -144,7 +94,7 @@ def target_shares(
     """
     covered = _covered(states)
     if spec.target is None or not covered:
-        return TargetShares({}, {}, ())
+        return NO_SHARES
     rings, target, (distinct, member) = _shortened(spec, spec.target, heights)
     shares, losses = {}, {}
     found = _of_gaps(target, rings, distinct, [gap for _, gap, _ in covered], covered[0][2], is_rough)
@@ -154,14 +104,14 @@ def target_shares(
             losses[placement.name, name] = float(one.losses[row])
     shortened = (ELONGATED if spec.coil.outline.sides else OVAL) * (1.0 - min(spec.coil.size) / max(spec.coil.size))
     errors = max(f.error for f in found) + shortened, max(f.loss_error for f in found)
+    if is_outside_fit(spec, spec.target, states):
+        is_thin = spec.target.thickness < OPAQUE * _skin_depth(spec.target)
+        is_magnetic = spec.target.material.relative_permeability > MAGNETIC
+        wider = WIDER_MAGNETIC if is_magnetic else WIDER_THIN if is_thin else WIDER
+        errors = errors[0] + wider[0], errors[1] + wider[1]
     names = [name for name, _, _ in covered]
     notes = [] if is_rough else _notes(spec.coil, names, (shares, losses), errors, any(f.magnetic for f in found))
-    opaque = OPAQUE * _skin_depth(spec.target) / spec.target.thickness
-    is_bare = all(around.below is None for around in states)
-    covering = -_uncovered(spec, spec.target) / max(spec.coil.size) if is_bare else -math.inf
-    return TargetShares(shares, losses, tuple(notes), *errors, max(opaque, _strangeness(spec, spec.target, states)),
-                        spec.target.thickness < OPAQUE * _skin_depth(spec.target), covering,
-                        spec.target.material.relative_permeability > MAGNETIC)
+    return TargetShares(shares, losses, tuple(notes), *errors)
 
 
 ROUGHER, LOSS_ROUGHER = 0.03, 0.3
@@ -183,33 +133,35 @@ def _of_gaps(
 
 
 OPAQUE, THICKEST, TURNED, ASPECT, HANGING, RETURNED = 1.2, 0.1, math.radians(2.0), 1.3, 0.05, 0.7
-"""Of usual targets: skin depths of thickness, at least; thickness over the shorter side, at most, for shares know no
-side walls; the angle (rad) at most between the sides of a coil longer than wide and of the target; how long a
+"""Limits of the range in which the errors were fitted: skin depths of thickness, at least; thickness over the shorter
+side, at most; the angle (rad) at most between the sides of a coil longer than wide and of the target; how long a
 polygon is over its width, at most; by what part of its width a coil longer than wide may reach beyond the target;
 and what part of the field the metal behind the board returns, at least."""
 
 SHORTEST, LONGEST = 4.0, 2.0  # The waves that matter of what that returns, over one by the coil's smaller side
 
 
-def _strangeness(spec: SensorSpec, target: Target, states: Sequence[Surroundings]) -> float:
-    """How near a target is to one whose shares are not right to their stated errors (1): they are of a good conductor
-    over coils as long as wide, or over longer ones that it covers, with nothing behind the board or what reflects like
-    a mirror. Others miss them now and then (tests/validation/states_of_response.py): poor conductors and magnets by up
-    to all of the loss.
+def is_outside_fit(spec: SensorSpec, target: Target, states: Sequence[Surroundings]) -> bool:
+    """Whether a target lies outside the range in which the ratios' errors were fitted.
+
+    The fit has good conductors that the field does not pass, over coils as long as wide or over longer coils that they
+    cover, with nothing or nearly a mirror behind the board. Others miss the fitted errors now and then
+    (tests/validation/states_of_response.py): poor conductors and magnets by up to all of the loss.
     """
     long, short = max(spec.coil.size), min(spec.coil.size)
-    found = [(1.0 - like_a_conductor(target, 0.25 * (long + short))) / PURE,
-             target.thickness / (THICKEST * min(target.size))]
+    is_outside = (
+        1.0 - like_a_conductor(target, 0.25 * (long + short)) > PURE
+        or target.thickness > THICKEST * min(target.size)
+        or target.thickness < OPAQUE * _skin_depth(target)
+        or (spec.coil.outline.sides and long > ASPECT * short)
+    )
     if long - short > 1e-9:
-        found += [_askew(spec.array.placements, target) / TURNED, _uncovered(spec, target) / (HANGING * short)]
-    if spec.coil.outline.sides:
-        found.append(long / (ASPECT * short))
+        is_outside = is_outside or (
+            _askew(spec.array.placements, target) > TURNED or _uncovered(spec, target) > HANGING * short)
     waves = np.array([LONGEST, SHORTEST]) / short
-    for around in states:
-        if around.above is not None and around.below is not None:
-            returned = float(-reflection(waves, FREQUENCY, around.below.plates).real.min())
-            found.append(RETURNED / max(returned, 1e-9))
-    return max(found)
+    returned = [float(-reflection(waves, FREQUENCY, around.below.plates).real.min())
+                for around in states if around.above is not None and around.below is not None]
+    return bool(is_outside or min(returned, default=1.0) < RETURNED)
 
 
 def _askew(placements: tuple[CoilPlacement, ...], target: Target) -> float:
@@ -236,19 +188,14 @@ def _uncovered(spec: SensorSpec, target: Target) -> float:
 
 
 def shares_of_change(
-    spec: SensorSpec, heights: Sequence[float], gaps: Sequence[float], floor: float, moves: Sequence[Move],
-    is_rough: bool = False,
+    spec: SensorSpec, heights: Sequence[float], gaps: Sequence[float], floor: float, moves: Sequence[Move]
 ) -> Array:
-    """The shares of the change of inductance alone, as in `target_shares` (for a conductor half of its work), at gaps
-    and over a mirror at a height `floor` (m) of a target that has moved by (x, y) (m): (gaps, moves, coils).
+    """The shares of the change of inductance alone, roughly as in `target_shares`, at gaps and over a mirror at a
+    height `floor` (m) of a target that has moved by (x, y) (m): (gaps, moves, coils).
     """
     assert spec.target is not None
     rings, target, (distinct, member) = _shortened(spec, spec.target, heights, moves)
-    if is_rough:
-        found = [one.shares for one in _of_gaps(target, rings, distinct, gaps, floor, is_rough)]
-    else:
-        found = [_kept(target, rings, distinct, gap, floor) if _is_conductor(spec.target, rings, gap)
-                 else shares_of_sheet(target, rings, distinct, gap, floor).shares for gap in gaps]
+    found = [one.shares for one in _of_gaps(target, rings, distinct, gaps, floor, True)]
     return np.array(found)[:, member].reshape(len(gaps), len(moves), -1)
 
 

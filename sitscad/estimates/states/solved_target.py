@@ -1,25 +1,28 @@
-"""What the target changes of the coils in every state, solved as in a response: where its shares are not enough."""
+"""The solved effect of the target on the coils in the states: the response's own solution at their poses."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
 from sitscad.arrays import Array, ComplexArray
-from sitscad.estimates.response.placed import Placed, at_rest
+from sitscad.estimates.circuit.tank import CoilCircuit, Tank
+from sitscad.estimates.response.near import NearTarget
+from sitscad.estimates.response.placed import Placed, at_rest, level_poses
 from sitscad.estimates.response.plate import (
     LOSSY,
-    endless_like,
     plate_over_jaw,
     solving_work,
     stated_errors,
     stated_losses,
 )
+from sitscad.estimates.response.scan import Changes
 from sitscad.estimates.states.assembly import AssemblyStates, metal_behind
-from sitscad.estimates.states.finite_target import TargetChanges
+from sitscad.estimates.winding.wound import Wound
 from sitscad.layout.board import Coil, Layout
+from sitscad.record import record
 from sitscad.spec.places import cell_placements, cell_specs
 from sitscad.spec.sensor import SensorSpec
 
@@ -41,22 +44,83 @@ def is_affordable(spec: SensorSpec, coils: Sequence[Coil], assembly: AssemblySta
 
 
 def _placed(spec: SensorSpec, assembly: AssemblyStates) -> Placed:
-    states = [around.state for around in assembly.states if around.above is not None]
-    poses = np.zeros((len(states), 6))
-    poses[:, 2] = [state.pose.z if state.pose is not None else 0.0 for state in states]
-    return Placed.of(spec, at_rest(spec), poses)
+    """The target in the states, in their order."""
+    return Placed.of(spec, at_rest(spec), level_poses([around.state for around in assembly.states]))
 
 
-def solved_target(layout: Layout, assembly: AssemblyStates, band: tuple[float, float], scale: float) -> TargetChanges:
-    """Solved at both ends of a band (Hz) for the level target of every state; `scale` (H) is the free inductance. Of
-    cells one is solved, and what a target does to coils of other cells is none.
+@record(eq=False)
+class SolvedStates:
+    """The solved effect of the level target on the coils in its states (`names`).
+
+    `band` are the two frequencies (Hz) of the solution. `totals` are changes of the inductance matrix of the bare
+    windings (H, complex), by state: (2, coils, coils). `errors` are bounds for each coil's own change (H) and its loss
+    (ohm), by state: (coils, 2), with the signs of change and loss. `like` is as of `scan.Changes`.
     """
-    cells, layout = len(cell_placements(layout.spec)), layout.cell(1)
-    spec, coils = layout.spec, layout.coils
-    placed = _placed(spec, assembly)
+
+    near: NearTarget
+    placed: Placed
+    changes: Changes
+    names: tuple[str, ...]
+    totals: Mapping[str, ComplexArray]
+    errors: Mapping[str, Array]
+    like: Callable[[Array], ComplexArray]
+
+    @property
+    def band(self) -> tuple[float, float]:
+        """Frequencies (Hz) at which the target is solved."""
+        low, high = self.near.band
+        return low, high
+
+    def key(self, number: int, coil: str, state: str) -> tuple[complex, ...]:
+        """Key that is equal for coils with an equal change in a state."""
+        if state not in self.totals:
+            return ()
+        own = self.totals[state][:, number, number]
+        return tuple(complex(f"{value:.9e}") for value in own)
+
+    def crowded(self, state: str, number: int) -> Callable[[Array], ComplexArray]:
+        """Return the part that the currents' crowding adds to a coil's own change in a state, by frequency (Hz)."""
+        own, near = number % len(self.near.wound.layout.coils), self.near
+        height = float(near.over_coils(self.placed)[self.names.index(state), own])
+        if self.has_other_cells:  # the circuits' own values are the final ones
+            return lambda frequencies: near.crowded_at(frequencies, math.exp(height))
+        return lambda frequencies: near.crowded(frequencies, height)
+
+    @property
+    def has_other_cells(self) -> bool:
+        """Whether the sensor has other cells beside the one that is solved."""
+        return len(next(iter(self.errors.values()))) != len(self.near.wound.layout.coils)
+
+    def put_oscillations(self, circuits: Sequence[CoilCircuit], tank: Tank) -> None:
+        """Put where the tanks run in the states into the circuits, as the response has it.
+
+        Cells stay as they are: their coils also see the idle coils of other cells, which a cell's response leaves out.
+        """
+        if self.has_other_cells:
+            return
+        names = [name for name in self.names if name in circuits[0].reflections]
+        start = np.array([tank.oscillation(circuit, names[0]).frequency for circuit in circuits]) if names else None
+        if start is None or not np.all(np.isfinite(start)):
+            return
+        own = np.array([circuit.self_capacitance for circuit in circuits])
+        found = self.near.oscillations(self.placed, self.changes, tank, own, start).one_by_one()
+        for row, name in enumerate(self.names):
+            for k, circuit in enumerate(circuits):
+                circuit.oscillations[name, tank.capacitor] = found[row * len(circuits) + k]
+
+
+def solve_states(wound: Wound, band: tuple[float, float]) -> SolvedStates:
+    """Solve the level target of every state at both ends of a band (Hz).
+
+    Of cells the first one is solved. A target changes nothing of coils of other cells.
+    """
+    cells, first, scale = len(cell_placements(wound.spec)), wound.first_cell, wound.winding.inductance
+    spec, coils = first.spec, first.layout.coils
+    placed = _placed(spec, wound.assembly)
     cover = placed.cover(spec, coils)
-    plate = plate_over_jaw(layout, band, cover)
-    total, lossless = (_rounded(part) for part in plate.changes(placed.turns, placed.places, True))
+    near = NearTarget(first, cover, band)
+    changes = near.changes(placed)
+    total, lossless, plate = changes.total, changes.lossless, near.plate
     frequency, size = math.sqrt(band[0] * band[1]), np.abs(total).max(axis=0)
     change, own = total.mean(axis=0).real, -2.0 * math.pi * frequency * np.einsum("fpcc->pc", lossless.imag) / 2.0
     behind = plate.mirror_error + LOSSY * plate.is_over_a_poor_mirror + cover.error
@@ -67,20 +131,12 @@ def solved_target(layout: Layout, assembly: AssemblyStates, band: tuple[float, f
     sizes = np.einsum("pcc->pc", size)
     losses = stated_losses(part, own, sizes, scale, placed.lowest, 0.0, behind, frequency)
     errors = np.stack([more, losses], axis=-1)
-    names = [around.name for around in assembly.states if around.above is not None]
-    return TargetChanges(
-        np.array(band), {name: np.asarray(np.kron(np.eye(cells), total[:, k])) for k, name in enumerate(names)},
-        {name: np.tile(each, (cells, 1)) for name, each in zip(names, errors, strict=True)}, endless_like(spec),
+    names = tuple(around.name for around in wound.assembly.states if around.state.pose is not None)
+    return SolvedStates(
+        near, placed, changes, names,
+        {name: np.asarray(np.kron(np.eye(cells), total[:, k])) for k, name in enumerate(names)},
+        {name: np.tile(each, (cells, 1)) for name, each in zip(names, errors, strict=True)}, changes.like,
     )
-
-
-def _rounded(changes: ComplexArray) -> ComplexArray:
-    # To DIGITS of the largest: the last digits of a system's solution hang on the number of threads, a package may not.
-    scale = 10.0 ** math.ceil(math.log10(max(float(np.abs(changes).max()), 1e-300)))
-    return np.asarray(np.round(changes / scale, DIGITS) * scale)
-
-
-DIGITS = 9
 
 
 def own_changes(layout: Layout, poses: Array, frequency: float) -> ComplexArray:

@@ -183,7 +183,7 @@ class WindowedReflection(Reflection):
     def __init__(self, real: Reflection, whole: Reflection, none: Reflection, missing: WindowEffect) -> None:
         self._real, self._whole, self._none, self._missing = real, whole, none, missing
         for name in (
-            "shares", "factors", "with_factors", "target_change", "of_target", "endless_change", "unsure", "is_rough"
+            "shares", "factors", "with_factors", "target_change", "endless_change", "unsure", "is_rough"
         ):
             setattr(self, name, getattr(real, name))
         self.jaw_left = (1.0 - missing.inductance, 1.0 - missing.loss)

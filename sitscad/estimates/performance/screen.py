@@ -1,0 +1,118 @@
+"""Performance at the screen level: a surrogate of what shares of an endless plate's effect give.
+
+Full checks and papers have the response's own solution instead. A target that tilts slightly counts, for every coil, as
+a level one at the height that it has over the middle of what both share. `NEARLY` is how far off figures may be.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from itertools import compress, product
+
+import numpy as np
+
+from sitscad.arrays import Array
+from sitscad.estimates.performance.bench import Bench
+from sitscad.estimates.response.pad import NoResponse
+from sitscad.estimates.response.working_range import required_range
+from sitscad.estimates.states.assembly import warmed
+from sitscad.estimates.states.moved_target import target_effects
+from sitscad.estimates.values import Estimates
+from sitscad.layout.board import Layout
+from sitscad.mechanics.elastomer import VALID_STRAIN
+from sitscad.physics.polynomials import Interpolant, chebyshev_points
+from sitscad.physics.threads import one_thread
+from sitscad.scene.state import PRESSED, REST
+from sitscad.spec.places import shared_middles
+from sitscad.spec.sensor import SensorSpec
+
+NEARLY = 0.08
+"""Relative error of noise and drift at the screen level."""
+
+HEIGHTS, PLACES, REACH = 4, 3, 0.25
+"""Heights and places along each axis of the surrogate, and how far aside it goes (in thicknesses of the pad)."""
+
+DEEPER = 10
+"""Additional heights for each thickness of the pad that the surrogate goes deeper than `DEPTH`."""
+
+AMPLY = 1.02
+"""How much farther than the pressed state it goes."""
+
+LIFTED = 0.1
+"""How far above rest it goes, in thicknesses of the pad: for edges that a tilt lifts."""
+
+DEPTH = VALID_STRAIN + LIFTED
+"""How far below rest it goes at least, in thicknesses of the pad."""
+
+
+@one_thread
+def surrogate(layout: Layout, estimates: Estimates) -> Callable[[Array], Array]:
+    """Return a function of poses (n, 6; m, rad) whose values are the coils' frequencies (n, coils; Hz).
+
+    Every coil must have a state at rest. The surrogate interpolates the logarithm of the frequency over that at rest
+    between Chebyshev points of x, y and z. Only points on the axes are worked out: for others the changes along both
+    axes are added.
+    """
+    spec = layout.spec
+    pad = spec.elastomer
+    assert pad is not None
+    depth = max(DEPTH, AMPLY * -(estimates.pressed_place or 0.0) / pad.thickness)
+    count = HEIGHTS + math.ceil(DEEPER * (depth - DEPTH))
+    low, high, aside = -depth * pad.thickness, LIFTED * pad.thickness, REACH * pad.thickness
+    heights, sides = chebyshev_points(low, high, count), chebyshev_points(-aside, aside, PLACES)
+    middle = PLACES // 2
+    on_axes = [middle in point for point in product(range(PLACES), repeat=2)]
+    moves = [(0.0, 0.0), *compress(product(sides.tolist(), sides.tolist()), on_axes)]
+    rest = [coil.states[REST] for coil in estimates.coils]
+    inductance, frequency = np.array([(state.inductance, state.frequency) for state in rest]).T
+    effect = target_effects(layout, moves, [0.0, *map(float, heights)], float(frequency.mean()))
+    since_rest = np.zeros((count, PLACES * PLACES, effect.shape[-1]))
+    since_rest[:, on_axes] = effect[1:, 1:] - effect[0, 0]
+    change = since_rest.reshape(count, PLACES, PLACES, -1).transpose(1, 2, 0, 3)
+    change = change[:, middle, None] + change[None, middle] - change[middle, middle]
+    values = -0.5 * np.log1p(np.maximum(change / inductance, -0.9)) * _pull(estimates)
+    ends = np.array([-aside, -aside, low]), np.array([aside, aside, high])
+    through = [Interpolant(*ends, values[..., k]) for k in range(values.shape[-1])]
+    middles = _middles(spec)
+
+    def frequencies(poses: Array) -> Array:
+        found = np.empty((len(poses), len(middles)))
+        for k, at in enumerate(middles):  # of what the coil shares with the target at rest
+            found[:, k] = through[k](np.column_stack([poses[:, :2], _height_over(poses, at)]))
+        return np.asarray(frequency * np.exp(found))
+
+    return frequencies
+
+
+def _middles(spec: SensorSpec) -> Array:
+    """The middles (coils, 2; m) of what the coils share with the target at rest."""
+    return np.array([(at.x, at.y) for at in shared_middles(spec)])
+
+
+def _height_over(poses: Array, middle: Array) -> Array:
+    """The heights (n; m), from rest, of a target in poses (n, 6) over a place (2; m)."""
+    away = middle - poses[:, :2]
+    return np.asarray(poses[:, 2] + away[:, 1] * np.tan(poses[:, 3]) - away[:, 0] * np.tan(poses[:, 4]))
+
+
+def _pull(estimates: Estimates) -> Array:
+    """How much more or less a tank's frequency follows its inductance than a free one's: by the states at rest and
+    pressed, for shares leave out what the target changes of the loss.
+    """
+    found = np.ones(len(estimates.coils))
+    for k, coil in enumerate(estimates.coils):
+        rest, pressed = coil.states[REST], coil.states.get(PRESSED)
+        if pressed is not None and pressed.frequency > 0.0 and abs(pressed.inductance / rest.inductance - 1.0) > 1e-6:
+            ratio = np.log(pressed.frequency / rest.frequency) / (-0.5 * np.log(pressed.inductance / rest.inductance))
+            found[k] = np.clip(ratio, 0.5, 2.0)
+    return found
+
+
+@one_thread
+def screen_bench(layout: Layout, estimates: Estimates) -> Bench:
+    """A design with a target on its pad, by the surrogate. Raises NoResponse if a coil has no state at rest."""
+    if not all(coil.states.get(REST) is not None and coil.states[REST].frequency > 0.0 for coil in estimates.coils):
+        raise NoResponse("nothing is felt by a coil without a state at rest")
+    spec, level = warmed(layout.spec, layout.spec.requirements.temperature), surrogate(layout, estimates)
+    return Bench(spec, estimates, required_range(spec, True), level, level)
