@@ -139,20 +139,25 @@ def _felt(design: Design) -> Felt:
     return found
 
 
+def _error_of(design: Design) -> float:
+    """Relative error of what a design feels: none of the response's own figures."""
+    from sitscad.estimates.performance.screen import NEARLY  # loaded by whatever feels
+
+    return NEARLY if design.estimates.is_rough else 0.0
+
+
 def _by_axis(of: Callable[[Felt, str], float]) -> Callable[[str], Reader]:
     """Make a reader of a figure of one axis, with its error at the screen level."""
 
     def along(axis: str) -> Reader:
         def read(design: Design) -> Figure:
-            from sitscad.estimates.performance.screen import NEARLY  # loaded by whatever feels
-
             found = _felt(design)
             if axis not in found.bench.range.axes:
                 raise AbsentError(f"the coils do not tell {axis} apart")
             value = of(found, axis)
             if not math.isfinite(value):
                 raise AbsentError(f"no reading tells {axis}")
-            return value, NEARLY * value if design.estimates.is_rough else 0.0
+            return value, _error_of(design) * value
 
         return read
 
@@ -193,7 +198,6 @@ def _range(axis: str) -> Reader:
 
 
 def _crosstalk(design: Design) -> Figure:
-    from sitscad.checks.performance import NEARLY
     from sitscad.estimates.performance.inversion import crosstalk
 
     found = _felt(design)
@@ -203,11 +207,10 @@ def _crosstalk(design: Design) -> Figure:
         raise AbsentError("the pad gives way sideways within the required loads")
     tables = [crosstalk(found.working, point.load, point.inverse)[0] for point in found.points]
     value = max(error for table in tables for row in table.values() for error in row.values())
-    return value, NEARLY * value
+    return value, _error_of(design) * value
 
 
 def _by_gap(design: Design) -> Figure:
-    from sitscad.checks.performance import NEARLY
     from sitscad.estimates.states.pressing import GLUE, PAD
 
     found = _felt(design)
@@ -220,7 +223,7 @@ def _by_gap(design: Design) -> Figure:
         raise AbsentError("neither glue lines nor the pad's thickness scatter")
     is_force = [name in FORCES for name in found.bench.range.axes]
     value = float(np.sqrt(np.mean(np.sum(np.square(causes), axis=0), axis=0))[is_force].max())
-    return value, NEARLY * value
+    return value, _error_of(design) * value
 
 
 def _fit(of: Callable[[dict[str, FitMeasure]], float]) -> Reader:

@@ -289,7 +289,7 @@ def test_long_target_of_two_coils_is_a_finding_only_if_signals_are_smaller(judge
 
 
 def test_gain_of_another_target_agrees_with_what_the_sensor_resolves(design):
-    """Beside the quick method of what is felt: the noise at rest of both axes under both targets."""
+    """Beside what is felt: the noise at rest of both axes under both targets."""
     def sized(length):
         size = {"shape": "rectangle", "size": [length, 4.5]}
         changes = {f"{part}__{key}": value for part in ("target", "elastomer") for key, value in size.items()}

@@ -34,7 +34,7 @@ def foil(thickness="20 um", material="aluminium", force=FORCE):
 
 
 def numbers(spec):
-    (coil,) = estimated(sitscad.lay_out(spec), solved=1.0).coils  # as thin ones are
+    (coil,) = estimated(sitscad.lay_out(spec)).coils
     return coil.states["pressed"].parallel_resistance, coil.sensitivity(5.0)[0], coil.sensor_frequency
 
 

@@ -116,10 +116,9 @@ KNOWN_AS = {PAD: "gap", GLUE: "glue", MODULUS: "modulus", scatter.OFFSET_X: "off
 def _changed_by(design, cause, loads):
     """Change of the readings since the tare by one sigma of a cause, on the three levels of simulated units."""
     sensors, sigma = sensors_of(design.response), cause.sigma(design.spec)
-    for felt in (design.felt, design.solved):
-        drawn = _readings(felt.bench, loads)
-        (one,) = readings_of(felt.bench, scatter.scatter(design.spec)[cause.name], loads)
-        yield one[0] - drawn
+    drawn = _readings(design.solved.bench, loads)
+    (one,) = readings_of(design.solved.bench, scatter.scatter(design.spec)[cause.name], loads)
+    yield one[0] - drawn
     errors = np.array([sigma if one.name == KNOWN_AS[cause.name] else 0.0 for one in sensors.known])
     read = [np.log(sensors.under(off, np.vstack([np.zeros((1, 3)), loads]))) for off in (errors, 0.0 * errors)]
     yield (read[0][1:] - read[0][0]) - (read[1][1:] - read[1][0])
@@ -134,7 +133,7 @@ def _readings(bench, loads):
 
 @pytest.mark.parametrize("name", ["bench_7mm", pytest.param("three_axis_triangle", marks=pytest.mark.slow)])
 def test_three_levels_of_simulated_units_read_alike(name):
-    """One sigma of each cause, by the quick method and by the response, by a calibration's chart, and of a design that
+    """One sigma of each cause, by the response, by a calibration's chart, and of a design that
     is worked out anew, of what all causes together do.
     """
     design = Design(sitscad.load(TEMPLATES / f"{name}.yaml"))
@@ -143,7 +142,7 @@ def test_three_levels_of_simulated_units_read_alike(name):
     found = {cause.name: list(_changed_by(design, cause, loads))
              for cause in scatter.CAUSES if cause.name in KNOWN_AS}
     together = [np.sqrt(np.mean(np.sum(np.square(levels), axis=0))) for levels in zip(*found.values(), strict=True)]
-    assert together[:-1] == approx(3 * [together[-1]], rel=0.01)
+    assert together[:-1] == approx(2 * [together[-1]], rel=0.01)
     for cause, levels in found.items():  # the part of the pad that a turned target loads is not as drawn
         off = [float(np.sqrt(np.mean((level - levels[-1]) ** 2))) / together[-1] for level in levels[:-1]]
         assert max(off) < 0.1, (cause, off)

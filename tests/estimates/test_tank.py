@@ -11,7 +11,7 @@ from tolerance import approx
 
 from sitscad.estimates import estimate
 from sitscad.estimates.circuit.tank import POINTS, preferred_values
-from sitscad.estimates.response.model import curves as through_logarithms
+from sitscad.estimates.response.near import curves as through_logarithms
 from sitscad.estimates.steps import tune, wind
 from sitscad.estimates.winding.losses import SCREENING
 from sitscad.layout import lay_out, sketch

@@ -104,7 +104,7 @@ def main() -> None:
         if design is None:
             continue
         if chosen.shares:
-            design = Design(design.spec, design.layout, estimated(design.layout, solved=0.0))
+            design = Design(design.spec, design.layout, estimated(design.layout, is_solved=False))
         try:
             found = list(apart(design))
         except NoResponse:

@@ -85,7 +85,7 @@ def test_what_a_newton_changes_is_one_figure(name):
 def test_the_error_of_a_resistance_has_the_target_s_loss_in_it(name):
     """By shares R of the first was 43 to 50 % too large, and 3 % were stated."""
     known = design(name)
-    by_shares = Design(known.spec, known.layout, estimated(known.layout, solved=0.0))
+    by_shares = Design(known.spec, known.layout, estimated(known.layout, is_solved=False))
     assert all(one.of_stated_resistance < 1.0 for one in apart(by_shares))
 
 

@@ -33,6 +33,7 @@ from sitscad.layout.board import Coil, Layout
 from sitscad.mechanics.elastomer import VALID_SHEAR, VALID_STRAIN
 from sitscad.mechanics.pad import HELD_SHEAR, HELD_TILT
 from sitscad.physics.metal.half_spaces import Reflector
+from sitscad.physics.resonator import Network
 from sitscad.physics.threads import one_thread
 from sitscad.record import record
 from sitscad.scene.bodies import target_gap, target_lines
@@ -103,6 +104,11 @@ class ResponseModel:
         return Tank(self.estimates.readout.capacitance, self.spec.readout)
 
     @cached_property
+    def network(self) -> Network:
+        """What lies between the coils' contacts and the converter's pins, (coils,)."""
+        return self.tank.network(np.array([coil.self_capacitance for coil in self.estimates.coils]))
+
+    @cached_property
     def _volts(self) -> Array:
         # Every coil's amplitude (V) by its parallel resistance (ohm)
         readout, converter = self.estimates.readout, self.spec.readout.device
@@ -163,8 +169,7 @@ class ResponseModel:
         changes = changes_by(at_tank)
         known = {coil.name: next(iter(coil.states.values())).frequency for coil in self.estimates.coils if coil.states}
         start = np.array([known.get(coil.name, usual) for coil in self.layout.coils])
-        own = np.array([coil.self_capacitance for coil in self.estimates.coils])
-        terminals = at_tank.oscillations(placed, changes, self.tank, own, start)
+        terminals = at_tank.oscillations(placed, changes, self.tank, self.network, start)
         near, shown, taken_at = at_tank, changes, terminals.frequency
         inductance, resistance = (np.where(np.isfinite(taken_at), part, np.nan)
                                   for part in (terminals.inductance, terminals.resistance))

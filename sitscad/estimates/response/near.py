@@ -21,7 +21,7 @@ from sitscad.estimates.winding.solved import SolvedWinding, solve_winding
 from sitscad.estimates.winding.wound import Wound
 from sitscad.physics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
 from sitscad.physics.polynomials import Interpolant, chebyshev_points, shares
-from sitscad.physics.resonator import Oscillations, oscillate
+from sitscad.physics.resonator import Network, Oscillations, oscillate
 from sitscad.record import record, replace
 from sitscad.scene.state import REST, REST_POSE, State
 
@@ -124,13 +124,15 @@ class NearTarget:
         """Logarithms of the target's heights over the coils (poses, coils; m)."""
         return placed.heights(np.array([coil.placement.centre for coil in self.wound.layout.coils]))
 
-    def oscillations(self, placed: Placed, changes: Changes, tank: Tank, own: Array, start: Array) -> Oscillations:
+    def oscillations(
+        self, placed: Placed, changes: Changes, tank: Tank, network: Network, start: Array
+    ) -> Oscillations:
         """Oscillation of every coil's tank in every pose, (poses, coils).
 
-        `own` (coils,; F) are the coils' capacitances, `start` (coils,; Hz) frequencies to start from.
+        `network` lies between the coils' contacts and the pins. `start` (coils,; Hz) are frequencies to start from.
         """
         whole = self.impedances(placed, changes)
-        return oscillate(tank.network(own), lambda at: at_frequencies(whole, at, tank),
+        return oscillate(network, lambda at: at_frequencies(whole, at, tank),
                          tank.converter.limit("drive_delay"), np.tile(start, (len(placed.places), 1)))
 
     def _bare(self, frequencies: Array) -> ComplexArray:

@@ -403,7 +403,7 @@ class SolvedReflection(Reflection):
 
     def shares(self, frequencies: Array) -> ComplexArray:
         """Shares of an endless target's whole effect, crowding included: complex, for the real one has another loss."""
-        return np.asarray(self._change(*self._ends, frequencies) / self._of_target(frequencies)[:, 0])
+        return np.asarray(self._change(self._ends, frequencies) / self._of_target(frequencies)[:, 0])
 
     def factors(self, frequency: float) -> tuple[complex, complex]:
         """Factors for small changes of what is around: of all that is reflected, and of the target's own loss."""
@@ -412,7 +412,7 @@ class SolvedReflection(Reflection):
 
     def mutual(self, pair: tuple[int, int], distance: float, frequencies: Array) -> ComplexArray:
         """Change of the mutual inductance (H, complex) of a pair of coils at one of the distances (m)."""
-        more = self._change(*self._changes[:, pair[0], pair[1]], frequencies)
+        more = self._change(self._changes[:, pair[0], pair[1]], frequencies)
         return np.asarray(super().mutual(pair, distance, frequencies) + more)
 
     def unsure(self, frequency: float) -> tuple[float, float]:
@@ -422,16 +422,16 @@ class SolvedReflection(Reflection):
     def _exact(self, frequencies: Array) -> ComplexArray:
         """What metal behind the board returns (H, complex), by distance, and to the coil itself the target, too."""
         found = self._endless(frequencies, None, self._around.below)
-        found[:, 0] += self._change(*self._ends, frequencies) * (1.0 + self._crowded(frequencies))
+        found[:, 0] += self._change(self._ends, frequencies) * (1.0 + self._crowded(frequencies))
         return found
 
-    def _change(self, first: complex, last: complex, frequencies: Array) -> ComplexArray:
+    def _change(self, solved: ComplexArray, frequencies: Array) -> ComplexArray:
         """A change (H) by those at the two frequencies of the solution."""
         # Its ratio to `like` is straight in one over the root of the frequency, as skin depths are, and held far
         # outside of what was solved.
-        (low, high), ends = self._places, self._like(self._solved_at)
+        (low, high), (first, last) = self._places, solved / self._like(self._solved_at)
         part = np.clip((frequencies**-0.5 - low) / (high - low), -BEYOND, 1.0 + BEYOND)
-        return np.asarray(self._like(frequencies) * (first / ends[0] + part * (last / ends[1] - first / ends[0])))
+        return np.asarray(self._like(frequencies) * (first + part * (last - first)))
 
 
 BEYOND = 1.0

@@ -54,7 +54,7 @@ class SolvedStates:
 
     `band` are the two frequencies (Hz) of the solution. `totals` are changes of the inductance matrix of the bare
     windings (H, complex), by state: (2, coils, coils). `errors` are bounds for each coil's own change (H) and its loss
-    (ohm), by state: (coils, 2), with the signs of change and loss. `like` is as of `scan.Changes`.
+    (ohm), by state: (coils, 2), with the signs of change and loss. 
     """
 
     near: NearTarget
@@ -63,13 +63,17 @@ class SolvedStates:
     names: tuple[str, ...]
     totals: Mapping[str, ComplexArray]
     errors: Mapping[str, Array]
-    like: Callable[[Array], ComplexArray]
 
     @property
     def band(self) -> tuple[float, float]:
         """Frequencies (Hz) at which the target is solved."""
         low, high = self.near.band
         return low, high
+
+    @property
+    def like(self) -> Callable[[Array], ComplexArray]:
+        """The spectrum that the changes go with, as of `Changes`."""
+        return endless_like(self.near.wound.spec)
 
     def key(self, number: int, coil: str, state: str) -> tuple[complex, ...]:
         """Key that is equal for coils with an equal change in a state."""
@@ -103,7 +107,7 @@ class SolvedStates:
         if start is None or not np.all(np.isfinite(start)):
             return
         own = np.array([circuit.self_capacitance for circuit in circuits])
-        found = self.near.oscillations(self.placed, self.changes, tank, own, start).one_by_one()
+        found = self.near.oscillations(self.placed, self.changes, tank, tank.network(own), start).one_by_one()
         for row, name in enumerate(self.names):
             for k, circuit in enumerate(circuits):
                 circuit.oscillations[name, tank.capacitor] = found[row * len(circuits) + k]
@@ -135,7 +139,7 @@ def solve_states(wound: Wound, band: tuple[float, float]) -> SolvedStates:
     return SolvedStates(
         near, placed, changes, names,
         {name: np.asarray(np.kron(np.eye(cells), total[:, k])) for k, name in enumerate(names)},
-        {name: np.tile(each, (cells, 1)) for name, each in zip(names, errors, strict=True)}, changes.like,
+        {name: np.tile(each, (cells, 1)) for name, each in zip(names, errors, strict=True)},
     )
 
 

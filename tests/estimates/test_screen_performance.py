@@ -1,0 +1,82 @@
+"""Performance at the screen level against the response; checks and data sheets have the response's own figures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tolerance import approx
+
+import sitscad
+from sitscad import Design
+from sitscad.checks import judged
+from sitscad.checks.performance import POINTS
+from sitscad.estimates import estimated
+from sitscad.estimates.performance.screen import NEARLY
+from sitscad.estimates.performance.values import AXIS_WORDS
+from sitscad.estimates.winding.losses import SCREENING
+from sitscad.record import replace
+
+TEMPLATES = Path(__file__).parents[2] / "templates"
+
+
+@pytest.mark.parametrize("name", ["bench_7mm", pytest.param("grasper_4layer", marks=pytest.mark.slow),
+                                  pytest.param("three_axis_triangle", marks=pytest.mark.slow)])
+def test_screen_resolution_is_within_its_error_of_the_response(name):
+    design = Design(sitscad.load(TEMPLATES / f"{name}.yaml"))
+    screened = Design(design.spec, design.layout, estimated(design.layout, tolerance=SCREENING))
+    for point, other in zip(screened.felt.points, design.felt.points, strict=True):
+        assert point.noise == approx(other.noise, rel=NEARLY, abs=0.0)
+    warm, exact = screened.felt.warmed[-1].temperature, design.felt.warmed[-1].temperature
+    assert warm == approx(exact, rel=0.15, abs=0.0)
+
+
+def test_screen_performance_covers_a_pad_pressed_by_half():
+    design = Design(sitscad.load(TEMPLATES / "grasper_3p5mm.yaml"))
+    screened = Design(design.spec, design.layout, estimated(design.layout, tolerance=SCREENING))
+    half, full = (abs(point.by_pose[:, 2]).min() for point in screened.felt.points[1:])
+    assert screened.felt.points[2].pose[2] < -0.45 * design.spec.elastomer.thickness and full > half > 0.0
+
+
+FIGURES = {
+    "SIT401": lambda point, axis: point.axes[axis].resolution,
+    "SIT404": lambda point, axis: max(point.tilt_error[axis].values()),
+    "SIT406": lambda point, axis: point.axes[axis].errors["drift at full load, 10 K"],
+}
+
+
+def test_rules_and_data_sheet_have_the_same_figures():
+    spec = sitscad.load(TEMPLATES / "bench_7mm.yaml")
+    asked = replace(spec.requirements, normal_resolution=1.0, tilt=0.02, tilt_error=100.0, temperature_error=100.0)
+    design = Design(replace(spec, requirements=asked))
+    names = {words: name for name, words in AXIS_WORDS.items()}
+    reached = {one.rule: one for one in judged(design, "none").reached if one.requirement != "zero_drift"}
+    for rule, of in FIGURES.items():
+        one = reached[rule]
+        point = design.performance[POINTS.index(one.at.split(",")[0])]
+        assert one.measured == approx(of(point, names[one.axis]), rel=1e-12, abs=0.0), rule
+
+
+def test_a_target_too_large_to_solve_is_not_judged_by_shares(monkeypatch):
+    from sitscad.estimates.states import solved_target
+
+    monkeypatch.setattr(solved_target, "MOST", 1.0)
+    spec = sitscad.load(TEMPLATES / "bench_7mm.yaml")
+    design = Design(replace(spec, requirements=replace(spec.requirements, normal_resolution=1e-9)))
+    result = judged(design, "none")
+    assert not design.estimates.is_solved and design.felt is None
+    assert any("too large" in note for note in design.estimates.notes)
+    assert any(one.rule == "SIT401" and "too large" in one.reason for one in result.not_checked)
+    assert not any(one.rule == "SIT401" for one in result.findings)
+
+
+def test_without_target_there_is_nothing_to_feel():
+    design = Design(sitscad.load(TEMPLATES / "single_coil.yaml"))
+    assert design.felt is None and design.performance == ()
+
+
+def test_performance_has_the_tanks_of_the_states():
+    design = Design(sitscad.load(TEMPLATES / "bench_7mm.yaml"))
+    rest = [coil.states["rest"].frequency for coil in design.estimates.coils]
+    assert np.abs(design.felt.bench.rest / rest - 1.0).max() < 1e-5
