@@ -13,6 +13,7 @@ from sitscad.estimates.response.near import NearTarget
 from sitscad.estimates.response.placed import Placed, at_rest, level_poses
 from sitscad.estimates.response.plate import (
     LOSSY,
+    endless_like,
     plate_over_jaw,
     solving_work,
     stated_errors,
