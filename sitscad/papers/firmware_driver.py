@@ -303,8 +303,6 @@ def _readings(spec: SensorSpec, found: tuple[CoilBands, ...], bench: Estimates) 
             ends = f"{show(band.low, 'Hz', 4)} to {show(band.high, 'Hz', 4)}"
             yield f"  {one.coil:<6}{name:<12}{show(band.design, 'Hz', 5):<12} {ends}"
     yield from hanging("", _too_fast(spec.readout.device, found), WIDTH)
-    if is_felt(spec):
-        yield from hanging("", TARED, WIDTH)
     if bench.metered:
         meter = f"An LCR meter at {show(bench.metered[0].frequency, 'Hz')}"
         yield f"{meter} between the contacts of the bare board, far from metal, at 20 degC:"
@@ -314,13 +312,6 @@ def _readings(spec: SensorSpec, found: tuple[CoilBands, ...], bench: Estimates) 
                 f"  {read.coil:<6}L {show(read.inductance, 'H', 4)} +- {show(inductance, 'H', 2)} (5 sigma), "
                 f"direct current {show(read.direct, 'ohm', 3)} +- {show(direct, 'ohm', 2)}"
             )
-
-
-TARED = (
-    "Frequencies are those of the states, as in estimate.json, mount/assembly.txt and the driver's tables. The view "
-    '"Push it" of report.html, calibration/ and `sitscad response` solve the response, which differs a little at rest '
-    "(that view says by how much). Either serves: a tare takes the difference away."
-)
 
 
 def _too_fast(device: Converter, found: tuple[CoilBands, ...]) -> str:

@@ -98,8 +98,7 @@ def pushed_document(
     layout: Layout, estimates: Estimates, sheet: Document, calibration: Document | None
 ) -> dict[str, Any] | None:
     """The table of `sitscad.estimates.response.table` as ``datasheet.json`` has it, the map of ``calibration.json``,
-    how the converter counts, the shapes (mm) of a section along x and one along y, and by how much, in parts, the
-    table's frequencies at rest differ at most from those of the states; None without a table.
+    how the converter counts, and the shapes (mm) of a section along x and one along y; None without a table.
     """
     cells, whole = layout.spec.cells, (layout, estimates)
     if cells is not None:  # the cell that the data sheet is of
@@ -124,8 +123,6 @@ def pushed_document(
         "table": table, "map": known,
         "conversion": {"counts_per_Hz": float(conversion.counts(np.array(1.0))), "step": 2**conversion.shift,
                        "offsets": list(conversion.offsets)},
-        "from_states": max(abs(rest / coil.states[REST].frequency - 1.0)
-                           for rest, coil in zip(table["rest_Hz"], estimates.coils, strict=True)),
         "shape": {"axes": axes, "pad_mm": MM * spec.elastomer.thickness if spec.elastomer else math.nan,
                   "target_mm": MM * target.thickness},
     } | ({} if cells is None else {"cells": _cells(*whole)})

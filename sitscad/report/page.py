@@ -93,9 +93,7 @@ def render(
 PUSHED = """
 <div id="pushed" hidden><p>Move the sliders, or drag the target in a section: to the side for shear, down for normal
 force. The target is kept level unless it is tilted. Forces read back are what the map of calibration/ makes of the
-counts after a tare at rest, and one sigma from unit to unit, not calibrated. Frequencies are those of the response, as
-in calibration/ and <code>sitscad response</code>; those of the states, in the tables below, firmware/ and
-mount/assembly.txt, are up to APART apart from them at rest. Either serves: a tare takes the difference away.</p>
+counts after a tare at rest, and one sigma from unit to unit, not calibrated.</p>
 <div class="inputs"></div><div class="cuts"></div><p class="warned" data-out="range" role="status"></p>
 <div class="scroll"><table><thead><tr><th>coil</th><th class="number">frequency (Hz)</th>
 <th class="number">from rest (Hz)</th><th class="number">counts</th></tr></thead><tbody></tbody></table></div>
@@ -128,9 +126,7 @@ def _view(name: str, frame: str, moving: Mapping[str, Mapping[str, Any]] | None)
     document = (moving or {}).get(name)
     if document is None:
         return ""
-    apart = show(100.0 * document.get("from_states", 0.0), "%", 2)
-    frame = frame.replace("OPEN", OPEN if document.get("hinge") else "").replace("APART", apart)
-    return frame + embedded(f"{name}-data", document)
+    return frame.replace("OPEN", OPEN if document.get("hinge") else "") + embedded(f"{name}-data", document)
 
 
 def _picture(drawing: str, caption: str) -> str:

@@ -63,7 +63,7 @@ def test_a_target_too_large_to_solve_is_not_judged_by_shares(monkeypatch):
 
     monkeypatch.setattr(solved_target, "MOST", 1.0)
     spec = sitscad.load(TEMPLATES / "bench_7mm.yaml")
-    design = Design(replace(spec, requirements=replace(spec.requirements, normal_resolution=1e-9)))
+    design = Design(replace(spec, requirements=replace(spec.requirements, normal_resolution=1e-6)))
     result = judged(design, "none")
     assert not design.estimates.is_solved and design.felt is None
     assert any("too large" in note for note in design.estimates.notes)

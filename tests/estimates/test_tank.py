@@ -12,7 +12,7 @@ from tolerance import approx
 from sitscad.estimates import estimate
 from sitscad.estimates.circuit.tank import POINTS, preferred_values
 from sitscad.estimates.response.near import curves as through_logarithms
-from sitscad.estimates.steps import tune, wind
+from sitscad.estimates.steps import wind, with_target
 from sitscad.estimates.winding.losses import SCREENING
 from sitscad.layout import lay_out, sketch
 from sitscad.physics.inductance.spirals import SpiralLayer
@@ -93,7 +93,7 @@ def test_the_high_current_drive_is_for_coils_that_it_does_not_overdrive(diameter
 
 
 def test_the_screen_interpolates_what_metal_changes_of_crowding():
-    tuned = tune(wind(sketch(load(ROOT / "templates" / "grasper_4layer.yaml")), tolerance=SCREENING))
+    tuned = with_target(wind(sketch(load(ROOT / "templates" / "grasper_4layer.yaml")), tolerance=SCREENING))
     for circuit in tuned.circuits:
         for state in circuit.reflections:
             at = tuned.tank.oscillation(circuit, state).frequency * np.array([0.98, 1.0, 1.02])
@@ -104,6 +104,6 @@ def test_the_screen_interpolates_what_metal_changes_of_crowding():
 
 
 def test_no_capacitor_beyond_the_converters_band_is_worth_a_curve():
-    tuned = tune(wind(sketch(load(ROOT / "templates" / "three_axis_triangle.yaml")), tolerance=SCREENING))
+    tuned = with_target(wind(sketch(load(ROOT / "templates" / "three_axis_triangle.yaml")), tolerance=SCREENING))
     assert {band for circuit in tuned.circuits for _, _, band in circuit.curves} == {0}
     assert max(tuned.tank.oscillation(c, state).frequency for c in tuned.circuits for state in c.reflections) < 10e6

@@ -12,9 +12,6 @@ from tolerance import approx
 import sitscad
 from sitscad import Design, load_text
 from sitscad.estimates import estimated
-from sitscad.estimates.states import solved_target
-from sitscad.estimates.states.assembly import assemble
-from sitscad.estimates.states.finite_target import target_shares
 from sitscad.report.numbers import coil_rows
 
 TEMPLATES = sorted(path.stem for path in (Path(__file__).parents[2] / "templates").glob("*.yaml"))
@@ -71,7 +68,7 @@ def test_states_are_the_response_where_shares_missed_it(name):
     assert found.estimates.is_solved
     for one in apart(found):
         assert one.of_stated_change < 0.3 and one.of_stated_resistance < 0.1, one
-        assert one.inductance < 5e-4 and one.resistance < 5e-3, one
+        assert one.inductance < 1e-9 and one.resistance < 2e-9, one
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -81,52 +78,13 @@ def test_what_a_newton_changes_is_one_figure(name):
     assert told == approx(response, rel=0.025 if name == "a thin disc of it" else 0.015, abs=100.0)
 
 
-@pytest.mark.parametrize("name", ["a small target of magnetic steel", "stainless steel"])
-def test_the_error_of_a_resistance_has_the_target_s_loss_in_it(name):
-    """By shares R of the first was 43 to 50 % too large, and 3 % were stated."""
+@pytest.mark.parametrize("name", CASES)
+def test_states_by_shares_are_the_response_within_their_stated_errors(name):
+    """So a design that grows too large to be solved moves by no more than what shares state."""
     known = design(name)
     by_shares = Design(known.spec, known.layout, estimated(known.layout, is_solved=False))
-    assert all(one.of_stated_resistance < 1.0 for one in apart(by_shares))
-
-
-def large(size, thickness, metal, shield=""):
-    """A square target (mm) over a coil of 20 mm that takes too long to be solved."""
-    return Design(load_text(
-        "sitscad: 1\nname: large\ncoil: {shape: circle, outer_diameter: 20, turns: 12, layers: 2, trace_width: 150 um, "
-        f"trace_spacing: 150 um}}\ntarget: {{shape: square, size: {size}, thickness: {thickness}, material: {metal}}}\n"
-        f"elastomer: {{shape: square, size: 20, thickness: 0.6, material: ecoflex-00-30}}\n{shield}"
-    ))
-
-
-@pytest.mark.parametrize("size, thickness, metal", [(46, 0.05, "stainless-304"), (40, 0.2, "stainless-17-4ph")])
-def test_a_target_that_reaches_far_beyond_its_coil_has_no_wide_errors(size, thickness, metal, monkeypatch):
-    """By shares with errors widened 34 and 14 % of the change were stated, 84 and 61 % of R."""
-    for name in ("MOST", "MAGNETIC"):  # beyond which the steels are not solved, either
-        monkeypatch.setattr(solved_target, name, 300.0**3)
-    found = large(size, thickness, metal)
-    state = found.estimates.coils[0].states["rest"]
-    assert not found.estimates.is_solved
-    assert state.target_change_error < 0.03 and state.resistance_error < 0.1
-    for one in apart(found):
-        assert one.of_stated_change < 0.8 and one.of_stated_resistance < 0.8, one
-
-
-def test_its_error_narrows_without_a_jump_and_not_before_a_mirror():
-    """Shares of 17-4PH over a copper shield were 7.6 % of the change off."""
-    sizes = np.arange(34.0, 42.0, 0.25)
-    shares = [target_shares_of(large(size, 0.2, "stainless-17-4ph")).widened(1.0) for size in sizes]
-    errors, losses = np.array([one.error for one in shares]), np.array([one.loss_error for one in shares])
-    assert errors[0] > 0.1 and errors[-1] == approx(0.02, rel=1e-6)
-    assert losses[0] > 0.5 and losses[-1] == approx(0.05, rel=1e-6)
-    assert np.abs(np.diff(errors)).max() < 0.08 * np.ptp(errors) and np.abs(np.diff(losses)).max() < 0.1
-    mirrored = large(42, 0.2, "stainless-17-4ph", "shield: {material: copper, thickness: 0.1, gap: 0.3}\n")
-    assert target_shares_of(mirrored).widened(1.0).error > 0.1
-
-
-def target_shares_of(design):
-    """Shares of a design's target in its states."""
-    heights = [winding.z for winding in design.layout.coils[0].windings]
-    return target_shares(design.spec, heights, assemble(design.spec).states)
+    for one in apart(by_shares):
+        assert one.of_stated_change < 1.0 and one.of_stated_resistance < 1.0, one
 
 
 def test_performance_has_the_same_slope():
@@ -146,10 +104,9 @@ def test_states_of_templates_are_the_response(name):
         return
     for one in apart(found):
         assert one.of_stated_change < 0.5 and one.of_stated_resistance < 0.3, one
-        assert one.inductance < 1e-3 and one.resistance < 6e-3, one
     if found.estimates.normal_force:
         told, response = slopes(found)
-        assert told == approx(response, rel=0.015 if found.estimates.is_solved else 0.03)
+        assert told == approx(response, rel=1e-4)
 
 
 @pytest.mark.parametrize("name", ["grasper_3p5mm", "jaw_5x20"])

@@ -17,6 +17,7 @@ from sitscad.estimates.response.working_range import WorkingRange, working_range
 from sitscad.mechanics.pad import HELD_TILT
 from sitscad.physics.polynomials import POINTS_A_TERM, Polynomial, exponents, least_squares, spread
 from sitscad.record import record
+from sitscad.scene.state import REST
 
 INPUTS = ("normal_N", "shear_x_N", "shear_y_N", "rx_rad", "ry_rad")  # What the table is asked for, in its order
 DEGREE, TILT_DEGREE = 7, 3  # Of the polynomials in the forces of a level target, and in all inputs of what a tilt adds
@@ -64,7 +65,8 @@ class ResponseTable:
 
 def response_table(model: ResponseModel) -> ResponseTable:
     """The table of a design over its working range and a little beyond, the target kept level but for the tilt that is
-    asked for (about the middle of its near face). Every point is solved. Raises `NoResponse` without a pad.
+    asked for (about the middle of its near face). Every point is solved. Frequencies at rest are those of
+    the state. Raises `NoResponse` without a pad.
 
     What a tilt adds has terms of its own, fitted to what tilted points differ by from level ones: these take a tenth of
     the time, because over a mirror the currents of a level target keep its symmetries.
@@ -94,5 +96,9 @@ def response_table(model: ResponseModel) -> ResponseTable:
     more = least_squares(asked[parts[1]], values[parts[1]] - own(asked[parts[1]]), tilted, low, high)
     both = replace(own, orders=np.vstack([plain, tilted]),
                    coefficients=np.vstack([own.coefficients, more.coefficients]))
-    table = ResponseTable(tuple(coil.name for coil in model.layout.coils), found, both, frequency[0])
-    return replace(table, error=float((np.abs(table(asked)[0] - frequency) / np.ptp(frequency, axis=0)).max()))
+    states = [coil.states.get(REST) for coil in model.estimates.coils]
+    rest = np.array([own if state is None else state.frequency
+                     for own, state in zip(frequency[0], states, strict=True)])
+    table = ResponseTable(tuple(coil.name for coil in model.layout.coils), found, both, rest)
+    apart = np.abs(table(asked)[0] / rest - frequency / frequency[0]) * rest
+    return replace(table, error=float((apart / np.ptp(frequency, axis=0)).max()))

@@ -62,9 +62,10 @@ class TargetShares:
         return self.of(coil, state)
 
 
-WIDER, WIDER_THIN, WIDER_MAGNETIC = (0.1, 0.5), (0.3, 0.8), (1.5, 0.8)
+WIDER, WIDER_THIN, WIDER_BENT, WIDER_MAGNETIC = (0.1, 0.5), (0.3, 0.8), (0.8, 0.5), (1.5, 0.8)
 """Additional relative errors of the ratios of inductance and loss outside the range that their own errors were fitted
-in: in general, for targets thinner than the field enters, and for magnetic metals, which may even add inductance."""
+in: in general, for targets thinner than the field enters, for blocks and for targets that lie askew over long coils or
+leave them uncovered, and for magnetic metals, which may even add inductance."""
 
 
 NO_SHARES = TargetShares({}, {}, ())
@@ -104,11 +105,8 @@ def target_shares(
             losses[placement.name, name] = float(one.losses[row])
     shortened = (ELONGATED if spec.coil.outline.sides else OVAL) * (1.0 - min(spec.coil.size) / max(spec.coil.size))
     errors = max(f.error for f in found) + shortened, max(f.loss_error for f in found)
-    if is_outside_fit(spec, spec.target, states):
-        is_thin = spec.target.thickness < OPAQUE * _skin_depth(spec.target)
-        is_magnetic = spec.target.material.relative_permeability > MAGNETIC
-        wider = WIDER_MAGNETIC if is_magnetic else WIDER_THIN if is_thin else WIDER
-        errors = errors[0] + wider[0], errors[1] + wider[1]
+    wider = errors_outside_fit(spec, spec.target, states)
+    errors = errors[0] + wider[0], errors[1] + wider[1]
     names = [name for name, _, _ in covered]
     notes = [] if is_rough else _notes(spec.coil, names, (shares, losses), errors, any(f.magnetic for f in found))
     return TargetShares(shares, losses, tuple(notes), *errors)
@@ -138,30 +136,39 @@ side, at most; the angle (rad) at most between the sides of a coil longer than w
 polygon is over its width, at most; by what part of its width a coil longer than wide may reach beyond the target;
 and what part of the field the metal behind the board returns, at least."""
 
+BLOCK = 0.2
+"""Thickness of a target over its shorter side from which on it is a block: its side walls carry much of the current."""
+
 SHORTEST, LONGEST = 4.0, 2.0  # The waves that matter of what that returns, over one by the coil's smaller side
 
 
-def is_outside_fit(spec: SensorSpec, target: Target, states: Sequence[Surroundings]) -> bool:
-    """Whether a target lies outside the range in which the ratios' errors were fitted.
+def errors_outside_fit(spec: SensorSpec, target: Target, states: Sequence[Surroundings]) -> tuple[float, float]:
+    """Additional relative errors of the ratios of inductance and loss for a target outside the range of their fit.
 
     The fit has good conductors that the field does not pass, over coils as long as wide or over longer coils that they
-    cover, with nothing or nearly a mirror behind the board. Others miss the fitted errors now and then
-    (tests/validation/states_of_response.py): poor conductors and magnets by up to all of the loss.
+    cover, with nothing or nearly a mirror behind the board (tests/validation/states_of_response.py).
     """
-    long, short = max(spec.coil.size), min(spec.coil.size)
-    is_outside = (
-        1.0 - like_a_conductor(target, 0.25 * (long + short)) > PURE
-        or target.thickness > THICKEST * min(target.size)
-        or target.thickness < OPAQUE * _skin_depth(target)
-        or (spec.coil.outline.sides and long > ASPECT * short)
-    )
-    if long - short > 1e-9:
-        is_outside = is_outside or (
-            _askew(spec.array.placements, target) > TURNED or _uncovered(spec, target) > HANGING * short)
+    (short, long), thickness = sorted(spec.coil.size), target.thickness
+    found = [(0.0, 0.0)]
+    if 1.0 - like_a_conductor(target, 0.25 * (long + short)) > PURE or thickness > THICKEST * min(target.size):
+        found.append(WIDER)
+    if spec.coil.outline.sides and long > ASPECT * short:
+        found.append(WIDER)
     waves = np.array([LONGEST, SHORTEST]) / short
     returned = [float(-reflection(waves, FREQUENCY, around.below.plates).real.min())
                 for around in states if around.above is not None and around.below is not None]
-    return bool(is_outside or min(returned, default=1.0) < RETURNED)
+    if min(returned, default=1.0) < RETURNED:
+        found.append(WIDER)
+    if thickness < OPAQUE * _skin_depth(target):
+        found.append(WIDER_THIN)
+    is_hanging = long - short > 1e-9 and (
+        _askew(spec.array.placements, target) > TURNED or _uncovered(spec, target) > HANGING * short)
+    if is_hanging or thickness > BLOCK * min(target.size):
+        found.append(WIDER_BENT)
+    if found[1:] and target.material.relative_permeability > MAGNETIC:
+        found.append(WIDER_MAGNETIC)
+    change, loss = np.max(found, axis=0).tolist()
+    return change, loss
 
 
 def _askew(placements: tuple[CoilPlacement, ...], target: Target) -> float:
