@@ -40,7 +40,7 @@ GIVES_WAY = (
     "the pad gives way sideways {where} (SIT304 and SIT312 judge that): nothing can be said of what is felt there"
 )
 
-NOISE_STEPS_SOURCE = (
+FELT_SOURCE = (
     f"noise by {source_in_all('noise_law')}, slopes by the response, pad by its law, as `response --performance`"
 )
 
@@ -457,7 +457,7 @@ def requirements_agree(design: Design) -> Iterator[Verdict]:
 
 
 def _felt_rule(number: str, apply: Callable[[Design], Iterator[Verdict]], need: str) -> Rule:
-    figures = {"quick_method": NOISE_STEPS_SOURCE, "beside_noise": BESIDE_NOISE}
+    figures = {"felt": FELT_SOURCE, "beside_noise": BESIDE_NOISE}
     return rule_of(number, apply, "target", "elastomer", need, **figures)
 
 

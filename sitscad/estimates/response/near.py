@@ -15,11 +15,11 @@ from sitscad.estimates.circuit.tank import Tank
 from sitscad.estimates.response.placed import LEAST_HEIGHT, Cover, Placed, at_rest
 from sitscad.estimates.response.plate import TargetPlate, endless_like, plate_over_jaw
 from sitscad.estimates.response.scan import Changes
-from sitscad.estimates.states.assembly import AssemblyStates, Surroundings, metal_behind
+from sitscad.estimates.states.assembly import AssemblyStates, Surroundings, metal_behind, sheet_of
 from sitscad.estimates.states.finite_target import NO_SHARES
 from sitscad.estimates.winding.solved import SolvedWinding, solve_winding
 from sitscad.estimates.winding.wound import Wound
-from sitscad.physics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
+from sitscad.physics.metal.half_spaces import Reflector, reflected_inductances
 from sitscad.physics.polynomials import Interpolant, chebyshev_points, shares
 from sitscad.physics.resonator import Network, Oscillations, oscillate
 from sitscad.record import record, replace
@@ -79,9 +79,7 @@ class NearTarget:
         """An endless target at a height (m)."""
         target = self.wound.spec.target
         assert target is not None
-        metal = target.material
-        sheet = MetalLayer(metal.conductivity, metal.relative_permeability, target.thickness)
-        return Reflector(max(height, LEAST_HEIGHT), (sheet,))
+        return Reflector(max(height, LEAST_HEIGHT), (sheet_of(target.material, target.thickness),))
 
     @cached_property
     def bare(self) -> Callable[[Array], ComplexArray]:

@@ -13,19 +13,17 @@ import numpy as np
 
 from sitscad.arrays import Array, ComplexArray
 from sitscad.estimates.response.placed import Cover, tabled
-from sitscad.estimates.states.assembly import metal_behind
-from sitscad.estimates.states.finite_target import LEAST_CONDUCTIVITY
+from sitscad.estimates.states.assembly import conductivity_of, depth_in, metal_behind, sheet_of
 from sitscad.estimates.states.window import WindowEffect, missing_parts
 from sitscad.estimates.winding.methods import bent_track
 from sitscad.layout.board import Coil, Layout
-from sitscad.physics import constants
 from sitscad.physics.eddy.box import Box, box
 from sitscad.physics.eddy.coil_potential import CoilPotential, Returned, coil_potentials
 from sitscad.physics.eddy.disc import Disc, disc
 from sitscad.physics.eddy.image import Mirror, image_modes
 from sitscad.physics.eddy.surface import Metal, Surface
 from sitscad.physics.eddy.target import SolvedTarget, changes_at
-from sitscad.physics.metal.half_spaces import MetalLayer, Reflector, reflection
+from sitscad.physics.metal.half_spaces import Reflector, reflection
 from sitscad.physics.metal.polyline_spectrum import chorded
 from sitscad.record import record
 from sitscad.solutions import solved
@@ -167,7 +165,7 @@ class Solving:
             away = (self.lowest - self.mirror.floor) / self.finer
             images = image_modes(whole, with_points(whole, 2.0 * away), near_face, self.lowest, self.mirror)
             smooth = with_points(whole, away)
-        metal = _conductivity(self.target), self.target.material.relative_permeability
+        metal = conductivity_of(self.target.material), self.target.material.relative_permeability
         metals = [Metal(frequency, *metal) for frequency in self.frequencies]
         return tuple(SolvedTarget(whole, near_face, one, self.mirror, images, smooth) for one in metals)
 
@@ -269,7 +267,7 @@ def _resolved(
 ) -> tuple[Detail, Box | Disc]:
     """How fine the target is resolved at a frequency (Hz), and its surface."""
     detail = _detail(coil, coils, lowest, behind, finer)
-    depth = skin_depth(target, frequency)
+    depth = depth_in(target.material, frequency)
     edge = min(0.5 * depth, 0.25 * target.thickness, 0.02 * min(target.size)) / finer
     return detail, surface(target, detail, edge)
 
@@ -305,22 +303,13 @@ DISCS, IMAGES = 50.0, 12.0
 one order to two of the points that they are seen at."""
 
 
-def skin_depth(target: Target, frequency: float) -> float:
-    """Skin depth (m) of a target's metal at a frequency (Hz)."""
-    return constants.skin_depth(frequency, _conductivity(target), target.material.relative_permeability)
-
-
-def _conductivity(target: Target) -> float:
-    return max(target.material.conductivity, LEAST_CONDUCTIVITY)
-
-
 def endless_like(spec: SensorSpec) -> Callable[[Array], ComplexArray]:
     """What an endless sheet of the target's metal and thickness returns (no unit) of waves as long as coils hold most
     of, at (n,) frequencies (Hz): the target's changes go with the frequency nearly like it.
     """
     assert spec.target is not None
     target, k = spec.target, np.array([MOST_WAVES / max(spec.coil.size)])
-    layer = MetalLayer(_conductivity(target), target.material.relative_permeability, target.thickness)
+    layer = sheet_of(target.material, target.thickness)
 
     def factors(frequencies: Array) -> ComplexArray:
         return reflection(k, frequencies[:, None], [layer])[:, 0]

@@ -25,6 +25,7 @@ from sitscad.estimates.states.pressing import (
 )
 from sitscad.estimates.winding.losses import LossesNearMetal
 from sitscad.mechanics.elastomer import Compression
+from sitscad.physics.constants import skin_depth
 from sitscad.physics.loss.resistance import conductivity_at
 from sitscad.physics.metal.current_spectrum import CurrentSpectrum
 from sitscad.physics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances, reflection
@@ -169,7 +170,7 @@ def _around(over: Body | None, lines: float, state: State, behind: Reflector | N
     if over is None or over.metal is None or state.pose is None:
         return Surroundings(state, None, behind)
     gap = over.lower + lines + state.pose.z
-    return Surroundings(state, Reflector(gap, (_plate(over.metal, over.thickness),)), behind)
+    return Surroundings(state, Reflector(gap, (sheet_of(over.metal, over.thickness),)), behind)
 
 
 def warmed(spec: SensorSpec, temperature: float) -> SensorSpec:
@@ -192,8 +193,23 @@ def warmed(spec: SensorSpec, temperature: float) -> SensorSpec:
     return replace(spec, **parts) if parts and temperature != 20.0 else spec
 
 
-def _plate(material: Conductor, thickness: float = math.inf) -> MetalLayer:
-    return MetalLayer(material.conductivity, material.relative_permeability, thickness)
+LEAST_CONDUCTIVITY = 1e-3
+"""Conductivity (S/m) that metal has at least: its skin depth is then metres, and its effect nothing."""
+
+
+def conductivity_of(metal: Conductor) -> float:
+    """Conductivity (S/m) of a metal, `LEAST_CONDUCTIVITY` at least."""
+    return max(metal.conductivity, LEAST_CONDUCTIVITY)
+
+
+def depth_in(metal: Conductor, frequency: float) -> float:
+    """Skin depth (m) in a metal at a frequency (Hz)."""
+    return skin_depth(frequency, conductivity_of(metal), metal.relative_permeability)
+
+
+def sheet_of(metal: Conductor, thickness: float = math.inf) -> MetalLayer:
+    """An endless sheet of a metal with a thickness (m)."""
+    return MetalLayer(conductivity_of(metal), metal.relative_permeability, thickness)
 
 
 def metal_behind(spec: SensorSpec, without_jaw: bool = False) -> Reflector | None:
@@ -204,11 +220,11 @@ def metal_behind(spec: SensorSpec, without_jaw: bool = False) -> Reflector | Non
     sheet, metal = shield_span(spec), metal_face(spec)
     plates: list[MetalLayer] = []
     if spec.shield is not None and sheet is not None:
-        plates.append(_plate(spec.shield.material, spec.shield.thickness))
+        plates.append(sheet_of(spec.shield.material, spec.shield.thickness))
         if material is not None and metal is not None and sheet[0] - metal > CONTACT:
             plates.append(MetalLayer(0.0, 1.0, sheet[0] - metal))
     if material is not None and spec.mount is not None:
-        plates.append(_plate(material, spec.mount.metal_thickness or math.inf))
+        plates.append(sheet_of(material, spec.mount.metal_thickness or math.inf))
     nearest = sheet[1] if sheet is not None else metal if metal is not None else 0.0
     return Reflector(-nearest, tuple(plates)) if plates else None
 

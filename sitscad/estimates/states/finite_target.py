@@ -9,9 +9,8 @@ from functools import lru_cache
 import numpy as np
 
 from sitscad.arrays import Array, Index
-from sitscad.estimates.states.assembly import Surroundings
+from sitscad.estimates.states.assembly import Surroundings, depth_in, sheet_of
 from sitscad.geometry.path import Point
-from sitscad.physics.constants import skin_depth
 from sitscad.physics.metal.finite_plate import (
     EASED,
     CoaxialRings,
@@ -26,7 +25,7 @@ from sitscad.physics.metal.finite_plate import (
     sheet_shares,
     stepped,
 )
-from sitscad.physics.metal.half_spaces import MetalLayer, reflection
+from sitscad.physics.metal.half_spaces import reflection
 from sitscad.record import record, replace
 from sitscad.scene.state import in_words
 from sitscad.spec.coil import CoilPlacement, CoilSpec
@@ -311,8 +310,7 @@ def like_a_conductor(target: Target, distance: float) -> float:
     metal = target.material
     if metal.relative_permeability < MAGNETIC and metal.conductivity > 0.0:
         return 1.0
-    layer = MetalLayer(metal.conductivity, metal.relative_permeability, target.thickness)
-    factor = complex(reflection(np.array([1.0 / distance]), FREQUENCY, [layer])[0])
+    factor = complex(reflection(np.array([1.0 / distance]), FREQUENCY, [sheet_of(metal, target.thickness)])[0])
     return 0.5 * (1.0 - factor.real / abs(factor)) if abs(factor) > 1e-9 else 1.0
 
 
@@ -363,13 +361,8 @@ def equivalent_rings(coil: CoilSpec, heights: tuple[float, ...]) -> CoaxialRings
     return CoaxialRings(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
 
 
-LEAST_CONDUCTIVITY = 1e-3
-"""Conductivity (S/m) that a target has at least: its skin depth is then metres, and its effect nothing."""
-
-
 def _skin_depth(target: Target) -> float:
-    conductivity = max(target.material.conductivity, LEAST_CONDUCTIVITY)
-    return skin_depth(FREQUENCY, conductivity, target.material.relative_permeability)
+    return depth_in(target.material, FREQUENCY)
 
 
 def _plate(target: Target) -> tuple[FinitePlate, float]:

@@ -16,11 +16,10 @@ from functools import lru_cache
 import numpy as np
 
 from sitscad.arrays import Array, ComplexArray
-from sitscad.estimates.states.assembly import LOSSLESS, Reflection, metal_behind
+from sitscad.estimates.states.assembly import LOSSLESS, Reflection, depth_in, metal_behind
 from sitscad.estimates.states.finite_target import FREQUENCY, like_a_conductor
 from sitscad.estimates.winding.methods import bent_track, reflected_by, winding_geometry
 from sitscad.layout.board import Coil, Layout
-from sitscad.physics.constants import skin_depth
 from sitscad.physics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
 from sitscad.physics.metal.opening import Opening, gained_inductance
 from sitscad.physics.metal.polyline_spectrum import chorded
@@ -125,7 +124,7 @@ def _missing(
     top = max(w.z for w in layers)
     roofs = [] if roof is None else [roof, top + PRESSED * (roof - top)]
     spectrum = reflected_by(winding_geometry(spec, coil), min([nearest, *(away - top for away in roofs)]))
-    depth = min(skin_depth(FREQUENCY, metal.conductivity, metal.relative_permeability), 0.25 * min(size))
+    depth = min(depth_in(metal, FREQUENCY), 0.25 * min(size))
     drawn = section(jaw)  # its back is round
     inside = math.sqrt(max(drawn.radius**2 - 0.25 * size[1] ** 2, 0.0))
     deep = max(drawn.height - drawn.radius + inside, 0.1 * drawn.height)
