@@ -72,7 +72,7 @@ def test_a_square_target_is_a_rectangle_of_equal_sides() -> None:
 
     assert numbers(with_target("rectangle", [8, 8])) == approx(numbers(with_target("square", 8)), rel=1e-12)
     upright, lying = with_target("rectangle", [6, 9]), with_target("rectangle", [9, 6])
-    assert numbers(upright) == approx(numbers(lying), rel=1e-9)
+    assert numbers(upright) == approx(numbers(lying), rel=1e-4)  # the turns of a spiral differ along x and y
 
 
 @pytest.mark.parametrize("scale", [0.5, 2.0])
@@ -90,16 +90,15 @@ def test_direct_current_values_scale_with_the_length(shape: str, scale: float) -
 
 def test_far_metal_and_metal_that_does_not_conduct_are_no_metal() -> None:
     def at_rest(**target: Any) -> list[float]:
+        """Inductance, resistance and frequency at rest over those of the coil alone."""
         pad = {"size": 8, "thickness": target.pop("gap", 2)}
         found = estimated(target={"size": 8, **target}, elastomer=pad, readout={"capacitance": "220 pF"})
-        state = found.coils[0].states["rest"]
-        return [state.inductance, state.resistance, state.frequency]
+        rest, free = (found.coils[0].states[name] for name in ("rest", "free"))
+        return [getattr(rest, name) / getattr(free, name) for name in ("inductance", "resistance", "frequency")]
 
-    free = estimated(readout={"capacitance": "220 pF"}).coils[0].states["free"]
-    alone = [free.inductance, free.resistance, free.frequency]
-    assert at_rest(gap=90) == approx(alone, rel=1e-5)
-    assert at_rest(material={"conductivity": "0 S/m"}) == approx(alone, rel=1e-9)
-    assert at_rest()[0] < 0.99 * alone[0]
+    assert at_rest(gap=90) == approx([1.0] * 3, rel=1e-5)
+    assert at_rest(material={"conductivity": "0 S/m"}) == approx([1.0] * 3, rel=1e-7)
+    assert at_rest()[0] < 0.99
 
 
 @pytest.mark.parametrize("shape", ["racetrack", "rectangle"])

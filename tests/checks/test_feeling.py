@@ -202,17 +202,6 @@ def test_a_coil_alone_is_judged_by_tilt_at_second_order():
     assert not findings and "one axis" in left[0].reason
 
 
-def test_what_the_quick_method_only_just_passes_is_a_warning(bench):
-    """4.93 mN of 5 passed in silence where the data sheet said 5.2."""
-    (missed,), _ = _judged("SIT401", bench, normal_resolution=1e-9)
-    (close,), _ = _judged("SIT401", bench, normal_resolution=1.02 * missed.measured)
-    assert close.severity is Severity.WARNING and "too low" in close.message
-    assert not _judged("SIT401", bench, normal_resolution=1.1 * missed.measured)[0]
-    (tilted,), _ = _judged("SIT404", bench, tilt=0.035, tilt_error=1e-9)
-    (close,), _ = _judged("SIT404", bench, tilt=0.035, tilt_error=1.05 * tilted.measured)
-    assert close.severity is Severity.WARNING and "tilt" in close.message
-
-
 def test_a_coil_alone_tells_no_shear():
     design = Design(sitscad.load(TEMPLATES / "fingertip_foil.yaml"))
     (finding,), _ = _judged("SIT402", design, shear_resolution=0.1)
@@ -262,7 +251,7 @@ def test_a_fix_for_the_resolution_is_tried():
 def test_a_check_without_such_requirements_loads_nothing_of_it(tmp_path):
     spec = write_template("bench_7mm", tmp_path / "spec.yaml")
     run = "import sys; from sitscad.cli import main\ntry: main(['check', sys.argv[1]])\nfinally: " \
-          "print([m for m in sys.modules if 'estimates.perf' in m or 'response.model' in m], file=sys.stderr)"
+          "print([m for m in sys.modules if 'performance.points' in m or 'response.model' in m], file=sys.stderr)"
     source = str(Path(sitscad.__file__).parents[1])
     done = subprocess.run([sys.executable, "-c", run, str(spec)], capture_output=True, text=True,
                           env={"PYTHONPATH": source})

@@ -243,7 +243,7 @@ def test_the_thickness_of_most_signal_is_named():
     """
     spec = sitscad.load_text(thick, "thick.yaml")
     (found,) = (f for f in sitscad.check(spec, hints="full").findings if f.rule == "SIT217")
-    assert found.hint.startswith("elastomer.thickness: 1.5 gives 2.5 times the signal, more than any other (tried)")
+    assert found.hint.startswith("elastomer.thickness: 1.5 gives 2.4 times the signal, more than any other (tried)")
     share = {mm: abs(signals(Design(spec.replace("elastomer.thickness", f"{mm} mm")).estimates)[0].share)
              for mm in (1.2, 1.5, 2.0, 4.0)}
-    assert share[1.5] == max(share.values()) and share[1.5] / share[4.0] == approx(2.5, rel=0.02)
+    assert share[1.5] == max(share.values()) and share[1.5] / share[4.0] == approx(2.44, rel=0.02)

@@ -6,10 +6,10 @@ States without numbers, too, and why: the model of the metal fails there, or the
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache, partial
 from itertools import product
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
@@ -30,8 +30,35 @@ from sitscad.scene.state import FREE
 from sitscad.spec.sensor import ReadoutSpec
 from sitscad.units import show
 
-if TYPE_CHECKING:
-    from sitscad.estimates.states.solved_target import SolvedStates
+
+class SolvedEffect(Protocol):
+    """A target's solved effect as circuits need it: see `states.solved_target.SolvedStates`."""
+
+    @property
+    def totals(self) -> Mapping[str, ComplexArray]:
+        """Changes of the inductance matrix (H), by state."""
+
+    @property
+    def errors(self) -> Mapping[str, Array]:
+        """Bounds of each coil's own change (H) and loss (ohm), by state."""
+
+    @property
+    def band(self) -> tuple[float, float]:
+        """Frequencies (Hz) of the solution."""
+
+    @property
+    def like(self) -> Callable[[Array], ComplexArray]:
+        """The spectrum that the changes go with."""
+
+    def key(self, number: int, coil: str, state: str) -> tuple[complex, ...]:
+        """Key that is equal for coils with an equal change in a state."""
+
+    def crowded(self, state: str, number: int) -> Callable[[Array], ComplexArray]:
+        """Return the part that the currents' crowding adds to a coil's own change in a state, by frequency (Hz)."""
+
+    def put_oscillations(self, circuits: Sequence[CoilCircuit], tank: Tank) -> None:
+        """Put where the tanks run in the states into the circuits."""
+
 
 LEAST_SHARE = 0.02
 """Share of the free inductance below which a state's is not believed: the half-space model takes away too much."""
@@ -79,7 +106,7 @@ def without(circuit: CoilCircuit, failed: Mapping[str, object]) -> CoilCircuit:
     )
 
 
-def overdamped(circuits: list[CoilCircuit], tank: Tank, target: TargetShares | SolvedStates) -> dict[str, float]:
+def overdamped(circuits: list[CoilCircuit], tank: Tank, target: TargetShares | SolvedEffect) -> dict[str, float]:
     """The states in which some coil's tank does not oscillate, and its quality factor."""
     found: dict[str, float] = {}
     tank.oscillate(circuits)
@@ -95,7 +122,7 @@ def overdamped(circuits: list[CoilCircuit], tank: Tank, target: TargetShares | S
 
 def coil_circuits(
     layout: Layout, winding: SolvedWinding, matrix: Array, assembly: AssemblyStates,
-    target: TargetShares | SolvedStates,
+    target: TargetShares | SolvedEffect,
 ) -> list[CoilCircuit]:
     """Circuits of all coils in their order. `matrix` (H) holds the inductances of the bare windings, `target` its
     effect: solved, or by shares of an endless plate's.
@@ -155,7 +182,7 @@ def _distances(coils: tuple[Coil, ...]) -> list[list[float]]:
 
 def _reflections(
     winding: SolvedWinding, assembly: AssemblyStates, distances: list[float], layout: Layout,
-    target: TargetShares | SolvedStates,
+    target: TargetShares | SolvedEffect,
 ) -> dict[str, dict[str, Reflection]]:
     """What metal returns, by coil and state, with what a window in the jaw leaves of it; coils under alike parts of the
     target have one in common.
@@ -181,7 +208,7 @@ def _reflections(
 
 
 def _reflection(
-    around: Surroundings, distances: list[float], winding: SolvedWinding, target: TargetShares | SolvedStates,
+    around: Surroundings, distances: list[float], winding: SolvedWinding, target: TargetShares | SolvedEffect,
     number: int, name: str, missing: WindowEffect | None,
 ) -> Reflection:
     spectrum = winding.spectrum

@@ -23,7 +23,9 @@ from sitscad.estimates.response.scan import Changes
 from sitscad.estimates.states.assembly import AssemblyStates, metal_behind
 from sitscad.estimates.winding.wound import Wound
 from sitscad.layout.board import Coil, Layout
+from sitscad.physics.resonator import oscillate
 from sitscad.record import record
+from sitscad.scene.state import FREE
 from sitscad.spec.places import cell_placements, cell_specs
 from sitscad.spec.sensor import SensorSpec
 
@@ -107,11 +109,21 @@ class SolvedStates:
         start = np.array([tank.oscillation(circuit, names[0]).frequency for circuit in circuits]) if names else None
         if start is None or not np.all(np.isfinite(start)):
             return
-        own = np.array([circuit.self_capacitance for circuit in circuits])
-        found = self.near.oscillations(self.placed, self.changes, tank, tank.network(own), start).one_by_one()
+        network = tank.network(np.array([circuit.self_capacitance for circuit in circuits]))
+        found = self.near.oscillations(self.placed, self.changes, tank, network, start).one_by_one()
         for row, name in enumerate(self.names):
             for k, circuit in enumerate(circuits):
                 circuit.oscillations[name, tank.capacitor] = found[row * len(circuits) + k]
+        if FREE in circuits[0].reflections:  # not interpolated either
+
+            def alone(frequencies: Array) -> tuple[Array, Array]:
+                each = [one.exactly(FREE, at) for one, at in zip(circuits, frequencies[:, None], strict=True)]
+                inductance, resistance = np.array(each)[:, :, 0].T
+                return inductance, resistance
+
+            free = oscillate(network, alone, tank.converter.limit("drive_delay"), start)
+            for circuit, at in zip(circuits, free.one_by_one(), strict=True):
+                circuit.oscillations[FREE, tank.capacitor] = at
 
 
 def solve_states(wound: Wound, band: tuple[float, float]) -> SolvedStates:
