@@ -104,8 +104,7 @@ class Felt:
         """Rest, half and full load with what copper and other metal do."""
         warm = self.estimates.temperature + WARMER
         rough = SCREENING if self.estimates.is_rough else None
-        warmer = estimated(self.layout, tolerance=rough, temperature=warm,
-                           is_solved=self.estimates.is_solved)
+        warmer = estimated(self.layout, tolerance=rough, temperature=warm, is_solved=self.estimates.is_solved)
         at_rest = by_metal(self.estimates, warmer, self.bench.rest)
         # without a state under the required force nothing says that metal does otherwise there
         loaded = by_metal(self.estimates, warmer, self.bench.rest, PRESSED)
