@@ -30,7 +30,7 @@ def test_states_of_templates_equal_the_response_at_their_poses(name):
     states = [state for state in estimates.states if state.pose is not None]
     poses = np.zeros((len(states) + 1, 6))
     poses[1:, 2] = [state.pose.z for state in states]
-    poses[0] = [1e-3, 2e-3, 0.0, 0.01, 0.0, 0.0]
+    poses[0] = [15e-3, 0.0, 0.0, 0.01, 0.0, 0.0]
     found = design.response.respond(poses)
     for row, state in enumerate(states, start=1):
         for k, coil in enumerate(estimates.coils):

@@ -96,7 +96,7 @@ class NearTarget:
 
     def changes(self, placed: Placed) -> Changes:
         """Changes of the inductance matrix (H) in a few poses, each of them solved."""
-        found = self.plate.changes(placed.turns, placed.places)
+        found = self.plate.changes(placed.turns, placed.places, once=True)
         return Changes(self.plate.frequencies, *found, like=endless_like(self.wound.spec))
 
     def impedances(self, placed: Placed, changes: Changes) -> Callable[[Array], ComplexArray]:

@@ -23,7 +23,7 @@ Answered: TypeAlias = tuple[ComplexArray, ComplexArray | None, ComplexArray | No
 AT_ONCE = 100_000
 """Points at which fields are worked out together."""
 
-NOTHING = 1e-7
+NOTHING = 1e-11
 """Part of the most that any class of currents answers, about, below which a class is left out."""
 
 
