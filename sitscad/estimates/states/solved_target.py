@@ -121,6 +121,7 @@ class SolvedStates:
                 inductance, resistance = np.array(each)[:, :, 0].T
                 return inductance, resistance
 
+            start = np.array([tank.oscillation(circuit, FREE).frequency for circuit in circuits])
             free = oscillate(network, alone, tank.converter.limit("drive_delay"), start)
             for circuit, at in zip(circuits, free.one_by_one(), strict=True):
                 circuit.oscillations[FREE, tank.capacitor] = at
