@@ -89,8 +89,8 @@ def check(
     The spec is laid out and estimated here unless `layout` and `estimates` are given. Nothing of CAD is imported. The
     result is the same whatever the order of the rules: findings are sorted by rule, line, column and message. Where a
     hint says that something was tried, the changed design was laid out, estimated and checked. `hints` limits
-    the time of such trials: ``none`` tries nothing, for callers that read no hints; ``decisive`` takes about as long as
-    the check itself and starts with errors; ``full`` takes minutes. The verdict does not depend on it.
+    the number of such trials: ``none`` tries nothing, for callers that read no hints; ``decisive`` tries a few changes,
+    for errors first; ``full`` takes minutes. The verdict does not depend on it.
     Raises ValueError for any other choice, and SpecError for a spec put together in Python that has values which
     no text could have.
     """
@@ -102,15 +102,13 @@ def judged(design: Design, hints: str = DECISIVE, least: Severity | None = Sever
     """What every rule says of a design; its layout and estimates are made when a rule first asks for them. As `check`
     otherwise, but that no hint is searched for where a finding is milder than the `least`, for none where that is None.
     """
-    budget = Budget.of(hints, design.spec)
+    budget = Budget.of(hints)
     said: list[Outcome] = []
     not_checked: list[NotChecked] = []
     for rule in all_rules():
         found, undecided = outcomes(rule, design, least)
         said += found
         not_checked += [reason for reason in undecided if reason not in not_checked]
-    if not any(outcome.finding.severity is Severity.ERROR for outcome in said):
-        budget = budget.for_warnings()
     findings = Trials(design, all_rules(), said, not_checked, budget).advised(least)
     from sitscad.estimates.signal import signals  # loads nothing that the rules have not loaded
 
@@ -123,8 +121,8 @@ def judged(design: Design, hints: str = DECISIVE, least: Severity | None = Sever
 @checked_arguments
 def mended(error: SpecError, hints: str = DECISIVE) -> tuple[Finding, ...]:
     """The findings of a spec that could not be loaded, with the fixes with which reading it again finds them gone;
-    where only coils or turns lack room, hints and fixes name what gives it, laid out and checked as far as the budget
-    of `hints` goes (as of `check`).
+    where only coils or turns lack room, hints and fixes name what gives it, laid out as far as the budget of `hints`
+    goes (as of `check`).
     """
     return of_refused(error, all_rules(), hints)
 

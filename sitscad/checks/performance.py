@@ -5,7 +5,7 @@ figures as the data sheet; and what a reading can mean at all.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from functools import wraps
+from functools import partial, wraps
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,7 +15,6 @@ from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, rule_of
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.fixes.pads import other_metals, other_silicones, other_thicknesses, slower_scans, smaller_pads
-from sitscad.fixes.search import first_tried
 from sitscad.readout.figures import source_in_all
 from sitscad.record import record, replace
 from sitscad.spec.format.reading import RULE_TEXTS
@@ -61,13 +60,13 @@ def judged(
     found = Violation("", "", f"requirements.{key}", most.value, asked, unit or None)
     told = told or show(asked, unit, 3)
     if most.value > asked:
-        # a hint with metals and pads that feel more per newton, before them fewer scans where those help
-        slower = slower_scans(design.spec, 1.1 * most.value / asked) if slows else ()
-        smaller = smaller_pads(design.spec) if shrinks else ()
-        ways = (slower, other_metals(design.spec), other_silicones(design.spec, is_softer=True),
-                other_thicknesses(design.spec), smaller)
-        advice = first_tried(list(map(list, ways)), RULE_TEXTS[rule]["mend"].rstrip("."))
-        yield replace(found, message=f"{words}; {told} is required", advice=advice)
+        # metals and pads that feel more per newton, before them fewer scans if those help
+        spec, hint = design.spec, RULE_TEXTS[rule]["mend"].rstrip(".")
+        slower = (partial(slower_scans, spec, 1.1 * most.value / asked),) if slows else ()
+        smaller = (partial(smaller_pads, spec),) if shrinks else ()
+        fixes = (*slower, partial(other_metals, spec), partial(other_silicones, spec, is_softer=True),
+                 partial(other_thicknesses, spec), *smaller)
+        yield replace(found, message=f"{words}; {told} is required", hint=hint, fixes=fixes)
 
 
 def noted(design: Design) -> tuple[RequirementResult, ...]:
@@ -389,9 +388,8 @@ def two_loads_one_reading(found: Felt, design: Design) -> Iterator[Verdict]:
                  for load in twins]
         yield Violation(
             f"two loads within what is required read alike: {words[0]}, and {words[1]}; no map tells them apart", "",
-            "target.size", advice=first_tried(
-                [list(other_silicones(design.spec, is_softer=False)), list(other_thicknesses(design.spec))]
-            ),
+            "target.size", fixes=(partial(other_silicones, design.spec, is_softer=False),
+                                  partial(other_thicknesses, design.spec)),
         )
 
 

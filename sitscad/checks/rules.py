@@ -11,7 +11,7 @@ from string import Formatter
 from sitscad.data import rows
 from sitscad.design import Design
 from sitscad.finding import Finding, NotChecked, Place, Severity
-from sitscad.fixes.search import Left
+from sitscad.fixes.search import Family
 from sitscad.readout.converter import Converter
 from sitscad.readout.figures import source_in_all
 from sitscad.record import record, replace
@@ -27,14 +27,14 @@ ROUNDING = 1e-9
 
 @record
 class Violation:
-    """What a rule found, before it knows its name: a severity or source of its own overrides the rule's. ``advice``
-    writes the hint where changes of the spec are tried for it; ``hint`` stands where none are tried, and where it finds
-    nothing to say (an empty text); ``finds_hint`` writes that one where it takes a search.
-    ``keeps_limit`` is set where ``measured`` lies on the right side of the limit, by little.
+    """What a rule found, before it knows its name: a severity or source of its own overrides the rule's. ``fixes`` are
+    families of changes that may mend it, the best first: the search in `fixes` tries them. ``hint`` says what else
+    helps, or is a function that finds out. ``keeps_limit`` is set where ``measured`` lies on the right side of the
+    limit, by little.
     """
 
     message: str
-    hint: str = ""
+    hint: str | Callable[[], str] = ""
     key: str | None = None
     measured: float | None = None
     limit: float | None = None
@@ -43,10 +43,9 @@ class Violation:
     source: str | None = None
     place: Place | None = None
     sigma: float | None = None
-    advice: Advice | None = None
+    fixes: tuple[Family, ...] = ()
     keeps_limit: bool = False
     detail: str = ""
-    finds_hint: Callable[[], str] | None = None
 
 
 @record
@@ -60,9 +59,6 @@ def joined(*words: str) -> str:
     """What is not empty of some words, apart by semicolons."""
     return "; ".join(filter(None, words))
 
-
-Advice = Callable[[Left], str]
-"""Writes a hint, given what tells whether a change mends the finding; message and place are the same without it."""
 
 Verdict = Violation | Undecided
 
@@ -161,10 +157,10 @@ def _why_missing(need: str, spec: SensorSpec) -> str:
 
 @record
 class Outcome:
-    """One finding, without its place in the text, and what writes its hint where changes are to be tried for it."""
+    """One finding, without its place in the text, and the changes that are to be tried for it."""
 
     finding: Finding
-    advice: Advice | None = None
+    fixes: tuple[Family, ...] = ()
 
 
 OF_ONE_CELL = {"SIT218", "SIT304", "SIT306", "SIT310", "SIT312", "SIT313", "SIT327",
@@ -205,7 +201,7 @@ def outcomes(
         if isinstance(verdict, Undecided):
             undecided.append(NotChecked(rule.id, verdict.reason))
         else:
-            found.append(Outcome(finding_of(rule, verdict, design.converter, least), verdict.advice))
+            found.append(Outcome(finding_of(rule, verdict, design.converter, least), verdict.fixes))
     return found, undecided
 
 
@@ -240,8 +236,8 @@ def finding_of(
 ) -> Finding:
     """The finding that a complaint becomes under its rule's name; of the rule's source what is of the converter."""
     severity, hint = complaint.severity or rule.severity, complaint.hint
-    if complaint.finds_hint is not None and least is not None and severity.weighs(least):
-        hint = complaint.finds_hint()
+    if not isinstance(hint, str):
+        hint = hint() if least is not None and severity.weighs(least) else ""
     return Finding(
         rule=rule.id, name=rule.name, severity=severity, message=complaint.message,
         hint=hint or rule.mend, key=complaint.key, measured=complaint.measured, limit=complaint.limit,

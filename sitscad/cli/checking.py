@@ -38,8 +38,8 @@ CHECK_WORDS = """
 \b
 --fix      writes what was tried, mends its finding and brings no error or
            warning; comments and order stay. Of - it prints the mended text.
---hints    decisive tries changes for as long as the check itself takes,
-           errors first; full tries all, which can take minutes, prints the
+--hints    decisive tries a few changes, errors first; full tries all,
+           which can take minutes, prints the
            hints of warnings, too, and is what --unsafe-fixes does; none
            tries nothing. The verdict is the same.
 --picture  draws the closed jaws cut open, what does not fit in red beside

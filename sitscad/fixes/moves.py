@@ -7,7 +7,7 @@ amount that is named is one that was tried.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from itertools import combinations, islice
 from typing import TypeVar
@@ -96,6 +96,23 @@ def fewer_turns(spec: SensorSpec, room: float, steps: int = 1) -> Iterator[Fix]:
     for turns in dict.fromkeys((coil.most_turns, *islice(fewer, steps + 1))):
         if 0.0 < turns <= coil.turns_that_fit:
             yield with_turns(spec, turns)
+
+
+def roomy_turns(spec: SensorSpec, most: float, count: int) -> Iterator[Fix]:
+    """Yield up to `count` fixes with no more turns than `most` that leave room for the vias inside, the most turns
+    first. The first is found by bisection: fewer turns leave more room.
+    """
+    now = spec.coil.most_turns
+    fixes = [fix for fix in fewer_turns(spec, most, MOST_STEPS) if fix.edits and fix.spec.coil.most_turns < now]
+    low, high = 0, len(fixes)
+    while low < high:
+        middle = (low + high) // 2
+        low, high = (low, middle) if inner_vias_fit(fixes[middle].spec) else (middle + 1, high)
+    yield from fixes[low : low + count]
+
+
+MOST_STEPS = 24
+"""Parts of a turn less that are tried to make room inside."""
 
 
 def whole_turns(spec: SensorSpec) -> Iterator[Fix]:
@@ -245,6 +262,12 @@ def read_anew(spec: SensorSpec, key: str, value: float | str) -> Iterator[Fix]:
     yield Fix((Edit(key, value if isinstance(value, str) else f"{value:.6g}"),), changed)
 
 
+def each_read(spec: SensorSpec, key: str, values: Iterable[float | str]) -> Iterator[Fix]:
+    """Yield `read_anew` of each value."""
+    for value in values:
+        yield from read_anew(spec, key, value)
+
+
 def plated_in_holes_alone(spec: SensorSpec) -> Iterator[Fix]:
     """Holes and their pads alone plated ("buttons"), so that tracks stay foil: finer to etch, and a thinner tail;
     nothing where it is so, or no hole is plated.
@@ -368,21 +391,8 @@ def finer_fabricators(spec: SensorSpec) -> Iterator[Fix]:
         yield setting(spec, "fpc.rules", rules, name)
 
 
-GROWTH, MOST = 1.7, 5
-"""What is missing is tried, then so many times as much, at most so often."""
-
-HALVINGS, FINE_HALVINGS = 2, 5
-"""Tries between what failed last and what worked first; and where the search may be long."""
-
-GRAIN = 10e-6
-"""Amounts are rounded up to this (m)."""
-
 TURNED = (15.0, 30.0, 45.0, 90.0, 135.0, 180.0, 225.0, 270.0, 315.0)
 """Start angles (degrees) that are tried, counted from the spec's."""
-
-Works = Callable[[SensorSpec], bool]
-Move = Callable[[SensorSpec, float], Fix]
-
 
 def larger_coils(spec: SensorSpec, by: float) -> Fix:
     """Coils larger by so much (m) across, their gaps kept."""
@@ -473,33 +483,6 @@ def lead_room(spec: SensorSpec) -> float:
     hole = joined_hole(rules, spec.coil.trace_width)
     gap = (nearest_distance(spec.array.placements) or 0.0) - spec.coil.size[0]
     return max(2.0 * hole_keep_out(hole, rules, rules.trace_spacing) + pitch - gap, pitch)
-
-
-def least(
-    spec: SensorSpec, move: Move, works: Works, first: float, is_fine: Callable[[], bool] = lambda: False
-) -> tuple[float, Fix] | None:
-    """The least amount (m), as far as a few trials tell, with which the changed spec works; None where none does.
-    `is_fine` says, when one was found, whether more may be tried: also below `first`, where that works at once.
-    """
-    failed, amount = 0.0, _rounded(first)
-    for _ in range(MOST):
-        if works(move(spec, amount).spec):
-            halvings = FINE_HALVINGS if is_fine() else HALVINGS if failed > 0.0 else 0
-            for _ in range(halvings):
-                middle = _rounded(0.5 * (failed + amount))
-                if middle >= amount - 0.5 * GRAIN:
-                    break
-                if works(move(spec, middle).spec):
-                    amount = middle
-                else:
-                    failed = middle
-            return amount, move(spec, amount)
-        failed, amount = amount, _rounded(GROWTH * amount)
-    return None
-
-
-def _rounded(amount: float) -> float:
-    return max(GRAIN, math.ceil(amount / GRAIN - 1e-6) * GRAIN)
 
 
 def inner_vias_fit(spec: SensorSpec) -> bool:

@@ -5,11 +5,12 @@ named.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 
 from sitscad.fixes.moves import read_anew, resized, scans
-from sitscad.fixes.search import Fix, Left, setting
+from sitscad.fixes.search import Family, Fix, setting
 from sitscad.spec import presets
 from sitscad.spec.places import breadth_from
 from sitscad.spec.sensor import SensorSpec
@@ -139,26 +140,6 @@ BETTER = 0.5
 """A conductor of less than so much of the best one's conductivity has a better one."""
 
 
-def more_by_metal(spec: SensorSpec, left: Left) -> str:
-    """Which other metals of the target make the reading change more, and how many times, found by trying; nothing where
-    none does, or none was tried.
-    """
-    here = left.share(spec)
-    told: list[str] = []
-    for fix in other_metals(spec) if here else ():
-        left(fix)
-        there = left.share(fix.spec)
-        if here and there is not None and there > MORE * here:
-            words = f"gives {there / here:.2g} times the signal{_brought(fix, left)}"
-            told.append(f"{fix.words} {words}" if not told else f"{fix.edits[0].new} {words}")
-    if not told:
-        return ""
-    assert spec.target is not None
-    metal = spec.target.material
-    why = f"{metal.name} is magnetic (relative permeability {metal.relative_permeability:g}): "
-    return f"{why if metal.relative_permeability >= MAGNETIC else ''}{', '.join(told)} (tried)"
-
-
 def cut_to_target(spec: SensorSpec) -> Fix | None:
     """The pad as large as the target that lies on it: a rim beside that holds it up. None where the pad is no wider,
     or stands otherwise.
@@ -174,73 +155,28 @@ def cut_to_target(spec: SensorSpec) -> Fix | None:
     return Fix(edits, replace(spec, elastomer=narrower))
 
 
-def more_by_narrower(spec: SensorSpec, left: Left) -> str:
-    """How many times as much the reading changes on a pad that is no wider than the target, found by trying; nothing
-    where it is no wider, that makes little, or another rule fails.
-    """
-    fix, here = cut_to_target(spec), left.share(spec)
-    if fix is None or not here:
-        return ""
-    broken = left(fix)
-    there = 0.0 if broken is None or set(broken) - SIGNAL_RULES else left.share(fix.spec) or 0.0
-    if there <= MORE * here:
-        return ""
-    return f"{fix.words} gives {there / here:.2g} times the signal{_brought(fix, left)} (tried)"
-
-
-def _brought(fix: Fix, left: Left) -> str:
-    """The rules that warn of a changed design and not of the design as it stands, in brackets. Empty if none does."""
-    brings = left.warned(fix.spec)
-    return f" ({brings})" if brings else ""
-
-
-MORE = 1.2
-"""Times the signal from which on another metal, or a narrower pad, is named."""
-
-
 AS_WRITTEN = tuple(1e-3 * t for t in (0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0))
 """Thicknesses of pads (m) among which the one of most signal is looked for, as people write them."""
 
 
-def best_thickness(spec: SensorSpec, left: Left, passes: Callable[[SensorSpec], bool]) -> str:
-    """Words for the pad's thickness of most signal at the required force with which no other rule fails, and its gain.
+def more_signal(spec: SensorSpec) -> tuple[Family, ...]:
+    """Return changes that may give more signal over the force: another metal of the target, a pad no wider than it, the
+    next thicknesses, softer silicones.
 
-    A thinner pad brings the target nearer to the coils; a thicker pad is compressed more. So there is a best
-    thickness. A thicker pad must pass the port (`passes`), even if the present spec does not. If only few designs
-    may be tried, only the next thinner pad is tried, and the next thicker pad if the thinner one gives no more.
-    Then no gain gives an empty text.
+    A thinner pad brings the target nearer to the coils; a thicker pad is compressed more. So there is a best thickness.
     """
-    pad, here, is_long = spec.elastomer, left.share(spec), left.wants_another()
-    if pad is None or not here:
-        return ""
-    best, most, was_tried = None, NAMED * here, False
+    pad = spec.elastomer
+    if pad is None:
+        return ()
     thinner, thicker = ([t for t in AS_WRITTEN if way * (t - pad.thickness) > 1e-6] for way in (-1.0, 1.0))
-    for steps in (thinner[::-1], thicker):
-        before = here
-        if best is not None and not is_long:
-            break
-        for fix in (_as_thick(spec, thickness) for thickness in (steps if is_long else steps[:1])):
-            if steps is thicker and not passes(fix.spec):
-                break
-            broken = left(fix)
-            was_tried = was_tried or broken is not None
-            there = 0.0 if broken is None or set(broken) - SIGNAL_RULES else left.share(fix.spec) or 0.0
-            if there < before:
-                break  # from there on it falls, or something fails
-            best, most, before = (fix, there, there) if there > most else (best, most, there)
-    if best is None:
-        more = f"{100.0 * (NAMED - 1.0):.0f} % more signal"
-        return f"no other thickness that breaks no other rule gives {more} (tried)" if is_long and was_tried else ""
-    others = ", more than any other" if is_long else ""
-    digits = 2 if most > 1.1 * here else 3
-    return f"{best.words} gives {most / here:.{digits}g} times the signal{others}{_brought(best, left)} (tried)"
+    narrower = cut_to_target(spec)
+    return (partial(other_metals, spec), lambda: [narrower] if narrower else [],
+            lambda: [_as_thick(spec, one) for one in thinner[::-1][:NEXT]],
+            lambda: [_as_thick(spec, one) for one in thicker[:NEXT]], partial(other_silicones, spec, is_softer=True))
 
 
-NAMED = 1.02
-"""Least gain of signal (1) for which another thickness of the pad is named."""
-
-SIGNAL_RULES = {"SIT215", "SIT217"}
-"""The rules that ask for more signal."""
+NEXT = 5
+"""Thicknesses of pads that are tried to each side."""
 
 
 def _as_thick(spec: SensorSpec, thickness: float) -> Fix:

@@ -1,173 +1,265 @@
-"""A change of the spec as a value, the search for the first that mends a finding, how its outcome is told, and what
-such a search may cost: counted in units of work, not timed, so that every machine finds the same hints.
+"""A change of a spec as a value, and the one search for a change that mends a finding, for hints and for `--fix`.
 
-A unit is about a millisecond of a processor of 2020. What laying out and estimating a design costs is foretold from its
-numbers, by formulas that were fitted to the times of random designs (tests/benchmarks/check_times.py) and need to be
-right within a factor of two only.
+A rule gives families of changes with its finding. The search tries them in order within a budget of trials, and writes
+the hint. It counts trials and takes no times, so every machine finds the same hints.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Sequence
+import math
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import replace
-from typing import Any, Protocol
+from typing import Any
 
 from sitscad.finding import Edit
-from sitscad.layout.board import Layout
 from sitscad.record import record
-from sitscad.spec.coil import CoilSpec
 from sitscad.spec.sensor import SensorSpec
-
-HINTS = ("none", "decisive", "full")
-"""What is searched for hints: nothing, what one more check costs (on the errors first), everything."""
 
 DECISIVE = "decisive"
 
-LEAST, MOST, WHOLE = 600.0, 1000.0, 4000.0
-"""Units for hints: at least, at most, and together with the check itself at most."""
+LEVELS = {"none": (0, 0, 0), DECISIVE: (6, 2, 200), "full": (1000, 300, 1_000_000)}
+"""Trials for hints: boards laid out (each counts as its coils), designs estimated, branches that the router tries."""
 
-AFTER_ERRORS, LARGE = 150.0, 2000.0
-"""Units for the hints of warnings of a design that is refused, for its errors come first and mending them changes it,
-where its check takes more than so many without hints."""
+MOST_BRANCHES = 10_000
+"""Branches that the router tries for one board at most: the next change may be easier."""
 
-LOOKS = 1000.0
-"""Units for looking at what was not tried any more, before it is named: at its layout, and by rules that need no
-estimate.
-"""
+HINTS = tuple(LEVELS)
+"""Amounts of trials for hints: none, few, and many (minutes)."""
 
-FULL = 400_000.0
-"""Units of the long search: minutes."""
+FOR_WARNINGS = (3, 1)
+"""Boards (counted as their coils) and estimates for warnings, if few trials are made."""
 
-TRIALS_OF_ONE_CHANGE = 10_000
-"""No changed board is routed for more trials than these: the next change may be easier."""
+OTHER_BOARD = 2
+"""Estimates that the estimate of another board counts as: its windings are solved anew."""
 
-TURN, PAIR = {True: 2.0, False: 8.0}, {True: 0.1, False: 0.05}
-"""Units that a turn costs the estimate, and a pair of turns: of round coils, and of coils of sides and arcs."""
+NOT_FURTHER = "not searched further: sitscad check --hints full"
+"""Text of a hint that the budget cut short."""
 
-SOLVING = 150.0
-"""Units that solving the target takes, where a share of an endless one's effect is not enough."""
+HELPS = 1.1
+"""Least factor towards the limit for which a change that does not mend a finding is named."""
 
-MAGNETIC, POOR, SMALL, LONG_FROM = 1.5, 5e6, 0.8, 1.05
-"""Relative permeability from which and conductivity (S/m) up to which it likely is, its side over the coil's smaller
-one, and how long a coil is over its width."""
-
-LONG = 2.5
-"""Coils longer than wide have fewer figures that repeat: so many times that."""
-
-
-def winding_work(coil: CoilSpec) -> float:
-    """Units that winding the coils takes, their inner vias included."""
-    return 10.0 + 8.0 * len(coil.layers) ** 2
-
-
-def layout_work(spec: SensorSpec) -> float:
-    """Units that laying a board out takes where its leads find their ways at once."""
-    return winding_work(spec.coil) + 40.0 * len(spec.array.placements)
-
-
-def trial_work(coil: CoilSpec) -> float:
-    """Units that one trial of a branch takes the router: more where more turns are in its way."""
-    return 0.3 + 0.005 * sum(coil.layer_turns)
-
-
-def estimate_work(spec: SensorSpec, is_same_board: bool = False, is_solved: bool = False) -> float:
-    """Units that an estimate takes; less of a board that was estimated before, only with other things around it; more
-    where the target `is_solved` in a design like it.
-    """
-    target, (long, short), solved = spec.target, sorted(spec.coil.size, reverse=True), False
-    if target is not None:
-        # likely: no good conductor, smaller than a coil, or over long coils that it does not cover
-        metal = target.material
-        is_poor = metal.relative_permeability > MAGNETIC or metal.conductivity < POOR
-        is_small = min(target.size) < SMALL * short or (long > LONG_FROM * short and max(target.size) < long)
-        solved = is_solved or is_poor or is_small
-    around = 100.0 + (100.0 if target is not None else 0.0) + (SOLVING if solved else 0.0)
-    if is_same_board:
-        return around
-    turns, is_round = sum(spec.coil.layer_turns), spec.coil.outline.is_round
-    alone = TURN[is_round] * turns + PAIR[is_round] * turns**2
-    several = 1.0 + 0.3 * (len(spec.array.placements) - 1)
-    return around + (LONG if spec.coil.size[0] != spec.coil.size[1] else 1.0) * alone * several
-
-
-def check_work(spec: SensorSpec) -> float:
-    """Units that a check takes without hints."""
-    return layout_work(spec) + estimate_work(spec)
+NAMED = 4
+"""Changes tried in vain that a hint names at most."""
 
 
 class Budget:
-    """How many units of work the search for hints may still take."""
+    """Trials that are left for the hints of a check."""
 
-    def __init__(self, units: float) -> None:
-        self.left = units
+    def __init__(self, layouts: int, estimates: int, branches: int) -> None:
+        self.layouts, self.estimates, self.branches = layouts, estimates, branches
+        self.is_long = estimates > LEVELS[DECISIVE][1]
 
     @classmethod
-    def of(cls, hints: str, spec: SensorSpec, is_checked: bool = True) -> Budget:
-        """The budget of a choice of HINTS: by default as much as the check of the design itself takes, for both
-        together have to be quick, and twice that where it was not checked. Raises ValueError for any other choice.
-        """
-        if hints not in HINTS:
+    def of(cls, hints: str) -> Budget:
+        """Return the budget of a choice of HINTS. Raise ValueError for any other choice."""
+        if hints not in LEVELS:
             raise ValueError(f"hints are one of {', '.join(HINTS)}, not {hints!r}")
-        if hints != DECISIVE:
-            return cls(0.0 if hints == "none" else FULL)
-        work = check_work(spec)
-        return cls(max(LEAST, min(work, MOST, WHOLE - work)) + (0.0 if is_checked else min(work, MOST)))
-
-    def spend(self, units: float) -> bool:
-        """Take so many units; False, and nothing is taken, where fewer are left."""
-        if units > self.left:
-            return False
-        self.left -= units
-        return True
-
-    def after_errors(self, spec: SensorSpec) -> Budget:
-        """What is left of it for the warnings of a design that is refused."""
-        return self if self.is_long or check_work(spec) <= LARGE else Budget(min(self.left, AFTER_ERRORS))
-
-    def for_warnings(self) -> Budget:
-        """What is left of it where nothing was refused: a design that passes is not to be held up long."""
-        return self if self.is_long else Budget(min(self.left, LEAST))
+        return cls(*LEVELS[hints])
 
     @property
-    def is_long(self) -> bool:
-        """Whether much may be tried: alternatives are looked for, too."""
-        return self.left > WHOLE
+    def is_spent(self) -> bool:
+        """Whether no further design can be tried."""
+        return self.layouts <= 0 or self.estimates <= 0
+
+    def begin_warnings(self) -> None:
+        """Keep only what few trials may take for warnings: errors come first, and a pass is not held up."""
+        if not self.is_long:
+            self.layouts, self.estimates = min(self.layouts, FOR_WARNINGS[0]), min(self.estimates, FOR_WARNINGS[1])
+
+    @property
+    def board_branches(self) -> int:
+        """Branches that the next board may take: half of those that are left."""
+        return min(self.branches // 2, MOST_BRANCHES)
+
+    def lays_out(self, coils: int) -> bool:
+        """Take the layout of a board. False if none is left."""
+        is_left = self.layouts > 0
+        self.layouts -= is_left * coils
+        return is_left
+
+    def estimates_one(self, is_same_board: bool) -> bool:
+        """Take the estimate of one design. False if none is left."""
+        is_left = self.estimates > 0
+        self.estimates -= is_left * (1 if is_same_board else OTHER_BOARD)
+        return is_left
 
 
 @record
 class Fix:
-    """A change of a spec: its edits, and the spec with them applied. ``said`` is how it is told where that is not "key:
-    value with key: value"; ``brings`` says which rules warn of the changed design and not, or of less, of the design as
-    it stands.
+    """A change of a spec: its edits, and the spec with them applied. ``said`` is its text if that is not "key: value
+    with key: value".
     """
 
     edits: tuple[Edit, ...]
     spec: SensorSpec
     said: str = ""
-    brings: str = ""
 
     def with_also(self, fix: Fix) -> Fix:
-        """This fix together with another, which was made for the spec that this one leaves."""
+        """Return this fix together with another, which was made for the spec that this one leaves."""
         told = " with ".join(words for words in (self.words, fix.words) if words)
         return Fix((*self.edits, *fix.edits), fix.spec, told)
 
     @property
     def words(self) -> str:
-        """The keys and values as they are to be written, and what they bring."""
-        told = self.said or " with ".join(f"{edit.key}: {edit.new}" for edit in self.edits)
-        return f"{told} (clears this; {self.brings})" if self.brings else told
+        """The keys and values as they are to be written."""
+        return self.said or " with ".join(f"{edit.key}: {edit.new}" for edit in self.edits)
+
+
+Family = Callable[[], Iterable[Fix]]
+"""Changes of one kind, the best first. They are made when a search asks for them."""
+
+
+GROWTH, AMOUNTS = 1.7, 4
+"""Factor from one amount that is tried to the next, and how many are tried."""
+
+HALVINGS = 5
+"""Amounts tried between one that does not mend and one that does, in a long search."""
+
+
+@record
+class Growing:
+    """A family of changes by an amount (m), from the `first` on. Amounts are rounded up to the `grain` (m). Changes of
+    which `fits` is false are not tried.
+    """
+
+    move: Callable[[float], Fix]
+    first: float
+    grain: float = 10e-6
+    fits: Callable[[SensorSpec], bool] = lambda _: True
+
+    def rounded(self, amount: float) -> float:
+        """Return an amount rounded up."""
+        return max(self.grain, math.ceil(amount / self.grain - 1e-6) * self.grain)
+
+    @property
+    def amounts(self) -> list[float]:
+        """The amounts that are tried."""
+        return [self.rounded(self.first * GROWTH**step) for step in range(AMOUNTS)]
+
+    def __call__(self) -> Iterator[Fix]:
+        """Yield the changes. Moves without edits are left out."""
+        return (fix for fix in map(self.move, self.amounts) if fix.edits and self.fits(fix.spec))
+
+    def smaller(self, fix: Fix, trial: Trial) -> Iterator[tuple[Fix, Left]]:
+        """Yield smaller changes that mend without a warning, the smallest last, by bisection below one that does."""
+        amounts = self.amounts
+        number = next(k for k, amount in enumerate(amounts) if self.move(amount) == fix)
+        low, high = amounts[number - 1] if number else 0.0, amounts[number]
+        for _ in range(HALVINGS):
+            middle = self.rounded(0.5 * (low + high))
+            if middle >= high - 0.5 * self.grain:
+                return
+            left = trial(smaller := self.move(middle))
+            if left is not None and not (left.broken or left.brings or left.worse):
+                high = middle
+                yield smaller, left
+            else:
+                low = middle
 
 
 def setting(spec: SensorSpec, key: str, value: object, written: str, said: str = "") -> Fix:
-    """One value of the spec set to another: `key` is its place in the text and its path in the spec, `written` how the
-    value stands in the text.
-    """
+    """Return the fix that sets one value: `key` is its place in text and spec, `written` the value's text."""
 
     def changed(of: Any, names: list[str]) -> Any:
         new = value if len(names) == 1 else changed(getattr(of, names[0]), names[1:])
         return replace(of, **{names[0]: new})
 
     return Fix((Edit(key, written),), changed(spec, key.split(".")), said)
+
+
+@record
+class Left:
+    """What is wrong with a changed design that was tried.
+
+    ``broken`` are the finding's own rule if it still complains, and the rules with new errors. ``brings`` are the rules
+    that then warn, which speaks against a change; ``worse`` those whose warnings get worse, which does not speak
+    against mending an error. ``gain`` is the factor by which the figure of a finding that stays comes nearer to its
+    limit, 1 if that is unknown.
+    """
+
+    broken: tuple[str, ...] = ()
+    brings: tuple[str, ...] = ()
+    worse: tuple[str, ...] = ()
+    gain: float = 1.0
+
+
+@record
+class Search:
+    """The outcome of a search: changes that mend, changes that do not, each with what it leaves, and whether the budget
+    ended it.
+    """
+
+    mending: tuple[tuple[Fix, Left], ...] = ()
+    vain: tuple[tuple[Fix, Left], ...] = ()
+    is_cut_short: bool = False
+
+
+Trial = Callable[[Fix], Left | None]
+"""Tries a change; None if the budget does not reach so far."""
+
+
+def search(families: Iterable[Family], trial: Trial, budget: Budget) -> Search:
+    """Try families of changes in order: of each family until a change mends and brings no warning.
+
+    The first such change ends a search that is not long.
+    """
+    mending: list[tuple[Fix, Left]] = []
+    vain: list[tuple[Fix, Left]] = []
+    is_cut_short = False
+    for family in families:
+        found: list[tuple[Fix, Left]] = []
+        for fix in family():
+            left = trial(fix)
+            if left is None:
+                is_cut_short = True
+                if budget.is_spent:
+                    break  # another family may begin with a change that was tried for another finding
+            elif left.broken:
+                vain.append((fix, left))
+            elif left.brings or (left.worse and budget.is_long):
+                found.append((fix, left))
+            else:
+                found.insert(0, (fix, left))
+                if isinstance(family, Growing) and budget.is_long:
+                    found[:1] = [found[0], *family.smaller(fix, trial)][-1:]
+                break
+        mending += found[:1]
+        if found and not found[0][1].brings and not budget.is_long:
+            break
+    mending.sort(key=lambda one: (bool(one[1].brings), bool(one[1].worse)))
+    if not budget.is_long:
+        is_cut_short, mending = is_cut_short and not mending, mending[:1]
+    return Search(tuple(mending), tuple(vain), is_cut_short)
+
+
+def hint_text(otherwise: str, found: Search, already: Collection[str]) -> str:
+    """Return a hint: the changes that were tried, then what else helps. `already` are rules that complain anyway."""
+    words = [_with_warnings(fix, left, already) for fix, left in found.mending]
+    nearest = max((one for one in found.vain if one[1].gain >= HELPS), key=lambda one: one[1].gain, default=None)
+    if words:
+        tried = f"{'; or '.join(words)} (tried)"
+    elif nearest is not None:
+        fix, left = nearest
+        tried = f"{fix.words} helps {left.gain:.2g} times and is not enough (tried)"
+    else:
+        tried = ""
+    hint = "; ".join(filter(None, (tried, otherwise)))
+    if not found.mending and (vain := _in_vain(found.vain)):
+        hint += f" (tried in vain: {vain})"
+    return f"{hint} ({NOT_FURTHER})" if found.is_cut_short else hint
+
+
+def _with_warnings(fix: Fix, left: Left, already: Collection[str]) -> str:
+    brings = warn(sorted({*left.brings, *left.worse}), already)
+    return f"{fix.words} (clears this; {brings})" if brings else fix.words
+
+
+def _in_vain(tried: Iterable[tuple[Fix, Left]]) -> str:
+    # the last changes go farthest; those after which the same rules fail are named together
+    alike: dict[tuple[str, ...], list[str]] = {}
+    for fix, left in list(tried)[-NAMED:]:
+        alike.setdefault(left.broken, []).append(fix.words)
+    return "; ".join(f"{', '.join(words)} (then {fail(broken)})" for broken, words in alike.items())
 
 
 def fail(rules: tuple[str, ...]) -> str:
@@ -181,145 +273,3 @@ def warn(rules: Iterable[str], already: Collection[str] = ()) -> str:
     new, more = [rule for rule in known if rule not in already], [rule for rule in known if rule in already]
     said = ((new, ""), (more, " of more"))
     return " and ".join(f"{', '.join(some)} then warn{'s' * (len(some) == 1)}{than}" for some, than in said if some)
-
-
-class Left(Protocol):
-    """What a change of the spec leaves to complain of, when the changed design is laid out, estimated and checked."""
-
-    def __call__(self, fix: Fix, /) -> tuple[str, ...] | None:
-        """What it still breaks: the rule in question, and those with errors that the spec as it stands has not. None
-        where that was not tried, because the budget does not reach so far. A fix that leaves nothing is kept: the
-        finding is told with it.
-        """
-
-    def mends(self, fix: Fix) -> None:
-        """Tell the finding with a fix that was laid out and held against the rules that matter, but not estimated."""
-
-    def warned(self, changed: SensorSpec) -> str:
-        """Which other rules warn of it, and of the spec as it stands not or of less, in words; of a change that breaks
-        nothing.
-        """
-
-    def stands(self, fix: Fix) -> bool:
-        """Whether a fix that was not tried was laid out and nothing that needs no estimate speaks against it."""
-
-    def share(self, changed: SensorSpec) -> float | None:
-        """The share by which the reading changes over the required force, of the coil where it changes most; None where
-        that was not tried, or nothing is felt.
-        """
-
-    def drawn(self, changed: SensorSpec) -> Layout | None:
-        """The changed design laid out, no more; None where the budget does not reach so far."""
-
-    def affords(self, units: float) -> bool:
-        """Take so many units of the budget; False where fewer are left."""
-
-    @property
-    def is_cut_short(self) -> bool:
-        """Whether something was not tried in this search."""
-
-    def wants_another(self) -> bool:
-        """Whether a second way is to be looked for once one is found; what is not looked for cuts the search short."""
-
-
-def first_that_mends(fixes: Iterable[Fix], left: Left) -> Fix | None:
-    """The first fix with which nothing is left to complain of, else the first that only brings warnings, with those;
-    None where none was found. It ends where the budget does.
-    """
-    second = None
-    for fix in fixes:
-        broken = left(fix)
-        if broken is None:
-            break
-        if broken:
-            continue
-        brings = left.warned(fix.spec)
-        if not brings:
-            return fix
-        second = second or replace(fix, brings=brings)
-    return second
-
-
-def ways(families: Iterable[Iterable[Fix]], left: Left) -> list[Fix]:
-    """The first fix of each family that mends; of the first family with one, where one is enough."""
-    found: list[Fix] = []
-    for fixes in families:
-        if found and not left.wants_another():
-            break
-        fix = first_that_mends(fixes, left)
-        if fix is not None:
-            found.append(fix)
-    return found
-
-
-def named(fixes: Iterable[Fix]) -> str:
-    """Fixes as alternatives, each as it is to be written."""
-    return "; or ".join(fix.words for fix in fixes)
-
-
-def in_vain(fixes: Iterable[Fix], left: Left) -> str:
-    """Fixes that mend nothing, with what each leaves or breaks, said once of those that do the same; not those that
-    were not tried.
-    """
-    alike: dict[tuple[str, ...], list[str]] = {}
-    for fix in fixes:
-        if broken := left(fix):
-            alike.setdefault(broken, []).append(fix.words)
-    return "; ".join(f"{', '.join(words)} (then {fail(broken)})" for broken, words in alike.items())
-
-
-def untried(fixes: Iterable[Fix], left: Left) -> str:
-    """The first fix that was not tried and is not refused at first sight, in words that say so; nothing where none is
-    left.
-    """
-    fix = next((fix for fix in fixes if left(fix) is None and left.stands(fix)), None)
-    return "" if fix is None else f"perhaps {fix.words} (not tried)"
-
-
-def first_or_vain(fixes: list[Fix], left: Left, instead: tuple[str, str, str]) -> str:
-    """The first fix that mends, in words, with the alternative to it; where the search ended before it found one, the
-    first that was not tried; else what else would do, and what was tried in vain. ``instead`` is what stands between
-    the fix and "(it was tried)", the alternative, and what else would do.
-    """
-    between, alternative, else_does = instead
-    found = first_that_mends(fixes, left)
-    if found is not None:
-        return f"{found.words}{between} (it was tried), or {alternative}"
-    if left.is_cut_short:
-        perhaps = untried(fixes, left)
-        return f"{perhaps}, or {alternative}" if perhaps else ""
-    vain = f" (tried in vain: {in_vain(fixes, left)})" if fixes else ""
-    return f"{else_does}{vain}"
-
-
-def first_tried(families: Sequence[Sequence[Fix]], otherwise: str = "") -> Callable[[Left], str]:
-    """Writes a hint with the first fix of each family that mends; where none does, with what else would do, and what
-    was tried in vain.
-    """
-
-    def advice(left: Left) -> str:
-        found = ways(families, left)
-        if found:
-            return f"{named(found)} (tried)"
-        vain = in_vain((fix for family in families for fix in family), left)
-        return "; ".join(words for words in (otherwise, f"tried in vain: {vain}" if vain else "") if words)
-
-    return advice
-
-
-def broken_by(fixes: Iterable[Fix], left: Left) -> tuple[str, ...]:
-    """All that fixes leave or break, of those that were tried."""
-    return tuple(sorted({rule for fix in fixes for rule in left(fix) or ()}))
-
-
-def tried(fix: Fix, left: Left) -> str:
-    """What became of a fix that was tried, in brackets with a space before: that it mends, or what then fails; nothing
-    where it was not tried.
-    """
-    broken = left(fix)
-    if broken is None:
-        return ""
-    if broken:
-        return f" (tried, but {fail(broken)} then)"
-    brings = left.warned(fix.spec)
-    return f" (it was tried: clears this; {brings})" if brings else " (it was tried)"

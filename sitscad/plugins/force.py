@@ -102,7 +102,7 @@ def _fitting(verdict: object) -> Verdict:
         value = getattr(verdict, field)
         if not isinstance(value, kinds) or isinstance(value, bool):
             raise TypeError(f"the {field} of its Violation is a {type(value).__name__}")
-    return replace(verdict, advice=None)
+    return replace(verdict, fixes=())
 
 
 _TEXT, _NUMBER = (str, type(None)), (int, float, type(None))

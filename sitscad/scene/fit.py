@@ -121,12 +121,6 @@ def measures(layout: Layout) -> tuple[Measure, ...]:
         return ()
 
 
-def passes_port(layout: Layout, spec: SensorSpec) -> bool:
-    """Whether the pair of a sensor as thick as another spec's passes its port (root-sum-square), or is in no jaw."""
-    closed = (m for m in measures(replace(layout, spec=spec)) if m.name == CLOSED_PAIR)
-    return all(measure.likely_margin >= 0.0 for measure in closed)
-
-
 def closed_section(layout: Layout) -> ClosedSection | None:
     """The closed pair from the spec's figures, with every glue line; None without a jaw. Corners and the ends of
     rounded edges are the only points that can be farthest from the axis. Raises `PartsError` where the shield does not

@@ -123,7 +123,7 @@ def advised(rule_id: str, spec: SensorSpec, layout: Layout | None = None) -> lis
     rule = next(rule for rule in RULES if rule.id == rule_id)
     subject = Design(spec, layout)
     found, _ = outcomes(rule, subject)
-    return Trials(subject, [rule], found, (), Budget.of("full", spec)).advised()
+    return Trials(subject, [rule], found, (), Budget.of("full")).advised()
 
 
 # Test modules cannot import a conftest, so the helpers reach them as fixtures of the same names.

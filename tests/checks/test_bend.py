@@ -73,7 +73,7 @@ def test_what_lies_in_the_bend(advised, bench):
 def test_a_bend_without_room_is_an_error(advised, bench):
     start, _ = bench.bend_zone
     (found,) = advised("SIT123", bench.spec, replace(bench, bend_zone=(start, start + 1.2 * MM)))
-    assert found.severity is Severity.ERROR and "long enough (it was tried)" in found.hint
+    assert found.severity is Severity.ERROR and [edit.key for edit in found.fixes[0].edits] == ["fpc.tail.length"]
 
 
 def test_a_bend_in_a_zone_that_is_long_enough_but_nowhere_straight_is_a_warning(advised, bench):
@@ -121,7 +121,8 @@ SHORT_TAILS = {
 def test_a_tail_too_short_for_its_bend_names_a_length_that_does(advised, tail, coil, rest):
     """Told with the length; laid out again with it the finding is gone, and half a millimetre less brings it back."""
     found = short(advised, spec(tail, coil, rest))
-    (named,) = re.findall(r"fpc\.tail\.length: ([\d.]+) mm is long enough", found.hint)
+    ((edit,),) = (fix.edits for fix in found.fixes)
+    named = edit.new
 
     def of_length(length):
         return spec(re.sub(r"length: \d+", f"length: {length}", tail, count=1), coil, rest)
@@ -139,14 +140,14 @@ def test_a_bend_longer_than_any_tail_names_no_length(advised, bench):
     rules = replace(bench.spec.fpc.rules, static_bend_ratio={2: 30_000.0})
     far = replace(bench.spec, fpc=replace(bench.spec.fpc, rules=rules))
     (found,) = advised("SIT123", far, bench)
-    assert found.severity is Severity.ERROR and "mm is long enough" not in found.hint and "none" in found.hint
+    assert found.severity is Severity.ERROR and not found.fixes
 
 
 def test_no_room_to_bend_is_told_even_where_no_radius_is_stated(advised):
     here = spec("length: 1, bend: dynamic, layers: 2", "turns: 8, layers: 2", "")
     silent = replace(here, fpc=replace(here.fpc, rules=replace(here.fpc.rules, dynamic_bend_ratio={})))
     (found,) = advised("SIT123", silent, lay_out(silent))
-    assert found.severity is Severity.ERROR and found.measured == found.limit == 0.0 and "mm is long" in found.hint
+    assert found.severity is Severity.ERROR and found.measured == found.limit == 0.0 and found.fixes
     assert "needs" not in found.message
 
 
@@ -194,7 +195,7 @@ def test_no_tail_is_tried_where_the_leads_found_no_room(advised, monkeypatch):
     tried = []
     monkeypatch.setattr("sitscad.layout.arrange", lambda *given, **named: tried.append(given) or layout)
     (found,) = [finding for finding in advised("SIT123", crowded, layout) if finding.key == "fpc.tail.length"]
-    assert "lengthen the tail" in found.hint and tried == []
+    assert not found.fixes and tried == []
 
 
 def test_offset_that_takes_the_bends_room_is_refused_with_a_length_that_has_room(advised):
@@ -206,6 +207,6 @@ def test_offset_that_takes_the_bends_room_is_refused_with_a_length_that_has_room
     (found,) = [each for each in advised("SIT123", aside, layout) if each.severity is Severity.ERROR]
     begin, end = layout.bend_zone
     assert found.key == "fpc.tail.length" and end - begin < bend_length(aside.fpc) == approx(found.limit, abs=0)
-    length = float(re.search(r"fpc.tail.length: ([\d.]+) mm", found.hint).group(1)) * MM
-    longer = aside.replace("fpc.tail.length", length)
+    (edit,) = found.fixes[0].edits
+    longer = aside.replace(edit.key, float(edit.new) * MM)
     assert all(each.severity is not Severity.ERROR for each in advised("SIT123", longer, lay_out(longer)))

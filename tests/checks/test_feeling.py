@@ -82,7 +82,7 @@ def test_a_requirement_that_no_change_meets_keeps_the_rule_s_advice():
     """, "a.yaml")
     (found,) = (f for f in sitscad.check(spec, hints="full").findings if f.rule == "SIT406")
     (rule,) = (rule for rule in RULES if rule.id == "SIT406")
-    assert found.hint.startswith(rule.mend.rstrip(".")) and "in vain" in found.hint and not found.fixes
+    assert rule.mend.rstrip(".") in found.hint and not found.fixes
 
 
 def test_what_is_reached_stands_beside_what_is_asked(bench):
@@ -242,8 +242,8 @@ def test_a_fix_for_the_resolution_is_tried():
     text = (TEMPLATES / "bench_7mm.yaml").read_text()
     spec = sitscad.load_text(text.replace("  bandwidth: 50 Hz", "  bandwidth: 20 Hz\n  normal_resolution: 1.3 mN"))
     (finding,) = (one for one in check(spec).findings if one.rule == "SIT401")
-    assert "(tried)" in finding.hint and "readout.scan_rate" in finding.hint
     (fix, *_) = finding.fixes
+    assert fix.edits[0].key == "readout.scan_rate"
     mended = spec.replace(fix.edits[0].key, fix.edits[0].new)
     assert not [one for one in check(mended).findings if one.rule == "SIT401"]
 

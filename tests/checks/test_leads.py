@@ -33,12 +33,12 @@ def found_in(spec):
 
 
 def test_half_a_turn_of_lead_is_named_with_what_it_does_and_the_turns_without_it():
-    (found,) = found_in(loops(8.75))
+    (found,) = [each for each in check(loops(8.75), hints="full").findings if each.rule == "SIT216"]
     assert found.severity is Severity.NOTE and found.key == "coil.turns" and 0.04 < found.measured < 0.06
     assert re.search(
         r"0\.50 turns on round the coil .* adds \d+\.?\d* nH, \d\.\d % .* moves Rp by about \+", found.message
     )
-    assert "coil.turns: 8.5 " in found.hint and "drawn" in found.hint
+    assert [(edit.key, edit.new) for edit in found.fixes[0].edits] == [("coil.turns", "8.5")]
     assert found_in(loops(8.5)) == found_in(loops(9)) == []
 
 
@@ -56,7 +56,7 @@ def test_a_lead_that_runs_back_is_warned_of_and_the_turns_named_were_tried():
     (found,) = found_in(spec)
     assert found.severity is Severity.WARNING and "0.30 turns back" in found.message and "takes away" in found.message
     assert "moves Rp by about -" in found.message
-    turns = float(re.search(r"coil\.turns: ([\d.]+) .*it was tried", found.hint)[1])
+    turns = float(found.fixes[0].edits[0].new)
     assert turns == 8.5 and found_in(replace(spec, coil=replace(spec.coil, turns=turns))) == []
 
 

@@ -13,12 +13,12 @@ from shapely import affinity
 from shapely.geometry import Point, Polygon, box
 from tolerance import approx
 
+from sitscad.checks import check
 from sitscad.layout import lay_out
 from sitscad.spec.load import load_text
 
 MM = 1e-3
 SAME = 1e-8 / MM  # mm: outlines that coincide are the same
-HINTED = re.compile(r"((?:fpc|target|elastomer)\.[a-z]+): (\[[^]]*\]|[\w.]+)")
 
 LONG_PAD = {"target": {"size": 10}, "elastomer": {"shape": "rectangle", "size": [12, 10], "thickness": 1.5}}
 
@@ -44,13 +44,13 @@ def loaded(document):
     return load_text(out.getvalue(), "places.yaml")
 
 
-def followed(document, hint):
-    """The specs with each of a hint's alternatives written into it."""
-    for way in hint.split(" fits on")[0].split("; or "):
+def followed(document, fixes):
+    """The specs with each of a finding's fixes written into it."""
+    for fix in fixes:
         changed = {key: dict(value) if isinstance(value, dict) else value for key, value in document.items()}
-        for key, value in HINTED.findall(way):
-            section, name = key.split(".")
-            changed.setdefault(section, {})[name] = YAML(typ="safe").load(value)
+        for edit in fix.edits:
+            section, name = edit.key.split(".")
+            changed.setdefault(section, {})[name] = YAML(typ="safe").load(edit.new)
         yield changed
 
 
@@ -109,8 +109,8 @@ def test_every_way_that_a_hint_names_clears_the_finding_and_hangs_over_nowhere(j
     found = advised("SIT307", spec)
     assert found
     for finding in found:
-        assert " fits on the board's body" in finding.hint
-        for changed in followed(written, finding.hint):
+        assert finding.fixes
+        for changed in followed(written, finding.fixes):
             after = loaded(changed)
             assert judge("SIT307", after) == []
             assert hangs_nowhere(after, lay_out(after))
@@ -119,7 +119,8 @@ def test_every_way_that_a_hint_names_clears_the_finding_and_hangs_over_nowhere(j
 def test_a_pad_as_long_as_the_body_is_told_both_a_margin_and_a_size(advised):
     """The length that was named before was that of a body in which the coils stood aside."""
     (found,) = advised("SIT307", loaded(document(**LONG_PAD, mount={"kind": "bench-plate"})))
-    assert "fpc.margin: [0.21, 0.07]; or elastomer.size: [11.5, 10] fits" in found.hint
+    edits = [[(edit.key, edit.new) for edit in fix.edits] for fix in found.fixes]
+    assert edits == [[("fpc.margin", "[0.21, 0.07]")], [("elastomer.size", "[11.5, 10]")]]
     assert "far end" in found.message and "tail's end" in found.message
 
 
@@ -146,11 +147,15 @@ def test_a_jaw_that_is_too_short_for_the_body_to_grow_is_named(judge):
     assert "because the jaw, 5 mm long, leaves it no room" in found.message
 
 
-def test_smaller_plates_that_break_another_rule_are_named_with_it(judge):
+def test_smaller_plates_that_break_another_rule_are_no_fix():
     pad = {"shape": "rectangle", "size": [7, 4.6], "thickness": 1}
     parts = {"elastomer": pad, "mount": {"jaw": "generic-5mm"}, "encapsulation": {"thickness": 0.1}}
-    (found,) = judge("SIT307", loaded(document(None, (4, 5), target={"size": 4}, **parts)))
-    assert "the smaller plates break SIT306" in found.hint
+    written = document(None, (4, 5), target={"size": 4}, **parts)
+    before = check(loaded(written), hints="full").findings
+    (found,) = [one for one in before if one.rule == "SIT307"]
+    for changed in followed(written, [fix for fix in found.fixes if not fix.brings]):
+        after = [one.rule for one in check(loaded(changed), hints="none").findings]
+        assert "SIT307" not in after and after.count("SIT306") <= [one.rule for one in before].count("SIT306")
 
 
 @pytest.mark.parametrize(
@@ -180,7 +185,7 @@ def test_what_a_spec_does_not_take_is_not_advised(judge, advised):
                    elastomer={"shape": "circle", "size": 3, "offset": [-200, 5]})
     for finding in advised("SIT307", loaded(far)):
         assert not re.search(r"\d{3}", finding.hint.replace("-200", "")), finding.hint
-        for changed in followed(far, finding.hint) if " fits on" in finding.hint else ():
+        for changed in followed(far, finding.fixes):
             assert judge("SIT307", loaded(changed)) == []
 
 

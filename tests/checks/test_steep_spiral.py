@@ -12,6 +12,7 @@ from tolerance import approx
 from sitscad.checks.board.clearances import nearer_by
 from sitscad.layout import lay_out
 from sitscad.spec.load import load_text
+from sitscad.units import parse_quantity
 
 
 def wide(width=1.2, spacing=0.1, turns=1.35, shape="circle"):
@@ -58,12 +59,13 @@ def test_the_gap_that_is_found_is_the_true_one_of_the_spiral(judge):
 @pytest.mark.parametrize(("width", "turns"), [(1.2, 1.35), (0.8, 2.5)])
 def test_the_spacing_that_is_named_gives_the_turns_their_distance(advised, judge, width, turns):
     spec = wide(width, turns=turns)
-    hints = {finding.hint for finding in advised("SIT108", spec, lay_out(spec))}
-    assert hints and all("it was tried" in hint for hint in hints)
-    named = max(float(re.search(r"coil\.trace_spacing: ([\d.]+) um", hint)[1]) for hint in hints)
-    mended = replace(spec, coil=replace(spec.coil, trace_spacing=named * 1e-6))
+    found = advised("SIT108", spec, lay_out(spec))
+    assert found and all(finding.fixes for finding in found)
+    edits = [edit for finding in found for edit in finding.fixes[0].edits if edit.key == "coil.trace_spacing"]
+    named = max(parse_quantity(edit.new.strip('"'), "length") for edit in edits)
+    mended = replace(spec, coil=replace(spec.coil, trace_spacing=named))
     assert judge("SIT108", mended, lay_out(mended)) == []
-    assert 0.101 <= named * 1e-3 <= 0.104
+    assert 0.101e-3 <= named <= 0.104e-3
 
 
 def test_turns_of_a_polygon_and_narrow_ones_lie_as_they_are_spaced(judge):

@@ -134,7 +134,7 @@ def test_commands_that_print_no_hints_try_no_changes(run, pair, tmp_path, monkey
     def refuse(*_):
         raise AssertionError("a changed design was tried")
 
-    monkeypatch.setattr(Trials, "_tried", refuse)
+    monkeypatch.setattr(Trials, "_of", refuse)
     with pytest.raises(AssertionError, match="was tried"):
         sitscad.check(sitscad.load(path))
     assert run(command, pair).code == 0

@@ -4,19 +4,17 @@ import math
 import random
 import re
 from dataclasses import replace
-from types import SimpleNamespace
 
 import pytest
 from tolerance import approx
 
 from sitscad.checks import RULES
-from sitscad.checks.board.room import _room_between
-from sitscad.checks.rules import Violation, outcomes
+from sitscad.checks.rules import outcomes
 from sitscad.checks.trials import Trials
 from sitscad.design import Design
-from sitscad.finding import Missing, Shortfall
+from sitscad.finding import Edit, Missing
 from sitscad.fixes import moves as room
-from sitscad.fixes.search import Budget, Fix
+from sitscad.fixes.search import GROWTH, Budget, Fix, Growing, Left, search
 from sitscad.geometry.path import Point, polyline
 from sitscad.layout import _attempt, lay_out
 from sitscad.layout.clearance import Breadth, Obstacles, TrackToPlace, ViaToPlace
@@ -29,11 +27,12 @@ def advised(spec, hints="full"):
     """What the rules of room say of a spec, with hints that only they were tried for."""
     subject, rules = Design(spec), [rule for rule in RULES if rule.id in ("SIT112", "SIT113", "SIT118", "SIT119")]
     said = [outcome for rule in rules for outcome in outcomes(rule, subject)[0]]
-    return Trials(subject, rules, said, (), Budget.of(hints, spec)).advised()
+    return Trials(subject, rules, said, (), Budget.of(hints)).advised()
 
 
-def micrometres(finding):
-    return 1e-6 * int(re.search(r"\((\d+) um more\)", finding.hint).group(1))
+def value(finding, key):
+    """The value (mm) that a finding's fixes give to a key."""
+    return next(float(edit.new) for fix in finding.fixes for edit in fix.edits if edit.key == key)
 
 
 @pytest.mark.more
@@ -42,9 +41,8 @@ def micrometres(finding):
 def test_the_outer_diameter_that_an_inner_via_asks_for_makes_room(sensor, layers, turns):
     spec = sensor(layers=layers, turns=turns, stackup="flex-4l" if layers <= 4 else "flex-6l")
     (finding,) = advised(spec)
-    assert finding.rule == "SIT112" and "it was tried" in finding.hint
-    more = micrometres(finding)
-    assert more > 0.0
+    more = 1e-3 * value(finding, "coil.outer_diameter") - spec.coil.size[0]
+    assert finding.rule == "SIT112" and more > 0.0
     assert not [s for s in lay_out(room.larger_coils(spec, more).spec).shortfalls if s.what is Missing.INNER_ROOM]
 
 
@@ -54,8 +52,7 @@ def test_the_pitch_that_the_leads_ask_for_lets_them_pass(sensor):
     spec = sensor(pitch=4.09e-3, coils=3)
     (finding,) = advised(spec)
     assert finding.rule == "SIT113" and finding.key == "array.pitch"
-    more = micrometres(finding)
-    assert f"array.pitch: {4.09 + more * 1e3:.6g} ({more * 1e6:.0f} um more)" in finding.hint
+    more = 1e-3 * value(finding, "array.pitch") - 4.09e-3
     assert lay_out(room.coils_apart(spec, more).spec).shortfalls == ()
 
 
@@ -78,7 +75,7 @@ def test_contacts_too_near_each_other_are_told_which_connector_has_room(sensor):
     tail = replace(spec.fpc.tail, connector=presets.connector("zif-0.3mm"))
     spec = replace(spec, fpc=replace(spec.fpc, tail=tail))
     (finding,) = advised(spec)
-    name = re.search(r"fpc.tail.connector: (\S+) gives them room", finding.hint).group(1)
+    name = finding.fixes[0].edits[0].new
     assert finding.rule == "SIT119" and presets.connector(name).pitch > tail.connector.pitch
     assert (
         lay_out(replace(spec, fpc=replace(spec.fpc, tail=replace(tail, connector=presets.connector(name))))).shortfalls
@@ -86,27 +83,20 @@ def test_contacts_too_near_each_other_are_told_which_connector_has_room(sensor):
     )
 
 
-def test_the_least_amount_is_found_between_what_failed_and_what_works():
-    spec = object()
+def test_a_long_search_finds_the_least_amount_between_what_failed_and_what_works():
     asked = []
 
-    def works(amount):
-        asked.append(amount)
-        return amount >= 0.73e-3
+    def trial(fix):
+        asked.append(fix.spec)
+        return Left() if fix.spec >= 0.73e-3 else Left(("SIT113",))
 
-    more, fix = room.least(spec, lambda _, amount: Fix((), amount), works, 0.2e-3)
-    assert more == fix.spec
-    found = fix.spec
-    assert works(found) and found == min(a for a in asked if a >= 0.73e-3)
-    assert found - max(a for a in asked if a < 0.73e-3) < 0.15e-3
-    assert room.least(spec, lambda _, amount: Fix((), amount), lambda _: False, 0.2e-3) is None
-
-
-@pytest.mark.parametrize(("is_fine", "within"), [(lambda: True, 0.03e-3), (lambda: False, 0.61e-3)])
-def test_a_first_amount_that_is_enough_is_halved_where_the_search_may_be_long(is_fine, within):
-    more, _ = room.least(object(), lambda _, amount: Fix((), amount), lambda a: a >= 0.08e-3, 0.61e-3, is_fine)
-    assert 0.08e-3 <= more <= 0.08e-3 + within
-    assert is_fine() or more == approx(0.61e-3, rel=1e-6)
+    family = Growing(lambda amount: Fix((Edit("array.pitch", f"{amount}"),), amount), 0.2e-3)
+    (found, _), = search([family], trial, Budget.of("full")).mending
+    assert found.spec == min(amount for amount in asked if amount >= 0.73e-3)
+    assert found.spec - max(amount for amount in asked if amount < 0.73e-3) < 0.03e-3
+    (first, _), = search([family], trial, Budget.of("decisive")).mending
+    assert first.spec == approx(0.2e-3 * GROWTH**3, rel=0.02)
+    assert search([family], lambda _: Left(("SIT113",)), Budget.of("full")).mending == ()
 
 
 @pytest.mark.more
@@ -118,8 +108,7 @@ def test_a_gap_that_lacks_little_is_not_said_to_lack_what_leads_want_of_it(senso
         "coil: {shape: circle, outer_diameter: 7, turns: 9, layers: 2, trace_width: 0.1524, trace_spacing: 0.1524}"
     )
     (finding,) = advised(load_text(text))
-    assert finding.rule == "SIT113" and "it was tried" in finding.hint
-    assert micrometres(finding) < 0.12e-3
+    assert finding.rule == "SIT113" and value(finding, "array.pitch") < 7.3 + 0.12
 
 
 GRID_IN_A_BODY = """
@@ -136,31 +125,9 @@ fpc: {body: {shape: rounded, size: 14, corner_radius: 2}, tail: {length: 50, con
 def test_inside_a_body_the_ends_of_the_layers_are_turned_before_it_is_made_larger():
     """Another start angle lets the leads out; the search named a larger body alone, which the largest outline bars."""
     (finding,) = advised(load_text(GRID_IN_A_BODY, "tip.yaml"))
-    angle, _, larger = finding.hint.partition("; or ")
-    assert re.fullmatch(r"coil\.start_angle: \d+ deg gives them a way out \(it was tried\)", angle)
-    assert larger.startswith("fpc.body.size: ") and finding.fixes[0].edits[0].key == "coil.start_angle"
-    turned = re.sub(" gives.*", "", angle).removeprefix("coil.")
+    assert [fix.edits[0].key for fix in finding.fixes] == ["coil.start_angle", "fpc.body.size"]
+    turned = f"start_angle: {finding.fixes[0].edits[0].new}"
     assert lay_out(load_text(GRID_IN_A_BODY.replace("layers: 4", f"layers: 4, {turned}"), "tip.yaml")).shortfalls == ()
-
-
-class InVain:
-    """Tells of no changed design that its leads find a way."""
-
-    is_cut_short = False
-
-    def drawn(self, changed):
-        return SimpleNamespace(shortfalls=(Shortfall(Missing.LEAD_ROOM),))
-
-    def wants_another(self):
-        return True
-
-
-@pytest.mark.parametrize("body", ["body: {shape: rounded, size: 14, corner_radius: 2}, ", ""])
-def test_what_gives_leads_no_way_out_is_named(body):
-    before, _, after = GRID_IN_A_BODY.partition("body: {shape: rounded, size: 14, corner_radius: 2}, ")
-    spec = load_text(before + body + after, "tip.yaml")
-    hint = _room_between(Design(spec), Violation(""), InVain())
-    assert "coil.start_angle (15 deg, 30 deg, " in hint and "coil.turns (4.75, 5.25, 6.75, 8.25): tried in vain" in hint
 
 
 @pytest.mark.more

@@ -15,7 +15,6 @@ import csv
 import json
 import math
 import random
-import re
 import subprocess
 import sys
 import tempfile
@@ -28,6 +27,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "oracles"))
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from probe_spots import touched
+from ruamel.yaml import YAML
 
 import sitscad
 from sitscad.checks.rules import outcomes
@@ -163,52 +163,26 @@ def errors_of(spec: sitscad.SensorSpec) -> list:
     """What found no room, each with the change that gives some where trying finds one."""
     subject = Design(spec)
     said = [outcome for rule in RULES for outcome in outcomes(rule, subject)[0]]
-    found = Trials(subject, RULES, said, (), Budget.of("full", spec)).advised() if said else []
+    found = Trials(subject, RULES, said, (), Budget.of("full")).advised() if said else []
     return [finding for finding in found if finding.severity == "error"]
 
 
 def advised(now: Board, finding) -> Board | None:
     """The board changed as the finding says; None where it names nothing that was tried."""
-    hint, coil = finding.hint, now.values["coil"]
     if finding.rule == "SIT111":
         return now.changed("coil", layers=int(finding.limit))
     if finding.rule == "SIT118":
         return now.changed("fpc", tail={**now.values["fpc"]["tail"], "layers": 2})
-    if "tried" not in hint:
+    if not finding.fixes:
         return None
-    larger = hint.partition("; or ")[2] if "leaves room" in hint else hint  # fewer turns have less room for the test
-    changed = None
-    if found := re.search(r"coil.outer_diameter: \S+ \((\d+) um more\)", larger):
-        more, size = int(found.group(1)) * 1e-3, coil["outer_diameter"]
-        grown = [round(s + more, 4) for s in size] if isinstance(size, list) else round(size + more, 4)
-        return spread(now.changed("coil", outer_diameter=grown), more)
-    if found := re.search(r"coil.start_angle: ([\d.]+) deg", hint):  # alone, or together with one of the next two
-        changed = now = now.changed("coil", start_angle=f"{found.group(1)} deg")
-    if more_pitch := re.search(r"array.pitch: \S+ \((\d+) um more\)", hint):
-        return spread(now, int(more_pitch.group(1)) * 1e-3)
-    if times := re.search(r"centres ([\d.]+) times", hint):
-        return scaled(now, float(times.group(1)))
-    if found := re.search(r"coil.turns: ([\d.]+)", hint):
-        return now.changed("coil", turns=float(found.group(1)))
-    if found := re.search(r"fpc.tail.connector: (\S+)", hint):
-        return now.changed("fpc", tail={**now.values["fpc"]["tail"], "connector": found.group(1)})
-    return changed
-
-
-def spread(now: Board, more: float) -> Board:
-    """The same array with its nearest coils farther apart by `more` (mm)."""
-    array = now.values["array"]
-    if "pitch" in array:
-        return now.changed("array", pitch=round(array["pitch"] + more, 4))
-    if "centres" in array:
-        near = min(math.dist(a, b) for i, a in enumerate(array["centres"]) for b in array["centres"][:i])
-        return scaled(now, 1.0 + more / near)
+    for edit in finding.fixes[0].edits:
+        section, key = edit.key.split(".", 1)
+        value = YAML(typ="safe").load(edit.new)
+        if "." in key:
+            key, inner = key.split(".")
+            value = {**now.values[section][key], inner: value}
+        now = now.changed(section, **{key: value})
     return now
-
-
-def scaled(now: Board, factor: float) -> Board:
-    """The same array with all its centres `factor` times as far from each other."""
-    return now.changed("array", centres=[[x * factor, y * factor] for x, y in now.values["array"]["centres"]])
 
 
 def study(seed: int, deep: bool = True) -> tuple[Outcome, Board]:

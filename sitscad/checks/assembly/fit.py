@@ -20,7 +20,7 @@ from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Finding, Place, Severity
 from sitscad.fixes.moves import higher_seat, plated_in_holes_alone, read_anew, sealed, thinner_tails
-from sitscad.fixes.search import Left, first_tried, in_vain, named, setting, ways
+from sitscad.fixes.search import setting
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.bending import bend_figure, tail_thickness
 from sitscad.layout.lanes import coils_breadth
@@ -47,10 +47,9 @@ def tail_bend(design: Design) -> Iterator[Verdict]:
         return
     if is_rigid(spec.fpc.stackup):
         hint = "fpc.tail.bend: none; or a flexible stack-up"
-        straight = list(read_anew(spec, "fpc.tail.bend", "none"))
         yield Violation(
             f"the tail bends ({tail.bend}), and a board of {spec.fpc.stackup.name} with FR4 breaks", hint,
-            "fpc.tail.bend", advice=first_tried([straight], hint),
+            "fpc.tail.bend", fixes=(lambda: read_anew(spec, "fpc.tail.bend", "none"),),
         )
         return
     if tail.bend == "dynamic" and tail.layers > 1:
@@ -58,7 +57,8 @@ def tail_bend(design: Design) -> Iterator[Verdict]:
             f"the tail bends at every grasp (dynamic) and has {tail.layers} copper layers",
             "fewer copper layers through the hinge (fpc.tail.layers), or one bend at assembly (bend: static)",
             "fpc.tail.layers", float(tail.layers), 2.0 if tail.layers > 2 else 1.0, "copper layers",
-            severity=Severity.ERROR if tail.layers > 2 else Severity.WARNING, advice=lambda left: _calmer(spec, left),
+            severity=Severity.ERROR if tail.layers > 2 else Severity.WARNING,
+            fixes=(lambda: [*thinner_tails(spec)][::-1], lambda: [setting(spec, "fpc.tail.bend", "static", "static")]),
         )
     if tail.bend == "dynamic" and spec.fpc.copper != "rolled-annealed":
         yield Violation(
@@ -93,22 +93,9 @@ def _bend_radius(spec: SensorSpec, tail: Tail, field: str, ratio: float) -> Iter
             f"({house(spec.fpc.rules, field)} asks {ratio:g} times the {show(thickness, 'm', 3)} tail); inside "
             f"the port there are {show(room, 'm', 3)}", hint, "fpc.tail.bend", radius, room, "m",
             severity=Severity.WARNING if tail.bend != "static" or tail.layers > 2 else Severity.NOTE,
-            source=source_of(spec.fpc.rules, field), advice=lambda left: first_tried(
-                [list(thinner_tails(spec)), list(plated_in_holes_alone(spec))], hint)(left),
+            source=source_of(spec.fpc.rules, field),
+            fixes=(lambda: thinner_tails(spec), lambda: plated_in_holes_alone(spec)),
         )
-
-
-def _calmer(spec: SensorSpec, left: Left) -> str:
-    # One copper layer through the hinge, or a bend made once: those that are possible; and two instead of more, which
-    # are a warning yet.
-    thinner, once = list(thinner_tails(spec))[::-1], [setting(spec, "fpc.tail.bend", "static", "static")]
-    found = ways(([change] for change in (*thinner, *once)), left)
-    milder = [f"{fix.words} leaves a warning" for fix in thinner if left(fix) == ("SIT308",)]
-    if found:
-        return "; or ".join((f"{named(found)} mends it", *milder)) + " (it was tried)"
-    if left.is_cut_short:
-        return ""
-    return f"one copper layer through the hinge, or a bend made once: {in_vain((*thinner, *once), left)}"
 
 
 def shield_gap(design: Design) -> Iterator[Verdict]:
@@ -137,7 +124,7 @@ def shield_gap(design: Design) -> Iterator[Verdict]:
             f"begins at {show(mount.standoff, 'm')}",
             f"raise mount.standoff by {show(needed - mount.standoff, 'm')} at least, or bring the shield nearer to "
             "the board", "shield.gap", needed, mount.standoff, "m",
-            advice=first_tried([[higher_seat(design.spec, needed)]], "a higher seat, or a nearer shield"),
+            fixes=(lambda: [higher_seat(design.spec, needed)],),
         )
 
 
@@ -148,7 +135,7 @@ def bare_metal(design: Design) -> Iterator[Verdict]:
         metal = "copper" if target is not None and target.material.name == "copper" else "metal"
         hint = "add a section encapsulation; a thick or stiff film, as one of PDMS, takes a good part of the signal"
         yield Violation(f"the {metal} target is not encapsulated, and in the jaw it touches tissue", hint, "target",
-                        advice=first_tried([list(sealed(design.spec))], hint))
+                        fixes=(lambda: sealed(design.spec),))
 
 
 def jaw_of(spec: SensorSpec) -> Jaw:

@@ -5,16 +5,13 @@ would do; parts lie on the sheet that they are cut from, and the board on the fi
 from __future__ import annotations
 
 import math
-from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import replace
 
-from sitscad.checks.assembly import room_in_jaw, transduction
 from sitscad.checks.assembly.fit import GRAIN
 from sitscad.checks.assembly.plates import (
     MOST_MARGIN,
-    PROPORTIONS,
     cut_to_board,
     grown,
     larger_pad,
@@ -24,11 +21,11 @@ from sitscad.checks.assembly.plates import (
     pad_under_target,
     pair,
 )
-from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, apply_rule, rule_of
+from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, rule_of
 from sitscad.design import Design
 from sitscad.finding import Edit, Severity
 from sitscad.fixes.moves import larger_body
-from sitscad.fixes.search import Fix, Left
+from sitscad.fixes.search import Family, Fix
 from sitscad.geometry.convex import beyond
 from sitscad.geometry.path import Path
 from sitscad.layout.laser_sheet import cut_parts, nests, sheet_needed
@@ -40,11 +37,8 @@ from sitscad.spec.materials import Cutting
 from sitscad.spec.places import cell_specs
 from sitscad.units import show
 
-QUICK = ("SIT301", "SIT302", "SIT303", "SIT304", "SIT312")
-"""Other rules that look at plates or body and need no electrical numbers; and SIT306, which looks at the target."""
-
-TRIES = 3
-"""Margins that are tried: one is enough unless a short jaw keeps the body from growing about the coils."""
+FACTORS = (1, 2, 3)
+"""Times the growth that is tried: once is enough unless a short jaw keeps the body from growing about the coils."""
 
 ENDS = ("far end", "lower side", "tail's end", "upper side")
 """The sides of a body in the order of a bounding box."""
@@ -58,11 +52,9 @@ def overhang(design: Design) -> Iterator[Verdict]:
     def complaint(low: Body, carrier: Path, key: str, over: float, message: str, why: str) -> Violation:
         # an error where the middle of a piece lies beside what carries it: it falls off, and no number is that of it
         beside = beyond(carrier, low.footprint.centre) > 0.0
-        return Violation(message, "", key, over, 0.0, "m", severity=Severity.ERROR if beside else Severity.WARNING,
-                         finds_hint=lambda: f"{why}: " +
-                         design.once("plates on the board as it is drawn", lambda: _remedy(design, None)),
-                         advice=lambda left: f"{why}: " +
-                         design.once("plates on the board drawn anew", lambda: _remedy(design, left)))
+        hint = f"{why}: move it onto the body, take a smaller one, or make the body larger ({spec.fpc.body_key})"
+        return Violation(message, hint, key, over, 0.0, "m", severity=Severity.ERROR if beside else Severity.WARNING,
+                         fixes=_onto_body(design))
 
     if pad is not None and plate is not None and (over := plate.footprint.hangs_over(pad.outline())) > ROUNDING:
         where = _where(plate.footprint.box, pad.footprint.box)
@@ -107,41 +99,21 @@ def _jaw_in_the_way(design: Design) -> str:
     )
 
 
-def _remedy(design: Design, left: Left | None) -> str:
-    # Changes with which everything lies on what carries it, with a larger body where that may be drawn; where nothing
-    # does, what comes nearest, and what else then complains; in words.
-    before, body, key = _other_complaints(design), ground(design.layout), design.spec.fpc.body_key
-    larger, aside, cut = ([c for c in way if lies(c.spec, body)] for way in
-                          (larger_pad(design.spec), pad_under_target(design.spec), cut_to_board(design.spec, body)))
-    found: list[str] = []
-    broken: list[tuple[tuple[str, ...], Fix]] = []
-    for way in (larger, aside, [] if larger or left is None else list(_widened(design, left)), [] if larger else cut):
-        for change in way:
-            layout = design.drawn(change.spec).layout if left is None else left.drawn(change.spec)
-            if layout is None:
-                continue
-            breaks = tuple(sorted(_other_complaints(Design(change.spec, layout)) - before))
-            if not breaks:
-                found.append(change.words)
-                if left is not None:
-                    left.mends(change)
-                break
-            broken.append((breaks, change))
-    if found:
-        return f"{'; or '.join(found)} fits on the board's body"
-    if not broken:
-        return f"move it onto the body, or make the body larger ({key})"
-    breaks, change = broken[-1]
-    softer = "; take a stiffer elastomer with it" if {"SIT304", "SIT312"} & set(breaks) else ""
-    larger_body = f"; a larger body ({key}) may carry them as they are" if left is None else ""
-    return (
-        f"{change.words} fits on the board's body, but the smaller plates break {', '.join(breaks)}, and none larger "
-        f"lies on it{softer}{larger_body}"
-    )
+def _onto_body(design: Design) -> tuple[Family, ...]:
+    """Return plates that lie on the body as it is drawn: a larger pad, or one under the target; then a larger body, and
+    smaller plates.
+    """
+    spec, body = design.spec, ground(design.layout)
+
+    def lying(fixes: Iterable[Fix]) -> Iterator[Fix]:
+        return (fix for fix in fixes if lies(fix.spec, body))
+
+    return (lambda: lying(larger_pad(spec)), lambda: lying(pad_under_target(spec)), lambda: _widened(design),
+            lambda: lying(cut_to_board(spec, body)))
 
 
-def _widened(design: Design, left: Left) -> Iterator[Fix]:
-    """The body made larger all round until what lies on it has room, the elastomer carrying the target."""
+def _widened(design: Design) -> Iterator[Fix]:
+    """Yield larger bodies for what lies on them, the elastomer carrying the target."""
     first = next(larger_pad(design.spec), Fix((), design.spec))
     changed, also = first.spec, first.edits
     layout, low = design.layout, lowest(changed)
@@ -152,26 +124,13 @@ def _widened(design: Design, left: Left) -> Iterator[Fix]:
         if fix.edits and edge is not None and lies(fix.spec, edge):
             yield replace(fix, edits=(*fix.edits, *also))
         return
-    for _ in range(TRIES):
-        margin = more_margin(changed, layout.body)
-        if max(margin) > MOST_MARGIN:
-            return
-        changed = replace(changed, fpc=replace(changed.fpc, margin=margin))
-        wider = left.drawn(changed)
-        if wider is None:
-            return
-        layout = wider
-        if lies(changed, ground(layout)):
-            said = f"{margin[0] * 1e3:.6g}" if margin[0] == margin[1] else pair(margin)
-            yield Fix((Edit("fpc.margin", said), *also), changed)
-            return
-
-
-def _other_complaints(design: Design) -> Counter[str]:
-    """How often those rules complain that look at plates or body and need no electrical numbers."""
-    asked = (rule for rule in (*room_in_jaw.RULES, *transduction.RULES) if rule.id in QUICK)
-    said = (finding for rule in (*asked, PROPORTIONS) for finding in apply_rule(rule, design, least=None)[0])
-    return Counter(finding.rule for finding in said if finding.severity is not Severity.NOTE)
+    now, asked = changed.fpc.margin, more_margin(changed, layout.body)
+    for factor in FACTORS:
+        margin = tuple(round(own + factor * (more - own), 9) for own, more in zip(now, asked, strict=True))
+        if max(margin) <= MOST_MARGIN:
+            x, y = margin
+            said = f"{x * 1e3:.6g}" if x == y else pair((x, y))
+            yield Fix((Edit("fpc.margin", said), *also), replace(changed, fpc=replace(changed.fpc, margin=(x, y))))
 
 
 def laser_sheet(design: Design) -> Iterator[Verdict]:

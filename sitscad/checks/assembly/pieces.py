@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import partial
 from itertools import combinations
 
 from sitscad.checks.assembly.fit import pad_of
@@ -13,8 +14,7 @@ from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, own_limits,
 from sitscad.design import Design
 from sitscad.estimates.gluing import glued_plan, lying_time, may_set_first, open_adhesives, piece_press
 from sitscad.finding import Severity
-from sitscad.fixes.moves import read_anew
-from sitscad.fixes.search import first_tried
+from sitscad.fixes.moves import each_read
 from sitscad.scene.column import print_limit
 from sitscad.scene.seating import BESIDE_HEAD, adapter_needed, beside_board
 from sitscad.spec import presets
@@ -31,10 +31,10 @@ def glue_on_silicone(design: Design) -> Iterator[Verdict]:
     names = [name for name in presets.names("adhesive") if presets.adhesive(name).bonds_silicone]
     primers = (f"{name} with {p}" if (p := presets.adhesive(name).primer) else name for name in names)
     hint = f"assembly.adhesive: {' or '.join(primers)}"
-    fixes = [fix for name in names for fix in read_anew(design.spec, "assembly.adhesive", name)]
     yield Violation(
         f"{glue.name} does not hold on silicone, and the {pad_of(design.spec).material.name} pad is glued with it on "
-        "both faces", hint, "assembly.adhesive", source=glue.source, advice=first_tried([fixes], hint),
+        "both faces", hint, "assembly.adhesive", source=glue.source,
+        fixes=(lambda: each_read(design.spec, "assembly.adhesive", names),),
     )
 
 
@@ -52,11 +52,10 @@ def glue_open_times(design: Design) -> Iterator[Verdict]:
             continue
         others = [each.name for each in open_adhesives(plan, force, spec.elastomer is not None)]
         hint = f"assembly.adhesive: {' or '.join(others)}" if others else f"a smaller {part}"
-        fixes = [fix for name in others for fix in read_anew(spec, "assembly.adhesive", name)]
         yield Violation(
             f"{glue.name} under the {part} flows for {glue.open_time:.3g} s and takes {takes:.2g} s to be spread and "
             f"to lie flat under {show(force, 'N', 2)}", hint, "assembly.adhesive", takes, glue.open_time, "s",
-            source=glue.source, advice=first_tried([fixes], hint),
+            source=glue.source, fixes=(partial(each_read, spec, "assembly.adhesive", others),),
         )
         return
 

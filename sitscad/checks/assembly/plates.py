@@ -17,7 +17,7 @@ from sitscad.data import rows
 from sitscad.design import Design
 from sitscad.finding import Edit, Severity
 from sitscad.fixes.moves import Plate, carrying, larger_target, resized
-from sitscad.fixes.search import Fix, Left, broken_by, fail, first_that_mends, setting
+from sitscad.fixes.search import Family, Fix, setting
 from sitscad.geometry.convex import Footprint, beyond
 from sitscad.geometry.path import Path, Point, rectangle
 from sitscad.geometry.shapes import LONG_PLATE, PLATES
@@ -222,17 +222,14 @@ def target_proportions(design: Design) -> Iterator[Verdict]:
     assert target is not None
     pitch, coil = _line_pitch(array), _largest_coil(design.spec, target.rotation)
 
-    def advice(left: Left) -> str:
-        return _larger(design.spec, target, pitch, coil, left)
-
+    hint, fixes = _larger(design.spec, target, pitch, coil)
     if not is_as_long_as_line(design.spec):
-        yield from _beside_line_length(design, advice)
+        yield from _beside_line_length(design, hint, fixes)
     for word, axis in (("wide", 1),) if pitch else (("long", 0), ("wide", 1)):
         if target.size[axis] < coil[axis] - ROUNDING:
             yield Violation(
                 f"the target is {show(target.size[axis], 'm')} {word}, a coil {show(coil[axis], 'm')}: part of the "
-                "field passes beside it", "a larger target", "target.size", target.size[axis], coil[axis], "m",
-                advice=advice,
+                "field passes beside it", hint, "target.size", target.size[axis], coil[axis], "m", fixes=fixes,
             )
     if any(target.offset):
         yield from _aside(design.spec, target, coil)
@@ -255,7 +252,7 @@ def target_proportions(design: Design) -> Iterator[Verdict]:
         )
 
 
-def _beside_line_length(design: Design, advice: Callable[[Left], str]) -> Iterator[Verdict]:
+def _beside_line_length(design: Design, hint: str, fixes: tuple[Family, ...]) -> Iterator[Verdict]:
     """Yield a finding if a target as long as the distance of two coils would give clearly larger signals."""
     spec, pitch, limit = design.spec, _line_pitch(design.spec.array), own_limits()["target_length_gain"]
     target, asked = spec.target, spec.requirements
@@ -279,32 +276,24 @@ def _beside_line_length(design: Design, advice: Callable[[Left], str]) -> Iterat
     yield Violation(
         f"the target is {show(_chord(target), 'm')} long; a length of {show(pitch, 'm')}, the distance of the "
         f"coils' centres, would multiply the normal force's signal by {gain.normal:.2g}{shear}",
-        "make the target as long as that distance", "target.size", worth, limit.value, source=limit.source,
-        advice=advice,
+        hint, "target.size", worth, limit.value, source=limit.source, fixes=fixes,
     )
 
 
 NO_PAD = "no elastomer pad: forces cannot be measured, so the target's length has no effect on them"
 
 
-def _larger(spec: SensorSpec, target: Target, pitch: float | None, coil: tuple[float, float], left: Left) -> str:
-    """A target as long as two coils are apart and as wide as one, or as large as a coil, in words."""
+def _larger(
+    spec: SensorSpec, target: Target, pitch: float | None, coil: tuple[float, float]
+) -> tuple[str, tuple[Family, ...]]:
+    """A target as long as two coils are apart and as wide as one, or as large as a coil: in words, and as changes."""
     what = "as long as the coils are apart and as wide as one" if pitch else "as large as a coil"
     if pitch and not target.outline.is_disc and abs(math.sin(target.rotation)) > 1e-9:
-        return f"take a target {what} along and across the line of the coils; target.rotation: 0 deg lies so"
+        return f"take a target {what} along and across the line of the coils; target.rotation: 0 deg lies so", ()
     length = pitch or max(target.size[0], coil[0])
     across = target.size[1] if target.outline.is_long or not pitch else 0.0  # one size is no longer than asked
-    changes = list(larger_target(spec, length, max(across, coil[1])))
-    found = first_that_mends(changes, left)
-    if found is not None:
-        return f"{found.words} (it was tried): {what}"
-    if left.is_cut_short:
-        return ""
-    against = tuple(rule for rule in broken_by(changes, left) if rule != "SIT306")
-    return (
-        f"a target {what} has no room here: tried up to {changes[-1].words}, and {fail(against)}. The two limits "
-        "contradict each other for these coils: make the coils smaller, or put up with a part of the signal"
-    )
+    return (f"a target {what}, or smaller coils if it has no room",
+            (lambda: larger_target(spec, length, max(across, coil[1])),))
 
 
 def _line_pitch(array: ArraySpec) -> float | None:

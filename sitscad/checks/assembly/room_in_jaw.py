@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from itertools import islice
 
 from sitscad.check_values import Measure
@@ -17,7 +17,7 @@ from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, 
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.fixes.moves import narrower, other_ends
-from sitscad.fixes.search import Fix, Left, first_or_vain, named, setting, tried, ways
+from sitscad.fixes.search import Family, Fix, setting
 from sitscad.geometry.convex import Box
 from sitscad.layout.board import Layout
 from sitscad.layout.lanes import coils_breadth
@@ -105,47 +105,25 @@ def _less_margin(spec: SensorSpec, axis: int, excess: float) -> Fix | None:
     return setting(spec, "fpc.margin", margin, in_brackets(margin)) if less >= 0.0 else None
 
 
-def _less_margins(design: Design, axis: int, excess: float, left: Left) -> Iterator[Fix]:
-    """Yield up to two reduced margins. With the first the body is smaller by `excess` (m) along an axis. The second
-    also makes up for leads that take wider gaps in the smaller body.
+def _less_margins(spec: SensorSpec, axis: int, excess: float) -> Iterator[Fix]:
+    """Yield reduced margins with which the body is smaller by `excess` (m) along an axis, and by more: leads may take
+    wider gaps in the smaller body.
     """
-    first = _less_margin(design.spec, axis, excess)
-    if first is None:
-        return
-    yield first
-    if (then := left.drawn(first.spec)) is not None:
-        less = 2.0 * (design.spec.fpc.margin[axis] - first.spec.fpc.margin[axis])
-        wider = then.body_size[axis] - (design.layout.body_size[axis] - less)
-        if wider > ROUNDING and (second := _less_margin(design.spec, axis, excess + wider)) is not None:
-            yield second
-
-
-def _margin_as_tried(design: Design, axis: int, excess: float, left: Left) -> str:
-    """Words for the first margin of `_less_margins` that mends, or for the first one if none does, with its result."""
-    fixes = [*_less_margins(design, axis, excess, left)]
-    fix = next((fix for fix in fixes if left(fix) == ()), fixes[0])
-    return f"{fix.words}{tried(fix, left)}"
-
-
-def _narrower_body(design: Design, excess: float, left: Left) -> str:
-    """Ends of the layers whose leads leave elsewhere, or smaller coils: the first of each that fits."""
-    found = ways((islice(_led_otherwise(design, OVERHANG, left), 1), narrower(design.spec, excess)), left)
-    if found:
-        return f"{show(excess, 'm')} too much: {named(found)} fits (it was tried); or {OTHER_SEAT}"
-    return f"{show(excess, 'm')} too much: {NARROWER}, or {OTHER_SEAT}"
-
-
-def _led_otherwise(design: Design, name: str, left: Left) -> Iterator[Fix]:
-    # Other ends of the layers whose leads leave the body so narrow that a measure is an error no more, or no warning
-    # where it is one now; as far as the budget goes.
-    now = _measure_of(design, name)
-    for fix in other_ends(design.spec):
-        layout = left.drawn(fix.spec)
-        if now is None or layout is None:
-            return
-        then = _measure_of(Design(fix.spec, layout), name)
-        if then is not None and _weight_of(then) not in (Severity.ERROR, _weight_of(now)):
+    for more in WIDER_GAPS:
+        if (fix := _less_margin(spec, axis, excess + more)) is not None:
             yield fix
+
+
+WIDER_GAPS = (0.0, 0.02e-3, 0.05e-3, 0.1e-3, 0.2e-3)
+"""What leads may take more of a smaller body (m)."""
+
+MOST_ENDS = 6
+"""Other ends of the layers that are tried to lead the coils out elsewhere."""
+
+
+def _narrower(spec: SensorSpec, by: float) -> tuple[Family, ...]:
+    """Return a board narrower by so much (m): ends of the layers whose leads leave elsewhere, or smaller coils."""
+    return lambda: islice(other_ends(spec), MOST_ENDS), partial(narrower, spec, by)
 
 
 def _in_pocket(design: Design, jaw: Jaw, long: float, wide: float) -> Iterator[Verdict]:
@@ -192,12 +170,11 @@ def _overhang(design: Design, jaw: Jaw) -> Iterator[Verdict]:
     excess = 2.0 * (over.worst - over.limit)
     less = _less_margin(design.spec, 1, excess)
     found = replace(found, message=f"{said}it is to be held by {carried}",
-                    hint=f"{less.words if less else 'a narrower board'}, or {OTHER_SEAT}")
+                    hint=f"{show(excess, 'm')} too much: {'a smaller margin' if less else NARROWER}, or {OTHER_SEAT}")
     if less is not None:
-        found = replace(found, key="fpc.margin",
-                        advice=lambda left: f"{_margin_as_tried(design, 1, excess, left)}, or {OTHER_SEAT}")
+        found = replace(found, key="fpc.margin", fixes=(lambda: _less_margins(design.spec, 1, excess),))
     elif severity is Severity.ERROR:
-        found = replace(found, advice=lambda left: _narrower_body(design, excess, left))
+        found = replace(found, fixes=_narrower(design.spec, excess))
     yield found
 
 
@@ -212,9 +189,9 @@ def sensor_length(design: Design) -> Iterator[Verdict]:
     pitch = ", or a smaller pitch" if len(design.spec.array.placements) > 1 else ""
     yield Violation(
         f"the board's body is {show(measure.nominal, 'm')} long{_with_tolerances(measure)}, the jaw "
-        f"{show(jaw.length, 'm')}", too_much + (less.words if less else f"fewer or smaller coils{pitch}"),
+        f"{show(jaw.length, 'm')}", too_much + ("a smaller margin" if less else f"fewer or smaller coils{pitch}"),
         "fpc.margin" if less else design.distance_key, measure.measured, jaw.length, "m", severity=severity,
-        advice=(lambda left: too_much + _margin_as_tried(design, 0, excess, left)) if less else None,
+        fixes=(lambda: _less_margins(design.spec, 0, excess),) if less else (),
         detail=unverified(jaw),
     )
 
@@ -263,7 +240,6 @@ def _too_high(design: Design, jaw: Jaw, pair: Measure) -> Violation:
     loose = [f"{share.part} +-{show(share.tolerance, 'm', 3)}" for share in widest]
     plates = "a narrower target, and elastomer, or " if pair.decided_by in PLATES else ""
 
-    @cache
     def otherwise() -> str:
         return (
             f"take {show(_height_to_take_off(design, pair), 'm', 3)} off: {thinner}; or narrower tolerances: "
@@ -279,23 +255,21 @@ def _too_high(design: Design, jaw: Jaw, pair: Measure) -> Violation:
         by, words = narrower_by()
         return f"{words} {NARROWER}; or {otherwise()}" if by else plates + otherwise()
 
-    def advice(left: Left) -> str:
+    def fixes() -> Iterator[Fix]:
         # less margin, other ends of the layers, or smaller coils, with which the board's edges leave the pair its port
-        by, words = narrower_by()
-        if not by:
-            return ""
-        led = islice(_led_otherwise(design, CLOSED_PAIR, left), 1)
-        fixes = [*_less_margins(design, 1, by, left)] or [*led, *narrower(spec, by)]
-        found = first_or_vain(fixes, left, ("", otherwise(), f"{NARROWER}; or {otherwise()}"))
-        return f"{words} {found}" if found else ""
+        by, _ = narrower_by()
+        if by and _less_margin(spec, 1, by) is not None:
+            yield from _less_margins(spec, 1, by)
+        elif by:
+            yield from (fix for family in _narrower(spec, by) for fix in family())
 
     glue = math.fsum(share.nominal for share in pair.parts if share.part.startswith(GLUE))
     passes = f"it would pass {show(wider, 'm')}, the smallest measured port of that nominal size"
     return Violation(
         f"the closed jaws with the sensor glued between them need a circle of {show(pair.nominal, 'm')}"
         f"{_with_tolerances(pair)}, which the {pair.decided_by} decides; the port's is {show(jaw.port_diameter, 'm')}",
-        "", "mount.standoff", pair.measured, jaw.port_diameter, "m", severity=_weight_of(pair),
-        advice=advice if pair.decided_by == BOARD else None, finds_hint=hint,
+        hint, "mount.standoff", pair.measured, jaw.port_diameter, "m", severity=_weight_of(pair),
+        fixes=(fixes,) if pair.decided_by == BOARD else (),
         detail=joined(f"glue lines are {show(glue, 'm', 3)} of it", unverified(jaw),
                       "" if pair.measured > wider + ROUNDING else passes),
     )

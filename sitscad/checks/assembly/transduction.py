@@ -15,9 +15,10 @@ from sitscad.estimates.states.pressing import BESIDE_PAD, loaded_face, pressed, 
 from sitscad.finding import Severity
 from sitscad.fixes.moves import stiffer_pad, thicker_target
 from sitscad.fixes.pads import other_thicknesses
-from sitscad.fixes.search import Fix, Left, first_tried, setting, tried
+from sitscad.fixes.search import Fix, setting
 from sitscad.mechanics import elastomer
 from sitscad.mechanics.pad import HELD_SHEAR
+from sitscad.record import record
 from sitscad.scene.stack import ground
 from sitscad.spec.circuit import LayerKind
 from sitscad.spec.materials import ElastomerMaterial
@@ -64,14 +65,17 @@ def elastomer_strain(design: Design) -> Iterator[Verdict]:
     otherwise = (
         f"a larger {larger} gives way less. Measure a coupon: data sheets differ from measurements by 1.1 to 3.7 times"
     )
+
+    def stiffer() -> _Stiffer:
+        return design.once("stiffer pad", lambda: _stiffer(design.spec, force))
+
     beyond = f"; beyond {100.0 * valid:.0f} % the pad's law is extrapolated" if nominal.strain > valid else ""
     yield Violation(
         f"{show(force, 'N')} compress the {show(pad.thickness, 'm')} {rubber.name} pad by {100.0 * nominal.strain:.0f} "
         f"% ({100.0 * least.strain:.0f} to {100.0 * most.strain:.0f} % with the modulus "
         f"{show(rubber.shear_modulus, 'Pa', 3)} +- {100.0 * sigma:.0f} %), down to {show(nominal.gap, 'm', 3)}",
-        "", "elastomer.material", strain, limit, finds_hint=lambda: _stiffer(design.spec, force) + otherwise,
-        severity=Severity.ERROR if is_error else Severity.WARNING,
-        advice=(lambda left: _stiffer(design.spec, force, left) + otherwise) if is_error else None,
+        lambda: stiffer().words + otherwise, "elastomer.material", strain, limit,
+        severity=Severity.ERROR if is_error else Severity.WARNING, fixes=(lambda: stiffer().fixes,),
         detail=f"{which}, {100.0 * strain:.1f} %, is more than {100.0 * limit:.0f} %{beyond}; shape factor "
         f"{nominal.shape_factor:.2f}{_part(nominal)}",
     )
@@ -151,10 +155,10 @@ def elastomer_shear(design: Design) -> Iterator[Verdict]:
         yield Undecided("no pitch: the coils have no common distance")
         return
 
-    def advice(left: Left) -> str:
-        # the softest silicone on which the target stays over the coils, then pads of other thickness
+    def silicone() -> list[Fix]:
+        # the softest one on which the target stays over the coils
         enough = _softest_for_shear(spec, force, min(elastomer.VALID_SHEAR, 0.5 * pitch / pad.thickness))
-        return first_tried([[] if enough is None else [_of(spec, enough)], list(other_thicknesses(spec))], hint)(left)
+        return [] if enough is None else [_of(spec, enough)]
 
     travel = strain * pad.thickness
     if math.inf > travel > pitch / 2.0:
@@ -162,7 +166,8 @@ def elastomer_shear(design: Design) -> Iterator[Verdict]:
             f"{show(force, 'N')} of shear move the target by about {show(travel, 'm', 2)} (+- "
             f"{100.0 * pad.material.shear_modulus_sigma:.0f} % with its modulus; {travel / pad.thickness:.2g} times "
             f"the pad's thickness); beyond {show(pitch / 2.0, 'm')} it has passed a coil's centre and the signal turns "
-            "back", hint, "elastomer.material", travel, pitch / 2.0, "m", advice=advice,
+            "back", hint, "elastomer.material", travel, pitch / 2.0, "m",
+            fixes=(silicone, lambda: other_thicknesses(spec)),
         )
 
 
@@ -218,17 +223,15 @@ def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdi
             f"{_named_preset(enough())}; a thinner pad shortens the travel, not this share"
         )
 
-    def advice(left: Left) -> str:
-        # the softest silicone that is stiff enough where trying finds that it mends, before what else would
-        fix = None if (soft := enough()) is None else _of(spec, soft)
-        return hint() if fix is None or left(fix) != () else f"{fix.words}{tried(fix, left)}; or {hint()}"
+    def stiff() -> list[Fix]:
+        return [] if (soft := enough()) is None else [_of(spec, soft)]
 
     moved, softer = (f"by {100.0 * one:.0f} % of its thickness" if math.isfinite(one) else
                      "out of its place: it gives way" for one in (strain, usual))
     yield Violation(
         f"{show(force, 'N')} of shear, with the required normal force or without, move the target on the "
-        f"{material.name} pad {moved} ({softer} with a modulus one sigma softer)", "", "elastomer.material",
-        most if math.isfinite(most) else None, limit, source=elastomer.SHEAR_SOURCE, advice=advice, finds_hint=hint,
+        f"{material.name} pad {moved} ({softer} with a modulus one sigma softer)", hint, "elastomer.material",
+        most if math.isfinite(most) else None, limit, source=elastomer.SHEAR_SOURCE, fixes=(stiff,),
         severity=Severity.WARNING if strain > limit or math.isinf(usual) else Severity.NOTE,
         detail=f"beyond {100.0 * limit:.0f} % (a conservative figure, unverified) the travel is extrapolated, and bond "
         "and edges of the pad may peel",
@@ -337,16 +340,13 @@ def target_bending(design: Design) -> Iterator[Verdict]:
         stiff = "something stiff that is no metal glued on it, and its size as requirements.contact"
         flat = f"{show(enough, 'm', 2)} of the same metal stay flat; or " if is_flat else ""
 
-        def advice(left: Left) -> str:
-            fix = thicker_target(spec, enough)
-            return f"{fix.words}{tried(fix, left)}; or {stiff}" if is_flat and left(fix) == () else ""
-
         yield Violation(
             f"{show(target.thickness, 'm')} of {target.material.name} bend: where {show(force, 'N')} press "
             f"{show(contact[0], 'm')} x {show(contact[1], 'm')} of its middle, that goes down by "
             f"{100.0 * bent[0]:.0f} % of the pad's way more than the target's edges, and all numbers are "
             "those of a rigid plate",
-            f"{flat}{stiff}", "target.thickness", float(bent[0]), limit, advice=advice,
+            f"{flat}{stiff}", "target.thickness", float(bent[0]), limit,
+            fixes=(lambda: [thicker_target(spec, enough)],) if is_flat else (),
             detail=f"{100.0 * limit:.0f} % are borne; requirements.contact says what presses",
         )
 
@@ -364,9 +364,17 @@ def _softest(sigma: float) -> float:
     return max(0.05, 1.0 - sigma)
 
 
-def _stiffer(spec: SensorSpec, force: float, left: Left | None = None) -> str:
-    # The shear modulus that keeps even the softest case within the valid strain; nothing where bulk limits it. By
-    # bisection of the pad's law; `left`, which costs another estimate, tells what else it breaks.
+@record
+class _Stiffer:
+    """A pad that bears the force: in words, and as changes."""
+
+    words: str = ""
+    fixes: tuple[Fix, ...] = ()
+
+
+def _stiffer(spec: SensorSpec, force: float) -> _Stiffer:
+    # The softest silicone, and the shear modulus, that keep even the softest case within the valid strain, by bisection
+    # of the pad's law; none if bulk limits it.
     pad, face = pad_of(spec), loaded_face(spec)[0]
     strain, sigma = elastomer.VALID_STRAIN, pad.material.shear_modulus_sigma
     around = surround(spec) or elastomer.BARE
@@ -377,15 +385,15 @@ def _stiffer(spec: SensorSpec, force: float, left: Left | None = None) -> str:
 
     low, high = 1.0, pad.material.bulk_modulus
     if not bears(pad.material, high):
-        return ""
+        return _Stiffer()
     while high > 1.0005 * low:
         middle = math.sqrt(low * high)
         low, high = (low, middle) if bears(pad.material, middle) else (middle, high)
-    change = stiffer_pad(spec, _rounded_up(high / _softest(sigma)))
+    change, enough = stiffer_pad(spec, _rounded_up(high / _softest(sigma))), _softest_enough(bears)
     known = f", known to +- {100.0 * sigma:.0f} % as here," if sigma > 0.0 else ""
     result = f"keeps the softest case within {100.0 * strain:.0f} %"
-    named = _named_preset(_softest_enough(bears))
-    return f"{change.words}{known} {result}{tried(change, left) if left else ''}{named}; "
+    fixes = (change,) if enough is None else (_of(spec, enough), change)
+    return _Stiffer(f"{change.words}{known} {result}{_named_preset(enough)}; ", fixes)
 
 
 def _softest_enough(bears: Callable[[ElastomerMaterial, float], bool]) -> ElastomerMaterial | None:

@@ -18,7 +18,7 @@ from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Missing, Place
 from sitscad.fixes.moves import larger_connectors, wider
-from sitscad.fixes.search import Left, first_that_mends, setting, tried
+from sitscad.fixes.search import setting
 from sitscad.geometry.path import Arc, Line, Path, Point
 from sitscad.geometry.primitives import Primitives, distances, from_rows, nearest_pairs, path_rows, to_points
 from sitscad.layout.board import Layout, Pad, Role, Trace, Via
@@ -77,9 +77,8 @@ def copper_to_edge(design: Design) -> Iterator[Verdict]:
         if is_told and not at_plug:
             continue
         yield found if not at_plug else replace(
-            found, hint=f"{missing}a connector with more board beside its contacts", key="fpc.tail.connector",
-            advice=lambda left, missing=missing: missing + design.once(  # type: ignore[misc]
-                "connector with more edge", lambda: _connector_with_edge(design.spec, left)),
+            found, hint=missing + _edge_margin(design.spec), key="fpc.tail.connector",
+            fixes=(lambda: larger_connectors(design.spec, "edge_margin"),),
         )
 
 
@@ -97,22 +96,14 @@ def _near_edge(design: Design) -> dict[tuple[str, int], tuple[float, int, Item]]
     return worst
 
 
-def _connector_with_edge(spec: SensorSpec, left: Left) -> str:
-    """A connector whose contacts stand far enough from the edge, found by laying the board out with it."""
+def _edge_margin(spec: SensorSpec) -> str:
+    """How far the board reaches beside a connector's contacts, and what else helps."""
     tail = spec.fpc.tail
     assert tail is not None
     unseen = " (unverified)" if is_unverified(tail.connector.source, "edge_margin") else ""
     have = f"{tail.connector.name} has {show(tail.connector.edge_margin, 'm')}{unseen}"
-    margin = f"beside its contacts {have} of board from their middle"
-    for fix in larger_connectors(spec, "edge_margin"):
-        layout = left.drawn(fix.spec)
-        if layout is None:
-            break
-        if not layout.shortfalls and not _near_edge(Design(fix.spec, layout)) and left(fix) == ():
-            return f"{margin}; {fix.words} has enough (it was tried)"
-    if left.is_cut_short:
-        return f"{margin}: a connector with more, or a fabricator who cuts nearer to copper"
-    return f"{margin}, and no installed connector has enough: take a fabricator who cuts nearer to copper"
+    return (f"beside its contacts {have} of board from their middle: a connector with more, or a fabricator who cuts "
+            "nearer to copper")
 
 
 def drill_to_copper(design: Design) -> Iterator[Verdict]:
@@ -185,17 +176,9 @@ def _spacing_complaint(design: Design, near: Nearness, places: int, key: str) ->
     if asked - near.gap > nearer_by(spec.coil):
         return found
     spacing = GRAIN * math.ceil((spec.coil.trace_spacing + (asked - near.gap)) / GRAIN - 1e-6)
-    untried = f"{missing}coil.trace_spacing: {show(spacing, 'm', 6)}: {WHY}"
-
-    def advice(left: Left) -> str:
-        # that spacing, with fewer turns where the wider pitch takes the room of those
-        changes = list(wider(spec, 0.0, spacing))
-        mending = first_that_mends(changes, left)
-        if mending is not None:
-            return f"{missing}{mending.words} gives them their distance (it was tried): {WHY}"
-        return "".join([untried, *(tried(change, left) for change in changes[-1:])])
-
-    return replace(found, key="coil.trace_spacing", hint=untried, advice=advice)
+    # with fewer turns if the wider pitch takes their room
+    return replace(found, key="coil.trace_spacing", hint=f"{missing}a larger coil.trace_spacing: {WHY}",
+                   fixes=(lambda: wider(spec, 0.0, spacing),))
 
 
 def _common_radius(layout: Layout) -> float | None:
@@ -214,8 +197,8 @@ def _common_radius(layout: Layout) -> float | None:
 def _with_less_radius(found: Violation, missing: str, spec: SensorSpec, radius: float) -> Violation:
     """The complaint with the corner radius (m) that the innermost side has room for, too."""
     fix = setting(spec, "coil.corner_radius", radius, f"{radius * 1e3:.6g}")
-    hint = f"{missing}{fix.words}: corners at the inner end have no room for a larger radius"
-    return replace(found, key="coil.corner_radius", hint=hint, advice=lambda left: f"{hint}{tried(fix, left)}")
+    hint = f"{missing}corners at the inner end have no room for a larger radius than {fix.words}"
+    return replace(found, key="coil.corner_radius", hint=hint, fixes=(lambda: [fix],))
 
 
 def _kind(item: Item) -> str:

@@ -6,9 +6,9 @@ from __future__ import annotations
 
 import math
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from functools import cached_property
-from itertools import islice, pairwise
+from itertools import pairwise
 
 import numpy as np
 
@@ -18,7 +18,6 @@ from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, rule_of
 from sitscad.design import Design
 from sitscad.finding import Place
 from sitscad.fixes.moves import other_ends
-from sitscad.fixes.search import Fix, Left, first_that_mends
 from sitscad.geometry.path import Point, Segment
 from sitscad.geometry.primitives import from_rows, nearest_pairs, path_rows, to_points
 from sitscad.layout.board import Layout, Pad, Trace
@@ -249,7 +248,8 @@ MOST_DRAWN = 2
 _SAME_PLACE = 1e-8
 
 DRAWN = "the layout drew this, it is no fault of the spec"
-DRAWN_SO = f"{DRAWN}: another coil.start_angle, or part of a turn more or less, makes it draw the leads otherwise"
+DRAWN_SO = (f"{DRAWN}: another coil.start_angle, or part of a turn more or less, draws the leads otherwise; the "
+            "board works as it is, only its yield is lower")
 
 
 def acute_angle(design: Design) -> Iterator[Verdict]:
@@ -271,7 +271,7 @@ def acute_angle(design: Design) -> Iterator[Verdict]:
         yield Violation(
             f"{what} meet at {math.degrees(angle):.3g} degrees on layer {layer}", DRAWN_SO, "coil", math.degrees(angle),
             math.degrees(ACUTE), "degrees", place=Place(x, y, layer, (a.net,)),
-            advice=lambda left: _drawn_otherwise(design, acute_angle, left),
+            fixes=(lambda: other_ends(design.spec),),
         )
 
 
@@ -286,28 +286,8 @@ def sliver(design: Design) -> Iterator[Verdict]:
             f"{show(asked - near.gap, 'm')} are missing: a gap this narrow is not etched through, or leaves a strip "
             f"of resist that comes off; {DRAWN_SO}", "coil", near.gap, asked, "m", source=source,
             place=Place(near.x, near.y, near.layer, (near.one.net,)),
-            advice=lambda left: _drawn_otherwise(design, sliver, left),
+            fixes=(lambda: other_ends(design.spec),),
         )
-
-
-def _drawn_otherwise(design: Design, rule: Callable[[Design], Iterable[Verdict]], left: Left) -> str:
-    """Which start angle or number of turns makes the layout draw something else, found by drawing it."""
-
-    def free() -> Iterator[Fix]:
-        # other ends of the layers with which the rule finds nothing, as far as the budget goes
-        for fix in other_ends(design.spec):
-            layout = left.drawn(fix.spec)
-            if layout is None:
-                return
-            if not list(rule(Design(fix.spec, layout))):
-                yield fix
-
-    found = design.once(f"{rule.__name__} drawn otherwise", lambda: first_that_mends(islice(free(), MOST_DRAWN), left))
-    if found is None and left.is_cut_short:
-        return ""
-    if found is None:
-        return f"{DRAWN_SO}; the board works as it is, only its yield is lower"
-    return f"{DRAWN}: {found.words} makes it draw the leads otherwise (it was tried)"
 
 
 def shorted_turn(design: Design) -> Iterator[Verdict]:

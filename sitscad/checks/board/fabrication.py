@@ -8,14 +8,14 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import combinations
+from itertools import combinations, islice
 
 from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, rule_of
 from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Place, Severity
 from sitscad.fixes.moves import finer_fabricators, plated_in_holes_alone, wider
-from sitscad.fixes.search import Fix, Left, first_or_vain, first_that_mends, in_vain
+from sitscad.fixes.search import Family, Fix
 from sitscad.layout.panel import FEWEST_BRIDGES, bridges, is_wanted, least_size, narrower_bridge
 from sitscad.spec import presets
 from sitscad.spec.circuit import MASK, LayerKind, Stackup
@@ -185,7 +185,6 @@ def gap_asked_by(rules: DesignRules, asked: float) -> tuple[str, str]:
 NAMED = 4
 """Finer fabricators that are named at most."""
 
-TRIED = " (it was tried)"
 WAIVER = "ask the fabricator for a waiver (no electrical test sees a short between turns)"
 
 
@@ -211,10 +210,8 @@ def _too_fine(spec: SensorSpec, field: str, asked: str, more: str) -> Iterator[V
     if value < least - ROUNDING:
         yield Violation(
             f"{asked.format(show(value, 'm'))}; {house(spec.fpc.rules, field)} makes {show(least, 'm')} and {more}",
-            "", f"coil.{field}", value, least, "m", source=source_of(spec.fpc.rules, field),
-            advice=lambda left: _widened(spec, field, left),
-            finds_hint=lambda: "widen tracks and gaps and wind fewer turns, or choose "
-            + _finer(list(finer_fabricators(spec))),
+            lambda: f"widen tracks and gaps and wind fewer turns, or choose {_finer(spec)}",
+            f"coil.{field}", value, least, "m", source=source_of(spec.fpc.rules, field), fixes=_widened(spec, field),
         )
 
 
@@ -259,7 +256,7 @@ def loop_lines(design: Design) -> Iterator[Verdict]:
                 "and SIT203)",
                 f"coil.{field}", value, smallest, "m", Severity.ERROR if binds else Severity.WARNING,
                 source_of(rules, f"coil_{field}"),
-                advice=partial(_waived if binds else _hardly_widened, design.spec, f"coil_{field}"),
+                fixes=_widened(design.spec, f"coil_{field}", is_all=not binds),
                 detail="" if binds else f"this only warns: {why}",
             )
     unknown = next((f for f in ("coil_trace_width", "coil_trace_spacing") if f in rules.beyond), None)
@@ -268,64 +265,32 @@ def loop_lines(design: Design) -> Iterator[Verdict]:
         yield from _thicker_foil(design.spec, unknown, "coiled tracks", severity)
 
 
-def _widened(spec: SensorSpec, field: str, left: Left) -> str:
-    """Tracks and gaps as wide as all binding rules ask, together, with as many turns as then do: found by trying."""
+def _widened(spec: SensorSpec, field: str, is_all: bool = False) -> tuple[Family, ...]:
+    """Return tracks and gaps as wide as all binding rules ask (or all rules), plated holes alone, finer fabricators."""
     rules = spec.fpc.rules
     width, spacing = (
-        max(getattr(rules, name), (getattr(rules, f"coil_{name}") or 0.0) if rules.binds(f"coil_{name}") else 0.0)
+        max(getattr(rules, name), (getattr(rules, f"coil_{name}") or 0.0)
+            if is_all or rules.binds(f"coil_{name}") else 0.0)
         for name in ("trace_width", "trace_spacing")
     )
-    wide, houses = list(wider(spec, width, spacing)), list(finer_fabricators(spec))
-    is_wide = first_that_mends(wide, left) is not None
-    found = None if is_wide else first_that_mends(houses[:NAMED], left)
-    finer = f"{found.words}{TRIED}" if found is not None else f"choose {_finer(houses)}"
-    finer = "; or ".join(filter(None, (_as_foil(spec, field, left), finer)))
-    return _once(first_or_vain(wide, left, ("", finer, f"{finer}, or a larger coil with wider tracks and gaps")))
+    houses = () if is_all else (lambda: islice(finer_fabricators(spec), NAMED),)
+    return partial(wider, spec, width, spacing), partial(_as_foil, spec, field), *houses
 
 
-def _once(hint: str) -> str:
-    """A hint that begins with what was tried, with that said once, behind the last of several."""
-    before, _, after = hint.rpartition(TRIED)
-    return f"{before.replace(TRIED, '')} (each was tried){after}" if TRIED in before else hint
-
-
-def _as_foil(spec: SensorSpec, field: str, left: Left) -> str:
-    """Plating in the holes alone, where a figure of the coil is then enough for its foil; empty where it is not."""
+def _as_foil(spec: SensorSpec, field: str) -> Iterator[Fix]:
+    """Plating in the holes alone, if a figure of the coil is then enough for its foil."""
     value = getattr(spec.coil, field.removeprefix("coil_"))
-    fixes = (fix for fix in plated_in_holes_alone(spec)
-             if value >= (getattr(fix.spec.fpc.rules, field) or 0.0) - ROUNDING)
-    found = first_that_mends(fixes, left)
-    return "" if found is None else f"{found.words} leaves the tracks foil, a build to ask for{TRIED}"
+    for fix in plated_in_holes_alone(spec):
+        if value >= (getattr(fix.spec.fpc.rules, field) or 0.0) - ROUNDING:
+            yield fix
 
 
-def _finer(houses: Sequence[Fix]) -> str:
+def _finer(spec: SensorSpec) -> str:
     """The finer fabricators in words: their figures allow it."""
-    if not houses:
+    names = [fix.edits[0].new for fix in islice(finer_fabricators(spec), NAMED)]
+    if not names:
         return "a finer fabricator (no installed profile is as fine)"
-    return f"a finer fabricator by fpc.rules ({', '.join(fix.edits[0].new for fix in houses[:NAMED])})"
-
-
-def _hardly_widened(spec: SensorSpec, field: str, left: Left) -> str:
-    """Advice for a minimum that only warns: tracks and gaps that keep it, with all turns if the coil has room for them.
-    If many designs may be tried, fewer turns are tried, too.
-    """
-    rules = spec.fpc.rules
-    fixes = list(wider(spec, rules.coil_trace_width or 0.0, rules.coil_trace_spacing or 0.0))
-    all_turns = [fix for fix in fixes[:1] if fix.spec.coil.turns == spec.coil.turns]
-    found, foil = first_that_mends(all_turns, left), _as_foil(spec, field, left)
-    known = [] if found is None else [f"{found.words} keeps all turns{TRIED}"]
-    known += [foil] if foil else []
-    if not known and left.wants_another() and (found := first_that_mends(fixes, left)) is not None:
-        known = [f"{found.words}{TRIED}"]
-    if not known and left.is_cut_short:
-        return ""
-    vain = "" if known or not fixes else f"; wider tracks were tried in vain: {in_vain(fixes, left)}"
-    return _once("; or ".join((*known, _waiver(spec)))) + vain
-
-
-def _waived(spec: SensorSpec, field: str, left: Left) -> str:
-    widened = _widened(spec, field, left)
-    return f"{_waiver(spec)}, or {widened}" if widened else ""
+    return f"a finer fabricator by fpc.rules ({', '.join(names)})"
 
 
 def _waiver(spec: SensorSpec) -> str:

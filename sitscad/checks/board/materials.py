@@ -8,7 +8,6 @@ from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, rule_of
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.fixes.moves import read_anew
-from sitscad.fixes.search import first_tried
 from sitscad.spec import presets
 from sitscad.spec.circuit import MASK, LayerKind, StackLayer
 from sitscad.units import show
@@ -60,8 +59,7 @@ def _other_material(design: Design, index: int, message: str, kind: LayerKind) -
     key = f"fpc.stackup.{index}.material"
     hint = f"{key}: {' or '.join(serving)}"
     usual = "FR4" if kind is LayerKind.DIELECTRIC and presets.is_rigid(design.spec.fpc.stackup) else USUAL[kind]
-    fixes = list(read_anew(design.spec, key, usual))
-    return Violation(message, hint, key, advice=first_tried([fixes], hint) if fixes else None)
+    return Violation(message, hint, key, fixes=(lambda: read_anew(design.spec, key, usual),))
 
 
 def coverlay_adhesive(design: Design) -> Iterator[Verdict]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import partial
 from itertools import pairwise
 
 from sitscad.checks.board.clearances import crossings
@@ -12,8 +13,8 @@ from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, 
 from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Place, Severity
-from sitscad.fixes.moves import read_anew, thinner_tails
-from sitscad.fixes.search import first_tried
+from sitscad.fixes.moves import each_read, thinner_tails
+from sitscad.fixes.search import Family
 from sitscad.geometry.path import Path
 from sitscad.layout.bending import Where, finished_thickness
 from sitscad.layout.board import Pad
@@ -45,25 +46,23 @@ def insertion_thickness(design: Design) -> Iterator[Verdict]:
     wrong = abs(have - wanted)
     if wrong > allowed + ROUNDING:
         spec, bare = design.spec, have - (plate.thickness if plate is not None else 0.0)
-        others = [fix for name in presets.names("connector") if name != connector.name
-                  for fix in read_anew(spec, "fpc.tail.connector", name)]
-        advice = None
+        names = [name for name in presets.names("connector") if name != connector.name]
+        others, fixes = partial(each_read, spec, "fpc.tail.connector", names), tuple[Family, ...]()
         if bare <= wanted + allowed + ROUNDING:
             hint = (f"choose a stiffener {show(wrong, 'm')} {'thinner' if have > wanted else 'thicker'} "
                     "(fpc.tail.stiffener), or another fpc.tail.connector")
             plate_of = [f"{1e3 * (wanted - bare):.6g}"] if wanted > bare else []
-            own = [fix for size in plate_of for fix in read_anew(spec, "fpc.tail.stiffener", size)]
-            advice = first_tried([own, others], hint)
+            fixes = partial(each_read, spec, "fpc.tail.stiffener", plate_of), others
         elif presets.is_rigid(spec.fpc.stackup):
             hint = "fpc.tail.connector: solder-pads, for wires or a soldered connector: FR4 is too thick for plugs"
         else:
             hint = ("it is too thick without any stiffener: fewer copper layers down the tail (fpc.tail.layers), a "
                     "thinner fpc.stackup, or another fpc.tail.connector")
-            advice = first_tried([list(thinner_tails(spec)), others], hint)
+            fixes = partial(thinner_tails, spec), others
         yield Violation(
             f"the tail's end, with its stiffener, is {show(have, 'm')} thick; {connector.name} takes "
             f"{show(wanted, 'm')} +- {show(allowed, 'm')}{plug_mark(connector)}", hint, "fpc.tail.connector", have,
-            wanted, "m", source=connector.source, advice=advice,
+            wanted, "m", source=connector.source, fixes=fixes,
         )
 
 

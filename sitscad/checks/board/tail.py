@@ -14,7 +14,7 @@ from sitscad.design import Design
 from sitscad.fabrication.notes import build_text
 from sitscad.finding import Edit, Place, Severity
 from sitscad.fixes.moves import larger_body
-from sitscad.fixes.search import Fix, Left, first_tried, setting, tried
+from sitscad.fixes.search import Family, Fix, Growing, setting
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.bending import (
     bend_figure,
@@ -35,12 +35,11 @@ from sitscad.spec.presets import is_rigid
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
-LENGTH_GRAIN, TRIALS, LONGEST = 0.1e-3, 5, 5.0
-"""A longer tail is named in steps of this (m), after at most so many trials; the spec takes none longer than this (m).
-"""
+LENGTH_GRAIN, LONGEST = 0.1e-3, 5.0
+"""A longer tail is named in steps of this (m); the spec takes none longer than this (m)."""
 
 FIRST_ROOM = 1e-3
-"""The least length (m) by which a tail without any room to bend is lengthened, trial by trial."""
+"""The least length (m) by which a tail without any room to bend is lengthened."""
 
 NO_ROOM = "lengthen the tail, or fpc.tail.bend: none"
 
@@ -150,13 +149,13 @@ def _too_short(design: Design) -> Iterator[Violation]:
     yield Violation(
         message, NO_ROOM, "fpc.tail.length", straight.room, needed, "m",
         Severity.WARNING if has_room else Severity.ERROR, source_of(spec.fpc.rules, figure[0]) if figure else None,
-        place if straight.unfit is not None else None, advice=lambda left: _longer(design, left),
+        place if straight.unfit is not None else None, fixes=_longer(design),
     )
 
 
 def tail_length(design: Design) -> Iterator[Verdict]:
     """The tail as drawn against the length that the spec asks for."""
-    tail, drawn, fewer = design.spec.fpc.tail, design.layout.tail_length, "; a shorter one wants fewer contacts"
+    tail, drawn = design.spec.fpc.tail, design.layout.tail_length
     assert tail is not None
     if drawn > tail.length + ROUNDING:
         needed = LENGTH_GRAIN * math.ceil(drawn / LENGTH_GRAIN - 1e-6)
@@ -164,8 +163,8 @@ def tail_length(design: Design) -> Iterator[Verdict]:
         yield Violation(
             f"a tail of {show(tail.length, 'm', 3)} is asked for and {show(drawn, 'm', 3)} are drawn: so much its "
             "leads take to come together, to spread to the contacts, and for the stiffener under them",
-            f"{fix.words} is what is drawn{fewer}", "fpc.tail.length", tail.length, drawn, "m",
-            advice=lambda left: f"{fix.words} is what is drawn{tried(fix, left)}{fewer}",
+            "write the length that is drawn; a shorter one wants fewer contacts", "fpc.tail.length", tail.length,
+            drawn, "m", fixes=(lambda: [fix],),
         )
 
 
@@ -206,27 +205,22 @@ def _too_sharp(spec: SensorSpec) -> Iterator[Violation]:
             f"thicknesses that {house(spec.fpc.rules, figure[0])} asks: {show(least, 'm', 3)}", hint,
             "fpc.tail.bend.radius", tail.bend_radius, least, "m", severity=Severity.WARNING,
             source=source_of(spec.fpc.rules, figure[0]),
-            advice=first_tried([[fix]], hint),
+            fixes=(lambda: [fix],),
         )
 
 
-def _longer(design: Design, left: Left) -> str:
-    # The length of tail with which its bend has room, found by laying the board out with it; what else would do if
-    # none, or where leads or vias found no room: that search is long, and as vain with any tail.
-    shorter, length = design, design.layout.tail_length
-    for _ in range(TRIALS if not design.layout.shortfalls else 0):
-        missing = bend_length(shorter.spec.fpc) - max(0.0, _straight(shorter).room)
-        if shorter.layout.bend_zone is None:
-            missing = max(missing, FIRST_ROOM)
-        length = LENGTH_GRAIN * math.ceil((length + missing) / LENGTH_GRAIN - 1e-6)
-        longer = setting(design.spec, "fpc.tail.length", length, f"{length * 1e3:.1f} mm")
-        layout = left.drawn(longer.spec) if length <= LONGEST else None
-        if layout is None:
-            break
-        shorter = Design(longer.spec, layout)
-        if _fits(shorter):
-            return f"{longer.words} is long enough{tried(longer, left)}, or fpc.tail.bend: none"
-    return NO_ROOM
+def _longer(design: Design) -> tuple[Family, ...]:
+    # Longer tails. None if leads or vias found no room: that is as vain with any tail.
+    missing = bend_length(design.spec.fpc) - max(0.0, _straight(design).room)
+    if design.layout.bend_zone is None:
+        missing = max(missing, FIRST_ROOM)
+
+    def longer(by: float) -> Fix:
+        length = LENGTH_GRAIN * math.ceil((design.layout.tail_length + by) / LENGTH_GRAIN - 1e-6)
+        fix = setting(design.spec, "fpc.tail.length", length, f"{length * 1e3:.1f} mm")
+        return fix if length <= LONGEST else Fix((), design.spec)
+
+    return () if design.layout.shortfalls else (Growing(longer, missing, LENGTH_GRAIN),)
 
 
 def _fits(design: Design) -> bool:
@@ -319,10 +313,10 @@ def _too_near(design: Design, message: str, gap: float, asked: float, source: st
     fix = setting(design.spec, "fpc.margin", (longer, margin[1]), f"[{longer * 1e3:g}, {margin[1] * 1e3:g}]")
     if design.spec.fpc.body is not None:
         fix = larger_body(design.spec, longer)
-    hint = f"{show(asked - gap, 'm')} are missing: {fix.words} makes the body longer"
-    other = f"or as many layers in the tail (the step is {show(step_height(design.layout), 'm')} high)"
-    return Violation(message, f"{hint}, {other}", "fpc.tail.layers", gap, asked, "m", source=source, place=place,
-                     advice=lambda left: f"{hint}{tried(fix, left)}, {other}")
+    hint = (f"{show(asked - gap, 'm')} are missing: a longer body, or as many layers in the tail (the step is "
+            f"{show(step_height(design.layout), 'm')} high)")
+    return Violation(message, hint, "fpc.tail.layers", gap, asked, "m", source=source, place=place,
+                     fixes=(lambda: [fix],))
 
 
 RULES: tuple[Rule, ...] = (

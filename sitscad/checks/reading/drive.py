@@ -49,7 +49,7 @@ def drive_amplitude(design: Design) -> Iterator[Verdict]:
         gravest = min(near, key=lambda aside: list(Severity).index(aside.severity or Severity.NOTE))
         yield replace(gravest, message=joined(*dict.fromkeys(aside.message for aside in near)),
                       detail=joined(*(aside.detail for aside in near)),
-                      hint=joined("measure the amplitude of the first boards", *(aside.hint for aside in near)))
+                      hint=joined("measure the amplitude of the first boards", *(str(aside.hint) for aside in near)))
 
 
 def _copper_ends(design: Design) -> Iterator[Violation]:

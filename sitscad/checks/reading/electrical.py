@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from itertools import islice
 
 from sitscad.checks.reading.readings import (
@@ -14,7 +15,6 @@ from sitscad.checks.reading.readings import (
     failed_states,
     in_sigmas,
     is_short_alone,
-    larger_capacitor,
     more_copper,
     more_distance,
     near_limit,
@@ -32,11 +32,9 @@ from sitscad.design import Design
 from sitscad.estimates.circuit.tank import neighbour_values, preferred_values
 from sitscad.finding import Severity
 from sitscad.fixes.moves import capacitor, other_start_angles, whole_turns
-from sitscad.fixes.search import Fix, Left, first_that_mends, first_tried, setting
 from sitscad.layout.lanes import Ring
 from sitscad.layout.routing.branches import drawn_closing, least_closing
 from sitscad.scene.state import FREE
-from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
 INDUCTANCE_GROWS = "inductance grows with the square of turns and layers"
@@ -65,12 +63,11 @@ def inductance_floor(design: Design) -> Iterator[Verdict]:
         return
     growth = floor / max(worst.value, 0.01 * floor)  # a coarse state can come out near or below zero
     away = "" if is_short_alone(design, worst, "inductance", floor) else more_distance(design.spec)
-    less = f"; {away} takes less of it away" if away else ""
     found = Violation(
         f"the inductance of {where(worst)} is {show(worst.value, 'H')}; below {show(floor, 'H')} the converter cannot "
         f"measure it", f"{INDUCTANCE_GROWS}: more of them, or a larger coil{f', or {away}' if away else ''}",
         "coil.turns", worst.value, floor, "H", sigma=sigmas_between(worst, floor),
-        advice=lambda left: more_copper(design.spec, growth**0.5, growth, left, f"{INDUCTANCE_GROWS}: {{}}{less}"),
+        fixes=more_copper(design.spec, growth**0.5, growth),
         detail=_beside(design, worst, "inductance", floor, "H", 4),
     )
     # a tank that is neither too fast nor too lossy for the converter shows that it sees such an inductance
@@ -103,11 +100,11 @@ def frequency_ceiling(design: Design) -> Iterator[Verdict]:
         # f = 1 / (2 pi sqrt(L C)), so the whole capacitance grows with the square of what the frequency is to fall by
         wanted = now + whole * ((worst.value / (0.95 * high)) ** 2 - 1.0)
         fitting = [value for value in preferred_values(design.converter) if value >= wanted]
-        larger = list(capacitor(design.spec, fitting[:3]))
         yield Violation(
             f"the tank of {where(worst)} runs at {show(worst.value, 'Hz')}; the converter stops at {show(high, 'Hz')}",
-            "a larger capacitor, or more inductance", "readout.capacitance", worst.value, high, "Hz",
-            sigma=sigmas_between(worst, high), advice=lambda left: larger_capacitor(larger, now, left),
+            f"a larger capacitor than {show(now, 'F', 3)}, more turns or layers, or a larger coil",
+            "readout.capacitance", worst.value, high, "Hz",
+            sigma=sigmas_between(worst, high), fixes=(partial(capacitor, design.spec, fitting[:2]),),
             detail=_beside(design, worst, "frequency", high, "Hz", 4),
         )
     else:
@@ -146,7 +143,7 @@ def parallel_resistance(design: Design) -> Iterator[Verdict]:
         f"the parallel resistance of {where(worst)} is {show(worst.value, 'ohm', 3)}; {needs}",
         f"{grows}: more of them, a larger coil or a finer pitch; {away}", "coil.layers", worst.value, asked, "ohm",
         severity, design.converter.limits[name].source, sigma=sigmas_between(worst, asked),
-        advice=lambda left: more_copper(design.spec, growth, growth**3, left, f"{grows}: {{}}; {away}"),
+        fixes=more_copper(design.spec, growth, growth**3),
         detail=_beside(design, worst, "parallel_resistance", asked, "ohm"),
     )
 
@@ -215,11 +212,11 @@ def capacitor_sold(design: Design) -> Iterator[Verdict]:
     nearest = min(beside, key=lambda each: abs(math.log(each / value)))
     names = " or ".join(show(each, "F", 3) for each in beside)
     hint = f"readout.capacitance: {names}; or auto"
-    fixes = [setting(design.spec, "readout.capacitance", each, show(each, "F", 2))
-             for each in sorted(beside, key=lambda each: abs(math.log(each / value)))]
+    nearest_first = sorted(beside, key=lambda each: abs(math.log(each / value)))
     yield Violation(
         f"a capacitor of {show(value, 'F', 5)} is not sold as one part; the nearest values of series E24 are {names}",
-        hint, "readout.capacitance", value, nearest, "F", advice=first_tried([fixes], hint),
+        hint, "readout.capacitance", value, nearest, "F",
+        fixes=(partial(capacitor, design.spec, nearest_first),),
     )
 
 
@@ -284,29 +281,9 @@ def leads_round(design: Design) -> Iterator[Verdict]:
         f"{show(abs(linked), 'H', 3)}, {100.0 * abs(share):.1f} % of the winding's inductance,{moves}", WHOLE_TURNS,
         "coil.turns", abs(share), WARNED if is_warned else NAMED,
         severity=Severity.WARNING if is_warned else Severity.NOTE,
-        advice=lambda left: _other_way(spec, beyond > TOGETHER, left, is_warned),
+        # for leads that lack room other start angles first
+        fixes=(lambda: islice(other_start_angles(spec), TRIED if beyond > TOGETHER else 0), lambda: whole_turns(spec)),
     )
-
-
-def _other_way(spec: SensorSpec, lacks_room: bool, left: Left, is_warned: bool) -> str:
-    # The nearest turns (for leads that lack room, the first start angle) with which leads run together, drawn; and
-    # checked, too, where the design is warned of them.
-    changes = [*(islice(other_start_angles(spec), TRIED) if lacks_room else ()), *whole_turns(spec)]
-    fit = (change for change in changes if _runs_together(left, change, lacks_room))
-    found = first_that_mends(islice(fit, TRIED), left) if is_warned else next(fit, None)
-    if found is not None:
-        left.mends(found)
-        return f"{found.words} lets them run together (it was {'tried' if is_warned else 'drawn'})"
-    vain = f" (tried in vain: {', '.join(change.words for change in changes)})" if changes else ""
-    return "" if left.is_cut_short else f"{WHOLE_TURNS}, where there is room for them{vain}"
-
-
-def _runs_together(left: Left, change: Fix, lacks_room: bool) -> bool:
-    """Whether with a change both leads of every coil run side by side, as far as its layers let them."""
-    drawn = left.drawn(change.spec)
-    most = TOGETHER + (abs(least_closing(change.spec.coil)) if lacks_room else 0.0)
-    return drawn is not None and not drawn.shortfalls and all(
-        abs(drawn_closing(change.spec.coil, coil)) <= most for coil in drawn.coils)
 
 
 RULES: tuple[Rule, ...] = (

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import TYPE_CHECKING
 
 from sitscad.checks.rules import Undecided, Verdict, Violation
@@ -11,7 +12,7 @@ from sitscad.design import Design
 from sitscad.estimates.circuit.tank import preferred_values
 from sitscad.finding import Severity
 from sitscad.fixes.moves import capacitor, longer_coils, more_layers, more_turns
-from sitscad.fixes.search import Fix, Left, broken_by, fail, first_or_vain, first_that_mends, named, untried, ways
+from sitscad.fixes.search import Family
 from sitscad.record import record
 from sitscad.scene.state import FREE, in_words
 from sitscad.spec.sensor import SensorSpec
@@ -153,20 +154,10 @@ def overdamped_tank(design: Design) -> Iterator[Verdict]:
     now = design.estimates.readout.capacitance
     # Q goes with the root of L/C: capacitors with which it would come to 10 or more, far from overdamped
     below = [each for each in reversed(preferred_values(design.converter)) if each <= now * (value / 10.0) ** 2]
-    smaller = list(capacitor(design.spec, below[:2]))
-
-    def advice(left: Left) -> str:
-        found = first_that_mends(smaller, left)
-        if found is not None:
-            return f"Q grows with the root of L/C: {found.words} (it was tried), or wider tracks, more turns"
-        if left.is_cut_short:
-            return ""
-        return f"{_LESS_DAMPED}; a smaller capacitor alone does not do" if smaller else _LESS_DAMPED
-
     yield Violation(
         f"the tank of {where(Reading(name, state, value))} does not oscillate: it is overdamped, Q {value:.2g} with "
         f"{show(now, 'F', 3)}", _LESS_DAMPED, "readout.capacitance", value, 1.0, severity=Severity.ERROR,
-        advice=advice,
+        fixes=(partial(capacitor, design.spec, below[:2]),),
     )
 
 
@@ -191,42 +182,6 @@ def other_states(design: Design, worst: Reading, attribute: str, unit: str, digi
     return ", ".join(words)
 
 
-TOO_LOSSY = "SIT203"
-"""The rule that a tank of too little parallel resistance breaks."""
-
-
-def more_copper(spec: SensorSpec, factor: float, length: float, left: Left, sentence: str) -> str:
-    """Advice of more turns or layers, or of a longer coil, that mends a finding, put into `sentence`.
-
-    Turns and layers that grow the coil by `factor` are tried, and a long coil that is longer by the factor `length`. If
-    the search ended before it found one, the first change that was not tried is named.
-    """
-    families = [list(more_turns(spec, factor)), list(more_layers(spec, factor)), list(longer_coils(spec, length))]
-    found = ways(families, left)
-    if found:
-        return sentence.format(f"{named(found)} mends it (it was tried)")
-    if not any(families):
-        return sentence.format("no more of either fit into this outline: a larger coil or a finer pitch")
-    if left.is_cut_short:
-        perhaps = untried((fix for fixes in families for fix in fixes), left)
-        return sentence.format(f"{perhaps or 'more of them'}, a larger coil or a finer pitch")
-    most = " and ".join(fixes[-1].words for fixes in families if fixes)
-    broken = broken_by((fix for fixes in families for fix in fixes), left)
-    vain = f"tried up to {most}: {fail(broken)}"
-    return sentence.format(f"these alone do not mend it ({vain}); a larger coil or a finer pitch may")
-
-
-def larger_capacitor(fixes: list[Fix], now: float, left: Left) -> str:
-    """The first of some capacitors, smallest first, that mends a finding, in words, instead of the one of now (F);
-    where the search ended before it found one, the first that was not tried. None is tried that is larger than one with
-    too little parallel resistance: L / (R C) falls as C grows, for R falls by less than the square of the frequency.
-    """
-    for number, fix in enumerate(fixes, 1):
-        broken = left(fix)
-        if not broken:
-            break
-        if TOO_LOSSY in broken:
-            fixes = fixes[:number]
-            break
-    else_does = "more turns or layers, or a larger coil; a larger capacitor alone does not do"
-    return first_or_vain(fixes, left, (f" instead of {show(now, 'F', 3)}", "more turns", else_does))
+def more_copper(spec: SensorSpec, factor: float, length: float) -> tuple[Family, ...]:
+    """Return more turns or layers that grow the coil by `factor`, and a long coil longer by the factor `length`."""
+    return partial(more_turns, spec, factor), partial(more_layers, spec, factor), partial(longer_coils, spec, length)

@@ -5,7 +5,7 @@ enough.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -14,30 +14,19 @@ from sitscad.checks.reading.readings import failed_states
 from sitscad.checks.rules import (
     NEEDS,
     ROUNDING,
-    Advice,
     Rule,
     Undecided,
     Verdict,
     Violation,
-    joined,
     own_limits,
     rule_of,
 )
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.fixes.moves import larger_target, over_the_middle
-from sitscad.fixes.pads import (
-    best_thickness,
-    cut_to_target,
-    more_by_metal,
-    more_by_narrower,
-    other_silicones,
-    smaller_targets,
-    wider_arrays,
-)
-from sitscad.fixes.search import Left, first_that_mends, first_tried
+from sitscad.fixes.pads import cut_to_target, more_signal, smaller_targets, wider_arrays
+from sitscad.fixes.search import Family, Fix
 from sitscad.record import record
-from sitscad.scene.fit import passes_port
 from sitscad.scene.state import PRESSED, REST
 from sitscad.spec import presets
 from sitscad.spec.materials import Target
@@ -131,7 +120,7 @@ def coil_response(design: Design) -> Iterator[Verdict]:
         hint=_under_the_target(design.spec, deaf) if beside else _more_change(design),
         key="target.size" if beside else "elastomer.thickness", measured=worst.steps,
         limit=max(FEWEST_STEPS, LEAST_SHARE * abs(best.change) / worst.step), unit="steps",
-        advice=_over_all_coils(design.spec, deaf) if beside else lambda left: _more(design, left, _more_change(design)),
+        fixes=_over_all_coils(design.spec) if beside else more_signal(design.spec),
     )
 
 
@@ -223,13 +212,14 @@ def _under_the_target(spec: SensorSpec, deaf: Sequence[SignalChange]) -> str:
     )
 
 
-def _over_all_coils(spec: SensorSpec, deaf: Sequence[SignalChange]) -> Advice:
-    """A hint with the target over the middle of the coils; one that is there has to cover all of them."""
+def _over_all_coils(spec: SensorSpec) -> tuple[Family, ...]:
+    """Return a target over the middle of the coils, or one that covers all of them if it is there."""
     target = spec.target
     assert target is not None
     length, width = (reach + max(spec.coil.size) for reach in breadth_from(spec, target))
-    return first_tried([list(over_the_middle(spec)) or list(larger_target(spec, length, width))],
-                       _under_the_target(spec, deaf))
+    if any(target.offset):
+        return (partial(over_the_middle, spec),)
+    return (partial(larger_target, spec, length, width),)
 
 
 _MORE_CHANGE = (
@@ -288,24 +278,11 @@ def small_signal(design: Design) -> Iterator[Verdict]:
         f"reading of coil {best.coil} changes by {100.0 * share:.2g} % (by the converter's formula; the inductance at "
         f"the contacts by {100.0 * abs(best.by_inductance):.2g} %){steps}",
         hint, "elastomer.thickness", share, least.value,
-        source=least.source, advice=lambda left: _more(design, left, hint),
+        source=least.source, fixes=more_signal(design.spec),
         detail=f"that inductance changes by {show(best.per_newton, 'H', 3)}/N, its frequency{follows} by "
         f"{100.0 * best.frequency_share:+.2g} %; ten degrees of warming move the reading by {100.0 * drift:.2g} % by "
         f"the copper alone, {scale}; silicone adds to that (response --performance has all of it)",
     )
-
-
-def _more(design: Design, left: Left, otherwise: str) -> str:
-    # Another metal of the target, else another thickness of the pad, a softer silicone, and a pad no wider than the
-    # target before what else makes more signal, where trying finds one.
-    # the best thickness is another one for each metal
-    spec, is_long = design.spec, left.wants_another()
-    metal, narrower = more_by_metal(spec, left), more_by_narrower(spec, left)
-    is_asked = not metal and (is_long or not narrower)
-    thickness = best_thickness(spec, left, partial(passes_port, design.layout)) if is_asked else ""
-    softer = first_that_mends(other_silicones(spec, True), left) if is_long else None
-    mended = "" if softer is None else f"{softer.words} mends it (tried)"
-    return joined(metal or thickness, mended, narrower, otherwise)
 
 
 def _more_signal(spec: SensorSpec) -> str:
@@ -398,7 +375,7 @@ def _judged(design: Design, axis: int, travel: float, apart: float, step: float)
     yield Violation(
         f"the array hardly feels shear along {AXES[axis]}: {show(force, 'N')} part the coils' inductances by "
         f"{apart / step:.2g} steps of the converter", _edges_over_coils(spec, axis), "target.size", apart / step, asked,
-        "steps", advice=_nearer_edges(spec, axis),
+        "steps", fixes=_nearer_edges(spec),
         detail=f"that force moves the target by {show(travel, 'm', 2)}, and the inductances differ by "
         f"{show(apart, 'H', 2)} more{beside}; asked are {FEWEST_STEPS:.0f} steps and {100.0 * LEAST_SHARE:.0f} "
         "% of that change",
@@ -422,18 +399,19 @@ def _tilted(design: Design, axis: int, apart: float, pressed: float) -> Iterator
     yield Violation(
         f"the target covers so much of the coils that a tilt of one degree about {AXES[1 - axis]} is read as "
         f"{show(read, 'N', 2)} of shear along {AXES[axis]}, where {show(force, 'N')} are to be felt: what moves it "
-        "sideways hardly counts beside how it lies", "", "target.size", read, force, "N",
-        advice=_nearer_edges(design.spec, axis),
+        "sideways hardly counts beside how it lies", _edges_over_coils(design.spec, axis), "target.size", read, force,
+        "N", fixes=_nearer_edges(design.spec),
     )
 
 
-def _nearer_edges(spec: SensorSpec, axis: int) -> Advice:
-    # A hint with targets that end nearer to the middles of the coils, and with coils farther apart; over two coils in a
-    # line only what SIT306 asks, too, the target as long as they stand apart first.
-    smaller, wider = ([fix for fix in fixes if is_as_long_as_line(fix.spec)]
-                      for fixes in (list(smaller_targets(spec)), list(wider_arrays(spec))))
-    return first_tried([smaller[::-1] if len(spec.array.placements) == 2 else smaller, wider],
-                       _edges_over_coils(spec, axis))
+def _nearer_edges(spec: SensorSpec) -> tuple[Family, ...]:
+    # Targets that end nearer to the middles of the coils, and coils farther apart; over two coils in a line only what
+    # SIT306 asks, too, the target as long as they stand apart first.
+    def fitting(fixes: Iterable[Fix]) -> list[Fix]:
+        found = [fix for fix in fixes if is_as_long_as_line(fix.spec)]
+        return found[::-1] if len(spec.array.placements) == 2 else found
+
+    return lambda: fitting(smaller_targets(spec)), lambda: fitting(wider_arrays(spec))
 
 
 def _edges_over_coils(spec: SensorSpec, axis: int) -> str:

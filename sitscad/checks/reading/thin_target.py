@@ -11,7 +11,6 @@ from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, own_limits
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.fixes.moves import thicker_target
-from sitscad.fixes.search import Left, tried
 from sitscad.physics.constants import skin_depth
 from sitscad.record import record
 from sitscad.scene.state import REST
@@ -75,8 +74,8 @@ def _thin(design: Design, depth: float, frequency: float) -> Iterator[Verdict]:
         limit, measured = limits["thin_target_change"], cost.change
     found = replace(found, measured=measured, limit=limit.value, source=limit.source, detail=cost.words)
     if too_much or cost.change > limits["thin_target_change"].value:
-        found = replace(found, hint=f"take {show(thick, 'm', 3)} or more (3 skin depths stop 95 %)",
-                        severity=Severity.WARNING, advice=lambda left: _thicker(design, thick, left))
+        found = replace(found, hint=f"{show(thick, 'm', 3)} or more (3 skin depths stop 95 %){_faster(design, thick)}",
+                        severity=Severity.WARNING, fixes=(lambda: [thicker_target(design.spec, thick)],))
     yield found
 
 
@@ -133,14 +132,12 @@ def _instead(mine: float, other: float, unit: str, per: str = "") -> str:
     return f"{show(mine, unit, 3)}{per} instead of {show(other, unit, 3)}{per} ({percent:+.1f} %)"
 
 
-def _thicker(design: Design, thickness: float, left: Left) -> str:
-    """A target of three skin depths; a higher frequency only where the converter follows it."""
-    change = thicker_target(design.spec, thickness)
+def _faster(design: Design, thickness: float) -> str:
+    """The advice of a higher frequency, if the converter follows it."""
     top = max((reading.value for reading in readings_of(design, "frequency")), default=0.0)
     # a skin depth falls with the square root of the frequency
     faster = (thickness / _target(design.spec.target).thickness) ** 2
-    higher = ", or a higher frequency" if faster * top <= design.converter.limit("sensor_frequency_max") else ""
-    return f"{change.words} or more{tried(change, left)}: 3 skin depths stop 95 %{higher}"
+    return ", or a higher frequency" if faster * top <= design.converter.limit("sensor_frequency_max") else ""
 
 
 def _poor_conductor(design: Design, depth: float, frequency: float) -> Iterator[Verdict]:

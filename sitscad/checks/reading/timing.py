@@ -13,9 +13,8 @@ from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, own_limits
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.fixes.moves import scans
-from sitscad.fixes.search import Left, first_that_mends, in_vain, setting, tried
+from sitscad.fixes.search import setting
 from sitscad.spec import presets
-from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
 
@@ -79,9 +78,9 @@ def read_back(design: Design) -> Iterator[Verdict]:
         yield Violation(
             f"reading {'one coil' if channels == 1 else f'{channels} coils'} over I2C at {clock} takes "
             f"{show(1.0 / sure, 's', 3)}: a scan rate of {show(sure, 'Hz')} at most; {show(wanted, 'Hz')} are asked",
-            f"a lower readout.scan_rate{pause}",
+            f"a lower readout.scan_rate, or fewer coils{pause}",
             "readout.scan_rate", wanted, sure, "Hz", severity=Severity.ERROR if impossible else Severity.WARNING,
-            advice=lambda left: _other_rate(design.spec, math.floor(sure), left, pause),
+            fixes=(lambda: [scans(design.spec, math.floor(sure))],),
         )
 
 
@@ -92,22 +91,12 @@ def bandwidth(design: Design) -> Iterator[Verdict]:
     if rate < 2.0 * wanted:
         yield Violation(
             f"a scan rate of {show(rate, 'Hz')} follows a bandwidth of {show(rate / 2.0, 'Hz')} at most; "
-            f"{show(wanted, 'Hz')} are required", "a readout.scan_rate of twice the bandwidth at least",
+            f"{show(wanted, 'Hz')} are required",
+            "a readout.scan_rate of twice the bandwidth at least, fewer coils, or less bandwidth",
             "readout.scan_rate", rate, 2.0 * wanted, "Hz",
-            advice=lambda left: _other_rate(design.spec, 2.0 * wanted, left),
+            # no faster than enough: further scans take time from conversions, and so signal from the noise
+            fixes=(lambda: [scans(design.spec, 2.0 * wanted)],),
         )
-
-
-def _other_rate(spec: SensorSpec, rate: float, left: Left, otherwise: str = "") -> str:
-    # A scan rate (Hz) where trying finds that it keeps all rules; else what may do. None is tried beyond the nearest
-    # one that is enough: every further scan takes time from conversions, and so signal from the noise.
-    changes = [scans(spec, rate)]
-    found = first_that_mends(changes, left)
-    if found is not None:
-        return f"{found.words} (it was tried){otherwise}"
-    if left.is_cut_short:
-        return ""
-    return f"fewer coils, or a lower requirements.bandwidth (tried in vain: {in_vain(changes, left)}){otherwise}"
 
 
 def channels(design: Design) -> Iterator[Verdict]:
@@ -220,12 +209,12 @@ def clock(design: Design) -> Iterator[Verdict]:
     value = design.spec.readout.clock
     low, high = design.converter.limit("clock_min"), design.converter.limit("clock_max")
     if not low <= value <= high:
-        finest = ": the fastest reference gives the finest reading"
         fastest = setting(design.spec, "readout.clock", high, show(high, "Hz", 6))
         yield Violation(
             f"the clock is {show(value, 'Hz')}; the converter takes {show(low, 'Hz')} to {show(high, 'Hz')}",
-            f"use {show(high, 'Hz')}{finest}", "readout.clock", value, low if value < low else high, "Hz",
-            advice=lambda left: f"{fastest.words}{tried(fastest, left)}{finest}",
+            f"{show(high, 'Hz')}: the fastest reference gives the finest reading", "readout.clock", value,
+            low if value < low else high, "Hz",
+            fixes=(lambda: [fastest],),
         )
 
 
