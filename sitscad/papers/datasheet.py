@@ -21,7 +21,16 @@ from sitscad.drawing.web_page import table as html_table
 from sitscad.estimates.cells import FIGURES_ARE, WEBS_KNOWN, AlikeCells, cell_rows, document, weakest_cell
 from sitscad.estimates.performance.curves import Curves
 from sitscad.estimates.performance.points import production_limits
-from sitscad.estimates.performance.values import AXES, FORCES, MOMENTS, Performance, largest_lasting, unit_of
+from sitscad.estimates.performance.values import (
+    AXES,
+    FORCES,
+    MOMENTS,
+    Performance,
+    combined_error,
+    largest_lasting,
+    lasts_tared,
+    unit_of,
+)
 from sitscad.estimates.quantities import sensor_rows
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.pad import NoResponse
@@ -245,11 +254,13 @@ def summary(felt: Sequence[Performance], layout: Layout, found: Calibration | No
         row(f"resolution {point.at}: the noise alone",
             *(_amount(point.axes[name].resolution, name) for name in names))
     lasting = [largest_lasting(axis.errors) for axis in axes]
-    row("largest error that lasts, full load",
+    row("largest error by one cause, full load, one tare at the start",
         *(f"{_amount(error, name)}, {cause.replace(UNTOLD, 'not told')}"
           for name, (error, cause) in zip(names, lasting, strict=True)))
+    row("errors together, full load, a tare before each grasp",
+        *(_amount(combined_error(axis.errors), name) for name, axis in zip(names, axes, strict=True)))
     for cause, point in ((drifts(rest)[0], rest), *((cause, full) for cause in drifts(full))):
-        row(cause, *(_amount(point.axes[name].errors[cause], name) for name in names))
+        row(_since(cause), *(_amount(point.axes[name].errors[cause], name) for name in names))
     row(
         f"largest sensitivity {'in the least cell,' if has_cells else 'of a coil at'} half load",
         *(f"{show(1e-3 * value, 'Hz', 3)}/(N mm)" if name in MOMENTS else f"{show(value, 'Hz', 3)}/N"
@@ -268,13 +279,21 @@ def summary(felt: Sequence[Performance], layout: Layout, found: Calibration | No
         row(f"error by {tilt} of {angle} alone, either way, full load",
             *(_amount(full.tilt_error[name][angle], name) for name in names))
     row("error by a force 0.1 mm beside", *(_amount(full.axes[name].errors[BESIDE], name) for name in names))
-    row("drift after the tare, a kelvin, full load", *(_amount(full.temperature_error[name], name) for name in names))
+    row("drift at full load, a kelvin after the one tare",
+        *(_amount(full.temperature_error[name], name) for name in names))
     return rows
 
 
 def drifts(point: Performance) -> list[str]:
     """The causes of errors by temperature at a working point: the drift, and what a tare before each grasp leaves."""
     return [cause for cause in next(iter(point.axes.values())).errors if "drift" in cause]
+
+
+def _since(cause: str) -> str:
+    """A cause of errors; of a drift also from when on its kelvins count."""
+    if "drift" not in cause:
+        return cause
+    return f"{cause} after the {'calibration' if 'with a tare' in cause else 'one tare'}"
 
 
 LEAST_TOLD = 1e-4  # Crosstalk of a noiseless map below which its digits mean nothing
@@ -349,7 +368,7 @@ def errors(felt: Sequence[Performance]) -> Rows:
     names = list(full.axes)
     head = "one sigma of error at full load, any unit, by cause", *(NAMES[name] for name in names)
     causes = (cause for cause in full.axes[names[0]].errors if cause not in FROM_UNIT_TO_UNIT)
-    return [head, *((TILTS if cause == TILTED else cause,
+    return [head, *((TILTS if cause == TILTED else _since(cause),
                      *(_amount(full.axes[name].errors[cause], name) for name in names)) for cause in causes)]
 
 
@@ -360,11 +379,23 @@ def drift(felt: Sequence[Performance]) -> Rows:
     """What a kelvin does, by what warms, with its sign where that is known."""
     full = felt[-1]
     names = list(full.axes)
-    rows: Rows = [("by a kelvin after the tare", *(NAMES[name] for name in names))]
+    rows: Rows = [("by a kelvin after the one tare", *(NAMES[name] for name in names))]
     for cause, row in full.temperature_causes.items():
         sign = "+-" if cause == "capacitors" else ""
         rows.append((cause, *(sign + _amount(row[name], name) for name in names)))
     return rows
+
+
+TARES = (
+    "The one tare is taken at rest before the temperature changes: its drift counts from there. A tare before each "
+    "grasp is taken after that change: what is left of it counts from the temperature at which the unit was calibrated."
+)
+
+TARED_AFTER_A_GRASP = (
+    "A tare right after a grasp takes what the pad has not yet recovered (hysteresis, creep) as zero, and the next "
+    "forces are off by that. How long the pad needs is not known (no source, not measured): tare when the reading at "
+    "rest no longer changes."
+)
 
 
 def production(felt: Sequence[Performance]) -> Rows:
@@ -394,6 +425,11 @@ def notes(felt: Sequence[Performance], found: Calibration | None = None) -> Iter
     """What to know before the figures are used."""
     full = felt[-1]
     yield "Computed, not measured. Every figure is of this design; a unit is as good as its own calibration makes it."
+    counted_causes = [cause for cause in full.axes["normal"].errors if lasts_tared(cause)]
+    yield (f"Errors together: root of the squares, taken as independent, of {'; '.join(counted_causes)}. Not counted: "
+           "what differs from unit to unit, and loads on axes that are not measured.")
+    yield TARES
+    yield TARED_AFTER_A_GRASP
     if full.ambiguous is not None:
         one, other = (", ".join(_amount(part, name) for name, part in zip(AXES, load, strict=False))
                       for load in full.ambiguous)

@@ -19,12 +19,13 @@ from sitscad.calibration.calibration import foretell
 from sitscad.drawing.pdf import pdf
 from sitscad.drawing.sheet import Label, Sheet, flattened, plot
 from sitscad.drawing.svg import svg
+from sitscad.estimates.performance.values import lasts_tared
 from sitscad.estimates.quantities import sensor_rows
 from sitscad.estimates.response.pad import soft_pad
 from sitscad.estimates.response.working_range import held_shear
 from sitscad.package.contents import drawn_calibration
 from sitscad.papers import PAPERS
-from sitscad.papers.datasheet import errors, notes, render, sensor, summary
+from sitscad.papers.datasheet import TARED_AFTER_A_GRASP, TARES, errors, notes, render, sensor, summary
 from sitscad.papers.datasheet_plots import (
     BEYOND,
     BEYOND_LINES,
@@ -252,6 +253,28 @@ def test_shear_beyond_the_pad_s_law_is_marked(bench, drawn):
         captions = " ".join(one.caption for one in plots)
         assert [("extrapolated" in found) for found in texts] == [is_marked] * 2
         assert (BEYOND in captions) is is_marked and (BEYOND_LINES in captions) is is_marked
+
+
+def test_the_sum_of_errors_is_the_root_of_squares_of_what_a_tare_before_each_grasp_leaves(bench):
+    """Drift, hysteresis, creep, tilt and noise stood side by side, and nothing said what they come to."""
+    rows = dict((row[0], row[1:]) for row in summary(bench.performance, bench.layout))
+    for name, shown in zip(bench.performance[-1].axes, rows["errors together, full load, a tare before each grasp"],
+                           strict=True):
+        errors = bench.performance[-1].axes[name].errors
+        counted = {"noise", "hysteresis", "creep", "curved map", "drift with a tare before each grasp, 10 K",
+                   "tilt of 1 degree", "twist of 1 degree", "contact 0.1 mm beside the middle"}
+        assert counted < set(errors)
+        assert shown == show(np.sqrt(sum(errors[cause] ** 2 for cause in counted)), "N", 3)
+        assert {cause for cause in errors if lasts_tared(cause)} == counted
+
+
+def test_every_drift_says_since_which_tare_its_kelvins_count(bench):
+    rows = [row[0] for row in (*summary(bench.performance, bench.layout), *errors(bench.performance))
+            if re.search(r"drift.* 10 K", row[0])]
+    assert len(rows) == 5
+    for row in rows:
+        assert row.endswith("after the calibration" if "with a tare" in row else "after the one tare")
+    assert {TARES, TARED_AFTER_A_GRASP} < set(notes(bench.performance))
 
 
 def test_the_table_says_up_to_where_the_pad_s_law_was_held(bench):

@@ -249,6 +249,17 @@ def _largest(each: Sequence[Any]) -> Any:
     return {name: _largest([one[name] for one in each if name in one]) for name in names}
 
 
+def lasts_tared(cause: str) -> bool:
+    """Whether an error by that cause lasts in a calibrated unit, tared before each grasp, without unmeasured loads."""
+    is_drift, is_tared = "drift" in cause, "with a tare" in cause
+    return is_tared if is_drift else not any(word in cause for word in (*PASSING, "not measured", "manufacture"))
+
+
+def combined_error(errors: Mapping[str, float]) -> float:
+    """Root of the squares of the errors (N, N m) that `lasts_tared` counts: causes are taken as independent."""
+    return math.hypot(*(error for cause, error in errors.items() if lasts_tared(cause)))
+
+
 def largest_lasting(errors: Mapping[str, float | None]) -> tuple[float, str]:
     """The largest error (N) that neither calibration nor tare takes away, and its cause; infinite on an axis that no
     reading tells, whose errors a document has as None.
