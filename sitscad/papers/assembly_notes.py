@@ -18,7 +18,7 @@ from sitscad.fabrication.files import panel_path
 from sitscad.fabrication.notes import hanging
 from sitscad.layout.board import Layout
 from sitscad.layout.panel import is_wanted
-from sitscad.papers.gluing import dose, glued, measuring, pressing, primed, product, setting, toleranced
+from sitscad.papers.gluing import dose, glued, measuring, pressing, primed, setting, toleranced
 from sitscad.papers.mounting import (
     RAW_RESIN,
     RELEASE,
@@ -35,13 +35,20 @@ from sitscad.papers.mounting import (
     tail_held,
 )
 from sitscad.papers.order_codes import order_of
+from sitscad.papers.placing import (
+    against_stop,
+    floor_grooves,
+    in_base,
+    in_well,
+    listed,
+    over_jaw,
+    squared,
+)
 from sitscad.papers.workpieces import MADE, not_here, to_make
 from sitscad.parts.tooling import pour, skin_pour
 from sitscad.scene.bodies import BodyRole, joined
 from sitscad.scene.column import Levels, Toleranced, column, levels, on_board, plate_thickness
 from sitscad.scene.fit import measures
-from sitscad.scene.jaws import jaw_range
-from sitscad.scene.seating import retention, side_ledges, stop_place
 from sitscad.scene.state import FREE, REST
 from sitscad.spec.places import cell_placements
 from sitscad.spec.presets import unverified_figures
@@ -109,12 +116,12 @@ def _steps(layout: Layout, estimates: Estimates, bench: Estimates) -> Iterator[s
     yield from filter(None, (primed(spec),))
     if spec.elastomer is not None or spec.target is not None:
         slot = " and tail in the slot" if spec.fpc.tail is not None else ""
-        yield f"Lay the board, face with the coils up{slot}, into the jig's base (jig-base)."
+        yield f"Lay the board, face with the coils up{slot}, into the jig's base (jig-base).{in_base(layout)}"
     if spec.elastomer is not None:
-        yield glued(spec, "elastomer", "the board", _above_board(at, "elastomer"))
+        yield glued(spec, "elastomer", "the board", _above_board(at, "elastomer"), in_well(layout, "elastomer"))
     if spec.target is not None:
         under = "the elastomer" if spec.elastomer is not None else "the board"
-        yield glued(spec, "target", under, _above_board(at, "target"))
+        yield glued(spec, "target", under, _above_board(at, "target"), in_well(layout, "target"))
     is_cast = skin_pour(layout) is not None  # with the board still in the base, whose pins the mould goes on
     sealing = [] if spec.encapsulation is None else [skin(layout, spec.encapsulation)]
     if is_cast:
@@ -166,8 +173,13 @@ def _prepared(layout: Layout) -> Iterator[str]:
     assert mount is not None
     counts = ""
     if mount.jaw is not None and _has_printed_mount(layout):
-        counts = " Measure each printed piece: its thickness counts in the closed pair; rub it down where it is too "
-        counts += "thick."
+        sizes = ", ".join(f"{layer.part} {toleranced(layer.thickness)}" for layer in column(layout)
+                          if layer.part.startswith("mount"))
+        counts = (
+            " Measure how thick each is between its lower face and the floor that carries the board, beside stop and "
+            f"grooves, by a dial gauge on a flat plate (it counts in the closed pair): {sizes}. Rub a thicker one "
+            "down, its lower face on abrasive film on glass."
+        )
     made = ["the mount"] * _has_printed_mount(layout) + ["the jig"] * _has_jig(spec)
     if made:
         yield f"Make {' and '.join(made)} from mount/ ({MADE.get(mount.process, mount.process)}).{counts}"
@@ -207,43 +219,30 @@ def _into_jaw(layout: Layout, at: Levels) -> Iterator[str]:
     def height(part: str) -> str:
         return toleranced(at[part][1] - metal)
 
-    against = ""  # what of the mount places the board; nothing where it lies on metal or shield alone
-    if "mount" in order:
-        between = " between the ledges" if side_ledges(layout) is not None else ""
-        end = " against the stop" if stop_place(layout) is not None else " with its end flush with the mount's end"
-        against = f"{between}{end} at the tip"
     assembly, (_, area) = layout.spec.assembly, board_plan(layout)
-    yield (
-        "Degrease the jaw's face. Heights in the next steps are above its metal: zero a dial gauge there."
-        f"{_squared(layout)}"
-    )
     each = dose(assembly.adhesive, area, assembly.glue_line, assembly.glue_tolerance)
     stiff = [part for part in order if part != "board"]
-    if stiff:
-        yield (
-            f"Glue on the jaw's face, in this order: {', '.join(stiff)}, each with at most {each}. Press each down by "
-            "about 10 N (1 kg on a kitchen scale) by a flat stick, until it is as high above the jaw's metal as this: "
-            f"{', '.join(f'{part} {height(part)}' for part in stiff)}.{setting(assembly.adhesive)}"
-        )
     yield (
-        f"Glue the board on{against}, with {each}. {pressing(layout)} The board's top face beside the pad is then "
+        "Degrease the jaw's face. Heights in the next steps are above its metal: zero a dial gauge there."
+        f"{squared(layout, stiff)}"
+    )
+    if stiff:
+        most = ", ".join(f"{part} {height(part)}" for part in stiff)
+        yield (
+            f"Glue on the jaw's face, in this order: {', '.join(stiff)}, each with at most {each}. Press each down at "
+            "once by about 10 N (1 kg on a kitchen scale) by a flat stick, and hold it until the glue has set."
+            f"{over_jaw(layout, at)}{setting(assembly.adhesive)} Measure then, before the next piece, how high it is "
+            f"above the jaw's metal: {most}. One that is higher comes off again with a blade: clean both faces, rub a "
+            "mount that is too thick down below (step 1), and glue it with less."
+        )
+    # where the board lies on metal or shield alone, nothing of the mount places it
+    place = f" {against_stop(layout)}{floor_grooves(layout)}" if any(part.startswith("mount") for part in order) else ""
+    yield (
+        f"Glue the board on, with {each}.{place} {pressing(layout)} The board's top face beside the pad is then "
         f"{height('board')} above the jaw's metal."
     )
     if layout.spec.fpc.tail is not None:
-        yield tail_held(layout, product(layout.spec.assembly))
-
-
-def _squared(layout: Layout) -> str:
-    """The mount's place on the jaw, and how it is kept straight; empty where pocket or joint place it."""
-    jaw, mount = layout.spec.jaw, layout.spec.mount
-    if jaw is None or mount is None or jaw.pocket is not None or retention(layout) is not None:
-        return ""
-    away = layout.body[0] - jaw_range(layout, jaw)[0]
-    return (
-        f" The board's end lies {in_mm(away, 2)} mm behind the jaw's tip, its middle on the jaw's: clamp two straight "
-        "strips against the jaw's sides and set the mount between them with feeler gauges alike on both sides, until "
-        "the glue has set. What it is turned by is read as force."
-    )
+        yield tail_held(layout)
 
 
 OF_JAW = {"jaw": "height", "opposing-jaw": "height", "opposing-pad": "opposing_pad_thickness"}
@@ -265,7 +264,7 @@ def _checks(layout: Layout) -> list[str]:
         f"  {layer.part:<28}{toleranced(layer.thickness)}{'  unverified' if OF_JAW.get(layer.part) in unseen else ''}"
         for layer in column(layout)
     ]
-    return [*hanging("", words, WIDTH), "", "From the jaw's back to the other jaw's:", *rows]
+    return [*hanging("", words, WIDTH), "", "From the jaw's back to the other jaw's:", *rows, listed(layout)]
 
 
 HEAVIEST = 6  # Pieces whose weight the notes name
@@ -398,4 +397,8 @@ def _drive(spec: SensorSpec, estimates: Estimates, bench: Estimates) -> str:
     used = ", ".join(map(str, readout.drive_codes or (readout.drive_code,)))  # of each channel, where they differ
     if used == str(code):
         return f" With {device.part} use drive code {code} for the bare board as for the assembled sensor."
-    return f" With {device.part} use drive code {code} for the bare board; the assembled sensor has {used}."
+    return (
+        f" With {device.part} use drive code {code} for the bare board; the assembled sensor has {used}. Write "
+        f"0x{code << 11:04X} (the code times 2048) in the lines DRIVE_CURRENT of firmware/sensor_config.h, or of "
+        "firmware/micropython/sensor_config.py, for this test, and put back what was there."
+    )

@@ -157,8 +157,8 @@ def loaded(part: str, mass: float) -> str:
     return f"Load jig-{part}-press with {weight}, until both weigh {grams(mass)}"
 
 
-def glued(spec: SensorSpec, part: str, under: str, height: Toleranced) -> str:
-    """How the elastomer or the target is glued in the jig, and how high it is then."""
+def glued(spec: SensorSpec, part: str, under: str, height: Toleranced, place: str) -> str:
+    """How the elastomer or the target is glued in the jig at its place, and how high it is then."""
     assembly, cells = spec.assembly, len(cell_placements(spec))
     is_one = cells == 1 or (part == "elastomer" and joined_part(spec) is not None)
     press, area, glue = piece_press(spec, part), glued_area(spec, part), assembly.adhesive
@@ -176,8 +176,8 @@ def glued(spec: SensorSpec, part: str, under: str, height: Toleranced) -> str:
     again = "" if is_one else f" Do this for one of the {cells} cells after the other: what waits sets."
     wiped = " Wipe the jelly off with isopropanol." if on_foot else ""
     return (
-        f"Put the frame jig-{part} on the base: it goes on one way only. {loaded(part, press.mass)}. {held}{verb} "
-        f"{said}, on {under} in the well"
+        f"Put the frame jig-{part} on the base: it goes on one way only.{place} {loaded(part, press.mass)}. "
+        f"{held}{verb} {said}, on {under} in the well"
         f"{'' if is_one else ' of a cell'}; {placed}. Nothing stops the press: its weight brings the glue to its line"
         f"{pad}. Leave it until the glue has set, then lift press and frame.{wiped}{setting(glue)}{again} From the "
         f"board's top face to its upper face are {toleranced(height)} then."

@@ -19,7 +19,8 @@ from sitscad.drawing.pictures.rendered import clash_svg
 from sitscad.estimates.response.pad import NoResponse, pushed
 from sitscad.fabrication.notes import bent_text
 from sitscad.layout.board import Layout
-from sitscad.papers.gluing import board_assembly, board_glued, duration, inhibited, rods, toleranced
+from sitscad.papers.gluing import board_assembly, board_glued, dose, duration, inhibited, rods, toleranced
+from sitscad.papers.placing import in_recess, on_own
 from sitscad.parts.clash import at_pin, carried, clashes
 from sitscad.parts.mass import Balance, balance, weigh
 from sitscad.parts.plates import metal_below
@@ -81,14 +82,21 @@ def jaw_cut(layout: Layout) -> Iterator[str]:
             )
 
 
-def tail_held(layout: Layout, glue: str) -> str:
+def tail_glue(layout: Layout, length: float, across: float) -> str:
+    """The glue under so much of a tail (m): a dose of it."""
+    assembly = layout.spec.assembly
+    return dose(assembly.adhesive, length * across, assembly.glue_line, assembly.glue_tolerance)
+
+
+def tail_held(layout: Layout) -> str:
     """How the tail is bent, and where a pull on it ends: on the mount's tongue, else on the jaw's face, else behind."""
     said, tongue, edge = _bent(layout), relief(layout), lip(layout)
     if tongue is not None:
         end = tongue.along[1] if edge is None else edge.start
         upto = "over the tongue's whole length" if edge is None else "up to where its end is round"
         return (
-            f"Glue the tail down with {glue} on the mount's tongue behind the body, over "
+            f"Glue the tail down with {tail_glue(layout, end - tongue.along[0], tongue.tail[1] - tongue.tail[0])}, on "
+            "the mount's tongue behind the body, over "
             f"{in_mm(end - tongue.along[0], 2)} mm, {upto}: a pull on it ends there. {said}"
         )
     # From which x (m) on the tail lies on the jaw's face, and over what length (m) up to the jaw's heel
@@ -96,9 +104,11 @@ def tail_held(layout: Layout, glue: str) -> str:
     assert path is not None and jaw is not None
     begin, room = path.last.x, jaw_range(layout, jaw)[1] - path.last.x
     if room >= LEAST_FIXED:
+        low, high = layout.reach_at(begin)
+        fixed = tail_glue(layout, LEAST_FIXED, high - low)
         return (
-            f"{said} Fix the tail with {glue} to the jaw's metal from {in_mm(begin - layout.body[2], 2)} mm behind the "
-            f"body on, over at least {in_mm(LEAST_FIXED)} mm, so that a pull on it does not reach the glue of the "
+            f"{said} Fix the tail with {fixed}, to the jaw's metal from {in_mm(begin - layout.body[2], 2)} mm behind "
+            f"the body on, over at least {in_mm(LEAST_FIXED)} mm, so that a pull on it does not reach the glue of the "
             "sensor (the mount has no tongue for it)."
         )
     return (
@@ -115,11 +125,12 @@ def fastened(layout: Layout) -> Iterator[str]:
         return
     has_tail = layout.spec.fpc.tail is not None
     slot = ", tail in the slot" if has_tail else ""
-    glued = f"Glue the board into the mount's recess{slot}. {board_glued(layout)}{_seated(layout)}"
+    glued = f"Glue the board into the mount's recess{slot}.{in_recess(layout)} {board_glued(layout)}{_seated(layout)}"
     if mount.finger is not None:
         yield f"Tap both holes in the cap's sides M{in_mm(mount.finger.screw)}. {glued}"
     elif mount.kind == "custom":
-        yield f"Put the board on your own mount and glue it down.{_own_height(layout)} {board_glued(layout)}"
+        own = f"{on_own(layout, mount.step)}{_own_height(layout)}"
+        yield f"Put the board on your own mount and glue it down.{own} {board_glued(layout)}"
     elif mount.holes is not None:
         yield glued
     if has_tail:

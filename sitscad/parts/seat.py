@@ -120,15 +120,23 @@ def relief_radius(tongue: Relief, span: Heights) -> float:
     return min(0.6 * (tongue.top - span[0]), tongue.along[1] - tongue.along[0] - 0.2e-3)
 
 
-def _grooved(layout: Layout, slab: Any, span: Heights) -> Any:
-    """Grooves across the face that the board is glued on; none where they would leave too thin a wall."""
+def grooves(layout: Layout, span: Heights) -> tuple[tuple[float, ...], float]:
+    """Places along x (m) of the grooves across the face that the board is glued on, and their width (m).
+
+    No places if the grooves would leave too thin a wall.
+    """
     process = process_of(layout.spec.mount)
     wall, width = print_limit(process, "wall").value, print_limit(process, "groove").value
-    x0, y0, x1, y1 = layout.body
+    x0, _, x1, _ = layout.body
     if span[1] - span[0] - GROOVE_DEPTH < wall - 1e-9 or (x1 - x0) * (GROOVES[1] - GROOVES[0]) < 2.0 * width:
-        return slab
-    for share in GROOVES:
-        x = x0 + share * (x1 - x0)
+        return (), width
+    return tuple(x0 + share * (x1 - x0) for share in GROOVES), width
+
+
+def _grooved(layout: Layout, slab: Any, span: Heights) -> Any:
+    """The slab with its grooves."""
+    (places, width), (_, y0, _, y1) = grooves(layout, span), layout.body
+    for x in places:
         groove = box(x - width / 2, y0 - 1e-3, span[1] - GROOVE_DEPTH, x + width / 2, y1 + 1e-3, span[1])
         slab = one_solid(slab - groove, "mount")
     return slab

@@ -50,7 +50,7 @@ def test_the_weight_on_a_piece_presses_the_pad_by_what_the_steps_say(name):
     assert press.travel == approx(-float(pose[2]), rel=1e-3)
     assert press.travel <= 1.1 * max(physics.PIECE_STRAIN * spec.elastomer.thickness,
                                      physics.pressed_by(spec, physics.LEAST_MASS * physics.STANDARD_GRAVITY))
-    said = gluing.glued(spec, "target", "the elastomer", Toleranced(1e-3))
+    said = gluing.glued(spec, "target", "the elastomer", Toleranced(1e-3), "")
     (mass,) = re.findall(r"both weigh ([0-9.]+) g", said)
     (travel,) = re.findall(r"presses the pad by ([0-9.]+) mm, which comes back", said)
     assert (float(mass), float(travel)) == approx((1e3 * press.mass, 1e3 * press.travel), rel=0.06)
@@ -134,7 +134,7 @@ def test_what_may_keep_the_film_liquid_is_said_where_it_is_known(changes, named)
 
 def test_a_tail_bent_in_air_has_a_rod_of_twice_its_radius():
     layout = sitscad.lay_out(spec_of("grasper_4layer"))
-    (rod,) = re.findall(r"rod of ([0-9.]+) mm diameter", tail_held(layout, "glue"))
+    (rod,) = re.findall(r"rod of ([0-9.]+) mm diameter", tail_held(layout))
     radius = bends(layout)[0].radius
     assert 2e3 * radius <= float(rod) <= 2e3 * radius + 0.1 and gluing.rods(None) == ""
 
