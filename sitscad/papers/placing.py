@@ -138,8 +138,8 @@ def in_recess(layout: Layout) -> str:
     """The board's place in the recess of a plate or a cap; a whole sentence."""
     room = clearance(layout.spec.mount)
     return (
-        f" The recess is {in_mm(room)} mm larger on each side: strips of {FILM}, as thick, along the wall away from "
-        f"{_tail_end(layout)} and one long wall, against which the board is pushed, put it in its place to {near(layout)}."
+        f" The recess is {in_mm(room)} mm larger on each side: push the board against strips of {FILM}, as thick, "
+        f"along the wall away from {_tail_end(layout)} and one long wall, to {near(layout)}."
     )
 
 

@@ -534,7 +534,7 @@ def test_a_stop_that_is_not_to_be_touched_has_its_gap():
 def test_a_piece_is_pressed_at_once_and_measured_afterwards():
     """"Press until it is as high as this" asked for a gauge within the five seconds that the glue flows."""
     said = in_one_line(GRASPER)
-    assert in_order(said, "Press each down at once", "hold it until the glue has set", "Measure then", "One that is higher")
+    assert in_order(said, "Press each down at once", "hold it until the glue has set", "Measure then", "that is higher")
     assert "tongue hang 0.16 mm over the metal" in said and "up to 0.7 mm3" in said
     assert in_order(said, "Measure how thick", "mount 0.500 +-0.050 mm", "Rub a thicker one down")
     assert re.search(r"Glue the tail down with 0\.24 mm3", said)
