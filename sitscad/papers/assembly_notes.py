@@ -44,6 +44,7 @@ from sitscad.papers.placing import (
     over_jaw,
     squared,
 )
+from sitscad.papers.preparing import tools, waits
 from sitscad.papers.workpieces import MADE, not_here, to_make
 from sitscad.parts.tooling import pour, skin_pour
 from sitscad.scene.bodies import BodyRole, joined
@@ -83,20 +84,23 @@ def text(layout: Layout, estimates: Estimates, bench: Estimates, package: Packag
     mount = spec.mount
     jaws = "" if mount is None or mount.jaw is None else f", mount/{spec.name}-jaw-drawing.pdf the closed pair"
     frames = [jig_picture(f"jig-{part}") for part in ("elastomer", "target") if getattr(spec, part) is not None]
-    tools = f", {' and '.join(frames)} the jig at each use" if frames else ""
+    pictures = f", {' and '.join(frames)} the jig at each use" if frames else ""
     jig = (
         "Wax the jig, or wipe it with mould release, so that no glue holds it, but keep the feet of its presses clean: "
         "they lie on faces that are glued later. "
     ) if _has_jig(spec) else ""
     head = (
-        f"mount/assembly.svg shows the pieces apart{jaws}{tools}. Parts and quantities are in bom.csv. Work under a "
+        f"mount/assembly.svg shows the pieces apart{jaws}{pictures}. Parts and quantities are in bom.csv. Work under a "
         f"microscope, with gloves; clean metal and plastic with isopropanol. {jig}Lengths are in mm."
     )
     issue = [f"{spec.issue.title}."] if spec.issue.rows else []
+    steps = [*_steps(layout, estimates, bench)]
     parts = [f"{spec.name}: how it is put together", *issue, "", *hanging("", head, WIDTH), ""]
+    for said in filter(None, (tools(" ".join([head, *steps])), waits(layout))):
+        parts += [*hanging("", said, WIDTH), ""]
     if listed := [*to_make(spec, package, WIDTH)]:
         parts += [*listed, ""]
-    for number, step in enumerate(_steps(layout, estimates, bench), 1):
+    for number, step in enumerate(steps, 1):
         said, *lines = step.split("\n")
         parts += hanging(f"{number:>2}. ", said, WIDTH)
         parts += [*(row for line in lines for row in hanging("    ", line, WIDTH)), ""]
@@ -188,12 +192,17 @@ def _prepared(layout: Layout) -> Iterator[str]:
         yield RAW_RESIN
     if poured is not None and spec.elastomer is not None:
         pieces = 1 if joined(spec) is not None else len(cell_placements(spec))
+        is_webbed = joined(spec) is not None
         chosen = "Choose a pad that is" if pieces == 1 else f"Choose {pieces} pads that are each"
+        if is_webbed:
+            chosen = "The piece, all pads in one, is good if it is"
+        pads = "the piece" if is_webbed else "the pads"
+        edge = "the edge" if spec.elastomer.outline.is_round else "a corner"
         yield (
             f"Cut the elastomer by laser/, or cast it. {RELEASE} Mix {amount(poured)} of "
             f"{mixed(spec.elastomer.material)}, take the air out of it (vacuum, until it no longer foams), fill the "
             "cavities of mould-tray a little over, draw mould-lid over it from one side, weigh it down (about 1 kg). "
-            f"{cured(spec.elastomer.material)} Lift the lid from one edge; press the pads out from a corner with a "
+            f"{cured(spec.elastomer.material)} Lift the lid from one edge; press {pads} out from {edge} with a "
             f"blunt plastic tip, and wash the release off with isopropanol before they are glued. {chosen} "
             f"{toleranced(plate_thickness(spec, 'elastomer'))} thick."
         )

@@ -20,6 +20,7 @@ from sitscad.estimates.gluing import (
 from sitscad.layout.board import Layout
 from sitscad.layout.laser_sheet import joined_part
 from sitscad.parts.tooling import PEG, is_cast
+from sitscad.scene.bodies import joints
 from sitscad.scene.column import Toleranced
 from sitscad.spec import presets
 from sitscad.spec.materials import Adhesive
@@ -172,14 +173,15 @@ def glued(spec: SensorSpec, part: str, under: str, height: Toleranced, place: st
         "petroleum jelly in the middle. " if on_foot else ""
     )
     verb = "Put" if glue is not None and glue.viscosity is None else "Spread"
+    webs = ", under the pads alone: the webs between them get none" if part == "elastomer" and joints(spec) else ""
     pad = f", and presses the pad by {1e3 * press.travel:.2g} mm, which comes back" if press.travel else ""
     again = "" if is_one else f" Do this for one of the {cells} cells after the other: what waits sets."
     wiped = " Wipe the jelly off with isopropanol." if on_foot else ""
     return (
         f"Put the frame jig-{part} on the base: it goes on one way only.{place} {loaded(part, press.mass)}. "
         f"{held}{verb} {said}, on {under} in the well"
-        f"{'' if is_one else ' of a cell'}; {placed}. Nothing stops the press: its weight brings the glue to its line"
-        f"{pad}. Leave it until the glue has set, then lift press and frame.{wiped}{setting(glue)}{again} From the "
+        f"{'' if is_one else ' of a cell'}{webs}; {placed}. Nothing stops the press: its weight brings the glue to its "
+        f"line{pad}. Leave it until the glue has set, then lift press and frame.{wiped}{setting(glue)}{again} From the "
         f"board's top face to its upper face are {toleranced(height)} then."
     )
 
@@ -226,19 +228,13 @@ def pressing(layout: Layout) -> str:
             f"the glue has set{pads}. {rim}"
         )
     kind = spec.mount.kind if spec.mount is not None and not is_cast(layout) else ""  # a skin is too large for the well
-    if kind == "custom":  # the frame lies on the board's own rim, and presses it
+    if kind in ("custom", "bench-plate"):  # the frame lies on the board's rim, which stands out by the glue
+        whose = "your mount" if kind == "custom" else "the mount"
         return (
-            f"{loaded(part, press.mass)} before any glue is spread, have jig-{part}, waxed, at hand, fix your mount, "
-            f"and then lay the board on. One hand puts the frame round the {part} and presses it down "
-            "on the board's rim with two fingers; the other lowers the press into the frame's well, which keeps it "
-            f"upright. Hold the frame until the glue has set{pads}. Never press the {part} at one edge."
-        )
-    if kind == "bench-plate":  # as large as the frame, and flush with the board
-        return (
-            f"{loaded(part, press.mass)} before any glue is spread, and have jig-{part}, waxed, at hand. Once the "
-            f"board lies on, press the rim beside the {part} down with a flat stick, all round. Then lay jig-{part} on "
-            "the mount round it, and let the press down in its well, which keeps it upright, until the glue has "
-            f"set{pads}. The frame covers the rim. Never press the {part} at one edge."
+            f"{loaded(part, press.mass)} before any glue is spread, have jig-{part}, waxed, at hand, fix {whose}, "
+            f"and then lay the board on. In one go, while the glue flows, one hand puts the frame round the {part} and "
+            "presses it down on the board's rim with two fingers; the other lowers the press into the frame's well, "
+            f"which keeps it upright. Hold the frame until the glue has set{pads}. Never press the {part} at one edge."
         )
     return (
         f"{loaded(part, press.mass)} before any glue is spread, and clamp what the board goes on, so that both hands "

@@ -155,11 +155,12 @@ def in_place(layout: Layout) -> Iterator[str]:
         return
     if mount.finger is not None:
         width, side = cap_size(layout)
-        length = max((each for each in SET_LENGTHS if 1e-3 * each <= side + SAME), default=SET_LENGTHS[0])
         yield (
             f"Slip the cap, {in_mm(width, 2)} mm wide, over the finger and clamp it by two "
-            f"M{in_mm(mount.finger.screw)} set screws of plastic or brass: steel is seen. The cap's sides are "
-            f"{in_mm(side, 2)} mm thick there: screws of {in_mm(1e-3 * length)} mm do not stand out."
+            f"M{in_mm(mount.finger.screw)} set screws of plastic: metal nearer to a coil than "
+            f"{in_mm(FAR * max(layout.spec.coil.size), 1)} mm (two coil diameters) changes the readings, brass too, "
+            f"and no figure counts the screws. The cap's sides are {in_mm(side, 2)} mm thick there: screws of "
+            f"{in_mm(set_screw(layout))} mm do not stand out."
         )
     elif mount.holes is not None and adapter_needed(layout):
         plate, below = -plate_floor(layout)[1], adapter_depth(layout)
@@ -187,15 +188,36 @@ LENGTHS = (3, 4, 5, 6, 8, 10, 12, 16, 20, 25, 30, 35, 40, 45, 50)
 """Lengths of screws under the head (mm; ISO 4762)."""
 
 
-def _into_nuts(depth: float) -> str:
-    """The four M2 screws through mount and adapter of a depth (m) into the nuts at its lower face; a whole sentence."""
+def set_screw(layout: Layout) -> float:
+    """Length (m) of the set screws in a cap's sides, which do not stand out."""
+    _, side = cap_size(layout)
+    return 1e-3 * max((each for each in SET_LENGTHS if 1e-3 * each <= side + SAME), default=SET_LENGTHS[0])
+
+
+def nut_screw(depth: float) -> tuple[int, bool]:
+    """Length (mm) of the M2 screws through mount and adapter of a depth (m), and whether they are to be cut to it."""
     grip = depth - CORNER_SCREW.nut_height
     length = max((each for each in LENGTHS if 1e-3 * each <= depth + SAME), default=LENGTHS[0])
-    reach = min(1e-3 * length - grip, NUT)
-    if reach >= NUT / 2:
-        return f"M2 x {length} screws (ISO 4762) reach {in_mm(reach, 1)} mm into the nuts and do not stand out."
-    longer = next(each for each in LENGTHS if 1e-3 * each > depth)
-    return f"M2 x {longer} screws (ISO 4762), cut to {in_mm(depth, 1)} mm: longer ones stand out of the adapter."
+    if min(1e-3 * length - grip, NUT) >= NUT / 2:
+        return length, False
+    return next(each for each in LENGTHS if 1e-3 * each > depth), True
+
+
+def _into_nuts(depth: float) -> str:
+    """The four M2 screws through mount and adapter of a depth (m) into the nuts at its lower face; a whole sentence."""
+    length, is_cut = nut_screw(depth)
+    if is_cut:
+        return f"M2 x {length} screws (ISO 4762), cut to {in_mm(depth, 1)} mm: longer ones stand out of the adapter."
+    reach = min(1e-3 * length - depth + CORNER_SCREW.nut_height, NUT)
+    return f"M2 x {length} screws (ISO 4762) reach {in_mm(reach, 1)} mm into the nuts and do not stand out."
+
+
+def screw_length(thread: str, grip: float) -> int | None:
+    """Length (mm) of a metric screw through plastic of a thickness (m); None for inch threads, or beyond the table."""
+    if not thread.startswith("M"):
+        return None
+    own = 1e-3 * float(thread.removeprefix("M"))
+    return next((each for each in LENGTHS if 1e-3 * each >= grip + ENGAGED * own), None)
 
 
 def screws(thread: str, grip: float) -> str:
@@ -204,10 +226,10 @@ def screws(thread: str, grip: float) -> str:
     if not thread.startswith("M"):  # inch threads have lengths of their own
         whose = f"{thread} screws" if thread else "the screws"
         return f"{lies}: {whose} are longer by {ENGAGED:g} of their diameters at least."
-    own = 1e-3 * float(thread.removeprefix("M"))
-    length = next((each for each in LENGTHS if 1e-3 * each >= grip + ENGAGED * own), None)
+    length = screw_length(thread, grip)
     if length is None:
-        return f"{lies}: {thread} screws of {in_mm(grip + ENGAGED * own, 1)} mm and longer."
+        least = grip + ENGAGED * 1e-3 * float(thread.removeprefix("M"))
+        return f"{lies}: {thread} screws of {in_mm(least, 1)} mm and longer."
     left = 1e-3 * length - grip
     return f"{lies}: {thread} x {length} screws (ISO 4762) go {in_mm(left, 1)} mm into the part below."
 
@@ -225,11 +247,11 @@ def metal_below_told(layout: Layout) -> str:
     if mount.metal_behind is not None:
         behind = mount.metal_behind
         return (
-            f" Below, {in_mm(behind.distance, 2)} mm and the glue lines behind the board, the readings count "
+            f" Below, {in_mm(behind.distance, 2)} mm and the glue lines under the board, the readings count "
             f"{in_mm(behind.thickness, 2)} mm of {behind.material.name}: nothing else of metal may lie nearer."
         )
     return (
-        f" The part below may be of metal only from {in_mm(FAR * max(spec.coil.size), 1)} mm behind the board on (two "
+        f" The part below may be of metal only from {in_mm(FAR * max(spec.coil.size), 1)} mm below the board on (two "
         "coil diameters): nearer metal changes the readings, and none is counted. For a nearer one write "
         "mount.metal_behind and build anew."
     )

@@ -20,13 +20,13 @@ from sitscad.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
 from sitscad.layout.laser_sheet import joined_part
 from sitscad.papers.gluing import BAR_HOLE, grams, steel_bar, washers
-from sitscad.papers.mounting import cures_badly
+from sitscad.papers.mounting import cures_badly, nut_screw, screw_length, set_screw
 from sitscad.papers.order_codes import Order, capacitor, order_of
 from sitscad.parts.tooling import pour, skin_pour
 from sitscad.record import record
 from sitscad.scene.bodies import MOUNT_PIECES, seat_spans, shield_heights
 from sitscad.scene.column import column
-from sitscad.scene.seating import adapter_needed
+from sitscad.scene.seating import FLOOR, adapter_depth, adapter_needed, plate_floor
 from sitscad.scene.stack import has_round_body, shield, shield_part
 from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.mount import HolePattern, Mount
@@ -283,8 +283,8 @@ def _mount(layout: Layout, spec: SensorSpec, mount: Mount) -> Iterator[Item]:
         elif mount.step is not None:
             yield Item("mount", 1, mount.step.file, "", standoff, "a part of your own")
         if mount.finger is not None:
-            thread = f"M{in_mm(mount.finger.screw)}"
-            yield Item("set screw", 2, thread, "plastic or brass", "", "tap the cap's holes for them; clamp the finger")
+            thread = f"M{in_mm(mount.finger.screw)} x {in_mm(set_screw(layout))}"
+            yield Item("set screw", 2, thread, "plastic", "", "tap the cap's holes for them; clamp the finger")
         if mount.holes is not None and mount.kind != "custom":
             yield from _screws(layout, mount.holes)
         return
@@ -299,12 +299,21 @@ def _screws(layout: Layout, pattern: HolePattern) -> Iterator[Item]:
     if below:
         yield Item("adapter", 1, "mount-adapter", "printed", "", f"print from mount/; screwed on {pattern.name} first")
         words = f"heads sunk in the adapter ({pattern.name})"
-        yield Item("screw", len(below), pattern.thread or f"for {in_mm(below[0].diameter)} mm holes", "", "", words)
-        yield Item("screw and nut", 4, corner, "", "", "plate on adapter; nuts let in from below")
+        yield Item("screw", len(below), _screw(pattern.thread, FLOOR, below[0].diameter), "", "", words)
+        length, is_cut = nut_screw(adapter_depth(layout) - plate_floor(layout)[1])
+        cut = "; cut to length (mount/assembly.txt)" if is_cut else ""
+        yield Item("screw and nut", 4, f"{corner} x {length}", "", "", f"plate on adapter; nuts let in from below{cut}")
         return
     count = 4 if pattern.grid is not None or pattern.name == "corners-m2" else len(pattern.holes) or 4
-    thread = pattern.thread or f"for {in_mm(pattern.holes[0].diameter)} mm holes"
-    yield Item("screw", count, thread, "", "", f"of the plate ({pattern.name})")
+    thread = corner if pattern.name == "corners-m2" else pattern.thread
+    hole = pattern.holes[0].diameter if pattern.holes else 0.0
+    yield Item("screw", count, _screw(thread, -plate_floor(layout)[1], hole), "", "", f"of the plate ({pattern.name})")
+
+
+def _screw(thread: str, grip: float, hole: float) -> str:
+    """A screw with its length, as the steps have it, through plastic of a thickness (m); else its hole (m)."""
+    length = screw_length(thread, grip)
+    return (thread or f"for {in_mm(hole)} mm holes") if length is None else f"{thread} x {length}"
 
 
 PLACEMENT_HEADER = ("Ref", "Val", "Package", "PosX", "PosY", "Rot", "Side")

@@ -40,7 +40,8 @@ def to_make(spec: SensorSpec, package: Package, width: int) -> Iterator[str]:
     content = package.files.get("mount/print.json")
     if content is None:
         return
-    pieces = json.loads(content)["pieces"]
+    is_own = spec.mount is not None and spec.mount.kind == "custom"
+    pieces = [each for each in json.loads(content)["pieces"] if not (is_own and each["piece"] == "mount")]
     if not pieces:
         return
     process = spec.mount.process if spec.mount is not None else ""
@@ -51,6 +52,9 @@ def to_make(spec: SensorSpec, package: Package, width: int) -> Iterator[str]:
     for each in pieces:
         size = " x ".join(f"{1e3 * side:.1f}" for side in each["size_m"])
         yield f"  {each['piece']:<20} {size:<19} {_use(each['piece'])}"
+    if is_own:
+        part = spec.mount.step.file if spec.mount is not None and spec.mount.step is not None else "your own part"
+        yield f"  {'mount':<20} {'':<19} is your own: {part}"
     if f"mount/{spec.name}-jaw.stl" in package.files:
         yield f"  {'jaw':<20} {'':<19} is not made: the instrument's own, as the spec has it"
 

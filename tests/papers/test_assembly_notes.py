@@ -30,6 +30,7 @@ from sitscad.scene.seating import cap_size, plate_floor, stop_place
 from sitscad.scene.tail_path import ROD, bends, rod_clear
 from sitscad.spec import presets, templates
 from sitscad.spec.load import rewritten_spec
+from sitscad.spec.mount import StepPart
 from sitscad.units import show
 from sitscad.writer import Package
 
@@ -454,7 +455,7 @@ def test_whether_the_part_below_may_be_of_metal_is_said(kind):
     spec = sitscad.load_text(templates.read("three_axis_grid"), "t.yaml")
     spec = spec if kind == "bench-plate" else spec.replace({"mount": {"kind": kind}})
     said = in_one_line(sitscad.lay_out(spec))
-    (far,) = re.findall(r"of metal only from ([0-9.]+) mm behind the board", said)
+    (far,) = re.findall(r"of metal only from ([0-9.]+) mm below the board", said)
     assert float(far) == approx(2e3 * max(spec.coil.size), rel=1e-3)
     metal = {"material": "aluminium", "distance": "5 mm", "thickness": "4 mm"}
     behind = sitscad.lay_out(spec.replace({"mount": {"kind": kind, "metal_behind": metal}}))
@@ -465,7 +466,7 @@ def test_two_hands_are_enough_for_a_mount_of_the_user_s_own():
     """One hand held a bar on the press, the other pressed the rim, and nothing held the board, in five seconds."""
     own = sitscad.load_text(templates.read("fingertip_foil"), "t.yaml").replace({"mount": {"kind": "custom"}})
     said = in_one_line(sitscad.lay_out(own))
-    assert in_order(said, "before any glue is spread", "lay the board on", "One hand puts the frame", "the other")
+    assert in_order(said, "before any glue is spread", "lay the board on", "one hand puts the frame", "the other")
     assert in_one_line(GRASPER).count("both hands are free") == 1
 
 
@@ -543,3 +544,47 @@ def test_a_piece_is_pressed_at_once_and_measured_afterwards():
 def test_a_drive_code_has_the_word_that_sets_it():
     (code, word), = re.findall(r"drive code (\d+) for the bare board; .*? Write (0x[0-9A-F]{4}) ", in_one_line(GRASPER))
     assert int(word, 16) >> 11 == int(code)
+
+
+INSTRUMENTS = (
+    "microscope", "caliper", "feeler gauge", "ring gauge", "dial gauge", "micrometer", "kitchen scale", "file",
+    "vacuum", "petroleum jelly", "M8 washers", "abrasive film", "cover glass", "flat-ended rod", "isopropanol",
+    "polyimide tape", "acrylic lacquer", "balance", "PTFE", "1 kg", "blade", "UV",
+)
+
+
+@pytest.mark.parametrize("template", ["grasper_4layer", "three_axis_grid", "fingertip_cell", "skin_strip_6"])
+def test_every_instrument_of_the_steps_is_listed_at_the_head(template):
+    said = in_one_line(sitscad.lay_out(sitscad.load_text(templates.read(template), "t.yaml")))
+    head, _, steps = said.partition(" 1. ")
+    listed = head.partition("Tools:")[2]
+    absent = [each for each in INSTRUMENTS if re.search(rf"\b{each}\b(?!/)", steps) and each not in listed]
+    assert listed and absent == []
+    assert "Longest waits:" in head and "24 h" in head
+
+
+def test_glue_on_a_bench_plate_is_pressed_once_while_it_flows():
+    """The rim was pressed first, and the jig laid on after, within the five seconds that the glue flows."""
+    said = in_one_line(sitscad.lay_out(sitscad.load_text(templates.read("three_axis_grid"), "t.yaml")))
+    glued = said[said.index("Glue the board into"):]
+    assert in_order(glued, "have jig-target", "lay the board on", "In one go", "lowers the press")
+
+
+def test_a_part_of_the_user_s_own_is_not_printed_and_places_the_board():
+    part = StepPart("block.step", "0" * 64, (0.0, 0.0, 4e-3), "x", "z")
+    bench = sitscad.load_text(templates.read("bench_7mm"), "t.yaml")
+    layout = sitscad.lay_out(bench.replace({"mount": {"kind": "custom"}}))
+    spec = replace(layout.spec, mount=replace(layout.spec.mount, step=part))
+    own = replace(layout, spec=spec)
+    said = assembly_notes.text(own, SENSOR.estimates, SENSOR.bench_estimates, PIECES)
+    (row,) = (line for line in said.splitlines() if line.startswith("  mount "))
+    assert "block.step" in row and "10.0 x" not in row
+    flat = " ".join(said.split())
+    assert "comes over the point 0, 0, 4 (mm" in flat and "the file's axis x, where the tail leaves" in flat
+    assert f"{1e3 * layout.body_size[0]:.2f}"[:4] in flat
+
+
+def test_round_and_joined_pads_are_spoken_of_as_they_are():
+    said = in_one_line(sitscad.lay_out(sitscad.load_text(templates.read("round_button_12mm"), "t.yaml")))
+    assert "out from the edge" in said and "a corner" not in said.partition("Test the bare board")[0]
+    assert "long wall" not in said[said.index("Put the frame jig-elastomer"):said.index("Push the board out")]

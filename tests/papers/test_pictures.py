@@ -299,3 +299,24 @@ def test_metals_are_drawn_in_colours_of_their_own():
         drawn = stack_section(load_text(text))
         assert f"fill='{colour}'" in drawn
         assert (f"fill='{colours['copper']}'" in drawn) == (material == "copper")
+
+
+def test_a_piece_of_the_jig_is_labelled_by_its_whole_height():
+    """The cut shows no pins and no peg, and its labels contradicted the list of pieces (2.24 for 4 mm)."""
+    from types import SimpleNamespace
+
+    from sitscad.drawing.pictures import assembly
+    from sitscad.parts.solid import Solid
+    from sitscad.scene.bodies import BodyRole
+
+    shape = SimpleNamespace(bounding_box=lambda: SimpleNamespace(size=SimpleNamespace(Z=4.04)))
+    cut = [[(0.0, -2.24), (1.0, -2.24), (1.0, 0.0), (0.0, 0.0)]]
+    sheet = assembly.Sheet("x", unit="", decimals=1, ground=None)
+    spec = SimpleNamespace(mount=None, encapsulation=None)
+    cuts = [(Solid("jig-base", shape, "resin", "#000000", BodyRole.JIG), cut),
+            (Solid("mount", shape, "resin", "#000000", BodyRole.MOUNT), cut)]
+    with sheet.group("section"):
+        assembly._labels(sheet, cuts, spec, lambda y, z: assembly.Point(y, z), 10.0, 10.0)
+    (group,) = sheet.items
+    texts = {item.text for item in group.items if hasattr(item, "text")}
+    assert texts == {"jig-base: resin, 4.04 mm high", "mount: resin, 2.24 mm"}

@@ -122,7 +122,10 @@ def _port(cuts: list[tuple[Solid, Polygons]], mount: Mount | None, top: float) -
 def _labels(
     sheet: Sheet, cuts: Sequence[tuple[Solid, Polygons]], spec: SensorSpec, place: Place, x: float, height: float
 ) -> tuple[float, float, float, float]:
-    """Names with thicknesses beside the section, from the top down, each with a line to its layer; the box of all."""
+    """Names with thicknesses beside the section, from the top down, each with a line to its layer; the box of all.
+
+    Pieces of a jig have their whole height, pins and pegs included: the cut shows none of these.
+    """
     rows: list[tuple[Point | None, float, str]] = []
     for solid, polygons in cuts:
         levels = [point[1] for polygon in polygons for point in polygon]
@@ -137,8 +140,10 @@ def _labels(
             for (ya, za), (yb, zb) in zip(ring, [*ring[1:], ring[0]], strict=True):
                 if (za <= level) != (zb <= level):
                     ends.append(ya + (yb - ya) * (level - za) / (zb - za))
-        at = place(max(ends), level)
-        rows.append((at, -at.y, f"{solid.name}: {solid.material}, {thick:.3g} mm"))
+        at, word = place(max(ends), level), ""
+        if solid.role is BodyRole.JIG:
+            thick, word = float(solid.shape.bounding_box().size.Z), " high"
+        rows.append((at, -at.y, f"{solid.name}: {solid.material}, {thick:.3g} mm{word}"))
     if spec.mount and spec.mount.jaw:
         rows.append((None, math.inf, f"dashed: {spec.mount.jaw.port_diameter * 1e3:g} mm port, jaws closed"))
     rows.sort(key=lambda row: (row[1], row[2]))
