@@ -23,7 +23,7 @@ from sitscad.layout.bending import (
 )
 from sitscad.layout.board import Layout
 from sitscad.layout.copper import pair_in_words, smallest_gaps
-from sitscad.scene.tail_path import bends, own_bend, pivot_line
+from sitscad.scene.tail_path import bends, bends_at_every_grasp, own_bend, pivot_line
 from sitscad.spec.circuit import CopperLayer, FpcSpec, LayerKind, Plating, StackLayer, Stackup, Tail
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.presets import finish, is_rigid, names
@@ -219,7 +219,7 @@ def bend_words(bend: Bend) -> str:
 
 def bent_text(layout: Layout) -> str:
     """How the tail is bent at assembly: where, how far and how sharply, from the body on."""
-    found, mount = bends(layout), layout.spec.mount
+    found = bends(layout)
     if not found:
         return "Do not bend the tail."
     lines = [
@@ -230,7 +230,7 @@ def bent_text(layout: Layout) -> str:
     radius = "" if found[0].radius is None else f", inside radius {in_mm(found[0].radius)} mm or more"
     said = f"Bend the tail {', then '.join(lines)}{radius}, and nowhere else: the drawing of the board has these lines."
     own = own_bend(layout)
-    if mount is None or mount.jaw is None or mount.jaw.hinge is None or own is None or own.is_dynamic:
+    if own is None or own.is_dynamic or not bends_at_every_grasp(layout.spec):
         return said
     return (
         f"{said} In a jaw that moves against the shaft the last one bends at every grasp: that wants fpc.tail.bend: "

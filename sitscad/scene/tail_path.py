@@ -14,6 +14,7 @@ from sitscad.scene.jaws import pivot_along
 from sitscad.scene.seating import LEAST_RELIEF, cap_end, plate_floor, plate_plan, relief
 from sitscad.scene.stack import tail_heights
 from sitscad.spec.circuit import FpcSpec
+from sitscad.spec.sensor import SensorSpec
 
 LEAST = 1e-6  # Drops and turns (m, rad) below this are none
 
@@ -280,6 +281,13 @@ def bends_of_mount(layout: Layout) -> tuple[Bend, ...]:
             found.append(Bend((here + end) / 2, here, end, abs(stretch.turn), way, path.radius, False, why))
         here = end
     return tuple(found)
+
+
+def bends_at_every_grasp(spec: SensorSpec) -> bool:
+    """Whether the tail has a bend of its own at a jaw's hinge, which then moves with the jaw."""
+    tail, jaw = spec.fpc.tail, spec.jaw
+    return (tail is not None and tail.bend != "none" and bool(tail.bend_angle)
+            and jaw is not None and jaw.hinge is not None)
 
 
 def own_bend(layout: Layout) -> Bend | None:

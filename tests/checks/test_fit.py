@@ -108,6 +108,19 @@ def test_a_tail_that_bends_at_every_grasp_has_one_layer(judge, design, layers, s
     assert (found.severity, found.measured, found.limit) == (severity, layers, most)
 
 
+@pytest.mark.parametrize(("layers", "severity"), [(2, Severity.WARNING), (1, Severity.NOTE)])
+def test_static_tail_that_bends_at_every_grasp_is_told_as_a_dynamic_one_would_be(layers, severity, judge, design):
+    """Only the assembly steps said so, after the boards were bought."""
+    hinged = {"mount__jaw__hinge": 8, "mount__jaw__opening": "60 deg", "mount__jaw__port_diameter": 20,
+              "fpc__tail__layers": layers}
+    (found,) = judge("SIT308", design(**hinged))
+    assert found.key == "fpc.tail.bend" and found.severity is severity
+    dynamic = judge("SIT308", design(**hinged, fpc__tail__bend="dynamic"))
+    assert bool(dynamic) is (severity is Severity.WARNING)
+    assert judge("SIT308", design(**hinged, fpc__tail__bend="none")) == []
+    assert judge("SIT308", design(fpc__tail__layers=layers)) == [], "no hinge"
+
+
 def test_a_bench_plate_is_not_checked_against_a_jaw(verdicts, design, drawn):
     spec = design(mount={"kind": "bench-plate", "standoff": 0.7})
     for rule in ("SIT301", "SIT302", "SIT303", "SIT311"):
@@ -426,6 +439,20 @@ def test_target_rotation(judge, design):
     assert judge("SIT310", design(elastomer__size=8, elastomer__thickness=2, target__size=8)) == []
     (small,) = judge("SIT310", design(elastomer__size=8, elastomer__thickness=2))
     assert small.measured == approx(2 / 4.5, rel=1e-6) and "the target is wide" in small.message
+
+
+@pytest.mark.parametrize(("thickness", "severity"), [(1.5, Severity.WARNING), (2, Severity.ERROR)])
+def test_pad_that_gives_way_names_a_thinner_one_that_was_tried(thickness, severity, judge, design):
+    """The hint of a pad of 1.5 mm named 2 mm, which gives way even with the target held level."""
+    wide = {"target__size": 8, "elastomer__size": 8, "elastomer__material": "dragon-skin-10", "encapsulation": None,
+            "requirements__normal_force": "60 N"}
+    (found,) = judge("SIT310", design(elastomer__thickness=thickness, **wide))
+    assert found.severity is severity and found.limit < found.measured == approx(thickness / 8, rel=1e-6)
+    (named,) = re.findall(r"([0-9.]+) mm", found.hint)
+    assert float(named) == approx(8 * found.limit, rel=1e-6)
+    assert judge("SIT310", design(elastomer__thickness=float(named), **wide)) == []
+    (more,) = judge("SIT310", design(elastomer__thickness=float(named) + 0.1, **wide))
+    assert more.severity is Severity.WARNING
 
 
 def test_one_coil_alone_reads_tilt_as_force(judge, design):

@@ -15,7 +15,7 @@ from dataclasses import replace
 from typing import Any
 
 from sitscad.checks.board.fabrication import house, source_of
-from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, finding_of, located, rule_of
+from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, finding_of, joined, located, rule_of
 from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Finding, Place, Severity
@@ -27,7 +27,7 @@ from sitscad.layout.lanes import coils_breadth
 from sitscad.scene.fit import closed_section, end_section, pin_gaps, shaft
 from sitscad.scene.jaws import PartsError
 from sitscad.scene.stack import BODY, shield
-from sitscad.scene.tail_path import tail_path
+from sitscad.scene.tail_path import bends_at_every_grasp, tail_path
 from sitscad.spec.circuit import Tail
 from sitscad.spec.materials import ElastomerPad
 from sitscad.spec.mount import Jaw
@@ -52,24 +52,52 @@ def tail_bend(design: Design) -> Iterator[Verdict]:
             "fpc.tail.bend", fixes=(lambda: read_anew(spec, "fpc.tail.bend", "none"),),
         )
         return
-    if tail.bend == "dynamic" and tail.layers > 1:
+    if tail.bend == "static" and bends_at_every_grasp(spec):
+        yield _moved(spec, tail)
+    if tail.bend == "dynamic":
+        yield from _moving(spec, tail)
+    if figure is None:
+        yield Undecided(f"{spec.fpc.rules.name} states no bend radius for a {tail.bend} bend")
+    else:
+        yield from _bend_radius(spec, tail, *figure)
+
+
+def _moved(spec: SensorSpec, tail: Tail) -> Violation:
+    """The finding of a bend through a hinge that is declared as one at assembly: a warning if the tail breaks a limit
+    of a bend that moves, or none is stated.
+    """
+    dynamic = setting(spec, "fpc.tail.bend", "dynamic", "dynamic")
+    moving, figure = replace(tail, bend="dynamic"), bend_figure(dynamic.spec.fpc)
+    radius = [Undecided("")] if figure is None else _bend_radius(dynamic.spec, moving, *figure)
+    wrong = [*_moving(dynamic.spec, moving), *radius]
+    broken = [one.message for one in wrong if isinstance(one, Violation)]
+    return Violation(
+        "the tail leads through the jaw's hinge and bends at every grasp; fpc.tail.bend: static means one bend at "
+        "assembly",
+        f"fpc.tail.bend: dynamic{', which shows what such a tail needs' if wrong else ''}; or a jaw that stands "
+        "still in the shaft", "fpc.tail.bend", severity=Severity.WARNING if wrong else Severity.NOTE,
+        fixes=() if wrong else (lambda: [dynamic],),
+        detail=joined(*broken, "" if figure else f"{spec.fpc.rules.name} states no radius of a bend that moves"),
+    )
+
+
+def _moving(spec: SensorSpec, tail: Tail) -> Iterator[Violation]:
+    """The layers and the foil of a tail that bends at every grasp."""
+    if tail.layers > 1:
         yield Violation(
             f"the tail bends at every grasp (dynamic) and has {tail.layers} copper layers",
             "fewer copper layers through the hinge (fpc.tail.layers), or one bend at assembly (bend: static)",
             "fpc.tail.layers", float(tail.layers), 2.0 if tail.layers > 2 else 1.0, "copper layers",
             severity=Severity.ERROR if tail.layers > 2 else Severity.WARNING,
-            fixes=(lambda: [*thinner_tails(spec)][::-1], lambda: [setting(spec, "fpc.tail.bend", "static", "static")]),
+            fixes=(lambda: [*thinner_tails(spec)][::-1],
+                   lambda: [] if bends_at_every_grasp(spec) else [setting(spec, "fpc.tail.bend", "static", "static")]),
         )
-    if tail.bend == "dynamic" and spec.fpc.copper != "rolled-annealed":
+    if spec.fpc.copper != "rolled-annealed":
         yield Violation(
             f"the tail bends at every grasp (dynamic), and its foil is {spec.fpc.copper}, which cracks after fewer "
             "bends", "fpc.copper: rolled-annealed, its grain along the tail; or bend it once (bend: static)",
             "fpc.copper", severity=Severity.WARNING,
         )
-    if figure is None:
-        yield Undecided(f"{spec.fpc.rules.name} states no bend radius for a {tail.bend} bend")
-    else:
-        yield from _bend_radius(spec, tail, *figure)
 
 
 def _bend_radius(spec: SensorSpec, tail: Tail, field: str, ratio: float) -> Iterator[Verdict]:

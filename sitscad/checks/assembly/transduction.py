@@ -37,6 +37,9 @@ WARMTH_TOLD = 0.05
 SLENDERNESS = 0.25
 """Thickness over width of the 8 x 8 x 2 mm bench pad (Jones, thesis, Leeds), whose target was seen to stay level."""
 
+THICKNESS_GRAIN = 50e-6
+"""Step (m) of the thicknesses that are tried for a pad that gives way."""
+
 
 def elastomer_strain(design: Design) -> Iterator[Verdict]:
     """How far the required force compresses the pad, with the spread of its modulus."""
@@ -119,26 +122,45 @@ def target_rotation(design: Design) -> Iterator[Verdict]:
     if ratio <= SLENDERNESS + ROUNDING and lost not in (GIVES_WAY, TOO_SOFT):
         return
     said = f"the elastomer is {ratio:.2g} times as thick as {'' if width == min(pad.size) else 'the target is '}wide"
-    bench = "as the bench pad did (8 x 8 x 2 mm; Jones, thesis, Leeds)"
-    as_slender = f"{slender} is as slender as the bench pad that stayed level (8 x 8 x 2 mm; Jones, thesis, Leeds);"
-    reading = "force" if len(design.spec.array.placements) == 1 else "shear"
-    message, hint, severity = (
-        f"{said}: the target tilts easily, and tilt reads as {reading}", f"{as_slender} thinner is steadier still",
-        Severity.NOTE,
+    if lost not in (GIVES_WAY, TOO_SOFT):
+        reading = "force" if len(design.spec.array.placements) == 1 else "shear"
+        yield Violation(
+            f"{said}: the target tilts easily, and tilt reads as {reading}",
+            f"{slender} is as slender as the bench pad that stayed level (8 x 8 x 2 mm; Jones, thesis, Leeds); thinner "
+            "is steadier still", "elastomer.thickness", ratio, SLENDERNESS, severity=Severity.NOTE,
+        )
+        return
+    under = f"{said}: under {show(force or 0.0, 'N')} it gives way sideways"
+    enough = _thickness_that_holds(design.spec, force or 0.0, SLENDERNESS * width)
+    thin = "" if enough is None else f"by the pad's law, {show(enough, 'm', 3)} of it hold the target in place; "
+    level = "" if lost == TOO_SOFT else ", or a face that keeps the target level"
+    yield Violation(
+        f"{under}, even with the target held level, and the target is off the coils" if lost == TOO_SOFT else
+        f"{under} if the target is free to tilt, and the readings do not tell the force",
+        f"{thin}or a stiffer or a wider pad{level}", "elastomer.thickness", ratio,
+        None if enough is None else enough / width, severity=Severity.ERROR if lost == TOO_SOFT else Severity.WARNING,
+        fixes=() if enough is None else (
+            lambda: [setting(design.spec, "elastomer.thickness", enough, f"{enough * 1e3:.4g} mm")],),
     )
-    if lost == GIVES_WAY:
-        message, hint, severity = (
-            f"{said}: under {show(force or 0.0, 'N')} it gives way sideways where the target is free to tilt, and no "
-            "reading is one force",
-            f"{slender} stays level, {bench}; or a stiffer one, or a face that keeps the target level",
-            Severity.WARNING,
-        )
-    elif lost == TOO_SOFT:
-        message, hint, severity = (
-            f"{said}: under {show(force or 0.0, 'N')} it gives way sideways, even with the target held level, and the "
-            "target is off the coils", f"{as_slender} or a stiffer one", Severity.ERROR,
-        )
-    yield Violation(message, hint, "elastomer.thickness", ratio, SLENDERNESS, severity=severity)
+
+
+def _thickness_that_holds(spec: SensorSpec, force: float, most: float) -> float | None:
+    """The largest thickness (m, whole `THICKNESS_GRAIN`) below the pad's own and `most` at which the pad's law finds a
+    place for a target that is free to tilt under a normal force (N); None if there is none.
+    """
+    import numpy as np
+
+    from sitscad.estimates.response.pad import pushed
+
+    def holds(grains: int) -> bool:
+        thinner = replace(spec, elastomer=replace(pad_of(spec), thickness=grains * THICKNESS_GRAIN))
+        return not pushed(thinner, np.array([(force, 0.0, 0.0)]), np.array([False]))[1][0]
+
+    low, high = 0, math.floor(min(pad_of(spec).thickness, most) / THICKNESS_GRAIN + 1e-6) + 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if holds(middle) else (low, middle)
+    return round(low * THICKNESS_GRAIN, 9) or None
 
 
 def elastomer_shear(design: Design) -> Iterator[Verdict]:
