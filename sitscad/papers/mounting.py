@@ -21,7 +21,7 @@ from sitscad.fabrication.notes import bent_text
 from sitscad.layout.board import Layout
 from sitscad.papers.gluing import board_assembly, board_glued, dose, duration, inhibited, rods, toleranced
 from sitscad.papers.placing import in_recess, on_own
-from sitscad.parts.clash import at_pin, carried, clashes
+from sitscad.parts.clash import at_pin, carried, clashes, under_bend
 from sitscad.parts.mass import Balance, balance, weigh
 from sitscad.parts.plates import metal_below
 from sitscad.parts.printable import as_json, printable
@@ -48,7 +48,7 @@ from sitscad.scene.seating import (
     tongue_across,
 )
 from sitscad.scene.state import Pose
-from sitscad.scene.tail_path import bends, lip, rod_clear, tail_path
+from sitscad.scene.tail_path import ROD, bends, lip, rod_clear, tail_path
 from sitscad.spec import presets
 from sitscad.spec.materials import ElastomerMaterial, Encapsulation
 from sitscad.spec.mount import Mount
@@ -276,11 +276,24 @@ def _bent(layout: Layout) -> str:
     if not is_raised or not any(bend.direction == "down" for bend in found):
         return said
     said += " The rod needs room below: lay the mount at a table's edge, with the line beyond it."
+    if mount is not None and mount.kind == "custom":
+        return f"{said} {_own_end(layout)}"
     clear, start = rod_clear(layout), min(bend.start for bend in found if bend.direction == "down")
     if start < clear - LEAST_MET:
         met = in_mm(clear - start, 1)
         said += f" It meets the mount's lower edge there by {met} mm: chamfer that edge by as much with a file first."
     return said
+
+
+def _own_end(layout: Layout) -> str:
+    """Where a mount of the user's own has to end, so that the rod for the first bend down is clear of it."""
+    first = min((bend for bend in bends(layout) if bend.direction == "down"), key=lambda bend: bend.start)
+    end = first.start - (first.radius or 0.0) - ROD - layout.body[2]
+    side = "behind" if end >= 0.0 else "before"
+    return (
+        f"Your own part must end at most {in_mm(abs(end), 2)} mm {side} the body's end at the tail, or be cut away "
+        "from there on as deep as the rod is thick: rod and tail go down there."
+    )
 
 
 SAME = 1e-6  # Lengths (m) that differ by less are the same
@@ -402,7 +415,8 @@ def render_fit(layout: Layout, solids: tuple[Solid, ...]) -> dict[str, bytes]:
     """
     borne = loads(layout.spec)
     proof = prove(layout, solids, borne)
-    held = (*read_files(layout.spec), *in_file(layout, solids), *measured_jaw(layout), *carried(layout, solids))
+    own = (*carried(layout, solids), *under_bend(layout, solids))
+    held = (*read_files(layout.spec), *in_file(layout, solids), *measured_jaw(layout), *own)
     if proof is None:
         return _as_file({"measured": [_measured(each) for each in held]}) if held else {}
     files = _as_file(document(replace(proof, measured=(*proof.measured, *held))))

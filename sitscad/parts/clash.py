@@ -16,6 +16,7 @@ from sitscad.geometry.path import Path
 from sitscad.layout.board import Layout
 from sitscad.parts.mesh import manifold, seen, tessellate
 from sitscad.parts.proof import (
+    BEND,
     BULGE,
     INTERFERENCE,
     NO_SUPPORT,
@@ -36,7 +37,8 @@ from sitscad.record import record
 from sitscad.scene.bodies import BodyRole, board_heights
 from sitscad.scene.fit import PinGap, closed_section, hinge_pivot
 from sitscad.scene.jaws import axis, jaw_range
-from sitscad.scene.stack import BODY, HALF_OF_IT, MOST_OF_IT, ground, pressed_on
+from sitscad.scene.stack import BODY, HALF_OF_IT, MOST_OF_IT, ground, pressed_on, tail_heights
+from sitscad.scene.tail_path import ROD, bends
 from sitscad.units import show
 
 RED = "#d00000"
@@ -242,6 +244,25 @@ def carried(layout: Layout, whole: tuple[Solid, ...]) -> tuple[Measured, ...]:
     if name != BODY:
         found.append(_measured(BODY, ground(layout), faces, where, HALF_OF_IT))
     return tuple(found)
+
+
+def under_bend(layout: Layout, whole: tuple[Solid, ...]) -> tuple[Measured, ...]:
+    """The room (m3) that a mount's STEP file takes of the rod over which the tail is bent down. Empty without both."""
+    mount, down = layout.spec.mount, [bend for bend in bends(layout) if bend.direction == "down" and bend.radius]
+    if mount is None or mount.step is None or mount.kind != "custom" or not down:
+        return ()
+    first = min(down, key=lambda bend: bend.start)
+    rod, (low, high) = (first.radius or 0.0) + ROD, layout.reach_at(first.start)
+    where = first.start, (low + high) / 2, tail_heights(layout)[0] - rod
+    across = require("manifold3d").Manifold.cylinder((high - low) * MM, rod * MM, rod * MM, center=True)
+    bar = across.rotate((90.0, 0.0, 0.0)).translate(tuple(value * MM for value in where))
+    shared = sum(
+        float((manifold(tessellate(solid)) ^ bar).volume()) for solid in whole if solid.role is BodyRole.MOUNT) / MM**3
+    return (Measured(BEND, "mount", "tail", shared, 0.0, "m3", shared <= LEAST_SHARED, where),)
+
+
+LEAST_SHARED = 1e-11
+"""Volume (m3) shared with the rod that is no more than a rounding of the meshes: 0.01 mm3."""
 
 
 def _measured(name: str, path: Path, faces: Any, where: tuple[float, float, float], share: float) -> Measured:

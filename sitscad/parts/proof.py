@@ -28,7 +28,7 @@ SLIVER = 1e-12
 """Volumes (m3) below this are where two chord meshes of one touching round face overlap: 10 um by 0.3 mm by 0.3 mm."""
 
 INTERFERENCE, PORT, OPENING, TRAVEL, BULGE = "interference", "port", "opening", "travel", "bulge"
-SUPPORT, NO_SUPPORT = "support", "no support"  # What is measured
+SUPPORT, NO_SUPPORT, BEND = "support", "no support", "bend"  # What is measured
 
 GROUPS = {BodyRole.BOARD: "board", BodyRole.COPPER: "board", BodyRole.STIFFENER: "board", BodyRole.GLUE: "glue"}
 """Pieces that gaps are told of together; all others go by their names."""

@@ -14,7 +14,7 @@ from tolerance import approx
 
 from sitscad.estimates.gluing import board_press, piece_press
 from sitscad.layout import lay_out
-from sitscad.papers import gluing
+from sitscad.papers import gluing, mounting
 from sitscad.papers import parts_list as bom
 from sitscad.report.page import stack_section
 from sitscad.scene.bodies import shield_heights
@@ -236,3 +236,13 @@ def test_the_parts_list_has_every_weight_that_the_steps_ask_for(name):
             assert listed["washer M8, ISO 7093"] >= count
         else:
             assert any(gluing.grams(mass) in part for part in listed)
+
+
+@pytest.mark.parametrize("template", ["bench_7mm", "fingertip_cell"])
+def test_screws_of_the_list_have_the_length_of_the_steps(template):
+    """The list had "screw, M2"; its length was in the steps alone."""
+    layout = lay_out(load_text(templates.read(template), "t.yaml"))
+    (part,) = (item.part for item in bom._mount(layout, layout.spec, layout.spec.mount) if "screw" in item.item)
+    thread, length = part.split(" x ")
+    said = " ".join(mounting.in_place(layout))
+    assert thread == "M2" and (f"{part} screws" in said or f"screws of {length} mm" in said)

@@ -175,3 +175,11 @@ def test_the_jig_is_drawn_with_what_is_glued_in_it():
                                     parts.aids(alone)).values()
     assert "exploded-jig-elastomer-press" in content.decode() and "jig-target" not in content.decode()
     assert render_jig_picture(layout, solids, ()) == {}
+
+
+def test_webs_between_pads_get_no_glue():
+    """The area of the dose is the pads', and the step did not say whether the webs are glued."""
+    joined_spec = spec_of("skin_strip_6").replace("cells.web", "1 mm")
+    said = gluing.glued(joined_spec, "elastomer", "the board", Toleranced(1e-3), "")
+    assert "the webs between them get none" in said
+    assert "webs" not in gluing.glued(spec_of("grasper_4layer"), "elastomer", "the board", Toleranced(1e-3), "")

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import handmade
+import numpy as np
 import pytest
 from tolerance import approx
 
@@ -15,10 +16,11 @@ from sitscad.finding import Severity
 from sitscad.layout import lay_out
 from sitscad.papers import mounting
 from sitscad.parts import pieces
-from sitscad.parts.clash import carried
+from sitscad.parts.clash import carried, under_bend
 from sitscad.parts.whole import whole
-from sitscad.scene.bodies import BodyRole
+from sitscad.scene.bodies import BodyRole, board_heights
 from sitscad.scene.stack import support
+from sitscad.scene.tail_path import ROD, bends
 from sitscad.spec import presets
 from sitscad.spec.load import load
 from sitscad.spec.mount import Finger
@@ -64,6 +66,49 @@ def test_figures_and_solids_agree_on_what_carries_the_board(kind):
     assert pressed.value == approx(plane.carried, rel=1e-2)
     assert body.value == approx(plane.body_carried, rel=1e-2)
     assert pressed.first == plane.name and pressed.is_kept == (plane.share >= 0.9)
+
+
+BENT = """sitscad: 1
+name: own
+coil: {shape: circle, outer_diameter: 7, turns: 8, layers: 4, trace_width: 155 um, trace_spacing: 155 um}
+fpc: {stackup: flex-4l, tail: {length: 30, connector: zif-0.5mm}}
+elastomer: {shape: circle, size: 8, thickness: 1.5}
+mount: {kind: custom, step: own.step, standoff: 4}
+"""
+
+
+def test_a_part_under_the_tail_s_bend_is_found_by_how_much(tmp_path):
+    """The steps had the tail bent about a line that the user's own block reaches under, and nothing was found."""
+    import build123d as bd
+
+    (tmp_path / "own.step").write_bytes(b"")
+    (tmp_path / "spec.yaml").write_text(BENT)
+    found = {}
+    for length in (30.0, 0.0):
+        first = None
+        if not length:  # up to where the steps have it end
+            layout = found[30.0][0]
+            first = min(bends(layout), key=lambda bend: bend.start)
+            length = 2e3 * (first.start - first.radius - ROD)
+        block = bd.Solid.make_box(length, 20.0, 4.0).moved(bd.Location((-length / 2, -10.0, -4.0)))
+        bd.export_step(block, tmp_path / "own.step")
+        layout = lay_out(load(tmp_path / "spec.yaml"))
+        (measured,) = under_bend(layout, whole(layout))
+        found[30.0 if first is None else 0.0] = layout, measured
+    assert not found[30.0][1].is_kept and found[0.0][1].is_kept
+    layout, measured = found[30.0]
+    first = min(bends(layout), key=lambda bend: bend.start)
+    rod, (low, high) = first.radius + ROD, layout.reach_at(first.start)
+    x, top = np.linspace(first.start - rod, 15e-3, 4001), board_heights(layout.spec.fpc.stackup)[0]
+    face, half = top - layout.spec.assembly.glue_line, np.sqrt(np.maximum(0.0, rod**2 - (x - first.start) ** 2))
+    middle = measured.where[2]
+    heights = np.minimum(face, middle + half) - np.maximum(face - 4e-3, middle - half)
+    expected = (high - low) * np.trapezoid(np.maximum(0.0, heights), x)
+    assert measured.value == approx(float(expected), rel=1e-2)
+    document = {"measured": [mounting._measured(measured)]}
+    (finding,) = judged_on_solids(document, layout.spec)
+    assert (finding.rule, finding.severity, finding.key) == ("SIT320", Severity.WARNING, "mount")
+    assert f"{1e3 * (first.start - rod - layout.body[2]):.2f}".rstrip("0") in mounting._own_end(layout)
 
 
 def built(tmp_path, size):

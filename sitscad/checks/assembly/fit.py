@@ -259,6 +259,12 @@ def _fault(each: Mapping[str, Any]) -> Violation:
                 f"{y:.2f}, z = {z:.2f} mm of the board's drawing",
                 "give one of them other sizes; mount/fit.json says how much (build --force), assembly.step where",
             )
+        case "bend":
+            return Violation(
+                f"the mount reaches under the tail's bend at x = {x:.2f} mm: it takes {1e9 * value:.3g} mm3 of the rod "
+                "that the tail is bent over", "end the part before it, cut it away below, or bend farther out "
+                "(at, in fpc.tail.bend)", severity=Severity.WARNING,
+            )
         case "port":
             return Violation(
                 f"the {first} reaches {show(value, 'm')} from the closed pair's axis, the port {show(limit, 'm')}",
@@ -328,7 +334,8 @@ def settles(document: Mapping[str, Any]) -> frozenset[str]:
     return frozenset(JUDGED_BY[each["what"]][0] for each in document.get("measured", ()))
 
 
-JUDGED_BY = {"interference": ("SIT320", "mount"), "port": ("SIT321", "mount"), "opening": ("SIT322", "mount"),
+JUDGED_BY = {"interference": ("SIT320", "mount"), "bend": ("SIT320", "mount"),
+             "port": ("SIT321", "mount"), "opening": ("SIT322", "mount"),
              "travel": ("SIT323", "requirements"), "bulge": ("SIT323", "requirements"), "support": ("SIT326", "mount"),
              "no support": ("SIT326", "mount"), "jaw file": ("SIT332", "mount.jaw"),
              "jaw metal": ("SIT332", "mount.jaw.step"), "few jaw metal": ("SIT332", "mount.jaw.step"),
