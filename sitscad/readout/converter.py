@@ -18,6 +18,10 @@ DRIVEN_FAMILY = "ldc161x"
 """The family that the driver in ``data/firmware`` is written for."""
 
 
+MOST_RCOUNT = 0xFFFF
+"""Largest RCOUNT: the register has 16 bits."""
+
+
 @record
 class Converter:
     """A converter that can be bought: its channels, the 7-bit addresses that one bus has for it, and its package.
@@ -176,7 +180,7 @@ class Converter:
     def settle_count(self, quality_factor: float, reference_frequency: float, sensor_frequency: float) -> int:
         """Smallest SETTLECOUNT: Q f_REF / (16 f_SENSOR) rounded up (8.1.4.1), and above 3."""
         needed = math.ceil(quality_factor * reference_frequency / (16.0 * sensor_frequency) - 1e-9)
-        return min(0xFFFF, max(int(self.limit("settle_count_min")), needed))
+        return min(MOST_RCOUNT, max(int(self.limit("settle_count_min")), needed))
 
     @staticmethod
     def settle_time(count: int, reference_frequency: float) -> float:
@@ -218,7 +222,7 @@ class Converter:
         """
         overhead = self.scan_time(0, count, reference_frequency, channels) / channels
         periods = (1.0 / (scan_rate * channels) - overhead) * reference_frequency
-        return min(0xFFFF, max(int(self.limit("rcount_min")), math.floor(periods / 16.0 + 1e-9)))
+        return min(MOST_RCOUNT, max(int(self.limit("rcount_min")), math.floor(periods / 16.0 + 1e-9)))
 
     @property
     def serial_clock_in_words(self) -> str:

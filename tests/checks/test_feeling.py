@@ -17,6 +17,7 @@ import sitscad
 from sitscad.checks import RULES, check, judged
 from sitscad.checks.rules import apply_rule
 from sitscad.design import Design
+from sitscad.estimates.response.working_range import held_shear
 from sitscad.finding import Severity
 from sitscad.inspection import as_configured
 from sitscad.package import write_template
@@ -293,3 +294,27 @@ def test_noise_on_an_axis_that_nothing_tells_is_infinite(bench):
     known, untold = (one.errors(felt.units, felt.working.map_errors) for one in (point, blind))
     assert all(np.isfinite(error).all() for error in known.values())
     assert all(np.isinf(error).all() for error in untold.values())
+
+
+def test_scan_rate_that_is_named_for_a_finer_step_gives_one():
+    """Fewer scans a second were advised, and nothing said how many."""
+    spec = sitscad.load(TEMPLATES / "bench_7mm.yaml").replace(
+        {"requirements.normal_force": "80 mN", "requirements.bandwidth": "1 Hz", "readout.scan_rate": "1 kHz"})
+
+    def said(changes):
+        found = sitscad.check(spec.replace(changes), hints="none").findings
+        return [one for one in found if one.rule == "SIT215"]
+
+    (found,) = said({})
+    rate = float(re.search(r"readout.scan_rate: (\d+) Hz", found.hint)[1])
+    assert rate == approx(1e3 * found.measured / found.limit, rel=0.02)
+    assert said({"readout.scan_rate": f"{rate} Hz"}) == []
+    assert "readout.scan_rate)" in said({"requirements.normal_force": "5 mN"})[0].hint, "beyond the longest conversion"
+
+
+def test_shear_beyond_the_held_law_names_a_pad_that_is_held():
+    spec = sitscad.load(TEMPLATES / "three_axis_grid.yaml")
+    ((found,), _) = _judged("SIT312", Design(spec))
+    name = re.search(r"preset that does is ([a-z0-9-]+)", found.hint)[1]
+    assert held_shear(spec) < spec.requirements.shear_force
+    assert held_shear(spec.replace("elastomer.material", name)) >= spec.requirements.shear_force

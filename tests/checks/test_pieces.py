@@ -138,6 +138,7 @@ def test_platinum_silicone_on_glue_that_binds_platinum_is_noted(judge, changes, 
     spec = sitscad.load_text(templates.read("round_button_12mm"), "t.yaml").replace(changes)
     found = judge("SIT335", spec)
     assert [(each.severity, each.key) for each in found] == [(Severity.NOTE, "assembly.adhesive")] * is_found
+    assert all("transfer-tape" in each.hint for each in found), "the one adhesive without an inhibitor"
 
 
 def plate(design, *places, **sizes):

@@ -58,12 +58,13 @@ def test_fix_writes_what_mends_and_leaves_the_rest_of_the_text(run, slips):
 
 
 def test_text_says_how_many_findings_can_be_mended(run, slips):
-    assert "fixes: for 3 findings by check --fix" in run("check", "slips.yaml").out.splitlines()
+    safe = "fixes: for 3 findings (SIT002, SIT005, SIT007) by check --fix"
+    assert safe in run("check", "slips.yaml").out.splitlines()
     slips.write_text(MENDED)
     assert "fixes:" not in run("check", "slips.yaml").out
     slips.write_text(SLIPS.replace("  turns: 12\n", '  turns: "12"\n'))
     lines = run("check", "slips.yaml").out.splitlines()
-    assert "fixes: for 3 findings by check --fix, for 1 finding more by --fix --unsafe-fixes" in lines
+    assert f"{safe}, for 1 finding more (SIT004) by check --fix --unsafe-fixes" in lines
 
 
 def test_diff_prints_a_patch_and_writes_nothing(run, slips, tmp_path):

@@ -65,10 +65,16 @@ def film_inhibitors(design: Design) -> Iterator[Verdict]:
     film, glue = design.spec.encapsulation, design.spec.assembly.adhesive
     if film is None or glue is None or not glue.inhibitor or not presets.cures_by_platinum(film.material.name):
         return
+    free = [each for each in map(presets.adhesive, presets.names("adhesive")) if not each.inhibitor]
+    holds = [each.name for each in free if each.bonds_silicone or design.spec.elastomer is None]
+    names = ", ".join(each.name for each in free)
+    other = f"assembly.adhesive: {' or '.join(holds)} lets it cure" if holds else (
+        f"no adhesive of the table that holds on silicone lets it cure ({names} does, and does not hold)")
     yield Violation(
         f"{film.material.name} cures by platinum, and of {glue.product}, {glue.inhibitor}: it may stay liquid there",
-        "let the glue cure fully, clean the faces and try a drop first; the assembly steps say how",
+        f"let the glue cure fully, clean the faces and try a drop first; the assembly steps say how; {other}",
         "assembly.adhesive", source=glue.source,
+        fixes=(partial(each_read, design.spec, "assembly.adhesive", holds),) if holds else (),
     )
 
 

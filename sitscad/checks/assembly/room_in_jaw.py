@@ -241,8 +241,11 @@ def _too_high(design: Design, jaw: Jaw, pair: Measure) -> Violation:
     plates = "a narrower target, and elastomer, or " if pair.decided_by in PLATES else ""
 
     def otherwise() -> str:
+        less, over = _height_to_take_off(design, pair), pair.measured - pair.limit
+        slower = (f" ({show(less / over, '', 2)} times what the circle is too wide: its width stays as it is)"
+                  if less > over + LEAST_STEP else "")
         return (
-            f"take {show(_height_to_take_off(design, pair), 'm', 3)} off: {thinner}; or narrower tolerances: "
+            f"take {show(less, 'm', 3)} off{slower}: {thinner}; or narrower tolerances: "
             f"{', '.join(loose)} (assembly.tolerances, where yours are measured)"
         )
 

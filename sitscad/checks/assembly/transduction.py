@@ -225,8 +225,8 @@ def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdi
         if force > held:
             yield Violation(
                 f"{show(force, 'N')} of shear are required; {beyond_held_shear(held)}",
-                "a stiffer pad, or a larger one under a larger target, goes less far", "requirements.shear_force",
-                force, held, "N", severity=Severity.NOTE,
+                f"a stiffer pad{_held_with(spec, force)}, or a larger one under a larger target, goes less far",
+                "requirements.shear_force", force, held, "N", severity=Severity.NOTE,
             )
         return
     material, area = pad_of(spec).material, loaded_face(spec)[0].area
@@ -258,6 +258,15 @@ def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdi
         detail=f"beyond {100.0 * limit:.0f} % (a conservative figure, unverified) the travel is extrapolated, and bond "
         "and edges of the pad may peel",
     )
+
+
+def _held_with(spec: SensorSpec, force: float) -> str:
+    """The softest silicone with which the pad's law is held up to a shear force (N), in words; empty if none is."""
+    from sitscad.estimates.response.working_range import held_shear
+
+    presets = sorted(map(elastomer_preset, names("elastomer")), key=lambda m: (m.shear_modulus, m.name))
+    return _named_preset(next((m for m in presets if m.shear_modulus > pad_of(spec).material.shear_modulus
+                               and held_shear(_of(spec, m).spec) >= force), None))
 
 
 def _of(spec: SensorSpec, material: ElastomerMaterial) -> Fix:

@@ -121,14 +121,15 @@ def _too_short(design: Design) -> Iterator[Violation]:
     assert tail is not None
     if straight.unfit is not None:
         rest = (
-            "tracks turn or change their width in a part of the bend zone; in the rest, "
-            f"{show(max(0.0, straight.length if fits else straight.room), 'm', 3)} from x = "
-            f"{show(straight.start, 'm')} on, they run straight at one width"
+            "a part of the tail that is free of stiff pieces has tracks that turn or change their width; they run "
+            f"straight at one width from x = {show(straight.start, 'm')} on, over "
+            f"{show(max(0.0, straight.length if fits else straight.room), 'm', 3)}"
         )
         place = replace(straight.unfit, x=straight.start)
         if fits:
-            yield Violation(rest, "all bends of the drawing lie there: bend the tail nowhere else", "fpc.tail.bend",
-                            straight.length, needed or None, "m", Severity.NOTE, place=place)
+            hint = "nothing has to be changed: all bends of the drawing lie there. Bend the tail nowhere else"
+            yield Violation(rest, hint, "fpc.tail.bend", straight.length, needed or None, "m", Severity.NOTE,
+                            place=place)
     if fits:
         return
     angle, radius = f"{math.degrees(tail.bend_angle):g} deg", ""

@@ -26,6 +26,7 @@ from sitscad.finding import Severity
 from sitscad.fixes.moves import larger_target, over_the_middle
 from sitscad.fixes.pads import cut_to_target, more_signal, smaller_targets, wider_arrays
 from sitscad.fixes.search import Family, Fix
+from sitscad.readout.converter import MOST_RCOUNT
 from sitscad.record import record
 from sitscad.scene.state import PRESSED, REST
 from sitscad.spec import presets
@@ -117,7 +118,7 @@ def coil_response(design: Design) -> Iterator[Verdict]:
     )
     yield replace(
         _not_felt(deaf, best, force) if _is_lost(found) else said,
-        hint=_under_the_target(design.spec, deaf) if beside else _more_change(design),
+        hint=_under_the_target(design.spec, deaf) if beside else _more_change(design, worst.steps),
         key="target.size" if beside else "elastomer.thickness", measured=worst.steps,
         limit=max(FEWEST_STEPS, LEAST_SHARE * abs(best.change) / worst.step), unit="steps",
         fixes=_over_all_coils(design.spec) if beside else more_signal(design.spec),
@@ -183,7 +184,7 @@ def _unasked(design: Design) -> Iterator[Verdict]:
     if found and _is_lost(found):
         best = max(found, key=lambda response: response.steps)
         taken = f", which press the pad by {100.0 * USUAL_STRAIN:.0f} % (full load where no force is required),"
-        yield replace(_not_felt(found, best, show(full, "N") + taken), hint=_more_change(design),
+        yield replace(_not_felt(found, best, show(full, "N") + taken), hint=_more_change(design, best.steps),
                       key="elastomer.thickness", measured=best.steps, limit=FEWEST_STEPS, unit="steps")
 
 
@@ -228,11 +229,12 @@ _MORE_CHANGE = (
 )
 
 
-def _more_change(design: Design) -> str:
+def _more_change(design: Design, steps: float) -> str:
     """What gives more change, and what a finer step: longer conversions only where results show them whole."""
     conversion, device = design.estimates.readout.conversion, design.converter
     states = [state.frequency for coil in design.estimates.coils for state in coil.states.values()]
-    finer = "fewer scans a second (readout.scan_rate)"
+    rate = _slower(design, steps)
+    finer = f"fewer scans a second (readout.scan_rate{f': {rate:g} Hz, in proportion' if rate else ''})"
     if conversion is not None and any(map(conversion.rounding, states)):
         others = map(presets.converter, presets.names("converter"))
         names = [o.name for o in others if o.bits > device.bits and o.channels >= device.channels]
@@ -241,6 +243,18 @@ def _more_change(design: Design) -> str:
         f"no coil feels it enough: {_back_over_the_coils(design.spec.target)}"
         f"{_MORE_CHANGE} gives more change, {finer} a finer step"
     )
+
+
+def _slower(design: Design, steps: float) -> float | None:
+    """The scan rate (Hz) at which a coil that changes by some `steps` now changes by enough, in proportion, and no more
+    than can be read back; None if conversions cannot be so long.
+    """
+    conversion = design.estimates.readout.conversion
+    if conversion is None or conversion.rcount * FEWEST_STEPS > MOST_RCOUNT * steps:
+        return None
+    readable = 1.0 / design.converter.read_back_time(len(design.spec.array.placements))
+    rate = math.floor(min(readable, design.spec.readout.scan_rate * steps / FEWEST_STEPS))
+    return float(rate) if rate >= 1 else None
 
 
 def _back_over_the_coils(target: Target | None) -> str:

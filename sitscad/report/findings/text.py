@@ -122,12 +122,17 @@ def _findings_text(spec: CheckedSpec, output: OutputOptions) -> list[list[str]]:
 
 
 def _fixes_text(checked: Sequence[CheckedSpec]) -> list[str]:
-    """How many findings `check --fix` has something for; nothing where it has none."""
-    fixes = [[fix for fix in finding.fixes if not fix.brings] for spec in checked for finding in spec.findings]
-    safe = sum(any(fix.is_safe for fix in found) for found in fixes)
-    unsafe = sum(bool(found) for found in fixes) - safe
-    words = [f"for {counted(safe, 'finding')} by check --fix"] if safe else []
-    words += [f"for {counted(unsafe, 'finding')}{' more' if safe else ''} by --fix --unsafe-fixes"] if unsafe else []
+    """The findings that `check --fix` can mend, by number and rules; empty if there is none."""
+    rules: dict[bool, list[str]] = {True: [], False: []}
+    for finding in (finding for spec in checked for finding in spec.findings):
+        if fixes := [fix for fix in finding.fixes if not fix.brings]:
+            rules[any(fix.is_safe for fix in fixes)].append(finding.rule)
+    told = {is_safe: f" ({', '.join(sorted(set(found)))})" for is_safe, found in rules.items()}
+    safe, unsafe = rules[True], rules[False]
+    words = [f"for {counted(len(safe), 'finding')}{told[True]} by check --fix"] if safe else []
+    if unsafe:
+        more = " more" if safe else ""
+        words.append(f"for {counted(len(unsafe), 'finding')}{more}{told[False]} by check --fix --unsafe-fixes")
     return [f"fixes: {', '.join(words)}"] if words else []
 
 
