@@ -13,9 +13,9 @@ from sitscad.parts.seat import GROOVE_DEPTH, grooves
 from sitscad.scene import stack
 from sitscad.scene.bodies import MOUNT_PIECES, Body, elastomers, seat_spans, targets
 from sitscad.scene.column import Levels, placement
-from sitscad.scene.jaws import half_width, jaw_range, room_across, section
+from sitscad.scene.jaws import POCKET_CLEARANCE, half_width, jaw_range, room_across, section
 from sitscad.scene.seating import clearance, process_clearance, relief, retention, side_ledges, stop_place
-from sitscad.spec.mount import StepPart
+from sitscad.spec.mount import Jaw, StepPart
 from sitscad.units import in_mm
 
 FLUSH = 10e-6  # Steps below this (m) are none
@@ -52,12 +52,14 @@ def piece_sizes(layout: Layout) -> dict[str, tuple[float, float]]:
 def squared(layout: Layout, stiff: list[str]) -> str:
     """The places of mount and shield on the jaw, and how they are kept straight.
 
-    Empty if pocket or joint place them. A film between each strip and the jaw makes room for a mount that is about as
-    wide as the jaw, or wider: a gap that a gauge measures is left for every pair of widths.
+    Empty if a joint places them; a pocket has room that films take. A film between each strip and the jaw makes room
+    for a mount that is about as wide as the jaw, or wider: every pair of widths leaves a gap that a gauge measures.
     """
     jaw, mount = layout.spec.jaw, layout.spec.mount
-    if jaw is None or mount is None or jaw.pocket is not None or retention(layout) is not None or not stiff:
+    if jaw is None or mount is None or retention(layout) is not None or not stiff:
         return ""
+    if jaw.pocket is not None:
+        return _in_pocket(layout, jaw, stiff) if jaw.recess else ""
     tip, face, sizes = jaw_range(layout, jaw)[0], section(jaw).face, piece_sizes(layout)
     ends = {part: sizes[part][0] - tip for part in stiff}
     wide = {part: sizes[part][1] for part in stiff}
@@ -74,6 +76,22 @@ def squared(layout: Layout, stiff: list[str]) -> str:
         f"sides of each piece, {gaps}, put it in the middle to {near(layout)}. Measure your own widths: the gap is "
         f"{own}. From the jaw's tip to each piece's own end there (caliper; a block clamped across to push it against) "
         f"are, in mm: {places}, to {near(layout)}. What a piece is turned by is read as force."
+    )
+
+
+def _in_pocket(layout: Layout, jaw: Jaw, stiff: Sequence[str]) -> str:
+    """The places of mount and shield in the jaw's pocket: how thick the films at its end and its sides are."""
+    assert jaw.pocket is not None
+    (along, across), sizes, found = jaw.pocket, piece_sizes(layout), []
+    start = sum(jaw_range(layout, jaw)) / 2 - along / 2
+    for part in stiff:
+        end, width = sizes[part]  # a seat is cut back to the pocket, with its clearance
+        gaps = (max(gap, POCKET_CLEARANCE) for gap in (end - start, (across - width) / 2))
+        found.append(f"{part} {' and '.join(in_mm(gap, 2) for gap in gaps)}")
+    return (
+        f" In the jaw's pocket, strips of {FILM} between each piece and the pocket's end at the tip, and beside it on "
+        f"both sides, put it in its place to {near(layout)}; thickness at the end and at the sides, in mm: "
+        f"{', '.join(found)}."
     )
 
 

@@ -588,3 +588,13 @@ def test_round_and_joined_pads_are_spoken_of_as_they_are():
     said = in_one_line(sitscad.lay_out(sitscad.load_text(templates.read("round_button_12mm"), "t.yaml")))
     assert "out from the edge" in said and "a corner" not in said.partition("Test the bare board")[0]
     assert "long wall" not in said[said.index("Put the frame jig-elastomer"):said.index("Push the board out")]
+
+
+def test_a_pocket_s_room_beside_a_mount_has_its_films():
+    layout = sitscad.lay_out(sitscad.load_text(JAW.format(jaw="toothless-5mm", tail=""), "jaw.yaml"))
+    said, pocket = in_one_line(layout), layout.spec.jaw.pocket
+    (end, side), = re.findall(r"at the sides, in mm: mount ([0-9.]+) and ([0-9.]+)\.", said)
+    start, width = piece_sizes(layout)["mount"]
+    tip = sum(jaw_range(layout, layout.spec.jaw)) / 2 - pocket[0] / 2
+    assert float(end) == approx(max(0.1, 1e3 * (start - tip)), abs=6e-3)
+    assert float(side) == approx(max(0.1, 1e3 * (pocket[1] - width) / 2), abs=6e-3)
