@@ -82,7 +82,7 @@ def test_frequency_ceiling_suggests_the_next_capacitor_of_the_series_that_was_tr
     (found,) = judge("SIT202", spec, None, estimates(spec, frequency=12e6))
     assert (found.severity, found.limit) == (Severity.ERROR, 10e6)
     (found,) = (f for f in check(spec).findings if f.rule == "SIT202")
-    value = parse_quantity(found.fixes[0].edits[0].new, "capacitance")
+    value = parse_quantity(found.fixes[0].edits[0].new.strip('"'), "capacitance")
     assert any(value == approx(each, rel=1e-6) for each in preferred_values(LDC1614))
     spec = design()
     assert judge("SIT202", spec, None, estimates(spec, frequency=10e6)) == []
