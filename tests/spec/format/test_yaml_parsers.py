@@ -27,7 +27,8 @@ def read_by(parser, text):
             found = reader.read_yaml(text)
         except TextError:
             return None
-    return repr(found.data), list(found.keys.items()), found.values, found.ends, [str(flaw) for flaw in found.flaws]
+    values = {key: found.values[key] for key in found.ends}  # parsers place what is empty each in its own way
+    return repr(found.data), list(found.keys.items()), values, found.ends, [str(flaw) for flaw in found.flaws]
 
 
 def same(text):
