@@ -61,8 +61,11 @@ class Trials:
         return located(replace(finding, hint=hint, fixes=as_written(remedies, source)), source)
 
     def mending(self, finding: Finding, outcome: Outcome) -> Search:
-        """Search the changes that an outcome gives for those that mend its finding. Few trials are not for notes."""
-        if finding.severity is Severity.NOTE and not self.budget.is_long:
+        """Search the changes that an outcome gives for those that mend its finding. Few trials are not for notes. Where
+        nothing was tried and nothing may be, no change is made.
+        """
+        is_over = self.budget.is_spent and not self._tried
+        if is_over or (finding.severity is Severity.NOTE and not self.budget.is_long):
             return Search(is_cut_short=True)
         return search(outcome.fixes, lambda fix: self._left(finding, fix), self.budget)
 
@@ -106,11 +109,18 @@ class Trials:
         if rule.id == finding.rule:
             left = said if finding.severity is Severity.NOTE else graver
             is_unknown = bool(undecided) and rule.id not in self._undecided
-            if is_unknown or any(one.key == finding.key for one in left):
+            if is_unknown or any(one.key == finding.key and not self._is_other(one, finding) for one in left):
                 return (rule.id,)
         now, before = _errors(graver), _errors(one for one in self._complaints if one.rule == rule.id)
         is_same = bool(before) and any(one.key == finding.key for one in graver)
         return (rule.id,) if len(now) > len(before) or is_same else ()
+
+    def _is_other(self, left: Finding, finding: Finding) -> bool:
+        """Whether a finding that is left is another than one of the same rule and key: of another unit, it stood before
+        as it stands now.
+        """
+        before = {each.finding.message for each in self._said}
+        return left.unit != finding.unit and left.message in before
 
     def _brought(self, tried: _Tried) -> Left:
         after = _complaints(one for said, _ in tried.said.values() for one in said)

@@ -116,7 +116,7 @@ def test_parallel_resistance_of_the_thesis_miniature_is_refused_with_advice(judg
     (found,) = judge("SIT203", spec, None, estimates(spec, resistances={"free": 270.0}))
     assert found.severity is Severity.ERROR and not re.search(r"\d layers", found.hint)
     (found,) = (f for f in check(spec, hints="full").findings if f.rule == "SIT203")
-    edits = [[(edit.key, edit.new) for edit in fix.edits] for fix in found.fixes]
+    edits = [[(edit.key, edit.new.strip('"')) for edit in fix.edits] for fix in found.fixes]  # as quoted as the text
     assert [("coil.layers", "4"), ("fpc.stackup", "flex-4l")] in edits
 
 

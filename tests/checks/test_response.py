@@ -204,7 +204,10 @@ def test_a_magnetic_target_is_told_which_metal_helps():
     steel = sitscad.load(TEMPLATES / "bench_7mm.yaml").replace("target.material", "stainless-17-4ph")
     (found,) = (f for f in sitscad.check(steel, hints="full").findings if f.rule == "SIT217")
     assert [edit.new for fix in other_metals(steel) for edit in fix.edits] == ["stainless-316l", "copper"]
-    assert [(edit.key, edit.new) for edit in found.fixes[0].edits] == [("target.material", "stainless-316l")]
+    assert [(edit.key, edit.new) for edit in found.fixes[0].edits] == [("target.material", "copper")]
+    alike = sitscad.check(steel.replace("target.material", "stainless-316l"), hints="none").findings
+    (better,) = [f for f in alike if f.rule == "SIT217"]
+    assert 1.5 * found.measured < better.measured < better.limit, "more signal, and not enough"
     copper = sitscad.load(TEMPLATES / "bench_7mm.yaml")
     assert not list(other_metals(copper)), "there is no better conductor"
 

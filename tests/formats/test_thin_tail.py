@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-from dataclasses import replace
 
 import pytest
 from gerber_shapes import image, read
@@ -25,6 +24,7 @@ from sitscad.layout import lay_out
 from sitscad.layout.bending import tail_layers
 from sitscad.layout.panel import plan
 from sitscad.spec.load import load_text
+from sitscad.spec.yaml.rewriting import rewritten
 
 MM = 1e-3
 
@@ -166,16 +166,16 @@ def test_copper_of_the_tail_that_nothing_covers_from_below_is_found(thin, tmp_pa
 
 @pytest.mark.slow
 def test_a_hole_near_the_step_is_found_and_the_margin_that_is_named_mends_it(thin):
-    found = [f for f in sitscad.check(thin.spec, thin).findings if f.rule == "SIT130"]
+    found = [f for f in sitscad.check(thin.spec, thin, hints="full").findings if f.rule == "SIT130"]
     gaps = [thin.body[2] - via.centre.x - via.drill / 2 for via in thin.vias if via.lowest is None]
     holes = [f for f in found if "a hole of" in f.message]
     assert bool(holes) == (min(gaps) < thin.spec.fpc.rules.hole_to_step)
     for finding in found:
         assert finding.severity.value == "warning"
-        x, y = re.search(r"fpc.margin: \[([\d.]+), ([\d.]+)\]", finding.hint).groups()
-        changed = replace(thin.spec, fpc=replace(thin.spec.fpc, margin=(float(x) * MM, float(y) * MM)))
-        left = {f.message.split(" ")[1] for f in sitscad.check(changed).findings if f.rule == "SIT130"}
-        assert finding.message.split(" ")[1] not in left
+        (edit,) = finding.fixes[0].edits
+        assert edit.key == "fpc.margin"
+        changed = sitscad.load_text(rewritten(thin.spec.source.text, [edit]), "thin.yaml")
+        assert "SIT130" not in {f.rule for f in sitscad.check(changed, hints="none").findings}
 
 
 @pytest.mark.slow

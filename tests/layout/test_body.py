@@ -97,7 +97,7 @@ def test_the_ball_in_the_root_touches_circle_and_tail():
 
 @pytest.mark.slow
 def test_a_body_too_small_is_refused_with_what_is_missing_and_one_that_holds_all(bare):
-    found = refusals(bare.replace("fpc.body.size", 11e-3))
+    found = refusals(bare.replace("fpc.body.size", 11e-3), "full")
     radius = bare.array.pitch / math.sqrt(3) + bare.coil.size[0] / 2
     said = found["SIT135"]
     assert said.limit - said.measured == approx(radius + 0.2e-3 - 5.5e-3, rel=0.02)
@@ -112,10 +112,11 @@ def test_a_largest_outline_is_a_requirement_however_the_body_comes_about(bare):
     x, y = sitscad.lay_out(free).body_size
     roomy = {"shape": "rectangle", "size": [x + 2e-3, y + 2e-3]}
     assert "SIT136" not in refusals(free.replace("fpc.largest", roomy), "none")
-    said = refusals(free.replace("fpc.largest", {"shape": "circle", "size": "12 mm"}))["SIT136"]
+    said = refusals(free.replace("fpc.largest", {"shape": "circle", "size": "12 mm"}), "full")["SIT136"]
     corner = math.hypot(x / 2 - 0.5e-3, y / 2 - 0.5e-3) + 0.5e-3  # of corners rounded by 0.5 mm
     assert said.measured == approx(corner - 6e-3, rel=0.1)
-    assert "fpc.body: {shape: circle, size: 12} holds" in said.hint
+    assert [[(edit.key, edit.new) for edit in fix.edits] for fix in said.fixes] == [
+        [("fpc.body", "{shape: circle, size: 12}")]]
 
 
 @pytest.mark.parametrize(("side", "is_told"), [(13, True), (40, False)])

@@ -54,7 +54,7 @@ def test_no_hints_are_looked_for(monkeypatch):
     def looked(*_: object) -> str:
         raise AssertionError("a hint was looked for")
 
-    monkeypatch.setattr("sitscad.checks.assembly.overhang._remedy", looked)
+    monkeypatch.setattr("sitscad.checks.trials.search", looked)
     monkeypatch.setattr("sitscad.checks.board.fabrication.finer_fabricators", looked)
     found = screened([wide], ("rp",))[0]
     assert "SIT101" in found.refused and {"SIT307"} & {*found.refused, *found.warned}

@@ -82,21 +82,23 @@ def _moved(spec: SensorSpec, tail: Tail) -> Violation:
 
 
 def _moving(spec: SensorSpec, tail: Tail) -> Iterator[Violation]:
-    """The layers and the foil of a tail that bends at every grasp."""
+    """The layers and the foil of a tail that bends at every grasp. In a hinge no bend is one at assembly."""
+    in_hinge = bends_at_every_grasp(spec)
     if tail.layers > 1:
         yield Violation(
             f"the tail bends at every grasp (dynamic) and has {tail.layers} copper layers",
-            "fewer copper layers through the hinge (fpc.tail.layers), or one bend at assembly (bend: static)",
+            "fewer copper layers through the hinge (fpc.tail.layers)"
+            f"{'' if in_hinge else ', or one bend at assembly (bend: static)'}",
             "fpc.tail.layers", float(tail.layers), 2.0 if tail.layers > 2 else 1.0, "copper layers",
             severity=Severity.ERROR if tail.layers > 2 else Severity.WARNING,
             fixes=(lambda: [*thinner_tails(spec)][::-1],
-                   lambda: [] if bends_at_every_grasp(spec) else [setting(spec, "fpc.tail.bend", "static", "static")]),
+                   lambda: [] if in_hinge else [setting(spec, "fpc.tail.bend", "static", "static")]),
         )
     if spec.fpc.copper != "rolled-annealed":
         yield Violation(
             f"the tail bends at every grasp (dynamic), and its foil is {spec.fpc.copper}, which cracks after fewer "
-            "bends", "fpc.copper: rolled-annealed, its grain along the tail; or bend it once (bend: static)",
-            "fpc.copper", severity=Severity.WARNING,
+            "bends", "fpc.copper: rolled-annealed, its grain along the tail"
+            f"{'' if in_hinge else '; or bend it once (bend: static)'}", "fpc.copper", severity=Severity.WARNING,
         )
 
 

@@ -170,8 +170,12 @@ def _fitting(spec: SensorSpec, largest: BodySpec, over: float, have: tuple[float
 
     smaller = partial(moves.smaller_coils, keeps_length=keeps_length)
     by = max(GRAIN, over)
-    return (lambda: [as_asked], Growing(partial(smaller, spec), by),
-            Growing(lambda less: as_asked.with_also(smaller(as_asked.spec, less)), by))
+
+    def both(less: float) -> Fix:
+        also = smaller(as_asked.spec, less)
+        return as_asked.with_also(also) if also.edits else also
+
+    return lambda: [as_asked], Growing(partial(smaller, spec), by), Growing(both, by)
 
 
 RULES: tuple[Rule, ...] = (

@@ -314,8 +314,8 @@ def _too_near(design: Design, message: str, gap: float, asked: float, source: st
     fix = setting(design.spec, "fpc.margin", (longer, margin[1]), f"[{longer * 1e3:g}, {margin[1] * 1e3:g}]")
     if design.spec.fpc.body is not None:
         fix = larger_body(design.spec, longer)
-    hint = (f"{show(asked - gap, 'm')} are missing: a longer body, or as many layers in the tail (the step is "
-            f"{show(step_height(design.layout), 'm')} high)")
+    hint = (f"{show(asked - gap, 'm')} are missing: a longer body ({design.spec.fpc.body_key}), or as many layers in "
+            f"the tail (the step is {show(step_height(design.layout), 'm')} high)")
     return Violation(message, hint, "fpc.tail.layers", gap, asked, "m", source=source, place=place,
                      fixes=(lambda: [fix],))
 
