@@ -15,8 +15,9 @@ def differences(name: str) -> list[str]:
     """Lines by which a page and its pictures differ from what the program shows now, the first twenty of each file."""
     found: list[str] = []
     for path, data in pages.made(name).items():
-        before = path.read_text(encoding="utf-8") if path.is_file() else ""
-        found += list(unified_diff(before.splitlines(), data.decode().splitlines(), path.name, "shown now", n=0))[:20]
+        before = path.read_text(encoding="utf-8", errors="replace") if path.is_file() else ""
+        now = data.decode(errors="replace").splitlines()
+        found += list(unified_diff(before.splitlines(), now, path.name, "shown now", n=0))[:20]
     return found
 
 

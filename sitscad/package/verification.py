@@ -401,4 +401,4 @@ def _kept_spec(folder: Path, manifest: Manifest) -> SensorSpec:
         (first, *_) = error.findings
         raise PackageError(f"{path} builds nothing: {first.rule} {first.message}") from error
     files = {own if name == path.name else name: content for name, content in spec.source.files.items()}
-    return spec.known(replace(spec.source, path=own, files=files))
+    return spec.known(replace(spec.source, path=own, files=files, folder=str(path.parent)))

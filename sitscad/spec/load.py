@@ -76,9 +76,15 @@ def load_text(
     """The sensor that a YAML text describes; `path` is what findings and reports call the text, and in its folder the
     fabricator's profiles are that the text names as files; what is not there is looked for in the folder `profiles`.
     """
-    name = os.fspath(path)
-    document, source = read_section(text.removeprefix("\ufeff"), name, SpecDocument, "sitscad: 1")
-    return _resolved(document, source, profiles)
+    return _read(text, os.fspath(path), profiles)
+
+
+def _read(
+    text: str, path: str, profiles: str | os.PathLike[str] | None = None, folder: str | None = None
+) -> SensorSpec:
+    """Return the sensor of a text as `load_text` does, with the files that it names from a `folder` if one is given."""
+    document, source = read_section(text.removeprefix("\ufeff"), path, SpecDocument, "sitscad: 1")
+    return _resolved(document, replace(source, folder=folder), profiles)
 
 
 def load_values(
@@ -91,7 +97,8 @@ def load_values(
 
 
 def _resolved(document: SpecDocument, source: SpecSource, profiles: str | os.PathLike[str] | None) -> SensorSpec:
-    folder, rules = None if source.path == NO_FILE else Path(source.path).parent, document.fpc.values()["rules"]
+    rules = document.fpc.values()["rules"]
+    folder = None if source.path == NO_FILE else Path(source.folder or Path(source.path).parent)
     if profiles is not None and is_profile_file(rules):
         with suppress(OSError, ValueError):
             is_beside = folder is not None and (folder / rules).exists()
@@ -259,7 +266,7 @@ def rewritten_spec(spec: SensorSpec, changes: Iterable[tuple[Any, Any]]) -> Sens
             text = _changed(text, key, plain(value, key))
     except TextError as error:
         raise SpecError((finding_from_text(error),)) from None
-    found = load_text(text, spec.source.path)
+    found = _read(text, spec.source.path, folder=spec.source.folder)
     own = PurePath(spec.source.path).name
     files = {own: text.encode("utf-8"), **found.source.files} if own in spec.source.files else found.source.files
     return found.known(replace(found.source, files=files))

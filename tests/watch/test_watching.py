@@ -22,6 +22,7 @@ import pytest
 import sitscad.layout
 from sitscad.cli import main
 from sitscad.finding import Edit
+from sitscad.fixes.search import Search
 from sitscad.spec.yaml.rewriting import rewritten
 from sitscad.watch.server import MAX_CONNECTIONS, PageServer, Showing, server
 from sitscad.watch.watching import changes, stamp, words
@@ -116,6 +117,7 @@ def test_another_readout_neither_draws_nor_solves_nor_models_anew(tmp_path, monk
     def drawn(*_: object) -> None:
         raise AssertionError("drawn anew")
 
+    monkeypatch.setattr("sitscad.checks.trials.Trials.mending", lambda *_: Search())  # which draws other boards
     monkeypatch.setattr("sitscad.layout.arrange", drawn)
     monkeypatch.setattr("sitscad.mechanics.pad.BondedPad._posed", drawn)
     monkeypatch.setattr("sitscad.estimates.response.plate.SolvedTarget", drawn)

@@ -88,7 +88,8 @@ class SpecSource:
     ``keys`` holds where each key or list entry stands, ``values`` where each value stands that begins beside its key
     (single values and bracketed ones; a section is where its key is); ``defaults`` says what was filled in and why.
     ``files`` holds the bytes of every file that was read for it, the spec itself and the profiles that it names, by
-    their paths from the spec's folder; it is empty for a text that came from no file.
+    their paths from the spec's folder; it is empty for a text that came from no file. ``folder`` is where these files
+    lie if that is not the folder of the path: a package's own copies are told by the path of the spec that was built.
     """
 
     path: str
@@ -97,6 +98,7 @@ class SpecSource:
     values: Mapping[str, tuple[int, int]] = field(default_factory=dict, compare=False, hash=False)
     defaults: tuple[str, ...] = ()
     files: Mapping[str, bytes] = field(default_factory=dict, compare=False, hash=False)
+    folder: str | None = field(default=None, compare=False, hash=False)
 
     @property
     def sha256(self) -> str:
