@@ -367,7 +367,8 @@ class Workers:
             # processes that hear no Ctrl-C would finish their chunk, and the program wait for them
             for each in list((self._pool._processes or {}).values()) if kind else ():
                 each.terminate()
-            self._pool.shutdown(wait=False, cancel_futures=True)
+            # all is done where nothing failed: a pool that the end of the program overtakes writes a traceback
+            self._pool.shutdown(wait=kind is None, cancel_futures=True)
 
     def evaluations(self, designs: Sequence[Changes], measures: Sequence[str], level: str) -> Iterator[Evaluation]:
         """Evaluations of all designs, in their order."""
