@@ -53,10 +53,12 @@ def all_rules() -> tuple[Rule, ...]:
 
 @record
 class CheckResult:
-    """What was found, in the order of rule and place, what could not be checked, with the reason, what each coil's
-    reading does from rest to the required force, what was measured of the sensor in its jaw, how that closes, what is
-    felt beside what is required (``reached``; ``felt`` in the text and JSON of `sitscad check`), and the board's size:
-    length and width (m) of its body, of all of it, and of a plate or cap that carries it.
+    """The result of a check: findings in the order of rule and place, and the checks that were not made, with reasons.
+
+    It also holds the change of each coil's reading from rest to the required force, the fit of the sensor in its jaw
+    and how the jaw closes. ``reached`` sets each required figure beside the figure of the design (``felt`` in the text
+    and JSON of `sitscad check`). The board's size is the length and width (m) of its body, of the whole board, and of
+    the plate or cap below it.
     """
 
     findings: tuple[Finding, ...]
@@ -120,9 +122,10 @@ def judged(design: Design, hints: str = DECISIVE, least: Severity | None = Sever
 
 @checked_arguments
 def mended(error: SpecError, hints: str = DECISIVE) -> tuple[Finding, ...]:
-    """The findings of a spec that could not be loaded, with the fixes with which reading it again finds them gone;
-    where only coils or turns lack room, hints and fixes name what gives it, laid out as far as the budget of `hints`
-    goes (as of `check`).
+    """Return the findings of a spec that could not be loaded, with fixes after which it can be read.
+
+    If only coils or turns lack room, hints and fixes name changes that give room. These are laid out within the budget
+    of `hints`, as in `check`.
     """
     return of_refused(error, all_rules(), hints)
 

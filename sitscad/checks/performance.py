@@ -1,5 +1,6 @@
-"""SIT401 to SIT412: whether the sensor feels forces as finely and as truly as the spec requires, by the same
-figures as the data sheet; and what a reading can mean at all.
+"""SIT401 to SIT412: resolution and errors of the forces against the requirements of the spec.
+
+The figures are those of the data sheet. Other rules here refuse readings from which no force can be told.
 """
 
 from __future__ import annotations
@@ -48,11 +49,10 @@ def judged(
     design: Design, rule: str, key: str, most: Worst, words: str, unit: str = "N",
     told: str = "", slows: bool = False, limit: float | None = None, shrinks: bool = False,
 ) -> Iterator[Verdict]:
-    """Keep a figure beside what the requirement `key` asks, and yield a finding if it is more than that.
+    """Record a figure beside the requirement `key`, and yield a finding if the figure exceeds the requirement.
 
-    `told` is what is asked, in words, `limit` what is asked of this axis where the key has one for each; `slows`: it
-    goes with the conversions that a scan has time for, so with the scans a second; `shrinks`: smaller pads are tried,
-    too.
+    `told` is the requirement in words. `limit` is the requirement of one axis, if the key has a value for each axis.
+    With `slows` the figure improves at a lower scan rate; with `shrinks` the search also tries smaller pads.
     """
     asked = getattr(design.spec.requirements, key) if limit is None else limit
     result = RequirementResult(key, rule, most.value, asked, unit, most.axis, most.at)

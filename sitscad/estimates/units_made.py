@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 from sitscad.record import replace
 from sitscad.scene.bodies import board_heights, lines_over_shield, shield_heights, target_lines
@@ -75,42 +76,30 @@ def with_capacitor(spec: SensorSpec, off: float) -> SensorSpec:
     return spec if chosen is None else replace(spec, readout=replace(spec.readout, capacitance=chosen * (1.0 + off)))
 
 
-def with_thickness(part: str) -> Moved:
-    """Return a move that makes a part (``elastomer``, ``encapsulation`` or ``target``) thicker (m)."""
+def _with(part: str, change: Callable[[Any, float], Any]) -> Moved:
+    """Return a move that changes a part of the spec by an amount; a spec without that part stays as it is."""
 
     def moved(spec: SensorSpec, off: float) -> SensorSpec:
         own = getattr(spec, part)
-        if own is None:
-            return spec
-        return replace(spec, **{part: replace(own, thickness=max(LEAST_FACTOR * own.thickness, own.thickness + off))})
+        return spec if own is None else replace(spec, **{part: change(own, off)})
 
     return moved
+
+
+def with_thickness(part: str) -> Moved:
+    """Return a move that makes a part (``elastomer``, ``encapsulation`` or ``target``) thicker (m)."""
+    return _with(part, lambda own, off: replace(own, thickness=max(LEAST_FACTOR * own.thickness, own.thickness + off)))
 
 
 def with_size(part: str) -> Moved:
     """Return a move that makes a part (``elastomer`` or ``target``) longer and wider (m)."""
-
-    def moved(spec: SensorSpec, off: float) -> SensorSpec:
-        own = getattr(spec, part)
-        if own is None:
-            return spec
-        size = tuple(max(LEAST_FACTOR * side, side + off) for side in own.size)
-        return replace(spec, **{part: replace(own, size=size)})
-
-    return moved
+    return _with(part, lambda own, off: replace(own, size=tuple(max(LEAST_FACTOR * s, s + off) for s in own.size)))
 
 
 def with_modulus(part: str) -> Moved:
-    """Moves the logarithm of the shear modulus of a part by so much: ``elastomer`` or ``encapsulation``."""
-
-    def moved(spec: SensorSpec, off: float) -> SensorSpec:
-        own = getattr(spec, part)
-        if own is None:
-            return spec
-        material = replace(own.material, shear_modulus=own.material.shear_modulus * math.exp(off))
-        return replace(spec, **{part: replace(own, material=material)})
-
-    return moved
+    """Return a move of the logarithm of a part's shear modulus (``elastomer`` or ``encapsulation``)."""
+    return _with(part, lambda own, off: replace(own, material=replace(
+        own.material, shear_modulus=own.material.shear_modulus * math.exp(off))))
 
 
 def with_glue(spec: SensorSpec, off: float) -> SensorSpec:

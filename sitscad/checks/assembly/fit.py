@@ -63,8 +63,9 @@ def tail_bend(design: Design) -> Iterator[Verdict]:
 
 
 def _moved(spec: SensorSpec, tail: Tail) -> Violation:
-    """The finding of a bend through a hinge that is declared as one at assembly: a warning if the tail breaks a limit
-    of a bend that moves, or none is stated.
+    """Return the finding of a bend that moves with the hinge and is declared as a bend at assembly.
+
+    It is a warning if the tail breaks a limit of moving bends, or if the fabricator states no such limit.
     """
     dynamic = setting(spec, "fpc.tail.bend", "dynamic", "dynamic")
     moving, figure = replace(tail, bend="dynamic"), bend_figure(dynamic.spec.fpc)

@@ -286,7 +286,7 @@ NO_PAD = "no elastomer pad: forces cannot be measured, so the target's length ha
 def _larger(
     spec: SensorSpec, target: Target, pitch: float | None, coil: tuple[float, float]
 ) -> tuple[str, tuple[Family, ...]]:
-    """A target as long as two coils are apart and as wide as one, or as large as a coil: in words, and as changes."""
+    """Return words and changes for a target as long as the distance of two coils, or as large as a coil."""
     what = "as long as the coils are apart and as wide as one" if pitch else "as large as a coil"
     if pitch and not target.outline.is_disc and abs(math.sin(target.rotation)) > 1e-9:
         return f"take a target {what} along and across the line of the coils; target.rotation: 0 deg lies so", ()

@@ -115,7 +115,7 @@ def _less_margins(spec: SensorSpec, axis: int, excess: float) -> Iterator[Fix]:
 
 
 WIDER_GAPS = (0.0, 0.02e-3, 0.05e-3, 0.1e-3, 0.2e-3)
-"""What leads may take more of a smaller body (m)."""
+"""Widths (m) that leads may need in addition on a smaller body."""
 
 MOST_ENDS = 6
 """Other ends of the layers that are tried to lead the coils out elsewhere."""

@@ -145,8 +145,9 @@ def target_rotation(design: Design) -> Iterator[Verdict]:
 
 
 def _thickness_that_holds(spec: SensorSpec, force: float, most: float) -> float | None:
-    """The largest thickness (m, whole `THICKNESS_GRAIN`) below the pad's own and `most` at which the pad's law finds a
-    place for a target that is free to tilt under a normal force (N); None if there is none.
+    """Return the largest thickness (m) at which the pad holds a target that is free to tilt under a normal force (N).
+
+    It is a multiple of `THICKNESS_GRAIN`, below `most` and below the pad's present thickness. None if there is none.
     """
     import numpy as np
 

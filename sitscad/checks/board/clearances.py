@@ -97,7 +97,7 @@ def _near_edge(design: Design) -> dict[tuple[str, int], tuple[float, int, Item]]
 
 
 def _edge_margin(spec: SensorSpec) -> str:
-    """How far the board reaches beside a connector's contacts, and what else helps."""
+    """Return the hint on the board's edge beside a connector's contacts."""
     tail = spec.fpc.tail
     assert tail is not None
     unseen = " (unverified)" if is_unverified(tail.connector.source, "edge_margin") else ""

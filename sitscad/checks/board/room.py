@@ -37,7 +37,7 @@ def no_room(what: Missing) -> Callable[[Design], Iterator[Verdict]]:
 
 
 def _complaint(design: Design, lack: Shortfall) -> Violation:
-    """What a shortfall is under its rule, with changes that may make room."""
+    """Return the violation that a shortfall of room is, with changes that may make room."""
     # hint, key and source (empty: the rule's)
     spec, body = design.spec, design.spec.fpc.body
     is_sized = body is not None and body.size is not None
