@@ -15,7 +15,7 @@ from sitscad.finding import Finding, NotChecked, Remedy, Severity
 from sitscad.fixes.mending import Applied, RolledBack, mended_text
 from sitscad.fixes.search import DECISIVE
 from sitscad.opening import STDIN, beginning, opened, policy_for
-from sitscad.policy import Baseline, Policy, chosen_rules, judged
+from sitscad.policy import Baseline, Policy, chosen_rules, ignored_anyway, judged
 from sitscad.record import record
 from sitscad.report.findings import CheckedSpec, checked_spec, numbered_places
 from sitscad.spec.format.reading import SpecError, decoded
@@ -85,7 +85,8 @@ def _inspected(
 ) -> Inspection:
     """One spec checked under a policy, with its pictures where they are wanted."""
     design = Design(spec)
-    checked = _checked(spec, reviewed(design, hints, least))
+    is_ignored = ignored_anyway(spec.source, all_rules(), policy, options.select, options.ignore)
+    checked = _checked(spec, reviewed(design, hints, least, is_ignored))
     wanted = chosen_rules(all_rules(), options.select, options.ignore)
     left_out = [rule.id for rule in all_rules() if rule.id not in wanted]
     checked = checked.without(left_out, "left out by --select or --ignore") if left_out else checked

@@ -6,7 +6,6 @@ import ast
 import importlib.metadata
 import os
 import re
-import resource
 import subprocess
 import sys
 import tomllib
@@ -167,30 +166,27 @@ def test_light_commands_load_nothing_heavy(arguments):
 
 
 @pytest.mark.slow
-def test_the_flex_files_load_nothing_heavy(tmp_path):
-    assert not loaded_by(COMMAND, "build", str(SPEC), "--only", "gerber,kicad,laser", "-o", str(tmp_path))
+def test_the_flex_files_load_no_cad(tmp_path):
+    assert loaded_by(COMMAND, "build", str(SPEC), "--only", "gerber,kicad,laser", "-o", str(tmp_path)) <= {"shapely"}
 
 
-def cpu_seconds(cache: Path, *arguments: str) -> float:
-    """User and system time of one run of a Python command, with every module compiled, as pip installs them."""
-    env = {**ENVIRONMENT, "PYTHONPATH": str(ROOT), "PYTHONPYCACHEPREFIX": str(cache)}
-    env.pop("PYTHONDONTWRITEBYTECODE", None)
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    subprocess.run([sys.executable, *arguments], env=env, cwd=ROOT, capture_output=True, timeout=300, check=False)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+MOST_CALLS = 1_300_000
+"""Calls of functions that a check of SPEC may take: 1.5 million when hints were searched that nobody reads. Times
+are measured by the benchmark, and differ by a factor of two from one machine to the next.
+"""
 
 
 @pytest.mark.slow
-def test_a_check_costs_at_most_four_imports_of_numpy(tmp_path):
-    """Processor time, not wall-clock time, and the best of several pairs measured one right after the other: other work
-    on the machine slows both of a pair and can spoil some pairs, but not all. The first pair compiles: it is left out.
-    """
-    ratios = []
-    for attempt in range(12):
-        numpy = cpu_seconds(tmp_path, "-c", "import numpy")
-        check = cpu_seconds(tmp_path, "-m", "sitscad", "check", str(SPEC))
-        ratios += [check / numpy] if attempt else []
-        if ratios and min(ratios) <= 4.0:
-            return
-    pytest.fail(f"a check cost {', '.join(f'{ratio:.2f}' for ratio in ratios)} imports of numpy")
+def test_a_check_calls_no_more_functions_than_it_is_known_to_need():
+    counting = (
+        "import atexit, sys\n"
+        "calls = [0]\n"
+        "def count(frame, event, value):\n"
+        "    calls[0] += event in ('call', 'c_call')\n"
+        "atexit.register(lambda: (sys.setprofile(None), print('CALLS', calls[0], file=sys.stderr)))\n"
+        "sys.setprofile(count)\n"
+    )
+    done = python(counting + COMMAND, "check", str(SPEC))
+    assert done.returncode == 0, done.stderr
+    (line,) = [line for line in done.stderr.splitlines() if line.startswith("CALLS ")]
+    assert 50_000 < int(line.split()[1]) <= MOST_CALLS

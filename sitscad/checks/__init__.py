@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from sitscad.arguments import checked_arguments
@@ -100,9 +101,13 @@ def check(
     return judged(Design(spec, layout, estimates), hints)
 
 
-def judged(design: Design, hints: str = DECISIVE, least: Severity | None = Severity.NOTE) -> CheckResult:
+def judged(
+    design: Design, hints: str = DECISIVE, least: Severity | None = Severity.NOTE,
+    is_ignored: Callable[[Finding], bool] = lambda _: False,
+) -> CheckResult:
     """What every rule says of a design; its layout and estimates are made when a rule first asks for them. As `check`
-    otherwise, but that no hint is searched for where a finding is milder than the `least`, for none where that is None.
+    otherwise, but that no hint is searched for where a finding is milder than the `least` or is ignored, and for none
+    where the `least` is None.
     """
     budget = Budget.of(hints)
     said: list[Outcome] = []
@@ -111,7 +116,7 @@ def judged(design: Design, hints: str = DECISIVE, least: Severity | None = Sever
         found, undecided = outcomes(rule, design, least)
         said += found
         not_checked += [reason for reason in undecided if reason not in not_checked]
-    findings = Trials(design, all_rules(), said, not_checked, budget).advised(least)
+    findings = Trials(design, all_rules(), said, not_checked, budget).advised(least, is_ignored)
     from sitscad.estimates.signal import signals  # loads nothing that the rules have not loaded
 
     findings.sort(key=lambda finding: (finding.rule, finding.line or 0, finding.column or 0, finding.message))

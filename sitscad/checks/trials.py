@@ -5,7 +5,7 @@ a spec that was refused are written into its text, which is read again.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 
 from sitscad.checks.rules import Outcome, Rule, located, outcomes
@@ -38,8 +38,11 @@ class Trials:
         self._complaints = _complaints(one.finding for one in self._said)
         self._tried: list[tuple[SensorSpec, _Tried | None]] = []
 
-    def advised(self, least: Severity | None = Severity.NOTE) -> list[Finding]:
-        """Return every finding with its place, and with hint and fixes if it weighs as much as `least`.
+    def advised(
+        self, least: Severity | None = Severity.NOTE, is_ignored: Callable[[Finding], bool] = lambda _: False
+    ) -> list[Finding]:
+        """Return every finding with its place, and with hint and fixes if it weighs as much as `least` and is not
+        ignored.
 
         The trials go to errors first, then to warnings, in the order of the rules.
         """
@@ -48,13 +51,16 @@ class Trials:
         for k in order:
             if self._said[k].finding.severity is not Severity.ERROR:
                 self.budget.begin_warnings()
-            found[k] = self._advised(self._said[k], least)
+            found[k] = self._advised(self._said[k], least, is_ignored)
         return [found[k] for k in range(len(self._said))]
 
-    def _advised(self, outcome: Outcome, least: Severity | None) -> Finding:
+    def _advised(
+        self, outcome: Outcome, least: Severity | None, is_ignored: Callable[[Finding], bool]
+    ) -> Finding:
         finding, source = outcome.finding, self._design.spec.source
-        if not outcome.fixes or least is None or not finding.severity.weighs(least):
-            return located(finding, source)
+        plain = located(finding, source)
+        if not outcome.fixes or least is None or not finding.severity.weighs(least) or is_ignored(plain):
+            return plain
         found = self.mending(finding, outcome)
         hint = hint_text(finding.hint, found, {one.rule for one in self._complaints})
         remedies = [Remedy(fix.edits, left.brings) for fix, left in found.mending]

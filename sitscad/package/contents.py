@@ -31,7 +31,7 @@ from sitscad.layout.bending import tail_layers
 from sitscad.layout.board import Layout
 from sitscad.package.folder import PackageError, write_file
 from sitscad.package.manifest import NOT_WRITTEN
-from sitscad.policy import Baseline, Policy, judged
+from sitscad.policy import Baseline, Policy, ignored_anyway, judged
 from sitscad.record import record
 from sitscad.report.calibration import calibration_page, plan_table, plan_words
 from sitscad.report.findings import CheckedSpec, checked_spec, to_json
@@ -83,8 +83,12 @@ class Contents:
     def checked(self) -> CheckedSpec:
         """The findings, each with its place in the spec's text."""
         # kept by the design: what is measured on the solids later changes nothing that the rules look at
-        result = self.design.once(f"reviewed with {self.hints} hints", lambda: reviewed(self.design, self.hints))
         source = self.design.spec.source
+        is_ignored = ignored_anyway(source, all_rules(), self.policy)
+        result = self.design.once(
+            f"reviewed with {self.hints} hints by {self.policy}",
+            lambda: reviewed(self.design, self.hints, is_ignored=is_ignored),
+        )
         document = json.loads(self.measured) if self.measured else {}
         decided = settles(document)
         found = checked_spec(

@@ -5,9 +5,9 @@ was known before. Rules find, the policy judges; nothing of it changes what is d
 from __future__ import annotations
 
 from sitscad.policy.configuration import Policy, PolicyError, chosen_rules, kept_policy, nearest_policy, stands_for
-from sitscad.policy.judgement import Baseline, judged, kept_baseline, known_of, read_baseline
+from sitscad.policy.judgement import Baseline, ignored_anyway, judged, kept_baseline, known_of, read_baseline
 
 __all__ = [
-    "Baseline", "Policy", "PolicyError", "chosen_rules", "judged", "kept_baseline", "kept_policy", "known_of",
-    "nearest_policy", "read_baseline", "stands_for",
+    "Baseline", "Policy", "PolicyError", "chosen_rules", "ignored_anyway", "judged", "kept_baseline", "kept_policy",
+    "known_of", "nearest_policy", "read_baseline", "stands_for",
 ]

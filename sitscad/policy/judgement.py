@@ -195,6 +195,25 @@ def judged(
         and (finding.rule.startswith("SIT2") or finding.rule in NOT_FOR_WAIVING)))
 
 
+def ignored_anyway(
+    source: SpecSource, rules: Sequence[RuleTexts], policy: Policy, select: tuple[str, ...] = (),
+    ignore: tuple[str, ...] = (),
+) -> Callable[[Finding], bool]:
+    """Return what tells whether a located finding is left out or ignored whatever it says: by the policy, by patterns
+    of rules that are selected or ignored, or by a comment. Nobody reads its hint.
+    """
+    wanted = chosen_rules(rules, policy.select, policy.ignore) & chosen_rules(rules, select, ignore)
+    written = comments(source.text, [rule.id for rule in rules])
+
+    def is_ignored(finding: Finding) -> bool:
+        if finding.rule.startswith("SIT0"):
+            return False
+        return (finding.rule not in wanted or any(each.covers(finding, source) for each in written)
+                or any(stands_for(pattern, finding.rule, finding.name) for pattern in policy.reasons))
+
+    return is_ignored
+
+
 def _ignored(checked: CheckedSpec, by: str, reason: Callable[[Finding], str | None]) -> CheckedSpec:
     """Findings for which there is a reason moved to the ignored ones; what a spec is read by is never ignored."""
     kept, ignored = [], []
