@@ -8,6 +8,7 @@ import os
 import shutil
 import signal
 import tempfile
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
@@ -72,6 +73,20 @@ if os.environ.get("SITSCAD_SKIP_NOTHING"):  # what a test asks for in its own wo
 
 def _importable(name: str) -> bool:
     return importlib.util.find_spec(name) is not None
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark the slow cases of a test beyond its `few` as `more`."""
+    counts = Counter[str]()
+    for item in items:
+        few = item.get_closest_marker("few")
+        if few is None or item.get_closest_marker("slow") is None:
+            continue
+        name = item.nodeid.partition("[")[0]
+        counts[name] += 1
+        if counts[name] > few.args[0]:
+            item.add_marker("more")
 
 
 @pytest.fixture(autouse=True)

@@ -61,6 +61,7 @@ def test_a_design_that_passes_is_laid_out_and_estimated_once(name, made):
     assert made == {"arrange": 1, "estimated": 1}
 
 
+@pytest.mark.slow
 def test_a_design_that_is_refused_is_laid_out_and_estimated_once_where_no_hint_is_asked_for(made):
     review = judged(template(WORKED_EXAMPLE), hints="none")
     assert not review.ok and review.not_checked

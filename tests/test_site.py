@@ -70,6 +70,7 @@ def built(folder, seed):
     )
 
 
+@pytest.mark.more
 @pytest.mark.slow
 @pytest.mark.cad
 def test_two_builds_give_the_same_site_whose_links_lead_somewhere(tmp_path):

@@ -71,6 +71,7 @@ def test_it_is_set_up_asleep_read_back_and_woken_last(pad):
     ]
 
 
+@pytest.mark.slow
 def test_status_comes_first_and_upper_registers_before_lower_ones(pad):
     *_, last = pad.run("begin", "advance 8000000", "trace", "poll")
     accesses = [word for word in last if word.startswith("r")]

@@ -58,6 +58,7 @@ def test_points_are_taken_and_gone_on_with(design, planned):
     assert list(leading.table(whole)) == []
 
 
+@pytest.mark.slow
 def test_tables_and_boards_of_another_sensor_are_refused(design, planned):
     board, source = _begun(design)
     other = head(board, planned).replace("3 points", "8 points") + "0,0,1,2\n"

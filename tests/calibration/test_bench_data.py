@@ -96,6 +96,7 @@ def test_units_are_those_of_the_header(tmp_path, sensors):
     assert points.frequency[1] == approx(7.6e6, rel=1e-12) and list(points.at_rest) == [True, False, False, False]
 
 
+@pytest.mark.slow
 def test_inductances_are_those_of_the_firmware_s_formula(sensors, bench, table):
     """The header's capacitance turns them into frequencies: what it is drops out, because all goes over rest."""
     capacitance = sensors.model.estimates.readout.conversion_capacitance

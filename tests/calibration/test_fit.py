@@ -68,6 +68,7 @@ def test_eight_points_do_what_a_drawn_map_cannot(foretold, calibrated, truth):
     assert np.all(after < 0.3 * before)
 
 
+@pytest.mark.slow
 def test_the_stated_error_holds_and_is_not_slack(calibrated, truth):
     stated, found = calibrated.map.error / calibrated.map.full_scale, _off(calibrated.map, truth)
     assert np.all(found < 2.0 * stated) and np.all(stated < 0.04)
@@ -379,6 +380,8 @@ def test_a_plan_promises_no_less_than_the_map_itself_leaves(which, request):
     assert np.all(left < found.plan.errors[-1] / scope.full_scales)
 
 
+@pytest.mark.more
+@pytest.mark.slow
 def test_full_normal_force_alone_is_well_inside_the_map(coarse):
     """The map was made for it with full shear only, ended at 4.99 of 5 N, and called that beyond what it holds."""
     scope, none = coarse.sensors.range, np.zeros(len(coarse.sensors.known))

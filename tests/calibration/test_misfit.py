@@ -53,6 +53,7 @@ def test_a_map_for_a_target_that_turns_otherwise_states_what_it_is_off_by(design
     assert np.all(made.map.error > true) and made.map.error[0] < 2.5 * true[0]
 
 
+@pytest.mark.slow
 def test_loads_without_shear_do_not_tell_how_a_target_turns(sensors, level, bench, hidden):
     loads = np.zeros((4, 3))
     loads[1:, 0] = [2.0, 4.0, 6.0]

@@ -47,6 +47,7 @@ def test_hysteresis_in_five_loads_does_not_make_an_error_of_a_thousand_newtons(s
     assert 0.01 < found.fit.scatter < 0.06 and np.abs(found.fit.moved).max() < 2.0
 
 
+@pytest.mark.slow
 def test_a_sensor_beyond_its_chart_still_feels_its_loads(small):
     sensors = sensors_of(small.response, True)
     errors = np.array([4.0 * one.sigma * (one.name == "gap") for one in sensors.known])

@@ -198,6 +198,7 @@ def test_no_tail_is_tried_where_the_leads_found_no_room(advised, monkeypatch):
     assert not found.fixes and tried == []
 
 
+@pytest.mark.slow
 def test_offset_that_takes_the_bends_room_is_refused_with_a_length_that_has_room(advised):
     """The tail's way aside, its capacitors and its stiffener leave less than the bend of a tail this thick takes."""
     text = templates.read("three_axis_grid").replace("    bend: static", "    bend: static\n    offset: -5")

@@ -34,6 +34,7 @@ def test_explain_by_identifier_and_by_name():
         explain("SIT999")
 
 
+@pytest.mark.slow
 def test_a_spec_of_a_coil_alone_lists_what_was_not_checked(design, estimates):
     gone = dict.fromkeys(("target", "elastomer", "encapsulation", "mount", "shield", "requirements"))
     spec = design(**gone)
@@ -46,6 +47,7 @@ def test_a_spec_of_a_coil_alone_lists_what_was_not_checked(design, estimates):
     )
 
 
+@pytest.mark.slow
 def test_findings_are_sorted_located_and_the_same_twice(design, estimates):
     spec = design(coil__trace_width="70 um", coil__trace_spacing="70 um", requirements__bandwidth="400 Hz")
     numbers = estimates(spec, inductance=0.1e-6, quality=5.0)
@@ -57,6 +59,7 @@ def test_findings_are_sorted_located_and_the_same_twice(design, estimates):
         assert found.line and found.column and found.source and found.hint and found.name, found
 
 
+@pytest.mark.slow
 def test_every_finding_uses_a_rule_of_the_table(design, estimates):
     spec = design(coil__turns=11.75)
     names = {rule.id: rule.name for rule in RULES}
@@ -93,6 +96,7 @@ def _sources(function):
     return text
 
 
+@pytest.mark.slow
 def test_a_finding_whose_key_is_left_out_names_the_key_to_add(design, estimates):
     spec = design(readout={"device": "ldc1614"}, requirements={"bandwidth": "400 Hz"})
     (found,) = [f for f in check(spec, estimates=estimates(spec)).findings if f.rule == "SIT210"]

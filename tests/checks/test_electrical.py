@@ -77,6 +77,7 @@ def test_a_missing_number_is_not_a_pass(design, estimates, verdicts) -> None:
     assert [(u.rule, "parallel resistance" in u.reason) for u in undecided] == [("SIT203", True)] * 2
 
 
+@pytest.mark.slow
 def test_frequency_ceiling_suggests_the_next_capacitor_of_the_series_that_was_tried(judge, design, estimates) -> None:
     spec = design(readout__capacitance="82 pF")
     (found,) = judge("SIT202", spec, None, estimates(spec, frequency=12e6))
@@ -110,6 +111,7 @@ def test_parallel_resistance(pressed: float, severity: Severity | None, limit: f
     assert "pressed" in found[0].message and "in free air 2.2 kohm" in found[0].detail
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_parallel_resistance_of_the_thesis_miniature_is_refused_with_advice(judge, design, estimates) -> None:
     spec = design(coil__layers=2, fpc__stackup="flex-2l-35um", coil__turns=6.5, coil__outer_diameter=3.5)
@@ -240,6 +242,7 @@ def test_read_back_of_two_coils(rate: str, severity: Severity | None, judge, des
         assert "a scan rate of 2.041 kHz at most" in one.message and "a second" not in one.message + one.hint
 
 
+@pytest.mark.slow
 def test_no_more_scans_are_proposed_than_a_bandwidth_takes(design) -> None:
     """Every further scan takes time from conversions: with 500 Hz a signal of 3.6 steps had 1.4."""
     (found,) = (f for f in check(design(requirements__bandwidth="251 Hz")).findings if f.rule == "SIT210")
@@ -390,6 +393,7 @@ def test_a_state_in_which_the_model_fails_is_not_a_pass(design, estimates, verdi
         assert any("half-space" in skipped.reason and "pressed" in skipped.reason for skipped in undecided), rule
 
 
+@pytest.mark.slow
 def test_a_hot_sensor_is_told_its_swing_at_room_temperature(design) -> None:
     """The drive code suits 150 degC; copper, jaw and target lose less when it is switched on at 20."""
     spec = design(requirements__temperature="150 degC")

@@ -53,6 +53,7 @@ def _judged(rule_id, design, **needs):
     return apply_rule(rule, Design(asked, replace(design.layout, spec=asked), design.estimates))
 
 
+@pytest.mark.slow
 def test_too_large_tilt_error_is_mended_by_smaller_target_and_pad(monkeypatch):
     """The hint named softer and thinner pads alone, where a pad shorter by 0.3 mm was enough."""
     for family in ("other_metals", "other_silicones", "other_thicknesses"):
@@ -74,6 +75,7 @@ def test_a_requirement_is_missed_or_met(bench, rule_id):
     assert _judged(rule_id, bench, **met) == ([], [])
 
 
+@pytest.mark.slow
 def test_a_requirement_that_no_change_meets_keeps_the_rule_s_advice():
     """A drift was answered with what was tried in vain, and no longer with a tare or a reference coil."""
     spec = sitscad.load_text("""
@@ -105,6 +107,7 @@ def test_what_is_reached_stands_beside_what_is_asked(bench):
     assert read_findings(as_json([checked]).encode(), "", "").reached == result.reached
 
 
+@pytest.mark.slow
 def test_hysteresis_creep_modulus_and_drift_after_a_tare_stand_beside_what_is_felt(bench):
     """Beside a resolution known within a few per cent, what a pad is off by by a tenth was not said."""
     asked = replace(bench.spec, requirements=replace(bench.spec.requirements, normal_resolution=0.1))
@@ -167,6 +170,7 @@ def test_the_budget_of_errors_takes_the_required_range_of_temperatures(bench):
     assert wide["drift at full load, 30 K"] == approx(3.0 * usual["drift at full load, 10 K"], rel=1e-9)
 
 
+@pytest.mark.slow
 def test_check_data_sheet_sweep_and_report_give_the_drift_under_one_name_each(bench):
     """1.7, 3.34 and 3.3 N stood for "temperature", at rest and at full load."""
     asked = replace(bench.spec, requirements=replace(bench.spec.requirements, normal_resolution=1.0))
@@ -187,6 +191,7 @@ def test_check_data_sheet_sweep_and_report_give_the_drift_under_one_name_each(be
     assert reached["zero_drift"].measured < reached["drift"].measured
 
 
+@pytest.mark.slow
 def test_the_resolution_that_is_judged_is_that_of_the_response(bench):
     (finding,), _ = _judged("SIT401", bench, normal_resolution=1e-6)
     most = max(point.axes["normal"].resolution for point in bench.performance)
@@ -223,6 +228,7 @@ def test_tilt_that_covers_the_noise_is_worth_a_note(bench):
     assert "of shear along x" in finding.message
 
 
+@pytest.mark.slow
 def test_more_shear_than_the_array_tells_apart_reads_alike(bench):
     """Far beyond the coils the target is as far from one as from nothing: readings turn back."""
     thick = bench.spec.replace("elastomer.thickness", 5e-3)
@@ -249,6 +255,7 @@ def test_a_fix_for_the_resolution_is_tried():
     assert not [one for one in check(mended).findings if one.rule == "SIT401"]
 
 
+@pytest.mark.slow
 def test_a_check_without_such_requirements_loads_nothing_of_it(tmp_path):
     spec = write_template("bench_7mm", tmp_path / "spec.yaml")
     run = "import sys; from sitscad.cli import main\ntry: main(['check', sys.argv[1]])\nfinally: " \

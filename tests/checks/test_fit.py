@@ -192,6 +192,7 @@ def test_at_room_temperature_no_word_is_said_of_the_pad(judge, design):
     assert judge("SIT304", design(requirements__temperature="30 degC")) == []
 
 
+@pytest.mark.slow
 def test_shear_beyond_the_range_that_a_data_sheet_states_warns():
     """1 N beyond a range of 0.82 N passed with a note: one was judged under the full normal force, the other without
     one, too, where this target goes farther.
@@ -236,6 +237,7 @@ def test_message_and_measured_of_the_strain_agree(judge, design):
         assert f"{100 * found.measured:.1f} %, is more than {100 * found.limit:.0f} %" in found.whole_message
 
 
+@pytest.mark.slow
 def test_a_body_too_large_by_its_margin_is_told_to_take_less_of_it(judge, advised, design):
     """The margin was called room for leads and vias, and smaller coils were asked for."""
     spec = design(fpc__margin=[10, 0.5])
@@ -297,6 +299,7 @@ def test_long_target_of_two_coils_is_a_finding_only_if_signals_are_smaller(judge
     assert bool(judge("SIT306", design(**size))) is is_told
 
 
+@pytest.mark.slow
 def test_gain_of_another_target_agrees_with_what_the_sensor_resolves(design):
     """Beside what is felt: the noise at rest of both axes under both targets."""
     def sized(length):
@@ -572,6 +575,7 @@ def test_a_board_below_the_rims_of_a_pocket_has_to_go_into_it(judge, design):
     assert " 9 mm" not in short.message and short.limit == approx(8.8e-3, rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("thickness", [0.9e-3, 1.3e-3])
 def test_the_height_to_take_off_is_enough(thickness):
     """The circle shrinks by less than the stack: 236 um off a pad of 1.3 mm left it 14 um too high."""
@@ -611,6 +615,7 @@ def test_a_board_that_decides_the_closed_pair_is_named_and_a_narrower_one_is_tri
     assert unread.hint.startswith("a board narrower by 338 um: smaller coils")
 
 
+@pytest.mark.slow
 def test_a_margin_for_a_narrower_face_counts_with_the_wider_gaps_that_leads_then_take():
     """50 um of margin were named, with which the board is 8 um wider than that leaves it, and fails as before."""
     spec = sitscad.load(Path(__file__).parents[2] / "templates" / "grasper_4layer.yaml").replace(

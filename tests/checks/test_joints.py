@@ -52,6 +52,7 @@ def test_flanks_that_cross_leave_no_tongue():
     )
 
 
+@pytest.mark.slow
 @pytest.mark.cad
 def test_a_tongue_that_is_none_is_not_built():
     from sitscad.layout import lay_out
@@ -93,6 +94,7 @@ def test_a_groove_leaves_metal_below_its_corners():
     assert deep.severity is Severity.ERROR and "unverified" in deep.detail
 
 
+@pytest.mark.slow
 def test_pins_are_as_thick_as_their_process_makes_them_and_end_in_the_jaw():
     (thin,) = joint("{kind: pins, diameter: 0.8}")
     assert (thin.measured, thin.limit) == (approx(0.8e-3, rel=1e-6), print_limit("resin", "pin").value)
@@ -102,6 +104,7 @@ def test_pins_are_as_thick_as_their_process_makes_them_and_end_in_the_jaw():
     assert "stand out of its back" in long.message
 
 
+@pytest.mark.slow
 def test_pins_keep_clear_of_the_window_and_the_ends_of_the_jaw():
     window = "{based_on: generic-10mm, fenestration: [6, 2]}"
     assert joint("{kind: pins, spacing: 12}", jaw=window) == []
@@ -131,6 +134,7 @@ def test_small_holes_are_named_once():
     assert found(holes.replace("PROCESS", "resin"), "SIT316") == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", presets.names("hole pattern"))
 def test_holes_of_every_pattern_can_be_made_by_every_process(name):
     for process in ("resin", "powder", "filament", "machined"):

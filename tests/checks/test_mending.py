@@ -117,6 +117,7 @@ def test_turns_and_size_are_left_alone_unless_it_is_asked_for():
     assert {finding.rule for finding in found.said.findings} == {"SIT004"}
 
 
+@pytest.mark.slow
 @settings(deadline=None)
 @given(st.data())
 def test_a_slip_in_any_key_of_any_template_is_mended_or_left(data):
@@ -135,6 +136,7 @@ def test_a_slip_in_any_key_of_any_template_is_mended_or_left(data):
     assert mended_text(found.text, read, only_safe).text == found.text
 
 
+@pytest.mark.slow
 @settings(deadline=None)
 @given(st.data())
 def test_a_slip_in_any_word_of_any_template_is_mended_to_that_word_or_left(data):
@@ -203,6 +205,7 @@ def test_what_a_check_finds_is_mended_in_the_keys_that_the_fix_names(name):
     assert set(weights(after.findings)) < set(weights(before.findings))
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "seed", [1, 2, 4, *(pytest.param(seed, marks=pytest.mark.more) for seed in (3, *range(5, 13)))]

@@ -147,6 +147,7 @@ def test_a_jaw_that_is_too_short_for_the_body_to_grow_is_named(judge):
     assert "because the jaw, 5 mm long, leaves it no room" in found.message
 
 
+@pytest.mark.slow
 def test_smaller_plates_that_break_another_rule_are_no_fix():
     pad = {"shape": "rectangle", "size": [7, 4.6], "thickness": 1}
     parts = {"elastomer": pad, "mount": {"jaw": "generic-5mm"}, "encapsulation": {"thickness": 0.1}}

@@ -44,6 +44,7 @@ def answers(estimates, spec, steps):
     return replace(numbers, coils=tuple(coils))
 
 
+@pytest.mark.slow
 def test_coils_beside_the_target_are_named_with_what_mends_them():
     spec = sitscad.load_text(FOUR, "line4.yaml")
     result = sitscad.check(spec)
@@ -106,6 +107,7 @@ def test_a_coil_that_feels_nothing_is_told_with_what_it_costs(shear, severity, d
 CELLS = (TEMPLATES / "skin_strip_6.yaml").read_text(encoding="utf-8").replace("coils: 1  ", "coils: 3  ")
 
 
+@pytest.mark.slow
 def test_of_cells_each_has_to_tell_shear():
     """Three coils a cell under a target over the middle one, six in all: two of them felt something, each alone."""
     text = CELLS.replace("normal_force: 8 N", "normal_force: 8 N\n  shear_force: 1 N")
@@ -212,6 +214,7 @@ def test_a_magnetic_target_is_told_which_metal_helps():
     assert not list(other_metals(copper)), "there is no better conductor"
 
 
+@pytest.mark.slow
 def test_a_pad_wider_than_the_target_is_told_to_be_cut_to_it():
     """Cutting it from 12 mm to the target's 10 helped most, and no hint said so."""
     wide = """
@@ -230,6 +233,7 @@ def test_a_pad_wider_than_the_target_is_told_to_be_cut_to_it():
     assert cut_to_target(narrow) is None and cut_to_target(spec.replace("elastomer.offset", [0.5e-3, 0])) is None
 
 
+@pytest.mark.slow
 def test_the_thickness_of_most_signal_is_named():
     """Too thin a pad gives way too little, too thick a one keeps the target away; nobody said which is best."""
     thick = """

@@ -70,6 +70,7 @@ QUICK = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", QUICK)
 def test_what_a_hint_says_was_tried_mends_the_finding_when_it_is_written(name):
     document, rules = QUICK[name]
@@ -136,6 +137,7 @@ def test_sizes_that_are_told_to_plates_fit_the_board_and_keep_the_other_rules_of
     assert judge("SIT307", after) == judge("SIT306", after) == judge("SIT304", after) == []
 
 
+@pytest.mark.slow
 def test_limits_that_contradict_each_other_are_both_named():
     document = design(
         "circle", 6.3, 12, 2, 100, 100, "generic-flex", mount={"kind": "grasper-pad", "jaw": "generic-5mm"},
@@ -183,6 +185,7 @@ def test_search_tries_one_family_unless_it_is_long():
     assert counts == [1, 2]
 
 
+@pytest.mark.slow
 def test_a_warning_that_gets_worse_is_told_and_no_reason_to_leave_an_error():
     """Conversions of less time mend the bandwidth, and of the few steps over the load still fewer are left."""
     faint = design(
@@ -207,6 +210,7 @@ def test_a_warning_that_gets_worse_is_told_and_no_reason_to_leave_an_error():
     assert not is_better(Applied(milder, remedy), warned, after)
 
 
+@pytest.mark.slow
 def test_a_thicker_target_was_tried():
     tried = list(followed(THIN, "SIT305"))
     assert [rule for rule, _, _ in tried] == ["SIT305"] and tried[0][2] == []
@@ -222,6 +226,7 @@ def test_a_stiffer_pad_was_tried(judge):
     assert found.fixes or "tried in vain" in found.hint
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("array", "named"),
     [
@@ -238,6 +243,8 @@ def test_a_tail_bent_at_every_grasp_is_told_what_its_array_allows(array, named):
     assert [entry for entry in tried if entry[2]] == []
 
 
+@pytest.mark.more
+@pytest.mark.slow
 def test_hint_names_few_of_the_changes_tried_in_vain():
     """Every try spelled out made the longest hint of all templates."""
     found = check(load_text(templates.read("grasper_3p5mm"), "spec.yaml"), hints="full").findings
@@ -294,6 +301,7 @@ EVERY_TIME = ("grasper_4layer", "three_axis_pad")
 """A pair of long coils and a triangle of round ones; CI leaves out the other templates."""
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize(("template", "variant"), [
     pytest.param(*case, marks=() if case[0] in EVERY_TIME else pytest.mark.more) for case in dict.fromkeys(CASES)
@@ -354,6 +362,7 @@ def test_what_mends_shear_and_what_mends_an_overhang_do_not_undo_each_other():
     assert any("on a larger body (fpc.margin)" in f.hint for f in found if f.rule == "SIT312")
 
 
+@pytest.mark.few(2)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "changes", "rule", "edits"),
@@ -393,6 +402,8 @@ def test_a_bend_in_a_hinge_is_not_led_to_one_at_assembly():
     assert found and not any("static" in f.hint for f in found)
 
 
+@pytest.mark.more
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [24, [14, 10]])
 def test_the_sizes_that_shear_and_proportions_ask_for_do_not_contradict(size):
     """Over two coils 8 mm apart SIT306 asked for 8 mm, SIT218 for 12.5 mm or a pitch of 9.5 mm."""
@@ -409,6 +420,7 @@ def test_the_sizes_that_shear_and_proportions_ask_for_do_not_contradict(size):
         assert not {"SIT218", "SIT306"} & {f.rule for f in after}, fix.edits
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["three_axis_pad", "grasper_4layer"])
 def test_nothing_untried_is_named_without_trials(name):
     """Without trials a hint gives the direction; a way to write it is what the search finds."""

@@ -237,6 +237,7 @@ def test_long_search_for_fixes_says_what_it_tries_and_for_how_long(run, tmp_path
     assert " s, " not in quick.err
 
 
+@pytest.mark.slow
 def test_full_hints_print_the_hints_of_warnings(run, tmp_path):
     from sitscad.spec import templates
 

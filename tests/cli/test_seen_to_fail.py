@@ -21,6 +21,7 @@ def checked(text, tmp_path):
     return sitscad.check(sitscad.load(spec))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("conductivity", ["0 S/m", "1e-300 S/m", "1 S/m"])
 def test_a_target_that_does_not_conduct_is_refused(tmp_path, conductivity):
     result = checked(f"{COIL}target: {{size: 8, material: {{conductivity: {conductivity}}}}}\n", tmp_path)
@@ -140,6 +141,7 @@ def test_ferrite_is_not_judged_by_skin_depths(tmp_path):
     assert found.is_solved and coil.states["rest"].target_change_error < 0.1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("material", ["stainless-17-4ph", "copper"])
 def test_the_change_by_a_target_over_the_whole_coil_is_solved_within_a_tenth(material, tmp_path):
     """The share of an endless steel was known to 55 %, and R with it."""

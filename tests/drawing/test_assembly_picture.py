@@ -91,6 +91,7 @@ def test_the_picture_is_the_same_twice():
     assert picture("jaw") == picture("jaw")
 
 
+@pytest.mark.slow
 def test_what_a_solid_hides_of_itself_is_not_drawn():
     """A hollow block with a recess in its upper face: the walls of a cap's bore shone through its top."""
     outer = prism(rectangle(-8e-3, -8e-3, 8e-3, 8e-3), -10e-3, 0.0)

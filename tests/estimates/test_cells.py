@@ -44,6 +44,7 @@ def two() -> Design:
     return design("{pattern: line, count: 2, pitch: 12}")
 
 
+@pytest.mark.slow
 def test_a_cell_reads_as_the_same_sensor_alone(two):
     """In the states and under a load: what its target changes, to within what it reads of the other cell."""
     alone = design("{pattern: single}", "")
@@ -110,6 +111,7 @@ def test_webs_carry_more_than_metal_and_less_the_longer_they_are(two):
     assert "of cells 1, 2 by 2.9 %, pressed by" in said.detail
 
 
+@pytest.mark.slow
 def test_the_pad_of_a_cell_is_as_stiff_as_its_webs_make_it():
     """Of a row of three the middle one gives least way, and is the one that figures are of; elements say 5.9 and 3 %
     (tests/validation/web_figures.csv). States are those of a mean pad, and their scatter knows that.
@@ -140,6 +142,7 @@ def row() -> Design:
     return design("{pattern: line, count: 3, pitch: 12}", "cells: {web: 2 mm}")
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_every_figure_is_that_of_the_cell_worst_in_it_and_each_is_told(row):
     """Figures of the cell with the least signal alone had more range and less error by tilt than its neighbours."""
@@ -189,6 +192,7 @@ def test_other_cells_read_in_proportion_to_the_one_that_a_page_solves(row):
     assert of_middle == approx(row.crosstalk.total, rel=1e-2)
 
 
+@pytest.mark.slow
 def test_cells_that_overlap_or_nearly_touch_are_told():
     def said(size: float) -> list[str]:
         wanted = design("{pattern: line, count: 2, pitch: 12}", size=size)
@@ -240,6 +244,7 @@ def test_what_has_a_response_of_its_own_asks_for_a_cell(two):
         two.cell(3)
 
 
+@pytest.mark.slow
 def test_cells_in_a_jaw_close_as_one_plate_does():
     """Their pieces have numbers, which levels of the closed pair have not: it was a KeyError."""
     jaw = "mount: {kind: grasper-pad, jaw: robotic-12mm, standoff: 1}"

@@ -6,6 +6,7 @@ import tracemalloc
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from tolerance import approx
 
 from sitscad.estimates import estimate
@@ -22,6 +23,7 @@ coil: {shape: racetrack, outer_diameter: [12, 8], turns: 12, layers: 4, trace_wi
 """
 
 
+@pytest.mark.slow
 def test_many_turns_take_a_bounded_amount_of_memory():
     """The field along 48 turns with 2,700 chords was worked out for all places at once: 95 MB."""
     layout = lay_out(load_text(SPEC, "cost.yaml"))

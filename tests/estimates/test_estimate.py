@@ -101,6 +101,7 @@ def test_identities_between_the_numbers(mounted):
     assert -0.05 < matrix[0, 1] / matrix[0, 0] < 0.0
 
 
+@pytest.mark.slow
 def test_a_target_smaller_than_the_coils_counts_as_finite(mounted):
     small, wide = "size: 4, thickness: 0.2", "size: 30, thickness: 0.2"
     large = of(MOUNTED.replace("CAP", "220 pF").replace(small, wide))

@@ -19,6 +19,7 @@ def pin_distance(lever_angle: float, lever: float, link: float) -> float:
     return lever * math.cos(lever_angle) + link * math.cos(link_angle(lever_angle, lever, link))
 
 
+@pytest.mark.slow
 @settings(suppress_health_check=[HealthCheck.too_slow])
 @given(st.floats(0.05, 1.4), st.floats(1e-3, 6e-3), st.floats(1.05, 4.0), st.floats(5e-3, 40e-3))
 def test_the_pull_s_work_is_that_of_both_jaws(angle, lever, longer, reach):

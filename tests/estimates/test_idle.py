@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pytest
 from neumann import sampled_mutual_inductance
 from tolerance import approx
 
@@ -82,6 +83,7 @@ def test_a_perfect_plate_adds_the_image_of_the_neighbour():
     assert found[0].real < 0.0 < found[1].real
 
 
+@pytest.mark.slow
 def test_the_assembled_states_contain_them_and_the_free_one_does_not():
     text = """
 sitscad: 1

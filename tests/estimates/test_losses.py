@@ -228,6 +228,7 @@ def test_a_rounded_coil_of_layers_loses_what_its_mirror_image_does(turns):
     assert [inductance_change(loss, 9e6) for loss in found] == approx([inductance_change(found[0], 9e6)] * 2, rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", ["square", "hexagon", "octagon"])
 def test_a_corner_opens_steadily_with_its_radius(shape):
     """At 0.7 track widths R once jumped by a tenth, or had no number at all."""

@@ -78,6 +78,7 @@ def test_spec_without_moments_feels_what_it_did():
     assert found.corners.shape == (18, 3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "more, rule, key",
     [
@@ -94,6 +95,7 @@ def test_what_moments_contradict_is_refused_by_name(more, rule, key):
     assert key in {one.key for one in found if one.rule == rule}
 
 
+@pytest.mark.slow
 def test_tilt_error_judges_the_axes_that_are_asked_for():
     """A value for all judged shear of sensors that are asked for the normal force alone."""
     many = ", tilt: 1 deg, tilt_error: 60 mN"
@@ -104,6 +106,7 @@ def test_tilt_error_judges_the_axes_that_are_asked_for():
     assert (judged.axis.split()[0], judged.limit) == ("shear", 0.06)
 
 
+@pytest.mark.slow
 def test_tilt_error_by_axis_judges_each_by_its_own_limit():
     own = ", shear_force: 1 N, tilt: 1 deg, tilt_error: {normal: 60 mN, shear_x: 2 N}"
     found = check(spec_of("grid", own), hints="none")
@@ -120,6 +123,7 @@ def test_force_beside_the_middle_is_the_moment_that_it_has_there():
     assert np.abs(turned - beside)[0, 3:5].max() < 2e-3 * np.abs(beside)[0, 3:5].max()
 
 
+@pytest.mark.slow
 def test_moment_on_a_level_target_is_refused_and_on_a_free_one_turns_it():
     spec = sitscad.load_text(CELL)
     with pytest.raises(ValueError, match="rotation free"):
@@ -135,6 +139,7 @@ def test_moment_on_a_level_target_is_refused_and_on_a_free_one_turns_it():
     assert pose[0, 3] == approx(1e-3 / tilt_stiffness(soft_pad(spec), loads[:1] * [1, 0, 0, 0, 0])[0, 0], rel=0.01)
 
 
+@pytest.mark.slow
 def test_moments_are_felt_in_newton_metres(cell):
     felt = cell.felt
     assert felt.bench.range.axes == ("normal", "moment_x", "moment_y")
@@ -185,6 +190,7 @@ def test_performance_of_moments_has_their_own_units_and_the_pads_stiffness(cell)
             assert felt.noise[k] == approx(point.axes[name].resolution, rel=1e-12, abs=0.0)
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_unit_with_moments_is_calibrated_by_its_plan(cell, tmp_path):
     """Eight presses beside the middle, of a sensor off by its own errors, read through the bench's table."""

@@ -35,6 +35,7 @@ def test_axes_are_those_that_the_array_tells_apart():
     assert found["three_axis_triangle"] == found["three_axis_grid"] == FORCES
 
 
+@pytest.mark.slow
 def test_it_is_taken_at_rest_half_and_full_load(bench):
     found = bench.performance
     force = bench.spec.requirements.normal_force
@@ -72,6 +73,7 @@ loads: {press: {}, scissor: {opening: 2 deg}}
 """
 
 
+@pytest.mark.slow
 def test_the_error_by_tilt_is_what_a_load_case_with_that_tilt_reads():
     """One coil under the middle of its target feels tilts at second order: slopes said 0.01 mN."""
     design = Design(sitscad.load_text(ALONE))
@@ -195,6 +197,7 @@ def test_loads_that_read_alike_are_found_however_wide_the_range(shear):
     assert full.ambiguous == (one, other) and not full.invertible
 
 
+@pytest.mark.slow
 def test_loads_beyond_a_pads_thickness_of_travel_are_charted():
     """All loads beyond it read like the chart's end, and so alike: a finding where the response tells them apart."""
     spec = sitscad.load(Path(__file__).parents[2] / "templates" / "robotic_jaw_12mm.yaml")
@@ -222,6 +225,7 @@ def test_four_coils_in_a_cross_are_read_in_other_units_of_the_design_too():
         assert errors["manufacture, before calibration"] < 0.4 * axis.full_scale
 
 
+@pytest.mark.slow
 def test_the_grid_feels_shear_alike_along_both_axes():
     """Four coils on a square under a square target: what one axis is off by, the other is (0.30 and 0.08 N of 2 N)."""
     full = Design(sitscad.load(Path(__file__).parents[2] / "templates" / "three_axis_grid.yaml")).performance[2]

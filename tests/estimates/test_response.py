@@ -91,6 +91,7 @@ def test_a_target_far_away_changes_nothing(plain):
     assert np.abs(far).max() < 1e-4 * np.abs(near).max()
 
 
+@pytest.mark.slow
 def test_a_large_target_is_an_endless_sheet():
     design = sensor(target="shape: square, size: 20")
     at = 5e6
@@ -121,6 +122,7 @@ def test_numbers_at_a_frequency_are_solved_at_that_frequency_alone():
     assert bands == {design.response.band, (5e6,)}
 
 
+@pytest.mark.slow
 def test_a_target_that_takes_minutes_to_solve_is_refused_with_the_reason():
     design = sensor(target="shape: rectangle, size: [150, 60]")
     began = time.process_time()
@@ -323,6 +325,7 @@ def magnetic(material, size):
     )
 
 
+@pytest.mark.slow
 def test_a_large_steel_target_is_an_endless_sheet():
     design, at = magnetic("stainless-17-4ph", 20), 5e6
     found = respond(design, [[0.0] * 6], frequency=at)
@@ -386,6 +389,7 @@ def test_no_pose_is_answered_that_no_target_can_have(plain):
         respond(plain, [[0.0] * 6], tolerance=math.nan)
 
 
+@pytest.mark.slow
 def test_a_disc_far_above_a_finger_has_a_response(tmp_path):
     """Of one of its symmetries no currents are felt by way of the finger, 4 mm below: it ended in a ValueError."""
     path = tmp_path / "far.yaml"

@@ -131,6 +131,7 @@ def _readings(bench, loads):
     return bench.readings(bench.poses(loads))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["bench_7mm", pytest.param("three_axis_triangle", marks=pytest.mark.slow)])
 def test_three_levels_of_simulated_units_read_alike(name):
     """One sigma of each cause, by the response, by a calibration's chart, and of a design that
@@ -148,6 +149,7 @@ def test_three_levels_of_simulated_units_read_alike(name):
         assert max(off) < 0.1, (cause, off)
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["bench_7mm", pytest.param("three_axis_triangle", marks=pytest.mark.slow)])
 def test_errors_by_cause_add_up_to_those_of_simulated_units(name):
@@ -240,6 +242,8 @@ LARGEST = (
     scatter.WIDTH, scatter.FOIL, scatter.PLATING, scatter.DISTANCE, CAPACITOR, PAD, GLUE, MODULUS, scatter.HEIGHT)
 
 
+@pytest.mark.few(1)
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["grasper_3p5mm", "single_coil",
                                   pytest.param("fingertip_foil", marks=pytest.mark.slow),
                                   pytest.param("racetrack_jaw", marks=pytest.mark.slow),
@@ -258,6 +262,7 @@ def test_stated_sigma_of_states_is_that_of_units(name):
             assert np.all(np.abs(stated - own)[[0, 3]] < 0.1 * true[[0, 3]]), (state, cause)
 
 
+@pytest.mark.slow
 def test_target_s_share_grows_as_it_comes_nearer():
     """The share was held: of pads with targets as wide as the coil, a sixth of the inductance's sigma was missing."""
     design = scatter_of_units.drawn("fingertip_cell")
@@ -266,6 +271,7 @@ def test_target_s_share_grows_as_it_comes_nearer():
         assert stated[[0, 3]] == approx(own[[0, 3]], rel=0.05, abs=0.0 if state != "free" else 1e-15), state
 
 
+@pytest.mark.slow
 def test_simulated_sensors_scatter_by_what_is_behind_them(grasper):
     """What a calibration takes sensors of a jaw to differ by has the height over the shield in it."""
     known = {one.name: one.sigma for one in sensors_of(grasper.response).known}

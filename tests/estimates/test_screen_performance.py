@@ -47,6 +47,7 @@ FIGURES = {
 }
 
 
+@pytest.mark.slow
 def test_rules_and_data_sheet_have_the_same_figures():
     spec = sitscad.load(TEMPLATES / "bench_7mm.yaml")
     asked = replace(spec.requirements, normal_resolution=1.0, tilt=0.02, tilt_error=100.0)

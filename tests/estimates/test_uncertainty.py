@@ -75,6 +75,7 @@ def winding_inductance(spec):
     return estimate(lay_out(spec), tolerance=1e-6).coils[0].winding_inductance
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("layers", [2, 4])
 @pytest.mark.parametrize("shape", ["circle", "square"])
 def test_slopes_of_the_inductance_are_its_differences(shape, layers):
@@ -194,6 +195,7 @@ readout: {device: ldc1614, capacitance: 220 pF, drive_code: 20}
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", ["circle", "square"])
 def test_slopes_near_metal_are_those_of_the_design_solved_again(shape, monkeypatch):
     """Images hold the crowding down that grows with the width: slopes of the coil alone were twice as steep."""

@@ -66,6 +66,7 @@ def test_signal_response_and_states_say_one_thing():
     assert np.all(answers[1].target_change_error[:, 0, 0] > answers[0].target_change_error[:, 0, 0] + 0.03)
 
 
+@pytest.mark.slow
 def test_signals_before_a_jaw_that_is_nearly_all_window_are_off_by_less_than_they_state():
     """14 % too large beside a jaw that does not conduct: what a window may be off is in the errors stated."""
     specs = [sitscad.load_text(text, "t.yaml") for text in (windowed("[19.5, 4.3]"), POOR)]
@@ -81,6 +82,7 @@ def test_signals_before_a_jaw_that_is_nearly_all_window_are_off_by_less_than_the
         assert abs(here.inductance - there.inductance) < here.spread.inductance
 
 
+@pytest.mark.slow
 def test_a_sheet_of_copper_before_the_window_hides_it():
     (plain, _), (found, estimates) = (at_rest(text) for text in (BARE + SHIELD, windowed("[10, 2]", BARE + SHIELD)))
     assert found.inductance == approx(plain.inductance, rel=1e-4)

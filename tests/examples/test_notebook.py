@@ -37,6 +37,7 @@ def test_every_result_is_shown_as_one_short_line(bench):
         assert len(shown) <= LONGEST and "\n" not in shown and type(value).__name__ in shown, shown[:300]
 
 
+@pytest.mark.slow
 def test_lines_of_results_name_what_they_hold(bench):
     checked = sitscad.check(bench.spec, hints="none")
     assert all(one.rule in repr(checked) for one in checked.findings if one.severity is not sitscad.Severity.NOTE)

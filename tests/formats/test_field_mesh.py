@@ -70,6 +70,7 @@ def test_every_region_has_its_volume():
     assert every.min() > 0.0 and every.sum() == approx(np.prod(np.ptp(points, axis=0)), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_regions_share_their_faces_and_each_is_named_once():
     """Every face of a tetrahedron has two tetrahedra, or is of the air's end; those between two regions are named."""
     _, groups = read()

@@ -213,6 +213,7 @@ def test_a_coil_that_leads_nowhere_has_no_footprint():
     assert all(piece.role in (Role.WINDING, Role.STUB) for piece in winding(first) if isinstance(piece, Trace))
 
 
+@pytest.mark.few(2)
 @needs_kicad
 @pytest.mark.slow
 def test_rule_check_finds_nothing_for_the_templates_coils(template, tmp_path):

@@ -25,6 +25,7 @@ def test_rule_check_finds_nothing(layout, tmp_path):
     assert rule_check(write(kicad.render(layout), tmp_path)) == ([], [])
 
 
+@pytest.mark.few(2)
 @pytest.mark.slow
 @needs_kicad
 def test_plots_show_what_our_gerber_files_show(layout, tmp_path):

@@ -96,6 +96,7 @@ def test_what_overhangs_the_board_or_the_target_is_free():
     assert jaw.volumes().sum() == approx(9e-9, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_round_pad_under_a_smaller_round_target():
     found = mesh("round")
     assert found.area("bonded_top") == approx(np.pi * 1.5e-3**2, rel=0.02)

@@ -138,6 +138,7 @@ def test_options_of_the_build_reach_it(repository, environment):
     assert not (repository / "owned").exists()
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_the_action_installs_itself(repository, environment, tmp_path):
     """In an empty environment, as on a runner; the packages that it needs come from the registry."""

@@ -119,6 +119,7 @@ def test_a_largest_outline_is_a_requirement_however_the_body_comes_about(bare):
         [("fpc.body", "{shape: circle, size: 12}")]]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("side", "is_told"), [(13, True), (40, False)])
 def test_a_plate_larger_than_the_largest_outline_is_told(button, side, is_told):
     """A pad for a room of 25 mm came with a plate of 33 mm, which no command said before it was built."""
@@ -128,6 +129,7 @@ def test_a_plate_larger_than_the_largest_outline_is_told(button, side, is_told):
     assert all(f.measured > f.limit == 0.0 for f in found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("room", "is_told"), [(0.99, True), (1.01, False)])
 def test_plate_is_noted_if_its_corners_leave_a_round_outline(button, room, is_told):
     """The sides of a circle's box were compared with those of the plate, whose corners reach farther."""
@@ -139,6 +141,7 @@ def test_plate_is_noted_if_its_corners_leave_a_round_outline(button, room, is_to
     assert all(f.measured == approx(0.5e-3 * (1.0 - room) * diagonal, rel=1e-2) for f in found)
 
 
+@pytest.mark.slow
 def test_a_long_coil_too_wide_for_the_largest_outline_is_narrowed_and_unwound():
     """A strip 3 mm wide was told "smaller coils" and no size: narrower, its vias had no room inside."""
     spec = sitscad.load_text(STRIP)

@@ -207,6 +207,7 @@ def test_one_coil_beside_the_axis_or_turned_is_routed(centre, rotation):
     assert lay_out(replace(spec, array=array)).shortfalls == ()
 
 
+@pytest.mark.slow
 def test_no_lead_turns_back_over_itself():
     """Once the lead of the second coil left the ring towards the tail though it came along its side from there."""
     spec = sensor(shape="square", diameter=5.24e-3, turns=11.5, layers=4, width=76e-6, spacing=76e-6, coils=4,

@@ -114,6 +114,7 @@ def test_the_turned_board_is_the_straight_one_laid_along_its_course(way):
     assert layout.bend_zone[1] < straight.bend_zone[1]
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("way", WAYS)
 def test_the_checks_pass_and_the_contacts_lie_to_the_side(way):
@@ -133,6 +134,7 @@ def test_the_checks_pass_and_the_contacts_lie_to_the_side(way):
         assert x0 < x - w / 2 and x + w / 2 < x1 and y0 < y - h / 2 and y + h / 2 < y1
 
 
+@pytest.mark.slow
 def test_a_pair_round_the_turn_has_what_a_straight_one_has():
     """The way back is below the way there, round the turn as before it: alike in resistance and capacitance.
 
@@ -168,12 +170,14 @@ def test_the_fabricators_radius_is_the_default_where_it_is_larger():
     assert "fpc.tail.turn_radius: 3 mm, the default" in spec.source.defaults
 
 
+@pytest.mark.slow
 def test_a_tail_too_short_for_its_turn_becomes_longer():
     layout = sitscad.lay_out(sitscad.load_text(text_of("turn: left").replace("length: 30", "length: 5")))
     assert layout.shortfalls == ()
     assert [f for f in sitscad.check(layout.spec, layout).findings if f.severity == "error"] == []
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.clients("kicad-cli")
 @pytest.mark.parametrize(

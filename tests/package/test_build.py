@@ -71,6 +71,7 @@ def test_the_manifest_names_every_file_with_its_hash(good, tmp_path):
     assert {name for name in found if "/" not in name} == beside
 
 
+@pytest.mark.slow
 def test_the_json_files_know_the_spec_by_its_file_name_alone(good, tmp_path):
     directory = sitscad.build(good, tmp_path, ["report"]).directory
     assert json.loads((directory / "estimate.json").read_text())["spec"] == "good.yaml"

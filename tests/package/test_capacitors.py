@@ -101,6 +101,7 @@ def _holds(outline, pad):
     return x0 < x - w / 2 and x + w / 2 < x1 and y0 < y - h / 2 and y + h / 2 < y1
 
 
+@pytest.mark.few(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_the_checks_find_no_error_in_the_board(case):
@@ -139,6 +140,7 @@ def test_the_files_name_both_pads_of_every_capacitor():
     assert placement.render_placement(sitscad.lay_out(sitscad.load(TEMPLATES / "grasper_4layer.yaml")), None) == {}
 
 
+@pytest.mark.slow
 def test_the_estimate_has_the_capacitor_at_the_coil():
     on_board = sitscad.load_text(text_of("grasper_4layer", "chip-0402"), "tank.yaml")
     assert on_board.readout.capacitor_at == "coil"
@@ -234,6 +236,7 @@ def test_a_coupon_carries_none():
     assert sitscad.lay_out(coupon_spec(spec)).capacitors == ()
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.clients("kicad-cli")
 @pytest.mark.parametrize("case", [

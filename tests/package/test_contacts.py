@@ -24,6 +24,7 @@ BUILT = [
 ]
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.clients("kicad-cli")
 @pytest.mark.parametrize(("template", "terminal"), BUILT)

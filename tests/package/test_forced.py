@@ -41,6 +41,7 @@ def test_a_package_says_that_it_was_forced_wherever_somebody_works_from_it(tmp_p
     assert json.loads((tmp_path / "forced/firmware/ldc1614_config.json").read_text())["warning"] == FORCED
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_errors_that_solids_add_to_others_stand_in_the_order_archive_too(tmp_path):
     text = templates.read("grasper_4layer").replace("  thickness: 0.65", "  thickness: 1.25")

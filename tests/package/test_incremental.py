@@ -67,6 +67,7 @@ def test_what_no_stage_reads_is_what_is_tried_here():
     assert set(UNREAD["assembly"]) == {"readout", "source"}, "pictures are drawn at the required force"
 
 
+@pytest.mark.few(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("key", ELECTRICAL)
 def test_electrical_values_leave_every_byte_that_is_drawn(key, before, tmp_path):
@@ -87,6 +88,7 @@ def test_bend_lines_in_kicad_move_with_the_mount_that_makes_the_bends(name, key,
     assert drawn.read_bytes() == fresh.read_bytes()
 
 
+@pytest.mark.more
 @pytest.mark.cad
 @pytest.mark.slow
 def test_electrical_values_leave_every_byte_that_is_solid(tmp_path):
@@ -161,6 +163,7 @@ def outcomes(result: sitscad.BuildResult) -> dict[str, str]:
     return {stage.name: stage.outcome for stage in result.stages}
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "made"),
@@ -201,6 +204,7 @@ def test_a_second_build_of_the_same_does_nothing_and_says_the_same(built, monkey
     assert again.checked.signals and again.checked.fit and again.checked.closing is not None
 
 
+@pytest.mark.few(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("harm", ["a changed file", "a missing file", "a foreign file", "a missing stage", "a date"])
 def test_anything_else_is_built(built, monkeypatch, harm):
@@ -292,6 +296,7 @@ def test_what_is_stale_is_named_and_nothing_is_written(built):
     assert without.startswith("it was built without gerber (") and "--only firmware,report" in without
 
 
+@pytest.mark.slow
 def test_a_package_that_is_not_there_is_stale(tmp_path):
     found = stale(sitscad.load_text(TEXT, "sensor.yaml"), tmp_path / "outputs", ("firmware",))
     assert "manifest.json is missing" in found.stale and not (tmp_path / "outputs").exists()

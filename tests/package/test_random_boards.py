@@ -36,6 +36,7 @@ def random_spec(seed):
     )
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @needs_kicad
 @pytest.mark.parametrize("seed", [*range(3), *(pytest.param(n, marks=pytest.mark.more) for n in range(3, 16))])

@@ -65,6 +65,7 @@ def test_every_row_of_the_page_of_packages_has_its_stage(root):
     assert [row for row in rows if "." in row or row.endswith("/")] == list(ROWS)
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize("stage", STAGES)
 def test_a_stage_alone_writes_what_a_whole_build_has_of_it(stage, design, whole, tmp_path):
     folder = sitscad.build(design, tmp_path, only=(stage,)).directory

@@ -47,6 +47,7 @@ def test_it_speaks_of_no_other_converter(package):
     assert {name: words for name, words in told.items() if words} == {}
 
 
+@pytest.mark.slow
 def test_registers_offsets_and_documents_agree(package, settings):
     (device,) = settings["converters"]
     values = {row["name"]: row["value"] for row in device["registers"]}
@@ -125,6 +126,7 @@ def test_the_calibration_takes_those_counts_and_refuses_results_at_their_ends(pa
     assert forces[1] == approx(sitscad.map_of(folder / "calibration.json")(rows[2], rest)[0], rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_signal_below_a_step_of_twelve_bits_is_told_with_its_step():
     """120 mN are 36 steps of an LDC1614, and one of an LDC1314: longer conversions would not make that finer."""
     assert "SIT215" not in {f.rule for f in sitscad.check(spec_of("ldc1614", normal_force="0.12 N")).findings}

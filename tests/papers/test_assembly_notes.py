@@ -212,6 +212,7 @@ KINDS = ("fingertip_cell", "grasper_4layer", "racetrack_jaw", "square_bench")
 """A template of each kind of mount."""
 
 
+@pytest.mark.few(2)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "template", [pytest.param(n, marks=() if n in KINDS else (pytest.mark.slow, pytest.mark.more)) for n in MOUNTED]
@@ -344,6 +345,7 @@ mount: {{kind: grasper-pad, jaw: {jaw}, standoff: 0.5}}
 """
 
 
+@pytest.mark.slow
 def test_a_plate_is_screwed_down_after_its_tail_is_bent_and_its_sensor_sealed():
     """Nothing is dipped, and no rod of 11 mm lies under a tail, once the plate is screwed to a bench."""
     said = in_one_line(sitscad.lay_out(sitscad.load_text(templates.read("round_button_12mm"), "t.yaml")))
@@ -437,6 +439,7 @@ def test_the_cap_of_a_finger_has_its_outer_width():
     assert 1e-3 * float(screw) <= side + 1e-9 < 1e-3 * float(screw) + 1e-3
 
 
+@pytest.mark.slow
 @pytest.mark.cad
 @pytest.mark.parametrize("name", ["fingertip_cell", "bench_7mm"])
 def test_check_states_the_outer_size_of_plate_and_cap(name):

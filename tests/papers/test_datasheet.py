@@ -58,6 +58,7 @@ def drawn(bench):
     return bench.curves
 
 
+@pytest.mark.slow
 def test_report_and_data_sheet_have_the_same_rows_of_the_whole_sensor(bench):
     """Each named and rounded them by itself."""
     points = [point.document() for point in bench.performance]
@@ -74,6 +75,7 @@ def test_shear_beyond_the_law_is_said_once():
     assert sum("is extrapolated" in note for note in found) == 1
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_it_says_what_the_performance_says(bench, files):
     page, full = files["datasheet.html"].decode(), bench.performance[-1]
@@ -85,6 +87,7 @@ def test_it_says_what_the_performance_says(bench, files):
     assert "C1.A" in page and "one load to a reading" in page
 
 
+@pytest.mark.slow
 def test_errors_from_unit_to_unit_are_those_of_the_calibration_beside_it(bench, files):
     """Three papers had three errors of manufacture, of different definitions."""
     made = drawn_calibration(bench)

@@ -57,6 +57,7 @@ def kinds():
 KINDS = dict(kinds())
 
 
+@pytest.mark.few(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_figures_and_solids_agree_on_what_carries_the_board(kind):
@@ -77,6 +78,7 @@ mount: {kind: custom, step: own.step, standoff: 4}
 """
 
 
+@pytest.mark.slow
 def test_a_part_under_the_tail_s_bend_is_found_by_how_much(tmp_path):
     """The steps had the tail bent about a line that the user's own block reaches under, and nothing was found."""
     import build123d as bd

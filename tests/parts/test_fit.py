@@ -33,6 +33,7 @@ FITTED = {
 }
 
 
+@pytest.mark.few(2)
 @pytest.mark.slow
 @pytest.mark.cad
 @pytest.mark.parametrize("case", FITTED)

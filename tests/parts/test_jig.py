@@ -51,6 +51,7 @@ def as_solid(body, lift=0.0):
     return Solid(body.name, prism(body.region, body.lower + lift, body.upper + lift), "m", "#000000", body.role)
 
 
+@pytest.mark.few(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["jaw", "round", "oblique", "overhanging", "bench", "solder-pads"])
 def test_every_piece_is_closed_and_one_piece(name):
@@ -61,6 +62,7 @@ def test_every_piece_is_closed_and_one_piece(name):
     assert {solid.role for solid in found} == {BodyRole.JIG, BodyRole.MOULD}
 
 
+@pytest.mark.few(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["jaw", "round", "oblique", "overhanging"])
 def test_board_and_pieces_lie_in_the_jig_and_touch_nothing_but_the_board(name):
@@ -246,6 +248,7 @@ def test_pads_that_webs_join_are_cast_and_laid_as_one_piece():
     assert found["jig-target"].slice(1e3 * elastomer(layout.spec).upper + 1.0).num_contour() == 3 + 4
 
 
+@pytest.mark.few(1)
 @pytest.mark.slow
 @pytest.mark.parametrize(("gap", "wells"), [(1.0, 2), (0.66, 2), (0.5, 1)])
 def test_a_frame_with_wells_of_neighbours_is_one_piece(gap, wells):

@@ -115,6 +115,7 @@ def test_every_piece_of_the_mount_can_be_made_in_resin(kind):
         assert piece.shape.is_valid and printable(piece, "resin").faults == (), piece.name
 
 
+@pytest.mark.few(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("process", ["powder", "filament"])
 @pytest.mark.parametrize("kind", ["ledges", "ati-nano17", "finger-circle"])

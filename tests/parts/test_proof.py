@@ -49,6 +49,7 @@ def random_sensor(seed):
     return replace(layout, spec=replace(layout.spec, assembly=replace(GLUED, glue_line=chance.uniform(0.0, 1e-4))))
 
 
+@pytest.mark.few(4)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "seed",
@@ -104,6 +105,7 @@ def test_a_sensor_that_fits_says_nothing_and_decides_all_rules(hinged, pieces):
     assert settles(document) == {"SIT320", "SIT321", "SIT322", "SIT323"}
 
 
+@pytest.mark.slow
 def test_pieces_that_stand_in_each_other_are_found_with_their_volume(hinged, pieces):
     import build123d as bd
 

@@ -193,6 +193,7 @@ def test_an_unknown_coordinate_system_is_a_finding_at_the_datum(tmp_path):
     assert (found.is_kept, found.key) == (False, "mount.jaw.datum")
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_a_forced_package_says_which_files_cannot_be_made_of_an_unread_file(tmp_path):
     layout = layout_of(tmp_path, unread("two solids"), FIGURES)

@@ -43,6 +43,7 @@ def test_nothing_stands_in_anything_and_every_piece_is_there(layout, pieces):
     assert all(solid.shape.is_valid for solid in pieces.values())
 
 
+@pytest.mark.slow
 def test_heights_are_those_of_the_column(layout, pieces):
     at = levels(column(layout))
     board = at["board"][1].nominal

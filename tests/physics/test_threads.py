@@ -38,6 +38,7 @@ def seconds(threads: str) -> float:
     return float(done.stdout)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif((os.cpu_count() or 1) < 2, reason="two threads need two processors")
 def test_solve_with_two_threads_allowed_costs_no_more_than_with_one():
     """It cost 4 to 10 times as much on a busy machine."""

@@ -36,6 +36,7 @@ def page(package):
         yield browser
 
 
+@pytest.mark.slow
 def test_states_and_the_pushed_sensor_have_one_frequency_at_rest(package):
     """Files of one package had two frequencies at rest, 0.01 % apart."""
     coils = json.loads((package / "estimate.json").read_text())["coils"]
@@ -70,6 +71,7 @@ def test_all_is_ready_and_nothing_is_thrown_or_fetched(page, package):
     assert page.run("document.querySelector('#solids').hidden || document.querySelector('#pushed').hidden") is False
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_the_pushed_sensor_reads_what_the_response_says(page, package):
     """Within 2 % of the span; what is read back of its counts is what the library's map makes of them."""
@@ -178,6 +180,7 @@ def test_printed_it_has_at_most_ten_pages(page):
     assert 1 <= len(re.findall(rb"/Type ?/Page\b", document)) <= 10
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not AXE.exists(), reason="axe-core is not installed")
 def test_axe_finds_nothing_serious(page):
     page.run(AXE.read_text(encoding="utf-8"))

@@ -61,6 +61,7 @@ INHERENT = {
 """What warns of each template, or refuses it: a first one alone and a first one mounted are clean."""
 
 
+@pytest.mark.few(4)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", templates.names())
 def test_a_template_warns_of_nothing_but_what_it_is_and_says_so(name):

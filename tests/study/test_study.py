@@ -104,6 +104,8 @@ def test_all_designs_of_a_small_grid_are_looked_at_and_the_front_is_true(answere
         assert not any(a >= rp and b <= area and (a, b) != (rp, area) for a, b in figures.values())
 
 
+@pytest.mark.more
+@pytest.mark.slow
 def test_kept_designs_are_whole_specs_that_differ_and_pass(answered, tmp_path):
     study, answer = answered
     assert len({one.point for one in answer.kept}) == len(answer.kept) == len(answer.texts)
@@ -391,6 +393,7 @@ def _files(folder, name="out"):
     return {path: content for path, content in found.items() if path.name != ARCHIVE}
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_killed_and_resumed_by_two_processes_gives_the_bytes_of_one(folder, tmp_path_factory):
     whole = tmp_path_factory.mktemp("whole")
@@ -492,6 +495,7 @@ def _dask(folder, programs=(ROOT, ROOT)):
             one.wait()
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_a_cluster_that_loses_a_worker_gives_the_bytes_of_one_process(folder, tmp_path_factory):
     """A real scheduler and two workers, one of which is killed half-way."""

@@ -58,6 +58,7 @@ def test_the_answer_stands_in_its_order_and_loads_nothing(answer, html):
     assert not re.search(r"(src|href)=['\"](?!#)|url\(|@import", html)
 
 
+@pytest.mark.slow
 def test_tables_hold_the_front_and_every_kept_design(answer, html):
     front = html[html.index("The front as a table") :]
     assert front[: front.index("</details>")].count("<tr>") == len(answer.front) + 1
