@@ -99,14 +99,16 @@ def test_performance_has_the_same_slope():
     "name", [one if one == "bench_7mm" else pytest.param(one, marks=pytest.mark.slow) for one in TEMPLATES]
 )
 def test_states_of_templates_are_the_response(name):
-    found = Design(sitscad.load(Path(__file__).parents[2] / "templates" / f"{name}.yaml"))
-    if found.spec.target is None:
+    sensor = Design(sitscad.load(Path(__file__).parents[2] / "templates" / f"{name}.yaml"))
+    if sensor.spec.target is None:
         return
+    found = sensor if sensor.spec.cells is None else sensor.cell(2)
     for one in apart(found):
         assert one.of_stated_change < 0.5 and one.of_stated_resistance < 0.3, one
     if found.estimates.normal_force:
         told, response = slopes(found)
-        assert told == approx(response, rel=1e-4)
+        # a cell's response leaves the idle coils of other cells out
+        assert told == approx(response, rel=1e-4 if sensor.spec.cells is None else 1e-2)
 
 
 @pytest.mark.parametrize("name", ["grasper_3p5mm", "jaw_5x20"])
