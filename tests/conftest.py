@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import importlib
 import importlib.util
 import os
@@ -99,6 +100,31 @@ def unfolded(monkeypatch: pytest.MonkeyPatch) -> None:
 def uncached(monkeypatch: pytest.MonkeyPatch) -> None:
     """No test finds solved what another has solved, perhaps with a function of its own."""
     monkeypatch.setenv("SITSCAD_CACHE", "")
+
+
+@pytest.fixture(autouse=True)
+def swept(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Commands run in this process do not keep it from freeing what they leave, as they do in one of their own; and
+    rings of designs are looked for where memory grows, for Python does not count arrays as a reason to look.
+    """
+    monkeypatch.setattr(gc, "freeze", lambda: None)
+    monkeypatch.setattr(gc, "set_threshold", lambda *_: None)
+    yield
+    if resident() > swept_at[0] + 200e6:
+        gc.collect()
+        swept_at[0] = resident()
+
+
+swept_at = [0.0]
+"""Memory (bytes) of this process after it last looked for rings."""
+
+
+def resident() -> float:
+    """Memory (bytes) of this process; 0 where the system does not tell it."""
+    try:
+        return 4096.0 * int(Path("/proc/self/statm").read_text().split()[1])
+    except OSError:
+        return 0.0
 
 
 @contextmanager
