@@ -362,15 +362,17 @@ def shear_response(design: Design) -> Iterator[Verdict]:
 
 
 def _moved_changes(design: Design, moves: Sequence[tuple[float, float]], frequency: float) -> list[list[float]]:
-    """Changes (moves, coils; H) of the coils' inductances by moves (x, y; m) of the level target from rest: solved, or
-    by shares at a frequency (Hz) for targets that are too large. Of cells one is worked out.
+    """Changes (moves, coils; H) of the coils' inductances by moves (x, y; m) of the level target from rest, at a
+    frequency (Hz). The target is solved, or counts by shares if it is too large. Of cells, one is computed.
     """
     import numpy as np
 
     if design.estimates.is_solved:
+        from sitscad.estimates.states.solved_target import own_changes
+
         poses = np.zeros((1 + len(moves), 6))
         poses[1:, :2] = moves
-        found = np.einsum("pcc->pc", design.one.response.respond(poses, within=poses).target_change)
+        found = own_changes(design.one.layout, poses, frequency).real
     else:
         from sitscad.estimates.states.moved_target import target_effects
 
