@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.arrays import Array, ComplexArray, Index, slices
+from sitscad.arrays import Array, ComplexArray, slices
 from sitscad.physics.constants import MU0
 from sitscad.physics.loss.current_modes import ModeSystem
 from sitscad.physics.loss.proximity import WindingCut
@@ -42,20 +42,47 @@ PERFECT = 1e18
 
 
 @record(eq=False)
-class _ReflectedCut:
-    # The modes of one cut and their waves (2 k, modes): those that decay downwards, then upwards. In single precision,
-    # for they are most of what an estimate holds.
-    system: ModeSystem
-    table: NDArray[np.float32]
+class _ReflectedCuts:
+    # The modes of all cuts and their waves (cuts, 2 k, modes): those that decay downwards, then upwards. In single
+    # precision, for they are most of what an estimate holds. Cuts with fewer tracks are filled up with zeros.
+    systems: tuple[ModeSystem, ...]
+    tables: NDArray[np.float32]
 
-    def waves(self, vectors: Array) -> tuple[Array, Array]:
-        """Waves (k, ...) up and down of currents (modes, ...), in the table's unit times theirs."""
-        found = (self.table @ vectors.astype(np.float32)).astype(np.float64)
-        return found[: len(found) // 2], found[len(found) // 2 :]
+    @cached_property
+    def carriers(self) -> Array:
+        """Carriers of all cuts (cuts, tracks, modes of a track), of `ModeSystem`."""
+        most = max(len(system.carrier) for system in self.systems)
+        return np.stack([_filled(system.carrier, most) for system in self.systems])
 
-    def seen(self, up: Array, down: Array) -> Array:
-        """What waves (k, ...) are to the modes (modes, ...), in the table's unit times theirs."""
-        return np.asarray(self.table.T @ np.concatenate([up, down]).astype(np.float32), dtype=np.float64)
+    def vectors(self, of: Callable[[ModeSystem], Array]) -> Array:
+        """A vector of each system (cuts, modes, 1), in its unit."""
+        return np.stack([_filled(of(system), self.tables.shape[2]) for system in self.systems])[..., None]
+
+    def project(self, vectors: Array) -> Array:
+        """`ModeSystem.project` of vectors (cuts, modes, n), in their unit."""
+        table = vectors.reshape(*self.carriers.shape, -1)
+        net = self.carriers[:, :, None] @ table
+        return np.asarray((table - self.carriers[..., None] * net).reshape(vectors.shape))
+
+    def times(self, vectors: Array) -> Array:
+        """The systems' matrices times vectors (cuts, modes, n), in s times their unit."""
+        found = np.zeros_like(vectors)
+        for system, one, vector in zip(self.systems, found, vectors, strict=True):
+            one[: system.coupling.size] = system.matrix @ vector[: system.coupling.size]
+        return found
+
+    def waves(self, vectors: Array) -> Array:
+        """Waves (cuts, 2 k, n), first up, then down, of currents (cuts, modes, n), in the table's unit times theirs."""
+        return np.asarray((self.tables @ vectors.astype(np.float32)).astype(np.float64))
+
+    def seen(self, waves: Array) -> Array:
+        """What waves (cuts, 2 k, n) are to the modes (cuts, modes, n), in the table's unit times theirs."""
+        return np.asarray(np.swapaxes(self.tables, 1, 2) @ waves.astype(np.float32), dtype=np.float64)
+
+
+def _filled(rows: Array, count: int) -> Array:
+    """Rows with as many of zeros behind them as make `count`, in their unit."""
+    return np.concatenate([rows, np.zeros((count - len(rows), *rows.shape[1:]))])
 
 
 @record(eq=False)
@@ -64,14 +91,14 @@ class CrowdingNearMetal:
     subspace serves all metal of one side or both, found by mirrors at the `nearest` distance (m) of any.
     """
 
-    cuts: tuple[_ReflectedCut, ...]
+    cuts: _ReflectedCuts
     wave_numbers: Array
     weights: Array
     levels: tuple[float, float]
     bends: bool = True
     steps: int = STEPS
     nearest: float | None = None
-    known: dict[tuple[Reflector | None, ...], tuple[_Reduced, ...]] = field(default_factory=dict)
+    known: dict[tuple[Reflector | None, ...], _Reduced] = field(default_factory=dict)
     changed: dict[tuple[bytes, Reflector | None, Reflector | None], ComplexArray] = field(default_factory=dict)
 
     def change(self, frequency: float, above: Reflector | None, below: Reflector | None) -> complex:
@@ -91,16 +118,12 @@ class CrowdingNearMetal:
 
     def _changes(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
         """The changes (H, complex) at (n,) frequencies (Hz) worked out: see `changes`."""
-        total = np.zeros(frequencies.size, dtype=np.complex128)
         about = tuple(
             _about(side, level, self.nearest) for side, level in ((above, self.levels[1]), (below, -self.levels[0])))
         if about not in self.known:
-            (middle,) = zip(*self._waves(np.array([MIDDLE]), *about), strict=True)
-            self.known[about] = tuple(_reduced(cut, _Waves(*middle), self.bends, self.steps) for cut in self.cuts)
-        waves = [np.concatenate([part.real, part.imag]) for part in self._waves(frequencies, above, below)]
-        for part in self.known[about]:
-            total += part.changes(frequencies, waves)
-        return total
+            middle = _Waves(*(part[0] for part in self._waves(np.array([MIDDLE]), *about)))
+            self.known[about] = _reduced(self.cuts, middle, self.bends, self.steps)
+        return self.known[about].changes(frequencies, self._waves(frequencies, above, below))
 
     def _waves(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> list[ComplexArray]:
         """Weights (H) of products of waves (frequencies, wave numbers): up with up, up with down, down with down."""
@@ -124,17 +147,16 @@ def _about(reflector: Reflector | None, level: float, nearest: float | None) -> 
 
 @record(eq=False)
 class _Waves:
-    # Weights of products of waves in the mutual inductance: up with up, up with down, down with down.
+    # Weights (k,) of products of waves in the mutual inductance: up with up, up with down, down with down.
     both: NDArray[Any]
     mixed: NDArray[Any]
     other: NDArray[Any]
 
-    def returned(self, waves: tuple[Array, Array]) -> tuple[NDArray[Any], NDArray[Any]]:
-        """What comes back of waves (k, ...) up and down. (k, ...), in the waves' unit times H."""
-        up, down = waves
-        shape = (-1, *([1] * (up.ndim - 1)))
-        both, mixed, other = (part.reshape(shape) for part in (self.both, self.mixed, self.other))
-        return both * up + mixed * down, mixed * up + other * down
+    def returned(self, waves: Array) -> NDArray[Any]:
+        """What comes back of waves (..., 2 k, n) up and down: the same shape, in the waves' unit times H."""
+        up, down = np.split(waves, 2, axis=-2)
+        both, mixed, other = (part[..., None] for part in (self.both, self.mixed, self.other))
+        return np.concatenate([both * up + mixed * down, mixed * up + other * down], axis=-2)
 
 
 def crowding_near_metal(cuts: Sequence[WindingCut], conductivity: float, modes: ModeSet, nearest: float,
@@ -147,11 +169,11 @@ def crowding_near_metal(cuts: Sequence[WindingCut], conductivity: float, modes: 
     k, weights = wave_numbers(max(float(one.cut.across.max()) for one in cuts), nearest, steps < STEPS)
     heights = np.concatenate([one.cut.height for one in cuts])
     levels = float(heights.min()), float(heights.max())
-    reflected = [
-        _ReflectedCut(one.system, _mode_waves(one.cut, k, nearest, levels, conductivity, modes)) for one in cuts
-    ]
-    rough = nearest if steps < STEPS else None
-    return CrowdingNearMetal(tuple(reflected), k, weights, levels, bends, steps, rough)
+    tables = np.zeros((len(cuts), 2 * k.size, max(one.system.coupling.size for one in cuts)), dtype=np.float32)
+    for table, one in zip(tables, cuts, strict=True):
+        table[:, : one.system.coupling.size] = _mode_waves(one.cut, k, nearest, levels, conductivity, modes)
+    reflected = _ReflectedCuts(tuple(one.system for one in cuts), tables)
+    return CrowdingNearMetal(reflected, k, weights, levels, bends, steps, nearest if steps < STEPS else None)
 
 
 def _mode_waves(cut: Cut, k: Array, nearest: float, levels: tuple[float, float], conductivity: float,
@@ -183,80 +205,73 @@ AT_ONCE = 100_000
 
 @record(eq=False)
 class _Reduced:
-    # A cut in a subspace of its modes: relaxation times, drive in free air, and the waves (k, ...) of the subspace, of
-    # the whole current and, last, of its part that is not even.
+    # All cuts in subspaces of their modes: relaxation times and drives in free air (cuts, n), and the waves (cuts, 2 k,
+    # n + 2) of the subspaces, of the whole current and, last, of its part that is not even.
     rates: Array
     drive: Array
-    up: Array
-    down: Array
+    waves: Array
 
-    def changes(self, frequencies: Array, waves: Sequence[Array]) -> ComplexArray:
-        """Change of the inductance (frequencies; H, complex) at frequencies (Hz), from the waves' weights: real parts
-        at all frequencies, then imaginary ones (2 frequencies, k), as in `_Waves`. Derived here: the modes obey (1 + i
-        omega (rates + reflected)) current = -i omega drive, in free air without what is reflected.
+    def changes(self, frequencies: Array, waves: Sequence[ComplexArray]) -> ComplexArray:
+        """Change of the inductance (frequencies; H, complex) at frequencies (Hz), from the waves' weights (frequencies,
+        k), as in `_Waves`. Derived here: the modes obey (1 + i omega (rates + reflected)) current = -i omega drive, in
+        free air without what is reflected.
         """
-        first, second, products = self._products
-        flat = np.concatenate(waves, axis=1) @ products
-        parts = np.empty((len(flat), self.up.shape[1], self.up.shape[1]))
-        parts[:, first, second] = parts[:, second, first] = flat
-        seen = parts[: frequencies.size] + 1j * parts[frequencies.size :]
-        uneven = 2.0 * seen[:, -1, -2] - seen[:, -1, -1]
+        found = np.empty(frequencies.size, dtype=np.complex128)
+        for some in slices(frequencies.size, AT_ONCE // self.waves.size):
+            found[some] = self._some(frequencies[some], [part[some] for part in waves])
+        return found
+
+    def _some(self, frequencies: Array, waves: Sequence[ComplexArray]) -> ComplexArray:
+        # `changes` at a few frequencies
+        parts = _Waves(*(np.concatenate([part.real, part.imag])[:, None] for part in waves))
+        both = np.swapaxes(self.waves, 1, 2) @ parts.returned(self.waves)
+        seen = both[: frequencies.size] + 1j * both[frequencies.size :]
+        uneven = 2.0 * seen[..., -1, -2] - seen[..., -1, -1]
         # What free currents add to the inductance (H, complex), in free air and with the metal.
-        lag = 2j * math.pi * frequencies[:, None]
-        alone = np.sum(self.drive**2 / (1.0 + lag * self.rates), axis=1)
-        system = np.eye(self.drive.size) + lag[..., None] * (np.diag(self.rates) + seen[:, :-2, :-2])
-        drive = self.drive + seen[:, :-2, -2]
-        with_metal = np.sum(drive * np.linalg.solve(system, drive[..., None])[..., 0], axis=1)
-        return np.asarray(uneven + lag[:, 0] * (alone - with_metal))
-
-    @cached_property
-    def _products(self) -> tuple[Index, Index, Array]:
-        """Pairs of vectors, each once, and the products of their waves (3 k, pairs): up with up, up with down and down
-        with up, down with down; in the waves' unit squared.
-        """
-        first, second = np.triu_indices(self.up.shape[1])
-        across = self.up[:, first] * self.down[:, second] + self.down[:, first] * self.up[:, second]
-        alike = [waves[:, first] * waves[:, second] for waves in (self.up, self.down)]
-        return first, second, np.concatenate([alike[0], across, alike[1]])
+        lag, even = 2j * math.pi * frequencies[:, None, None], np.eye(self.rates.shape[1])
+        alone = np.sum(self.drive**2 / (1.0 + lag * self.rates), axis=-1)
+        system = even + lag[..., None] * (even * self.rates[:, None] + seen[..., :-2, :-2])
+        drive = self.drive + seen[..., :-2, -2]
+        with_metal = np.sum(drive * np.linalg.solve(system, drive[..., None])[..., 0], axis=-1)
+        return np.asarray(np.sum(uneven + lag[..., 0] * (alone - with_metal), axis=1))
 
 
-def _reduced(cut: _ReflectedCut, waves: _Waves, bends: bool, steps: int) -> _Reduced:
-    """The modes of a cut near metal on a small subspace: relaxation times (s) and couplings, by a Rayleigh-Ritz
+def _reduced(cuts: _ReflectedCuts, waves: _Waves, bends: bool, steps: int) -> _Reduced:
+    """The modes of all cuts near metal on small subspaces: relaxation times (s) and couplings, by a Rayleigh-Ritz
     projection on the block Krylov space of the drives (textbook).
     """
-    system = cut.system
-    up, down = waves.returned(cut.waves(system.source))
-    image = cut.seen(up.real, down.real), cut.seen(up.imag, down.imag)
+    source, coupling = cuts.vectors(lambda system: system.source), cuts.vectors(lambda system: system.coupling)
+    returned = waves.returned(cuts.waves(source))
+    image = cuts.seen(np.concatenate([returned.real, returned.imag], axis=2))
     even = _Waves(waves.both.real, waves.mixed.real, waves.other.real)
 
-    def act(vectors: Array) -> Array:
-        return system.project(system.matrix @ vectors + cut.seen(*even.returned(cut.waves(vectors))))
-
-    basis = _krylov(system, act, system.project(np.stack([system.coupling, *image], axis=1)), steps)
-    values, vectors = np.linalg.eigh(basis.T @ (system.matrix @ basis))
+    basis, times = _krylov(cuts, even, np.concatenate([coupling, image], axis=2), steps)
+    values, vectors = np.linalg.eigh(np.swapaxes(basis, 1, 2) @ times)
     # Points too few for the highest modes leave some that would store less than no energy.
     basis = basis @ vectors
-    kept = np.column_stack([basis, system.source, system.shift if bends else 0.0 * system.shift])
-    return _Reduced(np.maximum(values, 0.0), basis.T @ system.coupling, *cut.waves(kept))
+    shift = cuts.vectors(lambda system: system.shift) if bends else np.zeros_like(source)
+    drive = np.swapaxes(basis, 1, 2) @ coupling
+    return _Reduced(np.maximum(values, 0.0), drive[..., 0], cuts.waves(np.concatenate([basis, source, shift], axis=2)))
 
 
-def _krylov(system: ModeSystem, act: Callable[[Array], Array], block: Array, steps: int) -> Array:
-    """Orthonormal basis (modes, size; no unit) of the block (modes, k), its image, that one's image ... (block Lanczos
-    with full orthogonalisation; Golub and Van Loan, Matrix Computations), without directions that are there already; it
-    ends where the space is full.
+def _krylov(cuts: _ReflectedCuts, waves: _Waves, block: Array, steps: int) -> tuple[Array, Array]:
+    """Orthonormal bases (cuts, modes, size; no unit) of the blocks (cuts, modes, k), their images, those ones' images
+    ... (block Lanczos with full orthogonalisation; Golub and Van Loan, Matrix Computations), in the space of free
+    currents; and the systems' matrices times them (s). Directions that are there already are columns of zeros; it ends
+    where no cut has others.
     """
-    most = system.coupling.size - len(system.carrier)
-    basis = np.zeros((block.shape[0], 0))
+    basis = times = np.zeros((*block.shape[:2], 0))
     for step in range(steps):
-        size = np.maximum(np.linalg.norm(block, axis=0), 1e-300)
-        block = block / size
+        block = cuts.project(block)
+        block = block / np.maximum(np.linalg.norm(block, axis=1, keepdims=True), 1e-300)
         for _ in range(2):
-            block = system.project(block - basis @ (basis.T @ block))
+            block = cuts.project(block - basis @ (np.swapaxes(basis, 1, 2) @ block))
         left, values, _ = np.linalg.svd(block, full_matrices=False)
-        fresh = left[:, values > 1e-6][:, : most - basis.shape[1]]
-        if not fresh.shape[1]:
+        fresh = left * (values > 1e-6)[:, None]
+        if not fresh.any():
             break
-        basis = np.concatenate([basis, fresh], axis=1)
+        found = cuts.times(fresh)
+        basis, times = np.concatenate([basis, fresh], axis=2), np.concatenate([times, found], axis=2)
         if step < steps - 1:
-            block = act(fresh)
-    return basis
+            block = found + cuts.seen(waves.returned(cuts.waves(fresh)))
+    return basis, times
