@@ -6,7 +6,6 @@ pascals.
 
 from __future__ import annotations
 
-import difflib
 import math
 import re
 from collections.abc import Iterable, Sequence
@@ -172,6 +171,8 @@ def _unit_error(number: Decimal, unit: str, dimension: str) -> UnitError:
     if unit[:1].isupper():  # nobody writes a capital for milli, but a small m for mega is a common slip
         close = [name for name in close if name[0] == unit[0]] or close
     is_sure = len(close) == 1 and not _has_other_prefix(unit, close[0])
+    import difflib  # loaded for unknown units only
+
     close = close or difflib.get_close_matches(unit[:12], [n for n in UNITS[dimension] if n.isascii()], 1, 0.6)
     candidates = tuple(f"{number} {name}" for name in close)
     return UnitError(f"{unit[:24]!r} is no unit of {dimension}", "unit", allowed, candidates, is_sure)

@@ -8,19 +8,13 @@ import os
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from importlib import import_module
 from typing import NoReturn
 
 import click
 
 import sitscad
-from sitscad.cli.building import build, verify
-from sitscad.cli.checking import check
-from sitscad.cli.designing import design, measures, sweep
-from sitscad.cli.estimating import calibrate, estimate, response
-from sitscad.cli.explaining import explain, new, rules, schema
-from sitscad.cli.reading import read
 from sitscad.cli.terminal import say
-from sitscad.cli.watching import watch
 
 ISSUES = "the project's issue tracker"
 
@@ -155,12 +149,28 @@ def crash(error: Exception) -> int:
 SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 
 
+MODULES = {
+    "new": "explaining", "check": "checking", "watch": "watching", "estimate": "estimating", "response": "estimating",
+    "calibrate": "estimating", "read": "reading", "sweep": "designing", "design": "designing", "build": "building",
+    "explain": "explaining", "rules": "explaining", "measures": "designing", "schema": "explaining",
+    "verify": "building",
+}
+"""Modules of the commands, in the order in which they are used."""
+
+
 class Commands(click.Group):
-    """Commands that are listed in the order in which they are used."""
+    """The commands of `MODULES`. A command line imports its own command only."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """The commands in the order in which they were added."""
-        return list(self.commands)
+        """Return the names of all commands, in the order in which they are used."""
+        return list(MODULES)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Import the command; None if there is none of this name."""
+        if cmd_name not in MODULES:
+            return None
+        command: click.Command = getattr(import_module(f"sitscad.cli.{MODULES[cmd_name]}"), cmd_name)
+        return command
 
 
 @click.group(
@@ -170,13 +180,6 @@ class Commands(click.Group):
 @click.version_option(sitscad.__version__, prog_name="sitscad", message="%(prog)s %(version)s")
 def cli() -> None:
     """From one YAML spec to inductive tactile sensors that can be ordered: for a jaw, a fingertip or the bench."""
-
-
-AS_USED = (new, check, watch, estimate, response, calibrate, read, sweep, design, build, explain, rules, measures,
-           schema, verify)
-
-for command in AS_USED:
-    cli.add_command(command)
 
 
 __all__ = ["cli", "main", "run"]

@@ -8,7 +8,6 @@ from __future__ import annotations
 import contextlib
 import inspect
 import os
-import shutil
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING, Any
@@ -177,6 +176,8 @@ def work_told(what: str, is_long: bool) -> Iterator[Callable[[str], None]]:
         while not done.wait(1.0 if on_terminal else TOLD_EVERY):
             words = f"{what}: {time.monotonic() - began:.0f} s{f', {steps[0]}' if steps[0] else ''}"
             if on_terminal:
+                import shutil
+
                 width = max(shutil.get_terminal_size().columns - 3, 20)
                 click.echo(f"\r\033[K  {printable(words)[:width]}", err=True, nl=False)
             else:
@@ -214,8 +215,11 @@ def layout_of(stream: Any, named: bool = False, **asked: Any) -> OutputOptions:
     """
     from sitscad.report.findings import OutputOptions
 
-    is_folded = stream.isatty() or os.environ.get("COLUMNS", "").isdigit()
-    width = shutil.get_terminal_size().columns if is_folded else None
+    is_folded, width = stream.isatty() or os.environ.get("COLUMNS", "").isdigit(), None
+    if is_folded:
+        import shutil  # loads archives of all kinds
+
+        width = shutil.get_terminal_size().columns
     return OutputOptions(coloured(stream), named=named, width=width, **asked)
 
 

@@ -16,7 +16,6 @@ One file decides, the nearest one; files further up are not looked at. ::
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable, Mapping
 from dataclasses import field
 from functools import lru_cache
@@ -207,5 +206,7 @@ def _severity(pattern: str, word: object, path: Path) -> Severity:
 
 def _require(holds: bool, path: Path, message: str, word: str = "", known: Iterable[str] = ()) -> None:
     if not holds:
+        import difflib
+
         near = difflib.get_close_matches(word, list(known), n=1)
         raise PolicyError(f"{path}: {message}" + (f"; did you mean {near[0]}?" if near else ""))

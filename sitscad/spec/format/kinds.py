@@ -7,7 +7,6 @@ allowed; and each describes itself for the JSON Schema.
 
 from __future__ import annotations
 
-import difflib
 import math
 import re
 from abc import ABC, abstractmethod
@@ -57,6 +56,8 @@ def is_like(word: Any, meant: str) -> bool:
     one, other = (text.replace("_", "-") for text in (str(word)[:64].lower(), meant))
     if re.findall(r"\d", one) != re.findall(r"\d", other):
         return False
+    import difflib  # loaded for misspelled words only
+
     return difflib.SequenceMatcher(None, one, other).ratio() >= SURELY_LIKE
 
 
@@ -398,6 +399,8 @@ def did_you_mean(word: Any, allowed: tuple[str, ...]) -> str:
 
 def nearest(word: Any, allowed: tuple[str, ...]) -> str:
     """The word out of several that one may have meant; empty where none is near, or it names a family of them."""
+    import difflib
+
     names = {name.lower(): name for name in allowed}
     close = [] if _family(word, allowed) else difflib.get_close_matches(str(word)[:64].lower(), names, 1, 0.5)
     return names[close[0]] if close else ""

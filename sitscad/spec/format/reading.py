@@ -6,7 +6,6 @@ Reads at most `MAX_BYTES`, and constructs nothing from the text but plain values
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
@@ -292,6 +291,8 @@ def _from_pydantic(error: Mapping[str, Any], key: str, source: SpecSource, form:
 
 
 def _unknown_key(loc: tuple[Any, ...], key: str, source: SpecSource, form: type[Section]) -> Finding:
+    import difflib  # loaded for unknown keys only
+
     section: type[Section] | None = form
     for part in loc[:-1]:
         if not isinstance(part, int) and part not in _TAGS:
