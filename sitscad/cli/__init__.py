@@ -167,10 +167,9 @@ class Commands(click.Group):
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Import the command; None if there is none of this name."""
-        if cmd_name not in MODULES:
-            return None
-        command: click.Command = getattr(import_module(f"sitscad.cli.{MODULES[cmd_name]}"), cmd_name)
-        return command
+        for name in (cmd_name,) if cmd_name in MODULES else MODULES:  # click names one that is like a misspelled name
+            self.add_command(getattr(import_module(f"sitscad.cli.{MODULES[name]}"), name))
+        return super().get_command(ctx, cmd_name)
 
 
 @click.group(
