@@ -12,7 +12,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
-from itertools import pairwise, product
+from itertools import chain, pairwise, product
 
 import numpy as np
 
@@ -52,21 +52,29 @@ class Wave:
         return (node[0] + 1) * self.stride + node[1] + 1
 
 
-def spread(free: Flags, sources: Sequence[Node], between: Flags | None = None) -> Wave:
+def spread(
+    free: Flags, sources: Sequence[Node], between: Flags | None = None, wanted: Iterable[Node] | None = None
+) -> Wave:
     """The wave from some nodes over those that are free, eight neighbours each. `between` (2 n - 1, 2 m - 1) tells of
-    the same lattice at half its step which places a step may lead over: without it all may.
+    the same lattice at half its step which places a step may lead over: without it all may. The wave ends when it has
+    passed the `wanted` nodes; None for all.
     """
     stride = free.shape[1] + 2
     size = (free.shape[0] + 2) * stride
     ways, onward = _ways(free, between), _onward(stride)
     reached, before = [math.inf] * size, [-1] * size
     queue = [(0.0, (i + 1) * stride + j + 1) for i, j in sources if free[i, j]]
+    left = None if wanted is None else {(i + 1) * stride + j + 1 for i, j in wanted if free[i, j]}
     for _, place in queue:
         reached[place] = 0.0
     while queue:
         so_far, place = heapq.heappop(queue)
         if so_far > reached[place]:
             continue
+        if left is not None:
+            left.discard(place)
+            if not left:
+                break
         for offset, length in onward[ways[place]]:
             beyond, further = place + offset, so_far + length
             if further < reached[beyond] - 1e-12:
@@ -183,6 +191,11 @@ class Lattice:
         return np.asarray((away @ normals - distances).max(axis=1))
 
     @cached_property
+    def inside(self) -> dict[Ground, Flags]:
+        """Which of all these points are on a board and keep a track's distance from its edge, by the board."""
+        return {}
+
+    @cached_property
     def _known_sides(self) -> dict[float, tuple[Array, Array]]:
         return {}
 
@@ -235,15 +248,20 @@ class Maze:
     def exits(self, placement: CoilPlacement, entry: Point) -> Iterator[tuple[Exit, Exit]]:
         """The ways from a coil's ring to its entry of the tail, shortest first: both conductors take the same."""
         # nodes, and halfway between, where a long step would cut a coil's corner
-        clear = self._inside(self.lattice.points)
+        if self.ground not in self.lattice.inside:
+            self.lattice.inside[self.ground] = self._inside(self.lattice.points)
+        clear = self.lattice.inside[self.ground].copy()
         for other, outside in self.lattice.outside.items():
             clear &= outside >= self._room(other, placement)
         clear = clear.reshape(self.lattice.halves)
-        wave = spread(clear[::2, ::2] & self._free, list(self._nodes_beside(entry)), clear)
+        starts = [(angle, lead, self._nodes_near(lead)) for angle, lead in self._starts(placement)]
+        sources = [node for node in self._nodes_near(entry) if self._is_seen(entry, node)]
+        wanted = chain.from_iterable(nodes for _, _, nodes in starts)
+        wave = spread(clear[::2, ::2] & self._free, sources, clear, wanted)
         reached = []
-        for angle, lead in self._starts(placement):
-            near = (node for node in self._nodes_beside(lead) if math.isfinite(wave.distance(node)))
-            node = min(near, key=wave.distance, default=None)
+        for angle, lead, nodes in starts:
+            near = sorted((node for node in nodes if math.isfinite(wave.distance(node))), key=wave.distance)
+            node = next((node for node in near if self._is_seen(lead, node)), None)
             if node is not None:
                 reached.append((round(wave.distance(node), 6), angle, lead, node))
         ring = Ring(self.spec.coil, placement, self.bus.ring_offset)
@@ -270,14 +288,16 @@ class Maze:
                 if self._clear(_between(start, lead, self.step / 4), None, but=placement).all():
                     yield angle, lead
 
-    def _nodes_beside(self, point: Point) -> Iterator[Node]:
-        """Nodes about a point from which no track stands between."""
+    def _nodes_near(self, point: Point) -> list[Node]:
+        """Nodes about a point."""
         reach = 1.6 * self.step
         near_x = np.flatnonzero(np.abs(self.lattice.xs - point.x) <= reach).tolist()
         near_y = np.flatnonzero(np.abs(self.lattice.ys - point.y) <= reach).tolist()
-        for node in product(near_x, near_y):
-            if self._off_tracks(_between(point, self._point(node), self.step / 4)).all():
-                yield node
+        return list(product(near_x, near_y))
+
+    def _is_seen(self, point: Point, node: Node) -> bool:
+        """Whether no track stands between a point and a node."""
+        return bool(self._off_tracks(_between(point, self._point(node), self.step / 4)).all())
 
     def _point(self, node: Node) -> Point:
         return Point(float(self.lattice.xs[node[0]]), float(self.lattice.ys[node[1]]))
