@@ -41,7 +41,7 @@ from sitscad.package.manifest import (
 )
 from sitscad.papers import PAPERS
 from sitscad.papers.mounting import unread_files
-from sitscad.papers.workpieces import is_current
+from sitscad.papers.preparing import is_current
 from sitscad.parts import MissingExtra
 from sitscad.policy import Baseline, Policy, known_of
 from sitscad.record import record

@@ -34,7 +34,6 @@ from sitscad.papers.mounting import (
     skin,
     tail_held,
 )
-from sitscad.papers.order_codes import order_of
 from sitscad.papers.placing import (
     against_stop,
     floor_grooves,
@@ -44,8 +43,7 @@ from sitscad.papers.placing import (
     over_jaw,
     squared,
 )
-from sitscad.papers.preparing import tools, waits
-from sitscad.papers.workpieces import MADE, not_here, to_make
+from sitscad.papers.preparing import MADE, not_here, order_of, to_make, tools, waits
 from sitscad.parts.tooling import pour, skin_pour
 from sitscad.scene.bodies import BodyRole, joined
 from sitscad.scene.column import Levels, Toleranced, column, levels, on_board, plate_thickness

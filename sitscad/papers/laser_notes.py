@@ -11,7 +11,7 @@ from sitscad.fabrication.notes import hanging
 from sitscad.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
 from sitscad.layout.laser_sheet import LOOKS, CutLayer, LaserSheet, joined_part
-from sitscad.papers.order_codes import order_of
+from sitscad.papers.preparing import order_of
 from sitscad.scene.stack import sheets
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import counted, in_mm, parse_quantity

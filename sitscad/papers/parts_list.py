@@ -21,7 +21,7 @@ from sitscad.layout.board import Layout
 from sitscad.layout.laser_sheet import joined_part
 from sitscad.papers.gluing import BAR_HOLE, grams, steel_bar, washers
 from sitscad.papers.mounting import cures_badly, nut_screw, screw_length, set_screw
-from sitscad.papers.order_codes import Order, capacitor, order_of
+from sitscad.papers.preparing import Order, capacitor, order_of
 from sitscad.parts.tooling import pour, skin_pour
 from sitscad.record import record
 from sitscad.scene.bodies import MOUNT_PIECES, seat_spans, shield_heights

@@ -1,12 +1,23 @@
-"""Preparations of an assembly: tools that its steps name, and how long its steps wait."""
+"""Preparations of an assembly: tools, waits, workpieces to make, files that a package lacks, order codes of parts."""
 
 from __future__ import annotations
 
+import json
+import math
 import re
+from collections.abc import Iterator
+from functools import cache
+from typing import Any
 
+from sitscad.data import cited, rows
+from sitscad.fabrication.notes import hanging
 from sitscad.layout.board import Layout
 from sitscad.papers.gluing import board_assembly, duration
+from sitscad.record import record
 from sitscad.spec import presets
+from sitscad.spec.sensor import SensorSpec
+from sitscad.units import parse_quantity
+from sitscad.writer import Package
 
 TOOLS = (
     ("microscope", "microscope with a scale"), ("gloves", "gloves"), ("isopropanol", "isopropanol"),
@@ -57,3 +68,139 @@ def _cure(material: str) -> str:
     if known is None or not known.cure_time:
         return f"as its maker's sheet says ({material})"
     return f"{duration(known.cure_time)} ({material})"
+
+
+MADE = {
+    "resin": "printed in resin", "powder": "printed in powder", "filament": "printed in filament",
+    "machined": "milled in plastic",
+}
+"""How a piece is made, by `mount.process`."""
+
+USES = (
+    ("mount-adapter", "stays: between the mount and the part below"),
+    ("mount-spacer", "stays: between shield and board"),
+    ("mount", "stays: carries the board"),
+    ("jig-base", "holds the board while pieces are glued on it"),
+    ("jig-.*-press", "presses the {0} while its glue sets"),
+    ("jig-.*", "guides the {0} and its press"),
+    ("mould-skin", "casts the skin"),
+    ("mould-.*", "casts the elastomer; not needed for a cut one"),
+)
+"""Purpose of each piece, by its name's beginning; the first that fits."""
+
+STAGE_OF = {"fpc/": "gerber", "laser/": "laser", "firmware/": "firmware", "bom.csv": "report"}
+"""Part of a build (`--only`) that writes the files which the steps name."""
+
+SAID = {"gerber": "fpc/", "laser": "laser/", "firmware": "firmware/", "report": "bom.csv"}
+"""Files of each such part, in words."""
+
+
+def to_make(spec: SensorSpec, package: Package, width: int) -> Iterator[str]:
+    """Yield the lines that list every piece to be printed or milled; none if the package has no ``print.json``."""
+    content = package.files.get("mount/print.json")
+    if content is None:
+        return
+    is_own = spec.mount is not None and spec.mount.kind == "custom"
+    pieces = [each for each in json.loads(content)["pieces"] if not (is_own and each["piece"] == "mount")]
+    if not pieces:
+        return
+    process = spec.mount.process if spec.mount is not None else ""
+    yield from hanging(
+        "", f"The board is ordered by fpc/{_cut(spec)}. These pieces are "
+        f"{MADE.get(process, process)}, one of each, by yourself or a service, from mount/{spec.name}-PIECE.stl (or "
+        ".3mf, .step); mount/print.json has their least walls and holes. Sizes in mm:", width)
+    for each in pieces:
+        name, size = each["piece"], " x ".join(f"{1e3 * side:.1f}" for side in each["size_m"])
+        use = next((words for pattern, words in USES if re.fullmatch(pattern, name)), "")
+        yield f"  {name:<20} {size:<19} {use.format(name.split('-')[1] if '-' in name else '')}"
+    if is_own:
+        part = spec.mount.step.file if spec.mount is not None and spec.mount.step is not None else "your own part"
+        yield f"  {'mount':<20} {'':<19} is your own: {part}"
+    if f"mount/{spec.name}-jaw.stl" in package.files:
+        yield f"  {'jaw':<20} {'':<19} is not made: the instrument's own, as the spec has it"
+
+
+def _cut(spec: SensorSpec) -> str:
+    """The parts that are cut from sheets, in words that follow the board's; empty without any."""
+    parts = [part for part in ("elastomer", "target", "shield") if getattr(spec, part) is not None]
+    return f", {' and '.join(parts)} cut by laser/" if parts else ""
+
+
+def _lacking(said: str, stages: frozenset[str]) -> list[str]:
+    """Stages that would write files which the steps name, and that are not among those of the package."""
+    return [stage for name, stage in STAGE_OF.items() if name in said and stage not in stages]
+
+
+def is_current(said: str, stages: frozenset[str]) -> bool:
+    """Whether the steps, as they were written, say of exactly those files that they are lacking which are."""
+    steps, _, lacking = said.partition(LACKING)
+    return re.findall(r"--only\s+([a-z]+)", lacking) == _lacking(steps, stages)
+
+
+LACKING = "Named above and not in this package"
+
+
+def not_here(said: str, package: Package, width: int) -> list[str]:
+    """Lines that name the files of which the steps speak and that this package lacks, with the command for each."""
+    stages = _lacking(said, package.stages) if package.stages else []  # none if text alone is wanted
+    if not stages:
+        return []
+    words = ", ".join(f"{SAID[stage]} (--only {stage})" for stage in stages)
+    return hanging(
+        "", f"{LACKING}, which was built in part: {words}. The command for each is sitscad "
+        "build SPEC with what is in brackets; SPEC is the file in spec/.", width)
+
+
+@record
+class Order:
+    """Maker, order code, what the code means in words, and where it comes from."""
+
+    maker: str
+    code: str
+    words: str
+    source: str
+
+
+def order_of(kind: str, name: str, **values: Any) -> Order | None:
+    """The order of a connector, capacitor, converter or elastomer by the name that the spec calls it; `values` fill the
+    code, and of connectors `contacts` decide the make. None where the data have none.
+    """
+    contacts = values.get("contacts")
+    row = next(
+        (row for row in _table().get((kind, name), ())
+         if contacts is None or not row["least"] or int(row["least"]) <= contacts <= int(row["most"])), None,
+    )
+    if row is None:
+        return None
+    return Order(row["maker"], row["code"].format(**values), row["words"], cited(row))
+
+
+def capacitor(package: str, capacitance: float) -> Order | None:
+    """The C0G capacitor of a package (``chip-0603``) and a capacitance (F); None outside what the series is made in."""
+    row, *_ = _table().get(("capacitor", package), [None])
+    if row is None:
+        return None
+    low, high = (parse_quantity(row[end], "capacitance") for end in ("least", "most"))
+    if not low * (1 - 1e-9) <= capacitance <= high * (1 + 1e-9):
+        return None
+    return order_of("capacitor", package, value=three_digits(capacitance))
+
+
+def three_digits(capacitance: float) -> str:
+    """A capacitance (F) as makers code it (IEC 60062): two digits of picofarads and the number of zeros. 220 pF are
+    ``221``; ``R`` is the decimal point below 10 pF.
+    """
+    value = capacitance * 1e12
+    if value < 9.95:
+        return f"{value:.1f}".replace(".", "R")
+    zeros = math.floor(math.log10(value * (1 + 1e-9))) - 1
+    digits = round(value / 10.0**zeros)
+    return f"{digits}{zeros}" if digits < 100 else f"10{zeros + 1}"
+
+
+@cache
+def _table() -> dict[tuple[str, str], list[dict[str, str]]]:
+    found: dict[tuple[str, str], list[dict[str, str]]] = {}
+    for row in rows("order_codes"):
+        found.setdefault((row["kind"], row["name"]), []).append(row)
+    return found

@@ -175,7 +175,7 @@ def test_a_shield_is_listed_as_large_as_the_model_has_it_and_passes_the_port(tem
 
 
 def test_codes_of_capacitors_are_those_of_the_trade():
-    from sitscad.papers.order_codes import capacitor, three_digits
+    from sitscad.papers.preparing import capacitor, three_digits
 
     known = {220e-12: "221", 330e-12: "331", 47e-12: "470", 1e-9: "102", 4.7e-12: "4R7", 10e-12: "100", 1.5e-9: "152"}
     assert {value: three_digits(value) for value in known} == known
@@ -200,7 +200,7 @@ def test_parts_can_be_ordered_for_as_many_boards_as_are_wanted():
 
 def test_every_silicone_of_the_data_says_how_it_is_bought():
     from sitscad.data import rows
-    from sitscad.papers.order_codes import order_of
+    from sitscad.papers.preparing import order_of
 
     for row in rows("elastomers"):
         order = order_of("elastomer", row["name"])

@@ -27,7 +27,7 @@ from sitscad.layout.bending import Where, bend_length, bend_stretch, finished_th
 from sitscad.papers import order_notes as fabrication_notes
 from sitscad.papers.drawings import board as board_drawing
 from sitscad.papers.drawings import stackup as stackup_drawing
-from sitscad.papers.drawings.contacts import COPPER, contact_sheet
+from sitscad.papers.drawings.board import COPPER, contact_sheet
 from sitscad.scene.jaws import jaw_range
 from sitscad.scene.tail_path import own_bend, pivot_line, room_for_own, tail_path
 from sitscad.spec import templates

@@ -27,9 +27,9 @@ from sitscad.papers import assembly_notes, laser_notes
 from sitscad.papers import order_notes as fabrication_notes
 from sitscad.papers import parts_list as bom
 from sitscad.papers.drawings import board as board_drawing
-from sitscad.papers.drawings import contacts as _contact_sheet
 from sitscad.papers.drawings import panel as panel_drawing
 from sitscad.papers.drawings import stackup as stackup_drawing
+from sitscad.papers.drawings.board import contact_sheet
 from sitscad.spec import templates
 from sitscad.spec.circuit import PanelSpec
 from sitscad.spec.format.reading import SpecError
@@ -64,7 +64,7 @@ def test_every_drawing_has_part_number_revision_and_date_in_its_title_block(issu
     spec = replace(issued.spec, fpc=replace(issued.spec.fpc, panel=PanelSpec("always")))
     sheets = [
         board_drawing.drawing(issued, "x"),
-        _contact_sheet.contact_sheet(issued, "x"),
+        contact_sheet(issued, "x"),
         stackup_drawing.drawing(issued, "x"),
         panel_drawing.drawing(plan(replace(issued, spec=spec)), "x"),
     ]

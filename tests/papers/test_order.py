@@ -32,9 +32,9 @@ from sitscad.layout.panel import plan
 from sitscad.papers import archive as order_archive
 from sitscad.papers import order_notes as fabrication_notes
 from sitscad.papers.drawings import board as board_drawing
-from sitscad.papers.drawings import contacts as _contact_sheet
 from sitscad.papers.drawings import panel as panel_drawing
 from sitscad.papers.drawings import stackup as stackup_drawing
+from sitscad.papers.drawings.board import contact_sheet
 from sitscad.spec import presets
 from sitscad.spec.circuit import PanelSpec
 from sitscad.spec.load import load_text
@@ -108,7 +108,7 @@ def test_the_drawing_of_a_real_board_is_legible(rest):
 
 def test_everything_stays_on_the_sheet_and_texts_of_one_size_keep_apart(board):
     drawn = [board_drawing.drawing(board, "x" * 60), stackup_drawing.drawing(board, "x" * 60)]
-    for sheet in (*drawn, *filter(None, [_contact_sheet.contact_sheet(board, "x" * 60)])):
+    for sheet in (*drawn, *filter(None, [contact_sheet(board, "x" * 60)])):
         assert_legible(sheet)
 
 
@@ -126,7 +126,7 @@ def test_a_detail_is_larger_than_the_whole_and_every_contact_is_numbered(rest):
     }
     whole, detail = (float(number) for number in re.findall(r"([\d.]+):1", scales))
     assert detail > whole
-    labels = {item.text for item in _contact_sheet.contact_sheet(layout, "").items if isinstance(item, Label)}
+    labels = {item.text for item in contact_sheet(layout, "").items if isinstance(item, Label)}
     used = [pad for pad in layout.pads if not pad.is_unused]
     numbers = {str(pad.number) for pad in layout.pads if pad.is_unused}
     assert {f"{pad.number}: {pad.pin}" for pad in used} | numbers <= labels
@@ -194,7 +194,7 @@ def test_plating_is_named_only_where_there_are_holes(board):
 @pytest.mark.parametrize("turn", ["none", "left"])
 def test_contacts_and_stiffener_are_measured_on_their_sheet_and_in_the_readme(turn):
     layout = lay_out(load_text(SIX.replace("layers: 2}}", f"layers: 2, turn: {turn}}}}}")))
-    sheet = _contact_sheet.contact_sheet(layout, "")
+    sheet = contact_sheet(layout, "")
     assert_legible(sheet)
     texts = {item.text for item in sheet.items if isinstance(item, Label)}
     assert {"width 0.30", "length 3.45", "pitch 0.50"} <= texts
@@ -212,7 +212,7 @@ def test_the_drawings_of_a_forced_package_are_stamped(board):
         sheets = [
             board_drawing.drawing(board, "x", stamped),
             stackup_drawing.drawing(board, "x", stamped),
-            _contact_sheet.contact_sheet(board, "x", stamped),
+            contact_sheet(board, "x", stamped),
         ]
         for sheet in sheets:
             texts = [item.text for item in sheet.items if isinstance(item, Label)]

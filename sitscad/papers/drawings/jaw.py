@@ -29,7 +29,7 @@ from sitscad.drawing.sheet import Sheet
 from sitscad.drawing.svg import svg
 from sitscad.fabrication.notes import bent_text
 from sitscad.layout.board import Layout
-from sitscad.papers.drawings.jaw_views import draw_names, draw_section, draw_side
+from sitscad.papers.drawings.fit import draw_names, draw_section, draw_side
 from sitscad.scene.bodies import above_board
 from sitscad.scene.column import column
 from sitscad.scene.fit import closed_section, closing, measures
