@@ -17,8 +17,7 @@ from pathlib import Path
 import sitscad
 from sitscad.bench.board import AMPLITUDE, GOOD
 from sitscad.bench.converter import FAULTS, SimulatedConverter
-from sitscad.bench.diagnosis import NOT_MET, diagnosis
-from sitscad.bench.readings import scans
+from sitscad.bench.diagnosis import NOT_MET, diagnosis, scans
 from sitscad.bench.source import Simulation
 from sitscad.estimates.circuit.bands import STATUS
 from sitscad.papers import firmware

@@ -9,8 +9,7 @@ import numpy as np
 
 from sitscad.arrays import Array
 from sitscad.bench.board import OUT_OF_BAND, Board
-from sitscad.bench.diagnosis import JUMP
-from sitscad.bench.readings import Scan, scans
+from sitscad.bench.diagnosis import JUMP, Scan, scans
 from sitscad.bench.source import Simulation, Source
 from sitscad.calibration.calibration import Calibration
 from sitscad.calibration.points import load_words, table_head

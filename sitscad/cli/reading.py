@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Sequence
-from contextlib import nullcontext
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,7 +17,7 @@ from sitscad.cli.terminal import DAY, Example, InRange, print_result, say
 
 if TYPE_CHECKING:
     from sitscad.bench.board import Board
-    from sitscad.bench.readings import Scan
+    from sitscad.bench.diagnosis import Forces, Scan
 
 
 @click.command(
@@ -53,10 +55,8 @@ def read(
 
     Exit code: 0 good, 1 --diagnose found something that is not met, 2 there is no such source, or no answer.
     """
-    from sitscad.bench.diagnosis import NOT_MET, diagnosis, words
-    from sitscad.bench.readings import TARES, Forces, lines, scans
+    from sitscad.bench.diagnosis import NOT_MET, TARES, Forces, diagnosis, lines, scans, words
     from sitscad.bench.source import SERIAL, design_of, source_of
-    from sitscad.cli.live import live
 
     kept = diagnose or log is not None or not serve
     rows, wrong = [], list[str]()
@@ -107,7 +107,7 @@ def _maps(place: Path | None) -> list[Path]:
 
 def _logged(folder: Path, board: Board, rows: Sequence[Scan], source: str) -> None:
     """Write the readings, and what their numbers need."""
-    from sitscad.bench.readings import document, table
+    from sitscad.bench.diagnosis import document, table
     from sitscad.package.folder import write_file
 
     folder.mkdir(parents=True, exist_ok=True)
@@ -118,3 +118,38 @@ def _logged(folder: Path, board: Board, rows: Sequence[Scan], source: str) -> No
 
 USUAL = 2.0
 """Seconds that a board is read where nothing says how long."""
+
+
+INTERVAL = 1.0 / 30.0
+"""Shortest time between two readings that the page shows, in seconds."""
+
+
+@contextmanager
+def live(board: Board, forces: Forces, calibrations: Sequence[Path], port: int) -> Iterator[Callable[[Scan], None]]:
+    """A function that shows a scan on the page, which a server of this machine has at a port until the context ends.
+
+    The page computes newtons by the calibrations (paths of calibration.json). Raises ClickException if the server
+    cannot listen.
+    """
+    from sitscad.cli.watching import served
+    from sitscad.estimates.circuit.bands import STATUS
+    from sitscad.report.moving import live_page
+    from sitscad.watch.server import Showing
+
+    known = [json.loads(path.read_text(encoding="utf-8")) for path in calibrations]
+    showing = Showing(live_page(board.design.spec, board.design.estimates, known, served=True))
+    server, _ = served(showing, "127.0.0.1", port)
+    last, newest = -math.inf, dict[int, tuple[int, int]]()
+
+    def show(scan: Scan) -> None:
+        nonlocal last
+        newest.update({k: (one.counts, STATUS.index(one.status)) for k, one in scan.items()})
+        if len(newest) == len(board.bands) and time.monotonic() - last > INTERVAL:
+            last = time.monotonic()
+            counts, status = zip(*(newest[k] for k in range(len(board.bands))), strict=True)
+            showing.post({"stage": "reading", "counts": counts, "status": status, "tare": forces.tare(board)})
+
+    try:
+        yield show
+    finally:
+        server.shutdown()

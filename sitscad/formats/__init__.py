@@ -5,12 +5,12 @@ from __future__ import annotations
 from sitscad.writer import Writer, is_cut, is_mounted
 
 WRITERS: tuple[Writer, ...] = (
-    Writer("gerber", "formats.gerber.board", "gerber"),
-    Writer("excellon", "formats.gerber.board:render_drills", "gerber"),
-    Writer("drill map", "formats.gerber.board:render_drill_map", "gerber"),
-    Writer("ipc356", "formats.ipc356", "gerber"), Writer("job file", "formats.gerber.board:render_job", "gerber"),
+    Writer("gerber", "formats.gerber", "gerber"),
+    Writer("excellon", "formats.gerber:render_drills", "gerber"),
+    Writer("drill map", "formats.gerber:render_drill_map", "gerber"),
+    Writer("ipc356", "formats.ipc356", "gerber"), Writer("job file", "formats.gerber:render_job", "gerber"),
     Writer("panel", "formats.gerber.panel", "gerber", ("panel", "files")),
-    Writer("kicad", "formats.kicad.project", "kicad"),
+    Writer("kicad", "formats.kicad", "kicad"),
     Writer("wiring", "formats.kicad.schematic", "firmware", ("layout", "estimates")),
     Writer("laser dxf", "formats.laser:render_dxf", "laser", ("layout", "forced"), is_cut),
     Writer("laser svg", "formats.laser:render_svg", "laser", ("layout", "forced"), is_cut),

@@ -13,8 +13,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from sitscad.arrays import Array
-from sitscad.parts.mesh import NotManifold, TriangleMesh, made, seen
-from sitscad.parts.solid import Solid, of_role, require
+from sitscad.parts.solid import NotManifold, Solid, TriangleMesh, made, of_role, require, seen
 from sitscad.scene.bodies import BodyRole
 from sitscad.spec.sensor import SensorSpec
 from sitscad.writer import stored_zip

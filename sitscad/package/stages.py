@@ -19,7 +19,6 @@ from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.formats import WRITERS
 from sitscad.package.contents import BESIDE_TAIL, Contents, read_by, read_of_board
-from sitscad.package.figures import with_equal_figures
 from sitscad.package.folder import FILE_NAME, PackageError
 from sitscad.package.manifest import (
     CHECK_STAGE,
@@ -38,6 +37,7 @@ from sitscad.package.manifest import (
     made_from,
     sha256,
     version_of,
+    with_equal_figures,
 )
 from sitscad.papers import PAPERS
 from sitscad.papers.mounting import unread_files
@@ -115,7 +115,7 @@ def make_all(
     With `force`, and if the solids show further errors, the files before the solids are made a second time: their mark
     and the note in the order archive must name these errors. With two or more `jobs`, a second process makes the
     solids. A file in `figures` (of an old package, by name) is kept if its computed figures agree with the new ones,
-    and later files are made from it (`sitscad.package.figures`).
+    and later files are made from it (`sitscad.package.manifest`).
     """
     rendered: dict[str, Rendered] = {}
     made = _made(contents, directory, old, wanted, progress, jobs, figures or {}, rendered)
@@ -429,7 +429,7 @@ def _spec_files(contents: Contents) -> dict[str, bytes]:
 
 def _live(contents: Contents, files: Mapping[str, bytes]) -> dict[str, bytes]:
     """``live.html``, where the package has a driver whose lines it reads."""
-    from sitscad.report.live import live_page
+    from sitscad.report.moving import live_page
 
     if "firmware/sensor_line.h" not in files:
         return {}

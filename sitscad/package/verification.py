@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any
 
 from sitscad.arguments import checked_arguments
 from sitscad.package.building import BuildRequest
-from sitscad.package.figures import figure_files
 from sitscad.package.folder import FILE_NAME, PackageError, explained, list_files
 from sitscad.package.manifest import (
     CHECK_STAGE,
@@ -25,6 +24,7 @@ from sitscad.package.manifest import (
     SPEC_FOLDER,
     UNNAMED,
     Manifest,
+    figure_files,
     foreign_files,
     intact,
     is_left_by_kicad,
@@ -57,7 +57,7 @@ class Verification:
     single one, None where there is no panel; ``wrong_nets`` and ``wrong_boards`` count the differences of either;
     ``forced`` is set of a package that was built in spite of errors; ``rebuilt`` counts the
     differences from a new build of its spec, None if nothing was built again; ``by_value`` counts the files that differ
-    from the new build only in the last digits of computed figures (`sitscad.package.figures`); ``wrong_layers`` what
+    from the new build only in the last digits of computed figures (`sitscad.package.manifest`); ``wrong_layers`` what
     layers and job file contradict each other in, ``wrong_archive`` what of the archive that is sent is not as the files
     beside it. ``by_kicad`` names files that KiCad left beside its project; they count as no difference.
     """
@@ -135,7 +135,7 @@ def verify(directory: str | Path, rebuild: bool = False) -> Verification:
     its panel with the single board.
 
     A person who changes a file can also change its hash in the manifest. With `rebuild`, the package is built again
-    in memory from its own ``spec/`` and compared: byte by byte, computed figures by value (`sitscad.package.figures`).
+    in memory from its own ``spec/`` and compared: byte by byte, computed figures by value (`sitscad.package.manifest`).
     This proves that the files belong to the spec, but not that the spec is yours.
 
     Raises

@@ -14,21 +14,20 @@ from typing import Any
 import numpy as np
 
 from sitscad.data import is_unverified
-from sitscad.drawing.pictures.assembly import assembly_svg
-from sitscad.drawing.pictures.rendered import clash_svg
+from sitscad.drawing.pictures.rendered import assembly_svg, clash_svg
 from sitscad.estimates.response.pad import NoResponse, pushed
 from sitscad.fabrication.notes import bent_text
 from sitscad.layout.board import Layout
 from sitscad.papers.gluing import board_assembly, board_glued, dose, duration, inhibited, rods, toleranced
 from sitscad.papers.placing import in_recess, on_own
 from sitscad.parts.clash import at_pin, carried, clashes, under_bend
-from sitscad.parts.mass import Balance, balance, weigh
 from sitscad.parts.plates import metal_below
 from sitscad.parts.printable import as_json, printable
 from sitscad.parts.proof import Measured, PadLoad, Proof, in_file, prove
 from sitscad.parts.solid import MissingExtra, Solid, of_role
 from sitscad.parts.step_parts import measured_jaw, read_files
 from sitscad.parts.tooling import LEAST_MIX, Pour, push_places, skin_pour
+from sitscad.parts.whole import Balance, balance, weigh
 from sitscad.scene.bodies import BodyRole, elastomer
 from sitscad.scene.column import Toleranced, on_seat, print_limit
 from sitscad.scene.fit import pin_gaps

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from sitscad.arrays import Array
 from sitscad.geometry.path import Path
 from sitscad.layout.board import Layout
-from sitscad.parts.mesh import manifold, seen, tessellate
 from sitscad.parts.proof import (
     BEND,
     BULGE,
@@ -32,7 +31,7 @@ from sitscad.parts.proof import (
     posed,
     turned,
 )
-from sitscad.parts.solid import MM, Solid, require
+from sitscad.parts.solid import MM, Solid, manifold, require, seen, tessellate
 from sitscad.record import record
 from sitscad.scene.bodies import BodyRole, board_heights
 from sitscad.scene.fit import PinGap, closed_section, hinge_pivot

@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitscad.arrays import Array
-from sitscad.parts.mesh import tessellate
-from sitscad.parts.solid import Solid, require
+from sitscad.parts.solid import Solid, require, tessellate
 from sitscad.record import record
 from sitscad.scene.column import print_limit
 

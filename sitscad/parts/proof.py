@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 
 from sitscad.layout.board import Layout
-from sitscad.parts.mesh import CHORD, Clearance, box_gap, manifold, overlaps, tessellate
-from sitscad.parts.solid import MM, Solid, require
+from sitscad.parts.solid import CHORD, MM, Clearance, Solid, box_gap, manifold, overlaps, require, tessellate
 from sitscad.record import record
 from sitscad.scene.bodies import BodyRole, target_gap
 from sitscad.scene.fit import closed_section, hinge_pivot

@@ -12,7 +12,6 @@ from typing import Any
 
 from sitscad.geometry.path import Path, Point, circle, closed_polygon, rounded
 from sitscad.layout.board import Layout
-from sitscad.parts.mesh import manifold, tessellate
 from sitscad.parts.plates import rounding
 from sitscad.parts.solid import (
     MM,
@@ -20,10 +19,12 @@ from sitscad.parts.solid import (
     Solid,
     along_jaw,
     box,
+    manifold,
     one_solid,
     prism,
     require,
     rounded_at_tip,
+    tessellate,
     top_edges,
 )
 from sitscad.scene.bodies import BodyRole, Heights, seat_spans

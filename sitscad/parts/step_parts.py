@@ -15,10 +15,9 @@ from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
 from sitscad.layout.lanes import Ring
 from sitscad.parts.imported import DatumError, read_part
-from sitscad.parts.mesh import manifold, tessellate
 from sitscad.parts.pieces import jaw as placed_jaw
 from sitscad.parts.proof import Measured, between
-from sitscad.parts.solid import MM, PartsError, require
+from sitscad.parts.solid import MM, PartsError, manifold, require, tessellate
 from sitscad.record import record
 from sitscad.scene.bodies import seat_heights
 from sitscad.scene.jaws import axis, jaw_range, section

@@ -1,7 +1,7 @@
 """Does the sensor fit, from the figures alone: the closed pair in its port, the board on the jaw's face and along it.
 
 Every measure is taken nominally, by root-sum-square and at worst, with every glue line and each part's tolerance. Exact
-in the plane across the jaw's axis, and without a CAD kernel; `sitscad.parts.mesh` measures the built solids.
+in the plane across the jaw's axis, and without a CAD kernel; `sitscad.parts.solid` measures the built solids.
 
 The jaws' hinge: the pin that they turn about, how near the tail comes to it, the tube behind, how the jaws close.
 """

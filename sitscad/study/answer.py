@@ -13,8 +13,7 @@ from sitscad.arrays import Array
 from sitscad.record import record
 from sitscad.study.document import Asked, Goal, Requirement
 from sitscad.study.evaluation import FULL, UNDRAWN, UNKNOWN, Breach, Evaluation
-from sitscad.study.running import IN_VAIN, Found, costs, is_unmade, violations
-from sitscad.study.search import ranked
+from sitscad.study.running import IN_VAIN, Found, costs, is_unmade, ranked, violations
 from sitscad.study.space import Point, apart, at_key
 from sitscad.study.spreads import Yield
 from sitscad.study.sweeping import rule_titles

@@ -165,12 +165,12 @@ def code_version() -> str:
 
 
 OF_NO_JUDGEMENT = {
-    "calibration", "cli", "drawing", "extraction", "formats", "interchange", "package", "papers", "report", "templates",
+    "calibration", "cli", "drawing", "extraction", "formats", "package", "papers", "report", "templates",
 }
 """Rooms that no verdict and no figure of a design comes from."""
 
-SEARCHING = {"answer.py", "answer_tables.py", "answer_text.py", "charts.py", "document.py", "page.py", "running.py",
-             "search.py", "study.py", "sweeping.py", "__init__.py"}
+SEARCHING = {"answer.py", "answer_text.py", "document.py", "page.py", "running.py", "study.py", "sweeping.py",
+             "__init__.py"}
 """The modules of this room that none comes from, either."""
 
 

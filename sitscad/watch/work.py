@@ -115,8 +115,8 @@ def worked_out(path: str, before: Before, serves: bool) -> Iterator[Event]:
 
 def _swept(path: str, before: Before, serves: bool) -> Iterator[Event]:
     """The stages of a study."""
+    from sitscad.study.page import filling
     from sitscad.study.study import Study
-    from sitscad.watch.sweeping import filling
 
     began = time.perf_counter()
     try:

@@ -19,11 +19,10 @@ from tolerance import approx
 import sitscad
 from sitscad.bench.board import GOOD, Board, CoilReading
 from sitscad.bench.converter import SimulatedConverter
-from sitscad.bench.diagnosis import MET, NOT_EVALUATED, NOT_MET, _noise, diagnosis
-from sitscad.bench.readings import Forces, scans
+from sitscad.bench.diagnosis import MET, NOT_EVALUATED, NOT_MET, Forces, _noise, diagnosis, scans
 from sitscad.bench.source import Simulation, Wired, _ramps, source_of
 from sitscad.cli import cli
-from sitscad.cli.live import live
+from sitscad.cli.reading import live
 from tests.bench.conftest import TEMPLATES, sound_boards
 
 SPEC = TEMPLATES / "bench_7mm.yaml"

@@ -12,7 +12,7 @@ import pytest
 import sitscad
 from sitscad.bench.board import Board
 from sitscad.bench.converter import SimulatedConverter
-from sitscad.bench.readings import scans
+from sitscad.bench.diagnosis import scans
 from sitscad.bench.source import source_of
 from tests.bench.conftest import STRICT, TEMPLATES, Bench, compiled
 from tests.bench.test_driver import BUS, GOOD, LOST, _of_coils, _tested

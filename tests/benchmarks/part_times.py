@@ -25,7 +25,7 @@ import trimesh  # noqa: F401
 import sitscad
 from sitscad.formats import meshes, step
 from sitscad.formats.volume_mesh import elastomer_meshes
-from sitscad.parts import aids, mesh
+from sitscad.parts import aids, solid
 from sitscad.parts.pieces import assemble
 from sitscad.parts.proof import prove
 from sitscad.parts.whole import whole
@@ -60,7 +60,7 @@ def rows(name: str) -> list[tuple[str, float]]:
         ("STL of every piece", lambda: meshes.render_stl(pieces, spec, tools)),
         ("3MF of every piece", lambda: meshes.render_3mf(pieces, spec, tools)),
         ("STEP of the assembly", lambda: step.render_whole(every, spec)),
-        ("triangles of the assembly", lambda: mesh.seen(every)),
+        ("triangles of the assembly", lambda: solid.seen(every)),
         ("3MF of the assembly", lambda: meshes.render_whole_3mf(every, spec)),
         ("GLB of the assembly", lambda: meshes.render_glb(every, spec)),
         ("mesh of the pad", lambda: elastomer_meshes(pieces, layout.spec.elastomer)),

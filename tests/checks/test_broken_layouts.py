@@ -286,8 +286,7 @@ def test_a_fault_is_seen_in_the_written_files(boards, spoil, seed, tmp_path):
     pytest.importorskip("shapely", reason="shapely is not installed: pip install 'sitscad[all]' brings it")
     from sitscad.extraction.differences import compare
     from sitscad.extraction.nets import extract
-    from sitscad.formats import ipc356
-    from sitscad.formats.gerber import board as gerber
+    from sitscad.formats import gerber, ipc356
 
     good = boards[(2, 4)[seed % 2]]
     fault = spoil(good, random.Random(f"{spoil.__name__} {seed}"))

@@ -70,7 +70,7 @@ def test_every_finding_uses_a_rule_of_the_table(design, estimates):
 
 def test_checks_import_no_cad_nor_plotting():
     code = (
-        "import sys, sitscad.checks, sitscad.parts.mesh\n"
+        "import sys, sitscad.checks, sitscad.parts.solid\n"
         "heavy = {'build123d', 'cadquery', 'OCP', 'gmsh', 'manifold3d', 'trimesh', 'scipy', 'matplotlib', 'ezdxf'}\n"
         "print(sorted(heavy & set(sys.modules)))"
     )

@@ -10,7 +10,7 @@ import pytest
 from tolerance import approx
 
 from sitscad import parts
-from sitscad.drawing.pictures.assembly import assembly_svg, exploded
+from sitscad.drawing.pictures.rendered import assembly_svg, exploded
 from sitscad.drawing.sheet import Shape, Sheet, flattened
 from sitscad.geometry.path import enclosed_area, rectangle
 from sitscad.parts.solid import Solid, one_solid, prism

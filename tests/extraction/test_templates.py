@@ -16,8 +16,7 @@ from sitscad.estimates import estimate
 from sitscad.extraction.differences import DifferenceKind, compare
 from sitscad.extraction.intent import UNUSED
 from sitscad.extraction.nets import extract
-from sitscad.formats import ipc356
-from sitscad.formats.gerber import board as gerber
+from sitscad.formats import gerber, ipc356
 from sitscad.layout import lay_out
 from sitscad.layout.board import Layout
 from sitscad.spec.load import load

@@ -11,7 +11,7 @@ from gerber_shapes import function_of, read
 from gerbonara import ExcellonFile
 from tolerance import approx
 
-from sitscad.formats.gerber import board as gerber
+from sitscad.formats import gerber
 from sitscad.geometry.path import Point
 from sitscad.layout.board import Via
 

@@ -17,8 +17,7 @@ from shapely.geometry import LineString, Point, box
 from shapely.ops import unary_union
 from tolerance import approx
 
-from sitscad.formats import ipc356
-from sitscad.formats.gerber import board as gerber
+from sitscad.formats import gerber, ipc356
 from sitscad.geometry.path import Arc, circle, enclosed_area
 from sitscad.geometry.path import Path as Curve
 from sitscad.geometry.path import Point as Spot

@@ -14,8 +14,7 @@ from shapely.geometry import LineString, Point, Polygon, box
 from shapely.ops import unary_union
 from tolerance import approx
 
-from sitscad.formats import ipc356
-from sitscad.formats.gerber import board as gerber
+from sitscad.formats import gerber, ipc356
 from sitscad.layout import lay_out
 from sitscad.layout.panel import plan
 from sitscad.papers import order_notes as fabrication_notes

@@ -16,7 +16,7 @@ import pytest
 from kicad_oracle import kinds, needs_kicad, plots, rule_check, write
 from tolerance import approx
 
-from sitscad.formats.kicad import project as kicad
+from sitscad.formats import kicad
 from sitscad.formats.kicad.sexpr import (
     copper_names,
     curve,
@@ -373,7 +373,7 @@ def test_an_arc_flatter_than_the_grid_is_a_line():
 
 RENDER = """
 import hashlib, layouts
-from sitscad.formats.kicad import project
+from sitscad.formats import kicad as project
 for name, content in sorted(project.render(layouts.two_coils()).items()):
     print(name, hashlib.sha256(content).hexdigest())
 """

@@ -10,7 +10,7 @@ import layouts
 import pytest
 from kicad_oracle import kinds, needs_kicad, plots, rule_check, write
 
-from sitscad.formats.kicad import project as kicad
+from sitscad.formats import kicad
 from sitscad.formats.kicad.coil import coil_footprints, winding
 from sitscad.formats.kicad.sexpr import copper_names, layer_table, node
 from sitscad.geometry.path import Line, Point, polar

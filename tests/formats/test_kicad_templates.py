@@ -6,8 +6,7 @@ import pytest
 from kicad_oracle import needs_kicad, plots, rule_check, write
 from tolerance import approx
 
-from sitscad.formats.gerber import board as gerber
-from sitscad.formats.kicad import project as kicad
+from sitscad.formats import gerber, kicad
 from sitscad.formats.kicad.sexpr import copper_names
 from sitscad.layout import lay_out
 from sitscad.spec.load import load

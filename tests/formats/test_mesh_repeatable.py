@@ -12,7 +12,7 @@ from pathlib import Path
 import handmade
 import pytest
 
-from sitscad.drawing.pictures.assembly import assembly_svg
+from sitscad.drawing.pictures.rendered import assembly_svg
 from sitscad.formats import meshes, step, volume_mesh
 
 pytestmark = pytest.mark.cad
@@ -32,7 +32,7 @@ sys.path[:0] = [{samples!r}, {root!r}]
 import handmade
 from sitscad.formats import meshes, step
 from sitscad.formats import volume_mesh
-from sitscad.drawing.pictures.assembly import assembly_svg
+from sitscad.drawing.pictures.rendered import assembly_svg
 found = {{}}
 def picture(solids, spec):
     return {{"mount/assembly.svg": assembly_svg(solids, spec).encode()}}

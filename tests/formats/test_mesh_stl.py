@@ -12,7 +12,7 @@ import pytest
 from tolerance import approx
 
 from sitscad.formats import meshes
-from sitscad.parts.mesh import NotManifold, TriangleMesh, tessellate
+from sitscad.parts.solid import NotManifold, TriangleMesh, tessellate
 
 pytestmark = pytest.mark.cad
 

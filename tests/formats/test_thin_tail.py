@@ -17,8 +17,7 @@ from tolerance import approx
 import sitscad
 from sitscad.extraction.differences import compare
 from sitscad.extraction.nets import extract
-from sitscad.formats.gerber import board as gerber
-from sitscad.formats.kicad import project as kicad
+from sitscad.formats import gerber, kicad
 from sitscad.geometry.path import bounding_box
 from sitscad.layout import lay_out
 from sitscad.layout.bending import tail_layers

@@ -11,7 +11,7 @@ from layouts import order_set
 import sitscad
 from sitscad.extraction.differences import compare
 from sitscad.extraction.nets import extract
-from sitscad.formats.kicad import project as kicad
+from sitscad.formats import kicad
 
 
 @pytest.fixture(scope="module", params=["zif-0.3mm", "zif-0.5mm"])

@@ -7,7 +7,7 @@ import pytest
 from tolerance import approx
 
 import sitscad
-from sitscad.formats.gerber import board
+from sitscad.formats import gerber as board
 from sitscad.layout.copper import smallest_gaps
 from sitscad.layout.lanes import lead_spacings
 from sitscad.papers import order_notes

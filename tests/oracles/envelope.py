@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from sitscad.layout.board import Layout
-from sitscad.parts.mesh import manifold, tessellate
 from sitscad.parts.pieces import assemble, opposing
-from sitscad.parts.solid import Solid
+from sitscad.parts.solid import Solid, manifold, tessellate
 from sitscad.scene.bodies import BodyRole
 
 

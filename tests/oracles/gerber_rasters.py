@@ -17,8 +17,7 @@ import numpy as np
 from kicad_oracle import plots, write
 from numpy.typing import NDArray
 
-from sitscad.formats.gerber import board as gerber
-from sitscad.formats.kicad import project as kicad
+from sitscad.formats import gerber, kicad
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import combinations
 
 from sitscad.parts import Solid
-from sitscad.parts.mesh import SEARCH, Clearance, manifold, overlaps, tessellate
+from sitscad.parts.solid import SEARCH, Clearance, manifold, overlaps, tessellate
 
 
 def clearances(solids: tuple[Solid, ...]) -> tuple[Clearance, ...]:

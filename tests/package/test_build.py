@@ -14,8 +14,8 @@ import pytest
 
 import sitscad
 from sitscad.package import STAGES, require_distinct_names, stages
+from sitscad.package.building import opened_for_building
 from sitscad.package.folder import PackageError, list_files
-from sitscad.package.replacing import opened_for_building
 
 GOOD = """\
 sitscad: 1

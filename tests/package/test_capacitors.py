@@ -19,9 +19,7 @@ from tolerance import approx
 import sitscad
 from sitscad.checks import check
 from sitscad.estimates import estimate
-from sitscad.formats import ipc356
-from sitscad.formats.gerber import board as gerber
-from sitscad.formats.kicad import project as kicad
+from sitscad.formats import gerber, ipc356, kicad
 from sitscad.geometry.path import bounding_box, rectangle
 from sitscad.layout.panel import coupon_spec
 from sitscad.papers import parts_list as bom

@@ -16,8 +16,17 @@ import pytest
 
 import sitscad
 from sitscad.package import stale
-from sitscad.package.figures import EXACT, FIGURES, agree, figure_files, has_figures, with_equal_figures
-from sitscad.package.manifest import MANIFEST, read_manifest, sha256
+from sitscad.package.manifest import (
+    EXACT,
+    FIGURES,
+    MANIFEST,
+    agree,
+    figure_files,
+    has_figures,
+    read_manifest,
+    sha256,
+    with_equal_figures,
+)
 from sitscad.spec import templates
 
 pytest.importorskip("gerbonara", reason="reading Gerber files back needs gerbonara")

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from sitscad.package import folder, replacing
+from sitscad.package import building, folder
+from sitscad.package.building import opened_for_building, put_in_place, write_package
 from sitscad.package.folder import PackageError, write_file, write_files
 from sitscad.package.manifest import MANIFEST, Entry, Manifest, sha256
-from sitscad.package.replacing import opened_for_building, put_in_place, write_package
 
 
 def _contents(directory: Path) -> dict[str, bytes]:
@@ -32,7 +32,7 @@ def _replace(parent: Path, files: dict[str, bytes], name: str = "pack") -> Path 
 @pytest.mark.parametrize("exchanges", [True, False], ids=["exchange", "two renames"])
 def test_a_new_package_takes_the_place_of_the_old_one_whole(tmp_path, monkeypatch, exchanges):
     if not exchanges:
-        monkeypatch.setattr(replacing, "_exchange", lambda one, other: False)
+        monkeypatch.setattr(building, "_exchange", lambda one, other: False)
     _replace(tmp_path, {"a/one.txt": b"1", "two.txt": b"2"})
     _replace(tmp_path, {"a/three.txt": b"3"})
     assert _contents(tmp_path / "pack") == {"a/three.txt": b"3"}
@@ -67,7 +67,7 @@ def _build_and_die(parent: Path, files: dict[str, bytes], instant: int, exchange
     for name in ("rename", "open", "mkdir", "fsync", "unlink", "rmdir"):
         setattr(os, name, counted(getattr(os, name)))
     if not exchanges:
-        replacing._exchange = lambda one, other: False
+        building._exchange = lambda one, other: False
     _replace(parent, files)
     os._exit(0)
 
@@ -170,7 +170,7 @@ def test_a_users_file_of_any_kind_is_kept_when_the_package_is_replaced(
     open_folder.chmod(0o777)
     monkeypatch.chdir(open_folder)  # a socket's path may have a hundred letters
     if not exchanges:
-        monkeypatch.setattr(replacing, "_exchange", lambda one, other: False)
+        monkeypatch.setattr(building, "_exchange", lambda one, other: False)
     package = open_folder / "pack"
     with as_a_user():
         _replace(open_folder, {"kicad/board.txt": b"old"})
@@ -190,13 +190,13 @@ def test_a_users_file_of_any_kind_is_kept_when_the_package_is_replaced(
 
 def test_a_file_that_appears_while_the_package_is_replaced_is_kept(tmp_path, monkeypatch):
     _replace(tmp_path, {"one.txt": b"1"})
-    real = replacing.intact
+    real = building.intact
 
     def intact(old, entries):
         (old / "late.txt").write_bytes(b"mine")
         return real(old, entries)
 
-    monkeypatch.setattr(replacing, "intact", intact)
+    monkeypatch.setattr(building, "intact", intact)
     kept = _replace(tmp_path, {"one.txt": b"2"})
     assert _contents(kept) == {"late.txt": b"mine"}
 

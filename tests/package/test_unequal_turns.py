@@ -156,8 +156,7 @@ def test_the_resistance_of_the_extracted_copper_is_the_estimated_one(name, tmp_p
     for module in ("gerbonara", "shapely", "gmsh", "scipy"):
         pytest.importorskip(module)
     from sitscad.extraction.nets import extract
-    from sitscad.formats import ipc356
-    from sitscad.formats.gerber import board as gerber
+    from sitscad.formats import gerber, ipc356
     from tests.oracles.copper_resistance import copper_resistance
 
     layout = sitscad.lay_out(spec_of(name))

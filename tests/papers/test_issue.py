@@ -16,8 +16,7 @@ import pytest
 from sitscad.design import Design
 from sitscad.drawing.pictures import board as board_picture
 from sitscad.drawing.sheet import Label
-from sitscad.formats import ipc356, laser
-from sitscad.formats.gerber import board as gerber
+from sitscad.formats import gerber, ipc356, laser
 from sitscad.formats.gerber import panel
 from sitscad.formats.kicad import board as kicad_board
 from sitscad.layout.laser_sheet import laser_sheets

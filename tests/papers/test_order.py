@@ -23,8 +23,7 @@ from sitscad.drawing import frame as _drawing
 from sitscad.drawing.sheet import Group, Label, Sheet, text_width
 from sitscad.drawing.svg import svg
 from sitscad.fabrication import notes as _flex_facts
-from sitscad.formats.gerber import board as gerber
-from sitscad.formats.kicad import project as kicad
+from sitscad.formats import gerber, kicad
 from sitscad.geometry.path import bounding_box
 from sitscad.layout import lay_out
 from sitscad.layout.bending import Where, finished_thickness

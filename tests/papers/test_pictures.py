@@ -17,8 +17,7 @@ from sitscad.drawing.pictures import board as board_picture
 from sitscad.drawing.sheet import text_width
 from sitscad.drawing.svg import svg as as_svg
 from sitscad.finding import Missing, Shortfall
-from sitscad.formats import ipc356
-from sitscad.formats.gerber import board as gerber
+from sitscad.formats import gerber, ipc356
 from sitscad.geometry.path import bounding_box
 from sitscad.layout import lay_out
 from sitscad.layout.bending import Where, finished_thickness
@@ -305,18 +304,18 @@ def test_a_piece_of_the_jig_is_labelled_by_its_whole_height():
     """The cut shows no pins and no peg, and its labels contradicted the list of pieces (2.24 for 4 mm)."""
     from types import SimpleNamespace
 
-    from sitscad.drawing.pictures import assembly
+    from sitscad.drawing.pictures import rendered
     from sitscad.parts.solid import Solid
     from sitscad.scene.bodies import BodyRole
 
     shape = SimpleNamespace(bounding_box=lambda: SimpleNamespace(size=SimpleNamespace(Z=4.04)))
     cut = [[(0.0, -2.24), (1.0, -2.24), (1.0, 0.0), (0.0, 0.0)]]
-    sheet = assembly.Sheet("x", unit="", decimals=1, ground=None)
+    sheet = rendered.Sheet("x", unit="", decimals=1, ground=None)
     spec = SimpleNamespace(mount=None, encapsulation=None)
     cuts = [(Solid("jig-base", shape, "resin", "#000000", BodyRole.JIG), cut),
             (Solid("mount", shape, "resin", "#000000", BodyRole.MOUNT), cut)]
     with sheet.group("section"):
-        assembly._labels(sheet, cuts, spec, lambda y, z: assembly.Point(y, z), 10.0, 10.0)
+        rendered._labels(sheet, cuts, spec, lambda y, z: rendered.Point(y, z), 10.0, 10.0)
     (group,) = sheet.items
     texts = {item.text for item in group.items if hasattr(item, "text")}
     assert texts == {"jig-base: resin, 4.04 mm high", "mount: resin, 2.24 mm"}

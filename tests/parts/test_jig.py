@@ -14,8 +14,7 @@ from tolerance import approx
 
 from sitscad.layout import lay_out
 from sitscad.parts import aids
-from sitscad.parts.mesh import manifold, tessellate
-from sitscad.parts.solid import MM, PartsError, Solid, box, prism, require, without
+from sitscad.parts.solid import MM, PartsError, Solid, box, manifold, prism, require, tessellate, without
 from sitscad.parts.tooling import (
     CAVITIES,
     LIFT,

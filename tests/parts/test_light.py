@@ -13,7 +13,7 @@ from sitscad.parts import MissingExtra, solid
 
 HEAVY = ("build123d", "cadquery", "OCP", "gmsh", "manifold3d", "trimesh", "scipy", "matplotlib", "ezdxf", "shapely")
 MODULES = (
-    "sitscad.parts, sitscad.parts.mesh, sitscad.drawing.pictures.assembly, sitscad.parts.pieces, "
+    "sitscad.parts, sitscad.parts.solid, sitscad.drawing.pictures.rendered, sitscad.parts.pieces, "
     "sitscad.formats.step, sitscad.formats.meshes, sitscad.formats.volume_mesh, "
     "sitscad.papers.mounting"
 )

@@ -14,8 +14,7 @@ from tolerance import approx
 import sitscad
 from sitscad.layout.bending import bend_radius
 from sitscad.parts import pieces, seat, solids
-from sitscad.parts.mesh import manifold, tessellate
-from sitscad.parts.solid import of_role
+from sitscad.parts.solid import manifold, of_role, tessellate
 from sitscad.parts.whole import whole
 from sitscad.scene.bodies import BodyRole, metal_face
 from sitscad.scene.column import print_limit

@@ -14,11 +14,9 @@ from sitscad.checks.assembly.fit import judged_on_solids, settles
 from sitscad.design import Design
 from sitscad.drawing.pictures.rendered import clash_svg
 from sitscad.papers import mounting
-from sitscad.parts import mesh
 from sitscad.parts.clash import clashes
-from sitscad.parts.mesh import TriangleMesh, manifold
 from sitscad.parts.proof import BULGE, INTERFERENCE, OPENING, PORT, TRAVEL, PadLoad, prove
-from sitscad.parts.solid import Solid, box
+from sitscad.parts.solid import Solid, TriangleMesh, box, manifold, shared_volume
 from sitscad.parts.whole import whole
 from sitscad.scene.bodies import BodyRole
 from sitscad.scene.fit import closed_section
@@ -219,7 +217,7 @@ def test_what_stands_in_each_other_is_cut_open_and_shown_in_red(hinged, pieces):
     drawn = clashes(hinged, around, prove(hinged, around), ())
     (clash,) = [each for each in drawn if each.words == "elastomer and post"]
     volume, names = red_of(clash)
-    whole_post = 1e9 * mesh.shared_volume(around[-1], next(s for s in around if s.name == "elastomer"))
+    whole_post = 1e9 * shared_volume(around[-1], next(s for s in around if s.name == "elastomer"))
     assert volume == approx(whole_post / 2, rel=1e-6) and names == {"elastomer", "too much"}
     assert clash.figure == f"both take {whole_post:.3g} mm3"
 

@@ -10,8 +10,8 @@ import pytest
 from solid_pairs import interferences
 from tolerance import approx
 
-from sitscad.parts.mesh import manifold, tessellate
 from sitscad.parts.pieces import encapsulation
+from sitscad.parts.solid import manifold, tessellate
 from sitscad.parts.tooling import DRAFT, PINS, SPILL, is_cast, jig, skin_mould, skin_pour
 from sitscad.scene.bodies import top_height
 from sitscad.scene.seating import process_clearance

@@ -12,8 +12,7 @@ from tolerance import approx
 
 from sitscad.geometry.path import Path, Point, Region, circle, enclosed_area, rectangle
 from sitscad.parts import PartsError, solids
-from sitscad.parts.mesh import manifold, tessellate
-from sitscad.parts.solid import face
+from sitscad.parts.solid import face, manifold, tessellate
 from sitscad.scene.bodies import BodyRole
 
 pytestmark = pytest.mark.cad
@@ -156,8 +155,8 @@ def test_a_shield_that_does_not_fit_the_standoff_is_refused_with_the_number_to_g
 def test_a_tail_of_fewer_layers_is_drawn_as_thin_as_the_papers_say():
     """The assembly had a tail of all four layers, 261 um, where two run down it."""
     import sitscad
-    from sitscad.parts.mesh import manifold, tessellate
     from sitscad.parts.pieces import board_body, stiffener
+    from sitscad.parts.solid import manifold, tessellate
     from sitscad.scene.stack import tail_heights
     from sitscad.spec import templates
 

@@ -111,8 +111,7 @@ def test_without_a_jaw_there_is_still_an_assembly():
 def test_the_metal_finger_is_drawn_in_its_cap_and_not_weighed():
     """What the coils of a fingertip see was in no picture."""
     from sitscad.papers.mounting import render_picture
-    from sitscad.parts.mass import weigh
-    from sitscad.parts.whole import whole
+    from sitscad.parts.whole import weigh, whole
 
     spec = sitscad.load(TEMPLATES / "fingertip_foil.yaml")
     plain = sitscad.lay_out(spec)
@@ -133,7 +132,7 @@ def test_the_metal_finger_is_drawn_in_its_cap_and_not_weighed():
 
 def test_all_copper_is_weighed_leads_contacts_and_tail_among_it(layout, pieces):
     """Against the exact union of all copper on each layer (shapely): joints are counted twice, by 3 % at most."""
-    from sitscad.parts.mass import balance, weigh
+    from sitscad.parts.whole import balance, weigh
 
     found = weigh(layout, tuple(pieces.values()))
     rings = sum(w.volume * w.share for w in found if w.material == "copper" and w.name.startswith("copper-"))
@@ -160,8 +159,7 @@ def test_all_copper_is_weighed_leads_contacts_and_tail_among_it(layout, pieces):
     "mount", ["{kind: fingertip, standoff: 1.2, %s}", "{kind: bench-plate, standoff: 2, %s}", "{kind: custom, %s}"]
 )
 def test_metal_behind_is_drawn_where_it_counts_and_is_not_weighed(mount):
-    from sitscad.parts.mass import weigh
-    from sitscad.parts.whole import whole
+    from sitscad.parts.whole import weigh, whole
     from sitscad.scene.bodies import metal_face
 
     text = (TEMPLATES / "fingertip_foil.yaml").read_text(encoding="utf-8")

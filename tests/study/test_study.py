@@ -26,8 +26,16 @@ import sitscad
 from sitscad.cli import designing, run
 from sitscad.spec import templates
 from sitscad.study.answer import agreement, bindings, changed, hypervolume, relaxation, unjudged
-from sitscad.study.answer_tables import base_value, breach_words, design_table, yield_table
-from sitscad.study.answer_text import answer_json, answer_text, sweep_range, yields_text
+from sitscad.study.answer_text import (
+    answer_json,
+    answer_text,
+    base_value,
+    breach_words,
+    design_table,
+    sweep_range,
+    yield_table,
+    yields_text,
+)
 from sitscad.study.document import Goal, Requirement, StudyDocument
 from sitscad.study.evaluating import (
     IN_FULL,
@@ -43,8 +51,7 @@ from sitscad.study.evaluation import ARCHIVE, Archive, Breach, Evaluation
 from sitscad.study.evaluation import UnitJudged as Unit
 from sitscad.study.measures import MEASURES
 from sitscad.study.page import answer_files, page_so_far, study_page
-from sitscad.study.running import Found, StudyState, costs, violations
-from sitscad.study.search import Costs, ranked, search, sobol_set
+from sitscad.study.running import Costs, Found, StudyState, costs, ranked, search, sobol_set, violations
 from sitscad.study.space import Space, Variable, at_key, code_version
 from sitscad.study.spreads import SPREADS, draws, unit, wilson, yield_of
 from sitscad.study.study import StudyAnswer, study_schema

@@ -16,13 +16,18 @@ from sitscad.layout import sketch
 from sitscad.scene import bodies
 from sitscad.spec import templates
 from sitscad.study.answer import Binding, Kept, changed
-from sitscad.study.answer_tables import WITH, design_table, refusal_table, sigma_table, yield_table
-from sitscad.study.answer_text import answer_json, answer_text
-from sitscad.study.charts import board_sketch
+from sitscad.study.answer_text import (
+    WITH,
+    answer_json,
+    answer_text,
+    design_table,
+    refusal_table,
+    sigma_table,
+    yield_table,
+)
 from sitscad.study.evaluation import Breach, Evaluation
-from sitscad.study.page import MOST_OTHERS, MOST_PAGE, StudyPage, study_page
-from sitscad.study.running import Found
-from sitscad.study.search import sobol_set
+from sitscad.study.page import MOST_OTHERS, MOST_PAGE, StudyPage, board_sketch, study_page
+from sitscad.study.running import Found, sobol_set
 
 STUDY = """\
 sitscad_study: 1

@@ -33,6 +33,7 @@ from sitscad.formats.gerber.image import (
     drill_text,
     grid,
     image_of,
+    job_document,
     layer_files,
     map_text,
     mm,
@@ -42,7 +43,6 @@ from sitscad.formats.gerber.image import (
     stroke,
     xy,
 )
-from sitscad.formats.gerber.job import job_document
 from sitscad.geometry.path import Path, Point, Region, rectangle
 from sitscad.layout.board import Layout
 from sitscad.layout.panel import FIDUCIAL, FIDUCIAL_OPENING, TOOLING_HOLE, Bridge, Panel, bridge_ends

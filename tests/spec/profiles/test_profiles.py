@@ -18,7 +18,7 @@ from sitscad.checks import check
 from sitscad.cli import cli
 from sitscad.data import FOLDER
 from sitscad.design import without_text
-from sitscad.formats.kicad import project as kicad_rules
+from sitscad.formats import kicad as kicad_rules
 from sitscad.layout import lay_out
 from sitscad.package.manifest import made_from
 from sitscad.papers import order_notes as fabrication_notes
