@@ -31,10 +31,6 @@ SOURCES = {
 """Calls that return a value of each type of sitscad. A TypeError names the call."""
 
 
-def _is_text(value: Any) -> bool:
-    return isinstance(value, str)
-
-
 def _is_iterable(value: Any) -> bool:
     return isinstance(value, Iterable) and not isinstance(value, (str, bytes, bytearray, Mapping))
 
@@ -45,7 +41,7 @@ def _is_number(value: Any) -> bool:
 
 TYPES: dict[str, tuple[str, Test]] = {
     "None": ("None", lambda value: value is None),
-    "str": ("a text", _is_text),
+    "str": ("a text", lambda value: isinstance(value, str)),
     "Path": ("a path", lambda value: isinstance(value, os.PathLike)),
     "os.PathLike": ("a path", lambda value: isinstance(value, os.PathLike)),
     "bool": ("True or False", lambda value: isinstance(value, bool) or type(value).__name__ in ("bool", "bool_")),

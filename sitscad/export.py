@@ -17,7 +17,7 @@ import shapely
 
 from sitscad.arguments import checked_arguments
 from sitscad.arrays import Array
-from sitscad.geometry.path import Path, Point, Region, Segment
+from sitscad.geometry.path import Path, Point, Segment
 from sitscad.layout.board import Coil, Layout, Via
 from sitscad.parts.solid import MM, Solid, raised, require
 from sitscad.record import record
@@ -177,7 +177,11 @@ def areas(layout: Layout, tolerance: float = TOLERANCE) -> tuple[Area, ...]:
     """
     _positive(tolerance)
     copper = tuple(_copper(layout, tolerance))
-    bodies = (Area(body.name, _polygon(body.region, tolerance), *body.heights) for body in stack(layout))
+    bodies = []
+    for body in stack(layout):
+        holes = [hole.flattened(tolerance) for hole in body.region.holes]
+        area = shapely.Polygon(body.region.outline.flattened(tolerance), holes)
+        bodies.append(Area(body.name, area, *body.heights))
     return (*copper, *bodies)
 
 
@@ -214,11 +218,6 @@ def _pieces(layout: Layout, number: int, tolerance: float) -> Iterator[tuple[str
 def _quarter(radius: float, tolerance: float) -> int:
     """Chords of a quarter circle of a radius that stay within a tolerance (m)."""
     return max(2, math.ceil(math.pi / 4 / math.acos(max(0.0, 1.0 - tolerance / radius))))
-
-
-def _polygon(region: Region, tolerance: float) -> Any:
-    holes = [hole.flattened(tolerance) for hole in region.holes]
-    return shapely.Polygon(region.outline.flattened(tolerance), holes)
 
 
 COARSE = 5e-6

@@ -170,17 +170,13 @@ def _unit_error(number: Decimal, unit: str, dimension: str) -> UnitError:
     close = [name for name in UNITS[dimension] if name.casefold() == unit.casefold() and name.isascii()]
     if unit[:1].isupper():  # nobody writes a capital for milli, but a small m for mega is a common slip
         close = [name for name in close if name[0] == unit[0]] or close
-    is_sure = len(close) == 1 and not _has_other_prefix(unit, close[0])
+    # Units that differ by their SI prefix, such as MN and mN, are a factor of 1e9 apart
+    is_sure = len(close) == 1 and not (unit[0] != close[0][0] and unit[0] in _SI_PREFIXES)
     import difflib  # loaded for unknown units only
 
     close = close or difflib.get_close_matches(unit[:12], [n for n in UNITS[dimension] if n.isascii()], 1, 0.6)
     candidates = tuple(f"{number} {name}" for name in close)
     return UnitError(f"{unit[:24]!r} is no unit of {dimension}", "unit", allowed, candidates, is_sure)
-
-
-def _has_other_prefix(unit: str, name: str) -> bool:
-    """Whether a unit differs from a known unit by its SI prefix, such as MN and mN, a factor of 1e9."""
-    return unit[0] != name[0] and unit[0] in _SI_PREFIXES
 
 
 def _shortened(value: object) -> str:

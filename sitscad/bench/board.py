@@ -190,11 +190,6 @@ class Port(Protocol):
         """So many bytes, or what came within the timeout."""
 
 
-def checksum(text: bytes) -> int:
-    """CRC-16 CCITT from 0xFFFF."""
-    return binascii.crc_hqx(text, 0xFFFF)
-
-
 class LineBoard(Board):
     """The board of a design that a microcontroller reads. What is on the line but is not to be used is counted by what
     it is: `lost`, `corrupted`, of `another` sensor; `told` is what the firmware says to people, the latest last.
@@ -244,7 +239,7 @@ class LineBoard(Board):
             self.told.append(line[1:].decode("ascii", "replace").strip())
         elif not line:
             return
-        elif not star or not re.fullmatch(rb"[0-9A-F]{4}", check) or int(check, 16) != checksum(text):
+        elif not star or not re.fullmatch(rb"[0-9A-F]{4}", check) or int(check, 16) != binascii.crc_hqx(text, 0xFFFF):
             self.corrupted += not self.is_first  # the first is what was left of one that began before
         elif not text.startswith(b"id,"):
             self._reading(text)

@@ -25,6 +25,7 @@ from shapely.geometry.base import BaseGeometry
 
 from sitscad.extraction.limits import (
     MAX_LAYERS,
+    MAX_POINTS,
     ExtractionError,
     content_of,
     reading,
@@ -33,7 +34,6 @@ from sitscad.extraction.limits import (
     require_gerber,
     require_near,
     require_objects,
-    require_points,
 )
 from sitscad.record import record
 
@@ -206,7 +206,8 @@ def area_of(objects: list[Any]) -> BaseGeometry:
         for thing in group:
             parts.append(_shape(thing))
             points += shapely.get_num_coordinates(parts[-1])
-            require_points(points)
+            if points > MAX_POINTS:
+                raise ExtractionError(f"its objects have more than {MAX_POINTS} corners, the maximum")
         require_few_overlaps(parts)
         shapes = shapely.union_all(parts)
         area = area.union(shapes) if dark else area.difference(shapes)

@@ -144,12 +144,6 @@ def require_objects(count: int) -> None:
         raise ExtractionError(f"it draws {count} objects, maximum {MAX_OBJECTS}")
 
 
-def require_points(count: int) -> None:
-    """Raise ExtractionError if the objects of a file have more corners than the limit."""
-    if count > MAX_POINTS:
-        raise ExtractionError(f"its objects have more than {MAX_POINTS} corners, the maximum")
-
-
 def require_few_overlaps(shapes: Sequence[Any]) -> None:
     """Raise ExtractionError if more pairs of shapes than `MAX_PAIRS` have overlapping bounding boxes."""
     tree, pairs = STRtree(shapes), 0

@@ -135,7 +135,11 @@ def nets_of(artwork: Artwork, marks: tuple[Mark, ...], growth: float = 0.0) -> E
         loops = [loop for piece in own for loop in _windows(piece)] + [loop for n in members for loop in closing[n]]
         own_holes = tuple(holes[n - len(pieces)] for n in members if n >= len(pieces))
         own_names = tuple(sorted(names[root]))
-        nets.append(ExtractedNet(tuple(own), own_holes, own_names, _once(contacts[root]), tuple(loops)))
+        # Both sources name the same pad, and the Gerber file, which comes first, knows more of it
+        pads: dict[tuple[int, int, int], BarePad] = {}
+        for contact in contacts[root]:
+            pads.setdefault((contact.layer, *_cell(contact.x, contact.y)), contact)
+        nets.append(ExtractedNet(tuple(own), own_holes, own_names, tuple(pads.values()), tuple(loops)))
     return ExtractedBoard(artwork, marks, tuple(astray), tuple(nets))
 
 
@@ -172,14 +176,6 @@ def _contacts(mark: Mark, flashes: dict[tuple[int, int, int], Flash]) -> list[Ba
     if flash is None:
         return []
     return [BarePad(mark.pin, mark.function, mark.net, mark.layer, flash.x, flash.y, flash.shape)]
-
-
-def _once(contacts: list[BarePad]) -> tuple[BarePad, ...]:
-    """One contact a pad: the same pad is named by both sources, and the Gerber file knows more of it."""
-    first: dict[tuple[int, int, int], BarePad] = {}
-    for contact in contacts:
-        first.setdefault((contact.layer, *_cell(contact.x, contact.y)), contact)
-    return tuple(first.values())
 
 
 class _LayerTree:

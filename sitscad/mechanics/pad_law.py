@@ -411,11 +411,3 @@ def twist(block: Block) -> float:
     # the walls' shear stiffness along either axis, half a width away
     film = 0.25 * (a * a * block.turned.films[1].rest + b * b * block.films[1].rest)
     return (warped + (polar - warped) * flat) * rimmed(block, 1.19, 1.2, 1.4) * block.stiffer.twist + film
-
-
-def frame_share(block: Block) -> float:
-    """Share (no unit) of the plate's turn by which the frame is turned in which shear and tilt stand apart: a half by
-    symmetry, less where the pad reaches beyond the plate, fitted to our own finite elements
-    (tests/validation/pad_figures.csv).
-    """
-    return 0.5 * math.exp(-block.rim / 0.36)

@@ -359,18 +359,12 @@ def _made_anew(asked: BuildRequest, contents: Contents, report: Progress, jobs: 
             return BuildResult(directory, contents.checked, True, made.results)
         write_package(staged, made.files, manifest)
         kept_aside = put_in_place(staged, directory)
-    return BuildResult(directory, contents.checked, True, made.results, kept_aside,
-                       left_out=_unsolved_stages(contents, made.results, asked.wanted))
-
-
-def _unsolved_stages(
-    contents: Contents, results: Sequence[StageResult], wanted: frozenset[str]
-) -> dict[str, str]:
-    """Return the reason for each wanted stage that has no file because the target's response cannot be solved."""
-    wanted &= {"datasheet", "calibration"}
-    none = [stage.name for stage in results if stage.outcome == "none" and stage.name in wanted]
+    # Stages without a file because the target's response cannot be solved
+    none = [stage.name for stage in made.results
+            if stage.outcome == "none" and stage.name in asked.wanted & {"datasheet", "calibration"}]
     reason = contents.design.no_performance if none and is_felt(contents.spec) else ""
-    return dict.fromkeys(none, reason) if reason else {}
+    return BuildResult(directory, contents.checked, True, made.results, kept_aside,
+                       left_out=dict.fromkeys(none, reason) if reason else {})
 
 
 def stale(

@@ -191,7 +191,7 @@ def fingertip(layout: Layout) -> tuple[Any, ...]:
     edges = [edge for edge in block.edges() if last - 1e-6 > edge.bounding_box().min.X]
     radius = min(TOUCHED * MM, 0.3 * min(block.bounding_box().size))
     cap = block.fillet(radius, edges)
-    cap = one_solid(cap - _bore(layout, finger, top, x0 - room, end + 1e-3), "cap")
+    cap = one_solid(cap - _finger(layout, finger, top, x0 - room, end + 1e-3, clearance(mount)), "cap")
     cap = without(cap, (*recess(layout, shield), *_leaving(layout, end, mount.standoff)), "cap")
     # The holes of the clamping screws, one from each side at the finger's half height
     x = (x1 + end) / 2
@@ -234,11 +234,6 @@ def metal_below(layout: Layout) -> tuple[Solid, ...]:
 
 def _drawn_metal(shape: Any, metal: str, role: BodyRole) -> Solid:
     return Solid(role, shape, metal, metal_colour(metal), role)
-
-
-def _bore(layout: Layout, finger: Finger, top: float, start: float, end: float) -> Any:
-    """The finger's end with its clearance, its upper face at a height (m)."""
-    return _finger(layout, finger, top, start, end, clearance(layout.spec.mount))
 
 
 def _finger(layout: Layout, finger: Finger, top: float, start: float, end: float, room: float) -> Any:

@@ -102,7 +102,9 @@ def _relieved(layout: Layout, slab: Any, span: Heights, tongue: Relief) -> Any:
     bar = box(start, low, span[0], end, high, tongue.top)
     edge = lip(layout)
     if edge is None:
-        bar = bar.fillet(relief_radius(tongue, span) * MM, _top_edges_at_heel(bar))
+        # The radius of the tongue's edge over which the tail is not bent
+        radius = min(0.6 * (tongue.top - span[0]), tongue.along[1] - tongue.along[0] - 0.2e-3)
+        bar = bar.fillet(radius * MM, _top_edges_at_heel(bar))
     else:
         bar = one_solid(bar - rounding(edge, tongue.across, tongue.top), "mount")
     slab = one_solid(slab + bar + box(start - lap, low, span[0], start + lap, high, span[1]), "mount")
@@ -114,11 +116,6 @@ def _relieved(layout: Layout, slab: Any, span: Heights, tongue: Relief) -> Any:
         cheek = box(tongue.cheeks, y[0], span[0], end - CHEEK_BACK, y[1], 0.0)
         slab = one_solid(slab + cheek.fillet(LEDGE_ROUNDING * MM, top_edges(cheek)), "mount")
     return slab
-
-
-def relief_radius(tongue: Relief, span: Heights) -> float:
-    """The radius (m) of a tongue's edge over which the tail is not bent."""
-    return min(0.6 * (tongue.top - span[0]), tongue.along[1] - tongue.along[0] - 0.2e-3)
 
 
 def grooves(layout: Layout, span: Heights) -> tuple[tuple[float, ...], float]:

@@ -62,19 +62,15 @@ def require(package: str) -> ModuleType:
             text = f"{package} is installed without {error.name}, which it needs: {_MEND}"
         raise MissingExtra(text, name=package) from error
     except (ImportError, OSError) as error:
-        if _was_interrupted(error):
+        cause: BaseException | None = error  # compiled packages that are loading turn a Ctrl-C into an ImportError
+        while cause is not None and not isinstance(cause, KeyboardInterrupt):
+            cause = cause.__cause__ or cause.__context__
+        if cause is not None:
             raise KeyboardInterrupt from error
         raise MissingExtra(
             f"{package} cannot be loaded ({error}): {_MEND}; on Debian also apt-get install {_SYSTEM_LIBRARIES}",
             name=package,
         ) from error
-
-
-def _was_interrupted(error: BaseException | None) -> bool:
-    """Whether a Ctrl-C is behind an error: compiled packages that are loading turn one into an ImportError."""
-    while error is not None and not isinstance(error, KeyboardInterrupt):
-        error = error.__cause__ or error.__context__
-    return error is not None
 
 
 @record

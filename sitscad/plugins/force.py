@@ -65,19 +65,12 @@ def at_work(what: str, file: str | None = None) -> Iterator[None]:
             text = str(error)
         except BaseException:  # its own code once more
             text = ""
-        line = _line_in(file, error)
-        where = f"{what}: line {line}" if line else what
+        lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
+        lines += [error.lineno] if isinstance(error, SyntaxError) and error.filename == file else []
+        where = f"{what}: line {lines[-1]}" if lines and lines[-1] else what
         raise PluginError(f"{where}: {type(error).__name__}{f': {text}' if text else ''}") from error
     finally:
         done.set()
-
-
-def _line_in(file: str | None, error: BaseException) -> int | None:
-    """Return the last line of a file that was at work when an error was raised. None if there was none."""
-    if isinstance(error, SyntaxError) and error.filename == file:
-        return error.lineno
-    lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
-    return lines[-1] if lines else None
 
 
 def _tell(what: str, done: threading.Event) -> None:

@@ -72,23 +72,19 @@ def felt_blocks(felt: Sequence[Performance], colour: bool) -> list[str]:
     if not felt:
         return []
     points = [point.document() for point in felt]
-    axes = [f"{name} {'mN mm' if axis.unit == 'N m' else 'mN'}" for name, axis in felt[-1].axes.items()]
+    by_axis = felt[-1].axes
+    axes = [f"{name} {'mN mm' if axis.unit == 'N m' else 'mN'}" for name, axis in by_axis.items()]
+    causes = ([cause, *(_milli(axis.errors[cause], 1e3 if axis.unit == "N m" else 1.0) for axis in by_axis.values())]
+              for cause in next(iter(by_axis.values())).errors)
     blocks = (
         [styled(felt_title(points), "bold", colour), *table(FELT_HEAD, felt_rows(points))],
-        [styled(CAUSES_TITLE, "bold", colour), *table(("cause", *axes), cause_rows(felt[-1]))],
+        [styled(CAUSES_TITLE, "bold", colour), *table(("cause", *axes), causes)],
         [f"note: {note}" for note in felt[-1].notes],
     )
     return ["\n".join(block) for block in blocks if block]
 
 
 CAUSES_TITLE = "Errors at full load by cause, one sigma; of tilts and of what a sign is known of, the size"
-
-
-def cause_rows(point: Performance) -> Iterator[list[str]]:
-    """One row for each cause of errors at a working point, with one value for each axis."""
-    axes = point.axes.values()
-    for cause in next(iter(axes)).errors:
-        yield [cause, *(_milli(axis.errors[cause], 1e3 if axis.unit == "N m" else 1.0) for axis in axes)]
 
 
 def as_json(

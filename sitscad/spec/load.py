@@ -230,8 +230,8 @@ def replaced(spec: SensorSpec, changes: Iterable[tuple[Any, Any]]) -> SensorSpec
     try:
         for key, value in pairs:
             _require_key(key)
-            others = [other for other, _ in pairs if other != key]
-            if key in spec.source.keys and not _meets(key, others) and _is_attribute(value, spec, key):
+            overlaps = any(isinstance(other, str) and other != key and meet(key, other) for other, _ in pairs)
+            if key in spec.source.keys and not overlaps and _is_attribute(value, spec, key):
                 continue  # the text stays as it is
             if is_dataclass(value) and not isinstance(value, type):
                 records[key] = value
@@ -253,7 +253,9 @@ def written_value(key: str, value: Any) -> Any:
     Raises `TextError` if the value is none that a spec can hold, or is a length without a unit.
     """
     kind = kind_at(SpecDocument, key)
-    return None if value is None else plain(as_written(_without_arrays(value, key), kind, key), key)
+    if callable(getattr(value, "tolist", None)) and not isinstance(value, type):
+        value = plain(value, key)  # numbers and arrays of numpy
+    return None if value is None else plain(as_written(value, kind, key), key)
 
 
 def rewritten_spec(spec: SensorSpec, changes: Iterable[tuple[Any, Any]]) -> SensorSpec:
@@ -277,10 +279,9 @@ def _require_key(key: Any) -> None:
         raise TextError("SIT002", "a key is a text like coil.turns")
 
 
-def _meets(key: str, others: Iterable[Any]) -> bool:
-    """Whether a key is part of another key, or the other way round."""
-    return any(isinstance(other, str) and (f"{key}.".startswith(f"{other}.") or other.startswith(f"{key}."))
-               for other in others)
+def meet(one: str, other: str) -> bool:
+    """Whether two dotted keys are the same, or one is a part of the other."""
+    return f"{one}.".startswith(f"{other}.") or f"{other}.".startswith(f"{one}.")
 
 
 def attribute(spec: SensorSpec, key: str) -> Any:
@@ -305,11 +306,6 @@ def _is_attribute(value: Any, spec: SensorSpec, key: str) -> bool:
         return False
     is_number = isinstance(value, float) and isinstance(own, float)
     return value is not None and (is_number or type(value) is type(own)) and bool(value == own)
-
-
-def _without_arrays(value: Any, key: str) -> Any:
-    """Return numbers and arrays of numpy as numbers and lists of Python. Other values are returned as they are."""
-    return plain(value, key) if callable(getattr(value, "tolist", None)) and not isinstance(value, type) else value
 
 
 def _require_as_written(spec: SensorSpec) -> None:

@@ -168,11 +168,6 @@ class Origin:
         return None
 
 
-def spec_origin(source: SpecSource, folder: Path | None) -> Origin:
-    """The spec itself as the place where rules are named: in its folder and below may be profile files."""
-    return Origin(source, "fpc.rules.", folder, None if folder is None else folder.resolve())
-
-
 FILES = {"YAML": (".yaml", ".yml"), "STEP": (".step", ".stp"), "DXF": (".dxf",)}
 """Files that a spec names, and how their names end."""
 

@@ -15,11 +15,12 @@ from sitscad.spec.coil import INNER, TURNS
 from sitscad.spec.format.kinds import Number, Special, Text, described, refuse
 from sitscad.spec.format.reading import Remarks, SpecError
 from sitscad.spec.format.section import Section, key
+from sitscad.spec.load import meet
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.source import dotted
 from sitscad.study.evaluating import can_screen, judged
 from sitscad.study.measures import MEASURES, nearest_measures
-from sitscad.study.space import Base, Point, RangeError, Space, Variable, meet, require_key, same_value, stepped
+from sitscad.study.space import Base, Point, RangeError, Space, Variable, require_key, same_value, stepped
 from sitscad.units import UNITS, decimal, in_mm
 
 VERSION = 1

@@ -20,7 +20,7 @@ from sitscad.checks import all_rules
 from sitscad.opening import opened, policy_for
 from sitscad.record import record
 from sitscad.spec.format.reading import SpecError, finding_from_text
-from sitscad.spec.load import load_text, load_values, put, rewritten_spec
+from sitscad.spec.load import load_text, load_values, meet, put, rewritten_spec
 from sitscad.spec.profiles import FILES
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.reader import read_yaml
@@ -221,11 +221,6 @@ def at_key(data: Any, key: str) -> Any:
         inner = {str(k): entry for k, entry in enumerate(data)} if isinstance(data, list) else data
         data = inner.get(name) if isinstance(inner, dict) else None
     return data
-
-
-def meet(one: str, other: str) -> bool:
-    """Whether two dotted keys are the same, or one is a part of the other."""
-    return f"{one}.".startswith(f"{other}.") or f"{other}.".startswith(f"{one}.")
 
 
 def apart(one: Any, other: Any) -> Decimal:

@@ -170,7 +170,12 @@ class PageServer(ThreadingHTTPServer):
         if found is None or int(found[3] or HTTP_PORT) != self.server_port:
             return False
         name = found[1] or found[2]
-        return name in self._names or (self._is_open and _is_address(name))
+        if name in self._names or not self._is_open:
+            return name in self._names
+        try:
+            return bool(ip_address(name))
+        except ValueError:
+            return False
 
     def process_request(self, request: Any, client_address: Any) -> None:
         """Answer a connection in a thread of its own, or refuse it if there are too many."""
@@ -206,13 +211,6 @@ class PageServer(ThreadingHTTPServer):
         """Ignore a client that closed its connection. Report any other error as a fault of this server."""
         if not isinstance(sys.exc_info()[1], OSError):
             super().handle_error(request, client_address)
-
-
-def _is_address(name: str) -> bool:
-    try:
-        return bool(ip_address(name))
-    except ValueError:
-        return False
 
 
 class _Handler(BaseHTTPRequestHandler):

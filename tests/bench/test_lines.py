@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
+from binascii import crc_hqx
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ from click.testing import CliRunner
 from tolerance import approx
 
 import sitscad
-from sitscad.bench.board import LineBoard, checksum
+from sitscad.bench.board import LineBoard
 from sitscad.calibration.inverse_map import InverseMap
 from sitscad.cli import cli
 from sitscad.formats.calibration_header import header
@@ -81,7 +82,8 @@ def test_what_is_lost_corrupted_or_of_another_is_counted_and_never_used(pad, sen
     wrong = body[:-1] + bytes([body[-1] ^ 1]) + readings[20][len(body) :]
     few = body[: len(body) // 2]
     damaged = [
-        *readings[:10], *readings[13:20], wrong, other + b"*%04X" % checksum(other), few + b"*%04X" % checksum(few),
+        *readings[:10], *readings[13:20], wrong, other + b"*%04X" % crc_hqx(other, 0xFFFF),
+        few + b"*%04X" % crc_hqx(few, 0xFFFF),
         b"# words", b"\xff\x00" * 9, *readings[21:30], *readings[:5],
     ]
     board, rows = _taken(pad.design, damaged)

@@ -11,11 +11,13 @@ then their number and that of the others.
 
 from __future__ import annotations
 
+import os
 import re
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping, Sequence
 from difflib import SequenceMatcher
 from typing import Any
+from urllib.parse import quote
 from xml.etree.ElementTree import Element, SubElement
 
 from sitscad.finding import Finding, Ignored, Remedy, Severity
@@ -90,8 +92,12 @@ def _result(
     spec: CheckedSpec, finding: Finding, name: str, output: OutputOptions, indices: dict[str, int],
     ignored: Ignored | None,
 ) -> dict[str, Any]:
-    uri = output.uri_from_root(finding.file or spec.path)
-    where = {"uri": uri} if uri.startswith("file:") else {"uri": uri, "uriBaseId": ROOT}
+    path = finding.file or spec.path
+    name_from_root = output.path_from_root(path)
+    if name_from_root.startswith(("/", "../")) or name_from_root == "..":
+        where = {"uri": "file://" + quote(os.fsencode(os.path.abspath(path)))}  # absolute outside the root (RFC 3986)
+    else:
+        where = {"uri": quote(os.fsencode(name_from_root)), "uriBaseId": ROOT}
     mark = fingerprint(output.path_from_root(spec.path), name)
     index = {"ruleIndex": indices[finding.rule]} if finding.rule in indices else {}
     # What the finding's JSON has beyond what SARIF has a place for

@@ -14,7 +14,6 @@ from dataclasses import replace
 from itertools import groupby
 from pathlib import Path, PurePosixPath
 from typing import Protocol
-from urllib.parse import quote
 
 from sitscad.finding import Finding, Ignored, Severity
 from sitscad.record import record
@@ -74,13 +73,6 @@ class OutputOptions:
             return PurePosixPath(whole.relative_to(os.path.abspath(self.root))).as_posix()
         except ValueError:
             return path.replace(os.sep, "/")
-
-    def uri_from_root(self, path: str) -> str:
-        """The path as RFC 3986 has it, absolute outside the root; the name's bytes as they are on disk."""
-        name = self.path_from_root(path)
-        if name.startswith(("/", "../")) or name == "..":
-            return "file://" + quote(os.fsencode(os.path.abspath(path)))
-        return quote(os.fsencode(name))
 
 
 _BRIEF = OutputOptions()

@@ -19,7 +19,7 @@ from sitscad.spec.format.reading import Remarks
 from sitscad.spec.format.section import NameOr, Part, Section, section_of
 from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.mount import Assembly, Mount, TolerancesDocument
-from sitscad.spec.profiles import spec_origin
+from sitscad.spec.profiles import Origin
 from sitscad.spec.resolver.circuit import resolve_fpc
 from sitscad.spec.resolver.coils import check_amount, check_cells, check_webs, resolve_array, resolve_coil
 from sitscad.spec.resolver.mount import computable_plate, resolve_mount
@@ -37,7 +37,9 @@ def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = No
     """The sensor in SI values, and what there is to say about it: unusable where that has flaws or findings. `folder`
     is the spec's, where the profile files are that it names; None for a text without a file.
     """
-    remarks, place = Remarks(), spec_origin(source, folder)
+    remarks = Remarks()
+    # The spec itself is the place where rules are named: in its folder and below may be profile files
+    place = Origin(source, "fpc.rules.", folder, None if folder is None else folder.resolve())
     coil = resolve_coil(document.coil, remarks)
     array = resolve_array(document.array, coil, remarks)
     check_amount(coil, len(array.placements), remarks)
