@@ -150,7 +150,7 @@ SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 
 
 MODULES = {
-    "new": "explaining", "check": "checking", "watch": "watching", "estimate": "estimating", "response": "estimating",
+    "new": "explaining", "check": "checking", "watch": "reading", "estimate": "estimating", "response": "estimating",
     "calibrate": "estimating", "read": "reading", "sweep": "designing", "design": "designing", "build": "building",
     "explain": "explaining", "rules": "explaining", "measures": "designing", "schema": "explaining",
     "verify": "building",

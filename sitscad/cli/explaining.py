@@ -74,7 +74,7 @@ def rules(format_name: str) -> int:
     json and markdown have all its texts.
     """
     from sitscad.checks import all_rules
-    from sitscad.report.rules import RULE_FORMATS
+    from sitscad.report.findings.text import RULE_FORMATS
 
     print_result(row_of(RULE_FORMATS, format_name, "--format")(tuple(all_rules())))
     return 0

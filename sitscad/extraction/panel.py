@@ -22,10 +22,9 @@ from shapely.geometry.base import BaseGeometry
 
 from sitscad.arrays import Flags
 from sitscad.extraction.artwork import QUARTER_SEGMENTS, Artwork, Flash, PlottedHole, area_of, file_functions
-from sitscad.extraction.differences import Difference, DifferenceKind, compare
+from sitscad.extraction.differences import Difference, DifferenceKind, compare, nets_of
 from sitscad.extraction.intent import Mark, MarkSource
 from sitscad.extraction.limits import ExtractionError, content_of, require_drill, require_gerber
-from sitscad.extraction.nets import nets_of
 from sitscad.record import record
 
 _COMMAND = re.compile(

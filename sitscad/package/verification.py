@@ -277,10 +277,9 @@ _ARCHIVE = re.compile(r"fpc/.*-order\.zip", re.IGNORECASE)
 
 def _net_differences(folder: Path, intended: Mapping[str, tuple[str, ...]]) -> Iterator[str]:
     """Differences of the copper from the files' own net names, and of these from the nets that the layout had."""
-    from sitscad.extraction.differences import compare
+    from sitscad.extraction.differences import compare, extract
     from sitscad.extraction.intent import UNUSED
     from sitscad.extraction.limits import ExtractionError, reading
-    from sitscad.extraction.nets import extract
 
     try:
         with reading("they cannot be read"):

@@ -18,7 +18,22 @@ from sitscad.fabrication.files import panel_path
 from sitscad.fabrication.notes import hanging
 from sitscad.layout.board import Layout
 from sitscad.layout.panel import is_wanted
-from sitscad.papers.gluing import dose, glued, measuring, pressing, primed, setting, toleranced
+from sitscad.papers.gluing import (
+    against_stop,
+    dose,
+    floor_grooves,
+    glued,
+    in_base,
+    in_well,
+    listed,
+    measuring,
+    over_jaw,
+    pressing,
+    primed,
+    setting,
+    squared,
+    toleranced,
+)
 from sitscad.papers.mounting import (
     RAW_RESIN,
     RELEASE,
@@ -33,15 +48,6 @@ from sitscad.papers.mounting import (
     pushed_out,
     skin,
     tail_held,
-)
-from sitscad.papers.placing import (
-    against_stop,
-    floor_grooves,
-    in_base,
-    in_well,
-    listed,
-    over_jaw,
-    squared,
 )
 from sitscad.papers.preparing import MADE, not_here, order_of, to_make, tools, waits
 from sitscad.parts.tooling import pour, skin_pour

@@ -18,12 +18,20 @@ from sitscad.drawing.pictures.rendered import assembly_svg, clash_svg
 from sitscad.estimates.response.pad import NoResponse, pushed
 from sitscad.fabrication.notes import bent_text
 from sitscad.layout.board import Layout
-from sitscad.papers.gluing import board_assembly, board_glued, dose, duration, inhibited, rods, toleranced
-from sitscad.papers.placing import in_recess, on_own
+from sitscad.papers.gluing import (
+    board_assembly,
+    board_glued,
+    dose,
+    duration,
+    in_recess,
+    inhibited,
+    on_own,
+    rods,
+    toleranced,
+)
 from sitscad.parts.clash import at_pin, carried, clashes, under_bend
 from sitscad.parts.plates import metal_below
-from sitscad.parts.printable import as_json, printable
-from sitscad.parts.proof import Measured, PadLoad, Proof, in_file, prove
+from sitscad.parts.proof import Measured, PadLoad, Proof, as_json, in_file, printable, prove
 from sitscad.parts.solid import MissingExtra, Solid, of_role
 from sitscad.parts.step_parts import measured_jaw, read_files
 from sitscad.parts.tooling import LEAST_MIX, Pour, push_places, skin_pour

@@ -284,8 +284,7 @@ def test_a_fault_is_seen_in_the_written_files(boards, spoil, seed, tmp_path):
     """The files are the spoilt layout's, the netlist is what was meant: `verify` reads both."""
     pytest.importorskip("gerbonara", reason="gerbonara is not installed: pip install 'sitscad[all]' brings it")
     pytest.importorskip("shapely", reason="shapely is not installed: pip install 'sitscad[all]' brings it")
-    from sitscad.extraction.differences import compare
-    from sitscad.extraction.nets import extract
+    from sitscad.extraction.differences import compare, extract
     from sitscad.formats import gerber, ipc356
 
     good = boards[(2, 4)[seed % 2]]

@@ -45,7 +45,7 @@ def laid_out(name):
 
 
 def solved_resistance(layout, folder):
-    from sitscad.extraction.nets import extract
+    from sitscad.extraction.differences import extract
     from tests.oracles.copper_resistance import copper_resistance
 
     net = extract(sitscad.build(layout.spec, folder, ["gerber"], force=True).directory).net("C1")

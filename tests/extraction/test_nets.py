@@ -11,8 +11,7 @@ pytest.importorskip("gerbonara", reason="gerbonara is not installed: pip install
 pytest.importorskip("shapely", reason="shapely is not installed: pip install 'sitscad[all]' brings it")
 
 from sitscad.extraction.artwork import ExtractionError
-from sitscad.extraction.differences import DifferenceKind, compare
-from sitscad.extraction.nets import extract
+from sitscad.extraction.differences import DifferenceKind, compare, extract
 from tests.extraction.conftest import Board, count, pad, record, track, via
 
 

@@ -15,8 +15,7 @@ from shapely import box as shapely_box
 from tolerance import approx
 
 import sitscad
-from sitscad.extraction.differences import compare
-from sitscad.extraction.nets import extract
+from sitscad.extraction.differences import compare, extract
 from sitscad.formats import gerber, kicad
 from sitscad.geometry.path import bounding_box
 from sitscad.layout import lay_out

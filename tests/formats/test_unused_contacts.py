@@ -9,8 +9,7 @@ from kicad_oracle import needs_kicad, rule_check, write
 from layouts import order_set
 
 import sitscad
-from sitscad.extraction.differences import compare
-from sitscad.extraction.nets import extract
+from sitscad.extraction.differences import compare, extract
 from sitscad.formats import kicad
 
 

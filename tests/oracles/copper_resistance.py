@@ -24,7 +24,7 @@ from shapely import Polygon, remove_repeated_points
 from shapely.geometry.base import BaseGeometry
 
 from sitscad.extraction.artwork import PlottedHole
-from sitscad.extraction.nets import BarePad, ExtractedNet
+from sitscad.extraction.differences import BarePad, ExtractedNet
 from sitscad.formats.volume_mesh import session
 from sitscad.record import record
 

@@ -155,7 +155,7 @@ def test_kicad_accepts_the_board_and_the_files_read_back(name, tmp_path):
 def test_the_resistance_of_the_extracted_copper_is_the_estimated_one(name, tmp_path):
     for module in ("gerbonara", "shapely", "gmsh", "scipy"):
         pytest.importorskip(module)
-    from sitscad.extraction.nets import extract
+    from sitscad.extraction.differences import extract
     from sitscad.formats import gerber, ipc356
     from tests.oracles.copper_resistance import copper_resistance
 

@@ -17,8 +17,8 @@ from sitscad.inspection import as_configured
 from sitscad.papers import assembly_notes
 from sitscad.papers import assembly_notes as bench_steps
 from sitscad.papers.assembly_notes import WIDTH, render
+from sitscad.papers.gluing import piece_sizes
 from sitscad.papers.mounting import LENGTHS, in_place
-from sitscad.papers.placing import piece_sizes
 from sitscad.papers.preparing import STAGE_OF, is_current
 from sitscad.report.findings import as_json, as_text
 from sitscad.report.findings.document import read_findings

@@ -16,7 +16,7 @@ from sitscad.formats import meshes
 from sitscad.papers import mounting
 from sitscad.parts import aids
 from sitscad.parts import pieces as mounts
-from sitscad.parts.printable import printable
+from sitscad.parts.proof import printable
 from sitscad.parts.solid import Solid
 from sitscad.scene.bodies import BodyRole
 from sitscad.scene.column import print_limit

@@ -26,7 +26,7 @@ from test_printable import KINDS  # noqa: E402
 from sitscad.formats import meshes, step  # noqa: E402
 from sitscad.parts import Solid, aids, pieces  # noqa: E402
 from sitscad.parts.pieces import jaw, opposing  # noqa: E402
-from sitscad.parts.printable import printable  # noqa: E402
+from sitscad.parts.proof import printable  # noqa: E402
 from sitscad.parts.solid import TriangleMesh, tessellate  # noqa: E402
 
 DEFECTS = ("Backwards edges", "Degenerate facets", "Facets reversed", "Facets removed", "Facets added")

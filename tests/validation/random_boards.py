@@ -231,7 +231,7 @@ def kicad_violations(now: Board) -> list[str]:
 
 def resistance_gap(now: Board) -> float:
     """By which share the first coil's copper, read back from the files and solved, differs from the estimate."""
-    from sitscad.extraction.nets import extract
+    from sitscad.extraction.differences import extract
     from tests.oracles.copper_resistance import copper_resistance
 
     with tempfile.TemporaryDirectory() as folder:

@@ -2,14 +2,14 @@
 
 The short form tells in full what fails the command, a warning in a line, counts the rest and says how to see it. The
 whole form has ``file:line:column rule severity message``, the offending line and the hint of every finding, every rule
-that was not checked with its reason, and every figure.
+that was not checked with its reason, and every figure. Rules as a list, as JSON and as a page.
 """
 
 from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import groupby
 from pathlib import Path, PurePosixPath
@@ -17,8 +17,9 @@ from typing import Protocol
 
 from sitscad.finding import Finding, Ignored, Severity
 from sitscad.record import record
-from sitscad.report.findings.document import CheckedSpec, by_weight, excerpt, in_order
+from sitscad.report.findings.document import CheckedSpec, by_weight, excerpt, in_order, to_json
 from sitscad.units import counted
+from sitscad.version import __version__
 
 INDENT = 6  # Columns by which what belongs to a finding stands in from its first line
 
@@ -281,3 +282,59 @@ def _in_runs(rules: list[str]) -> list[str]:
         else:
             runs.append([rule])
     return [text for run in runs for text in ([f"{run[0]}-{run[-1]}"] if len(run) > 2 else run)]
+
+
+class ListedRule(RuleTexts, Protocol):
+    """A rule with the severities of its findings, in words."""
+
+    @property
+    def severities(self) -> str: ...  # noqa: D102
+
+
+RULE_GROUPS = {
+    "0": "The spec itself", "1": "Fabrication", "2": "Electrical and readout", "3": "Fit and mechanics",
+    "4": "What the sensor feels",
+}
+"""Headings by the first figure of a rule's number."""
+
+
+def rules_text(rules: Sequence[ListedRule]) -> str:
+    """One line a rule: identifier, name, severities, what it asks for."""
+    width = max(len(rule.name) for rule in rules)
+    rows = (f"{rule.id}  {rule.name:<{width}}  {severities(rule):<20}  {rule.summary}" for rule in rules)
+    return "\n".join(rows) + "\n"
+
+
+def rules_json(rules: Sequence[ListedRule]) -> str:
+    """Every text of every rule."""
+    entries = [
+        {
+            "rule": rule.id, "name": rule.name, "severities": severities(rule).split(", "), "when": rule.severities,
+            "summary": rule.summary, "why": rule.why, "mend": rule.mend, "source": rule.source,
+        }
+        for rule in rules
+    ]
+    return to_json({"sitscad": __version__, "rules": entries})
+
+
+def rules_markdown(rules: Sequence[ListedRule]) -> str:
+    """A page with a section a rule, by group; headings are `SIT103 coil-trace`, so that links to them last."""
+    lines = ["# Rules", ""]
+    for figure, heading in RULE_GROUPS.items():
+        lines += [f"## {heading}", ""]
+        for rule in (each for each in rules if each.id[3:4] == figure):
+            lines += [f"### {rule.id} {rule.name}", "", f"*{rule.severities}*", "", rule.summary, ""]
+            lines += [f"**Why:** {rule.why}", "", f"**To mend it:** {rule.mend}", "", f"**Source:** {rule.source}", ""]
+    return "\n".join(lines)
+
+
+def severities(rule: ListedRule) -> str:
+    """The severities alone, mildest first: ``warning, error``."""
+    words = rule.severities.replace(",", " ").split()
+    return ", ".join(word for word in ("note", "warning", "error") if word in words)
+
+
+RULE_FORMATS: Mapping[str, Callable[[Sequence[ListedRule]], str]] = {
+    "text": rules_text, "json": rules_json, "markdown": rules_markdown,
+}
+"""How ``rules`` can print them."""
