@@ -56,12 +56,5 @@ def test_trimesh_reads_a_closed_body_of_the_solid_s_volume(files):
             assert body.volume == approx(solid.shape.volume, rel=2e-3)
 
 
-@pytest.mark.clients("prusa-slicer")
-@pytest.mark.slow
-def test_prusaslicer_slices_every_part(files, sliced):
-    for name, data in files.items():
-        assert sliced(name, data).count("G1 ") > 100
-
-
 def test_without_a_mount_there_is_no_file():
     assert meshes.render_3mf(handmade.solids("bare"), handmade.layout("bare").spec) == {}

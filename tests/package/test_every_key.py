@@ -6,9 +6,7 @@ import copy
 import pickle
 import shutil
 from dataclasses import replace
-from pathlib import Path
 
-import ezdxf
 import pytest
 from spec_reference import SpecDocument, places_of
 
@@ -22,31 +20,14 @@ from sitscad.spec.load import load_values, put
 from sitscad.spec.yaml.reader import read_yaml
 from sitscad.spec.yaml.source import SpecSource
 from sitscad.watch.work import Before, worked_out
+from tests.conftest import EVERY_KEY
 
-SAMPLES = Path(__file__).parents[1] / "samples" / "every_key"
-NAMES = ("bench_of_cells", "fingertip", "jaw_from_a_file", "jaw_of_sheet", "own_mount")
 EVERY_TIME = ("jaw_from_a_file",)
 """The sample that CI takes through every command: the one with most kinds of files."""
-STUB = b"ISO-10303-21;\nEND-ISO-10303-21;\n"
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    """The samples with the outline that they name, and STEP files that hold no part."""
-    place = tmp_path_factory.mktemp("keys") / "specs"
-    shutil.copytree(SAMPLES, place)
-    drawing = ezdxf.new("R2010")
-    drawing.header["$INSUNITS"] = 4
-    drawing.modelspace().add_lwpolyline([(-16, -17), (16, -17), (16, 17), (-16, 17)], close=True)
-    drawing.saveas(place / "body.dxf")
-    (place / "parts").mkdir()
-    for name in ("parts/jaw.step", "own.step"):
-        (place / name).write_bytes(STUB)
-    return place
-
-
-@pytest.fixture(scope="module")
-def folder_with_parts(folder):
+def folder_with_parts(every_key_folder):
     """The samples with STEP files of a jaw that stands on end, and of a block for a mount."""
     import build123d as bd
 
@@ -55,9 +36,9 @@ def folder_with_parts(folder):
         corner = bd.Location((-long / 2, -wide / 2, floor))
         (jaw,) = (jaw - bd.Solid.make_box(long, wide, 10).moved(corner)).solids()
     turned = bd.Location((10, -1, 30)) * bd.Rotation(90, 0, 0) * bd.Rotation(0, 0, 180)
-    bd.export_step(jaw.moved(turned), folder / "parts" / "jaw.step")
-    bd.export_step(bd.Solid.make_box(3, 30, 30).moved(bd.Location((-2, -13, -12))), folder / "own.step")
-    return folder
+    bd.export_step(jaw.moved(turned), every_key_folder / "parts" / "jaw.step")
+    bd.export_step(bd.Solid.make_box(3, 30, 30).moved(bd.Location((-2, -13, -12))), every_key_folder / "own.step")
+    return every_key_folder
 
 
 def keys_of_the_format():
@@ -103,8 +84,8 @@ def keys_with_a_value(path):
 
 
 @pytest.mark.slow
-def test_every_key_of_the_format_has_a_value_in_a_sample_that_is_no_default(folder):
-    written = [key for name in NAMES for key in keys_with_a_value(folder / f"{name}.yaml")]
+def test_every_key_of_the_format_has_a_value_in_a_sample_that_is_no_default(every_key_folder):
+    written = [key for name in EVERY_KEY for key in keys_with_a_value(every_key_folder / f"{name}.yaml")]
     without = [path for path, _ in keys_of_the_format() if not any(is_key(path, key) for key in written)]
     assert without == []
 
@@ -119,7 +100,8 @@ def through(capfd, path, *arguments):
 
 @pytest.mark.slow
 @pytest.mark.cad
-@pytest.mark.parametrize("name", [pytest.param(n, marks=() if n in EVERY_TIME else pytest.mark.more) for n in NAMES])
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=() if n in EVERY_TIME else pytest.mark.more) for n in EVERY_KEY])
 def test_a_spec_with_every_key_goes_through_every_command(name, folder_with_parts, tmp_path, monkeypatch, capfd):
     monkeypatch.setenv("SITSCAD_CACHE", str(tmp_path / "cache"))
     path, out = folder_with_parts / f"{name}.yaml", tmp_path / "out"
@@ -230,7 +212,7 @@ def all_words():
             yield from ((path, word) for word in words_of(key.kind))
 
 
-def with_more(folder, values, taken, path, word):
+def with_more(every_key_folder, values, taken, path, word):
     """The values with a word at a key, and the keys that it takes; None where no spec comes of it."""
     for beside in BESIDE.get(path, [{}]):
         added = {**beside, path: word}
@@ -240,7 +222,7 @@ def with_more(folder, values, taken, path, word):
         try:
             for key, value in added.items():
                 put(found, key, value)
-            load_values(found, SpecSource(str(folder / "plain.yaml"), PLAIN))
+            load_values(found, SpecSource(str(every_key_folder / "plain.yaml"), PLAIN))
         except (sitscad.SpecError, ValueError):
             continue
         return found, taken | added
@@ -248,19 +230,19 @@ def with_more(folder, values, taken, path, word):
 
 
 @pytest.mark.slow
-def test_every_word_of_every_key_is_laid_out_estimated_and_checked(folder):
+def test_every_word_of_every_key_is_laid_out_estimated_and_checked(every_key_folder):
     left = list(all_words())
     assert len(left) > 200
     while left:
         values, taken, rest = read_yaml(PLAIN).data, {}, []
         for path, word in left:
-            more = None if path in taken else with_more(folder, values, taken, path, word)
+            more = None if path in taken else with_more(every_key_folder, values, taken, path, word)
             if more is None:
                 rest.append((path, word))
             else:
                 values, taken = more
         assert len(rest) < len(left), f"no spec takes {rest}"
         left = rest
-        spec = load_values(values, SpecSource(str(folder / "plain.yaml"), PLAIN))
+        spec = load_values(values, SpecSource(str(every_key_folder / "plain.yaml"), PLAIN))
         layout = sitscad.lay_out(spec)
         sitscad.check(spec, layout, hints="none")

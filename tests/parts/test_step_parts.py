@@ -16,17 +16,10 @@ from sitscad.parts.step_parts import measured_jaw, read_files
 from sitscad.parts.whole import whole
 from sitscad.spec.format.reading import SpecError
 from sitscad.spec.load import load
+from tests.parts.test_imported import SENSOR
 
 pytestmark = pytest.mark.cad
 
-SENSOR = """sitscad: 1
-name: filed
-coil: {shape: circle, outer_diameter: 4, turns: 7.75, layers: 4, trace_width: 80 um, trace_spacing: 80 um}
-array: {pattern: line, count: 2, pitch: 4.5}
-fpc: {stackup: flex-4l, rules: generic-fine, tail: {length: 30, connector: zif-0.5mm, layers: 2}}
-target: {shape: rectangle, size: [4.5, 4.1], thickness: 0.15}
-elastomer: {shape: rectangle, size: [4.5, 4.1], thickness: 0.65}
-"""
 SIZE = (24, 6, 2)
 FIGURES = "width: 6, face: 6, length: 24, height: 2, port_diameter: 9"
 

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-import shutil
 from dataclasses import fields, replace
-from pathlib import Path
 
-import ezdxf
 import numpy as np
 import pytest
 from hypothesis import given
@@ -23,25 +20,9 @@ from sitscad.spec.format.writing import kind_at
 from sitscad.spec.load import attribute
 from sitscad.spec.sensor import SpecDocument
 from sitscad.units import SI_UNITS, exact_text, parse_quantity
+from tests.conftest import EVERY_KEY
 
-SAMPLES = Path(__file__).parents[1] / "samples" / "every_key"
-EVERY_KEY = ("bench_of_cells", "fingertip", "jaw_from_a_file", "jaw_of_sheet", "own_mount")
 BENCH = sitscad.load_text(templates.read("bench_7mm"))
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    """The samples that together have every key, with the files that they name."""
-    place = tmp_path_factory.mktemp("keys") / "specs"
-    shutil.copytree(SAMPLES, place)
-    drawing = ezdxf.new("R2010")
-    drawing.header["$INSUNITS"] = 4
-    drawing.modelspace().add_lwpolyline([(-16, -17), (16, -17), (16, 17), (-16, 17)], close=True)
-    drawing.saveas(place / "body.dxf")
-    (place / "parts").mkdir()
-    for name in ("parts/jaw.step", "own.step"):
-        (place / name).write_bytes(b"ISO-10303-21;\nEND-ISO-10303-21;\n")
-    return place
 
 
 def spec_named(name, folder):
@@ -68,8 +49,8 @@ def readable_keys(spec, section=SpecDocument, path=""):
 
 
 @pytest.mark.parametrize("name", [*templates.names(), *EVERY_KEY])
-def test_replace_of_a_written_key_by_its_attribute_changes_nothing(name, folder):
-    spec = spec_named(name, folder)
+def test_replace_of_a_written_key_by_its_attribute_changes_nothing(name, every_key_folder):
+    spec = spec_named(name, every_key_folder)
     tried = 0
     for key in spec.source.keys:
         try:
@@ -83,12 +64,12 @@ def test_replace_of_a_written_key_by_its_attribute_changes_nothing(name, folder)
 
 
 @pytest.mark.parametrize("name", [*templates.names(), *EVERY_KEY])
-def test_replace_of_a_key_left_out_by_its_attribute_changes_nothing_or_is_refused(name, folder):
+def test_replace_of_a_key_left_out_by_its_attribute_changes_nothing_or_is_refused(name, every_key_folder):
     """Some keys cannot be written beside others (`coil.inner_diameter` beside the turns), or below a preset's name.
 
     Keys of a section that is left out are passed over: one of them makes the section.
     """
-    spec = spec_named(name, folder)
+    spec = spec_named(name, every_key_folder)
     equal = 0
     for key, value in readable_keys(spec):
         if key in spec.source.keys or value is None or key.rpartition(".")[0] not in {"", *spec.source.keys}:
@@ -143,13 +124,13 @@ def test_replace_keeps_the_unit_of_the_text():
     assert re.search(r"trace_width: 120 um\b", text) is not None
 
 
-def test_replace_by_the_parts_of_another_spec_gives_equal_parts(folder):
+def test_replace_by_the_parts_of_another_spec_gives_equal_parts(every_key_folder):
     other = sitscad.load_text(templates.read("grasper_4layer"))
     changed = BENCH.replace({"target": other.target, "shield": other.shield, "fpc.rules": other.fpc.rules.name,
                              "elastomer.material": other.elastomer.material})
     assert (changed.target, changed.shield) == (other.target, other.shield)
     assert changed.elastomer.material == other.elastomer.material
-    own = sitscad.load(folder / "jaw_from_a_file.yaml").target.material
+    own = sitscad.load(every_key_folder / "jaw_from_a_file.yaml").target.material
     assert replace(BENCH.replace("target.material", own).target.material, source="") == replace(own, source="")
 
 
@@ -193,8 +174,8 @@ WITHOUT_SECTION = re.compile(r"loads\.|assembly\.tolerances\.|fpc\.tail\.bend\.|
 
 
 @pytest.mark.parametrize("name", [*templates.names(), *EVERY_KEY])
-def test_a_key_is_an_attribute_or_the_error_says_what_to_read(name, folder):
-    spec = spec_named(name, folder)
+def test_a_key_is_an_attribute_or_the_error_says_what_to_read(name, every_key_folder):
+    spec = spec_named(name, every_key_folder)
     for key in spec.source.keys:
         if WITHOUT_SECTION.match(key):
             continue
@@ -206,9 +187,9 @@ def test_a_key_is_an_attribute_or_the_error_says_what_to_read(name, folder):
             assert re.search(r", read \w+", str(error)), key
 
 
-def test_attributes_that_an_error_names_exist(folder):
-    spec = sitscad.load(folder / "jaw_from_a_file.yaml")
-    sheet = sitscad.load(folder / "jaw_of_sheet.yaml")
+def test_attributes_that_an_error_names_exist(every_key_folder):
+    spec = sitscad.load(every_key_folder / "jaw_from_a_file.yaml")
+    sheet = sitscad.load(every_key_folder / "jaw_of_sheet.yaml")
     for owner, whole in ((spec, spec), (spec.array, spec), (sheet.fpc.rules, sheet)):
         for where in type(owner).read_instead.values():
             assert eval(where, {}, {"spec": whole, "len": len}) is not None, where
