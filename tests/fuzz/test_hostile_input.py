@@ -79,7 +79,7 @@ def test_a_full_disk_leaves_the_package_before(tmp_path, monkeypatch, failing):
         with monkeypatch.context() as patch:
             patch.setattr(os, "rename" if failing == "rename" else "fsync", refuse)
             if failing == "rename":
-                patch.setattr("sitscad.package.replacing._exchange", lambda *_: False)
+                patch.setattr("sitscad.package.building._exchange", lambda *_: False)
             try:
                 built(tmp_path, 9.5)
             except sitscad.PackageError as error:

@@ -325,7 +325,7 @@ def test_a_search_that_is_interrupted_leaves_a_page_of_what_it_looked_at(folder,
         return evaluate(run, points)
 
     monkeypatch.chdir(folder)
-    monkeypatch.setattr("sitscad.study.search.GENERATION", 8)
+    monkeypatch.setattr("sitscad.study.running.GENERATION", 8)
     with monkeypatch.context() as patch:
         patch.setattr(StudyRun, "_costs_of", interrupted)
         assert run(["design", "study.yaml", "--jobs", "1", "--no-yield"]) == 130
