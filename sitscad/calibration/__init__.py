@@ -51,7 +51,7 @@ def calibrate(
 
     from sitscad.calibration.bench_data import USUAL_ROTATION, BenchError, points_of, read_table
     from sitscad.calibration.calibration import calibrate_by, foretell, sensors_of, turned_otherwise
-    from sitscad.calibration.misfit import noisy, odd_reading, turned_fit
+    from sitscad.calibration.misfit import disagreement, noisy, turned_fit
     from sitscad.calibration.model_fit import SUSPECT, NoFit
     from sitscad.calibration.refusals import require_plausible, require_possible, require_told, second_readings
     from sitscad.estimates.response.working_range import axes_felt
@@ -60,15 +60,15 @@ def calibrate(
 
     has_moments = any(name in axes_felt(design.spec, cell_placements(design.spec)[0]) for name in MOMENT)
     asked = is_held(rotation or ("free" if has_moments else USUAL_ROTATION))
+    no_moments = "rotation held: a face that keeps the target level takes the moments that the spec asks for"
     if asked and has_moments:
-        raise MotionError("rotation held: a face that keeps the target level takes the moments that the spec asks for")
+        raise MotionError(no_moments)
     if data is None or design.spec.cells is not None:  # of which the response says to name one
         return foretell(design.response, asked, points)
     table = read_table(os.fspath(data), [coil.name for coil in design.layout.coils])
     level = table.is_held(rotation, "free" if has_moments else USUAL_ROTATION)
     if level and has_moments:
-        raise BenchError(f"{table.path}:{table.rotation[0]}:1 rotation held: a face that keeps the target level takes "
-                         "the moments that the spec asks for")
+        raise BenchError(f"{table.path}:{table.rotation[0]}:1 {no_moments}")
     sensors = sensors_of(design.response, level)
     found = points_of(table, sensors)
     require_possible(table, found, sensors)
@@ -87,6 +87,6 @@ def calibrate(
             said, wrong = other.note, other.error(made.map)
     require_told(table, found, sensors, made.fit, said)
     turned, remarks = turned_otherwise(made, made.fit.errors), second_readings(table, found, sensors)
-    told = (said, odd_reading(table, found, sensors, made.fit), noisy(table, found, sensors, made.fit))
+    told = (said, disagreement(table, found, sensors, made.fit), noisy(table, found, sensors, made.fit))
     stated = replace(made.map, error=np.hypot(made.map.error, wrong))
     return replace(made, map=stated, remarks=(*filter(None, told), *remarks), turned=turned)

@@ -125,12 +125,9 @@ def read_table(path: str, coils: Sequence[str]) -> BenchTable:
     """
     try:
         text = table_text(path, LARGEST)
-    except TableError as error:
-        raise BenchError(f"{path}:1:1 {error}") from error
-    try:
         whole = [(number, cells) for number, cells in enumerate(csv.reader(io.StringIO(text, newline=None)), start=1)
                  if any(cell.strip() for cell in cells)]
-    except csv.Error as error:
+    except (TableError, csv.Error) as error:
         raise BenchError(f"{path}:1:1 is no table that can be read: {error}") from error
     rows = [(number, cells) for number, cells in whole if not cells[0].lstrip().startswith("#")]
     if not rows:
@@ -160,29 +157,18 @@ def _columns(where: str, head: Sequence[str], coils: Sequence[str]) -> tuple[Col
     """The columns of a table by its heading; BenchError for a title that is no load, pose or coil, or has no unit."""
     found = []
     for number, title in enumerate((cell.strip() for cell in head), start=1):
-        name, _, unit = title.rpartition("_")
-        if title in coils:
-            raise BenchError(
-                f"{where}:{number} {title} says no unit: {title}_counts, {title}_Hz or {title}_H is wanted"
-            )
-        if name in coils:
-            found.append(_column(f"{where}:{number}", number, name, unit, tuple(READING_UNITS), True))
-        elif name in KINDS:
-            found.append(_column(f"{where}:{number}", number, name, unit, KINDS[name], False))
-        elif title in KINDS:
-            raise BenchError(f"{where}:{number} {title} says no unit: {title}_{KINDS[title][0]} is wanted")
-        else:
+        name, _, unit = (title, "", "") if title in coils or title in KINDS else title.rpartition("_")
+        units = tuple(READING_UNITS) if name in coils else KINDS.get(name)
+        if units is None:
             parted = "; columns are parted by commas" if ";" in title or "\t" in title else ""
             raise BenchError(f"{where}:{number} column {title!r} is none of {', '.join((*LOAD, *POSE, *coils))}, "
                              f"each with its unit: normal_N, x_mm, C1_counts{parted}")
+        if unit not in units:
+            raise BenchError(f"{where}:{number} {name} in {unit!r}: {', '.join(f'{name}_{one}' for one in units)} are "
+                             "read")
+        found.append(Column(number, name, unit, name in coils))
     _require_all(where, found, coils)
     return tuple(found)
-
-
-def _column(where: str, number: int, name: str, unit: str, units: Sequence[str], is_coil: bool) -> Column:
-    if unit not in units:
-        raise BenchError(f"{where} {name} in {unit!r}: {', '.join(units)} are read")
-    return Column(number, name, unit, is_coil)
 
 
 def _require_all(where: str, found: Sequence[Column], coils: Sequence[str]) -> None:
@@ -193,12 +179,9 @@ def _require_all(where: str, found: Sequence[Column], coils: Sequence[str]) -> N
         if titles.count((column.name, column.kind)) > 1:
             raise BenchError(f"{where}:{column.number} {column.name} has two columns")
     missing = [name for name in coils if name not in names]
-    if missing:
-        raise BenchError(
-            f"{end} no column for {', '.join(missing)}: every coil's reading is wanted, like {missing[0]}_counts"
-        )
-    if not used_kind(found) and any(column.kind == "counts" for column in found):
-        raise BenchError(f"{end} coils in counts and in other units: one kind for all is wanted")
+    if missing or (not used_kind(found) and any(column.kind == "counts" for column in found)):
+        said = f"no column for {', '.join(missing)}" if missing else "coils in several kinds of units"
+        raise BenchError(f"{end} {said}: one of a kind for every coil is wanted, like {coils[0]}_counts")
     kinds = {"load" if name in LOAD else "pose" for name in names if name in KINDS}
     if len(kinds) != 1:
         said = "loads and poses: one of both is wanted" if kinds else "neither loads nor poses: normal_N is wanted"

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from sitscad.arrays import Array
-from sitscad.calibration.forms import Tried, chosen_form, error_by_unknowns, error_on_others, own_map
-from sitscad.calibration.inverse_map import Correction, InverseMap, correct
-from sitscad.calibration.misfit import far_off, pattern
+from sitscad.calibration.inverse_map import InverseMap
+from sitscad.calibration.map_fit import error_by_unknowns, error_on_others, own_map
+from sitscad.calibration.misfit import far_off
 from sitscad.calibration.model_fit import SUSPECT, ModelFit, NoFit, fit_model
 from sitscad.calibration.points import Plan, Points, plan
 from sitscad.calibration.sensors import Sensors
@@ -56,20 +56,17 @@ class Calibration:
     """A map from readings to forces, with its origin.
 
     `plan` lists the loads to measure; None if there are measured points. `fit` has the sensor's unknowns as the points
-    give them, `correction` the change of the map (None for poses), `remarks` the remarks on the table. `sigma` (axes;
-    N) is one sigma of the error of a measured sensor, and 95 % stay below `map.error`; None if there are no points.
+    give them, `remarks` the remarks on the table. `sigma` (axes; N) is one sigma of the error of a measured sensor, and
+    95 % stay below `map.error`; None if there are no points.
     `turned` lists readings of full shear (axis; N applied; N read) if the target tilts against the map's assumption.
     `cell` is the number of the cell, from 1; None if the sensor has no cells.
     """
 
     sensors: Sensors
     map: InverseMap
-    form: Tried
-    tried: tuple[Tried, ...]
     plan: Plan | None = None
     points: Points | None = None
     fit: ModelFit | None = None
-    correction: Correction | None = None
     remarks: tuple[str, ...] = ()
     turned: tuple[tuple[str, float, float], ...] = ()
     cell: int | None = None
@@ -141,11 +138,6 @@ class Calibration:
                          )
         if not set(FORCES) <= set(self.map.axes):
             found.append(f"the array tells {', '.join(self.map.axes)} apart: forces along other axes read as these")
-        if self.fit is not None and self.fit.excess > SUSPECT:
-            assert self.points is not None
-            why = pattern(self.points, self.fit, self.sensors) or (
-                "no pattern in them: noise, hysteresis, creep, or loads that were not what the file says")
-            found.append(f"loads and model were off by {self.fit.excess:.1f} times what is expected; {why}")
         if self.fit is not None:
             found += far_off(self.sensors, self.fit)
         if self.points is not None and np.sum(self.points.at_rest) < TARES:
@@ -169,7 +161,7 @@ class Calibration:
         """The whole calibration as plain values for JSON."""
         full = self.map.full_scale
         found: dict[str, Any] = {
-            "map": self.map.document(), "form": self.form.form.name, "is_calibrated": self.fit is not None,
+            "map": self.map.document(), "form": self.map.form, "is_calibrated": self.fit is not None,
             "rotation": self.sensors.rotation,
             **by_unit("error_", "", dict(zip(self.map.axes, self.map.error.tolist(), strict=True))),
             "error_of_full_scale": dict(zip(self.map.axes, (self.map.error / full).tolist(), strict=True)),
@@ -188,7 +180,6 @@ class Calibration:
         if self.fit is not None and self.points is not None:
             found["points"] = len(self.points)
             found["errors_larger_than_expected"] = self.fit.excess
-            found["correction_degree"] = 0 if self.correction is None else self.correction.degree
         return found
 
 
@@ -201,14 +192,13 @@ def foretell(model: ResponseModel, is_held: bool = True, count: int = USUAL_POIN
     if not FEWEST <= count <= MOST:
         raise ValueError(f"{FEWEST} to {MOST} points are planned, not {count}")
     sensors = sensors_of(model, is_held)
-    form, tried = chosen_form(sensors)
-    drawn, planned = own_map(sensors, form.form, np.zeros(len(sensors.known))), plan(sensors, count)
+    drawn, planned = own_map(sensors, np.zeros(len(sensors.known))), plan(sensors, count)
     # What a tare alone leaves is that of simulated units, not of first order; no point makes more of it. What the map
     # itself leaves no point takes away, nor is it less on units that are not as drawn.
     untold = np.maximum(error_on_others(sensors, drawn), drawn.error)
     errors = np.vstack([untold, np.minimum(np.hypot(planned.errors[1:], drawn.error), untold)])
     drawn = replace(drawn, error=untold)
-    found = Calibration(sensors, drawn, form, tried, replace(planned, errors=errors))
+    found = Calibration(sensors, drawn, replace(planned, errors=errors))
     return replace(found, turned=turned_otherwise(found, np.zeros(len(sensors.known))))
 
 
@@ -260,24 +250,13 @@ def sensors_of(model: ResponseModel, is_held: bool = True) -> Sensors:
 
 
 @one_thread
-def calibrate_by(sensors: Sensors, points: Points, form: Tried | None = None) -> Calibration:
-    """The map of the measured sensor: the model's unknowns first, then what they leave. `form` is chosen if None."""
-    tried: tuple[Tried, ...] = ()
-    if form is None:
-        form, tried = chosen_form(sensors)
+def calibrate_by(sensors: Sensors, points: Points) -> Calibration:
+    """The map of the measured sensor, by the unknowns of the model."""
     sensors, fit = charted_fit(sensors, points)
-    found = own_map(sensors, form.form, fit.errors)
-    settled = points.settled
-    rest = np.rint(sensors.conversion.counts(points.rest))
-    if points.loads is None:
-        sigma, error = stated_error(sensors, found, fit)
-        return Calibration(sensors, replace(found, rest=rest, error=error), form, tried, None, points, fit, sigma=sigma)
-    pressed = ~points.at_rest
-    forces = points.loads[pressed][:, sensors.range.columns]
-    correction = correct(found, settled.frequency[pressed], settled.rest, forces)
+    found = own_map(sensors, fit.errors)
     sigma, error = stated_error(sensors, found, fit)
-    made = replace(correction.map, rest=rest, error=error)
-    return Calibration(sensors, made, form, tried, None, points, fit, correction, sigma=sigma)
+    made = replace(found, rest=np.rint(sensors.conversion.counts(points.rest)), error=error)
+    return Calibration(sensors, made, None, points, fit, sigma=sigma)
 
 
 def charted_fit(sensors: Sensors, points: Points) -> tuple[Sensors, ModelFit]:

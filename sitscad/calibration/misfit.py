@@ -1,4 +1,6 @@
-"""Why points and model disagree, in words: unknowns far off, errors with a pattern, a target that turns otherwise."""
+"""Where points and model disagree, in words: the row with the worst chi-square, unknowns far off, noise at rest, and a
+target that turns otherwise.
+"""
 
 from __future__ import annotations
 
@@ -9,12 +11,13 @@ import numpy as np
 
 from sitscad.arrays import Array
 from sitscad.calibration.bench_data import BenchTable
-from sitscad.calibration.forms import ASKED, LEARNT
 from sitscad.calibration.inverse_map import InverseMap
+from sitscad.calibration.map_fit import ASKED, LEARNT
 from sitscad.calibration.model_fit import SUSPECT, ModelFit, NoFit, fit_model
 from sitscad.calibration.points import Points, load_slopes
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import usual
+from sitscad.estimates.performance.values import amount_text
 from sitscad.estimates.response.pad import NoResponse
 from sitscad.record import record
 from sitscad.scene.motions import ROTATIONS
@@ -28,14 +31,10 @@ LIKELIER = 12.0
 loading is said to be the true one."""
 
 ODD = 3.7
-"""Standard deviations, beside the scatter of all others, from which on one coil's reading in one row is told: of 16
-readings as they should be one is in 290 tables."""
+"""Standard deviations, by its chi-square beside the scatter of all others, from which on a row is told."""
 
 NOISY = 0.5
 """Error of a force by noise, over that of the loads themselves (`usual("force")`), from which on noise is told."""
-
-FEWEST, EXPLAINED = 6, 0.6
-"""Points from which on a pattern is looked for, and the share of an axis' squared errors that it explains at least."""
 
 CAUSES = {
     "gap": "a pad of another thickness (elastomer.thickness), or another glue line",
@@ -74,17 +73,27 @@ def far_off(sensors: Sensors, fit: ModelFit) -> Iterator[str]:
                    "forces are right for the loads of the table only if those are right")
 
 
-def odd_reading(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit) -> str:
-    """A note on the one reading that the others contradict, with its row and coil; nothing where all are alike."""
-    off = np.where(points.at_rest[:, None], 0.0, fit.odd)
-    row, coil = np.unravel_index(int(np.argmax(off)), off.shape)
-    if off[row, coil] < ODD:
+def worst_row(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit) -> tuple[str, str, float, float]:
+    """The row with the worst chi-square: its place, what is off there in words, by how many standard deviations, and by
+    how much of full scale (0 for poses).
+    """
+    row = int(np.argmax(np.where(points.at_rest, -np.inf, fit.odd)))
+    said, share = f"by {fit.odd[row]:.1f} sigma of what the others scatter", 0.0
+    if fit.force_errors is not None:
+        off = np.nan_to_num(np.abs(fit.force_errors[row]) / sensors.range.full_scales)
+        axis = int(np.argmax(off))
+        name, share = sensors.range.axes[axis], float(off[axis])
+        said = f"the others foretell {name} {amount_text(share * sensors.range.full_scales[axis], name)} off, {said}"
+    return f"{table.path}:{table.lines[row]}:1", said, float(fit.odd[row]), share
+
+
+def disagreement(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit) -> str:
+    """A note where all loads disagree with the readings, or one row with all others; else empty."""
+    where, said, odd, _ = worst_row(table, points, sensors, fit)
+    if fit.excess <= SUSPECT and odd <= ODD:
         return ""
-    column = table.column(sensors.coils[int(coil)])
-    amount = table.numbers(column)[row] * fit.slips[row, coil] * (-2.0 if column.kind == "H" else 1.0)
-    return (f"{table.where(int(row), column)} {column.name} reads {amount:+.3g} {column.unit} off what the other rows "
-            f"foretell, {off[row, coil]:.1f} sigma of their scatter: a slip of this reading, or another load than the "
-            "row says? Read that row again")
+    return (f"{where} loads and model are off by {fit.excess:.1f} times what is expected, and this row most: {said}: "
+            "noise, hysteresis, creep, a slip, or another load than the row says? Read that row again")
 
 
 def noise_share(points: Points, sensors: Sensors, fit: ModelFit) -> float:
@@ -94,62 +103,21 @@ def noise_share(points: Points, sensors: Sensors, fit: ModelFit) -> float:
     return float(np.sqrt(np.sum((np.linalg.pinv(slopes) * noise) ** 2, axis=1)).max())
 
 
+def noise_text(table: BenchTable, points: Points, share: float) -> str:
+    """What rows without load scatter by, `share` of full scale on a force, with the worst of them."""
+    tare = int(np.argmax(np.abs(points.restless).max(axis=1))) if len(points.restless) else 0
+    return (f"{table.path}:{table.lines[int(np.flatnonzero(points.at_rest)[tare])]}:1 rows without load scatter by "
+            f"{points.noisier:.0f} times the converter's noise (drift along the rows taken out), {100.0 * share:.2g} % "
+            "of full scale on a force, this one most: a slip, noise of supply or cable, a target that was touched, or "
+            "drift that goes up and down?")
+
+
 def noisy(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit) -> str:
-    """A note on the row and coil whose reading without load is off by more than the converter's noise; else None."""
+    """A note on rows without load that scatter by more than the converter's noise; empty on a good bench."""
     share = noise_share(points, sensors, fit)
     if points.noisier <= 1.0 or share < NOISY * usual("force"):
         return ""
-    left = points.restless
-    tare, coil = np.unravel_index(int(np.argmax(np.abs(left))), left.shape)
-    row = int(np.flatnonzero(points.at_rest)[tare])
-    column = table.column(sensors.coils[int(coil)])
-    size = table.numbers(column)[row] * (2.0 if column.kind == "H" else 1.0)
-    expected = size * float(sensors.of_mean(int(usual("readings")))[coil])
-    amount = abs(size * float(left[tare, coil]))
-    return (f"{table.where(row, column)} rows without load scatter by {points.noisier * expected:.3g} {column.unit} "
-            f"(one sigma, drift along the rows taken out) where {expected:.2g} are expected, {100.0 * share:.2g} % of "
-            f"full scale on a force; {column.name} is farthest off here, by {amount:.3g} {column.unit}: a slip, noise "
-            "of supply or cable, a target that was touched, or drift that goes up and down? In use noise comes on top "
-            "of the stated error")
-
-
-def pattern(points: Points, fit: ModelFit, sensors: Sensors) -> str:
-    """What the errors of the axis that is worst go with, in words, where loads and model disagree; else nothing."""
-    if fit.force_errors is None or points.loads is None or fit.excess < SUSPECT:
-        return ""
-    pressed = ~points.at_rest
-    loads, errors = points.loads[pressed], fit.force_errors[pressed]
-    if len(loads) < FEWEST or not np.all(np.isfinite(errors)):
-        return ""
-    worst = int(np.argmax(np.sum((errors / sensors.range.full_scales) ** 2, axis=0)))
-    column, name, off = sensors.range.columns[worst], sensors.range.axes[worst], errors[:, worst]
-    rows = np.flatnonzero(pressed).astype(float)
-    found = [(_share(_centred(rows), _centred(off)), f"{name} is off more and more with the rows: drift or creep; take "
-              "tares between, and wait ten seconds on each load")]
-    if column:
-        found += [
-            (_share(loads[:, column], off), f"{name} is off in proportion to it: the thread rubs, pulls askew, or the "
-             "loads are in another unit"),
-            (_share(loads[:, column] * loads[:, 0], off), f"{name} is off with the product of shear and normal force: "
-             "under both the pad gives way otherwise than its law, or the target is held otherwise (--rotation)"),
-        ]
-    else:
-        sides = [k for k in sensors.range.columns if k]
-        aside = np.linalg.norm(loads[:, sides] / sensors.range.full_scales[1:], axis=1)
-        found.append((_share(_centred(aside), _centred(off)), "the normal force is off with the shear on it: the "
-                      "thread pulls up or down, or beside the middle of the outermost face"))
-    share, words = max(found)
-    return words if share > EXPLAINED else ""
-
-
-def _centred(values: Array) -> Array:
-    return np.asarray(values - values.mean())
-
-
-def _share(term: Array, off: Array) -> float:
-    """Share of the squares of `off` (n) that a multiple of `term` (n) explains."""
-    size = float(term @ term) * float(off @ off)
-    return float(term @ off) ** 2 / size if size > 0.0 else 0.0
+    return f"{noise_text(table, points, share)} In use noise comes on top of the stated error"
 
 
 @record(eq=False)

@@ -12,7 +12,16 @@ from statistics import NormalDist
 import numpy as np
 
 from sitscad.arrays import Array, Flags
-from sitscad.calibration.points import Points, covariances, foretold, load_errors, load_slopes, tared, whiteners
+from sitscad.calibration.points import (
+    Points,
+    chi_square_chance,
+    covariances,
+    foretold,
+    load_errors,
+    load_slopes,
+    tared,
+    whiteners,
+)
 from sitscad.calibration.sensors import Sensors
 from sitscad.record import record
 
@@ -125,10 +134,9 @@ class ModelFit:
 
     `likely` (sensors, unknowns; prior standard deviations) are other sensors from which the readings may come, less
     this one. `scatter` is what loads and model are off by beyond what is expected (full scales; for poses, parts of a
-    change), `excess` how many times larger than expected that makes them. Foretold by the other points are the force
-    error of each point (n, axes; N; NaN at rest; None for poses) and the error of ln f over rest (n, coils). `slips`
-    (n, coils) is the error of ln f of one coil alone that would explain a point best, and `odd` (n, coils) how unlikely
-    that reading is beside those of the other points, in standard deviations of a normal number.
+    change), `excess` how many times larger than expected that makes them. `force_errors` (n, axes; N; NaN at rest; None
+    for poses) are the errors of each point's force as the other points foretell it, and `odd` (n) is how unlikely the
+    chi-square of its readings is beside those of the other points, in standard deviations of a normal number.
     `cost` is minus twice the logarithm of the likelihood of the readings.
     """
 
@@ -139,8 +147,6 @@ class ModelFit:
     scatter: float
     excess: float
     force_errors: Array | None
-    reading_errors: Array
-    slips: Array
     odd: Array
     settled: bool
     cost: float
@@ -220,8 +226,8 @@ def _problem(sensors: Sensors, points: Points, aim: Array, values: Array, scatte
 @record(eq=False)
 class _Likely:
     """What the readings leave likely: `sensors` (`LIKELY`, unknowns; prior standard deviations) less the fitted one,
-    the scatter (geometric mean), and minus twice the logarithm of the likelihood at the likeliest scatter; `odd` as of
-    a `ModelFit`.
+    the scatter (geometric mean), and minus twice the logarithm of the likelihood at the likeliest scatter; `odd` (n) as
+    of a `ModelFit`.
     """
 
     sensors: Array
@@ -259,9 +265,9 @@ def _likely(problem: _Problem, found: Fitted) -> _Likely:
     sensors = np.array(centres)[number] - used + np.einsum("nij,nj->ni", np.array(roots)[number], drawn)
     alone, chance = (np.array(part) for part in zip(*odd, strict=True))
     others = _weights(np.array(costs)[:, None] - alone)  # of scatters, (scatters, n), by the other points
-    chances = np.maximum(np.einsum("sn,snc->nc", others, chance), 1e-300)
+    chances = np.clip(np.sum(others * chance, axis=0), 1e-300, 1.0 - 1e-12)
     return _Likely(sensors, float(np.exp(weights @ np.log(SCATTERS))), min(costs),
-                   -np.vectorize(NormalDist().inv_cdf)(0.5 * chances))
+                   -np.vectorize(NormalDist().inv_cdf)(chances))
 
 
 def _weights(costs: Array) -> Array:
@@ -290,16 +296,14 @@ def _all_slopes(problem: _Problem, found: Fitted, errors: Array) -> Array:
 
 
 def _beside_others(white: Array, slope: Array, inverse: Array, left: Array) -> tuple[Array, Array]:
-    """Minus twice the logarithm of each point's likelihood after the others (n), and the chance (n, coils) that one
-    coil's reading is so far off what all others foretell; to first order, by the inverse of the readings' covariance.
+    """Minus twice the logarithm of each point's likelihood after the others (n), and the chance (n) that its readings
+    are so far off what all others foretell, by chi-square; to first order, by the inverse of the readings' covariance.
     """
     pulled = np.einsum("ndc,nd->nc", white, left.reshape(white.shape[:2]))
     own = np.eye(white.shape[1]) - slope @ inverse @ np.swapaxes(slope, 1, 2)
     precision = np.swapaxes(white, 1, 2) @ own @ white
-    alone = (np.einsum("nc,nc->n", pulled, np.linalg.solve(precision, pulled[..., None])[..., 0])
-             - np.linalg.slogdet(precision)[1])
-    far = np.abs(pulled) / np.sqrt(np.einsum("ncc->nc", precision))
-    return alone, np.vectorize(math.erfc)(far / math.sqrt(2.0))
+    square = np.einsum("nc,nc->n", pulled, np.linalg.solve(precision, pulled[..., None])[..., 0])
+    return square - np.linalg.slogdet(precision)[1], chi_square_chance(square, white.shape[1])
 
 
 def _told(problem: _Problem, found: Fitted, likely: _Likely) -> ModelFit:
@@ -309,27 +313,21 @@ def _told(problem: _Problem, found: Fitted, likely: _Likely) -> ModelFit:
     expected = sensors.charted if points.loads is None else float(
         np.sqrt(np.mean(load_errors(sensors, points.loads[~points.at_rest]) ** 2)))
     excess = math.hypot(1.0, likely.scatter / expected)
-    alone, own = left_out(found, count)
-    left = found.residuals.reshape(count, -1)
-    pulled = np.einsum("ndc,nd->nc", problem.white, left)
-    weight = np.einsum("ndc,nde,nec->nc", problem.white, own, problem.white)
-    reading = np.asarray(np.linalg.solve(problem.white, alone[:, :, None])[:, :, 0], dtype=float)
     force = None
     if points.loads is not None:
         slopes = problem.white @ load_slopes(sensors, errors, points.loads)
-        force = np.einsum("nac,nc->na", np.linalg.pinv(slopes), alone) * sensors.range.full_scales
+        force = np.einsum("nac,nc->na", np.linalg.pinv(slopes), left_out(found, count)) * sensors.range.full_scales
         force[points.at_rest] = np.nan
     moved, sure = np.zeros(len(problem.sigma)), np.ones(len(problem.sigma))
     moved[problem.chosen] = found.values
     sure[problem.chosen] = np.sqrt(np.diag(found.covariance))
-    return ModelFit(errors, moved, sure, likely.sensors, likely.scatter, excess, force, reading, pulled / weight,
-                    likely.odd, found.settled, likely.cost)
+    return ModelFit(errors, moved, sure, likely.sensors, likely.scatter, excess, force, likely.odd,
+                    found.settled, likely.cost)
 
 
-def left_out(found: Fitted, count: int) -> tuple[Array, Array]:
-    """Residuals (count, each) of every point by the others, to first order; and 1 less its pull (count, each, each)."""
+def left_out(found: Fitted, count: int) -> Array:
+    """Residuals (count, each) of every point by the others, to first order."""
     left = found.residuals.reshape(count, -1)
     slopes = found.slopes.reshape(count, left.shape[1], -1)
-    pull = slopes @ found.covariance @ np.swapaxes(slopes, 1, 2)
-    own = np.eye(left.shape[1]) - pull
-    return np.asarray(np.linalg.solve(own, left[:, :, None])[:, :, 0]), own
+    own = np.eye(left.shape[1]) - slopes @ found.covariance @ np.swapaxes(slopes, 1, 2)
+    return np.asarray(np.linalg.solve(own, left[:, :, None])[:, :, 0])

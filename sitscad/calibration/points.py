@@ -19,8 +19,7 @@ from sitscad.record import record
 AT_REST = 1e-4  # What a frequency at rest may be off by, by itself; all others are taken over it
 LEAST_LOAD = 1e-3  # What a load (of full scale) may be off by, however small it is
 
-CHANCE = 3.7
-"""Standard deviations (one-sided odds of 10,000 to 1) beyond which rows without load do not scatter so by chance."""
+CHANCE = 1e-4  # Chance below which rows without load do not scatter as they do by chance
 
 STEP = 1e-3  # Step (of full scale) of the differences by which slopes over loads are taken
 MOVE = 0.02  # Step (prior standard deviations) of the differences by which slopes over unknowns are taken
@@ -143,14 +142,22 @@ def whiteners(covariance: Array) -> Array:
 
 def noisier(points: Points, expected: Array) -> float:
     """How many times larger than `expected` (coils; one sigma of a row's ln f) the readings' noise is by what is left
-    of the tares; 1 where that may be chance. The limit of chi-square is that of Wilson and Hilferty (PNAS 17, 1931).
+    of the tares; 1 where that may be chance.
     """
     left = points.restless / expected
     free = left.size - 2 * left.shape[1] * bool(left.size)
-    if not free:
-        return 1.0
-    square, part = float(np.sum(left**2)) / free, 2.0 / (9.0 * free)
-    return float(np.sqrt(square)) if square > (1.0 - part + CHANCE * np.sqrt(part)) ** 3 else 1.0
+    square = float(np.sum(left**2))
+    return math.sqrt(square / free) if free and chi_square_chance(np.array(square), free) < CHANCE else 1.0
+
+
+def chi_square_chance(square: Array, free: int) -> Array:
+    """The chance that a sum of `free` squares of normal numbers is larger (Abramowitz and Stegun 26.4.4 and 26.4.5)."""
+    half, power = 0.5 * square, 0.5 * (2 - free % 2)
+    found = np.exp(-half) if power == 1.0 else np.vectorize(math.erfc)(np.sqrt(half))
+    while power < 0.5 * free:
+        found = found + half**power * np.exp(-half) / math.gamma(power + 1.0)
+        power += 1.0
+    return np.asarray(found)
 
 
 def load_errors(sensors: Sensors, loads: Array) -> Array:

@@ -12,7 +12,7 @@ import numpy as np
 
 from sitscad.arrays import Array
 from sitscad.calibration.bench_data import BenchError, BenchTable, frequencies_of, rounded
-from sitscad.calibration.misfit import cause, noise_share
+from sitscad.calibration.misfit import cause, noise_share, noise_text, worst_row
 from sitscad.calibration.model_fit import SUSPECT, ModelFit
 from sitscad.calibration.points import Points, foretold
 from sitscad.calibration.sensors import Sensors
@@ -29,13 +29,9 @@ STIFF = 2.0
 THINNEST = 0.1
 """What is left of the pad's height at the least: no silicone is pressed further and is whole afterwards."""
 
-ALONE, OUT_OF_LINE = 4.0, 0.3
-"""A row is refused that is so many times as far off as the others (their root mean square), and by so much of full
-scale."""
-
-HONEST = 5.0
-"""How many times larger than expected errors may be before a row is looked for that all others contradict: true
-readings of 5 points left up to 2.3, a load of the wrong sign 80 and more."""
+CONTRADICTED, OUT_OF_LINE = 5.0, 0.3
+"""A row is refused whose chi-square is so many standard deviations beside the others', and so much of full scale off.
+Slips made 6 to 11, a target that turned otherwise than it was calibrated for 3.7."""
 
 UNSETTLED = 2.5
 """How many times larger than expected errors may be of a fit that did not settle. Below, where true readings of few
@@ -83,40 +79,33 @@ def require_possible(table: BenchTable, points: Points, sensors: Sensors) -> Non
 
 
 def require_told(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit, said: str = "") -> None:
-    """Raises BenchError where the fit of a table did not settle, put an unknown where none is, was pulled there by one
-    row, or has the pad give way under a load of the table; what is `said` of the fit beside stands at the end.
+    """Raises BenchError where no sensor of the design reads as a table says: loads and readings disagree, a row
+    contradicts all others, or an unknown would be where none is; for noise that no calibration bears, and where the pad
+    gives way under a load of the table. What is `said` of the fit beside stands at the end.
     """
-    said = f". {said[:1].upper()}{said[1:]}" if said else ""
-    _require_alike(table, points, sensors, fit)
     k = int(np.argmax(np.abs(fit.moved)))
     of_shear = [n for n, one in enumerate(sensors.known) if one.name in SHEAR_ERRORS]
     together = float(np.linalg.norm(fit.moved[of_shear]))
     if together > abs(fit.moved[k]):
         k = of_shear[int(np.argmax(np.abs(fit.moved[of_shear])))]
     one, far = sensors.known[k], float(fit.moved[k])
-    off = np.where(points.at_rest, -np.inf, np.nan_to_num(np.abs(fit.reading_errors).max(axis=1), nan=-np.inf))
-    row = int(np.argmax(off))
-    share = f"{1e6 * off[row]:.3g} ppm of the frequency"
-    where = f"{table.path}:{table.lines[row]}:1"
-    if not fit.settled and fit.excess > UNSETTLED:
-        raise BenchError(f"{where} the fit did not settle: {one.name} went to {far:+.1f} sigma of manufacture, and "
-                         f"this row is farthest off ({share}): {cause(one.name)}; another "
-                         f"sensor's spec, or rows of several runs?{said}")
-    if max(abs(far), together) > (SURELY if fit.excess < SUSPECT else HARDLY):
-        beside = "" if together <= abs(far) else f", with others of the pad's shear {together:.1f} sigma"
-        raise BenchError(f"{where} the readings ask for {one.name} {far:+.1f} sigma off ({far * one.sigma:.3g} "
-                         f"{'relative' if one.unit == '1' else one.unit}{beside}), which no sensor of this design is; "
-                         f"this row is farthest off ({share}): {cause(one.name)}? Or is it another sensor's spec?{said}"
-                         )
-    if fit.excess > (WORST_OF_POSES if points.loads is None else WORST):
-        raise BenchError(f"{where} loads and readings disagree, by {fit.excess:.0f} times what is expected, and this "
-                         f"row is farthest off ({share}): another sensor's spec, rows of several, or loads in another "
-                         f"order or unit?{said}")
+    where, off, odd, share = worst_row(table, points, sensors, fit)
+    most = UNSETTLED if not fit.settled else WORST_OF_POSES if points.loads is None else WORST
+    farthest = SURELY if fit.excess < SUSPECT else HARDLY
+    if fit.excess > most or (odd > CONTRADICTED and share > OUT_OF_LINE) or max(abs(far), together) > farthest:
+        why, also = [], "" if together <= abs(far) else f", with others of the pad's shear {together:.1f} sigma"
+        if max(abs(far), together) > farthest:
+            amount = f"{far * one.sigma:.3g} {'relative' if one.unit == '1' else one.unit}"
+            why.append(f"{one.name} would be {far:+.1f} sigma of manufacture off ({amount}{also}): {cause(one.name)}?")
+        if fit.excess > SUSPECT or odd > CONTRADICTED:
+            best = "" if fit.settled else ", without a best fit"
+            why.append(f"loads and readings disagree by {fit.excess:.1f} times what is expected{best}, this row most: "
+                       f"{off}: a typing error, another load, order or unit, rows of several runs?")
+        why += ["Or is it another sensor's spec?", f"{said[:1].upper()}{said[1:]}"]
+        raise BenchError(" ".join([f"{where} no sensor of this design reads so:", *filter(None, why)]))
     noise = noise_share(points, sensors, fit)
     if noise > MOST_NOISE:
-        raise BenchError(f"{table.path}:{table.lines[int(np.argmax(points.at_rest))]}:1 rows without load scatter by "
-                         f"{points.noisier:.0f} times the converter's noise, {100.0 * noise:.0f} % of full scale on a "
-                         "force: no calibration comes out of that; find the noise first")
+        raise BenchError(f"{noise_text(table, points, noise)} No calibration comes out of that: find the noise first")
     if points.loads is not None:
         _require_borne(table, points.loads, sensors, fit.errors, "with the modulus that the readings ask for")
 
@@ -131,24 +120,6 @@ def _require_borne(table: BenchTable, loads: Array, sensors: Sensors, errors: Ar
         raise BenchError(f"{_place(table, row, LOAD)}: {said}: the pad gives way sideways under this load, {how}; "
                          "leave the row out" + ", or hold the target level (--rotation held)" * (
                              not sensors.range.has_moments))
-
-
-def _require_alike(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit) -> None:
-    """No row by far worse than all others, as they foretell its force."""
-    if fit.force_errors is None or fit.excess < HONEST:
-        return
-    share = np.abs(fit.force_errors) / sensors.range.full_scales
-    off = np.where(points.at_rest, -np.inf, np.nan_to_num(share.max(axis=1), nan=-np.inf))
-    row = int(np.argmax(off))
-    others = np.delete(off, row)
-    others = others[np.isfinite(others)]
-    usual = math.sqrt(float(np.mean(others**2))) if others.size else math.inf
-    if off[row] > max(OUT_OF_LINE, ALONE * usual):
-        axis = int(np.argmax(share[row]))
-        raise BenchError(f"{table.path}:{table.lines[row]}:1 the other rows foretell {sensors.range.axes[axis]} "
-                         f"{amount_text(abs(fit.force_errors[row, axis]), sensors.range.axes[axis])} off this one, "
-                         f"{off[row] / usual:.0f} times as much "
-                         "as they are off themselves: a typing error, or another load?")
 
 
 def _place(table: BenchTable, row: int, names: tuple[str, ...]) -> str:

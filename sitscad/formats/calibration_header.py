@@ -26,11 +26,8 @@ def header(found: InverseMap, conversion: Conversion, remarks: Sequence[str] = (
         "", "/* The tare to be expected; a tare far from it is another sensor, or a fault. */",
         f"static const struct sitscad_tare sitscad_usual_tare = {{{{{counts}}}}};",
         "",
-        *_product(found),
         *_changes(found, conversion),
-        *MIXED,
-        *_terms(found),
-        *_sums(found),
+        *SUMMED,
         "",
         "#endif",
         "",
@@ -64,8 +61,7 @@ def _comment(found: InverseMap, conversion: Conversion, remarks: Sequence[str]) 
           if set(found.axes) & set(MOMENTS) else []),
         " * tare: counts without load, the mean of some readings. Take it again when the temperature has changed.",
         " *",
-        " * C99; no heap, no state; of the library logf alone"
-        + (" (and this map needs not even that)." if not found.logarithmic else "."),
+        " * C99; no heap, no state; of the library logf alone.",
         " */",
     ]
 
@@ -76,20 +72,18 @@ def _units(found: InverseMap) -> str:
 
 def _opening(found: InverseMap) -> list[str]:
     """The guard, the sizes and the names of axes and results."""
-    parts = (found.powers, found.denominator_powers, found.spline_powers)
-    highest = max(int(part.max(initial=0)) for part in parts)
     return [
         "#ifndef SITSCAD_CALIBRATION_H",
         "#define SITSCAD_CALIBRATION_H",
         "",
-        *(["#include <math.h>"] if found.logarithmic else []),
+        "#include <math.h>",
         "#include <stdint.h>",
         "",
         f"#define SITSCAD_COILS {len(found.coils)}",
         f"#define SITSCAD_AXES {len(found.axes)}",
         *(f"#define SITSCAD_{name.upper()} {k}" for k, name in enumerate(found.axes)),
-        f"#define SITSCAD_TERMS {found.numerator.shape[1]}",
-        f"#define SITSCAD_POWERS {1 + max(highest, 1)}",
+        f"#define SITSCAD_TERMS {len(found.powers)}",
+        f"#define SITSCAD_POWERS {1 + int(found.powers.max())}",
         "",
         "#define SITSCAD_OK 0",
         "#define SITSCAD_NO_READING 1 /* a coil or its tare reads nothing, or over its range: forces are 0 */",
@@ -105,34 +99,20 @@ def _opening(found: InverseMap) -> list[str]:
 
 def _tables(found: InverseMap) -> list[str]:
     """The map's numbers as constant arrays of C."""
-    lines = []
-    if found.logarithmic:
-        lines += ["/* What every coil's relative change is multiplied with. */"]
-        lines += _array("float", "sitscad_gain", "[SITSCAD_COILS]", _floats(found.gain))
-    lines += ["/* How the coils are mixed. */"]
-    lines += _matrix("float", "sitscad_mix", "[SITSCAD_AXES][SITSCAD_COILS]", [_floats(row) for row in found.mix])
-    lines += ["", f"/* Where the map was made, with a margin; full scales ({_units(found)}). */"]
-    lines += _array("float", "sitscad_low", "[SITSCAD_AXES]", _floats(found.low - BEYOND))
-    lines += _array("float", "sitscad_high", "[SITSCAD_AXES]", _floats(found.high + BEYOND))
-    lines += _array("float", "sitscad_full_scale", "[SITSCAD_AXES]", _floats(found.full_scale))
-    lines += ["", "/* Powers of every term, and its coefficient for every axis. */"]
-    count = len(found.powers)
-    lines += _matrix("uint8_t", "sitscad_powers", f"[{count}][SITSCAD_AXES]", [map(str, row) for row in found.powers])
-    numerators = [_floats(row) for row in found.numerator]
-    lines += _matrix("float", "sitscad_numerator", "[SITSCAD_AXES][SITSCAD_TERMS]", numerators)
-    if len(found.knots):
-        lines += ["", "/* Splines: cubes of the first beyond its knots, with powers of all. */"]
-        lines += _array("float", "sitscad_knots", f"[{len(found.knots)}]", _floats(found.knots))
-        beside = [map(str, row) for row in found.spline_powers]
-        lines += _matrix("uint8_t", "sitscad_beside", f"[{len(beside)}][SITSCAD_AXES]", beside)
-    if len(found.denominator_powers):
-        count = len(found.denominator_powers)
-        lines += ["", "/* What it is divided by: 1 and these. */"]
-        below = [map(str, row) for row in found.denominator_powers]
-        lines += _matrix("uint8_t", "sitscad_below", f"[{count}][SITSCAD_AXES]", below)
-        rows = [_floats(row) for row in found.denominator]
-        lines += _matrix("float", "sitscad_denominator", f"[SITSCAD_AXES][{count}]", rows)
-    return lines
+    return [
+        "/* What every coil's relative change is multiplied with. */",
+        *_array("float", "sitscad_gain", "[SITSCAD_COILS]", _floats(found.gain)),
+        "/* How the coils are mixed. */",
+        *_matrix("float", "sitscad_mix", "[SITSCAD_AXES][SITSCAD_COILS]", [_floats(row) for row in found.mix]),
+        "", f"/* Where the map was made, with a margin; full scales ({_units(found)}). */",
+        *_array("float", "sitscad_low", "[SITSCAD_AXES]", _floats(found.low - BEYOND)),
+        *_array("float", "sitscad_high", "[SITSCAD_AXES]", _floats(found.high + BEYOND)),
+        *_array("float", "sitscad_full_scale", "[SITSCAD_AXES]", _floats(found.full_scale)),
+        "", "/* Powers of every term, and its coefficient for every axis. */",
+        *_matrix("uint8_t", "sitscad_powers", "[SITSCAD_TERMS][SITSCAD_AXES]", [map(str, row) for row in found.powers]),
+        *_matrix("float", "sitscad_coefficients", "[SITSCAD_AXES][SITSCAD_TERMS]",
+                 [_floats(row) for row in found.coefficients]),
+    ]
 
 
 def _ends(found: InverseMap, conversion: Conversion) -> list[str]:
@@ -147,25 +127,9 @@ def _ends(found: InverseMap, conversion: Conversion) -> list[str]:
     ]
 
 
-def _product(found: InverseMap) -> list[str]:
-    return [
-        "/* A product of powers of what the coils are mixed to. */",
-        "static inline float sitscad_term(const float (*power)[SITSCAD_POWERS], const uint8_t *powers)",
-        "{",
-        "    float product = power[0][powers[0]];",
-        *([
-            "    for (int axis = 1; axis < SITSCAD_AXES; ++axis)",
-            "        product *= power[axis][powers[axis]];",
-        ] if len(found.axes) > 1 else []),
-        "    return product;",
-        "}",
-        "",
-    ]
-
-
 def _changes(found: InverseMap, conversion: Conversion) -> list[str]:
     """C that begins the function: what every coil sees, by its counts over the tare's."""
-    log, most = found.logarithmic, f"0x{conversion.ends(0)[1]:08X}u"
+    most = f"0x{conversion.ends(0)[1]:08X}u"
     beyond = f"now == 0u || now >= {most} || rest == 0u || rest >= {most}"
     if conversion.device.has_gains:
         ends = (f"{name} <= sitscad_least[coil] || {name} >= sitscad_most[coil]" for name in ("now", "rest"))
@@ -175,7 +139,7 @@ def _changes(found: InverseMap, conversion: Conversion) -> list[str]:
         "static inline int sitscad_forces(const uint32_t counts[SITSCAD_COILS], const struct sitscad_tare *tare,",
         "                                 float forces[SITSCAD_AXES])",
         "{",
-        "    float seen[SITSCAD_COILS], power[SITSCAD_AXES][SITSCAD_POWERS], term[SITSCAD_TERMS];",
+        "    float seen[SITSCAD_COILS], power[SITSCAD_AXES][SITSCAD_POWERS];",
         "    int result = SITSCAD_OK;",
         "",
         "    for (int axis = 0; axis < SITSCAD_AXES; ++axis)",
@@ -187,15 +151,13 @@ def _changes(found: InverseMap, conversion: Conversion) -> list[str]:
         "        /* the difference of whole numbers is exact: no digits are lost */",
         "        const float share = (float)((int32_t)rest - (int32_t)now) / (float)now;",
         "        const float change = share * (2.0f + share); /* L over that at rest, less 1 */",
-        *([
-            "        const float left = 1.0f - sitscad_gain[coil] * change;",
-            f"        seen[coil] = logf(left > {LEAST:.0e}f ? left : {LEAST:.0e}f);",
-        ] if log else ["        seen[coil] = -change;"]),
+        "        const float left = 1.0f - sitscad_gain[coil] * change;",
+        f"        seen[coil] = logf(left > {LEAST:.0e}f ? left : {LEAST:.0e}f);",
         "    }",
     ]
 
 
-MIXED = (
+SUMMED = (
     "    for (int axis = 0; axis < SITSCAD_AXES; ++axis) {",
     "        float mixed = 0.0f;",
     "        for (int coil = 0; coil < SITSCAD_COILS; ++coil)",
@@ -212,49 +174,21 @@ MIXED = (
     "        for (int k = 1; k < SITSCAD_POWERS; ++k)",
     "            power[axis][k] = power[axis][k - 1] * mixed;",
     "    }",
+    "    for (int k = 0; k < SITSCAD_TERMS; ++k) {",
+    "        float term = 1.0f;",
+    "        for (int axis = 0; axis < SITSCAD_AXES; ++axis)",
+    "            term *= power[axis][sitscad_powers[k][axis]];",
+    "        for (int axis = 0; axis < SITSCAD_AXES; ++axis)",
+    "            forces[axis] += sitscad_coefficients[axis][k] * term;",
+    "    }",
+    "    for (int axis = 0; axis < SITSCAD_AXES; ++axis)",
+    "        forces[axis] *= sitscad_full_scale[axis];",
+    "    return result;",
+    "}",
 )
-"""C that mixes the coils, says where that is beyond the map and stays at its end, and takes powers of it."""
-
-
-def _terms(found: InverseMap) -> list[str]:
-    """C of every term: products of powers, and beyond each knot of a spline its cube times such products."""
-    count, splines = len(found.powers), len(found.knots)
-    lines = [
-        f"    for (int k = 0; k < {count}; ++k)",
-        "        term[k] = sitscad_term((const float (*)[SITSCAD_POWERS])power, sitscad_powers[k]);",
-    ]
-    if splines:
-        beside = len(found.spline_powers)
-        lines += [
-            f"    for (int knot = 0; knot < {splines}; ++knot) {{",
-            "        const float beyond = power[0][1] - sitscad_knots[knot];",
-            "        const float cube = beyond > 0.0f ? beyond * beyond * beyond : 0.0f;",
-            f"        for (int k = 0; k < {beside}; ++k)",
-            f"            term[{count} + knot * {beside} + k] =",
-            "                cube * sitscad_term((const float (*)[SITSCAD_POWERS])power, sitscad_beside[k]);",
-            "    }",
-        ]
-    return lines
-
-
-def _sums(found: InverseMap) -> list[str]:
-    """C that sums the terms to forces, over a denominator where there is one, and ends the function."""
-    divided = len(found.denominator_powers)
-    lines = [
-        "    for (int axis = 0; axis < SITSCAD_AXES; ++axis) {",
-        "        float sum = 0.0f;",
-        "        for (int k = 0; k < SITSCAD_TERMS; ++k)",
-        "            sum += sitscad_numerator[axis][k] * term[k];",
-    ]
-    if divided:
-        lines += [
-            "        float below = 1.0f;",
-            f"        for (int k = 0; k < {divided}; ++k)",
-            "            below += sitscad_denominator[axis][k] *",
-            "                     sitscad_term((const float (*)[SITSCAD_POWERS])power, sitscad_below[k]);",
-            "        sum /= below;",
-        ]
-    return [*lines, "        forces[axis] = sitscad_full_scale[axis] * sum;", "    }", "    return result;", "}"]
+"""C that mixes the coils, says where that is beyond the map and stays at its end, sums the terms, and ends the
+function.
+"""
 
 
 def _floats(values: Iterable[float]) -> list[str]:

@@ -241,4 +241,4 @@ def _state(found: Calibration) -> list[str]:
     tilts = ROTATIONS[found.sensors.rotation]
     if found.points is None:
         return [f"NOT calibrated: the map of the sensor as it is drawn, its target {tilts}. Calibrate every sensor."]
-    return [f"Calibrated by {len(found.points)} points, the target {tilts}; {found.form.form.name}."]
+    return [f"Calibrated by {len(found.points)} points, the target {tilts}; {found.map.form}."]

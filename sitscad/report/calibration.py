@@ -23,7 +23,7 @@ from sitscad.report.findings import printable
 from sitscad.report.numbers import head_and_rows, html_table, table
 from sitscad.scene.motions import ROTATIONS
 from sitscad.spec.sensor import SensorSpec
-from sitscad.units import counted, quantity, show
+from sitscad.units import quantity, show
 
 MOVED_HEAD = ("unknown", "found", "+-", "usual scatter", "moved by")
 
@@ -63,7 +63,7 @@ def point_rows(found: Calibration) -> tuple[list[str], list[list[str]]]:
 def calibration_text(found: Calibration) -> str:
     """The calibration in few lines, for a terminal."""
     what = "Calibrated by its points" if found.fit is not None else "As drawn, after a tare: not calibrated"
-    lines = [f"{what}: {found.form.form.name}", *table(*head_and_rows(found.error_rows)), "", found.errors_are]
+    lines = [f"{what}: {found.map.form}", *table(*head_and_rows(found.error_rows)), "", found.errors_are]
     if found.fit is not None:
         lines += ["", *table(MOVED_HEAD, moved_rows(found))]
         unusual = [name for name, row in found.moved.items() if abs(row["moved_by_sigmas"]) > UNUSUAL]
@@ -79,7 +79,7 @@ def calibration_page(found: Calibration) -> bytes:
     name, issue = escape(printable(found.map.sensor)), found.sensors.model.spec.issue
     parts = [
         f"<h1>Calibration of {name}</h1>", soft(issue.words),
-        f"<p>{escape(found.form.form.name)}</p>",
+        f"<p>{escape(found.map.form)}</p>",
         html_table(*head_and_rows(found.error_rows), found.errors_are), *_measured(found), *_foretold(found),
         *(f"<p>{escape(note)}</p>" for note in found.notes),
     ]
@@ -99,7 +99,7 @@ def _measured(found: Calibration) -> Iterable[str]:
 
 
 def _foretold(found: Calibration) -> Iterable[str]:
-    """The points to take, and which forms were tried."""
+    """The points to take."""
     if found.plan is not None:
         axes = found.map.axes
         scope = found.sensors.range
@@ -112,23 +112,12 @@ def _foretold(found: Calibration) -> Iterable[str]:
         head = ["point", *named, *(f"error of {name}" for name in named)]
         yield "<h2>The points to take</h2>"
         yield html_table(head, rows, PLANNED)
-    if found.tried:
-        fitted = [one for one in found.tried if np.isfinite(one.error)]
-        rows = [[one.form.name, f"{100.0 * one.error:.2g} %", str(one.size)] for one in fitted]
-        yield "<h2>Forms of the map</h2>"
-        yield html_table(("form", "error of full scale", "coefficients"), rows, TRIED)
-        if len(fitted) < len(found.tried):
-            yield f"<p>{counted(len(found.tried) - len(fitted), 'more form')} cannot be fitted to these sensors.</p>"
 
 
 MOVED = f"Moved by: in sigmas of manufacture; more than {UNUSUAL:g} is unusual."
 
 PLANNED = """In the order of what they tell. The errors are those of the first table, once the points so far are
 measured."""
-
-TRIED = """Root mean square over simulated sensors with the scatter of manufacture, each with a map of its own, at loads
-that it was not fitted to, one reading each. Of forms about as good the one with the
-fewest coefficients is taken."""
 
 CAPTION = "What is left of every point, a colour an axis: filled by the map, hollow as the other points foretell it."
 

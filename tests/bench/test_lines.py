@@ -123,16 +123,15 @@ def test_moments_are_sent_in_newton_millimetres(pad, tmp_path):
     """The map has newton metres, of which a line's four decimals would be a tenth of a newton millimetre."""
     folder = tmp_path / "firmware"
     shutil.copytree(pad.folder, folder)
-    none = np.zeros((0, 3), dtype=np.int64)
     names = tuple(coil.name for coil in pad.design.estimates.coils)
     conversion = pad.design.estimates.readout.conversion
     rest = np.rint(conversion.counts(np.array([coil.states["rest"].frequency
                                                for coil in pad.design.estimates.coils])))
     found = InverseMap(
-        gain=np.ones(4), logarithmic=False,
+        gain=np.full(4, 1e-3),
         mix=np.array([[1.0, 1.0, 1.0, 1.0], [1.0, -1.0, 1.0, -1.0], [1.0, 1.0, -1.0, -1.0]]),
-        powers=np.eye(3, dtype=np.int64), numerator=np.eye(3), denominator=np.zeros((3, 0)), denominator_powers=none,
-        low=-np.ones(3), high=np.ones(3), knots=np.zeros(0), spline_powers=none, sensor="three-axis-pad", revision="",
+        powers=np.eye(3, dtype=np.int64), coefficients=np.eye(3),
+        low=-np.ones(3), high=np.ones(3), sensor="three-axis-pad", revision="",
         coils=names, axes=("normal", "moment_x", "moment_y"), full_scale=np.array([8.0, 4e-3, 4e-3]),
         error=np.zeros(3), rest=rest,
     )

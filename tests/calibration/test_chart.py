@@ -11,7 +11,7 @@ from tolerance import approx
 import sitscad
 from sitscad.calibration import calibrate
 from sitscad.calibration.calibration import calibrate_by, sensors_of
-from sitscad.calibration.forms import FORMS, error_on_others, own_map, samples
+from sitscad.calibration.map_fit import error_on_others, own_map, samples
 from sitscad.calibration.points import Points
 from sitscad.calibration.unknowns import WIDEST, stratified
 from sitscad.spec import templates
@@ -84,7 +84,7 @@ def test_readings_of_another_modulus_without_noise_give_that_modulus(soft):
     other = sitscad.Design(replace(spec, elastomer=replace(spec.elastomer, material=stiffer)))
     loads = np.vstack([np.zeros((1, 3)), foretold.plan.loads])
     read = sitscad.respond(other, loads=loads, rotation="held").frequency
-    found = calibrate_by(foretold.sensors, Points(loads, None, read, np.arange(len(loads)) == 0), foretold.form)
+    found = calibrate_by(foretold.sensors, Points(loads, None, read, np.arange(len(loads)) == 0))
     moved = {name: row["moved_by_sigmas"] for name, row in found.moved.items()}
     assert found.moved["modulus"]["value"] == approx(np.log(17.0 / 13.2), abs=0.02)
     assert max(abs(far) for name, far in moved.items() if name != "modulus") < 0.2
@@ -125,8 +125,7 @@ def test_the_counts_at_rest_are_those_of_the_response(design, foretold):
 @pytest.mark.slow
 def test_drawn_map_states_its_error_with_the_tail_of_soft_pads(sensors):
     """Twenty-four sensors, none softer than two sigma, made a quarter too little of it, or too much by their seed."""
-    cubic = next(form for form in FORMS if form.logarithmic and form.degree == 3)
-    drawn = own_map(sensors, cubic, 0.0 * _sigmas(sensors))
+    drawn = own_map(sensors, 0.0 * _sigmas(sensors))
     loads, square = sensors.range.inside(40, 240), []
     for errors in np.random.default_rng(3).normal(size=(200, len(sensors.known))) * _sigmas(sensors):
         unit = samples(sensors, errors, loads)

@@ -1,8 +1,7 @@
-"""Why points and model disagree: targets that turn otherwise, unknowns far off, errors with a pattern."""
+"""Where points and model disagree: targets that turn otherwise, unknowns far off, rows that others contradict."""
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -13,9 +12,9 @@ from tolerance import approx
 from sitscad.calibration import calibrate
 from sitscad.calibration.bench_data import BenchError, read_table
 from sitscad.calibration.calibration import calibrate_by, sensors_of
-from sitscad.calibration.misfit import CAUSES, cause, far_off, pattern, turned_fit
+from sitscad.calibration.misfit import CAUSES, ODD, cause, far_off, turned_fit
 from sitscad.calibration.model_fit import fit_model
-from sitscad.calibration.points import Points
+from sitscad.calibration.points import Points, chi_square_chance
 from sitscad.calibration.unknowns import WIDEST, units
 from sitscad.package.contents import calibration_files
 from tests.oracles.bench import simulated
@@ -81,7 +80,7 @@ def test_a_pad_of_another_thickness_is_fitted_and_told(sensors, foretold, hidden
     """A fifth thicker: the chart ended where usual sensors do, and half of full scale was stated."""
     own = 0.7 * hidden
     own[0] = gap * sensors.known[0].sigma
-    found = calibrate_by(sensors, simulated(sensors, own, foretold.plan.loads, np.random.default_rng(1)), foretold.form)
+    found = calibrate_by(sensors, simulated(sensors, own, foretold.plan.loads, np.random.default_rng(1)))
     assert found.sensors.around is not None and found.fit.moved[0] == approx(gap, abs=1.0)
     tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(20, 600)])
     read = sensors.under(own, tried, exact=True)
@@ -99,7 +98,7 @@ def test_a_pad_that_shears_otherwise_than_its_law_is_fitted(sensors, foretold, h
     place = [one.name for one in sensors.known].index(name)
     own = 0.7 * hidden
     own[place] = 2.0 * sensors.known[place].sigma
-    found = calibrate_by(sensors, simulated(sensors, own, foretold.plan.loads, np.random.default_rng(1)), foretold.form)
+    found = calibrate_by(sensors, simulated(sensors, own, foretold.plan.loads, np.random.default_rng(1)))
     assert found.fit.moved[place] == approx(2.0, abs=1.0) and found.fit.sigma[place] < 0.75
     tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(20, 600)])
     read = sensors.under(own, tried, exact=True)
@@ -116,7 +115,7 @@ def test_shear_loads_of_half_the_size_are_refused(design, table):
         place = head.index("shear_x_N")
         return head, [[*row[:place], str(2.0 * float(row[place])), *row[place + 1 :]] for row in rows]
 
-    with pytest.raises(BenchError, match=r"shear_modulus .*which no sensor of this design is"):
+    with pytest.raises(BenchError, match=r"no sensor of this design reads so: shear_modulus would be"):
         calibrate(design, table(doubled))
 
 
@@ -128,9 +127,7 @@ def test_a_map_states_what_its_chart_is_off_by(sensors, foretold, hidden):
     """
     own = 0.7 * hidden
     own[[one.name for one in sensors.known].index("modulus")] = -np.log(2.0)
-    found = calibrate_by(
-        sensors, simulated(sensors, own, foretold.plan.loads, np.random.default_rng(77)), foretold.form
-    )
+    found = calibrate_by(sensors, simulated(sensors, own, foretold.plan.loads, np.random.default_rng(77)))
     tried = np.vstack([np.zeros((1, 3)), sensors.range.inside(25, 700)])
     read = sensors.under(own, tried, exact=True)
     off = np.sqrt(np.mean((found.map(read[1:], read[0]) - tried[1:, sensors.range.columns]) ** 2, axis=0))
@@ -140,7 +137,7 @@ def test_a_map_states_what_its_chart_is_off_by(sensors, foretold, hidden):
 @pytest.mark.slow
 def test_usual_sensors_get_no_word(sensors, calibrated):
     assert not list(far_off(sensors, calibrated.fit))
-    assert calibrated.fit.odd.max() < 4.0
+    assert calibrated.fit.odd[1:].max() < ODD
 
 
 @pytest.mark.more
@@ -148,9 +145,9 @@ def test_usual_sensors_get_no_word(sensors, calibrated):
 @pytest.mark.parametrize(
     "more", [20_000, *(pytest.param(off, marks=[pytest.mark.slow, pytest.mark.more]) for off in (60_000, -60_000))]
 )
-def test_one_reading_that_the_others_contradict_is_named(design, table, more):
-    """One coil off in one row by 5 % of what it changes: the excess was told, and neither row nor coil. Of a third of
-    that the slip itself had spread over the other rows, beside which it did not stand out.
+def test_row_with_one_slip_is_named_by_its_chi_square(design, table, more):
+    """One coil off in one row by 5 % of what it changes: the excess was told, and not the row. Of a third of that the
+    slip itself had spread over the other rows, beside which it did not stand out.
     """
 
     def slipped(head, rows):
@@ -159,8 +156,7 @@ def test_one_reading_that_the_others_contradict_is_named(design, table, more):
         return head, rows
 
     (note,) = (note for note in calibrate(design, table(slipped)).notes if "Read that row again" in note)
-    assert "bench.csv:4:4 C2 reads" in note and "counts off what the other rows foretell" in note
-    assert float(note.split("C2 reads ")[1].split()[0]) == approx(more, rel=0.3)
+    assert "bench.csv:4:1 " in note and "the others foretell" in note
 
 
 def _with_tares(table, sensors, bench, noise=0.0, slip=0):
@@ -185,22 +181,16 @@ def test_noise_is_told_by_rows_without_load(design, table, sensors, bench):
     quiet, loud = (calibrate(design, _with_tares(table, sensors, bench, noise)) for noise in (0.0, 3000.0))
     assert not any("rows without load" in note for note in quiet.notes) and quiet.points.noisier == 1.0
     (note,) = (note for note in loud.notes if "rows without load scatter" in note)
-    assert note.startswith(_place(note, "bench.csv:")) and " counts (one sigma" in note
-    assert 170.0 < float(note.split(" taken out) where ")[1].split()[0]) < 200.0
-    assert 1000.0 < float(note.split("scatter by ")[1].split()[0]) < 6000.0
+    assert 5.0 < float(note.split("scatter by ")[1].split()[0]) < 32.0
     assert np.all(loud.map.error > quiet.map.error) and np.all(loud.fit.sigma > 0.999 * quiet.fit.sigma)
-
-
-def _place(note, name):
-    return note[: note.index(name) + len(name)]
 
 
 @pytest.mark.more
 @pytest.mark.slow
 def test_a_tare_that_is_off_is_named_and_refused_where_it_moves_all_forces(design, table, sensors, bench):
     (note,) = (n for n in calibrate(design, _with_tares(table, sensors, bench, slip=20_000)).notes if "scatter" in n)
-    assert "bench.csv:7:4 rows without load" in note and "C2 is farthest off here, by 1.3" in note
-    with pytest.raises(BenchError, match=r"bench.csv:2:1 rows without load scatter by .* find the noise first"):
+    assert "bench.csv:7:1 rows without load" in note
+    with pytest.raises(BenchError, match=r"bench.csv:7:1 rows without load scatter by .* find the noise first"):
         calibrate(design, _with_tares(table, sensors, bench, slip=200_000))
 
 
@@ -215,7 +205,7 @@ def test_a_table_with_one_tare_does_not_tell_of_noise(design, table, foretold):
 
 @pytest.fixture(scope="module")
 def calibrated(sensors, bench, foretold):
-    return calibrate_by(sensors, bench, foretold.form)
+    return calibrate_by(sensors, bench)
 
 
 def test_every_unknown_has_a_cause(sensors):
@@ -223,24 +213,12 @@ def test_every_unknown_has_a_cause(sensors):
     assert WIDEST < 3.0
 
 
-@pytest.mark.parametrize(
-    ("axis", "term", "words"),
-    [
-        (1, lambda loads: 0.1 * loads[:, 1], "in proportion"),
-        (1, lambda loads: 0.02 * loads[:, 1] * loads[:, 0], "product of shear and normal"),
-        (0, lambda loads: np.abs(loads[:, 1]), "off with the shear on it"),
-        (0, lambda loads: 0.1 * np.arange(len(loads)), "more and more with the rows"),
-        (0, lambda loads: 0.1 * np.random.default_rng(4).normal(size=len(loads)), ""),
-    ],
-)
-def test_errors_are_told_by_what_they_go_with(sensors, bench, calibrated, axis, term, words):
-    off = np.full_like(calibrated.fit.force_errors, 1e-6)
-    off[:, axis] = term(bench.loads) + 1e-3 * np.random.default_rng(2).normal(size=len(off))
-    fit = replace(calibrated.fit, excess=4.0, force_errors=off)
-    said = pattern(bench, fit, sensors)
-    assert words in said if words else not said
-    assert pattern(bench, replace(fit, excess=1.2), sensors) == ""
-    assert pattern(SimpleNamespace(loads=None), fit, sensors) == ""
+@pytest.mark.parametrize(("square", "free", "chance"), [
+    (3.8415, 1, 0.05), (5.9915, 2, 0.05), (7.8147, 3, 0.05), (18.467, 4, 0.001), (29.588, 10, 0.001), (0.0, 3, 1.0),
+])
+def test_chance_of_a_chi_square_is_that_of_the_tables(square, free, chance):
+    """Abramowitz and Stegun, table 26.8."""
+    assert float(chi_square_chance(np.array(square), free)) == approx(chance, rel=2e-4)
 
 
 @pytest.mark.more
@@ -251,7 +229,7 @@ def test_the_stated_error_of_five_points_holds_and_is_not_slack(sensors, foretol
     ratios = []
     for number, own in enumerate(units(sensors.known, 5, 4100)):
         points = simulated(sensors, own, foretold.plan.loads[:5], np.random.default_rng((4100, number)))
-        found, read = calibrate_by(sensors, points, foretold.form), sensors.under(own, tried, exact=True)
+        found, read = calibrate_by(sensors, points), sensors.under(own, tried, exact=True)
         off = found.map(read[1:], read[0]) - tried[1:, sensors.range.columns]
         ratios.append(found.map.error / np.sqrt(np.mean(off**2, axis=0)))
     assert np.all(np.array(ratios) > 0.9) and 1.0 < np.median(ratios) < 4.0
@@ -260,7 +238,7 @@ def test_the_stated_error_of_five_points_holds_and_is_not_slack(sensors, foretol
 @pytest.mark.slow
 def test_hysteresis_widens_what_is_stated(sensors, foretold, hidden, calibrated):
     points = simulated(sensors, hidden, foretold.plan.loads, np.random.default_rng(8), 0.0971)
-    worn = calibrate_by(sensors, points, foretold.form)
+    worn = calibrate_by(sensors, points)
     assert worn.fit.excess > 3.0 and worn.fit.scatter == approx(0.0971 / np.sqrt(12.0), rel=0.6)
     assert np.all(worn.map.error > 2.0 * calibrated.map.error)
 

@@ -30,8 +30,7 @@ from numpy.typing import NDArray
 
 import sitscad
 from sitscad.calibration.calibration import calibrate_by, foretell, sensors_of
-from sitscad.calibration.forms import Tried
-from sitscad.calibration.inverse_map import InverseMap, ridge
+from sitscad.calibration.inverse_map import InverseMap
 from sitscad.calibration.points import Points
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import units
@@ -86,10 +85,10 @@ def shown(name: str, count: int, jobs: int) -> list[tuple[object, ...]]:
     began = time.monotonic()
     design = sitscad.Design(sitscad.load(HERE.parents[1] / "templates" / f"{name}.yaml"))
     drawn = foretell(design.response, count=max(FEW))
-    sensors, form, loads = drawn.sensors, drawn.form, drawn.plan.loads
-    print(f"# {name}: {form.form.name}", flush=True)
+    sensors, loads = drawn.sensors, drawn.plan.loads
+    print(f"# {name}: {drawn.map.form}", flush=True)
     others = tuple(of_another_law(design, more) for more in OTHER_EXPONENTS)
-    trial = Trial(sensors, form, loads, drawn.map, others)
+    trial = Trial(sensors, loads, drawn.map, others)
     errors: Errors = {}
     with multiprocessing.get_context("fork").Pool(jobs, _take, (trial,)) as pool:
         for number, found in enumerate(pool.imap(_one, enumerate(units(sensors.known, SENSORS, SEED)[:count]))):
@@ -112,12 +111,11 @@ def of_another_law(design: sitscad.Design, more: float) -> Sensors:
 
 @dataclass(frozen=True)
 class Trial:
-    """What all sensors of a template have in common: the model, the form of its maps, the plan, the drawn map; and
+    """What all sensors of a template have in common: the model, the plan, the drawn map; and
     sensors whose pads follow other laws.
     """
 
     sensors: Sensors
-    form: Tried
     loads: Array
     drawn: InverseMap
     others: tuple[Sensors, ...]
@@ -140,15 +138,15 @@ class Trial:
         generator = np.random.default_rng((SEED, number))
         for points in FEW:
             bench = simulated(sensors, own, self.loads[:points], generator)
-            note("model", points, calibrate_by(sensors, bench, self.form).map)
+            note("model", points, calibrate_by(sensors, bench).map)
             note("plain", points, plain(sensors, bench))
         worn = simulated(sensors, own, self.loads[:8], generator, HYSTERESIS)
-        note("model, hysteresis", 8, calibrate_by(sensors, worn, self.form).map)
+        note("model, hysteresis", 8, calibrate_by(sensors, worn).map)
         note("plain, hysteresis", 8, plain(sensors, worn))
         other = self.others[number % len(self.others)]
         bench = simulated(other, own, self.loads[:8], generator)
         read = other.under(own, tried, exact=True)
-        note("model, another law", 8, calibrate_by(sensors, bench, self.form).map)
+        note("model, another law", 8, calibrate_by(sensors, bench).map)
         note("plain, another law", 8, plain(sensors, bench))
         read = sensors.under(own, tried, exact=True)
         bench = simulated(sensors, own, sensors.range.inside(max(MANY)), generator)
@@ -210,6 +208,20 @@ def plain(sensors: Sensors, points: Points) -> Callable[[Array, Array], Array]:
         return monomials(((tare / readings) ** 2 - 1.0) / size, powers) @ coefficients * scale
 
     return mapped
+
+
+def ridge(columns: Array, wanted: Array, weight: float) -> tuple[Array, Array]:
+    """Coefficients (terms, outputs) that take columns (n, terms) to what is wanted (n, outputs), held small by `weight`
+    of the columns' mean square; and what is left of every row when it is foretold by the others alone (n, outputs).
+    """
+    size = np.sqrt(np.mean(columns**2, axis=0)) + 1e-300
+    scaled = columns / size
+    left, singular, right = np.linalg.svd(scaled, full_matrices=False)
+    shrunk = singular / (singular**2 + weight * len(columns))
+    found = (right.T * shrunk) @ (left.T @ wanted)
+    hat = np.sum(left**2 * (singular * shrunk), axis=1)
+    alone = (wanted - scaled @ found) / np.maximum(1.0 - hat, 1e-9)[:, None]
+    return found / size[:, None], alone
 
 
 def draw(rows: list[tuple[object, ...]]) -> None:

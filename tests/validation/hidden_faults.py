@@ -186,8 +186,7 @@ def told(design: sitscad.Design, truth: Sensors, own: Array, table: Table) -> tu
                 "",
                 "",
                 "",
-                "refused: "
-                + " ".join(str(error).split(" ")[1:]).partition(", and this row")[0].partition("; this row")[0],
+                "refused: " + " ".join(str(error).split(" ")[1:]).partition(": a typing")[0].partition("?")[0],
             )
     tried = np.vstack([np.zeros((1, 3)), found.sensors.range.inside(ASKED, SKIPPED)])
     read = truth.under(own, tried, exact=True)
@@ -201,8 +200,6 @@ def said(found: Calibration) -> Iterator[str]:
     for note in found.remarks:
         yield note.partition(",")[0].rpartition("/")[2]  # of a path its file
     assert found.fit is not None
-    if any(note.startswith("loads and model were off") for note in found.notes):
-        yield f"loads and model were off by {found.fit.excess:.1f} times what is expected"
     for note in found.notes:
         if note.startswith("unusual: "):
             yield note.removeprefix("unusual: ").partition("?")[0]

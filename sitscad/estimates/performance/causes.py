@@ -2,7 +2,7 @@
 what the straight map at a working point makes of every disturbance.
 
 Units here are the quick way, by loads and causes, for checks and working points. What data sheets state of units is
-simulated: `calibration.forms.error_on_others` draws all causes at once, what the pad's law and the model are off by
+simulated: `calibration.map_fit.error_on_others` draws all causes at once, what the pad's law and the model are off by
 among them. Over one range of loads the root of the sum of squares here is within a quarter of
 that (tests/estimates/test_scatter.py).
 """

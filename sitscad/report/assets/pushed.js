@@ -28,7 +28,7 @@
   page.forces = function (map, readings, tare) {
     var gives = readings.map(function (reading, k) {
       var share = (tare[k] - reading) / reading, change = share * (2 + share);
-      return map.logarithmic ? Math.log(Math.max(1 - map.gain[k] * change, map.least)) : -change;
+      return Math.log(Math.max(1 - map.gain[k] * change, map.least));
     });
     var mixed = map.mix.map(function (row) {
       return row.reduce(function (sum, weight, k) { return sum + weight * gives[k]; }, 0);
@@ -37,17 +37,9 @@
       return value >= map.low[k] - map.beyond && value <= map.high[k] + map.beyond;
     });
     var at = mixed.map(function (value, k) { return clipped(value, map.low[k] - map.beyond, map.high[k] + map.beyond); });
-    var top = monomials(at, map.powers), bottom = monomials(at, map.denominator_powers);
-    if (map.knots.length) {
-      var others = monomials(at, map.spline_powers);
-      map.knots.forEach(function (knot) {
-        var over = Math.pow(Math.max(at[0] - knot, 0), 3);
-        others.forEach(function (other) { top.push(over * other); });
-      });
-    }
-    function dot(a, b) { return a.reduce(function (sum, value, k) { return sum + value * b[k]; }, 0); }
+    var terms = monomials(at, map.powers);
     return {holds: holds, forces: map.full_scale.map(function (full, k) {
-      return full * dot(map.numerator[k], top) / (1 + (map.denominator[k].length ? dot(map.denominator[k], bottom) : 0));
+      return full * map.coefficients[k].reduce(function (sum, value, t) { return sum + value * terms[t]; }, 0);
     })};
   };
 
