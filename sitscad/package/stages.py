@@ -157,12 +157,7 @@ def _made(
                 progress(stage, "start", 0.0)
             so_far = {name: content for each in ORDER for name, content in new[each].items()}
             failed = [words for each in ORDER for words in failures[each]]
-            there: frozenset[str] = frozenset()  # stages that the package has or is to have, for the steps
-            if (stage, numbers) == ("assembly", True):
-                before = {name: entry for name, entry in old.files.items()
-                          if entry.stage not in ("assembly", CHECK_STAGE, STAGES[-1])}
-                keeps_report = old.of_stage(STAGES[-1]) and all(entries.get(name) == e for name, e in before.items())
-                there = wanted | {e.stage for e in entries.values()} | ({STAGES[-1]} if keeps_report else set())
+            there = _stages_there(wanted, entries, old) if (stage, numbers) == ("assembly", True) else frozenset()
             made_of = _made_of(contents, stage, numbers, entries, failed)
             made = _kept(directory, old, stage, made_of)
             if made is not None and stage in wanted and NOTES in made and not is_current(made[NOTES].decode(), there):
@@ -198,6 +193,14 @@ def _made(
                for stage in ORDER]
     files = {name: content for stage in ORDER for name, content in new[stage].items()}
     return Made(tuple(results), files, {name: entries[name] for name in files}, contents, tuple(by_value))
+
+
+def _stages_there(wanted: frozenset[str], entries: Mapping[str, Entry], old: Manifest) -> frozenset[str]:
+    """Return the stages that the package has or is to have. A report that is not wanted stays if all else does."""
+    before = {name: entry for name, entry in old.files.items()
+              if entry.stage not in ("assembly", CHECK_STAGE, STAGES[-1])}
+    is_kept = bool(old.of_stage(STAGES[-1])) and all(entries.get(name) == entry for name, entry in before.items())
+    return wanted | {entry.stage for entry in entries.values()} | ({STAGES[-1]} if is_kept else set())
 
 
 def _made_of(

@@ -75,7 +75,7 @@ def test_pads_that_webs_join_are_cut_as_one_piece_with_its_holes(kerf):
 
 
 @pytest.mark.parametrize(("shape", "size"), SHAPES, ids=[name for name, _ in SHAPES])
-@pytest.mark.parametrize("kerf", [0.0, 0.02 * MM, 0.15 * MM, 0.25 * MM])
+@pytest.mark.parametrize("kerf", [0.0, 0.15 * MM])
 def test_outside_grows_and_holes_shrink_by_half_a_kerf(shape, size, kerf):
     sheet = laser_sheets(layout_with(shape, size, kerf))[0]
     grown = (size[0] + kerf, size[1] + kerf)

@@ -162,8 +162,8 @@ KINDS = ("backups", "a lock", "settings", "a cache", "hidden", "capitals", "a pi
          "a link to itself", "a link up", "unreadable", "a folder that is closed", "a folder that is unreadable")
 
 
-@pytest.mark.parametrize("exchanges", [True, False], ids=["exchange", "two renames"])
-@pytest.mark.parametrize("what", KINDS)
+@pytest.mark.parametrize(
+    ("what", "exchanges"), [*((kind, True) for kind in KINDS), ("a pipe", False), ("a folder that is closed", False)])
 def test_a_users_file_of_any_kind_is_kept_when_the_package_is_replaced(
     open_folder, as_a_user, monkeypatch, what, exchanges
 ):

@@ -84,7 +84,7 @@ def test_a_manifest_reads_back_as_it_was_written(tmp_path):
         *(
             json.dumps({**WHOLE, key: value})
             for key, value in [
-                *((key, value) for key in WHOLE for value in (3, 3.5, "x", None, True, [], [3], {"a": 3}, {"a": [3]})),
+                *((key, value) for key in WHOLE for value in (3, "x", None, [3], {"a": 3}, {"a": [3]})),
                 ("files", {"a": {**ENTRY, "more": "1"}}),
                 ("files", {"a": {**ENTRY, "stage": 7}}),
                 ("spec", {"name": "x", "file": 3, "sha256": "0"}),

@@ -24,8 +24,7 @@ from sitscad.layout.bending import Where, finished_thickness
 from sitscad.papers import order_notes as fabrication_notes
 from sitscad.papers.drawings import board as board_pictures
 from sitscad.papers.drawings import stackup as stackup_drawing
-from sitscad.spec import templates
-from sitscad.spec.load import load_text
+from sitscad.spec.load import load, load_text
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -266,10 +265,9 @@ def test_every_colour_of_a_picture_is_in_its_legend_and_nothing_is_transparent(l
         assert "opacity" not in svg
 
 
-@pytest.mark.parametrize("name", templates.names())
-def test_words_of_the_legend_end_before_the_next_sign(name):
+def test_words_of_the_legend_end_before_the_next_sign(template):
     """Where Helvetica is not installed "bend 48.16 deg down" ran into the sign beside it: letters are a fifth wider."""
-    root = ET.fromstring(board_picture.picture(lay_out(load_text(templates.read(name)))))
+    root = ET.fromstring(board_picture.picture(lay_out(load(template))))
     rows = {}
     for text in root.iter(f"{SVG}text"):
         if text.get("text-anchor") == "start" and text.get("font-size") == f"{board_picture.LETTERS:g}":
