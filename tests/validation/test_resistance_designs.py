@@ -88,4 +88,5 @@ def test_the_stated_error_holds_on_all_designs(unseen, tolerance):
 def test_a_reference_can_be_computed_again(family, number):
     loss = designs.finer(*designs.design(family, number))
     again = [loss.resistance_ratio(frequency) for frequency in designs.FREQUENCIES]
-    assert again == approx(REFERENCES[family, number], rel=1e-6)
+    # a tenth of the least error of the usual solution
+    assert again == approx(REFERENCES[family, number], rel=1e-4)

@@ -166,8 +166,8 @@ CROWDED = 0.1  # And where they are so wide against the inner radius
 THICK = 4e-4  # Added for each time that a track is thicker than wide: the designs that were fitted are not
 
 
-LEAST = 1e-6
-"""No bound is below this: of narrow tracks in many turns a fit may promise more than its references are good for."""
+LEAST = 2e-6
+"""Least bound, the error of the references: for narrow tracks in many turns a fit alone would give less."""
 
 
 @record
@@ -348,7 +348,7 @@ METHODS: tuple[Method, ...] = (
            _bound("spiral-neumann"), lambda g: True, "0.5 to 200 turns, 1 to 8 layers, any fraction of a turn", 5e-3,
            "Neumann's integral over the real spirals, strands by Gauss, geometric mean distance kept"),
     Method("mean-rings", lambda shape: shape.is_round, lambda g: mean_ring_inductance(g.spirals),
-           lambda g: 0.012 + 0.2 / g.fewest_turns**2, lambda g: True,
+           lambda g: 0.012 + 0.45 / g.fewest_turns**2.5, lambda g: True,
            "thousands of designs; a broken turn weighs much where turns are few", 3e-4,
            "Maxwell's coaxial rings, one a turn at its mean radius, by mean logarithms of their distances"),
     Method("strands", lambda shape: not shape.is_round, lambda g: winding_inductance(g.drawn, (2, 3)),
