@@ -368,11 +368,9 @@ def _moved_changes(design: Design, moves: Sequence[tuple[float, float]], frequen
     import numpy as np
 
     if design.estimates.is_solved:
-        from sitscad.estimates.states.solved_target import own_changes
-
         poses = np.zeros((1 + len(moves), 6))
         poses[1:, :2] = moves
-        found = own_changes(design.one.layout, poses, frequency).real
+        found = design.one.response.own_changes(poses, frequency).real
     else:
         from sitscad.estimates.states.moved_target import target_effects
 

@@ -134,9 +134,7 @@ class ResponseModel:
         if tolerance is not None and not tolerance > 0.0:
             raise ValueError(f"a tolerance is a number above 0, not {tolerance}")
         if within is not None or self.state_cover is None or len(poses) > FEW:
-            cover = self._cover(poses if within is None else np.vstack([poses, within]))
-            if self.state_cover is not None and self.state_cover.serves(cover):
-                cover = self.state_cover
+            cover = self._common_cover(poses if within is None else np.vstack([poses, within]))
             return self._respond(poses, cover, frequency, tolerance, progress)
         served = np.array([self.state_cover.serves(self._cover(pose)) for pose in poses], dtype=bool)
         parts, order = [], np.argsort(~served, kind="stable")
@@ -149,6 +147,19 @@ class ResponseModel:
     def _cover(self, poses: Array) -> Cover:
         """The cover of poses (n, 6)."""
         return Placed.of(self.spec, self.rest, poses.reshape(-1, 6)).cover(self.spec, self.layout.coils)
+
+    def _common_cover(self, poses: Array) -> Cover:
+        """The cover of poses (n, 6), or that of the states if it serves them all."""
+        cover = self._cover(poses)
+        return self.state_cover if self.state_cover is not None and self.state_cover.serves(cover) else cover
+
+    @one_thread
+    def own_changes(self, poses: Array, frequency: float) -> ComplexArray:
+        """Change of each coil's inductance (n, coils; H, complex) by the target at (n, 6) poses, at a frequency (Hz)
+        between those of the tanks, with even currents. One solution serves all poses; no tank is solved.
+        """
+        near, placed = self._near(self._common_cover(poses), self.band), Placed.of(self.spec, self.rest, poses)
+        return np.einsum("pcc->pc", near.changes(placed).complex_at(np.full(len(poses), frequency)))
 
     def _respond(
         self, poses: Array, cover: Cover, frequency: float | None, tolerance: float | None, progress: Progress | None

@@ -20,12 +20,11 @@ from sitscad.estimates.response.plate import (
     stated_losses,
 )
 from sitscad.estimates.response.scan import Changes
-from sitscad.estimates.states.assembly import AssemblyStates, metal_behind, warmed
+from sitscad.estimates.states.assembly import AssemblyStates, metal_behind
 from sitscad.estimates.winding.wound import Wound
 from sitscad.layout.board import Coil, Layout
 from sitscad.physics.resonator import oscillate
-from sitscad.physics.threads import one_thread
-from sitscad.record import record, replace
+from sitscad.record import record
 from sitscad.scene.state import FREE
 from sitscad.spec.places import cell_placements, cell_specs
 from sitscad.spec.sensor import SensorSpec
@@ -158,14 +157,12 @@ def solve_states(wound: Wound, band: tuple[float, float]) -> SolvedStates:
     )
 
 
-@one_thread
 def own_changes(layout: Layout, poses: Array, frequency: float) -> ComplexArray:
-    """Change of each coil's inductance (n, coils; H, complex) by the target at (n, 6) poses (m, rad), at one frequency
-    (Hz), with even currents.
+    """What the target at (n, 6) poses (m, rad) changes of every coil's inductance (H, complex), (n, coils), at one
+    frequency (Hz), currents even.
     """
     cells, layout = len(cell_placements(layout.spec)), layout.cell(1)
-    spec = warmed(layout.spec, layout.spec.requirements.temperature)
-    layout = replace(layout, spec=spec)
+    spec = layout.spec
     placed = Placed.of(spec, at_rest(spec), poses)
     plate = plate_over_jaw(layout, (frequency,), placed.cover(spec, layout.coils))
     found = np.einsum("pcc->pc", plate.changes(placed.turns, placed.places, True)[0][0])
