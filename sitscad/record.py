@@ -13,6 +13,7 @@ from dataclasses import MISSING, Field, FrozenInstanceError, dataclass, field, f
 from functools import cache
 from inspect import get_annotations
 from operator import attrgetter
+from threading import RLock
 from types import CodeType, FunctionType
 from typing import Any, NoReturn, TypeVar, cast, dataclass_transform, overload
 
@@ -36,25 +37,50 @@ def record(cls: Any = None, /, *, eq: bool = True) -> Any:
     """
 
     def made(cls: type) -> type:
-        """The class as a record, made with as little as that takes."""
-        cls.__doc__ = cls.__doc__ or cls.__name__  # a dataclass without a docstring is given one, at some cost
-        stated = get_annotations(cls)
-        # A text may stand for a ClassVar, which a dataclass looks for with patterns: a fifth of its time
-        cls.__annotations__ = {n: kind if "Var" in str(kind) else object for n, kind in stated.items()}
-        dataclass(init=False, repr=False, eq=False)(cls)
-        cls.__annotations__ = stated
-        own = fields(cls)
-        for one in own:
-            one.type = stated.get(one.name, one.type)
-        methods: dict[str, Any] = {**_SHARED, "__init__": _init_on_first_use(cls)}
+        """The class as a record, made with as little as that takes: most classes of a command have no instance."""
+        methods: dict[str, Any] = {**_SHARED, "__init__": _init_on_first_use(cls), _FIELDS: _FieldsOnFirstUse(cls)}
         if eq:
-            methods |= _comparing(own)
+            methods |= _comparing_on_first_use(cls)
         for name, method in methods.items():
             if name not in cls.__dict__ or cls.__dict__[name] is None:
                 setattr(cls, name, method)
         return cls
 
     return made if cls is None else made(cls)
+
+
+_FIELDS = "__dataclass_fields__"
+"""The attribute by which the standard library knows a dataclass."""
+
+
+_LOCK = RLock()
+"""Held while a class is completed, for two threads may ask for its fields at once."""
+
+
+class _FieldsOnFirstUse:
+    """The fields of a record, found when they are first asked for."""
+
+    def __init__(self, cls: type) -> None:
+        self._cls = cls
+
+    def __get__(self, instance: object, owner: type) -> dict[str, Field[Any]]:
+        """The fields by name. The class is a dataclass from then on."""
+        with _LOCK:
+            if self._cls.__dict__[_FIELDS] is self:
+                self._complete(self._cls)
+        found: dict[str, Field[Any]] = self._cls.__dict__[_FIELDS]
+        return found
+
+    @staticmethod
+    def _complete(cls: type) -> None:
+        cls.__doc__ = cls.__doc__ or cls.__name__  # a dataclass without a docstring is given one, at some cost
+        stated = get_annotations(cls)
+        # A text may stand for a ClassVar, which a dataclass looks for with patterns: a fifth of its time
+        cls.__annotations__ = {n: kind if "Var" in str(kind) else object for n, kind in stated.items()}
+        dataclass(init=False, repr=False, eq=False)(cls)
+        cls.__annotations__ = stated
+        for one in fields(cls):
+            one.type = stated.get(one.name, one.type)
 
 
 def _init_on_first_use(cls: type) -> Callable[..., None]:
@@ -101,6 +127,21 @@ def _init_pattern(count: int, made: tuple[int, ...]) -> CodeType:
 
 def _numbered(count: int) -> list[str]:
     return [f"field_{k}" for k in range(count)]
+
+
+def _comparing_on_first_use(cls: type) -> dict[str, Callable[..., Any]]:
+    """Equality and hash of a record, made when one of both is first asked for."""
+
+    def real(name: str) -> Callable[..., Any]:
+        for key, method in _comparing(fields(cls)).items():
+            if cls.__dict__[key] is early[key]:
+                setattr(cls, key, method)
+        return cast(Callable[..., Any], cls.__dict__[name])
+
+    early: dict[str, Callable[..., Any]] = {
+        "__eq__": lambda self, other: real("__eq__")(self, other), "__hash__": lambda self: real("__hash__")(self),
+    }
+    return early
 
 
 def _comparing(own: tuple[Field[Any], ...]) -> dict[str, Callable[..., Any]]:

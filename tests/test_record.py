@@ -110,6 +110,24 @@ def test_what_takes_a_dataclass_takes_a_record():
             assert (width, layer) == (0.1, 2)
 
 
+def test_fields_of_a_record_without_instances_are_complete():
+    """They are found when somebody asks for them: a base's fields come first, with its defaults."""
+
+    @record
+    class Base:
+        first: float
+        second: str = field(default="")
+
+    @record
+    class Derived(Base):
+        third: int = 3
+
+    assert dataclasses.is_dataclass(Derived)
+    assert [one.name for one in dataclasses.fields(Derived)] == ["first", "second", "third"]
+    assert Derived.__annotations__ == {"third": "int"} and Derived.__match_args__ == ("first", "second", "third")
+    assert Derived(1.0) == Derived(1.0) != Base(1.0) and hash(Base(1.0)) != hash(Base(2.0))
+
+
 def test_a_method_written_out_stays():
     @record
     class Named:
