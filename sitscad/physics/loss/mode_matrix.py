@@ -95,15 +95,15 @@ def mode_matrix(cut: Cut, conductivity: float, modes: ModeSet) -> Array | NearAn
         return _near_and_far(cut, modes, scale)
     flat = scale.ravel()
     first, second = np.triu_indices(len(scale), 1)
-    mutual = np.empty((*scale.shape, *scale.shape))
+    mutual = np.empty((len(scale), *scale.shape, scale.shape[1]))  # (tracks, tracks, modes, modes)
     examples, way = _ways(cut, first, second)
     for part, block in _each(_mutual_logs(cut, modes, first[examples], second[examples]), way):
         i, j = first[part], second[part]
-        mutual[i, :, j, :] = block
-        mutual[j, :, i, :] = np.swapaxes(block, 1, 2)
+        mutual[i, j] = block
+        mutual[j, i] = np.swapaxes(block, 1, 2)
     own = np.arange(len(scale))
-    mutual[own, :, own, :] = _own_logs(cut, modes)
-    matrix = mutual.reshape(flat.size, flat.size)
+    mutual[own, own] = _own_logs(cut, modes)
+    matrix = np.swapaxes(mutual, 1, 2).reshape(flat.size, flat.size)
     matrix *= (-MU0 / (2.0 * math.pi) * flat)[:, None]
     matrix *= flat
     return matrix
