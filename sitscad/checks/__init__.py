@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from sitscad.arguments import checked_arguments
 from sitscad.checks import performance, usual_ranges
-from sitscad.checks.assembly import fit, mount, overhang, pieces, plates, room_in_jaw, transduction
-from sitscad.checks.board import clearances, drawn_form, fabrication, materials, plug, room, tail
+from sitscad.checks.assembly import fit, mount, overhang, plates, room_in_jaw, transduction
+from sitscad.checks.board import clearances, drawn_form, fabrication, room, tail
 from sitscad.checks.reading import drive, electrical, response, thin_target, timing
 from sitscad.checks.rules import Outcome, Rule, outcomes, rule_of
 from sitscad.checks.trials import Trials, of_refused
@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 
 __all__ = ["HINTS", "RULES", "CheckResult", "Rule", "add_rules", "all_rules", "check", "explain", "mended"]
 
-_ROOMS = (fit, mount, overhang, pieces, plates, room_in_jaw, transduction, clearances, drawn_form, fabrication,
-          materials, plug, room, tail, drive, electrical, response, thin_target, timing, performance, usual_ranges)
+_ROOMS = (fit, mount, overhang, plates, room_in_jaw, transduction, clearances, drawn_form, fabrication, room, tail,
+          drive, electrical, response, thin_target, timing, performance, usual_ranges)
 
 RULES: tuple[Rule, ...] = tuple(
     sorted((*map(rule_of, RULE_NAMES), *(rule for module in _ROOMS for rule in module.RULES)), key=lambda rule: rule.id)

@@ -286,10 +286,8 @@ def crosstalk(found: Felt, design: Design) -> Iterator[Verdict]:
         return
     tables = [crossed(found.working, point.load, point.inverse)[0] for point in found.points]
 
-    def of(point: int, axis: int) -> float:
-        return max(tables[point][found.bench.range.axes[axis]].values(), default=0.0)
-
-    most = worst(found, found.bench.range.axes, of)
+    axes = found.bench.range.axes
+    most = worst(found, axes, lambda point, axis: max(tables[point][axes[axis]].values(), default=0.0))
     if most is not None:
         words = (
             f"{most.axis} errs by {100.0 * most.value:.2g} % of its full scale while another axis goes over its own "
@@ -307,11 +305,9 @@ def tilt_error(found: Felt, design: Design) -> Iterator[Verdict]:
     assert tilt is not None
     told = [name for name in limits if name in found.bench.range.axes]
 
-    def of(point: int, axis: int) -> float:
-        return float(found.points[point].tilt_errors(tilt)[axis].max())
-
-    shares = [(reached.value / limits[name], name, reached)
-              for name in told if (reached := worst(found, (name,), of)) is not None]
+    each = ((name, worst(found, (name,), lambda point, axis: float(found.points[point].tilt_errors(tilt)[axis].max())))
+            for name in told)
+    shares = [(reached.value / limits[name], name, reached) for name, reached in each if reached is not None]
     if shares:  # the axis that is nearest to its limit, or farthest beyond
         _, name, most = max(shares, key=lambda one: one[0])
         unit = unit_of(name)
@@ -399,11 +395,8 @@ def tilt_beside_noise(found: Felt, design: Design) -> Iterator[Verdict]:
     from sitscad.estimates.performance.causes import DEGREE
     from sitscad.estimates.performance.values import unit_of
 
-    def over_noise(point: int, axis: int) -> float:
-        here = found.points[point]
-        return float(here.tilt_errors(DEGREE)[axis].max() / here.noise[axis])
-
-    most = worst(found, found.bench.range.axes, over_noise)
+    most = worst(found, found.bench.range.axes, lambda point, axis: float(
+        found.points[point].tilt_errors(DEGREE)[axis].max() / found.points[point].noise[axis]))
     if most is not None and most.value > BESIDE_NOISE:
         point = found.points[POINTS.index(most.at)]
         k = list(map(_along, found.bench.range.axes)).index(most.axis)

@@ -149,12 +149,6 @@ NEEDS: dict[str, tuple[Callable[[SensorSpec], bool], str]] = {
 """What a rule may need of the spec: how to tell, and the reason given when it is missing."""
 
 
-def _why_missing(need: str, spec: SensorSpec) -> str:
-    """The reason given for a need that is missing: of several requirements it names those that are not stated."""
-    absent = [key for key in _REQUIRED.get(need, ()) if getattr(spec.requirements, key) is None]
-    return _unstated(absent) if absent else NEEDS[need][1]
-
-
 @record
 class Outcome:
     """One finding, without its place in the text, and the changes that are to be tried for it."""
@@ -194,7 +188,10 @@ def outcomes(
     if missing is not None:
         mount = design.spec.mount
         is_by_file = missing == "jaw" and mount is not None and mount.is_jaw_unmeasured
-        return [], [NotChecked(rule.id, JAW_BY_FILE_ALONE if is_by_file else _why_missing(missing, design.spec))]
+        # of several requirements those that are not stated
+        absent = [key for key in _REQUIRED.get(missing, ()) if getattr(design.spec.requirements, key) is None]
+        why = _unstated(absent) if absent else NEEDS[missing][1]
+        return [], [NotChecked(rule.id, JAW_BY_FILE_ALONE if is_by_file else why)]
     found: list[Outcome] = []
     undecided: list[NotChecked] = []
     for verdict in rule.apply(design) if rule.apply else ():

@@ -12,7 +12,7 @@ from sitscad.checks.rules import Outcome, Rule, located, outcomes
 from sitscad.design import Design
 from sitscad.finding import Finding, NotChecked, Remedy, Severity
 from sitscad.fixes.mending import Applied, is_better, is_further, worsened
-from sitscad.fixes.room import roomy
+from sitscad.fixes.moves import roomy
 from sitscad.fixes.search import NOT_FURTHER, Budget, Fix, Left, Search, hint_text, search
 from sitscad.layout.routing.escape import SearchLimit
 from sitscad.spec.format.reading import SpecError
@@ -20,9 +20,6 @@ from sitscad.spec.load import load_text
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.rewriting import CannotWriteError, completed, rewritten
 from sitscad.spec.yaml.source import SpecSource
-
-Place = tuple[str, str | None]
-"""A rule and the key that it complains of."""
 
 
 class Trials:
@@ -36,6 +33,7 @@ class Trials:
         self._undecided = {one.rule for one in undecided}
         self._said = tuple(said)
         self._complaints = _complaints(one.finding for one in self._said)
+        self._messages = {one.finding.message for one in self._said}
         self._tried: list[tuple[SensorSpec, _Tried | None]] = []
 
     def advised(
@@ -115,18 +113,13 @@ class Trials:
         if rule.id == finding.rule:
             left = said if finding.severity is Severity.NOTE else graver
             is_unknown = bool(undecided) and rule.id not in self._undecided
-            if is_unknown or any(one.key == finding.key and not self._is_other(one, finding) for one in left):
+            # one of another unit, which stood before as it stands now, is another than this one
+            if is_unknown or any(one.key == finding.key and (one.unit == finding.unit or one.message not in
+                                                             self._messages) for one in left):
                 return (rule.id,)
         now, before = _errors(graver), _errors(one for one in self._complaints if one.rule == rule.id)
         is_same = bool(before) and any(one.key == finding.key for one in graver)
         return (rule.id,) if len(now) > len(before) or is_same else ()
-
-    def _is_other(self, left: Finding, finding: Finding) -> bool:
-        """Whether a finding that is left is another than one of the same rule and key: of another unit, it stood before
-        as it stands now.
-        """
-        before = {each.finding.message for each in self._said}
-        return left.unit != finding.unit and left.message in before
 
     def _brought(self, tried: _Tried) -> Left:
         after = _complaints(one for said, _ in tried.said.values() for one in said)

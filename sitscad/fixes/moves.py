@@ -9,11 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
+from functools import partial
 from itertools import combinations, islice
 from typing import TypeVar
 
 from sitscad.finding import Edit, Missing
-from sitscad.fixes.search import Fix, setting
+from sitscad.fixes.search import AMOUNTS, GROWTH, Family, Fix, setting
 from sitscad.geometry.convex import Footprint
 from sitscad.geometry.shapes import LONG_PLATE
 from sitscad.layout.clearance import hole_keep_out, joined_hole
@@ -28,6 +29,7 @@ from sitscad.spec.materials import ElastomerPad, Encapsulation, Target
 from sitscad.spec.places import footprint
 from sitscad.spec.presets import connector, names
 from sitscad.spec.profiles import installed_rules
+from sitscad.spec.resolver.coils import least_scale
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
@@ -288,19 +290,6 @@ def sealed(spec: SensorSpec) -> Iterator[Fix]:
         yield Fix(edits, replace(spec, encapsulation=Encapsulation(presets.elastomer(name), thickness)))
 
 
-def higher_seat(spec: SensorSpec, standoff: float) -> Fix:
-    """A seat that holds the board so far (m) off the metal at least."""
-    high = _ceiled(standoff)
-    return setting(spec, "mount.standoff", high, f"{1e3 * high:.6g}")
-
-
-def stiffer_pad(spec: SensorSpec, shear_modulus: float) -> Fix:
-    """An elastomer of so large a shear modulus (Pa), known as well as the one of now."""
-    modulus = show(shear_modulus, "Pa", 3)
-    key = "elastomer.material.shear_modulus"
-    return setting(spec, key, shear_modulus, modulus, said=f"a shear modulus of {modulus} or more")
-
-
 def thicker_target(spec: SensorSpec, thickness: float) -> Fix:
     """A target so thick (m) at least."""
     thick = math.ceil(thickness * 1e6 - 1e-6) * 1e-6  # as it is written
@@ -508,3 +497,50 @@ def larger_connectors(spec: SensorSpec, length: str) -> Iterator[Fix]:
     for name in sorted(known, key=lambda name: getattr(known[name], length)):
         if getattr(known[name], length) > now + SAME:
             yield setting(spec, "fpc.tail.connector", known[name], name)
+
+
+MOST_COILS = 4
+"""Coils up to which a spec that could not be read is mended by trials."""
+
+FEWER = 4
+"""Numbers of turns that are tried."""
+
+
+def roomy(spec: SensorSpec, is_turns: bool, is_apart: bool) -> tuple[Family, ...]:
+    """Return changes of a spec whose coils or turns lack room: fewer turns, coils farther apart, or both. Empty for
+    large arrays and for layers of unequal turns.
+    """
+    if len(spec.array.placements) > MOST_COILS or spec.coil.has_unequal_turns:
+        return ()
+
+    fewer = partial(roomy_turns, spec, spec.coil.turns_that_fit, FEWER)
+
+    def both() -> Iterator[Fix]:
+        for fix in fewer() if is_turns else [Fix((), spec)]:
+            yield from map(fix.with_also, _apart(fix.spec))
+
+    return (both,) if is_apart else (fewer, both) if len(spec.array.placements) > 1 else (fewer,)
+
+
+def _apart(spec: SensorSpec) -> Iterator[Fix]:
+    """Yield coils so far apart that they do not touch, then farther by what a lead and its via take."""
+    near = nearest_distance(spec.array.placements)
+    scale = None if near is None else least_scale(spec.array, spec.coil)
+    if near is None or scale is None:
+        return
+    by = max(0.0, near * (scale - 1.0))
+    beside = _written_apart(spec, near, by)
+    yield beside
+    room = lead_room(beside.spec)
+    for step in range(AMOUNTS):
+        yield _written_apart(spec, near, by + room * GROWTH**step)
+
+
+def _written_apart(spec: SensorSpec, near: float, by: float) -> Fix:
+    """Coils farther apart by so much (m), rounded up as it is written."""
+    if spec.array.pitch is None:
+        scale = math.ceil((1.0 + by / near) * 1e4 - 1e-6) / 1e4
+        return coils_apart(spec, near * (scale - 1.0))
+    pitch = math.ceil((spec.array.pitch + by) * 1e6 - 1e-5) * 1e-6
+    # pitch and nearest distance grow alike: coils of a triangle and a grid stand one pitch apart
+    return Fix((Edit("array.pitch", f"{pitch * 1e3:.6g}"),), coils_apart(spec, pitch - spec.array.pitch).spec)

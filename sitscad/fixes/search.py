@@ -234,7 +234,9 @@ def search(families: Iterable[Family], trial: Trial, budget: Budget) -> Search:
 
 def hint_text(otherwise: str, found: Search, already: Collection[str]) -> str:
     """Return a hint: the changes that were tried, then what else helps. `already` are rules that complain anyway."""
-    words = [_with_warnings(fix, left, already) for fix, left in found.mending]
+    brings = (warn(sorted({*left.brings, *left.worse}), already) for _, left in found.mending)
+    words = [f"{fix.words} (clears this; {some})" if some else fix.words
+             for (fix, _), some in zip(found.mending, brings, strict=True)]
     nearest = max((one for one in found.vain if one[1].gain >= HELPS), key=lambda one: one[1].gain, default=None)
     if words:
         tried = f"{'; or '.join(words)} (tried)"
@@ -247,11 +249,6 @@ def hint_text(otherwise: str, found: Search, already: Collection[str]) -> str:
     if not found.mending and (vain := _in_vain(found.vain)):
         hint += f" (tried in vain: {vain})"
     return f"{hint} ({NOT_FURTHER})" if found.is_cut_short else hint
-
-
-def _with_warnings(fix: Fix, left: Left, already: Collection[str]) -> str:
-    brings = warn(sorted({*left.brings, *left.worse}), already)
-    return f"{fix.words} (clears this; {brings})" if brings else fix.words
 
 
 def _in_vain(tried: Iterable[tuple[Fix, Left]]) -> str:
@@ -267,7 +264,7 @@ def fail(rules: tuple[str, ...]) -> str:
     return f"{', '.join(rules)} fail{'s' if len(rules) == 1 else ''}"
 
 
-def warn(rules: Iterable[str], already: Collection[str] = ()) -> str:
+def warn(rules: Iterable[str], already: Collection[str]) -> str:
     """Words that say which rules warn: of more, those that do `already`."""
     known = list(rules)
     new, more = [rule for rule in known if rule not in already], [rule for rule in known if rule in already]

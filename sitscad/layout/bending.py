@@ -58,8 +58,7 @@ def finished_thickness(layout: Layout, where: Where) -> FinishedThickness:
         by_layers = rules.thickness_tolerance
         listed = max((count for count in by_layers if count <= copper), default=min(by_layers))
         field, tolerance = f"thickness_tolerance_{listed}", by_layers[listed]
-    source = rules.sources.get(field) or rules.source or "the fabricator's design rules (fpc.rules)"
-    return FinishedThickness(max(0.0, nominal - tolerance), nominal, nominal + tolerance, source)
+    return FinishedThickness(max(0.0, nominal - tolerance), nominal, nominal + tolerance, rules.source_of(field))
 
 
 def tail_copper(layout: Layout) -> int:

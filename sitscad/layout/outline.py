@@ -199,12 +199,6 @@ class BodyExtent:
         """The largest radius (m) that the body's sides leave its far corners: a fifth of the shorter one."""
         return 0.2 * min(self.high - self.low, self.end - self.start)
 
-    def widened(self, side: int, half_width: float) -> BodyExtent:
-        """The body, so wide (m) at least on one side."""
-        if side > 0:
-            return replace(self, high=max(self.high, half_width))
-        return replace(self, low=min(self.low, -half_width))
-
 
 def far_end(spec: SensorSpec, tracks: Iterable[TrackToPlace], holes: Iterable[ViaToPlace]) -> float:
     """The least x (m) that the body needs for coils, tracks and holes, with the distance of copper from the edge."""
@@ -268,7 +262,8 @@ def body_of(spec: SensorSpec, far: float, needed: Breadth, tail: TailFrame) -> B
         corner = taper.end - taper.length - taper.reach_before  # where the rounding of the first one begins
         is_short = not taper.narrows and corner < body.start + body.corner_room
         if is_ahead or is_astride or is_short:
-            body = body.widened(side, tail.half_width)
+            high = max(body.high, tail.half_width) if side > 0 else body.high
+            body = replace(body, high=high, low=body.low if side > 0 else min(body.low, -tail.half_width))
     return body
 
 

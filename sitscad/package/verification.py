@@ -37,8 +37,7 @@ from sitscad.report.findings.text import printable
 from sitscad.spec.format.reading import SpecError, decoded, read_file
 from sitscad.spec.load import load
 from sitscad.spec.sensor import SensorSpec
-from sitscad.spec.yaml.reader import read_yaml
-from sitscad.spec.yaml.source import TextError
+from sitscad.spec.yaml.source import TextError, read_yaml
 from sitscad.units import counted
 from sitscad.version import __version__
 from sitscad.writer import STAGES, marks

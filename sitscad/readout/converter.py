@@ -229,13 +229,13 @@ class Converter:
         """Its fastest I2C clock, at which results are taken to be read."""
         return show(self.limit("serial_clock_max"), "Hz")
 
-    def read_back_time(self, channels: int, serial_clock: float | None = None) -> float:
-        """Time (s) to read the results of some channels over I2C at `serial_clock` (Hz), by default its fastest.
+    def read_back_time(self, channels: int) -> float:
+        """Time (s) to read the results of some channels over I2C at its fastest clock.
 
         A register takes five frames of nine bits each plus start, repeated start, stop and bus-free time: 49 bits,
         which is what the 4.08 kSPS at 400 kHz of a result in two registers come to (SNOSCY9A figure 12, 6.5).
         """
-        return channels * len(self.result_words) * 49.0 / (serial_clock or self.limit("serial_clock_max"))
+        return channels * len(self.result_words) * 49.0 / self.limit("serial_clock_max")
 
     def read_back_time_optimistic(self, channels: int) -> float:
         """Time (s) to read some channels at that clock by the maker's more hopeful figure: fewer bits than it shows."""

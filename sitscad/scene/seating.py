@@ -204,13 +204,6 @@ CORNER_SCREW = Screw(2.4e-3, 3.8e-3, 4.2e-3, 1.8e-3)
 """M2: ISO 273 medium, ISO 4762; nut ISO 4032 (4 mm across flats, 1.6 mm high) with 0.2 mm of room."""
 
 
-def nut_room(mount: Mount | None) -> float:
-    """Room (m) from the middle of a nut in an adapter's corner to the head of a screw beside it."""
-    assert mount is not None
-    wall = print_limit(mount.process, "wall").value
-    return CORNER_SCREW.nut_across / math.sqrt(3.0) + wall + clearance(mount)
-
-
 def plate_plan(layout: Layout, film: float) -> Box:
     """The plate's rectangle (m): all that it carries with the tail beside the screws, a border, and its own holes."""
     x0, y0, x1, y1 = layout.body
@@ -219,9 +212,12 @@ def plate_plan(layout: Layout, film: float) -> Box:
     for body in above_board(layout.spec):
         left, low, right, high = body.footprint.box
         x0, y0, x1, y1 = min(x0, left - film), min(y0, low - film), max(x1, right + film), max(y1, high + film)
-    ends, pattern = [(x0, y0, BORDER), (x1, y1, BORDER)], _pattern(layout.spec.mount)
+    mount = layout.spec.mount
+    ends, pattern = [(x0, y0, BORDER), (x1, y1, BORDER)], _pattern(mount)
     if pattern is not None:
-        nut = 0.0 if not adapter_needed(layout) else nut_room(layout.spec.mount)
+        # from the middle of a nut in an adapter's corner to the head of a screw beside it
+        nut = 0.0 if not adapter_needed(layout) else (
+            CORNER_SCREW.nut_across / math.sqrt(3.0) + print_limit(process_of(mount), "wall").value + clearance(mount))
         for hole in _placed(layout, pattern):
             # the nuts in the corners of an adapter lie beside its holes, in both directions
             beyond = INSET + (hole.head / 2 + nut) / math.sqrt(2.0) if nut else hole.head / 2 + ROUND_HOLE

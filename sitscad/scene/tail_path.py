@@ -140,7 +140,10 @@ def tail_path(layout: Layout, turned: float = 0.0) -> TailPath | None:
         return TailPath(start, straight.stretches, None, reason)
     middle = radius + (high - low) / 2
     down = _let_down(drop, middle)
-    free = max(stretch[0], layout.body[2], _held_until(layout))
+    # the end of what carries the body and lies under the tail
+    edge, tongue = lip(layout), relief(layout)
+    held = tongue.along[1] if tongue is not None else cap_end(layout) or layout.body[2]
+    free = max(stretch[0], layout.body[2], held if edge is None else edge.start)
     parts = [BentStretch(free - layout.body[2]), *down] if down else []
     if pivot is not None and turned > LEAST:
         # Straight to the hinge and the bend into the shaft's direction, its middle under the pivot
@@ -164,14 +167,6 @@ def _drop(layout: Layout) -> float | None:
         return None
     rims = jaw.recess if jaw is not None and jaw.pocket is not None else 0.0
     return max(0.0, tail_heights(layout)[0] - face - rims)
-
-
-def _held_until(layout: Layout) -> float:
-    """How far along the tail (m) what carries the body lies under it; the body's end where nothing does."""
-    edge, tongue = lip(layout), relief(layout)
-    if edge is not None:
-        return edge.start
-    return tongue.along[1] if tongue is not None else cap_end(layout) or layout.body[2]
 
 
 def lip(layout: Layout) -> Lip | None:

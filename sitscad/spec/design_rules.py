@@ -169,6 +169,10 @@ class DesignRules(Readable):
         """Whether a minimum of coiled tracks is an error where it is not kept, and not a warning."""
         return self.coil_rule_binding and field not in self.unbound
 
+    def source_of(self, field: str) -> str:
+        """Where one figure comes from."""
+        return self.sources.get(field) or self.source or "the fabricator's design rules (fpc.rules)"
+
     def holder(self, field: str) -> str:
         """Who asks for one figure, in words: this profile, or it with the one that it takes the figure from."""
         holder = self.holders.get(field, self.name)

@@ -28,13 +28,11 @@ from sitscad.spec.format.reading import (
     read_section,
     section_of_data,
 )
-from sitscad.spec.format.section import Section
-from sitscad.spec.format.writing import as_written, kind_at
+from sitscad.spec.format.section import Section, as_written, kind_at
 from sitscad.spec.resolver.sensor import resolve
 from sitscad.spec.sensor import VERSION, SensorSpec, SpecDocument
-from sitscad.spec.yaml.reader import read_yaml
 from sitscad.spec.yaml.rewriting import CannotWriteError, rewritten
-from sitscad.spec.yaml.source import MAX_BYTES, SpecSource, TextError, dotted, plain_value, undotted
+from sitscad.spec.yaml.source import MAX_BYTES, SpecSource, TextError, dotted, plain_value, read_yaml, undotted
 
 __all__ = ["SpecError", "load", "load_text"]
 

@@ -23,8 +23,7 @@ from sitscad.spec.format.reading import SpecError, finding_from_text
 from sitscad.spec.load import load_text, load_values, meet, put, rewritten_spec
 from sitscad.spec.profiles import FILES
 from sitscad.spec.sensor import SensorSpec
-from sitscad.spec.yaml.reader import read_yaml
-from sitscad.spec.yaml.source import TextError
+from sitscad.spec.yaml.source import TextError, read_yaml
 from sitscad.units import UNITS
 from sitscad.version import __version__
 

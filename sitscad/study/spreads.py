@@ -20,7 +20,7 @@ from sitscad.design import Design
 from sitscad.estimates.scatter import CAUSES
 from sitscad.finding import Severity
 from sitscad.inspection import as_configured
-from sitscad.layout.as_made import as_made
+from sitscad.layout.board import as_made
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 from sitscad.study.evaluating import figures, tidily

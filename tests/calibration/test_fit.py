@@ -157,7 +157,7 @@ def test_the_other_way_of_loading_is_told_with_what_it_reads(sensors, foretold):
 ])
 def test_a_plan_says_which_way_x_is_and_what_holds_the_sensor(mount, held):
     from sitscad.report.calibration import directions, held_by
-    from sitscad.spec.yaml.reader import read_yaml
+    from sitscad.spec.yaml.source import read_yaml
 
     spec = sitscad.load_text(templates.read("bench_7mm"), "t.yaml")
     spec = spec.replace("mount", read_yaml(mount).data if mount else None)

@@ -13,7 +13,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad import check
-from sitscad.checks.assembly.target_length import gain_at_length
+from sitscad.checks.assembly.plates import gain_at_length
 from sitscad.design import Design
 from sitscad.estimates.response.pad import soft_pad
 from sitscad.estimates.response.working_range import beyond_held_shear, held_shear, shear_at

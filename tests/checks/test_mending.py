@@ -24,8 +24,8 @@ from sitscad.record import record  # noqa: E402
 from sitscad.spec import templates  # noqa: E402
 from sitscad.spec.format.reading import SpecError  # noqa: E402
 from sitscad.spec.load import load_text  # noqa: E402
-from sitscad.spec.yaml.reader import read_yaml  # noqa: E402
 from sitscad.spec.yaml.rewriting import rewritten  # noqa: E402
+from sitscad.spec.yaml.source import read_yaml  # noqa: E402
 
 plain = YAML(typ="safe")
 TEMPLATES = {name: templates.read(name) for name in templates.names()}

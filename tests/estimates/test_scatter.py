@@ -17,7 +17,7 @@ from sitscad.estimates import scatter, uncertainty
 from sitscad.estimates.performance.causes import readings_of, root_sum_of_mean_squares
 from sitscad.estimates.scatter import CAPACITOR
 from sitscad.estimates.states.pressing import GLUE, MODULUS, PAD, PAD_SIZE
-from sitscad.layout.as_made import as_made
+from sitscad.layout.board import as_made
 from sitscad.scene import bodies
 from tests.validation import scatter_of_units
 

@@ -17,8 +17,7 @@ from sitscad.package.manifest import made_from
 from sitscad.spec.format.kinds import Choice, Either, Preset, ProfileName, Several, Sourced, Truth, names
 from sitscad.spec.format.section import NameOr
 from sitscad.spec.load import load_values, put
-from sitscad.spec.yaml.reader import read_yaml
-from sitscad.spec.yaml.source import SpecSource
+from sitscad.spec.yaml.source import SpecSource, read_yaml
 from sitscad.watch.work import Before, worked_out
 from tests.conftest import EVERY_KEY
 

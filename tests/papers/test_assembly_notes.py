@@ -164,7 +164,7 @@ OWN = "{kind: custom}"
 )
 def test_how_the_mount_is_fastened_is_said(template, mount, words):
     from sitscad.spec.load import rewritten_spec
-    from sitscad.spec.yaml.reader import read_yaml
+    from sitscad.spec.yaml.source import read_yaml
 
     spec = sitscad.load_text(templates.read(template), "t.yaml")
     if mount in ("dovetail", "pins"):

@@ -17,8 +17,8 @@ from sitscad.finding import Edit
 from sitscad.spec import templates
 from sitscad.spec.format.validity import refuse_unusable
 from sitscad.spec.load import plain, yaml_text
-from sitscad.spec.yaml.reader import read_yaml
 from sitscad.spec.yaml.rewriting import rewritten
+from sitscad.spec.yaml.source import read_yaml
 
 COIL = {
     "shape": "circle",

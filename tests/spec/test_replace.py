@@ -15,8 +15,7 @@ import sitscad
 from sitscad import SensorSpec, SpecError
 from sitscad.spec import templates
 from sitscad.spec.format.kinds import Quantity
-from sitscad.spec.format.section import Section, section_of
-from sitscad.spec.format.writing import kind_at
+from sitscad.spec.format.section import Section, kind_at, section_of
 from sitscad.spec.load import attribute
 from sitscad.spec.sensor import SpecDocument
 from sitscad.units import SI_UNITS, exact_text, parse_quantity

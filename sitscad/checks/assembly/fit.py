@@ -14,12 +14,12 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
-from sitscad.checks.board.fabrication import house, source_of
+from sitscad.checks.board.fabrication import house
 from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, finding_of, joined, located, rule_of
 from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Finding, Place, Severity
-from sitscad.fixes.moves import higher_seat, plated_in_holes_alone, read_anew, sealed, thinner_tails
+from sitscad.fixes.moves import plated_in_holes_alone, read_anew, sealed, thinner_tails
 from sitscad.fixes.search import setting
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.bending import bend_figure, tail_thickness
@@ -124,7 +124,7 @@ def _bend_radius(spec: SensorSpec, tail: Tail, field: str, ratio: float) -> Iter
             f"({house(spec.fpc.rules, field)} asks {ratio:g} times the {show(thickness, 'm', 3)} tail); inside "
             f"the port there are {show(room, 'm', 3)}", hint, "fpc.tail.bend", radius, room, "m",
             severity=Severity.WARNING if tail.bend != "static" or tail.layers > 2 else Severity.NOTE,
-            source=source_of(spec.fpc.rules, field),
+            source=spec.fpc.rules.source_of(field),
             fixes=(lambda: thinner_tails(spec), lambda: plated_in_holes_alone(spec)),
         )
 
@@ -149,13 +149,14 @@ def shield_gap(design: Design) -> Iterator[Verdict]:
                 "coils", "shield.gap", width, across, "m", severity=Severity.WARNING,
             )
     needed = part.gap + part.thickness
+    high = round(math.ceil(needed * 1e6 - 1e-3) * 1e-6, 9)  # as it is written
     if needed > mount.standoff + ROUNDING:
         yield Violation(
             f"the shield ends {show(needed, 'm')} below the board's bottom, {'the jaw' if mount.jaw else 'the mount'} "
             f"begins at {show(mount.standoff, 'm')}",
             f"raise mount.standoff by {show(needed - mount.standoff, 'm')} at least, or bring the shield nearer to "
             "the board", "shield.gap", needed, mount.standoff, "m",
-            fixes=(lambda: [higher_seat(design.spec, needed)],),
+            fixes=(lambda: [setting(design.spec, "mount.standoff", high, f"{1e3 * high:.6g}")],),
         )
 
 

@@ -251,7 +251,13 @@ def _too_high(design: Design, jaw: Jaw, pair: Measure) -> Violation:
 
     @cache
     def narrower_by() -> tuple[float, str]:
-        by = _width_to_take_off(design, pair) if pair.decided_by == BOARD else None
+        x0, y0, x1, y1 = design.layout.body
+
+        def passes(less: float) -> bool:
+            return _pair(replace(design.layout, body=(x0, y0 + 0.5 * less, x1, y1 - 0.5 * less))).margin >= 0.0
+
+        # none where no narrower board is enough
+        by = _least_that(passes, -pair.margin, y1 - y0) if pair.decided_by == BOARD else None
         return (by, f"a board narrower by {show(by, 'm', 3)}:") if by else (0.0, "")
 
     def hint() -> str:
@@ -276,16 +282,6 @@ def _too_high(design: Design, jaw: Jaw, pair: Measure) -> Violation:
         detail=joined(f"glue lines are {show(glue, 'm', 3)} of it", unverified(jaw),
                       "" if pair.measured > wider + ROUNDING else passes),
     )
-
-
-def _width_to_take_off(design: Design, pair: Measure) -> float | None:
-    """The width (m) that has to go until the pair passes at worst; None where no narrower board is enough."""
-    x0, y0, x1, y1 = design.layout.body
-
-    def passes(less: float) -> bool:
-        return _pair(replace(design.layout, body=(x0, y0 + 0.5 * less, x1, y1 - 0.5 * less))).margin >= 0.0
-
-    return _least_that(passes, -pair.margin, y1 - y0)
 
 
 def _pair(layout: Layout) -> Measure:

@@ -13,7 +13,7 @@ from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, 
 from sitscad.design import ROOM_TEMPERATURE, Design
 from sitscad.estimates.states.pressing import BESIDE_PAD, loaded_face, pressed, rests_on_pad, surround
 from sitscad.finding import Severity
-from sitscad.fixes.moves import stiffer_pad, thicker_target
+from sitscad.fixes.moves import thicker_target
 from sitscad.fixes.pads import other_thicknesses
 from sitscad.fixes.search import Fix, setting
 from sitscad.mechanics import elastomer
@@ -178,19 +178,14 @@ def elastomer_shear(design: Design) -> Iterator[Verdict]:
         yield Undecided("no pitch: the coils have no common distance")
         return
 
-    def silicone() -> list[Fix]:
-        # the softest one on which the target stays over the coils
-        enough = _softest_for_shear(spec, force, min(elastomer.VALID_SHEAR, 0.5 * pitch / pad.thickness))
-        return [] if enough is None else [_of(spec, enough)]
-
-    travel = strain * pad.thickness
+    travel, over_coils = strain * pad.thickness, min(elastomer.VALID_SHEAR, 0.5 * pitch / pad.thickness)
     if math.inf > travel > pitch / 2.0:
         yield Violation(
             f"{show(force, 'N')} of shear move the target by about {show(travel, 'm', 2)} (+- "
             f"{100.0 * pad.material.shear_modulus_sigma:.0f} % with its modulus; {travel / pad.thickness:.2g} times "
             f"the pad's thickness); beyond {show(pitch / 2.0, 'm')} it has passed a coil's centre and the signal turns "
             "back", hint, "elastomer.material", travel, pitch / 2.0, "m",
-            fixes=(silicone, lambda: other_thicknesses(spec)),
+            fixes=(lambda: _taking(spec, _softest_for_shear(spec, force, over_coils)), lambda: other_thicknesses(spec)),
         )
 
 
@@ -224,9 +219,12 @@ def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdi
 
         held = held_shear(spec)
         if force > held:
+            modulus = pad_of(spec).material.shear_modulus
+            stiffer = _softest_enough(
+                lambda m, _: m.shear_modulus > modulus and held_shear(_of(spec, m).spec) >= force)
             yield Violation(
                 f"{show(force, 'N')} of shear are required; {beyond_held_shear(held)}",
-                f"a stiffer pad{_held_with(spec, force)}, or a larger one under a larger target, goes less far",
+                f"a stiffer pad{_named_preset(stiffer)}, or a larger one under a larger target, goes less far",
                 "requirements.shear_force", force, held, "N", severity=Severity.NOTE,
             )
         return
@@ -239,39 +237,33 @@ def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdi
 
     @cache
     def hint() -> str:
-        stiffer = _modulus_for_shear(spec, force, limit, (softest, usual), strain) / softest
+        more = _modulus_for_shear(spec, force, limit, (softest, usual), strain) / softest
         return (
-            f"a shear modulus of {show(_rounded_up(material.shear_modulus * stiffer), 'Pa', 3)} or more known as well "
-            f"as this one{_larger_area(design, area, area * stiffer)} keeps the softest case within it"
+            f"a shear modulus of {show(_rounded_up(material.shear_modulus * more), 'Pa', 3)} or more known as well "
+            f"as this one{_larger_area(design, area, area * more)} keeps the softest case within it"
             f"{_named_preset(enough())}; a thinner pad shortens the travel, not this share"
         )
-
-    def stiff() -> list[Fix]:
-        return [] if (soft := enough()) is None else [_of(spec, soft)]
 
     moved, softer = (f"by {100.0 * one:.0f} % of its thickness" if math.isfinite(one) else
                      "out of its place: it gives way" for one in (strain, usual))
     yield Violation(
         f"{show(force, 'N')} of shear, with the required normal force or without, move the target on the "
         f"{material.name} pad {moved} ({softer} with a modulus one sigma softer)", hint, "elastomer.material",
-        most if math.isfinite(most) else None, limit, source=elastomer.SHEAR_SOURCE, fixes=(stiff,),
+        most if math.isfinite(most) else None, limit, source=elastomer.SHEAR_SOURCE,
         severity=Severity.WARNING if strain > limit or math.isinf(usual) else Severity.NOTE,
+        fixes=(lambda: _taking(spec, enough()),),
         detail=f"beyond {100.0 * limit:.0f} % (a conservative figure, unverified) the travel is extrapolated, and bond "
         "and edges of the pad may peel",
     )
 
 
-def _held_with(spec: SensorSpec, force: float) -> str:
-    """The softest silicone with which the pad's law is held up to a shear force (N), in words; empty if none is."""
-    from sitscad.estimates.response.working_range import held_shear
-
-    presets = sorted(map(elastomer_preset, names("elastomer")), key=lambda m: (m.shear_modulus, m.name))
-    return _named_preset(next((m for m in presets if m.shear_modulus > pad_of(spec).material.shear_modulus
-                               and held_shear(_of(spec, m).spec) >= force), None))
-
-
 def _of(spec: SensorSpec, material: ElastomerMaterial) -> Fix:
     return setting(spec, "elastomer.material", material, material.name)
+
+
+def _taking(spec: SensorSpec, material: ElastomerMaterial | None) -> list[Fix]:
+    """The pad made of another silicone, as a family of changes; empty without one."""
+    return [] if material is None else [_of(spec, material)]
 
 
 def _softest_for_shear(spec: SensorSpec, force: float, limit: float) -> ElastomerMaterial | None:
@@ -421,11 +413,12 @@ def _stiffer(spec: SensorSpec, force: float) -> _Stiffer:
     while high > 1.0005 * low:
         middle = math.sqrt(low * high)
         low, high = (low, middle) if bears(pad.material, middle) else (middle, high)
-    change, enough = stiffer_pad(spec, _rounded_up(high / _softest(sigma))), _softest_enough(bears)
+    least, enough = _rounded_up(high / _softest(sigma)), _softest_enough(bears)
+    written = show(least, "Pa", 3)
+    change = setting(spec, "elastomer.material.shear_modulus", least, written, f"a shear modulus of {written} or more")
     known = f", known to +- {100.0 * sigma:.0f} % as here," if sigma > 0.0 else ""
     result = f"keeps the softest case within {100.0 * strain:.0f} %"
-    fixes = (change,) if enough is None else (_of(spec, enough), change)
-    return _Stiffer(f"{change.words}{known} {result}{_named_preset(enough)}; ", fixes)
+    return _Stiffer(f"{change.words}{known} {result}{_named_preset(enough)}; ", (*_taking(spec, enough), change))
 
 
 def _softest_enough(bears: Callable[[ElastomerMaterial, float], bool]) -> ElastomerMaterial | None:

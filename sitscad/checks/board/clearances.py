@@ -12,7 +12,7 @@ from itertools import combinations, pairwise
 import numpy as np
 
 from sitscad.arrays import Array, Index
-from sitscad.checks.board.fabrication import gap_asked_by, house, short_of, source_of
+from sitscad.checks.board.fabrication import gap_asked_by, house, short_of
 from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, rule_of
 from sitscad.data import is_unverified
 from sitscad.design import Design
@@ -115,7 +115,7 @@ def drill_to_copper(design: Design) -> Iterator[Verdict]:
             f"a hole of {via.net} comes within {show(max(0.0, near.gap), 'm')} of {name_of(foreign)} on layer "
             f"{near.layer}; {house(rules, 'drill_to_copper')} asks {show(rules.drill_to_copper, 'm')} from hole to "
             "copper", f"{show(rules.drill_to_copper - near.gap, 'm')} are missing", "coil.turns", near.gap,
-            rules.drill_to_copper, "m", source=source_of(rules, "drill_to_copper"),
+            rules.drill_to_copper, "m", source=rules.source_of("drill_to_copper"),
             place=Place(near.x, near.y, near.layer, near.nets),
         )
 
@@ -172,7 +172,9 @@ def _spacing_complaint(design: Design, near: Nearness, places: int, key: str) ->
     if near.one.net != near.other.net or not Role.WINDING in kinds <= of_turns:
         return found
     if (radius := _common_radius(design.layout)) is not None:
-        return _with_less_radius(found, missing, spec, radius)
+        fix = setting(spec, "coil.corner_radius", radius, f"{radius * 1e3:.6g}")
+        hint = f"{missing}corners at the inner end have no room for a larger radius than {fix.words}"
+        return replace(found, key="coil.corner_radius", hint=hint, fixes=(lambda: [fix],))
     if asked - near.gap > nearer_by(spec.coil):
         return found
     spacing = GRAIN * math.ceil((spec.coil.trace_spacing + (asked - near.gap)) / GRAIN - 1e-6)
@@ -192,13 +194,6 @@ def _common_radius(layout: Layout) -> float | None:
              for side in trace.path if isinstance(side, Arc)]
     least = min(radii, default=math.inf)
     return math.floor(least * 1e5) * 1e-5 if least < layout.spec.coil.corner_radius - ROUNDING else None
-
-
-def _with_less_radius(found: Violation, missing: str, spec: SensorSpec, radius: float) -> Violation:
-    """The complaint with the corner radius (m) that the innermost side has room for, too."""
-    fix = setting(spec, "coil.corner_radius", radius, f"{radius * 1e3:.6g}")
-    hint = f"{missing}corners at the inner end have no room for a larger radius than {fix.words}"
-    return replace(found, key="coil.corner_radius", hint=hint, fixes=(lambda: [fix],))
 
 
 def _kind(item: Item) -> str:

@@ -242,9 +242,6 @@ ACUTE = math.radians(59.9)
 """Legs that part at less than this angle (rad) make a wedge in which etchant stays (unverified: workshop practice). Our
 own stubs meet their spirals at 75 degrees and more."""
 
-MOST_DRAWN = 2
-"""How many boards that are drawn otherwise are held against all rules."""
-
 _SAME_PLACE = 1e-8
 
 DRAWN = "the layout drew this, it is no fault of the spec"

@@ -1,5 +1,5 @@
 """SIT101 to SIT106, SIT116 and SIT131: tracks, gaps, holes and parts against what the fabricator makes, and what it
-offers at all.
+offers at all. SIT137 and SIT138: the materials of the stack-up's layers, and the adhesive of its coverlays.
 """
 
 from __future__ import annotations
@@ -14,17 +14,15 @@ from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, 
 from sitscad.data import is_unverified
 from sitscad.design import Design
 from sitscad.finding import Place, Severity
-from sitscad.fixes.moves import finer_fabricators, plated_in_holes_alone, wider
+from sitscad.fixes.moves import finer_fabricators, plated_in_holes_alone, read_anew, wider
 from sitscad.fixes.search import Family, Fix
 from sitscad.layout.panel import FEWEST_BRIDGES, bridges, is_wanted, least_size, narrower_bridge
 from sitscad.spec import presets
-from sitscad.spec.circuit import MASK, LayerKind, Stackup
+from sitscad.spec.circuit import MASK, LayerKind, StackLayer, Stackup
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.profiles import installed_rules
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
-
-FABRICATOR = "the fabricator's design rules (fpc.rules)"
 
 
 def via_drill(design: Design) -> Iterator[Verdict]:
@@ -35,7 +33,7 @@ def via_drill(design: Design) -> Iterator[Verdict]:
             yield Violation(
                 f"a via of {via.net} is drilled {show(via.drill, 'm')}; {house(rules, 'via_drill')} drills "
                 f"{show(rules.via_drill, 'm')} and larger", "", "fpc.rules", via.drill, rules.via_drill, "m",
-                source=source_of(rules, "via_drill"), place=Place(*via.centre, nets=(via.net,)),
+                source=rules.source_of("via_drill"), place=Place(*via.centre, nets=(via.net,)),
             )
 
 
@@ -83,7 +81,7 @@ def part_size(design: Design) -> Iterator[Verdict]:
         if rules.one_process:  # nothing can be asked for there
             severity, hint = Severity.WARNING, "fpc.panel: auto puts it in a panel, held by bridges"
         own = f"{said}; because of fpc.panel: none the order asks for delivery in the fabricator's own panel"
-        found = Violation(own, hint, "fpc.panel", *short, "m", severity, source_of(rules, "part_size"))
+        found = Violation(own, hint, "fpc.panel", *short, "m", severity, rules.source_of("part_size"))
         name = design.spec.name
         yield found if not in_panel else replace(
             found, message=f"{said}; a panel is ordered instead, in which it is put", key="fpc.rules",
@@ -128,14 +126,14 @@ def _panel_size(
     """A complaint where what is delivered (m) is larger than the fabricator's panel. A profile's choice of a panel that
     is handy limits nothing: what is larger is told of a panel, and warned of beyond the largest part that is made.
     """
-    is_choice = is_unverified(source_of(rules, "panel_size"))
+    is_choice = is_unverified(rules.source_of("panel_size"))
     for field in ("largest_part", "panel_size") if is_choice else ("panel_size",):
         limits = getattr(rules, field)
         beyond = ((own, most) for own, most in zip(sorted(size), sorted(limits), strict=True) if own > most + ROUNDING)
         side, largest = next(beyond, (None, None))
         if side is None or (is_choice and field == "panel_size" and not is_panel):
             continue
-        severity, source = Severity.WARNING, source_of(rules, field)
+        severity, source = Severity.WARNING, rules.source_of(field)
         makes = f"{house(rules, field)} makes panels of at most {_sides(limits)}{more}"
         if is_choice and field == "panel_size":
             severity, most = Severity.NOTE, rules.largest_part
@@ -155,13 +153,8 @@ def _sides(size: Sequence[float]) -> str:
 
 def house(rules: DesignRules, field: str) -> str:
     """Who asks for one figure: the profile that it stands in, a user's with file and line; marked if not verified."""
-    mark = " (unverified)" if is_unverified(source_of(rules, field)) else ""
+    mark = " (unverified)" if is_unverified(rules.source_of(field)) else ""
     return rules.holder(field) + mark
-
-
-def source_of(rules: DesignRules, field: str) -> str:
-    """Where one figure of the fabricator's rules comes from."""
-    return rules.sources.get(field) or rules.source or FABRICATOR
 
 
 def short_of(
@@ -170,7 +163,7 @@ def short_of(
     """The complaint about a length (m), in words, that is less than one figure of the fabricator's rules asks."""
     asked = getattr(rules, field)
     return Violation(f"{what}; {house(rules, field)} asks {show(asked, 'm')}", hint, key, have, asked, "m",
-                     source=source_of(rules, field), place=place)
+                     source=rules.source_of(field), place=place)
 
 
 def gap_asked_by(rules: DesignRules, asked: float) -> tuple[str, str]:
@@ -179,7 +172,7 @@ def gap_asked_by(rules: DesignRules, asked: float) -> tuple[str, str]:
     """
     if asked < rules.trace_spacing - ROUNDING:
         return "the spec (coil.trace_spacing)", "coil.trace_spacing in the spec"
-    return house(rules, "trace_spacing"), source_of(rules, "trace_spacing")
+    return house(rules, "trace_spacing"), rules.source_of("trace_spacing")
 
 
 NAMED = 4
@@ -199,7 +192,7 @@ def trace_width(design: Design) -> Iterator[Verdict]:
             yield Violation(
                 f"the {trace.role.value} of {trace.net} on layer {trace.layer} is drawn {show(trace.width, 'm')} "
                 f"wide; {house(rules, 'trace_width')} makes {show(rules.trace_width, 'm')} and wider", "", "fpc.rules",
-                trace.width, rules.trace_width, "m", source=source_of(rules, "trace_width"),
+                trace.width, rules.trace_width, "m", source=rules.source_of("trace_width"),
                 place=Place(*trace.path.start, trace.layer, (trace.net,)),
             )
 
@@ -211,7 +204,7 @@ def _too_fine(spec: SensorSpec, field: str, asked: str, more: str) -> Iterator[V
         yield Violation(
             f"{asked.format(show(value, 'm'))}; {house(spec.fpc.rules, field)} makes {show(least, 'm')} and {more}",
             lambda: f"widen tracks and gaps and wind fewer turns, or choose {_finer(spec)}",
-            f"coil.{field}", value, least, "m", source=source_of(spec.fpc.rules, field), fixes=_widened(spec, field),
+            f"coil.{field}", value, least, "m", source=spec.fpc.rules.source_of(field), fixes=_widened(spec, field),
         )
 
 
@@ -223,7 +216,7 @@ def _thicker_foil(spec: SensorSpec, field: str, word: str, severity: Severity = 
         yield Violation(
             f"{house(rules, field)} gives no figure for {word} in {show(foil, 'm')} copper; the thickest stated is "
             f"{show(stated, 'm')}", f"ask the fabricator, and write {field} in fpc.rules; or choose thinner copper",
-            "fpc.rules", foil, stated, "m", severity=severity, source=source_of(rules, field),
+            "fpc.rules", foil, stated, "m", severity=severity, source=rules.source_of(field),
         )
 
 
@@ -255,7 +248,7 @@ def loop_lines(design: Design) -> Iterator[Verdict]:
                 f"{_waiver(design.spec)}; or widen tracks and gaps, which takes turns and lowers L and Rp (see SIT201 "
                 "and SIT203)",
                 f"coil.{field}", value, smallest, "m", Severity.ERROR if binds else Severity.WARNING,
-                source_of(rules, f"coil_{field}"),
+                rules.source_of(f"coil_{field}"),
                 fixes=_widened(design.spec, f"coil_{field}", is_all=not binds),
                 detail="" if binds else f"this only warns: {why}",
             )
@@ -341,7 +334,7 @@ def offered(design: Design) -> Iterator[Verdict]:
         yield Violation(
             f"{fpc.boards} boards are wanted; {house(rules, 'order_multiple')} sells them in multiples of "
             f"{rules.order_multiple}", f"fpc.boards: {more}", "fpc.boards", float(fpc.boards), float(more),
-            severity=Severity.WARNING, source=source_of(rules, "order_multiple"),
+            severity=Severity.WARNING, source=rules.source_of("order_multiple"),
         )
 
 
@@ -352,7 +345,7 @@ def _complaint(
     listed = (show(each, "m") if isinstance(each, float) else str(each) for each in getattr(rules, field))
     unit = None if measured is None or field == "layer_counts" else "m"
     return Violation(f"{asked}; {house(rules, field)} offers {', '.join(listed) or 'none'}", hint, key, measured, None,
-                     unit, source=source_of(rules, field))
+                     unit, source=rules.source_of(field))
 
 
 def _refused(stackup: Stackup, rules: DesignRules) -> Iterator[tuple[str, str, float | None, str]]:
@@ -387,8 +380,86 @@ def _is_listed(thickness: float, listed: Sequence[float]) -> bool:
 ANOTHER = "another fabricator (fpc.rules); where yours has told you that it is made, say so in a profile of your own"
 
 
+BASE, BOND, COVER = "base", "bond", "cover"
+USUAL = {LayerKind.DIELECTRIC: "polyimide", LayerKind.COVERLAY: "polyimide-coverlay"}
+USES = {LayerKind.DIELECTRIC: (BASE, BOND), LayerKind.COVERLAY: (COVER,)}
+
+
+def layer_materials(design: Design) -> Iterator[Verdict]:
+    """Yield a finding about the first layer of an unsuitable material, or the first copper layer without a base."""
+    layers = design.spec.fpc.stackup.layers
+    for index, layer in enumerate(layers):
+        uses = USES.get(layer.kind, ())
+        if uses and not set(uses) & set(presets.dielectric_roles(layer.material)):
+            what = "a dielectric between copper layers" if layer.kind is LayerKind.DIELECTRIC else "a coverlay"
+            yield _other_material(design, index, f"{layer.material} does not serve as {what}", layer.kind)
+            return
+    coppers = [index for index, layer in enumerate(layers) if layer.kind is LayerKind.COPPER]
+    for index in coppers:
+        beside = [*_beside(layers, index, -1), *_beside(layers, index, 1)]
+        if not any(BASE in presets.dielectric_roles(layers[k].material) for k in beside):
+            number = coppers.index(index) + 1
+            if not beside:
+                yield Violation(
+                    f"copper {number} has no dielectric beside it: it lies between coverlays alone",
+                    "write a dielectric below it, like {dielectric: 25 um, material: polyimide}", "fpc.stackup",
+                )
+            else:
+                names = " and ".join(dict.fromkeys(layers[k].material for k in beside))
+                said = f"copper {number} lies on {names} alone, a bonding material that does not carry copper"
+                yield _other_material(design, beside[0], said, LayerKind.DIELECTRIC)
+            return
+
+
+def _beside(layers: tuple[StackLayer, ...], index: int, step: int) -> Iterator[int]:
+    """Yield the indices of the dielectrics between a copper layer and the next one, upwards (-1) or downwards (1)."""
+    index += step
+    while 0 <= index < len(layers) and layers[index].kind is LayerKind.DIELECTRIC:
+        yield index
+        index += step
+
+
+def _other_material(design: Design, index: int, message: str, kind: LayerKind) -> Violation:
+    """Return the finding about a layer's material. Its hint names the materials that suit the layer."""
+    serving = [name for name in presets.names("dielectric") if set(USES[kind]) & set(presets.dielectric_roles(name))]
+    if kind is LayerKind.DIELECTRIC:
+        serving = [name for name in serving if BASE in presets.dielectric_roles(name)]
+    key = f"fpc.stackup.{index}.material"
+    hint = f"{key}: {' or '.join(serving)}"
+    usual = "FR4" if kind is LayerKind.DIELECTRIC and presets.is_rigid(design.spec.fpc.stackup) else USUAL[kind]
+    return Violation(message, hint, key, fixes=(lambda: read_anew(design.spec, key, usual),))
+
+
+def coverlay_adhesive(design: Design) -> Iterator[Verdict]:
+    """Yield a finding about each coverlay film with less adhesive than the copper under it needs. An adhesive that is
+    not stated counts as all but the thinnest film in stock.
+    """
+    stackup, coil = design.spec.fpc.stackup, design.spec.coil
+    thinnest = min(film for film, _ in presets.coverlay_films())
+    for side, layer, copper in stackup.covers:
+        asked = presets.least_adhesive(copper.thickness)
+        most = layer.adhesive or max(0.0, layer.thickness - thinnest)
+        if layer.material == MASK or most >= asked - ROUNDING:
+            continue
+        gaps = coil.trace_spacing / (coil.trace_width + coil.trace_spacing) if copper.number in coil.layers else 0.0
+        has = show(most, "m") if layer.adhesive else f"at most {show(most, 'm')}"
+        film, adhesive = presets.best_film(asked)
+        is_preset = stackup.name in presets.names("stackup")
+        key = "fpc.stackup" if is_preset else f"fpc.stackup.{0 if side == 'top' else len(stackup.layers) - 1}"
+        yield Violation(
+            f"the {side} coverlay has {has} of adhesive over {show(copper.thickness, 'm')} of copper, minimum "
+            f"{show(asked, 'm', 3)}",
+            f"{{coverlay: {show(film + adhesive, 'm')}, adhesive: {show(adhesive, 'm')}}} is in stock; or thinner "
+            "copper (fpc.plated: buttons)", key, most, asked, "m",
+            Severity.ERROR if 0.0 < layer.adhesive < gaps * copper.thickness - ROUNDING else Severity.WARNING,
+            detail="" if layer.adhesive else
+            f"the adhesive is not stated; the thinnest film in stock, {show(thinnest, 'm')}, leaves that",
+        )
+
+
 RULES: tuple[Rule, ...] = (
     rule_of("SIT104", via_drill), rule_of("SIT105", annular_ring), rule_of("SIT106", hole_to_hole),
     rule_of("SIT116", part_size), rule_of("SIT101", trace_width), rule_of("SIT102", trace_spacing),
     rule_of("SIT103", loop_lines), rule_of("SIT131", offered),
+    rule_of("SIT137", layer_materials), rule_of("SIT138", coverlay_adhesive),
 )

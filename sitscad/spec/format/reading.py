@@ -20,8 +20,7 @@ from sitscad.finding import Edit, Finding, Remedy, Severity
 from sitscad.record import record
 from sitscad.spec.format.kinds import described, is_like
 from sitscad.spec.format.section import GATHERED, NAME, WRITTEN, Part, Section, section_of
-from sitscad.spec.yaml.reader import read_yaml
-from sitscad.spec.yaml.source import MAX_BYTES, SpecSource, TextError, dotted, undotted
+from sitscad.spec.yaml.source import MAX_BYTES, SpecSource, TextError, dotted, read_yaml, undotted
 
 if TYPE_CHECKING:
     from sitscad.spec.sensor import SensorSpec

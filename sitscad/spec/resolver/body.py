@@ -63,9 +63,13 @@ def drawn(part: BodySpec, name: str, place: Origin, remarks: Remarks) -> BodySpe
 def outline(content: bytes) -> Path:
     """The closed outline in a DXF file, counter-clockwise (m). Raises `UnfitError`."""
     import ezdxf  # of all specs only these need it
+    from ezdxf.lldxf.validator import dxf_info
 
     try:
-        drawing = ezdxf.read(StringIO(content.decode(_encoding(content))))
+        # UTF-8 from R2007 (AC1021) on, the code page in the file's header before R2007
+        info = dxf_info(StringIO(content.decode("latin-1")))
+        encoding = "utf-8" if info.version >= "AC1021" else info.encoding
+        drawing = ezdxf.read(StringIO(content.decode(encoding)))
         scale = UNITS.get(int(drawing.header.get("$INSUNITS", 0)))
         if scale is None:
             raise UnfitError(f"its unit ($INSUNITS {drawing.header['$INSUNITS']}) is none of mm, cm, m, um and inches")
@@ -85,14 +89,6 @@ def outline(content: bytes) -> Path:
         raise UnfitError(f"{lower} lies at z = {show(low, 'm')} and {upper} at {show(high, 'm')}: flatten the drawing")
     _refuse_repeated(pieces)
     return _convex(_chained(pieces))
-
-
-def _encoding(content: bytes) -> str:
-    """Return the encoding of a DXF file: UTF-8 from R2007 (AC1021) on, the code page in its header before R2007."""
-    from ezdxf.lldxf.validator import dxf_info
-
-    info = dxf_info(StringIO(content.decode("latin-1")))
-    return "utf-8" if info.version >= "AC1021" else info.encoding
 
 
 Piece = tuple[str, Segment]

@@ -15,8 +15,7 @@ from typing import Any
 
 from sitscad.finding import Edit
 from sitscad.record import record
-from sitscad.spec.yaml.reader import read_yaml
-from sitscad.spec.yaml.source import Position, TextError, YamlText, dotted, undotted
+from sitscad.spec.yaml.source import Position, TextError, YamlText, dotted, read_yaml, undotted
 from sitscad.units import UNITS, UnitError, parse_quantity
 
 BOM = "\ufeff"

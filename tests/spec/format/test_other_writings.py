@@ -8,9 +8,8 @@ from tolerance import approx
 import sitscad
 from sitscad import SpecError
 from sitscad.spec.format.kinds import Layers, Number, NumberOrList, Quantity, Truth, is_like
-from sitscad.spec.yaml.reader import read_yaml
 from sitscad.spec.yaml.rewriting import rewritten
-from sitscad.spec.yaml.source import TextError
+from sitscad.spec.yaml.source import TextError, read_yaml
 
 SPEC = """\
 sitscad: 1

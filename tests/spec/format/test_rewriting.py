@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from sitscad.finding import Edit
 from sitscad.spec import templates
-from sitscad.spec.yaml.reader import read_yaml
 from sitscad.spec.yaml.rewriting import CannotWriteError, completed, rewritten
+from sitscad.spec.yaml.source import read_yaml
 
 TEXT = """\
 # a spec in every style

@@ -8,7 +8,7 @@ import pytest
 
 from sitscad.spec import presets, templates
 from sitscad.spec.sensor import SpecDocument, json_schema
-from sitscad.spec.yaml.reader import read_yaml
+from sitscad.spec.yaml.source import read_yaml
 
 
 def section(name):

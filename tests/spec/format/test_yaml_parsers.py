@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sitscad.spec import templates
-from sitscad.spec.yaml import reader
+from sitscad.spec.yaml import source as reader
 from sitscad.spec.yaml.source import TextError
 
 PIECES = (

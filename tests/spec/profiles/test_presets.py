@@ -16,7 +16,7 @@ from sitscad.spec.circuit import Plating
 from sitscad.spec.load import load_text
 from sitscad.spec.materials import AT_DOUBLE, TO_30_PERCENT, stiffened, tension
 from sitscad.spec.profiles import installed_rules
-from sitscad.spec.yaml.reader import read_yaml
+from sitscad.spec.yaml.source import read_yaml
 
 MINIMAL = (
     "sitscad: 1\nname: a\ncoil: {shape: circle, outer_diameter: 7, turns: 5, trace_width: 0.1, trace_spacing: 0.1}\n"
