@@ -13,7 +13,7 @@ from sitscad.checks.rules import apply_rule
 from sitscad.design import Design
 from sitscad.drawing.sheet import Label, flattened
 from sitscad.fabrication.notes import bend_text, bent_text
-from sitscad.formats.kicad import board as kicad_board
+from sitscad.formats.kicad.board import board as kicad_board
 from sitscad.layout import lay_out
 from sitscad.layout.bending import bend_stretch, least_bend_radius
 from sitscad.papers.drawings import board as board_drawing
@@ -61,7 +61,7 @@ def test_every_paper_names_every_bend(name):
     """The S of a grasper's tail stood in STEP and jaw drawing alone, and the cap's lip nowhere."""
     layout = laid(name)
     drawing = " ".join(i.text for i in flattened(board_drawing.drawing(layout, "").items) if isinstance(i, Label))
-    for words in (bend_text(layout), bent_text(layout), drawing, kicad_board.board(layout)):
+    for words in (bend_text(layout), bent_text(layout), drawing, kicad_board(layout)):
         for bend in bends(layout):
             assert f"{math.degrees(bend.angle):.4g} deg {bend.direction}" in words
 
