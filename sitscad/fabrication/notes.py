@@ -15,6 +15,7 @@ from sitscad.layout.bending import (
     FinishedThickness,
     Where,
     bend_stretch,
+    contact_copper,
     finished_thickness,
     has_tail_coverlay,
     lap_start,
@@ -296,7 +297,16 @@ def stiffener_text(layout: Layout) -> str:
     film = plate.thickness - plate.adhesive
     parts = f" ({show(film, 'm')} film and {show(plate.adhesive, 'm')} adhesive)" if plate.adhesive else ""
     ask = "" if plate.adhesive else "; not a stock thickness that we know of: tell us the nearest that you have"
-    return f"{plate.material}, {size}, {show(plate.thickness, 'm')} thick with its adhesive{parts}{ask}"
+    thick = f"about {show(plate.thickness, 'm')} thick with its adhesive{parts}{ask}"
+    return f"{plate.material}, {size}, {thick}; the total thickness at the contacts governs"
+
+
+def contact_sum_text(layout: Layout) -> str:
+    """The layers under the contacts, and the thickness that they and the stiffener add up to."""
+    copper, made = sorted(contact_copper(layout)), show(finished_thickness(layout, Where.CONTACT).nominal, "m")
+    there = f"copper {', '.join(map(str, copper))}{' alone' if len(copper) < tail_copper(layout) else ''}"
+    plate = "" if layout.stiffener is None else f" and a stiffener of {show(layout.stiffener.thickness, 'm')}"
+    return f"there {there} counts, which with the films of the stack-up{plate} gives {made}"
 
 
 def laminate_text(stackup: Stackup) -> str:

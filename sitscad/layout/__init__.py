@@ -253,9 +253,10 @@ def _assemble(spec: SensorSpec, found: _Attempt) -> Layout:
         outline=outline(body, tail, copper, spec.fpc.rules.copper_to_edge),
         body=(body.start, body.low, body.end, body.high),
         top_openings=openings(spec.fpc.rules, tail, contacts, (pad for each in capacitors for pad in each.pads)),
-        bottom_openings=(), stiffener=stiffener(spec.fpc, tail), bend_zone=(bend_start, bend_end) if bends else None,
+        bottom_openings=(), stiffener=None, bend_zone=(bend_start, bend_end) if bends else None,
         shortfalls=found.shortfalls, capacitors=tuple(capacitors), tail_length=tail.end - tail.body_end,
     )
+    straight = replace(straight, stiffener=stiffener(straight, tail))
     line = course(spec.fpc.tail, tail.half_width, begin)
     if line is None:
         return straight

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from enum import StrEnum
 from itertools import accumulate
 
-from sitscad.geometry.path import Arc, Region, Segment
-from sitscad.layout.board import Layout, Stiffener, Trace
+from sitscad.geometry.path import Arc, Region, Segment, bounding_box, box_around
+from sitscad.layout.board import Layout, Pad, Role, Stiffener, Trace
 from sitscad.layout.tail_frame import TailFrame, first_via
 from sitscad.record import record
 from sitscad.spec.circuit import FpcSpec, LayerKind, StackLayer
@@ -40,15 +40,15 @@ class FinishedThickness:
 def finished_thickness(layout: Layout, where: Where) -> FinishedThickness:
     """The worst case of the stack at a place: the layers' sum, and the fabricator's tolerance of finished thickness.
 
-    At the coils all layers count, in the tail those down to its last copper layer and the bottom coverlay; at the
-    contacts these without the opened coverlays, with the stiffener. A fabricator answers for the whole, not for each
+    At the coils all layers count, in the tail those down to its last copper layer and the bottom coverlay. At the
+    contacts `contact_layers` and the stiffener count. A fabricator answers for the whole, not for each
     film: the tolerance is the one of `fpc.rules` by copper layers (the largest listed stands for more), or by the
     stiffener's material where there is one (of one that is not listed, the largest).
     """
     rules, plate = layout.spec.fpc.rules, layout.stiffener if where is Where.CONTACT else None
     layers = layout.spec.fpc.stackup.layers if where is Where.COIL else tail_layers(layout)
     if where is Where.CONTACT:
-        layers = tuple(layer for i, layer in enumerate(layers) if not is_opened(layout, i, layer))
+        layers = contact_layers(layout)
     nominal = sum(layer.thickness for layer in layers)
     if plate is not None:
         field, tolerances = f"stiffened_tolerance_{plate.material}", rules.stiffened_tolerance
@@ -98,6 +98,52 @@ def is_opened(layout: Layout, index: int, layer: StackLayer) -> bool:
     return layer.kind is LayerKind.COVERLAY and bool(openings)
 
 
+def contact_copper(layout: Layout) -> frozenset[int]:
+    """Numbers of the copper layers that have copper where the contacts are bare; the first alone without contacts."""
+    bare = [box for pad in layout.pads if (box := _bare_box(layout, pad)) is not None]
+    if not bare:
+        return frozenset({1})
+    x0, y0, x1, y1 = box_around(bare)
+    found = {pad.layer for pad in layout.pads}
+    for via in layout.vias:
+        (x, y), half = via.centre, via.pad / 2
+        if x0 - half < x < x1 + half and y0 - half < y < y1 + half:
+            found.update(range(1, layout.lowest_layer(via) + 1))
+    for trace in layout.traces:
+        if trace.role is Role.WINDING or trace.layer in found:
+            continue
+        half = trace.width / 2
+        boxes = (segment.box for segment in trace.path.segments)
+        if any(a - half < x1 and c + half > x0 and b - half < y1 and d + half > y0 for a, b, c, d in boxes):
+            found.add(trace.layer)
+    return frozenset(found)
+
+
+def _bare_box(layout: Layout, pad: Pad) -> tuple[float, float, float, float] | None:
+    """The box (m) of a contact's bare part; None where the coverlay covers all of it."""
+    (x, y), (w, h) = pad.centre, pad.size
+    for opening in layout.top_openings:
+        x0, y0, x1, y1 = bounding_box([opening.outline])
+        if x0 < x < x1 and y0 < y < y1:
+            return max(x0, x - w / 2), max(y0, y - h / 2), min(x1, x + w / 2), min(y1, y + h / 2)
+    return None
+
+
+def contact_layers(layout: Layout) -> tuple[StackLayer, ...]:
+    """The tail's layers that are under the contacts, the contacts' own copper included.
+
+    Opened coverlays and copper layers that end before the contacts are left out. Coverlay and bond films count with
+    their stated thickness: where there is no copper their adhesive has nothing to fill, and no more of it is laid.
+    """
+    found, number, copper = [], 0, contact_copper(layout)
+    for index, layer in enumerate(tail_layers(layout)):
+        number += layer.kind is LayerKind.COPPER
+        is_absent = layer.kind is LayerKind.COPPER and number not in copper
+        if not is_absent and not is_opened(layout, index, layer):
+            found.append(layer)
+    return tuple(found)
+
+
 def tail_thickness(fpc: FpcSpec) -> float:
     """Thickness (m) of the tail: the stack-up down to its last copper layer, and the bottom coverlay."""
     stack = fpc.stackup
@@ -108,17 +154,17 @@ def tail_thickness(fpc: FpcSpec) -> float:
     return -(last.z - last.thickness / 2) + below
 
 
-def stiffener(fpc: FpcSpec, tail: TailFrame) -> Stiffener | None:
-    """The plate under the contacts that brings them to the connector's insertion thickness; none for solder pads. As
-    thick as the spec says, its adhesive that of a stock film; else the stock one, or none, that comes nearest to what
-    is wanted; else what is wanted, with an adhesive of 0.
+def stiffener(layout: Layout, tail: TailFrame) -> Stiffener | None:
+    """The plate that brings a layout's contacts to the connector's insertion thickness; None for solder pads.
+
+    It is as thick as the spec says, with the adhesive of a stock film of this thickness. If the spec says nothing, it
+    is the stock one, or none, that comes nearest to what is wanted; else what is wanted, with an adhesive of 0.
     """
-    connector = tail.connector
+    fpc, connector = layout.spec.fpc, tail.connector
     if fpc.tail is None or connector.insertion_thickness <= 0.0:
         return None
-    top, written, stock = fpc.stackup.layers[0], fpc.tail.stiffener, stock_stiffeners()
-    opened = top.thickness if top.kind is LayerKind.COVERLAY else 0.0
-    wanted = connector.insertion_thickness - tail_thickness(fpc) + opened
+    written, stock = fpc.tail.stiffener, stock_stiffeners()
+    wanted = connector.insertion_thickness - math.fsum(layer.thickness for layer in contact_layers(layout))
     film, adhesive = min(((0.0, 0.0), *stock), key=lambda pair: (round(abs(sum(pair) - wanted), 9), pair[1]))
     thickness = film + adhesive
     if written is not None:

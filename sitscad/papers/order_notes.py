@@ -184,6 +184,8 @@ def _holes(layout: Layout) -> str:
     plating = layout.spec.fpc.stackup.plating_thickness
     least = plating - usual_tolerances()["copper plating"].band
     thick = f"; copper in the holes {show(plating, 'm')} nominal, at least {show(least, 'm', 2)}" if least > 0.0 else ""
+    is_classed = thick and not layout.spec.fpc.rules.one_process
+    thick += " (this governs, also where the class below asks for more)" if is_classed else ""
     return (
         f"{', '.join(kinds)}, plated, finished diameters; {notes.holes_text(layout)}; no pins or wires go "
         f"into them: a hole may be smaller if annular ring and plating are kept{thick}"
@@ -213,7 +215,7 @@ def _contacts(layout: Layout) -> str:
         )
     text = (
         f"{connector.name}: {contact_text(layout)}; {plug_text(layout)}{closer}; thickness at the "
-        f"contacts {where}; the stack-up and stiffener above give {show(made, 'm')}"
+        f"contacts {where}; this total governs, and the stiffener is chosen for it: {notes.contact_sum_text(layout)}"
     )
     if abs(made - wanted) > allowed + 1e-9:
         return text + ": THIS IS OUT OF TOLERANCE, change the stiffener before making the board"
@@ -302,10 +304,14 @@ def _test(layout: Layout, bench: Estimates | None) -> Iterator[tuple[str, str]]:
         yield "Bare board", "100 % continuity and isolation by the IPC-D-356A netlist"
     yield "Nets", f"{len(layout.nets)}, one a coil; the contacts of one coil are joined through its winding ({pins})"
     layers = sorted({trace.layer for trace in layout.traces if trace.net})
+    covers = cover_name(layout.spec.fpc.stackup) if any(has_coverlay(layout.spec.fpc.stackup)) else ""
+    inner = [str(number) for number in layers if 1 < number < layout.copper_layers]
+    outer = f"{'the outer copper ' if inner else ''}before the {covers} is laid" if covers else ""
+    when = ", ".join(filter(None, [f"copper {', '.join(inner)} before lamination" if inner else "", outer]))
     yield "Inspection", (
-        f"optical, of the coils on {'each copper layer' if len(layers) > 1 else 'the copper'} after etching"
-        f"{', before lamination' if layout.copper_layers > 1 else ''}: a short between turns of one coil is within one "
-        "net, so tests of continuity and isolation do not find it"
+        f"optical, of the coils on {'each copper layer' if len(layers) > 1 else 'the copper'} after its etching"
+        f"{f' ({when})' if when else ''}: a short between turns of one coil is within one net, so "
+        "tests of continuity and isolation do not find it"
     )
     limits = []
     for read in bench.metered if bench else ():

@@ -15,7 +15,7 @@ from dataclasses import replace
 from sitscad.check_values import Closing, Measure, Share
 from sitscad.data import cited, rows
 from sitscad.geometry.path import Point
-from sitscad.layout.bending import Where, finished_thickness, tail_thickness
+from sitscad.layout.bending import tail_thickness
 from sitscad.layout.board import Layout
 from sitscad.record import record
 from sitscad.scene.bodies import MOUNT_PIECES, above_board, board_heights, shield_heights
@@ -272,13 +272,17 @@ def shaft(spec: SensorSpec) -> Shaft | None:
 
 
 def end_section(layout: Layout) -> tuple[float, float]:
-    """Width and thickness (m) of the tail behind the jaw, end and stiffener included; zeros without such, or a jaw."""
+    """Width and largest thickness (m) of the tail behind the jaw; zeros without a tail there, or without a jaw.
+
+    The tail is thickest between its contacts and the stiffener's edge, where coverlay, copper and stiffener meet.
+    """
     jaw = layout.spec.jaw
     if jaw is None:
         return 0.0, 0.0
     heel = jaw_range(layout, jaw)[1]
     ys = [point.y for point in layout.outline.flattened(1e-5) if point.x > heel]
-    return (max(ys) - min(ys) if ys else 0.0), finished_thickness(layout, Where.CONTACT).nominal
+    plate = layout.stiffener.thickness if layout.stiffener is not None else 0.0
+    return (max(ys) - min(ys) if ys else 0.0), tail_thickness(layout.spec.fpc) + plate
 
 
 def hinge_pivot(layout: Layout) -> Point | None:

@@ -13,6 +13,7 @@ from sitscad.checks.board.drawn_form import TrackGraph, closed_loops
 from sitscad.finding import Severity
 from sitscad.geometry.path import Arc, Path, Point, circle, polyline
 from sitscad.layout import lay_out
+from sitscad.layout.bending import Where, finished_thickness
 from sitscad.layout.board import Role, Trace, Via
 from sitscad.spec.load import load_text
 from sitscad.units import show
@@ -166,7 +167,7 @@ def test_a_loop_through_two_vias_beside_the_coils(judge, bench):
 
 def test_contacts_with_the_fabricators_tolerance(judge, bench):
     fpc = bench.spec.fpc
-    nominal = sum(film.thickness for film in fpc.stackup.layers[1:]) + bench.stiffener.thickness
+    nominal = finished_thickness(bench, Where.CONTACT).nominal
     wide = replace(fpc.rules, stiffened_tolerance={bench.stiffener.material: 70 * UM})
     layout = replace(bench, spec=replace(bench.spec, fpc=replace(fpc, rules=wide)))
     (found,) = judge("SIT124", layout.spec, layout)

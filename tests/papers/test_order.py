@@ -492,7 +492,8 @@ def test_order_notes_ask_for_inspection_and_resistance_limits():
     read = design.bench_estimates.metered[0]
     ends = [show(read.direct + side * 3.0 * read.direct_sigma, "ohm", 3) for side in (-1, 1)]
     assert f"{read.coil} {show(read.direct, 'ohm', 3)} ({ends[0]} to {ends[1]})" in text
-    assert "each copper layer after etching, before lamination" in text
+    assert "copper 2, 3 before lamination, the outer copper before the coverlay is laid" in text
+    assert text.count("this governs") == 1 and text.index("this governs") > text.index("at least 8.5 um")
     assert "within 20 %: compensate" in text and "at least 8.5 um" in text
     assert "IPC-6013 class 2, type 3, use A" in text
 

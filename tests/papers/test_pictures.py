@@ -24,6 +24,7 @@ from sitscad.layout.bending import Where, finished_thickness
 from sitscad.papers import order_notes as fabrication_notes
 from sitscad.papers.drawings import board as board_pictures
 from sitscad.papers.drawings import stackup as stackup_drawing
+from sitscad.spec.circuit import LayerKind
 from sitscad.spec.load import load, load_text
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -141,9 +142,12 @@ def test_stackup_drawing_has_heights_to_scale(board):
     layers = board.spec.fpc.stackup.layers
     scale = body[0] / layers[0].thickness
     assert body == approx([layer.thickness * scale for layer in layers], rel=1e-9)
-    tail = [height for x, height in bars(board) if x < stackup_drawing.JOINT]
-    bare = [*(layer.thickness for layer in layers), board.stiffener.thickness]
-    assert tail == approx([thickness * scale for thickness in bare], rel=1e-9)
+    tail = [height for x, height in bars(board) if x == stackup_drawing.TAIL + stackup_drawing.OPEN]
+    assert tail == approx([layer.thickness * scale for layer in layers], rel=1e-9)
+    contacts = [height for x, height in bars(board) if x == stackup_drawing.TAIL]
+    assert sum(contacts) == approx(finished_thickness(board, Where.CONTACT).nominal * scale, rel=1e-9)
+    lower = [each for each in layers[1:] if each.kind is not LayerKind.COPPER]
+    assert len(contacts) == 1 + len(lower) + 1  # the contacts' copper, all films below, the stiffener
 
 
 def test_readme_states_the_order():
@@ -156,21 +160,21 @@ def test_readme_states_the_order():
 
 def test_readme_compares_the_contacts_with_the_connector():
     board = layouts.two_coils()
-    assert finished_thickness(board, Where.CONTACT).nominal == approx(322.5e-6, rel=1e-6)
+    assert finished_thickness(board, Where.CONTACT).nominal == approx(287.5e-6, rel=1e-6)
     good = fabrication_notes.readme(board)
-    assert "give 322.5 um" in " ".join(good.split()) and "OUT OF TOLERANCE" not in good
+    assert "gives 287.5 um" in " ".join(good.split()) and "OUT OF TOLERANCE" not in good
     thick = replace(board, stiffener=replace(board.stiffener, thickness=250e-6))
     assert "OUT OF TOLERANCE" in fabrication_notes.readme(thick)
 
 
 def test_a_tail_of_fewer_layers_is_thinner_and_its_end_of_layers_is_told():
     board = layouts.thin_tail(layouts.two_coils(4))
-    assert finished_thickness(board, Where.CONTACT).nominal == approx(322.5e-6, rel=1e-6)
+    assert finished_thickness(board, Where.CONTACT).nominal == approx(287.5e-6, rel=1e-6)
     text = " ".join(fabrication_notes.readme(board).split())
     assert "only its first 2 copper layers: copper 3 to 4 and what lies between end there" in text
     assert "the tail is 150 um thick" in text
     assert "only its first" not in fabrication_notes.readme(layouts.two_coils(4))
-    assert len([x for x, _ in bars(board) if x < stackup_drawing.JOINT]) == 5 + 1
+    assert len([x for x, _ in bars(board) if x < stackup_drawing.JOINT]) == 5 + 3 + 1
 
 
 def test_readme_lists_every_file_of_the_set(board):

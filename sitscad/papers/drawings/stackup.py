@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 
 from sitscad.drawing.frame import MARGIN, TEXT, THIN, fitting_paragraph, new_sheet, spread, table, wrapped
@@ -11,7 +12,7 @@ from sitscad.drawing.svg import svg
 from sitscad.fabrication import notes
 from sitscad.fabrication.files import board_images, fabrication_path, on_drawing, stack_names
 from sitscad.geometry.path import rectangle
-from sitscad.layout.bending import has_tail_coverlay, is_opened, tail_layers
+from sitscad.layout.bending import contact_copper, contact_layers, has_tail_coverlay, tail_copper, tail_layers
 from sitscad.layout.board import Layout
 from sitscad.spec.circuit import MASK, LayerKind
 from sitscad.units import show
@@ -47,9 +48,9 @@ def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
     _body_section(sheet, layout, scale)
     # The tail's layers, its opened coverlays shorter, and the stiffener under its end
     if layout.spec.fpc.tail is not None:
-        y = TOP
+        y, is_plugged = TOP, bool(layout.pads)
         for i, layer in enumerate(tail_layers(layout)):
-            height, start = layer.thickness * scale, TAIL + (OPEN if is_opened(layout, i, layer) else 0.0)
+            height, start = layer.thickness * scale, TAIL + (OPEN if is_plugged else 0.0)
             is_own = has_tail_coverlay(layout) and i + 1 == len(tail_layers(layout))
             _bar(sheet, start, y, JOINT + (LAP if is_own else 0.0) - start, height, COLOURS[layer.kind])
             if is_own:
@@ -57,17 +58,17 @@ def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
                 caption = wrapped(f"the tail's own coverlay laps {lap} into the body", JOINT - TAIL - OPEN - 18.0, 2.3)
                 for row, line in enumerate(caption):
                     sheet.text(JOINT - 1.0, y - height - 3.5 - 3.2 * row, line, 2.3, "end")
-            if start > TAIL:
-                sheet.text(TAIL, y - height / 2 - 0.9, "open at the contacts", 2.3)
             y -= height
+        if is_plugged:
+            _contact_section(sheet, layout, y, scale)
         stiffener = layout.stiffener
         if stiffener is not None:
             height = stiffener.thickness * scale
             _bar(sheet, TAIL, y, OPEN + 15.0, height, PLATE)
             sheet.text(TAIL + 2.0, y - height / 2, f"stiffener, {stiffener.material}", TEXT)
-            thick = f"{show(stiffener.thickness, 'm')} with its adhesive"
+            thick = f"about {show(stiffener.thickness, 'm')} with its adhesive"
             sheet.text(TAIL + 2.0, y - height / 2 - 1.4 * TEXT, thick, TEXT)
-        sheet.text((TAIL + JOINT) / 2, TOP + 3.0, "tail", TEXT, "middle")
+        sheet.text((TAIL + (OPEN if is_plugged else 0.0) + JOINT) / 2, TOP + 3.0, "tail", TEXT, "middle")
     texts = notes.thickness_texts(layout)
     parts = {place: text.partition("), ") for place, text in texts.items()}
     rows = [["place", "finished thickness (least to most)"],
@@ -108,6 +109,20 @@ def _body_section(sheet: Sheet, layout: Layout, scale: float) -> None:
         for row, line in enumerate(lines):
             sheet.text(BODY + 11.0, -place - 0.35 * size - 1.4 * size * (row - (len(lines) - 1) / 2), line, size)
     sheet.text((JOINT + BODY) / 2, TOP + 3.0, "body with the coils", TEXT, "middle")
+
+
+def _contact_section(sheet: Sheet, layout: Layout, bottom: float, scale: float) -> None:
+    """The layers under the contacts, on the same lower face as the tail, and the copper that is not there."""
+    there = contact_layers(layout)
+    y = bottom + math.fsum(layer.thickness for layer in there) * scale
+    sheet.text(TAIL, TOP + 3.0, "contacts", TEXT)
+    copper = contact_copper(layout)
+    if absent := [str(number) for number in range(1, tail_copper(layout) + 1) if number not in copper]:
+        sheet.text(TAIL, y + 1.5, f"no copper {', '.join(absent)}", 2.3)
+    for layer in there:
+        height = layer.thickness * scale
+        _bar(sheet, TAIL, y, OPEN, height, COLOURS[layer.kind])
+        y -= height
 
 
 def _bar(sheet: Sheet, x: float, top: float, width: float, height: float, fill: str, name: str = "") -> None:
