@@ -137,7 +137,8 @@ class Calibration:
                          f"(half of the normal force on it); `sitscad calibrate --rotation {other}` makes the other map"
                          )
         if not set(FORCES) <= set(self.map.axes):
-            found.append(f"the array tells {', '.join(self.map.axes)} apart: forces along other axes read as these")
+            measured = ", ".join(AXIS_WORDS[axis] for axis in self.map.axes)
+            found.append(f"only {measured} force is measured: forces along other axes appear as it")
         if self.fit is not None:
             found += far_off(self.sensors, self.fit)
         if self.points is not None and np.sum(self.points.at_rest) < TARES:

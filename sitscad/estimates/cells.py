@@ -202,9 +202,9 @@ def document(told: Sequence[AlikeCells], pushed: int) -> dict[str, Any]:
 
 
 FIGURES_ARE = (
-    "each figure is that of the worst of those solved, of each kind of cells the ones with the least and the most "
-    "signal (where a force acts beside its middle another of that kind was a tenth worse); curves, the pushed sensor "
-    "and errors from unit to unit are of cell {pushed}, which has the least signal"
+    "each figure is the worst of the solved cells. Of each kind of cells, those with the least and the most signal are "
+    "solved (for a force beside the middle, another cell of a kind was up to a tenth worse). Curves, the pushed sensor "
+    "and errors from unit to unit are those of cell {pushed}, which has the least signal"
 )
 
 WEBS_KNOWN = (

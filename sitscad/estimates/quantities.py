@@ -46,13 +46,15 @@ def sensor_rows(points: Sequence[Mapping[str, Any]]) -> Iterator[tuple[str, str]
     for point in (first, full):
         yield f"stiffness against a tilt, {point['at']}", _stiffness_text(point)
     friction = full["friction_error"]
-    yield "error of shear over normal, full load", NONE if friction is None else f"+-{friction:.2g} (one sigma)"
-    yield f"bandwidth ({full['bandwidth_by']})", show(full["bandwidth_Hz"], "Hz", 3)
-    resonances = (f"{show(value, 'Hz', 2)} {AXIS_WORDS[name]}" for name, value in full["resonance_Hz"].items())
-    yield "resonance of target and pad, nothing on it", ", ".join(resonances) or NONE
+    ratio = NONE if friction is None else f"+-{friction:.2g} (one sigma)"
+    yield "error of the ratio of shear to normal force, full load", ratio
+    slowest = min(points, key=lambda point: float(point["bandwidth_Hz"]))
+    yield f"bandwidth ({slowest['bandwidth_by']})", show(slowest["bandwidth_Hz"], "Hz", 3)
+    resonances = (f"{show(value, 'Hz', 2)} {AXIS_WORDS[name]}" for name, value in first["resonance_Hz"].items())
+    yield "resonance of target and pad at rest, nothing on it", ", ".join(resonances) or NONE
     yield ("condition number, rest to full load",
            f"{first['condition_number']:.2g} to {full['condition_number']:.2g}")
-    yield "one load to a reading", "yes" if full["invertible"] else "NO: see the notes"
+    yield "each reading means one load", "yes" if full["invertible"] else "NO: see the notes"
 
 
 def _stiffness_text(point: Mapping[str, Any]) -> str:

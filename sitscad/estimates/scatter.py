@@ -36,6 +36,9 @@ from sitscad.scene.state import FREE, PRESSED, REST
 from sitscad.spec.circuit import LayerKind
 from sitscad.spec.sensor import SensorSpec
 
+ACCEPTED_SIGMAS = 3.0
+"""Standard deviations of manufacture within which a bare coil is accepted, in every paper."""
+
 WIDTH, FOIL, PLATING = "trace width", "copper foil", "copper plating"
 DISTANCE, DIAMETER, PERMITTIVITY = "layer distance", "diameter", "permittivity"
 CAPACITOR, CLOCK, INDUCTANCE = "capacitor", "clock", "coil inductance"

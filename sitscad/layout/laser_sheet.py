@@ -292,6 +292,7 @@ def _texts(spec: SensorSpec, part: CutPart) -> tuple[str, ...]:
         else (
             "kerf not compensated: drawn at nominal size",
             f"coupon: drawn {in_mm(COUPON_SIZE)} mm wide, hole {in_mm(COUPON_HOLE)} mm",
+            f"{part.part}.kerf = {in_mm(COUPON_SIZE)} - measured width",
         )
     )
     return (

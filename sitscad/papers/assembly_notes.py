@@ -6,18 +6,19 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 from sitscad.data import is_unverified
 from sitscad.drawing.frame import FORCED
-from sitscad.estimates.circuit.drive import bare_board_code
-from sitscad.estimates.gluing import board_plan
+from sitscad.estimates.scatter import ACCEPTED_SIGMAS
 from sitscad.estimates.uncertainty import direct_resistance_sigma
 from sitscad.estimates.values import METER_FREQUENCY, CoilEstimate, Estimates
 from sitscad.fabrication.files import panel_path
 from sitscad.fabrication.notes import hanging
 from sitscad.layout.board import Layout
 from sitscad.layout.panel import is_wanted
+from sitscad.papers.firmware_driver import bare_drive
 from sitscad.papers.gluing import (
     against_stop,
     dose,
@@ -25,6 +26,7 @@ from sitscad.papers.gluing import (
     glued,
     in_base,
     in_well,
+    line_areas,
     listed,
     measuring,
     over_jaw,
@@ -32,24 +34,33 @@ from sitscad.papers.gluing import (
     primed,
     setting,
     squared,
+    strips_off,
     toleranced,
 )
 from sitscad.papers.mounting import (
-    RAW_RESIN,
-    RELEASE,
-    amount,
-    cured,
     cures_badly,
     fastened,
     in_place,
     jaw_cut,
     jig_picture,
-    mixed,
     pushed_out,
     skin,
     tail_held,
 )
-from sitscad.papers.preparing import MADE, not_here, order_of, to_make, tools, waits
+from sitscad.papers.preparing import (
+    MADE,
+    RAW_RESIN,
+    RELEASE,
+    amount,
+    cured,
+    mixed,
+    not_here,
+    order_of,
+    pours,
+    to_make,
+    tools,
+    waits,
+)
 from sitscad.parts.tooling import pour, skin_pour
 from sitscad.scene.bodies import BodyRole, joined
 from sitscad.scene.column import Levels, Toleranced, column, levels, on_board, plate_thickness
@@ -201,12 +212,13 @@ def _prepared(layout: Layout) -> Iterator[str]:
         if is_webbed:
             chosen = "The piece, all pads in one, is good if it is"
         pads = "the piece" if is_webbed else "the pads"
+        again = f" {pours(spec)} pours make all pads: mix anew for each." if pours(spec) > 1 else ""
         edge = "the edge" if spec.elastomer.outline.is_round else "a corner"
         yield (
             f"Cut the elastomer by laser/, or cast it. {RELEASE} Mix {amount(poured)} of "
             f"{mixed(spec.elastomer.material)}, take the air out of it (vacuum, until it no longer foams), fill the "
             "cavities of mould-tray a little over, draw mould-lid over it from one side, weigh it down (about 1 kg). "
-            f"{cured(spec.elastomer.material)} Lift the lid from one edge; press {pads} out from {edge} with a "
+            f"{cured(spec.elastomer.material)}{again} Lift the lid from one edge; press {pads} out from {edge} with a "
             f"blunt plastic tip, and wash the release off with isopropanol before they are glued. {chosen} "
             f"{toleranced(plate_thickness(spec, 'elastomer'))} thick."
         )
@@ -232,8 +244,11 @@ def _into_jaw(layout: Layout, at: Levels) -> Iterator[str]:
     def height(part: str) -> str:
         return toleranced(at[part][1] - metal)
 
-    assembly, (_, area) = layout.spec.assembly, board_plan(layout)
-    each = dose(assembly.adhesive, area, assembly.glue_line, assembly.glue_tolerance)
+    assembly, areas = layout.spec.assembly, line_areas(layout)
+
+    def glue(part: str) -> str:
+        return dose(assembly.adhesive, areas[part], assembly.glue_line, assembly.glue_tolerance)
+
     stiff = [part for part in order if part != "board"]
     yield (
         "Degrease the jaw's face. Heights in the next steps are above its metal: zero a dial gauge there."
@@ -242,17 +257,18 @@ def _into_jaw(layout: Layout, at: Levels) -> Iterator[str]:
     if stiff:
         most = ", ".join(f"{part} {height(part)}" for part in stiff)
         yield (
-            f"Glue on the jaw's face, in this order: {', '.join(stiff)}, each with at most {each}. Press each down at "
-            "once by about 10 N (1 kg on a kitchen scale) by a flat stick, and hold it until the glue has set."
-            f"{over_jaw(layout, at)}{setting(assembly.adhesive)} Measure then, before the next piece, how high it is "
-            f"above the jaw's metal: {most}. One that is higher comes off again with a blade: clean both faces, rub a "
-            "mount that is too thick down below (step 1), and glue it with less."
+            f"Glue on the jaw's face, in this order: {', '.join(f'the {part} with {glue(part)}' for part in stiff)}. "
+            "Press each down at once by about 10 N (1 kg on a kitchen scale) by a flat stick, and hold it until the "
+            f"glue has set.{over_jaw(layout, at)}{setting(assembly.adhesive)} Measure then, before the next piece, how "
+            f"high it is above the jaw's metal: {most}. One that is higher comes off again with a blade: clean both "
+            "faces, rub a mount that is too thick down below (step 1), and glue it with less."
+            f"{strips_off(layout, stiff)}"
         )
     # where the board lies on metal or shield alone, nothing of the mount places it
     place = f" {against_stop(layout)}{floor_grooves(layout)}" if any(part.startswith("mount") for part in order) else ""
     yield (
-        f"Glue the board on, with {each}.{place} {pressing(layout)} The board's top face beside the pad is then "
-        f"{height('board')} above the jaw's metal."
+        f"Glue the board on, with {glue('board')}.{place} {pressing(layout)} The board's top face beside the pad is "
+        f"then {height('board')} above the jaw's metal."
     )
     if layout.spec.fpc.tail is not None:
         yield tail_held(layout)
@@ -280,7 +296,7 @@ def _checks(layout: Layout) -> list[str]:
     return [*hanging("", words, WIDTH), "", "From the jaw's back to the other jaw's:", *rows, listed(layout)]
 
 
-HEAVIEST = 6  # Pieces whose weight the notes name
+HEAVIEST = 6  # Parts whose weight the notes name
 
 
 def _grams(mass: float) -> str:
@@ -288,25 +304,45 @@ def _grams(mass: float) -> str:
     return f"{mass * 1e3:.3g} g" if mass >= 1e-3 else f"{mass * 1e6:.3g} mg"
 
 
+def _part_of(piece: str) -> str:
+    """The part that a piece of the assembly belongs to: films and rings of copper to the board, glue lines to glue."""
+    first = piece.split("-")[0]
+    if first in ("board", "tail", "copper"):
+        return "board"
+    return first if first in ("glue", "target", "elastomer") else piece
+
+
+def _mass(pieces: Sequence[Mapping[str, Any]]) -> float:
+    """The mass (kg) of some pieces; those that cannot be weighed count as nothing."""
+    return math.fsum(each["mass_kg"] or 0.0 for each in pieces)
+
+
 def _weights(content: bytes) -> list[str]:
     """Lines of text out of ``mount/assembly.json``: what the sensor weighs, its centre, and its heaviest pieces."""
     document = json.loads(content)
     found, pieces = document["sensor"], [each for each in document["pieces"] if not each["is_carrier"]]
     x, y, z = (round(value * 1e3, 2) + 0.0 for value in found["centre_m"])
-    mounts = [each["mass_kg"] or 0.0 for each in pieces if each["name"].startswith(BodyRole.MOUNT)]
-    mounted = f" with its mount ({_grams(math.fsum(mounts))} of it)" if mounts else ""
+    mounts = [each for each in pieces if each["name"].startswith(BodyRole.MOUNT)]
+    mounted = f" with its mount ({_grams(_mass(mounts))} of it)" if mounts else ""
     carried = ", without the jaws," if len(pieces) < len(document["pieces"]) else ""
     weighed = (
         f"The sensor{mounted}{carried} weighs {_grams(found['mass_kg'])}; its centre is at x {x:.2f}, y {y:.2f}, z "
-        f"{z:.2f} (mm, axes of mount/assembly.step). Its {HEAVIEST} heaviest pieces (all: mount/assembly.json):"
+        f"{z:.2f} (mm, axes of mount/assembly.step). Its heaviest parts (films, glue and each piece: "
+        "mount/assembly.json):"
     )
     lines = hanging("", weighed, WIDTH)
-    heaviest = sorted(pieces, key=lambda piece: (-(piece["mass_kg"] or 0.0), piece["name"]))[:HEAVIEST]
-    for each in heaviest:
-        material = each["material"] + (", copper" if each["copper_m3"] else "")
-        unseen = "  *" if is_unverified(each["density_source"]) else ""
-        lines.append(f"   {each['name']:<18} {material:<18} {_grams(each['mass_kg'] or 0.0):>10}{unseen}")
-    if any(is_unverified(each["density_source"]) for each in heaviest):
+    groups: dict[str, list[dict[str, Any]]] = {}
+    for each in pieces:
+        groups.setdefault(_part_of(each["name"]), []).append(each)
+    heaviest = sorted(((-_mass(group), name, group) for name, group in groups.items()))[:HEAVIEST]
+    for mass, name, group in heaviest:
+        materials = dict.fromkeys(each["material"] for each in group)
+        material = next(iter(materials)) if len(materials) == 1 else "films and copper"
+        count = len(group) if name in ("target", "elastomer") and len(group) > 1 else 0
+        unseen = "  *" if any(is_unverified(each["density_source"]) for each in group) else ""
+        words = f"{count} {name}s" if count else name
+        lines.append(f"   {words:<18} {material:<18} {_grams(-mass):>10}{unseen}")
+    if any(is_unverified(each["density_source"]) for *_, group in heaviest for each in group):
         lines.append("   * by a density that is unverified")
     if found["not_weighed"]:
         lines.append(f"Not weighed, no density being known: {', '.join(found['not_weighed'])}.")
@@ -342,22 +378,24 @@ def bare_board(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
         f"probes; zero the meter with them shorted. Between the contacts of each coil: {READ}, "
         f"resistance to direct current, frequency with the tank's capacitor of {show(bench.readout.capacitance, 'F')}, "
         f"and what a meter of {show(METER_FREQUENCY, 'Hz')} reads, inductance and resistance in series; "
-        "+- is one sigma of manufacture: a coil "
-        "three and more off is not worth gluing. Frequencies are read by the converter with the programs in firmware/; "
-        f"without these the meter's figures are enough.{_drive(layout.spec, estimates, bench)}"
+        f"+- is one sigma of manufacture. Reject a board with a coil that is more than {ACCEPTED_SIGMAS:g} sigma off. "
+        "Frequencies are read by the converter with the programs in firmware/; "
+        f"without these the meter's figures are enough.{bare_drive(layout.spec, estimates, bench)}"
     )
     return "\n".join([said, *lines])
 
 
 def assembled(bench: Estimates, closes: str, unseen: Sequence[str] = ()) -> str:
     """What the finished sensor shows at rest at 20 degC, a line a coil, with the unverified metals about it."""
-    lines = [f"{coil.name}: {', '.join(_readings(coil, REST))}" for coil in bench.coils if REST in coil.states]
+    lines = [f"{coil.name}: {', '.join(_readings(coil, REST))}{_converted(coil)}" for coil in bench.coils
+             if REST in coil.states]
     if not lines:
         return f"{closes}Measure each coil again."
     leaning = f" They lean on unverified figures of metals near the coils: {', '.join(unseen)}." if unseen else ""
     said = (
         f"{closes}Measure each coil again at 20 degC, with nothing on it. At rest: {READ}, frequency with the tank's "
-        f"capacitor; +- is one sigma of manufacture.{leaning}"
+        "capacitor, inductance that firmware/ computes from that (coil's capacitance and losses are in it); +- is one "
+        f"sigma of manufacture.{leaning}"
     )
     return "\n".join([said, *lines])
 
@@ -395,23 +433,14 @@ def _readings(coil: CoilEstimate, state: str) -> tuple[str, str]:
     return inductance + read, _with_sigma(found.frequency, None if spread is None else spread.frequency, "Hz")
 
 
+def _converted(coil: CoilEstimate) -> str:
+    """The inductance at rest that firmware/ computes from the converter's reading; empty if it is not known."""
+    value = coil.states[REST].converter_inductance
+    return "" if value is None or not math.isfinite(value) else f", {show(value, 'H', 4)} by firmware/"
+
+
 def _with_sigma(value: float, sigma: float | None, unit: str) -> str:
     if not math.isfinite(value):
         return UNKNOWN
     scatter = f" +- {show(sigma, unit, 2)}" if sigma is not None and math.isfinite(sigma) else ""
     return f"{show(value, unit, 4)}{scatter}"
-
-
-def _drive(spec: SensorSpec, estimates: Estimates, bench: Estimates) -> str:
-    """The drive code with which the converter reads a bare board; empty where no code is chosen."""
-    device, readout, code = spec.readout.device, estimates.readout, bare_board_code(bench)
-    if code is None or readout.high_current or readout.drive_code is None:
-        return ""
-    used = ", ".join(map(str, readout.drive_codes or (readout.drive_code,)))  # of each channel, where they differ
-    if used == str(code):
-        return f" With {device.part} use drive code {code} for the bare board as for the assembled sensor."
-    return (
-        f" With {device.part} use drive code {code} for the bare board; the assembled sensor has {used}. Write "
-        f"0x{code << 11:04X} (the code times 2048) in the lines DRIVE_CURRENT of firmware/sensor_config.h, or of "
-        "firmware/micropython/sensor_config.py, for this test, and put back what was there."
-    )

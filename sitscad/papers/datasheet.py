@@ -122,7 +122,7 @@ def _sheets(
         low = table(first, LEFT, low - 6.0, _widths(between, 58.0, 150.0), between, size)
         fitting_paragraph(first, LEFT, low - 4.0, 150.0, 12.0, [found.errors_are], 2.2)
     plan(first, layout, ROOM)
-    fitting_paragraph(first, 170.0, 90.0, 112.0, 42.0, [_about(layout, felt)], 2.6)
+    fitting_paragraph(first, 170.0, ROOM[1] - 15.0, 112.0, 42.0, [_about(layout, felt)], 2.6)
     each = _new(layout.spec, "data sheet, cells", forced) if told else None
     if each is not None:
         under = table(each, LEFT, TOP, _widths(cell_rows(told), 58.0, 268.0), cell_rows(told), 2.4)
@@ -201,8 +201,8 @@ def _page(
         part("Errors", units + _table(errors(felt)) + _table(drift(felt))),
         part("Contacts", _table(contact_rows(layout))),
         part("Production", _table(production(felt)) + _table(incoming(bench))
-              + "<p class='soft'>Three sigma of manufacture: a coil outside is "
-              "faulty even if it oscillates. L is that at the contacts at the tank's frequency; an LCR meter reads "
+              + "<p class='soft'>Three sigma of manufacture: reject a coil "
+              "outside, even if it oscillates. L is that at the contacts at the tank's frequency; an LCR meter reads "
               "more there, by the coil's own capacitance: the report has both. The meter's figures are at 20 degC, +- "
               "one sigma of manufacture.</p>"),
         part("Notes", "<ul>" + "".join(f"<li>{escape(note)}</li>" for note in notes(felt, found)) + "</ul>"),
@@ -240,13 +240,13 @@ def summary(felt: Sequence[Performance], layout: Layout, found: Calibration | No
     row("full scale", *(_amount(axis.full_scale, name) for name, axis in zip(names, axes, strict=True)))
     together = working_range(layout.spec)
     if together.is_round:
-        limit = _newtons(together.shear)
-        row("calibrated for both shears together up to", *(NONE if name == "normal" else limit for name in names))
+        limit = f"{_newtons(together.shear)} ({_newtons(together.shear / math.sqrt(2.0))} each)"
+        row("calibrated for a resultant shear up to", *(NONE if name == "normal" else limit for name in names))
     turns = "free to tilt" if any(name in MOMENTS for name in names) else "kept level"
-    row(f"range, {turns}, and what ends it",
+    row(f"range of the pad, {turns}, and its first limit",
         *(f"{_amount(axis.range, name)}, {axis.limited_by}" for name, axis in zip(names, axes, strict=True)))
     if found is not None:
-        row(f"the map to newtons ends at{', least signal' if has_cells else ''}",
+        row(f"calibrated range: the map to newtons ends at{', least signal' if has_cells else ''}",
             *(f"{_newtons(found.map.end)}, pressed alone" if name == "normal" else NONE for name in names))
     if any(max(full.axes[name].full_scale, full.axes[name].range) > held for name in shears):
         row("extrapolated by the pad's law beyond", *(_newtons(held) if name in shears else NONE for name in names))
@@ -259,10 +259,13 @@ def summary(felt: Sequence[Performance], layout: Layout, found: Calibration | No
           for name, (error, cause) in zip(names, lasting, strict=True)))
     row("errors together, full load, a tare before each grasp",
         *(_amount(combined_error(axis.errors), name) for name, axis in zip(names, axes, strict=True)))
+    if any(UNTOLD in cause for cause in axes[0].errors):
+        row("these, and full scale of each axis that is not measured",
+            *(_amount(_with_unmeasured(axis.errors), name) for name, axis in zip(names, axes, strict=True)))
     for cause, point in ((drifts(rest)[0], rest), *((cause, full) for cause in drifts(full))):
         row(_since(cause), *(_amount(point.axes[name].errors[cause], name) for name in names))
     row(
-        f"largest sensitivity {'in the least cell,' if has_cells else 'of a coil at'} half load",
+        f"largest sensitivity of a coil{' in the least sensitive cell' if has_cells else ''}, half load",
         *(f"{show(1e-3 * value, 'Hz', 3)}/(N mm)" if name in MOMENTS else f"{show(value, 'Hz', 3)}/N"
           for name, value in ((name, max(map(abs, half.axes[name].sensitivity))) for name in names)),
     )
@@ -294,6 +297,11 @@ def _since(cause: str) -> str:
     if "drift" not in cause:
         return cause
     return f"{cause} after the {'calibration' if 'with a tare' in cause else 'one tare'}"
+
+
+def _with_unmeasured(errors: Mapping[str, float]) -> float:
+    """Root of the squares of what `combined_error` counts and of the errors by forces that are not measured."""
+    return math.hypot(combined_error(errors), *(error for cause, error in errors.items() if UNTOLD in cause))
 
 
 LEAST_TOLD = 1e-4  # Crosstalk of a noiseless map below which its digits mean nothing
@@ -427,7 +435,7 @@ def notes(felt: Sequence[Performance], found: Calibration | None = None) -> Iter
     yield "Computed, not measured. Every figure is of this design; a unit is as good as its own calibration makes it."
     counted_causes = [cause for cause in full.axes["normal"].errors if lasts_tared(cause)]
     yield (f"Errors together: root of the squares, taken as independent, of {'; '.join(counted_causes)}. Not counted: "
-           "what differs from unit to unit, and loads on axes that are not measured.")
+           "what differs from unit to unit, and loads on axes that are not measured: these have rows of their own.")
     yield TARES
     yield TARED_AFTER_A_GRASP
     if full.ambiguous is not None:

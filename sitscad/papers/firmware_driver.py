@@ -9,8 +9,10 @@ from collections.abc import Iterator, Sequence
 from sitscad.calibration.unknowns import usual
 from sitscad.data import FOLDER
 from sitscad.drawing.frame import FORCED
-from sitscad.estimates.circuit.bands import LEAP, Band, CoilBands, bands
+from sitscad.estimates.circuit.bands import LEAP, SIGMAS, Band, CoilBands, bands
+from sitscad.estimates.circuit.drive import bare_board_code
 from sitscad.estimates.circuit.settings import Device, identity, serial_settings
+from sitscad.estimates.scatter import ACCEPTED_SIGMAS
 from sitscad.estimates.values import CoilEstimate, Estimates
 from sitscad.fabrication.board_end import socket_pad
 from sitscad.fabrication.notes import hanging
@@ -231,8 +233,9 @@ def render_readme(layout: Layout, estimates: Estimates, bench: Estimates, forced
         found = bands(estimates, usual("coil_inductance"))
     except ValueError:
         return {}
+    own = "" if spec.cells is not None else "; a calibration.h beside it takes precedence over ../calibration/'s"
     steps, longest = [], show(_self_test_time(len(estimates.coils), readout.scan_rate), "s", 2)
-    for number, step in enumerate(_steps(spec, estimates, found), 1):
+    for number, step in enumerate(_steps(spec, estimates, bench, found), 1):
         text, *commands = step.split("\n")
         steps += [*hanging(f"{number:>2}. ", text, WIDTH), *(f"      {command}" for command in commands)]
     parts = [
@@ -245,7 +248,7 @@ def render_readme(layout: Layout, estimates: Estimates, bench: Estimates, forced
         "", "IN A PROGRAM OF YOUR OWN", "",
         *(line for name, text in PROGRAM for line in hanging(
             f"  {name:<12}", text.format(wake=_wake(spec.readout.device), longest=longest), WIDTH)),
-        "", "FILES", "", *(f"  {name:<22}{said}" for name, said in FILES),
+        "", "FILES", "", *(f"  {name:<22}{said.format(calibration=own)}" for name, said in FILES),
     ]
     return {README: ("\n".join(parts) + "\n").encode("ascii", "replace")}
 
@@ -264,7 +267,7 @@ def _wiring(layout: Layout, estimates: Estimates) -> Iterator[str]:
         yield f"  {'ADDR':<10}{level}: address 0x{at.address:02X}{bus}. Never open"
     if places[-1].bus:
         said = ("A bus has two addresses: the controller needs two buses, each with its own SCL, SDA and pull-ups; "
-                "examples take them as /dev/i2c-1,/dev/i2c-3 (Linux), Wire and Wire1 (Arduino).")
+                f"examples take them as /dev/i2c-{BUSES[0]},/dev/i2c-{BUSES[1]} (Linux), Wire and Wire1 (Arduino).")
         yield from hanging(" " * 12, said, WIDTH)
     clock = f"{show(spec.readout.clock, 'Hz')} from a crystal oscillator, 40 to 60 % duty, with the supply's level"
     said = f"{clock}; one for all converters. Not the internal one: it may be of 35 to 55 MHz."
@@ -297,7 +300,13 @@ def _wiring(layout: Layout, estimates: Estimates) -> Iterator[str]:
 
 def _readings(spec: SensorSpec, found: tuple[CoilBands, ...], bench: Estimates) -> Iterator[str]:
     """Every coil's frequencies with the bands of manufacture, and what a meter reads of the bare board."""
-    yield "Frequency at the converter, with the band that sound boards keep (5 sigma of manufacture):"
+    said = (
+        f"Frequency at the converter, with the limits of the self-test ({SIGMAS:g} sigma of manufacture: it reports no "
+        f"board that is sound). Reject a bare board with a coil more than {ACCEPTED_SIGMAS:g} sigma off: the data "
+        "sheet "
+        "has these limits."
+    )
+    yield from hanging("", said, WIDTH)
     for one in found:
         for name, band in (("bare board", one.bare), ("assembled", one.assembled)):
             ends = f"{show(band.low, 'Hz', 4)} to {show(band.high, 'Hz', 4)}"
@@ -305,11 +314,13 @@ def _readings(spec: SensorSpec, found: tuple[CoilBands, ...], bench: Estimates) 
     yield from hanging("", _too_fast(spec.readout.device, found), WIDTH)
     if bench.metered:
         meter = f"An LCR meter at {show(bench.metered[0].frequency, 'Hz')}"
-        yield f"{meter} between the contacts of the bare board, far from metal, at 20 degC:"
+        within = f"within {ACCEPTED_SIGMAS:g} sigma of manufacture (reject others)"
+        yield from hanging(
+            "", f"{meter} between the contacts of the bare board, far from metal, at 20 degC, {within}:", WIDTH)
         for read in bench.metered:
-            inductance, direct = 5.0 * read.inductance_sigma, 5.0 * read.direct_sigma
+            inductance, direct = ACCEPTED_SIGMAS * read.inductance_sigma, ACCEPTED_SIGMAS * read.direct_sigma
             yield (
-                f"  {read.coil:<6}L {show(read.inductance, 'H', 4)} +- {show(inductance, 'H', 2)} (5 sigma), "
+                f"  {read.coil:<6}L {show(read.inductance, 'H', 4)} +- {show(inductance, 'H', 2)}, "
                 f"direct current {show(read.direct, 'ohm', 3)} +- {show(direct, 'ohm', 2)}"
             )
 
@@ -330,14 +341,43 @@ def _too_fast(device: Converter, found: tuple[CoilBands, ...]) -> str:
     )
 
 
-def _steps(spec: SensorSpec, estimates: Estimates, found: tuple[CoilBands, ...]) -> Iterator[str]:
+def bare_drive(spec: SensorSpec, estimates: Estimates, bench: Estimates, folder: str = "firmware/") -> str:
+    """The drive code with which the converter reads a bare board; empty where no code is chosen."""
+    device, readout, code = spec.readout.device, estimates.readout, bare_board_code(bench)
+    if code is None or readout.high_current or readout.drive_code is None:
+        return ""
+    used = ", ".join(map(str, readout.drive_codes or (readout.drive_code,)))  # of each channel, where they differ
+    if used == str(code):
+        return f" With {device.part} use drive code {code} for the bare board as for the assembled sensor."
+    return (
+        f" With {device.part} use drive code {code} for the bare board; the assembled sensor has {used}. Write "
+        f"0x{code << 11:04X} (the code times 2048) in the lines DRIVE_CURRENT of {folder}sensor_config.h, or of "
+        f"{folder}micropython/sensor_config.py, for this test, and put back what was there: in a copy of the package, "
+        "not in the package itself."
+    )
+
+
+def _i2c_addresses(spec: SensorSpec, coils: int) -> str:
+    """The addresses that answer on each bus, as `i2cdetect` shows them; buses of Linux as `BUSES` has them."""
+    buses: dict[int, list[int]] = {}
+    for at in spec.readout.device.places(coils):
+        buses.setdefault(at.bus, []).append(at.address)
+    shown = {bus: " and ".join(f"{address:x}" for address in dict.fromkeys(each)) for bus, each in buses.items()}
+    return ", ".join(f"`i2cdetect -y {BUSES[bus]}` shows {addresses}" for bus, addresses in shown.items())
+
+
+BUSES = (1, 3)
+"""Numbers of the I2C buses in the examples for Linux."""
+
+
+def _steps(spec: SensorSpec, estimates: Estimates, bench: Estimates, found: tuple[CoilBands, ...]) -> Iterator[str]:
     rate = f"{estimates.readout.scan_rate:.0f} readings a second"
     yield "Look at the board, then measure every coil with an ohmmeter and, if there is one, an LCR meter: table above."
     yield "Wire it as above, without power, and SD to GND for the first look: nothing answers while SD is high."
-    second = "; so on the second bus" * spec.readout.device.places(len(found))[-1].bus
+    second = spec.readout.device.places(len(found))[-1].bus
     yield (
-        "Switch on with a limit of 50 mA, and look for the address: `i2cdetect -y 1` shows 2a (and 2b for a second)"
-        f"{second}. Then switch off, wire SD to its output, and tell the program which one that is (below)."
+        f"Switch on with a limit of 50 mA, and look for the addresses: {_i2c_addresses(spec, len(found))}. "
+        "Then switch off, wire SD to its output, and tell the program which one that is (below)."
     )
     yield (
         "Copy the package and work in the copy's folder firmware/ from here on: `sitscad verify` would call what is "
@@ -348,8 +388,9 @@ def _steps(spec: SensorSpec, estimates: Estimates, found: tuple[CoilBands, ...])
         "cc -std=c99 -O2 -DSIMULATED -o sensor example_linux.c sensor.c ldc161x.c simulated/simulated.c -lm"
     )
     yield (
-        f"Run it (`./sensor /dev/i2c-1{second and ',/dev/i2c-2'}`). sensor_begin resets the converter, "
-        "writes every register, reads all back and wakes it; its errors say where to look: the bus, the identity, a "
+        f"Run it (`./sensor {','.join(f'/dev/i2c-{number}' for number in BUSES[:second + 1])}`). sensor_begin resets "
+        "the converter, writes every register, reads all back and wakes it; its errors say where to look: the bus, the "
+        "identity, a "
         "register. The sketch's lines are shown by ../live.html (Chromium) and by the first of these, the second is "
         "the same without a board:\n"
         "sitscad read serial:PORT --design ..\nsitscad read sim:.."
@@ -358,18 +399,20 @@ def _steps(spec: SensorSpec, estimates: Estimates, found: tuple[CoilBands, ...])
         "Read the self-test. A coil that does not oscillate is open or shorted from end to end: the ohmmeter tells "
         "which. Inductance low: a layer is missing or turns are shorted. Amplitude outside of 1.2 to 1.8 V is a "
         "warning while the board is bare, and a fault of drive or losses when it is assembled."
+        f"{bare_drive(spec, estimates, bench, '')}"
     )
     if len(found) > 1:
         gap = max(a.assembled.design for a in found) - min(a.assembled.design for a in found)
         if gap >= unlike(found):
-            yield "The self-test tells exchanged coils where designs differ enough; press over each to be sure."
+            yield f"The self-test tells exchanged coils where designs differ enough; to be sure, {COIN} near each."
         else:
             yield (
-                f"Press over {found[0].coil} alone with something soft, then over the others: the coil that is pressed "
-                "has to move most. These coils are too much alike for the self-test to see that two are exchanged."
+                f"{COIN.capitalize()} near {found[0].coil} alone, then near the others: the frequency of the coil "
+                "below it has to rise most. These coils are too much alike for the self-test to see that two are "
+                "exchanged."
             )
     else:
-        yield f"Press on {found[0].coil}: its frequency has to rise, and to come back."
+        yield f"{COIN.capitalize()} near {found[0].coil}: its frequency has to rise, and to come back."
     yield (
         "Assemble the sensor and run the self-test again: it has to say that it read an assembled one. This tests "
         f"noise and rate, too ({rate}):\nsitscad read serial:PORT --design .. --diagnose"
@@ -389,6 +432,10 @@ def _steps(spec: SensorSpec, estimates: Estimates, found: tuple[CoilBands, ...])
         yield "Read frequencies; the header of the register table says what inductance they are."
 
 
+COIN = "bring a flat piece of copper or aluminium (a coin)"
+"""What moves a bare board's coils: pressing alone moves none, for no target is on it yet."""
+
+
 PROGRAM = (
     ("SD", "Drive it low and wait {wake} ms before sensor_begin. The pin is SENSOR_SD_PIN in firmware.ino (4; -1 if SD "
            "is wired to GND), sd=/dev/gpiochipN:LINE of the Linux example, sd=Pin(...) in MicroPython."),
@@ -406,9 +453,9 @@ PROGRAM = (
 
 
 FILES = (
-    ("sensor.h, sensor.c", "this sensor: begin, poll, self-test, tare, forces. All that has to be compiled, with"),
+    ("sensor.h, sensor.c", "this sensor: begin, poll, self-test, tare, forces. Compile it and ldc161x.c"),
     ("ldc161x.h, ldc161x.c", "the converter's registers on any I2C bus (two functions of yours)"),
-    ("sensor_config.h", "tables of this sensor; calibration.h beside it goes before ../calibration/calibration.h"),
+    ("sensor_config.h", "tables of this sensor{calibration}"),
     ("sensor_line.h", "readings as lines on a serial port, that `sitscad read serial:PORT` reads"),
     ("example_linux.c", "Linux, /dev/i2c-N"),
     ("firmware.ino", "Arduino"),

@@ -41,6 +41,12 @@ STEEL = 7850.0
 WASHER_MASS, WASHER_HEIGHT = 6.2e-3, 2.0e-3
 """Mass (kg) and height (m) of a washer M8 of ISO 7093: 24 mm, hole 8.4 mm, 2 mm thick, of steel of 7.85 g/cm3."""
 
+JELLY_OFF = (
+    "Wipe the jelly off the target with a swab of naphtha or heptane, then with isopropanol, which alone hardly "
+    "dissolves it; keep both off the elastomer, which naphtha swells (unverified)."
+)
+"""How petroleum jelly is taken off: a mixture of hydrocarbons, soluble in hydrocarbons and hardly in alcohols."""
+
 PRESS_MASS = 2e-3
 """Least mass (kg) of a printed press of the jig."""
 
@@ -104,10 +110,11 @@ def setting(glue: Adhesive | None) -> str:
     """How long glue flows, when pieces may be let go, and when it is at full strength; empty if nothing is known."""
     if glue is None or glue.set_time is None or glue.open_time is None:
         return "" if glue is None or not glue.cure_time else f" Full strength comes after {duration(glue.cure_time)}."
+    maker = "Loctite's" if glue.product.startswith("Loctite") else "the maker's"
     return (
         f" {glue.product[0].upper()}{glue.product[1:]} flows for about {duration(glue.open_time)} once the faces meet, "
         f"sets in about {duration(glue.set_time)} and has its full strength after {duration(glue.cure_time)} (thin "
-        "lines; the data sheet goes before)."
+        f"lines; {maker} data sheet takes precedence)."
     )
 
 
@@ -181,8 +188,8 @@ def glued(spec: SensorSpec, part: str, under: str, height: Toleranced, place: st
     verb = "Put" if glue is not None and glue.viscosity is None else "Spread"
     webs = ", under the pads alone: the webs between them get none" if part == "elastomer" and joints(spec) else ""
     pad = f", and presses the pad by {1e3 * press.travel:.2g} mm, which comes back" if press.travel else ""
-    again = "" if is_one else f" Do this for one of the {cells} cells after the other: what waits sets."
-    wiped = " Wipe the jelly off with isopropanol." if on_foot else ""
+    again = "" if is_one else f" Glue one of the {cells} cells at a time: glue that is spread beforehand sets."
+    wiped = f" {JELLY_OFF}" if on_foot else ""
     return (
         f"Put the frame jig-{part} on the base: it goes on one way only.{place} {loaded(part, press.mass)}. "
         f"{held}{verb} {said}, on {under} in the well"
@@ -190,6 +197,27 @@ def glued(spec: SensorSpec, part: str, under: str, height: Toleranced, place: st
         f"line{pad}. Leave it until the glue has set, then lift press and frame.{wiped}{setting(glue)}{again} From the "
         f"board's top face to its upper face are {toleranced(height)} then."
     )
+
+
+def line_areas(layout: Layout) -> dict[str, float]:
+    """Areas (m2) of the glue lines between a jaw and the board, each by the piece above it, from the jaw upwards.
+
+    Pieces are as long as the board's body. A line is as wide as the narrower of its two faces.
+    """
+    spec, jaw, (_, area), half = layout.spec, layout.spec.jaw, board_plan(layout), layout.body_size[1] / 2
+    if jaw is None:
+        return {}
+    faces, sheet = dict[str, tuple[float, float]](), stack.shield(layout)
+    if sheet is not None:
+        faces["shield"] = (half_width(layout, sheet.lower),) * 2
+    for name, (low, high) in zip(MOUNT_PIECES, seat_spans(spec), strict=False):
+        faces[name] = half_width(layout, low), half_width(layout, high)
+    faces["board"] = half, half
+    found, below = {}, section(jaw).face / 2
+    for name, (lower, upper) in faces.items():
+        found[name] = area * min(1.0, min(below, lower) / half)
+        below = upper
+    return found
 
 
 def board_assembly(layout: Layout) -> Assembly:
@@ -214,15 +242,17 @@ def board_glued(layout: Layout) -> str:
         )
     said = dose(used.adhesive, area, used.glue_line, used.glue_tolerance)
     verb = "Put" if used.adhesive is not None and used.adhesive.viscosity is None else "Spread"
-    return f"{verb} {said}, under the board's whole body.{why} {pressing(layout)}{setting(used.adhesive)}"
+    spread = f"{verb} {said}, under the board's whole body.{why}"
+    return pressing(layout, spread) + setting(used.adhesive)
 
 
-def pressing(layout: Layout) -> str:
-    """What presses the board on its mount: never a finger on the pads alone."""
+def pressing(layout: Layout, spread: str = "") -> str:
+    """What presses the board on its mount, never a finger on the pads alone, after the sentence that spreads glue."""
+    first = f"{spread} " if spread else ""
     spec = layout.spec
     part = "target" if spec.target is not None else "elastomer"
     if spec.target is None and spec.elastomer is None:
-        return "Press the board down with a flat stick until the glue has set."
+        return f"{first}Press the board down with a flat stick until the glue has set."
     press = board_press(spec)
     is_one = len(cell_placements(spec)) == 1
     gives = "the pad gives" if is_one else "they give"
@@ -230,22 +260,24 @@ def pressing(layout: Layout) -> str:
     rim = f"Press the rim beside the {part} down with a flat stick, and never the {part} at one edge."
     if not is_one:
         return (
-            f"Lay a flat stiff plate (glass) over all {part}s, {grams(press.mass)} with a weight on its middle, until "
-            f"the glue has set{pads}. {rim}"
+            f"{first}Lay a flat stiff plate (glass) over all {part}s, {grams(press.mass)} with a weight on its middle, "
+            f"until the glue has set{pads}. {rim}"
         )
     kind = spec.mount.kind if spec.mount is not None and not is_cast(layout) else ""  # a skin is too large for the well
     if kind in ("custom", "bench-plate"):  # the frame lies on the board's rim, which stands out by the glue
         whose = "your mount" if kind == "custom" else "the mount"
         return (
-            f"{loaded(part, press.mass)} before any glue is spread, have jig-{part}, waxed, at hand, fix {whose}, "
-            f"and then lay the board on. In one go, while the glue flows, one hand puts the frame round the {part} and "
-            "presses it down on the board's rim with two fingers; the other lowers the press into the frame's well, "
-            f"which keeps it upright. Hold the frame until the glue has set{pads}. Never press the {part} at one edge."
+            f"Keep this order. (1) Fix {whose}. (2) {loaded(part, press.mass)}, and have jig-{part}, waxed, at hand. "
+            f"(3) {first}(4) Lay the board on. In one go, while the glue flows, one hand puts the frame round the "
+            f"{part} and presses it down on the board's rim with two fingers; the other lowers the press into the "
+            f"frame's well, which keeps it upright. Hold the frame until the glue has set{pads}. Never press the "
+            f"{part} at one edge."
         )
     return (
         f"{loaded(part, press.mass)} before any glue is spread, and clamp what the board goes on, so that both hands "
-        f"are free. Stand the press on the {part} and hold it upright with one hand until the glue has set{pads}; the "
-        f"other presses the rim beside the {part} down with a flat stick. Never press the {part} at one edge."
+        f"are free. {first}Stand the press on the {part} and hold it upright with one hand until the glue has "
+        f"set{pads}; the other presses the rim beside the {part} down with a flat stick. Never press the {part} at one "
+        "edge."
     )
 
 
@@ -332,13 +364,41 @@ def squared(layout: Layout, stiff: list[str]) -> str:
     gaps = ", ".join(f"{1e3 * (film + gap):.3f} mm beside the {part}" for part, gap in narrower.items())
     places = ", ".join(f"{part} {in_mm(end, 2)}" for part, end in ends.items())
     own = "half of what the jaw is wider" if not film else "the film and half of what the jaw is wider (less, if not)"
+    sides = "" if section(jaw).side > 0.0 else " The jaw's sides are round: the strips touch the edges of its face."
     return (
-        f" Before any glue, clamp two straight waxed strips against the jaw's sides, high enough to stand beside all "
-        f"that is glued{between}. As drawn the jaw's face is {1e3 * face:.3f} mm wide, {widths}: feeler gauges on both "
-        f"sides of each piece, {gaps}, put it in the middle to {near(layout)}. Measure your own widths: the gap is "
-        f"{own}. From the jaw's tip to each piece's own end there (caliper; a block clamped across to push it against) "
-        f"are, in mm: {places}, to {near(layout)}. What a piece is turned by is read as force."
+        f" Before any glue, clamp two straight waxed strips upright against the jaw's sides, high enough to stand "
+        f"beside all that is glued{between}.{sides} As drawn the jaw's face is {1e3 * face:.3f} mm wide, {widths}: "
+        f"feeler gauges on both sides of each piece, {gaps}, put it in the middle to {near(layout)}. Measure your own "
+        f"widths: the gap is {own}. From the jaw's tip to each piece's own end there (caliper; a block clamped across "
+        f"to push it against) are, in mm: {places}, to {near(layout)}. A piece that is glued on askew gives a false "
+        "force."
     )
+
+
+def film_rooms(layout: Layout) -> set[float]:
+    """Thicknesses (m) of the films that fill the room round pieces while these are glued; empty without a mount."""
+    spec, found = layout.spec, set[float]()
+    if spec.mount is None:
+        return found
+    pieces = [*elastomers(spec), *targets(spec)]
+    if pieces or spec.mount.kind in ("bench-plate", "grasper-pad"):
+        found.add(round(clearance(spec.mount), 9))
+    if any(not piece.footprint.is_round for piece in pieces):
+        found.add(round(process_clearance(spec.mount), 9))
+    if spec.mount.jaw is not None and spec.mount.jaw.pocket is None:
+        found.add(FILM_STEP)
+    return found
+
+
+def strips_off(layout: Layout, stiff: list[str]) -> str:
+    """The strips and films of `squared` are taken away before the board comes; empty without any."""
+    jaw = layout.spec.jaw
+    if jaw is None or not squared(layout, stiff):
+        return ""
+    if jaw.pocket is not None:
+        return " Pull the films out of the pocket when the glue has set."
+    wide = in_mm(layout.body_size[1], 2)
+    return f" Take strips and films away when the glue has set: the board, {wide} mm wide, needs the room."
 
 
 def _in_pocket(layout: Layout, jaw: Jaw, stiff: Sequence[str]) -> str:
@@ -366,14 +426,15 @@ def against_stop(layout: Layout) -> str:
     end = f"its end {away} mm from the jaw's tip, to {near(layout)}"
     over = layout.body_size[1] / 2 - half_width(layout, seat_spans(layout.spec)[-1][1])
     alike = f"stand out by {in_mm(over, 2)} mm beside the mount's floor" if over > FLUSH else "are flush with the mount"
-    beside = f"; its sides {alike}, the same on both"
+    beside = f"; its sides {alike}, the same on both (microscope)"
     if side_ledges(layout) is not None:
         beside = "; the same film beside it on both sides keeps it in the middle between the ledges"
     if stop_place(layout) is None:
         return f"The board lies with its end flush with the mount's end at the tip ({end}){beside}."
     return (
         f"Do not push the board against the stop itself: {in_mm(room)} mm between them are part of its place ({end}). "
-        f"Stand a strip of {FILM}, as thick as this gap, at the stop and push the board against that{beside}."
+        f"Stand a strip of {FILM}, as thick as this gap, at the stop and push the board against that{beside}. Pull "
+        "the film out when the glue has set."
     )
 
 
@@ -386,8 +447,19 @@ def in_base(layout: Layout) -> str:
     """The board's place in the jig's base; a whole sentence."""
     room = clearance(layout.spec.mount)
     return (
-        f" The recess is {in_mm(room)} mm larger on each side: put strips of {FILM}, as thick, along the wall away "
-        f"from {_tail_end(layout)} and one long wall, and push the board against both."
+        f" The recess is {in_mm(room)} mm larger on each side. {_films(layout)} The films stay, no higher than the "
+        "base's face, until the board is pushed out."
+    )
+
+
+def _films(layout: Layout) -> str:
+    """Where films fill the room round the board in a recess, and so place it; whole sentences."""
+    end = _tail_end(layout)
+    if stack.has_round_body(layout.spec.fpc.body):
+        return f"Line its round wall with a strip of {FILM}, as thick as this room: it holds the board in the middle."
+    return (
+        f"Put strips of {FILM}, as thick as this room, along the wall away from {end} and along the wall on the right "
+        f"(seen towards {end}), and push the board against both."
     )
 
 
@@ -395,16 +467,23 @@ def in_well(layout: Layout, part: str) -> str:
     """How a piece comes to its place in a frame's well, though frame and well have room; whole sentences."""
     room, end = process_clearance(layout.spec.mount), _tail_end(layout)
     pieces = elastomers(layout.spec) if part == "elastomer" else targets(layout.spec)
-    (x0, y0, x1, y1), (left, low, right, high) = layout.body, _box(pieces)
+    (x0, y0, _, y1), (left, low, _, high) = layout.body, _box(pieces)
     what = f"the {part}" if part == "elastomer" or layout.spec.elastomer is None else "the press with the target"
-    edges = ", ".join(in_mm(gap, 3) for gap in (left - x0, x1 - right, low - y0, y1 - high))
-    strip = f", and against a strip of {FILM}, {in_mm(room, 3)} mm thick, at one long wall"
+    places = (f"away from {end}", left - x0), ("on the right", low - y0), ("on the left", y1 - high)
+    edges = ", ".join(f"{place} {in_mm(gap, 3)}" for place, gap in places) + f" (seen towards {end})"
+    back = f"Push {what} in the well away from {end}: the two shifts cancel."
+    across = (
+        "The round well holds it in the middle across." if pieces[0].footprint.is_round else
+        f"A strip of {FILM}, {in_mm(room, 3)} mm thick, on the right in the well (seen towards {end}), with the piece "
+        "pushed against it, puts it in the middle across; it comes out with the frame."
+    )
+    by_hand = "into the well" if part == "elastomer" or layout.spec.elastomer is None else (
+        "by hand into the well, on the elastomer and without the press")
     return (
-        f" Frame and well have {in_mm(room, 3)} mm of room on each side: keep the frame pushed towards {end} on its "
-        f"pins, and {what} in the well against the wall away from {end}, which takes that back"
-        f"{'' if pieces[0].footprint.is_round else strip}. Try it dry first, and measure under the microscope: from "
-        f"the body's edges (away from {end}; at it; right and left of it, seen towards it) to the "
-        f"{part}'s are, in mm: {edges}, to {near(layout)}."
+        f" Frame and well have {in_mm(room, 3)} mm of room on each side. Push the frame straight towards {end} and "
+        f"keep it there: its round holes on the round pins hold it in the middle across. {back} {across} Try it dry "
+        f"first: put the {part} {by_hand}, lift the frame off without moving the {part}, and measure under the "
+        f"microscope. From the body's edges to the {part}'s are, in mm, to {near(layout)}: {edges}."
     )
 
 
@@ -418,8 +497,8 @@ def in_recess(layout: Layout) -> str:
     """The board's place in the recess of a plate or a cap; a whole sentence."""
     room = clearance(layout.spec.mount)
     return (
-        f" The recess is {in_mm(room)} mm larger on each side: push the board against strips of {FILM}, as thick, "
-        f"along the wall away from {_tail_end(layout)} and one long wall, to {near(layout)}."
+        f" The recess is {in_mm(room)} mm larger on each side. {_films(layout)} Its place is kept to {near(layout)}. "
+        "Pull the films out when the glue has set."
     )
 
 

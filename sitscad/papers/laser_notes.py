@@ -10,8 +10,8 @@ from sitscad.drawing.frame import FORCED
 from sitscad.fabrication.notes import hanging
 from sitscad.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
-from sitscad.layout.laser_sheet import LOOKS, CutLayer, LaserSheet, joined_part
-from sitscad.papers.preparing import order_of
+from sitscad.layout.laser_sheet import COUPON_HOLE, COUPON_SIZE, LOOKS, CutLayer, LaserSheet, joined_part
+from sitscad.papers.preparing import is_laser_cut, order_of
 from sitscad.scene.stack import sheets
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import counted, in_mm, parse_quantity
@@ -48,7 +48,7 @@ def text(spec: SensorSpec, sheets: tuple[LaserSheet, ...], forced: bool = False)
         lines += [*hanging("", WITHOUT_LASER.format(name=spec.name, by_hand=by_hand), WIDTH), ""]
     if (bought := _bought(spec)) is not None:
         lines += [*hanging("", bought, WIDTH), ""]
-    return "\n".join([*lines, *hanging("", KERF, WIDTH)]) + "\n"
+    return "\n".join([*lines, *hanging("", _kerf(sheets), WIDTH)]) + "\n"
 
 
 WITHOUT_LASER = (
@@ -74,11 +74,24 @@ SHIELD = (
     "ferrite breaks: buy it in its size. (Unverified, from memory: ask the maker of the sheet.)"
 )
 
-KERF = (
-    "The kerf. Outlines are drawn half a kerf outside the part, holes half a kerf inside, so that the beam runs along "
-    "the line and no tool compensation is to be set. Cut the coupon first, measure it, and mend elastomer.kerf, "
-    "target.kerf or shield.kerf as the sheet's notes say, where it is not as wide as it should be."
-)
+def _kerf(sheets: tuple[LaserSheet, ...]) -> str:
+    """What is drawn for the kerf, and what is done about it, by sheet."""
+    kerfs, said = {sheet.part: sheet.kerf for sheet in sheets}, ["The kerf."]
+    for part, kerf in kerfs.items():
+        width = in_mm(COUPON_SIZE)
+        if kerf:
+            said.append(
+                f"The {part} is drawn for a kerf of {in_mm(kerf)} mm, half of it outside the part and inside holes: "
+                "set no tool compensation. Cut the coupon first: it is right if it is "
+                f"{width} mm wide; else write {part}.kerf = {in_mm(kerf)} + {width} - measured width (mm) and build "
+                "anew."
+            )
+        else:
+            said.append(
+                f"The {part} is drawn at nominal size, for the kerf is not known: set your tool's compensation. Or cut "
+                f"the coupon without one, write {part}.kerf = {width} - measured width (mm), and build anew."
+            )
+    return " ".join(said)
 
 
 def _sheet(spec: SensorSpec, sheet: LaserSheet) -> Iterator[str]:
@@ -100,9 +113,12 @@ def _sheet(spec: SensorSpec, sheet: LaserSheet) -> Iterator[str]:
     if least is not None:
         # the part and its webs are drawn wider by a kerf, copies stand as far apart as the lines between them
         beside = [spec.cutting.gap - sheet.kerf] if nest.count > 1 else []
-        narrow = max(0.0, min(*sheet.size, *beside, *web))
+        narrow = max(0.0, min(*sheet.size, *beside, *web, (COUPON_SIZE - COUPON_HOLE) / 2))
         verdict = "wide enough" if narrow >= least else "TOO NARROW: ask for a laser of finer beam"
         yield f"   least      {in_mm(narrow)} mm between two cuts; lasers for it leave {in_mm(least)} mm: {verdict}"
+    if not is_laser_cut(material, sheet.thickness):
+        yield (f"   laser      none that we know cuts {in_mm(sheet.thickness)} mm of {material}: etched or punched "
+               "(below), or ask the shop")
 
 
 def _lasers(material: str) -> Iterator[str]:

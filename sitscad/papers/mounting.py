@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from sitscad.data import is_unverified
 from sitscad.drawing.pictures.rendered import assembly_svg, clash_svg
 from sitscad.estimates.response.pad import NoResponse, pushed
 from sitscad.fabrication.notes import bent_text
@@ -22,42 +21,44 @@ from sitscad.papers.gluing import (
     board_assembly,
     board_glued,
     dose,
-    duration,
     in_recess,
     inhibited,
     on_own,
     rods,
     toleranced,
 )
+from sitscad.papers.preparing import amount, cured, mixed
 from sitscad.parts.clash import at_pin, carried, clashes, under_bend
 from sitscad.parts.plates import metal_below
 from sitscad.parts.proof import Measured, PadLoad, Proof, as_json, in_file, printable, prove
 from sitscad.parts.solid import MissingExtra, Solid, of_role
 from sitscad.parts.step_parts import measured_jaw, read_files
-from sitscad.parts.tooling import LEAST_MIX, Pour, push_places, skin_pour
+from sitscad.parts.tooling import LEAST_MIX, push_places, skin_pour
 from sitscad.parts.whole import Balance, balance, weigh
-from sitscad.scene.bodies import BodyRole, elastomer
-from sitscad.scene.column import Toleranced, on_seat, print_limit
+from sitscad.scene.bodies import BodyRole, elastomer, film_thickness
+from sitscad.scene.column import Toleranced, on_board, on_seat, print_limit
 from sitscad.scene.fit import pin_gaps
 from sitscad.scene.jaws import jaw_range
 from sitscad.scene.seating import (
     CORNER_SCREW,
     ENGAGED,
+    FAR,
     FLOOR,
     adapter_depth,
     adapter_needed,
     cap_size,
+    is_near_metal,
     joint_clearance,
     pin_places,
     plate_floor,
     relief,
     retention,
+    screw_spacing,
     tongue_across,
 )
 from sitscad.scene.state import Pose
 from sitscad.scene.tail_path import ROD, bends, lip, rod_clear, tail_path
-from sitscad.spec import presets
-from sitscad.spec.materials import ElastomerMaterial, Encapsulation
+from sitscad.spec.materials import Encapsulation
 from sitscad.spec.mount import Mount
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import in_mm, show
@@ -176,13 +177,33 @@ def in_place(layout: Layout) -> Iterator[str]:
             f"{screws(mount.holes.thread, FLOOR)} Lay four M2 nuts into it from below first; they hold the mount's "
             f"four screws.{metal_below_told(layout)}"
         )
-        yield f"Screw the mount on the adapter: {_into_nuts(plate + below)}{_room_below(layout)}"
+        yield f"Screw the mount on the adapter: {_into_nuts(plate + below)}{_heads(layout, 'M2')}{_room_below(layout)}"
     elif mount.holes is not None:
         thread = "M2" if mount.holes.name == "corners-m2" else mount.holes.thread
         yield (
-            f"Screw the mount down ({mount.holes.name}). {screws(thread, -plate_floor(layout)[1])}"
-            f"{metal_below_told(layout)}{_room_below(layout)}"
+            f"Screw the mount down ({mount.holes.name}{_spacing(layout)}). {screws(thread, -plate_floor(layout)[1])}"
+            f"{_heads(layout, thread)}{metal_below_told(layout)}{_room_below(layout)}"
         )
+
+
+def _spacing(layout: Layout) -> str:
+    """How far apart the screws are, in words that follow a name; empty if they are no rectangle's corners."""
+    apart = screw_spacing(layout)
+    return "" if apart is None else f"; the screws {in_mm(apart[0], 2)} x {in_mm(apart[1], 2)} mm apart"
+
+
+def _heads(layout: Layout, thread: str) -> str:
+    """Screws of which material, and whether their heads stand above the sensor; empty for inch threads."""
+    if not thread.startswith("M"):
+        return ""
+    plastic = " Take screws of plastic (polyamide): steel would be nearer to a coil than two of its diameters."
+    high = 1e-3 * float(thread.removeprefix("M"))  # ISO 4762: a head is as high as its thread is wide
+    top = sum(layer.thickness.nominal for layer in on_board(layout)[1:]) + film_thickness(layout.spec.encapsulation)
+    above = (
+        f" Their heads, {in_mm(high, 1)} mm high, stand {in_mm(high - top, 2)} mm above the sensor's top face: what "
+        "presses it must be narrower than the room between them."
+    )
+    return f"{plastic if is_near_metal(layout) else ''}{above if high > top + SAME else ''}"
 
 
 NUT = 1.6e-3
@@ -239,11 +260,6 @@ def screws(thread: str, grip: float) -> str:
         return f"{lies}: {thread} screws of {in_mm(least, 1)} mm and longer."
     left = 1e-3 * length - grip
     return f"{lies}: {thread} x {length} screws (ISO 4762) go {in_mm(left, 1)} mm into the part below."
-
-
-FAR = 2.0
-"""Distance of metal from a coil, in its diameters, that changes its inductance by less than 0.2 %: a loop before its
-own image at twice the distance, mu0 pi a^4 / (2 z^3) over mu0 a (ln(8 a / w) - 2), with z = 8 a and a / w = 10."""
 
 
 def metal_below_told(layout: Layout) -> str:
@@ -325,8 +341,8 @@ def skin(layout: Layout, film: Encapsulation) -> str:
     poured, caution = skin_pour(layout), inhibited(layout.spec)
     if poured is None:
         return (
-            f"Seal board, elastomer and target with {in_mm(film.thickness)} mm of {film.material.name}, brushed on or "
-            f"dipped: mix {1e6 * LEAST_MIX:g} ml of {mixed(film.material)}; little of it stays on. Mask the contacts "
+            f"Seal board, elastomer and target with {in_mm(film.thickness)} mm of {film.material.name}, brushed on: "
+            f"mix {1e6 * LEAST_MIX:g} ml of {mixed(film.material)}; little of it stays on. Mask the contacts "
             "with polyimide tape (masking tape can keep silicone from curing); no copper may be left open. "
             f"{cured(film.material)} Measure the "
             "sensor's height before and after: a coat that is too thin is given another, of silicone thinned as its "
@@ -346,6 +362,7 @@ def skin(layout: Layout, film: Encapsulation) -> str:
 def pushed_out(layout: Layout) -> str:
     """How the board leaves the jig's base."""
     places, size = push_places(layout)
+    holding = "glue" if skin_pour(layout) is None else "glue or skin"
     if len(places) == 1:
         return (
             "Push the board out of the base from below, by the hole, with a flat-ended rod just below "
@@ -353,63 +370,14 @@ def pushed_out(layout: Layout) -> str:
         )
     return (
         f"Push the board out of the base from below, by its {len(places)} holes in turn, a little at each, with a "
-        f"flat-ended rod just below {in_mm(size)} mm: one hole alone would bend the board. If glue or skin hold it, "
-        "let isopropanol creep round its edge first."
+        f"flat-ended rod just below {in_mm(size)} mm: one hole alone would bend the board. If {holding} holds it, let "
+        "isopropanol creep round its edge first."
     )
 
 
 def cures_badly(mount: Mount | None) -> bool:
     """Whether the moulds are of photopolymer, on which platinum-cure silicones may stay liquid."""
     return mount is not None and mount.process == "resin"
-
-
-RAW_RESIN = (
-    "Moulds printed in resin, before anything is cast in them: platinum-cure silicones (Ecoflex, Dragon Skin) may not "
-    "cure on raw photopolymer. Wash the print, cure it fully under UV and then with heat, seal it (clear acrylic "
-    "lacquer, or the barrier coat that the silicone's maker names), let that dry, and try a drop first; or print the "
-    "mould in filament or powder. (Lacquer and trial are in Smooth-On's bulletin on Dragon Skin; the rest is general "
-    "practice, unverified.)"
-)
-"""What a mould of resin needs before silicone is poured into it."""
-
-
-RELEASE = (
-    "Wipe mould release for silicone thinly into every cavity and on the lid's lower face, and let it dry."
-)
-"""What keeps silicone from sticking in a mould."""
-
-
-def amount(poured: Pour) -> str:
-    """How much is mixed, and how much of it the pieces are."""
-    pieces = "the pads'" if poured.pads > 1 else "the piece's"
-    own = f"{1e6 * poured.pads * poured.pad:.2g} ml are {pieces}"
-    if poured.mixed < LEAST_MIX:
-        return f"{1e6 * LEAST_MIX:g} ml (less cannot be weighed out well; {own})"
-    return f"{1e6 * poured.mixed:.2g} ml ({own})"
-
-
-def mixed(material: ElastomerMaterial) -> str:
-    """A silicone with its mixing ratio and how long it can be poured, by its data or by its maker's sheet."""
-    known = presets.casting(material.name)
-    if known is None:
-        return f"{material.name} (mixing ratio and pot life: its maker's sheet)"
-    unseen = " (unverified)" if is_unverified(known.source) else ""
-    pot = f"pour within {duration(known.pot_time)}" if known.pot_time else "pot life: its maker's sheet"
-    return f"{material.name} ({known.mix}{unseen}; {pot})"
-
-
-def cured(material: ElastomerMaterial) -> str:
-    """How long a silicone cures, and how that is seen; a whole sentence."""
-    known = presets.casting(material.name)
-    seen = "what is left in the cup is firm and no longer sticky then"
-    if known is None or known.cure_time is None:
-        return (
-            f"Let it cure as long as its maker's sheet says for your temperature (\"cure time\" or \"demould time\"): "
-            f"{seen}."
-        )
-    return (
-        f"Let it cure for {duration(known.cure_time)} at room temperature (kinds of other speed: their label): {seen}."
-    )
 
 
 PARABOLA = 1.5

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from textwrap import wrap
 
 from sitscad.drawing.frame import FORCED
+from sitscad.estimates.scatter import ACCEPTED_SIGMAS
 from sitscad.estimates.values import Estimates
 from sitscad.fabrication import notes
 from sitscad.fabrication.board_end import contact_text, end_tolerance, plug_text
@@ -34,9 +35,6 @@ from sitscad.spec.circuit import MASK, LayerKind, Plating
 from sitscad.spec.presets import board_kind, cover_name, is_rigid, is_unverified, least_adhesive, unverified_rows
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import aligned, counted, show
-
-ACCEPTED_SIGMAS = 3.0
-"""Half-width of the accepted range of a coil's resistance, in standard deviations of manufacture."""
 
 
 def render(
@@ -331,17 +329,17 @@ def _files(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     yield _name(layout.spec, "job.gbrjob"), "Gerber job file: the stack-up and the list of files for CAM"
     if layout.vias:
         yield _name(layout.spec, "Drill_Map.gbr"), "drill map (Gerber drawing)"
-    words = "board drawing with dimensions, contacts with their table on its second page (also as SVG)"
+    words = "board drawing with dimensions, contacts with their table on its second page (in the package also as SVG)"
     yield _name(layout.spec, "drawing.pdf"), words
-    yield _name(layout.spec, "stackup.pdf"), "drawing of the stack-up (also as SVG)"
+    yield _name(layout.spec, "stackup.pdf"), "drawing of the stack-up (in the package also as SVG)"
     if panel is not None:
         readme, drawing = (_panel_name(layout.spec, ending) for ending in ("-readme.txt", "-drawing.pdf"))
         words = f"holds the panel's images, listed in {readme}; those of the single board listed here stay in the"
         yield "Archive", f"{words} package"
         yield "panel", f"folder of the panel's own images, drill files, drawing and readme ({drawing})"
-    yield _name(layout.spec, "order.zip"), "what is sent: the files of the order under the fabricator's names"
-    yield _name(layout.spec, "board.svg"), "picture of the whole board, for orientation only"
-    yield _name(layout.spec, "body.svg"), "picture of the part with the coils, for orientation only"
+    yield _name(layout.spec, "order.zip"), "the archive that is sent: the files above under the fabricator's names"
+    yield _name(layout.spec, "board.svg"), "picture of the whole board; in the package alone"
+    yield _name(layout.spec, "body.svg"), "picture of the part with the coils; in the package alone"
     yield "Coordinates", "millimetres, one origin for all files"
 
 

@@ -19,14 +19,15 @@ from sitscad.geometry.path import bounding_box
 from sitscad.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
 from sitscad.layout.laser_sheet import joined_part
-from sitscad.papers.gluing import BAR_HOLE, grams, steel_bar, washers
+from sitscad.papers.gluing import BAR_HOLE, film_rooms, grams, steel_bar, washers
 from sitscad.papers.mounting import cures_badly, nut_screw, screw_length, set_screw
-from sitscad.papers.preparing import Order, capacitor, order_of
+from sitscad.papers.preparing import Order, capacitor, is_laser_cut, order_of, pours
 from sitscad.parts.tooling import pour, skin_pour
 from sitscad.record import record
-from sitscad.scene.bodies import MOUNT_PIECES, seat_spans, shield_heights
+from sitscad.scene.bodies import MOUNT_PIECES, seat_spans, shield_gap_text, shield_heights
 from sitscad.scene.column import column
-from sitscad.scene.seating import FLOOR, adapter_depth, adapter_needed, plate_floor
+from sitscad.scene.jaws import section
+from sitscad.scene.seating import FLOOR, adapter_depth, adapter_needed, is_near_metal, plate_floor, screw_spacing
 from sitscad.scene.stack import has_round_body, shield, shield_part
 from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.mount import HolePattern, Mount
@@ -76,7 +77,8 @@ def items(layout: Layout, estimates: Estimates) -> tuple[Item, ...]:
 
 
 SHARED = ("adhesive", "board adhesive", "primer", "jig", "jig weight", "jig bar", "board weight", "jelly", "mould",
-          "skin mould", "sealer", "mould release", "cleaner")
+          "skin mould", "sealer", "mould release", "cleaner", "film", "dispenser", "converter board",
+          "controller", "spare connector")
 """What one of serves for many sensors."""
 
 
@@ -121,6 +123,9 @@ def _circuit(layout: Layout) -> Iterator[Item]:
         "on the converter's board; compare its drawing with the tail before ordering",
     )
     yield _ordered(item, order)
+    spare = replace(item, item="spare connector", note="on wires, to test the bare board (mount/assembly.txt)")
+    if layout.spec.mount is not None:
+        yield _ordered(spare, order)
 
 
 def _converter(layout: Layout, estimates: Estimates) -> Iterator[Item]:
@@ -151,6 +156,9 @@ def _converter(layout: Layout, estimates: Estimates) -> Iterator[Item]:
     which = "SCL and SDA" + " of each bus" * (buses > 1)
     yield Item("bus pull-up", 2 * buses, "4.7 kohm", "", "", f"{which} to VDD, where the controller's board has none")
     yield Item("SD pull-up", 1, "10 kohm", "", "", "SD to VDD: off until the controller drives it low")
+    board = "of your own from firmware/wiring, or an evaluation board (firmware/readme.txt)"
+    yield Item("converter board", 1, "", "", "", f"carries the parts above; {board}; not in this package")
+    yield Item("controller", 1, "with I2C", "", "", "runs firmware/: Arduino, MicroPython or Linux")
     if readout.cable is not None:
         size = f"{in_mm(readout.cable.length)} mm"
         yield Item("cable", coils, "conductor pair", "", size, "one pair a coil, between tail and converter")
@@ -167,7 +175,8 @@ def _soft_parts(layout: Layout) -> Iterator[Item]:
         mixed = pour(spec)
         if mixed is not None and spec.mount is not None:
             taken = f"{1e6 * mixed.pads * mixed.pad:.2g} ml"
-            note += f"; or cast, {mixed.pads} at a time in mount/{spec.name}-mould-tray, which takes {taken}"
+            times = f", {pours(spec)} pours" if pours(spec) > 1 else ""
+            note += f"; or cast, {mixed.pads} at a time{times} in mount/{spec.name}-mould-tray, which takes {taken}"
             note += ", sealed first (mount/assembly.txt)" if cures_badly(spec.mount) else ""
         count, shape, joined = cells, pad.shape, joined_part(spec)
         if joined is not None:
@@ -181,7 +190,8 @@ def _soft_parts(layout: Layout) -> Iterator[Item]:
     if spec.target is not None:
         target = spec.target
         size = _plate_size(target.shape, target.size, target.thickness)
-        note = f"cut with laser/{spec.name}-target.dxf{_place(target)}"
+        how = "cut with" if is_laser_cut(target.material.name, target.thickness) else "etched or punched by"
+        note = f"{how} laser/{spec.name}-target.dxf{_place(target)}"
         yield Item("target", cells, target.shape, target.material.name, size, note)
     if spec.encapsulation is not None:
         film = spec.encapsulation
@@ -206,7 +216,7 @@ def _carriers(layout: Layout) -> Iterator[Item]:
         if has_round_body(spec.fpc.body) and shield_part(layout)[0].shape == "circle":
             size = f"diameter {in_mm(x1 - x0)}, {in_mm(spec.shield.thickness)} mm"
         narrowed = ", narrower than the circuit's body to pass the port" if y1 - y0 < layout.body_size[1] - 1e-9 else ""
-        note = f"{in_mm(spec.shield.gap)} mm under the circuit's bottom face{narrowed}"
+        note = f"{shield_gap_text(spec)} under the circuit's bottom face{narrowed}"
         note += f"; cut with laser/{spec.name}-shield.dxf"
         yield Item("shield", 1, "sheet", spec.shield.material.name, size, note)
     yield from _glue(layout)
@@ -215,7 +225,7 @@ def _carriers(layout: Layout) -> Iterator[Item]:
     yield from _mount(layout, spec, spec.mount)
     if spec.mount.jaw is not None:
         jaw = spec.mount.jaw
-        size = f"{in_mm(jaw.width)} x {in_mm(jaw.length)} x {in_mm(jaw.height)} mm"
+        size = f"face {in_mm(section(jaw).face, 3)} x {in_mm(jaw.length)} mm, height {in_mm(jaw.height)} mm"
         words = "the instrument that the sensor is glued into; not made here"
         yield Item("jaw", 1, jaw.name, jaw.material.name, size, words)
     if (metal := spec.mount.metal_behind) is not None:
@@ -237,6 +247,13 @@ def _carriers(layout: Layout) -> Iterator[Item]:
         yield Item("sealer", 1, "clear acrylic lacquer", "", "", "on moulds printed in resin (mount/assembly.txt)")
     yield Item("mould release", 1, "or wax", "", "", "on jig and moulds, so that no glue holds them")
     yield Item("cleaner", 1, "isopropanol", "", "", "for metal and plastic before gluing")
+    rooms = [f"{in_mm(room, 3)} mm" for room in sorted(film_rooms(layout))]
+    if rooms:
+        words = "strips that no glue holds, between pieces and what places them (mount/assembly.txt)"
+        yield Item("film", len(rooms), "polyethylene or PTFE film", "", ", ".join(rooms), words)
+    if spec.assembly.adhesive is not None and spec.assembly.adhesive.viscosity is not None:
+        yield Item("dispenser", 1, "micropipette, or syringe with a needle", "", "0.2 to 10 microlitres",
+                   "doses of glue (mount/assembly.txt)")
 
 
 def _weights(spec: SensorSpec, parts: Sequence[str]) -> Iterator[Item]:
@@ -307,7 +324,11 @@ def _screws(layout: Layout, pattern: HolePattern) -> Iterator[Item]:
     count = 4 if pattern.grid is not None or pattern.name == "corners-m2" else len(pattern.holes) or 4
     thread = corner if pattern.name == "corners-m2" else pattern.thread
     hole = pattern.holes[0].diameter if pattern.holes else 0.0
-    yield Item("screw", count, _screw(thread, -plate_floor(layout)[1], hole), "", "", f"of the plate ({pattern.name})")
+    apart = screw_spacing(layout)
+    spacing = "" if apart is None else f"{in_mm(apart[0], 2)} x {in_mm(apart[1], 2)} mm apart"
+    material = "polyamide" if is_near_metal(layout) else ""
+    screw = _screw(thread, -plate_floor(layout)[1], hole)
+    yield Item("screw", count, screw, material, spacing, f"of the plate ({pattern.name})")
 
 
 def _screw(thread: str, grip: float, hole: float) -> str:

@@ -1,4 +1,4 @@
-"""Preparations of an assembly: tools, waits, workpieces to make, files that a package lacks, order codes of parts."""
+"""Preparations of an assembly: tools, waits, casting, workpieces, files that a package lacks, order codes of parts."""
 
 from __future__ import annotations
 
@@ -9,12 +9,16 @@ from collections.abc import Iterator
 from functools import cache
 from typing import Any
 
-from sitscad.data import cited, rows
+from sitscad.data import cited, is_unverified, rows
 from sitscad.fabrication.notes import hanging
 from sitscad.layout.board import Layout
 from sitscad.papers.gluing import board_assembly, duration
+from sitscad.parts.tooling import LEAST_MIX, Pour, pour
 from sitscad.record import record
+from sitscad.scene.bodies import joined
 from sitscad.spec import presets
+from sitscad.spec.materials import ElastomerMaterial
+from sitscad.spec.places import cell_placements
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import parse_quantity
 from sitscad.writer import Package
@@ -54,12 +58,20 @@ def waits(layout: Layout) -> str:
     """List the longest waits: for a cast pad, for glue, for the film; empty if there are none."""
     spec, found = layout.spec, list[str]()
     if spec.elastomer is not None:
-        found.append(f"a cast pad {_cure(spec.elastomer.material.name)}")
+        times, cure = pours(spec), _cure(spec.elastomer.material.name)
+        found.append(f"cast pads, {times} pours of {cure}" if times > 1 else f"a cast pad {cure}")
     glues = {glue.product: glue.cure_time for glue in (spec.assembly.adhesive, board_assembly(layout).adhesive) if glue}
     found += [f"{name} {duration(time)} to full strength" for name, time in glues.items() if time]
     if spec.encapsulation is not None:
         found.append(f"the film {_cure(spec.encapsulation.material.name)}")
     return f"Longest waits: {'; '.join(found)}." if found else ""
+
+
+def pours(spec: SensorSpec) -> int:
+    """How many times the mould is filled for one sensor's pads; 1 without a mould."""
+    poured = pour(spec)
+    pieces = 1 if joined(spec) is not None else len(cell_placements(spec))
+    return 1 if poured is None else math.ceil(pieces / poured.pads)
 
 
 def _cure(material: str) -> str:
@@ -198,9 +210,65 @@ def three_digits(capacitance: float) -> str:
     return f"{digits}{zeros}" if digits < 100 else f"10{zeros + 1}"
 
 
+def is_laser_cut(material: str, thickness: float) -> bool:
+    """Whether a laser that is known to cut a material may cut this thickness (m); True if no limit is known."""
+    known = (row["most"] for row in rows("laser_cutting") if row["material"] == material)
+    most = [parse_quantity(text, "length") for text in known if text]
+    return not most or thickness <= max(most) + 1e-9
+
+
 @cache
 def _table() -> dict[tuple[str, str], list[dict[str, str]]]:
     found: dict[tuple[str, str], list[dict[str, str]]] = {}
     for row in rows("order_codes"):
         found.setdefault((row["kind"], row["name"]), []).append(row)
     return found
+
+
+RAW_RESIN = (
+    "Moulds printed in resin, before anything is cast in them: platinum-cure silicones (Ecoflex, Dragon Skin) may not "
+    "cure on raw photopolymer. Wash the print, cure it fully under UV and then with heat, seal it (clear acrylic "
+    "lacquer, or the barrier coat that the silicone's maker names), let that dry, and try a drop first; or print the "
+    "mould in filament or powder. (Lacquer and trial are in Smooth-On's bulletin on Dragon Skin; the rest is general "
+    "practice, unverified.)"
+)
+"""What a mould of resin needs before silicone is poured into it."""
+
+
+RELEASE = (
+    "Wipe mould release for silicone thinly into every cavity and on the lid's lower face, and let it dry."
+)
+"""What keeps silicone from sticking in a mould."""
+
+
+def amount(poured: Pour) -> str:
+    """How much is mixed, and how much of it the pieces are."""
+    pieces = "the pads'" if poured.pads > 1 else "the piece's"
+    own = f"{1e6 * poured.pads * poured.pad:.2g} ml are {pieces}"
+    if poured.mixed < LEAST_MIX:
+        return f"{1e6 * LEAST_MIX:g} ml (less cannot be weighed out well; {own})"
+    return f"{1e6 * poured.mixed:.2g} ml ({own})"
+
+
+def mixed(material: ElastomerMaterial) -> str:
+    """A silicone with its mixing ratio and how long it can be poured, by its data or by its maker's sheet."""
+    known = presets.casting(material.name)
+    if known is None:
+        return f"{material.name} (mixing ratio and pot life: its maker's sheet)"
+    unseen = " (unverified)" if is_unverified(known.source) else ""
+    pot = f"pour within {duration(known.pot_time)}" if known.pot_time else "pot life: its maker's sheet"
+    return f"{material.name} ({known.mix}{unseen}; {pot})"
+
+
+def cured(material: ElastomerMaterial) -> str:
+    """How long a silicone cures, and how that is seen; a whole sentence."""
+    known = presets.casting(material.name)
+    seen = "what is left in the cup is firm and no longer sticky then"
+    if known is None or known.cure_time is None:
+        return (
+            f"Let it cure as long as its maker's sheet says for your temperature (\"cure time\" or \"demould time\"): "
+            f"{seen}."
+        )
+    return (
+        f"Let it cure for {duration(known.cure_time)} at room temperature (kinds of other speed: their label): {seen}."
+    )

@@ -30,10 +30,10 @@ from sitscad.scene.seating import (
     adapter_needed,
     cap_end,
     cap_size,
-    clear_pattern,
     clearance,
     corner_holes,
     plate_floor,
+    plate_holes,
     plate_plan,
 )
 from sitscad.scene.stack import ground, has_round_body
@@ -57,7 +57,7 @@ def bench_plate(layout: Layout) -> tuple[Any, ...]:
     edges = [edge for edge in plate.edges() if edge.bounding_box().min.Z > -1e-6]
     plate = plate.fillet(EDGE * MM, edges)
     plate = without(plate, (*recess(layout, shield), *_tail_relief(layout, plan, floor)), "mount")
-    for hole in clear_pattern(layout) or corner_holes(plan):
+    for hole in plate_holes(layout):
         shaft = circle(Point(*hole.at), hole.diameter / 2)
         plate = one_solid(plate - prism(Region(shaft), bottom - 1e-3, 1e-3), "mount")
     return (plate, *spacer(layout, shield))

@@ -23,7 +23,7 @@ from sitscad.report.findings import printable
 from sitscad.report.numbers import head_and_rows, html_table, table
 from sitscad.scene.motions import ROTATIONS
 from sitscad.spec.sensor import SensorSpec
-from sitscad.units import quantity, show
+from sitscad.units import in_mm, quantity, show
 
 MOVED_HEAD = ("unknown", "found", "+-", "usual scatter", "moved by")
 
@@ -156,9 +156,11 @@ def figure(found: Calibration) -> str:
 
 
 LOADING = {
-    "held": ("a stiff flat plate presses on all of it, guided so that it stays parallel to the board (a linear stage,",
-             "a press stand), a load cell behind it; shear is a push on the plate, which is stuck to the target by",
-             "thin double-sided tape: laid on, it slips where shear is much. Weights and threads do not do so."),
+    "held": ("a stiff flat plate of plastic or glass presses on all of it and on nothing else (of cells, on one target",
+             "at a time), guided so that it stays parallel to the board (a linear stage, a press stand), a load cell",
+             "behind it; shear is a push on the plate, which is stuck to the target by thin double-sided tape: laid "
+             "on,",
+             "it slips where shear is much. Weights and threads do not keep it level."),
     "free": ("weights on its middle, threads glued to the middle of its outermost face.",),
 }
 """How loads are put on, by rotation."""
@@ -197,8 +199,8 @@ def held_by(spec: SensorSpec) -> tuple[str, ...]:
             "fingertip": "Slip the cap on its finger, tighten both screws, and clamp the finger,"}
     return (
         f"{what.get(mount.kind, 'Fasten your mount as in use,')} so that nothing gives way but the pad. Metal near the",
-        "coils stays where it is in use, and no other comes nearer than three times a coil's width; lead the tail away",
-        "without a pull.",
+        "coils stays where it is in use. No other metal, load cell and stage included, comes nearer to them than",
+        f"{in_mm(3.0 * max(spec.coil.size), 1)} mm (three times a coil's width). Lead the tail away without a pull.",
         *(() if mount.metal_behind is None else (
             f"The {mount.metal_behind.material.name} behind the board has to be there: "
             f"{show(mount.metal_behind.distance, 'm')} away, and the glue.",)),
@@ -231,8 +233,8 @@ def plan_words(found: Calibration, plan: Plan) -> bytes:
         *(f"   {line}" for line in (*LOADING[rotation], *(MOMENTS if scope.has_moments else ()))),
         *(f"   {line}" for line in (*directions(scope.axes), *held_by(found.sensors.model.spec))),
         *([] if scope.has_moments else [
-            "   The line `# rotation:` of plan.csv says which, and calibrate goes by it; it tells where the readings",
-            "   look like the other."]),
+            "   The first line of plan.csv, `# rotation:`, says whether the target is held level or free to tilt:",
+            "   `sitscad calibrate` fits the map for that, and warns if the readings look like the other."]),
         "3. Rows of zeros are tares, without load: the first, one in the middle, one at the end, and more between as",
         "   often as you like. Every row goes with the tare before it, so drift is taken out; three and more tell what",
         "   noise the readings have.",

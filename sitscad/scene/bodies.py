@@ -19,6 +19,7 @@ from sitscad.spec.circuit import Stackup
 from sitscad.spec.materials import Conductor, Encapsulation
 from sitscad.spec.places import cell_specs, footprint, webs
 from sitscad.spec.sensor import SensorSpec
+from sitscad.units import in_mm
 
 Heights = tuple[float, float]
 
@@ -227,6 +228,15 @@ def lines_over_shield(spec: SensorSpec) -> int:
     if sheet is None or spec.mount is None:
         return 0
     return 1 + (board_heights(spec.fpc.stackup)[0] - sheet[1] > 1e-9)
+
+
+def shield_gap_text(spec: SensorSpec) -> str:
+    """How far the shield lies below the board, as drawn and with the glue lines between; empty without a shield."""
+    if spec.shield is None:
+        return ""
+    glue = spec.assembly.glue_line * lines_over_shield(spec)
+    glued = f" ({in_mm(spec.shield.gap + glue)} mm with the glue lines)" if glue else ""
+    return f"{in_mm(spec.shield.gap)} mm{glued}"
 
 
 def lines_over_carrier(spec: SensorSpec) -> int:

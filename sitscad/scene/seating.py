@@ -308,6 +308,30 @@ def clear_pattern(layout: Layout) -> tuple[Hole, ...]:
     return holes if all(beside_board(layout, hole) >= hole.head / 2 + BESIDE_HEAD - 1e-9 for hole in holes) else ()
 
 
+def plate_holes(layout: Layout) -> tuple[Hole, ...]:
+    """The holes that a bench plate is screwed down by."""
+    return clear_pattern(layout) or corner_holes(plate_plan(layout, film_thickness(layout.spec.encapsulation)))
+
+
+def screw_spacing(layout: Layout) -> tuple[float, float] | None:
+    """How far apart (m) the plate's four screws stand, along and across; None unless they are a rectangle's corners."""
+    holes = plate_holes(layout)
+    xs, ys = (sorted({round(hole.at[axis], 9) for hole in holes}) for axis in (0, 1))
+    return (xs[1] - xs[0], ys[1] - ys[0]) if len(holes) == 4 and len(xs) == len(ys) == 2 else None
+
+
+FAR = 2.0
+"""Distance of metal from a coil, in its diameters, that changes its inductance by less than 0.2 %: a loop before its
+own image at twice the distance, mu0 pi a^4 / (2 z^3) over mu0 a (ln(8 a / w) - 2), with z = 8 a and a / w = 10."""
+
+
+def is_near_metal(layout: Layout) -> bool:
+    """Whether a plate's screw stands nearer to a coil's centre than metal may be that no figure counts."""
+    reach = FAR * max(layout.spec.coil.size)
+    screw = [(*hole.at, hole.head / 2) for hole in plate_holes(layout)]
+    return any(math.dist((x, y), coil.centre) - half < reach for x, y, half in screw for coil in layout.coils)
+
+
 def beside_board(layout: Layout, hole: Hole) -> float:
     """Distance (m) of a hole's middle from the board, its tail and the plates on it, as seen from above."""
     x, y = hole.at

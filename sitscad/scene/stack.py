@@ -23,6 +23,7 @@ from sitscad.scene.bodies import (
     board_heights,
     seat_heights,
     seat_spans,
+    shield_gap_text,
     top_height,
 )
 from sitscad.scene.jaws import (
@@ -37,7 +38,6 @@ from sitscad.scene.jaws import (
 from sitscad.spec.circuit import BodySpec
 from sitscad.spec.mount import Jaw
 from sitscad.spec.presets import is_rigid
-from sitscad.units import in_mm
 
 
 def stack(layout: Layout) -> tuple[Body, ...]:
@@ -102,7 +102,7 @@ def shield_part(layout: Layout) -> tuple[CutPart, ...]:
     x0, y0, x1, y1 = bounding_box((body.outline(),))
     is_disc = any(isinstance(piece, Arc) for piece in body.outline())
     place = Footprint(is_disc, (x1 - x0, y1 - y0), Point((x0 + x1) / 2, (y0 + y1) / 2))
-    words = f"goes under the board, {in_mm(sheet.gap)} mm below its lower face"
+    words = f"goes under the board, {shield_gap_text(layout.spec)} below its lower face"
     shape = "circle" if is_disc else "rectangle"
     return (CutPart(body.name, body.material, shape, place.size, sheet.thickness, sheet.kerf, place, words),)
 

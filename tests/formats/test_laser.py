@@ -177,7 +177,8 @@ def test_a_part_without_kerf_says_so():
     _, target = laser_sheets(layout_with(target_kerf=0.0))
     texts = [text for _, text in target.notes]
     assert "kerf not compensated: drawn at nominal size" in texts
-    assert not any("kerf =" in text or "if right" in text or "0 mm added" in text for text in texts)
+    assert not any("if right" in text or "0 mm added" in text for text in texts)
+    assert sum(".kerf = 10 - measured" in text for text in texts) == 1
     assert target.on(CutLayer.ENGRAVE) == ()
     assert len(target.on(CutLayer.CUT_OUTER)) == 2, "the coupon is still cut: it shows what the beam takes"
     marks = target.on(CutLayer.REF)

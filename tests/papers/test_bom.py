@@ -73,7 +73,7 @@ def test_everything_of_a_full_spec_is_there():
     assert rows["clock"]["part"] == "40 MHz oscillator"
     assert rows["cable"]["size"] == "300 mm" and rows["cable"]["quantity"] == "2"
     made = rows["flexible printed circuit"]["note"]
-    assert "stiffener of polyimide, 5 mm along the tail, 2.5 mm across, 200 um thick" in made
+    assert "stiffener of polyimide, 5 mm along the tail, 2.5 mm across, about 200 um thick" in made
     assert "4 contacts 300 um wide and 3 mm long, pitch 500 um" in made
 
 
@@ -93,9 +93,10 @@ def test_outline_and_thickness_of_the_circuit():
 
 def test_a_bare_coil_board_lists_no_soft_parts_and_no_connector():
     rows = rows_of(layouts.two_coils(tail=False))
-    readout = ["capacitor", "converter", "clock", "decoupling", "reservoir", "bus pull-up", "SD pull-up"]
+    readout = ["capacitor", "converter", "clock", "decoupling", "reservoir", "bus pull-up", "SD pull-up",
+               "converter board", "controller"]
     assert list(rows) == ["flexible printed circuit", "wires", *readout]
-    assert [rows[name]["quantity"] for name in readout[3:]] == ["2", "1", "2", "1"]
+    assert [rows[name]["quantity"] for name in readout[3:7]] == ["2", "1", "2", "1"]
 
 
 @pytest.mark.parametrize(("coils", "converters"), [(1, 1), (4, 1), (5, 2), (8, 2)])

@@ -84,7 +84,7 @@ def test_it_says_what_the_performance_says(bench, files):
         for cause, error in axis.errors.items():
             assert cause in FROM_UNIT_TO_UNIT or show(error, "N", 3) in page
     assert show(full.overload, "N", 3) in page
-    assert "C1.A" in page and "one load to a reading" in page
+    assert "C1.A" in page and "each reading means one load" in page
 
 
 @pytest.mark.slow
@@ -340,7 +340,8 @@ def test_two_shears_share_one_limit_in_table_and_notes(bench):
     sensors, limit = found.sensors, found.sensors.range.shear
     said = f"{limit:.3g} N in any direction"
     rows = dict((row[0], row[1:]) for row in summary(design.performance, design.layout))
-    assert rows["calibrated for both shears together up to"] == ("-", show(limit, "N", 3), show(limit, "N", 3))
+    words = f"{show(limit, 'N', 3)} ({show(limit / 2**0.5, 'N', 3)} each)"
+    assert rows["calibrated for a resultant shear up to"] == ("-", words, words)
     assert sum(said in note for note in notes(design.performance, found)) == 1
     made = drawn_calibration(design)
     assert said in made["calibration/calibration.h"].decode() and said in made["calibration/plan.txt"].decode()
@@ -350,7 +351,7 @@ def test_two_shears_share_one_limit_in_table_and_notes(bench):
     off = np.abs(found.map(frequency[1:], frequency[0]) - loads[1:])
     assert np.all(off[0] < 0.01 * limit) and off[1][0] > 0.3 * limit
     rows = dict((row[0], row[1:]) for row in summary(bench.performance, bench.layout))
-    assert "calibrated for both shears together up to" not in rows
+    assert "calibrated for a resultant shear up to" not in rows
     assert not any("any direction" in note for note in notes(bench.performance, foretell(bench.response, is_held=True)))
 
 
@@ -382,7 +383,7 @@ def test_it_says_where_the_map_ends(bench):
     read = found.map(frequency[1:], frequency[0])[:, 0]
     assert read[0] < found.map.end < loads[2, 0] and read[1] == approx(found.map.end, rel=1e-3)
     rows = dict((row[0], row[1:]) for row in summary(bench.performance, bench.layout, found))
-    assert rows["the map to newtons ends at"][0] == f"{show(found.map.end, 'N', 3)}, pressed alone"
+    assert rows["calibrated range: the map to newtons ends at"][0] == f"{show(found.map.end, 'N', 3)}, pressed alone"
 
 
 def test_a_round_target_has_a_diameter(bench):

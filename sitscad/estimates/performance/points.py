@@ -34,7 +34,7 @@ from sitscad.estimates.performance.values import (
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.pad import TOO_SOFT, NoResponse, pushed, tilt_stiffness, tilt_stiffness_error
 from sitscad.estimates.response.working_range import beyond_held_shear, held_shear, required_range
-from sitscad.estimates.scatter import manufacturing_scatter
+from sitscad.estimates.scatter import ACCEPTED_SIGMAS, manufacturing_scatter
 from sitscad.estimates.states.pressing import MODULUS, rests_on_pad
 from sitscad.estimates.values import Estimates
 from sitscad.estimates.winding.losses import SCREENING
@@ -43,7 +43,6 @@ from sitscad.physics.threads import one_thread
 from sitscad.record import record
 from sitscad.scene.state import FREE, PRESSED
 
-LIMITS = 3.0  # Standard deviations of manufacture between which a coil before assembly counts as sound
 HALF_SCANS, RESONANCE = "half the scan rate", "resonance of target and pad"  # What a bandwidth is limited by
 POINTS = (("rest", 0.0), ("half", 0.5), ("full", 1.0))  # The working points, and their share of the full normal force
 COURSE = 9  # Loads along an axis that are looked at
@@ -247,10 +246,10 @@ def production_limits(estimates: Estimates) -> dict[str, dict[str, float]]:
         if free is None or free.spread is None:
             continue
         found[coil.name] = {
-            "inductance_min_H": free.inductance - LIMITS * free.spread.inductance,
-            "inductance_max_H": free.inductance + LIMITS * free.spread.inductance,
-            "frequency_min_Hz": free.frequency - LIMITS * free.spread.frequency,
-            "frequency_max_Hz": free.frequency + LIMITS * free.spread.frequency,
+            "inductance_min_H": free.inductance - ACCEPTED_SIGMAS * free.spread.inductance,
+            "inductance_max_H": free.inductance + ACCEPTED_SIGMAS * free.spread.inductance,
+            "frequency_min_Hz": free.frequency - ACCEPTED_SIGMAS * free.spread.frequency,
+            "frequency_max_Hz": free.frequency + ACCEPTED_SIGMAS * free.spread.frequency,
         }
     return found
 
@@ -282,7 +281,8 @@ def _notes(felt: Felt, courses: Mapping[str, tuple[float, str]], free: float | N
         "above the pad tilts a free one, which reads otherwise (rotation=free of a load, calibrate --rotation free); "
         f"only the error by a force beside the middle is that of a free target{sooner}",
         "full scales are the required forces, else 20 % strain of the pad and shear at a friction of 0.42 (at most "
-        "half the pad's thickness); shear axes carry their share of it where errors grow with the load",
+        "half the pad's thickness); errors that grow with the load count every axis loaded by the same share of its "
+        "full scale",
         f"crosstalk is what a polynomial of degree {felt.working.map.degree} in the readings leaves of this "
         "design; what one unit differs by from the next is apart from it: the data sheet's table of errors from unit "
         "to unit",
@@ -297,5 +297,7 @@ def _notes(felt: Felt, courses: Mapping[str, tuple[float, str]], free: float | N
     if not felt.is_range_held:
         found.append("the pad gives way sideways within the full scales: no reading there is known to be of one load")
     if not set(FORCES) <= set(names):
-        found.append(f"the array tells {', '.join(names)} apart; what the other axes do to these is among the errors")
+        measured = ", ".join(AXIS_WORDS[name] for name in names)
+        found.append(f"only {measured} force is measured; each other force, at its full scale, has a row of its own "
+                     "among the errors and does not count in errors together")
     return tuple(found)

@@ -33,8 +33,8 @@ from sitscad.geometry.areas import parts_inside
 from sitscad.geometry.convex import Box
 from sitscad.geometry.path import rectangle
 from sitscad.layout.board import Layout
-from sitscad.scene.bodies import Body, above_board
-from sitscad.spec.materials import Encapsulation
+from sitscad.scene.bodies import Body, BodyRole, above_board, lines_below_target
+from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
 ROOM = (44.0, 34.0, 116.0, 146.0)
@@ -79,7 +79,7 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
         sheet.line(COLUMN + 1.0, low + 1.0, COLUMN + 15.0, low + 1.0, pen)
         sheet.text(COLUMN + 18.0, low, words, 2.6)
         low -= 5.0
-    fitting_paragraph(sheet, COLUMN, low - 2.0, 106.0, 42.0, numbered(_notes(layout.spec.encapsulation, pieces)), 2.4)
+    fitting_paragraph(sheet, COLUMN, low - 2.0, 106.0, 42.0, numbered(_notes(layout.spec, pieces)), 2.4)
     return sheet
 
 
@@ -141,13 +141,16 @@ def _size(piece: Body) -> str:
     return f"{across}, {thick} thick"
 
 
-def _notes(encapsulation: Encapsulation | None, pieces: tuple[Body, ...]) -> Iterator[str]:
+def _notes(spec: SensorSpec, pieces: tuple[Body, ...]) -> Iterator[str]:
+    glue, encapsulation = spec.assembly.glue_line, spec.encapsulation
     yield "Coordinates in mm from the origin of the board's files (red cross). Edges of what is turned: its extent."
     for piece in reversed(pieces):
         at, turn = piece.footprint.centre, math.degrees(piece.footprint.rotation)
         turned = f", turned by {turn:g} deg" if turn else ""
         face = "the board's top face"
-        above = f"on {face}" if piece.lower <= 0.0 else f"{show(piece.lower, 'm')} above {face}"
+        lines = lines_below_target(spec) if piece.role is BodyRole.TARGET else 1
+        above = f"{show(piece.lower + lines * glue, 'm')} above {face}"
+        above = f"{above} with the glue" if glue else f"on {face}" if piece.lower <= 0.0 else above
         yield f"{piece.name.capitalize()}: centre at x = {mm(at.x)}, y = {mm(at.y)}{turned}; {above}, unloaded."
     if encapsulation is not None:
         film = show(encapsulation.thickness, "m")
