@@ -487,6 +487,17 @@ def in_well(layout: Layout, part: str) -> str:
     )
 
 
+def pushed_ways(layout: Layout, part: str) -> tuple[str, ...]:
+    """What the picture of the jig has below it: where the tail is, which way frame and piece are pushed, and films."""
+    room, end = process_clearance(layout.spec.mount), _tail_end(layout)
+    pieces = elastomers(layout.spec) if part == "elastomer" else targets(layout.spec)
+    film = f"A film of {in_mm(room, 3)} mm goes on the right in the well, seen towards {end}."
+    return (
+        f"On the left {end} is at the lower right.", f"Push the frame towards {end},",
+        f"and the {part} in its well away from {end}.", *([] if pieces[0].footprint.is_round else [film]),
+    )
+
+
 def _box(pieces: Sequence[Body]) -> Box:
     """The box (m) round all pieces."""
     boxes = [piece.footprint.box for piece in pieces]

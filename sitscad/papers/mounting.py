@@ -24,6 +24,7 @@ from sitscad.papers.gluing import (
     in_recess,
     inhibited,
     on_own,
+    pushed_ways,
     rods,
     toleranced,
 )
@@ -542,7 +543,9 @@ def render_jig_picture(layout: Layout, solids: tuple[Solid, ...], tools: tuple[S
     base, shown, files = jig[0], of_role(solids, BodyRole.BOARD), dict[str, bytes]()
     for frame, press in zip(jig[1::2], jig[2::2], strict=True):
         pieces = of_role(solids, BodyRole(frame.name.removeprefix("jig-")))
-        picture = assembly_svg((base, *shown, frame, *pieces, press), replace(spec, mount=None), frame.name)  # no port
+        shown_with = (base, *shown, frame, *pieces, press)
+        words = pushed_ways(layout, frame.name.removeprefix("jig-"))
+        picture = assembly_svg(shown_with, replace(spec, mount=None), frame.name, words)  # without a port
         files[jig_picture(frame.name)] = picture.encode("utf-8")
         shown = (*shown, *pieces)
     return files

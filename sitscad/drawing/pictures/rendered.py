@@ -487,8 +487,13 @@ def _labels(
 GAP = 40.0  # Pixels between the two drawings
 
 
-def assembly_svg(solids: tuple[Solid, ...], spec: SensorSpec, what: str = "assembly") -> str:
-    """The exploded assembly on the left, the section across the jaw (to scale, with the port's circle) on the right."""
+def assembly_svg(
+    solids: tuple[Solid, ...], spec: SensorSpec, what: str = "assembly", words: Sequence[str] = ()
+) -> str:
+    """The exploded assembly on the left, the section across the jaw (to scale, with the port's circle) on the right.
+
+    `words` are lines of text below the section.
+    """
     sheet = Sheet(f"{spec.name}: {what}, exploded and in section", unit="", decimals=1, ground=None)
     with sheet.group("exploded"):
         wide, tall = exploded(sheet, solids, 470.0, 470.0)
@@ -517,6 +522,10 @@ def assembly_svg(solids: tuple[Solid, ...], spec: SensorSpec, what: str = "assem
         if port is not None:
             sheet.draw(circle(place(0.0, axis), radius * scale), SECTION_PORT, name="section-port")
         section = _labels(sheet, cuts, spec, place, 260.0 + 34.0, (z1 - z0) * scale)
+        for line in words:
+            x0, top, x1, low = section
+            section = x0, top, max(x1, x0 + 7.2 * len(line)), low + ROW
+            sheet.text(x0, -section[3], line, LETTERS, colour=INK)
     boxes = ((0.0, 0.0, wide, tall), section)
     height = max(y1 - y0 for _, y0, _, y1 in boxes)
     sheet.size = (round(sum(x1 - x0 for x0, _, x1, _ in boxes) + GAP + 2 * MARGIN), round(height + 2 * MARGIN))

@@ -275,7 +275,8 @@ def _copper(sheet: Sheet, layout: Layout, view: View, limit: float, name: str) -
     for pad in layout.all_pads:
         if pad.centre.x + pad.size[0] / 2 <= limit + 1e-9:
             drawn, ident = view.path(pad_outline(pad)), f"{name}-pad-{pad.reference}-{pad.number}"
-            sheet.draw(drawn, THIN, CONTACT, name=ident, kind=f"net-{pad.net}")
+            edge = Pen(min(THIN.width, view.length(min(pad.size)) / 5.0))  # contacts side by side stay apart
+            sheet.draw(drawn, edge, CONTACT, name=ident, kind=f"net-{pad.net}")
     if limit >= bounding_box([layout.outline])[2] - 1e-9:
         _first_and_last(sheet, layout, view)
 

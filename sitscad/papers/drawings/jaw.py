@@ -19,6 +19,7 @@ from sitscad.drawing.frame import (
     mm,
     new_sheet,
     numbered,
+    outer_span,
     scale_for,
     scale_text,
     span,
@@ -30,6 +31,7 @@ from sitscad.drawing.svg import svg
 from sitscad.fabrication.notes import bent_text
 from sitscad.layout.board import Layout
 from sitscad.papers.drawings.fit import draw_names, draw_section, draw_side
+from sitscad.papers.gluing import piece_sizes
 from sitscad.scene.bodies import above_board
 from sitscad.scene.column import column
 from sitscad.scene.fit import closed_section, closing, measures
@@ -114,6 +116,13 @@ def _sides(sheet: Sheet, layout: Layout, jaw: Jaw, closes: Closing) -> None:
     if jaw.hinge:
         beside = f", pivot {mm(abs(jaw.pivot_offset))} beside the middle" if jaw.pivot_offset else ""
         span(sheet, (ends[1], y), (right, y), f"{mm(jaw.hinge)}{beside}")
+    # how far from the tip the pieces begin that are glued on the face
+    begins = {part: end - start for part, (end, _) in piece_sizes(layout).items()} | {"board": layout.body[0] - start}
+    for away in sorted(set(begins.values())):
+        y -= 5.5
+        words = f"{', '.join(part for part, each in begins.items() if each == away)} {mm(away)}"
+        if away > 0.0:
+            outer_span(sheet, (ends[0], y), (ends[0] + scale * 1e3 * away, y), words)
     if not turn:
         words = "The jaw's hinge or opening is not known (mount.jaw.hinge, mount.jaw.opening): not drawn open."
         fitting_paragraph(sheet, SIDES[0], OPEN, SIDES[1], 60.0, [words], TEXT)
