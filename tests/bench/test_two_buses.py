@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 import time
@@ -14,6 +15,7 @@ from sitscad.bench.board import Board
 from sitscad.bench.converter import SimulatedConverter
 from sitscad.bench.diagnosis import scans
 from sitscad.bench.source import source_of
+from sitscad.papers import firmware_driver
 from tests.bench.conftest import STRICT, TEMPLATES, Bench, compiled
 from tests.bench.test_driver import BUS, GOOD, LOST, _of_coils, _tested
 from tests.bench.test_examples import run_of_the_sketch
@@ -34,6 +36,16 @@ def test_the_driver_reads_all_and_tells_which_converter_is_lost(grid):
     assert str(LOST) in [row[0] for row in grid.run("begin", "settle 4", "reset 2", *["poll"] * 8)]
     _, wrong = grid.run("begin", "coil 8 0 0", "settle 4")
     assert [status == GOOD for status in _of_coils(wrong)[2]] == [True] * 8 + [False]
+
+
+def test_the_readme_names_the_same_buses_in_every_step(grid):
+    design = grid.design
+    files = firmware_driver.render_readme(design.layout, design.estimates, design.bench_estimates)
+    text = files["firmware/readme.txt"].decode()
+    assert set(re.findall("/dev/i2c-([0-9]+)", text)) == set(re.findall("i2cdetect -y ([0-9]+)", text)) == {"1", "3"}
+    shown = dict(re.findall("i2cdetect -y ([0-9]+)` shows ([0-9a-f]+(?: and [0-9a-f]+)?)", " ".join(text.split())))
+    assert shown == {"1": "2a and 2b", "3": "2a"}
+    assert "calibration.h" not in text[text.index("FILES"):]  # cells have maps of their own
 
 
 def test_a_driver_of_two_buses_takes_no_single_one(grid):

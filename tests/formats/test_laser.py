@@ -25,7 +25,9 @@ from sitscad.geometry.path import Line, Point, bounding_box, closed_polygon, rou
 from sitscad.layout import lay_out
 from sitscad.layout.laser_sheet import COUPON_HOLE, COUPON_SIZE, LOOKS, MARGIN, Contour, CutLayer, laser_sheets
 from sitscad.papers import laser_notes
+from sitscad.papers.preparing import is_laser_cut
 from sitscad.scene.stack import sheets, shield
+from sitscad.spec import templates
 from sitscad.spec.load import load_text
 from sitscad.spec.materials import Conductor, ElastomerMaterial, ElastomerPad, Shield, Target
 
@@ -502,6 +504,28 @@ def test_copies_whose_cuts_meet_are_refused(gap, boards, is_found):
     """An edge of two copies would be cut twice."""
     said = [each for each in check(copies(gap, boards), hints="none").findings if each.rule == "SIT317"]
     assert [(each.key, each.measured, each.limit) for each in said] == [("cutting.gap", gap * MM, 0.15 * MM)] * is_found
+
+
+@pytest.mark.parametrize("kerf", [0.0, 0.1])
+def test_the_readme_says_of_each_sheet_what_is_drawn_for_its_kerf(kerf):
+    """It said of every sheet that half a kerf is added, and targets are drawn at nominal size."""
+    layout = layout_with(target_kerf=kerf * MM)
+    said = " ".join(laser_notes.render(layout)["laser/readme.txt"].decode().split())
+    for sheet in laser_sheets(layout):
+        grown = sheet.kerf > 0.0
+        assert (f"The {sheet.part} is drawn at nominal size" in said) != grown
+        assert (f"The {sheet.part} is drawn for a kerf of {1e3 * sheet.kerf:g} mm" in said) == grown
+        assert f"write {sheet.part}.kerf = " in said
+        assert any("kerf =" in text for _, text in sheet.notes)
+
+
+@pytest.mark.parametrize(("thickness", "is_cut"), [("0.2 mm", True), ("0.3 mm", False)])
+def test_a_target_too_thick_for_every_known_laser_is_not_said_to_be_cut_by_one(thickness, is_cut):
+    spec = load_text(templates.read("bench_7mm"), "t.yaml").replace("target.thickness", thickness)
+    layout = lay_out(spec)
+    said = laser_notes.render(layout)["laser/readme.txt"].decode()
+    assert is_laser_cut(spec.target.material.name, spec.target.thickness) == is_cut
+    assert ("none that we know cuts 0.3 mm" in said) != is_cut
 
 
 def test_the_readme_counts_what_stays_between_copies():

@@ -160,7 +160,9 @@ def test_the_bandwidth_is_that_of_scans_where_target_and_pad_swing_faster(bench,
     assert full.resonance["normal"] > full.resonance["shear_x"] > full.bandwidth
     assert full.bandwidth == approx(0.5 * spec.readout.scan_rate, rel=1e-3)
     assert full.bandwidth_by == "half the scan rate"
-    assert "resonance of target and pad" in files["datasheet.html"].decode()
+    page = files["datasheet.html"].decode()
+    assert "resonance of target and pad at rest" in page
+    assert f"{show(bench.performance[0].resonance['normal'], 'Hz', 2)} normal" in page  # not that of full load
 
 
 def test_the_page_is_whole_by_itself(files):
