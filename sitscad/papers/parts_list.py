@@ -76,8 +76,8 @@ def items(layout: Layout, estimates: Estimates) -> tuple[Item, ...]:
     )
 
 
-SHARED = ("adhesive", "board adhesive", "primer", "jig", "jig weight", "jig bar", "board weight", "jelly", "mould",
-          "skin mould", "sealer", "mould release", "cleaner", "film", "dispenser", "converter board",
+SHARED = ("adhesive", "board adhesive", "primer", "jig", "jig weight", "jig bar", "board weight", "jelly",
+          "jelly solvent", "mould", "skin mould", "sealer", "mould release", "cleaner", "film", "dispenser",
           "controller", "spare connector")
 """What one of serves for many sensors."""
 
@@ -238,6 +238,7 @@ def _carriers(layout: Layout) -> Iterator[Item]:
         yield from _weights(spec, parts)
         if len(parts) == 2:
             yield Item("jelly", 1, "petroleum jelly", "", "", "holds the target on its press while it is lowered")
+            yield Item("jelly solvent", 1, "naphtha or heptane", "", "", "takes the jelly off the target (unverified)")
     poured, cast = pour(spec), skin_pour(layout)
     if poured is not None:
         yield Item("mould", 1, "mould-tray, mould-lid", "printed", "", "print from mount/; where the pad is cast")

@@ -36,6 +36,7 @@ TOOLS = (
     ("vacuum|take the air out", "vacuum chamber"), ("1 kg[);]|with 1 kg", "weight of 1 kg"),
     ("blunt plastic tip", "blunt plastic tip"), ("cure it fully under uv", "UV lamp and oven"),
     ("acrylic lacquer", "clear acrylic lacquer"), ("petroleum jelly", "petroleum jelly"),
+    ("naphtha", "naphtha or heptane"), ("microlitres", "dispenser for microlitres"),
     ("m8 washers", "M8 washers"), ("round bar of steel", "round steel bars with a hole"),
     ("flat-ended rod", "flat-ended rod"), ("lay a rod", "rod to bend over"), ("a blade|thin blade", "thin blade"),
     (r"with a file|file their nubs", "file"), ("polyimide tape", "polyimide tape"), ("brushed on", "brush"),
