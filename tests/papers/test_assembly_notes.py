@@ -472,7 +472,7 @@ def test_two_hands_are_enough_for_a_mount_of_the_user_s_own():
     """One hand held a bar on the press, the other pressed the rim, and nothing held the board, in five seconds."""
     own = sitscad.load_text(templates.read("fingertip_foil"), "t.yaml").replace({"mount": {"kind": "custom"}})
     said = in_one_line(sitscad.lay_out(own))
-    assert in_order(said, "(1) Fix", "(2) Load", "(3) Spread", "(4) Lay the board on", "one hand puts the frame", "the")
+    assert in_order(said, "(1) Fix", "(2) Load", "(3) Spread", "(4) Lay the board on", "one hand puts", "the other low")
     assert in_one_line(GRASPER).count("both hands are free") == 1
 
 

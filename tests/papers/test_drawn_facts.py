@@ -293,7 +293,7 @@ def test_a_short_tail_of_a_wide_body_has_its_labels_apart(name):
     layout = lay_out(load_text(templates.read(name)))
     sheet = board_drawing.drawing(layout, "x")
     labels = [item for item in sheet.items if isinstance(item, Label) and item.angle == 0.0
-              and re.match("tail |stiffener|bend|R min", item.text)]
+              and re.match("tail |stiffener|bend |R min", item.text)]
     assert len(labels) == 3
     (outline,) = (item.paths[0] for item in sheet.items if isinstance(item, Shape) and item.name == "drawing-outline")
     boxes = []

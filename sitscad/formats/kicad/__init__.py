@@ -7,7 +7,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from sitscad.formats.kicad.board import board
+from sitscad.formats.kicad.board import board as board_text
 from sitscad.formats.kicad.coil import coil_footprints
 from sitscad.formats.kicad.library import library_footprints, library_table, symbol_library
 from sitscad.formats.kicad.sexpr import length
@@ -24,7 +24,7 @@ def render(layout: Layout) -> dict[str, bytes]:
     """
     name = layout.spec.name
     files = {
-        f"kicad/{name}.kicad_pro": project(layout), f"kicad/{name}.kicad_pcb": board(layout),
+        f"kicad/{name}.kicad_pro": project(layout), f"kicad/{name}.kicad_pcb": board_text(layout),
         f"kicad/{name}.kicad_dru": custom_rules(layout.spec.fpc.rules),
     }
     library = library_footprints(layout) | coil_footprints(layout)

@@ -12,6 +12,7 @@ from dataclasses import replace
 from sitscad.check_values import Closing
 from sitscad.drawing.frame import (
     HIDDEN,
+    SUBSTITUTE,
     TEXT,
     THIN,
     View,
@@ -26,7 +27,7 @@ from sitscad.drawing.frame import (
     table,
 )
 from sitscad.drawing.pdf import pdf
-from sitscad.drawing.sheet import Sheet
+from sitscad.drawing.sheet import Sheet, text_width
 from sitscad.drawing.svg import svg
 from sitscad.fabrication.notes import bent_text
 from sitscad.layout.board import Layout
@@ -121,8 +122,10 @@ def _sides(sheet: Sheet, layout: Layout, jaw: Jaw, closes: Closing) -> None:
     for away in sorted(set(begins.values())):
         y -= 5.5
         words = f"{', '.join(part for part, each in begins.items() if each == away)} {mm(away)}"
+        end = ends[0] + scale * 1e3 * away
         if away > 0.0:
-            outer_span(sheet, (ends[0], y), (ends[0] + scale * 1e3 * away, y), words)
+            is_before = end + 6.0 + SUBSTITUTE * text_width(words, TEXT) > right
+            outer_span(sheet, (ends[0], y), (end, y), words, is_before=is_before)
     if not turn:
         words = "The jaw's hinge or opening is not known (mount.jaw.hinge, mount.jaw.opening): not drawn open."
         fitting_paragraph(sheet, SIDES[0], OPEN, SIDES[1], 60.0, [words], TEXT)
