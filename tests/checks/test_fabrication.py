@@ -407,7 +407,8 @@ def test_a_board_that_no_bridge_holds_names_no_width(judge):
 
 def test_insertion_thickness(judge, verdicts, good, design):
     spec, layout = good
-    board = spec.fpc.stackup.thickness - spec.fpc.stackup.layers[0].thickness  # the contacts are bare
+    lower = (spec.fpc.stackup.layers[0], *(each for each in spec.fpc.stackup.layers[2:] if each.kind == "copper"))
+    board = spec.fpc.stackup.thickness - sum(each.thickness for each in lower)  # bare contacts, no other copper there
     assert judge("SIT117", spec, layout) == []
     outline = Region(rectangle(0, 0, 5e-3, 5e-3))
 
