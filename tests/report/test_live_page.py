@@ -94,7 +94,7 @@ def test_lines_become_forces_and_what_is_damaged_is_counted(tmp_path):
         assert float(_out(page, "frequency_Hz.C2")) == approx(frequency[1, 1], rel=1e-6)
         document = found.document()
         twice = document | {"is_calibrated": True, "map": document["map"] | {
-            "numerator": [[2.0 * value for value in row] for row in document["map"]["numerator"]]}}
+            "coefficients": [[2.0 * value for value in row] for row in document["map"]["coefficients"]]}}
         lacking = twice | {"map": {key: value for key, value in twice["map"].items() if key != "error"}}
         _opened(page, tmp_path, json.dumps(twice), "calibration that was opened", "map")
         for text, said in (
