@@ -122,7 +122,8 @@ swept_at = [0.0]
 def resident() -> float:
     """Memory (bytes) of this process; 0 where the system does not tell it."""
     try:
-        return 4096.0 * int(Path("/proc/self/statm").read_text().split()[1])
+        with open("/proc/self/statm", encoding="ascii") as stream:
+            return 4096.0 * int(stream.read().split()[1])
     except OSError:
         return 0.0
 

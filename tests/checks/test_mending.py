@@ -312,7 +312,7 @@ def test_rules_that_warn_already_are_said_to_warn_of_more():
     assert warn(("SIT103", "SIT130", "SIT205"), {"SIT103", "SIT130"}) == (
         "SIT205 then warns and SIT103, SIT130 then warn of more")
     assert warn(("SIT103",), {"SIT103"}) == "SIT103 then warns of more"
-    assert warn(("SIT103", "SIT130")) == "SIT103, SIT130 then warn" and warn(()) == ""
+    assert warn(("SIT103", "SIT130"), ()) == "SIT103, SIT130 then warn" and warn((), ()) == ""
 
 
 def test_errors_are_mended_before_warnings_of_lower_rules():

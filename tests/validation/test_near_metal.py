@@ -249,7 +249,6 @@ def test_one_subspace_serves_metal_about_there(gap, metal):
     assert len(crowding.known) <= 2
     around = Reflector(gap, (metal,))
     shared = crowding.changes(frequencies, around, None)
-    own = tuple(near_metal._reduced(cut, near_metal._Waves(*middle), True, crowding.steps) for cut in crowding.cuts
-                for middle in [[w[0] for w in crowding._waves(np.array([3e6]), around, None)]])
-    waves = [np.concatenate([w.real, w.imag]) for w in crowding._waves(frequencies, around, None)]
-    assert shared == approx(sum(part.changes(frequencies, waves) for part in own), rel=5e-4)
+    middle = near_metal._Waves(*(part[0] for part in crowding._waves(np.array([3e6]), around, None)))
+    own = near_metal._reduced(crowding.cuts, middle, True, crowding.steps)
+    assert shared == approx(own.changes(frequencies, crowding._waves(frequencies, around, None)), rel=5e-4)
