@@ -415,6 +415,9 @@ and a thin one leads the field farther than it is wide (discs of finite elements
 LOSS = 0.015
 """Error of the loss in a target, of itself (endless plates: 1.2 %, discs of finite elements: 0.1 %)."""
 
+TALL = 0.007
+"""What a target adds to the error of its loss when it is thicker than wide (a brass rod of 2 x 3 mm was 2.0 % off)."""
+
 LEAST_LOSSY = 5.0
 """Times its loss that a magnetic target's complex change counts as, at most: what hardly loses has no large error."""
 
@@ -456,7 +459,9 @@ def stated_losses(spec: SensorSpec, lost: Array, size: Array, scale: float, lowe
     omega = 2.0 * math.pi * frequency
     near = _more_errors(spec, lowest)[:, None]
     poles = poles_error(spec.target) * np.minimum(omega * size, LEAST_LOSSY * lost)
-    return np.asarray((LOSS + mirror + near) * lost + mapping * np.maximum(lost, 0.01 * omega * scale) + poles)
+    assert spec.target is not None
+    tall = TALL * float(np.clip(spec.target.thickness / min(spec.target.size) - 0.5, 0.0, 1.0))
+    return np.asarray((LOSS + tall + mirror + near) * lost + mapping * np.maximum(lost, 0.01 * omega * scale) + poles)
 
 
 def poles_error(target: Target | None) -> float:
