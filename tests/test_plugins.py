@@ -259,7 +259,7 @@ def test_the_users_own_interruption_is_no_fault_of_a_plugin(plugin, spec, typed)
 
 @pytest.mark.parametrize("where", ["import", "apply"])
 def test_what_takes_long_is_told_by_name(plugin, spec, monkeypatch, caplog, where):
-    monkeypatch.setattr("sitscad.plugins.force.SLOW", 0.05)
+    monkeypatch.setattr("sitscad.plugins.guard.SLOW", 0.05)
     file = plugin(RULE, body="import time; time.sleep(0.4)" if where == "apply" else "return ()")
     if where == "import":
         file.write_text("import time; time.sleep(0.4)\n" + file.read_text())

@@ -14,7 +14,7 @@ from pathlib import Path
 from types import ModuleType
 
 from sitscad.arguments import checked_arguments
-from sitscad.plugins.force import Plugin, PluginError, at_work
+from sitscad.plugins.guard import Plugin, PluginError, at_work
 
 __all__ = ["GROUP", "Plugin", "PluginError", "use_installed_plugins", "use_plugin"]
 
