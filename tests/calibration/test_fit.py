@@ -59,6 +59,7 @@ def _off(found, truth):
     return np.sqrt(np.mean((found(read[1:], read[0]) - wanted) ** 2, axis=0)) / found.full_scale
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_eight_points_do_what_a_drawn_map_cannot(foretold, calibrated, truth):
     before, after = _off(foretold.map, truth), _off(calibrated.map, truth)
@@ -332,6 +333,7 @@ def test_steps_that_an_edge_makes_small_are_not_settled():
     assert found.values[0] < 1.0 and not found.settled
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_a_map_reaches_the_edge_of_its_range():
     """It ended before the required load, where it read 2 % too little and said that this lies beyond it."""

@@ -107,6 +107,7 @@ def test_a_pad_that_shears_otherwise_than_its_law_is_fitted(sensors, foretold, h
     assert np.all(found.map.error < 0.02 * found.map.full_scale)
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_shear_loads_of_half_the_size_are_refused(design, table):
     """It was taken with a note, what compression softens having taken up some of it: a quarter of full scale off."""

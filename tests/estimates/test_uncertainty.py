@@ -156,6 +156,7 @@ def _circuit_slopes(spec, frequency):
     return found
 
 
+@pytest.mark.more
 @pytest.mark.slow
 def test_the_spread_is_that_of_a_sample():
     """Designs drawn from the tolerances, each estimated whole, scatter as the derivatives say."""
