@@ -24,6 +24,7 @@ from sitscad.layout.bending import (
 )
 from sitscad.layout.board import Layout
 from sitscad.layout.copper import pair_in_words, smallest_gaps
+from sitscad.layout.lamination import is_bonded, tail_holes
 from sitscad.scene.tail_path import bends, bends_at_every_grasp, own_bend, pivot_line
 from sitscad.spec.circuit import CopperLayer, FpcSpec, LayerKind, Plating, StackLayer, Stackup, Tail
 from sitscad.spec.design_rules import DesignRules
@@ -79,11 +80,6 @@ def copper_text(stackup: Stackup, layer: StackLayer | CopperLayer) -> str:
     return f"{foil} and {show(layer.plated, 'm')} plating" if layer.plated else f"{foil}, not plated"
 
 
-def tail_holes(layout: Layout) -> int:
-    """How many holes go through fewer layers than the others: those in a tail that has fewer."""
-    return sum(layout.lowest_layer(via) < layout.copper_layers for via in layout.vias)
-
-
 def holes_text(layout: Layout) -> str:
     """Through which layers the plated holes go; the copper of the body and of a thinner tail differ."""
     count, through = len(layout.vias), tail_copper(layout)
@@ -115,70 +111,6 @@ def _beside_lap(layout: Layout) -> str:
         return ""
     gap = show(lap_start(layout) - max(through), "m", 3)
     return f" Its edge is laid {gap} or more from the walls of holes."
-
-
-def cores(stackup: Stackup) -> list[list[int]]:
-    """The copper layers (numbers from 1) of each laminate that a stack-up is bonded from, the uppermost first."""
-    found = [[1]]
-    for upper, lower in pairwise(layer.number for layer in stackup.copper):
-        if _is_bonded(stackup.between(upper, lower)):
-            found.append([lower])
-        else:
-            found[-1].append(lower)
-    return found
-
-
-def _is_bonded(films: tuple[StackLayer, ...]) -> bool:
-    """Whether the films between two copper layers are laid when cores are bonded: not the one film of a core."""
-    return len(films) != 1 or films[0].material == "bondply"
-
-
-def build_text(layout: Layout) -> str:
-    """The order of steps of a flexible board of several cores, or whose tail has fewer layers than the body; empty for
-    others.
-    """
-    last, count, stackup = tail_copper(layout), layout.copper_layers, layout.spec.fpc.stackup
-    if is_rigid(stackup) or (last == count and len(cores(stackup)) == 1):
-        return ""
-
-    def thickened(layer: int) -> str:
-        plated = show(stackup.plating_thickness, "m")
-        in_pads = stackup.plating is Plating.BUTTONS
-        return f"{plated} in holes and pads alone" if in_pads else f"copper 1 and {layer} get {plated}"
-
-    def bonds(first: int, end: int) -> str:
-        pairs = pairwise(range(first, end + 1))
-        return ", ".join(f"copper {a} to {b}" for a, b in pairs if b == last + 1 or _is_bonded(stackup.between(a, b)))
-
-    def made(first: int, end: int) -> str:
-        """Copper layers bonded with each other, those between the first and the last etched before."""
-        numbers = f"copper {first} to {end}" if end > first else f"copper {first}"
-        inner = bonds(first, end)
-        if not inner:
-            return f"{numbers} on a core of its own"
-        etched = ", ".join(map(str, range(first + 1, end)))
-        return f"{numbers} on their cores, copper {etched} etched on them, bonded in one lamination ({inner})"
-
-    closing = (
-        f"holes drilled and plated through all layers ({thickened(count)}), the outer copper etched, the outer "
-        "coverlay laid"
-    )
-    if last == count:
-        return f"one lamination. {made(1, count)[0].upper()}{made(1, count)[1:]}; then {closing}"
-    first = [made(1, last)]
-    if tail_holes(layout):
-        first.append(f"the tail's holes drilled there and plated ({thickened(last)})")
-    first.append(f"copper {last} etched" if last > 1 else "nothing of it etched yet")
-    first += ["the tail's own coverlay laid"] * has_tail_coverlay(layout)
-    lower, etched = f"copper {last + 1}", ""
-    if last + 1 < count:
-        numbers = ", ".join(map(str, range(last + 1, count)))
-        lower, etched = f"copper {last + 1} to {count}", f" with copper {numbers} etched on its cores"
-    many = "three" if bonds(1, last) else "two"
-    return (
-        f"{many} laminations. First {', '.join(first)}; then {lower}{etched}, cut out where the tail is, bonded under "
-        f"it in one lamination ({bonds(last, count)}); then the body's {closing}"
-    )
 
 
 def bend_text(layout: Layout) -> str:
@@ -326,7 +258,7 @@ def bond_texts(stackup: Stackup) -> dict[str, str]:
     places: dict[str, list[str]] = {}
     for upper, lower in pairwise(layer.number for layer in stackup.copper):
         films = stackup.between(upper, lower)
-        if not _is_bonded(films):
+        if not is_bonded(films):
             continue
         whole = show(sum(film.thickness for film in films), "m")
         parts = ", ".join(f"{show(film.thickness, 'm')} {layer_text(film)}" for film in films)

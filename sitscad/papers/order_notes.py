@@ -27,6 +27,7 @@ from sitscad.fabrication.files import (
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.bending import Where, finished_thickness, tail_copper, tail_layers
 from sitscad.layout.board import Layout
+from sitscad.layout.lamination import lamination_text
 from sitscad.layout.panel import Panel, is_too_small
 from sitscad.layout.tail_frame import chip_opening
 from sitscad.layout.tail_tracks import contact_rows
@@ -106,7 +107,7 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     )
     if tail_copper(layout) < len(copper):
         yield "Tail", _thin_tail(layout)
-    if build := notes.build_text(layout):
+    if build := lamination_text(layout):
         yield "Build", build
     yield "Smallest track", show(min(trace.width for trace in layout.traces), "m") if layout.traces else "none"
     coil = layout.spec.coil

@@ -11,7 +11,7 @@ from sitscad.estimates.performance.values import largest_lasting
 from sitscad.estimates.quantities import TANK, field_and_unit, figure_text, sensor_rows
 from sitscad.report.findings import CheckedSpec, OutputOptions, finding_json, printable, styled, to_json
 from sitscad.report.findings import as_text as as_findings
-from sitscad.report.measures import (
+from sitscad.report.findings.measures import (
     OTHERS_HEAD,
     OTHERS_MEANING,
     OTHERS_TITLE,

@@ -13,8 +13,8 @@ from sitscad.drawing.web_page import figure, page, part, soft
 from sitscad.finding import Finding, Severity
 from sitscad.geometry.path import Point, polyline, rectangle
 from sitscad.record import record
-from sitscad.report import measures, numbers
-from sitscad.report.findings import CheckedSpec, by_weight, excerpt, numbered_places
+from sitscad.report import numbers
+from sitscad.report.findings import CheckedSpec, by_weight, excerpt, measures, numbered_places
 from sitscad.report.moving import embedded, scripts
 from sitscad.report.numbers import Document
 from sitscad.report.numbers import html_table as _table

@@ -10,7 +10,7 @@ from typing import Any
 
 from sitscad.record import record
 from sitscad.report.findings import to_json
-from sitscad.report.measures import Table
+from sitscad.report.findings.measures import Table
 from sitscad.report.numbers import table_text
 from sitscad.study.answer import beaten_by_base, changed, unjudged
 from sitscad.study.evaluating import NO_SCREEN

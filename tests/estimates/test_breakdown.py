@@ -13,7 +13,7 @@ from sitscad.estimates.values import PARTS
 from sitscad.layout import lay_out
 from sitscad.layout.board import Role, Trace
 from sitscad.report import numbers
-from sitscad.report.measures import quantity
+from sitscad.report.findings.measures import quantity
 from sitscad.spec.load import load, load_text
 
 RACETRACK = """

@@ -32,7 +32,7 @@ from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.loss.proximity import winding_loss
 from sitscad.physics.loss.resistance import COPPER_CONDUCTIVITY
 from sitscad.report import numbers
-from sitscad.report.measures import headline, other_rows, plus_minus, signal_rows
+from sitscad.report.findings.measures import headline, other_rows, plus_minus, signal_rows
 from sitscad.scene.column import usual_tolerances
 from sitscad.spec.circuit import LayerKind
 from sitscad.spec.load import load, load_text

@@ -6,8 +6,9 @@ import pytest
 from tolerance import approx
 
 import sitscad
-from sitscad.fabrication.notes import build_text, step_text
+from sitscad.fabrication.notes import step_text
 from sitscad.layout.bending import lap_start
+from sitscad.layout.lamination import lamination_text
 from sitscad.layout.tail_frame import chip_opening
 from sitscad.papers import order_notes
 from sitscad.spec import presets, templates
@@ -31,7 +32,7 @@ def laid(*changes):
     ("flex-8l", 2, {3, 4, 5, 6, 7}, {"2 to 3", "4 to 5", "6 to 7"}, "two"), ("flex-4l", 4, {2, 3}, {"2 to 3"}, "one"),
 ])
 def test_build_of_several_cores_names_every_inner_etching_and_every_bond(stackup, tail, etched, bonds, laminations):
-    text = build_text(laid(("flex-4l  ", f"{stackup}  "), ("layers: 2   ", f"layers: {tail}   ")))
+    text = lamination_text(laid(("flex-4l  ", f"{stackup}  "), ("layers: 2   ", f"layers: {tail}   ")))
     assert text.startswith(laminations)
     found = re.findall(r"copper ([\d, ]+) etched on", text)
     assert {int(number) for group in found for number in re.findall(r"\d+", group)} == etched

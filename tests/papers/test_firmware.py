@@ -18,7 +18,7 @@ from sitscad.estimates import estimate
 from sitscad.estimates.circuit.bands import Band, CoilBands
 from sitscad.layout import lay_out
 from sitscad.papers import firmware, firmware_driver
-from sitscad.report.measures import other_rows
+from sitscad.report.findings.measures import other_rows
 from sitscad.scene.state import State
 from sitscad.spec import presets
 from sitscad.spec.load import load_text

@@ -10,7 +10,7 @@ from tolerance import approx
 
 from sitscad.check_values import Measure, Share
 from sitscad.report.findings import CheckedSpec, OutputOptions, as_json, as_text
-from sitscad.report.measures import fit_table, fit_words, part_table
+from sitscad.report.findings.measures import fit_table, fit_words, part_table
 from sitscad.scene.fit import fit
 
 MEASURED = fit(handmade.jaw_sensor())

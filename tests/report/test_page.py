@@ -18,7 +18,15 @@ from sitscad.finding import Finding, NotChecked, Place, Severity
 from sitscad.layout.tail_tracks import contact_rows, contacts
 from sitscad.report import numbers
 from sitscad.report.findings import CheckedSpec, checked_spec, numbered_places
-from sitscad.report.measures import NO_SIGNAL, OTHERS_MEANING, OTHERS_TITLE, headline, other_rows, quantity, signal_rows
+from sitscad.report.findings.measures import (
+    NO_SIGNAL,
+    OTHERS_MEANING,
+    OTHERS_TITLE,
+    headline,
+    other_rows,
+    quantity,
+    signal_rows,
+)
 from sitscad.report.page import findings_part, render
 from sitscad.spec import templates
 from sitscad.spec.presets import unverified_figures

@@ -16,7 +16,6 @@ from sitscad.checks.board.fabrication import house
 from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, rule_of
 from sitscad.data import is_unverified
 from sitscad.design import Design
-from sitscad.fabrication.notes import build_text
 from sitscad.finding import Edit, Place, Severity
 from sitscad.fixes.moves import each_read, larger_body, thinner_tails
 from sitscad.fixes.search import Family, Fix, Growing, setting
@@ -35,6 +34,7 @@ from sitscad.layout.bending import (
     unfit_for_bending,
 )
 from sitscad.layout.board import Pad
+from sitscad.layout.lamination import lamination_text
 from sitscad.layout.lanes import Ring
 from sitscad.layout.tail_frame import contact_row
 from sitscad.record import record
@@ -276,7 +276,7 @@ def special_build(design: Design) -> Iterator[Verdict]:
         "a house makes the plain build without being asked (leave fpc.tail.layers out: one lamination, through holes "
         f"only, finished copper {_copper(stackup)}); its tail is {show(tail_thickness(plain.fpc), 'm')} thick instead "
         f"of {show(tail_thickness(spec.fpc), 'm')}{bent}. For this one, have the steps confirmed with the quotation",
-        "fpc.tail.layers", float(last), float(count), detail=build_text(layout),
+        "fpc.tail.layers", float(last), float(count), detail=lamination_text(layout),
     )
 
 

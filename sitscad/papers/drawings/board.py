@@ -64,7 +64,6 @@ from sitscad.fabrication.notes import (
     outline_text,
     step_text,
     stiffener_text,
-    tail_holes,
     thickness_texts,
     turn_text,
 )
@@ -73,6 +72,7 @@ from sitscad.geometry.convex import Box
 from sitscad.geometry.path import Point, bounding_box, circle, rectangle
 from sitscad.layout.bending import Bend, bend_stretch
 from sitscad.layout.board import Coil, Layout, Via
+from sitscad.layout.lamination import tail_holes
 from sitscad.layout.tail_tracks import contact_rows
 from sitscad.scene.tail_path import bends
 from sitscad.spec.circuit import Tail

@@ -14,6 +14,7 @@ from sitscad.fabrication.files import board_images, fabrication_path, on_drawing
 from sitscad.geometry.path import rectangle
 from sitscad.layout.bending import contact_copper, contact_layers, has_tail_coverlay, tail_copper, tail_layers
 from sitscad.layout.board import Layout
+from sitscad.layout.lamination import lamination_text
 from sitscad.spec.circuit import MASK, LayerKind
 from sitscad.units import show
 
@@ -135,7 +136,7 @@ def _notes(layout: Layout) -> Iterator[str]:
     glued = "; coverlay with its adhesive" if is_film else ""
     yield f"Thicknesses are finished ones{glued}. Laminates: {notes.laminate_text(stackup)}."
     yield from (f"Bond, {where}: {text}." for where, text in notes.bond_texts(stackup).items())
-    if build := notes.build_text(layout):
+    if build := lamination_text(layout):
         yield f"Build: {build}."
     yield notes.finish_text(layout)
     if layout.bend_zone is not None:

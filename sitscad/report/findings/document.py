@@ -164,7 +164,7 @@ def as_json(checked: Sequence[CheckedSpec]) -> str:
 
 def json_document(checked: Sequence[CheckedSpec]) -> dict[str, Any]:
     """The findings as plain values for JSON."""
-    from sitscad.report.measures import MEASURE, SHARE, closing_json
+    from sitscad.report.findings.measures import MEASURE, SHARE, closing_json
 
     return {
         "sitscad": __version__,
@@ -288,7 +288,7 @@ def _finding(entry: dict[str, Any]) -> Finding:
 
 
 def _measure(entry: dict[str, Any]) -> Measure:
-    from sitscad.report.measures import MEASURE, SHARE
+    from sitscad.report.findings.measures import MEASURE, SHARE
 
     parts = tuple(Share(**{field: each[key] for key, field in SHARE.items()}) for each in entry["parts"])
     return Measure(**{field: entry[key] for key, field in MEASURE.items() if field != "margin"}, parts=parts)

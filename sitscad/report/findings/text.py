@@ -251,11 +251,11 @@ def _figures_text(spec: CheckedSpec, output: OutputOptions) -> list[str]:
         rows += [("board", [f"body {body} mm, {over_all} mm over all"])]
         rows += [("mount", [f"{mount} mm outside"])] if mount else []
     if spec.signals or spec.reached:
-        from sitscad.report.measures import felt_words, headline
+        from sitscad.report.findings.measures import felt_words, headline
 
         rows += [("signal", headline(spec.signals)), ("felt", [felt_words(each) for each in spec.reached])]
     if spec.fit:
-        from sitscad.report.measures import closing_words, fit_words
+        from sitscad.report.findings.measures import closing_words, fit_words
 
         rows += [("fit", fit_words(spec.fit, output.verbose))]
         rows += [("closing", [closing_words(spec.closing)])] if spec.closing is not None else []
