@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Any
 
 FOLDER = Path(__file__).parent
+PACKAGE = FOLDER.parent
+"""The folder of the tables, and that of all of sitscad."""
 
 Row = dict[str, str]
 

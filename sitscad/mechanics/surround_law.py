@@ -15,17 +15,15 @@ Lengths in thicknesses, stresses in shear moduli; what webs add is in parts of t
 
 from __future__ import annotations
 
-import csv
 import math
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 
 from sitscad.arrays import Array
+from sitscad.data import rows
 from sitscad.record import record, replace
 
-DATA = Path(__file__).parents[1] / "data" / "pad_films.csv"
 COURSES = ("press", "shear", "tilt")
 MODULI, SKINS, SHAPES = (1.0, 40.0), (0.03, 0.4), (0.35, 1.6)
 """Ratios of moduli, thicknesses of the film and shape factors between which the fit was made; held beyond."""
@@ -164,10 +162,9 @@ def table() -> dict[str, dict[str, tuple[float, ...]]]:
     strain.
     """
     found: dict[str, dict[str, tuple[float, ...]]] = {name: {} for name in COURSES}
-    with DATA.open(encoding="utf-8", newline="") as lines:
-        for row in csv.DictReader(lines):
-            values = tuple(float(row[name]) for name in ("rest", "quick", "first", "second", "third"))
-            found[row["course"]][row["term"]] = values
+    for row in rows("pad_films"):
+        values = tuple(float(row[name]) for name in ("rest", "quick", "first", "second", "third"))
+        found[row["course"]][row["term"]] = values
     return found
 
 

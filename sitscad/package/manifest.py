@@ -22,6 +22,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, TypeVar
 
+from sitscad.data import PACKAGE
 from sitscad.package.folder import PackageError, list_files, require_inside
 from sitscad.record import record
 from sitscad.report.findings import CheckedSpec
@@ -250,7 +251,7 @@ def _plain(value: object) -> object:
 @cache
 def code() -> str:
     """Hash of sitscad's own modules and data, so that a changed installation never reuses what an older one made."""
-    root = Path(__file__).parents[1]
+    root = PACKAGE
     digest = hashlib.sha256()
     for path in sorted(p for p in root.rglob("*") if p.suffix in {".py", ".csv", ".yaml", ".json"} and p.is_file()):
         name = path.relative_to(root).as_posix()

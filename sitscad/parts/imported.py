@@ -16,6 +16,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from sitscad.data import PACKAGE
 from sitscad.geometry.path import Point
 from sitscad.parts.solid import MM, PartsError, require
 from sitscad.scene.state import Vector
@@ -87,7 +88,7 @@ def _converted(content: bytes, name: str) -> tuple[bytes, float]:
         try:
             # in its own folder: a module of the user's, like json.py, would be imported from the working directory
             given = os.environ.get("PYTHONPATH")
-            paths = os.pathsep.join([str(Path(__file__).parents[2]), *([given] if given else [])])
+            paths = os.pathsep.join([str(PACKAGE.parent), *([given] if given else [])])
             ran = subprocess.run(reader, capture_output=True, timeout=SECONDS, check=False, cwd=folder,
                                  env=os.environ | {"PYTHONPATH": paths})
         except subprocess.TimeoutExpired:

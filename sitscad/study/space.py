@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from sitscad.checks import all_rules
+from sitscad.data import PACKAGE
 from sitscad.opening import opened, policy_for
 from sitscad.record import record
 from sitscad.spec.format.reading import SpecError, finding_from_text
@@ -156,7 +157,7 @@ UNFIT = ("SIT002", "SIT004", "SIT005", "SIT006", "SIT007")
 @cache
 def code_version() -> str:
     """The version of this program, with a hash of its modules and tables: an evaluation is kept for these alone."""
-    root, found = Path(__file__).parents[1], hashlib.sha256()
+    root, found = PACKAGE, hashlib.sha256()
     for path in sorted(_code(root)):
         found.update(path.relative_to(root).as_posix().encode())
         found.update(path.read_bytes())

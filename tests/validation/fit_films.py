@@ -14,9 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sitscad.data import FOLDER
 from sitscad.mechanics import pad_law, surround_law
 from sitscad.mechanics.pad_law import Block
-from sitscad.mechanics.surround_law import COURSES, DATA, MOST, QUICK, terms, units
+from sitscad.mechanics.surround_law import COURSES, MOST, QUICK, terms, units
 
 FIGURES = Path(__file__).with_name("pad_figures.csv")
 PADS = ("along", "across", "round", "rim", "skin", "skin_modulus")
@@ -145,6 +146,6 @@ def written() -> str:
 
 
 if __name__ == "__main__":
-    DATA.write_text(written(), encoding="utf-8")
+    (FOLDER / "pad_films.csv").write_text(written(), encoding="utf-8")
     surround_law.table.cache_clear()
     surround_law._rows.cache_clear()
