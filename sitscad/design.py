@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from sitscad.arrays import Array
     from sitscad.check_values import Closing, Measure
     from sitscad.estimates import Estimates
-    from sitscad.estimates.cells import AlikeCells, CellCrosstalk
+    from sitscad.estimates.cells import CellCrosstalk, CellGroup, CellTable
     from sitscad.estimates.performance.curves import Curves
     from sitscad.estimates.performance.points import Felt
     from sitscad.estimates.performance.values import Loads, Performance
@@ -43,6 +43,17 @@ def _without_text(make: Callable[[Design], Kept]) -> cached_property[Kept]:
     @wraps(make)
     def kept(design: Design) -> Kept:
         return make(design) if design.bare is design else cast(Kept, getattr(design.bare, make.__name__))
+
+    return cached_property(kept)
+
+
+def _of_one_cell(make: Callable[[Design], Kept]) -> cached_property[Kept]:
+    """Like `_without_text`; for a sensor with cells it is the value of the cell with the least signal."""
+
+    @wraps(make)
+    def kept(design: Design) -> Kept:
+        owner = design.bare.one
+        return make(design) if owner is design else cast(Kept, getattr(owner, make.__name__))
 
     return cached_property(kept)
 
@@ -122,28 +133,27 @@ class Design:
 
         return estimated(self.layout)
 
-    def cell(self, number: int) -> Design:
-        """One cell (its number, from 1) as a sensor of its own, read by the converters and capacitors of the whole; the
-        design itself where it has no cells. Raises ValueError for a number that it has not.
+    @cached_property
+    def cells(self) -> tuple[Design, ...]:
+        """Every cell as a sensor of its own, read by the converters and capacitors of the whole.
+
+        A sensor without cells is its own only cell.
         """
-        if not 1 <= number <= self.cells:
-            raise ValueError(f"there is no cell {number}: the sensor has {self.cells}")
         if self.spec.cells is None:
-            return self
-        coils = self.spec.cells.coils
+            return (self,)
+        coils, found = self.spec.cells.coils, []
+        for k in range(len(self.layout.coils) // coils):
+            layout, own = self.layout.cell(k + 1), self.estimates.part(k * coils, (k + 1) * coils)
+            readout = replace(layout.spec.readout, capacitance=own.readout.capacitance)
+            spec = replace(layout.spec, readout=readout, name=f"{self.spec.name}-cell-{k + 1}")
+            found.append(Design(spec, replace(layout, spec=spec), own))
+        return tuple(found)
 
-        def made() -> Design:
-            layout, found = self.layout.cell(number), self.estimates.part((number - 1) * coils, number * coils)
-            readout = replace(layout.spec.readout, capacitance=found.readout.capacitance)
-            spec = replace(layout.spec, readout=readout, name=f"{self.spec.name}-cell-{number}")
-            return Design(spec, replace(layout, spec=spec), found)
-
-        return self.once(f"cell {number}", made)
-
-    @property
-    def cells(self) -> int:
-        """How many cells the sensor has, 1 where they are not told apart."""
-        return 1 if self.spec.cells is None else len(self.spec.array.placements) // self.spec.cells.coils
+    def cell(self, number: int) -> Design:
+        """One of the `cells` by its number, from 1. Raises ValueError if there is none of that number."""
+        if not 1 <= number <= len(self.cells):
+            raise ValueError(f"there is no cell {number}: the sensor has {len(self.cells)}")
+        return self.cells[number - 1]
 
     @cached_property
     def weakest_cell(self) -> int:
@@ -155,43 +165,44 @@ class Design:
         return weakest_cell(self.spec, self.estimates)
 
     @property
-    def softest_cell(self) -> int:
-        """The number of the cell whose pad gives way farthest, with the least webs; the weakest where all are alike."""
-        return self.alike_cells[0].extremes[0] if self.alike_cells else 1
+    def one(self) -> Design:
+        """The cell with the least signal, which stands for all in curves and solutions; itself without cells."""
+        return self.cell(self.weakest_cell)
+
+    @property
+    def extremes(self) -> dict[int, Design]:
+        """The cells by which all are judged, by number: that with the least signal, then that whose pad is softest.
+
+        They may be one cell; a sensor without cells is its own cell 1.
+        """
+        softest = (group.extremes[0] for group in self.cell_groups[:1])
+        return {number: self.cell(number) for number in (self.weakest_cell, *softest)}
 
     @_without_text
-    def alike_cells(self) -> tuple[AlikeCells, ...]:
-        """What is told of each cell but what it feels, cells that are alike together; nothing without cells."""
+    def cell_groups(self) -> tuple[CellGroup, ...]:
+        """Cells grouped by identical pads and drive, without performance; empty without cells."""
         if self.spec.cells is None:
             return ()
-        from sitscad.estimates.cells import alike_cells
+        from sitscad.estimates.cells import cell_groups
 
-        return alike_cells(self.layout, self.estimates, self.crosstalk)
+        return cell_groups(self.layout, self.estimates, self.crosstalk)
 
     @_without_text
-    def told_cells(self) -> tuple[AlikeCells, ...]:
-        """`alike_cells` with what they feel: seconds of processor time each. Nothing where one cell feels nothing."""
+    def cell_table(self) -> CellTable:
+        """The cell groups with their performance, which takes seconds of processor time for each group.
+
+        It has no groups without cells, and if a cell has no performance.
+        """
+        from sitscad.estimates.cells import NO_CELLS, CellTable
         from sitscad.estimates.performance.values import worst_of
 
         found = []
-        for one in self.alike_cells:
-            felt = [self.cell(number).performance for number in one.extremes]
+        for group in self.cell_groups:
+            felt = [self.cell(number).performance for number in group.extremes]
             if not all(felt):
-                return ()
-            found.append(replace(one, felt=tuple(map(worst_of, zip(*felt, strict=True)))))
-        return tuple(found)
-
-    @property
-    def cells_document(self) -> dict[str, Any]:
-        """`told_cells` for programs; empty without."""
-        from sitscad.estimates.cells import document
-
-        return document(self.told_cells, self.weakest_cell) if self.told_cells else {}
-
-    @property
-    def one(self) -> Design:
-        """The weakest cell, of which is drawn and solved what is of one; the sensor itself without cells."""
-        return self.cell(self.weakest_cell)
+                return NO_CELLS
+            found.append(replace(group, felt=tuple(map(worst_of, zip(*felt, strict=True)))))
+        return CellTable(tuple(found), self.weakest_cell, tuple(coil.name for coil in self.one.layout.coils))
 
     @_without_text
     def crosstalk(self) -> CellCrosstalk | None:
@@ -204,22 +215,22 @@ class Design:
 
     @_without_text
     def response(self) -> ResponseModel:
-        """What the coils read when the target moves; raises `NoResponse` where nothing can, and of cells, of which each
-        has a response of its own (`cell`).
+        """What the coils read when the target moves.
+
+        Raises `NoResponse` if nothing can respond, and for a sensor with cells: each `cell` has its own response.
         """
         if self.spec.cells is not None:
             from sitscad.estimates.response.pad import NoResponse
 
-            raise NoResponse(f"the sensor has {self.cells} cells, each with a target of its own: ask for one, --cell 1")
+            count = len(self.cells)
+            raise NoResponse(f"the sensor has {count} cells, each with a target of its own: ask for one, --cell 1")
         from sitscad.estimates.response.model import response_model
 
         return response_model(self.layout, self.estimates)
 
-    @_without_text
+    @_of_one_cell
     def solved(self) -> Felt:
         """What the sensor feels by its response; raises `NoResponse` where there is nothing to feel."""
-        if self.spec.cells is not None:
-            return self.one.solved
         from sitscad.estimates.performance.points import feel
 
         return feel(self.layout, self.estimates, self.response)
@@ -227,21 +238,25 @@ class Design:
     @_without_text
     def performance(self) -> tuple[Performance, ...]:
         """What the sensor feels, in newtons, at rest, half and full load; nothing where it has no target that conducts,
-        no pad under it that holds it, or no tank that oscillates. It costs seconds of processor time, once a design. Of
-        cells every figure is that of the cell which is worst in it (`told_cells` has each).
-        """
-        if self.spec.cells is not None:
-            from sitscad.estimates.performance.values import worst_of
+        no pad under it that holds it, or no tank that oscillates. It costs seconds of processor time, once a design.
 
-            return tuple(map(worst_of, zip(*(one.felt for one in self.told_cells), strict=True)))
-        return self._performance[0]
+        For a sensor with cells, each figure is the worst of all cells (`cell_table` has each), and limits of production
+        are those of all coils.
+        """
+        if self.spec.cells is None:
+            return self._performance[0]
+        from sitscad.estimates.performance.points import production_limits
+        from sitscad.estimates.performance.values import worst_of
+
+        points = map(worst_of, zip(*(group.felt for group in self.cell_table.groups), strict=True))
+        return tuple(replace(point, production=production_limits(self.estimates)) for point in points)
 
     @property
     def no_performance(self) -> str:
-        """Reason why the sensor, or its weakest cell, has no `performance`; empty if it has one."""
-        return self.one._performance[1]
+        """Reason why the sensor has no `performance`; empty if it has one."""
+        return self._performance[1]
 
-    @_without_text
+    @_of_one_cell
     def _performance(self) -> tuple[tuple[Performance, ...], str]:
         # The performance without cells, or the reason why there is none.
         from sitscad.estimates.performance.points import performance
@@ -252,23 +267,19 @@ class Design:
         except NoResponse as error:
             return (), str(error)
 
-    @_without_text
+    @_of_one_cell
     def curves(self) -> Curves | None:
         """What a data sheet draws of the sensor; None where `performance` is nothing."""
-        if self.spec.cells is not None:
-            return self.one.curves
         from sitscad.estimates.performance.curves import curves
 
         return curves(self.solved) if self.performance else None
 
-    @_without_text
+    @_of_one_cell
     def felt(self) -> Felt | None:
         """What the sensor feels, for checks: `solved`, or at the screen level by shares.
 
         None if it feels nothing, or if its target is too large to be solved in a check.
         """
-        if self.spec.cells is not None:
-            return self.one.felt
         from sitscad.estimates.performance.points import feel
         from sitscad.estimates.response.pad import NoResponse
 
@@ -279,13 +290,11 @@ class Design:
         except NoResponse:
             return None
 
-    @_without_text
+    @_of_one_cell
     def twins(self) -> tuple[Loads, Loads] | None:
         """Two loads (N) within what is required that give one reading, None where none are found: said alike by checks
         and papers.
         """
-        if self.spec.cells is not None:
-            return self.one.twins
         if self.felt is None or not self.felt.is_range_held:
             return None
         return self.felt.working.twins(lambda: self.solved.bench)

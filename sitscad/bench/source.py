@@ -218,7 +218,7 @@ def _simulated(design: Design, query: str, tares: int) -> Simulation:
     numbers = {key: _in_range(f"{key}={given.get(key, usual)}", least, most, is_whole)
                for key, usual, least, most, is_whole in (
                    ("seconds", 1.0, SHORTEST, LONGEST, False), ("seed", 1, 0, MOST_SEED, True),
-                   ("unit", 0, 0, MOST_SEED, True), ("cell", 1, 1, design.cells, True))}
+                   ("unit", 0, 0, MOST_SEED, True), ("cell", 1, 1, len(design.cells), True))}
     seconds = numbers["seconds"]
     rate = design.estimates.readout.scan_rate
     before = BEGUN + (tares + 1) / rate if tares and rate else 0.0
@@ -235,14 +235,15 @@ def _simulated(design: Design, query: str, tares: int) -> Simulation:
         loads = np.vstack([none, loads])
     number = design.converter.needed(len(design.estimates.coils))
     faults = [value for name, value in pairs if name == "fault"]
-    if "load" in given and "cell" not in given and design.cells > 1:
-        raise ValueError(f"sim: a load is on one of the {design.cells} cells: say on which, like cell=1")
-    seed, unit, read = int(numbers["unit"]) if "unit" in given else None, None, None
-    if "cell" in given or (seed is not None and design.cells > 1):
-        read = _on_cell(design, int(numbers["cell"]), loads[:, 1:], seed)
-    elif seed is not None:
-        unit = units(sensors_of(design.response).known, 1, seed)[0]
-        read = _read_by(design, unit, loads[:, 1:])
+    if "load" in given and "cell" not in given and len(design.cells) > 1:
+        raise ValueError(f"sim: a load is on one of the {len(design.cells)} cells: say on which, like cell=1")
+    errors: list[np.ndarray | None] = [None] * len(design.cells)
+    if "unit" in given:  # each cell of a unit has errors of its own
+        errors = [units(sensors_of(cell.response).known, len(design.cells), int(numbers["unit"]))[k]
+                  for k, cell in enumerate(design.cells)]
+    read = None
+    if "cell" in given or "unit" in given:
+        read = _on_cell(design, int(numbers["cell"]), loads[:, 1:], errors)
     chips = [
         SimulatedConverter(
             design, loads=loads if "load" in given or read is not None else None, faults=faults,
@@ -251,7 +252,7 @@ def _simulated(design: Design, query: str, tares: int) -> Simulation:
         )
         for k in range(number)
     ]
-    return Simulation(design, chips, before + seconds, unit)
+    return Simulation(design, chips, before + seconds, errors[0] if len(errors) == 1 else None)
 
 
 def _ramps(texts: Iterable[str]) -> np.ndarray:
@@ -288,16 +289,14 @@ def _in_range(said: str, least: float, most: float, is_whole: bool) -> float:
     return value
 
 
-def _on_cell(design: Design, number: int, loads: np.ndarray, seed: int | None = None) -> np.ndarray:
-    """Frequencies (Hz; n, coils) under loads (n, 3; N) on one cell, nothing on the others, whose crosstalk is left out:
-    of the sensor as drawn, or of a unit, each of whose cells has errors of its own. Raises ValueError for a number that
-    the sensor has not.
+def _on_cell(design: Design, number: int, loads: np.ndarray, errors: Sequence[np.ndarray | None]) -> np.ndarray:
+    """Frequencies (Hz; n, coils) under loads (n, 3; N) on one cell, nothing on the others, whose crosstalk is left out.
+
+    `errors` are those of each cell of a unit, or None for the sensor as drawn.
     """
-    design.cell(number)
-    nothing, cells = np.zeros((1, loads.shape[1])), [design.cell(k) for k in range(1, design.cells + 1)]
-    errors = [None if seed is None else units(sensors_of(cell.response).known, len(cells), seed)[k]
-              for k, cell in enumerate(cells)]
-    each = [_read_by(cell, errors[k], loads if k == number - 1 else nothing) for k, cell in enumerate(cells)]
+    nothing = np.zeros((1, loads.shape[1]))
+    each = [_read_by(cell, own, loads if k == number else nothing)
+            for k, (cell, own) in enumerate(zip(design.cells, errors, strict=True), 1)]
     return np.concatenate([np.broadcast_to(one, (len(loads), one.shape[1])) for one in each], axis=1)
 
 

@@ -108,8 +108,8 @@ def noted(design: Design) -> tuple[RequirementResult, ...]:
 def _of_cells(design: Design) -> tuple[RequirementResult, ...]:
     """What is kept of the cells that were judged: the worst by requirement, with the cell's name."""
     worst: dict[str, RequirementResult] = {}
-    for number in dict.fromkeys((design.weakest_cell, design.softest_cell)):
-        for one in noted(design.cell(number)):
+    for number, cell in design.extremes.items():
+        for one in noted(cell):
             if one.requirement not in worst or one.measured > worst[one.requirement].measured:
                 worst[one.requirement] = replace(one, at=f"{one.at}, cell {number}")
     return tuple(worst.values())

@@ -206,8 +206,8 @@ def _of_worst_cell(rule: Rule, design: Design, least: Severity | None) -> tuple[
     """What a rule finds of the cell that it finds most of, which is named: of two extremes, those with the softest pad
     and with the least signal, the rule's own first where they are as bad.
     """
-    order = dict.fromkeys((design.weakest_cell, design.softest_cell)[:: -1 if rule.id in OF_THE_SOFTEST else 1])
-    each = [(number, *outcomes(rule, design.cell(number), least)) for number in order]
+    order = list(design.extremes.items())[:: -1 if rule.id in OF_THE_SOFTEST else 1]
+    each = [(number, *outcomes(rule, cell, least)) for number, cell in order]
 
     number, said, unsaid = max(each, key=lambda one: max((_weight(found.finding) for found in one[1]), default=()))
     command = "sitscad response --"

@@ -145,7 +145,7 @@ def estimate(
     felt = design.performance if performance else None
     if performance and (reason := design.no_performance):
         say(f"no performance: {reason}")
-    cells = design.cells_document if performance else None
+    cells = design.cell_table.document() if performance else None
     print_result(show(spec, estimates, checked, coloured(sys.stdout), felt, cells, coils))
     missed = () if tolerance is None else missed_tolerance(estimates, tolerance, method)
     for note in missed:

@@ -6,7 +6,6 @@ Where the pads of cells stand apart, no force goes from one to the next but thro
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -59,12 +58,12 @@ class CellCrosstalk:
 
 
 @record
-class AlikeCells:
-    """Cells (numbers from 1) whose pads are held alike and whose coils are driven alike, and what is told of each of
-    them: their ``coils``, by what share webs make their pads ``stiffer``, the ``strain`` of these under the required
-    force, what they read of all neighbours at most (``crosstalk``; None where no cell has a signal), and what they feel
-    (``felt``: at rest, half and full load; nothing where that is not asked for or cannot be said). Figures are the
-    worst of the cells': those with the least and with the most ``signals`` are solved.
+class CellGroup:
+    """Cells with identical pads and drive: their ``numbers`` (from 1), coils, and what is common to them.
+
+    Webs make their pads ``stiffer`` (relative); ``strain`` is that under the required force; ``crosstalk`` is what
+    each reads of all its neighbours at most (None if no cell has a signal). ``felt`` is their performance at rest, half
+    and full load (empty until it is computed): the worst of the `extremes`.
     """
 
     numbers: tuple[int, ...]
@@ -79,6 +78,12 @@ class AlikeCells:
     def words(self) -> str:
         """The cells by name: ``cells 1, 3, 7, 9``."""
         return f"cell{'s' * (len(self.numbers) > 1)} {', '.join(map(str, self.numbers))}"
+
+    @property
+    def extremes(self) -> tuple[int, ...]:
+        """The numbers of the cells with the least and the most signal; one number if that is the same cell."""
+        order = sorted(range(len(self.numbers)), key=self.signals.__getitem__)
+        return tuple(dict.fromkeys(self.numbers[k] for k in (order[0], order[-1])))
 
     def document(self) -> list[dict[str, Any]]:
         """Every cell's figures for programs."""
@@ -95,11 +100,82 @@ class AlikeCells:
         return [{"cell": number, "coils": list(self.coils[k * coils : (k + 1) * coils])} | told
                 for k, number in enumerate(self.numbers)]
 
+    def columns(self) -> list[tuple[float, str]]:
+        """How bad each figure of a row of the table is, and its text; all at full load."""
+        full = self.felt[-1]
+        axes, loads = full.axes.values(), (full.overload, full.free_overload)
+        overload = min(load for load in loads if load is not None)
+        return [
+            (0.0, show(100.0 * self.stiffer, "%", 2) if self.stiffer else "none"),
+            (self.strain, show(100.0 * self.strain, "%", 3)),
+            (-min(axis.range / axis.full_scale for axis in axes), " / ".join(
+                f"{show(axis.range, 'N', 3)}, {axis.limited_by}" for axis in axes)),
+            (-overload, show(overload, "N", 3)),
+            (max(axis.resolution / axis.full_scale for axis in axes), " / ".join(
+                show(axis.resolution, "N", 3) if math.isfinite(axis.resolution) else "none" for axis in axes)),
+            (self.crosstalk or 0.0, "-" if self.crosstalk is None else show(100.0 * self.crosstalk, "%", 2)),
+        ]
+
+
+@record
+class CellTable:
+    """The cell groups with their performance, those with the softest pads first.
+
+    ``weakest`` is the number of the cell with the least signal, ``coils`` are its coils: curves and the response are
+    those of this cell. A table without groups is that of a sensor without cells, or without performance.
+    """
+
+    groups: tuple[CellGroup, ...] = ()
+    weakest: int = 1
+    coils: tuple[str, ...] = ()
+
     @property
-    def extremes(self) -> tuple[int, ...]:
-        """The numbers of the cells with the least and the most signal; one where that is the same."""
-        order = sorted(range(len(self.numbers)), key=self.signals.__getitem__)
-        return tuple(dict.fromkeys(self.numbers[k] for k in (order[0], order[-1])))
+    def name(self) -> str:
+        """The weakest cell by name; empty without cells."""
+        return f"cell {self.weakest}" if self.groups else ""
+
+    @property
+    def rows(self) -> list[tuple[str, ...]]:
+        """A row for each group under a heading; the worst of each column is marked if groups differ."""
+        columns = list(zip(*(group.columns() for group in self.groups), strict=True))
+        worst = [max(column)[1] for column in columns]
+        differs = [len({text for _, text in column}) > 1 for column in columns]
+        marked = [[text + WORST * (k > 0 and text == worst[k] and differs[k])
+                   for k, (_, text) in enumerate(group.columns())] for group in self.groups]
+        return [HEAD, *((group.words, *line) for group, line in zip(self.groups, marked, strict=True))]
+
+    def document(self) -> dict[str, Any]:
+        """The table for programs; empty without groups."""
+        if not self.groups:
+            return {}
+        each = (cell for group in self.groups for cell in group.document())
+        return {
+            "figures_are": FIGURES_ARE.format(pushed=self.weakest), "pushed_of": self.weakest, "webs_sigma": WEB_SIGMA,
+            "each": sorted(each, key=lambda cell: cell["cell"]), "in_words": self.rows,
+        }
+
+    @property
+    def note(self) -> str:
+        """Meaning of the other tables and of this one, in sentences."""
+        return f"In the other tables {FIGURES_ARE.format(pushed=self.weakest)}. {WEBS_KNOWN}"
+
+
+NO_CELLS = CellTable()
+
+
+HEAD = ("cells", "webs: stiffer by", "pressed by", "range", "overload", "resolution", "neighbours: at most")
+WORST = " (worst)"
+
+FIGURES_ARE = (
+    "each figure is the worst of the solved cells. Of each kind of cells, those with the least and the most signal are "
+    "solved (for a force beside the middle, another cell of a kind was up to a tenth worse). Curves, the pushed sensor "
+    "and errors from unit to unit are those of cell {pushed}, which has the least signal"
+)
+
+WEBS_KNOWN = (
+    "All at full load, neighbours all pressed at once. By how much webs make a pad stiffer is known to "
+    f"{100.0 * WEB_SIGMA:.0f} % of it (one sigma)."
+)
 
 
 @one_thread
@@ -173,70 +249,42 @@ def _webs_felt(spec: SensorSpec) -> dict[tuple[int, int], float]:
     return found
 
 
-def alike_cells(layout: Layout, estimates: Estimates, crosstalk: CellCrosstalk | None) -> tuple[AlikeCells, ...]:
-    """The cells of a sensor by what is told of them, those with the softest pads first; what they feel is left out."""
+def cell_groups(layout: Layout, estimates: Estimates, crosstalk: CellCrosstalk | None) -> tuple[CellGroup, ...]:
+    """Cells grouped by identical pads and drive, those with the softest pads first; performance is left out."""
     spec, signals, kinds = layout.spec, cell_signals(layout.spec, estimates), dict[object, list[int]]()
-    assert spec.cells is not None
-    specs, count, codes = cell_specs(spec), spec.cells.coils, estimates.readout.drive_codes
-    stiffness = web_stiffness(spec)
+    specs, stiffness, codes = cell_specs(spec), web_stiffness(spec), estimates.readout.drive_codes
+    count = len(codes) // len(specs)
     for k, cell in enumerate(specs):
         webs = joined(cell)
         held = (round(part, 9) for part in (stiffness[k], webs.left + webs.right, webs.front + webs.back))
         kinds.setdefault((*held, *codes[k * count : (k + 1) * count]), []).append(k)
     found = []
     for kind in kinds.values():
-        names = tuple(coil.name for k in kind for coil in estimates.coils[k * count : (k + 1) * count])
+        names = tuple(p.name for k in kind for p in specs[k].array.placements)
         told = None if crosstalk is None else max(crosstalk.each[k] for k in kind)
-        found.append(AlikeCells(tuple(k + 1 for k in kind), names, stiffness[kind[0]] - 1.0,
-                                pressed(specs[kind[0]]).strain, told, tuple(signals[k] for k in kind)))
+        found.append(CellGroup(tuple(k + 1 for k in kind), names, stiffness[kind[0]] - 1.0,
+                               pressed(specs[kind[0]]).strain, told, tuple(signals[k] for k in kind)))
     return tuple(sorted(found, key=lambda one: one.stiffer))
 
 
-def document(told: Sequence[AlikeCells], pushed: int) -> dict[str, Any]:
-    """What is told of cells for programs; `pushed` is the cell of which a response is solved."""
-    return {
-        "figures_are": FIGURES_ARE.format(pushed=pushed), "pushed_of": pushed, "webs_sigma": WEB_SIGMA,
-        "each": sorted((cell for one in told for cell in one.document()), key=lambda cell: cell["cell"]),
-        "in_words": cell_rows(told),
-    }
+def live_cells(spec: SensorSpec, estimates: Estimates, crosstalk: CellCrosstalk | None) -> dict[str, Any]:
+    """Figures by which a page shows all cells from the response of the weakest, for programs.
 
-
-FIGURES_ARE = (
-    "each figure is the worst of the solved cells. Of each kind of cells, those with the least and the most signal are "
-    "solved (for a force beside the middle, another cell of a kind was up to a tenth worse). Curves, the pushed sensor "
-    "and errors from unit to unit are those of cell {pushed}, which has the least signal"
-)
-
-WEBS_KNOWN = (
-    "All at full load, neighbours all pressed at once. By how much webs make a pad stiffer is known to "
-    f"{100.0 * WEB_SIGMA:.0f} % of it (one sigma)."
-)
-
-
-def cell_rows(told: Sequence[AlikeCells]) -> list[tuple[str, ...]]:
-    """A row a kind of cells under a heading, all at full load, the worst of every column marked where kinds differ."""
-    columns: list[list[tuple[float, str]]] = []
-    for one in told:
-        axes, free = one.felt[-1].axes.values(), one.felt[-1].free_overload
-        overload = one.felt[-1].overload if free is None else min(free, one.felt[-1].overload)
-        columns.append([
-            (0.0, show(100.0 * one.stiffer, "%", 2) if one.stiffer else "none"),
-            (one.strain, show(100.0 * one.strain, "%", 3)),
-            (-min(axis.range / axis.full_scale for axis in axes), " / ".join(
-                f"{show(axis.range, 'N', 3)}, {axis.limited_by}" for axis in axes)),
-            (-overload, show(overload, "N", 3)),
-            (max(axis.resolution / axis.full_scale for axis in axes), " / ".join(
-                show(axis.resolution, "N", 3) if math.isfinite(axis.resolution) else "none" for axis in axes)),
-            (one.crosstalk or 0.0, "-" if one.crosstalk is None else show(100.0 * one.crosstalk, "%", 2)),
-        ])
-    worst = [max(column)[1] for column in zip(*columns, strict=True)]
-    marked = [[text + WORST * (k > 0 and text == worst[k] and len({line[k][1] for line in columns}) > 1)
-               for k, (_, text) in enumerate(line)] for line in columns]
-    return [HEAD, *((one.words, *line) for one, line in zip(told, marked, strict=True))]
-
-
-HEAD = ("cells", "webs: stiffer by", "pressed by", "range", "overload", "resolution", "neighbours: at most")
-WORST = " (worst)"
+    They are each cell's coils, their frequencies at rest (Hz) and offsets, its signal relative to that of the weakest,
+    and what each neighbour reads of it at most, relative to its signal.
+    """
+    signals, found, coils = cell_signals(spec, estimates), [], len(estimates.coils) // len(cell_specs(spec))
+    weakest, pairs = weakest_cell(spec, estimates), () if crosstalk is None else crosstalk.pairs
+    for k, signal in enumerate(signals):
+        own = estimates.part(k * coils, (k + 1) * coils)
+        assert own.readout.conversion is not None
+        found.append({
+            "coils": [coil.name for coil in own.coils],
+            "rest_Hz": [coil.states[REST].frequency if REST in coil.states else None for coil in own.coils],
+            "offsets": own.readout.conversion.offsets, "signal": signal / signals[weakest - 1],
+            "read_by": [[one, part] for one, other, part in pairs if other == k + 1],
+        })
+    return {"table": weakest, "all": found}
 
 
 @one_thread

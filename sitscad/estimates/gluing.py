@@ -14,11 +14,10 @@ from sitscad.geometry.convex import Footprint
 from sitscad.geometry.path import Point, enclosed_area
 from sitscad.layout.board import Layout
 from sitscad.record import record
-from sitscad.scene.bodies import elastomer, joined, target
+from sitscad.scene.bodies import elastomer, elastomers, glued_pieces, plates, targets
 from sitscad.scene.stack import ground
 from sitscad.spec import presets
 from sitscad.spec.materials import Adhesive
-from sitscad.spec.places import cell_placements
 from sitscad.spec.sensor import SensorSpec
 
 STANDARD_GRAVITY = 9.80665  # m/s2 (CGPM 1901)
@@ -54,22 +53,22 @@ class Press:
 
 
 def piece_press(spec: SensorSpec, part: str) -> Press:
-    """What weighs on the elastomer or the target of one cell, or on all pads in one piece, while the glue sets."""
+    """Weight on a piece of elastomer, or on a target, while the glue sets."""
     alone = spec if part == "target" else replace(spec, target=None)
-    one = _press(alone, _plan(spec, part).area, PIECE_STRAIN)
-    return Press(_rounded(one.mass * _pieces_in_one(spec, part)), one.travel)
+    one = _press(alone, plates(spec, part)[0].footprint.area, PIECE_STRAIN)
+    return Press(_rounded(one.mass * _plates_in_one(spec, part)), one.travel)
 
 
-def _pieces_in_one(spec: SensorSpec, part: str) -> int:
-    """The number of cells whose pads are one piece; 1 for targets."""
-    return len(cell_placements(spec)) if part == "elastomer" and joined(spec) is not None else 1
+def _plates_in_one(spec: SensorSpec, part: str) -> int:
+    """The number of pads in a piece of elastomer; 1 for targets."""
+    return len(plates(spec, part)) // len(glued_pieces(spec, part))
 
 
 def board_press(spec: SensorSpec) -> Press:
-    """What weighs on the pads of all cells together while the board is glued to its mount."""
-    part = "target" if spec.target is not None else "elastomer"
-    one = _press(spec, _plan(spec, part).area, BOARD_STRAIN)
-    return Press(_rounded(one.mass * len(cell_placements(spec))), one.travel)
+    """Weight on all pads together while the board is glued to its mount."""
+    found = targets(spec) or elastomers(spec)
+    one = _press(spec, found[0].footprint.area, BOARD_STRAIN)
+    return Press(_rounded(one.mass * len(found)), one.travel)
 
 
 def _press(spec: SensorSpec, area: float, strain: float) -> Press:
@@ -104,16 +103,9 @@ def _rounded(mass: float) -> float:
     return float(f"{mass:.1e}")
 
 
-def _plan(spec: SensorSpec, part: str) -> Footprint:
-    body = elastomer(spec) if part == "elastomer" else target(spec)
-    assert body is not None
-    return body.footprint
-
-
 def glued_plan(spec: SensorSpec, part: str) -> Footprint:
     """The plate under which glue has to lie flat: elastomer, target, or the box of all pads in one piece."""
-    whole = joined(spec) if part == "elastomer" else None
-    return whole.footprint if whole is not None else _plan(spec, part)
+    return glued_pieces(spec, part)[0].footprint
 
 
 def may_set_first(spec: SensorSpec, part: str) -> bool:
@@ -127,10 +119,10 @@ def may_set_first(spec: SensorSpec, part: str) -> bool:
 
 
 def glued_area(spec: SensorSpec, part: str) -> float:
-    """The area (m2) of the glue under the elastomer or the target of one cell, or under all pads in one piece."""
-    own, pad = _plan(spec, part), elastomer(spec)
+    """The area (m2) of the glue under a piece of elastomer, or under a target."""
+    own, pad = plates(spec, part)[0].footprint, elastomer(spec)
     if part == "elastomer" or pad is None:
-        return own.area * _pieces_in_one(spec, part)
+        return own.area * _plates_in_one(spec, part)
     shared = own.common(pad.footprint)
     return min(own.area, pad.footprint.area) if shared is None else enclosed_area(shared)
 

@@ -125,7 +125,7 @@ def with_target(wound: Wound, is_solved: bool | None = None) -> Tuned:
         if not found or low <= min(found) <= max(found) <= high:
             break
         band = BAND[0] * min(found), BAND[1] * max(found)
-        if is_solved is None and not is_affordable(wound.spec, wound.layout.coils, wound.assembly, band):
+        if is_solved is None and not is_affordable(wound, band):
             return tune(wound, _shares(wound))
         tuned = tune(wound, solve_states(wound, band))
     return tune(wound, _shares(wound)) if isinstance(tuned.target, TargetShares) else tuned

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+from contextlib import suppress
 from dataclasses import field, replace
 from functools import cached_property
 from pathlib import Path
@@ -191,25 +192,22 @@ def calibration_files(found: Calibration) -> dict[str, bytes]:
     return files
 
 
-def drawn_calibration(design: Design, forced: bool = False, cell: int | None = None) -> dict[str, bytes]:
+def drawn_calibration(design: Design, forced: bool = False) -> dict[str, bytes]:
     """The files of a package: the plan of a calibration, and the map of the sensor as it is drawn, in the folder
     ``calibration``, of a target that is kept level as in the data sheet; none where there is nothing to calibrate. All
     but the table to fill in and the program say so where the package is ``forced``. Every cell has a folder of its own
-    there; `cell` is the number of that which the design is.
+    there.
     """
     if not is_felt(design.spec):
         return {}
-    if design.spec.cells is not None:
-        cells = ((k, drawn_calibration(design.cell(k), forced, k)) for k in range(1, design.cells + 1))
-        maps = {name.replace("/", f"/cell-{k}/", 1): made for k, own in cells for name, made in own.items()}
-        return maps | {"calibration/readme.txt": CELLS_READ.encode("ascii")} if maps else {}
-    try:
-        found = replace(foretell(design.response), cell=cell)
-    except NoResponse:
-        return {}
-    if forced:
-        found = replace(found, remarks=(FORCED, *found.remarks))
-    return {f"calibration/{name}": content for name, content in calibration_files(found).items()}
+    files, has_cells = dict[str, bytes](), design.spec.cells is not None
+    for number, cell in enumerate(design.cells, 1):
+        with suppress(NoResponse):
+            found = foretell(cell.response)
+            found = replace(found, cell=number if has_cells else None, remarks=(FORCED,) * forced + found.remarks)
+            folder = f"calibration/cell-{number}" if has_cells else "calibration"
+            files |= {f"{folder}/{name}": content for name, content in calibration_files(found).items()}
+    return files | {"calibration/readme.txt": CELLS_READ.encode("ascii")} if files and has_cells else files
 
 
 CELLS_READ = """Every cell has a map of its own: cell-1, cell-2, ... in the order of the coils.

@@ -458,16 +458,18 @@ def page_of(contents: Contents, files: Mapping[str, bytes], is_built: bool = Tru
 
 def _moving(contents: Contents, files: Mapping[str, bytes], felt: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """What the page's views show of the package's own files: each only where they are there."""
+    from sitscad.estimates.cells import live_cells
     from sitscad.report.moving import pushed_document, solids_document
 
     found = {}
     if "mount/assembly.glb" in files:
         found["solids"] = solids_document(files["mount/assembly.glb"], contents.layout)
-    cell = felt.get("cells", {}).get("pushed_of")  # of cells the map of the one which the page solves
-    text = files.get("calibration/calibration.json" if cell is None else f"calibration/cell-{cell}/calibration.json")
+    design, has_cells = contents.design.bare, contents.spec.cells is not None
+    text = files.get(f"calibration/{f'cell-{design.weakest_cell}/' if has_cells else ''}calibration.json")
     known = None if text is None else json.loads(text)
-    if (pushed := pushed_document(contents.layout, contents.estimates, felt, known)) is not None:
-        found["pushed"] = pushed
+    if (pushed := pushed_document(design.one.layout, design.one.estimates, felt, known)) is not None:
+        cells = {"cells": live_cells(design.spec, design.estimates, design.crosstalk)} if has_cells else {}
+        found["pushed"] = pushed | cells
     return found
 
 

@@ -37,7 +37,7 @@ PAPERS: tuple[Writer, ...] = (
     Writer(
         "data sheet", "papers.datasheet", "datasheet",
         ("layout", "estimates", "response", "performance", "curves", "forced", "bench_estimates",
-         "told_cells"),
+         "cell_table"),
         is_felt,
     ),
     Writer("bom", "papers.parts_list:render", "report", ("layout", "estimates", "forced")),

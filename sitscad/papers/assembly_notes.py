@@ -62,11 +62,10 @@ from sitscad.papers.preparing import (
     waits,
 )
 from sitscad.parts.tooling import pour, skin_pour
-from sitscad.scene.bodies import BodyRole, joined
+from sitscad.scene.bodies import BodyRole, glued_pieces, joined
 from sitscad.scene.column import Levels, Toleranced, column, levels, on_board, plate_thickness
 from sitscad.scene.fit import measures
 from sitscad.scene.state import FREE, REST
-from sitscad.spec.places import cell_placements
 from sitscad.spec.presets import unverified_figures
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import in_mm, show
@@ -206,9 +205,8 @@ def _prepared(layout: Layout) -> Iterator[str]:
     if cures_badly(mount) and (poured is not None or skin_pour(layout) is not None):
         yield RAW_RESIN
     if poured is not None and spec.elastomer is not None:
-        pieces = 1 if joined(spec) is not None else len(cell_placements(spec))
-        is_webbed = joined(spec) is not None
-        chosen = "Choose a pad that is" if pieces == 1 else f"Choose {pieces} pads that are each"
+        count, is_webbed = len(glued_pieces(spec, "elastomer")), joined(spec) is not None
+        chosen = "Choose a pad that is" if count == 1 else f"Choose {count} pads that are each"
         if is_webbed:
             chosen = "The piece, all pads in one, is good if it is"
         pads = "the piece" if is_webbed else "the pads"

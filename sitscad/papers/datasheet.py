@@ -7,7 +7,6 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from html import escape
 from typing import Any
 
@@ -18,9 +17,8 @@ from sitscad.drawing.sheet import Sheet, plot
 from sitscad.drawing.svg import svg
 from sitscad.drawing.web_page import figure, page, part, soft
 from sitscad.drawing.web_page import table as html_table
-from sitscad.estimates.cells import FIGURES_ARE, WEBS_KNOWN, AlikeCells, cell_rows, document, weakest_cell
+from sitscad.estimates.cells import NO_CELLS, CellTable
 from sitscad.estimates.performance.curves import Curves
-from sitscad.estimates.performance.points import production_limits
 from sitscad.estimates.performance.values import (
     AXES,
     FORCES,
@@ -54,27 +52,22 @@ TOP, LEFT = 192.0, 14.0
 
 def render(
     layout: Layout, estimates: Estimates, response: ResponseModel, performance: Sequence[Performance],
-    drawn: Curves | None, forced: str, bench: Estimates, told: Sequence[AlikeCells] = (),
+    drawn: Curves | None, forced: str, bench: Estimates, cells: CellTable = NO_CELLS,
 ) -> dict[str, bytes]:
     """All three files; none for a sensor that cannot be felt with. ``bench`` is what boards are tested by (at 20
     degrees Celsius). Raises `MissingExtra` without the plotting library.
     """
     if not performance or drawn is None:
         return {}
-    cell = None if layout.spec.cells is None else weakest_cell(layout.spec, estimates)
-    plots = figures(drawn, performance, cell)
+    plots = figures(drawn, performance, cells.name)
     try:
         found = foretell(response)  # its target kept level as all here
     except NoResponse:
         found = None
-    if layout.spec.cells is not None:  # figures are of one cell, limits of every coil
-        first, *others = performance
-        performance = replace(first, production=production_limits(estimates)), *others
-    cells = document(told, cell) if told and cell else None
-    shown = layout, estimates, performance, found, plots, bool(forced), bench, told
+    shown = layout, estimates, performance, found, plots, bool(forced), bench, cells
     return {
         "datasheet.html": _page(*shown).encode("utf-8"),
-        "datasheet.json": figures_for_programs(response, performance, found, cells),
+        "datasheet.json": figures_for_programs(response, performance, found, cells.document()),
         "datasheet.pdf": pdf(_sheets(*shown)),
     }
 
@@ -84,7 +77,7 @@ def figures_for_programs(
     cells: Mapping[str, Any] | None = None,
 ) -> bytes:
     """``datasheet.json``: without a calibration not what that is foretold to do, without a response not its table;
-    `cells` is what is told of each (`sitscad.estimates.cells.document`).
+    `cells` is the document of the table of cells.
     """
     whole: dict[str, Any] = {"performance": [point.document() for point in performance]}
     if cells:
@@ -108,12 +101,12 @@ def _plain(text: str) -> float:
 
 def _sheets(
     layout: Layout, estimates: Estimates, felt: Sequence[Performance], found: Calibration | None,
-    plots: Sequence[Plot], forced: bool, bench: Estimates, told: Sequence[AlikeCells],
+    plots: Sequence[Plot], forced: bool, bench: Estimates, cells: CellTable,
 ) -> list[Sheet]:
     between = [] if found is None else list(found.error_rows)
     figures_told = summary(felt, layout, found)
     first = _new(layout.spec, "data sheet", forced, f"drawing {scale_text(plan_scale(layout, ROOM))}")
-    whole = sensor(felt, layout, estimates, told)
+    whole = sensor(felt, layout, estimates, cells)
     # letters small enough that all tables end above the note at the foot
     size = min(2.4, (TOP - FOOT) / (1.55 * (len(figures_told) + len(whole) + len(between))))
     low = table(first, LEFT, TOP, _widths(figures_told, 58.0, 150.0), figures_told, size)
@@ -123,10 +116,10 @@ def _sheets(
         fitting_paragraph(first, LEFT, low - 4.0, 150.0, 12.0, [found.errors_are], 2.2)
     plan(first, layout, ROOM)
     fitting_paragraph(first, 170.0, ROOM[1] - 15.0, 112.0, 42.0, [_about(layout, felt)], 2.6)
-    each = _new(layout.spec, "data sheet, cells", forced) if told else None
+    each = _new(layout.spec, "data sheet, cells", forced) if cells.groups else None
     if each is not None:
-        under = table(each, LEFT, TOP, _widths(cell_rows(told), 58.0, 268.0), cell_rows(told), 2.4)
-        fitting_paragraph(each, LEFT, under - 4.0, 200.0, 42.0, [_of_cells(layout, estimates)], 2.2)
+        under = table(each, LEFT, TOP, _widths(cells.rows, 58.0, 268.0), cells.rows, 2.4)
+        fitting_paragraph(each, LEFT, under - 4.0, 200.0, 42.0, [cells.note], 2.2)
     assembly = drawing(layout, forced)
     curved = _new(layout.spec, "data sheet, curves", forced)
     wide = [plotted for plotted in plots if plotted.size == WIDE]
@@ -169,9 +162,9 @@ def _widths(rows: Rows, first: float, whole: float) -> list[float]:
 
 def _about(layout: Layout, felt: Sequence[Performance]) -> str:
     """What the sensor is and tells, in two sentences."""
-    full, coils = felt[-1], counted(len(layout.cell(1).coils), "coil")
-    axes = " and ".join(NAMES[name] for name in full.axes)
-    cells = len(cell_placements(layout.spec))
+    placements = cell_placements(layout.spec)
+    cells, coils = len(placements), counted(len(placements[0]), "coil")
+    axes = " and ".join(NAMES[name] for name in felt[-1].axes)
     array = f"{cells} cells, each of " if cells > 1 else ""
     return (
         f"Soft inductive tactile sensor: {array}{coils} under a metal target on a silicone pad. "
@@ -182,7 +175,7 @@ def _about(layout: Layout, felt: Sequence[Performance]) -> str:
 
 def _page(
     layout: Layout, estimates: Estimates, felt: Sequence[Performance], found: Calibration | None,
-    plots: Sequence[Plot], forced: bool, bench: Estimates, told: Sequence[AlikeCells],
+    plots: Sequence[Plot], forced: bool, bench: Estimates, cells: CellTable,
 ) -> str:
     spec = layout.spec
     banner = "<p class='banner'>Made in spite of errors: the design does not meet its own checks.</p>" if forced else ""
@@ -193,9 +186,8 @@ def _page(
     units = "" if found is None else f"{_table(list(found.error_rows))}<p class='soft'>{escape(found.errors_are)}</p>"
     parts = [
         f"<header><h1>{escape(spec.name)}</h1>{soft(spec.issue.words)}{soft(_about(layout, felt))}</header>{banner}",
-        part("What it feels", _table(summary(felt, layout, found)) + _table(sensor(felt, layout, estimates, told))),
-        *([part("Cells", _table(cell_rows(told)) + f"<p class='soft'>{escape(_of_cells(layout, estimates))}</p>")]
-          if told else []),
+        part("What it feels", _table(summary(felt, layout, found)) + _table(sensor(felt, layout, estimates, cells))),
+        *([part("Cells", _table(cells.rows) + soft(cells.note))] if cells.groups else []),
         part("Drawing", shown),
         part("Curves", f"{''.join(wide)}<div class='narrow'>{''.join(narrow)}</div>" if plots else ""),
         part("Errors", units + _table(errors(felt)) + _table(drift(felt))),
@@ -313,14 +305,14 @@ BESIDE = "contact 0.1 mm beside the middle"
 
 
 def sensor(
-    felt: Sequence[Performance], layout: Layout, estimates: Estimates, told: Sequence[AlikeCells] = ()
+    felt: Sequence[Performance], layout: Layout, estimates: Estimates, cells: CellTable = NO_CELLS
 ) -> Rows:
     """What belongs to the sensor as a whole."""
     readout, pad, target = estimates.readout, layout.spec.elastomer, layout.spec.target
     assert pad is not None and target is not None
     return [
         ("sensor", ""),
-        *_cells(layout, estimates, told),
+        *_cells(cells),
         *sensor_rows([point.document() for point in felt]),
         ("converter", f"{readout.device.part}, {counted(len(estimates.coils), 'channel')}"),
         *([("its result", readout.result_in_words)] if readout.result_in_words else []),
@@ -342,32 +334,25 @@ def _metal_behind(spec: SensorSpec) -> Rows:
     return [("metal behind it, in all figures", f"{metal.material.name}, {where}")]
 
 
-def _cells(layout: Layout, estimates: Estimates, told: Sequence[AlikeCells]) -> Rows:
-    """Which cells are worst, and of which one curves are; nothing without cells."""
-    if not told:
+def _cells(cells: CellTable) -> Rows:
+    """The cells with the worst figures, and the cell whose curves are drawn; empty without cells."""
+    groups = cells.groups
+    if not groups:
         return []
-    number, full = weakest_cell(layout.spec, estimates), [one.felt[-1] for one in told]
 
     def worst(figure: Callable[[Performance], float]) -> str:
-        return told[max(range(len(told)), key=lambda k: figure(full[k]))].words
+        return max(groups, key=lambda group: figure(group.felt[-1])).words
 
-    names = ", ".join(coil.name for coil in layout.cell(number).coils)
     return [
-        ("figures are of the cell worst in each", f"of {sum(len(one.numbers) for one in told)}, told cell by cell"),
+        ("figures are of the cell worst in each", f"of {sum(len(one.numbers) for one in groups)}, told cell by cell"),
         *([("least range and overload", worst(lambda one: -one.overload)),
            ("coarsest resolution", worst(lambda one: one.axes["normal"].resolution)),
            ("error by a tilt, largest", worst(lambda one: max(one.tilt_error["normal"].values())))]
-          if len(told) > 1 else []),
-        ("curves, least signal", f"cell {number} ({names})"),
-        ("what a cell reads of all neighbours", NONE if told[0].crosstalk is None else
-         f"at most {_share(max(one.crosstalk or 0.0 for one in told))}"),
+          if len(groups) > 1 else []),
+        ("curves, least signal", f"{cells.name} ({', '.join(cells.coils)})"),
+        ("what a cell reads of all neighbours", NONE if groups[0].crosstalk is None else
+         f"at most {_share(max(one.crosstalk or 0.0 for one in groups))}"),
     ]
-
-
-def _of_cells(layout: Layout, estimates: Estimates) -> str:
-    """What the table of cells means, in a sentence."""
-    number = weakest_cell(layout.spec, estimates)
-    return f"In the other tables {FIGURES_ARE.format(pushed=number)}. {WEBS_KNOWN}"
 
 
 def errors(felt: Sequence[Performance]) -> Rows:

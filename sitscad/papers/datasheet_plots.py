@@ -34,18 +34,18 @@ class Plot:
     draw: Draw
 
 
-def figures(found: Curves, felt: Sequence[Performance], cell: int | None = None) -> list[Plot]:
-    """All plots of a sensor, the `WIDE` ones first; of cells curves are of one `cell`, errors of the worst."""
+def figures(found: Curves, felt: Sequence[Performance], cell: str = "") -> list[Plot]:
+    """All plots of a sensor, the `WIDE` ones first; `cell` names the cell with these curves if there are cells."""
     far = f" {BEYOND}" if any(float(np.abs(curve.forces).max()) > found.held for curve in found.shears
                               if curve.axis in SHEARS) else ""
     side = " and ".join(dict.fromkeys(NAMES[curve.axis].split()[0] for curve in found.shears))
-    of = "" if cell is None else f"Cell {cell}, which has the least signal. "
+    of = f"{cell.capitalize()}, which has the least signal. " if cell else ""
     lone = len(found.coils) == 1
     what = "The coil over the normal force; band:" if lone else (
         f"Each coil over the normal force, and over {side} under half of it; bands:")
     plots = [Plot(f"{of}{what} one sigma from unit to unit, tared, not calibrated. Inductance is what firmware/ "
                   "computes from a reading, 1 / (C (2 pi f)^2): the coil's own capacitance is in it.", WIDE,
-                  partial(_coils, found, "" if cell is None else f"cell {cell}, "))]
+                  partial(_coils, found, cell and f"{cell}, "))]
     if not lone:
         plots.append(Plot(f"{of}Combinations of the coils: their sum over the normal force, and their difference over "
                           f"{side} under no, half and full normal force." + far, WIDE, partial(_combined, found)))
@@ -53,7 +53,7 @@ def figures(found: Curves, felt: Sequence[Performance], cell: int | None = None)
         plots.append(Plot(f"{of}The working range: where the readings go. Lines of equal normal force (blue) and of "
                           f"equal {side} (orange); where lines of one colour cross, no map tells the loads apart."
                           + (f" {BEYOND_LINES}" if far else ""), NARROW, partial(_range, found)))
-    worst = "" if cell is None else ", by each cause that of the cell which is worst in it"
+    worst = ", by each cause that of the cell which is worst in it" if cell else ""
     plots.append(Plot(f"One sigma of error at full load by cause, of full scale, on any unit alike{worst}; the table "
                       "says what differs from unit to unit.", NARROW, partial(_errors, felt[-1])))
     return plots

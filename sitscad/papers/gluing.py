@@ -20,18 +20,16 @@ from sitscad.estimates.gluing import (
 )
 from sitscad.geometry.convex import Box
 from sitscad.layout.board import Layout
-from sitscad.layout.laser_sheet import joined_part
 from sitscad.parts.seat import GROOVE_DEPTH, grooves
 from sitscad.parts.tooling import PEG, is_cast
 from sitscad.scene import stack
-from sitscad.scene.bodies import MOUNT_PIECES, Body, elastomers, joints, seat_spans, targets
+from sitscad.scene.bodies import MOUNT_PIECES, Body, elastomers, glued_pieces, joints, plates, seat_spans, targets
 from sitscad.scene.column import Levels, Toleranced, placement
 from sitscad.scene.jaws import POCKET_CLEARANCE, half_width, jaw_range, room_across, section
 from sitscad.scene.seating import clearance, process_clearance, relief, retention, side_ledges, stop_place
 from sitscad.spec import presets
 from sitscad.spec.materials import Adhesive
 from sitscad.spec.mount import Assembly, Jaw, StepPart
-from sitscad.spec.places import cell_placements
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import in_mm, show
 
@@ -173,8 +171,7 @@ def loaded(part: str, mass: float) -> str:
 
 def glued(spec: SensorSpec, part: str, under: str, height: Toleranced, place: str) -> str:
     """How the elastomer or the target is glued in the jig at its place, and how high it is then."""
-    assembly, cells = spec.assembly, len(cell_placements(spec))
-    is_one = cells == 1 or (part == "elastomer" and joined_part(spec) is not None)
+    assembly, count = spec.assembly, len(glued_pieces(spec, part))
     press, area, glue = piece_press(spec, part), glued_area(spec, part), assembly.adhesive
     said = dose(glue, area, assembly.glue_line, assembly.glue_tolerance)
     on_foot = part == "target" and spec.elastomer is not None
@@ -188,14 +185,14 @@ def glued(spec: SensorSpec, part: str, under: str, height: Toleranced, place: st
     verb = "Put" if glue is not None and glue.viscosity is None else "Spread"
     webs = ", under the pads alone: the webs between them get none" if part == "elastomer" and joints(spec) else ""
     pad = f", and presses the pad by {1e3 * press.travel:.2g} mm, which comes back" if press.travel else ""
-    again = "" if is_one else f" Glue one of the {cells} cells at a time: glue that is spread beforehand sets."
+    again = "" if count == 1 else f" Glue one of the {count} cells at a time: glue that is spread beforehand sets."
     wiped = f" {JELLY_OFF}" if on_foot else ""
     return (
         f"Put the frame jig-{part} on the base: it goes on one way only.{place} {loaded(part, press.mass)}. "
         f"{held}{verb} {said}, on {under} in the well"
-        f"{'' if is_one else ' of a cell'}{webs}; {placed}. Nothing stops the press: its weight brings the glue to its "
-        f"line{pad}. Leave it until the glue has set, then lift press and frame.{wiped}{setting(glue)}{again} From the "
-        f"board's top face to its upper face are {toleranced(height)} then."
+        f"{'' if count == 1 else ' of a cell'}{webs}; {placed}. Nothing stops the press: its weight brings the glue to "
+        f"its line{pad}. Leave it until the glue has set, then lift press and frame.{wiped}{setting(glue)}{again} From "
+        f"the board's top face to its upper face are {toleranced(height)} then."
     )
 
 
@@ -254,7 +251,7 @@ def pressing(layout: Layout, spread: str = "") -> str:
     if spec.target is None and spec.elastomer is None:
         return f"{first}Press the board down with a flat stick until the glue has set."
     press = board_press(spec)
-    is_one = len(cell_placements(spec)) == 1
+    is_one = len(plates(spec, part)) == 1
     gives = "the pad gives" if is_one else "they give"
     pads = f" ({gives} by {1e3 * press.travel:.2g} mm, which comes back)" if press.travel else ""
     rim = f"Press the rim beside the {part} down with a flat stick, and never the {part} at one edge."
@@ -466,14 +463,14 @@ def _films(layout: Layout) -> str:
 def in_well(layout: Layout, part: str) -> str:
     """How a piece comes to its place in a frame's well, though frame and well have room; whole sentences."""
     room, end = process_clearance(layout.spec.mount), _tail_end(layout)
-    pieces = elastomers(layout.spec) if part == "elastomer" else targets(layout.spec)
-    (x0, y0, _, y1), (left, low, _, high) = layout.body, _box(pieces)
+    row = plates(layout.spec, part)
+    (x0, y0, _, y1), (left, low, _, high) = layout.body, _box(row)
     what = f"the {part}" if part == "elastomer" or layout.spec.elastomer is None else "the press with the target"
     places = (f"away from {end}", left - x0), ("on the right", low - y0), ("on the left", y1 - high)
     edges = ", ".join(f"{place} {in_mm(gap, 3)}" for place, gap in places) + f" (seen towards {end})"
     back = f"Push {what} in the well away from {end}: the two shifts cancel."
     across = (
-        "The round well holds it in the middle across." if pieces[0].footprint.is_round else
+        "The round well holds it in the middle across." if row[0].footprint.is_round else
         f"A strip of {FILM}, {in_mm(room, 3)} mm thick, on the right in the well (seen towards {end}), with the piece "
         "pushed against it, puts it in the middle across; it comes out with the frame."
     )
@@ -490,11 +487,11 @@ def in_well(layout: Layout, part: str) -> str:
 def pushed_ways(layout: Layout, part: str) -> tuple[str, ...]:
     """What the picture of the jig has below it: where the tail is, which way frame and piece are pushed, and films."""
     room, end = process_clearance(layout.spec.mount), _tail_end(layout)
-    pieces = elastomers(layout.spec) if part == "elastomer" else targets(layout.spec)
+    row = plates(layout.spec, part)
     film = f"A film of {in_mm(room, 3)} mm goes on the right in the well, seen towards {end}."
     return (
         f"On the left {end} is at the lower right.", f"Push the frame towards {end},",
-        f"and the {part} in its well away from {end}.", *([] if pieces[0].footprint.is_round else [film]),
+        f"and the {part} in its well away from {end}.", *([] if row[0].footprint.is_round else [film]),
     )
 
 

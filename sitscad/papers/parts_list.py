@@ -24,14 +24,22 @@ from sitscad.papers.mounting import cures_badly, nut_screw, screw_length, set_sc
 from sitscad.papers.preparing import Order, capacitor, is_laser_cut, order_of, pours
 from sitscad.parts.tooling import pour, skin_pour
 from sitscad.record import record
-from sitscad.scene.bodies import MOUNT_PIECES, seat_spans, shield_gap_text, shield_heights
+from sitscad.scene.bodies import (
+    MOUNT_PIECES,
+    elastomers,
+    glued_pieces,
+    seat_spans,
+    shield_gap_text,
+    shield_heights,
+    targets,
+)
 from sitscad.scene.column import column
 from sitscad.scene.jaws import section
 from sitscad.scene.seating import FLOOR, adapter_depth, adapter_needed, is_near_metal, plate_floor, screw_spacing
 from sitscad.scene.stack import has_round_body, shield, shield_part
 from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.mount import HolePattern, Mount
-from sitscad.spec.places import cell_placements, place_in_words
+from sitscad.spec.places import place_in_words
 from sitscad.spec.presets import board_kind
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import counted, csv_text, in_mm, show
@@ -166,7 +174,7 @@ def _converter(layout: Layout, estimates: Estimates) -> Iterator[Item]:
 
 def _soft_parts(layout: Layout) -> Iterator[Item]:
     """What lies on the board: elastomer, target, film."""
-    spec, cells = layout.spec, len(cell_placements(layout.spec))
+    spec = layout.spec
     if spec.elastomer is not None:
         pad, name = spec.elastomer, spec.elastomer.material.name
         hardness = f"hardness {pad.material.hardness}; " if pad.material.hardness else ""
@@ -178,21 +186,22 @@ def _soft_parts(layout: Layout) -> Iterator[Item]:
             times = f", {pours(spec)} pours" if pours(spec) > 1 else ""
             note += f"; or cast, {mixed.pads} at a time{times} in mount/{spec.name}-mould-tray, which takes {taken}"
             note += ", sealed first (mount/assembly.txt)" if cures_badly(spec.mount) else ""
-        count, shape, joined = cells, pad.shape, joined_part(spec)
+        shape, joined = pad.shape, joined_part(spec)
         if joined is not None:
-            count, shape, note = 1, "joined pads", f"{joined.words}; {note}"
+            shape, note = "joined pads", f"{joined.words}; {note}"
             size = _plate_size("rectangle", joined.size, pad.thickness)
         order = order_of("elastomer", name)
         if order is not None and order.words == LIQUIDS:
             note += f"; sold as {LIQUIDS}: cast it, or order cured sheet of this thickness from a maker of silicone "
             note += "sheet"
+        count = len(glued_pieces(spec, "elastomer"))
         yield _ordered(Item("elastomer", count, shape, name, size, note + _place(pad)), order)
     if spec.target is not None:
         target = spec.target
         size = _plate_size(target.shape, target.size, target.thickness)
         how = "cut with" if is_laser_cut(target.material.name, target.thickness) else "etched or punched by"
         note = f"{how} laser/{spec.name}-target.dxf{_place(target)}"
-        yield Item("target", cells, target.shape, target.material.name, size, note)
+        yield Item("target", len(targets(spec)), target.shape, target.material.name, size, note)
     if spec.encapsulation is not None:
         film = spec.encapsulation
         x, y = layout.body_size
@@ -258,10 +267,10 @@ def _carriers(layout: Layout) -> Iterator[Item]:
 
 
 def _weights(spec: SensorSpec, parts: Sequence[str]) -> Iterator[Item]:
-    """What weighs on the jig's presses, and on all pads of several cells, while glue sets."""
-    note, one_cell = "on jig-*-press (mount/assembly.txt)", len(cell_placements(spec)) == 1
+    """What weighs on the jig's presses, and on all pads together if they are several, while glue sets."""
+    note, has_one = "on jig-*-press (mount/assembly.txt)", len(targets(spec) or elastomers(spec)) == 1
     board = board_press(spec).mass
-    masses = {*(piece_press(spec, part).mass for part in parts), *([board] if one_cell else [])}
+    masses = {*(piece_press(spec, part).mass for part in parts), *([board] if has_one else [])}
     if counts := [count for mass in masses if (count := washers(mass)) is not None]:
         yield Item("jig weight", max(counts), "washer M8, ISO 7093", "steel", "", note)
     if heavy := sorted(mass for mass in masses if washers(mass) is None):
@@ -269,7 +278,7 @@ def _weights(spec: SensorSpec, parts: Sequence[str]) -> Iterator[Item]:
         sizes = [f"{in_mm(across)} mm across, about {1e3 * high:.0f} mm high" for _, across, high in bars]
         part = f"round bar, {' and '.join(mass for mass, *_ in bars)} with the press"
         yield Item("jig bar", len(bars), part, "steel", f"{'; '.join(sizes)}; hole of {in_mm(BAR_HOLE)} mm", note)
-    if not one_cell:
+    if not has_one:
         yield Item("board weight", 1, f"flat stiff plate and a weight, {grams(board)} together", "glass, steel", "",
                    "on all pads while the board is glued on (mount/assembly.txt)")
 

@@ -15,10 +15,9 @@ from sitscad.layout.board import Layout
 from sitscad.papers.gluing import board_assembly, duration
 from sitscad.parts.tooling import LEAST_MIX, Pour, pour
 from sitscad.record import record
-from sitscad.scene.bodies import joined
+from sitscad.scene.bodies import glued_pieces
 from sitscad.spec import presets
 from sitscad.spec.materials import ElastomerMaterial
-from sitscad.spec.places import cell_placements
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import parse_quantity
 from sitscad.writer import Package
@@ -71,8 +70,7 @@ def waits(layout: Layout) -> str:
 def pours(spec: SensorSpec) -> int:
     """How many times the mould is filled for one sensor's pads; 1 without a mould."""
     poured = pour(spec)
-    pieces = 1 if joined(spec) is not None else len(cell_placements(spec))
-    return 1 if poured is None else math.ceil(pieces / poured.pads)
+    return 1 if poured is None else math.ceil(len(glued_pieces(spec, "elastomer")) / poured.pads)
 
 
 def _cure(material: str) -> str:

@@ -39,16 +39,16 @@ from sitscad.scene.bodies import (
     board_heights,
     elastomer,
     elastomers,
+    glued_pieces,
     joined,
     joints,
-    targets,
+    plates,
     top_height,
 )
 from sitscad.scene.column import Toleranced, levels, mount_tolerance, on_board, print_limit, process_of
 from sitscad.scene.seating import plate_plan, process_clearance
 from sitscad.scene.stack import ground
 from sitscad.spec.mount import Mount
-from sitscad.spec.places import cell_placements
 from sitscad.spec.sensor import SensorSpec
 
 MATERIAL, COLOUR = "printed resin", "#c9b8a9"
@@ -199,9 +199,7 @@ class JigFrame:
 
 def jig_frames(layout: Layout) -> tuple[JigFrame, ...]:
     """The frames in the order of gluing; none for a sensor with nothing on its board."""
-    whole = joined(layout.spec)
-    pads = elastomers(layout.spec) if whole is None else (whole,)
-    rows = [row for row in (pads, targets(layout.spec)) if row]
+    rows = [row for part in ("elastomer", "target") if (row := glued_pieces(layout.spec, part))]
     at, gap, found = levels(on_board(layout)), process_clearance(layout.spec.mount), []
     under: tuple[Body, ...] = ()
     for row in rows:
@@ -373,8 +371,8 @@ def skin_pour(layout: Layout) -> Pour | None:
         return None
     thick, top = film.thickness, top_height(layout.spec)
     inside = sum(_area(body, 0.0) * body.thickness for body in above_board(layout.spec))
-    blocks = max(_area(body, thick + math.tan(DRAFT) * top / 2) for body in above_board(layout.spec))
-    blocks *= len(cell_placements(layout.spec))
+    room = thick + math.tan(DRAFT) * top / 2
+    blocks = max(math.fsum(_area(body, room) for body in plates(layout.spec, part)) for part in ("elastomer", "target"))
     flange = max(0.0, Region(ground(layout)).area - blocks) * thick
     volume = flange + blocks * top - inside
     return Pour(1, volume, SPILL * volume)

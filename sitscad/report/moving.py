@@ -20,14 +20,12 @@ from sitscad.drawing.frame import FORCED
 from sitscad.drawing.pictures.board import coil_extent
 from sitscad.drawing.web_page import page, part
 from sitscad.estimates import Estimates
-from sitscad.estimates.cells import cell_crosstalk, cell_signals, weakest_cell
 from sitscad.estimates.circuit.bands import STATUS, bands
 from sitscad.estimates.circuit.settings import devices, identity, serial_settings
 from sitscad.estimates.performance.values import AXIS_WORDS, MOMENTS
 from sitscad.layout.board import Layout
 from sitscad.scene import bodies
 from sitscad.scene.fit import hinge_pivot
-from sitscad.scene.state import REST
 from sitscad.spec.places import map_columns
 from sitscad.spec.sensor import SensorSpec
 
@@ -109,10 +107,6 @@ def pushed_document(
     """The table of `sitscad.estimates.response.table` as ``datasheet.json`` has it, the map of ``calibration.json``,
     how the converter counts, and the shapes (mm) of a section along x and one along y; None without a table.
     """
-    cells, whole = layout.spec.cells, (layout, estimates)
-    if cells is not None:  # the cell that the data sheet is of
-        number = weakest_cell(layout.spec, estimates)
-        layout, estimates = layout.cell(number), estimates.part((number - 1) * cells.coils, number * cells.coils)
     table, conversion = sheet.get("pushed"), estimates.readout.conversion
     spec = layout.spec
     pad, target = bodies.elastomer(spec), bodies.target(spec)
@@ -134,27 +128,7 @@ def pushed_document(
                        "offsets": list(conversion.offsets)},
         "shape": {"axes": axes, "pad_mm": MM * spec.elastomer.thickness if spec.elastomer else math.nan,
                   "target_mm": MM * target.thickness},
-    } | ({} if cells is None else {"cells": _cells(*whole)})
-
-
-def _cells(layout: Layout, estimates: Estimates) -> dict[str, Any]:
-    """The cell (from 1) that the table is of, and of every cell its coils, their frequencies at rest (Hz), its signal
-    in parts of that one's, and what its neighbours read of it at most, in parts of its signal.
-    """
-    spec, number = layout.spec, weakest_cell(layout.spec, estimates)
-    signals, crosstalk = cell_signals(spec, estimates), cell_crosstalk(layout, estimates)
-    pairs, found = () if crosstalk is None else crosstalk.pairs, []
-    assert spec.cells is not None and estimates.readout.conversion is not None
-    for k, signal in enumerate(signals):
-        own = slice(k * spec.cells.coils, (k + 1) * spec.cells.coils)
-        coils = estimates.coils[own]
-        found.append({
-            "coils": [coil.name for coil in coils],
-            "rest_Hz": [coil.states[REST].frequency if REST in coil.states else None for coil in coils],
-            "offsets": estimates.readout.conversion.offsets[own], "signal": signal / signals[number - 1],
-            "read_by": [[one, part] for one, other, part in pairs if other == k + 1],
-        })
-    return {"table": number, "all": found}
+    }
 
 
 def _span(boxes: list[tuple[float, float, float, float]], axis: int) -> list[float]:

@@ -132,24 +132,36 @@ def joints(spec: SensorSpec) -> tuple[Body, ...]:
 
 
 def joined(spec: SensorSpec) -> Body | None:
-    """The box round pads that webs make one piece of; None where there are no webs."""
+    """Box round the pads that webs make one piece; None without webs."""
     pad, piece = elastomer(spec), joined_part(spec)
     return None if pad is None or piece is None else replace(pad, plan=piece.place)
 
 
 def elastomers(spec: SensorSpec) -> tuple[Body, ...]:
-    """The soft pads, cell by cell; the one of a sensor without cells."""
-    return _of_cells(spec, elastomer)
+    """All soft pads; empty without an elastomer."""
+    return _each(spec, elastomer)
 
 
 def targets(spec: SensorSpec) -> tuple[Body, ...]:
-    """The conducting plates, cell by cell; the one of a sensor without cells."""
-    return _of_cells(spec, target)
+    """All conducting plates; empty without a target."""
+    return _each(spec, target)
 
 
-def _of_cells(spec: SensorSpec, one: Callable[[SensorSpec], Body | None]) -> tuple[Body, ...]:
-    found = (one(cell) for cell in cell_specs(spec))
-    return tuple(replace(body, cell=k * bool(spec.cells)) for k, body in enumerate(found, 1) if body is not None)
+def _each(spec: SensorSpec, one: Callable[[SensorSpec], Body | None]) -> tuple[Body, ...]:
+    cells = cell_specs(spec)
+    found = (one(cell) for cell in cells)
+    return tuple(replace(body, cell=k * (len(cells) > 1)) for k, body in enumerate(found, 1) if body is not None)
+
+
+def plates(spec: SensorSpec, part: str) -> tuple[Body, ...]:
+    """All pads (`part` is ``elastomer``), or all targets."""
+    return elastomers(spec) if part == "elastomer" else targets(spec)
+
+
+def glued_pieces(spec: SensorSpec, part: str) -> tuple[Body, ...]:
+    """The pads or targets that are glued one by one; pads that webs join are one piece, their common box."""
+    whole = joined(spec) if part == "elastomer" else None
+    return plates(spec, part) if whole is None else (whole,)
 
 
 def board_heights(stackup: Stackup) -> Heights:

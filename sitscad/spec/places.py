@@ -1,6 +1,4 @@
-"""Where elastomer and target lie from above: over the mean of the coils' centres, or offset from it; of cells each over
-its own coils.
-"""
+"""Where elastomer and target lie from above: over the mean of the coils' centres of their cell, or offset from it."""
 
 from __future__ import annotations
 
@@ -11,29 +9,35 @@ from itertools import pairwise
 
 from sitscad.geometry.convex import Footprint
 from sitscad.geometry.path import Point, bounding_box
-from sitscad.spec.coil import ArraySpec, CoilPlacement
-from sitscad.spec.materials import ElastomerPad, Target
+from sitscad.record import kept
+from sitscad.spec.coil import CoilPlacement
+from sitscad.spec.materials import Cells, ElastomerPad, Target
 from sitscad.spec.sensor import SensorSpec
 
 
 def cell_specs(spec: SensorSpec) -> tuple[SensorSpec, ...]:
-    """Every cell as a sensor of its own, with its coils in their places; the sensor itself where it has no cells."""
-    if spec.cells is None:
-        return (spec,)
-    is_line, strips = spec.array.pattern == "line" and spec.cells.coils > 1, webs(spec)
-    pattern = "line" if is_line else "single" if spec.cells.coils == 1 else "explicit"
-    pitch = spec.array.pitch if is_line else None
-    arrays = [replace(spec.array, pattern=pattern, placements=one, pitch=pitch) for one in cell_placements(spec)]
-    cells = (replace(spec, cells=None, array=array) for array in arrays)
-    pad = spec.elastomer
-    if pad is None or not strips:
-        return tuple(cells)
-    return tuple(replace(cell, elastomer=_joined(pad, _pad_centre(cell.array.placements, cell.array, pad), strips))
-                 for cell in cells)
+    """Every cell as a sensor of its own, with its coils in their places; the sensor itself if it has no cells."""
+    cells = spec.cells
+    return (spec,) if cells is None else kept(spec, "_cells", lambda: _cell_specs(spec, cells))
+
+
+def _cell_specs(spec: SensorSpec, cells: Cells) -> tuple[SensorSpec, ...]:
+    is_line, pad = spec.array.pattern == "line" and cells.coils > 1, spec.elastomer
+    pattern, pitch = "single" if cells.coils == 1 else "explicit", None
+    if is_line:
+        pattern, pitch = "line", spec.array.pitch
+    found = [replace(spec, cells=None, array=replace(spec.array, pattern=pattern, placements=one, pitch=pitch))
+             for one in cell_placements(spec)]
+    if pad is None or cells.web is None:
+        return tuple(found)
+    places = [footprint(cell, pad) for cell in found]
+    strips = _strips(places, cells.web)
+    return tuple(replace(cell, elastomer=_joined(pad, place.centre, strips))
+                 for cell, place in zip(found, places, strict=True))
 
 
 def cell_placements(spec: SensorSpec) -> list[tuple[CoilPlacement, ...]]:
-    """The coils, cell by cell; all of them where there are no cells."""
+    """The coils, cell by cell; all of them if there are no cells."""
     placements = spec.array.placements
     coils = len(placements) if spec.cells is None else spec.cells.coils
     return [placements[k : k + coils] for k in range(0, len(placements), coils)]
@@ -52,11 +56,6 @@ def map_columns(spec: SensorSpec, coils: Sequence[str]) -> tuple[list[int], str]
     return [names.index(name) for name in coils], f"{'+'.join(coils)}."
 
 
-def _pad_centre(coils: tuple[CoilPlacement, ...], array: ArraySpec, pad: ElastomerPad) -> Point:
-    (x, y), (dx, dy) = replace(array, placements=coils).middle, pad.offset
-    return Point(x + dx, y + dy)
-
-
 def _joined(pad: ElastomerPad, here: Point, strips: tuple[Footprint, ...]) -> ElastomerPad:
     """The pad of one cell with those of all cells' webs that end at its sides."""
     lengths, width = [0.0] * 4, 0.0
@@ -69,21 +68,23 @@ def _joined(pad: ElastomerPad, here: Point, strips: tuple[Footprint, ...]) -> El
 
 
 def webs(spec: SensorSpec) -> tuple[Footprint, ...]:
-    """The strips that join the pads of neighbouring cells in a row or a column, from edge to edge; none where the pads
-    stand apart or touch.
-    """
+    """Strips that join the pads of neighbouring cells in a row or a column; empty if pads stand apart or touch."""
     pad = spec.elastomer
     if spec.cells is None or spec.cells.web is None or pad is None:
         return ()
-    centres = sorted(_pad_centre(coils, spec.array, pad) for coils in cell_placements(spec))
-    found = []
+    return _strips([footprint(cell, pad) for cell in cell_specs(spec)], spec.cells.web)
+
+
+def _strips(pads: Sequence[Footprint], width: float) -> tuple[Footprint, ...]:
+    """Strips of a width (m) from edge to edge of neighbouring pads in rows and columns."""
+    centres, found = sorted(pad.centre for pad in pads), []
     for along in (0, 1):
         rows: dict[int, list[Point]] = {}
         for centre in centres:
             rows.setdefault(round(centre[1 - along] * 1e9), []).append(centre)
         for one, other in (pair for row in rows.values() for pair in pairwise(row)):
-            length = other[along] - one[along] - pad.size[along]
-            size = (length, spec.cells.web) if along == 0 else (spec.cells.web, length)
+            length = other[along] - one[along] - pads[0].size[along]
+            size = (length, width) if along == 0 else (width, length)
             if length > 1e-9:
                 found.append(Footprint(False, size, Point((one.x + other.x) / 2, (one.y + other.y) / 2)))
     return tuple(found)

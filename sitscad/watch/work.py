@@ -150,7 +150,7 @@ def _performance_figures(design: Design, pushed: ResponseModel | None = None) ->
     from sitscad.papers.datasheet import figures_for_programs
 
     felt = design.performance
-    return {DATA_SHEET: figures_for_programs(pushed, felt, cells=design.cells_document)} if felt else {}
+    return {DATA_SHEET: figures_for_programs(pushed, felt, cells=design.cell_table.document())} if felt else {}
 
 
 def _solids(design: Design) -> dict[str, bytes]:

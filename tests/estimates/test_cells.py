@@ -10,7 +10,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad.design import Design, respond
-from sitscad.estimates.cells import cell_signals, document, through_webs
+from sitscad.estimates.cells import cell_signals, through_webs
 from sitscad.estimates.response.pad import pushed, soft_pad
 from sitscad.estimates.response.working_range import normal_at
 from sitscad.estimates.signal import signals
@@ -68,8 +68,8 @@ def test_a_cell_of_a_skin_reads_as_the_same_sensor_alone(template):
     alone = Design(replace(skin.spec, cells=None, array=array, readout=replace(skin.spec.readout, capacitance=100e-12)))
     loads, most = [[8.0, 0.0, 0.0], [4.0, 0.5, 0.0]], skin.crosstalk.total
     own = respond(alone, loads=loads, rotation="held", frequency=7.5e6).target_change
-    for number in (1, 5, skin.cells):
-        found = respond(skin.cell(number), loads=loads, rotation="held", frequency=7.5e6).target_change
+    for cell in (skin.cells[0], skin.cells[4], skin.cells[-1]):
+        found = respond(cell, loads=loads, rotation="held", frequency=7.5e6).target_change
         assert found == approx(own, rel=most)
     assert most < 2e-4
 
@@ -122,7 +122,7 @@ def test_the_pad_of_a_cell_is_as_stiff_as_its_webs_make_it():
     ways = [pushed(webs.cell(k).spec, [[0.1, 0.0, 0.0]], np.array([True]))[0][0, 2] for k in (1, 2, 3)]
     free = bare.pose(np.array([[0.1, 0.0, 0.0]]), is_held=True)[0, 2]
     assert [free / way - 1.0 for way in ways] == approx([0.03, 0.059, 0.03], rel=0.05)
-    assert webs.weakest_cell == 2 and webs.softest_cell == 1 and apart.softest_cell == apart.weakest_cell
+    assert list(webs.extremes) == [2, 1] and len(apart.extremes) == 1
     # how far a pad is pressed is judged of the cell with the least webs: of the other one it passed
     thin = sitscad.check(webs.spec.replace("cells.web", "0.3 mm"), hints="none").findings
     assert any(found.rule == "SIT328" and found.key == "cells.web" for found in thin)  # the laser's notes refused it
@@ -146,14 +146,14 @@ def row() -> Design:
 @pytest.mark.slow
 def test_every_figure_is_that_of_the_cell_worst_in_it_and_each_is_told(row):
     """Figures of the cell with the least signal alone had more range and less error by tilt than its neighbours."""
-    ends, middle = row.told_cells
+    ends, middle = row.cell_table.groups
     assert (ends.numbers, middle.numbers, middle.coils) == ((1, 3), (2,), ("C2",))
     full, each = row.performance[-1], [row.cell(k).performance[-1] for k in (1, 2, 3)]
     assert full.overload == full.axes["normal"].range == min(one.overload for one in each) < each[1].overload
     assert full.axes["normal"].resolution == each[1].axes["normal"].resolution > each[0].axes["normal"].resolution
     tilts = [one.tilt_error["normal"]["ry"] for one in each]
     assert full.tilt_error["normal"]["ry"] == max(tilts) > 1.2 * tilts[1]
-    told = json.loads(figures_for_programs(None, row.performance, cells=document(row.told_cells, row.weakest_cell)))
+    told = json.loads(figures_for_programs(None, row.performance, cells=row.cell_table.document()))
     assert [one["cell"] for one in told["cells"]["each"]] == [1, 2, 3] and told["cells"]["pushed_of"] == 2
     for cell, own in zip(told["cells"]["each"], each, strict=True):
         assert cell["overload_N"] == cell["range_N"]["normal"] == approx(own.overload, rel=1e-5)

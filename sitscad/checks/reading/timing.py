@@ -189,7 +189,7 @@ def crosstalk(design: Design) -> Iterator[Verdict]:
     total, targets, target, coils, webs = (show(100.0 * getattr(found, name), "%", 2) for name in names)
     each = "; ".join(
         f"{one.words} by {show(100.0 * one.stiffer, '%', 2)}, pressed by {show(100.0 * one.strain, '%', 3)}"
-        for one in design.alike_cells)
+        for one in design.cell_groups)
     yield Violation(
         f"cells read each other: with all around it pressed, a cell changes by at most {total} of its own full signal",
         f"cells farther apart (array.pitch), {'narrower webs (cells.web), ' if found.webs else ''}or smaller targets",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field
 from typing import Any
 
@@ -202,34 +202,28 @@ def _finite(value: float) -> float | None:
 
 
 def worst_of(each: Sequence[Performance]) -> Performance:
-    """One working point of several cells, every figure that of the cell which is worst in it; coils are those of a cell
-    by their places in it, and of ``production`` all.
+    """One working point of several cells, each figure the worst of them; coils of different cells count by their place
+    in the cell.
     """
-    first, least = each[0], min(each, key=lambda one: one.load)
     # what ends a range is said of the one that ends first, and what differs by a figure alone once
     notes = [note for one in sorted(each, key=lambda one: one.axes["normal"].range) for note in one.notes]
     said = {re.sub(r"[0-9.]+", "", note): note for note in reversed(notes)}
-    frees = [one.free_overload for one in each if one.free_overload is not None]
-    frictions = [one.friction_error for one in each if one.friction_error is not None]
     slow = min(each, key=lambda one: one.bandwidth)
-
-    def largest(name: str) -> Any:
-        return _largest([getattr(one, name) for one in each])
-
-    tables = ("crosstalk", "straight_crosstalk", "tilt_slope", "tilt_error", "tilt_stiffness_error", "contact_error",
-              "temperature_error", "temperature_causes", "friction_causes", "production", "condition_number",
-              "map_degree")
+    figures = {name: _worst([getattr(one, name) for one in each], pick)
+               for pick, names in ((min, LEAST_IS_WORST), (_farthest, LARGEST_IS_WORST)) for name in names}
     return replace(
-        first, load=least.load, axes={name: _worst_axis([one.axes[name] for one in each]) for name in first.axes},
-        friction_error=max(frictions, default=None), bandwidth=slow.bandwidth, bandwidth_by=slow.bandwidth_by,
-        resonance={name: min(one.resonance[name] for one in each) for name in first.resonance},
-        invertible=all(one.invertible for one in each), overload=min(one.overload for one in each),
+        slow, axes={name: _worst_axis([one.axes[name] for one in each]) for name in slow.axes},
         ambiguous=next((one.ambiguous for one in each if one.ambiguous is not None), None),
-        free_overload=min(frees, default=None),
-        tilt_stiffness={turn: min(one.tilt_stiffness[turn] for one in each) for turn in first.tilt_stiffness},
-        notes=tuple(note for note in dict.fromkeys(notes) if note in said.values()),
-        **{name: largest(name) for name in tables},
+        notes=tuple(note for note in dict.fromkeys(notes) if note in said.values()), **figures,
     )
+
+
+LEAST_IS_WORST = ("load", "resonance", "invertible", "overload", "free_overload", "tilt_stiffness")
+LARGEST_IS_WORST = (
+    "crosstalk", "straight_crosstalk", "tilt_slope", "tilt_error", "tilt_stiffness_error", "contact_error",
+    "temperature_error", "temperature_causes", "friction_error", "friction_causes", "production", "condition_number",
+    "map_degree",
+)
 
 
 def _worst_axis(each: Sequence[AxisPerformance]) -> AxisPerformance:
@@ -237,16 +231,22 @@ def _worst_axis(each: Sequence[AxisPerformance]) -> AxisPerformance:
     return AxisPerformance(
         least.range, least.limited_by, min(one.full_scale for one in each),
         tuple(min(coil, key=abs) for coil in told), max(one.resolution for one in each),
-        max(one.nonlinearity for one in each), _largest([one.errors for one in each]), least.unit,
+        max(one.nonlinearity for one in each), _worst([one.errors for one in each], _farthest), least.unit,
     )
 
 
-def _largest(each: Sequence[Any]) -> Any:
-    """Of numbers that which is farthest from zero, of tables all their rows so."""
-    if not isinstance(each[0], Mapping):
-        return max(each, key=abs)
-    names = dict.fromkeys(name for one in each for name in one)
-    return {name: _largest([one[name] for one in each if name in one]) for name in names}
+def _worst(each: Sequence[Any], pick: Callable[[Sequence[Any]], Any]) -> Any:
+    """The worst of some figures, of tables row by row; None if all are None."""
+    known = [one for one in each if one is not None]
+    if not known or not isinstance(known[0], Mapping):
+        return pick(known) if known else None
+    names = dict.fromkeys(name for one in known for name in one)
+    return {name: _worst([one[name] for one in known if name in one], pick) for name in names}
+
+
+def _farthest(numbers: Sequence[float]) -> float:
+    """The number farthest from zero."""
+    return max(numbers, key=abs)
 
 
 def lasts_tared(cause: str) -> bool:

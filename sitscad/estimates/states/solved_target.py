@@ -22,11 +22,10 @@ from sitscad.estimates.response.plate import (
 from sitscad.estimates.response.scan import Changes
 from sitscad.estimates.states.assembly import AssemblyStates, metal_behind
 from sitscad.estimates.winding.wound import Wound
-from sitscad.layout.board import Coil, Layout
+from sitscad.layout.board import Layout
 from sitscad.physics.resonator import oscillate
 from sitscad.record import record
 from sitscad.scene.state import FREE
-from sitscad.spec.places import cell_placements, cell_specs
 from sitscad.spec.sensor import SensorSpec
 
 MOST, MAGNETIC = 800.0**3, 1100.0**3
@@ -34,12 +33,12 @@ MOST, MAGNETIC = 800.0**3, 1100.0**3
 three or four: their shares may have the sign of the change wrong."""
 
 
-def is_affordable(spec: SensorSpec, coils: Sequence[Coil], assembly: AssemblyStates, band: tuple[float, float]) -> bool:
+def is_affordable(wound: Wound, band: tuple[float, float]) -> bool:
     """Whether the target of the states can be solved in a second or two: not where it is far larger than what it is
     near to.
     """
-    spec = cell_specs(spec)[0]
-    coils = coils[: len(spec.array.placements)]
+    layout, assembly = wound.layout.cell(1), wound.assembly
+    spec, coils = layout.spec, layout.coils
     assert spec.target is not None
     cover = _placed(spec, assembly).cover(spec, coils)
     most = MAGNETIC if spec.target.material.relative_permeability > 1.1 else MOST
@@ -132,8 +131,9 @@ def solve_states(wound: Wound, band: tuple[float, float]) -> SolvedStates:
 
     Of cells the first one is solved. A target changes nothing of coils of other cells.
     """
-    cells, first, scale = len(cell_placements(wound.spec)), wound.first_cell, wound.winding.inductance
+    first, scale = wound.first_cell, wound.winding.inductance
     spec, coils = first.spec, first.layout.coils
+    cells = len(wound.layout.coils) // len(coils)
     placed = _placed(spec, wound.assembly)
     cover = placed.cover(spec, coils)
     near = NearTarget(first, cover, band)
@@ -158,12 +158,10 @@ def solve_states(wound: Wound, band: tuple[float, float]) -> SolvedStates:
 
 
 def own_changes(layout: Layout, poses: Array, frequency: float) -> ComplexArray:
-    """What the target at (n, 6) poses (m, rad) changes of every coil's inductance (H, complex), (n, coils), at one
-    frequency (Hz), currents even.
+    """What the target of one cell changes of its coils' inductances (H, complex), (n, coils), at (n, 6) poses (m, rad)
+    and one frequency (Hz), currents even.
     """
-    cells, layout = len(cell_placements(layout.spec)), layout.cell(1)
     spec = layout.spec
     placed = Placed.of(spec, at_rest(spec), poses)
     plate = plate_over_jaw(layout, (frequency,), placed.cover(spec, layout.coils))
-    found = np.einsum("pcc->pc", plate.changes(placed.turns, placed.places, True)[0][0])
-    return np.asarray(np.tile(found, (1, cells)))
+    return np.asarray(np.einsum("pcc->pc", plate.changes(placed.turns, placed.places, True)[0][0]))
