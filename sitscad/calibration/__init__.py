@@ -56,9 +56,8 @@ def calibrate(
     from sitscad.calibration.refusals import require_plausible, require_possible, require_told, second_readings
     from sitscad.estimates.response.working_range import axes_felt
     from sitscad.scene.motions import MOMENT, MotionError, is_held
-    from sitscad.spec.places import cell_placements
 
-    has_moments = any(name in axes_felt(design.spec, cell_placements(design.spec)[0]) for name in MOMENT)
+    has_moments = any(name in axes_felt(design.spec) for name in MOMENT)
     asked = is_held(rotation or ("free" if has_moments else USUAL_ROTATION))
     no_moments = "rotation held: a face that keeps the target level takes the moments that the spec asks for"
     if asked and has_moments:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from sitscad.check_values import Signal
@@ -11,23 +10,12 @@ from sitscad.scene.state import PRESSED, REST
 
 if TYPE_CHECKING:
     from sitscad.estimates.values import CoilEstimate, Estimates, ReadoutEstimate
-    from sitscad.spec.sensor import SensorSpec
 
 
 def signals(estimates: Estimates) -> tuple[Signal, ...]:
     """The signal of every coil that has both states; none without a required force, a target and an elastomer."""
     found = (_signal(coil, estimates.normal_force, estimates.readout) for coil in estimates.coils)
     return tuple(signal for signal in found if signal is not None)
-
-
-def strongest_signal(found: Sequence[Signal], spec: SensorSpec) -> Signal:
-    """The signal of the coil whose reading changes most; of cells that of the cell in which it does so least."""
-    count = len(spec.array.placements) if spec.cells is None else spec.cells.coils
-    cells: dict[int, list[Signal]] = {}
-    for k, placement in enumerate(spec.array.placements):
-        cells.setdefault(k // count, []).extend(one for one in found if one.coil == placement.name)
-    best = (max(cell, key=lambda one: abs(one.share)) for cell in cells.values() if cell)
-    return min(best, key=lambda one: abs(one.share))
 
 
 def _signal(coil: CoilEstimate, force: float | None, readout: ReadoutEstimate) -> Signal | None:

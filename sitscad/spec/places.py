@@ -129,8 +129,7 @@ def shared_middles(spec: SensorSpec) -> tuple[Point, ...]:
     mean of the coils' centres; of a coil beside the target the nearest place of the target.
     """
     assert spec.target is not None
-    target, spec = spec.target, gathered(spec)
-    outline, (mx, my), covered = spec.coil.outline, spec.array.middle, footprint(spec, target).box
+    outline, (mx, my), covered = spec.coil.outline, spec.array.middle, footprint(spec, spec.target).box
     found = []
     for placement in spec.array.placements:
         (x, y), turned = placement.centre, outline.boundary(spec.coil.size, 0.0).rotated(placement.rotation)

@@ -37,7 +37,7 @@ from sitscad.policy import Policy
 from sitscad.record import record, replace
 from sitscad.scene.state import PRESSED, REST
 from sitscad.spec.format.reading import SpecError
-from sitscad.spec.places import footprint, gathered
+from sitscad.spec.places import cell_placements, footprint
 from sitscad.spec.sensor import SensorSpec
 from sitscad.study.evaluation import FULL, SCREEN, Breach, Evaluation
 from sitscad.study.measures import MEASURES, AbsentError
@@ -153,7 +153,7 @@ def can_screen(spec: SensorSpec) -> bool:
 
 def _ends_over_coils(spec: SensorSpec) -> bool:
     """Whether the nearest rim of a target that several coils share lies where the screen holds."""
-    places = {place.centre for place in gathered(spec).array.placements}
+    places = {place.centre for place in cell_placements(spec)[0]}
     if spec.target is None or len(places) < 2:
         return True
     left, low, right, high = footprint(spec, spec.target).box

@@ -275,7 +275,7 @@ def _told_apart(axis: str) -> Need:
     def is_had(spec: SensorSpec) -> bool:
         from sitscad.estimates.response.working_range import axes_felt
 
-        return axis in axes_felt(spec, cell_placements(spec)[0])
+        return axis in axes_felt(spec)
 
     if axis in MOMENTS:
         return Need(f"requirements.{axis}, and coils that tell it apart", is_had,

@@ -34,7 +34,6 @@ from sitscad.scene.bodies import Body, elastomer, film_thickness, target
 from sitscad.scene.jaws import PartsError
 from sitscad.scene.stack import ground, shield_part
 from sitscad.spec.materials import Cutting
-from sitscad.spec.places import cell_specs
 from sitscad.units import show
 
 FACTORS = (1, 2, 3)
@@ -61,16 +60,15 @@ def overhang(design: Design) -> Iterator[Verdict]:
         yield complaint(plate, pad.outline(), "elastomer.size", over,
                         f"the target overhangs the elastomer by {show(over, 'm', 3)} {where}",
                         "an unsupported edge bends and tilts the target")
-    lows = [found for cell in cell_specs(spec) if (found := lowest(cell)) is not None]
-    overs = [one.footprint.hangs_over(body) for one in lows]
-    bare, low = max(zip(overs, lows, strict=True), key=lambda pair: pair[0], default=(-math.inf, None))
+    low = max(lowest(spec), key=lambda one: one.footprint.hangs_over(body), default=None)
+    bare = -math.inf if low is None else low.footprint.hangs_over(body)
     if low is None or bare + round_it <= ROUNDING:
         return
-    beside = 0.0 if bare > ROUNDING else round_it
+    beside, name = 0.0 if bare > ROUNDING else round_it, low.role.value
     over = bare + beside
-    what = f"encapsulation round the {low.name}" if beside else low.name
+    what = f"encapsulation round the {name}" if beside else name
     yield complaint(
-        low, body, f"{low.name}.size", over, f"the {what} hangs over the board's body by {show(over, 'm', 3)} "
+        low, body, f"{name}.size", over, f"the {what} hangs over the board's body by {show(over, 'm', 3)} "
         f"{_where(grown(low.footprint.box, beside), design.layout.body)}{_jaw_in_the_way(design)}",
         "what hangs over is neither bonded nor supported",
     )
@@ -116,9 +114,9 @@ def _widened(design: Design) -> Iterator[Fix]:
     """Yield larger bodies for what lies on them, the elastomer carrying the target."""
     first = next(larger_pad(design.spec), Fix((), design.spec))
     changed, also = first.spec, first.edits
-    layout, low = design.layout, lowest(changed)
-    if changed.fpc.body is not None and low is not None:
-        over = low.footprint.hangs_over(ground(layout)) + film_thickness(changed.encapsulation)
+    layout, lows = design.layout, lowest(changed)
+    if changed.fpc.body is not None and lows:
+        over = max(low.footprint.hangs_over(ground(layout)) for low in lows) + film_thickness(changed.encapsulation)
         fix = larger_body(changed, GRAIN * math.ceil(over / GRAIN))
         edge = edge_of_body(fix.spec)
         if fix.edits and edge is not None and lies(fix.spec, edge):

@@ -26,7 +26,7 @@ from sitscad.scene.bodies import Body, elastomer, elastomers, film_thickness, jo
 from sitscad.scene.column import print_limit
 from sitscad.spec.coil import ArraySpec
 from sitscad.spec.materials import ElastomerPad, Target
-from sitscad.spec.places import cell_specs, footprint
+from sitscad.spec.places import footprint
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import parse_quantity, show
 
@@ -34,9 +34,9 @@ MOST_MARGIN, MOST_SIDE = 0.1, 0.5
 """The largest margin and the longest side (m) that a spec takes."""
 
 
-def lowest(spec: SensorSpec) -> Body | None:
-    """What lies on the board itself."""
-    return elastomer(spec) or target(spec)
+def lowest(spec: SensorSpec) -> tuple[Body, ...]:
+    """The plates that lie on the board itself."""
+    return elastomers(spec) or targets(spec)
 
 
 def grown(box: tuple[float, ...], by: float) -> tuple[float, float, float, float]:
@@ -45,12 +45,12 @@ def grown(box: tuple[float, ...], by: float) -> tuple[float, float, float, float
 
 
 def lies(spec: SensorSpec, body: Path) -> bool:
-    """Whether the target lies on the elastomer, and that with its film on a body's outline; of cells all."""
+    """Whether each target lies on its elastomer, and that with its film on a body's outline."""
     pad, plate = elastomer(spec), target(spec)
     if pad is not None and plate is not None and plate.footprint.hangs_over(pad.outline()) > ROUNDING:
         return False
-    lows, film = (lowest(cell) for cell in cell_specs(spec)), film_thickness(spec.encapsulation)
-    return all(low is None or low.footprint.hangs_over(body) + film <= ROUNDING for low in lows)
+    film = film_thickness(spec.encapsulation)
+    return all(low.footprint.hangs_over(body) + film <= ROUNDING for low in lowest(spec))
 
 
 def larger_pad(spec: SensorSpec) -> Iterator[Fix]:
@@ -76,7 +76,7 @@ def pad_under_target(spec: SensorSpec) -> Iterator[Fix]:
 
 def more_margin(spec: SensorSpec, body: tuple[float, float, float, float]) -> tuple[float, float]:
     """The margin (m) with which the lower plate and its film lie on a body of now, its corners being rounded."""
-    here = [low.footprint for cell in cell_specs(spec) if (low := lowest(cell)) is not None]
+    here = [low.footprint for low in lowest(spec)]
     boxes = [grown(one.box, film_thickness(spec.encapsulation)) for one in here]
     more = [max(0.0, *(max(body[k] - box[k], box[k + 2] - body[k + 2]) for box in boxes)) for k in (0, 1)]
     radius = max(CORNER_RADIUS, spec.fpc.rules.copper_to_edge + spec.coil.trace_width / 2)

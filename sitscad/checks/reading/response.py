@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 
+from sitscad.check_values import Signal
 from sitscad.checks.assembly.plates import is_as_long_as_line
 from sitscad.checks.reading.readings import failed_states
 from sitscad.checks.rules import (
@@ -31,7 +32,7 @@ from sitscad.record import record
 from sitscad.scene.state import PRESSED, REST
 from sitscad.spec import presets
 from sitscad.spec.materials import Target
-from sitscad.spec.places import breadth_from, coils_from, shared_middles
+from sitscad.spec.places import breadth_from, cell_placements, coils_from, shared_middles
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
@@ -134,11 +135,8 @@ def _untold_shear(spec: SensorSpec, found: Sequence[SignalChange]) -> str:
     """The axes along which the coils of a sensor, or of one of its cells, stand apart, and those of them that feel
     anything do not: shear along these reads as a normal force. In words, empty where there is none.
     """
-    placements, lost = spec.array.placements, {response.coil for response in found if response.is_lost}
-    count = len(placements) if spec.cells is None else spec.cells.coils
-    untold = set()
-    for first in range(0, len(placements), count):
-        cell = placements[first : first + count]
+    lost, untold = {response.coil for response in found if response.is_lost}, set()
+    for cell in cell_placements(spec):
         for axis in (0, 1):
             places = [one.centre[axis] for one in cell]
             felt = [one.centre[axis] for one in cell if one.name not in lost]
@@ -263,22 +261,25 @@ def _back_over_the_coils(target: Target | None) -> str:
 
 
 def small_signal(design: Design) -> Iterator[Verdict]:
-    """How much of its reading the best coil's signal is (of cells the one's that reads least), against what a little
-    warmth does to that reading.
+    """How much of its reading the best coil's signal is, in the cell that reads least, against what a little warmth
+    does to that reading.
     """
-    from sitscad.estimates.signal import signals, strongest_signal  # needs nothing that the estimates have not loaded
+    from sitscad.estimates.signal import signals  # needs nothing that the estimates have not loaded
 
     found = signals(design.estimates)
     yield from failed_states(design, "signal over the required force")
     if not found:
         yield Undecided("no signal from rest to pressed was estimated")
         return
-    best, least = strongest_signal(found, design.spec), own_limits()["least_signal"]
+    cells, strongest = cell_placements(design.spec), dict[int, Signal]()  # by cell
+    numbers = {place.name: k for k, cell in enumerate(cells, 1) for place in cell}
+    for one in sorted(found, key=lambda one: -abs(one.share)):
+        strongest.setdefault(numbers[one.coil], one)
+    number, best = min(strongest.items(), key=lambda pair: abs(pair[1].share))
+    least = own_limits()["least_signal"]
     if abs(best.share) >= least.value:
         return
-    cell, cells = "", design.spec.cells
-    if cells is not None:
-        cell = f"cell {1 + [p.name for p in design.spec.array.placements].index(best.coil) // cells.coils}: "
+    cell = f"cell {number}: " if len(cells) > 1 else ""
     drift, share = own_limits()["drift_of_ten_kelvin"].value, abs(best.share)
     steps = f", {best.steps:.0f} steps of the converter" if best.steps else ""
     scale = f"{100.0 * drift / share:.0f} % of full scale" if share > drift else "all of it and more"

@@ -17,6 +17,7 @@ from sitscad.mechanics.pad import HELD_SHEAR, BondedPad
 from sitscad.physics.polynomials import spread
 from sitscad.record import record
 from sitscad.spec.coil import CoilPlacement
+from sitscad.spec.places import cell_placements
 from sitscad.spec.sensor import SensorSpec
 
 SLIP = 0.42  # Shear over normal at slip on tissue (Jones, thesis, 4.4)
@@ -259,12 +260,12 @@ INSTEAD = {"shear_x": "moment_y", "shear_y": "moment_x"}
 """The moment that moves the readings of an array as a shear does: coils on one side more, on the other side less."""
 
 
-def axes_felt(spec: SensorSpec, placements: tuple[CoilPlacement, ...] | None = None) -> tuple[str, ...]:
-    """The axes of load that are computed: those that the array (or some of its coils) tells apart, a moment that is
-    asked for in place of the shear that reads as it does.
+def axes_felt(spec: SensorSpec) -> tuple[str, ...]:
+    """The axes of load that are computed: those that the coils of one target tell apart, a moment that is asked for in
+    place of the shear that reads as it does.
     """
     asked = {name for name in MOMENTS if getattr(spec.requirements, name) is not None}
-    told = axes_told_apart(spec.array.placements if placements is None else placements)
+    told = axes_told_apart(cell_placements(spec)[0])
     found = {INSTEAD[name] if INSTEAD.get(name) in asked else name for name in told}
     return tuple(name for name in AXES if name in found)
 

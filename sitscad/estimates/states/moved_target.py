@@ -16,7 +16,6 @@ from sitscad.estimates.winding.solved import LEAST_DISTANCE
 from sitscad.layout.board import Layout
 from sitscad.physics.metal.half_spaces import raised_inductances, reflected_inductances
 from sitscad.record import replace
-from sitscad.spec.places import gathered
 
 
 def target_effects(layout: Layout, moves: Sequence[Move], heights: Sequence[float], frequency: float) -> Array:
@@ -26,7 +25,7 @@ def target_effects(layout: Layout, moves: Sequence[Move], heights: Sequence[floa
     It is the effect of an endless plate times the share that the finite one has at the coil's place (`finite_target`).
     Its loss and what crowding of the current adds are left out. Every height is solved for all moves at once.
     """
-    spec = gathered(warmed(layout.spec, layout.spec.requirements.temperature))
+    spec = warmed(layout.spec, layout.spec.requirements.temperature)
     rest = at_rest(spec)
     assert rest is not None
     over = rest.above
