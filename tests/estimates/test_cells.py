@@ -163,6 +163,14 @@ def test_every_figure_is_that_of_the_cell_worst_in_it_and_each_is_told(row):
 
 
 @pytest.mark.slow
+def test_production_limits_of_a_skin_have_every_coil_at_every_point():
+    """Half and full load had only the coils of the two cells that were solved, of three alike ones."""
+    skin = design("{pattern: line, count: 3, pitch: 12}")
+    assert len(skin.cell_groups) == 1
+    assert [set(point.production) for point in skin.performance] == 3 * [{"C1", "C2", "C3"}]
+
+
+@pytest.mark.slow
 def test_each_cell_is_judged_with_its_own_webs_and_the_worst_named(row):
     """The signal was that of a mean pad; the error by tilt that of the cell that tilts least."""
     ends, middle, _ = signals(row.estimates)

@@ -369,7 +369,7 @@ def test_curves_of_a_cell_name_it_and_one_coil_is_drawn_once(bench, drawn):
     normal = drawn.normal
     alone = replace(drawn, coils=("C5",), places=drawn.places[:1], shears=(), ranges=(), normal=replace(
         normal, inductance=normal.inductance[:, :1], sigma=normal.sigma[:, :1]))
-    curve, errors_of = figures(alone, bench.performance, 5)
+    curve, errors_of = figures(alone, bench.performance, "cell 5")
     assert curve.caption.startswith("Cell 5") and "shear" not in curve.caption and "worst" in errors_of.caption
     sheet = Sheet("plot", curve.size)
     plot(sheet, (0.0, 0.0, *curve.size), curve.draw)
