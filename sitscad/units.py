@@ -217,6 +217,7 @@ def exact_text(value: float, dimension: str) -> str:
 _SHOWN = {
     "": ((1.0, ""),),
     "m": ((1e-9, "nm"), (1e-6, "um"), (1e-3, "mm"), (10.0, "m")),
+    "m2": ((1e-6, "mm2"),),
     "H": ((1e-12, "pH"), (1e-9, "nH"), (1e-6, "uH"), (1e-3, "mH"), (1.0, "H")),
     "F": ((1e-12, "pF"), (1e-9, "nF"), (1e-6, "uF"), (1e-3, "mF"), (1.0, "F")),
     "ohm": ((1e-6, "uohm"), (1e-3, "mohm"), (1.0, "ohm"), (1e3, "kohm"), (1e6, "Mohm")),

@@ -53,6 +53,12 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]], numbers: Sequence[
     return f"<div class='scroll'><table>{title}{heading}<tbody>{body}</tbody></table></div>"
 
 
+def bullets(entries: Iterable[object]) -> str:
+    """A list; every entry is escaped here. Nothing for one without entries."""
+    items = "".join(f"<li>{escape(str(entry))}</li>" for entry in entries)
+    return f"<ul class='columns'>{items}</ul>" if items else ""
+
+
 STYLE = """
 :root {
   color-scheme: light dark;

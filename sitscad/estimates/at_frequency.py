@@ -16,6 +16,7 @@ from sitscad.estimates.winding.wound import Wound
 from sitscad.layout.board import Layout
 from sitscad.physics.resonator import apparent_impedance
 from sitscad.physics.threads import one_thread
+from sitscad.quantities import AT_FREQUENCY, document
 from sitscad.record import record, replace
 from sitscad.scene.state import FREE
 from sitscad.units import show
@@ -60,16 +61,7 @@ class CoilAtFrequency:
 
     def document(self) -> dict[str, Any]:
         """Return the values under their names in JSON."""
-        return {
-            "coil": self.coil, "frequency_Hz": self.frequency, "winding_inductance_H": self.winding_inductance,
-            "winding_inductance_error": self.winding_inductance_error,
-            "winding_resistance_ohm": self.winding_resistance,
-            "winding_resistance_error": self.winding_resistance_error,
-            "winding_quality_factor": self.winding_quality_factor, "inductance_H": self.inductance,
-            "resistance_ohm": self.resistance, "resistance_error": self.resistance_error,
-            "quality_factor": self.quality_factor, "apparent_inductance_H": self.apparent_inductance,
-            "apparent_resistance_ohm": self.apparent_resistance, "self_resonance_Hz": self.self_resonance,
-        }
+        return document(self, AT_FREQUENCY)
 
 
 @one_thread

@@ -1,4 +1,4 @@
-"""Quantities that tables, studies, data sheets and the watched page share: each is named here once."""
+"""Quantities that belong to the sensor as a whole, as rows of texts, pages and data sheets."""
 
 from __future__ import annotations
 
@@ -6,28 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from sitscad.estimates.performance.values import AXIS_WORDS, INSTABILITY
-from sitscad.estimates.values import UNIT
-from sitscad.units import NONE, quantity, show
-
-
-def field_and_unit(key: str) -> tuple[str, str]:
-    """Return the field and the SI unit that a key of JSON stands for: ``frequency_Hz`` is ("frequency", "Hz")."""
-    unit = UNIT.search(key)
-    return (key, "") if unit is None else (key[: unit.start()], unit[1])
-
-
-def figure_text(values: object, key: str, digits: int = 4) -> str:
-    """Return the figure that JSON has under a key as text."""
-    field, unit = field_and_unit(key)
-    return quantity(getattr(values, field), unit, digits)
-
-
-TANK = {
-    "inductance": ("inductance_H", 4), "resistance": ("resistance_ohm", 4), "frequency": ("frequency_Hz", 4),
-    "Rp": ("parallel_resistance_ohm", 4), "Q": ("quality_factor", 3), "amplitude": ("amplitude_V", 3),
-}
-"""Quantities of a tank by their headings: key in JSON and digits for people."""
-
+from sitscad.units import NONE, show
 
 SIDEWAYS = "the pad gives way sideways"  # Ends a normal force before the pad is strained too far
 

@@ -3,13 +3,23 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping
 from dataclasses import field, replace
 from typing import Any
 
 from sitscad.estimates.states.pressing import PressingScatter
 from sitscad.mechanics.elastomer import Compression
+from sitscad.quantities import (
+    COIL,
+    COMPRESSION,
+    READOUT,
+    SCAN_TIMES,
+    STATE,
+    TANK,
+    deviations,
+    document,
+    finite,
+)
 from sitscad.readout.conversion import Conversion
 from sitscad.readout.converter import Channel, Converter
 from sitscad.record import record
@@ -186,6 +196,11 @@ class CoilEstimate:
         return math.hypot(*changes[0]) / force, math.hypot(*changes[1]) / force
 
     @property
+    def lead_capacitance(self) -> float | None:
+        """Capacitance (F) of leads and tail. None if the winding's is unknown."""
+        return None if self.winding_capacitance is None else self.self_capacitance - self.winding_capacitance
+
+    @property
     def resistance_change(self) -> tuple[float, float] | None:
         """Change of resistance at the contacts (ohm) from rest to pressed, and how far off it can be, at most: what the
         bounds of both states, which err alike, differ by. The target's own loss grows while it takes field away from
@@ -283,6 +298,11 @@ class ReadoutEstimate:
         return f"{device.bits} of {device.count_bits} bits, a step of {step} (gain {gain})"
 
     @property
+    def result_interval(self) -> float | None:
+        """Time (s) from one result to the next of a converter that reads one coil, which settles once."""
+        return None if self.settle_time is None else self.dwell_time - self.settle_time
+
+    @property
     def readable_rate(self) -> float | None:
         """Complete scans a second (Hz) that can be read over I2C."""
         return 1.0 / self.read_back_time if self.read_back_time else None
@@ -369,14 +389,14 @@ class Estimates:
             "coils": [_coil_document(coil, place, self.normal_force)
                       for coil, place in zip(self.coils, self.readout.device.places(len(self.coils)), strict=True)],
             "temperature_C": self.temperature,
-            "inductance_matrix_H": [[_number(value) for value in row] for row in self.inductance_matrix],
-            "inductance_matrix_error_H": [[_number(value) for value in row] for row in self.inductance_matrix_error],
+            "inductance_matrix_H": [[finite(value) for value in row] for row in self.inductance_matrix],
+            "inductance_matrix_error_H": [[finite(value) for value in row] for row in self.inductance_matrix_error],
             "readout": _readout_document(self.readout),
             "gaps_m": _numbers(self.gaps),
             "gaps_sigma_m": _numbers(self.gap_sigmas),
-            "compression": _compression_document(self.compression, self.compression_scatter),
+            "compression": _compression_document(self),
             "cross_checks": [
-                {"coil": c.coil, "method": c.method, "inductance_H": _number(c.inductance), "valid": c.is_valid}
+                {"coil": c.coil, "method": c.method, "inductance_H": finite(c.inductance), "valid": c.is_valid}
                 for c in self.cross_checks
             ],
             "no_cross_check": self.no_cross_check,
@@ -384,19 +404,8 @@ class Estimates:
         }
 
 
-def _figures(value: object, keys: str) -> dict[str, Any]:
-    """Fields of a record under their names with the unit behind; a number with a unit is a float, None where it is
-    absent or not finite.
-    """
-    found = {key: getattr(value, UNIT.sub("", key)) for key in keys.split()}
-    return {key: _number(one) if UNIT.search(key) or isinstance(one, float) else one for key, one in found.items()}
-
-
-UNIT = re.compile("_(H|ohm|F|Hz|V|A|s|m2?|Pa)$")
-
-
 def _numbers(values: Mapping[str, float]) -> dict[str, float | None]:
-    return {name: _number(value) for name, value in values.items()}
+    return {name: finite(value) for name, value in values.items()}
 
 
 def _coil_document(coil: CoilEstimate, place: Channel, force: float | None) -> dict[str, Any]:
@@ -407,67 +416,44 @@ def _coil_document(coil: CoilEstimate, place: Channel, force: float | None) -> d
     formula, of_formula = coil.converter_sensitivity(force) or (None, None)
     return {
         "name": coil.name,
-        "centre_m": [_number(coil.centre[0]), _number(coil.centre[1])],
-        **_figures(coil, "winding_inductance_H terminal_inductance_H inductance_error resistance_error "
-                         "bend_inductance_H method lead_inductance_H resistance_dc_ohm resistance_ac_ohm "
-                         "terminal_resistance_dc_ohm capacitance_F self_capacitance_F sensor_frequency_Hz "
-                         "parallel_resistance_ohm quality_factor self_resonance_Hz trace_length_m inner_diameter_m"),
+        "centre_m": [finite(coil.centre[0]), finite(coil.centre[1])],
+        **document(coil, COIL),
         "lead_inductance_parts_H": _numbers(coil.lead_parts),
         "inductance_parts_H": _numbers(coil.inductance_parts),
-        **_figures(coil, "winding_capacitance_F apparent_inductance_H"),
-        "resistance_change_ohm": _number(change[0]),
-        "resistance_change_error_ohm": _number(change[1]),
+        "resistance_change_ohm": finite(change[0]),
+        "resistance_change_error_ohm": finite(change[1]),
         "failed_states": dict(coil.failed_states),
         "states": {name: _state_document(state) for name, state in coil.states.items()},
         "converter": place.converter,
         "channel": place.number,
         "i2c_bus": place.bus,
         "i2c_address": place.address,
-        "inductance_H_per_N": _number(inductance),
-        "frequency_Hz_per_N": _number(frequency),
-        "sigma_inductance_H_per_N": _number(of_inductance),
-        "converter_inductance_H_per_N": _number(formula),
-        "sigma_converter_inductance_H_per_N": _number(of_formula),
-        "sigma_frequency_Hz_per_N": _number(of_frequency),
+        "inductance_H_per_N": finite(inductance),
+        "frequency_Hz_per_N": finite(frequency),
+        "sigma_inductance_H_per_N": finite(of_inductance),
+        "converter_inductance_H_per_N": finite(formula),
+        "sigma_converter_inductance_H_per_N": finite(of_formula),
+        "sigma_frequency_Hz_per_N": finite(of_frequency),
     }
 
 
-def _compression_document(pressed: Compression | None, scatter: PressingScatter | None) -> dict[str, Any] | None:
-    """The pressed pad as it stands in JSON; None without one."""
-    if pressed is None:
+def _compression_document(estimates: Estimates) -> dict[str, Any] | None:
+    """Return the pressed pad for JSON. None without one."""
+    scatter = estimates.compression_scatter
+    if estimates.compression is None:
         return None
-    found = _figures(pressed, "strain least_strain gap_m loaded_area_m2 loaded_share shape_factor apparent_modulus_Pa "
-                              "valid note")
-    if scatter is None:
-        return {**found, "sigma": None}
-    sigma = _figures(scatter, "strain gap_m apparent_modulus_Pa cause")
-    return {**found, "sigma": {**sigma, "strain_by_cause": _numbers(scatter.shares)}}
+    sigma = None if scatter is None else deviations(estimates, COMPRESSION) | {
+        "cause": scatter.cause, "strain_by_cause": _numbers(scatter.shares)}
+    return document(estimates, COMPRESSION) | {"sigma": sigma}
 
 
 def _state_document(state: StateEstimate) -> dict[str, Any]:
-    """One state as it stands in JSON, one sigma of it too where that is known."""
-    sigma, spread = None, state.spread
-    if spread is not None:
-        sigma = _figures(spread, "inductance_H resistance_ohm frequency_Hz parallel_resistance_ohm amplitude_V")
-        sigma["causes"] = dict(spread.causes)
-    return _figures(state, "inductance_H resistance_ohm resistance_error target_change_H target_change_error "
-                           "frequency_Hz parallel_resistance_ohm quality_factor amplitude_V apparent_inductance_H "
-                           "converter_inductance_H coil_amplitude_V quantum_H noise_H") | {"sigma": sigma}
+    """Return one state for JSON, with one sigma if that is known."""
+    sigma = None if state.spread is None else deviations(state, TANK) | {"causes": dict(state.spread.causes)}
+    return document(state, STATE) | {"sigma": sigma}
 
 
 def _readout_document(readout: ReadoutEstimate) -> dict[str, Any]:
-    """The converter's settings as they stand in JSON."""
+    """Return the converter's settings for JSON."""
     gains = {"output_gain": readout.output_gain, "offsets": list(readout.offsets)} if readout.device.has_gains else {}
-    return {
-        **_figures(readout, "capacitance_F capacitance_reason conversion_capacitance_F drive_code"),
-        "drive_codes": list(readout.drive_codes) or None,
-        **_figures(readout, "drive_current_A reference_divider reference_frequency_Hz input_divider"),
-        **gains,
-        **_figures(readout, "rcount settle_count dwell_time_s scan_rate_Hz high_current capacitor_tolerance "
-                            "settle_time_s conversion_time_s switch_time_s read_back_time_s readable_rate_Hz "
-                            "supply_current_A"),
-    }
-
-
-def _number(value: float | None) -> float | None:
-    return float(value) if value is not None and math.isfinite(value) else None
+    return {**document(readout, (*READOUT, *SCAN_TIMES)), "drive_codes": list(readout.drive_codes) or None, **gains}

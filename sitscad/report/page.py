@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from sitscad.drawing.sheet import Pen, Sheet
 from sitscad.drawing.svg import svg
-from sitscad.drawing.web_page import figure, page, part, soft
+from sitscad.drawing.web_page import bullets, figure, page, part, soft
 from sitscad.finding import Finding, Severity
 from sitscad.geometry.path import Point, polyline, rectangle
 from sitscad.record import record
@@ -58,7 +58,6 @@ def render(
     """
     title = "Seen from the top; both contacts of a coil are one net"
     rows = [[name, f"{size:,} bytes".replace(",", "\u202f")] for name, size in sorted(files.items())]
-    settings, crossed = numbers.readout_rows(estimates), numbers.cross_check_rows(estimates)
     unverified = [[each.what, each.value, each.source] for each in unverified_figures(spec)]
     skipped = [[each.rule, each.reason] for each in checked.not_checked]
     not_checked = _in_columns(_table(["rule", "why it was not checked"], skipped, ""))
@@ -73,11 +72,11 @@ def render(
         part("Incoming test", _incoming(estimates, bench)),
         part("Electrical numbers", _electrical(estimates)),
         part("What it feels", _performance_section(felt or {})),
-        part("Readout settings", _table(["setting", "value"], settings, estimates.readout.device.part)),
+        part("Readout settings", numbers.page_tables([numbers.readout_table(estimates)])),
         part("Stack", _stack(spec, estimates)),
         part("Fit", _fit(checked)),
-        part("Cross-checks", _table(numbers.CROSS_HEAD, crossed, "Closed formulas beside the estimate")),
-        part("Defaults assumed", _list(spec.source.defaults)),
+        part("Cross-checks", numbers.page_tables([numbers.cross_check_table(estimates)])),
+        part("Defaults assumed", bullets(spec.source.defaults)),
         part(
             "Figures that nobody has verified",
             _table(["figure", "taken as", "why it is unverified, and what to do"], unverified, ""),
@@ -270,30 +269,14 @@ def _where(finding: Finding, number: int | None) -> str:
 
 
 def _electrical(estimates: Estimates) -> str:
-    from sitscad.estimates.signal import signals  # loads nothing that the estimates have not loaded
-
     if not estimates.coils:
         return "<p>No coil could be estimated.</p>"
-    names = ["", *(coil.name for coil in estimates.coils)]
-    matrix = _table(names, numbers.matrix_rows(estimates), "Inductance matrix of the windings")
     notes = (note for note in estimates.notes if note != estimates.incomplete)
-    felt = signals(estimates)
-    return (
-        _table(names if felt else ["", ""], measures.signal_rows(felt, estimates), measures.SIGNAL_TITLE)
-        + _table(*numbers.state_table(estimates))
-        + _table(*numbers.reading_table(estimates))
-        + _table(measures.OTHERS_HEAD, measures.other_rows(estimates), measures.OTHERS_TITLE)
-        + _list(measures.OTHERS_MEANING)
-        + _table(*numbers.spread_table(estimates))
-        + _table(names, numbers.coil_rows(estimates), "Each coil")
-        + _table(names, numbers.part_rows(estimates), numbers.PARTS_TITLE)
-        + (matrix if len(estimates.coils) > 1 else "")
-        + _list(notes)
-    )
+    return numbers.page_tables(numbers.estimate_tables(estimates)) + bullets(notes)
 
 
 def _incoming(estimates: Estimates, bench: Estimates | None) -> str:
-    """What the bare boards are tested by when they come, and the converter's drive for them."""
+    """Return what the bare boards are tested by when they come, and the converter's drive for them."""
     from sitscad.estimates.circuit.drive import bare_board_code  # loads nothing that the estimates have not loaded
 
     if bench is None:
@@ -306,7 +289,7 @@ def _incoming(estimates: Estimates, bench: Estimates | None) -> str:
         if code is not None and readout.drive_code is not None and not readout.high_current
         else ""
     )
-    return _table(*numbers.incoming_table(bench)) + drive
+    return numbers.page_tables(numbers.incoming_tables(bench)) + drive
 
 
 def _performance_section(sheet: Document) -> str:
@@ -328,21 +311,12 @@ def _stack(spec: SensorSpec, estimates: Estimates) -> str:
     stackup = spec.fpc.stackup
     bare = "" if is_rigid(stackup) else " without stiffener"
     total = f"The board is {show(stackup.thickness, 'm')} thick{bare} ({escape(stackup.name)})."
-    pressed = _table(["", ""], numbers.compression_rows(estimates), numbers.PRESSED_TITLE)
-    return f"{figure}<p>{total}</p>" + _table(["gap", ""], numbers.gap_rows(estimates), numbers.GAPS_TITLE) + pressed
+    return f"{figure}<p>{total}</p>{numbers.page_tables(numbers.stack_tables(estimates))}"
 
 
 def _fit(checked: CheckedSpec) -> str:
-    return (
-        _table(*measures.fit_table(checked.fit))
-        + _table(*measures.part_table(checked.fit))
-        + ("" if checked.closing is None else _table(*measures.closing_table(checked.closing)))
-    )
-
-
-def _list(entries: Iterable[object]) -> str:
-    items = "".join(f"<li>{escape(str(entry))}</li>" for entry in entries)
-    return f"<ul class='columns'>{items}</ul>" if items else ""
+    closing = [] if checked.closing is None else [measures.closing_table(checked.closing)]
+    return numbers.page_tables([*measures.fit_tables(checked.fit), *closing])
 
 
 def _in_columns(body: str) -> str:

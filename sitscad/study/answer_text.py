@@ -8,9 +8,9 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
+from sitscad.quantities import Table
 from sitscad.record import record
 from sitscad.report.findings import to_json
-from sitscad.report.findings.measures import Table
 from sitscad.report.numbers import table_text
 from sitscad.study.answer import beaten_by_base, changed, unjudged
 from sitscad.study.evaluating import NO_SCREEN

@@ -11,8 +11,8 @@ import numpy as np
 from sitscad.check_values import Measure as FitMeasure
 from sitscad.design import Design
 from sitscad.estimates.performance.values import AXES, AXIS_WORDS, FORCES, MOMENTS, unit_of
-from sitscad.estimates.quantities import TANK, field_and_unit
 from sitscad.estimates.values import crowding_error
+from sitscad.quantities import TANK
 from sitscad.record import record
 from sitscad.scene.fit import CLOSED_PAIR
 from sitscad.spec.places import cell_placements
@@ -284,9 +284,10 @@ def _told_apart(axis: str) -> Need:
 
 
 def _rows() -> Iterator[DesignMeasure]:
+    quantities = {each.label: each for each in TANK}
     for name, (pick, meaning, by_inductance, by_loss) in WORST.items():
-        field, unit = field_and_unit(TANK[name][0])
-        yield DesignMeasure(name.lower(), unit, meaning, (), _of_tank(pick, field, by_inductance, by_loss))
+        tank = quantities[name]
+        yield DesignMeasure(name.lower(), tank.unit, meaning, (), _of_tank(pick, tank.field, by_inductance, by_loss))
     yield DesignMeasure("signal.normal", "", "share by which the reading changes from rest to "
                         "requirements.normal_force, of the coil where it changes least",
                         (*PADDED, FORCE), _signal)
@@ -331,9 +332,9 @@ def _rows() -> Iterator[DesignMeasure]:
                         _exact(lambda design: design.estimates.readout.supply_current, uncounted))
     for name, (pick, *_) in WORST.items():
         if name != "Q":
-            own, (field, unit) = name.lower(), field_and_unit(TANK[name][0])
+            own, tank = name.lower(), quantities[name]
             meaning = f"one sigma of {own} from unit to unit, to first order, where {own} is at its worst"
-            yield DesignMeasure(f"sigma.{own}", unit, meaning, (), _sigma(pick, field))
+            yield DesignMeasure(f"sigma.{own}", tank.unit, meaning, (), _sigma(pick, tank.field))
     yield DesignMeasure("yield", "", "share of units that keep every electrical, reading and feeling rule, over the "
                         "spreads of manufacture", (),
                         _exact(lambda design: None, "it is a study's: of the designs that it keeps"))

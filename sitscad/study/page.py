@@ -22,7 +22,7 @@ from sitscad.geometry.path import Path, Point, bounding_box, box_around, circle,
 from sitscad.layout import sketch
 from sitscad.record import record
 from sitscad.report.moving import embedded
-from sitscad.report.numbers import html_table
+from sitscad.report.numbers import page_tables
 from sitscad.scene import bodies
 from sitscad.spec.format.reading import SpecError
 from sitscad.study.answer import Agreement, best_of, bindings, passing, relaxation
@@ -499,7 +499,7 @@ article .paper { max-width: 44rem; }
 
 
 def _table(found: AnswerTable) -> str:
-    return html_table(*found.shown())
+    return page_tables([found.shown()])
 
 
 def _paragraphs(lines: Iterable[str]) -> Iterator[str]:

@@ -26,7 +26,7 @@ from sitscad.study.evaluating import NO_SCREEN, Executor, Workers, judged, scree
 from sitscad.study.evaluation import FAILS, FULL, SCREEN, Evaluation
 from sitscad.study.measures import MEASURES, measures_named
 from sitscad.study.space import Base, Changes, RangeError, counted, require_key
-from sitscad.units import aligned, cell, csv_text, show
+from sitscad.units import aligned, cell, csv_text, quantity
 from sitscad.version import __version__
 
 Progress = Callable[[int, int], None]
@@ -218,10 +218,7 @@ def range_of(text: str) -> tuple[str, tuple[Any, ...]]:
 
 def shown(name: str, value: float, digits: int = 4) -> str:
     """A figure of a measure for people; a dash where there is none."""
-    unit = MEASURES[name].unit
-    if not math.isfinite(value):
-        return "-"
-    return f"{1e6 * value:.{digits}g} mm2" if unit == "m2" else show(value, unit, digits)
+    return quantity(value, MEASURES[name].unit, digits)
 
 
 def sweep_text(table: SweepTable) -> str:

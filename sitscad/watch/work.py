@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from sitscad.design import Design
-from sitscad.estimates.quantities import TANK, figure_text
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.finding import Severity
 from sitscad.inspection import unreadable
@@ -27,6 +26,7 @@ from sitscad.package.building import known_solutions
 from sitscad.package.contents import Contents, drawn_calibration, read_by
 from sitscad.package.stages import page_of
 from sitscad.policy import PolicyError
+from sitscad.quantities import TANK
 from sitscad.record import record
 from sitscad.report.findings import CheckedSpec
 from sitscad.solutions import Solutions
@@ -180,7 +180,7 @@ def _numbers(design: Design) -> Document:
     found: Document = {}
     for coil in design.estimates.coils:
         for name, state in coil.states.items():
-            found |= {f"{what} of {coil.name} {name}": figure_text(state, *of) for what, of in TANK.items()}
+            found |= {f"{each.label} of {coil.name} {name}": each.plain(state) for each in TANK}
     return found | {f"{each.name}, to spare": quantity(each.margin, "m") for each in design.fit}
 
 

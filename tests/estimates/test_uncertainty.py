@@ -31,8 +31,9 @@ from sitscad.layout import lay_out
 from sitscad.physics.inductance.spirals import SpiralLayer
 from sitscad.physics.loss.proximity import winding_loss
 from sitscad.physics.loss.resistance import COPPER_CONDUCTIVITY
+from sitscad.quantities import plus_minus
 from sitscad.report import numbers
-from sitscad.report.findings.measures import headline, other_rows, plus_minus, signal_rows
+from sitscad.report.findings.measures import headline, signal_table
 from sitscad.scene.column import usual_tolerances
 from sitscad.spec.circuit import LayerKind
 from sitscad.spec.load import load, load_text
@@ -385,10 +386,10 @@ def test_a_target_on_part_of_its_pad_makes_the_pressed_state_less_sure():
 
 def test_what_depends_on_the_modulus_is_printed_with_its_scatter():
     found = estimate(lay_out(padded(elastomer={"thickness": 2e-3})))
-    rows = {row[0]: row[1] for row in (*numbers.compression_rows(found), *numbers.gap_rows(found))}
+    rows = {row[0]: row[1] for row in [row for each in numbers.stack_tables(found) for row in each.rows]}
     for name in ("strain", "thickness left", "apparent modulus", "at rest (assembled)", "pressed (required force)"):
         assert "+-" in rows[name], name
-    printed = [*signal_rows(signals(found), found), *other_rows(found)]
+    printed = [*signal_table(signals(found), found).rows, *numbers.other_table(found).rows]
     per_newton = [row for row in printed if any("per newton" in cell for cell in row)]
     assert len(per_newton) == 2 + len(found.coils) and all("+-" in row[-1] for row in per_newton)
 
@@ -416,7 +417,7 @@ def test_a_reading_that_losses_turn_says_what_inductance_alone_would_make(metal,
     squares = [(2.0 * math.pi * state.frequency) ** 2 for state in (rest, pressed)]
     lost = [(state.resistance / state.inductance) ** 2 for state in (rest, pressed)]
     without = (squares[0] + lost[0]) / (squares[1] + lost[1]) - 1.0
-    rows = {row[0]: row[1] for row in signal_rows([signal], found)}
+    rows = {row[0]: row[1] for row in signal_table([signal], found).rows}
     alone = "by the inductance alone: the reading follows losses, too"
     (line,) = headline([signal])
     assert signal.has_loss_in_it is is_by_loss is (alone in rows) is ("it follows losses, too" in line)

@@ -18,7 +18,7 @@ from sitscad.estimates import estimate
 from sitscad.estimates.circuit.bands import Band, CoilBands
 from sitscad.layout import lay_out
 from sitscad.papers import firmware, firmware_driver
-from sitscad.report.findings.measures import other_rows
+from sitscad.report.numbers import other_table
 from sitscad.scene.state import State
 from sitscad.spec import presets
 from sitscad.spec.load import load_text
@@ -241,7 +241,7 @@ def test_the_header_s_formula_gives_the_printed_inductance(cable):
         by_formula = 1.0 / (capacitance * (2.0 * math.pi * float(megahertz) * 1e6) ** 2)
         assert by_formula == approx(float(microhenries) * 1e-6, rel=2e-6)
         state = found.coils[0].states[name]
-        (row,) = [row for row in other_rows(found) if row[1].startswith(name) or f" {name} " in row[1]]
+        (row,) = [row for row in other_table(found).rows if row[1].startswith(name) or f" {name} " in row[1]]
         assert show(by_formula, "H") == row[3]
         # what the header says about the difference to the inductance at the contacts
         if cable is not CABLE:

@@ -23,7 +23,7 @@ from sitscad.readout import ldc_registers
 from sitscad.readout.converter import Converter
 from sitscad.readout.figures import ASKED, rows_of, source_in_all
 from sitscad.readout.registers import REQUIRED, RegisterMap
-from sitscad.report.numbers import readout_rows
+from sitscad.report.numbers import readout_table
 from sitscad.spec import presets
 from tests.bench.conftest import TEMPLATES
 from tests.readout.conftest import forget
@@ -180,6 +180,6 @@ def test_results_are_read_at_the_family_s_own_clock(xdc2214):
     header = firmware.render(design.spec, design.estimates)["firmware/xdc2214_config.h"].decode()
     assert "reading the results over I2C at 1 MHz takes 196 us" in header
     apart = replace(design.estimates, readout=replace(design.estimates.readout, drive_codes=(3, 4)))
-    rows = dict(readout_rows(apart))
+    rows = dict(readout_table(apart).rows)
     assert rows["a code for every channel"] == "C1 3, C2 4: one for all leaves a coil below 900 mV"
-    assert "reading all results over I2C at 1 MHz" in rows
+    assert rows["fastest clock of I2C"] == "1 MHz" and "reading all results over I2C" in rows

@@ -10,7 +10,7 @@ from tolerance import approx
 
 from sitscad.check_values import Measure, Share
 from sitscad.report.findings import CheckedSpec, OutputOptions, as_json, as_text
-from sitscad.report.findings.measures import fit_table, fit_words, part_table
+from sitscad.report.findings.measures import fit_tables, fit_words
 from sitscad.scene.fit import fit
 
 MEASURED = fit(handmade.jaw_sensor())
@@ -53,7 +53,7 @@ def test_json_has_every_number_and_where_it_comes_from():
 
 
 def test_the_page_s_tables_have_a_row_a_measure_and_a_row_a_part():
-    fit, parts = fit_table(MEASURED), part_table(MEASURED)
+    fit, parts = fit_tables(MEASURED)
     assert [len(row) for row in fit.rows] == [len(fit.head)] * len(MEASURED)
     assert len(parts.rows) == len(MEASURED[0].parts) and {len(row) for row in parts.rows} == {len(parts.head)}
-    assert fit_table(()).rows == [] and part_table(()).rows == []
+    assert [table.rows for table in fit_tables(())] == [[], []]

@@ -12,7 +12,7 @@ from tolerance import approx
 import sitscad
 from sitscad import Design, load_text
 from sitscad.estimates import estimated
-from sitscad.report.numbers import coil_rows
+from sitscad.report.numbers import RESISTANCE_CHANGE, coil_table
 
 TEMPLATES = sorted(path.stem for path in (Path(__file__).parents[2] / "templates").glob("*.yaml"))
 
@@ -119,7 +119,7 @@ def test_a_change_of_resistance_is_known_within_its_bound_and_has_no_sign_within
     found = Design(sitscad.load(Path(__file__).parents[2] / "templates" / f"{name}.yaml"))
     force = found.estimates.normal_force
     solved = found.response.under(np.array([[0.0, 0.0, 0.0], [force, 0.0, 0.0]])).resistance
-    row = next(row for row in coil_rows(found.estimates) if row[0] == "- its change from rest to pressed")
+    row = next(row for row in coil_table(found.estimates).rows if row[0] == RESISTANCE_CHANGE)
     for k, coil in enumerate(found.estimates.coils):
         change, error = coil.resistance_change
         assert abs(solved[1, k] - solved[0, k] - change) < error < 0.02 * coil.states["rest"].resistance

@@ -13,6 +13,7 @@ from typing import Any
 
 from sitscad.check_values import Closing, Measure, RequirementResult, Share, Signal
 from sitscad.finding import Edit, Finding, Ignored, NotChecked, Place, Remedy, Severity
+from sitscad.quantities import FIT, FIT_PART, SIGNAL, document
 from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 from sitscad.version import __version__
@@ -164,7 +165,7 @@ def as_json(checked: Sequence[CheckedSpec]) -> str:
 
 def json_document(checked: Sequence[CheckedSpec]) -> dict[str, Any]:
     """The findings as plain values for JSON."""
-    from sitscad.report.findings.measures import MEASURE, SHARE, closing_json
+    from sitscad.report.findings.measures import closing_json
 
     return {
         "sitscad": __version__,
@@ -181,10 +182,9 @@ def json_document(checked: Sequence[CheckedSpec]) -> dict[str, Any]:
                 ],
                 "not_checked": [{"rule": skipped.rule, "reason": skipped.reason} for skipped in spec.not_checked],
                 "felt": [{name: getattr(reached, name) for name in FELT} for reached in spec.reached],
-                "signal": [{key: getattr(signal, field) for key, field in SIGNAL.items()} for signal in spec.signals],
-                "fit": [{key: getattr(measure, field) for key, field in MEASURE.items()} | {"parts": [
-                    {key: getattr(share, field) for key, field in SHARE.items()} for share in measure.parts]}
-                    for measure in spec.fit],
+                "signal": [document(signal, SIGNAL) for signal in spec.signals],
+                "fit": [document(measure, FIT) | {"parts": [document(part, FIT_PART) for part in measure.parts]}
+                        for measure in spec.fit],
                 "closing": None if spec.closing is None else closing_json(spec.closing),
                 "board": None if spec.board is None else dict(zip(BOARD, spec.board, strict=False)),
             }
@@ -202,14 +202,6 @@ def to_json(document: object) -> str:
 
 FELT = ("requirement", "rule", "measured", "limit", "unit", "axis", "at")
 """What JSON says of what is felt beside what is asked."""
-
-SIGNAL = {
-    "coil": "coil", "force_N": "force", "rest_inductance_H": "rest", "inductance_H_per_N": "per_newton",
-    "sigma_inductance_H_per_N": "sigma", "frequency_Hz_per_N": "frequency_per_newton",
-    "sigma_frequency_Hz_per_N": "frequency_sigma", "share": "share", "frequency_share": "frequency_share",
-    "steps": "steps",
-}
-"""What JSON says of a signal, and the fields of `Signal` that it stands for."""
 
 
 TOLD = ("rule", "name", "severity", "message", "hint", "key", "line", "column", "measured", "limit", "unit", "source")
@@ -260,7 +252,7 @@ def read_findings(content: bytes, path: str, text: str) -> CheckedSpec | None:
         closing, shut = None, spec["closing"]
         if shut is not None:
             closing = Closing(shut["parallel_at_m"], shut["reach_m"], shut["opening_rad"], shut["pivot_offset_m"])
-        signals = tuple(Signal(**{field: each[key] for key, field in SIGNAL.items()}) for each in spec["signal"])
+        signals = tuple(Signal(**{one.field: each[one.key] for one in SIGNAL}) for each in spec["signal"])
         return CheckedSpec(
             path, text, findings, not_checked, signals=signals, ignored=tuple(ignored),
             fit=tuple(map(_measure, spec["fit"])), closing=closing,
@@ -288,7 +280,5 @@ def _finding(entry: dict[str, Any]) -> Finding:
 
 
 def _measure(entry: dict[str, Any]) -> Measure:
-    from sitscad.report.findings.measures import MEASURE, SHARE
-
-    parts = tuple(Share(**{field: each[key] for key, field in SHARE.items()}) for each in entry["parts"])
-    return Measure(**{field: entry[key] for key, field in MEASURE.items() if field != "margin"}, parts=parts)
+    parts = tuple(Share(**{one.field: each[one.key] for one in FIT_PART}) for each in entry["parts"])
+    return Measure(**{one.field: entry[one.key] for one in FIT if one.field != "margin"}, parts=parts)

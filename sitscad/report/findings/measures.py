@@ -3,38 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
 
-from sitscad.scene.state import titled
-from sitscad.units import NONE, in_mm, quantity, show
+from sitscad.quantities import FIT, FIT_PART, SIGNAL, Quantity, Table, by_quantity, by_result, plus_minus
+from sitscad.units import in_mm, show
 
 if TYPE_CHECKING:
     from sitscad.check_values import Closing, Measure, RequirementResult, Signal
     from sitscad.estimates import Estimates
-
-
-class Table(NamedTuple):
-    """A table as text and page have it: the heads of its columns, its rows (none: it is not shown), its title."""
-
-    head: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    title: str
-
-
-def plus_minus(value: float, sigma: float | None, unit: str, per: str = "", digits: int = 3) -> str:
-    """A number and one sigma of it, in the number's unit unless sigma is far below it: ``1.15 +- 0.087 mm``."""
-    shown = quantity(value, unit, digits)
-    if sigma is None or not math.isfinite(sigma) or shown == NONE:
-        return shown + (per if shown != NONE else "")
-    number, _, name = shown.partition(" ")
-    scatter, _, other = quantity(sigma, unit, 2).partition(" ")
-    if name == other:
-        return f"{number} +- {scatter} {name}{per}"
-    if sigma < 0.01 * abs(value) or not float(number):
-        return f"{shown}{per} +- {scatter} {other}{per}"
-    scale = 10.0 ** round(math.log10(float(number) / value))
-    return f"{number} +- {float(f'{sigma * scale:.2g}'):.7g} {name}{per}"
 
 
 def fit_words(fit: Sequence[Measure], whole: bool = False) -> list[str]:
@@ -55,34 +32,11 @@ def fit_words(fit: Sequence[Measure], whole: bool = False) -> list[str]:
     return found
 
 
-def fit_table(fit: Sequence[Measure]) -> Table:
-    """The measures of the fit, a row each."""
-    head = "measure", "nominal", "root-sum-square", "at worst", "limit", "to spare at worst", "decided by"
-    rows = []
-    for m in fit:
-        sizes = map(_length, (m.nominal, m.root_sum_square, m.worst, m.limit, m.margin))
-        rows.append([m.name, *sizes, m.decided_by])
-    return Table(head, rows, "Fit in the jaw, as glued together")
-
-
-def part_table(fit: Sequence[Measure]) -> Table:
-    """What the first measure, the closed pair, is made of, from the jaw upwards."""
-    rows = [
-        [share.part, _length(share.nominal) if share.nominal else "", f"+-{_length(share.tolerance)}", share.source]
-        for measure in fit[:1]
-        for share in measure.parts
-    ]
-    return Table(("part", "size", "tolerance", "where that comes from"), rows, "What the closed pair is made of")
-
-
-MEASURE = {
-    "name": "name", "nominal_m": "nominal", "root_sum_square_m": "root_sum_square", "worst_m": "worst",
-    "limit_m": "limit", "margin_m": "margin", "decided_by": "decided_by",
-}
-"""What JSON says of a measure beside its parts, and the fields of `Measure` that it stands for (the margin follows)."""
-
-SHARE = {"part": "part", "nominal_m": "nominal", "tolerance_m": "tolerance", "source": "source"}
-"""What JSON says of a part, and the fields of `Share` that it stands for."""
+def fit_tables(fit: Sequence[Measure]) -> list[Table]:
+    """Return the measures of the fit, and from the jaw upwards what the first one, the closed pair, is made of."""
+    parts = [part for measure in fit[:1] for part in measure.parts]
+    return [by_result(fit, FIT, "Fit in the jaw, as glued together"),
+            by_result(parts, FIT_PART, "What the closed pair is made of")]
 
 
 _TISSUE = (0.0, 0.5e-3, 1e-3, 2e-3, 3e-3, 5e-3)
@@ -137,9 +91,9 @@ def headline(signals: Iterable[Signal]) -> list[str]:
     named: dict[str, list[str]] = {}
     for s in signals:
         change = plus_minus(s.per_newton, s.sigma, "H", "/N")
-        words = f"{change}, {_percent(s.by_inductance)} of the inductance at the contacts over {show(s.force, 'N')}"
+        words = f"{change}, {BY_INDUCTANCE.plain(s)} of the inductance at the contacts over {show(s.force, 'N')}"
         if s.has_loss_in_it:
-            words += f" (of the reading {_percent(s.share)}: it follows losses, too)"
+            words += f" (of the reading {SHARE.plain(s)}: it follows losses, too)"
         named.setdefault(words, []).append(s.coil)
     return [f"{', '.join(coils)} {words}" for words, coils in named.items()]
 
@@ -156,28 +110,24 @@ def felt_words(reached: RequirementResult) -> str:
     return f"{name} {found} of {asked} asked ({reached.axis}, {reached.at})"
 
 
-def signal_rows(signals: Sequence[Signal], estimates: Estimates) -> list[list[str]]:
-    """Each quantity of the signal with one value a coil; what is missing for it where there is none."""
+def signal_table(signals: Sequence[Signal], estimates: Estimates) -> Table:
+    """Return each quantity of the signal with one value a coil, or what is missing for it."""
     if not signals:
-        return [["change per newton", NO_SIGNAL]] if estimates.readout.drive_code is not None else []
+        missing = [["change per newton", NO_SIGNAL]] if estimates.readout.drive_code is not None else []
+        return Table(["", ""], missing, SIGNAL_TITLE)
     by_name = {s.coil: s for s in signals}
-    found = [by_name.get(coil.name) for coil in estimates.coils]
-    rows: list[tuple[str, Callable[[Signal], str]]] = [
-        ("inductance at rest", lambda s: quantity(s.rest, "H")),
-        ("change per newton", lambda s: plus_minus(s.per_newton, s.sigma, "H", "/N")),
-        (f"of the reading (the converter's formula), over {show(signals[0].force, 'N')}", lambda s: _percent(s.share)),
-        ("steps of the converter in that", lambda s: quantity(s.steps, "", 3)),
-        ("frequency per newton", lambda s: plus_minus(s.frequency_per_newton, s.frequency_sigma, "Hz", "/N")),
-    ]
+    quantities = list(SIGNAL)
     if any(s.has_loss_in_it for s in signals):
-        alone = "by the inductance alone: the reading follows losses, too"
-        rows.insert(4, (alone, lambda s: _percent(s.by_inductance)))
-    return [[name, *(value(s) if s else NONE for s in found)] for name, value in rows]
+        quantities.insert(-2, BY_INDUCTANCE)
+    rows = by_quantity([by_name.get(coil.name) for coil in estimates.coils], quantities)
+    return Table(["", *(coil.name for coil in estimates.coils)], rows,
+                 f"{SIGNAL_TITLE}, {show(signals[0].force, 'N')}")
 
+
+SHARE = next(each for each in SIGNAL if each.key == "share")
+BY_INDUCTANCE = Quantity("by_inductance", "by the inductance alone: the reading follows losses, too", 3, is_share=True)
 
 OTHERS_TITLE = "The same inductance as others see it: to compare with, not to judge by"
-
-OTHERS_HEAD = ("coil", "state", "on an LCR meter", "by the firmware's formula")
 
 OTHERS_MEANING = (
     "at the contacts (all tables above): the coil with its leads; rules, limits and the change per newton are about it",
@@ -187,22 +137,3 @@ OTHERS_MEANING = (
     "as coil; for comparing with what the header's formula makes of a reading",
 )
 """What each of the three inductances is for."""
-
-
-def other_rows(estimates: Estimates) -> list[list[str]]:
-    """What a meter at the contacts reads in every state, and what the firmware's formula gives there."""
-    found = ((coil.name, coil.converter_sensitivity(estimates.normal_force)) for coil in estimates.coils)
-    return [
-        [
-            coil.name, titled(state.state), quantity(state.apparent_inductance, "H"),
-            quantity(state.converter_inductance, "H"),
-        ]
-        for coil in estimates.coils
-        for state in coil.states.values()
-        if state.quantum is not None
-    ] + [[name, "per newton", NONE, plus_minus(pair[0], pair[1], "H", "/N")] for name, pair in found if pair]
-
-
-def _percent(share: float) -> str:
-    percent = 100.0 * share
-    return f"{percent:+.1f} %" if abs(percent) >= 0.995 else f"{percent:+.2g} %"  # 0.995 is 1.0 in two digits
