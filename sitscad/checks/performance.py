@@ -23,6 +23,7 @@ from sitscad.units import show
 
 if TYPE_CHECKING:
     from sitscad.estimates.performance.points import Felt
+    from sitscad.spec.sensor import Requirements
 
     FeltRule = Callable[[Felt, Design], Iterator[Verdict]]
 
@@ -405,9 +406,24 @@ def tilt_beside_noise(found: Felt, design: Design) -> Iterator[Verdict]:
             f"one degree of tilt is read as {show(float(point.tilt_errors(DEGREE)[k].max()), unit, 2)} of {most.axis} "
             f"({most.at}), {most.value:.0f} times the noise of {show(float(point.noise[k]), unit, 2)}: the contact's "
             "tilt, not the noise, says how fine it is",
-            "a face that keeps the target level (rotation=held), a calibration with the tilts of use, or "
-            "requirements.tilt with tilt_error, so that it is judged", "elastomer.thickness", most.value, BESIDE_NOISE,
+            _against_tilt(design.spec.requirements, found.bench.range.axes[k]), "elastomer.thickness", most.value,
+            BESIDE_NOISE,
         )
+
+
+def _against_tilt(asked: Requirements, axis: str) -> str:
+    """Return what helps against tilt that reads as force or moment along `axis`, without what the spec states.
+
+    A level target takes up moments, so a spec that asks for moments is not advised to keep it level.
+    """
+    ways = [] if any(asked.moments) else ["a face that keeps the target level (rotation=held)"]
+    ways.append("a calibration with the tilts of use")
+    absent = ["requirements.tilt"] * (asked.tilt is None)
+    if axis not in asked.tilt_limits():
+        absent.append("requirements.tilt_error" + f".{axis}" * (asked.tilt_error is not None or axis in MOMENTS))
+    if absent:
+        ways.append(f"{' and '.join(absent)}, so that it is judged")
+    return ", or ".join(ways)
 
 
 def unseen_shear(design: Design) -> Iterator[Verdict]:

@@ -24,7 +24,9 @@ from sitscad.package import write_template
 from sitscad.papers.datasheet import summary
 from sitscad.report.findings import as_json, as_text
 from sitscad.report.findings.document import read_findings
+from sitscad.spec import templates
 from sitscad.spec.load import rewritten_spec
+from sitscad.spec.sensor import TiltErrors
 from sitscad.study.measures import MEASURES
 from sitscad.units import show
 
@@ -226,6 +228,33 @@ def test_tilt_that_covers_the_noise_is_worth_a_note(bench):
     (finding,), _ = _judged("SIT408", bench, normal_resolution=1.0)
     assert finding.severity is Severity.NOTE and finding.measured > 10.0
     assert "of shear along x" in finding.message
+
+
+def test_tilt_note_advises_only_what_the_spec_leaves_out(bench):
+    """It asked for a tilt and a tilt_error of specs that have both."""
+    def hint(**needs):
+        (finding,), _ = _judged("SIT408", bench, normal_resolution=1.0, **needs)
+        return finding.hint
+
+    assert "requirements.tilt and requirements.tilt_error" in hint()
+    assert "requirements.tilt_error" in hint(tilt=0.02) and "requirements.tilt and" not in hint(tilt=0.02)
+    assert "requirements.tilt" not in hint(tilt=0.02, tilt_error=TiltErrors(shear_x=1.0, shear_y=1.0))
+    other = hint(tilt=0.02, tilt_error=TiltErrors(normal=1.0))
+    assert "requirements.tilt_error.shear_x" in other
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", templates.names())
+def test_hints_advise_nothing_that_the_spec_has(name):
+    """A value advised for a key is another than the spec's, and a requirement named alone is not stated yet."""
+    spec = sitscad.load_text(templates.read(name), "spec.yaml")
+    has_moments = any(spec.requirements.moments)
+    for found in sitscad.check(spec, hints="none").findings:
+        for key, value in re.findall(r"\b([a-z_]+(?:\.[a-z_]+)+): ([^,;()]+)", found.hint):
+            assert spec.source.text is not None and f"{key.split('.')[-1]}: {value.strip()}" not in spec.source.text
+        for key in re.findall(r"requirements\.([a-z_]+)(?!\w|[.:])", found.hint):
+            assert getattr(spec.requirements, key) is None, (found.rule, found.hint)
+        assert not has_moments or not re.search("rotation=held|keeps the target level", found.hint), found.rule
 
 
 @pytest.mark.slow

@@ -133,7 +133,8 @@ def target_rotation(design: Design) -> Iterator[Verdict]:
     under = f"{said}: under {show(force or 0.0, 'N')} it gives way sideways"
     enough = _thickness_that_holds(design.spec, force or 0.0, SLENDERNESS * width)
     thin = "" if enough is None else f"by the pad's law, {show(enough, 'm', 3)} of it hold the target in place; "
-    level = "" if lost == TOO_SOFT else ", or a face that keeps the target level"
+    takes_moments = any(design.spec.requirements.moments)  # which a level target takes up
+    level = "" if lost == TOO_SOFT or takes_moments else ", or a face that keeps the target level"
     yield Violation(
         f"{under}, even with the target held level, and the target is off the coils" if lost == TOO_SOFT else
         f"{under} if the target is free to tilt, and the readings do not tell the force",
