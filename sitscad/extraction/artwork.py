@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -47,6 +47,9 @@ _FILE_FUNCTION = re.compile(r"(?:%|^;\s*#@!\s*)TF\.FileFunction,([^*%\r\n]*)", r
 
 _HEAD = 4096
 """Bytes at the beginning of a file that are searched for a zero byte, which shows that it is no text."""
+
+UNLISTED = "Drillmap"
+"""File function of a drawing, which job files do not list."""
 
 _COVER = re.compile(r"Other,Tail_Coverlay_L(\d+)")
 _EXTENT = re.compile(r"Other,Extent_of_L(\d+)(?:_to_L(\d+))?")
@@ -111,31 +114,40 @@ def read_artwork(directory: Path) -> Artwork:
         raise ExtractionError(f"no Gerber file in {directory} calls itself a copper layer")
     if missing := sorted(set(range(1, max(layers) + 1)) - set(layers)):
         raise ExtractionError(f"copper layers {missing} are missing in {directory}")
-    sources = tuple(layers[number] for number in sorted(layers))
-    copper, flashes = [], []
-    for layer, source in enumerate(sources, start=1):
-        with reading(source.name):
-            objects = _gerber(source).objects
-            copper.append(area_of(objects))
-            for thing in objects:
-                if isinstance(thing, FlashedObject):
-                    x, y = (1e-3 * thing.unit.convert_to(MM, value) for value in (thing.x, thing.y))
-                    flashes.append(Flash(layer, x, y, _shape(thing)))
+    drawn = {path: fields for path, fields in functions.items() if fields[0] != UNLISTED}
+    files = [(path.name, fields, objects_of(path, fields)) for path, fields in drawn.items()]
+    return artwork_of(files, tuple(layers[number] for number in sorted(layers)))
+
+
+def artwork_of(files: Iterable[tuple[str, Sequence[str], list[Any]]], sources: tuple[Path, ...]) -> Artwork:
+    """Return the artwork of one board. ``files`` are names, fields of the file functions and plotted objects;
+    ``sources`` are the copper files, top first. Raises ExtractionError for layers that the board does not have.
+    """
+    copper: dict[int, BaseGeometry] = {}
+    flashes: list[Flash] = []
     holes: list[PlottedHole] = []
     openings: dict[str, BaseGeometry] = {}
     extents, covers = [], []
-    for path, fields in functions.items():
-        with reading(path.name):
-            if fields[0] in ("Plated", "NonPlated"):
-                holes += _holes(path, fields, len(sources))
+    for name, fields, objects in files:
+        with reading(name):
+            if fields[0] == "Copper":
+                layer = int(fields[1][1:])
+                copper[layer] = area_of(objects)
+                for thing in (thing for thing in objects if isinstance(thing, FlashedObject)):
+                    x, y = (1e-3 * thing.unit.convert_to(MM, value) for value in (thing.x, thing.y))
+                    flashes.append(Flash(layer, x, y, _shape(thing)))
+            elif fields[0] in DRILLED:
+                holes += _holes(name, fields, objects, len(sources))
             elif fields[0] == "Soldermask":
-                openings[fields[1]] = area_of(_gerber(path).objects)
+                openings[fields[1]] = area_of(objects)
             elif found := _EXTENT.fullmatch(",".join(fields)):
                 span = _layer(found[1], sources), _layer(found[2] or found[1], sources)
-                extents.append((*span, area_of(_gerber(path).objects)))
+                extents.append((*span, area_of(objects)))
             elif found := _COVER.fullmatch(",".join(fields)):
-                covers.append((_layer(found[1], sources), area_of(_gerber(path).objects)))
-    return Artwork(tuple(copper), tuple(flashes), tuple(holes), openings, sources, tuple(extents), tuple(covers))
+                covers.append((_layer(found[1], sources), area_of(objects)))
+    flashes.sort(key=lambda flash: flash.layer)
+    areas = tuple(copper[layer] for layer in sorted(copper))
+    return Artwork(areas, tuple(flashes), tuple(holes), openings, sources, tuple(extents), tuple(covers))
 
 
 def _layer(number: str, sources: Sequence[Path]) -> int:
@@ -161,9 +173,18 @@ def file_functions(directory: Path) -> Iterator[tuple[Path, list[str]]]:
             yield path, found[1].split(",")
 
 
-def _gerber(path: Path) -> Any:
-    require_gerber(path)
-    return _read(path, GerberFile.open)
+DRILLED = ("Plated", "NonPlated")
+"""First fields of the file functions of drill files."""
+
+
+def objects_of(path: Path, fields: Sequence[str]) -> list[Any]:
+    """Return what a Gerber or drill file plots, as objects of gerbonara. Raises ExtractionError for an unsafe file."""
+    with reading(path.name):
+        if fields[0] in DRILLED:
+            require_drill(path)
+            return list(_read(path, ExcellonFile.open).objects)
+        require_gerber(path)
+        return list(_read(path, GerberFile.open).objects)
 
 
 def _read(path: Path, opener: Any) -> Any:
@@ -177,23 +198,20 @@ def _read(path: Path, opener: Any) -> Any:
             raise ExtractionError(f"{path.name}: {error}") from error
 
 
-def _holes(path: Path, fields: list[str], layer_count: int) -> Iterator[PlottedHole]:
+def _holes(name: str, fields: Sequence[str], objects: list[Any], layer_count: int) -> Iterator[PlottedHole]:
     """The holes of a drill file, with the layers that they go through."""
-    plated = fields[0] == "Plated"
     try:
         first, last = int(fields[1]), int(fields[2])
     except (IndexError, ValueError) as error:
-        raise ExtractionError(f"{path.name}: no layer span in its file function {','.join(fields)!r}") from error
+        raise ExtractionError(f"{name}: no layer span in its file function {','.join(fields)!r}") from error
     if not 1 <= first <= last <= layer_count:
-        raise ExtractionError(f"{path.name} drills layers {first} to {last} of a board with {layer_count}")
-    require_drill(path)
-    objects = _read(path, ExcellonFile.open).objects
+        raise ExtractionError(f"{name} drills layers {first} to {last} of a board with {layer_count}")
     require_objects(len(objects))
     for thing in objects:
         shape = _shape(thing)
         centre = shape.centroid
         diameter = 1e-3 * thing.tool.unit.convert_to(MM, thing.tool.diameter)
-        yield PlottedHole(centre.x, centre.y, diameter, shape, plated, tuple(range(first, last + 1)))
+        yield PlottedHole(centre.x, centre.y, diameter, shape, fields[0] == "Plated", tuple(range(first, last + 1)))
 
 
 def area_of(objects: list[Any]) -> BaseGeometry:
@@ -229,11 +247,8 @@ def _primitive(p: Any) -> BaseGeometry:
     match p:
         case primitives.Circle():
             return Point(1e-3 * p.x, 1e-3 * p.y).buffer(1e-3 * p.r, quad_segs=QUARTER_SEGMENTS)
-        case primitives.Line():
-            return _stroke(1e-3 * np.array([(p.x1, p.y1), (p.x2, p.y2)]), p.width)
-        case primitives.Arc():
-            ends = 1e-3 * np.array([(p.x1, p.y1), (p.x2, p.y2), (p.cx, p.cy)])
-            return _stroke(_arc_points(*ends, clockwise=p.clockwise), p.width)
+        case primitives.Line() | primitives.Arc():
+            return _stroke(_middle_points(p), p.width)
         case primitives.Rectangle():
             corners = np.array([(-p.w, -p.h), (p.w, -p.h), (p.w, p.h), (-p.w, p.h)]) * 0.5e-3
             cos, sin = math.cos(p.rotation), math.sin(p.rotation)
@@ -252,6 +267,24 @@ def _primitive(p: Any) -> BaseGeometry:
                 return polygon
             return shapely.make_valid(polygon, method="structure", keep_collapsed=False)
     raise ExtractionError(f"a graphic of a kind that is not understood: {type(p).__name__}")
+
+
+def middle_line(objects: Iterable[Any]) -> BaseGeometry:
+    """Return the middles (m) of all lines and arcs among plotted objects."""
+    objects = list(objects)
+    require_objects(len(objects))
+    drawn = (p for thing in objects for p in thing.to_primitives(unit=MM))
+    return shapely.union_all([
+        LineString(_middle_points(p)) for p in drawn if isinstance(p, primitives.Line | primitives.Arc)
+    ])
+
+
+def _middle_points(p: Any) -> np.ndarray:
+    """Return the points (n, 2; m) along the middle of a drawn line or arc."""
+    start, end = 1e-3 * np.array([(p.x1, p.y1), (p.x2, p.y2)])
+    if isinstance(p, primitives.Line):
+        return np.array([start, end])
+    return _arc_points(start, end, 1e-3 * np.array([p.cx, p.cy]), clockwise=p.clockwise)
 
 
 def _stroke(points: np.ndarray, width_mm: float) -> BaseGeometry:

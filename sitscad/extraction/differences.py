@@ -20,7 +20,7 @@ from shapely import Polygon, STRtree
 from shapely.geometry.base import BaseGeometry
 
 from sitscad.arrays import Array
-from sitscad.extraction.artwork import Artwork, Flash, PlottedHole, file_functions, read_artwork
+from sitscad.extraction.artwork import UNLISTED, Artwork, Flash, PlottedHole, file_functions, read_artwork
 from sitscad.extraction.intent import Mark, MarkSource, read_marks
 from sitscad.extraction.limits import ExtractionError, content_of
 from sitscad.record import record
@@ -445,10 +445,6 @@ def _somewhere(net: ExtractedNet) -> tuple[float, float, int | None]:
         return net.holes[0].x, net.holes[0].y, None
     point = net.pieces[0].shape.representative_point()
     return float(point.x), float(point.y), net.pieces[0].layer
-
-
-UNLISTED = "Drillmap"
-"""What a job file does not list: a drawing."""
 
 
 def compare_job(directory: Path) -> Iterator[str]:

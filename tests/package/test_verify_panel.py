@@ -92,24 +92,25 @@ def test_a_whole_panel_is_equal(whole):
         ("-F_Cu.gbr", without(40, r"^X.*D01\*\n"), ["F_Cu.gbr, board 1 is not as the single board"]),
         ("-F_Mask.gbr", without(0, r"^X.*D01\*\n"), ["F_Mask.gbr, board 1 is not as the single board"]),
         ("-F_Cu.gbr", drawn("X5000000Y20000000D02*\nX80000000Y20000000D01*"), ["belong to no board"]),
-        ("-NPTH.drl", lambda t: t.replace("M30", "X30.0Y21.0\nM30"), ["NPTH.drl, board 3"]),
+        ("-NPTH.drl", lambda t: t.replace("M30", "X30.0Y21.0\nM30"), ["NPTH.drl shows what", "x 30 mm, y 21 mm"]),
         ("-Part_Cuts.gbr", drawn("X30000000Y15000000D02*\nX31000000Y15000000D01*"), ["Part_Cuts.gbr"]),
         ("-Part_Cuts.gbr", lambda t: t.replace("D01*", "D02*"), ["coupon is not cut out"]),
         (
             "-F_Cu.gbr",
             without(0, r"^X7500000Y2500000D03\*\n"),
-            ["F_Cu.gbr has no fiducial of 1 mm at x 7.5 mm, y 2.5 mm"],
+            ["F_Cu.gbr lacks a mark of the list, first at x 7.5 mm, y 2.5 mm"],
         ),
-        ("-B_Mask.gbr", drawn("X30000000Y2500000D03*"), ["B_Mask.gbr has 1 marks that are not listed"]),
-        ("-NPTH.drl", without(0, r"^X2.5Y2.5\n"), ["NPTH.drl has no tooling hole of 1.5 mm at"]),
-        (
-            "-NPTH.drl",
-            lambda t: t.replace("C1.500", "C1.600"),
-            ["NPTH.drl has no tooling hole of 1.5 mm", "not listed"],
-        ),
+        ("-B_Mask.gbr", drawn("X30000000Y2500000D03*"), ["B_Mask.gbr shows what the list does not have"]),
+        ("-F_Cu.gbr", drawn("%LPC*%\nX30000000Y20000000D03*"), ["F_Cu.gbr has doubled or clear objects"]),
+        ("-NPTH.drl", without(0, r"^X2.5Y2.5\n"), ["NPTH.drl lacks a mark of the list, first at x 2.5 mm, y 2.5 mm"]),
+        ("-NPTH.drl", lambda t: t.replace("X2.5Y2.5\n", 2 * "X2.5Y2.5\n"), ["NPTH.drl has doubled or clear objects"]),
+        ("-NPTH.drl", lambda t: t.replace("C1.500", "C1.600"), ["NPTH.drl shows what the list does not have"]),
+        ("-NPTH.drl", lambda t: t.replace("C1.500", "C1.400"), ["NPTH.drl lacks a mark of the list"]),
+        ("-Part_Cuts.gbr", lambda t: t.replace("C,0.05", "C,0.15"), ["board 1: the cut leaves the board's outline"]),
+        ("-Edge_Cuts.gbr", without(-1, r"^X.*D01\*\n"), ["the panel's outline is not"]),
         (".json", lambda t: t.replace('"size": [', '"size": [ 1e300, 1e300], "was": ['), ["is no list of places"]),
-        (".json", lambda t: first_size(t, lambda width: f"{float(width) + 1:g}"), ["the panel's outline is"]),
-        (".json", without_last_part, ["belong to no board"]),
+        (".json", lambda t: first_size(t, lambda width: f"{float(width) + 1:g}"), ["the panel's outline is not"]),
+        (".json", without_last_part, ["F_Cu.gbr has objects that belong to no board", "PTH.drl shows"]),
     ],
 )
 def test_what_is_changed_on_the_panel_alone_is_found(package, name, change, words):
@@ -162,7 +163,7 @@ def test_a_cut_that_all_boards_lack_is_found(package, which):
         return text
 
     said = changed(package, "-Part_Cuts.gbr", change)
-    assert "board 1: the cut does not stop at both ends of the bridge" in said and "is not as" not in said
+    assert "board 1: cut and bridges do not close an outline" in said and "is not as" not in said
 
 
 @pytest.mark.slow
@@ -175,7 +176,7 @@ def test_a_bridge_that_all_boards_lack_is_found(package):
         return drawn("\n".join(bridged))(text)
 
     cuts = cut_paths((package / "fpc/panel/small-part-panel-Part_Cuts.gbr").read_text())
-    assert "does not stop at both ends of the bridge" in changed(package, "-Part_Cuts.gbr", change)
+    assert "board 1: the cut goes into the bridge at" in changed(package, "-Part_Cuts.gbr", change)
 
 
 @pytest.mark.slow
@@ -222,7 +223,7 @@ def test_the_layers_that_tails_are_without_are_on_the_rails_and_not_between_the_
     assert said
     area = "G36*\nX0Y0D02*\nG01*\nX20000000Y0D01*\nX20000000Y15000000D01*\nX0Y15000000D01*\nX0Y0D01*\nG37*\nM02*"
     said = changed(package, "-Body_Layers.gbr", lambda text: text.replace("M02*", area))
-    assert "small-part-panel-Body_Layers.gbr does not show just the rails beside boards and coupons" in said
+    assert "small-part-panel-Body_Layers.gbr shows what the list does not have" in said
 
 
 def test_the_summary_says_what_was_not_so(package, capsys):
