@@ -52,10 +52,10 @@ from sitscad.papers.preparing import (
     RAW_RESIN,
     RELEASE,
     amount,
+    connector_order,
     cured,
     mixed,
     not_here,
-    order_of,
     pours,
     to_make,
     tools,
@@ -411,9 +411,9 @@ def plugged(layout: Layout) -> str:
     tail = layout.spec.fpc.tail
     if tail is None or tail.connector.insertion_thickness == 0.0:
         return f"Solder wires to the contacts. {where}"
-    order = order_of("connector", tail.connector.name, contacts=len(layout.pads))
+    order = connector_order(tail.connector, len(layout.pads))
     doubt = ", code unverified" if order is not None and is_unverified(order.source) else ""
-    code = f"; {order.maker} {order.code}{doubt}" if order is not None else ""
+    code = "" if order is None else f"; {order.maker} {order.code}{doubt}" if order.code else f"; {order.words}"
     return (
         f"Plug the tail into its connector ({tail.connector.name}, {len(layout.pads)} contacts{code}): open the latch, "
         f"push the tail in straight, close the latch. The connector's springs have to be on the contacts' side. {where}"

@@ -43,13 +43,13 @@ from sitscad.scene.jaws import jaw_range
 from sitscad.scene.seating import (
     CORNER_SCREW,
     ENGAGED,
-    FAR,
     FLOOR,
     adapter_depth,
     adapter_needed,
     cap_size,
     is_near_metal,
     joint_clearance,
+    metal_free_distance,
     pin_places,
     plate_floor,
     relief,
@@ -167,7 +167,7 @@ def in_place(layout: Layout) -> Iterator[str]:
         yield (
             f"Slip the cap, {in_mm(width, 2)} mm wide, over the finger and clamp it by two "
             f"M{in_mm(mount.finger.screw)} set screws of plastic: metal nearer to a coil than "
-            f"{in_mm(FAR * max(layout.spec.coil.size), 1)} mm (two coil diameters) changes the readings, brass too, "
+            f"{in_mm(metal_free_distance(layout.spec.coil), 1)} mm changes the readings, brass too, "
             f"and no figure counts the screws. The cap's sides are {in_mm(side, 2)} mm thick there: screws of "
             f"{in_mm(set_screw(layout))} mm do not stand out."
         )
@@ -197,7 +197,7 @@ def _heads(layout: Layout, thread: str) -> str:
     """Screws of which material, and whether their heads stand above the sensor; empty for inch threads."""
     if not thread.startswith("M"):
         return ""
-    plastic = " Take screws of plastic (polyamide): steel would be nearer to a coil than two of its diameters."
+    plastic = " Take screws of plastic (polyamide): steel would be too near to a coil."
     high = 1e-3 * float(thread.removeprefix("M"))  # ISO 4762: a head is as high as its thread is wide
     top = sum(layer.thickness.nominal for layer in on_board(layout)[1:]) + film_thickness(layout.spec.encapsulation)
     above = (
@@ -275,8 +275,8 @@ def metal_below_told(layout: Layout) -> str:
             f"{in_mm(behind.thickness, 2)} mm of {behind.material.name}: nothing else of metal may lie nearer."
         )
     return (
-        f" The part below may be of metal only from {in_mm(FAR * max(spec.coil.size), 1)} mm below the board on (two "
-        "coil diameters): nearer metal changes the readings, and none is counted. For a nearer one write "
+        f" The part below may be of metal only from {in_mm(metal_free_distance(spec.coil), 1)} mm below the board "
+        "on: nearer metal changes the readings, and none is counted. For a nearer one write "
         "mount.metal_behind and build anew."
     )
 

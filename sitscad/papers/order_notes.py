@@ -33,7 +33,15 @@ from sitscad.layout.tail_frame import chip_opening
 from sitscad.layout.tail_tracks import contact_rows
 from sitscad.scene.column import usual_tolerances
 from sitscad.spec.circuit import MASK, LayerKind, Plating
-from sitscad.spec.presets import board_kind, cover_name, is_rigid, is_unverified, least_adhesive, unverified_rows
+from sitscad.spec.presets import (
+    board_kind,
+    conductor,
+    cover_name,
+    is_rigid,
+    is_unverified,
+    least_adhesive,
+    unverified_rows,
+)
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import aligned, counted, show
 
@@ -318,9 +326,11 @@ def _test(layout: Layout, bench: Estimates | None) -> Iterator[tuple[str, str]]:
         low, high = (show(max(end, 0.0), "ohm", 3) for end in ends)
         limits.append(f"{read.coil} {show(read.direct, 'ohm', 3)} ({low} to {high})")
     if limits:
+        warming = 100.0 * conductor("copper").temperature_coefficient
         yield "Resistance", (
             f"to direct current between the contacts of each coil, at 20 degC: {', '.join(limits)}. Reject boards "
-            "outside of these limits. Tell us if a coil differs by a tenth from the same coil of other boards"
+            "outside of these limits. Measure with four wires, or take off the leads' own resistance; copper reads "
+            f"{warming:.2f} % more per kelvin above 20 degC. Send the readings along"
         )
 
 

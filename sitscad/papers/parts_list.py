@@ -21,7 +21,7 @@ from sitscad.layout.board import Layout
 from sitscad.layout.laser_sheet import joined_part
 from sitscad.papers.gluing import BAR_HOLE, film_rooms, grams, steel_bar, washers
 from sitscad.papers.mounting import cures_badly, nut_screw, screw_length, set_screw
-from sitscad.papers.preparing import Order, capacitor, is_laser_cut, order_of, pours
+from sitscad.papers.preparing import Order, capacitor, connector_order, is_laser_cut, order_of, pours
 from sitscad.parts.tooling import pour, skin_pour
 from sitscad.record import record
 from sitscad.scene.bodies import (
@@ -95,7 +95,8 @@ def _ordered(item: Item, order: Order | None) -> Item:
     if order is None:
         return item
     size = "; ".join(part for part in (item.size, order.words) if part and part not in item.note)
-    doubt = "; order code unverified: compare with the maker's list" if is_unverified(order.source) else ""
+    unseen = order.code and is_unverified(order.source)
+    doubt = "; order code unverified: compare with the maker's list" if unseen else ""
     return replace(item, maker=order.maker, order_code=order.code, size=size, note=item.note + doubt)
 
 
@@ -122,7 +123,7 @@ def _circuit(layout: Layout) -> Iterator[Item]:
         yield Item("wires", len(layout.pads), "", "", "", "soldered to the contacts of the circuit")
         return
     connector = fpc.tail.connector
-    order = order_of("connector", connector.name, contacts=len(layout.pads))
+    order = connector_order(connector, len(layout.pads))
     width = in_mm(connector.width(len(layout.pads)))
     thickness = f"{in_mm(connector.insertion_thickness)} +-{in_mm(connector.insertion_thickness_tolerance)} mm"
     item = Item(

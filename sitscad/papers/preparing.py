@@ -14,9 +14,10 @@ from sitscad.fabrication.notes import hanging
 from sitscad.layout.board import Layout
 from sitscad.papers.gluing import board_assembly, duration
 from sitscad.parts.tooling import LEAST_MIX, Pour, pour
-from sitscad.record import record
+from sitscad.record import record, replace
 from sitscad.scene.bodies import glued_pieces
 from sitscad.spec import presets
+from sitscad.spec.circuit import Connector
 from sitscad.spec.materials import ElastomerMaterial
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import parse_quantity
@@ -184,6 +185,14 @@ def order_of(kind: str, name: str, **values: Any) -> Order | None:
     if row is None:
         return None
     return Order(row["maker"], row["code"].format(**values), row["words"], cited(row))
+
+
+def connector_order(connector: Connector, contacts: int) -> Order | None:
+    """The order of a tail's connector with so many contacts; without a code where its list has none with that many."""
+    order = order_of("connector", connector.name, contacts=contacts)
+    if order is None or not connector.positions or contacts in connector.positions:
+        return order
+    return replace(order, code="", words=f"not in the maker's list with {contacts} contacts: find one that is made")
 
 
 def capacitor(package: str, capacitance: float) -> Order | None:

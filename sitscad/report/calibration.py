@@ -22,6 +22,7 @@ from sitscad.geometry.path import Point, circle
 from sitscad.report.findings import printable
 from sitscad.report.numbers import head_and_rows, html_table, table
 from sitscad.scene.motions import ROTATIONS
+from sitscad.scene.seating import metal_free_distance
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import in_mm, quantity, show
 
@@ -193,14 +194,15 @@ def held_by(spec: SensorSpec) -> tuple[str, ...]:
     if mount.jaw is not None or mount.kind == "grasper-pad":
         return (
             "Hold the sensor by its jaw, glued in as in use: clamp the jaw's metal behind the tail's fixing in a vice,",
-            "its face level. Open the other jaw, out of the way.",
+            "its face level. Open the other jaw: no figure counts its metal. After the last row let it come as near as",
+            "in use, touching nothing: the force that is then read is an error in use.",
         )
     what = {"bench-plate": "Screw the plate down by all its holes,",
             "fingertip": "Slip the cap on its finger, tighten both screws, and clamp the finger,"}
     return (
         f"{what.get(mount.kind, 'Fasten your mount as in use,')} so that nothing gives way but the pad. Metal near the",
         "coils stays where it is in use. No other metal, load cell and stage included, comes nearer to them than",
-        f"{in_mm(3.0 * max(spec.coil.size), 1)} mm (three times a coil's width). Lead the tail away without a pull.",
+        f"{in_mm(metal_free_distance(spec.coil), 1)} mm. Lead the tail away without a pull.",
         *(() if mount.metal_behind is None else (
             f"The {mount.metal_behind.material.name} behind the board has to be there: "
             f"{show(mount.metal_behind.distance, 'm')} away, and the glue.",)),
@@ -232,6 +234,9 @@ def plan_words(found: Calibration, plan: Plan) -> bytes:
         f"   {readings} readings (counts{made}) of every coil. The target is {ROTATIONS[rotation]}:",
         *(f"   {line}" for line in (*LOADING[rotation], *(MOMENTS if scope.has_moments else ()))),
         *(f"   {line}" for line in (*directions(scope.axes), *held_by(found.sensors.model.spec))),
+        "   `sitscad read SOURCE --design SPEC --log FOLDER` writes the readings of a board that runs firmware/ to",
+        "   FOLDER/readings.csv. Frequencies may be filled in, too: in Hz, in columns C1_Hz, C2_Hz, ... in place of",
+        "   counts.",
         *([] if scope.has_moments else [
             "   The first line of plan.csv, `# rotation:`, says whether the target is held level or free to tilt:",
             "   `sitscad calibrate` fits the map for that, and warns if the readings look like the other."]),

@@ -18,6 +18,7 @@ from sitscad.scene.bodies import above_board, board_heights, film_thickness, sea
 from sitscad.scene.column import print_limit, process_of
 from sitscad.scene.jaws import axis, jaw_range, rim, room_across, section, shield_that_fits
 from sitscad.scene.stack import tail_heights
+from sitscad.spec.coil import CoilSpec
 from sitscad.spec.mount import Hole, HolePattern, Mount, Retention
 from sitscad.spec.sensor import SensorSpec
 
@@ -325,9 +326,16 @@ FAR = 2.0
 own image at twice the distance, mu0 pi a^4 / (2 z^3) over mu0 a (ln(8 a / w) - 2), with z = 8 a and a / w = 10."""
 
 
+def metal_free_distance(coil: CoilSpec) -> float:
+    """From which distance (m) on metal that no figure counts hardly changes a coil: `FAR` diameters of the circle that
+    has the area of its outline. What such metal changes goes with the square of that area.
+    """
+    return FAR * math.sqrt(4.0 / math.pi * coil.outline.area * coil.size[0] * coil.size[1])
+
+
 def is_near_metal(layout: Layout) -> bool:
     """Whether a plate's screw stands nearer to a coil's centre than metal may be that no figure counts."""
-    reach = FAR * max(layout.spec.coil.size)
+    reach = metal_free_distance(layout.spec.coil)
     screw = [(*hole.at, hole.head / 2) for hole in plate_holes(layout)]
     return any(math.dist((x, y), coil.centre) - half < reach for x, y, half in screw for coil in layout.coils)
 

@@ -54,3 +54,12 @@ def test_a_tall_pad_is_calibrated_no_farther_than_it_goes_half_pressed():
     assert found.shear < 0.5 < spec.requirements.shear_force and "the pad's thickness" in " ".join(found.notes)
     loads = np.array([[share * found.normal, found.shear, 0.0] for share in (0.0, 0.5, 1.0)])
     assert np.abs(pushed(spec, loads)[0][:, 0]).max() < 1.01 * spec.elastomer.thickness
+
+
+def test_what_is_said_of_the_other_jaw_stands_with_every_sensor_in_a_jaw_and_no_other():
+    """No figure counts its metal, and a unit that was calibrated with the jaw open never sees it."""
+    from sitscad.estimates.response.working_range import OTHER_JAW
+
+    for name in ("grasper_4layer", "bench_7mm"):
+        spec = sitscad.load_text(templates.read(name), "t.yaml")
+        assert (OTHER_JAW in working_range(spec).notes) == (spec.jaw is not None) == (name == "grasper_4layer")

@@ -19,7 +19,7 @@ from sitscad.papers import parts_list as bom
 from sitscad.report.page import stack_section
 from sitscad.scene.bodies import shield_heights
 from sitscad.scene.jaws import closed_span, made_to_measure
-from sitscad.spec import templates
+from sitscad.spec import presets, templates
 from sitscad.spec.coil import CoilPlacement
 from sitscad.spec.load import load_text
 from sitscad.spec.materials import Conductor, ElastomerMaterial, ElastomerPad, Encapsulation, Shield, Target
@@ -247,3 +247,24 @@ def test_screws_of_the_list_have_the_length_of_the_steps(template):
     thread, length = part.split(" x ")
     said = " ".join(mounting.in_place(layout))
     assert thread == "M2" and (f"{part} screws" in said or f"screws of {length} mm" in said)
+
+
+@pytest.mark.parametrize(("contacts", "coded"), [(13, True), (7, False)])
+def test_a_connector_that_is_not_made_with_so_many_contacts_has_no_order_code(contacts, coded):
+    from sitscad.papers.preparing import connector_order
+
+    order = connector_order(presets.connector("zif-0.3mm"), contacts)
+    assert bool(order.code) == coded
+    assert (str(contacts) in order.words) != coded
+
+
+def test_metal_stays_as_far_from_a_long_coil_as_from_a_round_one_of_its_area():
+    """A racetrack of 16 x 2 mm was told 32 mm, twice its length, where no catheter has room."""
+    from sitscad.scene.seating import FAR, metal_free_distance
+
+    text = templates.read("single_coil")
+    coil = load_text(text, "t.yaml").coil
+    assert metal_free_distance(coil) == approx(FAR * coil.size[0], rel=1e-12, abs=0)
+    long = replace(coil, shape="racetrack", size=(16 * MM, 2 * MM))
+    area = 14 * 2 + math.pi
+    assert metal_free_distance(long) == approx(FAR * MM * math.sqrt(4 * area / math.pi), rel=0.02, abs=0)

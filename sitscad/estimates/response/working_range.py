@@ -24,6 +24,13 @@ SLIP = 0.42  # Shear over normal at slip on tissue (Jones, thesis, 4.4)
 DIRECTIONS = 16  # Directions of the full shear at the edge of a range in which both shears are told apart
 USUAL_STRAIN = 0.2  # Strain of the pad at full scale where no normal force is required
 
+OTHER_JAW = (
+    "the other jaw's metal is in no figure: closed, it changes the readings, by more the less of the coils the target "
+    "covers; see what force is read when it comes as near as in use and touches nothing"
+)
+"""What is said of every sensor in a jaw."""
+
+
 @record
 class WorkingRange:
     """Loads (N): the normal force up to `normal`, shear along the `axes` that the array tells apart up to `shear` in
@@ -152,6 +159,8 @@ def working_range(spec: SensorSpec) -> WorkingRange:
         if len(found.axes) == len(FORCES):
             notes.append("the calibration's map is made for both sideways axes together within one ellipse about the "
                          "normal force; beyond, all axes may read wrong")
+    if spec.jaw is not None:
+        notes.append(OTHER_JAW)
     return WorkingRange(found.axes, found.normal, shear, tuple(notes), found.moments)
 
 
