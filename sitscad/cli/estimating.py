@@ -114,6 +114,7 @@ def estimate(
     """  # noqa: D301 - click asks for the control character itself
     from sitscad.estimates import METHODS, missed_tolerance
     from sitscad.estimates.at_frequency import FrequencyError, coils_at
+    from sitscad.estimates.performance.tables import PerformanceReport
     from sitscad.inspection import as_configured, unreadable
     from sitscad.opening import opened, policy_for
     from sitscad.report.numbers import ESTIMATE_FORMATS
@@ -142,7 +143,7 @@ def estimate(
     result = sitscad.check(loaded, layout, estimates if method is None else None, hints="none")
     checked = as_configured(loaded, result)
     design = sitscad.Design(loaded, layout, estimates)
-    felt = design.performance if performance else None
+    felt = PerformanceReport(design.performance, design.spec) if performance else None
     if performance and (reason := design.no_performance):
         say(f"no performance: {reason}")
     cells = design.cell_table.document() if performance else None
@@ -176,16 +177,16 @@ Axes and words:
   Rp             parallel resistance of the tank.
 
 \b
-What the sensor feels (--performance), at rest, half and full load:
+What the sensor feels (--performance); JSON has all of it by load:
   range          how far the axis goes, and what ends it first.
-  noise          one sigma of the converter's noise, in force.
-  nonlinear      distance from the best straight line, of the range.
+  resolution     one sigma of the converter's noise, in force.
+  nonlinearity   distance from the best straight line, of the range.
   crosstalk      error per full scale of another axis, of the range, by the
                  polynomial that fits this design as drawn best (the data
                  sheet has that of the map in calibration/, too).
-  error          the largest of the errors by cause, one sigma, that neither
-                 tare nor calibration takes away: also what shear does that
-                 the array does not measure. What a calibration leaves from
+  largest error  of the errors by cause, one sigma, that neither tare nor
+                 calibration takes away: also what shear does that the
+                 array does not measure. What a calibration leaves from
                  unit to unit stands in the data sheet and in plan.txt.
   condition      of the map from loads to frequencies, in full scales: 1 is
                  best, far above 10 one axis is hardly told from another.
@@ -227,6 +228,7 @@ def response(
     that could respond.
     """
     from sitscad.design import respond_to
+    from sitscad.estimates.performance.tables import PerformanceReport
     from sitscad.inspection import as_configured
     from sitscad.package import write_file
     from sitscad.report.response import RESPONSE_FILES, RESPONSE_FORMATS, response_file
@@ -253,7 +255,7 @@ def response(
         found = respond_to(design, motions, at, tolerance, progress, jacobian)
     except sitscad.NoResponse as error:
         raise click.UsageError(f"{spec}: {error}") from error
-    felt = design.performance if performance else None
+    felt = PerformanceReport(design.performance, design.spec) if performance else None
     if performance and (reason := design.no_performance):
         say(f"no performance: {reason}")
     if output:

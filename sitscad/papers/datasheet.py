@@ -5,8 +5,7 @@
 from __future__ import annotations
 
 import json
-import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from html import escape
 from typing import Any
 
@@ -19,27 +18,32 @@ from sitscad.drawing.web_page import figure, page, part, soft
 from sitscad.drawing.web_page import table as html_table
 from sitscad.estimates.cells import NO_CELLS, CellTable
 from sitscad.estimates.performance.curves import Curves
+from sitscad.estimates.performance.tables import (
+    MapFigures,
+    PerformanceReport,
+    amount,
+    axis_table,
+    drift_table,
+    error_table,
+    sensor_rows,
+    share_text,
+)
 from sitscad.estimates.performance.values import (
     AXES,
     FORCES,
-    MOMENTS,
     Performance,
-    combined_error,
-    largest_lasting,
     lasts_tared,
-    unit_of,
 )
-from sitscad.estimates.quantities import sensor_rows
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.pad import NoResponse
 from sitscad.estimates.response.table import response_table
-from sitscad.estimates.response.working_range import held_shear, working_range
 from sitscad.estimates.values import Estimates
 from sitscad.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
 from sitscad.layout.tail_tracks import contact_rows
-from sitscad.papers.datasheet_plots import FROM_UNIT_TO_UNIT, NAMES, SHEARS, WIDE, Plot, figures
+from sitscad.papers.datasheet_plots import NAMES, WIDE, Plot, figures
 from sitscad.papers.drawings.plan_view import drawing, plan, plan_scale
+from sitscad.quantities import METERED, Table, by_result
 from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.places import cell_placements
 from sitscad.spec.sensor import SensorSpec
@@ -64,22 +68,25 @@ def render(
         found = foretell(response)  # its target kept level as all here
     except NoResponse:
         found = None
-    shown = layout, estimates, performance, found, plots, bool(forced), bench, cells
+    reached = None if found is None else MapFigures(found.map.end, found.crosstalk)
+    report = PerformanceReport(performance, layout.spec, reached)
+    shown = layout, estimates, report, found, plots, bool(forced), bench, cells
     return {
         "datasheet.html": _page(*shown).encode("utf-8"),
-        "datasheet.json": figures_for_programs(response, performance, found, cells.document()),
+        "datasheet.json": figures_for_programs(report, response, found, cells.document()),
         "datasheet.pdf": pdf(_sheets(*shown)),
     }
 
 
 def figures_for_programs(
-    response: ResponseModel | None, performance: Sequence[Performance], found: Calibration | None = None,
+    report: PerformanceReport, response: ResponseModel | None, found: Calibration | None = None,
     cells: Mapping[str, Any] | None = None,
 ) -> bytes:
     """``datasheet.json``: without a calibration not what that is foretold to do, without a response not its table;
     `cells` is the document of the table of cells.
     """
-    whole: dict[str, Any] = {"performance": [point.document() for point in performance]}
+    whole: dict[str, Any] = {"performance": report.documents(),
+                             "in_words": [[list(each.head), *map(list, each.rows)] for each in report.tables()]}
     if cells:
         whole["cells"] = cells
     if found is not None:
@@ -100,11 +107,12 @@ def _plain(text: str) -> float:
 
 
 def _sheets(
-    layout: Layout, estimates: Estimates, felt: Sequence[Performance], found: Calibration | None,
+    layout: Layout, estimates: Estimates, report: PerformanceReport, found: Calibration | None,
     plots: Sequence[Plot], forced: bool, bench: Estimates, cells: CellTable,
 ) -> list[Sheet]:
+    felt = report.points
     between = [] if found is None else list(found.error_rows)
-    figures_told = summary(felt, layout, found)
+    figures_told = _lines(axis_table(report))
     first = _new(layout.spec, "data sheet", forced, f"drawing {scale_text(plan_scale(layout, ROOM))}")
     whole = sensor(felt, layout, estimates, cells)
     # letters small enough that all tables end above the note at the foot
@@ -130,13 +138,15 @@ def _sheets(
     for plotted, left in zip(plots[len(wide):], (LEFT, 152.0), strict=False):
         plot(beyond, (left, 88.0, *plotted.size), plotted.draw)
         fitting_paragraph(beyond, left, 86.0, 128.0, 70.0, [plotted.caption], 2.2)
-    table(beyond, LEFT, 70.0, _widths(drift(felt), 44.0, 130.0), drift(felt), 2.2)
+    drifts = _lines(drift_table(felt))
+    table(beyond, LEFT, 70.0, _widths(drifts, 44.0, 130.0), drifts, 2.2)
     last = _new(layout.spec, "data sheet, contacts and limits", forced)
     own = _new(layout.spec, "data sheet, incoming test", forced) if len(bench.metered) > MOST_BESIDE else None
     if own is not None:
         table(own, LEFT, TOP, _widths(incoming(bench), 66.0, 140.0), incoming(bench), 2.2)
     low = TOP
-    for rows in (errors(felt), production(felt), [] if own is not None else incoming(bench), contact_rows(layout)):
+    for rows in (_lines(error_table(felt)), production(felt), [] if own is not None else incoming(bench),
+                 contact_rows(layout)):
         low = table(last, LEFT, low, _widths(rows, 66.0, 140.0), rows, 2.2) - 5.0 if rows else low
     fitting_paragraph(last, 165.0, TOP, 118.0, 42.0, numbered(notes(felt, found)), 2.3)
     return [sheet for sheet in (first, each, assembly, curved, beyond, last, own) if sheet is not None]
@@ -174,10 +184,10 @@ def _about(layout: Layout, felt: Sequence[Performance]) -> str:
 
 
 def _page(
-    layout: Layout, estimates: Estimates, felt: Sequence[Performance], found: Calibration | None,
+    layout: Layout, estimates: Estimates, report: PerformanceReport, found: Calibration | None,
     plots: Sequence[Plot], forced: bool, bench: Estimates, cells: CellTable,
 ) -> str:
-    spec = layout.spec
+    spec, felt = layout.spec, report.points
     banner = "<p class='banner'>Made in spite of errors: the design does not meet its own checks.</p>" if forced else ""
     assembly = drawing(layout, forced)
     shown = figure(svg(assembly), "Target and elastomer over the coils, to scale.") if assembly is not None else ""
@@ -186,11 +196,11 @@ def _page(
     units = "" if found is None else f"{_table(list(found.error_rows))}<p class='soft'>{escape(found.errors_are)}</p>"
     parts = [
         f"<header><h1>{escape(spec.name)}</h1>{soft(spec.issue.words)}{soft(_about(layout, felt))}</header>{banner}",
-        part("What it feels", _table(summary(felt, layout, found)) + _table(sensor(felt, layout, estimates, cells))),
+        part("What it feels", _table(_lines(axis_table(report))) + _table(sensor(felt, layout, estimates, cells))),
         *([part("Cells", _table(cells.rows) + soft(cells.note))] if cells.groups else []),
         part("Drawing", shown),
         part("Curves", f"{''.join(wide)}<div class='narrow'>{''.join(narrow)}</div>" if plots else ""),
-        part("Errors", units + _table(errors(felt)) + _table(drift(felt))),
+        part("Errors", units + _table(_lines(error_table(felt))) + _table(_lines(drift_table(felt)))),
         part("Contacts", _table(contact_rows(layout))),
         part("Production", _table(production(felt)) + _table(incoming(bench))
               + "<p class='soft'>Three sigma of manufacture: reject a coil "
@@ -218,90 +228,9 @@ def _table(rows: Rows) -> str:
 Rows = list[tuple[str, ...]]
 
 
-def summary(felt: Sequence[Performance], layout: Layout, found: Calibration | None = None) -> Rows:
-    """What every axis can do; with the map to newtons where that ends."""
-    rest, half, full = felt
-    has_cells, names, layout = layout.spec.cells is not None, list(full.axes), layout.cell(1)
-    rows: Rows = [("characteristic", *(NAMES[name] for name in names))]
-
-    def row(what: str, *texts: str) -> None:
-        rows.append((what, *texts))
-
-    axes, held = [full.axes[name] for name in names], held_shear(layout.spec)
-    shears = [name for name in names if name in SHEARS]
-    row("full scale", *(_amount(axis.full_scale, name) for name, axis in zip(names, axes, strict=True)))
-    together = working_range(layout.spec)
-    if together.is_round:
-        limit = f"{_newtons(together.shear)} ({_newtons(together.shear / math.sqrt(2.0))} each)"
-        row("calibrated for a resultant shear up to", *(NONE if name == "normal" else limit for name in names))
-    turns = "free to tilt" if any(name in MOMENTS for name in names) else "kept level"
-    row(f"range of the pad, {turns}, and its first limit",
-        *(f"{_amount(axis.range, name)}, {axis.limited_by}" for name, axis in zip(names, axes, strict=True)))
-    if found is not None:
-        row(f"calibrated range: the map to newtons ends at{', least signal' if has_cells else ''}",
-            *(f"{_newtons(found.map.end)}, pressed alone" if name == "normal" else NONE for name in names))
-    if any(max(full.axes[name].full_scale, full.axes[name].range) > held for name in shears):
-        row("extrapolated by the pad's law beyond", *(_newtons(held) if name in shears else NONE for name in names))
-    for point in (rest, half, full):
-        row(f"resolution {point.at}: the noise alone",
-            *(_amount(point.axes[name].resolution, name) for name in names))
-    lasting = [largest_lasting(axis.errors) for axis in axes]
-    row("largest error by one cause, full load, one tare at the start",
-        *(f"{_amount(error, name)}, {cause.replace(UNTOLD, 'not told')}"
-          for name, (error, cause) in zip(names, lasting, strict=True)))
-    row("errors together, full load, a tare before each grasp",
-        *(_amount(combined_error(axis.errors), name) for name, axis in zip(names, axes, strict=True)))
-    if any(UNTOLD in cause for cause in axes[0].errors):
-        row("these, and full scale of each axis that is not measured",
-            *(_amount(_with_unmeasured(axis.errors), name) for name, axis in zip(names, axes, strict=True)))
-    for cause, point in ((drifts(rest)[0], rest), *((cause, full) for cause in drifts(full))):
-        row(_since(cause), *(_amount(point.axes[name].errors[cause], name) for name in names))
-    row(
-        f"largest sensitivity of a coil{' in the least sensitive cell' if has_cells else ''}, half load",
-        *(f"{show(1e-3 * value, 'Hz', 3)}/(N mm)" if name in MOMENTS else f"{show(value, 'Hz', 3)}/N"
-          for name, value in ((name, max(map(abs, half.axes[name].sensitivity))) for name in names)),
-    )
-    row("nonlinearity, straight map, half load", *(_share(half.axes[name].nonlinearity) for name in names))
-    row("crosstalk, straight map, half load", *(_crosstalk([half.straight_crosstalk], name) for name in names))
-    row("crosstalk, best polynomial, design as drawn, worst load",
-        *(_crosstalk([point.crosstalk for point in felt], name) for name in names))
-    if found is not None:
-        row(f"crosstalk, map to newtons, design as drawn, half load{', least signal' if has_cells else ''}",
-            *(_crosstalk([found.crosstalk], name) for name in names))
-    degrees = f"{math.degrees(full.tilt):.3g}"
-    tilt = "one degree" if degrees == "1" else f"{degrees} degrees"
-    for angle in ("rx", "ry"):
-        row(f"error by {tilt} of {angle} alone, either way, full load",
-            *(_amount(full.tilt_error[name][angle], name) for name in names))
-    row("error by a force 0.1 mm beside", *(_amount(full.axes[name].errors[BESIDE], name) for name in names))
-    row("drift at full load, a kelvin after the one tare",
-        *(_amount(full.temperature_error[name], name) for name in names))
-    return rows
-
-
-def drifts(point: Performance) -> list[str]:
-    """The causes of errors by temperature at a working point: the drift, and what a tare before each grasp leaves."""
-    return [cause for cause in next(iter(point.axes.values())).errors if "drift" in cause]
-
-
-def _since(cause: str) -> str:
-    """A cause of errors; of a drift also from when on its kelvins count."""
-    if "drift" not in cause:
-        return cause
-    return f"{cause} after the {'calibration' if 'with a tare' in cause else 'one tare'}"
-
-
-def _with_unmeasured(errors: Mapping[str, float]) -> float:
-    """Root of the squares of what `combined_error` counts and of the errors by forces that are not measured."""
-    return math.hypot(combined_error(errors), *(error for cause, error in errors.items() if UNTOLD in cause))
-
-
-LEAST_TOLD = 1e-4  # Crosstalk of a noiseless map below which its digits mean nothing
-
-UNTOLD = "at full scale, which is not measured"
-"""What causes of errors say of axes that the array does not tell; too long for a column."""
-
-BESIDE = "contact 0.1 mm beside the middle"
+def _lines(found: Table) -> Rows:
+    """Return the head and the rows of a table."""
+    return [tuple(found.head), *map(tuple, found.rows)]
 
 
 def sensor(
@@ -351,32 +280,8 @@ def _cells(cells: CellTable) -> Rows:
           if len(groups) > 1 else []),
         ("curves, least signal", f"{cells.name} ({', '.join(cells.coils)})"),
         ("what a cell reads of all neighbours", NONE if groups[0].crosstalk is None else
-         f"at most {_share(max(one.crosstalk or 0.0 for one in groups))}"),
+         f"at most {share_text(max(one.crosstalk or 0.0 for one in groups))}"),
     ]
-
-
-def errors(felt: Sequence[Performance]) -> Rows:
-    """One sigma by cause at full load, of every unit alike."""
-    full = felt[-1]
-    names = list(full.axes)
-    head = "one sigma of error at full load, any unit, by cause", *(NAMES[name] for name in names)
-    causes = (cause for cause in full.axes[names[0]].errors if cause not in FROM_UNIT_TO_UNIT)
-    return [head, *((TILTS if cause == TILTED else _since(cause),
-                     *(_amount(full.axes[name].errors[cause], name) for name in names)) for cause in causes)]
-
-
-TILTED, TILTS = "tilt of 1 degree", "tilt of 1 degree, rx and ry (root of squares)"
-
-
-def drift(felt: Sequence[Performance]) -> Rows:
-    """What a kelvin does, by what warms, with its sign where that is known."""
-    full = felt[-1]
-    names = list(full.axes)
-    rows: Rows = [("by a kelvin after the one tare", *(NAMES[name] for name in names))]
-    for cause, row in full.temperature_causes.items():
-        sign = "+-" if cause == "capacitors" else ""
-        rows.append((cause, *(sign + _amount(row[name], name) for name in names)))
-    return rows
 
 
 TARES = (
@@ -402,16 +307,8 @@ def production(felt: Sequence[Performance]) -> Rows:
 
 
 def incoming(bench: Estimates) -> Rows:
-    """What a usual meter reads of the bare board at 20 degrees Celsius; nothing where no coil was asked."""
-    if not bench.metered:
-        return []
-    at = show(bench.metered[0].frequency, "Hz")
-    rows: Rows = [("bare coil, on an LCR meter", f"L at {at}", f"R at {at}", "R, direct current")]
-    for read in bench.metered:
-        pairs = ((read.inductance, read.inductance_sigma, "H"), (read.resistance, read.resistance_sigma, "ohm"),
-                 (read.direct, read.direct_sigma, "ohm"))
-        rows.append((read.coil, *(f"{show(value, unit, 4)} +- {show(sigma, unit, 2)}" for value, sigma, unit in pairs)))
-    return rows
+    """Return what a usual meter reads of the bare board at 20 degrees Celsius. Empty if no coil was asked for."""
+    return _lines(by_result(bench.metered, METERED)) if bench.metered else []
 
 
 def notes(felt: Sequence[Performance], found: Calibration | None = None) -> Iterator[str]:
@@ -424,7 +321,7 @@ def notes(felt: Sequence[Performance], found: Calibration | None = None) -> Iter
     yield TARES
     yield TARED_AFTER_A_GRASP
     if full.ambiguous is not None:
-        one, other = (", ".join(_amount(part, name) for name, part in zip(AXES, load, strict=False))
+        one, other = (", ".join(amount(part, name) for name, part in zip(AXES, load, strict=False))
                       for load in full.ambiguous)
         moments = ", moment about x, about y" * (len(full.ambiguous[0]) > len(FORCES))
         yield (f"Two loads (normal, shear along x, along y{moments}) read alike: {one}; and {other}. No map tells them "
@@ -433,34 +330,6 @@ def notes(felt: Sequence[Performance], found: Calibration | None = None) -> Iter
             *(f"the map in calibration/ is {note}" for note in (found.notes if found is not None else ())
               if note.startswith("made for"))]
     yield from (note[0].upper() + note[1:] for note in dict.fromkeys(said))
-
-
-def _newtons(force: float) -> str:
-    return _amount(force, "normal")
-
-
-def _amount(value: float, name: str) -> str:
-    """A force (N) or a moment (N m) on an axis of that name."""
-    if math.isinf(value):
-        return "no reading tells it"
-    unit, least = unit_of(name), LEAST_MOMENT if name in MOMENTS else LEAST_FORCE
-    return show(value, unit, 3) if abs(value) >= least else f"0 {'N mm' if name in MOMENTS else unit}"
-
-
-LEAST_FORCE, LEAST_MOMENT = 1e-6, 1e-9  # Least force (N) and moment (N m) that are told apart from nothing
-
-
-def _share(part: float) -> str:
-    return f"{100.0 * part:.0f} %" if part >= 0.1 else f"{100.0 * part:.2g} %"
-
-
-def _crosstalk(tables: Iterable[Mapping[str, Mapping[str, float]]], name: str) -> str:
-    """The largest crosstalk that an axis has in any of some tables."""
-    shares = [share for table in tables for share in table[name].values()]
-    if not shares:
-        return NONE
-    worst = max(shares)
-    return _share(worst) if worst >= LEAST_TOLD else f"below {_share(LEAST_TOLD)}"
 
 
 def _size(plate: Target | ElastomerPad) -> str:

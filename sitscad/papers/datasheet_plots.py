@@ -10,6 +10,7 @@ import numpy as np
 
 from sitscad.arrays import Array
 from sitscad.estimates.performance.curves import Curve, Curves
+from sitscad.estimates.performance.tables import FROM_UNIT_TO_UNIT
 from sitscad.estimates.performance.values import AXIS_WORDS, FORCES, SHOWN, Performance, unit_of
 from sitscad.record import record
 
@@ -18,9 +19,6 @@ Draw = Callable[[Any], None]
 
 NANO = 1e9
 BAND = 0.18  # Opacity of a one-sigma band
-
-FROM_UNIT_TO_UNIT = ("modulus, before calibration", "manufacture, before calibration", "manufacture, after calibration")
-"""Causes that differ between units: the paper has them as a calibration has them."""
 
 DIGITS = 6  # Significant digits of what is drawn: so that the last bit of a sum on another machine moves nothing
 

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sitscad.estimates.performance.values import largest_lasting
-from sitscad.estimates.quantities import sensor_rows
 from sitscad.quantities import (
     AT_FREQUENCY,
     BARE_TANK,
@@ -40,15 +38,13 @@ from sitscad.version import __version__
 if TYPE_CHECKING:
     from sitscad.estimates import Estimates
     from sitscad.estimates.at_frequency import CoilAtFrequency
-    from sitscad.estimates.performance.values import Performance
+    from sitscad.estimates.performance.tables import PerformanceReport
     from sitscad.estimates.values import StateEstimate
-
-    Felt = Sequence[Performance] | None
 
 
 def as_text(
-    path: str, estimates: Estimates | None, checked: CheckedSpec, colour: bool = False, felt: Felt = None,
-    cells: Mapping[str, Any] | None = None, at: Sequence[CoilAtFrequency] = (),
+    path: str, estimates: Estimates | None, checked: CheckedSpec, colour: bool = False,
+    felt: PerformanceReport | None = None, cells: Mapping[str, Any] | None = None, at: Sequence[CoilAtFrequency] = (),
 ) -> str:
     """Tables of coils, states and readout settings, then the cross-checks and what the numbers leave out."""
     if estimates is None:
@@ -61,36 +57,16 @@ def as_text(
     blocks = [
         styled(printable(path), "bold", colour),
         styled(printable(estimates.incomplete), "red", colour) if estimates.incomplete else "",
-        *(table_text(each, colour) for each in tables), *felt_blocks(felt or (), colour),
+        *(table_text(each, colour) for each in tables), *performance_blocks(felt, colour),
         *(table_text(each, colour) for each in last),
         *(f"note: {printable(str(note))}" for note in estimates.notes if note != estimates.incomplete),
     ]
     return "\n\n".join(block for block in blocks if block) + "\n"
 
 
-def felt_blocks(felt: Sequence[Performance], colour: bool) -> list[str]:
-    """What the sensor feels as blocks of text: the table by load and axis, then its notes; none without a target."""
-    if not felt:
-        return []
-    points = [point.document() for point in felt]
-    by_axis = felt[-1].axes
-    axes = [f"{name} {'mN mm' if axis.unit == 'N m' else 'mN'}" for name, axis in by_axis.items()]
-    causes = ([cause, *(_milli(axis.errors[cause], 1e3 if axis.unit == "N m" else 1.0) for axis in by_axis.values())]
-              for cause in next(iter(by_axis.values())).errors)
-    blocks = (
-        [styled(felt_title(points), "bold", colour), *table(FELT_HEAD, felt_rows(points))],
-        [styled(CAUSES_TITLE, "bold", colour), *table(("cause", *axes), causes)],
-        [f"note: {note}" for note in felt[-1].notes],
-    )
-    return ["\n".join(block) for block in blocks if block]
-
-
-CAUSES_TITLE = "Errors at full load by cause, one sigma; of tilts and of what a sign is known of, the size"
-
-
 def as_json(
-    path: str, estimates: Estimates | None, checked: CheckedSpec, colour: bool = False, felt: Felt = None,
-    cells: Mapping[str, Any] | None = None, at: Sequence[CoilAtFrequency] = (),
+    path: str, estimates: Estimates | None, checked: CheckedSpec, colour: bool = False,
+    felt: PerformanceReport | None = None, cells: Mapping[str, Any] | None = None, at: Sequence[CoilAtFrequency] = (),
 ) -> str:
     """Return the JSON document of ``estimate``.
 
@@ -101,7 +77,7 @@ def as_json(
         findings = [finding_json(finding) for finding in checked.findings]
         nothing = {"sitscad": __version__, "spec": path, "coils": [], "inductance_matrix_H": []}
         return to_json(nothing | {"findings": findings})
-    asked: dict[str, Any] = {} if felt is None else {"performance": [point.document() for point in felt]}
+    asked: dict[str, Any] = {} if felt is None else {"performance": felt.documents()}
     asked |= {"cells": cells} if cells else {}
     asked |= {"at_frequency": [coil.document() for coil in at]} if at else {}
     return to_json({**estimates.as_json(path), **asked})
@@ -111,7 +87,8 @@ CELLS_TITLE = "Cell by cell: below, each figure of what the sensor feels is that
 
 
 Shown = Callable[
-    [str, "Estimates | None", CheckedSpec, bool, "Felt", "Mapping[str, Any] | None", "Sequence[CoilAtFrequency]"], str
+    [str, "Estimates | None", CheckedSpec, bool, "PerformanceReport | None", "Mapping[str, Any] | None",
+     "Sequence[CoilAtFrequency]"], str
 ]
 
 ESTIMATE_FORMATS: Mapping[str, Shown] = {"text": as_text, "json": as_json}
@@ -338,61 +315,21 @@ def table_text(found: Table, colour: bool = False) -> str:
     """Return a table under its title, its notes below it. Empty if it has no rows."""
     head = found.head if any(found.head) else ()
     lines = [*table(head, found.rows), *found.notes] if found.rows else []
-    return "\n".join([styled(found.title, "bold", colour), *(f"  {line}" for line in lines)]) if lines else ""
+    title = [styled(found.title, "bold", colour)] if found.title else []
+    return "\n".join([*title, *(f"  {line}" for line in lines)]) if lines else ""
+
+
+def performance_blocks(report: PerformanceReport | None, colour: bool) -> list[str]:
+    """Return what the sensor feels as blocks of text: its tables, then its notes. Empty without a target."""
+    if report is None or not report.points:
+        return []
+    first, *others = report.tables()
+    first = first._replace(title=PERFORMANCE_TITLE)
+    return [*(table_text(each, colour) for each in (first, *others)),
+            "\n".join(f"note: {note}" for note in report.points[-1].notes)]
+
+
+PERFORMANCE_TITLE = "What the sensor feels, after a tare at rest; errors are one sigma"
 
 
 Document = Mapping[str, Any]
-
-FELT_TITLE = (
-    "What the sensor feels, after a tare at rest, its target kept level; error: by the largest single cause that "
-    "neither tare nor calibration takes away"
-)
-
-
-def felt_title(felt: Sequence[Document]) -> str:
-    """The title of that table. Where moments are felt, the target is free to tilt."""
-    if not any("range_Nm" in axis for axis in felt[-1]["axes"].values()):
-        return FELT_TITLE
-    return FELT_TITLE.replace("kept level", "free to tilt, moments in N mm and mN mm")
-
-
-FELT_HEAD = ("load", "axis", "range N", "ended by", "noise mN", "nonlinear %", "crosstalk %", "error mN", "mostly by",
-             "condition")
-
-
-def felt_rows(felt: Sequence[Document]) -> Iterator[list[str]]:
-    """The rows of what the sensor feels, one a working point and axis."""
-    for point in felt:
-        for name, axis in point["axes"].items():
-            unit = "Nm" if "range_Nm" in axis else "N"
-            error, cause = largest_lasting(axis[f"errors_{unit}"])
-            cross, scale = max(point["crosstalk"][name].values(), default=0.0), 1e3 if unit == "Nm" else 1.0
-            yield [
-                point["at"], f"{name}, N mm" if unit == "Nm" else name, f"{scale * axis[f'range_{unit}']:.3g}",
-                axis["limited_by"], _milli(axis[f"resolution_{unit}"], scale),
-                _hundredths(axis["nonlinearity"]), _hundredths(cross), _milli(error, scale), cause,
-                f"{point['condition_number']:.2g}",
-            ]
-
-
-def _milli(force: float | None, scale: float = 1.0) -> str:
-    """A force (N) in mN, or with a scale of 1000 a moment (N m) in mN mm; of an axis that no reading tells none."""
-    return "untold" if force is None or math.isinf(force) else f"{1e3 * scale * force:.3g}"
-
-
-def _hundredths(share: float) -> str:
-    return f"{100.0 * share:.0f}" if share >= 0.1 else f"{100.0 * share:.2g}"
-
-
-def whole_rows(felt: Sequence[Document]) -> Iterator[Sequence[str]]:
-    """What belongs to the sensor as a whole, at full load."""
-    if not felt:
-        return
-    full = felt[-1]
-    degrees = f"{math.degrees(full['tilt_rad']):.3g}"
-    degrees += " degree" if degrees == "1" else " degrees"
-    for key, unit in (("tilt_error_N", "N"), ("tilt_error_Nm", "N m")):
-        for name, row in full.get(key, {}).items():
-            words = ", ".join(f"{show(value, unit, 3)} by {angle}" for angle, value in row.items())
-            yield [f"a contact tilted by {degrees} is misread as {name}", words]
-    yield from sensor_rows(felt)

@@ -12,6 +12,7 @@ from sitscad.drawing.svg import svg
 from sitscad.drawing.web_page import bullets, figure, page, part, soft
 from sitscad.finding import Finding, Severity
 from sitscad.geometry.path import Point, polyline, rectangle
+from sitscad.quantities import Table
 from sitscad.record import record
 from sitscad.report import numbers
 from sitscad.report.findings import CheckedSpec, by_weight, excerpt, measures, numbered_places
@@ -293,16 +294,13 @@ def _incoming(estimates: Estimates, bench: Estimates | None) -> str:
 
 
 def _performance_section(sheet: Document) -> str:
-    """Ranges, resolutions and errors; nothing in a package without a data sheet."""
-    felt, between, cells = sheet.get("performance", ()), sheet.get("unit_to_unit", {}), sheet.get("cells", {})
-    whole = _table(["of the whole sensor", ""], numbers.whole_rows(felt), "")
-    # of the map's own full scales, and rounded once
-    units = _table(*numbers.head_and_rows(between.get("in_words", ())), between.get("errors_are", ""))
-    by_cell = ""
-    if cells:
-        by_cell = _table(*numbers.head_and_rows(cells["in_words"]), f"Cell by cell. Elsewhere {cells['figures_are']}.")
-    title = numbers.felt_title(felt) if felt else ""
-    return by_cell + _table(numbers.FELT_HEAD, numbers.felt_rows(felt), title) + whole + units
+    """Return the tables of the data sheet, and errors from unit to unit. Empty in a package without a data sheet."""
+    between, cells = sheet.get("unit_to_unit", {}), sheet.get("cells", {})
+    by_cell = f"Cell by cell. Elsewhere {cells['figures_are']}." if cells else ""
+    tables = [Table(*numbers.head_and_rows(cells.get("in_words", ())), by_cell)]
+    tables += [Table(*numbers.head_and_rows(lines)) for lines in sheet.get("in_words", ())]
+    tables.append(Table(*numbers.head_and_rows(between.get("in_words", ())), between.get("errors_are", "")))
+    return numbers.page_tables(tables)
 
 
 def _stack(spec: SensorSpec, estimates: Estimates) -> str:

@@ -4,27 +4,25 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sitscad.arrays import Array
 from sitscad.report.findings import printable, styled, to_json
-from sitscad.report.numbers import felt_blocks, table
+from sitscad.report.numbers import performance_blocks, table
 from sitscad.units import NONE, cell, csv_text, quantity, show
 from sitscad.version import __version__
 
 if TYPE_CHECKING:
-    from sitscad.estimates.performance.values import Performance
+    from sitscad.estimates.performance.tables import PerformanceReport
     from sitscad.estimates.response.values import Response
-
-    Felt = Sequence[Performance] | None
 
 SHOWN = 60  # Points at most that the text shows
 
 
-def response_text(path: str, response: Response, colour: bool = False, felt: Felt = None) -> str:
+def response_text(path: str, response: Response, colour: bool = False, felt: PerformanceReport | None = None) -> str:
     """A row a point, and what is worth saying of them."""
     cases = ["case"] if any(response.cases) else []
     head = [*cases, "x, y, z (mm)", "rx, ry, rz (deg)", "force (N)", "coil", *COLUMNS]
@@ -35,7 +33,7 @@ def response_text(path: str, response: Response, colour: bool = False, felt: Fel
     gap = f"gap at rest: {show(response.gap, 'm', 4)} from the board's top face to the target's near face"
     glue = f", {show(response.glue, 'm', 3)} of it glue" if response.glue else ""
     blocks = [styled(printable(path), "bold", colour), "\n".join(lines), "\n".join([gap + glue, *_said(response)])]
-    blocks += felt_blocks(felt or (), colour)
+    blocks += performance_blocks(felt, colour)
     return "\n\n".join(block for block in blocks if block) + "\n"
 
 
@@ -81,16 +79,16 @@ def _said(response: Response) -> Iterator[str]:
         yield f"note: and {len(seen) - 8} more kinds of notes: --format json has them by point"
 
 
-def response_json(path: str, response: Response, colour: bool = False, felt: Felt = None) -> str:
+def response_json(path: str, response: Response, colour: bool = False, felt: PerformanceReport | None = None) -> str:
     """The contract's document, with ``performance`` where that was asked for."""
     points = [response.point_document(k) for k in range(len(response))]
     gap = {"gap_at_rest_m": response.gap, "glue_in_gap_m": response.glue}
     document = {"sitscad": __version__, "spec": path, "coils": list(response.coils), **gap, "points": points}
-    asked = {} if felt is None else {"performance": [point.document() for point in felt]}
+    asked = {} if felt is None else {"performance": felt.documents()}
     return to_json(document | asked)
 
 
-def response_csv(path: str, response: Response, colour: bool = False, felt: Felt = None) -> str:
+def response_csv(path: str, response: Response, colour: bool = False, felt: PerformanceReport | None = None) -> str:
     """One row a point, columns named like ``inductance_H.C1``."""
     from sitscad.estimates.response.values import POSE_NAMES
 
@@ -117,7 +115,7 @@ def response_csv(path: str, response: Response, colour: bool = False, felt: Felt
 
 AXES = ("x", "y", "z")
 
-Shown = Callable[["str", "Response", bool, "Felt"], str]
+Shown = Callable[["str", "Response", bool, "PerformanceReport | None"], str]
 
 RESPONSE_FORMATS: Mapping[str, Shown] = {"text": response_text, "json": response_json, "csv": response_csv}
 """How ``response`` can print: path as typed, response, colour or not, and what the sensor feels (csv: left out)."""
@@ -125,7 +123,7 @@ RESPONSE_FORMATS: Mapping[str, Shown] = {"text": response_text, "json": response
 RESPONSE_FILES = (".npz", ".csv", ".json")  # Endings of the files that it can write
 
 
-def response_file(path: str, response: Response, ending: str, felt: Felt = None) -> bytes:
+def response_file(path: str, response: Response, ending: str, felt: PerformanceReport | None = None) -> bytes:
     """The content of a file of one of those endings; `path` is the spec's."""
     if ending == ".npz":
         # The arrays under the contract's names, points first, and the coils' names; the same bytes every time

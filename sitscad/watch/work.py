@@ -147,10 +147,13 @@ def _kept(before: Before, name: str, made_of: object, package: str, make: Any) -
 
 def _performance_figures(design: Design, pushed: ResponseModel | None = None) -> dict[str, bytes]:
     """The data sheet's figures, with the table by which a page's sensor is pushed where the response is given."""
+    from sitscad.estimates.performance.tables import PerformanceReport
     from sitscad.papers.datasheet import figures_for_programs
 
-    felt = design.performance
-    return {DATA_SHEET: figures_for_programs(pushed, felt, cells=design.cell_table.document())} if felt else {}
+    report = PerformanceReport(design.performance, design.spec)
+    if not report.points:
+        return {}
+    return {DATA_SHEET: figures_for_programs(report, pushed, cells=design.cell_table.document())}
 
 
 def _solids(design: Design) -> dict[str, bytes]:

@@ -17,11 +17,11 @@ import sitscad
 from sitscad.checks import RULES, check, judged
 from sitscad.checks.rules import apply_rule
 from sitscad.design import Design
+from sitscad.estimates.performance.tables import PerformanceReport, axis_table
 from sitscad.estimates.response.working_range import held_shear
 from sitscad.finding import Severity
 from sitscad.inspection import as_configured
 from sitscad.package import write_template
-from sitscad.papers.datasheet import summary
 from sitscad.report.findings import as_json, as_text
 from sitscad.report.findings.document import read_findings
 from sitscad.spec import templates
@@ -185,7 +185,8 @@ def test_check_data_sheet_sweep_and_report_give_the_drift_under_one_name_each(be
         one = reached[name]
         figure = point.axes[axis[one.axis]].errors[cause]
         assert one.at.startswith(at) and one.measured == approx(figure, rel=1e-12, abs=0.0)
-        assert [row[0].startswith(cause) for row in summary(design.performance, design.layout)].count(True) == 1
+        rows = axis_table(PerformanceReport(design.performance, design.spec)).rows
+        assert [row[0].startswith(cause) for row in rows].count(True) == 1
     for measure, point, cause in (("error.zero_drift.normal", rest, "zero drift, 10 K"),
                                   ("error.temperature.normal", full, "drift at full load, 10 K")):
         value, error = MEASURES[measure].read(design)

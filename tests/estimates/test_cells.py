@@ -11,6 +11,7 @@ from tolerance import approx
 import sitscad
 from sitscad.design import Design, respond
 from sitscad.estimates.cells import cell_signals, through_webs
+from sitscad.estimates.performance.tables import PerformanceReport
 from sitscad.estimates.response.pad import pushed, soft_pad
 from sitscad.estimates.response.working_range import normal_at
 from sitscad.estimates.signal import signals
@@ -153,7 +154,9 @@ def test_every_figure_is_that_of_the_cell_worst_in_it_and_each_is_told(row):
     assert full.axes["normal"].resolution == each[1].axes["normal"].resolution > each[0].axes["normal"].resolution
     tilts = [one.tilt_error["normal"]["ry"] for one in each]
     assert full.tilt_error["normal"]["ry"] == max(tilts) > 1.2 * tilts[1]
-    told = json.loads(figures_for_programs(None, row.performance, cells=row.cell_table.document()))
+    told = json.loads(figures_for_programs(
+        PerformanceReport(row.performance, row.spec), None, cells=row.cell_table.document()
+    ))
     assert [one["cell"] for one in told["cells"]["each"]] == [1, 2, 3] and told["cells"]["pushed_of"] == 2
     for cell, own in zip(told["cells"]["each"], each, strict=True):
         assert cell["overload_N"] == cell["range_N"]["normal"] == approx(own.overload, rel=1e-5)

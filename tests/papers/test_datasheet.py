@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import json
 import re
 import subprocess
@@ -19,23 +20,28 @@ from sitscad.calibration.calibration import foretell
 from sitscad.drawing.pdf import pdf
 from sitscad.drawing.sheet import Label, Sheet, flattened, plot
 from sitscad.drawing.svg import svg
+from sitscad.estimates.performance.tables import (
+    FROM_UNIT_TO_UNIT,
+    MapFigures,
+    PerformanceReport,
+    axis_table,
+    error_table,
+)
 from sitscad.estimates.performance.values import lasts_tared
-from sitscad.estimates.quantities import sensor_rows
 from sitscad.estimates.response.pad import soft_pad
 from sitscad.estimates.response.working_range import held_shear
 from sitscad.package.contents import drawn_calibration
 from sitscad.papers import PAPERS
-from sitscad.papers.datasheet import TARED_AFTER_A_GRASP, TARES, errors, notes, render, sensor, summary
+from sitscad.papers.datasheet import TARED_AFTER_A_GRASP, TARES, notes, render, sensor
 from sitscad.papers.datasheet_plots import (
     BEYOND,
     BEYOND_LINES,
-    FROM_UNIT_TO_UNIT,
     NARROW,
     WIDE,
     difference,
     figures,
 )
-from sitscad.report.numbers import whole_rows
+from sitscad.report.page import _performance_section
 from sitscad.units import show
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
@@ -53,18 +59,27 @@ def files(bench):
                   bench.bench_estimates)
 
 
+def _axes(design, found=None):
+    """The rows of what every axis can do."""
+    reached = None if found is None else MapFigures(found.map.end, found.crosstalk)
+    return axis_table(PerformanceReport(design.performance, design.spec, reached)).rows
+
+
 @pytest.fixture(scope="module")
 def drawn(bench):
     return bench.curves
 
 
 @pytest.mark.slow
-def test_report_and_data_sheet_have_the_same_rows_of_the_whole_sensor(bench):
+def test_report_and_data_sheet_have_the_same_rows(bench, files):
     """Each named and rounded them by itself."""
-    points = [point.document() for point in bench.performance]
-    page, sheet = dict(whole_rows(points)), dict(sensor(bench.performance, bench.layout, bench.estimates))
-    own = dict(sensor_rows(points))
-    assert len(own) > 6 and own.items() <= page.items() and own.items() <= sheet.items()
+    sheet = json.loads(files["datasheet.json"])
+    page, paper = _performance_section(sheet), files["datasheet.html"].decode()
+    tables = PerformanceReport(bench.performance, bench.spec).tables()
+    assert len(tables) == len(sheet["in_words"]) == 4
+    for table in tables:
+        for row in table.rows:
+            assert all(html.escape(cell) in text for cell in row for text in (page, paper)), row
 
 
 @pytest.mark.more
@@ -134,7 +149,7 @@ def test_plots_have_letters_of_one_size_on_the_page(files):
 def test_figures_of_one_load_name_it_and_crosstalk_is_that_which_is_judged(bench):
     """Crosstalk and nonlinearity were those at half load and did not say so; SIT403 judged full load, and more."""
     found = foretell(bench.response, is_held=True)
-    rows = {row[0]: row[1:] for row in summary(bench.performance, bench.layout, found)}
+    rows = {row[0]: row[1:] for row in _axes(bench, found)}
     named = [name for name in rows if name.startswith(("crosstalk", "nonlinearity"))]
     assert len(named) == 4 and all("load" in name for name in named)
     worst = max(point.crosstalk["normal"]["shear_x"] for point in bench.performance)
@@ -262,7 +277,7 @@ def test_shear_beyond_the_pad_s_law_is_marked(bench, drawn):
 
 def test_the_sum_of_errors_is_the_root_of_squares_of_what_a_tare_before_each_grasp_leaves(bench):
     """Drift, hysteresis, creep, tilt and noise stood side by side, and nothing said what they come to."""
-    rows = dict((row[0], row[1:]) for row in summary(bench.performance, bench.layout))
+    rows = dict((row[0], row[1:]) for row in _axes(bench))
     for name, shown in zip(bench.performance[-1].axes, rows["errors together, full load, a tare before each grasp"],
                            strict=True):
         errors = bench.performance[-1].axes[name].errors
@@ -274,7 +289,7 @@ def test_the_sum_of_errors_is_the_root_of_squares_of_what_a_tare_before_each_gra
 
 
 def test_every_drift_says_since_which_tare_its_kelvins_count(bench):
-    rows = [row[0] for row in (*summary(bench.performance, bench.layout), *errors(bench.performance))
+    rows = [row[0] for row in (*_axes(bench), *error_table(bench.performance).rows)
             if re.search(r"drift.* 10 K", row[0])]
     assert len(rows) == 5
     for row in rows:
@@ -283,7 +298,7 @@ def test_every_drift_says_since_which_tare_its_kelvins_count(bench):
 
 
 def test_the_table_says_up_to_where_the_pad_s_law_was_held(bench):
-    rows = dict((row[0], row[1:]) for row in summary(bench.performance, bench.layout))
+    rows = dict((row[0], row[1:]) for row in _axes(bench))
     assert rows["extrapolated by the pad's law beyond"][-1] == show(held_shear(bench.spec), "N", 3)
     assert rows["extrapolated by the pad's law beyond"][0] == "-"
 
@@ -341,7 +356,7 @@ def test_two_shears_share_one_limit_in_table_and_notes(bench):
     found = foretell(design.response, is_held=True)
     sensors, limit = found.sensors, found.sensors.range.shear
     said = f"{limit:.3g} N in any direction"
-    rows = dict((row[0], row[1:]) for row in summary(design.performance, design.layout))
+    rows = dict((row[0], row[1:]) for row in _axes(design))
     words = f"{show(limit, 'N', 3)} ({show(limit / 2**0.5, 'N', 3)} each)"
     assert rows["calibrated for a resultant shear up to"] == ("-", words, words)
     assert sum(said in note for note in notes(design.performance, found)) == 1
@@ -352,7 +367,7 @@ def test_two_shears_share_one_limit_in_table_and_notes(bench):
     frequency = sensors.under(np.zeros(len(sensors.known)), loads, exact=True)
     off = np.abs(found.map(frequency[1:], frequency[0]) - loads[1:])
     assert np.all(off[0] < 0.01 * limit) and off[1][0] > 0.3 * limit
-    rows = dict((row[0], row[1:]) for row in summary(bench.performance, bench.layout))
+    rows = dict((row[0], row[1:]) for row in _axes(bench))
     assert "calibrated for a resultant shear up to" not in rows
     assert not any("any direction" in note for note in notes(bench.performance, foretell(bench.response, is_held=True)))
 
@@ -361,7 +376,7 @@ def test_every_table_of_errors_says_of_which_loads(bench):
     """Capacitors, without a tare, at full load stood beside a smaller error of a unit without a tare, over all."""
     found = foretell(bench.response, is_held=True)
     assert found.error_rows[0][0] == "error over all loads, of" and "over all loads" in found.errors_are
-    assert "at full load" in errors(bench.performance)[0][0]
+    assert "at full load" in error_table(bench.performance).head[0]
 
 
 def test_curves_of_a_cell_name_it_and_one_coil_is_drawn_once(bench, drawn):
@@ -384,7 +399,7 @@ def test_it_says_where_the_map_ends(bench):
     frequency = sitscad.respond(bench, loads=loads, rotation="held").frequency
     read = found.map(frequency[1:], frequency[0])[:, 0]
     assert read[0] < found.map.end < loads[2, 0] and read[1] == approx(found.map.end, rel=1e-3)
-    rows = dict((row[0], row[1:]) for row in summary(bench.performance, bench.layout, found))
+    rows = dict((row[0], row[1:]) for row in _axes(bench, found))
     assert rows["calibrated range: the map to newtons ends at"][0] == f"{show(found.map.end, 'N', 3)}, pressed alone"
 
 
@@ -423,6 +438,10 @@ def test_many_rows_on_the_first_sheet_end_above_its_frame(bench, monkeypatch):
     sheets = []
     monkeypatch.setattr("sitscad.papers.datasheet.pdf", lambda made: sheets.extend(made) or b"")
     more = [("row", "-", "-")] * 12
-    monkeypatch.setattr("sitscad.papers.datasheet.summary", lambda *given: [*summary(*given), *more])
+    def longer(report):
+        found = axis_table(report)
+        return found._replace(rows=[*found.rows, *more])
+
+    monkeypatch.setattr("sitscad.papers.datasheet.axis_table", longer)
     render(bench.layout, bench.estimates, bench.response, bench.performance, bench.curves, "", bench.bench_estimates)
     assert min(item.at.y for item in sheets[0].items if isinstance(item, Label)) > 9.0

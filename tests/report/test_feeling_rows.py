@@ -6,25 +6,17 @@ import math
 
 import pytest
 
+from sitscad.estimates.performance.tables import amount, sensor_rows
 from sitscad.estimates.performance.values import largest_lasting, of_full_scale
-from sitscad.report.numbers import felt_rows, whole_rows
 from sitscad.report.page import _performance_section
-
-AXIS = {
-    "range_N": 1.0, "limited_by": "strain", "full_scale_N": 2.0, "resolution_N": 3e-3, "nonlinearity": 1.1,
-    "errors_N": {"noise": 3e-3, "creep": 0.05, "capacitors, without a tare": 9.0},
-}
-POINT = {"at": "rest", "axes": {"normal": AXIS}, "crosstalk": {"normal": {}}, "condition_number": 2.0}
 
 
 def test_an_axis_that_no_reading_tells_has_no_figures():
     """Its document has none (None): the page ended in a TypeError, and its largest error was nothing."""
-    untold = AXIS | {"resolution_N": None, "errors_N": dict.fromkeys(AXIS["errors_N"])}
-    (row,) = felt_rows([POINT | {"axes": {"normal": untold}}])
-    assert row[4] == "untold" and row[7] == "untold"
-    assert largest_lasting(untold["errors_N"])[0] == math.inf
-    (row,) = felt_rows([POINT])
-    assert row[4:6] == ["3", "110"] and row[7:9] == ["50", "creep"]
+    assert amount(math.inf, "normal") == "no reading tells it" and amount(3e-3, "normal") == "3 mN"
+    untold = dict.fromkeys(("noise", "creep", "capacitors, without a tare"))
+    assert largest_lasting(untold)[0] == math.inf
+    assert largest_lasting({"noise": 3e-3, "creep": 0.05, "capacitors, without a tare": 9.0}) == (0.05, "creep")
 
 
 @pytest.mark.parametrize(
@@ -48,13 +40,14 @@ def test_the_page_has_the_words_of_the_data_sheet():
 @pytest.mark.parametrize("free", [None, 88.5])
 def test_the_overload_of_a_free_target_stands_beside_that_of_a_level_one(free):
     """155 N stood alone where a target that is free to tilt is lost at 88."""
-    full = POINT | {
+    full = {
+        "at": "full", "axes": {"normal": {"limited_by": "strain"}}, "condition_number": 2.0,
         "friction_error": None, "tilt_rad": math.radians(1.0), "tilt_error_N": {}, "bandwidth_Hz": 50.0,
         "tilt_stiffness_Nm_per_rad": {"rx": 0.5, "ry": None}, "tilt_stiffness_error": {"rx": 0.05, "ry": None},
         "bandwidth_by": "half the scan rate", "resonance_Hz": {}, "overload_N": 155.0, "free_overload_N": free,
         "invertible": True,
     }
-    rows = [row for row in whole_rows([full]) if row[0].startswith("overload")]
+    rows = [row for row in sensor_rows([full]) if row[0].startswith("overload")]
     if free is None:
         assert [value for _, value in rows] == ["155 N"]
     else:

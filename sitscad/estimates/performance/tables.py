@@ -1,0 +1,233 @@
+"""What a sensor feels as tables, for texts, pages and data sheets."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any
+
+from sitscad.estimates.performance.values import (
+    AXIS_WORDS,
+    FORCES,
+    INSTABILITY,
+    MOMENTS,
+    Performance,
+    combined_error,
+    largest_lasting,
+    unit_of,
+)
+from sitscad.estimates.response.working_range import held_shear, working_range
+from sitscad.quantities import Table
+from sitscad.record import record
+from sitscad.spec.sensor import SensorSpec
+from sitscad.units import NONE, show
+
+
+@record(eq=False)
+class MapFigures:
+    """What a map from readings to newtons reaches: its ``end`` (N, pressed alone) and its ``crosstalk``."""
+
+    end: float
+    crosstalk: Mapping[str, Mapping[str, float]]
+
+
+@record(eq=False)
+class PerformanceReport:
+    """What a sensor feels at rest, half and full load (``points``; empty if it cannot be felt with), for all forms."""
+
+    points: Sequence[Performance]
+    spec: SensorSpec
+    map: MapFigures | None = None
+
+    def documents(self) -> list[dict[str, object]]:
+        """Return the points for JSON."""
+        return [point.document() for point in self.points]
+
+    def tables(self) -> list[Table]:
+        """Return the figures of the axes and of the whole sensor, errors by cause and drift by cause."""
+        if not self.points:
+            return []
+        whole = Table(("sensor", ""), list(sensor_rows(self.documents())))
+        return [axis_table(self), whole, error_table(self.points), drift_table(self.points)]
+
+
+def axis_table(found: PerformanceReport) -> Table:
+    """Return what every axis can do, the ends of the map to newtons too if they are known."""
+    felt, spec, newtons = found.points, found.spec, found.map
+    rest, half, full = felt
+    has_cells, names = spec.cells is not None, list(full.axes)
+    rows: list[tuple[str, ...]] = []
+
+    def row(what: str, *texts: str) -> None:
+        rows.append((what, *texts))
+
+    axes, held = [full.axes[name] for name in names], held_shear(spec)
+    shears = [name for name in names if name in FORCES[1:]]
+    row("full scale", *(amount(axis.full_scale, name) for name, axis in zip(names, axes, strict=True)))
+    together = working_range(spec)
+    if together.is_round:
+        limit = f"{_newtons(together.shear)} ({_newtons(together.shear / math.sqrt(2.0))} each)"
+        row("calibrated for a resultant shear up to", *(NONE if name == "normal" else limit for name in names))
+    turns = "free to tilt" if any(name in MOMENTS for name in names) else "kept level"
+    row(f"range of the pad, {turns}, and its first limit",
+        *(f"{amount(axis.range, name)}, {axis.limited_by}" for name, axis in zip(names, axes, strict=True)))
+    if newtons is not None:
+        row(f"calibrated range: the map to newtons ends at{', least signal' if has_cells else ''}",
+            *(f"{_newtons(newtons.end)}, pressed alone" if name == "normal" else NONE for name in names))
+    if any(max(full.axes[name].full_scale, full.axes[name].range) > held for name in shears):
+        row("extrapolated by the pad's law beyond", *(_newtons(held) if name in shears else NONE for name in names))
+    for point in (rest, half, full):
+        row(f"resolution {point.at}: the noise alone",
+            *(amount(point.axes[name].resolution, name) for name in names))
+    lasting = [largest_lasting(axis.errors) for axis in axes]
+    row("largest error by one cause, full load, one tare at the start",
+        *(f"{amount(error, name)}, {cause.replace(UNTOLD, 'not told')}"
+          for name, (error, cause) in zip(names, lasting, strict=True)))
+    row("errors together, full load, a tare before each grasp",
+        *(amount(combined_error(axis.errors), name) for name, axis in zip(names, axes, strict=True)))
+    if any(UNTOLD in cause for cause in axes[0].errors):
+        row("these, and full scale of each axis that is not measured",
+            *(amount(_with_unmeasured(axis.errors), name) for name, axis in zip(names, axes, strict=True)))
+    for cause, point in ((drifts(rest)[0], rest), *((cause, full) for cause in drifts(full))):
+        row(_since(cause), *(amount(point.axes[name].errors[cause], name) for name in names))
+    row(
+        f"largest sensitivity of a coil{' in the least sensitive cell' if has_cells else ''}, half load",
+        *(f"{show(1e-3 * value, 'Hz', 3)}/(N mm)" if name in MOMENTS else f"{show(value, 'Hz', 3)}/N"
+          for name, value in ((name, max(map(abs, half.axes[name].sensitivity))) for name in names)),
+    )
+    row("nonlinearity, straight map, half load", *(share_text(half.axes[name].nonlinearity) for name in names))
+    row("crosstalk, straight map, half load", *(_crosstalk([half.straight_crosstalk], name) for name in names))
+    row("crosstalk, best polynomial, design as drawn, worst load",
+        *(_crosstalk([point.crosstalk for point in felt], name) for name in names))
+    if newtons is not None:
+        row(f"crosstalk, map to newtons, design as drawn, half load{', least signal' if has_cells else ''}",
+            *(_crosstalk([newtons.crosstalk], name) for name in names))
+    degrees = f"{math.degrees(full.tilt):.3g}"
+    tilt = "one degree" if degrees == "1" else f"{degrees} degrees"
+    for angle in ("rx", "ry"):
+        row(f"error by {tilt} of {angle} alone, either way, full load",
+            *(amount(full.tilt_error[name][angle], name) for name in names))
+    row("error by a force 0.1 mm beside", *(amount(full.axes[name].errors[BESIDE], name) for name in names))
+    row("drift at full load, a kelvin after the one tare",
+        *(amount(full.temperature_error[name], name) for name in names))
+    return Table(("characteristic", *(AXIS_WORDS[name] for name in names)), rows)
+
+
+def drifts(point: Performance) -> list[str]:
+    """The causes of errors by temperature at a working point: the drift, and what a tare before each grasp leaves."""
+    return [cause for cause in next(iter(point.axes.values())).errors if "drift" in cause]
+
+
+def _since(cause: str) -> str:
+    """A cause of errors; of a drift also from when on its kelvins count."""
+    if "drift" not in cause:
+        return cause
+    return f"{cause} after the {'calibration' if 'with a tare' in cause else 'one tare'}"
+
+
+def _with_unmeasured(errors: Mapping[str, float]) -> float:
+    """Root of the squares of what `combined_error` counts and of the errors by forces that are not measured."""
+    return math.hypot(combined_error(errors), *(error for cause, error in errors.items() if UNTOLD in cause))
+
+
+LEAST_TOLD = 1e-4  # Crosstalk of a noiseless map below which its digits mean nothing
+
+UNTOLD = "at full scale, which is not measured"
+"""What causes of errors say of axes that the array does not tell; too long for a column."""
+
+FROM_UNIT_TO_UNIT = ("modulus, before calibration", "manufacture, before calibration", "manufacture, after calibration")
+"""Causes that differ between units: tables have them as a calibration has them."""
+
+BESIDE = "contact 0.1 mm beside the middle"
+
+
+def error_table(felt: Sequence[Performance]) -> Table:
+    """Return one sigma by cause at full load, of every unit alike."""
+    full = felt[-1]
+    names = list(full.axes)
+    head = "one sigma of error at full load, any unit, by cause", *(AXIS_WORDS[name] for name in names)
+    causes = (cause for cause in full.axes[names[0]].errors if cause not in FROM_UNIT_TO_UNIT)
+    rows = [(TILTS if cause == TILTED else _since(cause),
+             *(amount(full.axes[name].errors[cause], name) for name in names)) for cause in causes]
+    return Table(head, rows)
+
+
+TILTED, TILTS = "tilt of 1 degree", "tilt of 1 degree, rx and ry (root of squares)"
+
+
+def drift_table(felt: Sequence[Performance]) -> Table:
+    """Return what a kelvin does, by what warms, with its sign if that is known."""
+    full = felt[-1]
+    names = list(full.axes)
+    rows = []
+    for cause, row in full.temperature_causes.items():
+        sign = "+-" if cause == "capacitors" else ""
+        rows.append((cause, *(sign + amount(row[name], name) for name in names)))
+    return Table(("by a kelvin after the one tare", *(AXIS_WORDS[name] for name in names)), rows)
+
+
+SIDEWAYS = "the pad gives way sideways"  # Ends a normal force before the pad is strained too far
+
+
+def sensor_rows(points: Sequence[Mapping[str, Any]]) -> Iterator[tuple[str, str]]:
+    """Yield name and value of the quantities that belong to the sensor as a whole.
+
+    `points` are documents of `Performance`, from rest to full load.
+    """
+    first, full = points[0], points[-1]
+    ends = SIDEWAYS if full["axes"]["normal"]["limited_by"] == INSTABILITY else "30 % strain of the pad"
+    free = full["free_overload_N"]
+    yield f"overload{', kept level' if free is not None else ''} ({ends})", show(full["overload_N"], "N", 3)
+    if free is not None:
+        yield f"overload, free to tilt ({SIDEWAYS})", show(free, "N", 3)
+    for point in (first, full):
+        yield f"stiffness against a tilt, {point['at']}", _stiffness_text(point)
+    friction = full["friction_error"]
+    ratio = NONE if friction is None else f"+-{friction:.2g} (one sigma)"
+    yield "error of the ratio of shear to normal force, full load", ratio
+    slowest = min(points, key=lambda point: float(point["bandwidth_Hz"]))
+    yield f"bandwidth ({slowest['bandwidth_by']})", show(slowest["bandwidth_Hz"], "Hz", 3)
+    resonances = (f"{show(value, 'Hz', 2)} {AXIS_WORDS[name]}" for name, value in first["resonance_Hz"].items())
+    yield "resonance of target and pad at rest, nothing on it", ", ".join(resonances) or NONE
+    yield ("condition number, rest to full load",
+           f"{first['condition_number']:.2g} to {full['condition_number']:.2g}")
+    yield "each reading means one load", "yes" if full["invertible"] else "NO: see the notes"
+
+
+def _stiffness_text(point: Mapping[str, Any]) -> str:
+    """Return the stiffness against a moment on the target's outermost face, with one sigma by the pad's law."""
+    texts = []
+    for turn, value in point["tilt_stiffness_Nm_per_rad"].items():
+        error = point["tilt_stiffness_error"][turn]
+        known = value is not None and error is not None and error < 1.0
+        texts.append(f"{turn} {show(value, 'N m', 3)}/rad +- {100.0 * error:.0f} %" if known else f"{turn}: not known")
+    return ", ".join(dict.fromkeys(texts))
+
+
+def _newtons(force: float) -> str:
+    return amount(force, "normal")
+
+
+def amount(value: float, name: str) -> str:
+    """A force (N) or a moment (N m) on an axis of that name."""
+    if math.isinf(value):
+        return "no reading tells it"
+    unit, least = unit_of(name), LEAST_MOMENT if name in MOMENTS else LEAST_FORCE
+    return show(value, unit, 3) if abs(value) >= least else f"0 {'N mm' if name in MOMENTS else unit}"
+
+
+LEAST_FORCE, LEAST_MOMENT = 1e-6, 1e-9  # Least force (N) and moment (N m) that are told apart from nothing
+
+
+def share_text(part: float) -> str:
+    """Return a part in per cent, with two digits and no fewer than a whole per cent from 10 % on."""
+    return f"{100.0 * part:.0f} %" if part >= 0.1 else f"{100.0 * part:.2g} %"
+
+
+def _crosstalk(tables: Iterable[Mapping[str, Mapping[str, float]]], name: str) -> str:
+    """The largest crosstalk that an axis has in any of some tables."""
+    shares = [share for table in tables for share in table[name].values()]
+    if not shares:
+        return NONE
+    worst = max(shares)
+    return share_text(worst) if worst >= LEAST_TOLD else f"below {share_text(LEAST_TOLD)}"
