@@ -10,6 +10,7 @@ from sitscad.drawing.frame import FORCED
 from sitscad.estimates.circuit.settings import Device, devices
 from sitscad.estimates.values import CoilEstimate, Estimates, ReadoutEstimate, StateEstimate
 from sitscad.papers.firmware_driver import addr_pin, driver_files
+from sitscad.quantities import READOUT, SCAN_TIMES, document
 from sitscad.readout.converter import Converter
 from sitscad.scene.state import FREE, PRESSED, REST
 from sitscad.spec.sensor import SensorSpec
@@ -55,6 +56,14 @@ def refusal(spec: SensorSpec, reason: str) -> dict[str, str]:
     }
 
 
+SETTINGS = ("reference_divider", "reference_frequency_Hz", "input_divider", "capacitance_F", "conversion_capacitance_F",
+            "scan_rate_Hz", "supply_current_A")
+"""Keys of the readout that the JSON has."""
+
+TIMES = ("settle_time_s", "conversion_time_s", "switch_time_s", "read_back_time_s")
+"""Keys of the readout that the JSON has under ``timing``."""
+
+
 def table(spec: SensorSpec, estimates: Estimates, found: Sequence[Device], forced: bool = False) -> str:
     """The JSON: SI units in the keys' suffixes, registers as numbers, in the order of writing."""
     converter = spec.readout.device
@@ -73,19 +82,8 @@ def table(spec: SensorSpec, estimates: Estimates, found: Sequence[Device], force
         "device_id": converter.device_id,
         "clock_Hz": spec.readout.clock,
         **counted,
-        "reference_divider": estimates.readout.reference_divider,
-        "reference_frequency_Hz": estimates.readout.reference_frequency,
-        "input_divider": estimates.readout.input_divider,
-        "capacitance_F": estimates.readout.capacitance,
-        "conversion_capacitance_F": estimates.readout.conversion_capacitance,
-        "scan_rate_Hz": estimates.readout.scan_rate,
-        "timing": {
-            "settle_time_s": estimates.readout.settle_time,
-            "conversion_time_s": estimates.readout.conversion_time,
-            "switch_time_s": estimates.readout.switch_time,
-            "read_back_time_s": estimates.readout.read_back_time,
-        },
-        "supply_current_A": estimates.readout.supply_current,
+        **document(estimates.readout, (each for each in READOUT if each.key in SETTINGS)),
+        "timing": document(estimates.readout, (each for each in (*SCAN_TIMES, *READOUT) if each.key in TIMES)),
         "coils": [_coil_document(spec, estimates, index) for index in range(len(estimates.coils))],
         "converters": [
             {

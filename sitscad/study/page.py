@@ -18,7 +18,7 @@ from sitscad.drawing.pictures.board import picture
 from sitscad.drawing.sheet import COLOURS, Pen, Sheet
 from sitscad.drawing.svg import svg
 from sitscad.drawing.web_page import figure, page, part
-from sitscad.geometry.path import Path, Point, bounding_box, box_around, circle, polyline
+from sitscad.geometry.path import Path, Point, bounding_box, box_around, circle
 from sitscad.layout import sketch
 from sitscad.record import record
 from sitscad.report.moving import embedded
@@ -143,37 +143,6 @@ def field(
         at = point(base)
         sheet.draw(circle(at, 6.0), Pen(2.0, INK))
         sheet.text(at.x + 9.0, at.y - 4.0, "base", 11.0, colour=INK, halo=3.0)
-    return svg(sheet)
-
-
-PARALLEL = (380.0, 40.0, 300.0)
-"""Height of the picture of parallel axes, and where they begin and end (px)."""
-
-
-def parallel(
-    axes: Sequence[ChartAxis], marks: Iterable[DesignMark], values: Callable[[DesignMark], Sequence[float] | None]
-) -> str:
-    """A line a design over upright axes; beyond its axis a figure is drawn at its end."""
-    height, low, top = PARALLEL
-    step = max(118.0, 900.0 / max(1, len(axes) - 1))
-    sheet = Sheet("All keys and goals", (step * (len(axes) - 1) + 150.0, height), unit="", decimals=1)
-    places = [75.0 + step * k for k in range(len(axes))]
-    for mark in in_order(marks):
-        row = values(mark)
-        if row is None:
-            continue
-        line = [Point(x, low + axis.at(value) * (top - low)) for x, axis, value in zip(places, axes, row, strict=True)]
-        width = {"kept": 2.6, "nearest": 2.6, "front": 1.4}.get(mark.kind, 0.6)
-        with sheet.group(f"lines-design-{mark.number}", kind=f"design {mark.kind}"):
-            sheet.draw(polyline(line), Pen(width, MARKS[mark.kind][1]))
-    for k, (x, axis) in enumerate(zip(places, axes, strict=True)):
-        with sheet.group(f"lines-axis-{k}", kind="axis"):
-            sheet.line(x, low, x, top, Pen(1.4, INK))
-        for value, words in axis.ticks:
-            y = low + axis.at(value) * (top - low)
-            sheet.line(x - 4.0, y, x, y, Pen(1.4, INK))
-            sheet.text(x - 7.0, y - 4.0, words, 11.0, "end", colour=INK, halo=3.0)
-        sheet.text(x, top + 18.0 + 24.0 * (k % 2), axis.title, LETTERS, "middle", colour=INK, bold=True)
     return svg(sheet)
 
 
@@ -307,7 +276,6 @@ class StudyPage:
             part("Designs", self.designs()),
             part("Yield", self.yields()),
             part("The front" if self.said.front else "What was found", self.front()),
-            part("All keys and goals", self.lines()),
             part("Why designs were refused", self.in_the_way()) if self.said.is_met else "",
             part("How far the figures can be trusted", "".join(_paragraphs(trust_lines(self.said)))),
             part("How it goes on", self.onward()),
@@ -325,7 +293,7 @@ class StudyPage:
         head = self.head([goal.words for goal in self.asked.goals], ("good" if good else "bad", words), ())
         return page(f"{said.name}: sweep", [
             head.replace("<header>", f"<header><style>{STYLE}</style>", 1),
-            part("The front so far", self.front(), "front"), part("All keys and goals", self.lines(), "lines"),
+            part("The front so far", self.front(), "front"),
             part("Why designs were refused", self.in_the_way(), "refused"),
         ])
 
@@ -402,19 +370,6 @@ class StudyPage:
         ticks = tuple((float(k), str(values[k])) for k in sorted({0, last // 2, last}))
         return ChartAxis(key, -0.25, last + 0.25, ticks)
 
-    def lines(self) -> str:
-        """Parallel axes of all keys and measures."""
-        keys = [v.key for v in self.asked.space.variables]
-        axes = [*map(self._key_axis, keys), *(self.axes[name] for name in self.names)]
-
-        def values(mark: DesignMark) -> list[float] | None:
-            own = self.figures[mark.number]
-            if not all(name in own for name in self.names):
-                return None
-            return [*map(float, self.points[mark.number]), *(own[name] for name in self.names)]
-
-        return f"<div id='lines'>{figure(parallel(axes, self.marks, values), LINES)}</div>"
-
     def onward(self) -> str:
         """The next commands, and where the files are."""
         lines = [line.replace("./designs", "designs") for line in onward(self.said, ".")]
@@ -427,8 +382,7 @@ class StudyPage:
         return {
             "keys": [{"name": v.key, "values": list(map(str, v.values)), "base": base_value(before, v.key)}
                      for v in space.variables],
-            "measures": [{"name": name, "unit": self.scales[name][1], "base": _digits(base.get(name)),
-                          "low": _digits(self.axes[name].low), "high": _digits(self.axes[name].high)}
+            "measures": [{"name": name, "unit": self.scales[name][1], "base": _digits(base.get(name))}
                          for name in self.names],
             "points": [[list(point), [_digits(own.get(name)) for name in self.names], mark.kind, mark.kept,
                         sorted(violations(self.asked, self.said.found.of(point)))]
@@ -464,9 +418,6 @@ CAPTION = ("Grey: refused; light blue: keeps everything, by the screen; blue: no
 BEST = ("kept", "nearest", "front")
 """Kinds of designs that are drawn small."""
 
-LINES = ("One line a design. Figures beyond their axis are drawn at its end; designs without a figure are left out. "
-         "Colours as above.")
-
 CHOSEN = """
 <div id="chosen" hidden><div class="bar"><label>design <select></select></label></div>
 <div class="pair"><div class="paper"></div><div class="scroll"><table><thead><tr><th></th><th class="number">base</th>
@@ -484,12 +435,8 @@ figure > .paper > svg { min-width: 24rem; }
 .pair { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 20rem), 1fr)); gap: 1rem;
   align-items: start; }
 .pair .paper { padding: .6rem; }
-#lines .paper > svg { min-width: 46rem; }
 .design { cursor: pointer; transition: opacity .1s; }
-.off { opacity: .07; }
 .design.on { filter: drop-shadow(0 0 2px #000); }
-#lines .brush { fill: #8a5a00; fill-opacity: .25; stroke: #8a5a00; }
-#lines .grip { fill: transparent; cursor: ns-resize; }
 .tip { position: fixed; z-index: 2; pointer-events: none; max-width: 22rem; padding: .4rem .6rem; font-size: .8rem;
   background: var(--card); color: var(--ink); border: 1px solid var(--soft); border-radius: .3rem;
   white-space: pre-line; }

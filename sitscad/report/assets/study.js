@@ -1,9 +1,9 @@
-// The page of a study: designs can be pointed at and chosen, axes brushed. Without scripts all of it is there as
+// The page of a study: designs can be pointed at and chosen. Without scripts all of it is there as
 // pictures and tables.
 (function () {
   "use strict";
   var root = document.documentElement, data = JSON.parse(document.getElementById("study-data").textContent);
-  var marks = {}, chosen = document.getElementById("chosen"), axes = data.keys.concat(data.measures);
+  var marks = {}, chosen = document.getElementById("chosen");
 
   function number(element) { // of the design that an element of a chart stands for
     var group = element.closest ? element.closest("g.design") : null;
@@ -88,78 +88,6 @@
     chosen.hidden = !data.points.length;
   }
 
-  function brushing() {
-    var picture = document.querySelector("#lines svg"), held = {};
-    if (!picture) return;
-    picture.setAttribute("role", "group");
-
-    function place(k, i) { // of a design on an axis, from 0 to 1, as it is drawn
-      var n = data.keys.length, point = data.points[k], axis = axes[i];
-      if (i < n) return (point[0][i] + 0.25) / (axis.values.length - 0.5);
-      return Math.min(1, Math.max(0, (point[1][i - n] - axis.low) / (axis.high - axis.low)));
-    }
-    function paint() {
-      Object.keys(marks).forEach(function (k) {
-        var on = Object.keys(held).every(function (i) { var at = place(k, i); return at >= held[i][0] && at <= held[i][1]; });
-        marks[k].forEach(function (one) { one.classList.toggle("off", !on); });
-      });
-    }
-    picture.querySelectorAll("g.axis").forEach(function (group) {
-      var i = Number(group.id.replace(/^.*-/, "")), line = group.querySelector("path").getBBox();
-      var grip = rect("grip", line.x - 24, line.y - 6, 48, line.height + 12);
-      var brush = rect("brush", line.x - 9, 0, 18, 0), begun = null;
-      grip.setAttribute("tabindex", "0");
-      grip.setAttribute("role", "slider");
-      grip.setAttribute("aria-label", axes[i].name + ": arrow keys narrow it from above and from below, Escape frees it");
-      picture.append(brush, grip);
-      show();
-
-      function show() {
-        var own = held[i];
-        brush.style.display = own ? "" : "none";
-        grip.setAttribute("aria-valuenow", own ? own[1].toFixed(2) : "1");
-        grip.setAttribute("aria-valuetext", own ? own[0].toFixed(2) + " to " + own[1].toFixed(2) + " of the axis" : "all of it");
-        if (own) {
-          brush.setAttribute("y", line.y + (1 - own[1]) * line.height);
-          brush.setAttribute("height", Math.max(1, (own[1] - own[0]) * line.height));
-        }
-        paint();
-      }
-      function hold(a, b) {
-        var low = Math.max(0, Math.min(a, b)), high = Math.min(1, Math.max(a, b));
-        if (high - low < 0.015 || high - low > 0.999) delete held[i];
-        else held[i] = [low, high];
-        show();
-      }
-      function at(event) {
-        var box = group.getBoundingClientRect();
-        return 1 - (event.clientY - box.top) / box.height;
-      }
-      grip.addEventListener("pointerdown", function (event) {
-        begun = at(event);
-        grip.setPointerCapture(event.pointerId);
-        event.preventDefault();
-      });
-      grip.addEventListener("pointermove", function (event) { if (begun !== null) hold(begun, at(event)); });
-      grip.addEventListener("pointerup", function (event) { hold(begun, at(event)); begun = null; });
-      grip.addEventListener("keydown", function (event) {
-        var own = held[i] || [0, 1], by = {ArrowDown: [0, -0.05], ArrowUp: [0.05, 0]}[event.key];
-        if (event.key === "Escape") hold(0, 1);
-        else if (by) hold(own[0] + by[0], own[1] + by[1]);
-        else return;
-        event.preventDefault();
-      });
-    });
-
-    function rect(kind, x, y, width, height) {
-      var made = document.createElementNS("http://www.w3.org/2000/svg", "rect");
-      [["class", kind], ["x", x], ["y", y], ["width", width], ["height", height]].forEach(function (pair) {
-        made.setAttribute(pair[0], pair[1]);
-      });
-      return made;
-    }
-  }
-
   try {
     document.querySelectorAll("g.design").forEach(function (one) {
       var k = number(one);
@@ -167,7 +95,6 @@
     });
     pointing();
     choice();
-    brushing();
     document.querySelectorAll("[data-without=study]").forEach(function (one) { one.hidden = true; });
     root.setAttribute("data-sitscad-ready", "1");
   } catch (error) {
