@@ -55,13 +55,13 @@ def calibrate(
     from sitscad.calibration.model_fit import SUSPECT, NoFit
     from sitscad.calibration.refusals import require_plausible, require_possible, require_told, second_readings
     from sitscad.estimates.response.working_range import axes_felt
-    from sitscad.scene.motions import MOMENT, MotionError, is_held
+    from sitscad.scene.motions import MOMENT, is_held
 
     has_moments = any(name in axes_felt(design.spec) for name in MOMENT)
     asked = is_held(rotation or ("free" if has_moments else USUAL_ROTATION))
     no_moments = "rotation held: a face that keeps the target level takes the moments that the spec asks for"
     if asked and has_moments:
-        raise MotionError(no_moments)
+        raise BenchError(no_moments)
     if data is None or design.spec.cells is not None:  # of which the response says to name one
         return foretell(design.response, asked, points)
     table = read_table(os.fspath(data), [coil.name for coil in design.layout.coils])

@@ -1,4 +1,4 @@
-"""SIT401 to SIT412: resolution and errors of the forces against the requirements of the spec.
+"""SIT401 to SIT413: resolution and errors of the forces against the requirements of the spec.
 
 The figures are those of the data sheet. Other rules here refuse readings from which no force can be told.
 """
@@ -16,6 +16,7 @@ from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, rule_of
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.fixes.pads import other_metals, other_silicones, other_thicknesses, slower_scans, smaller_pads
+from sitscad.mechanics.pad import HELD_TILT
 from sitscad.readout.figures import source_in_all
 from sitscad.record import record, replace
 from sitscad.spec.format.reading import RULE_TEXTS
@@ -258,6 +259,23 @@ def moments_told(design: Design) -> Iterator[Verdict]:
             )
 
 
+def moment_range(design: Design) -> Iterator[Verdict]:
+    """Each moment that is asked for against that which tilts the target as far as the pad's law is trusted."""
+    from sitscad.estimates.response.working_range import FARTHER, moment_at  # loaded by whatever feels
+
+    most, degrees = moment_at(design.spec, HELD_TILT), float(np.degrees(HELD_TILT))
+    for name, value in zip(MOMENTS, design.spec.requirements.moments, strict=True):
+        if value > most[name]:
+            borne = show(0.95 * most[name], "N m", 2)
+            yield Violation(
+                f"{show(most[name], 'N m', 3)} of {_along(name)} tilt the target by {degrees:.2g} degrees, as far as "
+                f"the pad's law is known; {show(value, 'N m', 3)} are required",
+                f"requirements.{name}: {borne}, or a stiffer, thinner or larger pad",
+                f"requirements.{name}", value, most[name], "N m",
+                severity=Severity.ERROR if value > FARTHER * most[name] else None,
+            )
+
+
 def _resolution(
     found: Felt, design: Design, rule: str, key: str, axes: tuple[str, ...], unit: str = "N"
 ) -> Iterator[Verdict]:
@@ -479,6 +497,7 @@ RULES: tuple[Rule, ...] = (
     _felt_rule("SIT408", tilt_beside_noise, "feeling"),
     rule_of("SIT409", unseen_shear, "target", "elastomer", "shear force"),
     rule_of("SIT410", requirements_agree),
-    rule_of("SIT411", moments_told),
+    rule_of("SIT411", moments_told, "target", "elastomer"),
     _felt_rule("SIT412", moment_resolution, "moment resolution"),
+    rule_of("SIT413", moment_range, "target", "elastomer", tilt=f"{np.degrees(HELD_TILT):.2g}"),
 )

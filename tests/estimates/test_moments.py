@@ -10,6 +10,7 @@ import pytest
 from tolerance import approx
 
 import sitscad
+from sitscad.calibration.bench_data import BenchError
 from sitscad.checks import check
 from sitscad.design import Design, respond
 from sitscad.estimates.response.pad import pushed, soft_pad, tilt_stiffness
@@ -93,6 +94,27 @@ def test_spec_without_moments_feels_what_it_did():
 def test_what_moments_contradict_is_refused_by_name(more, rule, key):
     found = check(spec_of("grid", more), hints="none").findings
     assert key in {one.key for one in found if one.rule == rule}
+
+
+@pytest.mark.parametrize(("moment", "severity"), [("4.5 N mm", None), ("6 N mm", "warning"), ("1000 N m", "error")])
+def test_moment_beyond_what_the_pad_bears_is_told(moment, severity):
+    """The template's pad bears 5.1 N mm; 1000 N m passed `check`, and its data sheet could not be written."""
+    text = CELL.replace("moment_x: 4 N mm", f"moment_x: {moment}")
+    assert text.count(moment) == 1
+    found = [one for one in check(sitscad.load_text(text), hints="none").findings if one.rule == "SIT413"]
+    assert [(one.key, str(one.severity)) for one in found] == [("requirements.moment_x", severity)] * bool(severity)
+
+
+def test_moment_without_a_target_is_not_said_to_be_told():
+    text = SMALL.format(array=ARRAYS["grid"], more=BOTH)
+    bare = "".join(line for line in text.splitlines(True) if not line.startswith(("target", "elastomer")))
+    untold = {one.rule for one in check(sitscad.load_text(bare), hints="none").not_checked}
+    assert {"SIT411", "SIT413"} <= untold
+
+
+def test_calibration_of_moments_by_a_level_target_is_refused_as_the_user_s_own_error(cell):
+    with pytest.raises(BenchError, match="rotation held"):
+        sitscad.calibrate(cell, rotation="held")
 
 
 @pytest.mark.slow

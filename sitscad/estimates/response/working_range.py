@@ -11,9 +11,9 @@ import numpy as np
 
 from sitscad.arrays import Array
 from sitscad.estimates.performance.values import AXES, FORCES, MOMENTS
-from sitscad.estimates.response.pad import soft_pad
+from sitscad.estimates.response.pad import NoResponse, soft_pad
 from sitscad.mechanics.elastomer import VALID_SHEAR
-from sitscad.mechanics.pad import HELD_SHEAR, BondedPad
+from sitscad.mechanics.pad import HELD_SHEAR, HELD_TILT, BondedPad
 from sitscad.physics.polynomials import spread
 from sitscad.record import record
 from sitscad.spec.coil import CoilPlacement
@@ -131,12 +131,19 @@ class WorkingRange:
 def required_range(spec: SensorSpec, is_rough: bool = False) -> WorkingRange:
     """The required forces; where there are none, the one that presses the pad by 20 %, and the shear at slip on tissue,
     as far as half the pad's thickness, up to where its law was held against finite elements. Raises NoResponse without
-    a pad.
+    a pad, and for moments that nothing can be computed for.
     """
     normal = full_normal(spec)
     shear = spec.requirements.shear_force or min(SLIP * normal, (read_shear if is_rough else held_shear)(spec))
     axes, (about_x, about_y) = axes_felt(spec), spec.requirements.moments
     moments = about_x * ("moment_x" in axes), about_y * ("moment_y" in axes)
+    if any(moments):
+        for name, most, moment in zip(MOMENTS, moment_at(spec, HELD_TILT).values(), moments, strict=True):
+            if moment > FARTHER * most:
+                raise NoResponse(
+                    f"requirements.{name} of {moment:.3g} N m is over {FARTHER:.0f} times the {most:.3g} N m that tilt "
+                    "the target as far as the pad's law is known"
+                )
     return WorkingRange(axes, normal, shear, (), moments)
 
 
