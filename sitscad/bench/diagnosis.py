@@ -221,7 +221,7 @@ TARES = 16
 
 class Forces:
     """Newtons of scans by maps and their tare, or the mean of the first `TARES` whole scans that it takes where
-    `tared`; none without a map. Of cells each has a map that reads its own coils: axes then have these before them.
+    `tared`; none without a map. Each cell has a map that reads its own coils: axes then have these before them.
     """
 
     def __init__(self, maps: Sequence[InverseMap] = (), tared: bool = False) -> None:

@@ -72,12 +72,20 @@ def judged(
 
 
 def noted(design: Design) -> tuple[RequirementResult, ...]:
-    """Return what was kept, in the order of the rules. If something was, what sensors are mostly off by follows, asked
-    or not: the drift with temperature at rest, at full load and with a tare before each grasp, hysteresis and creep of
-    the pad, and its modulus if nobody has measured it.
+    """Return what was kept, in the order of the rules; for cells the worst by requirement, with the cell's name."""
+    worst: dict[str, RequirementResult] = {}
+    for number, cell in design.extremes.items():
+        for one in _noted(cell):
+            if one.requirement not in worst or one.measured > worst[one.requirement].measured:
+                worst[one.requirement] = replace(one, at=f"{one.at}{f', cell {number}' * (cell is not design)}")
+    return tuple(worst.values())
+
+
+def _noted(design: Design) -> tuple[RequirementResult, ...]:
+    """Return what was kept of one cell. If something was, what sensors are mostly off by follows, asked or not: the
+    drift with temperature at rest, at full load and with a tare before each grasp, hysteresis and creep of the pad, and
+    its modulus if nobody has measured it.
     """
-    if design.spec.cells is not None:
-        return _of_cells(design)
     kept = sorted(design.once("reached", dict[str, RequirementResult]).values(), key=lambda each: each.rule)
     found, needs = design.felt if kept else None, design.spec.requirements
     if found is None or not found.held[0]:
@@ -105,16 +113,6 @@ def noted(design: Design) -> tuple[RequirementResult, ...]:
         axis = found.bench.range.axes[k]
         kept.append(RequirementResult(name, rule, float(errors[k]), None, unit_of(axis), _along(axis), where))
     return tuple(kept)
-
-
-def _of_cells(design: Design) -> tuple[RequirementResult, ...]:
-    """What is kept of the cells that were judged: the worst by requirement, with the cell's name."""
-    worst: dict[str, RequirementResult] = {}
-    for number, cell in design.extremes.items():
-        for one in noted(cell):
-            if one.requirement not in worst or one.measured > worst[one.requirement].measured:
-                worst[one.requirement] = replace(one, at=f"{one.at}, cell {number}")
-    return tuple(worst.values())
 
 
 def _along(axis: str) -> str:

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 @click.argument("source")
 @click.option("--design", type=click.Path(), help="The spec or the package that the board is of (sim: its own).")
 @click.option("--calibration", type=click.Path(exists=True, path_type=Path),
-              help="calibration.json of this sensor, or of cells a folder with one of each: newtons are shown, too.")
+              help="calibration.json of this sensor, or the folder with that of every cell: newtons are shown, too.")
 @click.option("--tare", is_flag=True, help="Nothing is on it first: newtons count from the mean of the first 16 scans.")
 @click.option("--diagnose", is_flag=True, help="Say what the board does and does not, and what a miss probably is.")
 @click.option("--seconds", type=InRange(0, DAY, min_open=True), help="How long (sim: what it says; else 2).")
@@ -101,7 +101,7 @@ def read(
 
 
 def _maps(place: Path | None) -> list[Path]:
-    """The calibration.json at a path, or of cells those in the folders below it. Raises ValueError where none is."""
+    """The calibration.json at a path, or those in the folders below it. Raises ValueError if there is none."""
     if place is None or place.is_file():
         return [] if place is None else [place]
     found = sorted(place.glob("**/calibration.json"), key=lambda path: (len(str(path)), str(path)))

@@ -1,6 +1,6 @@
 """What a cell reads of its neighbours: through their targets and through their coils, in parts of its own full signal.
 
-Where the pads of cells stand apart, no force goes from one to the next but through the board, which is held.
+If the pads stand apart, no force goes from one cell to the next but through the board, which is held.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from sitscad.arrays import Array
 from sitscad.estimates.performance.values import Performance, by_unit
 from sitscad.estimates.response.working_range import USUAL_STRAIN
 from sitscad.estimates.states.pressing import joined, pressed, web_stiffness
@@ -187,15 +188,13 @@ def cell_crosstalk(layout: Layout, estimates: Estimates) -> CellCrosstalk | None
     loops have less than half (tests/validation/two_targets.py). A coil that waits grounded beside another takes k^2 of
     its inductance, k their coupling, and so hands on k^2 of the share by which its own changes.
     """
-    spec = layout.spec
-    assert spec.cells is not None and spec.elastomer is not None
-    middles = [np.array(cell.array.middle) for cell in cell_specs(spec)]
-    apart = np.array([[other - one for other in middles] for one in middles])
-    far = np.hypot(*np.moveaxis(apart, -1, 0))
-    nearest = AROUND * far[far > 0.0].min()
-    neighbours = [[tuple(np.round(step, 9)) for step in row[(way > 0.0) & (way < nearest)]]
-                  for row, way in zip(apart, far, strict=True)]
-    steps = sorted({step for row in neighbours for step in row})
+    spec, cells = layout.spec, cell_specs(layout.spec)
+    assert spec.elastomer is not None
+    middles = np.array([cell.array.middle for cell in cells])
+    apart = middles[None] - middles[:, None]
+    far = np.hypot(apart[..., 0], apart[..., 1])
+    near = (far > 0.0) & (far < AROUND * far[far > 0.0].min())
+    steps, which = np.unique(np.round(apart[near], 9), axis=0, return_inverse=True)
     press = estimates.pressed_place
     press = -USUAL_STRAIN * spec.elastomer.thickness if press is None else press
     poses = np.zeros((2, 1 + len(steps), 6))
@@ -203,49 +202,41 @@ def cell_crosstalk(layout: Layout, estimates: Estimates) -> CellCrosstalk | None
     found = [state.frequency for coil in estimates.coils for state in coil.states.values() if state.state == REST]
     if not found:
         return None
-    first = layout.cell(1)
-    effects = own_changes(first, poses.reshape(-1, 6), max(found)).real.reshape(2, 1 + len(steps), -1)
-    own, *others = np.abs(effects[1] - effects[0])
-    if not own.max() > 0.0:
+    effects = own_changes(layout.cell(1), poses.reshape(-1, 6), max(found)).real.reshape(2, 1 + len(steps), -1)
+    own, *others = np.abs(effects[1] - effects[0]).max(axis=-1)
+    if not own > 0.0:
         return None
-    parts = {step: float(other.max() / own.max()) for step, other in zip(steps, others, strict=True)}
-    matrix = np.array(estimates.inductance_matrix)
-    cell, diagonal = np.arange(len(matrix)) // spec.cells.coils, np.diag(matrix)
-    coupled = np.where(cell[:, None] != cell, matrix**2 / np.outer(diagonal, diagonal), 0.0)  # k^2
-    strips, own_coils = _webs_felt(spec), coupled.sum(axis=1).reshape(len(middles), -1).max(axis=1)
-    each = tuple(
-        math.fsum([*(parts[step] for step in row), *(part for (own, _), part in strips.items() if own == k),
-                   float(own_coils[k])]) for k, row in enumerate(neighbours))
-    pairs = tuple(
-        (one + 1, other + 1, parts[step] + strips.get((one, other), 0.0)
-         + float(coupled[np.ix_(cell == one, cell == other)].sum(axis=1).max()))
-        for one, row in enumerate(apart) for other, way in enumerate(row)
-        if (step := tuple(np.round(way, 9))) in neighbours[one])
-    return CellCrosstalk(max(parts.values()), max(math.fsum(parts[step] for step in row) for row in neighbours),
-                         float(own_coils.max()), through_webs(spec), each, pairs)
+    targets, webs = np.zeros_like(far), web_crosstalk(spec)
+    targets[near] = np.array(others)[which.ravel()] / own
+    matrix, count = np.array(estimates.inductance_matrix), len(cells)
+    squared = matrix**2 / np.outer(np.diag(matrix), np.diag(matrix))  # k^2
+    coupled = squared.reshape(count, -1, count, len(matrix) // count).sum(axis=3)  # by cell, coil of it and other cell
+    coupled[np.arange(count), :, np.arange(count)] = 0.0
+    coils, pairs = coupled.sum(axis=2).max(axis=1), targets + webs + coupled.max(axis=1)
+    each = targets.sum(axis=1) + webs.sum(axis=1) + coils
+    return CellCrosstalk(
+        float(targets.max()), float(targets.sum(axis=1).max()), float(coils.max()), float(webs.sum(axis=1).max()),
+        tuple(each.tolist()), tuple((one + 1, other + 1, float(pairs[one, other]))
+                                      for one, other in np.argwhere(near).tolist()))
 
 
-def through_webs(spec: SensorSpec) -> float:
-    """What the webs of one cell carry to its target at most, all neighbours pressed; a group feels the target's tilt, a
-    coil in its middle does not.
+def web_crosstalk(spec: SensorSpec) -> Array:
+    """What webs carry to a cell's target (first index) from each other cell at most: (cells, cells).
+
+    A group of coils feels the target's tilt, too; a coil in the middle of its target does not.
     """
-    felt = _webs_felt(spec)
-    return max((math.fsum(part for (own, _), part in felt.items() if own == one) for one, _ in felt), default=0.0)
-
-
-def _webs_felt(spec: SensorSpec) -> dict[tuple[int, int], float]:
-    """By two cells (numbers from 0) that a web joins, what it carries to the first one's target at most."""
-    pad, found, cells = spec.elastomer, {}, cell_specs(spec)
+    pad, cells = spec.elastomer, cell_specs(spec)
+    found = np.zeros((len(cells), len(cells)))
     if pad is None or spec.cells is None or spec.cells.web is None:
-        return {}
-    felt = spec.cells.web / min(pad.size) * (WEB_MEAN if spec.cells.coils == 1 else WEB_EDGE)
+        return found
+    most = spec.cells.web / min(pad.size) * (WEB_MEAN if spec.cells.coils == 1 else WEB_EDGE)
     for own, cell in enumerate(cells):
         for side, length in enumerate(cell.elastomer.webs[1:] if cell.elastomer is not None else ()):
             way = (length + pad.size[side // 2]) * (1 if side % 2 else -1)
             there = [place + way * (axis == side // 2) for axis, place in enumerate(cell.array.middle)]
             for other, one in enumerate(cells):
                 if length and math.dist(one.array.middle, there) < 1e-8:
-                    found[own, other] = felt * math.exp(-WEB_DECAY * length / pad.thickness)
+                    found[own, other] = most * math.exp(-WEB_DECAY * length / pad.thickness)
     return found
 
 

@@ -135,8 +135,9 @@ class CoilEstimate:
     `apparent_inductance` is that of the free state. `failed_states` gives a reason for every state in which the model
     fails or the tank is overdamped: such a state is absent from `states`, and numbers of an absent free state are NaN.
     `inner_diameter` is measured across the inner copper edges; for a long coil, along its shorter side.
-    `overdamped` are the quality factors of those whose tank does not oscillate. `press_share` is what the coil's own
-    pad makes of the change from rest to pressed, which of cells is that of a mean pad: sensitivities have it. SI units.
+    `overdamped` are the quality factors of those whose tank does not oscillate. `press_share` is the
+    change from rest to pressed with the coil's own pad over that with the mean pad of all cells, which states have:
+    sensitivities have it. SI units.
     """
 
     name: str

@@ -156,7 +156,7 @@ class CutPart:
 
 
 def joined_part(spec: SensorSpec) -> CutPart | None:
-    """The pads of cells as the one piece that webs make of them; None where there are none."""
+    """All pads as the one piece that webs make of them; None without webs."""
     pad, strips = spec.elastomer, webs(spec)
     if pad is None or not strips:
         return None

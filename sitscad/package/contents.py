@@ -76,7 +76,7 @@ class Contents:
         return self.design.bare.estimates
 
     def value(self, name: str) -> object:
-        """One of the arguments that a writer may take; the response of cells is the weakest's."""
+        """One of the arguments that a writer may take; the response is that of the weakest cell."""
         design = self.design.bare.one if name == "response" else self.design.bare
         return self.forced if name == "forced" else getattr(design, name)
 

@@ -83,7 +83,7 @@ def figures_for_programs(
     cells: Mapping[str, Any] | None = None,
 ) -> bytes:
     """``datasheet.json``: without a calibration not what that is foretold to do, without a response not its table;
-    `cells` is the document of the table of cells.
+    `cells` is the document of a `CellTable`.
     """
     whole: dict[str, Any] = {"performance": report.documents(),
                              "in_words": [[list(each.head), *map(list, each.rows)] for each in report.tables()]}

@@ -65,7 +65,7 @@ def _drawn_out(body: Body, colour: str) -> Solid:
 
 
 def elastomer(layout: Layout) -> Solid | None:
-    """The soft pad at its nominal size (the kerf is the cut file's business), in its place; the first of cells."""
+    """The soft pad at its nominal size (the kerf is the cut file's business), in its place; the first of several."""
     return next((_drawn_out(body, PAD_COLOUR) for body in bodies.elastomers(layout.spec)), None)
 
 

@@ -100,7 +100,7 @@ class Body:
 
 
 def elastomer(spec: SensorSpec) -> Body | None:
-    """The soft pad on the board's top face, at its nominal size; of cells the first one's."""
+    """The soft pad on the board's top face, at its nominal size; the first of all `elastomers`."""
     pad = spec.elastomer
     if pad is None:
         return None
@@ -109,7 +109,7 @@ def elastomer(spec: SensorSpec) -> Body | None:
 
 
 def target(spec: SensorSpec) -> Body | None:
-    """The conducting plate on the elastomer at rest, or on the board's top face; of cells the first one's."""
+    """The conducting plate on the elastomer at rest, or on the board's top face; the first of all `targets`."""
     plate = spec.target
     if plate is None:
         return None
@@ -119,14 +119,12 @@ def target(spec: SensorSpec) -> Body | None:
 
 
 def above_board(spec: SensorSpec) -> tuple[Body, ...]:
-    """Elastomer and target, those that the spec has; of cells the elastomers, their webs, then the targets."""
-    if spec.cells is None:
-        return tuple(body for body in (elastomer(spec), target(spec)) if body is not None)
+    """All elastomers, the webs between them, then all targets."""
     return (*elastomers(spec), *joints(spec), *targets(spec))
 
 
 def joints(spec: SensorSpec) -> tuple[Body, ...]:
-    """The webs that make one piece of the pads of cells."""
+    """The webs that make one piece of all pads."""
     pad = elastomer(spec)
     return () if pad is None else tuple(replace(pad, plan=one, web=k) for k, one in enumerate(webs(spec), 1))
 
@@ -148,9 +146,8 @@ def targets(spec: SensorSpec) -> tuple[Body, ...]:
 
 
 def _each(spec: SensorSpec, one: Callable[[SensorSpec], Body | None]) -> tuple[Body, ...]:
-    cells = cell_specs(spec)
-    found = (one(cell) for cell in cells)
-    return tuple(replace(body, cell=k * (len(cells) > 1)) for k, body in enumerate(found, 1) if body is not None)
+    found = [body for cell in cell_specs(spec) if (body := one(cell)) is not None]
+    return tuple(found) if len(found) < 2 else tuple(replace(body, cell=k) for k, body in enumerate(found, 1))
 
 
 def plates(spec: SensorSpec, part: str) -> tuple[Body, ...]:

@@ -102,7 +102,7 @@ def gathered(spec: SensorSpec) -> SensorSpec:
 
 
 def footprint(spec: SensorSpec, plate: Target | ElastomerPad) -> Footprint:
-    """The place of a plate, the target at rest; of cells the first one's."""
+    """The place of a plate, the target at rest; that of the first cell if there are several."""
     (x, y), (dx, dy) = cell_specs(spec)[0].array.middle, plate.offset
     is_round = plate.outline.is_disc
     rotation = plate.rotation if isinstance(plate, Target) and not is_round else 0.0

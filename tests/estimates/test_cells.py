@@ -10,7 +10,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad.design import Design, respond
-from sitscad.estimates.cells import cell_signals, through_webs
+from sitscad.estimates.cells import cell_signals, web_crosstalk
 from sitscad.estimates.performance.tables import PerformanceReport
 from sitscad.estimates.response.pad import pushed, soft_pad
 from sitscad.estimates.response.working_range import normal_at
@@ -98,14 +98,14 @@ def test_webs_carry_more_than_metal_and_less_the_longer_they_are(two):
     """A coil in the middle feels the target's way, a group its tilt as well; a cell with two webs twice as much."""
     def found(count: int, pitch: float, coils: int = 1) -> float:
         array = f"{{pattern: line, count: {count}, pitch: {pitch}}}"
-        return through_webs(design(array, f"cells: {{coils: {coils}, web: 2 mm}}").spec)
+        return web_crosstalk(design(array, f"cells: {{coils: {coils}, web: 2 mm}}").spec).sum(axis=1).max()
 
     near, far, row, pair = found(2, 12), found(2, 16), found(3, 12), found(4, 12, 2)
     assert near == approx(0.25 * 0.2 * math.exp(-0.95 * 2.0 / 1.5), rel=1e-9)
     assert far == approx(near * math.exp(-0.95 * 4.0 / 1.5), rel=1e-9)
     assert row == approx(2.0 * near, rel=1e-9)
     assert pair == approx(1.2 * 0.2 * math.exp(-0.95 * 14.0 / 1.5), rel=1e-9)
-    assert through_webs(two.spec) == 0.0
+    assert not web_crosstalk(two.spec).any()
     webs = design("{pattern: line, count: 2, pitch: 12}", "cells: {web: 2 mm}")
     (said,) = (f for f in sitscad.check(webs.spec, hints="none").findings if f.rule == "SIT219")
     assert "through webs at most 1.4 %" in said.detail and said.severity.value == "warning"

@@ -364,14 +364,14 @@ def shear_response(design: Design) -> Iterator[Verdict]:
 
 def _moved_changes(design: Design, moves: Sequence[tuple[float, float]], frequency: float) -> list[list[float]]:
     """Changes (moves, coils; H) of the coils' inductances by moves (x, y; m) of the level target from rest, at a
-    frequency (Hz). The target is solved, or counts by shares if it is too large. Of cells, one is computed.
+    frequency (Hz). The target is solved, or counts by shares if it is too large.
     """
     import numpy as np
 
     if design.estimates.is_solved:
         poses = np.zeros((1 + len(moves), 6))
         poses[1:, :2] = moves
-        found = design.one.response.own_changes(poses, frequency).real
+        found = design.response.own_changes(poses, frequency).real
     else:
         from sitscad.estimates.states.moved_target import target_effects
 

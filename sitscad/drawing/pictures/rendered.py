@@ -26,7 +26,7 @@ from sitscad.record import record
 from sitscad.scene.bodies import BodyRole
 from sitscad.scene.jaws import section
 from sitscad.spec.mount import Mount
-from sitscad.spec.places import cell_placements
+from sitscad.spec.places import cell_specs
 from sitscad.spec.sensor import SensorSpec
 
 Indices = NDArray[np.int64]
@@ -419,9 +419,8 @@ def _outlines(polygons: Polygons, place: Place) -> list[Path]:
 
 def _slice(solid: Solid, spec: SensorSpec) -> Polygons:
     """The solid's polygons (y, z; mm) in the plane across the jaw through the middle, or through a cell there."""
-    cells = cell_placements(spec)
-    centres = [placement.centre[0] for placement in cells[len(cells) // 2]]
-    middle = 1e3 * math.fsum(centres) / len(centres) + 1e-4
+    cells = cell_specs(spec)
+    middle = 1e3 * cells[len(cells) // 2].array.middle[0] + 1e-4
     turned = np.array([[0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [1.0, 0.0, 0.0, 0.0]])
     cut = manifold(tessellate(solid, CHORD, TURN / 4)).transform(turned).slice(middle)
     # triangles leave points on straight edges, which move with a longer tail

@@ -111,7 +111,7 @@ def surround(
 
 
 def joined(spec: SensorSpec) -> Webs:
-    """The webs of a pad; of cells a mean pad's."""
+    """The webs of a pad; for several cells those of a mean pad."""
     if spec.elastomer is None or (spec.cells is not None and spec.cells.web is None):
         return NO_WEBS
     h, pads = spec.elastomer.thickness, [cell.elastomer.webs for cell in cell_specs(spec) if cell.elastomer is not None]
@@ -121,8 +121,8 @@ def joined(spec: SensorSpec) -> Webs:
 
 
 def formula_sigma(spec: SensorSpec) -> float:
-    """One sigma, relative, of the stiffness that the law says of the loaded pad; of a mean pad of cells also by how
-    much theirs differ, of which some have more webs than others.
+    """One sigma, relative, of the loaded pad's stiffness by the law. For several cells it is that of their mean pad,
+    with the difference between pads that have more and fewer webs.
     """
     pad, around, each = spec.elastomer, surround(spec) or BARE, web_stiffness(spec)
     assert pad is not None

@@ -129,7 +129,7 @@ class SolvedStates:
 def solve_states(wound: Wound, band: tuple[float, float]) -> SolvedStates:
     """Solve the level target of every state at both ends of a band (Hz).
 
-    Of cells the first one is solved. A target changes nothing of coils of other cells.
+    The first cell is solved. A target changes nothing of coils of other cells.
     """
     first, scale = wound.first_cell, wound.winding.inductance
     spec, coils = first.spec, first.layout.coils
