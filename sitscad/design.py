@@ -349,9 +349,10 @@ class Design:
     @cached_property
     def whole(self) -> tuple[Any, ...]:
         """Every piece of the assembly as it is glued and closed (importing a CAD kernel)."""
+        from sitscad.estimates.gluing import hard_adhesive
         from sitscad.parts.whole import whole
 
-        return whole(self.layout, self.solids)
+        return whole(self.layout, self.solids, hard_adhesive(self.layout))
 
     @cached_property
     def aids(self) -> tuple[Any, ...]:

@@ -14,7 +14,7 @@ from sitscad.geometry.convex import Footprint
 from sitscad.geometry.path import Point, enclosed_area
 from sitscad.layout.board import Layout
 from sitscad.record import record
-from sitscad.scene.bodies import elastomer, elastomers, glued_pieces, plates, targets
+from sitscad.scene.bodies import elastomer, glued_pieces, plates
 from sitscad.scene.stack import ground
 from sitscad.spec import presets
 from sitscad.spec.materials import Adhesive
@@ -26,17 +26,25 @@ PIECE_STRAIN = 0.02
 """Compression of the pad, in parts of its thickness, while a piece is glued to it. It comes back when the weight goes.
 """
 
-BOARD_STRAIN = 0.05
-"""Compression of the pads while the board under them is glued to its mount."""
-
 LEAST_MASS = 5e-3
 """Least mass (kg) of a press with what is on it: a printed press alone weighs about 2 g."""
 
 HARD_PRESSURE = 5e3
 """Pressure (Pa) on a piece without a soft pad below it. From memory: thin liquids need no more."""
 
+MOST_PRESSURE = 50e3
+"""Largest pressure (Pa) of a weight on a board: 5 kg on 10 cm2. An assumption."""
+
 SPREADING = 1e4
 """Time (s/m2) in which glue is spread by hand: 1 s for each cm2. From memory, not verified."""
+
+PIECE_HANDLING, HARD_HANDLING = 2.0, 10.0
+"""Time (s) from where the faces meet until the weight is on: of a piece in a well, its press ready in the other hand,
+and of shield, mount and board, which are pushed against films, gauges or a block first. Assumptions, not verified.
+"""
+
+FLAT_SHARE = 0.8
+"""Share of the time in which glue flows that it may take to lie flat under a weight chosen for it. An assumption."""
 
 
 @record
@@ -62,13 +70,6 @@ def piece_press(spec: SensorSpec, part: str) -> Press:
 def _plates_in_one(spec: SensorSpec, part: str) -> int:
     """The number of pads in a piece of elastomer; 1 for targets."""
     return len(plates(spec, part)) // len(glued_pieces(spec, part))
-
-
-def board_press(spec: SensorSpec) -> Press:
-    """Weight on all pads together while the board is glued to its mount."""
-    found = targets(spec) or elastomers(spec)
-    one = _press(spec, found[0].footprint.area, BOARD_STRAIN)
-    return Press(_rounded(one.mass * len(found)), one.travel)
 
 
 def _press(spec: SensorSpec, area: float, strain: float) -> Press:
@@ -115,7 +116,7 @@ def may_set_first(spec: SensorSpec, part: str) -> bool:
         return False
     modulus = 3.0 * pad.material.shear_modulus if pad is not None else HARD_PRESSURE / PIECE_STRAIN
     force = max(LEAST_MASS * STANDARD_GRAVITY, 0.5 * PIECE_STRAIN * modulus * plan.area)
-    return lying_time(glue, plan, force, spec.assembly.glue_line) > glue.open_time
+    return lying_time(glue, plan, force, spec.assembly.glue_line, PIECE_HANDLING) > glue.open_time
 
 
 def glued_area(spec: SensorSpec, part: str) -> float:
@@ -136,8 +137,8 @@ def board_plan(layout: Layout) -> tuple[Footprint, float]:
     return plan, enclosed_area(ground(layout))
 
 
-def lying_time(adhesive: Adhesive, plan: Footprint, force: float, line: float) -> float:
-    """Time (s) in which glue is spread and pressed by a force (N) to a line (m) under a plate; 0 for a tape.
+def lying_time(adhesive: Adhesive, plan: Footprint, force: float, line: float, handling: float) -> float:
+    """Time (s) in which glue is spread, a plate handled and pressed by a force (N) to a line (m); 0 for a tape.
 
     Notes
     -----
@@ -151,32 +152,55 @@ def lying_time(adhesive: Adhesive, plan: Footprint, force: float, line: float) -
     """
     if adhesive.viscosity is None or line <= 0.0:
         return 0.0
+    return SPREADING * plan.area + handling + _impulse(adhesive, plan, line) / force
+
+
+def _impulse(adhesive: Adhesive, plan: Footprint, line: float) -> float:
+    """Force times time (N s) that presses glue under a plate to a line (m)."""
+    assert adhesive.viscosity is not None
     long, short = max(plan.size), min(plan.size)
     torsion = math.pi * (long / 2) ** 4 / 2
     if not plan.is_round:
         torsion = long * short**3 / 3.0 * (1.0 - 0.63 * short / long * (1.0 - (short / long) ** 4 / 12.0))
-    return SPREADING * plan.area + 3.0 * adhesive.viscosity * torsion / (2.0 * force * line**2)
-
-
-def sets_first(adhesive: Adhesive, plan: Footprint, force: float, line: float) -> bool:
-    """Whether glue sets before it lies flat under a plate that a force (N) presses."""
-    return lying_time(adhesive, plan, force, line) > (math.inf if adhesive.open_time is None else adhesive.open_time)
+    return 3.0 * adhesive.viscosity * torsion / (2.0 * line**2)
 
 
 def open_adhesives(plan: Footprint, force: float, on_silicone: bool) -> tuple[Adhesive, ...]:
     """Adhesives by name that lie flat in time at their own lines, and hold on silicone if asked; no tapes."""
     found = (presets.adhesive(name) for name in presets.names("adhesive"))
-    return tuple(each for each in found if each.viscosity is not None and (each.bonds_silicone or not on_silicone)
-                 and not sets_first(each, plan, force, each.line))
+    return tuple(
+        each for each in found if each.viscosity is not None and (each.bonds_silicone or not on_silicone)
+        and lying_time(each, plan, force, each.line, PIECE_HANDLING) <= (each.open_time or math.inf)
+    )
 
 
-def board_adhesive(layout: Layout) -> Adhesive | None:
-    """The adhesive between board and mount: the spec's, or the one of the table that stays open long enough."""
-    spec, glue = layout.spec, layout.spec.assembly.adhesive
-    plan, _ = board_plan(layout)
-    has_pieces = spec.target is not None or spec.elastomer is not None
-    force = board_press(spec).force if has_pieces else HARD_PRESSURE * plan.area
-    if glue is None or not sets_first(glue, plan, force, spec.assembly.glue_line):
+def board_force(layout: Layout, glue: Adhesive | None) -> float:
+    """Force (N) that presses the board on its mount until a glue lies flat at the spec's line; infinite if none does
+    before the glue sets.
+    """
+    (plan, area), line = board_plan(layout), layout.spec.assembly.glue_line
+    least = HARD_PRESSURE * area
+    if glue is None or glue.viscosity is None or glue.open_time is None or line <= 0.0:
+        return least
+    left = FLAT_SHARE * glue.open_time - SPREADING * plan.area - HARD_HANDLING
+    return max(least, _impulse(glue, plan, line) / left) if left > 0.0 else math.inf
+
+
+def board_press(layout: Layout) -> float:
+    """Mass (kg) of the weight on the board, its press with it, while the board is glued to its mount."""
+    force = board_force(layout, hard_adhesive(layout))
+    area = board_plan(layout)[1]
+    return max(LEAST_MASS, _rounded(min(force, MOST_PRESSURE * area) / STANDARD_GRAVITY))
+
+
+def hard_adhesive(layout: Layout) -> Adhesive | None:
+    """The adhesive of all hard faces, from what carries the sensor up to the board: the spec's, or the first of the
+    table that the board can be laid and pressed with before it sets; else the one that wants the least force.
+    """
+    glue, most = layout.spec.assembly.adhesive, MOST_PRESSURE * board_plan(layout)[1]
+    if glue is None or board_force(layout, glue) <= most:
         return glue
-    hard = [each for each in open_adhesives(plan, force, False) if not each.bonds_silicone]
-    return hard[0] if hard else glue
+    others = (presets.adhesive(name) for name in presets.names("adhesive"))
+    hard = [each for each in others if each.viscosity is not None and not each.bonds_silicone]
+    return next((each for each in hard if board_force(layout, each) <= most),
+                min((glue, *hard), key=lambda each: board_force(layout, each)))

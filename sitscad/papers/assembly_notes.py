@@ -11,6 +11,7 @@ from typing import Any
 
 from sitscad.data import is_unverified
 from sitscad.drawing.frame import FORCED
+from sitscad.estimates.gluing import hard_adhesive
 from sitscad.estimates.scatter import ACCEPTED_SIGMAS
 from sitscad.estimates.uncertainty import direct_resistance_sigma
 from sitscad.estimates.values import METER_FREQUENCY, CoilEstimate, Estimates
@@ -21,9 +22,9 @@ from sitscad.layout.panel import is_wanted
 from sitscad.papers.firmware_driver import bare_drive
 from sitscad.papers.gluing import (
     against_stop,
-    dose,
     floor_grooves,
     glued,
+    hard_dose,
     in_base,
     in_well,
     line_areas,
@@ -34,8 +35,10 @@ from sitscad.papers.gluing import (
     primed,
     setting,
     squared,
+    stiff_pieces,
     strips_off,
     toleranced,
+    why_other,
 )
 from sitscad.papers.mounting import (
     cures_badly,
@@ -230,10 +233,7 @@ def _above_board(at: Levels, part: str) -> Toleranced:
 def _into_jaw(layout: Layout, at: Levels) -> Iterator[str]:
     mount = layout.spec.mount
     assert mount is not None
-    glued = [layer for layer in column(layout) if layer.is_glue]
-    below = [layer.part.removeprefix("glue under the ") for layer in glued]
-    order = below[: below.index("board") + 1] if "board" in below else []
-    if not order:
+    if not column(layout):
         yield from fastened(layout)
         return
     yield from jaw_cut(layout)
@@ -242,31 +242,29 @@ def _into_jaw(layout: Layout, at: Levels) -> Iterator[str]:
     def height(part: str) -> str:
         return toleranced(at[part][1] - metal)
 
-    assembly, areas = layout.spec.assembly, line_areas(layout)
-
-    def glue(part: str) -> str:
-        return dose(assembly.adhesive, areas[part], assembly.glue_line, assembly.glue_tolerance)
-
-    stiff = [part for part in order if part != "board"]
+    areas, stiff, glue = line_areas(layout), stiff_pieces(layout), hard_adhesive(layout)
+    why, sets = why_other(layout), setting(glue)
     yield (
         "Degrease the jaw's face. Heights in the next steps are above its metal: zero a dial gauge there."
         f"{squared(layout, stiff)}"
     )
     if stiff:
+        glues = ", ".join(f"the {part} with {hard_dose(layout, areas[part])}" for part in stiff)
         most = ", ".join(f"{part} {height(part)}" for part in stiff)
         yield (
-            f"Glue on the jaw's face, in this order: {', '.join(f'the {part} with {glue(part)}' for part in stiff)}. "
-            "Press each down at once by about 10 N (1 kg on a kitchen scale) by a flat stick, and hold it until the "
-            f"glue has set.{over_jaw(layout, at)}{setting(assembly.adhesive)} Measure then, before the next piece, how "
-            f"high it is above the jaw's metal: {most}. One that is higher comes off again with a blade: clean both "
-            "faces, rub a mount that is too thick down below (step 1), and glue it with less."
+            f"Glue on the jaw's face, in this order: {glues}.{why} "
+            "Press each down at once by about 10 N (1 kg on a kitchen scale) by a flat stick, and hold it there by a "
+            f"spring clamp over a flat block until the glue has set.{over_jaw(layout, at)}{sets} Measure then, before "
+            f"the next piece, how high it is above the jaw's metal: {most}. One that is higher comes off again "
+            "with a blade: clean both faces, rub a mount that is too thick down below (step 1), and glue it with less."
             f"{strips_off(layout, stiff)}"
         )
     # where the board lies on metal or shield alone, nothing of the mount places it
-    place = f" {against_stop(layout)}{floor_grooves(layout)}" if any(part.startswith("mount") for part in order) else ""
+    place = f"{against_stop(layout)}{floor_grooves(layout)} " if any(part.startswith("mount") for part in stiff) else ""
+    spread = f"Spread {hard_dose(layout, areas['board'])}.{'' if stiff else why}"
     yield (
-        f"Glue the board on, with {glue('board')}.{place} {pressing(layout)} The board's top face beside the pad is "
-        f"then {height('board')} above the jaw's metal."
+        f"Glue the board on. {place}{pressing(layout, spread)}{'' if stiff else sets} The board's top face beside "
+        f"the pad is then {height('board')} above the jaw's metal."
     )
     if layout.spec.fpc.tail is not None:
         yield tail_held(layout)
@@ -335,11 +333,11 @@ def _weights(content: bytes) -> list[str]:
     heaviest = sorted(((-_mass(group), name, group) for name, group in groups.items()))[:HEAVIEST]
     for mass, name, group in heaviest:
         materials = dict.fromkeys(each["material"] for each in group)
-        material = next(iter(materials)) if len(materials) == 1 else "films and copper"
+        material = "films and copper" if name == "board" else ", ".join(materials)
         count = len(group) if name in ("target", "elastomer") and len(group) > 1 else 0
         unseen = "  *" if any(is_unverified(each["density_source"]) for each in group) else ""
         words = f"{count} {name}s" if count else name
-        lines.append(f"   {words:<18} {material:<18} {_grams(-mass):>10}{unseen}")
+        lines.append(f"   {words:<18} {material:<22} {_grams(-mass):>10}{unseen}")
     if any(is_unverified(each["density_source"]) for *_, group in heaviest for each in group):
         lines.append("   * by a density that is unverified")
     if found["not_weighed"]:

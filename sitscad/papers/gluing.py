@@ -5,15 +5,16 @@ measured on silicone; and against which ledge each piece is pushed, with the tol
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Sequence
 
 from sitscad.estimates.gluing import (
-    board_adhesive,
+    HARD_HANDLING,
+    HARD_PRESSURE,
     board_plan,
     board_press,
     force_for,
     glued_area,
+    hard_adhesive,
     lying_time,
     piece_press,
     pressed_by,
@@ -21,10 +22,10 @@ from sitscad.estimates.gluing import (
 from sitscad.geometry.convex import Box
 from sitscad.layout.board import Layout
 from sitscad.parts.seat import GROOVE_DEPTH, grooves
-from sitscad.parts.tooling import PEG, is_cast
+from sitscad.parts.tooling import FOAM, FOAM_STRAIN, FOOT_INSET, FOOT_ROOM, PEG, foot_pockets
 from sitscad.scene import stack
 from sitscad.scene.bodies import MOUNT_PIECES, Body, elastomers, glued_pieces, joints, plates, seat_spans, targets
-from sitscad.scene.column import Levels, Toleranced, placement
+from sitscad.scene.column import GLUE, Levels, Toleranced, column, placement
 from sitscad.scene.jaws import POCKET_CLEARANCE, half_width, jaw_range, room_across, section
 from sitscad.scene.seating import clearance, process_clearance, relief, retention, side_ledges, stop_place
 from sitscad.spec import presets
@@ -175,7 +176,7 @@ def glued(spec: SensorSpec, part: str, under: str, height: Toleranced, place: st
     press, area, glue = piece_press(spec, part), glued_area(spec, part), assembly.adhesive
     said = dose(glue, area, assembly.glue_line, assembly.glue_tolerance)
     on_foot = part == "target" and spec.elastomer is not None
-    placed = f"drop the {part} into the well and lower the loaded press on it"
+    placed = f"drop the {part} into the well and lower the loaded press on it at once, from the other hand"
     if on_foot:
         placed = "lower the loaded press with the target into the well, without pushing"
     held = (
@@ -217,64 +218,57 @@ def line_areas(layout: Layout) -> dict[str, float]:
     return found
 
 
-def board_assembly(layout: Layout) -> Assembly:
-    """The assembly with the adhesive that goes between board and mount."""
-    assembly, glue = layout.spec.assembly, board_adhesive(layout)
-    if glue is None or glue == assembly.adhesive:
-        return assembly
-    return replace(assembly, adhesive=glue, glue_line=glue.line, glue_tolerance=glue.tolerance)
+def hard_dose(layout: Layout, area: float) -> str:
+    """How much glue goes on an area (m2) between two hard faces."""
+    assembly = layout.spec.assembly
+    return dose(hard_adhesive(layout), area, assembly.glue_line, assembly.glue_tolerance)
+
+
+def why_other(layout: Layout) -> str:
+    """Why hard faces have another glue than the spec's; empty if they have the spec's."""
+    own, used, (plan, area) = layout.spec.assembly.adhesive, hard_adhesive(layout), board_plan(layout)
+    if own is None or used is None or used == own:
+        return ""
+    takes = lying_time(own, plan, HARD_PRESSURE * area, layout.spec.assembly.glue_line, HARD_HANDLING)
+    return (
+        f" Not {own.product}: it flows for about {duration(own.open_time or 0.0)} between two faces, and takes "
+        f"{duration(takes)} to be spread, put in its place and pressed flat here; {used.product} flows for "
+        f"{duration(used.open_time or 0.0)} (times unverified)."
+    )
 
 
 def board_glued(layout: Layout) -> str:
     """The glue under the board: how much, why another one than the spec's, and what is pressed on; a whole sentence."""
-    spec, used = layout.spec, board_assembly(layout)
-    plan, area = board_plan(layout)
-    why, own = "", spec.assembly.adhesive
-    if own is not None and used.adhesive is not None and used.adhesive != own:
-        takes = lying_time(own, plan, board_press(spec).force, spec.assembly.glue_line)
-        why = (
-            f" Not {own.product}: it flows for about {duration(own.open_time or 0.0)} between two faces, and takes "
-            f"{duration(takes)} to be spread and to lie flat here; {used.adhesive.product} flows for "
-            f"{duration(used.adhesive.open_time or 0.0)} (times unverified)."
-        )
-    said = dose(used.adhesive, area, used.glue_line, used.glue_tolerance)
-    verb = "Put" if used.adhesive is not None and used.adhesive.viscosity is None else "Spread"
-    spread = f"{verb} {said}, under the board's whole body.{why}"
-    return pressing(layout, spread) + setting(used.adhesive)
+    glue = hard_adhesive(layout)
+    verb = "Put" if glue is not None and glue.viscosity is None else "Spread"
+    said = hard_dose(layout, board_plan(layout)[1])
+    return pressing(layout, f"{verb} {said}, under the board's whole body.{why_other(layout)}") + setting(glue)
 
 
-def pressing(layout: Layout, spread: str = "") -> str:
-    """What presses the board on its mount, never a finger on the pads alone, after the sentence that spreads glue."""
-    first = f"{spread} " if spread else ""
-    spec = layout.spec
+def pressing(layout: Layout, spread: str) -> str:
+    """What presses the board on its mount, never a finger on the pads, after the sentence that spreads glue."""
+    spec, mass = layout.spec, board_press(layout)
     part = "target" if spec.target is not None else "elastomer"
     if spec.target is None and spec.elastomer is None:
-        return f"{first}Press the board down with a flat stick until the glue has set."
-    press = board_press(spec)
-    is_one = len(plates(spec, part)) == 1
-    gives = "the pad gives" if is_one else "they give"
-    pads = f" ({gives} by {1e3 * press.travel:.2g} mm, which comes back)" if press.travel else ""
-    rim = f"Press the rim beside the {part} down with a flat stick, and never the {part} at one edge."
-    if not is_one:
+        return f"{spread} Press the board down with a flat stick until the glue has set."
+    pockets, is_one = foot_pockets(layout), len(plates(spec, part)) == 1
+    foam = f"soft open-cell foam (polyurethane), {in_mm(FOAM)} mm thick"
+    parts = part if is_one else f"{part}s"
+    if not pockets:
         return (
-            f"{first}Lay a flat stiff plate (glass) over all {part}s, {grams(press.mass)} with a weight on its middle, "
-            f"until the glue has set{pads}. {rim}"
+            f"Clamp what the board goes on, its face level. {spread} Lay {foam}, over the whole board and a flat stiff "
+            f"plate (glass) on it, {grams(mass)} with a weight on its middle, until the glue has set. Never press the "
+            f"{parts} at one edge."
         )
-    kind = spec.mount.kind if spec.mount is not None and not is_cast(layout) else ""  # a skin is too large for the well
-    if kind in ("custom", "bench-plate"):  # the frame lies on the board's rim, which stands out by the glue
-        whose = "your mount" if kind == "custom" else "the mount"
-        return (
-            f"Keep this order. (1) Fix {whose}. (2) {loaded(part, press.mass)}, and have jig-{part}, waxed, at hand. "
-            f"(3) {first}(4) Lay the board on. In one go, while the glue flows, one hand puts the frame round the "
-            f"{part} and presses it down on the board's rim with two fingers; the other lowers the press into the "
-            f"frame's well, which keeps it upright. Hold the frame until the glue has set{pads}. Never press the "
-            f"{part} at one edge."
-        )
+    each = "the pocket" if len(pockets) == 1 else "each pocket"
     return (
-        f"{loaded(part, press.mass)} before any glue is spread, and clamp what the board goes on, so that both hands "
-        f"are free. {first}Stand the press on the {part} and hold it upright with one hand until the glue has "
-        f"set{pads}; the other presses the rim beside the {part} down with a flat stick. Never press the {part} at one "
-        "edge."
+        f"Keep this order. (1) Clamp what the board goes on, its face level. (2) Stick {foam} and as large as the "
+        f"{part}, under the roof of {each} of jig-board-press, by double-sided tape. It is pressed by about "
+        f"{100.0 * FOAM_STRAIN:.0f} %, and keeps the board down under the {parts}, however high "
+        f"{'it has' if is_one else 'each has'} come out (unverified). {loaded('board', mass)}. (3) {spread} (4) Lay "
+        f"the board on. Put the press round the {parts}: its feet stand on the board's rim, {in_mm(FOOT_INSET)} mm "
+        f"inside the board's edges, inside any recess and film, and at least {in_mm(FOOT_ROOM[0])} mm beside them. It "
+        f"stands by itself until the glue has set. Never press the {parts} at one edge."
     )
 
 
@@ -295,14 +289,19 @@ INHIBITION = (
 )
 
 
-def inhibited(spec: SensorSpec) -> str:
-    """What may keep the film from curing on the glued pieces, and what to do; empty if nothing is known to."""
-    film, glue = spec.encapsulation, spec.assembly.adhesive
-    if film is None or glue is None or not glue.inhibitor or not presets.cures_by_platinum(film.material.name):
+def inhibited(spec: SensorSpec, hard: Adhesive | None = None) -> str:
+    """What may keep the film from curing on the glued pieces, and what to do; empty if nothing is known to.
+
+    `hard` is the adhesive of hard faces, the spec's if None.
+    """
+    film = spec.encapsulation
+    glues = [*dict.fromkeys(glue for glue in (spec.assembly.adhesive, hard) if glue is not None and glue.inhibitor)]
+    if film is None or not glues or not presets.cures_by_platinum(film.material.name):
         return ""
+    named = ", and ".join(f"of {glue.product}, {glue.inhibitor}" for glue in glues)
     return (
-        f" {INHIBITION}. {film.material.name} is such a silicone, and of {glue.product}, {glue.inhibitor}. Let the "
-        f"glue cure fully first ({duration(glue.cure_time)}), wipe squeezed-out glue and the pad's sides with "
+        f" {INHIBITION}. {film.material.name} is such a silicone, and {named}. Let the glue cure fully first "
+        f"({duration(max(glue.cure_time for glue in glues))}), wipe squeezed-out glue and the pad's sides with "
         "isopropanol, let that dry, and try a drop of the film on a scrap glued the same way. If it stays sticky, "
         "brush on a barrier coat (clear acrylic lacquer), or glue with something else. (No test of this pair was "
         "found: unverified.)"
@@ -355,7 +354,7 @@ def squared(layout: Layout, stiff: list[str]) -> str:
     ends = {part: sizes[part][0] - tip for part in stiff}
     wide = {part: sizes[part][1] for part in stiff}
     narrower = {part: (face - width) / 2 for part, width in wide.items()}
-    film = max(0.0, FILM_STEP * math.ceil((GAUGE - min(narrower.values())) / FILM_STEP - 1e-9))
+    film = _squaring_film(narrower.values())
     between = f", a film of {in_mm(film)} mm between each and the jaw" if film else ""
     widths = ", ".join(f"the {part} {1e3 * width:.3f}" for part, width in wide.items())
     gaps = ", ".join(f"{1e3 * (film + gap):.3f} mm beside the {part}" for part, gap in narrower.items())
@@ -372,9 +371,20 @@ def squared(layout: Layout, stiff: list[str]) -> str:
     )
 
 
+def _squaring_film(narrower: Iterable[float]) -> float:
+    """Thickness (m) of the film between a jaw and the strips beside pieces that are narrower by so much (m) a side."""
+    return max(0.0, FILM_STEP * math.ceil((GAUGE - min(narrower)) / FILM_STEP - 1e-9))
+
+
+def stiff_pieces(layout: Layout) -> list[str]:
+    """Pieces that are glued on a jaw below the board, from the jaw upwards; empty without a jaw."""
+    below = [layer.part.removeprefix(GLUE) for layer in column(layout) if layer.is_glue]
+    return below[: below.index("board")] if "board" in below else []
+
+
 def film_rooms(layout: Layout) -> set[float]:
     """Thicknesses (m) of the films that fill the room round pieces while these are glued; empty without a mount."""
-    spec, found = layout.spec, set[float]()
+    spec, found, stiff = layout.spec, set[float](), stiff_pieces(layout)
     if spec.mount is None:
         return found
     pieces = [*elastomers(spec), *targets(spec)]
@@ -382,8 +392,12 @@ def film_rooms(layout: Layout) -> set[float]:
         found.add(round(clearance(spec.mount), 9))
     if any(not piece.footprint.is_round for piece in pieces):
         found.add(round(process_clearance(spec.mount), 9))
-    if spec.mount.jaw is not None and spec.mount.jaw.pocket is None:
-        found.add(FILM_STEP)
+    if spec.jaw is not None and squared(layout, stiff):
+        sizes = piece_sizes(layout)
+        if spec.jaw.pocket is not None:
+            found |= {round(gap, 5) for gaps in _pocket_gaps(layout, spec.jaw, stiff).values() for gap in gaps}
+        elif film := _squaring_film((section(spec.jaw).face - sizes[part][1]) / 2 for part in stiff):
+            found.add(round(film, 9))
     return found
 
 
@@ -398,15 +412,19 @@ def strips_off(layout: Layout, stiff: list[str]) -> str:
     return f" Take strips and films away when the glue has set: the board, {wide} mm wide, needs the room."
 
 
+def _pocket_gaps(layout: Layout, jaw: Jaw, stiff: Sequence[str]) -> dict[str, tuple[float, float]]:
+    """Room (m) of each piece in the jaw's pocket, at the end and at the sides; a seat is cut back to its clearance."""
+    assert jaw.pocket is not None
+    (along, across), sizes = jaw.pocket, piece_sizes(layout)
+    start = sum(jaw_range(layout, jaw)) / 2 - along / 2
+    return {part: (max(sizes[part][0] - start, POCKET_CLEARANCE), max((across - sizes[part][1]) / 2, POCKET_CLEARANCE))
+            for part in stiff}
+
+
 def _in_pocket(layout: Layout, jaw: Jaw, stiff: Sequence[str]) -> str:
     """The places of mount and shield in the jaw's pocket: how thick the films at its end and its sides are."""
-    assert jaw.pocket is not None
-    (along, across), sizes, found = jaw.pocket, piece_sizes(layout), []
-    start = sum(jaw_range(layout, jaw)) / 2 - along / 2
-    for part in stiff:
-        end, width = sizes[part]  # a seat is cut back to the pocket, with its clearance
-        gaps = (max(gap, POCKET_CLEARANCE) for gap in (end - start, (across - width) / 2))
-        found.append(f"{part} {' and '.join(in_mm(gap, 2) for gap in gaps)}")
+    found = [f"{part} {' and '.join(in_mm(gap, 2) for gap in gaps)}"
+             for part, gaps in _pocket_gaps(layout, jaw, stiff).items()]
     return (
         f" In the jaw's pocket, strips of {FILM} between each piece and the pocket's end at the tip, and beside it on "
         f"both sides, put it in its place to {near(layout)}; thickness at the end and at the sides, in mm: "
@@ -506,7 +524,7 @@ def in_recess(layout: Layout) -> str:
     room = clearance(layout.spec.mount)
     return (
         f" The recess is {in_mm(room)} mm larger on each side. {_films(layout)} Its place is kept to {near(layout)}. "
-        "Pull the films out when the glue has set."
+        "Let films stand up by some millimetres, and pull the films out when the glue has set."
     )
 
 

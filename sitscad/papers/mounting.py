@@ -14,15 +14,16 @@ from typing import Any
 import numpy as np
 
 from sitscad.drawing.pictures.rendered import assembly_svg, clash_svg
+from sitscad.estimates.gluing import board_plan, glued_area, hard_adhesive
 from sitscad.estimates.response.pad import NoResponse, pushed
 from sitscad.fabrication.notes import bent_text
 from sitscad.layout.board import Layout
 from sitscad.papers.gluing import (
-    board_assembly,
     board_glued,
-    dose,
+    hard_dose,
     in_recess,
     inhibited,
+    line_areas,
     on_own,
     pushed_ways,
     rods,
@@ -34,7 +35,7 @@ from sitscad.parts.plates import metal_below
 from sitscad.parts.proof import Measured, PadLoad, Proof, as_json, in_file, printable, prove
 from sitscad.parts.solid import MissingExtra, Solid, of_role
 from sitscad.parts.step_parts import measured_jaw, read_files
-from sitscad.parts.tooling import LEAST_MIX, push_places, skin_pour
+from sitscad.parts.tooling import BOARD_PRESS, LEAST_MIX, push_places, skin_pour
 from sitscad.parts.whole import Balance, balance, weigh
 from sitscad.scene.bodies import BodyRole, elastomer, film_thickness
 from sitscad.scene.column import Toleranced, on_board, on_seat, print_limit
@@ -68,6 +69,18 @@ from sitscad.writer import json_bytes
 LEAST_FIXED = 3e-3  # How much of a tail (m) is glued to the jaw where nothing else holds it
 
 
+def doses(layout: Layout) -> tuple[float, ...]:
+    """Volumes (m3) of liquid glue that the steps have spread at a time, the smallest first."""
+    assembly, hard = layout.spec.assembly, hard_adhesive(layout)
+    areas = list[float]()
+    if assembly.adhesive is not None and assembly.adhesive.viscosity is not None:
+        areas += [glued_area(layout.spec, part) for part in ("elastomer", "target") if getattr(layout.spec, part)]
+    if hard is not None and hard.viscosity is not None:
+        areas += line_areas(layout).values() if layout.spec.jaw is not None else [board_plan(layout)[1]]
+        areas += [length * across for length, across in filter(None, (tail_fixed(layout),))]
+    return tuple(sorted(area * assembly.glue_line for area in areas))
+
+
 def jaw_cut(layout: Layout) -> Iterator[str]:
     """What is cut into the jaw for a dovetail or pins."""
     found, mount = retention(layout), layout.spec.mount
@@ -91,32 +104,36 @@ def jaw_cut(layout: Layout) -> Iterator[str]:
             )
 
 
-def tail_glue(layout: Layout, length: float, across: float) -> str:
-    """The glue under so much of a tail (m): a dose of it."""
-    assembly = layout.spec.assembly
-    return dose(assembly.adhesive, length * across, assembly.glue_line, assembly.glue_tolerance)
+def tail_fixed(layout: Layout) -> tuple[float, float] | None:
+    """Length and width (m) of the tail that is glued to a mount's tongue or to a jaw's face; None if none is."""
+    tongue, edge, path, jaw = relief(layout), lip(layout), tail_path(layout), layout.spec.jaw
+    if jaw is None or path is None:
+        return None
+    if tongue is not None:
+        end = tongue.along[1] if edge is None else edge.start
+        return end - tongue.along[0], tongue.tail[1] - tongue.tail[0]
+    low, high = layout.reach_at(path.last.x)
+    return (LEAST_FIXED, high - low) if jaw_range(layout, jaw)[1] - path.last.x >= LEAST_FIXED else None
 
 
 def tail_held(layout: Layout) -> str:
     """How the tail is bent, and where a pull on it ends: on the mount's tongue, else on the jaw's face, else behind."""
     said, tongue, edge = _bent(layout), relief(layout), lip(layout)
-    if tongue is not None:
-        end = tongue.along[1] if edge is None else edge.start
+    fixed = tail_fixed(layout)
+    if tongue is not None and fixed is not None:
         upto = "over the tongue's whole length" if edge is None else "up to where its end is round"
         return (
-            f"Glue the tail down with {tail_glue(layout, end - tongue.along[0], tongue.tail[1] - tongue.tail[0])}, on "
-            "the mount's tongue behind the body, over "
-            f"{in_mm(end - tongue.along[0], 2)} mm, {upto}: a pull on it ends there. {said}"
+            f"Glue the tail down with {hard_dose(layout, fixed[0] * fixed[1])}, on the mount's tongue behind the body, "
+            f"over {in_mm(fixed[0], 2)} mm, {upto}: a pull on it ends there. {said}"
         )
     # From which x (m) on the tail lies on the jaw's face, and over what length (m) up to the jaw's heel
     path, jaw = tail_path(layout), layout.spec.jaw
     assert path is not None and jaw is not None
     begin, room = path.last.x, jaw_range(layout, jaw)[1] - path.last.x
-    if room >= LEAST_FIXED:
-        low, high = layout.reach_at(begin)
-        fixed = tail_glue(layout, LEAST_FIXED, high - low)
+    if fixed is not None:
         return (
-            f"{said} Fix the tail with {fixed}, to the jaw's metal from {in_mm(begin - layout.body[2], 2)} mm behind "
+            f"{said} Fix the tail with {hard_dose(layout, fixed[0] * fixed[1])}, to the jaw's metal from "
+            f"{in_mm(begin - layout.body[2], 2)} mm behind "
             f"the body on, over at least {in_mm(LEAST_FIXED)} mm, so that a pull on it does not reach the glue of the "
             "sensor (the mount has no tongue for it)."
         )
@@ -200,6 +217,7 @@ def _heads(layout: Layout, thread: str) -> str:
     plastic = " Take screws of plastic (polyamide): steel would be too near to a coil."
     high = 1e-3 * float(thread.removeprefix("M"))  # ISO 4762: a head is as high as its thread is wide
     top = sum(layer.thickness.nominal for layer in on_board(layout)[1:]) + film_thickness(layout.spec.encapsulation)
+    top += sum(layer.thickness.nominal for layer in on_seat(layout) if layer.is_glue)  # the board stands out by it
     above = (
         f" Their heads, {in_mm(high, 1)} mm high, stand {in_mm(high - top, 2)} mm above the sensor's top face: what "
         "presses it must be narrower than the room between them."
@@ -331,15 +349,14 @@ def _seated(layout: Layout) -> str:
     spec = layout.spec
     if spec.mount is None or spec.shield is not None:
         return ""
-    seated = replace(layout, spec=replace(spec, assembly=board_assembly(layout)))
-    height = sum((layer.thickness for layer in on_seat(seated)), Toleranced(0.0))
+    height = sum((layer.thickness for layer in on_seat(layout)), Toleranced(0.0))
     face = "the face that the mount stands on" if spec.mount.finger is None else "the cap's face against the finger"
     return f" From {face} to the board's top face are {toleranced(height)} then."
 
 
 def skin(layout: Layout, film: Encapsulation) -> str:
     """How the film is put on: cast in its mould, or by hand where it is too thin for one."""
-    poured, caution = skin_pour(layout), inhibited(layout.spec)
+    poured, caution = skin_pour(layout), inhibited(layout.spec, hard_adhesive(layout))
     if poured is None:
         return (
             f"Seal board, elastomer and target with {in_mm(film.thickness)} mm of {film.material.name}, brushed on: "
@@ -541,7 +558,8 @@ def render_jig_picture(layout: Layout, solids: tuple[Solid, ...], tools: tuple[S
     if spec.mount is None or not jig:
         return {}
     base, shown, files = jig[0], of_role(solids, BodyRole.BOARD), dict[str, bytes]()
-    for frame, press in zip(jig[1::2], jig[2::2], strict=True):
+    frames = [each for each in jig[1:] if each.name != BOARD_PRESS]
+    for frame, press in zip(frames[::2], frames[1::2], strict=True):
         pieces = of_role(solids, BodyRole(frame.name.removeprefix("jig-")))
         shown_with = (base, *shown, frame, *pieces, press)
         words = pushed_ways(layout, frame.name.removeprefix("jig-"))

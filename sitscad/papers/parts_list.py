@@ -10,7 +10,7 @@ from dataclasses import astuple, fields, replace
 
 from sitscad.data import is_unverified
 from sitscad.drawing.frame import FORCED
-from sitscad.estimates.gluing import board_adhesive, board_press, piece_press
+from sitscad.estimates.gluing import board_press, hard_adhesive, piece_press
 from sitscad.estimates.values import Estimates
 from sitscad.fabrication.board_end import contact_text
 from sitscad.fabrication.files import fabrication_path
@@ -20,20 +20,20 @@ from sitscad.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
 from sitscad.layout.laser_sheet import joined_part
 from sitscad.papers.gluing import BAR_HOLE, film_rooms, grams, steel_bar, washers
-from sitscad.papers.mounting import cures_badly, nut_screw, screw_length, set_screw
+from sitscad.papers.mounting import cures_badly, doses, nut_screw, screw_length, set_screw
 from sitscad.papers.preparing import Order, capacitor, connector_order, is_laser_cut, order_of, pours
-from sitscad.parts.tooling import pour, skin_pour
+from sitscad.parts.tooling import FOAM, foot_pockets, pour, skin_pour
+from sitscad.parts.whole import SOFT_LINES
 from sitscad.record import record
 from sitscad.scene.bodies import (
     MOUNT_PIECES,
-    elastomers,
     glued_pieces,
     seat_spans,
     shield_gap_text,
     shield_heights,
     targets,
 )
-from sitscad.scene.column import column
+from sitscad.scene.column import GLUE, column
 from sitscad.scene.jaws import section
 from sitscad.scene.seating import FLOOR, adapter_depth, adapter_needed, is_near_metal, plate_floor, screw_spacing
 from sitscad.scene.stack import has_round_body, shield, shield_part
@@ -84,7 +84,7 @@ def items(layout: Layout, estimates: Estimates) -> tuple[Item, ...]:
     )
 
 
-SHARED = ("adhesive", "board adhesive", "primer", "jig", "jig weight", "jig bar", "board weight", "jelly",
+SHARED = ("adhesive", "board adhesive", "primer", "jig", "jig weight", "jig bar", "board weight", "foam", "jelly",
           "jelly solvent", "mould", "skin mould", "sealer", "mould release", "cleaner", "film", "dispenser",
           "controller", "spare connector")
 """What one of serves for many sensors."""
@@ -245,7 +245,7 @@ def _carriers(layout: Layout) -> Iterator[Item]:
         words = "print from mount/: aligns the pieces while the glue sets; reusable"
         yield Item("jig", 1, "jig-*", "printed", "", words)
         parts = [part for part in ("elastomer", "target") if getattr(spec, part) is not None]
-        yield from _weights(spec, parts)
+        yield from _weights(layout, parts)
         if len(parts) == 2:
             yield Item("jelly", 1, "petroleum jelly", "", "", "holds the target on its press while it is lowered")
             yield Item("jelly solvent", 1, "naphtha or heptane", "", "", "takes the jelly off the target (unverified)")
@@ -262,16 +262,16 @@ def _carriers(layout: Layout) -> Iterator[Item]:
     if rooms:
         words = "strips that no glue holds, between pieces and what places them (mount/assembly.txt)"
         yield Item("film", len(rooms), "polyethylene or PTFE film", "", ", ".join(rooms), words)
-    if spec.assembly.adhesive is not None and spec.assembly.adhesive.viscosity is not None:
-        yield Item("dispenser", 1, "micropipette, or syringe with a needle", "", "0.2 to 10 microlitres",
+    if volumes := doses(layout):
+        ends = " to ".join(dict.fromkeys(f"{float(f'{1e9 * volume:.1e}'):g}" for volume in (volumes[0], volumes[-1])))
+        yield Item("dispenser", 1, "micropipette, or syringe with a needle", "", f"{ends} microlitres",
                    "doses of glue (mount/assembly.txt)")
 
 
-def _weights(spec: SensorSpec, parts: Sequence[str]) -> Iterator[Item]:
-    """What weighs on the jig's presses, and on all pads together if they are several, while glue sets."""
-    note, has_one = "on jig-*-press (mount/assembly.txt)", len(targets(spec) or elastomers(spec)) == 1
-    board = board_press(spec).mass
-    masses = {*(piece_press(spec, part).mass for part in parts), *([board] if has_one else [])}
+def _weights(layout: Layout, parts: Sequence[str]) -> Iterator[Item]:
+    """What weighs on the jig's presses while glue sets, and the foam of the board's press."""
+    note, board, pockets = "on jig-*-press (mount/assembly.txt)", board_press(layout), foot_pockets(layout)
+    masses = {*(piece_press(layout.spec, part).mass for part in parts), *([board] if pockets else [])}
     if counts := [count for mass in masses if (count := washers(mass)) is not None]:
         yield Item("jig weight", max(counts), "washer M8, ISO 7093", "steel", "", note)
     if heavy := sorted(mass for mass in masses if washers(mass) is None):
@@ -279,9 +279,12 @@ def _weights(spec: SensorSpec, parts: Sequence[str]) -> Iterator[Item]:
         sizes = [f"{in_mm(across)} mm across, about {1e3 * high:.0f} mm high" for _, across, high in bars]
         part = f"round bar, {' and '.join(mass for mass, *_ in bars)} with the press"
         yield Item("jig bar", len(bars), part, "steel", f"{'; '.join(sizes)}; hole of {in_mm(BAR_HOLE)} mm", note)
-    if not has_one:
+    if not pockets:
         yield Item("board weight", 1, f"flat stiff plate and a weight, {grams(board)} together", "glass, steel", "",
-                   "on all pads while the board is glued on (mount/assembly.txt)")
+                   "on foam over the board while it is glued on (mount/assembly.txt)")
+    where = "in jig-board-press, by double-sided tape" if pockets else "under the flat stiff plate"
+    size = f"{in_mm(FOAM)} mm thick"
+    yield Item("foam", 1, "soft open-cell foam", "polyurethane", size, f"{where}; presses the pads")
 
 
 def _glue(layout: Layout) -> Iterator[Item]:
@@ -290,13 +293,15 @@ def _glue(layout: Layout) -> Iterator[Item]:
     if adhesive is None or not (lines or spec.elastomer is not None or spec.target is not None):
         return
     size = f"lines of {in_mm(spec.assembly.glue_line)} +-{in_mm(spec.assembly.glue_tolerance)} mm"
-    count = f"{len(lines)} lines: {', '.join(line.part for line in lines)}" if lines else "between all pieces"
+    soft = [line for line in lines if line.part.removeprefix(GLUE) in SOFT_LINES]
+    hard = hard_adhesive(layout) if spec.mount is not None else adhesive
+    own = lines if hard == adhesive else soft
+    count = f"{len(own)} lines: {', '.join(line.part for line in own)}" if lines else (
+        "between all pieces" if hard == adhesive else "under elastomer and target")
     yield Item("adhesive", 1, adhesive.product, adhesive.name, size, count)
-    between = board_adhesive(layout) if spec.mount is not None and spec.mount.jaw is None else None
-    if between is not None and between != adhesive:
-        line = f"a line of {in_mm(between.line)} +-{in_mm(between.tolerance)} mm"
-        words = f"between board and mount, which {adhesive.product} would not fill before it sets"
-        yield Item("board adhesive", 1, between.product, between.name, line, words)
+    if hard is not None and hard != adhesive:
+        words = f"between hard faces: the board and what is below it; {adhesive.product} sets before these lie flat"
+        yield Item("board adhesive", 1, hard.product, hard.name, size, words)
     if adhesive.primer and spec.elastomer is not None:
         yield Item("primer", 1, adhesive.primer, "", "", "wiped on the elastomer's faces before they are glued")
 

@@ -10,9 +10,10 @@ from functools import cache
 from typing import Any
 
 from sitscad.data import cited, is_unverified, rows
+from sitscad.estimates.gluing import hard_adhesive
 from sitscad.fabrication.notes import hanging
 from sitscad.layout.board import Layout
-from sitscad.papers.gluing import board_assembly, duration
+from sitscad.papers.gluing import duration
 from sitscad.parts.tooling import LEAST_MIX, Pour, pour
 from sitscad.record import record, replace
 from sitscad.scene.bodies import glued_pieces
@@ -29,8 +30,9 @@ TOOLS = (
     ("dial gauge of at most", "light dial gauge"), ("cover glass", "cover glasses"),
     ("micrometer", "micrometer (not on silicone)"), ("feeler gauge", "feeler gauges"),
     ("film that no glue holds", "polyethylene or PTFE film"), ("waxed strips", "two straight strips, block, clamps"),
-    ("clamp what|fix (the|your) mount", "vice or clamps"), ("kitchen scale", "kitchen scale"),
-    ("flat stick", "flat stick"), ("stiff plate", "flat stiff plate and weight"),
+    ("clamp what", "vice or clamps"), ("kitchen scale", "kitchen scale"),
+    ("flat stick", "flat stick"), ("open-cell foam", "soft foam and double-sided tape"),
+    ("spring clamp", "spring clamp and a flat block"), ("stiff plate", "flat stiff plate and weight"),
     ("abrasive film", "abrasive film on glass"),
     ("mould release", "wax or mould release"), ("mix ", "balance, cups and stirrers"),
     ("vacuum|take the air out", "vacuum chamber"), ("1 kg[);]|with 1 kg", "weight of 1 kg"),
@@ -61,7 +63,7 @@ def waits(layout: Layout) -> str:
     if spec.elastomer is not None:
         times, cure = pours(spec), _cure(spec.elastomer.material.name)
         found.append(f"cast pads, {times} pours of {cure}" if times > 1 else f"a cast pad {cure}")
-    glues = {glue.product: glue.cure_time for glue in (spec.assembly.adhesive, board_assembly(layout).adhesive) if glue}
+    glues = {glue.product: glue.cure_time for glue in (spec.assembly.adhesive, hard_adhesive(layout)) if glue}
     found += [f"{name} {duration(time)} to full strength" for name, time in glues.items() if time]
     if spec.encapsulation is not None:
         found.append(f"the film {_cure(spec.encapsulation.material.name)}")

@@ -12,6 +12,10 @@ are drilled out, for glue and because no printer makes a sharp inner corner. A f
 on it, however thick they come out. A press is a foot of the piece's outline that the well guides, with a peg for
 washers. It rests on the piece by its weight alone and stops nowhere: the glue's own line decides how high the piece is.
 
+The board's press, with which the board is glued to its mount: a block a little smaller than the board, so that it goes
+into a pocket and past the films that hold the board there. It stands on the board's rim, over a pocket for the pieces
+whose roof presses them through soft foam, however high each has come out.
+
 The skin's mould: an open cup in which the film round elastomer and target is cast, the board lying on it. The cup goes
 on the jig's base the one way that its pins allow. It is filled lying open, the air taken out, and the base with the
 finished sensor is put on it face down: what is too much leaves by grooves in the parting face, where no mark is on the
@@ -30,7 +34,7 @@ from sitscad.geometry.convex import Box, Footprint, beyond, within_box
 from sitscad.geometry.path import Line, Path, Point, Region, bounding_box, circle, rectangle
 from sitscad.layout.board import Layout
 from sitscad.parts.plates import grown, over_body
-from sitscad.parts.solid import Solid, box, one_solid, prism, raised, require, tapered, without
+from sitscad.parts.solid import MM, Solid, box, one_solid, prism, raised, require, tapered, without
 from sitscad.record import record
 from sitscad.scene.bodies import (
     Body,
@@ -47,7 +51,7 @@ from sitscad.scene.bodies import (
 )
 from sitscad.scene.column import Toleranced, levels, mount_tolerance, on_board, print_limit, process_of
 from sitscad.scene.seating import plate_plan, process_clearance
-from sitscad.scene.stack import ground
+from sitscad.scene.stack import ground, has_round_body
 from sitscad.spec.mount import Mount
 from sitscad.spec.sensor import SensorSpec
 
@@ -234,7 +238,12 @@ def jig(layout: Layout) -> tuple[Solid, ...]:
             tools.append(prism(outline, low, high))
         block = prism(rectangle(*plan, 2e-3), 0.0, frame.height)
         found += [(f"jig-{frame.kind}", without(block, tools, "jig")), (f"jig-{frame.kind}-press", _press(frame))]
+    if pockets := foot_pockets(layout):
+        found.append((BOARD_PRESS, _board_press(layout, pockets)))
     return tuple(Solid(name, shape, MATERIAL, JIG_COLOUR, BodyRole.JIG) for name, shape in found)
+
+
+BOARD_PRESS = "jig-board-press"
 
 
 def _press(frame: JigFrame) -> Any:
@@ -246,6 +255,97 @@ def _press(frame: JigFrame) -> Any:
     (diameter, height), top = PEG, start + COLLAR + FLOOR
     peg = prism(circle(body.footprint.centre, diameter / 2), top, top + height)
     return one_solid(foot + slope + plate + peg, "press")
+
+
+FOAM = 5.0e-3
+"""Thickness (m) of the soft foam between pieces and the roof of the board's press."""
+
+FOAM_STRAIN = 0.3
+"""Share of its thickness that the foam is pressed by: soft polyurethane foam presses with some kilopascals there, and
+with little more a tenth of a millimetre further on. From memory, not verified.
+"""
+
+FOOT_INSET = 0.1e-3
+"""How far (m) the board's press stays inside the board's edge, beside which films stand."""
+
+FOOT_ROOM = (0.2e-3, 0.5e-3)
+"""Least and usual air (m) between the pieces and the feet of the board's press, which is put round them by eye."""
+
+
+def foot_pockets(layout: Layout) -> tuple[Path, ...]:
+    """Outlines of the pockets in the board's press; empty if there are no pieces, or if too little rim is left for its
+    feet.
+    """
+    pads, (x0, y0, x1, y1) = glued_pieces(layout.spec, "elastomer"), layout.body
+    bodies = (*pads, *plates(layout.spec, "target"))
+    if not bodies:
+        return ()
+    wall = print_limit(process_of(layout.spec.mount), "free_wall").value
+    if has_round_body(layout.spec.fpc.body):
+        centre = Point((x0 + x1) / 2, (y0 + y1) / 2)
+        left = (x1 - x0) / 2 - FOOT_INSET - wall - max(_reach(body, centre) for body in bodies)
+        if left < FOOT_ROOM[0]:
+            return ()
+        return (circle(centre, (x1 - x0) / 2 - FOOT_INSET - wall - left + min(left, FOOT_ROOM[1])),)
+    cells = [body.footprint.box for body in bodies]
+    if len(bodies) == 2 * len(pads):
+        cells = [_round_boxes(pair) for pair in zip(cells[: len(pads)], cells[len(pads) :], strict=True)]
+    apart = min((max(one[0] - other[2], other[0] - one[2], one[1] - other[3], other[1] - one[3])
+                 for one, other in combinations(cells, 2)), default=math.inf)
+    between = min(FOOT_ROOM[1], (apart - wall) / 2)
+    if between < FOOT_ROOM[0]:
+        cells, between = [_round_boxes(cells)], FOOT_ROOM[0]
+    u0, v0, u1, v1 = _round_boxes(cells)
+    rooms = [min(rim - FOOT_INSET - wall, FOOT_ROOM[1]) for rim in (u0 - x0, v0 - y0, x1 - u1, y1 - v1)]
+    rooms = [room if room >= FOOT_ROOM[0] else math.inf for room in rooms]
+    if math.inf in rooms[::2] and math.inf in rooms[1::2]:
+        return ()
+    found = []
+    for cell in cells:
+        sides = []
+        for k, (side, end) in enumerate(zip(cell, (u0, v0, u1, v1), strict=True)):
+            room = rooms[k] if abs(side - end) < 1e-9 else between
+            away = layout.body[k] if math.isinf(room) else side
+            sides.append(away + (-1.0 if k < 2 else 1.0) * (1e-3 if math.isinf(room) else room))
+        found.append(rectangle(sides[0], sides[1], sides[2], sides[3]))
+    return tuple(found)
+
+
+def _reach(body: Body, centre: Point) -> float:
+    """Distance (m) of a body's farthest point from a centre."""
+    away, (x, y) = body.footprint.centre.distance(centre), body.footprint.size
+    return away + (x / 2 if body.footprint.is_round else math.hypot(x, y) / 2)
+
+
+def _round_boxes(boxes: Sequence[Box]) -> Box:
+    """The box (m) round some boxes."""
+    return (min(b[0] for b in boxes), min(b[1] for b in boxes), max(b[2] for b in boxes), max(b[3] for b in boxes))
+
+
+def _board_press(layout: Layout, pockets: Sequence[Path]) -> Any:
+    """The press of the board: feet on its rim, pockets over the pieces, a plate with a peg."""
+    bd, (x0, y0, x1, y1) = require("build123d"), layout.body
+    film = layout.spec.encapsulation
+    base = film.thickness if film is not None and is_cast(layout) else 0.0
+    roof = max(frame.face.nominal for frame in jig_frames(layout)) + base + (1.0 - FOAM_STRAIN) * FOAM
+    foot = over_body(layout, 0.0, FLOOR).faces().sort_by(bd.Axis.Z)[0]
+    plan = bd.offset(foot, -FOOT_INSET * MM, kind=bd.Kind.ARC).faces()[0]
+    start = roof + FLOOR
+    block = one_solid(raised(plan, base, start), "press")
+    block = without(block, (prism(pocket, base - 1e-3, roof) for pocket in pockets), "press")
+    low, high = (_plate(layout, wider) for wider in (-FOOT_INSET, COLLAR))
+    middle, (diameter, height) = Point((x0 + x1) / 2, (y0 + y1) / 2), PEG
+    top = start + COLLAR + FLOOR
+    collar = tapered(low, high, start, start + COLLAR) + prism(high, start + COLLAR, top)
+    return one_solid(block + collar + prism(circle(middle, diameter / 2), top, top + height), "press")
+
+
+def _plate(layout: Layout, wider: float) -> Path:
+    """The disc or the box of the board's body, so much larger on each side (m)."""
+    x0, y0, x1, y1 = layout.body
+    if has_round_body(layout.spec.fpc.body):
+        return circle(Point((x0 + x1) / 2, (y0 + y1) / 2), (x1 - x0) / 2 + wider)
+    return rectangle(x0 - wider, y0 - wider, x1 + wider, y1 + wider)
 
 
 def push_places(layout: Layout) -> tuple[tuple[Point, ...], float]:

@@ -46,7 +46,7 @@ from sitscad.scene.state import Vector
 from sitscad.scene.tail_path import BentStretch, Station, TailPath, tail_path
 from sitscad.spec.circuit import LayerKind, StackLayer
 from sitscad.spec.coil import CoilSpec
-from sitscad.spec.materials import ElastomerMaterial
+from sitscad.spec.materials import Adhesive, ElastomerMaterial
 
 COLOURS = {"coverlay": "#c8821e", "copper": "#d98a4b", "dielectric": "#b0741c", "fill": "#d9b26a"}
 FILL = "adhesive"
@@ -260,8 +260,15 @@ COLOUR = "#b6d7a8"
 SAME_LEVEL = 1e-6  # mm
 
 
-def glue_lines(layout: Layout, pieces: tuple[Solid, ...]) -> tuple[Solid, ...]:
-    """A solid for every glue line between pieces that stand at their glued heights; none where the line is 0."""
+SOFT_LINES = ("elastomer", "target")
+"""Kinds of pieces with the glue of the pad under them; the others have the glue of hard faces."""
+
+
+def glue_lines(layout: Layout, pieces: tuple[Solid, ...], hard: Adhesive | None = None) -> tuple[Solid, ...]:
+    """A solid for every glue line between pieces that stand at their glued heights; none where the line is 0.
+
+    `hard` is the adhesive of the lines up to the board, the spec's if None.
+    """
     line, glue = layout.spec.assembly.glue_line, layout.spec.assembly.adhesive
     if not line or glue is None:
         return ()
@@ -279,7 +286,8 @@ def glue_lines(layout: Layout, pieces: tuple[Solid, ...]) -> tuple[Solid, ...]:
         lowest = low if part == "board" else float(shapes[part].bounding_box().min.Z)
         shape = _line(part, plates, lowest, line * MM)
         if shape is not None:
-            found.append(Solid(f"glue-{part}", shape, glue.name, COLOUR, BodyRole.GLUE))
+            used = glue if hard is None or _kind(part) in SOFT_LINES else hard
+            found.append(Solid(f"glue-{part}", shape, used.name, COLOUR, BodyRole.GLUE))
     return tuple(found)
 
 
@@ -354,14 +362,16 @@ SPACED = 1e-9  # A shield farther from the board than this (m) has a spacer on i
 
 
 @checked_arguments
-def whole(layout: Layout, pieces: tuple[Solid, ...] | None = None) -> tuple[Solid, ...]:
+def whole(
+    layout: Layout, pieces: tuple[Solid, ...] | None = None, hard_glue: Adhesive | None = None
+) -> tuple[Solid, ...]:
     """Every piece in its place, from the jaw upwards: jaw, seat, shield, the board's films with each coil's copper as a
     ring on every layer, stiffener, elastomer, target, glue lines between them, film, the other jaw closed; of a finger
     of metal the end in its cap; metal behind the board.
 
-    `pieces` are those of `sitscad.parts.pieces.assemble` where somebody has them already. Heights are those of the
-    glued assembly, z = 0 the board's top face. Raises `PartsError` where a part cannot exist,
-    `MissingExtra` without a CAD kernel.
+    `pieces` are those of `sitscad.parts.pieces.assemble` where somebody has them already; `hard_glue` is the adhesive
+    of the lines up to the board, the spec's if None. Heights are those of the glued assembly, z = 0 the board's
+    top face. Raises `PartsError` where a part cannot exist, `MissingExtra` without a CAD kernel.
     """
     alone = assemble(layout) if pieces is None else pieces
     pieces = glued(layout, (*alone, *opposing(layout), *metal_below(layout)))
@@ -374,7 +384,7 @@ def whole(layout: Layout, pieces: tuple[Solid, ...] | None = None) -> tuple[Soli
     board = films(layout, path)
     plate = stiffener_on(layout, path)
     kept = [s for s in pieces if s.role not in (BodyRole.BOARD, BodyRole.STIFFENER, BodyRole.ENCAPSULATION)]
-    glue = glue_lines(layout, tuple(kept))
+    glue = glue_lines(layout, tuple(kept), hard_glue)
     found = [*kept, *board, *glue, *([plate] if plate else []), *([cover] if cover else [])]
     return tuple(upwards(found))
 

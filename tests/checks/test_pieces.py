@@ -12,7 +12,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad.estimates.circuit.tank import E12, E24, neighbour_values, preferred_values
-from sitscad.estimates.gluing import glued_plan, lying_time, may_set_first, piece_press
+from sitscad.estimates.gluing import PIECE_HANDLING, glued_plan, lying_time, may_set_first, piece_press
 from sitscad.finding import Severity
 from sitscad.layout import lay_out
 from sitscad.scene.column import print_limit
@@ -118,6 +118,14 @@ def test_glue_that_sets_before_it_lies_flat_is_a_warning_of_the_plate(judge, siz
         assert "silicone-adhesive" in found[0].hint and "epoxy" not in found[0].hint  # it does not hold on silicone
 
 
+def test_a_board_that_no_glue_lies_flat_under_is_a_warning(judge):
+    text = templates.read("skin_grid_3x3")
+    assert judge("SIT334", sitscad.load_text(text, "t.yaml")) == []
+    (found,) = judge("SIT334", sitscad.load_text(text, "t.yaml").replace("assembly.glue_line", "5 um"))
+    assert (found.severity, found.key) == (Severity.WARNING, "assembly.glue_line")
+    assert found.measured > found.limit == 300.0
+
+
 @pytest.mark.parametrize("name", templates.names())
 def test_glue_lies_flat_in_time_in_every_template(judge, name):
     """And is not asked how long it takes where half of the pad's stiffness is enough."""
@@ -126,7 +134,7 @@ def test_glue_lies_flat_in_time_in_every_template(judge, name):
     for part in ("elastomer", "target"):
         if getattr(spec, part) is not None:
             glue, plan, force = spec.assembly.adhesive, glued_plan(spec, part), piece_press(spec, part).force
-            takes = lying_time(glue, plan, force, spec.assembly.glue_line)
+            takes = lying_time(glue, plan, force, spec.assembly.glue_line, PIECE_HANDLING)
             assert takes <= glue.open_time or may_set_first(spec, part)
 
 

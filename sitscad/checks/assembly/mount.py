@@ -13,7 +13,19 @@ from itertools import combinations
 from sitscad.checks.assembly.fit import jaw_of, pad_of, unverified
 from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, own_limits, rule_of
 from sitscad.design import Design
-from sitscad.estimates.gluing import glued_plan, lying_time, may_set_first, open_adhesives, piece_press
+from sitscad.estimates.gluing import (
+    HARD_HANDLING,
+    MOST_PRESSURE,
+    PIECE_HANDLING,
+    board_force,
+    board_plan,
+    glued_plan,
+    hard_adhesive,
+    lying_time,
+    may_set_first,
+    open_adhesives,
+    piece_press,
+)
 from sitscad.finding import Severity
 from sitscad.fixes.moves import each_read
 from sitscad.scene.bodies import MOUNT_PIECES, seat_heights, seat_spans
@@ -244,20 +256,33 @@ def glue_on_silicone(design: Design) -> Iterator[Verdict]:
 def glue_open_times(design: Design) -> Iterator[Verdict]:
     """Yield a finding about the plate, elastomer or target, under which glue sets first, if there is one."""
     spec, glue = design.spec, design.spec.assembly.adhesive
-    if glue is None or glue.open_time is None or not spec.assembly.glue_line:
+    if glue is None or not spec.assembly.glue_line:
+        return
+    if spec.mount is not None:
+        plan, area = board_plan(design.layout)
+        used, most = hard_adhesive(design.layout), MOST_PRESSURE * area
+        if used is not None and used.open_time is not None and board_force(design.layout, used) > most:
+            takes = lying_time(used, plan, most, spec.assembly.glue_line, HARD_HANDLING)
+            yield Violation(
+                f"{used.name} under the board flows for {used.open_time:.3g} s and takes {takes:.2g} s to be spread, "
+                f"handled and pressed flat by {show(most, 'N', 2)}", "a thicker assembly.glue_line or a smaller board",
+                "assembly.glue_line", takes, used.open_time, "s", source=used.source,
+            )
+            return
+    if glue.open_time is None:
         return
     for part in ("elastomer", "target"):
         if getattr(spec, part) is None or not may_set_first(spec, part):
             continue
         plan, force = glued_plan(spec, part), piece_press(spec, part).force
-        takes = lying_time(glue, plan, force, spec.assembly.glue_line)
+        takes = lying_time(glue, plan, force, spec.assembly.glue_line, PIECE_HANDLING)
         if takes <= glue.open_time:
             continue
         others = [each.name for each in open_adhesives(plan, force, spec.elastomer is not None)]
         hint = f"assembly.adhesive: {' or '.join(others)}" if others else f"a smaller {part}"
         yield Violation(
-            f"{glue.name} under the {part} flows for {glue.open_time:.3g} s and takes {takes:.2g} s to be spread and "
-            f"to lie flat under {show(force, 'N', 2)}", hint, "assembly.adhesive", takes, glue.open_time, "s",
+            f"{glue.name} under the {part} flows for {glue.open_time:.3g} s and takes {takes:.2g} s to be spread, "
+            f"handled and pressed flat by {show(force, 'N', 2)}", hint, "assembly.adhesive", takes, glue.open_time, "s",
             source=glue.source, fixes=(partial(each_read, spec, "assembly.adhesive", others),),
         )
         return
