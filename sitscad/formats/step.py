@@ -8,7 +8,6 @@ header, counter and colours are written here, and every entity stands on one lin
 
 from __future__ import annotations
 
-import os
 import re
 from datetime import UTC, datetime
 from itertools import count
@@ -18,6 +17,7 @@ from tempfile import TemporaryDirectory
 from sitscad.parts.solid import Solid, of_role, require
 from sitscad.scene.bodies import BodyRole
 from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.yaml.source import creation_second
 
 _HEADER = re.compile(r"FILE_NAME\(.*?\);", re.DOTALL)
 _USAGE = re.compile(r"(?<=NEXT_ASSEMBLY_USAGE_OCCURRENCE\(')\d+")
@@ -66,8 +66,7 @@ def assembly(solids: tuple[Solid, ...], title: str) -> bytes:
 
 def _timestamp() -> str:
     """The header's time: ``SOURCE_DATE_EPOCH`` where it is set, else the first second of 1970; never the clock."""
-    seconds = int(os.environ.get("SOURCE_DATE_EPOCH") or 0)
-    return datetime.fromtimestamp(seconds, UTC).strftime("%Y-%m-%dT%H:%M:%S")
+    return datetime.fromtimestamp(creation_second() or 0, UTC).strftime("%Y-%m-%dT%H:%M:%S")
 
 
 def _finished(text: str, title: str, solids: tuple[Solid, ...]) -> bytes:

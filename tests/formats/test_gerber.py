@@ -319,3 +319,10 @@ def test_creation_date_only_from_source_date_epoch(monkeypatch):
     assert not any(b"CreationDate" in text for text in everything.values())
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "86400")
     assert read(files_of(board)["F_Cu.gbr"]).file_attrs[".CreationDate"] == ("1970-01-02T00:00:00+00:00",)
+
+
+@pytest.mark.parametrize("epoch", ["abc", "-5", "99999999999999"])
+def test_a_source_date_that_is_no_date_is_refused_by_its_name(monkeypatch, epoch):
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", epoch)
+    with pytest.raises(ValueError, match="SOURCE_DATE_EPOCH"):
+        gerber.render(layouts.two_coils())

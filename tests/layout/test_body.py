@@ -248,6 +248,19 @@ def test_an_arc_of_a_whole_turn_is_a_circle_and_a_flat_drawing_may_lie_anywhere(
     assert enclosed_area(turned) == approx(math.pi * 36e-6, rel=1e-9)
 
 
+CORNERS = ((-13, -7), (13, -7), (13, 7), (-13, 7))
+
+
+def test_a_drawing_without_a_header_is_in_millimetres():
+    """It was read as one in metres, and refused for coordinates that are no lengths."""
+    lines = "".join(
+        f"0\nLINE\n8\n0\n10\n{x}\n20\n{y}\n11\n{u}\n21\n{v}\n"
+        for (x, y), (u, v) in zip(CORNERS, CORNERS[1:] + CORNERS[:1], strict=True)
+    )
+    content = f"0\nSECTION\n2\nENTITIES\n{lines}0\nENDSEC\n0\nEOF\n".encode("ascii")
+    assert enclosed_area(outline(content)) == approx(26 * 14 * 1e-6, rel=1e-9)
+
+
 IN_PARSECS = b"0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n20\n0\nENDSEC\n0\nEOF\n"
 
 

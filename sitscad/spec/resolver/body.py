@@ -70,7 +70,8 @@ def outline(content: bytes) -> Path:
         info = dxf_info(StringIO(content.decode("latin-1")))
         encoding = "utf-8" if info.version >= "AC1021" else info.encoding
         drawing = ezdxf.read(StringIO(content.decode(encoding)))
-        scale = UNITS.get(int(drawing.header.get("$INSUNITS", 0)))
+        # a file that names no unit is read by ezdxf as one of metres
+        scale = UNITS.get(int(drawing.header["$INSUNITS"]) if b"$INSUNITS" in content else 0)
         if scale is None:
             raise UnfitError(f"its unit ($INSUNITS {drawing.header['$INSUNITS']}) is none of mm, cm, m, um and inches")
         pieces = [(words, piece) for entity in drawing.modelspace() for words, piece in _pieces(entity, scale)

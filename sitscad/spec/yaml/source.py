@@ -189,13 +189,27 @@ class Issue:
 
 
 def creation_date() -> str | None:
-    """The date of SOURCE_DATE_EPOCH (seconds since 1970) in ISO 8601, UTC; None where it is not set or not a number."""
-    seconds = os.environ.get("SOURCE_DATE_EPOCH", "")
-    if not seconds.isdecimal():
+    """The date of SOURCE_DATE_EPOCH in ISO 8601, UTC; None where it is not set. Raises ValueError if it is no date."""
+    seconds = creation_second()
+    if seconds is None:
         return None
     from datetime import UTC, datetime  # only papers ask
 
-    return datetime.fromtimestamp(int(seconds), UTC).isoformat()
+    return datetime.fromtimestamp(seconds, UTC).isoformat()
+
+
+def creation_second() -> int | None:
+    """SOURCE_DATE_EPOCH, seconds since 1970; None where it is not set. Raises ValueError if it is no date."""
+    written = os.environ.get("SOURCE_DATE_EPOCH", "")
+    if not written:
+        return None
+    if not written.isdecimal() or int(written) > LAST_SECOND:
+        raise ValueError(f"SOURCE_DATE_EPOCH is {written[:40]!r}, not a number of seconds from 1970 to the year 9999")
+    return int(written)
+
+
+LAST_SECOND = 253_402_300_799
+"""The last second of the year 9999, the last that a date has."""
 
 
 PARSER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
