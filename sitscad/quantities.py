@@ -60,19 +60,19 @@ class Quantity:
 
     def plain(self, result: object) -> str:
         """Return the value for people, with its unit. A dash if it is absent or not finite."""
-        value = self.value(result)
-        if isinstance(value, bool):
-            return "yes" if value else "no"
-        return str(value) if isinstance(value, (int, str)) else self._shown(value)
+        return self.shown(self.value(result))
 
     def text(self, result: object) -> str:
         """Return the value for people, with one sigma if that is known."""
         sigma = self.deviation(result)
-        return self.plain(result) if sigma is None else self._shown(self.value(result), sigma)
+        return self.plain(result) if sigma is None else self.shown(self.value(result), sigma)
 
-    def _shown(self, value: float | None, sigma: float | None = None) -> str:
-        if value is None:
-            return NONE
+    def shown(self, value: Any, sigma: float | None = None) -> str:
+        """Return a value of this quantity for people, with one sigma if that is known."""
+        if isinstance(value, bool):
+            return "yes" if value else "no"
+        if value is None or isinstance(value, (int, str)):
+            return NONE if value is None else str(value)
         if self.is_share:
             return plus_minus(100.0 * value, None if sigma is None else 100.0 * sigma, "%", digits=self.digits)
         if self.unit == "m":
@@ -287,13 +287,32 @@ AT_FREQUENCY = (
 )
 """Quantities of a coil alone at a frequency (`CoilAtFrequency`)."""
 
+RESPONSE = (
+    Quantity("pose", path="poses"),
+    Quantity("force_N"),
+    Quantity("moment_Nm", path="moment"),
+    Quantity("inductance_H", "L", 6),
+    Quantity("resistance_ohm", "R"),
+    Quantity("target_change_H", "by target"),
+    Quantity("target_change_error", "+-", 2, is_share=True),
+    Quantity("target_resistance_ohm", "its loss"),
+    Quantity("target_resistance_error", "+-", 2, is_share=True),
+    Quantity("frequency_Hz", "frequency", 7),
+    Quantity("counts", "counts", 9),
+    Quantity("parallel_resistance_ohm", "Rp"),
+    Quantity("strain"),
+    Quantity("frequency_by_pose", path="by_pose"),
+    Quantity("frequency_by_load", path="by_load"),
+)
+"""Arrays of a `Response`; texts have those with a label, one value a coil."""
+
 SIGNAL = (
     Quantity("coil"),
     Quantity("force_N"),
     Quantity("rest_inductance_H", "inductance at rest", path="rest"),
     Quantity("inductance_H_per_N", "change per newton", 3, "per_newton", "sigma"),
     Quantity("sigma_inductance_H_per_N", path="sigma"),
-    Quantity("share", "of the reading (the converter's formula), over that force", 3, is_share=True),
+    Quantity("share", "of the reading, over that force", 3, is_share=True),
     Quantity("frequency_share"),
     Quantity("steps", "steps of the converter in that", 3),
     Quantity("frequency_Hz_per_N", "frequency per newton", 3, "frequency_per_newton", "frequency_sigma"),

@@ -10,7 +10,7 @@ from sitscad.drawing.frame import FORCED
 from sitscad.estimates.circuit.settings import Device, devices
 from sitscad.estimates.values import CoilEstimate, Estimates, ReadoutEstimate, StateEstimate
 from sitscad.papers.firmware_driver import addr_pin, driver_files
-from sitscad.quantities import READOUT, SCAN_TIMES, document
+from sitscad.quantities import LONE_TIMES, READOUT, SCAN_TIMES, by_quantity, document
 from sitscad.readout.converter import Converter
 from sitscad.scene.state import FREE, PRESSED, REST
 from sitscad.spec.sensor import SensorSpec
@@ -204,27 +204,16 @@ def _expected(spec: SensorSpec, estimates: Estimates) -> list[str]:
 
 
 def _timing(estimates: Estimates, device: Converter) -> list[str]:
-    """What a scan takes, and the supply's current."""
-    readout, lines = estimates.readout, list[str]()
-    times = (readout.settle_time, readout.conversion_time, readout.switch_time)
-    if None not in times:
-        settling, conversion, switch = (_shown(time, "s", 3) for time in times)
-        lines += (
-            [
-                f"The one coil is converted over and over: conversion {conversion}, then a pause, taken as {switch}.",
-                f"It settles once, {settling}, before the first conversion.",
-            ]
-            if len(estimates.coils) == 1
-            else [f"Every coil takes of each scan: settling {settling}, conversion {conversion}, switch {switch}."]
-        )
-    if readout.scan_rate is not None:
-        lines.append(
-            f"{readout.scan_rate:.1f} scans a second; reading the results over I2C at {device.serial_clock_in_words} "
-            f"takes {_shown(readout.read_back_time, 's', 3)} of each."
-        )
-    if readout.supply_current is not None:
-        lines.append(f"Supply current about {_shown(readout.supply_current, 'A', 3)}.")
-    return lines
+    """Return what a scan takes, and the supply's current."""
+    readout, times = estimates.readout, LONE_TIMES if len(estimates.coils) == 1 else SCAN_TIMES
+    scans = [each for each in READOUT if each.key in SCANS]
+    rows = by_quantity([readout], (*times, *scans))
+    clock = [["fastest clock of I2C", device.serial_clock_in_words]]
+    return [f"{label.removeprefix('- ')}: {text}" for label, text in (*rows, *clock)]
+
+
+SCANS = ("scan_rate_Hz", "read_back_time_s", "supply_current_A")
+"""Keys of the readout that the header has beside times."""
 
 
 def _step(readout: ReadoutEstimate, state: StateEstimate) -> str:

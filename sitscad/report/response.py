@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sitscad.arrays import Array
+from sitscad.quantities import RESPONSE
 from sitscad.report.findings import printable, styled, to_json
 from sitscad.report.numbers import performance_blocks, table
-from sitscad.units import NONE, cell, csv_text, quantity, show
+from sitscad.units import NONE, cell, csv_text, show
 from sitscad.version import __version__
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ SHOWN = 60  # Points at most that the text shows
 def response_text(path: str, response: Response, colour: bool = False, felt: PerformanceReport | None = None) -> str:
     """A row a point, and what is worth saying of them."""
     cases = ["case"] if any(response.cases) else []
-    head = [*cases, "x, y, z (mm)", "rx, ry, rz (deg)", "force (N)", "coil", *COLUMNS]
+    head = [*cases, "x, y, z (mm)", "rx, ry, rz (deg)", "force (N)", "coil", *(each.label for each in COLUMNS)]
     rows = [row for k in range(min(len(response), SHOWN)) for row in _rows(response, k)]
     lines = table(head, rows)
     if len(response) > SHOWN:
@@ -37,7 +38,8 @@ def response_text(path: str, response: Response, colour: bool = False, felt: Per
     return "\n\n".join(block for block in blocks if block) + "\n"
 
 
-COLUMNS = ("L", "R", "by target", "+-", "its loss", "+-", "frequency", "counts", "Rp")
+COLUMNS = [each for each in RESPONSE if each.label]
+"""Quantities of a coil at a point that the text shows."""
 
 
 def _rows(response: Response, k: int) -> Iterator[list[str]]:
@@ -50,16 +52,13 @@ def _rows(response: Response, k: int) -> Iterator[list[str]]:
         held = ", ".join(_figure(value) for value in response.force[k])
     point = [*([response.cases[k]] if any(response.cases) else []), place, turn, held]
     for c, name in enumerate(response.coils):
-        counts, lost = response.counts[k, c], float(response.target_resistance[k, c])
-        errors = response.target_change_error[k, c, c], response.target_resistance_error[k, c]
-        yield [
-            *(point if c == 0 else [""] * len(point)), name, quantity(float(response.inductance[k, c]), "H", 6),
-            quantity(float(response.resistance[k, c]), "ohm"), quantity(float(response.target_change[k, c, c]), "H"),
-            f"{100.0 * errors[0]:.2g} %", quantity(lost, "ohm"), f"{100.0 * errors[1]:.2g} %",
-            quantity(float(response.frequency[k, c]), "Hz", 7),
-            NONE if math.isnan(counts) else str(int(counts)),
-            quantity(float(response.parallel_resistance[k, c]), "ohm"),
-        ]
+        yield [*(point if c == 0 else [""] * len(point)), name,
+               *(each.shown(_of_coil(each.value(response)[k], c)) for each in COLUMNS)]
+
+
+def _of_coil(values: Array, coil: int) -> float:
+    """Return a coil's value, of a matrix of coils that on the diagonal."""
+    return float(values[coil] if values.ndim == 1 else values[coil, coil])
 
 
 def _figure(value: float) -> str:

@@ -35,7 +35,7 @@ def estimates(coils=2, **changes):
         "reference_frequency": 40e6, "input_divider": 1, "rcount": 2000, "settle_count": 10, "scan_rate": 500.0,
         "high_current": False, "settle_time": 4e-6, "conversion_time": 8e-4, "switch_time": 8e-7,
         "read_back_time": 4.9e-4, "supply_current": 2.3e-3, "conversion_capacitance": 334e-12,
-        "output_gain": 0, "offsets": (), "conversion": None,
+        "output_gain": 0, "offsets": (), "conversion": None, "dwell_time": 8.048e-4, "result_interval": 8.008e-4,
     }
     other = {
         "parallel_resistance": 4e3,
@@ -180,9 +180,9 @@ def test_every_channel_has_its_own_drive_code():
 def test_a_coil_alone_is_not_said_to_settle_in_every_scan():
     """Its scans a second were those without settling, beside a sum with it."""
     one, two = (" ".join(rendered(estimates(coils))[0].replace("*", " ").split()) for coils in (1, 2))
-    assert "The one coil is converted over and over: conversion 800 us, then a pause, taken as 800 ns." in one
-    assert "It settles once, 4 us, before the first conversion." in one
-    assert "Every coil takes of each scan: settling 4 us, conversion 800 us, switch 800 ns." in two
+    assert "from one result of the coil to the next: 800.8 us" in one
+    assert "settling, once, before the first conversion: 4 us" in one
+    assert "time on one coil, of every scan: 804.8 us settling: 4 us conversion: 800 us" in two
 
 
 def test_no_frequency_is_refused():
@@ -201,15 +201,15 @@ def test_comments_cannot_be_ended_from_outside():
 def test_the_header_says_what_to_expect_on_the_bench():
     header, table = rendered(estimates())
     for words in (
-        "settling 4 us",
-        "conversion 800 us",
-        "500.0 scans a second",
+        "settling: 4 us",
+        "conversion: 800 us",
+        "complete scans, of all coils: 500 Hz",
         "C1 free: 8 MHz",
         "R_P 4 kohm",
         "1.5 V",
     ):
         assert words in header, words
-    assert "Supply current about 2.3 mA" in header
+    assert "supply current, about: 2.3 mA" in header
     assert table["timing"]["read_back_time_s"] == 4.9e-4
     assert all(len(line) < 160 for line in header.splitlines())
 

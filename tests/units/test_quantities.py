@@ -10,6 +10,7 @@ import pytest
 from sitscad import quantities
 from sitscad.check_values import Measure, Share, Signal
 from sitscad.estimates.at_frequency import CoilAtFrequency
+from sitscad.estimates.response.values import Response
 from sitscad.estimates.values import CoilEstimate, Metered, ReadoutEstimate, StateEstimate
 from sitscad.quantities import NONE, Quantity, by_quantity, by_result, document
 
@@ -17,7 +18,8 @@ RESULTS = [
     (quantities.COIL, CoilEstimate), (quantities.STATE, StateEstimate), (quantities.BARE_TANK, StateEstimate),
     (quantities.READOUT, ReadoutEstimate), (quantities.SCAN_TIMES, ReadoutEstimate),
     (quantities.LONE_TIMES, ReadoutEstimate), (quantities.METERED, Metered),
-    (quantities.AT_FREQUENCY, CoilAtFrequency), (quantities.SIGNAL, Signal), (quantities.FIT, Measure),
+    (quantities.AT_FREQUENCY, CoilAtFrequency), (quantities.RESPONSE, Response),
+    (quantities.SIGNAL, Signal), (quantities.FIT, Measure),
     (quantities.FIT_PART, Share),
 ]
 

@@ -9,6 +9,7 @@ from dataclasses import fields, replace
 import numpy as np
 
 from sitscad.arrays import Array
+from sitscad.quantities import RESPONSE
 from sitscad.record import record
 from sitscad.units import counted
 
@@ -75,23 +76,7 @@ class Response:
 
     def arrays(self) -> dict[str, Array]:
         """The arrays by the names that the documents give them, those that are not known left out."""
-        found = {
-            "pose": self.poses,
-            "force_N": self.force,
-            "moment_Nm": self.moment,
-            "inductance_H": self.inductance,
-            "resistance_ohm": self.resistance,
-            "target_change_H": self.target_change,
-            "target_change_error": self.target_change_error,
-            "target_resistance_ohm": self.target_resistance,
-            "target_resistance_error": self.target_resistance_error,
-            "frequency_Hz": self.frequency,
-            "counts": self.counts,
-            "parallel_resistance_ohm": self.parallel_resistance,
-            "strain": self.strain,
-            "frequency_by_pose": self.by_pose,
-            "frequency_by_load": self.by_load,
-        }
+        found = {each.key: each.value(self) for each in RESPONSE}
         return {name: value for name, value in found.items() if value is not None}
 
     def point_document(self, number: int) -> dict[str, object]:
