@@ -147,7 +147,7 @@ def ordinates(sheet: Sheet, view: View, axis: int, values: Sequence[float], star
     """Dimensions by coordinates, along x (axis 0) or y (axis 1): lines from the view, which ends at `start`, to
     texts beyond `end`, below the view or left of it.
     """
-    feet = sorted({round(v, 7) for v in values})
+    feet = list({mm(value): value for value in sorted(values)}.values())  # edges that read alike are one
     at = [(view.x, view.y)[axis](value) for value in feet]
     for value, foot, place in zip(feet, at, spread(at, 1.3 * TEXT), strict=True):
         knee = start + (end - start) * 0.5

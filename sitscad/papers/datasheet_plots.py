@@ -184,7 +184,7 @@ def _errors(full: Performance, figure: Any) -> None:
     axes.set_xticks([0.01, 0.1, 1.0, 10.0, 100.0, 1000.0], ["0.01", "0.1", "1", "10", "100", "1000"])
     axes.minorticks_off()
     axes.invert_yaxis()
-    axes.legend(loc="upper right")
+    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=len(names))  # bars reach every corner
 
 
 LEAST = 0.003  # Where the bars of errors begin (per cent)

@@ -349,8 +349,8 @@ def _files(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
         yield "Archive", f"{words} package"
         yield "panel", f"folder of the panel's own images, drill files, drawing and readme ({drawing})"
     yield _name(layout.spec, "order.zip"), "the archive that is sent: the files above under the fabricator's names"
-    yield _name(layout.spec, "board.svg"), "picture of the whole board; in the package alone"
-    yield _name(layout.spec, "body.svg"), "picture of the part with the coils; in the package alone"
+    yield _name(layout.spec, "board.svg"), "picture of the whole board; not in the archive"
+    yield _name(layout.spec, "body.svg"), "picture of the part with the coils; not in the archive"
     yield "Coordinates", "millimetres, one origin for all files"
 
 

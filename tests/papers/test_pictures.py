@@ -321,3 +321,14 @@ def test_a_piece_of_the_jig_is_labelled_by_its_whole_height():
     (group,) = sheet.items
     texts = {item.text for item in group.items if hasattr(item, "text")}
     assert texts == {"jig-base: resin, 4.04 mm high", "mount: resin, 2.24 mm"}
+
+
+def test_edges_that_read_alike_have_one_ordinate():
+    """Body and outline, a ten thousandth of a millimetre apart, stood twice at one corner, forked."""
+    from sitscad.drawing.frame import View, ordinates
+    from sitscad.drawing.sheet import Sheet
+    from sitscad.drawing.svg import svg
+
+    sheet = Sheet("t", (100.0, 100.0), unit="", decimals=1)
+    ordinates(sheet, View(1.0, (50.0, 50.0)), 0, [-6.1270e-3, -6.12703e-3, 2e-3], 40.0, 30.0)
+    assert svg(sheet).count("-6.127") == 1
