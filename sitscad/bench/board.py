@@ -199,7 +199,7 @@ class LineBoard(Board):
         super().__init__(design, ())
         self.port, self.rest, self.waiting = port, b"", deque[dict[int, tuple[int, int]]]()
         self.identity = identity(design.spec.name, self.devices)
-        self.serial = serial_settings(len(self.bands), design.estimates.readout.scan_rate)
+        self.serial = serial_settings(design.spec, design.estimates.readout.scan_rate)
         self.sequence: int | None = None
         self.good = self.lost = self.corrupted = self.another = self.starts = 0
         self.told: deque[str] = deque(maxlen=8)

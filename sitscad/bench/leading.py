@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 
 import numpy as np
@@ -17,6 +17,7 @@ from sitscad.calibration.unknowns import usual
 from sitscad.estimates.circuit.settings import identity
 from sitscad.estimates.performance.values import amount_text, shown_scales
 from sitscad.record import record
+from sitscad.spec.places import map_columns
 
 WINDOW = 1.0
 """Seconds over which readings are averaged, and from which to which they may not move."""
@@ -56,7 +57,7 @@ def head(board: Board, found: Calibration) -> str:
 @record(eq=False)
 class Leading:
     """A calibration of one board point by point: `ask` shows what to put on and gives back what was typed, `tell` says
-    how it goes. A simulated board is loaded as the plan says.
+    how it goes. A simulated board is loaded as the plan says. Of a board with cells only the coils of the map are read.
     """
 
     board: Board
@@ -106,13 +107,14 @@ class Leading:
         scope, is_typed = self.found.sensors.range, False
         forces: Array | None = load[scope.columns]
         if isinstance(self.source, Simulation):
-            self.source.put_on(load, self.found.sensors.is_held)
+            self.source.put_on(load, self.found.sensors.is_held, self.found.cell or 1)
         else:
             words = load_words(load, scope.axes, self.found.sensors.rotation) if load.any() else "nothing on it"
             forces, is_typed = self._put_on(load, f"{number}: {words}", not rest)
         if forces is None:
             return ""
-        counts = taken(self.board, self.source, self.tell)
+        own, _ = map_columns(self.board.design.spec, self.found.sensors.coils)
+        counts = taken(self.board, self.source, self.tell, own)
         if rest and not is_typed and not isinstance(self.source, Simulation):
             self._compare(forces, counts, np.array([float(cell) for cell in rest.split(",")[len(forces) :]]))
         shown = forces * shown_scales(scope.axes)
@@ -156,9 +158,9 @@ class Leading:
 MOMENTS_TOO = ", moments in newton millimetres"
 
 
-def taken(board: Board, source: Source, tell: Callable[[str], None]) -> Array:
-    """The mean counts (coils) once they are at rest: two windows in a row that differ by no more than noise. Raises
-    NotTaken where a coil has no good readings, or where they still move after `PATIENCE`.
+def taken(board: Board, source: Source, tell: Callable[[str], None], own: Sequence[int]) -> Array:
+    """Return the mean counts of the coils `own` (by number, from 0) once two windows in a row differ by no more than
+    noise. Raises NotTaken if such a coil has no good readings, or if they still move after `PATIENCE`.
     """
     if source.creep:
         tell(f"waiting {source.creep:.0f} s for the pad to come to rest")
@@ -168,30 +170,33 @@ def taken(board: Board, source: Source, tell: Callable[[str], None]) -> Array:
     assert rate is not None
     last, end, long = None, source.now() + PATIENCE, max(WINDOW, (usual("readings") + 2) / rate)
     while source.now() < end:
-        mean, sigma = window(board, list(scans(board, source, source.now() + long)))
+        mean, sigma = window(board, list(scans(board, source, source.now() + long)), own)
         if last is not None:
             moves = np.abs(mean - last[0]) / np.hypot(sigma, last[1])
             if np.all(moves <= MOVED):
                 return mean
-            tell(f"{board.bands[int(np.argmax(moves))].coil} still moves")
+            tell(f"{board.bands[own[int(np.argmax(moves))]].coil} still moves")
         last = mean, sigma
     raise NotTaken(f"readings still move after {PATIENCE:.0f} s: the load, its guide or the temperature")
 
 
-def window(board: Board, rows: list[Scan]) -> tuple[Array, Array]:
-    """Mean counts (coils), and one sigma of that mean by the design's noise; single results far off are left out, and
-    where they are many there is no mean. Raises NotTaken where a coil has no good readings.
+def window(board: Board, rows: list[Scan], own: Sequence[int]) -> tuple[Array, Array]:
+    """Return mean counts of the coils `own`, and one sigma of that mean by the design's noise.
+
+    Single results far off are left out; there is no mean if they are many. Raises NotTaken if a coil has no good
+    readings.
     """
     means, sigmas = [], []
-    for coil, own in enumerate(board.bands):
+    for coil in own:
+        band = board.bands[coil]
         read = [row[coil] for row in rows if coil in row]
         good = np.array([one.counts for one in read if one.is_good], dtype=float)
-        noise = board.conversion.noise(own.assembled.design) / board.frequency(1)
+        noise = board.conversion.noise(band.assembled.design) / board.frequency(1)
         said = sorted({one.status for one in read if not one.is_good})
         if len(good) < max(SOUND * len(read), usual("readings")) or np.ptp(good) == 0.0:
             more = ": another sensor, or a fault" if OUT_OF_BAND in said else ""
             why = ", ".join(said) or ("stuck" if len(good) else "no reading")
-            raise NotTaken(f"{own.coil}: {why}{more}; `sitscad read --diagnose` says more")
+            raise NotTaken(f"{band.coil}: {why}{more}; `sitscad read --diagnose` says more")
         near = good[np.abs(good - np.median(good)) <= JUMP * noise]
         means.append(near.mean() if len(near) >= SOUND * len(good) else np.nan)
         sigmas.append(noise / np.sqrt(len(near)))

@@ -61,8 +61,8 @@ class Source:
 
 
 class Simulation(Source):
-    """Simulated converters of a design that keep one time; `unit` (unknowns) are the errors of the sensor that they
-    read, None those of none: the sensor as it is drawn.
+    """Simulated converters of a design that keep one time. `errors` are the unknowns of each cell of the sensor that
+    they read, None for a cell as it is drawn. A sensor without cells is its own only cell.
     """
 
     chips: Sequence[SimulatedConverter]
@@ -71,14 +71,14 @@ class Simulation(Source):
 
     def __init__(
         self, design: Design, chips: Sequence[SimulatedConverter], seconds: float | None = None,
-        unit: np.ndarray | None = None,
+        errors: Sequence[np.ndarray | None] = (None,),
     ) -> None:
         super().__init__(chips, seconds)
-        self.design, self.unit = design, unit
+        self.design, self.errors = design, errors
 
-    def put_on(self, load: np.ndarray, is_held: bool) -> None:
-        """Load (3; N) the target from now on."""
-        read = _read_by(self.design, self.unit, np.atleast_2d(load), is_held)
+    def put_on(self, load: np.ndarray, is_held: bool, cell: int = 1) -> None:
+        """Load (3; N) the target of a cell (by its number, from 1) from now on, and no other."""
+        read = _on_cell(self.design, cell, np.atleast_2d(load), self.errors, is_held)
         for chip in self.chips:
             chip.hold(read)
 
@@ -172,7 +172,7 @@ def source_of(text: str, design: Design | None, tares: int = 0) -> tuple[Source,
         return Source([Wired(buses[one.bus], one.address) for one in wanted]), design
     if text.startswith(SERIAL):
         estimates = design.estimates
-        baud = serial_settings(len(estimates.coils), estimates.readout.scan_rate).baud
+        baud = serial_settings(design.spec, estimates.readout.scan_rate).baud
         return SerialLine(_port(text, baud)), design
     raise ValueError(
         f"{text!r} is no source: sim:SPEC?load=normal:0:5&seconds=2&fault=open:C2, /dev/i2c-N (of two buses with a "
@@ -252,7 +252,7 @@ def _simulated(design: Design, query: str, tares: int) -> Simulation:
         )
         for k in range(number)
     ]
-    return Simulation(design, chips, before + seconds, errors[0] if len(errors) == 1 else None)
+    return Simulation(design, chips, before + seconds, errors)
 
 
 def _ramps(texts: Iterable[str]) -> np.ndarray:
@@ -289,13 +289,15 @@ def _in_range(said: str, least: float, most: float, is_whole: bool) -> float:
     return value
 
 
-def _on_cell(design: Design, number: int, loads: np.ndarray, errors: Sequence[np.ndarray | None]) -> np.ndarray:
+def _on_cell(
+    design: Design, number: int, loads: np.ndarray, errors: Sequence[np.ndarray | None], is_held: bool = True
+) -> np.ndarray:
     """Frequencies (Hz; n, coils) under loads (n, 3; N) on one cell, nothing on the others, whose crosstalk is left out.
 
     `errors` are those of each cell of a unit, or None for the sensor as drawn.
     """
     nothing = np.zeros((1, loads.shape[1]))
-    each = [_read_by(cell, own, loads if k == number else nothing)
+    each = [_read_by(cell, own, loads if k == number else nothing, is_held)
             for k, (cell, own) in enumerate(zip(design.cells, errors, strict=True), 1)]
     return np.concatenate([np.broadcast_to(one, (len(loads), one.shape[1])) for one in each], axis=1)
 

@@ -347,13 +347,13 @@ def calibrate(
         return 2
     whole = sitscad.Design(loaded)
     design = _of_cell(whole, cell)
-    if source is not None and design is not whole:
-        raise click.UsageError("--from does not lead through one of several cells yet: fill in its plan.csv")
+    cell = None if loaded.cells is None else cell
     folder = output or f"{loaded.name}-calibration{f'-cell-{cell}' if cell else ''}"
     try:
         if source is not None:
-            data, planned = f"{folder}/measured.csv", sitscad.calibrate(design, rotation=rotation, points=points)
-            if not taken_points(design, planned, source, data, creep):
+            data = f"{folder}/measured.csv"
+            planned = replace(sitscad.calibrate(design, rotation=rotation, points=points), cell=cell)
+            if not taken_points(whole, planned, source, data, creep):
                 return 2
         found = replace(sitscad.calibrate(design, data, rotation=rotation, points=points), cell=cell)
     except sitscad.BenchError as error:

@@ -1,5 +1,5 @@
 """The map from readings to forces as a C99 header: no heap, no library but logf, the same numbers on every machine. A
-program that turns counts into newtons by the map of `calibration_header`: what shows how it is called.
+program shows how it is called.
 """
 
 from __future__ import annotations
@@ -15,11 +15,16 @@ from sitscad.writer import comment_text
 WIDTH = 116  # Columns of a line at most
 
 
-def header(found: InverseMap, conversion: Conversion, remarks: Sequence[str] = ()) -> bytes:
-    """The header of a map, for a converter that counts so. `remarks` stand in its first comment."""
+def header(
+    found: InverseMap, conversion: Conversion, remarks: Sequence[str] = (), cell: int | None = None
+) -> bytes:
+    """Return the C header of a map for a converter that counts as `conversion` says.
+
+    `remarks` stand in its first comment. With the number of a `cell` every name begins with ``sitscad_cellN_``, so that
+    one program takes the headers of all cells.
+    """
     counts = ", ".join(f"{int(count)}u" for count in found.rest)
     lines = [
-        *_comment(found, conversion, remarks),
         *_opening(found),
         *_tables(found),
         *_ends(found, conversion),
@@ -32,7 +37,20 @@ def header(found: InverseMap, conversion: Conversion, remarks: Sequence[str] = (
         "#endif",
         "",
     ]
-    return "\n".join(lines).encode("ascii", "replace")
+    text = "\n".join([*_comment(found, conversion, remarks), _of_cell("\n".join(lines), cell)])
+    return text.encode("ascii", "replace")
+
+
+def program(cell: int | None = None) -> bytes:
+    """Return the source of a program that turns counts into newtons by a map's header; with `cell` that of a cell."""
+    return _of_cell(PROGRAM, cell).encode("ascii")
+
+
+def _of_cell(text: str, cell: int | None) -> str:
+    """Return C with the names of one cell; unchanged without a number."""
+    if cell is None:
+        return text
+    return text.replace("sitscad_", f"sitscad_cell{cell}_").replace("SITSCAD_", f"SITSCAD_CELL{cell}_")
 
 
 def _comment(found: InverseMap, conversion: Conversion, remarks: Sequence[str]) -> list[str]:

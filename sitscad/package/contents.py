@@ -26,7 +26,7 @@ from sitscad.design import Design
 from sitscad.drawing.frame import FORCED
 from sitscad.estimates.response.pad import NoResponse
 from sitscad.finding import Severity
-from sitscad.formats.calibration_header import PROGRAM, header
+from sitscad.formats.calibration_header import header, program
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.bending import tail_layers
 from sitscad.layout.board import Layout
@@ -180,8 +180,8 @@ def calibration_files(found: Calibration) -> dict[str, bytes]:
     remarks = [*_state(found), *(f"{note[0].upper()}{note[1:]}." for note in found.notes)]
     files = {
         "calibration.json": to_json({"sitscad": __version__, **found.document()}).encode("ascii"),
-        "calibration.h": header(found.map, found.sensors.conversion, remarks),
-        "example.c": PROGRAM.encode("ascii"),
+        "calibration.h": header(found.map, found.sensors.conversion, remarks, found.cell),
+        "example.c": program(found.cell),
         "calibration.html": calibration_page(found),
     }
     if found.plan is not None:
@@ -212,9 +212,15 @@ def drawn_calibration(design: Design, forced: bool = False) -> dict[str, bytes]:
 
 CELLS_READ = """Every cell has a map of its own: cell-1, cell-2, ... in the order of the coils.
 
-Fill in a cell's plan.csv, and fit it by `sitscad calibrate SPEC cell-N/plan.csv --cell N`. The driver in firmware/
-takes one map of all coils and refuses these: compile each cell's calibration.h in a C file of its own, and give its
-sitscad_forces() the counts of its own coils, which the header names.
+These are maps of the sensor as it is drawn. The driver in ../firmware takes all of them (cells.h) and gives the forces
+of every cell; a cell-N/calibration.h in ../firmware itself goes before the one here.
+
+Calibrate each cell N of your sensor in a copy of the package, in its folder firmware/, and build again:
+  sitscad calibrate ../spec/*.yaml --cell N --from serial:PORT -o cell-N
+By hand: fill in cell-N/plan.csv of this folder, and there
+  sitscad calibrate ../spec/*.yaml cell-N/plan.csv --cell N -o ../firmware/cell-N
+Newtons on a computer, with every cell-N/calibration.json that is in the folder firmware/:
+  sitscad read serial:PORT --design .. --calibration .
 """
 
 

@@ -12,6 +12,7 @@ from sitscad.drawing.frame import FORCED
 from sitscad.estimates.circuit.bands import LEAP, SIGMAS, Band, CoilBands, bands
 from sitscad.estimates.circuit.drive import bare_board_code
 from sitscad.estimates.circuit.settings import Device, identity, serial_settings
+from sitscad.estimates.performance.values import AXES
 from sitscad.estimates.scatter import ACCEPTED_SIGMAS
 from sitscad.estimates.values import CoilEstimate, Estimates
 from sitscad.fabrication.board_end import socket_pad
@@ -55,6 +56,8 @@ def driver_files(
         if path.is_file()
     }
     files["firmware/sensor_config.h"] = _config(spec, estimates, devices, found, conversion, forced)
+    if spec.cells is not None:
+        files["firmware/cells.h"] = _cells_header(len(found) // spec.cells.coils)
     files["firmware/micropython/sensor_config.py"] = _python_config(spec, devices, found, conversion, forced)
     return files
 
@@ -79,7 +82,7 @@ def _config(
     readout, scale = estimates.readout, 2.0**conversion.device.count_bits / conversion.full_scale
     places = spec.readout.device.places(len(found))
     scan = 1.0 / readout.scan_rate if readout.scan_rate else 0.0
-    serial = serial_settings(len(found), readout.scan_rate or 0.0)
+    serial = serial_settings(spec, readout.scan_rate or 0.0)
     waited = _self_test_time(len(found), readout.scan_rate)
     rows = [
         f"{{{number}u, 0x{register.address:02X}u, 0x{register.value:04X}u}}, /* {register.name} */"
@@ -99,6 +102,7 @@ def _config(
         f"#define SENSOR_NAME {json.dumps(_plain(spec.name), ensure_ascii=True)}",
         f"#define SENSOR_ID 0x{identity(spec.name, devices):08X}u /* of the name, the coils and the settings */",
         f"#define SENSOR_COILS {len(found)}",
+        *_cell_macros(spec, len(found)),
         f"#define SENSOR_CONVERTERS {len(devices)}",
         f"#define SENSOR_BUSES {devices[-1].bus + 1}",
         f"#define SENSOR_HZ_PER_COUNT {1.0 / scale:.9e}f",
@@ -128,6 +132,73 @@ def _config(
         "",
     ]
     return "\n".join(lines)
+
+
+def _cell_macros(spec: SensorSpec, coils: int) -> list[str]:
+    """Numbers of cells and of their coils. A sensor without cells is one cell."""
+    each = coils if spec.cells is None else spec.cells.coils
+    return [
+        *(["#define SENSOR_HAS_CELLS /* a map for each, which cells.h includes */"] if spec.cells is not None else []),
+        f"#define SENSOR_CELLS {coils // each}",
+        f"#define SENSOR_CELL_COILS {each} /* of a cell */",
+    ]
+
+
+def _cells_header(cells: int) -> str:
+    """``cells.h``: the maps of all cells for ``sensor.c``, under the names that ``calibration_header`` gives them."""
+    numbers = range(1, cells + 1)
+    lines = [
+        "/*",
+        " * The maps of all cells. cell-N/calibration.h of this one sensor beside this file goes before the package's,",
+        " * which is that of a drawing.",
+        " */",
+        "#ifndef CELLS_H",
+        "#define CELLS_H",
+        "",
+    ]
+    for k in numbers:
+        own = f"cell-{k}/calibration.h"
+        lines += [
+            "#if !defined(__has_include)", f'#include "{own}"',
+            f'#elif __has_include("{own}")', f'#include "{own}"',
+            f'#elif __has_include("../calibration/{own}")', f'#include "../calibration/{own}"',
+            "#endif",
+        ]
+    lines += [
+        "#ifdef SITSCAD_COILS",
+        '#error "a calibration.h of these was made without the number of its cell (--cell)"',
+        "#endif",
+        "", "#if " + " \\\n    || ".join(f"defined(SITSCAD_CELL{k}_AXES)" for k in numbers),
+    ]
+    for k in numbers:
+        lines += [f"#ifndef SITSCAD_CELL{k}_AXES",
+                  f'#error "cell-{k}/calibration.h is absent, or that of another cell"',
+                  f"#elif SITSCAD_CELL{k}_COILS != SENSOR_CELL_COILS",
+                  f'#error "cell-{k}/calibration.h is another sensor\'s: its number of coils is not SENSOR_CELL_COILS"',
+                  "#endif"]
+    lines += ["", "/* Axes of every cell. */", "#define SITSCAD_AXES SITSCAD_CELL1_AXES", "#define SITSCAD_OK 0"]
+    for axis in map(str.upper, AXES):
+        lines += [f"#ifdef SITSCAD_CELL1_{axis}", f"#define SITSCAD_{axis} SITSCAD_CELL1_{axis}", "#endif"]
+        for k in numbers[1:]:
+            lines += [f"#if defined(SITSCAD_CELL{k}_{axis}) != defined(SITSCAD_CELL1_{axis})",
+                      f'#error "cell-{k}/calibration.h has other axes than that of cell 1"', "#endif"]
+    lines += [
+        "",
+        "/* Forces by the map of a cell (from 0) at counts of its coils after their tare; 0, or what is wrong. */",
+        "static inline int sensor_cell_map(int cell, const uint32_t *counts, const uint32_t *rest, float *newtons)",
+        "{",
+        "    switch (cell) {",
+    ]
+    for k in numbers:
+        lines += [
+            f"    case {k - 1}: {{",
+            f"        struct sitscad_cell{k}_tare tare;",
+            "        for (int coil = 0; coil < SENSOR_CELL_COILS; ++coil)",
+            "            tare.counts[coil] = rest[coil];",
+            f"        return sitscad_cell{k}_forces(counts, &tare, newtons);",
+            "    }",
+        ]
+    return "\n".join([*lines, "    default:", "        return 1;", "    }", "}", "#endif", "", "#endif", ""])
 
 
 def _coil(place: Channel, found: CoilBands, conversion: Conversion) -> str:
@@ -233,7 +304,9 @@ def render_readme(layout: Layout, estimates: Estimates, bench: Estimates, forced
         found = bands(estimates, usual("coil_inductance"))
     except ValueError:
         return {}
-    own = "" if spec.cells is not None else "; a calibration.h beside it takes precedence over ../calibration/'s"
+    own = "; a calibration.h beside it takes precedence over ../calibration/'s"
+    if spec.cells is not None:
+        own = "; cells.h has the maps of all cells: cell-N/ beside it goes before ../calibration/cell-N/"
     steps, longest = [], show(_self_test_time(len(estimates.coils), readout.scan_rate), "s", 2)
     for number, step in enumerate(_steps(spec, estimates, bench, found), 1):
         text, *commands = step.split("\n")
@@ -418,7 +491,11 @@ def _steps(spec: SensorSpec, estimates: Estimates, bench: Estimates, found: tupl
         f"noise and rate, too ({rate}):\nsitscad read serial:PORT --design .. --diagnose"
     )
     if spec.cells is not None:
-        yield "Calibrate each cell (calibration/readme.txt): forces come by the cells' maps, not by sensor_forces."
+        yield (
+            "Calibrate each cell N, from 1: the command says what to put on and reads it; ../calibration/readme.txt "
+            "says how it is done by hand. cells.h takes each cell-N/calibration.h of this folder: build again.\n"
+            "sitscad calibrate ../spec/*.yaml --cell N --from serial:PORT -o cell-N"
+        )
         yield "Take the tare without load, 16 readings in a row, again when the temperature has changed; read newtons."
     elif is_felt(spec):
         yield (
@@ -453,7 +530,7 @@ PROGRAM = (
 
 
 FILES = (
-    ("sensor.h, sensor.c", "this sensor: begin, poll, self-test, tare, forces. Compile it and ldc161x.c"),
+    ("sensor.h, sensor.c", "this sensor: begin, poll, self-test, tare, forces of each cell. Compile it and ldc161x.c"),
     ("ldc161x.h, ldc161x.c", "the converter's registers on any I2C bus (two functions of yours)"),
     ("sensor_config.h", "tables of this sensor{calibration}"),
     ("sensor_line.h", "readings as lines on a serial port, that `sitscad read serial:PORT` reads"),
@@ -461,7 +538,7 @@ FILES = (
     ("firmware.ino", "Arduino"),
     ("wiring/", "this wiring as a KiCad schematic with its symbols (wiring.kicad_sch), and as a picture (wiring.svg)"),
     ("micropython/", "MicroPython: both files onto the board; counts and states, no forces"),
-    ("ros2/", "a ROS 2 node, as an example: WrenchStamped from the lines of the sketch"),
+    ("ros2/", "a ROS 2 node, as an example: WrenchStamped from the lines of the sketch, of cells a topic each"),
     ("simulated/", "a simulated converter, to try all of it without a board"),
     ("ldc161*_config.*", "the registers as a C header and as JSON, for drivers of your own"),
 )

@@ -163,7 +163,7 @@ def live_page(
         known.append({**one, "least": LEAST, "beyond": BEYOND, "columns": own, "prefix": prefix})
     document = _document(spec, estimates, known) | {"source": "events" if served else "serial"}
     names = [coil["name"] for coil in document["coils"]]
-    baud = serial_settings(len(estimates.coils), estimates.readout.scan_rate).baud
+    baud = serial_settings(spec, estimates.readout.scan_rate).baud
     bar = "" if served else BAR.format(baud)
     if not served and known:
         bar += '<label>calibration.json <input type="file" accept=".json" data-in="calibration"></label>'

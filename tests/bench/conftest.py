@@ -45,11 +45,11 @@ def compiled(
     design: sitscad.Design,
     folder: Path,
     flags: list[str] = SANE,
-    calibration: bytes = b"",
+    calibration: bytes | Mapping[str, bytes] = b"",
     replaced: Mapping[str, str] = MappingProxyType({}),
 ) -> Bench:
-    """A design's firmware in a folder, compiled with the harness; with a map to newtons where one is given, and some
-    words of its tables replaced.
+    """A design's firmware in a folder, compiled with the harness; with a map to newtons where one is given, of cells
+    one for each by its path, and some words of its tables replaced.
     """
     for name, content in firmware.render(design.spec, design.estimates).items():
         path = folder / Path(name).relative_to("firmware")
@@ -59,8 +59,10 @@ def compiled(
         text = (folder / "sensor_config.h").read_text()
         assert words in text
         (folder / "sensor_config.h").write_text(text.replace(words, others))
-    if calibration:
-        (folder / "calibration.h").write_bytes(calibration)
+    maps = calibration if isinstance(calibration, Mapping) else {"calibration.h": calibration} if calibration else {}
+    for name, content in maps.items():
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).write_bytes(content)
     device = design.spec.readout.device
     defined = [f"-DCHANNELS={device.channels}", f"-DCLOCK_HZ={design.spec.readout.clock!r}", f"-I{folder}"]
     sources = [HERE / "driver_bench.c", *(folder / name for name in ("sensor.c", "ldc161x.c", "simulated/simulated.c"))]

@@ -101,11 +101,13 @@ static void test_it(void)
 
 static void forces(void)
 {
-    float newtons[SENSOR_AXES];
+    for (int cell = 0; cell < SENSOR_CELLS; ++cell) {
+        float newtons[SENSOR_AXES];
 
-    printf("%d", sensor_forces(&one, &reading, newtons));
-    for (int axis = 0; axis < SENSOR_AXES; ++axis)
-        printf(" %.9g", (double)newtons[axis]);
+        printf("%s%d", cell == 0 ? "" : " ", sensor_cell_forces(&one, &reading, cell, newtons));
+        for (int axis = 0; axis < SENSOR_AXES; ++axis)
+            printf(" %.9g", (double)newtons[axis]);
+    }
     printf("\n");
 }
 
@@ -127,7 +129,7 @@ static void watch(double seconds, unsigned long long pause, double every)
         advance(pause);
         if (sensor_poll(&one, &reading) <= 0)
             continue;
-        if (sensor_forces(&one, &reading, newtons) != 0) {
+        if (sensor_cell_forces(&one, &reading, 0, newtons) != 0) {
             ++bad;
             continue;
         }

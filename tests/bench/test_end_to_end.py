@@ -22,9 +22,9 @@ LOADS, UNIT = 80, 3
 class ByHand(Simulation):
     """A simulated board whose loads are put on as well as loads are known."""
 
-    def put_on(self, load: np.ndarray, is_held: bool) -> None:
+    def put_on(self, load: np.ndarray, is_held: bool, cell: int = 1) -> None:
         error = 1.0 + usual("force") * np.random.default_rng(np.abs(1e6 * load).astype(int)).normal(size=3)
-        super().put_on(load * error, is_held)
+        super().put_on(load * error, is_held, cell)
 
 
 def _calibrated(name: str, folder: Path) -> tuple[sitscad.Calibration, sitscad.Calibration, Simulation]:
@@ -33,7 +33,7 @@ def _calibrated(name: str, folder: Path) -> tuple[sitscad.Calibration, sitscad.C
     design = sitscad.Design(sitscad.load(path))
     planned = sitscad.calibrate(design)
     source, _ = source_of(f"sim:{path}?unit={UNIT}", design)
-    source = ByHand(design, source.chips, None, source.unit)
+    source = ByHand(design, source.chips, None, source.errors)
     board = source.board(design)
     assert board.set_up() == []
     *_, table = Leading(board, source, planned, str, str).table()
@@ -67,7 +67,7 @@ def test_newtons_come_out_as_they_were_put_on(tmp_path, capsys, name):
     planned, found, source = _calibrated(name, tmp_path)
     sensors, scope = found.sensors, found.sensors.range
     loads = np.vstack([np.zeros((1, 3)), scope.inside(LOADS, 700)])
-    frequencies = sensors.under(source.unit, loads, exact=True)
+    frequencies = sensors.under(source.errors[0], loads, exact=True)
     told, given = _driven(found, source, tmp_path, frequencies), loads[1:, scope.columns]
     generator, true = np.random.default_rng(1), found.map(frequencies[1:], frequencies[0])
     noisy = [found.map(sensors.read(frequencies[1:], generator, 1), frequencies[0]) - true for _ in range(20)]

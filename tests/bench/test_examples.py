@@ -34,7 +34,7 @@ def test_the_linux_example_runs_on_the_simulated_converter(pad, tmp_path):
     lines = _made([program, "-", "3"], tmp_path).splitlines()
     assert lines[0] == "# three-axis-pad, read as assembled"
     assert [line.split(": ")[-1] for line in lines[1:5]] == ["good"] * 4
-    assert len(lines) == 6 + 3 and all(line.count(" Hz (0)") == 4 for line in lines[6:])
+    assert len(lines) == 7 + 3 and all(line.count(" Hz (0)") == 4 for line in lines[7:])
 
 
 @pytest.mark.slow
@@ -47,7 +47,7 @@ def test_the_linux_example_speaks_i2c_dev(pad, tmp_path):
     _made(["gcc", *STRICT, *SANE, f"-I{pad.folder}", *defined, "-o", program, *sources, "-lm"], pad.folder)
     lines = _made([program, "/dev/i2c-1", "3"], tmp_path).splitlines()
     assert [line.split(": ")[-1] for line in lines[1:5]] == ["good"] * 4
-    assert len(lines) == 6 + 3 and all(line.count(" Hz (0)") == 4 for line in lines[6:])
+    assert len(lines) == 7 + 3 and all(line.count(" Hz (0)") == 4 for line in lines[7:])
     assert subprocess.run([program, "/dev/no-bus"], capture_output=True, check=False).returncode == 1
 
 
@@ -64,7 +64,7 @@ def test_the_linux_example_drives_sd_as_the_wiring_needs_it(pad, tmp_path):
     for words in (["sd=/dev/gpiochip0:17", "/dev/i2c-1", "3"], ["/dev/i2c-1", "3", "sd=/dev/gpiochip0:17"]):
         lines = _made([program, *words], tmp_path).splitlines()
         assert [line.split(": ")[-1] for line in lines[1:5]] == ["good"] * 4
-        assert len(lines) == 6 + 3
+        assert len(lines) == 7 + 3
     for place in ("/dev/gpiochip0:18", "/dev/gpiochip1:17", "17", "x" * 99 + ":1"):
         refused = subprocess.run([program, "/dev/i2c-1", f"sd={place}"], capture_output=True, text=True, check=False)
         assert refused.returncode == 1 and refused.stderr and not refused.stdout, place
@@ -339,7 +339,7 @@ def test_the_readme_wires_every_contact_and_has_ten_steps(pad, tmp_path):
     assert "      cp -r .. ../../" in text  # nothing is put into the package, which `verify` would refuse
     for command in re.findall(r"^      (cc .*)$", text, re.M):  # as they stand: the last is that without a board
         _made(["sh", "-c", command.replace("-o sensor", f"-o {tmp_path}/sensor")], pad.folder)
-    assert len(_made([tmp_path / "sensor", "-", "1"], tmp_path).splitlines()) == 7
+    assert len(_made([tmp_path / "sensor", "-", "1"], tmp_path).splitlines()) == 8
     named = re.findall(r"^  ([\w./]+(?:, [\w.]+)?) {2,}\S", text[text.index("FILES") :], re.M)
     for name in ", ".join(named).split(", "):
         assert name == "wiring/" or (pad.folder / name).exists(), name

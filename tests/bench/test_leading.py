@@ -70,7 +70,7 @@ def test_tables_and_boards_of_another_sensor_are_refused(design, planned):
     board = Board(design, given.chips)  # as a bus has it: only its readings say so
     board.set_up()
     with pytest.raises(NotTaken, match="C1: watchdog"):
-        taken(board, _by_hand(given), print)
+        taken(board, _by_hand(given), print, range(2))
 
 
 def _by_hand(simulated: Source) -> Source:
@@ -88,13 +88,13 @@ def _by_hand(simulated: Source) -> Source:
 def test_readings_that_are_not_good_are_not_taken(design, source, words):
     board, given = _begun(design, source)
     with pytest.raises(NotTaken, match=words):
-        taken(board, given, print)
+        taken(board, given, print, range(2))
 
 
 def test_it_waits_until_readings_are_at_rest_and_leaves_single_jumps_out(design):
     board, source = _begun(design, "load=normal:3:0&seconds=3&fault=glitch:C1@4.5")
     said: list[str] = []
-    found = taken(board, source, said.append)
+    found = taken(board, source, said.append, range(2))
     rest = board.conversion.counts(sitscad.respond(design, loads=[[0, 0, 0]], rotation="held").frequency)[0]
     assert list(found) == approx(list(rest), rel=2e-6) and len(said) >= 2 and "still moves" in said[0]
 

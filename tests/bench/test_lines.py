@@ -155,10 +155,11 @@ int main(void)
 {
     static sensor_line line;
     static sensor_reading reading;
-    const float newtons[SENSOR_AXES] = {6.5f, 0.00125f, -0.0034375f};
+    float newtons[SENSOR_CELLS][SENSOR_AXES] = {{6.5f, 0.00125f, -0.0034375f}};
+    const int good[SENSOR_CELLS] = {0};
 
     sensor_line_head(&line);
-    sensor_line_reading(&line, &reading, 0, newtons);
+    sensor_line_reading(&line, &reading, good, newtons);
     sensor_line_put(&line, '\\0');
     printf("%s\\n", line.text);
     return 0;

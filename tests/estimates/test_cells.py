@@ -276,7 +276,7 @@ def test_every_cell_has_a_map_of_its_own_coils(two):
     files = drawn_calibration(two)
     assert {name.split("/")[1] for name in files} == {"cell-1", "cell-2", "readme.txt"}
     headers = [files[f"calibration/cell-{k}/calibration.h"].decode("ascii") for k in (1, 2)]
-    assert all("#define SITSCAD_COILS 1\n" in header for header in headers) and headers[0] != headers[1]
+    assert all(f"#define SITSCAD_CELL{k}_COILS 1\n" in header for k, header in enumerate(headers, 1))
     assert b"`sitscad calibrate SPEC plan.csv --cell 2`" in files["calibration/cell-2/plan.txt"]
     with pytest.raises(sitscad.NoResponse, match="ask for one, --cell 1"):  # where only missing columns were named
         sitscad.calibrate(two, "cell-2/plan.csv")

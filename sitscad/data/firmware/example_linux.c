@@ -195,6 +195,9 @@ static int tested(sensor *self)
     }
     if (SENSOR_COILS > 1 && !report.told_apart)
         printf("# the coils are too much alike to see whether they are exchanged: press over each and look\n");
+#ifndef SITSCAD_AXES
+    printf("# %s\n", sensor_text(SENSOR_E_NO_MAP));
+#endif
     return wrong;
 }
 
@@ -211,15 +214,23 @@ static void sent(const sensor *self, const sensor_reading *reading, int fresh)
 
 static void shown(const sensor *self, const sensor_reading *reading)
 {
-    float newtons[SENSOR_AXES];
-    const int told = sensor_forces(self, reading, newtons);
-
     for (int k = 0; k < SENSOR_COILS; ++k)
         printf("%.1f Hz (%u)  ", (double)reading->frequency_Hz[k], (unsigned)reading->status[k]);
-    for (int axis = 0; told >= 0 && axis < SENSOR_AXES; ++axis)
-        printf("%+.3f N%s  ", (double)(newtons[axis] * sensor_line_scale(axis)),
-               sensor_line_scale(axis) > 1.0f ? " mm" : "");
-    printf("%s\n", told == 0 ? "" : told == SENSOR_COILS + 1 ? "beyond the map" : sensor_text(told));
+    for (int cell = 0; cell < SENSOR_CELLS; ++cell) {
+        float newtons[SENSOR_AXES];
+        const int told = sensor_cell_forces(self, reading, cell, newtons);
+
+        if (told == SENSOR_E_NO_MAP)
+            continue;
+        if (SENSOR_CELLS > 1)
+            printf("cell %d: ", cell + 1);
+        for (int axis = 0; told >= 0 && axis < SENSOR_AXES; ++axis)
+            printf("%+.3f N%s  ", (double)(newtons[axis] * sensor_line_scale(axis)),
+                   sensor_line_scale(axis) > 1.0f ? " mm" : "");
+        if (told != 0)
+            printf("%s  ", told == SENSOR_COILS + 1 ? "beyond the map" : sensor_text(told));
+    }
+    printf("\n");
 }
 
 /* Takes "sd=..." out of the words and wakes the converters by it; what is left is moved up. 0, or 1 if it fails. */

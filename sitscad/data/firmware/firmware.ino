@@ -1,5 +1,6 @@
 /*
- * Reads the sensor with an Arduino: this folder is the sketch. Copy calibration.h of your sensor beside it for forces.
+ * Reads the sensor with an Arduino: this folder is the sketch. For forces copy calibration.h of your sensor beside it,
+ * or if the sensor has cells the folders cell-1, cell-2, ... with a calibration.h each.
  * It sends the lines of sensor_line.h at SENSOR_BAUD (sensor_config.h), for `sitscad read serial:PORT` and live.html.
  * Three converters or more need a second bus, Wire1.
  */

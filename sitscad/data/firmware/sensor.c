@@ -333,9 +333,9 @@ int sensor_self_test(sensor *self, sensor_report *report)
     return wrong;
 }
 
-static int first_bad(const sensor_reading *reading)
+static int first_bad(const sensor_reading *reading, int first, int count)
 {
-    for (int k = 0; k < SENSOR_COILS; ++k)
+    for (int k = first; k < first + count; ++k)
         if (!is_good(reading->status[k]))
             return k + 1;
     return 0;
@@ -343,7 +343,7 @@ static int first_bad(const sensor_reading *reading)
 
 int sensor_tare(sensor *self, const sensor_reading *reading)
 {
-    const int bad = first_bad(reading);
+    const int bad = first_bad(reading, 0, SENSOR_COILS);
     uint8_t scans = 255u;
 
     if (bad != 0)
@@ -364,29 +364,50 @@ int sensor_tare(sensor *self, const sensor_reading *reading)
     return 0;
 }
 
-int sensor_forces(const sensor *self, const sensor_reading *reading, float newtons[SENSOR_AXES])
+#ifdef SITSCAD_AXES
+/* Forces by the map of a cell at counts of its coils after a tare of theirs; SITSCAD_OK, or what is wrong. */
+static int mapped(int cell, const uint32_t *counts, const uint32_t *rest, float newtons[SENSOR_AXES])
 {
-    const int bad = first_bad(reading);
+#ifdef SENSOR_HAS_CELLS
+    return sensor_cell_map(cell, counts, rest, newtons);
+#else
+    struct sitscad_tare tare;
+
+    (void)cell;
+    for (int k = 0; k < SENSOR_COILS; ++k)
+        tare.counts[k] = rest[k];
+    return sitscad_forces(counts, &tare, newtons);
+#endif
+}
+#endif
+
+int sensor_cell_forces(const sensor *self, const sensor_reading *reading, int cell, float newtons[SENSOR_AXES])
+{
+    const int first = cell * SENSOR_CELL_COILS;
+    int bad;
 
     for (int axis = 0; axis < SENSOR_AXES; ++axis)
         newtons[axis] = 0.0f;
+    if (cell < 0 || cell >= SENSOR_CELLS)
+        return SENSOR_E_NO_MAP;
     if (self->tares == 0u)
         return SENSOR_E_NO_TARE;
+    bad = first_bad(reading, first, SENSOR_CELL_COILS);
     if (bad != 0)
         return bad;
 #ifdef SITSCAD_AXES
-    {
-        struct sitscad_tare tare;
-        int told;
-        for (int k = 0; k < SENSOR_COILS; ++k)
-            tare.counts[k] = self->tare[k];
-        told = sitscad_forces(reading->counts, &tare, newtons);
-        return told == SITSCAD_OK ? 0 : SENSOR_COILS + 1;
-    }
+    return mapped(cell, &reading->counts[first], &self->tare[first], newtons) == SITSCAD_OK ? 0 : SENSOR_COILS + 1;
 #else
     return SENSOR_E_NO_MAP;
 #endif
 }
+
+#ifndef SENSOR_HAS_CELLS
+int sensor_forces(const sensor *self, const sensor_reading *reading, float newtons[SENSOR_AXES])
+{
+    return sensor_cell_forces(self, reading, 0, newtons);
+}
+#endif
 
 const char *sensor_text(int error)
 {

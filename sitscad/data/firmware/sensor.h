@@ -1,6 +1,7 @@
 /*
  * The sensor of this folder: set up, read, tested against its design, tared, in newtons.
- * What differs from sensor to sensor stands in sensor_config.h, the map to newtons in calibration.h.
+ * What differs from sensor to sensor stands in sensor_config.h, the map to newtons in calibration.h; a sensor with
+ * cells has a map for each of them, which cells.h includes.
  * C99; no heap, no delay, no library; floating point for the frequencies that are told and for newtons alone.
  */
 #ifndef SENSOR_H
@@ -11,6 +12,8 @@
 
 /* calibration.h of this one sensor beside this file goes before the package's, which is that of a drawing. */
 #if defined(SENSOR_NO_CALIBRATION)
+#elif defined(SENSOR_HAS_CELLS)
+#include "cells.h"
 #elif defined(__has_include)
 #if __has_include("calibration.h")
 #include "calibration.h"
@@ -21,13 +24,16 @@
 #include "calibration.h"
 #endif
 
-#ifdef SITSCAD_AXES
+#if defined(SITSCAD_COILS) && !defined(SENSOR_HAS_CELLS)
 #if SITSCAD_COILS != SENSOR_COILS
 #error "calibration.h is another sensor's: its number of coils is not SENSOR_COILS"
 #endif
-#define SENSOR_AXES SITSCAD_AXES
+#endif
+
+#ifdef SITSCAD_AXES
+#define SENSOR_AXES SITSCAD_AXES /* of a cell */
 #else
-#define SENSOR_AXES 1 /* no map: sensor_forces gives SENSOR_E_NO_MAP */
+#define SENSOR_AXES 1 /* no map: sensor_cell_forces gives SENSOR_E_NO_MAP */
 #endif
 
 #ifdef __cplusplus
@@ -50,8 +56,8 @@ enum {
     SENSOR_E_IDENTITY = -2, /* what answers is no LDC1612 or LDC1614 */
     SENSOR_E_SETTINGS = -3, /* a register does not read back as it was written */
     SENSOR_E_LOST = -4,     /* a converter had lost its settings and was set up again */
-    SENSOR_E_NO_TARE = -5,  /* sensor_tare comes before sensor_forces */
-    SENSOR_E_NO_MAP = -6    /* there is no calibration.h */
+    SENSOR_E_NO_TARE = -5,  /* sensor_tare comes before forces */
+    SENSOR_E_NO_MAP = -6    /* there is no calibration.h, or no such cell */
 };
 
 /* What the self-test says of a coil. */
@@ -128,10 +134,16 @@ int sensor_self_test(sensor *self, sensor_report *report);
 int sensor_tare(sensor *self, const sensor_reading *reading);
 
 /*
- * 0; the number (from 1) of a coil without a good reading, forces 0; SENSOR_COILS + 1 beyond what the map was made
- * for, forces those at its end; or negative. Moments, where the map has some, are newton metres.
+ * Forces on a cell (from 0, below SENSOR_CELLS; a sensor without cells is cell 0). 0; the number (from 1) of a coil of
+ * this cell without a good reading, forces 0; SENSOR_COILS + 1 beyond what the map was made for, forces those at its
+ * end; or negative. Moments, where the map has some, are newton metres.
  */
+int sensor_cell_forces(const sensor *self, const sensor_reading *reading, int cell, float newtons[SENSOR_AXES]);
+
+#ifndef SENSOR_HAS_CELLS
+/* Forces of a sensor without cells: those of cell 0. */
 int sensor_forces(const sensor *self, const sensor_reading *reading, float newtons[SENSOR_AXES]);
+#endif
 
 const char *sensor_text(int error);      /* what SENSOR_E_... says */
 const char *sensor_coil_text(int coil);  /* what SENSOR_COIL_... says */

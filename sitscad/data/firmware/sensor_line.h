@@ -5,6 +5,7 @@
  *     3F1A9C04,17,28286800,0,...,0.0125*9A3C               a reading; newtons are left out where there are none
  *     # words                                              what people read
  *
+ * Forces of a cell have the names of its coils before them: C1.normal_N, or C1+C2.normal_N.
  * id is SENSOR_ID, the same for boards of one design and its settings; sequence goes up by 1 a line, and from 0 again
  * after a start; crc is CRC-16 CCITT from 0xFFFF over all before the star, four hexadecimal digits.
  */
@@ -14,7 +15,8 @@
 #include "sensor.h"
 
 #define SENSOR_HEAD_EVERY 100u
-#define SENSOR_LINE_MOST (96 + SENSOR_COILS * 64 + SENSOR_AXES * 24) /* characters: a header and a reading */
+/* characters: a header and a reading */
+#define SENSOR_LINE_MOST (96 + SENSOR_COILS * 64 + SENSOR_CELLS * SENSOR_AXES * (24 + SENSOR_CELL_COILS * 32))
 
 typedef struct {
     uint32_t sequence; /* of the next reading */
@@ -69,6 +71,33 @@ static inline void sensor_line_force(sensor_line *line, float newtons)
     sensor_line_number(line, steps % 10000u, 4);
 }
 
+/* The name of an axis in a header; empty without a map. */
+static inline const char *sensor_line_axis(int axis)
+{
+#ifdef SITSCAD_NORMAL
+    if (axis == SITSCAD_NORMAL)
+        return "normal_N";
+#endif
+#ifdef SITSCAD_SHEAR_X
+    if (axis == SITSCAD_SHEAR_X)
+        return "shear_x_N";
+#endif
+#ifdef SITSCAD_SHEAR_Y
+    if (axis == SITSCAD_SHEAR_Y)
+        return "shear_y_N";
+#endif
+#ifdef SITSCAD_MOMENT_X
+    if (axis == SITSCAD_MOMENT_X)
+        return "moment_x_Nmm";
+#endif
+#ifdef SITSCAD_MOMENT_Y
+    if (axis == SITSCAD_MOMENT_Y)
+        return "moment_y_Nmm";
+#endif
+    (void)axis;
+    return "";
+}
+
 /* What an axis is multiplied with in a line: moments are newton metres in the map, newton millimetres here. */
 static inline float sensor_line_scale(int axis)
 {
@@ -103,28 +132,22 @@ static inline void sensor_line_head(sensor_line *line)
             sensor_line_words(line, sensor_coil_name(k));
             sensor_line_words(line, what == 0 ? "_counts" : "_status");
         }
-#ifdef SITSCAD_NORMAL
-    sensor_line_words(line, ",normal_N");
-#endif
-#ifdef SITSCAD_SHEAR_X
-    sensor_line_words(line, ",shear_x_N");
-#endif
-#ifdef SITSCAD_SHEAR_Y
-    sensor_line_words(line, ",shear_y_N");
-#endif
-#ifdef SITSCAD_MOMENT_X
-    sensor_line_words(line, ",moment_x_Nmm");
-#endif
-#ifdef SITSCAD_MOMENT_Y
-    sensor_line_words(line, ",moment_y_Nmm");
-#endif
+    for (int cell = 0; cell < SENSOR_CELLS; ++cell)
+        for (int axis = 0; axis < SENSOR_AXES && sensor_line_axis(axis)[0] != '\0'; ++axis) {
+            for (int k = 0; k < SENSOR_CELL_COILS && SENSOR_CELLS > 1; ++k) {
+                sensor_line_put(line, k == 0 ? ',' : '+');
+                sensor_line_words(line, sensor_coil_name(cell * SENSOR_CELL_COILS + k));
+            }
+            sensor_line_put(line, SENSOR_CELLS > 1 ? '.' : ',');
+            sensor_line_words(line, sensor_line_axis(axis));
+        }
     sensor_line_crc(line);
     sensor_line_put(line, '\n');
 }
 
-/* A reading; newtons by `told`, what sensor_forces said. */
-static inline void sensor_line_reading(sensor_line *line, const sensor_reading *reading, int told,
-                                       const float newtons[SENSOR_AXES])
+/* A reading; newtons of each cell by `told`, what sensor_cell_forces said. */
+static inline void sensor_line_reading(sensor_line *line, const sensor_reading *reading, const int told[SENSOR_CELLS],
+                                       float newtons[SENSOR_CELLS][SENSOR_AXES])
 {
     line->crc = 0xFFFFu;
     sensor_line_hex(line, SENSOR_ID, 8);
@@ -136,12 +159,13 @@ static inline void sensor_line_reading(sensor_line *line, const sensor_reading *
         sensor_line_put(line, ',');
         sensor_line_number(line, reading->status[k], 1);
     }
-    for (int axis = 0; axis < SENSOR_AXES && told != SENSOR_E_NO_MAP; ++axis) {
-        if (told == 0)
-            sensor_line_force(line, newtons[axis] * sensor_line_scale(axis));
-        else
-            sensor_line_put(line, ',');
-    }
+    for (int cell = 0; cell < SENSOR_CELLS; ++cell)
+        for (int axis = 0; axis < SENSOR_AXES && sensor_line_axis(axis)[0] != '\0'; ++axis) {
+            if (told[cell] == 0)
+                sensor_line_force(line, newtons[cell][axis] * sensor_line_scale(axis));
+            else
+                sensor_line_put(line, ',');
+        }
     sensor_line_crc(line);
 }
 
@@ -152,8 +176,8 @@ static inline void sensor_line_reading(sensor_line *line, const sensor_reading *
 static inline const char *sensor_line_next(sensor_line *line, const sensor *self, const sensor_reading *reading,
                                            int fresh)
 {
-    float newtons[SENSOR_AXES];
-    int told;
+    float newtons[SENSOR_CELLS][SENSOR_AXES];
+    int told[SENSOR_CELLS];
 
     line->fresh += fresh > 0 ? fresh : 0;
     if (line->fresh < SENSOR_COILS * SENSOR_LINE_EVERY)
@@ -162,7 +186,8 @@ static inline const char *sensor_line_next(sensor_line *line, const sensor *self
     line->count = 0u;
     if (line->sequence % SENSOR_HEAD_EVERY == 0u)
         sensor_line_head(line);
-    told = sensor_forces(self, reading, newtons);
+    for (int cell = 0; cell < SENSOR_CELLS; ++cell)
+        told[cell] = sensor_cell_forces(self, reading, cell, newtons[cell]);
     sensor_line_reading(line, reading, told, newtons);
     line->text[line->count] = '\0';
     return line->text;

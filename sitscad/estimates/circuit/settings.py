@@ -10,7 +10,7 @@ from itertools import pairwise
 from sitscad.estimates.values import Estimates
 from sitscad.readout.registers import ChannelSettings, Register
 from sitscad.record import record
-from sitscad.spec.sensor import ReadoutSpec
+from sitscad.spec.sensor import ReadoutSpec, SensorSpec
 
 
 @record
@@ -73,14 +73,17 @@ class SerialSettings:
     scans_per_line: int
 
 
-def serial_settings(coils: int, scan_rate: float) -> SerialSettings:
+def serial_settings(spec: SensorSpec, scan_rate: float) -> SerialSettings:
     """Return the lowest baud rate that carries a line of text for each scan (`scan_rate`, Hz).
 
     If no rate does, return the highest rate and the number of scans between two lines. A line of
-    ``data/firmware/sensor_line.h`` has at most 26 characters, plus 12 for each coil and 11 for each of three forces.
-    Every hundredth line has a header of the same length. A character takes 10 bits.
+    ``data/firmware/sensor_line.h`` has at most 26 characters, plus 12 for each coil and 11 for each force: three of a
+    sensor without cells, of each cell no more than it has coils. Every hundredth line has a header of the same length.
+    A character takes 10 bits.
     """
-    bits = 10.0 * 1.01 * (26 + 12 * coils + 3 * 11)
+    coils = len(spec.array.placements)
+    forces = 3 if spec.cells is None else coils // spec.cells.coils * min(3, spec.cells.coils)
+    bits = 10.0 * 1.01 * (26 + 12 * coils + 11 * forces)
     needed = bits * scan_rate / MAX_LOAD
     baud = next((rate for rate in BAUD_RATES if rate >= needed), BAUD_RATES[-1])
     return SerialSettings(baud, max(math.ceil(needed / baud), 1))
