@@ -252,12 +252,12 @@ COMPRESSION = (
 """Quantities of `Estimates`: the elastomer under the required force."""
 
 METERED = (
-    Quantity("coil", "coil"),
-    Quantity("frequency_Hz", "meter at"),
+    Quantity("coil", "bare coil"),
+    Quantity("frequency_Hz", "LCR meter at"),
     Quantity("inductance_H", "inductance read", sigma="inductance_sigma"),
     Quantity("resistance_ohm", "resistance", 3, sigma="resistance_sigma"),
     COMPUTED_WITHIN,
-    Quantity("direct_ohm", "direct current", 3, sigma="direct_sigma"),
+    Quantity("direct_ohm", "resistance, direct current", 3, sigma="direct_sigma"),
 )
 """What a usual meter reads of a bare board's coil (`Metered`)."""
 
