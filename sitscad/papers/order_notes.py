@@ -263,7 +263,12 @@ def _layers(layout: Layout) -> Iterator[tuple[str, str]]:
         yield "Plating", f"{notes.plating_text(stackup)}. The copper above is finished, foil and plating together"
     if layout.vias and stackup.plating is Plating.BUTTONS:
         rings = show(min((via.pad - via.drill) / 2 for via in layout.vias), "m")
-        yield "Buttons", f"rings are {rings} wide: tell us if your resist for the buttons needs wider ones"
+        high = show(stackup.covers[0][2].thickness + stackup.plating_thickness, "m")
+        yield "Buttons", (
+            f"pads at holes come to {high}, tracks and contacts stay foil. The resist for the buttons is yours to make "
+            f"from the drill files; rings are {rings} wide: tell us if it needs wider ones, or if your coverlay does "
+            "not fill round pads of that height"
+        )
     for field, value, source in dict.fromkeys(unverified_rows("stackup", stackup.name)):
         yield "To confirm", f"{field}, {value}: {source}" if field != "note" else source
     for side, layer, copper in stackup.covers:
