@@ -227,9 +227,10 @@ def web_crosstalk(spec: SensorSpec) -> Array:
     """
     pad, cells = spec.elastomer, cell_specs(spec)
     found = np.zeros((len(cells), len(cells)))
-    if pad is None or spec.cells is None or spec.cells.web is None:
+    if pad is None or spec.web is None:
         return found
-    most = spec.cells.web / min(pad.size) * (WEB_MEAN if spec.cells.coils == 1 else WEB_EDGE)
+    is_lone = len(cells[0].array.placements) == 1
+    most = spec.web / min(pad.size) * (WEB_MEAN if is_lone else WEB_EDGE)
     for own, cell in enumerate(cells):
         for side, length in enumerate(cell.elastomer.webs[1:] if cell.elastomer is not None else ()):
             way = (length + pad.size[side // 2]) * (1 if side % 2 else -1)

@@ -155,7 +155,7 @@ def read(tuned: Tuned) -> Estimates:
              for coil, circuit in zip(wound.layout.coils, tuned.circuits, strict=True)]
     readout = with_margin(tuned.readout, found)
     coils, readout = driven([with_steps(coil, tuned.tank, readout) for coil in found], readout, spec.readout)
-    if spec.cells is not None and spec.cells.web is not None and assembly.compression is not None:
+    if spec.web is not None and assembly.compression is not None:
         from sitscad.estimates.cells import press_shares  # a solver, loaded for nothing else
 
         shares = press_shares(wound.layout, max(coil.sensor_frequency for coil in coils), rough)

@@ -117,7 +117,7 @@ def _of_cells(spec: SensorSpec) -> str:
         return ""
     held = sorted(web_stiffness(spec))
     words = " to ".join(dict.fromkeys(f"{100.0 * (each - 1.0):.2g}" for each in (held[0], held[-1])))
-    return ONE_CELL.format(cells=len(held), webs=WITHOUT_WEBS.format(held=words) if spec.cells.web is not None else "")
+    return ONE_CELL.format(cells=len(held), webs=WITHOUT_WEBS.format(held=words) if spec.web is not None else "")
 
 
 def _deck(gmsh: Any, pad: ElastomerPad, left_out: str = "") -> Iterator[str]:

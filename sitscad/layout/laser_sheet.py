@@ -158,15 +158,14 @@ class CutPart:
 def joined_part(spec: SensorSpec) -> CutPart | None:
     """All pads as the one piece that webs make of them; None without webs."""
     pad, strips = spec.elastomer, webs(spec)
-    if pad is None or not strips:
+    if pad is None or spec.web is None or not strips:
         return None
     pads = [footprint(cell, pad) for cell in cell_specs(spec)]
     boxes = tuple(one.box for one in (*pads, *strips))
     x0, y0, x1, y1 = box_around(boxes)
     place = Footprint(False, (x1 - x0, y1 - y0), Point((x0 + x1) / 2, (y0 + y1) / 2))
-    assert spec.cells is not None and spec.cells.web is not None
     x, y = (in_mm(side) for side in pad.size)
-    words = f"{len(pads)} pads of {x} x {y} mm, joined by webs {in_mm(spec.cells.web)} mm wide"
+    words = f"{len(pads)} pads of {x} x {y} mm, joined by webs {in_mm(spec.web)} mm wide"
     return CutPart("elastomer", pad.material.name, "rectangle", place.size, pad.thickness, pad.kerf, place, words, 1,
                    boxes)
 

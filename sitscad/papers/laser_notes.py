@@ -99,8 +99,8 @@ def _sheet(spec: SensorSpec, sheet: LaserSheet) -> Iterator[str]:
     yield f"{name}.dxf and .svg (the same, in mm, full size)"
     yield f"   material   {sheet.material}, {in_mm(sheet.thickness)} mm thick"
     joined, web = joined_part(spec) if sheet.part == "elastomer" else None, []
-    if joined is not None and spec.cells is not None and spec.cells.web is not None:
-        web = [spec.cells.web]
+    if joined is not None and spec.web is not None:
+        web = [spec.web]
         yield f"   part       {joined.words}, finished"
     else:
         yield f"   part       {sheet.shape} {PLATES[sheet.shape].size_in_words(sheet.size)} mm, finished"

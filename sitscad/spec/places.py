@@ -70,9 +70,9 @@ def _joined(pad: ElastomerPad, here: Point, strips: tuple[Footprint, ...]) -> El
 def webs(spec: SensorSpec) -> tuple[Footprint, ...]:
     """Strips that join the pads of neighbouring cells in a row or a column; empty if pads stand apart or touch."""
     pad = spec.elastomer
-    if spec.cells is None or spec.cells.web is None or pad is None:
+    if spec.web is None or pad is None:
         return ()
-    return _strips([footprint(cell, pad) for cell in cell_specs(spec)], spec.cells.web)
+    return _strips([footprint(cell, pad) for cell in cell_specs(spec)], spec.web)
 
 
 def _strips(pads: Sequence[Footprint], width: float) -> tuple[Footprint, ...]:

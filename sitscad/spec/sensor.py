@@ -344,6 +344,11 @@ class SensorSpec(Readable):
         return None if self.mount is None else self.mount.jaw
 
     @property
+    def web(self) -> float | None:
+        """Width (m) of the webs that join the pads of neighbouring cells; None without webs."""
+        return None if self.cells is None else self.cells.web
+
+    @property
     def metal(self) -> Conductor | None:
         """The metal behind the coils. None if there is no metal."""
         return None if self.mount is None else self.mount.metal

@@ -366,11 +366,11 @@ def plates_apart(design: Design) -> Iterator[Verdict]:
     beside = 2.0 * bulge if joints(spec) else max(wall, 2.0 * bulge)  # one piece has one well in the jig
     finest = max((parse_quantity(row["least"], "length") for row in rows("laser_cutting")
                   if row["material"] == "silicone" and row["least"]), default=0.0)
-    if joints(spec) and spec.cells.web is not None and spec.cells.web < finest:
+    if joints(spec) and spec.web is not None and spec.web < finest:
         yield Violation(
-            f"webs {show(spec.cells.web, 'm', 3)} wide are narrower than the {show(finest, 'm')} that lasers leave of "
+            f"webs {show(spec.web, 'm', 3)} wide are narrower than the {show(finest, 'm')} that lasers leave of "
             "silicone (unverified)", f"cells.web: {show(finest, 'm')} or more; or cast the pads", "cells.web",
-            spec.cells.web, finest, "m", severity=Severity.WARNING, source="data/laser_cutting.csv",
+            spec.web, finest, "m", severity=Severity.WARNING, source="data/laser_cutting.csv",
         )
     for bodies, least in ((elastomers(spec), beside), (targets(spec), wall)):
         pairs = combinations(bodies, 2)

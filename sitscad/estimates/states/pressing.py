@@ -112,7 +112,7 @@ def surround(
 
 def joined(spec: SensorSpec) -> Webs:
     """The webs of a pad; for several cells those of a mean pad."""
-    if spec.elastomer is None or (spec.cells is not None and spec.cells.web is None):
+    if spec.elastomer is None:
         return NO_WEBS
     h, pads = spec.elastomer.thickness, [cell.elastomer.webs for cell in cell_specs(spec) if cell.elastomer is not None]
     width = max((webs[0] for webs in pads if webs), default=0.0)
