@@ -132,7 +132,27 @@ def covariances(sensors: Sensors, errors: Array, points: Points) -> tuple[Array,
         slopes = load_slopes(sensors, errors, points.loads)
         scatter = slopes @ np.swapaxes(slopes, 1, 2) * ~points.at_rest[:, None, None]
         expected += scatter * np.square(load_errors(sensors, points.loads))[:, None, None]
+        aside = place_changes(sensors, errors, points.loads)
+        expected += aside @ np.swapaxes(aside, 1, 2)
     return expected, scatter
+
+
+def place_changes(sensors: Sensors, errors: Array, loads: Array) -> Array:
+    """Change of ln f (n, coils, 2) if a load stands one sigma (`place`) farther along x, and along y.
+
+    Zero for targets that are held level.
+    """
+    if sensors.is_held or not len(loads):
+        return np.zeros((len(loads), len(sensors.coils), 2))
+    moved = np.hstack([loads, np.zeros((len(loads), len(AXES) - loads.shape[1]))])
+    here, found = np.log(sensors.under(errors, moved)), []
+    for moment, way in (("moment_y", 1.0), ("moment_x", -1.0)):  # a load that stands at x turns about y, at y about -x
+        column = AXES.index(moment)
+        inwards = np.where(moved[:, column] > 0.0, -1.0, 1.0)  # the pad may bear no more outwards
+        put = moved.copy()
+        put[:, column] += inwards * usual("place") * moved[:, 0]
+        found.append(way * inwards[:, None] * (np.log(sensors.under(errors, put)) - here))
+    return np.stack(found, axis=2)
 
 
 def whiteners(covariance: Array) -> Array:
@@ -186,11 +206,13 @@ TRIED = 40  # Loads at which errors of the map are foretold
 class Plan:
     """The loads (n, 3; N) in the order of what they tell, rest before them left out; `errors` (n + 1, axes; N) is one
     sigma of the forces to be expected after none, one, two, ... of them; `untared` (axes; N) that without even a tare.
+    `shifted` (axes; N) is what all loads add that stand one sigma aside together, along x or y, whichever adds more.
     """
 
     loads: Array
     errors: Array
     untared: Array
+    shifted: Array
 
     @property
     def rows(self) -> Array:
@@ -224,11 +246,13 @@ def plan(sensors: Sensors, count: int) -> Plan:
     none, put_on = np.zeros(len(sensors.known)), np.vstack([sensors.range.pressed(0.0), loads])
     rest = np.arange(len(put_on)) == 0
     points = Points(put_on, None, sensors.under(none, put_on), rest)
-    slopes = whiteners(covariances(sensors, none, points)[0]) @ tared(unknown_slopes(sensors, put_on), rest)
+    white = whiteners(covariances(sensors, none, points)[0])
+    slopes = white @ tared(unknown_slopes(sensors, put_on), rest)
     facts = np.asarray(np.swapaxes(slopes, 1, 2) @ slopes)
+    pulls = np.asarray(np.swapaxes(slopes, 1, 2) @ white @ tared(place_changes(sensors, none, put_on), rest))
     chosen = _exchanged(facts, _greedy(facts, [0], count))
     order = _greedy(facts, [0], count, among=chosen[1:])
-    return Plan(loads[np.array(order[1:], dtype=int) - 1], *_foretold(sensors, facts, order))
+    return Plan(loads[np.array(order[1:], dtype=int) - 1], *_foretold(sensors, facts, pulls, order))
 
 
 def _greedy(facts: Array, start: list[int], count: int, among: list[int] | None = None) -> list[int]:
@@ -256,23 +280,28 @@ def _exchanged(facts: Array, chosen: list[int]) -> list[int]:
     return chosen
 
 
-def _foretold(sensors: Sensors, facts: Array, order: list[int]) -> tuple[Array, Array]:
+def _foretold(sensors: Sensors, facts: Array, pulls: Array, order: list[int]) -> tuple[Array, Array, Array]:
     """One sigma (N) of the forces on every axis, rms over the working range, after the tare and none, one, ... of the
     other points, and without a tare: what is not known of the unknowns, to first order; noise and the map's own error
-    are not in it.
+    are not in it. `pulls` (n, unknowns, 2) is how loads that all stand aside move the unknowns: a fit takes their
+    shift for another sensor, and it counts besides. Last is what that shift alone makes.
     """
     tried = np.vstack([sensors.range.pressed(0.0), sensors.range.inside(TRIED)])
     none = np.zeros(len(sensors.known))
     slopes = unknown_slopes(sensors, tried)
     towards = np.linalg.pinv(load_slopes(sensors, none, tried[1:]))
     wrong = towards @ (slopes[1:] - slopes[:1])
-    known, found = np.eye(facts.shape[1]), []
+    known, pull, found = np.eye(facts.shape[1]), np.zeros((facts.shape[1], 2)), []
+    shifted = np.zeros((len(sensors.range.full_scales), 2))
     for k in order:
-        known = known + facts[k]
-        square = wrong @ np.linalg.inv(known) @ np.swapaxes(wrong, 1, 2)
-        found.append(np.sqrt(np.mean(np.einsum("naa->na", square), axis=0)) * sensors.range.full_scales)
+        known, pull = known + facts[k], pull + pulls[k]
+        covariance = np.linalg.inv(known)
+        square = wrong @ covariance @ np.swapaxes(wrong, 1, 2)
+        shifted = np.mean((wrong @ covariance @ pull) ** 2, axis=0)
+        found.append(np.sqrt(np.mean(np.einsum("naa->na", square), axis=0) + shifted.sum(axis=1)))
     bare = np.sum((towards @ unknown_slopes(sensors, tried[1:], of_all=True)) ** 2, axis=2)
-    return np.array(found), np.sqrt(np.mean(bare, axis=0)) * sensors.range.full_scales
+    scale = sensors.range.full_scales
+    return np.array(found) * scale, np.sqrt(np.mean(bare, axis=0)) * scale, np.sqrt(shifted.max(axis=1)) * scale
 
 
 def table_head(sensors: Sensors) -> list[str]:
@@ -284,11 +313,18 @@ def table_head(sensors: Sensors) -> list[str]:
 GRAVITY = 9.80665  # Standard acceleration of free fall (m/s^2), by definition
 
 
+def load_place(load: Array) -> tuple[float, float]:
+    """Where a load (3 or 5; N, N m) stands, x and y (m) from the middle of the outermost face."""
+    if len(load) <= AXES.index("moment_x") or not load[0]:
+        return 0.0, 0.0
+    x, y = load[AXES.index("moment_y")] / load[0], -load[AXES.index("moment_x")] / load[0]
+    return round(float(x), 6), round(float(y), 6)
+
+
 def load_words(load: Array, axes: Sequence[str], rotation: str) -> str:
     """What is to be done for a load (3 or 5; N, N m). A moment is a press beside the middle of the outermost face."""
     if len(load) > len(AXES) - len(MOMENTS) and load[0]:
-        away = -load[AXES.index("moment_x")] / load[0], load[AXES.index("moment_y")] / load[0]
-        beside = [f"{name} {1e3 * part:+.2f} mm" for part, name in zip(away[::-1], "xy", strict=True) if part]
+        beside = [f"{name} {1e3 * part:+.2f} mm" for part, name in zip(load_place(load), "xy", strict=True) if part]
         put = [f"{1e3 * load[0] / GRAVITY:.0f} g {'at ' + ' '.join(beside) if beside else 'on it'}"]
         pulls = [(load[k], name) for k, name in ((1, "x"), (2, "y")) if f"shear_{name}" in axes and load[k]]
         return ", ".join([*put, *(f"{1e3 * abs(force) / GRAVITY:.0f} g pull {'+' if force > 0.0 else '-'}{name}"

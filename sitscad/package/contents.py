@@ -34,7 +34,7 @@ from sitscad.package.folder import PackageError, write_file
 from sitscad.package.manifest import NOT_WRITTEN
 from sitscad.policy import Baseline, Policy, ignored_anyway, judged
 from sitscad.record import record
-from sitscad.report.calibration import calibration_page, plan_table, plan_words
+from sitscad.report.calibration import calibration_page, plan_card, plan_table, plan_words
 from sitscad.report.findings import CheckedSpec, checked_spec, to_json
 from sitscad.scene.motions import ROTATIONS
 from sitscad.spec.sensor import SensorSpec
@@ -175,7 +175,8 @@ def read_of_board(stage: str, layout: Layout) -> tuple[object, ...]:
 
 def calibration_files(found: Calibration) -> dict[str, bytes]:
     """Every file of a calibration by its name: ``calibration.json``, ``calibration.h`` with the program ``example.c``,
-    ``calibration.html``; before anything is measured also ``plan.csv`` and ``plan.txt``.
+    ``calibration.html``; before anything is measured also ``plan.csv`` and ``plan.txt``, and
+    ``plan.svg`` if loads stand beside the middle.
     """
     remarks = [*_state(found), *(f"{note[0].upper()}{note[1:]}." for note in found.notes)]
     files = {
@@ -189,6 +190,8 @@ def calibration_files(found: Calibration) -> dict[str, bytes]:
             "plan.csv": plan_table(found, found.plan),
             "plan.txt": plan_words(found, found.plan),
         }
+        if found.sensors.range.has_moments:
+            files["plan.svg"] = plan_card(found, found.plan)
     return files
 
 

@@ -5,6 +5,7 @@ what it leaves), and what to do on the bench: the table to fill in, and words.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from functools import partial
 from html import escape
 
 import numpy as np
@@ -12,7 +13,7 @@ import numpy as np
 from sitscad.arrays import Array
 from sitscad.calibration.calibration import Calibration
 from sitscad.calibration.misfit import UNUSUAL
-from sitscad.calibration.points import Plan, load_words, table_head
+from sitscad.calibration.points import Plan, load_place, load_words, table_head
 from sitscad.calibration.unknowns import usual
 from sitscad.drawing.sheet import Pen, Sheet
 from sitscad.drawing.svg import svg
@@ -21,6 +22,7 @@ from sitscad.estimates.performance.values import SHOWN, shown_scales, unit_of
 from sitscad.geometry.path import Point, circle
 from sitscad.report.findings import printable
 from sitscad.report.numbers import head_and_rows, html_table, table
+from sitscad.scene.bodies import targets
 from sitscad.scene.motions import ROTATIONS
 from sitscad.scene.seating import metal_free_distance
 from sitscad.spec.sensor import SensorSpec
@@ -162,13 +164,80 @@ LOADING = {
              "behind it; shear is a push on the plate, which is stuck to the target by thin double-sided tape: laid "
              "on,",
              "it slips where shear is much. Weights and threads do not keep it level."),
-    "free": ("weights on its middle, threads glued to the middle of its outermost face.",),
+    "free": (
+        "a weight falls off a plate that tilts, so it stands on a rod of plastic (polyamide, about 3 mm), whose lower",
+        "end is a ball of about 1 mm and touches the target's outermost face. Two holes one above the other in a guide",
+        "of plastic, which stands beside the sensor, keep the rod upright and let it slide freely. The weights lie on",
+        "a tray on its upper end, as far from the coils as metal has to be. Rod and tray count: weigh them. Turn the",
+        "rod a little after each load: what rubs in the guide is not on the target. The rod stands on the middle of",
+        "the face; threads for shear are glued there.",
+    ),
 }
 """How loads are put on, by rotation."""
 
-MOMENTS = ("A moment is a weight beside the middle of the outermost face, on a ball or a point: at the x and y of the",
-           "row, counted from there.")
+MOMENTS = ("A moment is a load beside the middle: move the guide until the rod stands at the x and y of the row,",
+           "counted from the middle of the outermost face, +x and +y as below. plan.svg has all places on the",
+           "target's outline at 1:1. Print it at 100 %, measure its 20 mm, cut the outline out and stick it on.")
 """How moments are put on."""
+
+ASIDE = 0.1e-3
+"""Distance (m) aside of all loads together of which a plan says what it adds to the errors."""
+
+
+def place_words(found: Calibration, plan: Plan) -> tuple[str, ...]:
+    """How exactly loads have to stand, and what a shift of all costs; empty if the target is held level."""
+    if found.sensors.is_held:
+        return ()
+    sigma, axes = usual("place"), found.sensors.range.axes
+    return (
+        f"Place: the rod has to stand at its place to {in_mm(sigma)} mm (one sigma; look from two sides under a",
+        f"microscope). The expected errors count that. Loads that all stand {in_mm(ASIDE)} mm aside may pass the fit",
+        f"without a remark; after all rows they add: {_errors(ASIDE / sigma * plan.shifted, axes)}",
+        f"({'N, N mm' if found.sensors.range.has_moments else 'N'}).",
+    )
+
+
+CARD_SCALE, CARD_EDGE = 5.0, 6.0
+"""Scale of a card's picture that names the places, and room (mm) round both pictures."""
+
+
+def _on_card(middle: Point, centre: Point, scale: float, point: Point) -> Point:
+    """A point (m) on a card, whose picture at a scale (mm/m) has the target's middle at a centre (mm)."""
+    return Point(centre.x + scale * (point.x - middle.x), centre.y + scale * (point.y - middle.y))
+
+
+def plan_card(found: Calibration, plan: Plan) -> bytes:
+    """An SVG in millimetres: the target's outline with all places of loads at 1:1, to be cut out, and a larger picture
+    that names the rows of each place.
+    """
+    spec, axes = found.sensors.model.spec, found.sensors.range.axes
+    plate = targets(spec)[0]
+    half, middle = [500.0 * side for side in plate.footprint.size], plate.footprint.centre
+    rows: dict[tuple[float, float], list[int]] = {}
+    for number, load in enumerate(plan.loads, start=1):
+        rows.setdefault(load_place(load), []).append(number)
+    high, wide = 2.0 * (CARD_SCALE * half[1] + CARD_EDGE), 2.0 * (CARD_SCALE + 1.0) * half[0] + 3.0 * CARD_EDGE
+    words = [f"{found.map.sensor}: print at 100 %. This line is 20 mm long.",
+             f"{', '.join(axes)}; x and y from the middle of the outermost face, seen on it"]
+    size = max(wide, 125.0), high + 16.0
+    sheet = Sheet("Places of loads", size, unit="mm", decimals=3)
+    at = Point(CARD_EDGE + half[0], size[1] - high / 2), Point(2.0 * (CARD_EDGE + half[0]) + CARD_SCALE * half[0],
+                                                              size[1] - high / 2)
+    for centre, scale in zip(at, (1.0, CARD_SCALE), strict=True):
+        sheet.draw(plate.outline().mapped(partial(_on_card, middle, centre, 1e3 * scale)), Pen(0.1))
+        for (x, y), numbers in rows.items():
+            spot, arm = Point(centre.x + 1e3 * scale * x, centre.y + 1e3 * scale * y), 0.25 * scale
+            sheet.line(spot.x - arm, spot.y, spot.x + arm, spot.y, Pen(0.03 * scale))
+            sheet.line(spot.x, spot.y - arm, spot.x, spot.y + arm, Pen(0.03 * scale))
+            if scale > 1.0:
+                sheet.text(spot.x + 0.6, spot.y + 0.6, ", ".join(map(str, numbers)), 1.8)
+    end = Point(at[1].x + CARD_SCALE * half[0], at[1].y)
+    sheet.text(end.x + 1.0, end.y - 0.8, "+x", 2.5)
+    sheet.text(at[1].x, at[1].y + CARD_SCALE * half[1] + 1.5, "+y", 2.5, "middle")
+    sheet.line(CARD_EDGE, 12.0, CARD_EDGE + 20.0, 12.0, Pen(0.1))
+    for line, word in enumerate(words):
+        sheet.text(CARD_EDGE, 8.0 - 4.0 * line, word, 2.5)
+    return svg(sheet).encode("utf-8")
 
 
 def directions(axes: Sequence[str]) -> tuple[str, ...]:
@@ -233,6 +302,7 @@ def plan_words(found: Calibration, plan: Plan) -> bytes:
         "2. Fill in plan.csv: for every row put the load on, wait ten seconds, write down the mean of",
         f"   {readings} readings (counts{made}) of every coil. The target is {ROTATIONS[rotation]}:",
         *(f"   {line}" for line in (*LOADING[rotation], *(MOMENTS if scope.has_moments else ()))),
+        *(f"   {line}" for line in place_words(found, plan)),
         *(f"   {line}" for line in (*directions(scope.axes), *held_by(found.sensors.model.spec))),
         "   `sitscad read SOURCE --design SPEC --log FOLDER` writes the readings of a board that runs firmware/ to",
         "   FOLDER/readings.csv. Frequencies may be filled in, too: in Hz, in columns C1_Hz, C2_Hz, ... in place of",

@@ -26,7 +26,8 @@ def design() -> sitscad.Design:
 @pytest.fixture(scope="module")
 def planned(design):
     """A plan of three loads, as much of a calibration as is led by."""
-    plan = Plan(np.array([[4.0, 0.5, 0.0], [2.0, 0.0, 0.0], [1.0, -0.5, 0.0]]), np.zeros((4, 2)), np.zeros(2))
+    loads = np.array([[4.0, 0.5, 0.0], [2.0, 0.0, 0.0], [1.0, -0.5, 0.0]])
+    plan = Plan(loads, np.zeros((4, 2)), np.zeros(2), np.zeros(2))
     return replace(sitscad.calibrate(design), plan=plan)
 
 

@@ -17,6 +17,7 @@ from sitscad.layout import lay_out
 from sitscad.papers.drawings import plan_view
 from sitscad.papers.drawings import plan_view as assembly_drawing
 from sitscad.scene.bodies import above_board
+from sitscad.spec import templates
 from sitscad.spec.load import load_text
 
 COIL = "coil: {shape: circle, outer_diameter: 6, turns: 5, layers: 2, trace_width: 0.1, trace_spacing: 0.1}"
@@ -101,3 +102,15 @@ def test_the_report_shows_it_and_speaks_of_a_jaw_only_where_there_is_one(tmp_pat
     assert caption in page and ("lies on the jaw" in page) == ("lies on the jaw" in caption)
     assert "Elastomer and target over the coils, seen from the top, to scale." in page
     assert (built.directory / "laser" / "over-assembly.pdf").read_bytes().startswith(b"%PDF")
+
+
+@pytest.mark.parametrize("name", ["skin_strip_6", "skin_grid_3x3"])
+def test_pieces_of_cells_are_listed_in_the_order_of_their_cells_as_coils_are(name):
+    """Pieces ran from 6 down to 1, coils from 1 up."""
+    spec = load_text(templates.read(name))
+    said = [*plan_view._notes(spec, above_board(spec))]
+    for part in ("Target", "Elastomer"):
+        numbers = [int(line.split(":")[0].split("-")[1]) for line in said if line.startswith(f"{part}-")]
+        assert len(numbers) > 5 and numbers == [*range(1, len(numbers) + 1)]
+    first = [line.split("-")[0] for line in said if line.startswith(("Target", "Elastomer"))]
+    assert first == sorted(first, reverse=True)

@@ -144,7 +144,7 @@ def _size(piece: Body) -> str:
 def _notes(spec: SensorSpec, pieces: tuple[Body, ...]) -> Iterator[str]:
     glue, encapsulation = spec.assembly.glue_line, spec.encapsulation
     yield "Coordinates in mm from the origin of the board's files (red cross). Edges of what is turned: its extent."
-    for piece in reversed(pieces):
+    for piece in sorted(pieces, key=lambda piece: -piece.lower):  # the upper ones first, each in the order of its cells
         at, turn = piece.footprint.centre, math.degrees(piece.footprint.rotation)
         turned = f", turned by {turn:g} deg" if turn else ""
         face = "the board's top face"
