@@ -109,7 +109,7 @@ def judged(
     otherwise, but that no hint is searched for where a finding is milder than the `least` or is ignored, and for none
     where the `least` is None.
     """
-    budget = Budget.of(hints, sum(design.spec.coil.layer_turns))
+    budget = Budget.of(hints)
     said: list[Outcome] = []
     not_checked: list[NotChecked] = []
     for rule in all_rules():

@@ -32,11 +32,6 @@ FOR_WARNINGS = (3, 1)
 OTHER_BOARD = 2
 """Estimates that the estimate of another board counts as: its windings are solved anew."""
 
-LARGE_COIL = 90.0
-"""Turns of one coil, in all layers together, up to which few trials try other boards and are made for warnings: the
-estimate of a larger coil takes seconds.
-"""
-
 NOT_FURTHER = "not searched further: sitscad check --hints full"
 """Text of a hint that the budget cut short."""
 
@@ -53,18 +48,13 @@ class Budget:
     def __init__(self, layouts: int, estimates: int, branches: int) -> None:
         self.layouts, self.estimates, self.branches = layouts, estimates, branches
         self.is_long = estimates > LEVELS[DECISIVE][1]
-        self.takes_boards = True
 
     @classmethod
-    def of(cls, hints: str, turns: float = 0.0) -> Budget:
-        """Return the budget of a choice of HINTS for coils with a number of turns in all layers together. Raise
-        ValueError for any other choice.
-        """
+    def of(cls, hints: str) -> Budget:
+        """Return the budget of a choice of HINTS. Raise ValueError for any other choice."""
         if hints not in LEVELS:
             raise ValueError(f"hints are one of {', '.join(HINTS)}, not {hints!r}")
-        budget = cls(*LEVELS[hints])
-        budget.takes_boards = budget.is_long or turns <= LARGE_COIL
-        return budget
+        return cls(*LEVELS[hints])
 
     @property
     def is_spent(self) -> bool:
@@ -73,9 +63,8 @@ class Budget:
 
     def begin_warnings(self) -> None:
         """Keep only what few trials may take for warnings: errors come first, and a pass is not held up."""
-        layouts, estimates = FOR_WARNINGS if self.takes_boards else (0, 0)
         if not self.is_long:
-            self.layouts, self.estimates = min(self.layouts, layouts), min(self.estimates, estimates)
+            self.layouts, self.estimates = min(self.layouts, FOR_WARNINGS[0]), min(self.estimates, FOR_WARNINGS[1])
 
     @property
     def board_branches(self) -> int:
@@ -83,8 +72,8 @@ class Budget:
         return min(self.branches // 2, MOST_BRANCHES)
 
     def lays_out(self, coils: int) -> bool:
-        """Take the layout of a board. False if none is left, or if coils are too large for few trials."""
-        is_left = self.layouts > 0 and self.takes_boards
+        """Take the layout of a board. False if none is left."""
+        is_left = self.layouts > 0
         self.layouts -= is_left * coils
         return is_left
 

@@ -62,17 +62,6 @@ def test_the_budget_goes_to_errors_before_warnings():
     assert error.severity is Severity.ERROR and error.fixes
 
 
-@pytest.mark.parametrize(("turns", "boards"), [(22.5, True), (23.0, False)])
-def test_few_trials_lay_out_no_other_board_for_a_large_coil(turns, boards, monkeypatch):
-    spec, drawn = spec_of(turns=turns, layers=4, width=80, size=12.0, readout=REFUSED), []
-    made = Design.drawn
-    monkeypatch.setattr(Design, "drawn", lambda own, changed, *more: drawn.append(changed) or made(own, changed, *more))
-    found = {f.rule: f for f in check(spec).findings}
-    assert any(each.coil != spec.coil for each in drawn) is boards
-    assert (NOT_FURTHER in found["SIT101"].hint) is not boards
-    assert Budget.of("full", 1000.0).lays_out(1) and not Budget.of("decisive", 1000.0).lays_out(1)
-
-
 @pytest.mark.parametrize("hints", ["", "all", "FULL"])
 def test_another_choice_of_hints_is_an_error(hints):
     with pytest.raises(ValueError, match="hints are one of none, decisive, full"):
