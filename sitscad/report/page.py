@@ -92,7 +92,7 @@ def render(
 
 PUSHED = """
 <div id="pushed" hidden><p>Move the sliders, or drag the target in a section: to the side for shear, down for normal
-force. The target is kept level unless it is tilted. Forces read back are what the map of calibration/ makes of the
+force. <span data-out="rotation"></span> Forces read back are what the map of calibration/ makes of the
 counts after a tare at rest, and one sigma from unit to unit, not calibrated.</p>
 <div class="inputs"></div><div class="cuts"></div><p class="warned" data-out="range" role="status"></p>
 <div class="scroll"><table><thead><tr><th>coil</th><th class="number">frequency (Hz)</th>

@@ -21,7 +21,7 @@ TEMPLATES = Path(__file__).parents[2] / "templates"
 def test_the_table_is_within_its_error_of_the_response(name):
     model = Design(sitscad.load(TEMPLATES / f"{name}.yaml")).response
     table = response_table(model)
-    assert table.error < 0.03
+    assert table.error < 0.03 and table.document()["rotation"] == "held"
     generator = np.random.default_rng(7)
     low, high = table.through.low, table.through.high
     asked = low + generator.random((30, 5)) * (high - low)
@@ -35,3 +35,22 @@ def test_the_table_is_within_its_error_of_the_response(name):
     assert travel == approx(poses[:, :3], abs=0.02 * np.abs(poses[:, :3]).max())
     rest, still = table(np.zeros((1, 5)))
     assert rest[0] == approx(frequency[0], rel=1e-4) and still[0] == approx(np.zeros(3), abs=1e-6)
+
+
+@pytest.mark.slow
+def test_table_of_a_sensor_that_tells_moments_is_that_of_a_free_target():
+    """Its target was kept level, where map and data sheet have it free to tilt, and no moment could be put on it."""
+    model = Design(sitscad.load(TEMPLATES / "fingertip_cell.yaml")).response
+    table = response_table(model)
+    made = table.document()
+    assert (made["rotation"], made["inputs"][3:]) == ("free", ["moment_x_Nm", "moment_y_Nm"])
+    assert table.error < 0.02
+    low, high = table.through.low, table.through.high
+    asked = low + np.random.default_rng(7).random((30, 5)) * (high - low)
+    asked[:8, 1:] = 0.0
+    poses = pushed(model.spec, asked, np.zeros(len(asked), dtype=bool))[0]
+    frequency = model.on_pad(np.vstack([np.zeros(6), poses])).frequency
+    told, travel = table(asked)
+    off = np.abs(told - frequency[1:]) / np.ptp(frequency, axis=0)
+    assert off[:8].max() < 0.005 and off.max() < 0.02
+    assert travel == approx(poses[:, :5], abs=0.02 * np.abs(poses[:, :5]).max())

@@ -228,3 +228,30 @@ def test_a_cell_is_chosen_and_its_neighbours_are_told(tmp_path):
             assert ("No forces are read back of cell" in _out(browser, "unsolved")) is hidden
             assert hidden or float(_out(browser, "force_N.normal")) == approx(full, rel=5e-3)
         assert browser.exceptions == []
+
+
+@pytest.mark.slow
+@pytest.mark.more
+def test_moments_are_put_on_a_free_target_and_read_back(tmp_path):
+    """Nothing could put moments on, and shear was that of a level target beside a map of a free one."""
+    spec = sitscad.load(TEMPLATE.parent / "fingertip_cell.yaml")
+    package = build(spec, tmp_path, only=("datasheet", "calibration", "report")).directory
+    design, known = Design(spec), map_of(package / "calibration" / "calibration.json")
+    with Browser() as browser:
+        browser.open(package / "report.html")
+        assert "free to tilt" in _out(browser, "rotation")
+        assert browser.run("document.querySelector('[data-in=rx_deg]')") is None
+        for load in ((8.0, 0.0, 0.0, 2e-3, -3e-3), (4.0, 0.0, 0.0, 0.0, 3e-3), (8.0, 1.0, 0.0, 0.0, 0.0)):
+            shown = [*load[:3], *(1e3 * moment for moment in load[3:])]
+            names = ("normal_N", "shear_x_N", "shear_y_N", "moment_x_Nmm", "moment_y_Nmm")
+            for name, value in zip(names, shown, strict=True):
+                _put(browser, name, value)
+            frequency = sitscad.respond(design, loads=[[0.0] * 5, load], rotation="free").frequency
+            read = known(frequency[1:], frequency[0])[0]
+            for axis, force, full in zip(known.axes, read, known.full_scale, strict=True):
+                scale = 1e3 if axis.startswith("moment") else 1.0
+                assert float(_out(browser, f"force_N.{axis}")) == approx(scale * force, abs=0.03 * scale * full)
+            assert float(_out(browser, "load_N.moment_y")) == approx(shown[4], abs=0.03)
+        _put(browser, "moment_x_Nmm", 4.5)
+        assert "moments beyond" in _out(browser, "range")
+        assert browser.exceptions == []

@@ -1,5 +1,5 @@
-"""A sensor's response as one table: frequencies and poses over forces and tilt, small enough for a page that lets a
-reader push the sensor.
+"""A sensor's response as one table, small enough for a page that lets a reader push the sensor: frequencies and poses
+over forces and tilt of a level target, or over forces and moments of a target that is free to tilt.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from sitscad.arrays import Array
+from sitscad.estimates.performance.values import MOMENTS
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.pad import pushed
 from sitscad.estimates.response.working_range import WorkingRange, working_range
@@ -19,8 +20,13 @@ from sitscad.physics.polynomials import POINTS_A_TERM, Polynomial, exponents, le
 from sitscad.record import record
 from sitscad.scene.state import REST
 
-INPUTS = ("normal_N", "shear_x_N", "shear_y_N", "rx_rad", "ry_rad")  # What the table is asked for, in its order
+FORCE_INPUTS = ("normal_N", "shear_x_N", "shear_y_N")
+INPUTS = {"held": (*FORCE_INPUTS, "rx_rad", "ry_rad"), "free": (*FORCE_INPUTS, "moment_x_Nm", "moment_y_Nm")}
+"""The inputs of the table in their order, by the rotation of the target."""
+
 DEGREE, TILT_DEGREE = 7, 3  # Of the polynomials in the forces of a level target, and in all inputs of what a tilt adds
+FREE_DEGREE = 5  # Degree of the polynomials in forces and moments of a free target
+PRESSES = 20  # Points of a free target under normal force alone, which is pushed most often
 
 ASKED = 16, 8  # Points, level and tilted, beside those it is fitted to, on which the table is tried
 
@@ -34,10 +40,10 @@ BEYOND = 1.2  # How far beyond the working range the table goes, for a reader to
 @record(eq=False)
 class ResponseTable:
     """Polynomials in the `INPUTS`, each brought to -1 to 1: of ln of every coil's frequency over that at `rest` (Hz),
-    and of the target's travel (m) along x, y and z.
+    and of the target's travel (m) along x, y and z, with its rotations (rad) about x and y if it is free to tilt.
 
-    `through` has the inputs' ends (5; N, rad), exponents (terms, 5) and coefficients (terms, coils + 3); `error` is the
-    largest of what the frequencies are off by at points that are solved, of the span of all.
+    `through` has the inputs' ends (5; N, then rad or N m), exponents (terms, 5) and coefficients (terms, coils + 3 or
+    coils + 5). `error` is the largest error of the frequencies at points that are solved, as a share of their span.
     """
 
     coils: tuple[str, ...]
@@ -47,31 +53,75 @@ class ResponseTable:
     error: float = 0.0
 
     def __call__(self, asked: Array) -> tuple[Array, Array]:
-        """Frequencies (Hz; n, coils) and travel (m; n, 3) at inputs (n, 5), beyond its ends those of the ends."""
+        """Frequencies (Hz; n, coils) and travel (m, rad; n, 3 or 5) at inputs (n, 5), beyond its ends those of the
+        ends.
+        """
         values = self.through(np.clip(asked, self.through.low, self.through.high))
         return self.rest * np.exp(values[:, : self.rest.size]), values[:, self.rest.size :]
+
+    @property
+    def rotation(self) -> str:
+        """Whether the target is "free" to tilt, as in the map of a sensor that tells moments, or "held" level."""
+        return "free" if self.range.has_moments else "held"
 
     def document(self) -> dict[str, Any]:
         """The table as plain values for JSON."""
         arrays = {"low": self.through.low, "high": self.through.high, "rest_Hz": self.rest,
                   "powers": self.through.orders, "coefficients": self.through.coefficients}
         return {
-            "inputs": list(INPUTS), "coils": list(self.coils), "axes": list(self.range.axes),
-            "full_scale_N": {"normal": self.range.normal, "shear": self.range.shear},
+            "rotation": self.rotation, "inputs": list(INPUTS[self.rotation]), "coils": list(self.coils),
+            "axes": list(self.range.axes), "full_scale_N": {"normal": self.range.normal, "shear": self.range.shear},
+            "full_scale_Nm": dict(zip(MOMENTS, self.range.moments, strict=True)),
             "error": self.error,
             **{name: array.tolist() for name, array in arrays.items()},
         }
 
 
 def response_table(model: ResponseModel) -> ResponseTable:
-    """The table of a design over its working range and a little beyond, the target kept level but for the tilt that is
-    asked for (about the middle of its near face). Every point is solved. Frequencies at rest are those of
-    the state. Raises `NoResponse` without a pad.
+    """Return the table of a design over its working range and a little beyond, at points that are all solved.
+
+    The target is free to tilt if moments are told, as in the sensor's map. Otherwise it is kept level, but for the tilt
+    that is asked for (about the middle of its near face). Frequencies at rest are those of the state. Raises
+    `NoResponse` without a pad.
+    """
+    found = working_range(model.spec)
+    both, asked, values = (_free if found.has_moments else _held)(model, found)
+    states = [coil.states.get(REST) for coil in model.estimates.coils]
+    own = model.on_pad(np.zeros((1, 6))).frequency[0]
+    rest = np.array([one if state is None else state.frequency for one, state in zip(own, states, strict=True)])
+    table = ResponseTable(tuple(coil.name for coil in model.layout.coils), found, both, rest)
+    solved = np.exp(values[:, : rest.size])
+    apart = np.abs(table(asked)[0] / rest - solved)
+    return replace(table, error=float((apart / np.ptp(solved, axis=0)).max()))
+
+
+def _free(model: ResponseModel, found: WorkingRange) -> tuple[Polynomial, Array, Array]:
+    """Return polynomials of a free target's response to forces and moments, the inputs that were solved (n, 5; N, N m)
+    and their values.
+    """
+    moments = np.array([each or max(found.moments) for each in found.moments])
+    high = BEYOND * np.array([found.normal, found.shear, found.shear, *moments])
+    low = np.array([0.0, *-high[1:]])
+    terms = exponents((1.0,) * 5, FREE_DEGREE)
+    count = round(POINTS_A_TERM * len(terms))
+    points = np.sin(0.5 * np.pi * (2.0 * spread(count + sum(ASKED), 5) - 1.0))  # denser at the ends
+    presses = np.zeros((PRESSES, 5))
+    presses[:, 0] = high[0] * 0.5 * (1.0 - np.cos(np.pi * (np.arange(PRESSES) + 0.5) / PRESSES))
+    asked = np.vstack([np.zeros(5), presses, low + 0.5 * (points + 1.0) * (high - low)])
+    poses = pushed(model.spec, asked, np.zeros(len(asked), dtype=bool))[0]
+    frequency = model.on_pad(poses).frequency
+    values = np.hstack([np.log(frequency / frequency[0]), poses[:, :5]])
+    fitted = slice(0, 1 + PRESSES + count)
+    return least_squares(asked[fitted], values[fitted], terms, low, high), asked, values
+
+
+def _held(model: ResponseModel, found: WorkingRange) -> tuple[Polynomial, Array, Array]:
+    """Return polynomials of a level target's response to forces and of what a tilt adds, the inputs that were solved
+    (n, 5; N, rad) and their values.
 
     What a tilt adds has terms of its own, fitted to what tilted points differ by from level ones: these take a tenth of
     the time, because over a mirror the currents of a level target keep its symmetries.
     """
-    found = working_range(model.spec)
     ends = BEYOND * np.array([found.normal, found.shear, found.shear])
     pressed = pushed(model.spec, np.array([[ends[0], 0.0, 0.0]]))[0]
     steepest = np.array([0.0, 0.0, 0.0, HELD_TILT, HELD_TILT, 0.0])
@@ -96,9 +146,4 @@ def response_table(model: ResponseModel) -> ResponseTable:
     more = least_squares(asked[parts[1]], values[parts[1]] - own(asked[parts[1]]), tilted, low, high)
     both = replace(own, orders=np.vstack([plain, tilted]),
                    coefficients=np.vstack([own.coefficients, more.coefficients]))
-    states = [coil.states.get(REST) for coil in model.estimates.coils]
-    rest = np.array([own if state is None else state.frequency
-                     for own, state in zip(frequency[0], states, strict=True)])
-    table = ResponseTable(tuple(coil.name for coil in model.layout.coils), found, both, rest)
-    apart = np.abs(table(asked)[0] / rest - frequency / frequency[0]) * rest
-    return replace(table, error=float((apart / np.ptp(frequency, axis=0)).max()))
+    return both, asked, values

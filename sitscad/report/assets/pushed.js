@@ -1,4 +1,4 @@
-// The pushed sensor: forces and tilt move the target; frequencies, counts and the forces read back follow, by the
+// The pushed sensor: forces and tilt, or moments, move the target; frequencies, counts and the forces read back follow, by the
 // table that the package's data sheet has (`response_table` of the library) and its calibration's map.
 (function (page) {
   "use strict";
@@ -10,12 +10,12 @@
   }
   function clipped(value, low, high) { return Math.max(low, Math.min(high, value)); }
 
-  // Frequencies (Hz) and travel (m: x, y, z) at the five inputs.
+  // Frequencies (Hz) and travel (m: x, y, z; of a free target also rad about x and y) at the five inputs.
   page.responds = function (table, asked) {
     var inside = asked.map(function (value, k) {
       return clipped(2 * (value - table.low[k]) / (table.high[k] - table.low[k]) - 1, -1, 1);
     });
-    var terms = monomials(inside, table.powers), count = table.coils.length, sums = new Array(count + 3).fill(0);
+    var terms = monomials(inside, table.powers), count = table.coils.length, sums = new Array(table.coefficients[0].length).fill(0);
     terms.forEach(function (term, t) {
       for (var k = 0; k < sums.length; k++) sums[k] += term * table.coefficients[t][k];
     });
@@ -50,9 +50,16 @@
 
   var WORDS = {normal: "normal", shear_x: "shear along x", shear_y: "shear along y",
     moment_x: "moment about x, N mm", moment_y: "moment about y, N mm"};
-  var INPUTS = [["normal_N", "normal", "N", 1], ["shear_x_N", "shear along x", "N", 1],
-    ["shear_y_N", "shear along y", "N", 1], ["rx_deg", "tilt about x", "deg", 180 / Math.PI],
-    ["ry_deg", "tilt about y", "deg", 180 / Math.PI]];
+  var FORCES = [["normal_N", "normal", "N", 1], ["shear_x_N", "shear along x", "N", 1], ["shear_y_N", "shear along y", "N", 1]];
+  var INPUTS = {
+    held: FORCES.concat([["rx_deg", "tilt about x", "deg", 180 / Math.PI], ["ry_deg", "tilt about y", "deg", 180 / Math.PI]]),
+    free: FORCES.concat([["moment_x_Nmm", "moment about x", "N mm", 1e3], ["moment_y_Nmm", "moment about y", "N mm", 1e3]])
+  };
+  var ROTATIONS = {
+    held: "All numbers here are those of a target that is kept level, unless it is tilted by the sliders.",
+    free: "All numbers here are those of a target that is free to tilt, as the map and the data sheet have it: forces and " +
+      "moments tilt it. They act on the middle of its outermost face."
+  };
 
   function svg(name, set, inside) {
     var made = document.createElementNS("http://www.w3.org/2000/svg", name);
@@ -62,13 +69,13 @@
   }
 
   // A section along x (0) or y (1): the board still, the pad a quadrilateral from it to the target's near face.
-  function section(shape, along, asked, travel) {
+  function section(shape, along, turned, travel) {
     var wide = 360, high = 190, floor = 150, own = shape.axes[along], reach = own.board[1] - own.board[0];
     var across = (wide - 40) / reach, up = 70 / shape.pad_mm, middle = (own.board[0] + own.board[1]) / 2;
     function x(mm) { return wide / 2 + across * (mm - middle); }
     var made = svg("svg", {viewBox: "0 0 " + wide + " " + high, role: "img", class: "cut"});
     made.appendChild(svg("title", {}, "section along " + "xy"[along]));
-    var tilt = along === 0 ? -asked[4] : asked[3], shift = up * travel[along] * 1e3, down = -up * travel[2] * 1e3;
+    var tilt = along === 0 ? -turned[1] : turned[0], shift = up * travel[along] * 1e3, down = -up * travel[2] * 1e3;
     function corner(mm, height) { // of the target, which turns about the middle of its near face
       var off = mm - own.middle;
       return [x(mm) + shift, floor - up * shape.pad_mm + down - up * off * Math.sin(tilt) - up * height];
@@ -87,7 +94,10 @@
   }
 
   page.pushed = function (root, data, kept) {
-    var table = data.table, map = data.map, state = kept.pushed = kept.pushed || {asked: [0, 0, 0, 0, 0]};
+    var table = data.table, map = data.map, isFree = table.rotation === "free";
+    if (!kept.pushed || kept.pushed.rotation !== table.rotation) kept.pushed = {asked: [0, 0, 0, 0, 0], rotation: table.rotation};
+    var state = kept.pushed;
+    root.querySelector("[data-out=rotation]").textContent = ROTATIONS[table.rotation];
     var inputs = root.querySelector(".inputs"), bodies = root.querySelectorAll("tbody"), pictures = root.querySelector(".cuts");
     var coils = bodies[0], axes = bodies[1];
     axes.parentNode.hidden = !map;
@@ -105,7 +115,7 @@
       inputs.append(which, "Cell " + cells.table + " is solved, and forces are read back of it; others read in proportion to their " +
         "signal. Of neighbours, on which nothing lies, it is said what they change at most.");
     }
-    var sliders = INPUTS.map(function (each, k) {
+    var sliders = INPUTS[table.rotation].map(function (each, k) {
       var label = document.createElement("label"), slider = document.createElement("input"), value = document.createElement("output");
       slider.type = "range";
       slider.min = table.low[k] * each[3];
@@ -156,6 +166,12 @@
       var words = [], full = table.full_scale_N, sheared = Math.hypot(state.asked[1], state.asked[2]);
       if (state.asked[0] > full.normal * 1.0001) words.push("normal force beyond " + full.normal.toPrecision(3) + " N");
       if (sheared > full.shear * 1.0001) words.push("shear beyond " + full.shear.toPrecision(3) + " N");
+      var moments = ["moment_x", "moment_y"].map(function (name, k) { // two share one limit, in parts of their full scales
+        return isFree && table.full_scale_Nm[name] ? state.asked[3 + k] / table.full_scale_Nm[name] : 0;
+      });
+      if (Math.hypot(moments[0], moments[1]) > 1.0001) words.push("moments beyond " + ["moment_x", "moment_y"].map(function (name) {
+        return (1e3 * table.full_scale_Nm[name]).toPrecision(3);
+      }).join(" and ") + " N mm (together within the ellipse of both)");
       axes.parentNode.hidden = !map || !isSolved;
       root.querySelector("[data-out=unsolved]").textContent = !map || isSolved ? "" : "No forces are read back of cell " +
         (state.cell + 1) + ": cell " + cells.table + " alone is solved here. The map of this one is in calibration/cell-" +
@@ -163,10 +179,8 @@
       if (map && isSolved) {
         var read = page.forces(map, counts, tare);
         map.axes.forEach(function (axis, k) {
-          var put = state.asked[["normal", "shear_x", "shear_y"].indexOf(axis)];
-          // the face that tilts the target exerts a moment which the table does not have
-          var shown = axis.indexOf("moment") === 0 ? 1e3 : 1, asked = put === undefined ? "\u2013" : put.toFixed(3);
-          row(axes, WORDS[axis], [[asked, "load_N." + axis], [(shown * read.forces[k]).toFixed(3), "force_N." + axis],
+          var shown = axis.indexOf("moment") === 0 ? 1e3 : 1, put = state.asked[Object.keys(WORDS).indexOf(axis)];
+          row(axes, WORDS[axis], [[(shown * put).toFixed(3), "load_N." + axis], [(shown * read.forces[k]).toFixed(3), "force_N." + axis],
             [(shown * map.error[k]).toPrecision(2), "sigma_N." + axis]]);
         });
         if (!read.holds) words.push("the readings lie beyond what the map was made for: forces are those where it ends");
@@ -175,7 +189,7 @@
       said.textContent = words.length ? "Beyond the working range: " + words.join("; ") + "." : "";
       pictures.innerHTML = "";
       [0, 1].forEach(function (along) {
-        var picture = section(data.shape, along, state.asked, found.travel);
+        var picture = section(data.shape, along, isFree ? found.travel.slice(3) : state.asked.slice(3), found.travel);
         drag(picture, along);
         pictures.appendChild(picture);
       });
