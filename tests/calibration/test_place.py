@@ -63,8 +63,9 @@ def test_a_card_has_every_place_on_the_target_true_to_size(foretold):
 def test_loads_that_all_stand_a_tenth_of_a_millimetre_aside_keep_the_stated_error():
     """Loads 0.1 mm aside made a normal force of 8 N read 8.17, seven stated sigmas off, without a warning."""
     design = sitscad.Design(sitscad.load_text(templates.read("fingertip_cell"), "t.yaml"))
-    sensors = foretell(design.response).sensors
-    loads, errors = foretell(design.response).plan.rows, units(sensors.known, 1, 5)[0]
+    found = foretell(design.response)
+    sensors, loads = found.sensors, found.plan.rows
+    errors = units(sensors.known, 1, 5)[0]
     put = loads.copy()
     put[:, 4] += 1e-4 * put[:, 0]
     generator = np.random.default_rng(1)

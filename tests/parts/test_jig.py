@@ -13,9 +13,11 @@ from solid_pairs import clearances, interferences
 from tolerance import approx
 
 from sitscad.layout import lay_out
-from sitscad.parts import aids
+from sitscad.parts import aids, solids
+from sitscad.parts.proof import printable
 from sitscad.parts.solid import MM, PartsError, Solid, box, manifold, prism, require, tessellate, without
 from sitscad.parts.tooling import (
+    BOARD_PRESS,
     CAVITIES,
     LIFT,
     PUSH_HOLES,
@@ -29,7 +31,7 @@ from sitscad.parts.tooling import (
     push_places,
 )
 from sitscad.scene import stack
-from sitscad.scene.bodies import BodyRole, elastomer, elastomers, joined, target, targets
+from sitscad.scene.bodies import BodyRole, above_board, elastomer, elastomers, joined, target, targets
 from sitscad.scene.column import levels, on_board
 from sitscad.scene.seating import process_clearance
 from sitscad.spec import templates
@@ -277,3 +279,18 @@ def test_tools_that_overlap_cut_what_they_cut_one_after_the_other():
         without(block, [*tools, box(1.7e-3, -1e-3, -1e-3, 1.9e-3, 3e-3, 2e-3)], "block")
     with pytest.raises(PartsError, match="falls into 0 pieces"):
         without(block, [*tools, box(-1e-3, -1e-3, -1e-3, 5e-3, 3e-3, 2e-3)], "block")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("template", ["round_button_12mm", "three_axis_triangle", "grasper_4layer"])
+def test_the_board_s_press_stands_on_the_board_s_rim_and_touches_neither_mount_nor_pieces(template):
+    """A frame stood on the mount's rim where boards are thin, and its glue was pressed by nothing."""
+    layout = lay_out(load_text(templates.read(template)))
+    press = next(solid for solid in jig(layout) if solid.name == BOARD_PRESS)
+    mounts = [solid for solid in solids(layout) if solid.role is BodyRole.MOUNT]
+    thin = lifted(as_solid(stack.board(layout)), -50e-6)  # a board below the mount's rim
+    around = (lifted(press, -50e-6), thin, *(as_solid(body) for body in above_board(layout.spec)), *mounts)
+    assert not [clash for clash in interferences(around) if BOARD_PRESS in clash]
+    gaps = {(c.first, c.second): c.gap for c in clearances((around[0], thin))}
+    assert gaps[BOARD_PRESS, "board"] == approx(0.0, abs=1e-9)
+    assert printable(press, layout.spec.mount.process).faults == ()
