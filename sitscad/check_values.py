@@ -76,7 +76,8 @@ class Share:
 class Measure:
     """One size that has to stay below a limit (m): nominal, by root-sum-square of all tolerances, and at worst.
 
-    ``decided_by`` is the part that decides it, ``parts`` what it is made of.
+    ``decided_by`` is the part that decides it, ``parts`` what it is made of, ``assumption`` what the figures take for
+    granted in words (empty: nothing).
     """
 
     name: str
@@ -86,6 +87,7 @@ class Measure:
     limit: float
     decided_by: str
     parts: tuple[Share, ...]
+    assumption: str = ""
 
     @property
     def margin(self) -> float:

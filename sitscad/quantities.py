@@ -328,6 +328,7 @@ FIT = (
     Quantity("limit_m", "limit"),
     Quantity("margin_m", "to spare at worst"),
     Quantity("decided_by", "decided by"),
+    Quantity("assumption"),
 )
 """Quantities of the fit (`Measure`)."""
 

@@ -11,20 +11,24 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from sitscad.geometry.path import bounding_box
 from sitscad.layout.board import Layout
 from sitscad.layout.lanes import Ring
 from sitscad.parts.imported import DatumError, read_part
 from sitscad.parts.pieces import jaw as placed_jaw
 from sitscad.parts.proof import Measured, between
-from sitscad.parts.solid import MM, PartsError, manifold, require, tessellate
+from sitscad.parts.solid import CHORD, MM, PartsError, manifold, require, tessellate
 from sitscad.record import record
 from sitscad.scene.bodies import seat_heights
+from sitscad.scene.fit import back_reach, closed_section
 from sitscad.scene.jaws import axis, jaw_range, section
 from sitscad.spec.mount import Jaw
 from sitscad.spec.sensor import SensorSpec
 
 STEP_FILE, JAW_FILE, JAW_METAL, FEW_METAL = "step file", "jaw file", "jaw metal", "few jaw metal"
+BACK, ROOMY_BACK, ASSUMED_FACE = "jaw back", "jaw back with room", "assumed face"
 HALF_SLICE = 1e-3
 """A slice reaches so far (m) along the jaw to each side: teeth of grasping faces are up to 2 mm apart."""
 FACE_TOLERANCE = 20e-6
@@ -122,6 +126,8 @@ def measured_jaw(layout: Layout) -> tuple[Measured, ...]:
         found += _metal(layout, jaw)
     if found[0].unit and figures is not None:
         found += [*_sizes(jaw, figures), *_ends(jaw, figures, *jaw_range(layout, figures))]
+        if all(each.is_kept or each.first == ASSUMED_FACE for each in found):  # a misplaced back says nothing more
+            found += _back(layout, jaw, figures)
     return tuple(replace(each, when=f"{each.when}; the file's solid measures {size} along, across and high".strip("; "))
                  for each in found)
 
@@ -217,8 +223,34 @@ def _face_widths(jaw: PlacedJaw, figures: Jaw) -> Iterator[Measured]:
             box = cut.bounding_box()
             widest = max(widest, ((box[4] - box[1]) / MM, place, x))
     wide, place, x = widest
-    if place:
+    if place and figures.face is None and not figures.recess and wide > written + jaw.tolerance(written):
+        yield _measured(jaw, "face", ASSUMED_FACE, wide, written, False, x, place)
+    elif place:
         yield _measured(jaw, "up", "face's width", wide, written, wide >= LEAST_OF_FACE * written, x, place)
+
+
+def _back(layout: Layout, jaw: PlacedJaw, figures: Jaw) -> Iterator[Measured]:
+    """Compare how far (m) the file's jaw and the assumed section reach from the closed pair's axis.
+
+    The fit holds at worst if the file's jaw, with the tolerances of the assumed pair, passes the port.
+    """
+    pair = closed_section(layout)
+    if pair is None:
+        return
+    axis_height = jaw.face + pair.height / 2 - figures.height
+    reaches = []
+    for place, x, part in _slices(jaw):
+        points = np.asarray(part.to_mesh64().vert_properties)
+        if len(points):
+            reach = np.hypot(points[:, 1] / MM - jaw.middle[1], points[:, 2] / MM - axis_height)
+            corner = points[int(reach.argmax()), :3] / MM
+            reaches.append((float(reach.max()), place, (x, float(corner[1]), float(corner[2]))))
+    reach, place, where = max(reaches)
+    assumed = back_reach(layout, figures)
+    passes = reach + pair.worst - pair.radius <= pair.port_radius + CHORD / MM
+    is_kept = reach <= assumed + (jaw.tolerance(figures.height) if passes else CHORD / MM)
+    yield Measured(ROOMY_BACK if passes else BACK, "back", "", reach, assumed, "m", is_kept, where, place,
+                   key="mount.jaw.step")
 
 
 def _ends(jaw: PlacedJaw, figures: Jaw, tip: float, heel: float) -> Iterator[Measured]:

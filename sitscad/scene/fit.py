@@ -46,7 +46,7 @@ from sitscad.scene.seating import side_ledges
 from sitscad.scene.tail_path import tail_path
 from sitscad.spec.mount import Assembly, Jaw
 from sitscad.spec.sensor import SensorSpec
-from sitscad.units import parse_quantity
+from sitscad.units import in_mm, parse_quantity
 
 CLOSED_PAIR, OVERHANG, LENGTH = "closed pair", "board beside the jaw's face", "board along the jaw"
 
@@ -110,7 +110,13 @@ def fit(layout: Layout) -> tuple[Measure, ...]:
     parts.append(Share("board across", layout.body_size[1], outline.band, outline.source))
     parts.append(Share("each piece beside its place", 0.0, placed.band, placed.source))
     widths = (2.0 * pair.radius, 2.0 * pair.likely, 2.0 * pair.worst, 2.0 * pair.port_radius)
-    return Measure(CLOSED_PAIR, *widths, pair.decided_by, tuple(parts)), _overhang(layout, jaw), _length(layout, jaw)
+    square = square_back(layout)
+    unread = "" if square is None else (
+        "if its back is as round as the port: mount.jaw.step is read by build alone, and a square back takes up to "
+        f"{in_mm(2.0 * square, 3)} mm"
+    )
+    closed = Measure(CLOSED_PAIR, *widths, pair.decided_by, tuple(parts), unread)
+    return closed, _overhang(layout, jaw), _length(layout, jaw)
 
 
 def measures(layout: Layout) -> tuple[Measure, ...]:
@@ -138,6 +144,25 @@ def closed_section(layout: Layout) -> ClosedSection | None:
     likely, worst = max(entry[1] for entry in found), max(entry[2] for entry in found)
     above = 0.5 * height.nominal - at["board"][1].nominal
     return ClosedSection(height.nominal, above, radius, part, jaw.port_diameter / 2, likely, worst)
+
+
+def square_back(layout: Layout) -> float | None:
+    """Radius (m) at worst of a closed pair whose backs are as square as the written width and height allow; None if no
+    STEP file describes the back. Raises `PartsError` where the shield does not fit.
+    """
+    jaw, pair = layout.spec.jaw, closed_section(layout)
+    if jaw is None or jaw.step is None or pair is None:
+        return None
+    at = levels(column(layout))
+    half = Toleranced.of(jaw.width / 2, 0.5 * jaw_tolerance(layout.spec.assembly, jaw.width).band, "jaw across")
+    return max(pair.worst, Corner("jaw", half, at["opposing-jaw"][1] * 0.5).reach[2])
+
+
+def back_reach(layout: Layout, jaw: Jaw) -> float:
+    """How far (m) the assumed section of the jaw reaches from the closed pair's axis, nominally."""
+    at = levels(column(layout))
+    corners = _corners(layout, jaw, at, at["opposing-jaw"][1] * 0.5)
+    return max(corner.reach[0] for corner in corners if corner.part == "jaw")
 
 
 def _overhang(layout: Layout, jaw: Jaw) -> Measure:

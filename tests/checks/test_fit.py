@@ -21,9 +21,11 @@ from sitscad.estimates.states.pressing import pressed
 from sitscad.finding import Severity
 from sitscad.layout import lay_out
 from sitscad.mechanics.elastomer import VALID_SHEAR
-from sitscad.scene.fit import OVERHANG
+from sitscad.scene.fit import OVERHANG, closed_section, fit
 from sitscad.spec import presets
 from sitscad.units import parse_quantity
+
+TEMPLATES = Path(__file__).parents[2] / "templates"
 
 
 @pytest.fixture(scope="module")
@@ -646,3 +648,33 @@ def test_a_pressed_pad_that_gives_way_by_itself_has_no_shear_that_is_held():
     slender = sitscad.load(path).replace("elastomer.thickness", 5e-3)
     assert held_shear(slender) == 0.0
     assert beyond_held_shear(0.0).startswith("any shear is extrapolated") and "0 N" not in beyond_held_shear(0.0)
+
+
+def filed(folder, width=4.6, port=5.5):
+    """The template of a jaw with a STEP file beside it that nothing reads."""
+    (folder / "jaw.step").write_text("ISO-10303-21;\nEND-ISO-10303-21;\n")
+    text = (TEMPLATES / "grasper_4layer.yaml").read_text()
+    head, _, rest = text.partition("\n  jaw:")
+    jaw = f"{{width: {width}, length: 18, height: 1.1, port_diameter: {port}, step: jaw.step}}"
+    (folder / "sensor.yaml").write_text(f"{head}\n  jaw: {jaw}\n{rest.partition(chr(10))[2]}")
+    return sitscad.load(folder / "sensor.yaml")
+
+
+@pytest.mark.parametrize(("port", "told"), [(5.5, True), (7.0, False)])
+def test_a_jaw_out_of_a_file_passes_only_if_its_back_is_round_and_check_says_so(tmp_path, port, told):
+    """The back is read by build alone: a square one reaches half the width beside and half the height above the axis."""
+    spec = filed(tmp_path, port=port)
+    layout, result = lay_out(spec), check(spec)
+    pair = closed_section(layout)
+    closed, beside, _ = result.fit
+    assert closed.assumption and not beside.assumption
+    notes = [each for each in result.findings if each.rule == "SIT303" and each.key == "mount.jaw.step"]
+    assert [each.severity for each in notes] == [Severity.NOTE] * told
+    square = 2.0 * math.hypot(2.3e-3, pair.height / 2)
+    for note in notes:
+        assert closed.worst < note.limit < square < note.measured < square + 1e-3
+
+
+def test_a_written_jaw_assumes_nothing_of_its_back(tmp_path):
+    spec = sitscad.load(TEMPLATES / "grasper_4layer.yaml")
+    assert not any(each.assumption for each in fit(lay_out(spec)))

@@ -271,8 +271,9 @@ def _fault(each: Mapping[str, Any]) -> Violation:
             )
         case "port":
             return Violation(
-                f"the {first} reaches {show(value, 'm')} from the closed pair's axis, the port {show(limit, 'm')}",
-                "a lower stack or a narrower piece; SIT303 says by how much",
+                f"the {first} reaches {show(value, 'm')} from the closed pair's axis, the port {show(limit, 'm')}: "
+                f"{show(value - limit, 'm', 3)} too far at x = {x:.2f}, y = {y:.2f}, z = {z:.2f} mm of the board's "
+                "drawing", _to_round(first, value - limit),
             )
         case "opening":
             when = f" ({each['when']})" if each["when"] else ""
@@ -290,6 +291,14 @@ def _fault(each: Mapping[str, Any]) -> Violation:
             return Violation(when, "write the name as the file has it, or datum: [x, y, z]" if lacks_datum else "")
         case "jaw file":
             return _jaw_differs(each)
+        case "jaw back" | "jaw back with room":
+            return Violation(
+                f"the back of the jaw in its STEP file reaches {show(value, 'm')} from the closed pair's axis, the "
+                f"round back that the fit assumes {show(limit, 'm')}: SIT303 and the line fit know nothing of "
+                f"{show(value - limit, 'm', 3)}", "round the file's back to the port's circle, or count on so much less "
+                "room in the port", detail=when,
+                severity=Severity.NOTE if each["what"] == "jaw back with room" else Severity.WARNING,
+            )
         case "jaw metal" | "few jaw metal":
             return Violation(
                 f"the jaw's STEP file has {1e6 * value:.3g} mm2 of metal under the coils, the estimates count "
@@ -309,6 +318,14 @@ def _fault(each: Mapping[str, Any]) -> Violation:
     )
 
 
+def _to_round(piece: str, excess: float) -> str:
+    """The hint for a piece whose corner stands out of the port by a length (m)."""
+    less = show(excess, "m", 3)
+    if piece in ("jaw", "opposing-jaw"):
+        return f"take {less} off that edge of the jaw (round its back to the port's circle), or a wider port"
+    return f"take {less} off that corner: a narrower {piece}, or a lower stack"
+
+
 def _jaw_differs(each: Mapping[str, Any]) -> Violation:
     """A measure of a jaw's STEP file that is not what the spec says; its detail has the place and the solid's size."""
     name, detail = each["first"], each["when"]
@@ -326,6 +343,12 @@ def _jaw_differs(each: Mapping[str, Any]) -> Violation:
         case "tip" | "heel":
             side, value = "short of" if each["value"] > 0.0 else "beyond", value.removeprefix("-")
             message = f"the {name} of the jaw in its STEP file is {value} {side} the written length's, {limit} at most"
+        case "assumed face":
+            return Violation(
+                f"the face in the jaw's STEP file is {value} wide; a back as round as the port would leave {limit}, "
+                "which the fit assumes", f"mount.jaw.face: {1e3 * each['value']:.6g}", detail=detail,
+                severity=Severity.WARNING,
+            )
         case "rim":
             message = f"the rim in the jaw's STEP file stands {value} above the face, the spec says {limit}"
         case _:
@@ -342,6 +365,7 @@ JUDGED_BY = {"interference": ("SIT320", "mount"), "bend": ("SIT320", "mount"),
              "port": ("SIT321", "mount"), "opening": ("SIT322", "mount"),
              "travel": ("SIT323", "requirements"), "bulge": ("SIT323", "requirements"), "support": ("SIT326", "mount"),
              "no support": ("SIT326", "mount"), "jaw file": ("SIT332", "mount.jaw"),
+             "jaw back": ("SIT332", "mount.jaw.step"), "jaw back with room": ("SIT332", "mount.jaw.step"),
              "jaw metal": ("SIT332", "mount.jaw.step"), "few jaw metal": ("SIT332", "mount.jaw.step"),
              "step file": ("SIT333", "mount")}
 """The rule that judges each kind of measurement, and the key that the rule points at."""

@@ -23,7 +23,7 @@ from sitscad.layout.board import Layout
 from sitscad.layout.lanes import coils_breadth
 from sitscad.scene.bodies import Body, above_board
 from sitscad.scene.column import GLUE, column, levels
-from sitscad.scene.fit import CLOSED_PAIR, LENGTH, OVERHANG, measures
+from sitscad.scene.fit import CLOSED_PAIR, LENGTH, OVERHANG, measures, square_back
 from sitscad.scene.jaws import POCKET_CLEARANCE, PartsError, rim, section, shield_that_fits
 from sitscad.scene.stack import width_under
 from sitscad.spec.mount import Jaw
@@ -224,6 +224,15 @@ def stack_height(design: Design) -> Iterator[Verdict]:
         )
     if pair is not None and _weight_of(pair) is not None:
         yield _too_high(design, jaw, pair)
+    square = square_back(design.layout)
+    if square is not None and 2.0 * square > jaw.port_diameter + ROUNDING:
+        yield Violation(
+            f"the jaw's back is taken as round as the port: check does not read mount.jaw.step. A back as square as "
+            f"the written width and height allow needs a circle of {show(2.0 * square, 'm')} at worst, the port is "
+            f"{show(jaw.port_diameter, 'm')}",
+            "sitscad build measures the file's solid: it says what does not pass (SIT321) and how the back differs "
+            "(SIT332)", "mount.jaw.step", 2.0 * square, jaw.port_diameter, "m", severity=Severity.NOTE,
+        )
 
 
 def _too_high(design: Design, jaw: Jaw, pair: Measure) -> Violation:

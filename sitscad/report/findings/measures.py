@@ -28,7 +28,8 @@ def fit_words(fit: Sequence[Measure], whole: bool = False) -> list[str]:
         if m.margin < 0.0:
             likely = "" if m.likely_margin >= 0.0 else f" ({_length(-m.likely_margin, 3)} by root-sum-square)"
             spare = f"{_length(-m.margin, 3)} short{likely}"
-        found.append(f"{m.name} {cases} of {limit} mm{side}, {spare}")
+        assumed = f", {m.assumption}" if m.assumption else ""
+        found.append(f"{m.name} {cases} of {limit} mm{side}, {spare}{assumed}")
     return found
 
 
