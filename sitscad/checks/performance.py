@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sitscad.check_values import RequirementResult
-from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, rule_of
+from sitscad.checks.rules import NEEDS, Rule, Undecided, Verdict, Violation, rule_of
 from sitscad.design import Design
 from sitscad.finding import Severity
 from sitscad.fixes.pads import other_metals, other_silicones, other_thicknesses, slower_scans, smaller_pads
@@ -87,7 +87,8 @@ def _noted(design: Design) -> tuple[RequirementResult, ...]:
     its modulus if nobody has measured it.
     """
     kept = sorted(design.once("reached", dict[str, RequirementResult]).values(), key=lambda each: each.rule)
-    found, needs = design.felt if kept else None, design.spec.requirements
+    needs = design.spec.requirements
+    found = design.felt if any(one.limit is not None for one in kept) else None
     if found is None or not found.held[0]:
         return tuple(kept)
     from sitscad.estimates.performance.causes import farthest  # loaded by whatever feels
@@ -442,13 +443,65 @@ def _against_tilt(asked: Requirements, axis: str) -> str:
     return ", or ".join(ways)
 
 
+MUCH_OF_FULL_SCALE = 0.5
+"""Share of an axis' full scale that unmeasured shear may be read as before it is worth a note."""
+
+
 def unseen_shear(design: Design) -> Iterator[Verdict]:
-    """Shear that is to be borne and that a coil alone reads as normal force."""
-    if len(design.spec.array.placements) == 1:
+    """Shear that must be expected and that the array does not tell: what it is read as on the axes that are asked for.
+
+    It is computed for one coil alone, and for arrays whose other figures are judged as well.
+    """
+    asked, is_lone = design.spec.requirements, len(design.spec.array.placements) == 1
+    if not (is_lone or NEEDS["feeling"][0](design.spec)):
+        return
+    most, found = None, design.felt
+    if found is not None and found.held[-1]:
+        most = _read_as(found, design)
+    borne = show(asked.shear_force or 0.0, "N")
+    said = Violation(f"one coil alone sees no shear: {borne} of it are borne, and what they do to the target is read "
+                     "as normal force", MORE_COILS, "requirements.shear_force")
+    if most is None:
+        if is_lone and asked.shear_force:
+            yield said
+        elif found is None or not found.held[-1]:
+            yield NOTHING_FELT if found is None else Undecided(GIVES_WAY.format(where=POINTS[-1]))
+        return
+    share, error, axis, shear, force = most
+    unit = "N m" if axis in MOMENTS else "N"
+    where = f"{POINTS[-1]}, {show(force, 'N', 3)} of {_along(shear)}"
+    design.once("reached", dict[str, RequirementResult])["unmeasured_shear"] = RequirementResult(
+        "unmeasured_shear", "SIT409", error, None, unit, _along(axis), where)
+    figure = f"{show(error, unit, 3)}, {100.0 * share:.3g} % of its full scale"
+    scale = error / share
+    if is_lone and asked.shear_force:
+        yield replace(said, message=f"{said.message} ({figure})", measured=error, limit=scale, unit=unit)
+    elif share > MUCH_OF_FULL_SCALE:
+        reason = "required" if asked.shear_force else "to be expected: friction on tissue, as far as the pad bears it"
+        instead = MORE_COILS
+        if found is not None and found.bench.range.has_moments:
+            instead = "leave requirements.moment_x and moment_y out and the array tells shear, or keep shear off the face"
         yield Violation(
-            f"one coil alone sees no shear: {show(design.spec.requirements.shear_force or 0.0, 'N')} of it are borne, "
-            "and what they do to the target is read as normal force", MORE_COILS, "requirements.shear_force",
+            f"{show(force, 'N', 3)} of {_along(shear)} ({reason}) are not told: they are read as {_along(axis)}"
+            f"{' force' if axis == 'normal' else ''}, {figure}", f"{instead}; or requirements.shear_force: the shear that really acts, if that is less",
+            "requirements.shear_force", error, scale, unit,
         )
+
+
+def _read_as(found: Felt, design: Design) -> tuple[float, float, str, str, float] | None:
+    """The worst reading of unmeasured shear at full load: its share of full scale, the error (N, N m) and its axis, the
+    shear's axis and force (N). None if the array tells all shear, or if no axis is asked for.
+    """
+    asked, axes = design.spec.requirements, found.bench.range.axes
+    wanted = {"normal": asked.normal_force, "moment_x": asked.moments[0], "moment_y": asked.moments[1],
+              **dict.fromkeys(SHEARS, asked.shear_force or asked.shear_resolution or asked.friction_error)}
+    each = [
+        (float(error / scale), float(error), axis, shear, found.bench.full[shear])
+        for shear, errors in found.points[-1].unmeasured().items()
+        for axis, error, scale in zip(axes, errors, found.bench.range.full_scales, strict=True)
+        if wanted[axis] and np.isfinite(error)
+    ]
+    return max(each, default=None)
 
 
 def requirements_agree(design: Design) -> Iterator[Verdict]:
@@ -493,7 +546,8 @@ RULES: tuple[Rule, ...] = (
     _felt_rule("SIT406", temperature_error, "temperature error"),
     _felt_rule("SIT407", two_loads_one_reading, "feeling"),
     _felt_rule("SIT408", tilt_beside_noise, "feeling"),
-    rule_of("SIT409", unseen_shear, "target", "elastomer", "shear force"),
+    rule_of("SIT409", unseen_shear, "target", "elastomer", "force", felt=FELT_SOURCE,
+            much=f"{100.0 * MUCH_OF_FULL_SCALE:.0f} %"),
     rule_of("SIT410", requirements_agree),
     rule_of("SIT411", moments_told, "target", "elastomer"),
     _felt_rule("SIT412", moment_resolution, "moment resolution"),

@@ -143,6 +143,8 @@ NEEDS: dict[str, tuple[Callable[[SensorSpec], bool], str]] = {
     "shield": (lambda s: s.shield is not None, "no shield in the spec"),
     "tail": (lambda s: s.fpc.tail is not None, "no tail in the spec"),
     **{need: (partial(_states, keys=keys), _unstated(keys)) for need, keys in _REQUIRED.items()},
+    "force": (lambda s: bool(s.requirements.normal_force or s.requirements.shear_force),
+              _unstated(("normal_force", "shear_force"))),
     "feeling": (lambda s: any(_states(s, keys) for keys in _FEELING.values()),
                 "the spec does not ask how finely the sensor feels (requirements.normal_resolution and others)"),
 }

@@ -24,9 +24,13 @@ from sitscad.inspection import as_configured
 from sitscad.package import write_template
 from sitscad.report.findings import as_json, as_text
 from sitscad.report.findings.document import read_findings
+<<<<<<< HEAD
 from sitscad.spec import templates
 from sitscad.spec.load import rewritten_spec
 from sitscad.spec.sensor import TiltErrors
+=======
+from sitscad.spec.load import load_text, rewritten_spec
+>>>>>>> 7e6bd59e (Shear that is not told: what it is read as stands in the line felt, and over half a full scale is noted)
 from sitscad.study.measures import MEASURES
 from sitscad.units import show
 
@@ -219,6 +223,49 @@ def test_a_coil_alone_tells_no_shear():
     assert "no friction" in finding.message
     (finding,), _ = _judged("SIT409", design, shear_force=1.0)
     assert finding.severity is Severity.NOTE and "read as normal force" in finding.message
+
+
+LONG = """sitscad: 1
+name: strip
+coil: {shape: racetrack, outer_diameter: [16, 1.99], turns: 3.5, layers: 4, trace_width: 0.08, trace_spacing: 0.08}
+fpc: {stackup: flex-4l, rules: generic-fine}
+target: {shape: rectangle, size: [16, 2.2], thickness: 0.6}
+elastomer: {shape: rectangle, size: [16, 2.2], thickness: 1, material: ecoflex-00-30}
+requirements: {normal_force: 1 N, contact: [12, 2]}
+"""
+FOUR = """sitscad: 1
+name: tip
+coil: {shape: circle, outer_diameter: 4.2, turns: 6, layers: 4, trace_width: 0.1, trace_spacing: 0.1}
+array: {pattern: grid, count: [2, 2], pitch: 4.5}
+fpc: {stackup: flex-4l, rules: generic-fine}
+target: {shape: square, size: 6.5, thickness: 0.3}
+elastomer: {shape: square, size: 6.5, thickness: 1.2, material: dragon-skin-10}
+requirements: {normal_force: 5 N, moment_x: 3 N mm, moment_y: 3 N mm, moment_resolution: 0.1 N mm}
+"""
+UNMEASURED = [
+    ("coil alone", LONG, {}, "normal"),
+    ("coil alone, little friction", LONG, {"shear_force": 0.05}, "normal"),
+    ("moments", FOUR, {}, "moment"),
+    ("moments, little friction", FOUR, {"shear_force": 0.1}, "moment"),
+]
+
+
+@pytest.mark.parametrize(("text", "needs", "axis"), [row[1:] for row in UNMEASURED], ids=[row[0] for row in UNMEASURED])
+def test_shear_that_is_not_told_and_reads_as_over_half_of_a_full_scale_is_noted(text, needs, axis):
+    """Friction is expected if no shear is required. What the shear is read as stands in the line `felt`."""
+    spec = load_text(text)
+    spec = replace(spec, requirements=replace(spec.requirements, **needs))
+    result = check(spec)
+    (felt,) = [each for each in result.reached if each.requirement == "unmeasured_shear"]
+    assert axis in felt.axis and felt.rule == "SIT409" and felt.limit is None
+    scale = {"normal": spec.requirements.normal_force, "moment": spec.requirements.moments[0]}[axis]
+    found = [each for each in result.findings if each.rule == "SIT409"]
+    is_lone = text is LONG and bool(needs)  # required shear of a coil alone is always worth a note
+    assert [each.severity for each in found] == [Severity.NOTE] * (is_lone or felt.measured > 0.5 * scale)
+    assert (felt.measured > 0.5 * scale) == (not needs)
+    for each in found:
+        assert (each.measured, each.limit, each.key) == (felt.measured, approx(scale, rel=1e-9),
+                                                         "requirements.shear_force")
 
 
 def test_several_coils_see_shear(bench):

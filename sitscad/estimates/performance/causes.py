@@ -21,7 +21,7 @@ from sitscad.arrays import Array
 from sitscad.data import rows
 from sitscad.estimates.performance.bench import Bench
 from sitscad.estimates.performance.inversion import SolvedRange
-from sitscad.estimates.performance.values import FORCES, MOMENTS, along
+from sitscad.estimates.performance.values import FORCES, MOMENTS, UNMEASURED, along
 from sitscad.estimates.response.pad import soft_pad
 from sitscad.estimates.scatter import (
     BEHIND,
@@ -354,12 +354,12 @@ class Disturbed:
         return BRANCH * np.array(widths) * self.bench.range.full_scales
 
     def unmeasured(self) -> dict[str, Array]:
-        """Errors (N, N m) of every axis by full scale on an axis of force that the array does not tell apart."""
+        """Errors (N, N m) of every axis by full scale on each axis of force that the array does not tell apart."""
         found = {}
         for name in (axis for axis in FORCES if axis not in self.bench.range.axes):
             ends = self.bench.full[name] * np.array([1.0, -1.0])
             readings = self.bench.readings(self.bench.poses(np.vstack([self.load, along(self.load, name, ends)])))
-            found[f"{name} at full scale, which is not measured"] = np.abs(
+            found[name] = np.abs(
                 (readings[1:] - readings[0]) @ self.inverse.T).max(axis=0)
         return found
 
@@ -380,7 +380,7 @@ class Disturbed:
             "tilt of 1 degree": np.hypot(*self.tilt_errors(DEGREE).T),
             "twist of 1 degree": DEGREE * np.abs(self.tilts[:, 2]),
             "contact 0.1 mm beside the middle": 0.1 * np.hypot(*self.contact.T),
-            **self.unmeasured(),
+            **{f"{name} {UNMEASURED}": error for name, error in self.unmeasured().items()},
             "modulus, before calibration": units.by_modulus(self.share, normal),
             "manufacture, before calibration": units.at(self.share, normal, False),
             "manufacture, after calibration": units.at(self.share, normal, True),

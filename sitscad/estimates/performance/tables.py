@@ -11,6 +11,7 @@ from sitscad.estimates.performance.values import (
     FORCES,
     INSTABILITY,
     MOMENTS,
+    UNMEASURED,
     Performance,
     combined_error,
     largest_lasting,
@@ -81,11 +82,11 @@ def axis_table(found: PerformanceReport) -> Table:
             *(amount(point.axes[name].resolution, name) for name in names))
     lasting = [largest_lasting(axis.errors) for axis in axes]
     row("largest error by one cause, full load, one tare at the start",
-        *(f"{amount(error, name)}, {cause.replace(UNTOLD, 'not told')}"
+        *(f"{amount(error, name)}, {cause.replace(UNMEASURED, 'not told')}"
           for name, (error, cause) in zip(names, lasting, strict=True)))
     row("errors together, full load, a tare before each grasp",
         *(amount(combined_error(axis.errors), name) for name, axis in zip(names, axes, strict=True)))
-    if any(UNTOLD in cause for cause in axes[0].errors):
+    if any(UNMEASURED in cause for cause in axes[0].errors):
         row("these, and full scale of each axis that is not measured",
             *(amount(_with_unmeasured(axis.errors), name) for name, axis in zip(names, axes, strict=True)))
     for cause, point in ((drifts(rest)[0], rest), *((cause, full) for cause in drifts(full))):
@@ -127,13 +128,10 @@ def _since(cause: str) -> str:
 
 def _with_unmeasured(errors: Mapping[str, float]) -> float:
     """Root of the squares of what `combined_error` counts and of the errors by forces that are not measured."""
-    return math.hypot(combined_error(errors), *(error for cause, error in errors.items() if UNTOLD in cause))
+    return math.hypot(combined_error(errors), *(error for cause, error in errors.items() if UNMEASURED in cause))
 
 
 LEAST_TOLD = 1e-4  # Crosstalk of a noiseless map below which its digits mean nothing
-
-UNTOLD = "at full scale, which is not measured"
-"""What causes of errors say of axes that the array does not tell; too long for a column."""
 
 FROM_UNIT_TO_UNIT = ("modulus, before calibration", "manufacture, before calibration", "manufacture, after calibration")
 """Causes that differ between units: tables have them as a calibration has them."""

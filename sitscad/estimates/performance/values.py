@@ -249,6 +249,10 @@ def _farthest(numbers: Sequence[float]) -> float:
     return max(numbers, key=abs)
 
 
+UNMEASURED = "at full scale, which is not measured"
+"""What causes of errors say of axes of force that the array does not tell."""
+
+
 def lasts_tared(cause: str) -> bool:
     """Whether an error by that cause lasts in a calibrated unit, tared before each grasp, without unmeasured loads."""
     is_drift, is_tared = "drift" in cause, "with a tare" in cause
