@@ -480,10 +480,11 @@ def unseen_shear(design: Design) -> Iterator[Verdict]:
         reason = "required" if asked.shear_force else "to be expected: friction on tissue, as far as the pad bears it"
         instead = MORE_COILS
         if found is not None and found.bench.range.has_moments:
-            instead = "leave requirements.moment_x and moment_y out and the array tells shear, or keep shear off the face"
+            instead = "leave requirements.moment_x and moment_y out and the array tells shear, or let no shear act"
         yield Violation(
             f"{show(force, 'N', 3)} of {_along(shear)} ({reason}) are not told: they are read as {_along(axis)}"
-            f"{' force' if axis == 'normal' else ''}, {figure}", f"{instead}; or requirements.shear_force: the shear that really acts, if that is less",
+            f"{' force' if axis == 'normal' else ''}, {figure}",
+            f"{instead}; or requirements.shear_force: the shear that really acts, if that is less",
             "requirements.shear_force", error, scale, unit,
         )
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from enum import StrEnum
 
+from sitscad.data import rows
 from sitscad.geometry.convex import Box, Footprint
 from sitscad.geometry.path import Path, Point, box_around, circle, enclosed_area, polyline, rectangle
 from sitscad.geometry.shapes import PLATES
@@ -15,7 +16,7 @@ from sitscad.record import record
 from sitscad.spec.materials import Cutting
 from sitscad.spec.places import cell_placements, cell_specs, footprint, place_in_words, webs
 from sitscad.spec.sensor import SensorSpec
-from sitscad.units import in_mm
+from sitscad.units import in_mm, parse_quantity
 
 MARGIN = 5e-3
 COUPON_SIZE = 10e-3
@@ -24,6 +25,18 @@ MARK_ARM = 1e-3
 TEXT_HEIGHT = 1.2e-3
 _LINE_STEP = 2e-3
 _LETTER_WIDTH = 0.8  # of the height, for the room that a note takes in any plain font
+
+
+def laser_limit(material: str) -> float | None:
+    """The greatest thickness (m) of a material that a known laser cuts; None if no limit is known."""
+    known = (row["most"] for row in rows("laser_cutting") if row["material"] == material)
+    return max((parse_quantity(text, "length") for text in known if text), default=None)
+
+
+def is_laser_cut(material: str, thickness: float) -> bool:
+    """Whether a laser that is known to cut a material may cut this thickness (m); True if no limit is known."""
+    most = laser_limit(material)
+    return most is None or thickness <= most + 1e-9
 
 
 class CutLayer(StrEnum):

@@ -10,8 +10,16 @@ from sitscad.drawing.frame import FORCED
 from sitscad.fabrication.notes import hanging
 from sitscad.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
-from sitscad.layout.laser_sheet import COUPON_HOLE, COUPON_SIZE, LOOKS, CutLayer, LaserSheet, joined_part
-from sitscad.papers.preparing import is_laser_cut, order_of
+from sitscad.layout.laser_sheet import (
+    COUPON_HOLE,
+    COUPON_SIZE,
+    LOOKS,
+    CutLayer,
+    LaserSheet,
+    is_laser_cut,
+    joined_part,
+)
+from sitscad.papers.preparing import order_of
 from sitscad.scene.stack import sheets
 from sitscad.spec.sensor import SensorSpec
 from sitscad.units import counted, in_mm, parse_quantity

@@ -18,10 +18,10 @@ from sitscad.fabrication.notes import stiffener_text
 from sitscad.geometry.path import bounding_box
 from sitscad.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
-from sitscad.layout.laser_sheet import joined_part
+from sitscad.layout.laser_sheet import is_laser_cut, joined_part
 from sitscad.papers.gluing import BAR_HOLE, film_rooms, grams, steel_bar, washers
 from sitscad.papers.mounting import cures_badly, doses, nut_screw, screw_length, set_screw
-from sitscad.papers.preparing import Order, capacitor, connector_order, is_laser_cut, order_of, pours
+from sitscad.papers.preparing import Order, capacitor, connector_order, order_of, pours
 from sitscad.parts.tooling import FOAM, foot_pockets, pour, skin_pour
 from sitscad.parts.whole import SOFT_LINES
 from sitscad.record import record

@@ -220,13 +220,6 @@ def three_digits(capacitance: float) -> str:
     return f"{digits}{zeros}" if digits < 100 else f"10{zeros + 1}"
 
 
-def is_laser_cut(material: str, thickness: float) -> bool:
-    """Whether a laser that is known to cut a material may cut this thickness (m); True if no limit is known."""
-    known = (row["most"] for row in rows("laser_cutting") if row["material"] == material)
-    most = [parse_quantity(text, "length") for text in known if text]
-    return not most or thickness <= max(most) + 1e-9
-
-
 @cache
 def _table() -> dict[tuple[str, str], list[dict[str, str]]]:
     found: dict[tuple[str, str], list[dict[str, str]]] = {}

@@ -216,7 +216,10 @@ class RulesDocument(Section):
     `based_on`. Every figure may also be written `{value: 80 um, source: their page, status: unverified}`.
     """
 
-    name: str = key(Label, "what to call them (a file: its name)", "written out")
+    name: str | None = key(
+        Label, "what papers call them: the file's name if left out, or the spec's rules with what they are based on",
+        None,
+    )
     based_on: str = key(
         ProfileName(or_none=True), "where the rest comes from; none: every figure stands here", "generic-flex"
     )

@@ -251,9 +251,9 @@ class _Profile:
     def __init__(self, document: RulesDocument, place: Origin, remarks: Remarks) -> None:
         self.document, self.place, self.remarks = document, place, remarks
         self.figures = {name: value for name, value in document.values().items() if isinstance(value, Figure)}
-        self.has_name = f"{place.prefix}name" in place.source.keys
-        own = document.name if self.has_name or not place.chain else Path(place.label).stem
-        self.name = place.installed or own
+        base = "" if document.based_on == "none" else f", based on {document.based_on}"
+        own = Path(place.label).stem if place.chain else f"the spec's rules{base}"
+        self.name = place.installed or document.name or own
 
     def _complain(self, rule: str, key: str, message: str, hint: str) -> None:
         self.place.complain(self.remarks, rule, f"{self.place.prefix}{key}", message, hint)
@@ -386,7 +386,7 @@ class _Profile:
         line = place.source.locate(f"{place.prefix}{field}")[0]
         if place.chain:
             return f"{self.name} ({place.label} line {line})"
-        return f"{self.name if self.has_name else 'the spec'} (line {line})"
+        return f"{self.document.name or 'the spec'} (line {line})"
 
     def _source(self, key: str, figure: Figure) -> str:
         """Where a figure comes from: what is said of it, after the file and line it stands in; marked if not seen."""

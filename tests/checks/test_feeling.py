@@ -24,13 +24,9 @@ from sitscad.inspection import as_configured
 from sitscad.package import write_template
 from sitscad.report.findings import as_json, as_text
 from sitscad.report.findings.document import read_findings
-<<<<<<< HEAD
 from sitscad.spec import templates
-from sitscad.spec.load import rewritten_spec
-from sitscad.spec.sensor import TiltErrors
-=======
 from sitscad.spec.load import load_text, rewritten_spec
->>>>>>> 7e6bd59e (Shear that is not told: what it is read as stands in the line felt, and over half a full scale is noted)
+from sitscad.spec.sensor import TiltErrors
 from sitscad.study.measures import MEASURES
 from sitscad.units import show
 

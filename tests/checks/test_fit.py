@@ -662,7 +662,7 @@ def filed(folder, width=4.6, port=5.5):
 
 @pytest.mark.parametrize(("port", "told"), [(5.5, True), (7.0, False)])
 def test_a_jaw_out_of_a_file_passes_only_if_its_back_is_round_and_check_says_so(tmp_path, port, told):
-    """The back is read by build alone: a square one reaches half the width beside and half the height above the axis."""
+    """Build alone reads the back: a square one reaches half the width beside and half the height above the axis."""
     spec = filed(tmp_path, port=port)
     layout, result = lay_out(spec), check(spec)
     pair = closed_section(layout)

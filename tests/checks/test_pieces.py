@@ -18,6 +18,7 @@ from sitscad.layout import lay_out
 from sitscad.scene.column import print_limit
 from sitscad.scene.seating import CORNER_SCREW, adapter_needed, corner_holes, plate_plan
 from sitscad.spec import presets, templates
+from sitscad.spec.load import load_text
 from sitscad.spec.sensor import SensorSpec
 
 COPPER, COVER = {"copper": "30 um"}, {"coverlay": "27.5 um"}
@@ -254,3 +255,74 @@ def test_holes_of_an_adapter_are_clear_of_the_nuts_in_its_corners(design, patter
         nearest = min(math.dist(hole.at, corner.at) for corner in corners)
         assert nearest > hole.head / 2 + CORNER_SCREW.nut_across / math.sqrt(3.0) + print_limit("resin", "wall").value
     assert needed
+
+
+STRIP = """sitscad: 1
+name: strip
+coil: {shape: racetrack, outer_diameter: [16, 1.99], turns: 3.5, layers: 4, trace_width: 0.08, trace_spacing: 0.08}
+array: {pattern: line, count: 3, pitch: 18}
+fpc:
+  stackup: flex-4l
+  rules: {based_on: generic-fine, coil_trace_width: 0.08, coil_trace_spacing: 0.08, source: their quotation}
+  largest: {shape: rectangle, size: [60, WIDTH]}
+  tail: {length: 150, bend: none, END}
+target: {shape: rectangle, size: [16, 2.2], thickness: 0.6}
+elastomer: {shape: rectangle, size: [16, 2.2], thickness: 1, material: ecoflex-00-30}
+MOUNT
+"""
+
+
+def strip(end="connector: zif-0.3mm, contacts: 7", width="3", mount=""):
+    return load_text(STRIP.replace("END", end).replace("WIDTH", width).replace("MOUNT", mount))
+
+
+@pytest.mark.parametrize(("end", "width", "told"), [
+    ("connector: zif-0.3mm, contacts: 7", "3.2", False), ("connector: zif-0.3mm", "3.2", True),
+    ("connector: zif-0.3mm", "4.3", False), ("connector: solder-pads", "3.2", True),
+    ("connector: zif-0.5mm", "3.2", True), ("connector: solder-pads, turn: left", "3.2", False),
+])
+def test_contacts_wider_than_the_largest_outline_are_noted_with_their_width(judge, end, width, told):
+    spec = strip(end, width)
+    found = [each for each in judge("SIT136", spec) if each.severity is Severity.NOTE]
+    assert len(found) == told
+    for each in found:
+        assert each.key == "fpc.tail.connector" and each.limit == approx(1e-3 * float(width), rel=1e-9)
+        assert each.measured == approx(lay_out(spec).size[1], rel=1e-6)
+
+
+@pytest.mark.parametrize(("mount", "told"), [
+    ("mount: {kind: custom}", True), ("mount: {kind: bench-plate}", False), ("", False),
+    ("mount: {kind: custom, metal_behind: {material: stainless-304, distance: 2, thickness: 1}}", False),
+])
+def test_a_mount_of_ones_own_without_metal_behind_is_noted(judge, mount, told):
+    found = judge("SIT336", strip(mount=mount))
+    assert [(each.severity, each.key) for each in found] == [(Severity.NOTE, "mount")] * told
+    assert all("mount.metal_behind" in each.hint for each in found)
+
+
+@pytest.mark.parametrize(("material", "thickness", "limit"), [
+    ("copper", "0.2", None), ("copper", "0.21", 0.2e-3), ("copper", "0.5", 0.2e-3), ("aluminium", "0.5", None),
+])
+def test_a_target_that_no_known_laser_cuts_is_noted_by_check(design, judge, material, thickness, limit):
+    found = judge("SIT317", design(target__material=material, target__thickness=thickness))
+    assert [(each.severity, each.key, each.limit) for each in found] == (
+        [(Severity.NOTE, "target.thickness", limit)] if limit else [])
+
+
+@pytest.mark.parametrize("room", [3.1, 2.4])
+def test_the_hint_for_a_body_that_is_too_large_says_what_the_outline_has_no_room_for(judge, room):
+    """The outline as the body's own is laid out: it is named with what is missing, or with nothing."""
+    spec = strip(width=f"{room}").replace("fpc.margin", (0.0, 0.5e-3))
+    (found,) = [each for each in judge("SIT136", spec) if each.severity is Severity.ERROR]
+    body = {"shape": "rectangle", "size": ["60 mm", f"{room} mm"]}
+    lacks = lay_out(spec.replace("fpc.margin", (0.0, 0.0)).replace("fpc.body", body))
+    assert bool(lacks.shortfalls) == (room == 2.4) and f"[60, {room}]" in found.hint
+    assert all(lack.message in found.hint for lack in lacks.shortfalls[:1])
+
+
+@pytest.mark.parametrize(("name", "shown"), [("", "based on generic-fine"), ("name: our shop, ", "our shop")])
+def test_rules_in_the_spec_are_called_by_their_name_or_by_what_they_are_based_on(name, shown):
+    """Papers said "closer than written out keeps"."""
+    rules = load_text(STRIP.replace("END", "connector: zif-0.3mm").replace("WIDTH", "9").replace("MOUNT", "").replace(
+        "{based_on", f"{{{name}based_on")).fpc.rules
+    assert rules.name.endswith(shown) and "written out" not in rules.name

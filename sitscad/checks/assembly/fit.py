@@ -295,8 +295,8 @@ def _fault(each: Mapping[str, Any]) -> Violation:
             return Violation(
                 f"the back of the jaw in its STEP file reaches {show(value, 'm')} from the closed pair's axis, the "
                 f"round back that the fit assumes {show(limit, 'm')}: SIT303 and the line fit know nothing of "
-                f"{show(value - limit, 'm', 3)}", "round the file's back to the port's circle, or count on so much less "
-                "room in the port", detail=when,
+                f"{show(value - limit, 'm', 3)}", "round the file's back to the port's circle, or count on so much "
+                "less room in the port", detail=when,
                 severity=Severity.NOTE if each["what"] == "jaw back with room" else Severity.WARNING,
             )
         case "jaw metal" | "few jaw metal":

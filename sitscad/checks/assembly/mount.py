@@ -365,6 +365,18 @@ def tolerance_shares(design: Design) -> Iterator[Verdict]:
             )
 
 
+def counted_metal(design: Design) -> Iterator[Verdict]:
+    """Metal behind a mount of the user's own, which the numbers count if the spec names it."""
+    mount = design.spec.mount
+    if mount is not None and mount.kind == "custom" and mount.metal is None and mount.step is None:
+        yield Violation(
+            "no metal behind the board is counted: a tube, a tool or a battery there takes signal, up to half of it "
+            "where it is a few tenths of a millimetre away",
+            "mount.metal_behind: {material: stainless-304, distance: 3, thickness: 1}, if metal lies behind; nothing, "
+            "if none does", "mount", severity=Severity.NOTE,
+        )
+
+
 RULES: tuple[Rule, ...] = (
     rule_of("SIT315", mount_joint, "jaw"), rule_of("SIT316", mount_holes, "mount"),
     rule_of("SIT314", printed_wall, "mount"), rule_of("SIT319", carried, "mount"),
@@ -373,4 +385,5 @@ RULES: tuple[Rule, ...] = (
     rule_of("SIT331", tolerance_shares),
     rule_of("SIT334", glue_open_times),
     rule_of("SIT335", film_inhibitors),
+    rule_of("SIT336", counted_metal, "mount"),
 )

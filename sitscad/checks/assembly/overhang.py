@@ -28,12 +28,13 @@ from sitscad.fixes.moves import larger_body
 from sitscad.fixes.search import Family, Fix
 from sitscad.geometry.convex import beyond
 from sitscad.geometry.path import Path
-from sitscad.layout.laser_sheet import cut_parts, nests, sheet_needed
+from sitscad.layout.laser_sheet import cut_parts, is_laser_cut, laser_limit, nests, sheet_needed
 from sitscad.layout.outline import edge_of_body
 from sitscad.scene.bodies import Body, elastomer, film_thickness, target
 from sitscad.scene.jaws import PartsError
 from sitscad.scene.stack import ground, shield_part
 from sitscad.spec.materials import Cutting
+from sitscad.spec.sensor import SensorSpec
 from sitscad.units import show
 
 FACTORS = (1, 2, 3)
@@ -136,6 +137,7 @@ def laser_sheet(design: Design) -> Iterator[Verdict]:
     two copies that lie side by side.
     """
     spec, cutting, boards = design.spec, design.spec.cutting, design.spec.fpc.boards or 1
+    yield from _uncut_target(spec)
     if boards == 1 and cutting == Cutting():
         return  # one part is its own drawing, and nothing is said of sheets
     cut = [*cut_parts(spec)]
@@ -162,6 +164,21 @@ def laser_sheet(design: Design) -> Iterator[Verdict]:
             )
 
 
+def _uncut_target(spec: SensorSpec) -> Iterator[Violation]:
+    """Yield a note if no known laser cuts the target's metal in its thickness."""
+    plate = spec.target
+    if plate is None or is_laser_cut(plate.material.name, plate.thickness):
+        return
+    most, name = laser_limit(plate.material.name), plate.material.name
+    assert most is not None
+    yield Violation(
+        f"no laser that we know cuts a target of {show(plate.thickness, 'm', 3)} of {name}: they cut "
+        f"{show(most, 'm', 3)} (unverified)",
+        f"have it etched or punched (laser/readme.txt says how), ask the shop, or target.thickness: {1e3 * most:.3g}",
+        "target.thickness", plate.thickness, most, "m", severity=Severity.NOTE,
+    )
+
+
 def finger_carries(design: Design) -> Iterator[Verdict]:
     """The board's body across the finger that a cap slips over."""
     mount, width = design.spec.mount, design.layout.body_size[1]
@@ -171,7 +188,9 @@ def finger_carries(design: Design) -> Iterator[Verdict]:
             f"the board's body is {show(width, 'm', 3)} wide, the finger {show(has, 'm', 3)}: the cap carries "
             f"{show((width - has) / 2, 'm', 3)} of it on each side beyond the finger, where it bends under load"
             + (", and the estimate takes its metal as endless" if mount.finger.material else ""),
-            "a wider finger (mount.finger.size), or a narrower board", "mount.finger.size", width, has, "m",
+            f"a finger of {show(width, 'm', 4)} (mount.finger.size), or a board narrower by "
+            f"{show(width - has, 'm', 3)} (smaller coils, or fpc.body: what has no room in it is named)",
+            "mount.finger.size", width, has, "m",
         )
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
+from itertools import pairwise
 
 from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, rule_of
 from sitscad.design import Design
@@ -15,6 +16,7 @@ from sitscad.fixes import moves
 from sitscad.fixes.search import GROWTH, Family, Fix, Growing, setting
 from sitscad.geometry.convex import beyond
 from sitscad.geometry.path import bounding_box, rectangle
+from sitscad.layout import arrange
 from sitscad.layout.board import Layout
 from sitscad.scene.bodies import film_thickness
 from sitscad.scene.seating import PLATE_CORNER, plate_plan
@@ -122,11 +124,46 @@ def within_largest(design: Design) -> Iterator[Verdict]:
         yield Violation(
             f"the body, {show(x1 - x0, 'm')} x {show(y1 - y0, 'm')}, reaches {show(over, 'm')} beyond the largest "
             f"outline that is asked for ({largest.written})",
-            f"smaller coils{nearer} a smaller body; a body of that outline (fpc.body) is refused with what has no room "
-            "in it", "fpc.largest", over, 0.0, "m",
+            lambda: f"smaller coils{nearer} a smaller body; or {_as_body(spec, largest)}",
+            "fpc.largest", over, 0.0, "m",
             fixes=_fitting(spec, largest, over, (x1 - x0, y1 - y0)),
         )
+    yield from _wide_tail(design.layout, largest)
     yield from _larger_plate(design.layout, largest)
+
+
+def _as_body(spec: SensorSpec, largest: BodySpec) -> str:
+    """Words for the largest outline written as the body's own: whether it holds all, else what has no room in it."""
+    short = arrange(_as_asked(spec, largest).spec).shortfalls
+    written = f"write fpc.body: {largest.written}"
+    return f"{written}, in which {short[0].message}" if short else f"{written}, in which everything has room"
+
+
+def _wide_tail(layout: Layout, largest: BodySpec) -> Iterator[Violation]:
+    """Yield a note if the tail or its contacts are wider than `fpc.largest`, which limits the body alone.
+
+    A turned tail, and one with a drawn outline, have no such width.
+    """
+    tail, size = layout.spec.fpc.tail, largest.size
+    if tail is None or tail.turn != "none" or size is None:
+        return
+    places = sorted({point.x for point in layout.outline.flattened(1e-5) if point.x > layout.body[2] + ROUNDING})
+    widths = [high - low for low, high in map(layout.reach_at, (0.5 * (a + b) for a, b in pairwise(places)))]
+    widest, end, limit = max(widths, default=0.0), widths[-1:], size[1]
+    if widest <= limit + ROUNDING:
+        return
+    has_end = end[0] > limit + ROUNDING
+    count, used = len(layout.pads), len([pad for pad in layout.pads if not pad.is_unused])
+    what = f"the tail's end, with {count} contacts of {tail.connector.name}," if has_end else "the tail"
+    fewer = f"fpc.tail.contacts: {used}, which are enough; " if count > used else ""
+    yield Violation(
+        f"{what} is {show(end[0] if has_end else widest, 'm')} wide, and the outline that is asked for is "
+        f"{show(limit, 'm')} wide ({largest.written}): it holds for the body alone",
+        f"{fewer}a finer connector (fpc.tail.connector: zif-0.3mm), fewer coils, or contacts that stay outside"
+        if has_end else "fewer coils on the tail, or finer tracks (fpc.rules)",
+        "fpc.tail.connector" if has_end else "fpc.tail", end[0] if has_end else widest, limit, "m",
+        severity=Severity.NOTE,
+    )
 
 
 def _larger_plate(layout: Layout, largest: BodySpec) -> Iterator[Violation]:
@@ -163,9 +200,14 @@ def _beyond_largest(layout: Layout) -> float:
     return max(beyond(largest.edge.shifted(x, y), point) for point in body.flattened(1e-6))
 
 
+def _as_asked(spec: SensorSpec, largest: BodySpec) -> Fix:
+    """Return the largest outline as the body's own."""
+    return setting(replace(spec, fpc=replace(spec.fpc, margin=(0.0, 0.0))), "fpc.body", largest, largest.written)
+
+
 def _fitting(spec: SensorSpec, largest: BodySpec, over: float, have: tuple[float, float]) -> tuple[Family, ...]:
     """Return the largest outline as the body's own, smaller coils, and both together."""
-    as_asked = setting(replace(spec, fpc=replace(spec.fpc, margin=(0.0, 0.0))), "fpc.body", largest, largest.written)
+    as_asked = _as_asked(spec, largest)
     keeps_length = largest.size is not None and have[0] <= largest.size[0] + ROUNDING
 
     smaller = partial(moves.smaller_coils, keeps_length=keeps_length)
