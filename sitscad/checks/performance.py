@@ -122,6 +122,12 @@ def _along(axis: str) -> str:
     return AXIS_WORDS[axis]
 
 
+def _unfelt(design: Design) -> Undecided:
+    """Why nothing was estimated of what the sensor feels."""
+    is_too_large = not (design.estimates.is_solved or design.estimates.is_rough)
+    return NOT_SOLVED if is_too_large and design.spec.target is not None else NOTHING_FELT
+
+
 def where_felt(rule: FeltRule) -> Callable[[Design], Iterator[Verdict]]:
     """A rule about what the sensor feels at working points, as a rule about a design: undecided where there is nothing
     to feel, and of points at which the pad gives way.
@@ -131,8 +137,7 @@ def where_felt(rule: FeltRule) -> Callable[[Design], Iterator[Verdict]]:
     def apply(design: Design) -> Iterator[Verdict]:
         found = design.felt
         if found is None:
-            is_too_large = not (design.estimates.is_solved or design.estimates.is_rough)
-            yield NOT_SOLVED if is_too_large and design.spec.target is not None else NOTHING_FELT
+            yield _unfelt(design)
         else:
             yield from rule(found, design)
             lost = [at for at, is_held in zip(POINTS, found.held, strict=True) if not is_held]
@@ -465,7 +470,7 @@ def unseen_shear(design: Design) -> Iterator[Verdict]:
         if is_lone and asked.shear_force:
             yield said
         elif found is None or not found.held[-1]:
-            yield NOTHING_FELT if found is None else Undecided(GIVES_WAY.format(where=POINTS[-1]))
+            yield _unfelt(design) if found is None else Undecided(GIVES_WAY.format(where=POINTS[-1]))
         return
     share, error, axis, shear, force = most
     unit = "N m" if axis in MOMENTS else "N"

@@ -242,9 +242,9 @@ def _back(layout: Layout, jaw: PlacedJaw, figures: Jaw) -> Iterator[Measured]:
     for place, x, part in _slices(jaw):
         points = np.asarray(part.to_mesh64().vert_properties)
         if len(points):
-            reach = np.hypot(points[:, 1] / MM - jaw.middle[1], points[:, 2] / MM - axis_height)
-            corner = points[int(reach.argmax()), :3] / MM
-            reaches.append((float(reach.max()), place, (x, float(corner[1]), float(corner[2]))))
+            distances = np.hypot(points[:, 1] / MM - jaw.middle[1], points[:, 2] / MM - axis_height)
+            corner = points[int(distances.argmax()), :3] / MM
+            reaches.append((float(distances.max()), place, (x, float(corner[1]), float(corner[2]))))
     reach, place, where = max(reaches)
     assumed = back_reach(layout, figures)
     passes = reach + pair.worst - pair.radius <= pair.port_radius + CHORD / MM
