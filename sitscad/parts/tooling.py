@@ -280,14 +280,17 @@ def foot_pockets(layout: Layout) -> tuple[Path, ...]:
     bodies = (*pads, *plates(layout.spec, "target"))
     if not bodies:
         return ()
-    wall = print_limit(process_of(layout.spec.mount), "free_wall").value
+    wall, film = print_limit(process_of(layout.spec.mount), "free_wall").value, layout.spec.encapsulation
+    # a skin that is cast already stands round the pieces, its walls leaning by the draft
+    skin = film.thickness + math.tan(DRAFT) * top_height(layout.spec) if film is not None and is_cast(layout) else 0.0
     if has_round_body(layout.spec.fpc.body):
         centre = Point((x0 + x1) / 2, (y0 + y1) / 2)
-        left = (x1 - x0) / 2 - FOOT_INSET - wall - max(_reach(body, centre) for body in bodies)
+        left = (x1 - x0) / 2 - FOOT_INSET - wall - skin - max(_reach(body, centre) for body in bodies)
         if left < FOOT_ROOM[0]:
             return ()
         return (circle(centre, (x1 - x0) / 2 - FOOT_INSET - wall - left + min(left, FOOT_ROOM[1])),)
-    cells = [body.footprint.box for body in bodies]
+    boxes = [body.footprint.box for body in bodies]
+    cells = [(box[0] - skin, box[1] - skin, box[2] + skin, box[3] + skin) for box in boxes]
     if len(bodies) == 2 * len(pads):
         cells = [_round_boxes(pair) for pair in zip(cells[: len(pads)], cells[len(pads) :], strict=True)]
     apart = min((max(one[0] - other[2], other[0] - one[2], one[1] - other[3], other[1] - one[3])

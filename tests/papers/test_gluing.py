@@ -16,11 +16,11 @@ from sitscad.design import Design
 from sitscad.estimates import gluing as physics
 from sitscad.estimates.response.pad import pushed
 from sitscad.geometry.convex import Footprint
-from sitscad.geometry.path import Point
+from sitscad.geometry.path import Point, bounding_box
 from sitscad.papers import gluing
 from sitscad.papers.mounting import fastened, jaw_cut, pushed_out, tail_held
-from sitscad.parts.tooling import PEG, foot_pockets
-from sitscad.scene.bodies import BodyRole
+from sitscad.parts.tooling import FOOT_ROOM, PEG, foot_pockets
+from sitscad.scene.bodies import BodyRole, elastomer
 from sitscad.scene.column import Toleranced
 from sitscad.scene.tail_path import bends
 from sitscad.spec import presets, templates
@@ -129,6 +129,15 @@ def test_the_board_is_pressed_until_its_glue_lies_flat(name):
     said = gluing.pressing(layout, "")
     assert "jig-board-press" in said and gluing.grams(mass) in said
     assert ("holes in turn" in pushed_out(layout)) == (len(cell_placements(layout.spec)) > 1)
+
+
+def test_the_board_s_press_leaves_a_cast_skin_its_room():
+    change = {"encapsulation": {"thickness": "0.5 mm"}, "elastomer.size": "6 mm", "target.size": "6 mm"}
+    layouts = [sitscad.lay_out(spec_of("three_axis_triangle", **each))
+               for each in ({**change, "encapsulation": None}, change)]
+    bare, cast = (bounding_box(foot_pockets(layout)) for layout in layouts)
+    pad = elastomer(layouts[1].spec).footprint.box
+    assert cast[0] <= pad[0] - 0.5e-3 - FOOT_ROOM[0] + 1e-9 and cast[0] < bare[0]
 
 
 def test_a_board_without_a_rim_is_pressed_through_foam_alone():
