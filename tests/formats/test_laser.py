@@ -23,9 +23,17 @@ from sitscad.drawing.svg import path_data
 from sitscad.formats import laser
 from sitscad.geometry.path import Line, Point, bounding_box, closed_polygon, rounded
 from sitscad.layout import lay_out
-from sitscad.layout.laser_sheet import COUPON_HOLE, COUPON_SIZE, LOOKS, MARGIN, Contour, CutLayer, laser_sheets
+from sitscad.layout.laser_sheet import (
+    COUPON_HOLE,
+    COUPON_SIZE,
+    LOOKS,
+    MARGIN,
+    Contour,
+    CutLayer,
+    is_laser_cut,
+    laser_sheets,
+)
 from sitscad.papers import laser_notes
-from sitscad.papers.preparing import is_laser_cut
 from sitscad.scene.stack import sheets, shield
 from sitscad.spec import templates
 from sitscad.spec.load import load_text
