@@ -455,17 +455,19 @@ MUCH_OF_FULL_SCALE = 0.5
 def unseen_shear(design: Design) -> Iterator[Verdict]:
     """Shear that must be expected and that the array does not tell: what it is read as on the axes that are asked for.
 
-    It is computed for one coil alone, and for arrays whose other figures are judged as well.
+    It is computed where other figures of what is felt are judged as well: it costs a check of one coil twice its time.
     """
     asked, is_lone = design.spec.requirements, len(design.spec.array.placements) == 1
-    if not (is_lone or NEEDS["feeling"][0](design.spec)):
+    borne = show(asked.shear_force or 0.0, "N")
+    said = Violation(f"one coil alone sees no shear: {borne} of it are borne, and what they do to the target is read "
+                     "as normal force", MORE_COILS, "requirements.shear_force")
+    if not NEEDS["feeling"][0](design.spec):
+        if is_lone and asked.shear_force:
+            yield said
         return
     most, found = None, design.felt
     if found is not None and found.held[-1]:
         most = _read_as(found, design)
-    borne = show(asked.shear_force or 0.0, "N")
-    said = Violation(f"one coil alone sees no shear: {borne} of it are borne, and what they do to the target is read "
-                     "as normal force", MORE_COILS, "requirements.shear_force")
     if most is None:
         if is_lone and asked.shear_force:
             yield said

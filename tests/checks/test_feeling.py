@@ -228,7 +228,7 @@ coil: {shape: racetrack, outer_diameter: [16, 1.99], turns: 3.5, layers: 4, trac
 fpc: {stackup: flex-4l, rules: generic-fine}
 target: {shape: rectangle, size: [16, 2.2], thickness: 0.6}
 elastomer: {shape: rectangle, size: [16, 2.2], thickness: 1, material: ecoflex-00-30}
-requirements: {normal_force: 1 N, contact: [12, 2]}
+requirements: {normal_force: 1 N, normal_resolution: 50 mN, contact: [12, 2]}
 """
 FOUR = """sitscad: 1
 name: tip
