@@ -10,13 +10,13 @@ from typing import Any, get_args, get_type_hints
 
 import spec_reference
 
+from sitscad.basics.units import SI_UNITS
 from sitscad.layout.board import Capacitor, Coil, Layout, Pad, Stiffener, Trace, Via, Winding
 from sitscad.spec.coil import ArraySpec, CoilPlacement
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.format.kinds import Kind, Pair, Quantity
 from sitscad.spec.format.section import Readable
 from sitscad.spec.sensor import SensorSpec, SpecDocument
-from sitscad.units import SI_UNITS
 
 ELSEWHERE = (
     ("sitscad", "nothing: the version of the format is always 1"),

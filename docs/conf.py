@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from sitscad.version import __version__
+from sitscad.basics.version import __version__
 
 project = "sitscad"
 version = release = __version__

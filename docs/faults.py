@@ -15,12 +15,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import sitscad
-from sitscad.bench.board import AMPLITUDE, GOOD
-from sitscad.bench.converter import FAULTS, SimulatedConverter
-from sitscad.bench.diagnosis import NOT_MET, diagnosis, scans
-from sitscad.bench.source import Simulation
-from sitscad.estimates.circuit.bands import STATUS
-from sitscad.papers import firmware
+from sitscad.apps.hardware.board import AMPLITUDE, GOOD
+from sitscad.apps.hardware.converter import FAULTS, SimulatedConverter
+from sitscad.apps.hardware.diagnosis import NOT_MET, diagnosis, scans
+from sitscad.apps.hardware.source import Simulation
+from sitscad.estimates.circuits.bands import STATUS
+from sitscad.files.documents import firmware
 
 NAMED = {
     "open": ("open",), "short": ("shorted",), "lost-layer": ("a layer is missing",), "low-amplitude": ("amplitude",),

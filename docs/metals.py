@@ -8,7 +8,7 @@ from pathlib import Path
 
 import sitscad
 from sitscad.estimates.signal import signals
-from sitscad.physics.constants import skin_depth
+from sitscad.kernels.electromagnetics.constants import skin_depth
 from sitscad.spec import presets
 
 spec = sitscad.load(Path("templates/bench_7mm.yaml"))

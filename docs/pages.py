@@ -33,7 +33,7 @@ import attribute_tables
 import spec_reference
 
 from sitscad import load, measure
-from sitscad.study.sweeping import shown
+from sitscad.apps.study.sweeping import shown
 
 ROOT = Path(__file__).parents[1]
 PAGES = {path.stem: path for path in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))}

@@ -13,11 +13,11 @@ import numpy as np
 from contourpy import contour_generator
 
 import sitscad
-from sitscad.drawing.sheet import Pen, Sheet
-from sitscad.drawing.svg import svg
-from sitscad.geometry.path import Path, Point, polyline, rectangle
-from sitscad.physics.special_functions import coaxial_rings
-from sitscad.units import show
+from sitscad.basics.units import show
+from sitscad.files.drawing.sheet import Pen, Sheet
+from sitscad.files.drawing.svg import svg
+from sitscad.kernels.electromagnetics.special_functions import coaxial_rings
+from sitscad.kernels.geometry.path import Path, Point, polyline, rectangle
 
 SIZE, MIDDLES, BOARD = (210.0, 62.0), (52.0, 158.0), 26.0
 """The sheet, the middles of both pictures, and where the board's top face lies on it (mm)."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
+from sitscad.basics.units import show
 from sitscad.checks.usual_ranges import WORKED_OUT, usual_ranges
 from sitscad.spec import presets
 from sitscad.spec.circuit import LayerKind, Stackup
@@ -30,7 +31,6 @@ from sitscad.spec.format.kinds import (
 from sitscad.spec.format.section import Key, ListOf, NameOr, Part, Section, section_of
 from sitscad.spec.profiles import installed_rules
 from sitscad.spec.sensor import SpecDocument
-from sitscad.units import show
 
 
 def reference() -> str:

@@ -10,12 +10,12 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from sitscad.version import __version__ as __version__
+from sitscad.basics.version import __version__ as __version__
 
 if TYPE_CHECKING:
     # A line a module, in the order of the table below.
     # isort: off
-    from sitscad.bench.converter import SimulatedConverter as SimulatedConverter
+    from sitscad.apps.hardware.converter import SimulatedConverter as SimulatedConverter
     from sitscad.calibration import (
         Calibration as Calibration,
         InverseMap as InverseMap,
@@ -25,14 +25,14 @@ if TYPE_CHECKING:
     from sitscad.calibration.bench_data import BenchError as BenchError
     from sitscad.checks import CheckResult as CheckResult, RULES as RULES, check as check, mended as mended
     from sitscad.checks.rules import Violation as Violation, Rule as Rule, Undecided as Undecided
-    from sitscad.design import Design as Design, respond as respond
+    from sitscad.estimates.design import Design as Design, respond as respond
     from sitscad.estimates import Estimates as Estimates, estimate as estimate
-    from sitscad.estimates.performance.values import Performance as Performance
-    from sitscad.estimates.response.pad import NoResponse as NoResponse
+    from sitscad.estimates.performance_values import Performance as Performance
+    from sitscad.estimates.loads.pad import NoResponse as NoResponse
     from sitscad.estimates.response.values import Response as Response
-    from sitscad.finding import Finding as Finding, NotChecked as NotChecked, Severity as Severity
-    from sitscad.formats.volume_mesh import field_mesh as field_mesh, pad_mesh as pad_mesh
-    from sitscad.export import (
+    from sitscad.basics.finding import Finding as Finding, NotChecked as NotChecked, Severity as Severity
+    from sitscad.files.formats.volume_mesh import field_mesh as field_mesh, pad_mesh as pad_mesh
+    from sitscad.files.export import (
         Area as Area,
         CentreLine as CentreLine,
         CurrentPath as CurrentPath,
@@ -53,48 +53,53 @@ if TYPE_CHECKING:
         verify as verify,
     )
     from sitscad.package.contents import write_calibration as write_calibration
-    from sitscad.parts import MissingExtra as MissingExtra, PartsError as PartsError, Solid as Solid, solids as solids
-    from sitscad.parts.whole import whole as whole
-    from sitscad.plugins import (
+    from sitscad.assembly.solids import (
+        MissingExtra as MissingExtra,
+        PartsError as PartsError,
+        Solid as Solid,
+        solids as solids,
+    )
+    from sitscad.assembly.solids.whole import whole as whole
+    from sitscad.package.plugins import (
         PluginError as PluginError,
         use_installed_plugins as use_installed_plugins,
         use_plugin as use_plugin,
     )
-    from sitscad.spec.format.reading import SpecError as SpecError
+    from sitscad.spec.reading import SpecError as SpecError
     from sitscad.spec.load import load as load, load_text as load_text
     from sitscad.spec.sensor import SensorSpec as SensorSpec, json_schema as json_schema
-    from sitscad.study.study import Study as Study
-    from sitscad.study.sweeping import measure as measure, sweep as sweep
-    from sitscad.writer import Writer as Writer
+    from sitscad.apps.study.study import Study as Study
+    from sitscad.apps.study.sweeping import measure as measure, sweep as sweep
+    from sitscad.files.writer import Writer as Writer
     # isort: on
 
 _HOMES = {
-    "sitscad.bench.converter": "SimulatedConverter",
+    "sitscad.apps.hardware.converter": "SimulatedConverter",
     "sitscad.calibration": "Calibration InverseMap calibrate map_of",
     "sitscad.calibration.bench_data": "BenchError",
     "sitscad.checks": "CheckResult RULES check mended",
     "sitscad.checks.rules": "Violation Rule Undecided",
-    "sitscad.design": "Design respond",
+    "sitscad.estimates.design": "Design respond",
     "sitscad.estimates": "Estimates estimate",
-    "sitscad.estimates.performance.values": "Performance",
-    "sitscad.estimates.response.pad": "NoResponse",
+    "sitscad.estimates.performance_values": "Performance",
+    "sitscad.estimates.loads.pad": "NoResponse",
     "sitscad.estimates.response.values": "Response",
-    "sitscad.finding": "Finding NotChecked Severity",
-    "sitscad.formats.volume_mesh": "field_mesh pad_mesh",
-    "sitscad.export": "Area CentreLine CurrentPath areas as_build123d as_cadquery "
+    "sitscad.basics.finding": "Finding NotChecked Severity",
+    "sitscad.files.formats.volume_mesh": "field_mesh pad_mesh",
+    "sitscad.files.export": "Area CentreLine CurrentPath areas as_build123d as_cadquery "
     "as_cadquery_assembly centre_lines copper_solids current_paths",
     "sitscad.layout": "lay_out",
     "sitscad.layout.board": "Layout",
     "sitscad.package": "BuildResult PackageError build verify",
     "sitscad.package.contents": "write_calibration",
-    "sitscad.parts": "MissingExtra PartsError Solid solids",
-    "sitscad.parts.whole": "whole",
-    "sitscad.plugins": "PluginError use_installed_plugins use_plugin",
+    "sitscad.assembly.solids": "MissingExtra PartsError Solid solids",
+    "sitscad.assembly.solids.whole": "whole",
+    "sitscad.package.plugins": "PluginError use_installed_plugins use_plugin",
     "sitscad.spec.load": "SpecError load load_text",
     "sitscad.spec.sensor": "SensorSpec json_schema",
-    "sitscad.study.study": "Study",
-    "sitscad.study.sweeping": "measure sweep",
-    "sitscad.writer": "Writer",
+    "sitscad.apps.study.study": "Study",
+    "sitscad.apps.study.sweeping": "measure sweep",
+    "sitscad.files.writer": "Writer",
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names.split()}
 

@@ -13,7 +13,7 @@ import sitscad.estimates
 import sitscad.layout
 from sitscad.checks import judged
 from sitscad.checks.board.clearances import copper_in
-from sitscad.design import ROOM_TEMPERATURE, Design
+from sitscad.estimates.design import ROOM_TEMPERATURE, Design
 
 TEMPLATES = Path(__file__).parents[1] / "templates"
 WORKED_EXAMPLE = "grasper_3p5mm"

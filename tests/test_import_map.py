@@ -1,8 +1,11 @@
-"""The house's import map: which room may know which."""
+"""The import map on two levels: which wing may know which, and no two neighbours in a folder know each other."""
 
 from __future__ import annotations
 
 import ast
+import shutil
+import subprocess
+import sys
 from collections.abc import Collection, Iterator
 from pathlib import Path
 
@@ -10,92 +13,22 @@ import pytest
 
 PACKAGE = Path(__file__).parents[1] / "sitscad"
 
-MAY_IMPORT = {
-    "record": set(),
-    "arguments": set(),
-    "arrays": set(),
-    "solutions": set(),
-    "version": set(),
-    "data": set(),
-    "units": set(),
-    "quantities": {"units"},
-    "finding": set(),
-    "check_values": set(),
-    "geometry": {"units"},
-    "physics": {"units"},
-    "readout": {"units"},
-    "mechanics": {"units"},
-    "spec": {"units", "finding", "geometry", "readout"},
-    "layout": {"units", "finding", "geometry", "spec"},
-    "scene": {"units", "finding", "check_values", "geometry", "spec", "layout"},
-    "parts": {"units", "finding", "geometry", "spec", "layout", "scene"},
-    "estimates": {"quantities", "units", "check_values", "spec", "geometry", "layout", "scene", "physics",
-        "readout", "mechanics"},
-    "fixes": {"units", "finding", "geometry", "spec", "layout"},
-    "calibration": {"physics", "estimates", "scene", "mechanics", "readout", "spec", "design"},
-    "bench": {"units", "readout", "estimates", "calibration", "scene", "spec", "design"},
-    "design": {"check_values", "spec", "layout", "scene", "parts", "estimates", "readout"},
-    "checks": {
-        "units", "finding", "check_values", "geometry", "spec", "layout", "scene", "parts", "estimates", "readout",
-        "mechanics",
-        "physics", "design", "fixes", "fabrication",
-    },
-    "fabrication": {"units", "geometry", "spec", "layout", "scene"},
-    "export": {"geometry", "spec", "layout", "scene", "parts"},
-    "drawing": {"units", "geometry", "spec", "layout", "scene", "parts"},
-    "writer": {"spec"},
-    "formats": {"units", "readout", "estimates", "geometry", "spec", "layout", "scene", "parts", "fabrication",
-                "drawing", "writer", "calibration"},
-    "papers": {
-        "quantities", "units", "finding", "check_values", "geometry", "spec", "layout", "scene", "parts",
-        "estimates", "readout",
-        "fabrication", "drawing", "writer", "calibration",
-    },
-    "report": {
-        "quantities", "units", "finding", "check_values", "geometry", "spec", "layout", "scene", "parts",
-        "estimates", "drawing",
-        "calibration",
-    },
-    "extraction": {"units", "finding"},
-    "package": {
-        "units", "finding", "geometry", "spec", "layout", "scene", "parts", "estimates", "design",
-        "drawing", "formats", "papers", "writer", "report", "extraction", "checks", "policy", "calibration",
-    },
-    "policy": {"finding", "spec", "report"},
-    "opening": {"spec", "checks", "policy", "report"},
-    "inspection": {
-        "opening", "finding", "policy", "spec", "scene", "design", "checks", "fixes", "drawing", "papers", "report",
-    },
-    "plugins": {"finding", "design", "checks", "writer"},
-    "study": {
-        "quantities", "units", "finding", "check_values", "geometry", "spec", "layout", "scene", "estimates",
-        "design", "checks",
-        "fixes", "inspection", "opening", "physics", "mechanics", "readout", "drawing", "report",
-        "policy", "parts",
-    },
-    "watch": {
-        "quantities", "units", "finding", "scene", "parts", "design", "spec", "inspection", "opening",
-        "policy", "checks", "package",
-        "report", "papers", "formats", "drawing", "estimates", "layout", "study",
-    },
-    "cli": {
-        "", "watch", "units", "finding", "opening", "inspection", "policy", "package", "report", "checks", "estimates",
-        "design", "scene", "study", "bench",
-    },
-    "__main__": {"cli"},
-    "__init__": {
-        "finding", "check_values", "spec", "layout", "export", "parts", "estimates", "design", "checks", "formats",
-        "package", "plugins", "writer", "calibration", "study", "bench",
-    },
+WINGS = (
+    "data", "basics", "kernels", "spec", "layout", "assembly", "estimates", "calibration", "checks", "files", "package",
+    "apps", "cli", "__main__",
+)
+"""The wings of `sitscad` from the ground up: each may import those before it, and none of those after it."""
+
+NEEDLESS = {
+    "kernels": {"spec"}, "calibration": {"layout"}, "checks": {"calibration"},
 }
-"""Rooms of `sitscad`, and the rooms that each may import; "" stands for the public names of `sitscad` itself.
+"""Wings that lie below another one, and that it does without all the same."""
 
-What is `EVERYWHERE` is no room's and may be imported by all."""
+PUBLIC = {"cli", "apps", "__main__"}
+"""Wings that may use the public names of `sitscad`."""
 
-EVERYWHERE = {"version", "record", "arguments", "data", "arrays", "solutions"}
 
-
-def room_of(path: Path, package: Path = PACKAGE) -> str:
+def wing_of(path: Path, package: Path = PACKAGE) -> str:
     return path.relative_to(package).parts[0].removesuffix(".py")
 
 
@@ -111,22 +44,34 @@ def imported_modules(path: Path, package: Path = PACKAGE) -> Iterator[str]:
             yield from (f"{module}.{alias.name}" for alias in node.names)
 
 
-def imported_rooms(path: Path, package: Path = PACKAGE) -> set[str]:
-    rooms = set()
+def imported_wings(path: Path, package: Path = PACKAGE) -> set[str]:
+    """The wings that a file imports from, without its own; "" stands for the public names of `sitscad` itself."""
+    wings = set()
     for module in imported_modules(path, package):
         top, _, rest = module.partition(".")
-        room = rest.split(".")[0]
-        if top == "sitscad" and room not in EVERYWHERE:
-            rooms.add(room if room in MAY_IMPORT else "")
-    return rooms - {room_of(path, package)}
+        if top == "sitscad":
+            wing = rest.split(".")[0]
+            wings.add(wing if wing in WINGS else "")
+    return wings - {wing_of(path, package)}
 
 
-MODULES = sorted(PACKAGE.rglob("*.py"))
+MODULES = sorted(path for path in PACKAGE.rglob("*.py") if "firmware" not in path.parts)
+
+
+def test_the_top_of_the_package_is_the_wings():
+    left_out = {"py.typed", "__pycache__"}
+    entries = {path.name.removesuffix(".py") for path in PACKAGE.iterdir() if path.name not in left_out}
+    assert entries == {*WINGS, "__init__"}
+    assert len(entries) <= 15
 
 
 @pytest.mark.parametrize("path", MODULES, ids=[str(path.relative_to(PACKAGE)) for path in MODULES])
-def test_a_room_imports_only_what_it_may(path):
-    beyond = imported_rooms(path) - MAY_IMPORT[room_of(path)]
+def test_a_wing_imports_only_wings_below_it(path):
+    wing = wing_of(path)
+    if wing == "__init__":
+        return  # the public names come from every wing
+    below = {*WINGS[: WINGS.index(wing)], *([""] if wing in PUBLIC else [])} - NEEDLESS.get(wing, set())
+    beyond = imported_wings(path) - below
     assert not beyond, f"{path.relative_to(PACKAGE)} imports {', '.join(sorted(beyond))}"
 
 
@@ -145,6 +90,34 @@ def imports_of_modules(package: Path = PACKAGE) -> dict[str, set[str]]:
         name: {known_as(module, paths) for module in imported_modules(path, package)} for name, path in paths.items()
     }
     return {name: {other for other in found if other not in (None, name)} for name, found in loaded.items()}
+
+
+def neighbours_that_import_each_other(imports: dict[str, set[str]]) -> set[tuple[str, str]]:
+    """Pairs of folders or modules of one folder, at any level, that import from each other."""
+    arrows = set()
+    for module, others in imports.items():
+        mine = module.split(".")
+        for other in others:
+            theirs = other.split(".")
+            shared = next((k for k, (a, b) in enumerate(zip(mine, theirs, strict=False)) if a != b), None)
+            if shared is not None:
+                arrows.add((".".join(mine[: shared + 1]), ".".join(theirs[: shared + 1])))
+    return {tuple(sorted(arrow)) for arrow in arrows if arrow[::-1] in arrows}
+
+
+def test_no_neighbours_import_each_other():
+    assert not neighbours_that_import_each_other(imports_of_modules())
+
+
+def test_neighbours_that_import_each_other_are_seen(tmp_path):
+    for folder in ("a", "b"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "__init__.py").write_text("")
+    (tmp_path / "a" / "low.py").write_text("value = 1\n")
+    (tmp_path / "a" / "high.py").write_text("from sitscad.b.middle import value\n")
+    (tmp_path / "b" / "middle.py").write_text("from sitscad.a.low import value\n")
+    (tmp_path / "__init__.py").write_text("")
+    assert neighbours_that_import_each_other(imports_of_modules(tmp_path)) == {("sitscad.a", "sitscad.b")}
 
 
 def reached_from(module: str, imports: dict[str, set[str]]) -> set[str]:
@@ -183,10 +156,10 @@ def test_rings_of_imports_are_seen(tmp_path):
     assert rings(imports_of_modules(tmp_path)) == {frozenset({"sitscad.a", "sitscad.b", "sitscad.c"})}
 
 
-def test_no_format_imports_another_format_and_no_paper_another_paper():
+def test_no_format_imports_another_format_and_no_document_another_document():
     """Each has a module with a `render`; what several of them need stands in modules without one."""
-    for room in ("formats", "papers"):
-        modules = sorted((PACKAGE / room).rglob("*.py"))
+    for room in ("formats", "documents"):
+        modules = sorted((PACKAGE / "files" / room).rglob("*.py"))
         named = {path: ".".join(["sitscad", *path.relative_to(PACKAGE).with_suffix("").parts]) for path in modules}
         written = {named[path] for path in modules if "\ndef render(" in path.read_text(encoding="utf-8")}
         assert written
@@ -196,11 +169,33 @@ def test_no_format_imports_another_format_and_no_paper_another_paper():
 
 
 def test_the_walk_sees_every_way_to_import(tmp_path):
-    room = tmp_path / "physics"
-    room.mkdir()
-    module = room / "rings.py"
+    wing = tmp_path / "kernels"
+    wing.mkdir()
+    module = wing / "rings.py"
     module.write_text(
-        "import sitscad.layout.board\nfrom sitscad.spec import load\nfrom .. import checks\nfrom ..units import show\n"
-        "def late():\n    from sitscad import build\n    from sitscad.version import __version__\n"
+        "import sitscad.layout.board\nfrom sitscad.spec import load\nfrom .. import checks\n"
+        "from ..basics.units import show\n"
+        "def late():\n    from sitscad import build\n    from sitscad.data import rows\n"
     )
-    assert imported_rooms(module, tmp_path) == {"layout", "spec", "checks", "units", ""}
+    assert imported_wings(module, tmp_path) == {"layout", "spec", "checks", "basics", "data", ""}
+
+
+@pytest.mark.slow
+def test_check_estimate_and_build_work_without_the_applications(tmp_path):
+    """The core runs where study, hardware and watch are gone from the disk."""
+    shutil.copytree(PACKAGE, tmp_path / "sitscad", ignore=shutil.ignore_patterns("__pycache__", "apps"))
+    template = PACKAGE.parent / "templates" / "single_coil.yaml"
+    code = (
+        "import sys, sitscad\n"
+        "spec = sitscad.load(sys.argv[1])\n"
+        "assert sitscad.check(spec).ok and sitscad.estimate(sitscad.lay_out(spec)).coils\n"
+        "assert sitscad.build(spec, 'out', only=('gerber', 'laser', 'report')).written\n"
+        "assert not [name for name in sys.modules if name.startswith('sitscad.apps')]\n"
+        "print(sitscad.__file__)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(template)], cwd=tmp_path, capture_output=True, text=True, check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert Path(done.stdout.strip()).is_relative_to(tmp_path)
+

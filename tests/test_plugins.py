@@ -17,8 +17,8 @@ import sitscad
 from sitscad.checks import all_rules
 from sitscad.checks.rules import NEEDS
 from sitscad.cli import cli, run
+from sitscad.files.writer import STAGES
 from sitscad.spec import templates
-from sitscad.writer import STAGES
 
 ROOT = Path(__file__).parents[1]
 EXAMPLE = ROOT / "docs" / "examples" / "plugin.py"
@@ -41,7 +41,7 @@ WRITERS = [sitscad.Writer("{name}", "", "{stage}", {takes}, function=write)]
 @pytest.fixture(autouse=True)
 def no_plugins_before_and_after(monkeypatch):
     """A plugin is in force for a whole process; here for one test."""
-    for place in ("sitscad.checks._added", "sitscad.writer._added", "sitscad.writer._marks"):
+    for place in ("sitscad.checks._added", "sitscad.files.writer._added", "sitscad.files.writer._marks"):
         monkeypatch.setattr(place, ())
 
 
@@ -105,7 +105,7 @@ def test_files_of_ones_own_are_in_the_package_and_go_with_the_plugin(tmp_path, s
     assert manifest["configuration"]["plugins"].keys() == {"plugin.py"}
     again = ran("build", spec, "-o", out, "--only", "firmware,report", "--plugin", EXAMPLE)
     assert "(unchanged)" in again.stdout and "LAB001" in again.stderr
-    for place in ("sitscad.checks._added", "sitscad.writer._added", "sitscad.writer._marks"):
+    for place in ("sitscad.checks._added", "sitscad.files.writer._added", "sitscad.files.writer._marks"):
         monkeypatch.setattr(place, ())
     assert ran("build", spec, "-o", out, "--only", "firmware,report").exit_code == 0
     assert not (package / "field").exists() and "configuration" not in json.loads(
@@ -259,7 +259,7 @@ def test_the_users_own_interruption_is_no_fault_of_a_plugin(plugin, spec, typed)
 
 @pytest.mark.parametrize("where", ["import", "apply"])
 def test_what_takes_long_is_told_by_name(plugin, spec, monkeypatch, caplog, where):
-    monkeypatch.setattr("sitscad.plugins.guard.SLOW", 0.05)
+    monkeypatch.setattr("sitscad.package.plugins.guard.SLOW", 0.05)
     file = plugin(RULE, body="import time; time.sleep(0.4)" if where == "apply" else "return ()")
     if where == "import":
         file.write_text("import time; time.sleep(0.4)\n" + file.read_text())

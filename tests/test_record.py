@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from sitscad.record import kept, record, replace
+from sitscad.basics.record import kept, record, replace
 
 
 @record

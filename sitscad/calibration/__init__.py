@@ -6,12 +6,12 @@ import os
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from sitscad.arguments import checked_arguments
+from sitscad.basics.arguments import checked_arguments
 from sitscad.calibration.calibration import Calibration
 from sitscad.calibration.inverse_map import InverseMap, map_of
 
 if TYPE_CHECKING:
-    from sitscad.design import Design
+    from sitscad.estimates.design import Design
 
 __all__ = ["Calibration", "InverseMap", "calibrate", "map_of"]
 
@@ -49,13 +49,13 @@ def calibrate(
     """
     import numpy as np
 
+    from sitscad.assembly.places.motions import MOMENT, is_held
     from sitscad.calibration.bench_data import USUAL_ROTATION, BenchError, points_of, read_table
     from sitscad.calibration.calibration import calibrate_by, foretell, sensors_of, turned_otherwise
     from sitscad.calibration.misfit import disagreement, noisy, turned_fit
     from sitscad.calibration.model_fit import SUSPECT, NoFit
     from sitscad.calibration.refusals import require_plausible, require_possible, require_told, second_readings
-    from sitscad.estimates.response.working_range import axes_felt
-    from sitscad.scene.motions import MOMENT, is_held
+    from sitscad.estimates.loads.working_range import axes_felt
 
     has_moments = any(name in axes_felt(design.spec) for name in MOMENT)
     asked = is_held(rotation or ("free" if has_moments else USUAL_ROTATION))

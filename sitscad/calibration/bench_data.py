@@ -11,12 +11,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from sitscad.arrays import Array, Flags
+from sitscad.assembly.places.motions import FORCE, LOAD, MOMENT, POSE, ROTATIONS, TableError, table_text
+from sitscad.basics.arrays import Array, Flags
+from sitscad.basics.record import record
 from sitscad.calibration.points import Points, noisier
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import usual
-from sitscad.record import record
-from sitscad.scene.motions import FORCE, LOAD, MOMENT, POSE, ROTATIONS, TableError, table_text
 
 READING_UNITS = {"counts": 1.0, "Hz": 1.0, "kHz": 1e3, "MHz": 1e6, "H": 1.0, "mH": 1e-3, "uH": 1e-6, "nH": 1e-9}
 """Units that a coil's column may name after its name and an underscore."""

@@ -9,7 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from sitscad.arrays import Array
+from sitscad.assembly.places.motions import ROTATIONS
+from sitscad.basics.arrays import Array
+from sitscad.basics.record import record
 from sitscad.calibration.inverse_map import InverseMap
 from sitscad.calibration.map_fit import error_by_unknowns, error_on_others, own_map
 from sitscad.calibration.misfit import far_off
@@ -17,14 +19,12 @@ from sitscad.calibration.model_fit import SUSPECT, ModelFit, NoFit, fit_model
 from sitscad.calibration.points import Plan, Points, plan
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import PAD_ERRORS, POSE_ERRORS, SURELY, WIDEST
+from sitscad.estimates.loads.pad import NoResponse
+from sitscad.estimates.loads.working_range import working_range
 from sitscad.estimates.performance.inversion import Crosstalk, axis_sweeps, crosstalk_of
-from sitscad.estimates.performance.values import AXES, AXIS_WORDS, FORCES, amount_text, by_unit, of_full_scale
+from sitscad.estimates.performance_values import AXES, AXIS_WORDS, FORCES, amount_text, by_unit, of_full_scale
 from sitscad.estimates.response.model import ResponseModel
-from sitscad.estimates.response.pad import NoResponse
-from sitscad.estimates.response.working_range import working_range
-from sitscad.physics.threads import one_thread
-from sitscad.record import record
-from sitscad.scene.motions import ROTATIONS
+from sitscad.kernels.electromagnetics.threads import one_thread
 
 USUAL_POINTS, FEWEST, MOST = 8, 3, 40  # Loads that a plan has beside the tare: as a rule, at least and at most
 

@@ -10,11 +10,11 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sitscad.arguments import checked_arguments
-from sitscad.arrays import Array, Flags
-from sitscad.estimates.performance.values import unit_of
-from sitscad.physics.polynomials import Exponents, monomials
-from sitscad.record import record
+from sitscad.basics.arguments import checked_arguments
+from sitscad.basics.arrays import Array, Flags
+from sitscad.basics.record import record
+from sitscad.estimates.performance_values import unit_of
+from sitscad.kernels.electromagnetics.polynomials import Exponents, monomials
 
 LEAST = 1e-6  # What is left of a target's change of L, over that at rest, at least: its logarithm is taken
 BEYOND = 0.1  # By how much of full scale a reading may lie outside what the map was made for

@@ -8,14 +8,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from sitscad.arrays import Array
+from sitscad.basics.arrays import Array
+from sitscad.basics.record import record
 from sitscad.calibration.inverse_map import InverseMap, changes
 from sitscad.calibration.model_fit import ModelFit
 from sitscad.calibration.points import load_slopes, unknown_slopes
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import stratified
-from sitscad.physics.polynomials import POINTS_A_TERM, Exponents, exponents, monomials
-from sitscad.record import record
+from sitscad.kernels.electromagnetics.polynomials import POINTS_A_TERM, Exponents, exponents, monomials
 
 SMALLEST = 1e-4
 """Share of the largest singular value below which terms of a map count as one: it costs no template accuracy (1e-3

@@ -9,7 +9,9 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from sitscad.arrays import Array
+from sitscad.assembly.places.motions import ROTATIONS
+from sitscad.basics.arrays import Array
+from sitscad.basics.record import record
 from sitscad.calibration.bench_data import BenchTable
 from sitscad.calibration.inverse_map import InverseMap
 from sitscad.calibration.map_fit import ASKED, LEARNT
@@ -17,10 +19,8 @@ from sitscad.calibration.model_fit import SUSPECT, ModelFit, NoFit, fit_model
 from sitscad.calibration.points import Points, load_slopes
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import usual
-from sitscad.estimates.performance.values import amount_text
-from sitscad.estimates.response.pad import NoResponse
-from sitscad.record import record
-from sitscad.scene.motions import ROTATIONS
+from sitscad.estimates.loads.pad import NoResponse
+from sitscad.estimates.performance_values import amount_text
 
 UNUSUAL = 3.0
 """Standard deviations of manufacture from which on an unknown is told with what may be the cause: no simulated sensor

@@ -11,7 +11,8 @@ from statistics import NormalDist
 
 import numpy as np
 
-from sitscad.arrays import Array, Flags
+from sitscad.basics.arrays import Array, Flags
+from sitscad.basics.record import record
 from sitscad.calibration.points import (
     Points,
     chi_square_chance,
@@ -23,7 +24,6 @@ from sitscad.calibration.points import (
     whiteners,
 )
 from sitscad.calibration.sensors import Sensors
-from sitscad.record import record
 
 Residuals = Callable[[Array], Array]
 

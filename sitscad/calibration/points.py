@@ -10,11 +10,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from sitscad.arrays import Array, Flags
+from sitscad.basics.arrays import Array, Flags
+from sitscad.basics.record import record
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import usual
-from sitscad.estimates.performance.values import AXES, MOMENTS
-from sitscad.record import record
+from sitscad.estimates.performance_values import AXES, MOMENTS
 
 AT_REST = 1e-4  # What a frequency at rest may be off by, by itself; all others are taken over it
 LEAST_LOAD = 1e-3  # What a load (of full scale) may be off by, however small it is

@@ -10,16 +10,16 @@ from itertools import permutations, product
 
 import numpy as np
 
-from sitscad.arrays import Array
+from sitscad.assembly.places.motions import LOAD, POSE
+from sitscad.basics.arrays import Array
 from sitscad.calibration.bench_data import BenchError, BenchTable, frequencies_of, rounded
 from sitscad.calibration.misfit import cause, noise_share, noise_text, worst_row
 from sitscad.calibration.model_fit import SUSPECT, ModelFit
 from sitscad.calibration.points import Points, foretold
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import SHEAR_ERRORS, SURELY
-from sitscad.estimates.performance.values import amount_text
-from sitscad.mechanics.motion import rotations
-from sitscad.scene.motions import LOAD, POSE
+from sitscad.estimates.performance_values import amount_text
+from sitscad.kernels.mechanics.motion import rotations
 
 STEEPEST = math.radians(15.0)  # Tilt up to which the response is computed (the contract of `sitscad response`)
 

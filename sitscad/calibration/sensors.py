@@ -11,19 +11,26 @@ from functools import cached_property
 
 import numpy as np
 
-from sitscad.arrays import Array, Flags
+from sitscad.assembly.places.state import REST
+from sitscad.basics.arrays import Array, Flags
+from sitscad.basics.record import record
 from sitscad.calibration.unknowns import POSE_ERRORS, WIDEST, Unknown, named, units, unknowns, usual
+from sitscad.estimates.loads.pad import NoResponse, pushed
+from sitscad.estimates.loads.working_range import WorkingRange, working_range
 from sitscad.estimates.response.model import ResponseModel
-from sitscad.estimates.response.pad import NoResponse, pushed
-from sitscad.estimates.response.working_range import WorkingRange, working_range
-from sitscad.estimates.units_made import with_modulus, with_thickness
-from sitscad.mechanics.motion import angles, rotations
-from sitscad.mechanics.pad import HELD_SHEAR, HELD_STRAIN
-from sitscad.physics.polynomials import POINTS_A_TERM, Polynomial, chebyshev, exponents, least_squares, spread
-from sitscad.physics.resonator import oscillate_alike
-from sitscad.readout.conversion import Conversion
-from sitscad.record import record
-from sitscad.scene.state import REST
+from sitscad.estimates.tolerances.units_made import with_modulus, with_thickness
+from sitscad.kernels.converters.conversion import Conversion
+from sitscad.kernels.electromagnetics.polynomials import (
+    POINTS_A_TERM,
+    Polynomial,
+    chebyshev,
+    exponents,
+    least_squares,
+    spread,
+)
+from sitscad.kernels.electromagnetics.resonator import oscillate_alike
+from sitscad.kernels.mechanics.motion import angles, rotations
+from sitscad.kernels.mechanics.pad import HELD_SHEAR, HELD_STRAIN
 from sitscad.spec.sensor import SensorSpec
 
 WEIGHTS, DEGREE = (1.0, 1.0, 1.5, 2.0, 2.0, 3.0), 6.0

@@ -8,11 +8,14 @@ from statistics import NormalDist
 
 import numpy as np
 
-from sitscad.arrays import Array
+from sitscad.basics.arrays import Array
+from sitscad.basics.record import record
 from sitscad.data import rows
-from sitscad.estimates.response.pad import soft_pad
-from sitscad.estimates.response.plate import USUAL as CHANGE_SIGMA
-from sitscad.estimates.scatter import (
+from sitscad.estimates.circuits.uncertainty import sigmas
+from sitscad.estimates.loads.pad import soft_pad
+from sitscad.estimates.loads.pressing import GLUE, MODULUS, PAD
+from sitscad.estimates.states.plate import USUAL as CHANGE_SIGMA
+from sitscad.estimates.tolerances.scatter import (
     CAPACITOR,
     CLOCK,
     OFFSET_X,
@@ -23,10 +26,7 @@ from sitscad.estimates.scatter import (
     behind_scatter,
     coil_scatter,
 )
-from sitscad.estimates.states.pressing import GLUE, MODULUS, PAD
-from sitscad.estimates.uncertainty import sigmas
 from sitscad.estimates.values import Estimates
-from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
 
 POSE_ERRORS = ("gap", "glue", "offset_x", "offset_y", "tilt_x", "tilt_y", "twist")

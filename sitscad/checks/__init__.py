@@ -5,26 +5,26 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from sitscad.arguments import checked_arguments
+from sitscad.assembly.places.seating import mount_size
+from sitscad.basics.arguments import checked_arguments
+from sitscad.basics.finding import Finding, NotChecked, Severity
+from sitscad.basics.record import record
+from sitscad.basics.units import counted
 from sitscad.checks import performance, usual_ranges
 from sitscad.checks.assembly import fit, mount, overhang, plates, room_in_jaw, transduction
 from sitscad.checks.board import clearances, drawn_form, fabrication, room, tail
+from sitscad.checks.fixes.search import DECISIVE, HINTS, Budget
 from sitscad.checks.reading import drive, electrical, response, thin_target, timing
 from sitscad.checks.rules import Outcome, Rule, outcomes, rule_of
 from sitscad.checks.trials import Trials, of_refused
-from sitscad.design import Design
-from sitscad.finding import Finding, NotChecked, Severity
-from sitscad.fixes.search import DECISIVE, HINTS, Budget
+from sitscad.estimates.design import Design
 from sitscad.layout.board import Layout
-from sitscad.record import record
-from sitscad.scene.seating import mount_size
-from sitscad.spec.format.reading import RULE_NAMES, SpecError
-from sitscad.spec.format.validity import refuse_unusable
+from sitscad.spec.reading import RULE_NAMES, SpecError
+from sitscad.spec.resolver.validity import refuse_unusable
 from sitscad.spec.sensor import SensorSpec
-from sitscad.units import counted
 
 if TYPE_CHECKING:
-    from sitscad.check_values import Closing, Measure, RequirementResult, Signal
+    from sitscad.basics.check_results import Closing, Measure, RequirementResult, Signal
     from sitscad.estimates import Estimates
 
 __all__ = ["HINTS", "RULES", "CheckResult", "Rule", "add_rules", "all_rules", "check", "explain", "mended"]

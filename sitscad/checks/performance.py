@@ -11,16 +11,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sitscad.check_values import RequirementResult
+from sitscad.basics.check_results import RequirementResult
+from sitscad.basics.finding import Severity
+from sitscad.basics.record import record, replace
+from sitscad.basics.units import show
+from sitscad.checks.fixes.pads import other_metals, other_silicones, other_thicknesses, slower_scans, smaller_pads
 from sitscad.checks.rules import NEEDS, Rule, Undecided, Verdict, Violation, rule_of
-from sitscad.design import Design
-from sitscad.finding import Severity
-from sitscad.fixes.pads import other_metals, other_silicones, other_thicknesses, slower_scans, smaller_pads
-from sitscad.mechanics.pad import HELD_TILT
-from sitscad.readout.figures import source_in_all
-from sitscad.record import record, replace
-from sitscad.spec.format.reading import RULE_TEXTS
-from sitscad.units import show
+from sitscad.estimates.design import Design
+from sitscad.kernels.converters.figures import source_in_all
+from sitscad.kernels.mechanics.pad import HELD_TILT
+from sitscad.spec.reading import RULE_TEXTS
 
 if TYPE_CHECKING:
     from sitscad.estimates.performance.points import Felt
@@ -92,7 +92,7 @@ def _noted(design: Design) -> tuple[RequirementResult, ...]:
     if found is None or not found.held[0]:
         return tuple(kept)
     from sitscad.estimates.performance.causes import farthest  # loaded by whatever feels
-    from sitscad.estimates.performance.values import unit_of
+    from sitscad.estimates.performance_values import unit_of
 
     end = farthest(needs)
     warm = f", {needs.temperature:.3g} to {end:.3g} degC"
@@ -117,7 +117,7 @@ def _noted(design: Design) -> tuple[RequirementResult, ...]:
 
 
 def _along(axis: str) -> str:
-    from sitscad.estimates.performance.values import AXIS_WORDS  # loaded by whatever feels
+    from sitscad.estimates.performance_values import AXIS_WORDS  # loaded by whatever feels
 
     return AXIS_WORDS[axis]
 
@@ -240,7 +240,7 @@ def moments_told(design: Design) -> Iterator[Verdict]:
                 "requirements.moment_x and moment_y: the largest moments, like 5 N mm", f"requirements.{wanted}",
             )
         return
-    from sitscad.estimates.response.working_range import INSTEAD, axes_felt  # loaded by whatever feels
+    from sitscad.estimates.loads.working_range import INSTEAD, axes_felt  # loaded by whatever feels
 
     axes, count = axes_felt(spec), len(spec.array.placements)
     is_shear_asked = asked.shear_resolution is not None or asked.friction_error is not None
@@ -265,7 +265,7 @@ def moments_told(design: Design) -> Iterator[Verdict]:
 
 def moment_range(design: Design) -> Iterator[Verdict]:
     """Each moment that is asked for against that which tilts the target as far as the pad's law is trusted."""
-    from sitscad.estimates.response.working_range import FARTHER, moment_at  # loaded by whatever feels
+    from sitscad.estimates.loads.working_range import FARTHER, moment_at  # loaded by whatever feels
 
     most, degrees = moment_at(design.spec, HELD_TILT), float(np.degrees(HELD_TILT))
     for name, value in zip(MOMENTS, design.spec.requirements.moments, strict=True):
@@ -322,7 +322,7 @@ def crosstalk(found: Felt, design: Design) -> Iterator[Verdict]:
 @where_felt
 def tilt_error(found: Felt, design: Design) -> Iterator[Verdict]:
     """What the tilt that the contact may have costs on every axis that is asked for."""
-    from sitscad.estimates.performance.values import unit_of
+    from sitscad.estimates.performance_values import unit_of
 
     tilt, limits = design.spec.requirements.tilt, design.spec.requirements.tilt_limits()
     assert tilt is not None
@@ -400,7 +400,7 @@ def two_loads_one_reading(found: Felt, design: Design) -> Iterator[Verdict]:
     """Whether two loads within what is required read alike."""
     twins = design.twins
     if twins is not None:
-        from sitscad.estimates.performance.values import AXES, unit_of  # loaded by whatever feels
+        from sitscad.estimates.performance_values import AXES, unit_of  # loaded by whatever feels
 
         words = [" and ".join(f"{show(load[k], unit_of(name), 3)} of {_along(name)}"
                               for k, name in enumerate(AXES) if name in found.bench.range.axes)
@@ -416,7 +416,7 @@ def two_loads_one_reading(found: Felt, design: Design) -> Iterator[Verdict]:
 def tilt_beside_noise(found: Felt, design: Design) -> Iterator[Verdict]:
     """One degree of tilt against the noise."""
     from sitscad.estimates.performance.causes import DEGREE
-    from sitscad.estimates.performance.values import unit_of
+    from sitscad.estimates.performance_values import unit_of
 
     most = worst(found, found.bench.range.axes, lambda point, axis: float(
         found.points[point].tilt_errors(DEGREE)[axis].max() / found.points[point].noise[axis]))

@@ -8,16 +8,16 @@ from collections.abc import Callable, Iterable, Sequence
 from functools import cache, partial
 from string import Formatter
 
+from sitscad.basics.finding import Finding, NotChecked, Place, Severity
+from sitscad.basics.record import record, replace
+from sitscad.checks.fixes.search import Family
 from sitscad.data import rows
-from sitscad.design import Design
-from sitscad.finding import Finding, NotChecked, Place, Severity
-from sitscad.fixes.search import Family
-from sitscad.readout.converter import Converter
-from sitscad.readout.figures import source_in_all
-from sitscad.record import record, replace
+from sitscad.estimates.design import Design
+from sitscad.kernels.converters.converter import Converter
+from sitscad.kernels.converters.figures import source_in_all
 from sitscad.spec.coil import written_key
-from sitscad.spec.format.reading import RULE_TEXTS
 from sitscad.spec.mount import StepPart
+from sitscad.spec.reading import RULE_TEXTS
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.source import SpecSource
 

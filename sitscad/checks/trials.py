@@ -8,15 +8,15 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 
+from sitscad.basics.finding import Finding, NotChecked, Remedy, Severity
+from sitscad.checks.fixes.mending import Applied, is_better, is_further, worsened
+from sitscad.checks.fixes.moves import roomy
+from sitscad.checks.fixes.search import NOT_FURTHER, Budget, Fix, Left, Search, hint_text, search
 from sitscad.checks.rules import Outcome, Rule, located, outcomes
-from sitscad.design import Design
-from sitscad.finding import Finding, NotChecked, Remedy, Severity
-from sitscad.fixes.mending import Applied, is_better, is_further, worsened
-from sitscad.fixes.moves import roomy
-from sitscad.fixes.search import NOT_FURTHER, Budget, Fix, Left, Search, hint_text, search
+from sitscad.estimates.design import Design
 from sitscad.layout.routing.escape import SearchLimit
-from sitscad.spec.format.reading import SpecError
 from sitscad.spec.load import load_text
+from sitscad.spec.reading import SpecError
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.rewriting import CannotWriteError, completed, rewritten
 from sitscad.spec.yaml.source import SpecSource

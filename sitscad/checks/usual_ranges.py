@@ -8,13 +8,13 @@ from functools import cache
 from itertools import groupby
 from typing import Any
 
+from sitscad.basics.record import record
+from sitscad.basics.units import parse_quantity, show
 from sitscad.checks.rules import Rule, Verdict, Violation, rule_of
 from sitscad.data import cited, rows
-from sitscad.design import Design
-from sitscad.record import record
+from sitscad.estimates.design import Design
 from sitscad.spec.circuit import LayerKind
 from sitscad.spec.presets import dielectric_roles
-from sitscad.units import parse_quantity, show
 
 
 @record

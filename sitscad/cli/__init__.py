@@ -124,8 +124,8 @@ def crash(error: Exception) -> int:
     """One sentence for what is known to go wrong, one with how to report it for what is not."""
     if os.environ.get("SITSCAD_TRACEBACK"):
         raise error
+    from sitscad.checks.policy import PolicyError
     from sitscad.data import DataError
-    from sitscad.policy import PolicyError
 
     if isinstance(error, (DataError, sitscad.PackageError, sitscad.MissingExtra, PolicyError, sitscad.PluginError)):
         say(str(error))

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import sitscad
+from sitscad.basics.finding import Severity
 from sitscad.cli.terminal import (
     BASELINE,
     JOBS,
@@ -25,11 +26,10 @@ from sitscad.cli.terminal import (
     specs_of,
     warn_of_unknown_specs,
 )
-from sitscad.finding import Severity
 
 if TYPE_CHECKING:
     from sitscad import BuildResult, SensorSpec
-    from sitscad.policy import Policy
+    from sitscad.checks.policy import Policy
 
 
 @click.command(cls=Example, example="sitscad build sensor.yaml --only gerber,kicad -o outputs")
@@ -57,7 +57,7 @@ def build(
     An error in the checks stops a build before anything is made, with --strict a warning, too. Exit code: 0 written, 1
     stopped, 2 a spec cannot be read or a package cannot be written.
     """
-    from sitscad.opening import each_of, opened, policy_for
+    from sitscad.checks.opening import each_of, opened, policy_for
     from sitscad.package import require_distinct_names
 
     if force and strict:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from sitscad.basics.finding import Severity
+from sitscad.basics.units import counted
 from sitscad.cli.terminal import (
     BASELINE,
     JOBS,
@@ -26,12 +28,10 @@ from sitscad.cli.terminal import (
     warn_of_unknown_specs,
     work_told,
 )
-from sitscad.finding import Severity
-from sitscad.units import counted
 
 if TYPE_CHECKING:
-    from sitscad.inspection import Inspection, MendedSpec
-    from sitscad.report.findings import CheckedSpec
+    from sitscad.checks.findings import CheckedSpec
+    from sitscad.package.inspection import Inspection, MendedSpec
 
 
 CHECK_WORDS = """
@@ -90,9 +90,9 @@ def check(
     With --fix it is that of what is left; with --diff at least 1 where there is something to change.
     """
     from sitscad.checks import HINTS, all_rules
-    from sitscad.inspection import CheckOptions, inspect, mend
-    from sitscad.opening import each_of
-    from sitscad.report.findings import FINDING_FORMATS
+    from sitscad.checks.findings import FINDING_FORMATS
+    from sitscad.checks.opening import each_of
+    from sitscad.package.inspection import CheckOptions, inspect, mend
 
     show = row_of(FINDING_FORMATS, format_name, "--format")
     _require_purpose(fix, diff, unsafe_fixes, format_name, specs)
@@ -212,7 +212,7 @@ SUMMARY_LIMIT = 1_000_000
 
 def _append_job_summary(path: str, inspected: list[Inspection]) -> None:
     """Write the page of a job; pictures go first where it would be too long."""
-    from sitscad.report.findings.ci import job_summary
+    from sitscad.checks.findings.ci import job_summary
 
     checked = [each.checked for each in inspected]
     pictures = {each.checked.path: each.picture for each in inspected}

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import click
 
 import sitscad
+from sitscad.basics.units import counted
 from sitscad.cli.terminal import (
     Example,
     print_result,
@@ -25,19 +26,18 @@ from sitscad.cli.terminal import (
     show_unreadable,
     spec_of,
 )
-from sitscad.units import counted
 
 if TYPE_CHECKING:
-    from sitscad.study.running import Found, StudyState
-    from sitscad.study.running import Progress as StudyProgress
-    from sitscad.study.study import StudyAnswer
+    from sitscad.apps.study.running import Found, StudyState
+    from sitscad.apps.study.running import Progress as StudyProgress
+    from sitscad.apps.study.study import StudyAnswer
 
 
 @click.command(cls=Example, example="sitscad measures")
 @click.option("--format", "format_name", default="text", show_default=True, metavar="text|json")
 def measures(format_name: str) -> int:
     """List what a sweep or a study can ask of a design."""
-    from sitscad.study.sweeping import MEASURE_FORMATS
+    from sitscad.apps.study.sweeping import MEASURE_FORMATS
 
     print_result(row_of(MEASURE_FORMATS, format_name, "--format")())
     return 0
@@ -72,9 +72,9 @@ def sweep(
     A picture (.svg) of one key is a curve with its band of error, of two a field with the edges of what each rule
     refuses. Exit code: 0, or 2 where the spec or a range cannot be read.
     """  # noqa: D301 - click asks for the control character itself
+    from sitscad.apps.study.space import RangeError
+    from sitscad.apps.study.sweeping import SWEEP_FILES, SWEEP_FORMATS, range_of, sweep_as_written
     from sitscad.package import write_file
-    from sitscad.study.space import RangeError
-    from sitscad.study.sweeping import SWEEP_FILES, SWEEP_FORMATS, range_of, sweep_as_written
 
     show, write = row_of(SWEEP_FORMATS, format_name, "--format"), None
     if output:
@@ -136,9 +136,9 @@ def design(
 
     Exit code: 0 a design keeps everything, 1 none was found, 2 the study cannot be read.
     """
-    from sitscad.inspection import unreadable
-    from sitscad.study.answer_text import answer_json, answer_text, found_text, yields_text
-    from sitscad.study.spreads import DRAWS
+    from sitscad.apps.study.answer_text import answer_json, answer_text, found_text, yields_text
+    from sitscad.apps.study.spreads import DRAWS
+    from sitscad.package.inspection import unreadable
 
     row_of({"text": "", "json": ""}, format_name, "--format")
     try:
@@ -151,7 +151,7 @@ def design(
     executor = None
     told: list[StudyAnswer] = []
     if scheduler is not None:
-        from sitscad.study.evaluating import cluster
+        from sitscad.apps.study.evaluating import cluster
 
         try:
             executor, jobs = cluster(scheduler)
@@ -192,8 +192,8 @@ def design(
 
 def _write(answer: StudyAnswer, folder: str) -> None:
     """The files of an answer, in place of those of an earlier one."""
+    from sitscad.apps.study.page import answer_files
     from sitscad.package import write_file
-    from sitscad.study.page import answer_files
 
     os.makedirs(os.path.join(folder, "designs"), exist_ok=True)
     files = answer_files(answer)
@@ -208,8 +208,8 @@ def _write(answer: StudyAnswer, folder: str) -> None:
 
 def _write_so_far(asked: sitscad.Study, found: Found, folder: str) -> None:
     """Write the page of a search that ends before it is through."""
+    from sitscad.apps.study.page import page_so_far
     from sitscad.package import write_file
-    from sitscad.study.page import page_so_far
 
     path, of = os.path.join(folder, SO_FAR), min(found.asked.evaluations, found.asked.space.size)
     write_file(path, page_so_far(asked, found, of).encode("utf-8"))
@@ -225,7 +225,7 @@ TOLD_EVERY = 30.0
 
 def _study_progress() -> StudyProgress:
     """What tells how far a study is: designs a second, those that keep all, the best, time left."""
-    from sitscad.study.sweeping import shown
+    from sitscad.apps.study.sweeping import shown
 
     on_terminal, spent, made = sys.stderr.isatty(), defaultdict[str, float](float), defaultdict[str, int](int)
     last = told = time.monotonic()

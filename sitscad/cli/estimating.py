@@ -13,6 +13,7 @@ from pathlib import Path
 import click
 
 import sitscad
+from sitscad.basics.units import counted
 from sitscad.cli.terminal import (
     DAY,
     RELATIVE_ERROR,
@@ -26,7 +27,6 @@ from sitscad.cli.terminal import (
     say,
     spec_of,
 )
-from sitscad.units import counted
 
 
 def taken_points(
@@ -35,8 +35,8 @@ def taken_points(
     """Take the points of a plan into a table, written after each, read `creep` seconds after the load was put on;
     whether it is whole. Raises click.UsageError for what is no source of this sensor.
     """
-    from sitscad.bench.leading import Leading, NotTaken
-    from sitscad.bench.source import source_of
+    from sitscad.apps.hardware.leading import Leading, NotTaken
+    from sitscad.apps.hardware.source import source_of
     from sitscad.package.folder import write_file
 
     path = Path(table)
@@ -112,13 +112,13 @@ def estimate(
     Exit code: 0 no errors, 1 the checks found errors (see `sitscad check`) or the tolerance is not met, 2 the spec
     cannot be read.
     """  # noqa: D301 - click asks for the control character itself
+    from sitscad.assembly.places.motions import MotionError, frequency_of
+    from sitscad.checks.opening import opened, policy_for
     from sitscad.estimates import METHODS, missed_tolerance
-    from sitscad.estimates.at_frequency import FrequencyError, coils_at
     from sitscad.estimates.performance.tables import PerformanceReport
-    from sitscad.inspection import as_configured, unreadable
-    from sitscad.opening import opened, policy_for
-    from sitscad.report.numbers import ESTIMATE_FORMATS
-    from sitscad.scene.motions import MotionError, frequency_of
+    from sitscad.estimates.states.at_frequency import FrequencyError, coils_at
+    from sitscad.files.report.numbers import ESTIMATE_FORMATS
+    from sitscad.package.inspection import as_configured, unreadable
 
     show = row_of(ESTIMATE_FORMATS, format_name, "--format")
     if method is not None:
@@ -227,12 +227,12 @@ def response(
     Exit code: 0 no errors, 1 the checks found errors (see `sitscad check`), 2 the spec cannot be read, or has nothing
     that could respond.
     """
-    from sitscad.design import respond_to
+    from sitscad.assembly.places.motions import MotionError, frequency_of, read_motions
+    from sitscad.estimates.design import respond_to
     from sitscad.estimates.performance.tables import PerformanceReport
-    from sitscad.inspection import as_configured
+    from sitscad.files.report.response import RESPONSE_FILES, RESPONSE_FORMATS, response_file
     from sitscad.package import write_file
-    from sitscad.report.response import RESPONSE_FILES, RESPONSE_FORMATS, response_file
-    from sitscad.scene.motions import MotionError, frequency_of, read_motions
+    from sitscad.package.inspection import as_configured
 
     show = row_of(RESPONSE_FORMATS, format_name, "--format")
     ending = os.path.splitext(output or "")[1].lower()
@@ -332,8 +332,8 @@ def calibrate(
     Exit code: 0 no errors, 1 the checks found errors (see `sitscad check`), 2 the spec or the data cannot be read, a
     point could not be taken, or there is nothing to calibrate.
     """
-    from sitscad.inspection import as_configured
-    from sitscad.report.calibration import calibration_text
+    from sitscad.files.report.calibration import calibration_text
+    from sitscad.package.inspection import as_configured
 
     if spec is None:
         like = f", as in `sitscad calibrate sensor.yaml --from {source}`" if source else ""

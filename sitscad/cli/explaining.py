@@ -28,7 +28,7 @@ def new(template: str | None, output: str | None, list_them: bool, force: bool, 
 
     named = {} if template is None else {"name": template}
     if study and not list_them:
-        from sitscad.study.document import started
+        from sitscad.apps.study.document import started
 
         path = write_study(started, path=output, force=force, **named)
         print_result(str(path))
@@ -74,7 +74,7 @@ def rules(format_name: str) -> int:
     json and markdown have all its texts.
     """
     from sitscad.checks import all_rules
-    from sitscad.report.findings.text import RULE_FORMATS
+    from sitscad.checks.findings.text import RULE_FORMATS
 
     print_result(row_of(RULE_FORMATS, format_name, "--format")(tuple(all_rules())))
     return 0
@@ -93,7 +93,7 @@ def schema(document: str) -> int:
     from sitscad.data import json_file
 
     def study_schema() -> Any:
-        from sitscad.study.study import study_schema  # loads what judges designs
+        from sitscad.apps.study.study import study_schema  # loads what judges designs
 
         return study_schema()
 

@@ -20,9 +20,9 @@ import sitscad
 from sitscad.cli.terminal import DAY, Example, InRange, print_result, say
 
 if TYPE_CHECKING:
-    from sitscad.bench.board import Board
-    from sitscad.bench.diagnosis import Forces, Scan
-    from sitscad.watch.server import PageServer, Showing
+    from sitscad.apps.hardware.board import Board
+    from sitscad.apps.hardware.diagnosis import Forces, Scan
+    from sitscad.apps.watch.server import PageServer, Showing
 
 
 @click.command(
@@ -60,8 +60,8 @@ def read(
 
     Exit code: 0 good, 1 --diagnose found something that is not met, 2 there is no such source, or no answer.
     """
-    from sitscad.bench.diagnosis import NOT_MET, TARES, Forces, diagnosis, lines, scans, words
-    from sitscad.bench.source import SERIAL, design_of, source_of
+    from sitscad.apps.hardware.diagnosis import NOT_MET, TARES, Forces, diagnosis, lines, scans, words
+    from sitscad.apps.hardware.source import SERIAL, design_of, source_of
 
     kept = diagnose or log is not None or not serve
     rows, wrong = [], list[str]()
@@ -112,7 +112,7 @@ def _maps(place: Path | None) -> list[Path]:
 
 def _logged(folder: Path, board: Board, rows: Sequence[Scan], source: str) -> None:
     """Write the readings, and what their numbers need."""
-    from sitscad.bench.diagnosis import document, table
+    from sitscad.apps.hardware.diagnosis import document, table
     from sitscad.package.folder import write_file
 
     folder.mkdir(parents=True, exist_ok=True)
@@ -136,9 +136,9 @@ def live(board: Board, forces: Forces, calibrations: Sequence[Path], port: int) 
     The page computes newtons by the calibrations (paths of calibration.json). Raises ClickException if the server
     cannot listen.
     """
-    from sitscad.estimates.circuit.bands import STATUS
-    from sitscad.report.moving import live_page
-    from sitscad.watch.server import Showing
+    from sitscad.apps.watch.server import Showing
+    from sitscad.estimates.circuits.bands import STATUS
+    from sitscad.files.report.moving import live_page
 
     known = [json.loads(path.read_text(encoding="utf-8")) for path in calibrations]
     showing = Showing(live_page(board.design.spec, board.design.estimates, known, served=True))
@@ -179,9 +179,9 @@ def watch(spec: str, serve: bool, port: int, host: str, opens: bool, format_name
     Of a study (docs/studies.md) the designs with which its search begins are looked at, and what they show is told
     while they fill up.
     """
-    from sitscad.watch.server import Showing
-    from sitscad.watch.watching import OVERTAKEN, Watch, words
-    from sitscad.watch.work import Event
+    from sitscad.apps.watch.server import Showing
+    from sitscad.apps.watch.watching import OVERTAKEN, Watch, words
+    from sitscad.apps.watch.work import Event
 
     showing, made = Showing(), None
     serve = serve or opens
@@ -213,7 +213,7 @@ def watch(spec: str, serve: bool, port: int, host: str, opens: bool, format_name
 
 def served(showing: Showing, host: str, port: int) -> tuple[PageServer, str]:
     """Start a server of the page, print its address and return both. Raises ClickException if it cannot listen."""
-    from sitscad.watch.server import LOOPBACK, server
+    from sitscad.apps.watch.server import LOOPBACK, server
 
     try:
         made = server(showing, host, port)

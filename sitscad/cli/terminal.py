@@ -15,13 +15,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import sitscad
-from sitscad.finding import Severity
-from sitscad.units import counted
+from sitscad.basics.finding import Severity
+from sitscad.basics.units import counted
 
 if TYPE_CHECKING:
     from sitscad import SensorSpec
-    from sitscad.policy import Baseline
-    from sitscad.report.findings import CheckedSpec, OutputOptions
+    from sitscad.checks.findings import CheckedSpec, OutputOptions
+    from sitscad.checks.policy import Baseline
 
 
 HELP_IS_GONE = "Python runs with -OO (PYTHONOPTIMIZE=2), which takes the help texts away."
@@ -87,8 +87,8 @@ BASELINE = click.option(
 
 def specs_of(paths: Iterable[str]) -> list[str]:
     """The specs that are named, those of folders among them."""
-    from sitscad.opening import specs_in
-    from sitscad.report.findings.text import printable
+    from sitscad.checks.findings.text import printable
+    from sitscad.checks.opening import specs_in
 
     def skip(path: str) -> None:
         say(f"{printable(path)} is a study and is skipped (sitscad design {printable(path)})")
@@ -101,7 +101,7 @@ def specs_of(paths: Iterable[str]) -> list[str]:
 
 def baseline_of(path: str | None) -> Baseline | None:
     """The findings that a file holds; None where no file is named."""
-    from sitscad.policy import read_baseline
+    from sitscad.checks.policy import read_baseline
 
     return None if path is None else read_baseline(path)
 
@@ -117,7 +117,7 @@ def warn_of_unknown_specs(baseline: Baseline | None, checked: Iterable[CheckedSp
 def rules_for(pattern: str) -> list[Any]:
     """The rules that a pattern stands for; a usage error where it is none."""
     from sitscad.checks import all_rules
-    from sitscad.policy import stands_for
+    from sitscad.checks.policy import stands_for
 
     known = all_rules()
     found = [rule for rule in known if stands_for(pattern, rule.id, rule.name)]
@@ -144,7 +144,7 @@ def _meant(name: str, known: Iterable[str]) -> str:
 
 def say(message: str) -> None:
     """Print a message to stderr, under the name of the program; control characters in it are escaped."""
-    from sitscad.report.findings.text import printable
+    from sitscad.checks.findings.text import printable
 
     click.echo("\n".join(map(printable, f"sitscad: {message}".split("\n"))), err=True)
 
@@ -168,7 +168,7 @@ def work_told(what: str, is_long: bool) -> Iterator[Callable[[str], None]]:
     import threading
     import time
 
-    from sitscad.report.findings.text import printable
+    from sitscad.checks.findings.text import printable
 
     on_terminal, done, began, steps = sys.stderr.isatty(), threading.Event(), time.monotonic(), [""]
 
@@ -213,7 +213,7 @@ def layout_of(stream: Any, named: bool = False, **asked: Any) -> OutputOptions:
     """How findings are laid out on a stream: with colours or not, and folded at the terminal's width or the columns
     that COLUMNS names; not folded in a pipe, where a finding stays one line for whatever searches it.
     """
-    from sitscad.report.findings import OutputOptions
+    from sitscad.checks.findings import OutputOptions
 
     is_folded, width = stream.isatty() or os.environ.get("COLUMNS", "").isdigit(), None
     if is_folded:
@@ -225,21 +225,21 @@ def layout_of(stream: Any, named: bool = False, **asked: Any) -> OutputOptions:
 
 def show_findings(checked: list[CheckedSpec], named: bool = False) -> None:
     """Findings as text to stderr, where they are a message and not the result; each line names its spec if `named`."""
-    from sitscad.report.findings import FINDING_FORMATS
+    from sitscad.checks.findings import FINDING_FORMATS
 
     click.echo(FINDING_FORMATS["text"](checked, layout_of(sys.stderr, named)), err=True, nl=False, color=True)
 
 
 def show_unreadable(path: str, error: sitscad.SpecError) -> None:
     """What is wrong with a spec that cannot be read, as text to stderr."""
-    from sitscad.inspection import unreadable
+    from sitscad.package.inspection import unreadable
 
     show_findings([unreadable(path, error)])
 
 
 def spec_of(path: str) -> SensorSpec | None:
     """The spec of a file, under the configuration above it; None where it cannot be read, and then that is said."""
-    from sitscad.opening import opened, policy_for
+    from sitscad.checks.opening import opened, policy_for
 
     try:
         return opened(path, policy_for(path))

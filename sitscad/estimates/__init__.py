@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from sitscad.arguments import checked_arguments
-from sitscad.estimates.steps import read, wind, with_target
+from sitscad.basics.arguments import checked_arguments
+from sitscad.estimates.states.steps import read, wind, with_target
 from sitscad.estimates.values import CoilEstimate, CrossCheck, Estimates, ReadoutEstimate, StateEstimate
-from sitscad.estimates.winding.methods import METHODS, Method
+from sitscad.estimates.windings.methods import METHODS, Method
+from sitscad.kernels.electromagnetics.threads import one_thread
 from sitscad.layout.board import Layout
-from sitscad.physics.threads import one_thread
-from sitscad.spec.format.validity import refuse_unusable
+from sitscad.spec.resolver.validity import refuse_unusable
 
 __all__ = [
     "METHODS", "CoilEstimate", "CrossCheck", "Estimates", "Method", "ReadoutEstimate", "StateEstimate", "estimate"

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from sitscad.check_values import Signal
-from sitscad.scene.state import PRESSED, REST
+from sitscad.assembly.places.state import PRESSED, REST
+from sitscad.basics.check_results import Signal
 
 if TYPE_CHECKING:
     from sitscad.estimates.values import CoilEstimate, Estimates, ReadoutEstimate

@@ -7,9 +7,8 @@ from collections.abc import Mapping
 from dataclasses import field, replace
 from typing import Any
 
-from sitscad.estimates.states.pressing import PressingScatter
-from sitscad.mechanics.elastomer import Compression
-from sitscad.quantities import (
+from sitscad.assembly.places.state import PRESSED, REST, State
+from sitscad.basics.quantities import (
     COIL,
     COMPRESSION,
     READOUT,
@@ -20,11 +19,12 @@ from sitscad.quantities import (
     document,
     finite,
 )
-from sitscad.readout.conversion import Conversion
-from sitscad.readout.converter import Channel, Converter
-from sitscad.record import record
-from sitscad.scene.state import PRESSED, REST, State
-from sitscad.units import counted, show
+from sitscad.basics.record import record
+from sitscad.basics.units import counted, show
+from sitscad.estimates.loads.pressing import PressingScatter
+from sitscad.kernels.converters.conversion import Conversion
+from sitscad.kernels.converters.converter import Channel, Converter
+from sitscad.kernels.mechanics.elastomer import Compression
 
 
 @record
@@ -381,7 +381,7 @@ class Estimates:
 
     def as_json(self, spec_path: str) -> dict[str, Any]:
         """The document of ``estimate --format json``: SI units in the keys, None for what is absent or not finite."""
-        from sitscad.version import __version__
+        from sitscad.basics.version import __version__
 
         return {
             "sitscad": __version__,

@@ -7,10 +7,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 
-from sitscad.arguments import checked_arguments
-from sitscad.finding import Missing, Shortfall
-from sitscad.geometry.path import Path, Point, Region, bounding_box
-from sitscad.geometry.shapes import SKETCHED
+from sitscad.basics.arguments import checked_arguments
+from sitscad.basics.finding import Missing, Shortfall
+from sitscad.basics.record import record, replace
+from sitscad.kernels.geometry.path import Path, Point, Region, bounding_box
+from sitscad.kernels.geometry.shapes import SKETCHED
 from sitscad.layout.bending import stiffener
 from sitscad.layout.board import Capacitor, Coil, Layout, LeadPair, Pad, Role, Stiffener, Trace, Via, Winding
 from sitscad.layout.clearance import SLACK, Breadth, Obstacles, TrackToPlace, ViaToPlace
@@ -30,10 +31,9 @@ from sitscad.layout.routing.routes import (
 from sitscad.layout.tail_frame import CORNER_RADIUS, TailFrame, course, first_via, turn_begin
 from sitscad.layout.tail_tracks import Run, unused_contacts
 from sitscad.layout.windings import WoundCoil, wind_all, wind_coil
-from sitscad.record import record, replace
 from sitscad.spec.coil import ArraySpec
 from sitscad.spec.design_rules import DesignRules
-from sitscad.spec.format.validity import refuse_unusable
+from sitscad.spec.resolver.validity import refuse_unusable
 from sitscad.spec.sensor import SensorSpec
 
 __all__ = ["Coil", "Layout", "Pad", "Role", "Stiffener", "Trace", "Via", "Winding", "lay_out"]

@@ -9,10 +9,10 @@ from collections.abc import Iterator
 from enum import StrEnum
 from itertools import accumulate
 
-from sitscad.geometry.path import Arc, Region, Segment, bounding_box, box_around
+from sitscad.basics.record import record
+from sitscad.kernels.geometry.path import Arc, Region, Segment, bounding_box, box_around
 from sitscad.layout.board import Layout, Pad, Role, Stiffener, Trace
 from sitscad.layout.tail_frame import TailFrame, first_via
-from sitscad.record import record
 from sitscad.spec.circuit import FpcSpec, LayerKind, StackLayer
 from sitscad.spec.presets import stock_stiffeners
 

@@ -16,10 +16,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from sitscad.arrays import Array, Index
-from sitscad.finding import Shortfall
-from sitscad.geometry.path import Arc, Line, Path, Point, Region, Segment, bounding_box, closed_polygon
-from sitscad.geometry.primitives import (
+from sitscad.basics.arrays import Array, Index
+from sitscad.basics.finding import Shortfall
+from sitscad.basics.record import record, replace
+from sitscad.kernels.geometry.path import Arc, Line, Path, Point, Region, Segment, bounding_box, closed_polygon
+from sitscad.kernels.geometry.primitives import (
     Primitives,
     Row,
     distances,
@@ -30,7 +31,6 @@ from sitscad.geometry.primitives import (
     to_points,
 )
 from sitscad.layout.clearance import ALONG
-from sitscad.record import record, replace
 from sitscad.spec.coil import CoilPlacement
 from sitscad.spec.places import cell_specs
 from sitscad.spec.sensor import SensorSpec

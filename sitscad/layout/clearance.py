@@ -8,10 +8,18 @@ from functools import cached_property
 
 import numpy as np
 
-from sitscad.arrays import Array, Flags, Index
-from sitscad.geometry.path import Path, Point
-from sitscad.geometry.primitives import Primitives, distances, from_rows, joined, nearest_pairs, path_rows, to_points
-from sitscad.record import record
+from sitscad.basics.arrays import Array, Flags, Index
+from sitscad.basics.record import record
+from sitscad.kernels.geometry.path import Path, Point
+from sitscad.kernels.geometry.primitives import (
+    Primitives,
+    distances,
+    from_rows,
+    joined,
+    nearest_pairs,
+    path_rows,
+    to_points,
+)
 from sitscad.spec.design_rules import DesignRules
 
 SLACK = 1e-9

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sitscad.geometry.path import Point
-from sitscad.geometry.primitives import (
+from sitscad.basics.record import record
+from sitscad.kernels.geometry.path import Point
+from sitscad.kernels.geometry.primitives import (
     Primitives,
     Row,
     distances,
@@ -23,10 +24,9 @@ from sitscad.geometry.primitives import (
 )
 from sitscad.layout.board import Coil, Layout, Pad, Role, Teardrop, Trace, Via
 from sitscad.layout.clearance import ALONG
-from sitscad.record import record
 
 if TYPE_CHECKING:
-    from sitscad.arrays import Array, Flags, Index
+    from sitscad.basics.arrays import Array, Flags, Index
 
 ROUNDING = 1e-9
 """Lengths that differ by less (m) are equal."""

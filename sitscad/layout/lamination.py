@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from itertools import pairwise
 
+from sitscad.basics.units import show
 from sitscad.layout.bending import has_tail_coverlay, tail_copper
 from sitscad.layout.board import Layout
 from sitscad.spec.circuit import Plating, StackLayer, Stackup
 from sitscad.spec.presets import is_rigid
-from sitscad.units import show
 
 
 def tail_holes(layout: Layout) -> int:

@@ -12,9 +12,9 @@ from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
-from sitscad.geometry.path import TWO_PI, Arc, Line, Path, Point, Segment, bounding_box, polar
+from sitscad.basics.record import record
+from sitscad.kernels.geometry.path import TWO_PI, Arc, Line, Path, Point, Segment, bounding_box, polar
 from sitscad.layout.clearance import Breadth
-from sitscad.record import record
 from sitscad.spec.coil import CoilPlacement, CoilSpec
 from sitscad.spec.sensor import SensorSpec
 

@@ -7,16 +7,16 @@ from collections.abc import Iterator
 from dataclasses import replace
 from enum import StrEnum
 
+from sitscad.basics.record import record
+from sitscad.basics.units import in_mm, parse_quantity
 from sitscad.data import rows
-from sitscad.geometry.convex import Box, Footprint
-from sitscad.geometry.path import Path, Point, box_around, circle, enclosed_area, polyline, rectangle
-from sitscad.geometry.shapes import PLATES
+from sitscad.kernels.geometry.convex import Box, Footprint
+from sitscad.kernels.geometry.path import Path, Point, box_around, circle, enclosed_area, polyline, rectangle
+from sitscad.kernels.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
-from sitscad.record import record
 from sitscad.spec.materials import Cutting
 from sitscad.spec.places import cell_placements, cell_specs, footprint, place_in_words, webs
 from sitscad.spec.sensor import SensorSpec
-from sitscad.units import in_mm, parse_quantity
 
 MARGIN = 5e-3
 COUPON_SIZE = 10e-3
@@ -158,7 +158,9 @@ class CutPart:
         if not self.boxes:
             yield plate(layer, self.shape, (self.size[0] + 2 * grown, self.size[1] + 2 * grown), centre)
             return
-        from sitscad.geometry.areas import joined_boxes  # checks look at sheets without webs and load no shapely
+        from sitscad.kernels.geometry.areas import (
+            joined_boxes,  # checks look at sheets without webs and load no shapely
+        )
 
         dx, dy = centre.x - self.place.centre.x, centre.y - self.place.centre.y
         boxes = ((b[0] - grown, b[1] - grown, b[2] + grown, b[3] + grown) for b in self.boxes)
@@ -200,8 +202,8 @@ def cut_parts(spec: SensorSpec) -> tuple[CutPart, ...]:
 
 def laser_sheets(layout: Layout, more: tuple[CutPart, ...] = (), stop: str = "") -> tuple[LaserSheet, ...]:
     """The sheets of the elastomer and of the target, of those that the spec has, and of `more` parts
-    (`sitscad.scene.stack.sheets` has the shield among them); `stop` is the first of their notes. Raises ValueError for
-    a kerf that is negative or as wide as the coupon's hole.
+    (`sitscad.assembly.places.stack.sheets` has the shield among them); `stop` is the first of their notes. Raises
+    ValueError for a kerf that is negative or as wide as the coupon's hole.
     """
     spec = layout.spec
     return tuple(

@@ -6,18 +6,29 @@ import math
 from collections.abc import Iterable, Iterator
 from functools import lru_cache
 
-from sitscad.finding import Missing, Shortfall
-from sitscad.geometry.convex import beyond
-from sitscad.geometry.path import Arc, Line, Path, Point, Region, Segment, bounding_box, part_of, rectangle, rounded
+from sitscad.basics.finding import Missing, Shortfall
+from sitscad.basics.record import record, replace
+from sitscad.basics.units import show
+from sitscad.kernels.geometry.convex import beyond
+from sitscad.kernels.geometry.path import (
+    Arc,
+    Line,
+    Path,
+    Point,
+    Region,
+    Segment,
+    bounding_box,
+    part_of,
+    rectangle,
+    rounded,
+)
 from sitscad.layout.board import Pad
 from sitscad.layout.clearance import SLACK, Breadth, TrackToPlace, ViaToPlace
 from sitscad.layout.lanes import Ring
 from sitscad.layout.tail_frame import CORNER_RADIUS, TailFrame
-from sitscad.record import record, replace
 from sitscad.spec.circuit import FpcSpec
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.sensor import SensorSpec
-from sitscad.units import show
 
 _NEAR = 1e-9
 

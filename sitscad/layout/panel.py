@@ -13,14 +13,14 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
-from sitscad.geometry.convex import Box
-from sitscad.geometry.path import Line, Path, Point, Segment, bounding_box, part_of
+from sitscad.basics.record import record
+from sitscad.basics.units import show
+from sitscad.kernels.geometry.convex import Box
+from sitscad.kernels.geometry.path import Line, Path, Point, Segment, bounding_box, part_of
 from sitscad.layout.board import Layout
-from sitscad.record import record
 from sitscad.spec.circuit import MOST_PARTS
 from sitscad.spec.coil import ArraySpec, CoilPlacement
 from sitscad.spec.sensor import SensorSpec
-from sitscad.units import show
 
 BRIDGE_RUN = 25e-3
 """One bridge at least for every so much of an outline (m), and three beside those at the tail's end, if there is room.

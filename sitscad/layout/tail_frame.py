@@ -12,10 +12,10 @@ import math
 from functools import cached_property
 from itertools import pairwise
 
-from sitscad.geometry.path import Arc, Line, Path, Point, Segment, rounded
+from sitscad.basics.record import record, replace
+from sitscad.kernels.geometry.path import Arc, Line, Path, Point, Segment, rounded
 from sitscad.layout.clearance import hole_keep_out, joined_hole
 from sitscad.layout.lanes import STAGGER, Bus, Lane, lane_height
-from sitscad.record import record, replace
 from sitscad.spec.circuit import Chip, Connector, Tail
 from sitscad.spec.coil import CoilPlacement
 from sitscad.spec.design_rules import DesignRules

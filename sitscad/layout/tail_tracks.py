@@ -13,12 +13,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
-from sitscad.geometry.path import Path, Point, polyline
+from sitscad.basics.record import record
+from sitscad.kernels.geometry.path import Path, Point, polyline
 from sitscad.layout.board import Layout, Pad
 from sitscad.layout.clearance import TrackToPlace, ViaToPlace
 from sitscad.layout.lanes import STAGGER, Bus, Lane
 from sitscad.layout.tail_frame import CAP, TailFrame, contact_height, pair_height, parting, turn_begin, turn_lag
-from sitscad.record import record
 from sitscad.spec.circuit import FpcSpec
 from sitscad.spec.coil import CoilPlacement
 from sitscad.spec.design_rules import DesignRules

@@ -11,14 +11,14 @@ from itertools import islice, pairwise
 
 import numpy as np
 
-from sitscad.arrays import Array, Flags, Index
-from sitscad.finding import Missing, Shortfall
-from sitscad.geometry.path import Path, Point, Segment, polar, polyline
-from sitscad.geometry.shapes import CHORD_TOLERANCE, SpiralDimensions
+from sitscad.basics.arrays import Array, Flags, Index
+from sitscad.basics.finding import Missing, Shortfall
+from sitscad.basics.record import record, replace
+from sitscad.kernels.geometry.path import Path, Point, Segment, polar, polyline
+from sitscad.kernels.geometry.shapes import CHORD_TOLERANCE, SpiralDimensions
 from sitscad.layout.board import Winding
 from sitscad.layout.clearance import ALONG, ViaToPlace, hole_distance, hole_keep_out, joined_hole, off_stretch
 from sitscad.layout.lanes import lead_spacings
-from sitscad.record import record, replace
 from sitscad.spec.circuit import CopperLayer
 from sitscad.spec.coil import CoilPlacement, CoilSpec
 from sitscad.spec.design_rules import DesignRules

@@ -7,6 +7,7 @@ and their inputs. `verification` reads a package back.
 
 from __future__ import annotations
 
+from sitscad.files.writer import STAGES
 from sitscad.package.building import build, require_distinct_names, stale
 from sitscad.package.folder import (
     PackageError,
@@ -19,7 +20,6 @@ from sitscad.package.folder import (
 )
 from sitscad.package.manifest import BuildResult, StageResult
 from sitscad.package.verification import Verification, verify
-from sitscad.writer import STAGES
 
 __all__ = [
     "STAGES",

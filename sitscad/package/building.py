@@ -26,8 +26,14 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from sitscad.arguments import checked_arguments
-from sitscad.finding import Severity
+from sitscad.basics.arguments import checked_arguments
+from sitscad.basics.finding import Severity
+from sitscad.basics.record import record
+from sitscad.basics.units import counted
+from sitscad.checks.findings.document import CheckedSpec, read_findings
+from sitscad.checks.findings.text import printable
+from sitscad.checks.policy import Baseline, Policy, known_of
+from sitscad.files.writer import STAGES, is_felt, marks
 from sitscad.package.folder import (
     PackageError,
     explained,
@@ -56,18 +62,12 @@ from sitscad.package.manifest import (
     unplotted,
     version_of,
 )
-from sitscad.policy import Baseline, Policy, known_of
-from sitscad.record import record
-from sitscad.report.findings.document import CheckedSpec, read_findings
-from sitscad.report.findings.text import printable
 from sitscad.spec.sensor import SensorSpec, without_text
-from sitscad.units import counted
-from sitscad.writer import STAGES, is_felt, marks
 
 if TYPE_CHECKING:
-    from sitscad.design import Design
+    from sitscad.estimates.design import Design
+    from sitscad.kernels.solve_cache import Solutions
     from sitscad.package.contents import Contents
-    from sitscad.solutions import Solutions
 
 
 _AT_FDCWD = -100
@@ -414,7 +414,9 @@ def known_solutions(name: str, writes: bool = True, store: Solutions | None = No
     user's cache; no file where that is empty. To be without the file, or not to be allowed to write it, costs time and
     nothing else.
     """
-    from sitscad import solutions  # loads numpy, which a package that stays as it is does not need
+    from sitscad.kernels import (
+        solve_cache as solutions,  # loads numpy, which a package that stays as it is does not need
+    )
 
     home = os.environ.get("XDG_CACHE_HOME", "")
     default = os.path.join(home if os.path.isabs(home) else os.path.expanduser("~/.cache"), "sitscad")

@@ -17,30 +17,30 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from sitscad.arguments import checked_arguments
+from sitscad.assembly.places.motions import ROTATIONS
+from sitscad.basics.arguments import checked_arguments
+from sitscad.basics.finding import Severity
+from sitscad.basics.record import record
+from sitscad.basics.units import counted
+from sitscad.basics.version import __version__
 from sitscad.calibration.calibration import Calibration, foretell
 from sitscad.checks import all_rules
 from sitscad.checks import judged as reviewed
 from sitscad.checks.assembly.fit import judged_on_solids, settles
-from sitscad.design import Design
-from sitscad.drawing.frame import FORCED
-from sitscad.estimates.response.pad import NoResponse
-from sitscad.finding import Severity
-from sitscad.formats.calibration_header import header, program
-from sitscad.geometry.path import bounding_box
+from sitscad.checks.findings import CheckedSpec, checked_spec, to_json
+from sitscad.checks.policy import Baseline, Policy, ignored_anyway, judged
+from sitscad.estimates.design import Design
+from sitscad.estimates.loads.pad import NoResponse
+from sitscad.files.drawing.frame import FORCED
+from sitscad.files.formats.calibration_header import header, program
+from sitscad.files.report.calibration import calibration_page, plan_card, plan_table, plan_words
+from sitscad.files.writer import is_felt
+from sitscad.kernels.geometry.path import bounding_box
 from sitscad.layout.bending import tail_layers
 from sitscad.layout.board import Layout
 from sitscad.package.folder import PackageError, write_file
 from sitscad.package.manifest import NOT_WRITTEN
-from sitscad.policy import Baseline, Policy, ignored_anyway, judged
-from sitscad.record import record
-from sitscad.report.calibration import calibration_page, plan_card, plan_table, plan_words
-from sitscad.report.findings import CheckedSpec, checked_spec, to_json
-from sitscad.scene.motions import ROTATIONS
 from sitscad.spec.sensor import SensorSpec
-from sitscad.units import counted
-from sitscad.version import __version__
-from sitscad.writer import is_felt
 
 if TYPE_CHECKING:
     from sitscad.estimates import Estimates

@@ -16,14 +16,14 @@ import shutil
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
-from sitscad.arguments import checked_arguments
-from sitscad.report.findings.text import printable
+from sitscad.basics.arguments import checked_arguments
+from sitscad.checks.findings.text import printable
+from sitscad.files.writer import json_bytes
 from sitscad.spec import templates
-from sitscad.spec.format.reading import SpecError
 from sitscad.spec.load import load
 from sitscad.spec.profiles import installed_rules
+from sitscad.spec.reading import SpecError
 from sitscad.spec.sensor import SensorSpec, json_schema
-from sitscad.writer import json_bytes
 
 PACKAGE_NAME = re.compile(r"[a-z0-9][a-z0-9._-]{0,63}")
 _PART = r"[\w+-](?:[\w .+-]*[\w.+-])?"

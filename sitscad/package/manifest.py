@@ -22,13 +22,13 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, TypeVar
 
+from sitscad.basics.record import record
+from sitscad.basics.version import __version__
+from sitscad.checks.findings import CheckedSpec
 from sitscad.data import PACKAGE
+from sitscad.files.writer import is_felt, json_bytes
 from sitscad.package.folder import PackageError, list_files, require_inside
-from sitscad.record import record
-from sitscad.report.findings import CheckedSpec
 from sitscad.spec.sensor import SensorSpec
-from sitscad.version import __version__
-from sitscad.writer import is_felt, json_bytes
 
 MANIFEST = "manifest.json"
 

@@ -15,9 +15,17 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
-from sitscad.design import Design
-from sitscad.finding import Severity
-from sitscad.formats import WRITERS
+from sitscad.assembly.solids import MissingExtra
+from sitscad.basics.finding import Severity
+from sitscad.basics.record import record
+from sitscad.checks.findings import as_json, numbered_places, to_json
+from sitscad.checks.policy import Baseline, Policy, known_of
+from sitscad.estimates.design import Design
+from sitscad.files.documents import PAPERS
+from sitscad.files.documents.mounting import unread_files
+from sitscad.files.documents.preparing import is_current
+from sitscad.files.formats import WRITERS
+from sitscad.files.writer import STAGES, Package, Writer, added_writers, marks
 from sitscad.package.contents import BESIDE_TAIL, Contents, read_by, read_of_board
 from sitscad.package.folder import FILE_NAME, PackageError
 from sitscad.package.manifest import (
@@ -39,15 +47,7 @@ from sitscad.package.manifest import (
     version_of,
     with_equal_figures,
 )
-from sitscad.papers import PAPERS
-from sitscad.papers.mounting import unread_files
-from sitscad.papers.preparing import is_current
-from sitscad.parts import MissingExtra
-from sitscad.policy import Baseline, Policy, known_of
-from sitscad.record import record
-from sitscad.report.findings import as_json, numbered_places, to_json
 from sitscad.spec.sensor import SensorSpec
-from sitscad.writer import STAGES, Package, Writer, added_writers, marks
 
 FELT = "datasheet.json"
 """What the sensor feels, which page and estimate repeat."""
@@ -429,7 +429,7 @@ def _spec_files(contents: Contents) -> dict[str, bytes]:
 
 def _live(contents: Contents, files: Mapping[str, bytes]) -> dict[str, bytes]:
     """``live.html``, where the package has a driver whose lines it reads."""
-    from sitscad.report.moving import live_page
+    from sitscad.files.report.moving import live_page
 
     if "firmware/sensor_line.h" not in files:
         return {}
@@ -443,8 +443,8 @@ def page_of(contents: Contents, files: Mapping[str, bytes], is_built: bool = Tru
     """The report on a design with what some files of its package say; its pictures are handed in, because a report must
     not depend on writers. `is_built` is False for a design that is watched.
     """
+    from sitscad.files.report.page import render
     from sitscad.layout.tail_tracks import contact_rows
-    from sitscad.report.page import render
 
     design, felt = contents.design, _felt(files)
     drawn = _pictures(contents, files)
@@ -458,8 +458,8 @@ def page_of(contents: Contents, files: Mapping[str, bytes], is_built: bool = Tru
 
 def _moving(contents: Contents, files: Mapping[str, bytes], felt: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """What the page's views show of the package's own files: each only where they are there."""
-    from sitscad.estimates.cells import live_cells
-    from sitscad.report.moving import pushed_document, solids_document
+    from sitscad.estimates.states.cells import live_cells
+    from sitscad.files.report.moving import pushed_document, solids_document
 
     found = {}
     if "mount/assembly.glb" in files:
@@ -475,8 +475,8 @@ def _moving(contents: Contents, files: Mapping[str, bytes], felt: Mapping[str, A
 
 def failing_fit(contents: Contents, bodies: str) -> dict[str, bytes]:
     """``fit.svg``: what of the fit fails, dimensioned, and where the bodies are seen; nothing where it fits."""
-    from sitscad.drawing.svg import svg
-    from sitscad.papers.drawings import fit
+    from sitscad.files.documents.drawings import fit
+    from sitscad.files.drawing.svg import svg
 
     faults = [f for f in contents.checked.findings if f.severity.weighs(Severity.WARNING)]
     sheet = fit.drawing(contents.layout, faults, contents.is_forced, bodies)
@@ -485,10 +485,10 @@ def failing_fit(contents: Contents, bodies: str) -> dict[str, bytes]:
 
 def _pictures(contents: Contents, files: Mapping[str, bytes]) -> dict[str, str]:
     """Drawings for the report by their captions; those of the solids only where the package has them."""
-    from sitscad.drawing.pictures.board import PicturePoint, picture
-    from sitscad.drawing.svg import svg
-    from sitscad.papers.drawings import plan_view
-    from sitscad.papers.drawings import stackup as stackup_drawing
+    from sitscad.files.documents.drawings import plan_view
+    from sitscad.files.documents.drawings import stackup as stackup_drawing
+    from sitscad.files.drawing.pictures.board import PicturePoint, picture
+    from sitscad.files.drawing.svg import svg
 
     layout = contents.layout
     marks = [
@@ -520,9 +520,9 @@ def _pictures(contents: Contents, files: Mapping[str, bytes]) -> dict[str, str]:
 
 def _jaws(contents: Contents) -> str | None:
     """The jaw drawing; none without a jaw, or where a forced package's parts contradict each other."""
-    from sitscad.drawing.svg import svg
-    from sitscad.papers.drawings import jaw
-    from sitscad.scene.jaws import PartsError
+    from sitscad.assembly.places.jaws import PartsError
+    from sitscad.files.documents.drawings import jaw
+    from sitscad.files.drawing.svg import svg
 
     try:
         sheet = jaw.drawing(contents.layout, contents.is_forced)

@@ -13,7 +13,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sitscad.arguments import checked_arguments
+from sitscad.basics.arguments import checked_arguments
+from sitscad.basics.record import record
+from sitscad.basics.units import counted
+from sitscad.basics.version import __version__
+from sitscad.checks.findings.text import printable
+from sitscad.checks.policy import Policy, kept_baseline, kept_policy
+from sitscad.files.writer import STAGES, marks
 from sitscad.package.building import BuildRequest
 from sitscad.package.folder import FILE_NAME, PackageError, explained, list_files
 from sitscad.package.manifest import (
@@ -31,16 +37,10 @@ from sitscad.package.manifest import (
     read_manifest,
     sha256,
 )
-from sitscad.policy import Policy, kept_baseline, kept_policy
-from sitscad.record import record
-from sitscad.report.findings.text import printable
-from sitscad.spec.format.reading import SpecError, decoded, read_file
 from sitscad.spec.load import load
+from sitscad.spec.reading import SpecError, decoded, read_file
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.source import TextError, read_yaml
-from sitscad.units import counted
-from sitscad.version import __version__
-from sitscad.writer import STAGES, marks
 
 if TYPE_CHECKING:
     from sitscad.package.stages import Made
@@ -168,7 +168,7 @@ def verify(directory: str | Path, rebuild: bool = False) -> Verification:
             try:
                 read = _with_boards(read, folder, manifest)
             except ImportError as error:
-                from sitscad.parts import MissingExtra
+                from sitscad.assembly.solids import MissingExtra
 
                 package = (error.name or "a package").partition(".")[0]
                 raise MissingExtra(f"reading Gerber files back needs {package}: pip install 'sitscad[all]'") from error
@@ -227,8 +227,8 @@ def _spec_differences(folder: Path, manifest: Manifest) -> Iterator[str]:
 
 def _layer_differences(folder: Path, manifest: Manifest) -> Iterator[str]:
     """Yield the differences between layers and drill files and the job file, for the board and for a panel."""
-    from sitscad.extraction.differences import compare_job
-    from sitscad.extraction.limits import ExtractionError, reading
+    from sitscad.files.extraction.differences import compare_job
+    from sitscad.files.extraction.limits import ExtractionError, reading
 
     try:
         with reading("the job file cannot be compared"):
@@ -248,8 +248,8 @@ def _archive_differences(folder: Path, manifest: Manifest) -> tuple[str, ...] | 
 
     An archive with the name of another sensor is a difference.
     """
-    from sitscad.extraction.limits import ExtractionError, reading
-    from sitscad.papers.archive import differences
+    from sitscad.files.documents.archive import differences
+    from sitscad.files.extraction.limits import ExtractionError, reading
 
     archives = sorted(name for name in manifest.files if _ARCHIVE.fullmatch(name) and (folder / name).is_file())
     archive = f"fpc/{manifest.spec['name']}-order.zip"
@@ -276,9 +276,9 @@ _ARCHIVE = re.compile(r"fpc/.*-order\.zip", re.IGNORECASE)
 
 def _net_differences(folder: Path, intended: Mapping[str, tuple[str, ...]]) -> Iterator[str]:
     """Differences of the copper from the files' own net names, and of these from the nets that the layout had."""
-    from sitscad.extraction.differences import compare, extract
-    from sitscad.extraction.intent import UNUSED
-    from sitscad.extraction.limits import ExtractionError, reading
+    from sitscad.files.extraction.differences import compare, extract
+    from sitscad.files.extraction.intent import UNUSED
+    from sitscad.files.extraction.limits import ExtractionError, reading
 
     try:
         with reading("they cannot be read"):
@@ -304,8 +304,8 @@ def _panel_differences(folder: Path, manifest: Manifest) -> tuple[int | None, tu
     """How many boards the panel has, each of them compared, and its differences from the single board; None without."""
     if not _has_panel(manifest):
         return None, ()
-    from sitscad.extraction.limits import ExtractionError, reading
-    from sitscad.extraction.panel import compare_panel
+    from sitscad.files.extraction.limits import ExtractionError, reading
+    from sitscad.files.extraction.panel import compare_panel
 
     try:
         with reading("they cannot be read"):

@@ -9,8 +9,8 @@ from enum import StrEnum
 from functools import cached_property
 from typing import Any
 
-from sitscad.geometry.path import Path, Point, bounding_box, circle, rectangle
-from sitscad.record import record
+from sitscad.basics.record import record
+from sitscad.kernels.geometry.path import Path, Point, bounding_box, circle, rectangle
 from sitscad.spec.design_rules import FINISHES, DesignRules, RulesChoice
 from sitscad.spec.format.kinds import (
     PAIR_OF_COUNTS,

@@ -7,8 +7,8 @@ from collections.abc import Container
 from functools import cached_property
 from typing import Any, ClassVar
 
-from sitscad.geometry.shapes import SHAPES, Outline
-from sitscad.record import record
+from sitscad.basics.record import record
+from sitscad.kernels.geometry.shapes import SHAPES, Outline
 from sitscad.spec.format.kinds import (
     PAIR_OF_COUNTS,
     Angle,

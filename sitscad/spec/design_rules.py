@@ -9,7 +9,8 @@ from collections.abc import Mapping
 from dataclasses import field, replace
 from typing import Any, ClassVar
 
-from sitscad.record import record
+from sitscad.basics.record import record
+from sitscad.basics.units import show
 from sitscad.spec.format.kinds import (
     Choice,
     Figure,
@@ -25,7 +26,6 @@ from sitscad.spec.format.kinds import (
     Truth,
 )
 from sitscad.spec.format.section import ListOf, NameOr, Part, Readable, Section, key, keys_like
-from sitscad.units import show
 
 
 @record

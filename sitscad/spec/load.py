@@ -14,10 +14,11 @@ from dataclasses import fields, is_dataclass, replace
 from pathlib import Path, PurePath
 from typing import Any
 
-from sitscad.arguments import checked_arguments
-from sitscad.finding import Edit
+from sitscad.basics.arguments import checked_arguments
+from sitscad.basics.finding import Edit
 from sitscad.spec.format.kinds import described, is_profile_file
-from sitscad.spec.format.reading import (
+from sitscad.spec.format.section import Section, as_written, kind_at
+from sitscad.spec.reading import (
     ROOM_RULES,
     SpecError,
     decoded,
@@ -28,7 +29,6 @@ from sitscad.spec.format.reading import (
     read_section,
     section_of_data,
 )
-from sitscad.spec.format.section import Section, as_written, kind_at
 from sitscad.spec.resolver.sensor import resolve
 from sitscad.spec.sensor import VERSION, SensorSpec, SpecDocument
 from sitscad.spec.yaml.rewriting import CannotWriteError, rewritten

@@ -7,8 +7,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from sitscad.geometry.shapes import PLATES, Outline
-from sitscad.record import record
+from sitscad.basics.record import record
+from sitscad.kernels.geometry.shapes import PLATES, Outline
 from sitscad.spec.format.kinds import Angle, Choice, Gap, Kerf, Label, Number, Offset, Pair, Quantity, Size, Thickness
 from sitscad.spec.format.section import WRITTEN_SOURCE, Section, key, preset_or
 

@@ -6,8 +6,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from sitscad.geometry.shapes import PLATES, Outline
-from sitscad.record import record
+from sitscad.basics.record import record
+from sitscad.kernels.geometry.shapes import PLATES, Outline
 from sitscad.spec.format.kinds import (
     Choice,
     FileName,

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
-from sitscad.geometry.convex import Footprint
-from sitscad.geometry.path import Point, bounding_box
-from sitscad.record import kept
+from sitscad.basics.record import kept
+from sitscad.kernels.geometry.convex import Footprint
+from sitscad.kernels.geometry.path import Point, bounding_box
 from sitscad.spec.coil import CoilPlacement
 from sitscad.spec.materials import Cells, ElastomerPad, Target
 from sitscad.spec.sensor import SensorSpec

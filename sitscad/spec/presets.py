@@ -15,11 +15,12 @@ from dataclasses import replace
 from functools import cache
 from typing import Any
 
+from sitscad.basics.record import record
+from sitscad.basics.units import parse_quantity, show
 from sitscad.data import UNVERIFIED, DataError, Row, cited, cited_by_field
 from sitscad.data import is_unverified as is_unseen
 from sitscad.data import rows as read_rows
-from sitscad.readout.converter import Converter
-from sitscad.record import record
+from sitscad.kernels.converters.converter import Converter
 from sitscad.spec.circuit import MASK, Chip, Connector, LayerKind, Plating, StackLayer, Stackup
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.format.kinds import FOLDERS, TABLES
@@ -38,7 +39,6 @@ from sitscad.spec.materials import (
 )
 from sitscad.spec.mount import LEVEL, Hole, HolePattern, Jaw
 from sitscad.spec.sensor import SensorSpec
-from sitscad.units import parse_quantity, show
 
 ADHESIVE_PER_COPPER = 25.0 / 35.0
 """Least adhesive of a coverlay over the copper that it fills (1): a thousandth of an inch for each ounce (SMT007

@@ -14,12 +14,14 @@ from functools import cache
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any, TypeVar
 
+from sitscad.basics.finding import Finding
+from sitscad.basics.record import record
+from sitscad.basics.units import parse_quantity
 from sitscad.data import FOLDER, UNVERIFIED
-from sitscad.finding import Finding
-from sitscad.record import record
 from sitscad.spec.design_rules import DesignRules, FoilLines, RulesDocument
 from sitscad.spec.format.kinds import Figure, is_profile_file, names
-from sitscad.spec.format.reading import (
+from sitscad.spec.format.section import Section
+from sitscad.spec.reading import (
     Flaw,
     Remarks,
     SpecError,
@@ -29,9 +31,7 @@ from sitscad.spec.format.reading import (
     read_file,
     read_section,
 )
-from sitscad.spec.format.section import Section
 from sitscad.spec.yaml.source import SpecSource, TextError
-from sitscad.units import parse_quantity
 
 Form = TypeVar("Form", bound=Section)
 

@@ -10,8 +10,8 @@ from collections.abc import Mapping
 from importlib import import_module
 from typing import Any, ClassVar, cast, overload
 
-from sitscad.readout.converter import Converter
-from sitscad.record import record, replace, with_frozen_mappings
+from sitscad.basics.record import record, replace, with_frozen_mappings
+from sitscad.kernels.converters.converter import Converter
 from sitscad.spec.circuit import Chip, CopperLayer, FpcSpec
 from sitscad.spec.coil import ArrayDocument, ArraySpec, CoilSpec
 from sitscad.spec.format.kinds import (

@@ -13,12 +13,12 @@ import numpy as np
 from measure import Growth, Measured, growth, peak, timed
 from windings import MM, UM, bench, coil, four_layers, miniature
 
-from sitscad.physics.inductance.filaments import PolylineTrack
-from sitscad.physics.inductance.spirals import spiral_inductance_matrix
-from sitscad.physics.loss import proximity
-from sitscad.physics.loss.bent_tracks import BentTrack, bent_winding_loss
-from sitscad.physics.loss.current_modes import ProximityLoss
-from sitscad.physics.loss.track_modes import ModeSet
+from sitscad.kernels.electromagnetics.inductance.filaments import PolylineTrack
+from sitscad.kernels.electromagnetics.inductance.spirals import spiral_inductance_matrix
+from sitscad.kernels.electromagnetics.loss import proximity
+from sitscad.kernels.electromagnetics.loss.bent_tracks import BentTrack, bent_winding_loss
+from sitscad.kernels.electromagnetics.loss.current_modes import ProximityLoss
+from sitscad.kernels.electromagnetics.loss.track_modes import ModeSet
 from tests.oracles.filament_tracks import track_mutual_inductance
 from tests.oracles.losses import inductance_change
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from measure import Growth, growth, timed
 
 import sitscad
-from sitscad.formats import gerber, kicad
+from sitscad.files.formats import gerber, kicad
 
 ROOT = Path(__file__).parents[2]
 TEMPLATE = ROOT / "templates" / "three_axis_grid.yaml"

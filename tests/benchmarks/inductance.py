@@ -14,10 +14,10 @@ import designs
 import write_references
 from measure import Growth, Measured, growth, peak, timed
 
-from sitscad.estimates.circuit.neighbours import mutual_error, side_by_side
-from sitscad.estimates.winding.methods import METHODS, Method, WindingGeometry
-from sitscad.geometry.path import Point
-from sitscad.geometry.shapes import SHAPES
+from sitscad.estimates.windings.methods import METHODS, Method, WindingGeometry
+from sitscad.estimates.windings.neighbours import mutual_error, side_by_side
+from sitscad.kernels.geometry.path import Point
+from sitscad.kernels.geometry.shapes import SHAPES
 from sitscad.spec.coil import CoilSpec
 
 TURNS, LAYERS = (12.0, 25.0, 50.0, 100.0, 200.0), (1, 2, 4, 8)

@@ -26,9 +26,9 @@ from typing import Any
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import sitscad
-from sitscad.study.evaluating import Chunk, screened
-from sitscad.study.evaluation import Evaluation
-from sitscad.study.page import answer_files
+from sitscad.apps.study.evaluating import Chunk, screened
+from sitscad.apps.study.evaluation import Evaluation
+from sitscad.apps.study.page import answer_files
 
 ROOT = Path(__file__).resolve().parents[2]
 RECORDED = 16

@@ -23,13 +23,13 @@ import manifold3d  # noqa: F401
 import trimesh  # noqa: F401
 
 import sitscad
-from sitscad.formats import meshes, step
-from sitscad.formats.volume_mesh import elastomer_meshes
-from sitscad.parts import aids, solid
-from sitscad.parts.pieces import assemble
-from sitscad.parts.proof import prove
-from sitscad.parts.whole import whole
-from sitscad.scene.fit import fit
+from sitscad.assembly.places.fit import fit
+from sitscad.assembly.solids import aids, solid
+from sitscad.assembly.solids.pieces import assemble
+from sitscad.assembly.solids.proof import prove
+from sitscad.assembly.solids.whole import whole
+from sitscad.files.formats import meshes, step
+from sitscad.files.formats.volume_mesh import elastomer_meshes
 from sitscad.spec import templates
 
 

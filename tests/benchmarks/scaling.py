@@ -26,9 +26,9 @@ from statistics import mean
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import sitscad
-from sitscad.study.evaluating import MOST_IN_CHUNK, SECONDS, Chunk, Workers
-from sitscad.study.evaluation import Archive
-from sitscad.study.running import GENERATION, POPULATION, LevelTally, sobol_set
+from sitscad.apps.study.evaluating import MOST_IN_CHUNK, SECONDS, Chunk, Workers
+from sitscad.apps.study.evaluation import Archive
+from sitscad.apps.study.running import GENERATION, POPULATION, LevelTally, sobol_set
 
 ROOT = Path(__file__).resolve().parents[2]
 A_TASK, BYTES_A_SECOND = 1e-3, 1.25e8

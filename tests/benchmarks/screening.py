@@ -18,15 +18,15 @@ from typing import Any
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-from sitscad.design import Design
+from sitscad.apps.study.evaluating import Chunk, evaluate_chunk, figures, judged
+from sitscad.apps.study.evaluation import SCREEN
+from sitscad.apps.study.measures import MEASURES
+from sitscad.apps.study.space import Base
 from sitscad.estimates import estimated
-from sitscad.estimates.winding.losses import SCREENING
+from sitscad.estimates.design import Design
+from sitscad.estimates.windings.losses import SCREENING
 from sitscad.layout import sketch
 from sitscad.spec import templates
-from sitscad.study.evaluating import Chunk, evaluate_chunk, figures, judged
-from sitscad.study.evaluation import SCREEN
-from sitscad.study.measures import MEASURES
-from sitscad.study.space import Base
 
 TEMPLATES = ("single_coil", "grasper_4layer", "bench_7mm", "three_axis_triangle", "robotic_jaw_12mm", "grasper_3p5mm")
 NAMES = ("rp", "frequency", "resolution.normal", "fit.closed_pair")

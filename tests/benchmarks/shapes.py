@@ -25,8 +25,9 @@ sys.path[:0] = [str(HERE), str(HERE.parents[1])]
 from measure import peak, timed  # noqa: E402
 
 import sitscad  # noqa: E402
-from sitscad.estimates.winding import losses, solved  # noqa: E402
-from sitscad.physics.loss import proximity  # noqa: E402
+from sitscad.estimates.circuits import solved_winding as solved  # noqa: E402
+from sitscad.estimates.windings import losses  # noqa: E402
+from sitscad.kernels.electromagnetics.loss import proximity  # noqa: E402
 
 ROUNDED = 0.3
 SHAPES = (("circle", 0.0), ("square", 0.0), ("rectangle", 0.0), ("hexagon", 0.0), ("octagon", 0.0), ("racetrack", 0.0),

@@ -22,7 +22,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT))
 
-from sitscad.finding import Edit  # noqa: E402
+from sitscad.basics.finding import Edit  # noqa: E402
 from sitscad.spec.yaml.rewriting import rewritten  # noqa: E402
 
 KINDS = {

@@ -10,7 +10,7 @@ from tolerance import approx
 
 from sitscad.calibration.bench_data import BenchError, frequencies_of, points_of, read_table
 from sitscad.calibration.refusals import require_plausible
-from sitscad.readout.conversion import Conversion
+from sitscad.kernels.converters.conversion import Conversion
 from sitscad.spec import presets
 
 COILS = ("C1", "C2")

@@ -10,7 +10,7 @@ import pytest
 from tolerance import approx
 
 from sitscad.calibration.map_fit import SHARE, gain, own_map, samples
-from sitscad.formats.calibration_header import PROGRAM, header
+from sitscad.files.formats.calibration_header import PROGRAM, header
 
 FLAGS = [
     "-std=c99",

@@ -14,6 +14,7 @@ import pytest
 from tolerance import approx
 
 import sitscad
+from sitscad.assembly.places.motions import read_motions
 from sitscad.calibration import calibrate, map_of
 from sitscad.calibration.calibration import calibrate_by, sensors_of
 from sitscad.calibration.map_fit import map_terms, own_map
@@ -22,11 +23,10 @@ from sitscad.calibration.model_fit import NoFit, levenberg_marquardt
 from sitscad.calibration.points import Points, offered
 from sitscad.calibration.unknowns import units
 from sitscad.data import json_file
-from sitscad.estimates.performance.values import FORCES
-from sitscad.estimates.response.working_range import WorkingRange
+from sitscad.estimates.loads.working_range import WorkingRange
+from sitscad.estimates.performance_values import FORCES
+from sitscad.files.report.calibration import calibration_page
 from sitscad.package.contents import calibration_files
-from sitscad.report.calibration import calibration_page
-from sitscad.scene.motions import read_motions
 from sitscad.spec import templates
 from tests.oracles.bench import simulated
 
@@ -157,7 +157,7 @@ def test_the_other_way_of_loading_is_told_with_what_it_reads(sensors, foretold):
     ("{kind: fingertip, standoff: 1.2 mm}", "both screws"), ("{kind: grasper-pad}", "vice"),
 ])
 def test_a_plan_says_which_way_x_is_and_what_holds_the_sensor(mount, held):
-    from sitscad.report.calibration import directions, held_by
+    from sitscad.files.report.calibration import directions, held_by
     from sitscad.spec.yaml.source import read_yaml
 
     spec = sitscad.load_text(templates.read("bench_7mm"), "t.yaml")

@@ -14,7 +14,7 @@ from sitscad.calibration import points
 from sitscad.calibration.calibration import calibrate_by, foretell
 from sitscad.calibration.points import Points, place_changes
 from sitscad.calibration.unknowns import units, usual
-from sitscad.report.calibration import plan_card, plan_words
+from sitscad.files.report.calibration import plan_card, plan_words
 from sitscad.spec import templates
 
 

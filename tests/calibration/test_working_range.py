@@ -7,8 +7,8 @@ import pytest
 from tolerance import approx
 
 import sitscad
-from sitscad.estimates.response.pad import pushed
-from sitscad.estimates.response.working_range import full_normal, shear_at, working_range
+from sitscad.estimates.loads.pad import pushed
+from sitscad.estimates.loads.working_range import full_normal, shear_at, working_range
 from sitscad.spec import templates
 
 SENSOR = """
@@ -58,7 +58,7 @@ def test_a_tall_pad_is_calibrated_no_farther_than_it_goes_half_pressed():
 
 def test_what_is_said_of_the_other_jaw_stands_with_every_sensor_in_a_jaw_and_no_other():
     """No figure counts its metal, and a unit that was calibrated with the jaw open never sees it."""
-    from sitscad.estimates.response.working_range import OTHER_JAW
+    from sitscad.estimates.loads.working_range import OTHER_JAW
 
     for name in ("grasper_4layer", "bench_7mm"):
         spec = sitscad.load_text(templates.read(name), "t.yaml")

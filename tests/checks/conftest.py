@@ -7,13 +7,13 @@ from typing import Any
 
 import pytest
 
+from sitscad.basics.finding import Finding, NotChecked
 from sitscad.checks import RULES
+from sitscad.checks.fixes.search import Budget
 from sitscad.checks.rules import apply_rule, outcomes
 from sitscad.checks.trials import Trials
-from sitscad.design import Design
+from sitscad.estimates.design import Design
 from sitscad.estimates.values import CoilEstimate, Estimates, ReadoutEstimate, StateEstimate
-from sitscad.finding import Finding, NotChecked
-from sitscad.fixes.search import Budget
 from sitscad.layout.board import Layout
 from sitscad.spec import presets
 from sitscad.spec.load import load_text

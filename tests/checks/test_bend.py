@@ -8,19 +8,19 @@ from dataclasses import replace
 import pytest
 from tolerance import approx
 
-from sitscad.drawing.frame import mm
-from sitscad.drawing.sheet import Label
-from sitscad.finding import Missing, Severity
-from sitscad.geometry.path import Line, Path, Point, Region, rectangle
+from sitscad.basics.finding import Missing, Severity
+from sitscad.basics.units import show
+from sitscad.files.documents import order_notes as fabrication_notes
+from sitscad.files.documents.drawings import board as board_drawing
+from sitscad.files.documents.drawings import stackup as stackup_drawing
+from sitscad.files.drawing.frame import mm
+from sitscad.files.drawing.sheet import Label
+from sitscad.kernels.geometry.path import Line, Path, Point, Region, rectangle
 from sitscad.layout import lay_out
 from sitscad.layout.bending import bend_length, bend_stretch
 from sitscad.layout.board import Pad, Role, Trace, Via
-from sitscad.papers import order_notes as fabrication_notes
-from sitscad.papers.drawings import board as board_drawing
-from sitscad.papers.drawings import stackup as stackup_drawing
 from sitscad.spec import templates
 from sitscad.spec.load import load_text
-from sitscad.units import show
 
 UM, MM = 1e-6, 1e-3
 

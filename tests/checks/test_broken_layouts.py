@@ -15,11 +15,11 @@ from dataclasses import dataclass, replace
 
 import pytest
 
+from sitscad.basics.finding import Finding, Severity
 from sitscad.checks import RULES
 from sitscad.checks.rules import apply_rule
-from sitscad.design import Design
-from sitscad.finding import Finding, Severity
-from sitscad.geometry.path import Path, Point, Region, circle, polyline, rectangle
+from sitscad.estimates.design import Design
+from sitscad.kernels.geometry.path import Path, Point, Region, circle, polyline, rectangle
 from sitscad.layout import lay_out
 from sitscad.layout.board import Layout, Role, Trace, Via
 from sitscad.spec.load import load_text
@@ -284,8 +284,8 @@ def test_a_fault_is_seen_in_the_written_files(boards, spoil, seed, tmp_path):
     """The files are the spoilt layout's, the netlist is what was meant: `verify` reads both."""
     pytest.importorskip("gerbonara", reason="gerbonara is not installed: pip install 'sitscad[all]' brings it")
     pytest.importorskip("shapely", reason="shapely is not installed: pip install 'sitscad[all]' brings it")
-    from sitscad.extraction.differences import compare, extract
-    from sitscad.formats import gerber, ipc356
+    from sitscad.files.extraction.differences import compare, extract
+    from sitscad.files.formats import gerber, ipc356
 
     good = boards[(2, 4)[seed % 2]]
     fault = spoil(good, random.Random(f"{spoil.__name__} {seed}"))

@@ -6,13 +6,13 @@ from dataclasses import replace
 import pytest
 
 import sitscad
+from sitscad.basics.finding import Severity
 from sitscad.checks import HINTS, RULES, check, mended
+from sitscad.checks.fixes.search import LEVELS, NOT_FURTHER, Budget
 from sitscad.checks.rules import outcomes
 from sitscad.checks.trials import Trials
-from sitscad.design import Design
 from sitscad.estimates import estimated
-from sitscad.finding import Severity
-from sitscad.fixes.search import LEVELS, NOT_FURTHER, Budget
+from sitscad.estimates.design import Design
 from sitscad.layout import lay_out
 from sitscad.spec.load import load_text
 
@@ -98,7 +98,7 @@ def test_what_stands_around_a_board_changes_and_its_windings_are_not_solved_agai
     layout = lay_out(spec_of("square", turns=5))
     first = sitscad.estimate(layout)
     for name in ("winding_losses", "choose_method", "inductance_matrix"):
-        monkeypatch.setattr(f"sitscad.estimates.winding.solved.{name}", lambda *_: pytest.fail("solved again"))
+        monkeypatch.setattr(f"sitscad.estimates.circuits.solved_winding.{name}", lambda *_: pytest.fail("solved again"))
     other = replace(layout.spec, readout=replace(layout.spec.readout, capacitance=1e-9))
     again = sitscad.estimate(replace(layout, spec=other))
     assert again.coils[0].winding_inductance == first.coils[0].winding_inductance

@@ -9,9 +9,9 @@ import sys
 
 import pytest
 
+from sitscad.basics.finding import Severity
 from sitscad.checks import RULES, check, explain
 from sitscad.checks.rules import NEEDS
-from sitscad.finding import Severity
 
 
 def test_every_rule_is_complete_and_stands_once():
@@ -70,7 +70,7 @@ def test_every_finding_uses_a_rule_of_the_table(design, estimates):
 
 def test_checks_import_no_cad_nor_plotting():
     code = (
-        "import sys, sitscad.checks, sitscad.parts.solid\n"
+        "import sys, sitscad.checks, sitscad.assembly.solids.solid\n"
         "heavy = {'build123d', 'cadquery', 'OCP', 'gmsh', 'manifold3d', 'trimesh', 'scipy', 'matplotlib', 'ezdxf'}\n"
         "print(sorted(heavy & set(sys.modules)))"
     )

@@ -7,12 +7,12 @@ import pytest
 from ruamel.yaml import YAML
 
 import sitscad
+from sitscad.basics.finding import Missing
 from sitscad.checks import mended
-from sitscad.finding import Missing
 from sitscad.layout import lay_out
 from sitscad.spec import templates
-from sitscad.spec.format.reading import SpecError
 from sitscad.spec.load import load_text
+from sitscad.spec.reading import SpecError
 
 ROOM = {Missing.INNER_ROOM, Missing.LEAD_ROOM}
 

@@ -12,15 +12,15 @@ from pathlib import Path
 
 import pytest
 
+from sitscad.basics.finding import Severity
 from sitscad.checks import RULES, check
 from sitscad.checks.rules import apply_rule
 from sitscad.checks.usual_ranges import WORKED_OUT, usual_ranges
-from sitscad.design import Design
-from sitscad.finding import Severity
-from sitscad.inspection import inspect
+from sitscad.estimates.design import Design
+from sitscad.package.inspection import inspect
 from sitscad.spec import presets
-from sitscad.spec.format.reading import SpecError
 from sitscad.spec.load import load, rewritten_spec
+from sitscad.spec.reading import SpecError
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
 BASES = {

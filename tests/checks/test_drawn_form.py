@@ -9,14 +9,14 @@ from dataclasses import replace
 import pytest
 from tolerance import approx
 
+from sitscad.basics.finding import Severity
+from sitscad.basics.units import show
 from sitscad.checks.board.drawn_form import TrackGraph, closed_loops
-from sitscad.finding import Severity
-from sitscad.geometry.path import Arc, Path, Point, circle, polyline
+from sitscad.kernels.geometry.path import Arc, Path, Point, circle, polyline
 from sitscad.layout import lay_out
 from sitscad.layout.bending import Where, finished_thickness
 from sitscad.layout.board import Role, Trace, Via
 from sitscad.spec.load import load_text
-from sitscad.units import show
 
 UM, MM = 1e-6, 1e-3
 

@@ -10,15 +10,15 @@ import pytest
 from tolerance import approx
 
 import sitscad
+from sitscad.basics.finding import Severity
+from sitscad.basics.units import parse_quantity
 from sitscad.checks import RULES, check
 from sitscad.checks.assembly.transduction import STRAIN_ERROR
-from sitscad.estimates.circuit.tank import preferred_values
+from sitscad.checks.fixes.moves import LONGER, longer_coils
+from sitscad.estimates.circuits.tank import preferred_values
 from sitscad.estimates.values import Spread
-from sitscad.finding import Severity
-from sitscad.fixes.moves import LONGER, longer_coils
-from sitscad.mechanics.elastomer import VALID_STRAIN
+from sitscad.kernels.mechanics.elastomer import VALID_STRAIN
 from sitscad.spec import presets
-from sitscad.units import parse_quantity
 
 LDC1614 = presets.converter("ldc1614")
 

@@ -9,13 +9,13 @@ from itertools import pairwise
 import pytest
 from tolerance import approx
 
+from sitscad.basics.finding import Missing, Severity, Shortfall
 from sitscad.checks import check
-from sitscad.finding import Missing, Severity, Shortfall
-from sitscad.geometry.path import Line, Path, Point, Region, bounding_box, rectangle
+from sitscad.files.documents import order_notes
+from sitscad.kernels.geometry.path import Line, Path, Point, Region, bounding_box, rectangle
 from sitscad.layout import lay_out
 from sitscad.layout.board import Pad, Role, Stiffener, Trace, Via
 from sitscad.layout.panel import bridges, plan
-from sitscad.papers import order_notes
 from sitscad.spec.load import load_text
 
 

@@ -14,21 +14,21 @@ import pytest
 from tolerance import approx
 
 import sitscad
+from sitscad.apps.study.measures import MEASURES
+from sitscad.basics.finding import Severity
+from sitscad.basics.units import show
 from sitscad.checks import RULES, check, judged
+from sitscad.checks.findings import as_json, as_text
+from sitscad.checks.findings.document import read_findings
 from sitscad.checks.rules import apply_rule
-from sitscad.design import Design
+from sitscad.estimates.design import Design
+from sitscad.estimates.loads.working_range import held_shear
 from sitscad.estimates.performance.tables import PerformanceReport, axis_table
-from sitscad.estimates.response.working_range import held_shear
-from sitscad.finding import Severity
-from sitscad.inspection import as_configured
 from sitscad.package import write_template
-from sitscad.report.findings import as_json, as_text
-from sitscad.report.findings.document import read_findings
+from sitscad.package.inspection import as_configured
 from sitscad.spec import templates
 from sitscad.spec.load import load_text, rewritten_spec
 from sitscad.spec.sensor import TiltErrors
-from sitscad.study.measures import MEASURES
-from sitscad.units import show
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
 ASKED = {

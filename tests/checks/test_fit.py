@@ -13,17 +13,17 @@ from tolerance import approx
 
 import sitscad
 from sitscad import check
+from sitscad.assembly.places.fit import OVERHANG, closed_section, fit
+from sitscad.basics.finding import Severity
+from sitscad.basics.units import parse_quantity
 from sitscad.checks.assembly.plates import gain_at_length
-from sitscad.design import Design
-from sitscad.estimates.response.pad import soft_pad
-from sitscad.estimates.response.working_range import beyond_held_shear, held_shear, shear_at
-from sitscad.estimates.states.pressing import pressed
-from sitscad.finding import Severity
+from sitscad.estimates.design import Design
+from sitscad.estimates.loads.pad import soft_pad
+from sitscad.estimates.loads.pressing import pressed
+from sitscad.estimates.loads.working_range import beyond_held_shear, held_shear, shear_at
+from sitscad.kernels.mechanics.elastomer import VALID_SHEAR
 from sitscad.layout import lay_out
-from sitscad.mechanics.elastomer import VALID_SHEAR
-from sitscad.scene.fit import OVERHANG, closed_section, fit
 from sitscad.spec import presets
-from sitscad.units import parse_quantity
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
 

@@ -7,9 +7,9 @@ import math
 import pytest
 from tolerance import approx
 
+from sitscad.assembly.places.column import print_limit
+from sitscad.basics.finding import Severity
 from sitscad.checks import check
-from sitscad.finding import Severity
-from sitscad.scene.column import print_limit
 from sitscad.spec import presets
 from sitscad.spec.load import load_text
 
@@ -55,9 +55,9 @@ def test_flanks_that_cross_leave_no_tongue():
 @pytest.mark.slow
 @pytest.mark.cad
 def test_a_tongue_that_is_none_is_not_built():
+    from sitscad.assembly.solids import solids
+    from sitscad.assembly.solids.solid import PartsError
     from sitscad.layout import lay_out
-    from sitscad.parts import solids
-    from sitscad.parts.solid import PartsError
 
     retention = "{kind: dovetail, width: 2, depth: 8}"
     mount = f"{{jaw: generic-10mm, standoff: 0.6, retention: {retention}}}"

@@ -6,11 +6,11 @@ from dataclasses import replace
 import pytest
 from tolerance import approx
 
+from sitscad.basics.finding import Severity
 from sitscad.checks import check
-from sitscad.design import Design
+from sitscad.checks.fixes.moves import fewer_turns, more_turns, whole_turns
 from sitscad.estimates import estimate
-from sitscad.finding import Severity
-from sitscad.fixes.moves import fewer_turns, more_turns, whole_turns
+from sitscad.estimates.design import Design
 from sitscad.layout import lay_out
 from sitscad.layout.routing.branches import drawn_closing, least_closing
 from sitscad.spec.load import load_text

@@ -16,14 +16,14 @@ sys.path[:0] = [str(Path(__file__).parents[1] / "benchmarks")]
 
 from check_times import design as random_design  # noqa: E402
 
+from sitscad.basics.finding import Edit, Finding, NotChecked, Remedy, Severity  # noqa: E402
+from sitscad.basics.record import record  # noqa: E402
 from sitscad.checks import check, mended  # noqa: E402
-from sitscad.finding import Edit, Finding, NotChecked, Remedy, Severity  # noqa: E402
-from sitscad.fixes.mending import mended_text, worsened  # noqa: E402
-from sitscad.fixes.search import warn  # noqa: E402
-from sitscad.record import record  # noqa: E402
+from sitscad.checks.fixes.mending import mended_text, worsened  # noqa: E402
+from sitscad.checks.fixes.search import warn  # noqa: E402
 from sitscad.spec import templates  # noqa: E402
-from sitscad.spec.format.reading import SpecError  # noqa: E402
 from sitscad.spec.load import load_text  # noqa: E402
+from sitscad.spec.reading import SpecError  # noqa: E402
 from sitscad.spec.yaml.rewriting import rewritten  # noqa: E402
 from sitscad.spec.yaml.source import read_yaml  # noqa: E402
 

@@ -11,12 +11,12 @@ import pytest
 from tolerance import approx
 
 import sitscad
-from sitscad.estimates.circuit.tank import E12, E24, neighbour_values, preferred_values
-from sitscad.estimates.gluing import PIECE_HANDLING, glued_plan, lying_time, may_set_first, piece_press
-from sitscad.finding import Severity
+from sitscad.assembly.places.column import print_limit
+from sitscad.assembly.places.seating import CORNER_SCREW, adapter_needed, corner_holes, plate_plan
+from sitscad.basics.finding import Severity
+from sitscad.estimates.circuits.tank import E12, E24, neighbour_values, preferred_values
+from sitscad.estimates.loads.gluing import PIECE_HANDLING, glued_plan, lying_time, may_set_first, piece_press
 from sitscad.layout import lay_out
-from sitscad.scene.column import print_limit
-from sitscad.scene.seating import CORNER_SCREW, adapter_needed, corner_holes, plate_plan
 from sitscad.spec import presets, templates
 from sitscad.spec.load import load_text
 from sitscad.spec.sensor import SensorSpec

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from sitscad.geometry.path import bounding_box
+from sitscad.kernels.geometry.path import bounding_box
 from sitscad.layout import lay_out
 from sitscad.spec import presets
 from sitscad.spec.load import load_text

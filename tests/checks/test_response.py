@@ -8,13 +8,13 @@ import pytest
 from tolerance import approx
 
 import sitscad
+from sitscad.basics.finding import Severity
+from sitscad.checks.findings import checked_spec, json_document
+from sitscad.checks.fixes.pads import cut_to_target, other_metals
 from sitscad.checks.reading.response import FEWEST_STEPS, LEAST_SHARE, responses
 from sitscad.checks.rules import own_limits
-from sitscad.design import Design
+from sitscad.estimates.design import Design
 from sitscad.estimates.signal import signals
-from sitscad.finding import Severity
-from sitscad.fixes.pads import cut_to_target, other_metals
-from sitscad.report.findings import checked_spec, json_document
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
 

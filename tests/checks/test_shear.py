@@ -10,13 +10,13 @@ import pytest
 from tolerance import approx
 
 import sitscad
+from sitscad.basics.finding import Severity
 from sitscad.checks import RULES
 from sitscad.checks.reading.response import FEWEST_STEPS, _moved_changes
 from sitscad.checks.rules import apply_rule
-from sitscad.design import Design
+from sitscad.estimates.circuits.moved_target import target_effects
+from sitscad.estimates.design import Design
 from sitscad.estimates.performance.points import feel
-from sitscad.estimates.states.moved_target import target_effects
-from sitscad.finding import Severity
 from sitscad.spec.places import shared_middles
 from sitscad.spec.yaml.rewriting import rewritten
 

@@ -9,10 +9,10 @@ from dataclasses import replace
 import pytest
 from tolerance import approx
 
+from sitscad.basics.units import parse_quantity
 from sitscad.checks.board.clearances import nearer_by
 from sitscad.layout import lay_out
 from sitscad.spec.load import load_text
-from sitscad.units import parse_quantity
 
 
 def wide(width=1.2, spacing=0.1, turns=1.35, shape="circle"):

@@ -9,13 +9,13 @@ import pytest
 from tolerance import approx
 
 import sitscad
+from sitscad.basics.finding import Severity
 from sitscad.checks import RULES
 from sitscad.checks.reading.thin_target import THICK, _resistance_of_sheet
 from sitscad.checks.rules import apply_rule, own_limits
-from sitscad.design import Design
 from sitscad.estimates import estimated
-from sitscad.finding import Severity
-from sitscad.physics.constants import skin_depth
+from sitscad.estimates.design import Design
+from sitscad.kernels.electromagnetics.constants import skin_depth
 from sitscad.spec.load import load_text
 
 FOIL = """\

@@ -141,7 +141,7 @@ def test_an_interrupted_build_leaves_the_old_package_whole(run, tmp_path, monkey
     before = (tmp_path / "outputs/good-coil/manifest.json").read_bytes()
     (tmp_path / "good.yaml").write_text((tmp_path / "good.yaml").read_text().replace("turns: 12.5", "turns: 12"))
 
-    from sitscad.writer import Writer
+    from sitscad.files.writer import Writer
 
     def interrupted(self, *values):
         raise KeyboardInterrupt

@@ -150,7 +150,7 @@ def test_a_fault_of_ours_is_one_sentence_without_a_traceback(run, monkeypatch):
     def faulty(*_args, **_kwargs):
         raise ZeroDivisionError("oh")
 
-    monkeypatch.setattr("sitscad.inspection.inspect", faulty)
+    monkeypatch.setattr("sitscad.package.inspection.inspect", faulty)
     done = run("check", "good.yaml")
     assert done.code == 2
     assert "Traceback" not in done.err
@@ -165,7 +165,7 @@ def test_an_interruption_has_its_own_exit_code(run, monkeypatch, error, code):
     def interrupted(*_args, **_kwargs):
         raise error
 
-    monkeypatch.setattr("sitscad.inspection.inspect", interrupted)
+    monkeypatch.setattr("sitscad.package.inspection.inspect", interrupted)
     assert run("check", "good.yaml").code == code
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from sitscad import inspection
+from sitscad.package import inspection
 
 SLIPS = """\
 # my coil
@@ -108,14 +108,14 @@ def test_turns_are_changed_only_where_that_is_asked_for(run, tmp_path):
 @pytest.mark.parametrize("key", ["target.size", "elastomer.size", "coil.turns", "target.material"])
 def test_what_a_sensor_is_stays_without_being_asked(key):
     """A pad of 20 mm became one of 17.4 with --fix alone."""
-    from sitscad.finding import Edit
+    from sitscad.basics.finding import Edit
 
     assert not Edit(key, "1").is_safe and Edit("fpc.margin", "1").is_safe
 
 
 def test_a_fix_that_makes_nothing_better_is_not_promised_again_and_says_why(run, monkeypatch):
-    monkeypatch.setattr("sitscad.fixes.mending.is_improved", lambda *_: False)
-    monkeypatch.setattr("sitscad.fixes.mending._swaps_notes", lambda *_: False)
+    monkeypatch.setattr("sitscad.checks.fixes.mending.is_improved", lambda *_: False)
+    monkeypatch.setattr("sitscad.checks.fixes.mending._swaps_notes", lambda *_: False)
     Path("slips.yaml").write_text(SLIPS)
     assert "fixes: for " in run("check", "slips.yaml").out
     done = run("check", "--fix", "--unsafe-fixes", "slips.yaml")

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from sitscad.finding import Finding, Severity
-from sitscad.fixes.search import Search
-from sitscad.policy.judgement import Baseline, Known, comments
+from sitscad.basics.finding import Finding, Severity
+from sitscad.checks.fixes.search import Search
+from sitscad.checks.policy.judgement import Baseline, Known, comments
 from sitscad.spec import templates
 
 COMMENT = "# sitscad: ignore "

@@ -99,7 +99,7 @@ def test_an_overdamped_tank_is_said_to_be_one(tmp_path):
 def test_no_state_with_numbers_is_a_finding_and_no_traceback(tmp_path, monkeypatch, command, cause):
     monkeypatch.chdir(tmp_path)
     if cause == "unresolved":
-        monkeypatch.setattr("sitscad.physics.loss.current_modes.TRUSTED", -1.0)
+        monkeypatch.setattr("sitscad.kernels.electromagnetics.loss.current_modes.TRUSTED", -1.0)
     text = DAMPED if cause == "damped" else COIL + "target: {size: 8}\nelastomer: {thickness: 1}\n"
     (tmp_path / "seen.yaml").write_text(f"sitscad: 1\nname: seen\n{text}", encoding="utf-8")
     words = [*command, "--only", "firmware,report"] if command[0] == "build" else command

@@ -9,12 +9,12 @@ import handmade
 import pytest
 from tolerance import approx
 
-from sitscad import parts
-from sitscad.drawing.pictures.rendered import assembly_svg, exploded
-from sitscad.drawing.sheet import Shape, Sheet, flattened
-from sitscad.geometry.path import enclosed_area, rectangle
-from sitscad.parts.solid import Solid, one_solid, prism
-from sitscad.scene.bodies import BodyRole
+from sitscad.assembly import solids as parts
+from sitscad.assembly.places.bodies import BodyRole
+from sitscad.assembly.solids.solid import Solid, one_solid, prism
+from sitscad.files.drawing.pictures.rendered import assembly_svg, exploded
+from sitscad.files.drawing.sheet import Shape, Sheet, flattened
+from sitscad.kernels.geometry.path import enclosed_area, rectangle
 
 pytestmark = pytest.mark.cad
 SVG = "{http://www.w3.org/2000/svg}"

@@ -7,9 +7,9 @@ import re
 import pytest
 
 import sitscad
-from sitscad.drawing.pictures.board import colour, picture
-from sitscad.drawing.svg import svg
-from sitscad.papers.drawings import plan_view
+from sitscad.files.documents.drawings import plan_view
+from sitscad.files.drawing.pictures.board import colour, picture
+from sitscad.files.drawing.svg import svg
 from sitscad.spec import templates
 
 

@@ -8,10 +8,10 @@ from xml.etree import ElementTree
 import numpy as np
 from tolerance import approx
 
-from sitscad.drawing.pictures.rendered import Coloured, camera, fitted, rendered
-from sitscad.drawing.sheet import Shape, Sheet
-from sitscad.drawing.svg import svg
-from sitscad.geometry.path import enclosed_area
+from sitscad.files.drawing.pictures.rendered import Coloured, camera, fitted, rendered
+from sitscad.files.drawing.sheet import Shape, Sheet
+from sitscad.files.drawing.svg import svg
+from sitscad.kernels.geometry.path import enclosed_area
 
 SIZE = 200.0, 150.0
 

@@ -12,10 +12,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tolerance import approx
 
-from sitscad.drawing.pdf import pdf
-from sitscad.drawing.sheet import Pen, Sheet, flattened, text_width
-from sitscad.drawing.svg import path_data, svg
-from sitscad.geometry.path import Arc, Path, Point, circle, closed_polygon, polar, polyline, rectangle
+from sitscad.files.drawing.pdf import pdf
+from sitscad.files.drawing.sheet import Pen, Sheet, flattened, text_width
+from sitscad.files.drawing.svg import path_data, svg
+from sitscad.kernels.geometry.path import Arc, Path, Point, circle, closed_polygon, polar, polyline, rectangle
 
 SVG = "{http://www.w3.org/2000/svg}"
 RED, BLUE = "#d00000", "#0000d0"

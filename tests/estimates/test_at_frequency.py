@@ -8,7 +8,7 @@ import pytest
 from tolerance import approx
 
 import sitscad
-from sitscad.estimates.at_frequency import FrequencyError, coils_at
+from sitscad.estimates.states.at_frequency import FrequencyError, coils_at
 from sitscad.spec.load import load_text
 
 SHAPES = {

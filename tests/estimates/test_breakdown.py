@@ -8,13 +8,13 @@ import math
 import pytest
 from tolerance import approx
 
+from sitscad.basics.units import quantity
 from sitscad.estimates import estimate
 from sitscad.estimates.values import PARTS
+from sitscad.files.report import numbers
 from sitscad.layout import lay_out
 from sitscad.layout.board import Role, Trace
-from sitscad.report import numbers
 from sitscad.spec.load import load, load_text
-from sitscad.units import quantity
 
 RACETRACK = """
 sitscad: 1
@@ -62,9 +62,9 @@ def test_the_rows_add_up_to_the_terminal_inductance_at_its_frequency(template):
 
 def test_what_crowding_takes_away_is_the_loss_s_own():
     """It is taken as what is left of the interpolated terminal value; the modes of the tracks say the same."""
-    from sitscad.estimates.winding.losses import winding_losses
-    from sitscad.estimates.winding.methods import winding_geometry
-    from sitscad.physics.loss.resistance import conductivity_at
+    from sitscad.estimates.windings.losses import winding_losses
+    from sitscad.estimates.windings.methods import winding_geometry
+    from sitscad.kernels.electromagnetics.loss.resistance import conductivity_at
     from tests.oracles.losses import inductance_change
 
     found, layout = of(RACETRACK.replace("TURNS", "6.5").replace("WIDTH", "200 um"))

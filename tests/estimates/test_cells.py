@@ -6,20 +6,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.bench.conftest import TEMPLATES
 from tolerance import approx
 
 import sitscad
-from sitscad.design import Design, respond
-from sitscad.estimates.cells import cell_signals, web_crosstalk
+from sitscad.assembly.places.bodies import target_gap
+from sitscad.estimates.design import Design, respond
+from sitscad.estimates.loads.pad import pushed, soft_pad
+from sitscad.estimates.loads.pressing import formula_sigma, pressed
+from sitscad.estimates.loads.working_range import normal_at
 from sitscad.estimates.performance.tables import PerformanceReport
-from sitscad.estimates.response.pad import pushed, soft_pad
-from sitscad.estimates.response.working_range import normal_at
 from sitscad.estimates.signal import signals
-from sitscad.estimates.states.finite_target import equivalent_rings
-from sitscad.estimates.states.pressing import formula_sigma, pressed
-from sitscad.papers.datasheet import figures_for_programs
-from sitscad.scene.bodies import target_gap
-from tests.bench.conftest import TEMPLATES
+from sitscad.estimates.states.cells import cell_signals, web_crosstalk
+from sitscad.estimates.targets.finite_target import equivalent_rings
+from sitscad.files.documents.datasheet import figures_for_programs
 from tests.validation.two_targets import change
 
 TWO = """

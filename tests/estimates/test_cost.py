@@ -10,10 +10,11 @@ import pytest
 from tolerance import approx
 
 from sitscad.estimates import estimate
-from sitscad.estimates.circuit import coils, leads
-from sitscad.estimates.winding import solved
+from sitscad.estimates.circuits import coils
+from sitscad.estimates.circuits import solved_winding as solved
+from sitscad.estimates.windings import leads
+from sitscad.kernels.electromagnetics.metal import near_metal
 from sitscad.layout import lay_out
-from sitscad.physics.metal import near_metal
 from sitscad.spec.load import load_text
 
 SPEC = """

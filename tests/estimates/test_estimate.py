@@ -11,10 +11,10 @@ from tolerance import approx
 
 from sitscad.checks import check
 from sitscad.estimates import METHODS, estimate
-from sitscad.estimates.circuit.tank import preferred_values
-from sitscad.estimates.states.assembly import SolvedReflection, assemble
-from sitscad.estimates.states.finite_target import equivalent_rings
-from sitscad.geometry.shapes import SHAPES
+from sitscad.estimates.circuits.tank import preferred_values
+from sitscad.estimates.targets.assembly import SolvedReflection, assemble
+from sitscad.estimates.targets.finite_target import equivalent_rings
+from sitscad.kernels.geometry.shapes import SHAPES
 from sitscad.layout import lay_out
 from sitscad.spec import presets
 from sitscad.spec.load import load_text

@@ -10,11 +10,11 @@ from neumann import sampled_mutual_inductance
 from tolerance import approx
 
 from sitscad.estimates import estimate
-from sitscad.estimates.circuit.neighbours import idle_load, idle_neighbours
+from sitscad.estimates.windings.neighbours import idle_load, idle_neighbours
+from sitscad.kernels.electromagnetics.inductance.spirals import SpiralLayer
+from sitscad.kernels.electromagnetics.metal.current_spectrum import spiral_spectrum
+from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
 from sitscad.layout import lay_out
-from sitscad.physics.inductance.spirals import SpiralLayer
-from sitscad.physics.metal.current_spectrum import spiral_spectrum
-from sitscad.physics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
 from sitscad.spec import presets
 from sitscad.spec.load import load_text
 from sitscad.spec.sensor import Cable, ReadoutSpec

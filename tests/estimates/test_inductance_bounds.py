@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tolerance import approx
 
-from sitscad.estimates.winding.methods import UNFITTED, Crowding, error_bound
-from sitscad.geometry.shapes import SHAPES, Polygon
+from sitscad.estimates.windings.methods import UNFITTED, Crowding, error_bound
+from sitscad.kernels.geometry.shapes import SHAPES, Polygon
 
 COIL = Crowding(12.0, 100e-6, 200e-6, 35e-6, 1.05e-3, 7e-3, (0.0, -60e-6))
 PAIRS = [("circle", "spiral-neumann"), ("square", "strands"), ("racetrack", "strands"), ("pentagon", "strands"),

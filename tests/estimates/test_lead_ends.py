@@ -9,12 +9,12 @@ from probe_spots import touched
 from tolerance import approx
 
 import sitscad
-from sitscad.estimates.circuit.leads import LEAST_LEFT, estimate_leads
-from sitscad.estimates.states.finite_target import NO_SHARES
-from sitscad.estimates.steps import tune, wind
-from sitscad.geometry.path import Line, Path, Point
+from sitscad.estimates.states.steps import tune, wind
+from sitscad.estimates.targets.finite_target import NO_SHARES
+from sitscad.estimates.windings.leads import LEAST_LEFT, estimate_leads
+from sitscad.kernels.electromagnetics.loss.resistance import COPPER_CONDUCTIVITY
+from sitscad.kernels.geometry.path import Line, Path, Point
 from sitscad.layout.board import Role, Trace
-from sitscad.physics.loss.resistance import COPPER_CONDUCTIVITY
 
 OCTAGON = """
 sitscad: 1
@@ -45,7 +45,7 @@ def laid_out(name):
 
 
 def solved_resistance(layout, folder):
-    from sitscad.extraction.differences import extract
+    from sitscad.files.extraction.differences import extract
     from tests.oracles.copper_resistance import copper_resistance
 
     net = extract(sitscad.build(layout.spec, folder, ["gerber"], force=True).directory).net("C1")

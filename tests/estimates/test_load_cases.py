@@ -10,8 +10,8 @@ import pytest
 from tolerance import approx
 
 from sitscad import Design, NoResponse, SpecError, respond
+from sitscad.estimates.loads.pad import soft_pad
 from sitscad.estimates.response.cases import load_cases, posed, push_of
-from sitscad.estimates.response.pad import soft_pad
 from sitscad.spec.load import load_text
 
 TEMPLATES = Path(__file__).parents[2] / "templates"

@@ -11,18 +11,18 @@ import pytest
 from tolerance import approx
 
 from sitscad.estimates import estimate
-from sitscad.estimates.circuit.leads import estimate_leads
-from sitscad.estimates.winding.losses import Strip, near_metal_notes, winding_losses, winding_resistance
-from sitscad.estimates.winding.methods import bent_track, winding_geometry
-from sitscad.estimates.winding.solved import near_metal_error
-from sitscad.geometry.path import Point, rounded_polyline
+from sitscad.estimates.circuits.solved_winding import near_metal_error
+from sitscad.estimates.windings.leads import estimate_leads
+from sitscad.estimates.windings.losses import Strip, near_metal_notes, winding_losses, winding_resistance
+from sitscad.estimates.windings.methods import bent_track, winding_geometry
+from sitscad.kernels.electromagnetics.loss.bent_tracks import bent_winding_loss
+from sitscad.kernels.electromagnetics.loss.corners import mitred, opened
+from sitscad.kernels.electromagnetics.loss.proximity import LossResolution, winding_loss
+from sitscad.kernels.electromagnetics.loss.resistance import bend_squares, conductivity_at
+from sitscad.kernels.electromagnetics.loss.track_modes import ModeSet
+from sitscad.kernels.geometry.path import Point, rounded_polyline
 from sitscad.layout import lay_out
 from sitscad.layout.board import Winding
-from sitscad.physics.loss.bent_tracks import bent_winding_loss
-from sitscad.physics.loss.corners import mitred, opened
-from sitscad.physics.loss.proximity import LossResolution, winding_loss
-from sitscad.physics.loss.resistance import bend_squares, conductivity_at
-from sitscad.physics.loss.track_modes import ModeSet
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.load import load_text
 from tests.oracles.losses import inductance_change

@@ -9,11 +9,11 @@ import pytest
 from tolerance import approx
 
 import sitscad
-from sitscad.design import Design
-from sitscad.estimates.scatter import HEIGHT, METAL, MOVED, scatter
-from sitscad.estimates.states.assembly import metal_behind, warmed
-from sitscad.scene.bodies import metal_face, room_behind
-from sitscad.study.evaluating import can_screen
+from sitscad.apps.study.evaluating import can_screen
+from sitscad.assembly.places.bodies import metal_face, room_behind
+from sitscad.estimates.design import Design
+from sitscad.estimates.targets.assembly import metal_behind, warmed
+from sitscad.estimates.tolerances.scatter import HEIGHT, METAL, MOVED, scatter
 
 TEXT = """
 sitscad: 1

@@ -10,12 +10,12 @@ import pytest
 from tolerance import approx
 
 import sitscad
+from sitscad.assembly.places.motions import MotionError, read_motions
 from sitscad.calibration.bench_data import BenchError
 from sitscad.checks import check
-from sitscad.design import Design, respond
-from sitscad.estimates.response.pad import pushed, soft_pad, tilt_stiffness
-from sitscad.estimates.response.working_range import axes_felt, required_range, working_range
-from sitscad.scene.motions import MotionError, read_motions
+from sitscad.estimates.design import Design, respond
+from sitscad.estimates.loads.pad import pushed, soft_pad, tilt_stiffness
+from sitscad.estimates.loads.working_range import axes_felt, required_range, working_range
 from sitscad.spec import templates
 
 CELL = templates.read("fingertip_cell")
@@ -218,7 +218,7 @@ def test_unit_with_moments_is_calibrated_by_its_plan(cell, tmp_path):
     """Eight presses beside the middle, of a sensor off by its own errors, read through the bench's table."""
     from sitscad.calibration.calibration import sensors_of
     from sitscad.calibration.unknowns import units
-    from sitscad.report.calibration import plan_table
+    from sitscad.files.report.calibration import plan_table
 
     planned = sitscad.calibrate(cell)
     sensors = sensors_of(cell.response)

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from tolerance import approx
 
-from sitscad.estimates.circuit.neighbours import inductance_matrix
-from sitscad.estimates.winding.methods import WindingGeometry
-from sitscad.geometry.path import Point
-from sitscad.physics.constants import MU0
-from sitscad.physics.inductance.spirals import SpiralLayer
-from sitscad.physics.inductance.track_strands import track
+from sitscad.estimates.windings.methods import WindingGeometry
+from sitscad.estimates.windings.neighbours import inductance_matrix
+from sitscad.kernels.electromagnetics.constants import MU0
+from sitscad.kernels.electromagnetics.inductance.spirals import SpiralLayer
+from sitscad.kernels.electromagnetics.inductance.track_strands import track
+from sitscad.kernels.geometry.path import Point
 
 UM = 1e-6
 

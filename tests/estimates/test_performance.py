@@ -12,9 +12,9 @@ from tolerance import approx
 
 import sitscad
 from sitscad import Design
+from sitscad.estimates.loads.working_range import WorkingRange, axes_told_apart
 from sitscad.estimates.performance.inversion import _alike, best_fitted, fitted
-from sitscad.estimates.performance.values import FORCES
-from sitscad.estimates.response.working_range import WorkingRange, axes_told_apart
+from sitscad.estimates.performance_values import FORCES
 from sitscad.spec import presets
 
 LDC1614 = presets.converter("ldc1614")

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import sitscad
-from sitscad.estimates.response.placed import Cover, Placed, at_rest
-from sitscad.estimates.response.plate import solved_plate
+from sitscad.estimates.states.placed import Cover, Placed, at_rest
+from sitscad.estimates.states.plate import solved_plate
 from sitscad.spec import templates
 
 FREQUENCY = 5e6

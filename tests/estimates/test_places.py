@@ -12,14 +12,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tolerance import approx
 
-from sitscad.estimates.states import pressing
-from sitscad.estimates.states.assembly import assemble
-from sitscad.estimates.states.finite_target import target_shares
-from sitscad.estimates.states.pressing import loaded_face, pressed
-from sitscad.geometry.convex import Footprint
-from sitscad.geometry.path import Point
-from sitscad.mechanics.elastomer import press_part
-from sitscad.physics.metal.finite_plate import CoaxialRings, FinitePlate, plate_share
+from sitscad.estimates.loads import pressing
+from sitscad.estimates.loads.pressing import loaded_face, pressed
+from sitscad.estimates.targets.assembly import assemble
+from sitscad.estimates.targets.finite_target import target_shares
+from sitscad.kernels.electromagnetics.metal.finite_plate import CoaxialRings, FinitePlate, plate_share
+from sitscad.kernels.geometry.convex import Footprint
+from sitscad.kernels.geometry.path import Point
+from sitscad.kernels.mechanics.elastomer import press_part
 from sitscad.spec.load import load_text
 from sitscad.spec.places import footprint
 

@@ -17,13 +17,13 @@ import sitscad
 from sitscad import Design, NoResponse, respond
 from sitscad.estimates import estimated
 from sitscad.estimates.response.model import MAX_WORK, SECONDS_PER_WORK
-from sitscad.estimates.response.near import curves
-from sitscad.estimates.response.placed import Cover, Placed
-from sitscad.estimates.response.plate import endless_like, solved_plate, solving_work
-from sitscad.estimates.response.scan import FEW, Changes, Exact, mapped
-from sitscad.physics.eddy.target import changes_at
-from sitscad.physics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
-from sitscad.physics.resonator import Network, oscillate_alike
+from sitscad.estimates.states.near import curves
+from sitscad.estimates.states.placed import Cover, Placed
+from sitscad.estimates.states.plate import endless_like, solved_plate, solving_work
+from sitscad.estimates.states.scan import FEW, Changes, Exact, mapped
+from sitscad.kernels.electromagnetics.eddy.target import changes_at
+from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
+from sitscad.kernels.electromagnetics.resonator import Network, oscillate_alike
 from sitscad.spec.load import load_text
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
@@ -185,7 +185,7 @@ def test_loads_move_the_target_as_the_pad_gives_way(plain):
 
 
 def test_a_pose_and_the_load_that_holds_it_are_one(plain):
-    from sitscad.estimates.response.pad import soft_pad
+    from sitscad.estimates.loads.pad import soft_pad
 
     found = respond(plain, [[0.05e-3, 0.02e-3, -0.1e-3, 0.01, -0.02, 0.03], [0.0, 0.0, -0.9e-3, 0.0, 0.0, 0.0]])
     assert np.isfinite(found.force).all() and np.isfinite(found.moment).all()

@@ -12,7 +12,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad import Design
-from sitscad.physics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
+from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "validation"))

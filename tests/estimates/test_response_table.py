@@ -9,8 +9,8 @@ import pytest
 from tolerance import approx
 
 import sitscad
-from sitscad.design import Design
-from sitscad.estimates.response.pad import pushed
+from sitscad.estimates.design import Design
+from sitscad.estimates.loads.pad import pushed
 from sitscad.estimates.response.table import response_table
 
 TEMPLATES = Path(__file__).parents[2] / "templates"

@@ -12,13 +12,14 @@ from tolerance import approx
 
 import sitscad
 from sitscad import Design
+from sitscad.assembly.places import bodies
 from sitscad.calibration.calibration import foretell, sensors_of
-from sitscad.estimates import scatter, uncertainty
+from sitscad.estimates.circuits import uncertainty
+from sitscad.estimates.loads.pressing import GLUE, MODULUS, PAD, PAD_SIZE
 from sitscad.estimates.performance.causes import readings_of, root_sum_of_mean_squares
-from sitscad.estimates.scatter import CAPACITOR
-from sitscad.estimates.states.pressing import GLUE, MODULUS, PAD, PAD_SIZE
+from sitscad.estimates.tolerances import scatter
+from sitscad.estimates.tolerances.scatter import CAPACITOR
 from sitscad.layout.board import as_made
-from sitscad.scene import bodies
 from tests.validation import scatter_of_units
 
 TEMPLATES = Path(__file__).parents[2] / "templates"

@@ -10,12 +10,12 @@ from tolerance import approx
 
 import sitscad
 from sitscad import Design
+from sitscad.basics.record import replace
 from sitscad.checks import judged
 from sitscad.checks.performance import POINTS
 from sitscad.estimates import estimated
 from sitscad.estimates.performance.screen import NEARLY
-from sitscad.estimates.winding.losses import SCREENING
-from sitscad.record import replace
+from sitscad.estimates.windings.losses import SCREENING
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
 

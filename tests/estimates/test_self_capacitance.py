@@ -9,10 +9,10 @@ import pytest
 from tolerance import approx
 from wound_boards import of
 
-from sitscad.estimates.circuit.leads import between_layers
-from sitscad.estimates.winding.own_capacitance import self_capacitance, slabs, turn_lengths
+from sitscad.estimates.windings.leads import between_layers
+from sitscad.estimates.windings.own_capacitance import self_capacitance, slabs, turn_lengths
+from sitscad.kernels.electromagnetics import capacitance
 from sitscad.layout import lay_out
-from sitscad.physics import capacitance
 from sitscad.spec.load import load_text
 
 BENCH = "{shape: circle, outer_diameter: 7, turns: 12, layers: 2, trace_width: 100 um, trace_spacing: 100 um}"

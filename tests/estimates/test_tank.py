@@ -10,13 +10,13 @@ import pytest
 from tolerance import approx
 
 from sitscad.estimates import estimate
-from sitscad.estimates.circuit.tank import POINTS, preferred_values
-from sitscad.estimates.response.near import curves as through_logarithms
-from sitscad.estimates.steps import wind, with_target
-from sitscad.estimates.winding.losses import SCREENING
+from sitscad.estimates.circuits.tank import POINTS, preferred_values
+from sitscad.estimates.states.near import curves as through_logarithms
+from sitscad.estimates.states.steps import wind, with_target
+from sitscad.estimates.windings.losses import SCREENING
+from sitscad.kernels.electromagnetics.inductance.spirals import SpiralLayer
+from sitscad.kernels.electromagnetics.loss.proximity import winding_loss
 from sitscad.layout import lay_out, sketch
-from sitscad.physics.inductance.spirals import SpiralLayer
-from sitscad.physics.loss.proximity import winding_loss
 from sitscad.spec import presets
 from sitscad.spec.load import load, load_text
 

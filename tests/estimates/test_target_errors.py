@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from tolerance import approx
 
-from sitscad.estimates.states import finite_target
-from sitscad.physics.metal.finite_plate import (
+from sitscad.estimates.targets import finite_target
+from sitscad.kernels.electromagnetics.metal.finite_plate import (
     EASED,
     CoaxialRings,
     FinitePlate,

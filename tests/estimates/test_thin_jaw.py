@@ -11,11 +11,11 @@ from scipy.special import j1
 from tolerance import approx
 
 from sitscad.estimates import estimate
-from sitscad.estimates.states.assembly import assemble, metal_behind
-from sitscad.estimates.winding.methods import reflected_by, winding_geometry
+from sitscad.estimates.targets.assembly import assemble, metal_behind
+from sitscad.estimates.windings.methods import reflected_by, winding_geometry
+from sitscad.kernels.electromagnetics.constants import MU0, skin_depth
+from sitscad.kernels.electromagnetics.metal.half_spaces import reflected_impedance
 from sitscad.layout import lay_out
-from sitscad.physics.constants import MU0, skin_depth
-from sitscad.physics.metal.half_spaces import reflected_impedance
 from sitscad.spec.load import load_text
 
 TEXT = """

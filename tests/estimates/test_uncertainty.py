@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from tolerance import approx
 
+from sitscad.assembly.places.column import usual_tolerances
+from sitscad.basics.quantities import plus_minus
+from sitscad.checks.findings.measures import headline, signal_table
 from sitscad.data import is_unverified
-from sitscad.estimates import estimate, uncertainty
-from sitscad.estimates.scatter import CAPACITOR, DIAMETER, DISTANCE, PERMITTIVITY, THICKNESS, WIDTH
-from sitscad.estimates.signal import signals
-from sitscad.estimates.states import pressing
-from sitscad.estimates.states.pressing import GLUE, PAD
-from sitscad.estimates.uncertainty import (
+from sitscad.estimates import estimate
+from sitscad.estimates.circuits import track_slopes, uncertainty
+from sitscad.estimates.circuits.uncertainty import (
     EXTRA,
     SHARE,
     crowding_growth,
@@ -25,16 +25,16 @@ from sitscad.estimates.uncertainty import (
     thickest_copper,
     width_power,
 )
-from sitscad.estimates.winding import track_slopes
-from sitscad.estimates.winding.methods import equivalent_spirals, winding_geometry
+from sitscad.estimates.loads import pressing
+from sitscad.estimates.loads.pressing import GLUE, PAD
+from sitscad.estimates.signal import signals
+from sitscad.estimates.tolerances.scatter import CAPACITOR, DIAMETER, DISTANCE, PERMITTIVITY, THICKNESS, WIDTH
+from sitscad.estimates.windings.methods import equivalent_spirals, winding_geometry
+from sitscad.files.report import numbers
+from sitscad.kernels.electromagnetics.inductance.spirals import SpiralLayer
+from sitscad.kernels.electromagnetics.loss.proximity import winding_loss
+from sitscad.kernels.electromagnetics.loss.resistance import COPPER_CONDUCTIVITY
 from sitscad.layout import lay_out
-from sitscad.physics.inductance.spirals import SpiralLayer
-from sitscad.physics.loss.proximity import winding_loss
-from sitscad.physics.loss.resistance import COPPER_CONDUCTIVITY
-from sitscad.quantities import plus_minus
-from sitscad.report import numbers
-from sitscad.report.findings.measures import headline, signal_table
-from sitscad.scene.column import usual_tolerances
 from sitscad.spec.circuit import LayerKind
 from sitscad.spec.load import load, load_text
 from sitscad.spec.sensor import SensorSpec

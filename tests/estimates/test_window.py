@@ -9,7 +9,7 @@ from tolerance import approx
 import sitscad
 from sitscad.checks.assembly.mount import RULES
 from sitscad.checks.rules import apply_rule
-from sitscad.design import Design
+from sitscad.estimates.design import Design
 from sitscad.estimates.signal import signals
 from sitscad.spec import templates
 

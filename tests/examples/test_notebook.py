@@ -73,7 +73,8 @@ RULES = (sitscad.Rule("LAB001", "lab-rule", sitscad.Severity.WARNING, "must", "w
     ("def f():\n    return g()\ndef g():\n    return 1 / 0\nf()\n", 4),
 ])
 def test_error_of_a_plugin_names_its_line(text, line, tmp_path, bench, monkeypatch):
-    from sitscad import checks, writer
+    from sitscad import checks
+    from sitscad.files import writer
 
     monkeypatch.setattr(checks, "_added", ())
     monkeypatch.setattr(writer, "_marks", (), raising=False)

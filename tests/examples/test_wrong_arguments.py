@@ -17,8 +17,8 @@ import pytest
 
 import sitscad
 from sitscad import SpecError
-from sitscad.arguments import SOURCES
-from sitscad.record import FrozenDict
+from sitscad.basics.arguments import SOURCES
+from sitscad.basics.record import FrozenDict
 
 TEXT = """\
 sitscad: 1

@@ -12,7 +12,7 @@ import pytest
 from tolerance import approx
 
 import sitscad
-from sitscad.export import areas, as_build123d, as_cadquery, as_cadquery_assembly, copper_solids
+from sitscad.files.export import areas, as_build123d, as_cadquery, as_cadquery_assembly, copper_solids
 from sitscad.spec import templates
 
 LAYOUTS = {name: sitscad.lay_out(sitscad.load_text(templates.read(name))) for name in ("bench_7mm", "jaw_5x20")}

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import sitscad
-from sitscad.export import centre_lines, current_paths
-from sitscad.geometry.path import Point
+from sitscad.files.export import centre_lines, current_paths
+from sitscad.kernels.geometry.path import Point
 from sitscad.spec import templates
 
 LAYOUTS = {name: sitscad.lay_out(sitscad.load_text(templates.read(name))) for name in templates.names()}

@@ -5,7 +5,14 @@ from __future__ import annotations
 import pytest
 from tolerance import approx
 
-from sitscad.extraction.intent import Mark, MarkSource, is_ipc_d_356, marks_of_gerber, marks_of_ipc_d_356, read_marks
+from sitscad.files.extraction.intent import (
+    Mark,
+    MarkSource,
+    is_ipc_d_356,
+    marks_of_gerber,
+    marks_of_ipc_d_356,
+    read_marks,
+)
 from tests.extraction.conftest import HEADER, NETLIST, pad, record, track, via
 
 HEAD = HEADER.format(function="Copper,L1,Top", polarity="Positive")

@@ -10,8 +10,8 @@ from tolerance import approx
 pytest.importorskip("gerbonara", reason="gerbonara is not installed: pip install 'sitscad[all]' brings it")
 pytest.importorskip("shapely", reason="shapely is not installed: pip install 'sitscad[all]' brings it")
 
-from sitscad.extraction.artwork import ExtractionError
-from sitscad.extraction.differences import DifferenceKind, compare, extract
+from sitscad.files.extraction.artwork import ExtractionError
+from sitscad.files.extraction.differences import DifferenceKind, compare, extract
 from tests.extraction.conftest import Board, count, pad, record, track, via
 
 

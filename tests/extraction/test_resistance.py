@@ -14,8 +14,8 @@ pytest.importorskip("gerbonara", reason="gerbonara is not installed: pip install
 
 from shapely import Point, Polygon, box
 
-from sitscad.extraction.artwork import PlottedHole
-from sitscad.extraction.differences import BarePad, ExtractedNet, Piece, extract
+from sitscad.files.extraction.artwork import PlottedHole
+from sitscad.files.extraction.differences import BarePad, ExtractedNet, Piece, extract
 from tests.oracles import copper_resistance as resistance
 from tests.oracles.copper_resistance import COPPER_RESISTIVITY, copper_resistance
 

@@ -13,9 +13,9 @@ pytest.importorskip("gerbonara", reason="gerbonara is not installed: pip install
 pytest.importorskip("shapely", reason="shapely is not installed: pip install 'sitscad[all]' brings it")
 
 from sitscad.estimates import estimate
-from sitscad.extraction.differences import DifferenceKind, compare, extract
-from sitscad.extraction.intent import UNUSED
-from sitscad.formats import gerber, ipc356
+from sitscad.files.extraction.differences import DifferenceKind, compare, extract
+from sitscad.files.extraction.intent import UNUSED
+from sitscad.files.formats import gerber, ipc356
 from sitscad.layout import lay_out
 from sitscad.layout.board import Layout
 from sitscad.spec.load import load

@@ -11,8 +11,8 @@ from gerber_shapes import function_of, read
 from gerbonara import ExcellonFile
 from tolerance import approx
 
-from sitscad.formats import gerber
-from sitscad.geometry.path import Point
+from sitscad.files.formats import gerber
+from sitscad.kernels.geometry.path import Point
 from sitscad.layout.board import Via
 
 MM = 1e-3

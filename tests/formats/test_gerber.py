@@ -17,12 +17,12 @@ from shapely.geometry import LineString, Point, box
 from shapely.ops import unary_union
 from tolerance import approx
 
-from sitscad.formats import gerber, ipc356
-from sitscad.geometry.path import Arc, circle, enclosed_area
-from sitscad.geometry.path import Path as Curve
-from sitscad.geometry.path import Point as Spot
+from sitscad.files.documents import order_notes as fabrication_notes
+from sitscad.files.formats import gerber, ipc356
+from sitscad.kernels.geometry.path import Arc, circle, enclosed_area
+from sitscad.kernels.geometry.path import Path as Curve
+from sitscad.kernels.geometry.path import Point as Spot
 from sitscad.layout.board import Role, Trace
-from sitscad.papers import order_notes as fabrication_notes
 
 MM = 1e-3
 

@@ -12,8 +12,8 @@ import gerber_rasters
 from gerber_rasters import EDGE, LIMIT, Frame, cropped, differing, gerbv, librsvg, pairs, pygerber, written
 from kicad_oracle import needs_kicad
 
-from sitscad.geometry.path import Arc, Line, Point, bounding_box
-from sitscad.geometry.path import Path as Curve
+from sitscad.kernels.geometry.path import Arc, Line, Point, bounding_box
+from sitscad.kernels.geometry.path import Path as Curve
 from sitscad.layout import lay_out
 from sitscad.layout.board import Role
 from sitscad.spec.load import load

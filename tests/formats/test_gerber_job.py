@@ -8,7 +8,7 @@ import layouts
 from gerber_shapes import read
 from tolerance import approx
 
-from sitscad.formats import gerber
+from sitscad.files.formats import gerber
 
 
 def job_of(board) -> dict:

@@ -14,10 +14,10 @@ from shapely.geometry import LineString, Point, Polygon, box
 from shapely.ops import unary_union
 from tolerance import approx
 
-from sitscad.formats import gerber, ipc356
+from sitscad.files.documents import order_notes as fabrication_notes
+from sitscad.files.formats import gerber, ipc356
 from sitscad.layout import lay_out
 from sitscad.layout.panel import plan
-from sitscad.papers import order_notes as fabrication_notes
 from sitscad.spec.load import load
 
 MM = 1e-3

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from tolerance import approx
 
-from sitscad.formats import meshes
+from sitscad.files.formats import meshes
 
 pytestmark = pytest.mark.cad
 

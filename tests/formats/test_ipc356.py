@@ -9,7 +9,7 @@ import layouts
 import pytest
 from tolerance import approx
 
-from sitscad.formats import ipc356
+from sitscad.files.formats import ipc356
 
 pytest.importorskip("gerbonara", reason="gerbonara is not installed: pip install 'sitscad[all]' brings it")
 

@@ -16,8 +16,8 @@ import pytest
 from kicad_oracle import kinds, needs_kicad, plots, rule_check, write
 from tolerance import approx
 
-from sitscad.formats import kicad
-from sitscad.formats.kicad.sexpr import (
+from sitscad.files.formats import kicad
+from sitscad.files.formats.kicad.sexpr import (
     copper_names,
     curve,
     is_straight,
@@ -27,7 +27,7 @@ from sitscad.formats.kicad.sexpr import (
     quoted,
     stackup_section,
 )
-from sitscad.geometry.path import Arc, Line, Point, Region, bounding_box, circle, polyline, rectangle
+from sitscad.kernels.geometry.path import Arc, Line, Point, Region, bounding_box, circle, polyline, rectangle
 from sitscad.layout.board import Role, Trace, Via
 
 MM = 1e-3
@@ -373,7 +373,7 @@ def test_an_arc_flatter_than_the_grid_is_a_line():
 
 RENDER = """
 import hashlib, layouts
-from sitscad.formats import kicad as project
+from sitscad.files.formats import kicad as project
 for name, content in sorted(project.render(layouts.two_coils()).items()):
     print(name, hashlib.sha256(content).hexdigest())
 """

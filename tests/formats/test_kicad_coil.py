@@ -10,10 +10,10 @@ import layouts
 import pytest
 from kicad_oracle import kinds, needs_kicad, plots, rule_check, write
 
-from sitscad.formats import kicad
-from sitscad.formats.kicad.coil import coil_footprints, winding
-from sitscad.formats.kicad.sexpr import copper_names, layer_table, node
-from sitscad.geometry.path import Line, Point, polar
+from sitscad.files.formats import kicad
+from sitscad.files.formats.kicad.coil import coil_footprints, winding
+from sitscad.files.formats.kicad.sexpr import copper_names, layer_table, node
+from sitscad.kernels.geometry.path import Line, Point, polar
 from sitscad.layout import lay_out
 from sitscad.layout.board import Role, Trace, Via
 from sitscad.spec.load import load, load_text
@@ -147,7 +147,7 @@ def test_rule_check_is_armed_there(net, tmp_path):
 @pytest.mark.parametrize("kind", ["two layers", "four layers"])
 def test_kicad_plots_the_layouts_turns_and_joints(kind, tmp_path):
     """KiCad's own plot of the user's board: the coil's copper as laid out, the user's tracks, and nothing else."""
-    artwork = pytest.importorskip("sitscad.extraction.artwork", reason="gerbonara and shapely are not installed")
+    artwork = pytest.importorskip("sitscad.files.extraction.artwork", reason="gerbonara and shapely are not installed")
     from shapely import LineString, union_all
     from shapely import Point as Spot
     from shapely.affinity import scale, translate

@@ -10,11 +10,11 @@ from dataclasses import replace
 import pytest
 from kicad_oracle import needs_kicad, rule_check, write
 
-from sitscad.formats import kicad
-from sitscad.formats.kicad import board as kicad_board
-from sitscad.formats.kicad import library as kicad_footprint
-from sitscad.formats.kicad import library as kicad_symbol
-from sitscad.formats.kicad import sexpr as kicad_stackup
+from sitscad.files.formats import kicad
+from sitscad.files.formats.kicad import board as kicad_board
+from sitscad.files.formats.kicad import library as kicad_footprint
+from sitscad.files.formats.kicad import library as kicad_symbol
+from sitscad.files.formats.kicad import sexpr as kicad_stackup
 from sitscad.layout import lay_out
 from sitscad.spec.design_rules import FINISHES
 from sitscad.spec.load import load_text

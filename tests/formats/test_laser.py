@@ -18,10 +18,12 @@ import layouts
 import pytest
 from tolerance import approx
 
+from sitscad.assembly.places.stack import sheets, shield
 from sitscad.checks import check
-from sitscad.drawing.svg import path_data
-from sitscad.formats import laser
-from sitscad.geometry.path import Line, Point, bounding_box, closed_polygon, rounded
+from sitscad.files.documents import laser_notes
+from sitscad.files.drawing.svg import path_data
+from sitscad.files.formats import laser
+from sitscad.kernels.geometry.path import Line, Point, bounding_box, closed_polygon, rounded
 from sitscad.layout import lay_out
 from sitscad.layout.laser_sheet import (
     COUPON_HOLE,
@@ -33,8 +35,6 @@ from sitscad.layout.laser_sheet import (
     is_laser_cut,
     laser_sheets,
 )
-from sitscad.papers import laser_notes
-from sitscad.scene.stack import sheets, shield
 from sitscad.spec import templates
 from sitscad.spec.load import load_text
 from sitscad.spec.materials import Conductor, ElastomerMaterial, ElastomerPad, Shield, Target
@@ -380,7 +380,7 @@ def test_names_and_notes_are_escaped():
 IN_A_FRESH_PROCESS = """
 import hashlib
 from test_laser import layout_with
-from sitscad.formats import laser
+from sitscad.files.formats import laser
 for render in (laser.render_dxf, laser.render_svg):
     for name, content in render(layout_with()).items():
         print(name, hashlib.sha256(content).hexdigest())
@@ -460,7 +460,7 @@ def test_a_scalpel_is_advised_for_thin_soft_metal_alone(material, thickness, is_
 
 def test_the_shop_is_told_which_laser_cuts_what():
     import sitscad
-    from sitscad.papers import laser_notes
+    from sitscad.files.documents import laser_notes
     from sitscad.spec import templates
 
     layout = sitscad.lay_out(sitscad.load_text(templates.read("grasper_4layer"), "one.yaml"))

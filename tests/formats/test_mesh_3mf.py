@@ -10,7 +10,7 @@ import handmade
 import pytest
 from tolerance import approx
 
-from sitscad.formats import meshes
+from sitscad.files.formats import meshes
 
 pytestmark = pytest.mark.cad
 CORE = "{http://schemas.microsoft.com/3dmanufacturing/core/2015/02}"

@@ -12,8 +12,8 @@ from pathlib import Path
 import handmade
 import pytest
 
-from sitscad.drawing.pictures.rendered import assembly_svg
-from sitscad.formats import meshes, step, volume_mesh
+from sitscad.files.drawing.pictures.rendered import assembly_svg
+from sitscad.files.formats import meshes, step, volume_mesh
 
 pytestmark = pytest.mark.cad
 ROOT = Path(__file__).parents[2]
@@ -30,9 +30,9 @@ SCRIPT = """
 import hashlib, json, sys
 sys.path[:0] = [{samples!r}, {root!r}]
 import handmade
-from sitscad.formats import meshes, step
-from sitscad.formats import volume_mesh
-from sitscad.drawing.pictures.rendered import assembly_svg
+from sitscad.files.formats import meshes, step
+from sitscad.files.formats import volume_mesh
+from sitscad.files.drawing.pictures.rendered import assembly_svg
 found = {{}}
 def picture(solids, spec):
     return {{"mount/assembly.svg": assembly_svg(solids, spec).encode()}}
@@ -62,8 +62,8 @@ def test_another_process_writes_the_same_bytes():
 TEMPLATE = """
 import hashlib, json, sys
 kept = [bytearray(17 * n) for n in range(int(sys.argv[2]))]
-from sitscad.design import Design
-from sitscad.formats import meshes, step
+from sitscad.estimates.design import Design
+from sitscad.files.formats import meshes, step
 from sitscad.spec.load import load
 design = Design(load(sys.argv[1]))
 spec, pieces, aids, whole = design.spec, design.solids, design.aids, design.whole

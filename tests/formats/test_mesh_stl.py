@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from tolerance import approx
 
-from sitscad.formats import meshes
-from sitscad.parts.solid import NotManifold, TriangleMesh, tessellate
+from sitscad.assembly.solids.solid import NotManifold, TriangleMesh, tessellate
+from sitscad.files.formats import meshes
 
 pytestmark = pytest.mark.cad
 

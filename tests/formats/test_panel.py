@@ -11,15 +11,15 @@ import layouts
 import pytest
 from tolerance import approx
 
+from sitscad.basics.units import show
 from sitscad.estimates import estimate
-from sitscad.geometry.path import Point, bounding_box, circle, rectangle
+from sitscad.files.documents.drawings import panel as panel_drawing
+from sitscad.kernels.geometry.path import Point, bounding_box, circle, rectangle
 from sitscad.layout import lay_out
 from sitscad.layout.panel import bridges, cut_lines, is_wanted, plan
-from sitscad.papers.drawings import panel as panel_drawing
 from sitscad.spec.circuit import PanelSpec
-from sitscad.spec.format.reading import SpecError
 from sitscad.spec.load import load_text
-from sitscad.units import show
+from sitscad.spec.reading import SpecError
 
 shapes = pytest.importorskip("gerber_shapes", reason="gerbonara and shapely are not installed")
 from gerbonara import ExcellonFile  # noqa: E402 - after the test that it is there

@@ -9,7 +9,7 @@ import handmade
 import pytest
 from tolerance import approx
 
-from sitscad.formats import step
+from sitscad.files.formats import step
 
 pytestmark = pytest.mark.cad
 

@@ -15,9 +15,9 @@ from shapely import box as shapely_box
 from tolerance import approx
 
 import sitscad
-from sitscad.extraction.differences import compare, extract
-from sitscad.formats import gerber, kicad
-from sitscad.geometry.path import bounding_box
+from sitscad.files.extraction.differences import compare, extract
+from sitscad.files.formats import gerber, kicad
+from sitscad.kernels.geometry.path import bounding_box
 from sitscad.layout import lay_out
 from sitscad.layout.bending import tail_layers
 from sitscad.layout.panel import plan

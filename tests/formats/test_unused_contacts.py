@@ -9,8 +9,8 @@ from kicad_oracle import needs_kicad, rule_check, write
 from layouts import order_set
 
 import sitscad
-from sitscad.extraction.differences import compare, extract
-from sitscad.formats import kicad
+from sitscad.files.extraction.differences import compare, extract
+from sitscad.files.formats import kicad
 
 
 @pytest.fixture(scope="module", params=["zif-0.3mm", "zif-0.5mm"])

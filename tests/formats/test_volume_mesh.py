@@ -12,17 +12,17 @@ from pathlib import Path
 import handmade
 import numpy as np
 import pytest
+from tests.bench.conftest import TEMPLATES
 from tolerance import approx
 
 import sitscad
-from sitscad.estimates.response.pad import soft_pad
-from sitscad.estimates.states.pressing import web_stiffness
-from sitscad.formats import volume_mesh
-from sitscad.mechanics.elastomer import Face, Surround
-from sitscad.mechanics.pad import BondedPad
-from sitscad.scene.bodies import BodyRole
+from sitscad.assembly.places.bodies import BodyRole
+from sitscad.estimates.loads.pad import soft_pad
+from sitscad.estimates.loads.pressing import web_stiffness
+from sitscad.files.formats import volume_mesh
+from sitscad.kernels.mechanics.elastomer import Face, Surround
+from sitscad.kernels.mechanics.pad import BondedPad
 from sitscad.spec import templates
-from tests.bench.conftest import TEMPLATES
 
 pytestmark = pytest.mark.cad
 
@@ -151,7 +151,7 @@ def test_without_an_elastomer_there_is_no_file():
 def test_the_second_order_mesh_has_named_faces_and_says_what_it_is_worth():
     import json
 
-    from sitscad.formats.volume_mesh import elastomer_meshes
+    from sitscad.files.formats.volume_mesh import elastomer_meshes
 
     made = elastomer_meshes(handmade.solids("bench"), pad_of("bench"))
     text, worth = made["inp"].decode("ascii"), json.loads(made["json"])

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import sitscad
-from sitscad.formats.kicad import schematic
+from sitscad.files.formats.kicad import schematic
 from sitscad.layout.tail_tracks import contacts
 from sitscad.spec import presets
 

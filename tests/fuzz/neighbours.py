@@ -34,8 +34,8 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 from ruamel.yaml import YAML
 
 import sitscad
+from sitscad.files.writer import STAGES
 from sitscad.spec import templates
-from sitscad.writer import STAGES
 
 FARTHEST = 0.3
 """Largest relative change of a number."""

@@ -7,8 +7,8 @@ import math
 import pytest
 from tolerance import approx
 
-from sitscad.geometry.areas import areas_beyond, areas_inside, joined_boxes, parts_inside
-from sitscad.geometry.path import Point, circle, closed_polygon, enclosed_area, polyline, rectangle
+from sitscad.kernels.geometry.areas import areas_beyond, areas_inside, joined_boxes, parts_inside
+from sitscad.kernels.geometry.path import Point, circle, closed_polygon, enclosed_area, polyline, rectangle
 
 DISC = circle(Point(0.0, 0.0), 1e-3)
 CORNERS = (0, 0), (5, 0), (5, 1), (1, 1), (1, 2), (5, 2), (5, 3), (0, 3)

@@ -11,8 +11,8 @@ from shapely.geometry import Point as Dot
 from shapely.geometry import Polygon
 from tolerance import approx
 
-from sitscad.geometry.convex import Footprint, beyond, centroid, clipped, within_box
-from sitscad.geometry.path import Point, circle, enclosed_area, rectangle
+from sitscad.kernels.geometry.convex import Footprint, beyond, centroid, clipped, within_box
+from sitscad.kernels.geometry.path import Point, circle, enclosed_area, rectangle
 
 lengths = st.floats(0.2, 12.0)
 places = st.floats(-6.0, 6.0)

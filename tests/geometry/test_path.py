@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tolerance import approx
 
-from sitscad.geometry.path import (
+from sitscad.kernels.geometry.path import (
     Arc,
     Line,
     Path,

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tolerance import approx
 
-from sitscad.geometry.path import Arc, Line, Path, Point, polar
-from sitscad.geometry.primitives import Primitives, distances, from_rows, line_row, nearest_pairs, path_rows
+from sitscad.kernels.geometry.path import Arc, Line, Path, Point, polar
+from sitscad.kernels.geometry.primitives import Primitives, distances, from_rows, line_row, nearest_pairs, path_rows
 
 COORDINATES = st.integers(-20, 20).map(lambda n: n / 10)
 POINTS = st.builds(Point, COORDINATES, COORDINATES)

@@ -10,7 +10,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad.estimates import estimated
-from sitscad.geometry.shapes import PLATES, SHAPES, Polygon, Racetrack, Round
+from sitscad.kernels.geometry.shapes import PLATES, SHAPES, Polygon, Racetrack, Round
 from sitscad.layout import arrange
 
 COIL = {"shape": "octagon", "outer_diameter": 8, "turns": 6.25, "layers": 2, "trace_width": "150 um",

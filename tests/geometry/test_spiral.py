@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tolerance import approx
 
-from sitscad.geometry.path import Arc, Point, polar
-from sitscad.geometry.shapes import SHAPES, SpiralDimensions, rounded_corners
+from sitscad.kernels.geometry.path import Arc, Point, polar
+from sitscad.kernels.geometry.shapes import SHAPES, SpiralDimensions, rounded_corners
 
 MM = 1e-3
 

@@ -8,14 +8,14 @@ from dataclasses import replace
 import pytest
 from tolerance import approx
 
+from sitscad.basics.finding import Edit, Missing
 from sitscad.checks import RULES
+from sitscad.checks.fixes import moves as room
+from sitscad.checks.fixes.search import GROWTH, Budget, Fix, Growing, Left, search
 from sitscad.checks.rules import outcomes
 from sitscad.checks.trials import Trials
-from sitscad.design import Design
-from sitscad.finding import Edit, Missing
-from sitscad.fixes import moves as room
-from sitscad.fixes.search import GROWTH, Budget, Fix, Growing, Left, search
-from sitscad.geometry.path import Point, polyline
+from sitscad.estimates.design import Design
+from sitscad.kernels.geometry.path import Point, polyline
 from sitscad.layout import _attempt, lay_out
 from sitscad.layout.clearance import Breadth, Obstacles, TrackToPlace, ViaToPlace
 from sitscad.layout.routing.escape import BUDGET, SearchLimit, _Search

@@ -13,10 +13,10 @@ from ruamel.yaml import YAML
 from tolerance import approx
 
 import sitscad
-from sitscad.geometry.path import Arc, circle, enclosed_area
+from sitscad.assembly.places.bodies import film_thickness
+from sitscad.assembly.places.seating import plate_plan
+from sitscad.kernels.geometry.path import Arc, circle, enclosed_area
 from sitscad.layout.outline import root
-from sitscad.scene.bodies import film_thickness
-from sitscad.scene.seating import plate_plan
 from sitscad.spec.load import rewritten_spec
 from sitscad.spec.resolver.body import UnfitError, outline
 
@@ -89,10 +89,10 @@ def test_the_place_of_the_coils_does_not_matter(button):
 
 def test_the_ball_in_the_root_touches_circle_and_tail():
     """(R + r)^2 = x^2 + (h + r)^2 (Pythagoras)."""
-    found = root(circle(sitscad.geometry.path.Point(0.0, 0.0), 6e-3), 1, 1.75e-3, 1e-3)
+    found = root(circle(sitscad.kernels.geometry.path.Point(0.0, 0.0), 6e-3), 1, 1.75e-3, 1e-3)
     assert found.centre.x == approx(math.sqrt(7e-3**2 - 2.75e-3**2), rel=1e-12)
     assert math.hypot(*found.on_body) == approx(6e-3, rel=1e-9)
-    assert root(circle(sitscad.geometry.path.Point(0.0, 0.0), 1e-3), 1, 1.75e-3, 1e-3) is None
+    assert root(circle(sitscad.kernels.geometry.path.Point(0.0, 0.0), 1e-3), 1, 1.75e-3, 1e-3) is None
 
 
 @pytest.mark.slow

@@ -8,9 +8,9 @@ from itertools import pairwise
 import pytest
 from tolerance import approx
 
-from sitscad.estimates.circuit import leads
-from sitscad.estimates.circuit.leads import estimate_leads
-from sitscad.estimates.winding.methods import choose_method, winding_geometry
+from sitscad.estimates.windings import leads
+from sitscad.estimates.windings.leads import estimate_leads
+from sitscad.estimates.windings.methods import choose_method, winding_geometry
 from sitscad.layout import lay_out
 from sitscad.layout.routing.branches import closing_cost, closing_turns, drawn_closing, least_closing
 from sitscad.spec.load import load_text

@@ -5,7 +5,7 @@ import math
 import pytest
 from tolerance import approx
 
-from sitscad.geometry.path import Line, Point, polar
+from sitscad.kernels.geometry.path import Line, Point, polar
 from sitscad.layout import lay_out
 from sitscad.layout.copper import conductor_notches, copper_of
 from sitscad.layout.lanes import Ring

@@ -7,11 +7,11 @@ from itertools import pairwise
 import pytest
 from tolerance import approx
 
+from sitscad.basics.finding import Missing
 from sitscad.checks import RULES
 from sitscad.checks.rules import apply_rule
-from sitscad.design import Design
-from sitscad.finding import Missing
-from sitscad.geometry.path import Point
+from sitscad.estimates.design import Design
+from sitscad.kernels.geometry.path import Point
 from sitscad.layout import lay_out
 from sitscad.layout.tail_tracks import descents
 from sitscad.spec.load import load_text

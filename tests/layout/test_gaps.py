@@ -7,10 +7,10 @@ import pytest
 from tolerance import approx
 
 import sitscad
-from sitscad.formats import gerber as board
+from sitscad.files.documents import order_notes
+from sitscad.files.formats import gerber as board
 from sitscad.layout.copper import smallest_gaps
 from sitscad.layout.lanes import lead_spacings
-from sitscad.papers import order_notes
 from sitscad.spec import templates
 
 UM = 1e-6

@@ -5,7 +5,7 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from sitscad.finding import Missing
+from sitscad.basics.finding import Missing
 from sitscad.layout import lay_out, windings
 from sitscad.spec.load import load_text
 

@@ -8,9 +8,9 @@ from itertools import combinations, pairwise
 import pytest
 from tolerance import approx
 
+from sitscad.basics.finding import Missing
 from sitscad.checks import check
-from sitscad.finding import Missing
-from sitscad.geometry.path import Point, bounding_box
+from sitscad.kernels.geometry.path import Point, bounding_box
 from sitscad.layout import Role, Trace, Via, lay_out
 from sitscad.spec import presets
 from sitscad.spec.circuit import LayerKind, StackLayer, Stackup

@@ -12,7 +12,7 @@ import pytest
 from tolerance import approx
 
 from sitscad import lay_out
-from sitscad.geometry.path import Line, Point, polyline
+from sitscad.kernels.geometry.path import Line, Point, polyline
 from sitscad.layout.board import Role
 from sitscad.layout.clearance import Breadth, TrackToPlace, ViaToPlace
 from sitscad.layout.lanes import Ring, bus_for, rows_of_lanes

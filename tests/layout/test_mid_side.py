@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from sitscad import SensorSpec, check
-from sitscad.finding import Severity
-from sitscad.spec.format.reading import SpecError
+from sitscad.basics.finding import Severity
+from sitscad.spec.reading import SpecError
 
 COIL = {"shape": "square", "outer_diameter": 7, "turns": 8, "layers": 2, "trace_width": "160 um",
         "trace_spacing": "160 um", "start": "mid-side"}

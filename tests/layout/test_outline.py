@@ -11,7 +11,7 @@ import pytest
 from tolerance import approx
 
 from sitscad.checks import check
-from sitscad.geometry.path import Arc, Line, bounding_box, enclosed_area
+from sitscad.kernels.geometry.path import Arc, Line, bounding_box, enclosed_area
 from sitscad.layout import lay_out
 from sitscad.layout.tail_frame import Taper
 from sitscad.spec.load import load, load_text

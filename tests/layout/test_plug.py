@@ -9,14 +9,14 @@ import pytest
 from tolerance import approx
 
 import sitscad
-from sitscad.formats import gerber
-from sitscad.geometry.path import Point, bounding_box, closed_polygon
+from sitscad.basics.units import show
+from sitscad.files.documents.order_notes import readme
+from sitscad.files.formats import gerber
+from sitscad.kernels.geometry.path import Point, bounding_box, closed_polygon
 from sitscad.layout.bending import Where, finished_thickness, tail_layers
 from sitscad.layout.board import Role, Trace
-from sitscad.papers.order_notes import readme
 from sitscad.spec import presets
 from sitscad.spec.circuit import LayerKind
-from sitscad.units import show
 
 MM = 1e-3
 UM = 1e-6
@@ -227,7 +227,7 @@ def test_other_finishes_need_no_word():
 
 
 def _papers(layout):
-    from sitscad.papers import order_notes as fabrication_notes
+    from sitscad.files.documents import order_notes as fabrication_notes
 
     return fabrication_notes.render(layout)
 

@@ -9,9 +9,9 @@ from tolerance import approx
 
 from sitscad.checks import RULES
 from sitscad.checks.rules import apply_rule
-from sitscad.design import Design
-from sitscad.geometry.path import Point, polar
-from sitscad.geometry.shapes import SHAPES, Polygon
+from sitscad.estimates.design import Design
+from sitscad.kernels.geometry.path import Point, polar
+from sitscad.kernels.geometry.shapes import SHAPES, Polygon
 from sitscad.layout import lay_out
 from sitscad.layout.board import Role
 from sitscad.layout.lanes import Ring

@@ -9,7 +9,7 @@ from pathlib import Path as FilePath
 import pytest
 from tolerance import approx
 
-from sitscad.geometry.path import Point, enclosed_area, polyline
+from sitscad.kernels.geometry.path import Point, enclosed_area, polyline
 from sitscad.layout import lay_out
 from sitscad.layout.board import Role, Trace, Via
 from sitscad.spec.load import load, load_text
@@ -94,7 +94,7 @@ def test_a_track_that_turns_back_is_in_its_own_way(bench):
 def test_templates_have_teardrops_that_keep_the_rules(template):
     from sitscad.checks import RULES
     from sitscad.checks.rules import apply_rule
-    from sitscad.design import Design
+    from sitscad.estimates.design import Design
 
     layout = lay_out(load(str(template)))
     assert layout.spec.fpc.teardrops == "auto" and len(layout.teardrops) >= len(layout.vias)

@@ -15,12 +15,12 @@ from tolerance import approx
 
 import sitscad
 from sitscad.estimates import estimate
-from sitscad.geometry.path import Arc, Line, Point, bounding_box, enclosed_area, polyline
+from sitscad.kernels.geometry.path import Arc, Line, Point, bounding_box, enclosed_area, polyline
 from sitscad.layout.board import Role
 from sitscad.layout.tail_frame import course, turn_length
 from sitscad.spec.circuit import Tail
-from sitscad.spec.format.reading import SpecError
 from sitscad.spec.presets import connector
+from sitscad.spec.reading import SpecError
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
 WAYS = ["turn: left", "turn: right", "offset: 3", "offset: -12"]

@@ -9,7 +9,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from tolerance import approx
 
-from sitscad.mechanics.elastomer import Face, compress, force_for_strain, press_part, shape_factor
+from sitscad.kernels.mechanics.elastomer import Face, compress, force_for_strain, press_part, shape_factor
 
 BULK = 1.5e9
 WIDTHS, MODULI = st.floats(0.5e-3, 20e-3), st.floats(5e3, 1e6)

@@ -14,9 +14,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tolerance import approx
 
-from sitscad.mechanics.elastomer import Face, Surround, compress, force_for_strain
-from sitscad.mechanics.motion import rotation_vectors, rotations
-from sitscad.mechanics.pad import BondedPad
+from sitscad.kernels.mechanics.elastomer import Face, Surround, compress, force_for_strain
+from sitscad.kernels.mechanics.motion import rotation_vectors, rotations
+from sitscad.kernels.mechanics.pad import BondedPad
 
 FIGURES = Path(__file__).parents[1] / "validation"
 PADS = ("along", "across", "round", "rim", "skin", "skin_modulus")

@@ -14,11 +14,11 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from tolerance import approx
 
-from sitscad.estimates.response.pad import TILT_SIGMAS, tilt_stiffness_error
-from sitscad.mechanics.elastomer import Face, Surround, even_rim
-from sitscad.mechanics.motion import _coefficients, angles, crosses, exponentials, rotation_vectors, rotations
-from sitscad.mechanics.pad import BondedPad
-from sitscad.mechanics.pad_law import FILM_SIGMA, Block, compression_modulus, pressure_stiffness, sigma
+from sitscad.estimates.loads.pad import TILT_SIGMAS, tilt_stiffness_error
+from sitscad.kernels.mechanics.elastomer import Face, Surround, even_rim
+from sitscad.kernels.mechanics.motion import _coefficients, angles, crosses, exponentials, rotation_vectors, rotations
+from sitscad.kernels.mechanics.pad import BondedPad
+from sitscad.kernels.mechanics.pad_law import FILM_SIGMA, Block, compression_modulus, pressure_stiffness, sigma
 
 FIGURES = Path(__file__).parents[1] / "validation" / "pad_figures.csv"
 SQUARE = BondedPad(Face(4e-3, 4e-3), 2e-3, 50e3, 1.5e9, height=0.3e-3)

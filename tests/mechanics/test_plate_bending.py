@@ -7,8 +7,8 @@ import pytest
 from scipy.special import bei, beip, ber, berp, kei, keip, ker, kerp
 from tolerance import approx
 
-from sitscad.mechanics import plate_bending
-from sitscad.mechanics.plate_bending import POISSON, bending, rigidity
+from sitscad.kernels.mechanics import plate_bending
+from sitscad.kernels.mechanics.plate_bending import POISSON, bending, rigidity
 
 
 def test_the_rigidity_is_that_of_timoshenko():

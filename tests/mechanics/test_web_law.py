@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 from tolerance import approx
 
-from sitscad.mechanics.elastomer import Face, Surround
-from sitscad.mechanics.pad import BondedPad
-from sitscad.mechanics.pad_law import sigma
-from sitscad.mechanics.surround_law import NO_WEBS, WEB_SIGMA, Webs, grip
+from sitscad.kernels.mechanics.elastomer import Face, Surround
+from sitscad.kernels.mechanics.pad import BondedPad
+from sitscad.kernels.mechanics.pad_law import sigma
+from sitscad.kernels.mechanics.surround_law import NO_WEBS, WEB_SIGMA, Webs, grip
 
 FIGURES = Path(__file__).parents[1] / "validation" / "web_figures.csv"
 ROWS = [{name: float(value) for name, value in row.items()}

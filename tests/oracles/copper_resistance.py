@@ -23,10 +23,10 @@ from scipy.sparse.linalg import spsolve
 from shapely import Polygon, remove_repeated_points
 from shapely.geometry.base import BaseGeometry
 
-from sitscad.extraction.artwork import PlottedHole
-from sitscad.extraction.differences import BarePad, ExtractedNet
-from sitscad.formats.volume_mesh import session
-from sitscad.record import record
+from sitscad.basics.record import record
+from sitscad.files.extraction.artwork import PlottedHole
+from sitscad.files.extraction.differences import BarePad, ExtractedNet
+from sitscad.files.formats.volume_mesh import session
 
 _OPTIONS = {
     "General.Terminal": 0,

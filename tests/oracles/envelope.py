@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from sitscad.assembly.places.bodies import BodyRole
+from sitscad.assembly.solids.pieces import assemble, opposing
+from sitscad.assembly.solids.solid import Solid, manifold, tessellate
 from sitscad.layout.board import Layout
-from sitscad.parts.pieces import assemble, opposing
-from sitscad.parts.solid import Solid, manifold, tessellate
-from sitscad.scene.bodies import BodyRole
 
 
 def closed_pair(layout: Layout) -> tuple[Solid, ...]:

@@ -6,10 +6,15 @@ import math
 
 import numpy as np
 
-from sitscad.physics.constants import MU0
-from sitscad.physics.inductance.filaments import TOUCHING, PolylineTrack, inclined_integral, parallel_filaments
-from sitscad.physics.inductance.mean_distance import strand_clearance
-from sitscad.physics.special_functions import gauss
+from sitscad.kernels.electromagnetics.constants import MU0
+from sitscad.kernels.electromagnetics.inductance.filaments import (
+    TOUCHING,
+    PolylineTrack,
+    inclined_integral,
+    parallel_filaments,
+)
+from sitscad.kernels.electromagnetics.inductance.mean_distance import strand_clearance
+from sitscad.kernels.electromagnetics.special_functions import gauss
 
 
 def track_mutual_inductance(first: PolylineTrack, second: PolylineTrack, strands: int = 2) -> float:

@@ -17,8 +17,8 @@ import numpy as np
 from kicad_oracle import plots, write
 from numpy.typing import NDArray
 
-from sitscad.formats import gerber, kicad
-from sitscad.geometry.path import bounding_box
+from sitscad.files.formats import gerber, kicad
+from sitscad.kernels.geometry.path import bounding_box
 from sitscad.layout.board import Layout
 
 DOTS = 50

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sitscad.physics.inductance.spirals import SpiralLayer
-from sitscad.physics.loss.current_modes import ProximityLoss
-from sitscad.physics.loss.proximity import LossResolution, azimuth_cut, azimuth_system
+from sitscad.kernels.electromagnetics.inductance.spirals import SpiralLayer
+from sitscad.kernels.electromagnetics.loss.current_modes import ProximityLoss
+from sitscad.kernels.electromagnetics.loss.proximity import LossResolution, azimuth_cut, azimuth_system
 
 
 def azimuth_loss(layers: Sequence[SpiralLayer], azimuth: float, sector: float, conductivity: float,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sitscad.drawing.sheet import Label, text_width
+from sitscad.files.drawing.sheet import Label, text_width
 
 
 def assert_legible(sheet):

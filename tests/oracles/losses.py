@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sitscad.physics.loss.current_modes import ProximityLoss
+from sitscad.kernels.electromagnetics.loss.current_modes import ProximityLoss
 
 
 def inductance_change(loss: ProximityLoss, frequency: float) -> float:

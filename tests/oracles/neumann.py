@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from sitscad.physics.constants import MU0
+from sitscad.kernels.electromagnetics.constants import MU0
 
 Array = NDArray[np.float64]
 

@@ -23,8 +23,8 @@ from typing import Any
 
 import numpy as np
 
-from sitscad.arrays import Array
-from sitscad.record import record
+from sitscad.basics.arrays import Array
+from sitscad.basics.record import record
 
 BULK = 1e4  # Bulk over shear modulus; to be told from incompressible rubber only in pads many times as wide as thick
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from itertools import combinations
 
-from sitscad.parts import Solid
-from sitscad.parts.solid import SEARCH, Clearance, manifold, overlaps, tessellate
+from sitscad.assembly.solids import Solid
+from sitscad.assembly.solids.solid import SEARCH, Clearance, manifold, overlaps, tessellate
 
 
 def clearances(solids: tuple[Solid, ...]) -> tuple[Clearance, ...]:

@@ -244,7 +244,7 @@ def test_a_missing_kernel_stops_the_build_and_names_what_can_be_made_without(goo
     def missing(_layout):
         raise sitscad.MissingExtra("solids need build123d")
 
-    monkeypatch.setattr("sitscad.parts.solids", missing)
+    monkeypatch.setattr("sitscad.assembly.solids.solids", missing)
     with pytest.raises(
         sitscad.MissingExtra, match=r"build123d; .*--only gerber,kicad,laser,firmware,calibration,report"
     ):
@@ -256,7 +256,7 @@ def test_a_forced_build_goes_on_without_what_cannot_be_written_and_says_so(weak,
     real = stages.Writer.render
 
     def refuse(self, *values):
-        if self.module == "papers.firmware":
+        if self.module == "files.documents.firmware":
             raise ValueError("no drive code")
         return real(self, *values)
 

@@ -19,13 +19,13 @@ from tolerance import approx
 import sitscad
 from sitscad.checks import check
 from sitscad.estimates import estimate
-from sitscad.formats import gerber, ipc356, kicad
-from sitscad.geometry.path import bounding_box, rectangle
+from sitscad.files.documents import parts_list as bom
+from sitscad.files.documents import parts_list as placement
+from sitscad.files.formats import gerber, ipc356, kicad
+from sitscad.kernels.geometry.path import bounding_box, rectangle
 from sitscad.layout.panel import coupon_spec
-from sitscad.papers import parts_list as bom
-from sitscad.papers import parts_list as placement
 from sitscad.spec import presets
-from sitscad.spec.format.reading import SpecError
+from sitscad.spec.reading import SpecError
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
 CASES = [

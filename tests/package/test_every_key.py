@@ -11,6 +11,7 @@ import pytest
 from spec_reference import SpecDocument, places_of
 
 import sitscad
+from sitscad.apps.watch.work import Before, worked_out
 from sitscad.cli import run
 from sitscad.package.building import known_solutions
 from sitscad.package.manifest import made_from
@@ -18,7 +19,6 @@ from sitscad.spec.format.kinds import Choice, Either, Preset, ProfileName, Sever
 from sitscad.spec.format.section import NameOr
 from sitscad.spec.load import load_values, put
 from sitscad.spec.yaml.source import SpecSource, read_yaml
-from sitscad.watch.work import Before, worked_out
 from tests.conftest import EVERY_KEY
 
 EVERY_TIME = ("jaw_from_a_file",)

@@ -8,7 +8,7 @@ import json
 import pytest
 
 import sitscad
-from sitscad.drawing.frame import FORCED
+from sitscad.files.drawing.frame import FORCED
 from sitscad.spec import templates
 
 pytestmark = pytest.mark.cad

@@ -14,10 +14,10 @@ import zipfile
 import pytest
 
 import sitscad
+from sitscad.checks.findings.document import read_findings
 from sitscad.cli import main
-from sitscad.extraction import limits
+from sitscad.files.extraction import limits
 from sitscad.package.manifest import MANIFEST
-from sitscad.report.findings.document import read_findings
 from sitscad.spec import templates
 
 pytest.importorskip("gerbonara", reason="reading Gerber files back needs gerbonara")

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 import sitscad
-from sitscad.finding import Edit
+from sitscad.basics.finding import Edit
 from sitscad.package import stages, stale
 from sitscad.package.contents import UNREAD
 from sitscad.package.manifest import read_manifest
@@ -106,7 +106,7 @@ def test_another_readout_makes_of_an_assembly_what_says_numbers(tmp_path, monkey
     """assembly.txt has what the coils read; solids stay, and are what a fresh build makes, beside all else or not."""
     other = changed("readout.capacitance", "330 pF", changed("readout.scan_rate", "400 Hz"))
     first = files_of(TEXT, ("assembly",), tmp_path)
-    monkeypatch.setattr("sitscad.parts.whole.whole", None)  # nothing is put together again
+    monkeypatch.setattr("sitscad.assembly.solids.whole.whole", None)  # nothing is put together again
     again = files_of(other, ("assembly",), tmp_path)
     monkeypatch.undo()
     assert {name for name in first if first[name] != again[name]} == {"mount/assembly.txt"}

@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 
 import sitscad
-from sitscad import solutions
-from sitscad.estimates.response import plate
-from sitscad.estimates.winding import losses
-from sitscad.finding import Edit
-from sitscad.mechanics import pad
+from sitscad.basics.finding import Edit
+from sitscad.estimates.states import plate
+from sitscad.estimates.windings import losses
+from sitscad.kernels import solve_cache as solutions
+from sitscad.kernels.electromagnetics.metal import finite_plate
+from sitscad.kernels.mechanics import pad
+from sitscad.kernels.solve_cache import Solutions, keeping, read, solved
 from sitscad.package import building
-from sitscad.physics.metal import finite_plate
-from sitscad.solutions import Solutions, keeping, read, solved
 from sitscad.spec import templates
 from sitscad.spec.yaml.rewriting import rewritten
 

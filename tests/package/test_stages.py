@@ -7,9 +7,9 @@ import re
 import pytest
 
 import sitscad
-from sitscad.design import Design
+from sitscad.estimates.design import Design
+from sitscad.files.writer import STAGES
 from sitscad.package.folder import list_files
-from sitscad.writer import STAGES
 
 pytestmark = [pytest.mark.cad, pytest.mark.slow]
 

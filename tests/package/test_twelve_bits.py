@@ -12,7 +12,7 @@ import pytest
 from tolerance import approx
 
 import sitscad
-from sitscad.units import show
+from sitscad.basics.units import show
 
 TEMPLATE = (Path(__file__).parents[2] / "templates" / "bench_7mm.yaml").read_text(encoding="utf-8")
 

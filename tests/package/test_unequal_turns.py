@@ -15,7 +15,7 @@ from tolerance import approx
 import sitscad
 from sitscad.estimates import estimate
 from sitscad.layout.windings import wind_coil
-from sitscad.spec.format.reading import SpecError
+from sitscad.spec.reading import SpecError
 
 COILS = {
     "one turn fewer below": ("circle", 4, [7.75, 6.75, 7.75, 6.75], 4),
@@ -155,8 +155,8 @@ def test_kicad_accepts_the_board_and_the_files_read_back(name, tmp_path):
 def test_the_resistance_of_the_extracted_copper_is_the_estimated_one(name, tmp_path):
     for module in ("gerbonara", "shapely", "gmsh", "scipy"):
         pytest.importorskip(module)
-    from sitscad.extraction.differences import extract
-    from sitscad.formats import gerber, ipc356
+    from sitscad.files.extraction.differences import extract
+    from sitscad.files.formats import gerber, ipc356
     from tests.oracles.copper_resistance import copper_resistance
 
     layout = sitscad.lay_out(spec_of(name))

@@ -15,8 +15,8 @@ import sitscad
 from sitscad.cli import main
 
 pytest.importorskip("gerbonara", reason="reading Gerber files back needs gerbonara")
-from sitscad.extraction.artwork import ExtractionError
-from sitscad.extraction.panel import compare_panel
+from sitscad.files.extraction.artwork import ExtractionError
+from sitscad.files.extraction.panel import compare_panel
 
 SPEC = """
 sitscad: 1

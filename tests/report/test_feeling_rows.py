@@ -7,8 +7,8 @@ import math
 import pytest
 
 from sitscad.estimates.performance.tables import amount, sensor_rows
-from sitscad.estimates.performance.values import largest_lasting, of_full_scale
-from sitscad.report.page import _performance_section
+from sitscad.estimates.performance_values import largest_lasting, of_full_scale
+from sitscad.files.report.page import _performance_section
 
 
 def test_an_axis_that_no_reading_tells_has_no_figures():

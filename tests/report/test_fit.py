@@ -8,10 +8,10 @@ import handmade
 import pytest
 from tolerance import approx
 
-from sitscad.check_values import Measure, Share
-from sitscad.report.findings import CheckedSpec, OutputOptions, as_json, as_text
-from sitscad.report.findings.measures import fit_tables, fit_words
-from sitscad.scene.fit import fit
+from sitscad.assembly.places.fit import fit
+from sitscad.basics.check_results import Measure, Share
+from sitscad.checks.findings import CheckedSpec, OutputOptions, as_json, as_text
+from sitscad.checks.findings.measures import fit_tables, fit_words
 
 MEASURED = fit(handmade.jaw_sensor())
 

@@ -11,10 +11,10 @@ import pytest
 import told
 from told import TURNS
 
+from sitscad.basics.finding import Finding, Severity
+from sitscad.checks.findings import FINDING_FORMATS, CheckedSpec, OutputOptions
+from sitscad.checks.findings.ci import job_summary
 from sitscad.data import json_file
-from sitscad.finding import Finding, Severity
-from sitscad.report.findings import FINDING_FORMATS, CheckedSpec, OutputOptions
-from sitscad.report.findings.ci import job_summary
 
 KEPT = Path(__file__).parent / "snapshots"
 NAMES = {"text": "text.txt", "json": "check.json", "sarif": "check.sarif", "junit": "junit.xml", "github": "github.txt"}

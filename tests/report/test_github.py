@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import told
 
-from sitscad.finding import Finding, Severity
-from sitscad.report.findings import CheckedSpec
-from sitscad.report.findings.ci import SHOWN, job_summary
-from sitscad.report.findings.ci import github as render
+from sitscad.basics.finding import Finding, Severity
+from sitscad.checks.findings import CheckedSpec
+from sitscad.checks.findings.ci import SHOWN, job_summary
+from sitscad.checks.findings.ci import github as render
 
 COMMAND = re.compile(r"::(?P<name>\w+) (?P<properties>[^:]*)::(?P<message>.*)")
 

@@ -10,9 +10,9 @@ import told
 from junit2htmlreport.parser import Junit
 
 import sitscad
-from sitscad.finding import Finding, Severity
-from sitscad.report.findings import CheckedSpec
-from sitscad.report.findings.ci import junit as render
+from sitscad.basics.finding import Finding, Severity
+from sitscad.checks.findings import CheckedSpec
+from sitscad.checks.findings.ci import junit as render
 
 
 @pytest.fixture

@@ -14,7 +14,7 @@ from browser import Browser
 from tolerance import approx
 
 import sitscad
-from sitscad.report.moving import live_page
+from sitscad.files.report.moving import live_page
 
 pytestmark = [pytest.mark.clients("chromium"), pytest.mark.slow]
 

@@ -7,8 +7,8 @@ import threading
 import pytest
 from browser import Browser
 
-from sitscad.drawing.web_page import page, part, table
-from sitscad.watch.server import Showing, server
+from sitscad.apps.watch.server import Showing, server
+from sitscad.files.drawing.web_page import page, part, table
 
 pytestmark = [pytest.mark.clients("chromium")]
 

@@ -12,17 +12,17 @@ import pytest
 from tolerance import approx
 
 import sitscad
-from sitscad.design import Design
+from sitscad.basics.finding import Finding, NotChecked, Place, Severity
+from sitscad.basics.units import quantity, show
+from sitscad.checks.findings import CheckedSpec, checked_spec, numbered_places
+from sitscad.checks.findings.measures import NO_SIGNAL, OTHERS_MEANING, OTHERS_TITLE, headline, signal_table
+from sitscad.estimates.design import Design
 from sitscad.estimates.signal import signals
-from sitscad.finding import Finding, NotChecked, Place, Severity
+from sitscad.files.report import numbers
+from sitscad.files.report.page import findings_part, render
 from sitscad.layout.tail_tracks import contact_rows, contacts
-from sitscad.report import numbers
-from sitscad.report.findings import CheckedSpec, checked_spec, numbered_places
-from sitscad.report.findings.measures import NO_SIGNAL, OTHERS_MEANING, OTHERS_TITLE, headline, signal_table
-from sitscad.report.page import findings_part, render
 from sitscad.spec import templates
 from sitscad.spec.presets import unverified_figures
-from sitscad.units import quantity, show
 
 SPEC = """\
 sitscad: 1

@@ -14,7 +14,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad.calibration.inverse_map import map_of
-from sitscad.design import Design
+from sitscad.estimates.design import Design
 from sitscad.package.building import build
 
 pytestmark = [pytest.mark.clients("chromium"), pytest.mark.cad]

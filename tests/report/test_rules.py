@@ -9,7 +9,7 @@ import pytest
 
 import sitscad
 import sitscad.cli
-from sitscad.report.findings.text import RULE_FORMATS
+from sitscad.checks.findings.text import RULE_FORMATS
 
 
 @pytest.mark.parametrize("form", RULE_FORMATS)

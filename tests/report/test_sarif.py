@@ -11,10 +11,10 @@ import pytest
 import told
 
 import sitscad
-from sitscad.inspection import inspect
-from sitscad.report.findings import CheckedSpec, OutputOptions
-from sitscad.report.findings.ci import extent
-from sitscad.report.findings.ci import sarif as render
+from sitscad.checks.findings import CheckedSpec, OutputOptions
+from sitscad.checks.findings.ci import extent
+from sitscad.checks.findings.ci import sarif as render
+from sitscad.package.inspection import inspect
 
 HERE = Path(__file__).parent
 SCHEMA = json.loads((HERE / "sarif-schema-2.1.0.json").read_text(encoding="utf-8"))
@@ -141,7 +141,7 @@ def applied(text: str, fix: dict) -> str:
 
 @pytest.mark.parametrize("text", [told.TEXT, told.TEXT.replace("\n", "\r\n"), told.TEXT.rstrip()])
 def test_fixes_are_what_our_own_writer_makes_of_the_edits(text):
-    from sitscad.finding import Edit, Remedy
+    from sitscad.basics.finding import Edit, Remedy
     from sitscad.spec.yaml.rewriting import rewritten
 
     sure = Remedy((Edit("coil.turns", "7.5"), Edit("fpc.tail.bend", "none")))

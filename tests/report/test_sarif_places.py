@@ -17,11 +17,11 @@ from ruamel.yaml.error import YAMLError
 from test_sarif import VALID
 
 import sitscad
+from sitscad.checks.findings import CheckedSpec, checked_spec
+from sitscad.checks.findings.ci import sarif as render
 from sitscad.checks.rules import Violation, apply_rule, finding_of, located
-from sitscad.design import Design
-from sitscad.inspection import inspect
-from sitscad.report.findings import CheckedSpec, checked_spec
-from sitscad.report.findings.ci import sarif as render
+from sitscad.estimates.design import Design
+from sitscad.package.inspection import inspect
 
 BROKEN = sorted((Path(__file__).parent / "broken").glob("*.yaml"))
 DRAWN = {"SIT104", "SIT105", "SIT106", "SIT107", "SIT110", "SIT114", "SIT122", "SIT125"}

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import sitscad
-from sitscad.finding import Finding, Ignored, NotChecked, Place, Severity
-from sitscad.report.findings import CheckedSpec, OutputOptions
+from sitscad.basics.finding import Finding, Ignored, NotChecked, Place, Severity
+from sitscad.checks.findings import CheckedSpec, OutputOptions
 
 TEXT = """\
 sitscad: 1

@@ -6,10 +6,10 @@ import functools
 import math
 from dataclasses import replace
 
-from sitscad import parts
-from sitscad.geometry.path import Point, Region, rectangle, rounded
+from sitscad.assembly import solids as parts
+from sitscad.assembly.solids import Solid
+from sitscad.kernels.geometry.path import Point, Region, rectangle, rounded
 from sitscad.layout.board import Layout, Stiffener
-from sitscad.parts import Solid
 from sitscad.spec import presets
 from sitscad.spec.circuit import FpcSpec, LayerKind, PanelSpec, StackLayer, Stackup
 from sitscad.spec.coil import ArraySpec, CoilPlacement, CoilSpec

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from sitscad.geometry.path import Arc, Path, Point, Region, circle, polyline, rectangle, rounded
+from sitscad.kernels.geometry.path import Arc, Path, Point, Region, circle, polyline, rectangle, rounded
 from sitscad.layout.board import Coil, Layout, Pad, Role, Stiffener, Trace, Via, Winding
 from sitscad.spec import presets
 from sitscad.spec.circuit import Connector, FpcSpec, LayerKind, PanelSpec, StackLayer, Stackup, Tail
@@ -211,8 +211,8 @@ def rotated_arcs(count: int = 24) -> tuple[Arc, ...]:
 
 def order_set(layout: Layout, panel=None, forced: str = "", coupon_estimates=None) -> dict[str, bytes]:
     """Every file of the order as `build` makes them: formats and papers of its stage, one after another."""
-    from sitscad.formats import WRITERS
-    from sitscad.papers import PAPERS
+    from sitscad.files.documents import PAPERS
+    from sitscad.files.formats import WRITERS
 
     files: dict[str, bytes] = {}
     values = {

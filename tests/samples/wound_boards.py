@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from sitscad.estimates import estimate
-from sitscad.estimates.winding.own_capacitance import self_capacitance
+from sitscad.estimates.windings.own_capacitance import self_capacitance
+from sitscad.kernels.electromagnetics.resonator import resonance_frequency
 from sitscad.layout import lay_out
-from sitscad.physics.resonator import resonance_frequency
 from sitscad.spec.load import load_text
 
 

@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 
 import sitscad
 from sitscad import SensorSpec, SpecError
-from sitscad.finding import Edit
+from sitscad.basics.finding import Edit
 from sitscad.spec import templates
-from sitscad.spec.format.validity import refuse_unusable
 from sitscad.spec.load import plain, yaml_text
+from sitscad.spec.resolver.validity import refuse_unusable
 from sitscad.spec.yaml.rewriting import rewritten
 from sitscad.spec.yaml.source import read_yaml
 

@@ -11,12 +11,12 @@ from pathlib import Path
 import pytest
 from tolerance import approx
 
-from sitscad.estimates.uncertainty import sigmas
-from sitscad.geometry.shapes import SHAPES
+from sitscad.estimates.circuits.uncertainty import sigmas
+from sitscad.kernels.geometry.shapes import SHAPES
 from sitscad.spec import presets, templates
 from sitscad.spec.circuit import Plating
-from sitscad.spec.format.reading import RULE_NAMES, RULE_TEXTS, SpecError
 from sitscad.spec.load import load, load_text
+from sitscad.spec.reading import RULE_NAMES, RULE_TEXTS, SpecError
 from sitscad.spec.resolver.coils import gap, named
 
 COIL = "coil: {shape: circle, outer_diameter: 3.5, turns: 6.5, trace_width: 100 um, trace_spacing: 100 um}\n"

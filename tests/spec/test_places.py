@@ -9,8 +9,8 @@ import pytest
 from ruamel.yaml import YAML
 from ruamel.yaml.nodes import MappingNode, ScalarNode
 
-from sitscad.spec.format.reading import SpecError
 from sitscad.spec.load import load_text
+from sitscad.spec.reading import SpecError
 
 HEAD = "sitscad: 1\nname: x\n"
 COIL = "coil: {shape: circle, outer_diameter: 8, turns: 14, layers: 2, trace_width: 0.1, trace_spacing: 0.1}\n"

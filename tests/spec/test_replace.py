@@ -13,12 +13,12 @@ from hypothesis import strategies as st
 
 import sitscad
 from sitscad import SensorSpec, SpecError
+from sitscad.basics.units import SI_UNITS, exact_text, parse_quantity
 from sitscad.spec import templates
 from sitscad.spec.format.kinds import Quantity
 from sitscad.spec.format.section import Section, kind_at, section_of
 from sitscad.spec.load import attribute
 from sitscad.spec.sensor import SpecDocument
-from sitscad.units import SI_UNITS, exact_text, parse_quantity
 from tests.conftest import EVERY_KEY
 
 BENCH = sitscad.load_text(templates.read("bench_7mm"))

@@ -6,12 +6,12 @@ import pytest
 from tolerance import approx
 
 import sitscad
+from sitscad.apps.study.evaluating import IN_FULL, WIDER, judged, screened
+from sitscad.apps.study.evaluation import FAILS, FULL, SCREEN, UNKNOWN, Evaluation
+from sitscad.apps.study.measures import MEASURES
 from sitscad.layout import sketch
 from sitscad.layout.lanes import lead_spacings
 from sitscad.spec import templates
-from sitscad.study.evaluating import IN_FULL, WIDER, judged, screened
-from sitscad.study.evaluation import FAILS, FULL, SCREEN, UNKNOWN, Evaluation
-from sitscad.study.measures import MEASURES
 
 NAMES = tuple(
     name for name, row in MEASURES.items() if SCREEN in row.levels and not name.startswith(("error", "yield"))

@@ -23,10 +23,8 @@ import pytest
 from tolerance import approx
 
 import sitscad
-from sitscad.cli import designing, run
-from sitscad.spec import templates
-from sitscad.study.answer import agreement, bindings, changed, hypervolume, relaxation, unjudged
-from sitscad.study.answer_text import (
+from sitscad.apps.study.answer import agreement, bindings, changed, hypervolume, relaxation, unjudged
+from sitscad.apps.study.answer_text import (
     answer_json,
     answer_text,
     base_value,
@@ -36,8 +34,8 @@ from sitscad.study.answer_text import (
     yield_table,
     yields_text,
 )
-from sitscad.study.document import Goal, Requirement, StudyDocument
-from sitscad.study.evaluating import (
+from sitscad.apps.study.document import Goal, Requirement, StudyDocument
+from sitscad.apps.study.evaluating import (
     IN_FULL,
     NOT_COMPUTED,
     Chunk,
@@ -47,15 +45,17 @@ from sitscad.study.evaluating import (
     screened,
     tidily,
 )
-from sitscad.study.evaluation import ARCHIVE, Archive, Breach, Evaluation
-from sitscad.study.evaluation import UnitJudged as Unit
-from sitscad.study.measures import MEASURES
-from sitscad.study.page import answer_files, page_so_far, study_page
-from sitscad.study.running import Costs, Found, StudyState, costs, ranked, search, sobol_set, violations
-from sitscad.study.space import Space, Variable, at_key, code_version
-from sitscad.study.spreads import SPREADS, draws, unit, wilson, yield_of
-from sitscad.study.study import StudyAnswer, study_schema
-from sitscad.study.sweeping import range_of
+from sitscad.apps.study.evaluation import ARCHIVE, Archive, Breach, Evaluation
+from sitscad.apps.study.evaluation import UnitJudged as Unit
+from sitscad.apps.study.measures import MEASURES
+from sitscad.apps.study.page import answer_files, page_so_far, study_page
+from sitscad.apps.study.running import Costs, Found, StudyState, costs, ranked, search, sobol_set, violations
+from sitscad.apps.study.space import Space, Variable, at_key, code_version
+from sitscad.apps.study.spreads import SPREADS, draws, unit, wilson, yield_of
+from sitscad.apps.study.study import StudyAnswer, study_schema
+from sitscad.apps.study.sweeping import range_of
+from sitscad.cli import designing, run
+from sitscad.spec import templates
 
 ROOT = Path(__file__).parents[2]
 
@@ -241,7 +241,7 @@ def test_time_left_is_that_of_the_units_that_are_drawn_now(monkeypatch, capsys):
 @pytest.mark.slow
 def test_designs_whose_units_fail_make_room_for_the_next_and_are_counted(folder, monkeypatch):
     """The first design that is asked about yields nothing, all others everything."""
-    from sitscad.study.running import StudyRun
+    from sitscad.apps.study.running import StudyRun
 
     first = []
 
@@ -290,7 +290,7 @@ def test_an_infeasible_study_says_what_binds_and_the_nearest_that_was_tried(fold
 def test_the_answer_is_told_before_the_yields_and_an_interrupted_study_says_how_it_goes_on(
     folder, capsys, monkeypatch
 ):
-    from sitscad.study.running import StudyRun
+    from sitscad.apps.study.running import StudyRun
 
     def interrupted(*given):
         raise KeyboardInterrupt
@@ -314,7 +314,7 @@ def test_the_answer_is_told_before_the_yields_and_an_interrupted_study_says_how_
 @pytest.mark.slow
 def test_a_search_that_is_interrupted_leaves_a_page_of_what_it_looked_at(folder, capsys, monkeypatch):
     """It left archive.jsonl alone, which nobody reads."""
-    from sitscad.study.running import StudyRun
+    from sitscad.apps.study.running import StudyRun
 
     evaluate, generations = StudyRun._costs_of, []
 
@@ -325,7 +325,7 @@ def test_a_search_that_is_interrupted_leaves_a_page_of_what_it_looked_at(folder,
         return evaluate(run, points)
 
     monkeypatch.chdir(folder)
-    monkeypatch.setattr("sitscad.study.running.GENERATION", 8)
+    monkeypatch.setattr("sitscad.apps.study.running.GENERATION", 8)
     with monkeypatch.context() as patch:
         patch.setattr(StudyRun, "_costs_of", interrupted)
         assert run(["design", "study.yaml", "--jobs", "1", "--no-yield"]) == 130
@@ -341,7 +341,7 @@ def test_a_search_that_is_interrupted_leaves_a_page_of_what_it_looked_at(folder,
 
 @pytest.mark.slow
 def test_designs_without_a_screen_are_judged_in_full_once_and_the_answer_says_so(folder, monkeypatch):
-    from sitscad.study import evaluating
+    from sitscad.apps.study import evaluating
 
     calls = []
     full = evaluating.judged
@@ -357,7 +357,7 @@ def test_designs_without_a_screen_are_judged_in_full_once_and_the_answer_says_so
 @pytest.mark.slow
 @pytest.mark.parametrize("goal, is_all", [("amplitude", True), ("inductance", False)])
 def test_of_a_goal_by_which_the_screen_does_not_rank_all_are_judged_in_full(goal, is_all, folder, monkeypatch):
-    from sitscad.study import running
+    from sitscad.apps.study import running
 
     monkeypatch.setattr(running, "LEAST_FULL", 1)
     monkeypatch.setattr(running, "MOST_AT_ONCE", 1)
@@ -373,10 +373,10 @@ def _lines(folder):
 
 RUN = """\
 import pathlib, sys
-from sitscad.study import running
-from sitscad.study.page import answer_files, study_page
-from sitscad.study.evaluating import cluster
-from sitscad.study.study import Study
+from sitscad.apps.study import running
+from sitscad.apps.study.page import answer_files, study_page
+from sitscad.apps.study.evaluating import cluster
+from sitscad.apps.study.study import Study
 
 running.LEAST_FULL = 6
 executor, jobs = cluster(sys.argv[1]) if sys.argv[1].startswith("tcp") else (None, int(sys.argv[1]))
@@ -523,7 +523,7 @@ def test_workers_of_another_version_are_refused_by_name(folder, capsys):
     """They would judge by other rules, and their figures go into the archive of this one."""
     other = folder / "other"
     shutil.copytree(ROOT / "sitscad", other / "sitscad", ignore=shutil.ignore_patterns("__pycache__"))
-    with (other / "sitscad/units.py").open("a") as stream:
+    with (other / "sitscad/basics/units.py").open("a") as stream:
         stream.write("# changed\n")
     with _dask(folder, (ROOT, other)) as (address, _):
         from distributed import Client
@@ -1130,7 +1130,7 @@ def test_every_spread_moves_a_unit_by_its_sigma():
 
 def test_copper_of_a_unit_scatters_the_resistance_as_the_estimate_says():
     """One sigma of the trace's width, by the full model and to first order."""
-    from sitscad.design import Design
+    from sitscad.estimates.design import Design
 
     spec = sitscad.load_text(templates.read("single_coil"))
     k = list(SPREADS).index("coil.trace_width")
@@ -1140,8 +1140,8 @@ def test_copper_of_a_unit_scatters_the_resistance_as_the_estimate_says():
         row[k] = 0.5 + side * 0.5 / math.sqrt(3.0)
         made = unit(spec, row, {})
         found.append(Design(made).estimates.coils[0].resistance_dc)
-    from sitscad.estimates.scatter import WIDTH
-    from sitscad.estimates.uncertainty import sigmas
+    from sitscad.estimates.circuits.uncertainty import sigmas
+    from sitscad.estimates.tolerances.scatter import WIDTH
 
     assert 0.5 * (found[0] - found[1]) / (0.5 * sum(found)) == approx(sigmas(spec)[WIDTH], rel=0.05)
 

@@ -12,11 +12,8 @@ import pytest
 from browser import Browser
 
 import sitscad
-from sitscad.layout import sketch
-from sitscad.scene import bodies
-from sitscad.spec import templates
-from sitscad.study.answer import Binding, Kept, changed
-from sitscad.study.answer_text import (
+from sitscad.apps.study.answer import Binding, Kept, changed
+from sitscad.apps.study.answer_text import (
     WITH,
     answer_json,
     answer_text,
@@ -25,9 +22,12 @@ from sitscad.study.answer_text import (
     sigma_table,
     yield_table,
 )
-from sitscad.study.evaluation import Breach, Evaluation
-from sitscad.study.page import MOST_OTHERS, MOST_PAGE, StudyPage, board_sketch, study_page
-from sitscad.study.running import Found, sobol_set
+from sitscad.apps.study.evaluation import Breach, Evaluation
+from sitscad.apps.study.page import MOST_OTHERS, MOST_PAGE, StudyPage, board_sketch, study_page
+from sitscad.apps.study.running import Found, sobol_set
+from sitscad.assembly.places import bodies
+from sitscad.layout import sketch
+from sitscad.spec import templates
 
 STUDY = """\
 sitscad_study: 1
@@ -89,7 +89,7 @@ def test_text_page_and_json_of_an_answer_have_the_same_rows(answer):
 def test_a_picture_of_few_shows_what_is_around_them(answer, monkeypatch):
     """Where one design alone is not beaten, axes hold the better four fifths of the others, too."""
     def within(few):
-        monkeypatch.setattr("sitscad.study.page.FEW", few)
+        monkeypatch.setattr("sitscad.apps.study.page.FEW", few)
         page = StudyPage(answer)
         page.marks[1:] = [replace(mark, kind="refused") for mark in page.marks[1:]]
         axes = page.axes

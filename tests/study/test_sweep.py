@@ -13,13 +13,11 @@ import pytest
 from tolerance import approx
 
 import sitscad
-from sitscad.cli import run
-from sitscad.spec import templates
-from sitscad.study.evaluating import NOT_COMPUTED, Chunk, Workers, evaluate_chunk
-from sitscad.study.evaluation import Evaluation
-from sitscad.study.measures import MEASURES
-from sitscad.study.space import Base, RangeError, Space, Variable, counted, stepped
-from sitscad.study.sweeping import (
+from sitscad.apps.study.evaluating import NOT_COMPUTED, Chunk, Workers, evaluate_chunk
+from sitscad.apps.study.evaluation import Evaluation
+from sitscad.apps.study.measures import MEASURES
+from sitscad.apps.study.space import Base, RangeError, Space, Variable, counted, stepped
+from sitscad.apps.study.sweeping import (
     range_of,
     sweep_as_written,
     sweep_csv,
@@ -28,6 +26,8 @@ from sitscad.study.sweeping import (
     sweep_svg,
     sweep_text,
 )
+from sitscad.cli import run
+from sitscad.spec import templates
 
 CONTRACT = {
     "inductance", "rp", "q", "frequency", "amplitude", "signal.normal", "resolution.normal", "resolution.shear_x",
@@ -191,8 +191,8 @@ def test_a_computation_that_fails_refuses_its_design_alone(bench, monkeypatch):
             raise ZeroDivisionError("of this test")
         return screened(specs, measures)
 
-    from sitscad.study import evaluating
-    from sitscad.study.evaluating import screened
+    from sitscad.apps.study import evaluating
+    from sitscad.apps.study.evaluating import screened
 
     monkeypatch.setattr(evaluating, "screened", fails)
     chunk = Chunk(((("coil.turns", 10),), (("coil.turns", 11),)), ("board.area",), "screen")

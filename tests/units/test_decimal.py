@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sitscad.units import decimal, in_mm
+from sitscad.basics.units import decimal, in_mm
 
 
 @given(st.floats(-1e6, 1e6), st.integers(0, 9), st.integers(0, 9))

@@ -7,12 +7,12 @@ from dataclasses import fields, replace
 
 import pytest
 
-from sitscad import quantities
-from sitscad.check_values import Measure, Share, Signal
-from sitscad.estimates.at_frequency import CoilAtFrequency
+from sitscad.basics import quantities
+from sitscad.basics.check_results import Measure, Share, Signal
+from sitscad.basics.quantities import NONE, Quantity, by_quantity, by_result, document
 from sitscad.estimates.response.values import Response
+from sitscad.estimates.states.at_frequency import CoilAtFrequency
 from sitscad.estimates.values import CoilEstimate, Metered, ReadoutEstimate, StateEstimate
-from sitscad.quantities import NONE, Quantity, by_quantity, by_result, document
 
 RESULTS = [
     (quantities.COIL, CoilEstimate), (quantities.STATE, StateEstimate), (quantities.BARE_TANK, StateEstimate),

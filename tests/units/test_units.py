@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tolerance import approx
 
-from sitscad.units import UNITS, UnitError, csv_text, parse_quantity, show
+from sitscad.basics.units import UNITS, UnitError, csv_text, parse_quantity, show
 
 SHOWN_AS = {
     "length": "m",

@@ -23,11 +23,11 @@ import numpy as np  # noqa: E402
 import trimesh  # noqa: E402
 from test_printable import KINDS  # noqa: E402
 
-from sitscad.formats import meshes, step  # noqa: E402
-from sitscad.parts import Solid, aids, pieces  # noqa: E402
-from sitscad.parts.pieces import jaw, opposing  # noqa: E402
-from sitscad.parts.proof import printable  # noqa: E402
-from sitscad.parts.solid import TriangleMesh, tessellate  # noqa: E402
+from sitscad.assembly.solids import Solid, aids, pieces  # noqa: E402
+from sitscad.assembly.solids.pieces import jaw, opposing  # noqa: E402
+from sitscad.assembly.solids.proof import printable  # noqa: E402
+from sitscad.assembly.solids.solid import TriangleMesh, tessellate  # noqa: E402
+from sitscad.files.formats import meshes, step  # noqa: E402
 
 DEFECTS = ("Backwards edges", "Degenerate facets", "Facets reversed", "Facets removed", "Facets added")
 TURNS = {

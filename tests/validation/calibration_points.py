@@ -34,7 +34,7 @@ from sitscad.calibration.inverse_map import InverseMap
 from sitscad.calibration.points import Points
 from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import units
-from sitscad.physics.polynomials import exponents, monomials
+from sitscad.kernels.electromagnetics.polynomials import exponents, monomials
 from tests.oracles.bench import simulated
 
 Array = NDArray[np.float64]

@@ -1,9 +1,9 @@
 """What direct current does at a corner more than even current, from the conformal map of a bent strip.
 
-`python tests/validation/corner_flow.py` prints the tables of `sitscad/physics/loss/corner_excess.py`. The mesh
-follows the flow: its lines are stream lines and equipotentials, so the stream function of direct current is exact at
-every node, and cells shrink towards the inner corner by themselves. All lengths in widths of the track, inductances
-in mu0 times it.
+`python tests/validation/corner_flow.py` prints the tables of `sitscad/kernels/electromagnetics/loss/corner_excess.py`.
+The mesh follows the flow: its lines are stream lines and equipotentials, so the stream function of direct current is
+exact at every node, and cells shrink towards the inner corner by themselves. All lengths in widths of the track,
+inductances in mu0 times it.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from stream_sheet import Sheet, gradients, inductance_matrix, resistance_matrix, sheet
 
-from sitscad.physics.constants import MU0
-from sitscad.physics.loss.bent_tracks import BentTrack, bent_winding_loss
-from sitscad.physics.loss.track_modes import ModeSet
+from sitscad.kernels.electromagnetics.constants import MU0
+from sitscad.kernels.electromagnetics.loss.bent_tracks import BentTrack, bent_winding_loss
+from sitscad.kernels.electromagnetics.loss.track_modes import ModeSet
 
 ARM = 9.0
 """Length of the arms, in widths; what lies beyond is added as a filament."""

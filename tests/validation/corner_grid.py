@@ -15,8 +15,8 @@ from itertools import pairwise
 import numpy as np
 from filament_reference import cosine_cells
 
-from sitscad.physics.constants import MU0
-from sitscad.physics.inductance.mean_distance import gauss
+from sitscad.kernels.electromagnetics.constants import MU0
+from sitscad.kernels.electromagnetics.inductance.mean_distance import gauss
 
 NEAR = 6.0
 """Distance, in sizes of the larger of two pieces or in thicknesses, up to which both thicknesses are integrated."""

@@ -29,12 +29,12 @@ sys.path[:0] = [str(HERE.parents[1]), str(HERE.parent / "physics"), str(HERE)]
 from corner_windings import COPPER, RATE, bent, rounded_path  # noqa: E402
 from stream_sheet import sheet, solved  # noqa: E402
 
-from sitscad.estimates.winding.losses import winding_losses  # noqa: E402
-from sitscad.physics.constants import MU0  # noqa: E402
-from sitscad.physics.loss import track_modes  # noqa: E402
-from sitscad.physics.loss.bent_tracks import bent_winding_loss  # noqa: E402
-from sitscad.physics.loss.corner_excess import relaxation  # noqa: E402
-from sitscad.physics.loss.track_modes import ModeSet  # noqa: E402
+from sitscad.estimates.windings.losses import winding_losses  # noqa: E402
+from sitscad.kernels.electromagnetics.constants import MU0  # noqa: E402
+from sitscad.kernels.electromagnetics.loss import track_modes  # noqa: E402
+from sitscad.kernels.electromagnetics.loss.bent_tracks import bent_winding_loss  # noqa: E402
+from sitscad.kernels.electromagnetics.loss.corner_excess import relaxation  # noqa: E402
+from sitscad.kernels.electromagnetics.loss.track_modes import ModeSet  # noqa: E402
 
 WIDTH, ARM, CELLS = 300e-6, 5.0, (5, 8)
 REDUCED = np.array([0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0])

@@ -8,11 +8,11 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from sitscad.estimates.winding.losses import losses_near_metal
-from sitscad.estimates.winding.methods import WindingGeometry, equivalent_spirals, reflected_by
-from sitscad.geometry.path import Arc, Point, rounded_polyline
-from sitscad.physics.loss.bent_tracks import BentTrack
-from sitscad.physics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
+from sitscad.estimates.windings.losses import losses_near_metal
+from sitscad.estimates.windings.methods import WindingGeometry, equivalent_spirals, reflected_by
+from sitscad.kernels.electromagnetics.loss.bent_tracks import BentTrack
+from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
+from sitscad.kernels.geometry.path import Arc, Point, rounded_polyline
 from sitscad.spec.coil import CoilSpec
 
 UM, MM = 1e-6, 1e-3

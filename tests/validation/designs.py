@@ -16,11 +16,11 @@ import numpy as np
 import volume_integral
 from windings import coil
 
-from sitscad.geometry.path import Arc, Path
-from sitscad.geometry.shapes import SHAPES as OUTLINES
-from sitscad.geometry.shapes import SpiralDimensions
-from sitscad.physics.inductance.spirals import SpiralLayer
-from sitscad.physics.inductance.track_strands import Track, track
+from sitscad.kernels.electromagnetics.inductance.spirals import SpiralLayer
+from sitscad.kernels.electromagnetics.inductance.track_strands import Track, track
+from sitscad.kernels.geometry.path import Arc, Path
+from sitscad.kernels.geometry.shapes import SHAPES as OUTLINES
+from sitscad.kernels.geometry.shapes import SpiralDimensions
 from sitscad.spec.coil import CoilSpec
 
 SHAPES = ("circle", "square", "rectangle", "hexagon", "octagon", "racetrack")

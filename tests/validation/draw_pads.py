@@ -17,8 +17,8 @@ from pathlib import Path
 
 import numpy as np
 
-from sitscad.mechanics.elastomer import Face, Surround
-from sitscad.mechanics.pad import BondedPad
+from sitscad.kernels.mechanics.elastomer import Face, Surround
+from sitscad.kernels.mechanics.pad import BondedPad
 
 FIGURES = Path(__file__).with_name("pad_figures.csv")
 PICTURE = Path(__file__).parents[2] / "docs" / "pad-curves.svg"

@@ -21,7 +21,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 import sitscad
 from sitscad.checks import RULES
 from sitscad.checks.rules import outcomes
-from sitscad.design import Design
+from sitscad.estimates.design import Design
 
 METALS = ["copper", "aluminium", "brass", "stainless-304", "stainless-17-4ph", "titanium-grade-5", "ferrite"]
 SHAPES = ["circle"] * 12 + ["square", "hexagon", "racetrack"]

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sitscad.physics.constants import MU0
-from sitscad.physics.inductance.mean_distance import log_mean_distance
-from sitscad.physics.special_functions import coaxial_rings, gauss
+from sitscad.kernels.electromagnetics.constants import MU0
+from sitscad.kernels.electromagnetics.inductance.mean_distance import log_mean_distance
+from sitscad.kernels.electromagnetics.special_functions import coaxial_rings, gauss
 
 
 def cosine_cells(count):

@@ -7,11 +7,11 @@ import math
 import numpy as np
 from tolerance import approx
 
-from sitscad.physics.constants import MU0
-from sitscad.physics.eddy.disc import disc
-from sitscad.physics.eddy.surface import Metal
-from sitscad.physics.eddy.target import SolvedTarget, turned
-from sitscad.physics.special_functions import coaxial_rings
+from sitscad.kernels.electromagnetics.constants import MU0
+from sitscad.kernels.electromagnetics.eddy.disc import disc
+from sitscad.kernels.electromagnetics.eddy.surface import Metal
+from sitscad.kernels.electromagnetics.eddy.target import SolvedTarget, turned
+from sitscad.kernels.electromagnetics.special_functions import coaxial_rings
 
 FREQUENCY = 5e6
 EIGHT = ((8e-3 - 0.15e-3) / 2 - 0.3e-3 * (np.arange(8) + 0.5), np.zeros(8))

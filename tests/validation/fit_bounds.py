@@ -30,8 +30,8 @@ sys.path[:0] = [str(ROOT), str(HERE.parent / "physics"), str(HERE)]
 import designs  # noqa: E402
 import write_references  # noqa: E402
 
-from sitscad.estimates.winding.methods import METHODS, ROUNDED, WindingGeometry, crowding  # noqa: E402  # noqa: E402
-from sitscad.geometry.shapes import SHAPES  # noqa: E402
+from sitscad.estimates.windings.methods import METHODS, ROUNDED, WindingGeometry, crowding  # noqa: E402  # noqa: E402
+from sitscad.kernels.geometry.shapes import SHAPES  # noqa: E402
 
 TABLE = ROOT / "sitscad" / "data" / "inductance_bounds.csv"
 FLOOR = 2e-7

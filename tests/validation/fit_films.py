@@ -15,9 +15,9 @@ from typing import NamedTuple
 import numpy as np
 
 from sitscad.data import FOLDER
-from sitscad.mechanics import pad_law, surround_law
-from sitscad.mechanics.pad_law import Block
-from sitscad.mechanics.surround_law import COURSES, MOST, QUICK, terms, units
+from sitscad.kernels.mechanics import pad_law, surround_law
+from sitscad.kernels.mechanics.pad_law import Block
+from sitscad.kernels.mechanics.surround_law import COURSES, MOST, QUICK, terms, units
 
 FIGURES = Path(__file__).with_name("pad_figures.csv")
 PADS = ("along", "across", "round", "rim", "skin", "skin_modulus")

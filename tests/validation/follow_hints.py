@@ -21,10 +21,10 @@ sys.path[:0] = [str(Path(__file__).parents[1] / "benchmarks")]
 
 from check_times import design  # noqa: E402
 
+from sitscad.basics.finding import Severity  # noqa: E402
 from sitscad.checks import check  # noqa: E402
-from sitscad.finding import Severity  # noqa: E402
-from sitscad.spec.format.reading import SpecError  # noqa: E402
 from sitscad.spec.load import load_text  # noqa: E402
+from sitscad.spec.reading import SpecError  # noqa: E402
 
 plain = YAML(typ="safe")
 

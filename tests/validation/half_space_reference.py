@@ -12,8 +12,8 @@ import math
 import numpy as np
 from filament_reference import _mean_squares, cosine_cells, series_impedance
 
-from sitscad.physics.constants import MU0
-from sitscad.physics.special_functions import coaxial_rings
+from sitscad.kernels.electromagnetics.constants import MU0
+from sitscad.kernels.electromagnetics.special_functions import coaxial_rings
 
 
 class RingFilaments:

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 from windings import MM, UM, coil
 
-from sitscad.physics.inductance.filaments import PolylineTrack
-from sitscad.physics.inductance.spirals import spiral_inductance_matrix
+from sitscad.kernels.electromagnetics.inductance.filaments import PolylineTrack
+from sitscad.kernels.electromagnetics.inductance.spirals import spiral_inductance_matrix
 from tests.oracles.filament_tracks import track_mutual_inductance
 
 CASES = json.loads((Path(__file__).parent / "measured_coils.json").read_text(encoding="utf-8"))["cases"]

@@ -30,10 +30,10 @@ from probe_spots import touched
 from ruamel.yaml import YAML
 
 import sitscad
+from sitscad.checks.fixes.search import Budget
 from sitscad.checks.rules import outcomes
 from sitscad.checks.trials import Trials
-from sitscad.design import Design
-from sitscad.fixes.search import Budget
+from sitscad.estimates.design import Design
 
 SHAPES = ("circle", "circle", "square", "rectangle", "hexagon", "octagon", "racetrack")
 PARTS = {"circle": 8, "square": 4, "rectangle": 4, "hexagon": 6, "octagon": 8, "racetrack": 2}
@@ -231,7 +231,7 @@ def kicad_violations(now: Board) -> list[str]:
 
 def resistance_gap(now: Board) -> float:
     """By which share the first coil's copper, read back from the files and solved, differs from the estimate."""
-    from sitscad.extraction.differences import extract
+    from sitscad.files.extraction.differences import extract
     from tests.oracles.copper_resistance import copper_resistance
 
     with tempfile.TemporaryDirectory() as folder:

@@ -25,8 +25,8 @@ import numpy as np
 
 import sitscad
 from sitscad import Design
-from sitscad.physics.constants import skin_depth
-from sitscad.physics.eddy.target import turned
+from sitscad.kernels.electromagnetics.constants import skin_depth
+from sitscad.kernels.electromagnetics.eddy.target import turned
 
 ROOT = Path(__file__).parents[2]
 FIGURES = Path(__file__).with_name("random_poses.csv")

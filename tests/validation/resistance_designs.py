@@ -7,7 +7,7 @@ polygons in turn with a corner radius.
 
 `python tests/validation/resistance_designs.py` writes `resistance_designs.csv`: the rise of the resistance at
 FREQUENCIES of every design by a solution with more of everything (azimuths or cuts, modes, points, Lanczos steps). The
-numbers of `estimates/winding/solved.py` and `proximity.missed_crossings` were fitted to the designs below
+numbers of `estimates/circuits/solved_winding.py` and `proximity.missed_crossings` were fitted to the designs below
 UNSEEN, those from there on were looked at afterwards (one of them, an octagon, made its number larger).
 """
 
@@ -19,15 +19,15 @@ from pathlib import Path
 
 import numpy as np
 
-from sitscad.estimates.winding.losses import bent_loss
-from sitscad.estimates.winding.methods import bent_track, winding_geometry
-from sitscad.geometry.shapes import CHORD_TOLERANCE
+from sitscad.estimates.windings.losses import bent_loss
+from sitscad.estimates.windings.methods import bent_track, winding_geometry
+from sitscad.kernels.electromagnetics.loss import proximity
+from sitscad.kernels.electromagnetics.loss.current_modes import ProximityLoss, joined
+from sitscad.kernels.electromagnetics.loss.resistance import conductivity_at
+from sitscad.kernels.electromagnetics.loss.track_modes import ModeSet
+from sitscad.kernels.geometry.shapes import CHORD_TOLERANCE
 from sitscad.layout.board import Coil
 from sitscad.layout.windings import _wind
-from sitscad.physics.loss import proximity
-from sitscad.physics.loss.current_modes import ProximityLoss, joined
-from sitscad.physics.loss.resistance import conductivity_at
-from sitscad.physics.loss.track_modes import ModeSet
 from sitscad.spec.circuit import CopperLayer
 from sitscad.spec.coil import CoilPlacement, CoilSpec
 

@@ -23,11 +23,11 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import least_squares
 
-from sitscad.estimates.response.placed import Cover
-from sitscad.estimates.response.plate import solved_plate
+from sitscad.estimates.states.placed import Cover
+from sitscad.estimates.states.plate import solved_plate
+from sitscad.kernels.electromagnetics.eddy.target import turned
+from sitscad.kernels.electromagnetics.polynomials import chebyshev_points, evaluated
 from sitscad.layout import lay_out
-from sitscad.physics.eddy.target import turned
-from sitscad.physics.polynomials import chebyshev_points, evaluated
 from sitscad.spec.load import load_text
 
 MM = 1e-3

@@ -19,7 +19,7 @@ import numpy as np
 
 import sitscad
 from sitscad import Design
-from sitscad.estimates.scatter import CAUSES, FOIL, PLATING, THICKNESS
+from sitscad.estimates.tolerances.scatter import CAUSES, FOIL, PLATING, THICKNESS
 from sitscad.layout.board import as_made
 
 TEMPLATES = Path(__file__).parents[2] / "templates"

@@ -19,12 +19,12 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import spearmanr
 
-from sitscad.spec.format.reading import SpecError
+from sitscad.apps.study.evaluating import can_screen, judged, screened
+from sitscad.apps.study.evaluation import SCREEN, UNDRAWN, Evaluation, of_json
+from sitscad.apps.study.measures import MEASURES
 from sitscad.spec.load import load, load_text, rewritten_spec
+from sitscad.spec.reading import SpecError
 from sitscad.spec.sensor import SensorSpec
-from sitscad.study.evaluating import can_screen, judged, screened
-from sitscad.study.evaluation import SCREEN, UNDRAWN, Evaluation, of_json
-from sitscad.study.measures import MEASURES
 
 TEMPLATES = ("single_coil", "grasper_4layer", "bench_7mm", "three_axis_triangle", "robotic_jaw_12mm", "grasper_3p5mm")
 ROOT = Path(__file__).resolve().parents[2]

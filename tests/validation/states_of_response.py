@@ -19,9 +19,9 @@ from pathlib import Path
 import numpy as np
 
 from sitscad import Design, SensorSpec, SpecError
+from sitscad.basics.record import record
 from sitscad.estimates import estimated
-from sitscad.estimates.response.pad import NoResponse
-from sitscad.record import record
+from sitscad.estimates.loads.pad import NoResponse
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 

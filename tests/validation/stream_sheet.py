@@ -17,7 +17,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from sitscad.physics.constants import MU0
+from sitscad.kernels.electromagnetics.constants import MU0
 
 NEAR, MIDDLE = 2.0, 6.0
 """Distances, in sizes of the larger triangle or in thicknesses, up to which one potential is closed or three points

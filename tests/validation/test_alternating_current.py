@@ -28,14 +28,14 @@ from filament_reference import (
 from tolerance import approx
 from windings import MM, UM, bench, coil, square
 
-from sitscad.physics.constants import skin_depth
-from sitscad.physics.inductance.mean_distance import log_mean_distance
-from sitscad.physics.inductance.rings import radii_at
-from sitscad.physics.loss import proximity
-from sitscad.physics.loss.bent_tracks import BentTrack, bent_winding_loss
-from sitscad.physics.loss.current_modes import joined, mode_system
-from sitscad.physics.loss.resistance import bend_squares
-from sitscad.physics.loss.track_modes import Cut, ModeSet, suited_modes
+from sitscad.kernels.electromagnetics.constants import skin_depth
+from sitscad.kernels.electromagnetics.inductance.mean_distance import log_mean_distance
+from sitscad.kernels.electromagnetics.inductance.rings import radii_at
+from sitscad.kernels.electromagnetics.loss import proximity
+from sitscad.kernels.electromagnetics.loss.bent_tracks import BentTrack, bent_winding_loss
+from sitscad.kernels.electromagnetics.loss.current_modes import joined, mode_system
+from sitscad.kernels.electromagnetics.loss.resistance import bend_squares
+from sitscad.kernels.electromagnetics.loss.track_modes import Cut, ModeSet, suited_modes
 from tests.oracles.losses import inductance_change
 
 COPPER = 58e6

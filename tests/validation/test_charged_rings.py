@@ -13,7 +13,7 @@ pytest.importorskip("scipy", reason="scipy is not installed")
 from charged_rings import capacitance
 
 from sitscad.estimates import estimate
-from sitscad.estimates.winding.own_capacitance import FILLING, PLACES, _turns, _voltages, added_by_metal
+from sitscad.estimates.windings.own_capacitance import FILLING, PLACES, _turns, _voltages, added_by_metal
 from sitscad.layout import lay_out
 from sitscad.spec.load import load, load_text
 
@@ -89,6 +89,6 @@ def test_two_turns_near_a_plane_are_a_pair_of_strips_over_it():
     radius, width, height = 0.2, 1e-4, 5e-5
     turn = np.array([radius]), np.array([height]), np.array([1.0])
     found = capacitance(*turn, width, 1.0, None, 0.0, cells=24) / (2.0 * math.pi * radius)
-    from sitscad.physics.capacitance import stacked_strips
+    from sitscad.kernels.electromagnetics.capacitance import stacked_strips
 
     assert found == approx(2.0 * stacked_strips(width, 2.0 * height, 1.0), rel=0.01)

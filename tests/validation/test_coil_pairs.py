@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 from tolerance import approx
 
-from sitscad.estimates.circuit.neighbours import mutual_error, side_by_side
-from sitscad.estimates.winding.methods import WindingGeometry
-from sitscad.geometry.path import Point
+from sitscad.estimates.windings.methods import WindingGeometry
+from sitscad.estimates.windings.neighbours import mutual_error, side_by_side
+from sitscad.kernels.geometry.path import Point
 
 REFERENCES = coil_pairs.read()
 JUDGES = 51

@@ -23,20 +23,20 @@ from stream_sheet import sheet, solved
 from tolerance import approx
 from windings import square
 
-from sitscad.estimates.winding.losses import winding_losses, winding_resistance
-from sitscad.estimates.winding.methods import bent_track, choose_method, winding_geometry
-from sitscad.geometry.shapes import SHAPES
+from sitscad.estimates.windings.losses import winding_losses, winding_resistance
+from sitscad.estimates.windings.methods import bent_track, choose_method, winding_geometry
+from sitscad.kernels.electromagnetics.constants import skin_depth
+from sitscad.kernels.electromagnetics.inductance.track_strands import track
+from sitscad.kernels.electromagnetics.inductance.tracks import winding_inductance
+from sitscad.kernels.electromagnetics.loss import corner_excess
+from sitscad.kernels.electromagnetics.loss.bent_tracks import bent_winding_loss
+from sitscad.kernels.electromagnetics.loss.corner_excess import relaxation
+from sitscad.kernels.electromagnetics.loss.corners import corner_inductance, with_corners
+from sitscad.kernels.electromagnetics.loss.proximity import least_gap
+from sitscad.kernels.electromagnetics.loss.resistance import bend_squares
+from sitscad.kernels.electromagnetics.loss.track_modes import FIELD_POINTS, suited_modes
+from sitscad.kernels.geometry.shapes import SHAPES
 from sitscad.layout import lay_out
-from sitscad.physics.constants import skin_depth
-from sitscad.physics.inductance.track_strands import track
-from sitscad.physics.inductance.tracks import winding_inductance
-from sitscad.physics.loss import corner_excess
-from sitscad.physics.loss.bent_tracks import bent_winding_loss
-from sitscad.physics.loss.corner_excess import relaxation
-from sitscad.physics.loss.corners import corner_inductance, with_corners
-from sitscad.physics.loss.proximity import least_gap
-from sitscad.physics.loss.resistance import bend_squares
-from sitscad.physics.loss.track_modes import FIELD_POINTS, suited_modes
 from sitscad.spec.load import load_text
 
 FREQUENCIES = np.array([1e6, 1e7])

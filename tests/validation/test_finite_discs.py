@@ -7,7 +7,7 @@ import pytest
 from disc_of_elements import disc_change
 from finite_discs import EIGHT, check_disc
 
-from sitscad.estimates.response.plate import LOSS, TALL
+from sitscad.estimates.states.plate import LOSS, TALL
 
 METALS = [(9e-6, 5.8e7), (18e-6, 3.5e7), (70e-6, 5.8e7), (0.2e-3, 1.6e7), (0.4e-3, 5.8e7), (3e-3, 1.6e7)]
 CASES = [(gap, across, *metal) for gap in (0.15e-3, 0.5e-3, 2e-3) for across in (2e-3, 5e-3, 12e-3) for metal in METALS]

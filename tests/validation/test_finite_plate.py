@@ -9,8 +9,8 @@ import pytest
 from box_of_loops import box_change, converged_change, endless_change
 from tolerance import approx
 
-from sitscad.physics.constants import MU0
-from sitscad.physics.metal.finite_plate import (
+from sitscad.kernels.electromagnetics.constants import MU0
+from sitscad.kernels.electromagnetics.metal.finite_plate import (
     CoaxialRings,
     FinitePlate,
     loss_share_error,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from fit_films import fitted
 from tolerance import approx
 
-from sitscad.mechanics.surround_law import table
+from sitscad.kernels.mechanics.surround_law import table
 
 
 def test_the_films_terms_are_those_of_their_script():

@@ -12,7 +12,7 @@ from bricks import Bricks
 from tolerance import approx
 
 from sitscad.checks.rules import own_limits
-from sitscad.mechanics.plate_bending import POISSON, bending, rigidity
+from sitscad.kernels.mechanics.plate_bending import POISSON, bending, rigidity
 
 pytestmark = [pytest.mark.clients("ccx"), pytest.mark.slow, pytest.mark.more]
 

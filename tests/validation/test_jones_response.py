@@ -24,11 +24,11 @@ from tolerance import approx  # noqa: E402
 from wound_boards import of  # noqa: E402
 
 from sitscad import estimate, lay_out, load_text  # noqa: E402
-from sitscad.estimates.response.placed import Cover  # noqa: E402
-from sitscad.estimates.response.plate import solved_plate  # noqa: E402
-from sitscad.physics.constants import skin_depth  # noqa: E402
-from sitscad.physics.eddy.target import turned  # noqa: E402
-from sitscad.physics.metal.finite_plate import CoaxialRings, FinitePlate, plate_share  # noqa: E402
+from sitscad.estimates.states.placed import Cover  # noqa: E402
+from sitscad.estimates.states.plate import solved_plate  # noqa: E402
+from sitscad.kernels.electromagnetics.constants import skin_depth  # noqa: E402
+from sitscad.kernels.electromagnetics.eddy.target import turned  # noqa: E402
+from sitscad.kernels.electromagnetics.metal.finite_plate import CoaxialRings, FinitePlate, plate_share  # noqa: E402
 
 MM, FREQUENCY = 1e-3, 5e6
 SCAN_GAP, NEAR, FAR = 0.95 * MM, 0.2 * MM, 1.06 * MM

@@ -12,9 +12,9 @@ from disc_of_elements import disc_change
 from finite_discs import EIGHT, FREQUENCY, Rings, of_disc
 from tolerance import approx
 
-from sitscad.physics.eddy.box import box
-from sitscad.physics.eddy.surface import Metal
-from sitscad.physics.eddy.target import SolvedTarget, turned
+from sitscad.kernels.electromagnetics.eddy.box import box
+from sitscad.kernels.electromagnetics.eddy.surface import Metal
+from sitscad.kernels.electromagnetics.eddy.target import SolvedTarget, turned
 
 pytestmark = pytest.mark.needs("scipy")
 

@@ -7,8 +7,8 @@ from dataclasses import replace
 import designs
 import pytest
 
-from sitscad.estimates.winding.methods import METHODS, WindingGeometry
-from sitscad.geometry.shapes import SHAPES
+from sitscad.estimates.windings.methods import METHODS, WindingGeometry
+from sitscad.kernels.geometry.shapes import SHAPES
 
 # number 18 is the half turn that exceeds the bound of spirals from corner to corner
 CASES = [("square", 4), ("square", 18), ("square", 70), ("rectangle", 2), ("rectangle", 4), ("rectangle", 226)]

@@ -9,8 +9,8 @@ import pytest
 from tolerance import approx
 from windings import MM
 
-from sitscad.geometry.shapes import SHAPES
-from sitscad.physics.inductance.spirals import SpiralOutline, current_sheet, modified_wheeler, monomial
+from sitscad.kernels.electromagnetics.inductance.spirals import SpiralOutline, current_sheet, modified_wheeler, monomial
+from sitscad.kernels.geometry.shapes import SHAPES
 
 with (Path(__file__).parent / "mohan_1999_table_iv.csv").open(encoding="utf-8", newline="") as rows:
     MOHAN = list(csv.DictReader(rows))

@@ -17,14 +17,14 @@ from half_space_reference import RingFilaments
 from tolerance import approx
 from windings import MM, UM, coil, four_layers
 
-from sitscad.physics.inductance.filaments import PolylineTrack
-from sitscad.physics.inductance.rings import radii_at
-from sitscad.physics.inductance.spirals import spiral_inductance_matrix
-from sitscad.physics.loss import proximity
-from sitscad.physics.metal import near_metal
-from sitscad.physics.metal.current_spectrum import spiral_spectrum
-from sitscad.physics.metal.half_spaces import MetalLayer, Reflector, reflected_impedance
-from sitscad.physics.metal.polyline_spectrum import polyline_spectrum
+from sitscad.kernels.electromagnetics.inductance.filaments import PolylineTrack
+from sitscad.kernels.electromagnetics.inductance.rings import radii_at
+from sitscad.kernels.electromagnetics.inductance.spirals import spiral_inductance_matrix
+from sitscad.kernels.electromagnetics.loss import proximity
+from sitscad.kernels.electromagnetics.metal import near_metal
+from sitscad.kernels.electromagnetics.metal.current_spectrum import spiral_spectrum
+from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, Reflector, reflected_impedance
+from sitscad.kernels.electromagnetics.metal.polyline_spectrum import polyline_spectrum
 from tests.oracles.filament_tracks import track_mutual_inductance
 from tests.oracles.losses import inductance_change
 

@@ -8,7 +8,7 @@ import pytest
 from pad_of_elements import stiffness
 from tolerance import approx
 
-from sitscad.mechanics.elastomer import Face, compress, press_part
+from sitscad.kernels.mechanics.elastomer import Face, compress, press_part
 
 SHEAR, POISSON = 60e3, 0.4998
 BULK = 2.0 * SHEAR * (1.0 + POISSON) / (3.0 * (1.0 - 2.0 * POISSON))

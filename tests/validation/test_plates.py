@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 from finite_discs import EIGHT, Rings
 
-from sitscad.estimates.response.plate import LOSS, MAGNET, USUAL, Detail, surface
-from sitscad.physics.constants import MU0, skin_depth
-from sitscad.physics.eddy.surface import Metal
-from sitscad.physics.eddy.target import SolvedTarget, turned
-from sitscad.physics.metal.half_spaces import MetalLayer, reflection
-from sitscad.physics.special_functions import j1
+from sitscad.estimates.states.plate import LOSS, MAGNET, USUAL, Detail, surface
+from sitscad.kernels.electromagnetics.constants import MU0, skin_depth
+from sitscad.kernels.electromagnetics.eddy.surface import Metal
+from sitscad.kernels.electromagnetics.eddy.target import SolvedTarget, turned
+from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, reflection
+from sitscad.kernels.electromagnetics.special_functions import j1
 from sitscad.spec.materials import Conductor, Target
 
 MM = 1e-3

@@ -17,12 +17,12 @@ from corner_windings import bent, changes_by_mirror
 from tolerance import approx
 from windings import square
 
-from sitscad.physics.constants import skin_depth
-from sitscad.physics.inductance.filaments import PolylineTrack
-from sitscad.physics.loss import proximity
-from sitscad.physics.loss.bent_tracks import BentTrack, bent_winding_loss
-from sitscad.physics.loss.resistance import bend_squares
-from sitscad.physics.loss.track_modes import suited_modes
+from sitscad.kernels.electromagnetics.constants import skin_depth
+from sitscad.kernels.electromagnetics.inductance.filaments import PolylineTrack
+from sitscad.kernels.electromagnetics.loss import proximity
+from sitscad.kernels.electromagnetics.loss.bent_tracks import BentTrack, bent_winding_loss
+from sitscad.kernels.electromagnetics.loss.resistance import bend_squares
+from sitscad.kernels.electromagnetics.loss.track_modes import suited_modes
 from tests.oracles.filament_tracks import track_mutual_inductance
 from tests.oracles.losses import inductance_change
 

@@ -14,7 +14,7 @@ import pytest
 from corner_windings import COPPER, MM, RATE, UM, bent, changes_by_mirror, polygon, rounded_track
 from stream_sheet import sheet, solved
 
-from sitscad.estimates.winding.losses import POLYGONS_NEAR_METAL
+from sitscad.estimates.windings.losses import POLYGONS_NEAR_METAL
 
 FREQUENCIES = np.array([1e5, 1e6, 1e7])
 

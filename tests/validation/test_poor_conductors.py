@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 from tolerance import approx
 
-from sitscad.estimates.states import finite_target
-from sitscad.physics.constants import MU0
-from sitscad.physics.metal.finite_plate import CoaxialRings
-from sitscad.physics.metal.half_spaces import MetalLayer, reflection
-from sitscad.physics.special_functions import j1
+from sitscad.estimates.targets import finite_target
+from sitscad.kernels.electromagnetics.constants import MU0
+from sitscad.kernels.electromagnetics.metal.finite_plate import CoaxialRings
+from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, reflection
+from sitscad.kernels.electromagnetics.special_functions import j1
 from sitscad.spec.materials import Conductor, Target
 
 pytestmark = pytest.mark.needs("scipy")

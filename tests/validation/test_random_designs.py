@@ -16,9 +16,9 @@ from bars import bars_exactly
 from tolerance import approx
 from windings import bench
 
-from sitscad.estimates.winding.methods import METHODS, WindingGeometry
-from sitscad.geometry.shapes import SHAPES
-from sitscad.physics.inductance.tracks import tracks_mutual_inductance
+from sitscad.estimates.windings.methods import METHODS, WindingGeometry
+from sitscad.kernels.electromagnetics.inductance.tracks import tracks_mutual_inductance
+from sitscad.kernels.geometry.shapes import SHAPES
 
 EVERY = 12
 """One design in so many is looked at by default, all of them in the slow test."""

@@ -8,10 +8,10 @@ import resistance_designs as designs
 from tolerance import approx
 from windings import UM, coil
 
-from sitscad.estimates.winding.losses import FINE_TOLERANCE, USUAL_TOLERANCE, winding_losses
-from sitscad.estimates.winding.methods import winding_geometry
-from sitscad.estimates.winding.solved import resistance_bound
-from sitscad.physics.loss import proximity
+from sitscad.estimates.circuits.solved_winding import resistance_bound
+from sitscad.estimates.windings.losses import FINE_TOLERANCE, USUAL_TOLERANCE, winding_losses
+from sitscad.estimates.windings.methods import winding_geometry
+from sitscad.kernels.electromagnetics.loss import proximity
 
 REFERENCES = designs.references()
 EVERY = 5

@@ -12,7 +12,7 @@ from tolerance import approx
 import sitscad
 from sitscad import Design, load_text
 from sitscad.estimates import estimated
-from sitscad.report.numbers import RESISTANCE_CHANGE, coil_table
+from sitscad.files.report.numbers import RESISTANCE_CHANGE, coil_table
 
 TEMPLATES = sorted(path.stem for path in (Path(__file__).parents[2] / "templates").glob("*.yaml"))
 

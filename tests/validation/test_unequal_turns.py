@@ -6,8 +6,8 @@ import designs
 import pytest
 import volume_integral
 
-from sitscad.estimates.winding.methods import METHODS, winding_geometry
-from sitscad.geometry.shapes import SHAPES
+from sitscad.estimates.windings.methods import METHODS, winding_geometry
+from sitscad.kernels.geometry.shapes import SHAPES
 from sitscad.layout.board import Coil
 from sitscad.layout.windings import wind_coil
 from sitscad.spec.coil import CoilPlacement

@@ -11,7 +11,7 @@ import pytest
 from tolerance import approx
 from web_figures import added, moved, pair, shifted
 
-from sitscad.estimates.cells import WEB_DECAY, WEB_EDGE, WEB_MEAN
+from sitscad.estimates.states.cells import WEB_DECAY, WEB_EDGE, WEB_MEAN
 
 pytestmark = [pytest.mark.clients("ccx"), pytest.mark.slow, pytest.mark.more]
 

@@ -11,10 +11,10 @@ from disc_of_elements import disc_change
 from pierced_slab import slab_change
 from tolerance import approx
 
-from sitscad.estimates.states.window import ERROR, LOSS_ERROR, receded
-from sitscad.physics.constants import skin_depth
-from sitscad.physics.inductance.filaments import PolylineTrack
-from sitscad.physics.metal.opening import Opening, gained_inductance
+from sitscad.estimates.targets.window import ERROR, LOSS_ERROR, receded
+from sitscad.kernels.electromagnetics.constants import skin_depth
+from sitscad.kernels.electromagnetics.inductance.filaments import PolylineTrack
+from sitscad.kernels.electromagnetics.metal.opening import Opening, gained_inductance
 
 RADII = np.linspace(0.78e-3, 1.88e-3, 8)
 LAYERS = np.tile(RADII, 2), np.repeat([58e-6, 179e-6], 8)

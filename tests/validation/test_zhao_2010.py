@@ -5,7 +5,7 @@ from __future__ import annotations
 from tolerance import approx
 from wound_boards import of
 
-from sitscad.physics.resonator import resonance_frequency
+from sitscad.kernels.electromagnetics.resonator import resonance_frequency
 
 
 def test_measured_resonances():

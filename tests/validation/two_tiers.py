@@ -32,12 +32,12 @@ def compared(seed: int) -> tuple[str, float, tuple[str, ...]]:
     """How the tiers compare: ``fits``, ``does not fit``, ``near the port`` or ``DISAGREE``; by how much (m) their radii
     differ; and what else the solids found.
     """
-    from sitscad.parts.clash import carried
-    from sitscad.parts.proof import PORT, prove
-    from sitscad.parts.solid import PartsError
-    from sitscad.parts.whole import whole
-    from sitscad.scene.fit import closed_section
-    from sitscad.scene.stack import MOST_OF_IT, support
+    from sitscad.assembly.places.fit import closed_section
+    from sitscad.assembly.places.stack import MOST_OF_IT, support
+    from sitscad.assembly.solids.clash import carried
+    from sitscad.assembly.solids.proof import PORT, prove
+    from sitscad.assembly.solids.solid import PartsError
+    from sitscad.assembly.solids.whole import whole
 
     layout = random_sensor(seed)
     try:

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from browser import Browser
 
-from sitscad.watch.server import Showing, server
-from sitscad.watch.work import Before, worked_out
+from sitscad.apps.watch.server import Showing, server
+from sitscad.apps.watch.work import Before, worked_out
 
 pytestmark = [pytest.mark.clients("chromium"), pytest.mark.cad, pytest.mark.slow, pytest.mark.more]
 

@@ -20,13 +20,13 @@ from urllib.request import urlopen
 import pytest
 
 import sitscad.layout
+from sitscad.apps.watch.server import MAX_CONNECTIONS, PageServer, Showing, server
+from sitscad.apps.watch.watching import changes, stamp, words
+from sitscad.apps.watch.work import Before, Event, worked_out
+from sitscad.basics.finding import Edit
+from sitscad.checks.fixes.search import Search
 from sitscad.cli import main
-from sitscad.finding import Edit
-from sitscad.fixes.search import Search
 from sitscad.spec.yaml.rewriting import rewritten
-from sitscad.watch.server import MAX_CONNECTIONS, PageServer, Showing, server
-from sitscad.watch.watching import changes, stamp, words
-from sitscad.watch.work import Before, Event, worked_out
 
 TREE = Path(__file__).parents[2]
 SPEC = (TREE / "templates" / "single_coil.yaml").read_text(encoding="utf-8")
@@ -119,8 +119,8 @@ def test_another_readout_neither_draws_nor_solves_nor_models_anew(tmp_path, monk
 
     monkeypatch.setattr("sitscad.checks.trials.Trials.mending", lambda *_: Search())  # which draws other boards
     monkeypatch.setattr("sitscad.layout.arrange", drawn)
-    monkeypatch.setattr("sitscad.mechanics.pad.BondedPad._posed", drawn)
-    monkeypatch.setattr("sitscad.estimates.response.plate.SolvedTarget", drawn)
+    monkeypatch.setattr("sitscad.kernels.mechanics.pad.BondedPad._posed", drawn)
+    monkeypatch.setattr("sitscad.estimates.states.plate.SolvedTarget", drawn)
     monkeypatch.setattr(sitscad.layout, "lay_out", drawn)
     path.write_text(rewritten(own, [Edit("readout.scan_rate", "60 Hz")]), encoding="utf-8")
     second = list(worked_out(str(path), before, serves=True))
@@ -222,7 +222,7 @@ def test_a_loopback_server_answers_no_other_address(served):
 def test_on_port_80_the_host_header_needs_no_port(served, monkeypatch):
     _, port = served
     assert _get(port, "/", "localhost")[0] == 403
-    monkeypatch.setattr("sitscad.watch.server.HTTP_PORT", port)
+    monkeypatch.setattr("sitscad.apps.watch.server.HTTP_PORT", port)
     assert _get(port, "/", "localhost")[0] == 200 and _get(port, "/", "attacker.example")[0] == 403
 
 
@@ -261,7 +261,7 @@ def test_connections_beyond_the_limit_are_refused_and_start_no_thread():
 
 
 def test_a_request_that_does_not_end_is_ended(monkeypatch):
-    monkeypatch.setattr("sitscad.watch.server.REQUEST_TIMEOUT", 0.2)
+    monkeypatch.setattr("sitscad.apps.watch.server.REQUEST_TIMEOUT", 0.2)
     with _serving("127.0.0.1") as made, ExitStack() as end:
         lines = list(map(end.enter_context, _unfinished_requests(made.server_port, 5)))
         assert [_answer(line) for line in lines] == [b""] * 5

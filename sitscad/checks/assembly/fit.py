@@ -2,8 +2,8 @@
 metal, and what is measured of the assembly in three dimensions.
 
 `check` loads no CAD kernel, so it says of SIT320 to SIT323, SIT326, SIT332 and SIT333 that they are not checked.
-`build` measures the solids (`sitscad.parts.proof`, `sitscad.parts.step_parts`), writes what it measured into
-``mount/fit.json``, and these rules judge that.
+`build` measures the solids (`sitscad.assembly.solids.proof`, `sitscad.assembly.solids.step_parts`), writes what it
+measured into ``mount/fit.json``, and these rules judge that.
 """
 
 from __future__ import annotations
@@ -14,26 +14,26 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
+from sitscad.assembly.places.fit import closed_section, end_section, pin_gaps, shaft
+from sitscad.assembly.places.jaws import PartsError
+from sitscad.assembly.places.stack import BODY, shield
+from sitscad.assembly.places.tail_path import bends_at_every_grasp, tail_path
+from sitscad.basics.finding import Finding, Place, Severity
+from sitscad.basics.units import counted, show
 from sitscad.checks.board.fabrication import house
+from sitscad.checks.fixes.moves import plated_in_holes_alone, read_anew, sealed, thinner_tails
+from sitscad.checks.fixes.search import setting
 from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, finding_of, joined, located, rule_of
 from sitscad.data import is_unverified
-from sitscad.design import Design
-from sitscad.finding import Finding, Place, Severity
-from sitscad.fixes.moves import plated_in_holes_alone, read_anew, sealed, thinner_tails
-from sitscad.fixes.search import setting
-from sitscad.geometry.path import bounding_box
+from sitscad.estimates.design import Design
+from sitscad.kernels.geometry.path import bounding_box
 from sitscad.layout.bending import bend_figure, tail_thickness
 from sitscad.layout.lanes import coils_breadth
-from sitscad.scene.fit import closed_section, end_section, pin_gaps, shaft
-from sitscad.scene.jaws import PartsError
-from sitscad.scene.stack import BODY, shield
-from sitscad.scene.tail_path import bends_at_every_grasp, tail_path
 from sitscad.spec.circuit import Tail
 from sitscad.spec.materials import ElastomerPad
 from sitscad.spec.mount import Jaw
 from sitscad.spec.presets import is_rigid
 from sitscad.spec.sensor import SensorSpec
-from sitscad.units import counted, show
 
 GRAIN = 10e-6
 """Sizes and margins that are named are whole multiples of it (m): nobody cuts finer."""

@@ -10,10 +10,27 @@ from collections.abc import Iterator
 from functools import partial
 from itertools import combinations
 
+from sitscad.assembly.places.bodies import MOUNT_PIECES, seat_heights, seat_spans
+from sitscad.assembly.places.column import PrintLimit, print_limit
+from sitscad.assembly.places.jaws import PartsError, section, shield_that_fits
+from sitscad.assembly.places.seating import (
+    BESIDE_HEAD,
+    adapter_needed,
+    beside_board,
+    joint_clearance,
+    metal_below,
+    neck,
+    pin_places,
+    retention,
+)
+from sitscad.assembly.places.stack import BODY, HALF_OF_IT, MOST_OF_IT, support
+from sitscad.basics.finding import Severity
+from sitscad.basics.units import show
 from sitscad.checks.assembly.fit import jaw_of, pad_of, unverified
+from sitscad.checks.fixes.moves import each_read
 from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, own_limits, rule_of
-from sitscad.design import Design
-from sitscad.estimates.gluing import (
+from sitscad.estimates.design import Design
+from sitscad.estimates.loads.gluing import (
     HARD_HANDLING,
     MOST_PRESSURE,
     PIECE_HANDLING,
@@ -26,28 +43,11 @@ from sitscad.estimates.gluing import (
     open_adhesives,
     piece_press,
 )
-from sitscad.finding import Severity
-from sitscad.fixes.moves import each_read
-from sitscad.scene.bodies import MOUNT_PIECES, seat_heights, seat_spans
-from sitscad.scene.column import PrintLimit, print_limit
-from sitscad.scene.jaws import PartsError, section, shield_that_fits
-from sitscad.scene.seating import (
-    BESIDE_HEAD,
-    adapter_needed,
-    beside_board,
-    joint_clearance,
-    metal_below,
-    neck,
-    pin_places,
-    retention,
-)
-from sitscad.scene.stack import BODY, HALF_OF_IT, MOST_OF_IT, support
 from sitscad.spec import presets
 from sitscad.spec.materials import Shield
 from sitscad.spec.mount import HolePattern, Jaw, Mount, Retention, TolerancesDocument
 from sitscad.spec.resolver.sensor import toleranced_sizes
 from sitscad.spec.sensor import SensorSpec
-from sitscad.units import show
 
 
 def mount_joint(design: Design) -> Iterator[Verdict]:

@@ -9,6 +9,11 @@ from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import replace
 
+from sitscad.assembly.places.bodies import Body, elastomer, film_thickness, target
+from sitscad.assembly.places.jaws import PartsError
+from sitscad.assembly.places.stack import ground, shield_part
+from sitscad.basics.finding import Edit, Severity
+from sitscad.basics.units import show
 from sitscad.checks.assembly.fit import GRAIN
 from sitscad.checks.assembly.plates import (
     MOST_MARGIN,
@@ -21,21 +26,16 @@ from sitscad.checks.assembly.plates import (
     pad_under_target,
     pair,
 )
+from sitscad.checks.fixes.moves import larger_body
+from sitscad.checks.fixes.search import Family, Fix
 from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, rule_of
-from sitscad.design import Design
-from sitscad.finding import Edit, Severity
-from sitscad.fixes.moves import larger_body
-from sitscad.fixes.search import Family, Fix
-from sitscad.geometry.convex import beyond
-from sitscad.geometry.path import Path
+from sitscad.estimates.design import Design
+from sitscad.kernels.geometry.convex import beyond
+from sitscad.kernels.geometry.path import Path
 from sitscad.layout.laser_sheet import cut_parts, is_laser_cut, laser_limit, nests, sheet_needed
 from sitscad.layout.outline import edge_of_body
-from sitscad.scene.bodies import Body, elastomer, film_thickness, target
-from sitscad.scene.jaws import PartsError
-from sitscad.scene.stack import ground, shield_part
 from sitscad.spec.materials import Cutting
 from sitscad.spec.sensor import SensorSpec
-from sitscad.units import show
 
 FACTORS = (1, 2, 3)
 """Times the growth that is tried: once is enough unless a short jaw keeps the body from growing about the coils."""

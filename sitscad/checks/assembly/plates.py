@@ -10,25 +10,25 @@ from dataclasses import replace
 from itertools import combinations
 from typing import Any
 
+from sitscad.assembly.places.bodies import Body, elastomer, elastomers, film_thickness, joints, target, targets
+from sitscad.assembly.places.column import print_limit
+from sitscad.basics.finding import Edit, Severity
+from sitscad.basics.record import record
+from sitscad.basics.units import parse_quantity, show
 from sitscad.checks.assembly.fit import GRAIN
+from sitscad.checks.fixes.moves import Plate, carrying, larger_target, resized
+from sitscad.checks.fixes.search import Family, Fix, setting
 from sitscad.checks.rules import ROUNDING, Undecided, Verdict, Violation, own_limits, rule_of
 from sitscad.data import rows
-from sitscad.design import Design
-from sitscad.finding import Edit, Severity
-from sitscad.fixes.moves import Plate, carrying, larger_target, resized
-from sitscad.fixes.search import Family, Fix, setting
-from sitscad.geometry.convex import Footprint, beyond
-from sitscad.geometry.path import Path, Point, rectangle
-from sitscad.geometry.shapes import LONG_PLATE, PLATES
+from sitscad.estimates.design import Design
+from sitscad.kernels.geometry.convex import Footprint, beyond
+from sitscad.kernels.geometry.path import Path, Point, rectangle
+from sitscad.kernels.geometry.shapes import LONG_PLATE, PLATES
 from sitscad.layout.tail_frame import CORNER_RADIUS
-from sitscad.record import record
-from sitscad.scene.bodies import Body, elastomer, elastomers, film_thickness, joints, target, targets
-from sitscad.scene.column import print_limit
 from sitscad.spec.coil import ArraySpec
 from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.places import footprint
 from sitscad.spec.sensor import SensorSpec
-from sitscad.units import parse_quantity, show
 
 MOST_MARGIN, MOST_SIDE = 0.1, 0.5
 """The largest margin and the longest side (m) that a spec takes."""
@@ -259,7 +259,7 @@ def _beside_line_length(design: Design, hint: str, fixes: tuple[Family, ...]) ->
     assert pitch is not None and target is not None
     if asked.normal_resolution is not None and asked.shear_resolution is not None:
         return  # which SIT401 and SIT402 judge
-    from sitscad.estimates.states.pressing import BESIDE_PAD, rests_on_pad  # loaded by the estimates
+    from sitscad.estimates.loads.pressing import BESIDE_PAD, rests_on_pad  # loaded by the estimates
 
     if spec.elastomer is None or not rests_on_pad(spec):
         yield Undecided(BESIDE_PAD if spec.elastomer else NO_PAD)
@@ -353,7 +353,7 @@ def plates_apart(design: Design) -> Iterator[Verdict]:
     spec = design.spec
     if spec.cells is None:
         return
-    from sitscad.estimates.states.pressing import pressed  # loaded by the estimates
+    from sitscad.estimates.loads.pressing import pressed  # loaded by the estimates
 
     process = spec.mount.process if spec.mount is not None else "resin"
     wall = print_limit(process, "wall").value + 2.0 * print_limit(process, "clearance").value
@@ -463,9 +463,9 @@ def _signals(design: Design, spec: SensorSpec, shear: float) -> tuple[float, flo
     """
     import numpy as np
 
-    from sitscad.estimates.response.pad import pushed
-    from sitscad.estimates.response.working_range import full_normal
-    from sitscad.estimates.states.moved_target import target_effects
+    from sitscad.estimates.circuits.moved_target import target_effects
+    from sitscad.estimates.loads.pad import pushed
+    from sitscad.estimates.loads.working_range import full_normal
 
     force = design.spec.requirements.normal_force or full_normal(design.spec)
     poses, notes = pushed(spec, np.array([(0.0, shear or SHEAR_SHARE * force, 0.0), (0.5 * force, 0.0, 0.0)]))

@@ -10,25 +10,25 @@ from dataclasses import replace
 from functools import cache, partial
 from itertools import islice
 
-from sitscad.check_values import Measure
+from sitscad.assembly.places.bodies import Body, above_board
+from sitscad.assembly.places.column import GLUE, column, levels
+from sitscad.assembly.places.fit import CLOSED_PAIR, LENGTH, OVERHANG, measures, square_back
+from sitscad.assembly.places.jaws import POCKET_CLEARANCE, PartsError, rim, section, shield_that_fits
+from sitscad.assembly.places.stack import width_under
+from sitscad.basics.check_results import Measure
+from sitscad.basics.finding import Severity
+from sitscad.basics.units import show
 from sitscad.checks.assembly.fit import GRAIN, jaw_of, unverified
 from sitscad.checks.assembly.plates import pair as in_brackets
+from sitscad.checks.fixes.moves import narrower, other_ends
+from sitscad.checks.fixes.search import Family, Fix, setting
 from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, joined, rule_of
-from sitscad.design import Design
-from sitscad.finding import Severity
-from sitscad.fixes.moves import narrower, other_ends
-from sitscad.fixes.search import Family, Fix, setting
-from sitscad.geometry.convex import Box
+from sitscad.estimates.design import Design
+from sitscad.kernels.geometry.convex import Box
 from sitscad.layout.board import Layout
 from sitscad.layout.lanes import coils_breadth
-from sitscad.scene.bodies import Body, above_board
-from sitscad.scene.column import GLUE, column, levels
-from sitscad.scene.fit import CLOSED_PAIR, LENGTH, OVERHANG, measures, square_back
-from sitscad.scene.jaws import POCKET_CLEARANCE, PartsError, rim, section, shield_that_fits
-from sitscad.scene.stack import width_under
 from sitscad.spec.mount import Jaw
 from sitscad.spec.sensor import SensorSpec
-from sitscad.units import show
 
 JAW_SOURCE = "the jaw's figures (mount.jaw); thesis of Jones 2.5: jaw about 5 mm wide, sensing body 5 x 10 mm"
 

@@ -7,25 +7,25 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cache
 
+from sitscad.assembly.places.stack import ground
+from sitscad.basics.finding import Severity
+from sitscad.basics.record import record
+from sitscad.basics.units import show
 from sitscad.checks.assembly.fit import pad_of
 from sitscad.checks.assembly.plates import lies
+from sitscad.checks.fixes.moves import thicker_target
+from sitscad.checks.fixes.pads import other_thicknesses
+from sitscad.checks.fixes.search import Fix, setting
 from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, own_limits, rule_of
-from sitscad.design import ROOM_TEMPERATURE, Design
-from sitscad.estimates.states.pressing import BESIDE_PAD, loaded_face, pressed, rests_on_pad, surround
-from sitscad.finding import Severity
-from sitscad.fixes.moves import thicker_target
-from sitscad.fixes.pads import other_thicknesses
-from sitscad.fixes.search import Fix, setting
-from sitscad.mechanics import elastomer
-from sitscad.mechanics.pad import HELD_SHEAR
-from sitscad.record import record
-from sitscad.scene.stack import ground
+from sitscad.estimates.design import ROOM_TEMPERATURE, Design
+from sitscad.estimates.loads.pressing import BESIDE_PAD, loaded_face, pressed, rests_on_pad, surround
+from sitscad.kernels.mechanics import elastomer
+from sitscad.kernels.mechanics.pad import HELD_SHEAR
 from sitscad.spec.circuit import LayerKind
 from sitscad.spec.materials import ElastomerMaterial
 from sitscad.spec.presets import elastomer as elastomer_preset
 from sitscad.spec.presets import names
 from sitscad.spec.sensor import SensorSpec
-from sitscad.units import show
 
 STRAIN_ERROR = 0.5
 LOADED = 0.99
@@ -112,7 +112,7 @@ def target_rotation(design: Design) -> Iterator[Verdict]:
         return
     import numpy as np
 
-    from sitscad.estimates.response.pad import GIVES_WAY, TOO_SOFT, pushed
+    from sitscad.estimates.loads.pad import GIVES_WAY, TOO_SOFT, pushed
 
     pad, face, force = pad_of(design.spec), loaded_face(design.spec)[0], design.spec.requirements.normal_force
     # whether it gives way sideways under the required normal force, the target held level or free
@@ -152,7 +152,7 @@ def _thickness_that_holds(spec: SensorSpec, force: float, most: float) -> float 
     """
     import numpy as np
 
-    from sitscad.estimates.response.pad import pushed
+    from sitscad.estimates.loads.pad import pushed
 
     def holds(grains: int) -> bool:
         thinner = replace(spec, elastomer=replace(pad_of(spec), thickness=grains * THICKNESS_GRAIN))
@@ -197,8 +197,8 @@ def _sheared(spec: SensorSpec, force: float, modulus: float = 1.0) -> float:
     """
     import numpy as np
 
-    from sitscad.estimates.response.pad import TOO_SOFT as LOST
-    from sitscad.estimates.response.pad import pushed
+    from sitscad.estimates.loads.pad import TOO_SOFT as LOST
+    from sitscad.estimates.loads.pad import pushed
 
     normal = spec.requirements.normal_force or 0.0
     loads = np.array([(pressed, *way) for pressed in (0.0, normal) for way in ((force, 0.0), (0.0, force))])
@@ -216,7 +216,7 @@ def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdi
     usual = _sheared(spec, force, softest)
     if usual <= limit:
         # beyond what the pad's law was held against, as data sheet and calibration say
-        from sitscad.estimates.response.working_range import beyond_held_shear, held_shear
+        from sitscad.estimates.loads.working_range import beyond_held_shear, held_shear
 
         held = held_shear(spec)
         if force > held:
@@ -346,7 +346,7 @@ def target_bending(design: Design) -> Iterator[Verdict]:
         return
     import numpy as np
 
-    from sitscad.mechanics.plate_bending import bending, rigidity
+    from sitscad.kernels.mechanics.plate_bending import bending, rigidity
 
     pad, (face, _) = pressed(spec), loaded_face(spec)
     way = pad_of(spec).thickness * pad.strain

@@ -11,16 +11,17 @@ from itertools import combinations, pairwise
 
 import numpy as np
 
-from sitscad.arrays import Array, Index
+from sitscad.basics.arrays import Array, Index
+from sitscad.basics.finding import Missing, Place
+from sitscad.basics.units import show
 from sitscad.checks.board.fabrication import gap_asked_by, house, short_of
+from sitscad.checks.fixes.moves import larger_connectors, wider
+from sitscad.checks.fixes.search import setting
 from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, rule_of
 from sitscad.data import is_unverified
-from sitscad.design import Design
-from sitscad.finding import Missing, Place
-from sitscad.fixes.moves import larger_connectors, wider
-from sitscad.fixes.search import setting
-from sitscad.geometry.path import Arc, Line, Path, Point
-from sitscad.geometry.primitives import Primitives, distances, from_rows, nearest_pairs, path_rows, to_points
+from sitscad.estimates.design import Design
+from sitscad.kernels.geometry.path import Arc, Line, Path, Point
+from sitscad.kernels.geometry.primitives import Primitives, distances, from_rows, nearest_pairs, path_rows, to_points
 from sitscad.layout.board import Layout, Pad, Role, Trace, Via
 from sitscad.layout.copper import (
     Copper,
@@ -37,7 +38,6 @@ from sitscad.spec.circuit import LayerKind
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.sensor import SensorSpec
-from sitscad.units import show
 
 GRAIN = 1e-6
 """A spacing is named in steps of this (m)."""

@@ -12,18 +12,18 @@ from itertools import pairwise
 
 import numpy as np
 
+from sitscad.basics.finding import Place
+from sitscad.basics.record import record
+from sitscad.basics.units import show
 from sitscad.checks.board.clearances import ALLOWED_SHORTFALL, copper_in
 from sitscad.checks.board.fabrication import gap_asked_by
+from sitscad.checks.fixes.moves import other_ends
 from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, rule_of
-from sitscad.design import Design
-from sitscad.finding import Place
-from sitscad.fixes.moves import other_ends
-from sitscad.geometry.path import Point, Segment
-from sitscad.geometry.primitives import from_rows, nearest_pairs, path_rows, to_points
+from sitscad.estimates.design import Design
+from sitscad.kernels.geometry.path import Point, Segment
+from sitscad.kernels.geometry.primitives import from_rows, nearest_pairs, path_rows, to_points
 from sitscad.layout.board import Layout, Pad, Trace
 from sitscad.layout.copper import Copper, conductor_notches, name_of, pair_in_words
-from sitscad.record import record
-from sitscad.units import show
 
 CHORD = 10e-6
 """Arcs are followed within this distance (m), where a loop's area is concerned."""

@@ -10,19 +10,19 @@ from dataclasses import replace
 from functools import partial
 from itertools import combinations, islice
 
+from sitscad.basics.finding import Place, Severity
+from sitscad.basics.units import show
+from sitscad.checks.fixes.moves import finer_fabricators, plated_in_holes_alone, read_anew, wider
+from sitscad.checks.fixes.search import Family, Fix
 from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, rule_of
 from sitscad.data import is_unverified
-from sitscad.design import Design
-from sitscad.finding import Place, Severity
-from sitscad.fixes.moves import finer_fabricators, plated_in_holes_alone, read_anew, wider
-from sitscad.fixes.search import Family, Fix
+from sitscad.estimates.design import Design
 from sitscad.layout.panel import FEWEST_BRIDGES, bridges, is_wanted, least_size, narrower_bridge
 from sitscad.spec import presets
 from sitscad.spec.circuit import MASK, LayerKind, StackLayer, Stackup
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.profiles import installed_rules
 from sitscad.spec.sensor import SensorSpec
-from sitscad.units import show
 
 
 def via_drill(design: Design) -> Iterator[Verdict]:

@@ -9,21 +9,21 @@ from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 
+from sitscad.assembly.places.bodies import film_thickness
+from sitscad.assembly.places.seating import PLATE_CORNER, plate_plan
+from sitscad.assembly.places.stack import ground
+from sitscad.basics.finding import Missing, Place, Severity, Shortfall
+from sitscad.basics.units import show
+from sitscad.checks.fixes import moves
+from sitscad.checks.fixes.search import GROWTH, Family, Fix, Growing, setting
 from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, rule_of
-from sitscad.design import Design
-from sitscad.finding import Missing, Place, Severity, Shortfall
-from sitscad.fixes import moves
-from sitscad.fixes.search import GROWTH, Family, Fix, Growing, setting
-from sitscad.geometry.convex import beyond
-from sitscad.geometry.path import bounding_box, rectangle
+from sitscad.estimates.design import Design
+from sitscad.kernels.geometry.convex import beyond
+from sitscad.kernels.geometry.path import bounding_box, rectangle
 from sitscad.layout import arrange
 from sitscad.layout.board import Layout
-from sitscad.scene.bodies import film_thickness
-from sitscad.scene.seating import PLATE_CORNER, plate_plan
-from sitscad.scene.stack import ground
 from sitscad.spec.circuit import BodySpec
 from sitscad.spec.sensor import SensorSpec
-from sitscad.units import show
 
 GRAIN = 100e-6
 """A body is first tried so much larger (m) on every side where nobody knows what is missing."""

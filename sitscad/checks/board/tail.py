@@ -11,15 +11,18 @@ from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 
+from sitscad.assembly.places.tail_path import TOO_SHORT, bends_of_mount, own_bend, room_for_own, tail_path
+from sitscad.basics.finding import Edit, Place, Severity
+from sitscad.basics.record import record
+from sitscad.basics.units import show
 from sitscad.checks.board.clearances import crossings
 from sitscad.checks.board.fabrication import house
+from sitscad.checks.fixes.moves import each_read, larger_body, thinner_tails
+from sitscad.checks.fixes.search import Family, Fix, Growing, setting
 from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, rule_of
 from sitscad.data import is_unverified
-from sitscad.design import Design
-from sitscad.finding import Edit, Place, Severity
-from sitscad.fixes.moves import each_read, larger_body, thinner_tails
-from sitscad.fixes.search import Family, Fix, Growing, setting
-from sitscad.geometry.path import Path, bounding_box
+from sitscad.estimates.design import Design
+from sitscad.kernels.geometry.path import Path, bounding_box
 from sitscad.layout.bending import (
     Where,
     bend_figure,
@@ -37,13 +40,10 @@ from sitscad.layout.board import Pad
 from sitscad.layout.lamination import lamination_text
 from sitscad.layout.lanes import Ring
 from sitscad.layout.tail_frame import contact_row
-from sitscad.record import record
-from sitscad.scene.tail_path import TOO_SHORT, bends_of_mount, own_bend, room_for_own, tail_path
 from sitscad.spec import presets
 from sitscad.spec.circuit import Connector, FpcSpec, Plating, Stackup
 from sitscad.spec.presets import finish, is_rigid, stock_stiffeners
 from sitscad.spec.sensor import SensorSpec
-from sitscad.units import show
 
 LENGTH_GRAIN, LONGEST = 0.1e-3, 5.0
 """A longer tail is named in steps of this (m); the spec takes none longer than this (m)."""

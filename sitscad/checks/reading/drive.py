@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
+from sitscad.basics.finding import Severity
+from sitscad.basics.units import show
 from sitscad.checks.reading.readings import (
     Reading,
     in_sigmas,
@@ -18,9 +20,7 @@ from sitscad.checks.reading.readings import (
     worst_of,
 )
 from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, joined, rule_of
-from sitscad.design import Design
-from sitscad.finding import Severity
-from sitscad.units import show
+from sitscad.estimates.design import Design
 
 CODE_KEY = "readout.drive_code"
 """Where a finding points that another drive code mends; where the code is chosen and too weak, it points at the turns,

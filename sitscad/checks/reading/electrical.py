@@ -10,6 +10,10 @@ from dataclasses import replace
 from functools import partial
 from itertools import islice
 
+from sitscad.assembly.places.state import FREE
+from sitscad.basics.finding import Severity
+from sitscad.basics.units import show
+from sitscad.checks.fixes.moves import capacitor, other_start_angles, whole_turns
 from sitscad.checks.reading.readings import (
     Reading,
     failed_states,
@@ -28,14 +32,10 @@ from sitscad.checks.reading.readings import (
     worst_of,
 )
 from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, joined, rule_of
-from sitscad.design import Design
-from sitscad.estimates.circuit.tank import neighbour_values, preferred_values
-from sitscad.finding import Severity
-from sitscad.fixes.moves import capacitor, other_start_angles, whole_turns
+from sitscad.estimates.circuits.tank import neighbour_values, preferred_values
+from sitscad.estimates.design import Design
 from sitscad.layout.lanes import Ring
 from sitscad.layout.routing.branches import drawn_closing, least_closing
-from sitscad.scene.state import FREE
-from sitscad.units import show
 
 INDUCTANCE_GROWS = "inductance grows with the square of turns and layers"
 

@@ -7,16 +7,16 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from typing import TYPE_CHECKING
 
+from sitscad.assembly.places.state import FREE, in_words
+from sitscad.basics.finding import Severity
+from sitscad.basics.record import record
+from sitscad.basics.units import show
+from sitscad.checks.fixes.moves import capacitor, longer_coils, more_layers, more_turns
+from sitscad.checks.fixes.search import Family
 from sitscad.checks.rules import Undecided, Verdict, Violation
-from sitscad.design import Design
-from sitscad.estimates.circuit.tank import preferred_values
-from sitscad.finding import Severity
-from sitscad.fixes.moves import capacitor, longer_coils, more_layers, more_turns
-from sitscad.fixes.search import Family
-from sitscad.record import record
-from sitscad.scene.state import FREE, in_words
+from sitscad.estimates.circuits.tank import preferred_values
+from sitscad.estimates.design import Design
 from sitscad.spec.sensor import SensorSpec
-from sitscad.units import show
 
 if TYPE_CHECKING:
     from sitscad.estimates import StateEstimate

@@ -9,8 +9,15 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 
-from sitscad.check_values import Signal
+from sitscad.assembly.places.state import PRESSED, REST
+from sitscad.basics.check_results import Signal
+from sitscad.basics.finding import Severity
+from sitscad.basics.record import record
+from sitscad.basics.units import show
 from sitscad.checks.assembly.plates import is_as_long_as_line
+from sitscad.checks.fixes.moves import larger_target, over_the_middle
+from sitscad.checks.fixes.pads import cut_to_target, more_signal, smaller_targets, wider_arrays
+from sitscad.checks.fixes.search import Family, Fix
 from sitscad.checks.reading.readings import failed_states
 from sitscad.checks.rules import (
     NEEDS,
@@ -22,19 +29,12 @@ from sitscad.checks.rules import (
     own_limits,
     rule_of,
 )
-from sitscad.design import Design
-from sitscad.finding import Severity
-from sitscad.fixes.moves import larger_target, over_the_middle
-from sitscad.fixes.pads import cut_to_target, more_signal, smaller_targets, wider_arrays
-from sitscad.fixes.search import Family, Fix
-from sitscad.readout.converter import MOST_RCOUNT
-from sitscad.record import record
-from sitscad.scene.state import PRESSED, REST
+from sitscad.estimates.design import Design
+from sitscad.kernels.converters.converter import MOST_RCOUNT
 from sitscad.spec import presets
 from sitscad.spec.materials import Target
 from sitscad.spec.places import breadth_from, cell_placements, coils_from, shared_middles
 from sitscad.spec.sensor import SensorSpec
-from sitscad.units import show
 
 FEWEST_STEPS = 30.0
 """Steps of the converter from rest to pressed. TI asks a signal of 30 sigma (SNOAA04A: change over
@@ -168,8 +168,8 @@ def _unasked(design: Design) -> Iterator[Verdict]:
     # What is said where no normal force is required: that no coil feels the full load of data sheet and calibration, if
     # so; whether each feels enough is not known.
     from sitscad.estimates import estimated
-    from sitscad.estimates.response.working_range import USUAL_STRAIN, full_normal
-    from sitscad.estimates.states.pressing import rests_on_pad
+    from sitscad.estimates.loads.pressing import rests_on_pad
+    from sitscad.estimates.loads.working_range import USUAL_STRAIN, full_normal
 
     yield Undecided(NEEDS["normal force"][1])
     if not rests_on_pad(design.spec):
@@ -323,8 +323,8 @@ def shear_response(design: Design) -> Iterator[Verdict]:
     """What tells the coils apart along each axis of the array, with the target where the required shear moves it."""
     import numpy as np
 
-    from sitscad.estimates.response.pad import pushed
-    from sitscad.estimates.states.pressing import BESIDE_PAD, rests_on_pad
+    from sitscad.estimates.loads.pad import pushed
+    from sitscad.estimates.loads.pressing import BESIDE_PAD, rests_on_pad
 
     spec, force = design.spec, design.spec.requirements.shear_force
     assert force is not None
@@ -335,7 +335,7 @@ def shear_response(design: Design) -> Iterator[Verdict]:
         yield Undecided("one coil alone cannot tell shear from normal force, so the force is taken as one to be borne")
         return
     if any(spec.requirements.moments):
-        from sitscad.estimates.response.working_range import axes_felt
+        from sitscad.estimates.loads.working_range import axes_felt
 
         axes = [k for k in axes if f"shear_{AXES[k]}" in axes_felt(spec)]
         if not axes:
@@ -373,7 +373,7 @@ def _moved_changes(design: Design, moves: Sequence[tuple[float, float]], frequen
         poses[1:, :2] = moves
         found = design.response.own_changes(poses, frequency).real
     else:
-        from sitscad.estimates.states.moved_target import target_effects
+        from sitscad.estimates.circuits.moved_target import target_effects
 
         found = target_effects(design.layout, [(0.0, 0.0), *moves], [0.0], frequency)[0]
     return [[float(value) for value in row] for row in found[1:] - found[0]]

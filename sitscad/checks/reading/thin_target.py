@@ -6,18 +6,18 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 
+from sitscad.assembly.places.state import REST
+from sitscad.basics.finding import Severity
+from sitscad.basics.record import record
+from sitscad.basics.units import show
+from sitscad.checks.fixes.moves import thicker_target
 from sitscad.checks.reading.readings import readings_of, where
 from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, own_limits, rule_of
-from sitscad.design import Design
-from sitscad.finding import Severity
-from sitscad.fixes.moves import thicker_target
-from sitscad.physics.constants import skin_depth
-from sitscad.record import record
-from sitscad.scene.state import REST
+from sitscad.estimates.design import Design
+from sitscad.kernels.electromagnetics.constants import skin_depth
 from sitscad.spec import presets
 from sitscad.spec.materials import Target
 from sitscad.spec.sensor import SensorSpec
-from sitscad.units import show
 
 THICK = 3.0
 """Skin depths from which on a target counts as thick: they stop 95 % of the field (TI SNOA957B)."""
@@ -182,7 +182,7 @@ def _compared(design: Design, changed: SensorSpec) -> Design:
     # A changed design with the tank's capacitor of this one, and its target solved if this one's is, for only so are
     # the two alike but for the change; as roughly as this one.
     from sitscad.estimates import estimated
-    from sitscad.estimates.winding.losses import SCREENING
+    from sitscad.estimates.windings.losses import SCREENING
 
     tolerance = SCREENING if design.estimates.is_rough else None
     now = design.estimates.readout.capacitance

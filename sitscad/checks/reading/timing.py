@@ -8,14 +8,14 @@ import math
 from collections.abc import Iterator, Sequence
 from itertools import combinations
 
+from sitscad.basics.finding import Severity
+from sitscad.basics.units import show
+from sitscad.checks.fixes.moves import scans
+from sitscad.checks.fixes.search import setting
 from sitscad.checks.reading.readings import worst_of
 from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, own_limits, rule_of
-from sitscad.design import Design
-from sitscad.finding import Severity
-from sitscad.fixes.moves import scans
-from sitscad.fixes.search import setting
+from sitscad.estimates.design import Design
 from sitscad.spec import presets
-from sitscad.units import show
 
 
 def _channel_sources(family: str | None = None) -> str:

@@ -7,14 +7,14 @@ from functools import cached_property
 
 import numpy as np
 
-from sitscad.arrays import Array, Flags
-from sitscad.estimates.performance.values import FORCES
-from sitscad.estimates.response.pad import compliance, slopes, soft_pad, straight
-from sitscad.estimates.response.working_range import WorkingRange, moment_at, normal_at, shear_at
+from sitscad.basics.arrays import Array, Flags
+from sitscad.basics.record import record
+from sitscad.estimates.loads.pad import compliance, slopes, soft_pad, straight
+from sitscad.estimates.loads.working_range import WorkingRange, moment_at, normal_at, shear_at
+from sitscad.estimates.performance_values import FORCES
 from sitscad.estimates.values import Estimates
-from sitscad.mechanics.elastomer import VALID_SHEAR, VALID_STRAIN
-from sitscad.mechanics.pad import HELD_TILT, BondedPad
-from sitscad.record import record
+from sitscad.kernels.mechanics.elastomer import VALID_SHEAR, VALID_STRAIN
+from sitscad.kernels.mechanics.pad import HELD_TILT, BondedPad
 from sitscad.spec.sensor import SensorSpec
 
 

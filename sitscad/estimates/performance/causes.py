@@ -17,13 +17,18 @@ from itertools import product
 
 import numpy as np
 
-from sitscad.arrays import Array
+from sitscad.assembly.places.bodies import film_thickness
+from sitscad.assembly.places.state import REST
+from sitscad.basics.arrays import Array
+from sitscad.basics.record import record
 from sitscad.data import rows
+from sitscad.estimates.circuits.uncertainty import sigmas
+from sitscad.estimates.loads.pad import soft_pad
+from sitscad.estimates.loads.pressing import FILM, FILM_THICKNESS, MODULUS, PAD, PAD_SIZE, TARGET_SIZE, loaded_face
 from sitscad.estimates.performance.bench import Bench
 from sitscad.estimates.performance.inversion import SolvedRange
-from sitscad.estimates.performance.values import FORCES, MOMENTS, UNMEASURED, along
-from sitscad.estimates.response.pad import soft_pad
-from sitscad.estimates.scatter import (
+from sitscad.estimates.performance_values import FORCES, MOMENTS, UNMEASURED, along
+from sitscad.estimates.tolerances.scatter import (
     BEHIND,
     CAPACITOR,
     CAUSES,
@@ -34,13 +39,8 @@ from sitscad.estimates.scatter import (
     Scatter,
     signal_share,
 )
-from sitscad.estimates.states.pressing import FILM, FILM_THICKNESS, MODULUS, PAD, PAD_SIZE, TARGET_SIZE, loaded_face
-from sitscad.estimates.uncertainty import sigmas
 from sitscad.estimates.values import Estimates
-from sitscad.mechanics.motion import rotations
-from sitscad.record import record
-from sitscad.scene.bodies import film_thickness
-from sitscad.scene.state import REST
+from sitscad.kernels.mechanics.motion import rotations
 from sitscad.spec.sensor import Requirements
 
 MOVED_POSES = {cause.name: cause.pose for cause in CAUSES if cause.pose is not None}

@@ -3,7 +3,7 @@
 The map is a polynomial in exact readings over the box of required loads: what the design itself leaves, found at a
 check's cost. The map that firmware gets is another, `calibration.inverse_map`: its form serves noisy readings of all
 units of a design, and it is made for both shears within one limit and says where it ends. Crosstalk of the two differs
-by up to 1 % of full scale (tests/papers/test_datasheet.py); data sheets tell both.
+by up to 1 % of full scale (tests/documents/test_datasheet.py); data sheets tell both.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from itertools import chain, islice, product
 
 import numpy as np
 
-from sitscad.arrays import Array
+from sitscad.basics.arrays import Array
+from sitscad.basics.record import record
+from sitscad.estimates.loads.working_range import WorkingRange
 from sitscad.estimates.performance.bench import Bench
-from sitscad.estimates.performance.values import Loads, along
-from sitscad.estimates.response.working_range import WorkingRange
-from sitscad.physics.polynomials import POINTS_A_TERM, Polynomial, exponents, least_squares
-from sitscad.record import record
+from sitscad.estimates.performance_values import Loads, along
+from sitscad.kernels.electromagnetics.polynomials import POINTS_A_TERM, Polynomial, exponents, least_squares
 
 GRID = {1: 13, 2: 8, 3: 5}  # Points along each axis of the grid that the map is fitted to, by how many axes there are
 HELD_OUT = {1: 6, 2: 5, 3: 4}  # Points along each axis of the grid that it is judged at

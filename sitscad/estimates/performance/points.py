@@ -13,13 +13,18 @@ from functools import cached_property
 
 import numpy as np
 
-from sitscad.arrays import Array
+from sitscad.assembly.places.state import FREE, PRESSED
+from sitscad.basics.arrays import Array
+from sitscad.basics.record import record
 from sitscad.estimates import estimated
+from sitscad.estimates.loads.pad import TOO_SOFT, NoResponse, pushed, tilt_stiffness, tilt_stiffness_error
+from sitscad.estimates.loads.pressing import MODULUS, rests_on_pad
+from sitscad.estimates.loads.working_range import beyond_held_shear, held_shear, required_range
 from sitscad.estimates.performance.bench import Bench
 from sitscad.estimates.performance.causes import DEGREE, WARMER, Disturbed, Tilts, Units, by_metal, resonances, units_of
 from sitscad.estimates.performance.inversion import SolvedRange, crosstalk, solved_range
 from sitscad.estimates.performance.screen import screen_bench
-from sitscad.estimates.performance.values import (
+from sitscad.estimates.performance_values import (
     AXIS_WORDS,
     FORCES,
     INSTABILITY,
@@ -32,16 +37,11 @@ from sitscad.estimates.performance.values import (
     unit_of,
 )
 from sitscad.estimates.response.model import ResponseModel
-from sitscad.estimates.response.pad import TOO_SOFT, NoResponse, pushed, tilt_stiffness, tilt_stiffness_error
-from sitscad.estimates.response.working_range import beyond_held_shear, held_shear, required_range
-from sitscad.estimates.scatter import ACCEPTED_SIGMAS, manufacturing_scatter
-from sitscad.estimates.states.pressing import MODULUS, rests_on_pad
+from sitscad.estimates.tolerances.scatter import ACCEPTED_SIGMAS, manufacturing_scatter
 from sitscad.estimates.values import Estimates
-from sitscad.estimates.winding.losses import SCREENING
+from sitscad.estimates.windings.losses import SCREENING
+from sitscad.kernels.electromagnetics.threads import one_thread
 from sitscad.layout.board import Layout
-from sitscad.physics.threads import one_thread
-from sitscad.record import record
-from sitscad.scene.state import FREE, PRESSED
 
 HALF_SCANS, RESONANCE = "half the scan rate", "resonance of target and pad"  # What a bandwidth is limited by
 POINTS = (("rest", 0.0), ("half", 0.5), ("full", 1.0))  # The working points, and their share of the full normal force

@@ -12,18 +12,18 @@ from itertools import compress, product
 
 import numpy as np
 
-from sitscad.arrays import Array
+from sitscad.assembly.places.state import PRESSED, REST
+from sitscad.basics.arrays import Array
+from sitscad.estimates.circuits.moved_target import target_effects
+from sitscad.estimates.loads.pad import NoResponse
+from sitscad.estimates.loads.working_range import required_range
 from sitscad.estimates.performance.bench import Bench
-from sitscad.estimates.response.pad import NoResponse
-from sitscad.estimates.response.working_range import required_range
-from sitscad.estimates.states.assembly import warmed
-from sitscad.estimates.states.moved_target import target_effects
+from sitscad.estimates.targets.assembly import warmed
 from sitscad.estimates.values import Estimates
+from sitscad.kernels.electromagnetics.polynomials import Interpolant, chebyshev_points
+from sitscad.kernels.electromagnetics.threads import one_thread
+from sitscad.kernels.mechanics.elastomer import VALID_STRAIN
 from sitscad.layout.board import Layout
-from sitscad.mechanics.elastomer import VALID_STRAIN
-from sitscad.physics.polynomials import Interpolant, chebyshev_points
-from sitscad.physics.threads import one_thread
-from sitscad.scene.state import PRESSED, REST
 from sitscad.spec.places import shared_middles
 from sitscad.spec.sensor import SensorSpec
 

@@ -6,7 +6,11 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from sitscad.estimates.performance.values import (
+from sitscad.basics.quantities import Table
+from sitscad.basics.record import record
+from sitscad.basics.units import NONE, show
+from sitscad.estimates.loads.working_range import held_shear, working_range
+from sitscad.estimates.performance_values import (
     AXIS_WORDS,
     FORCES,
     INSTABILITY,
@@ -17,11 +21,7 @@ from sitscad.estimates.performance.values import (
     largest_lasting,
     unit_of,
 )
-from sitscad.estimates.response.working_range import held_shear, working_range
-from sitscad.quantities import Table
-from sitscad.record import record
 from sitscad.spec.sensor import SensorSpec
-from sitscad.units import NONE, show
 
 
 @record(eq=False)

@@ -9,34 +9,34 @@ from functools import cached_property
 
 import numpy as np
 
-from sitscad.arrays import Array, ComplexArray, Flags
-from sitscad.estimates.circuit.tank import Tank
-from sitscad.estimates.response.near import NearTarget, at_frequencies
-from sitscad.estimates.response.pad import NoResponse, holding, pushed
-from sitscad.estimates.response.placed import Cover, Placed, at_rest, level_poses
-from sitscad.estimates.response.plate import (
+from sitscad.assembly.places.bodies import target_gap, target_lines
+from sitscad.basics.arrays import Array, ComplexArray, Flags
+from sitscad.basics.record import record
+from sitscad.estimates.circuits.tank import Tank
+from sitscad.estimates.circuits.wound import Wound
+from sitscad.estimates.loads.pad import NoResponse, holding, pushed
+from sitscad.estimates.loads.pressing import rests_on_pad
+from sitscad.estimates.loads.working_range import normal_at, required_range, shear_at
+from sitscad.estimates.response.values import Response, joined
+from sitscad.estimates.states.near import NearTarget, at_frequencies
+from sitscad.estimates.states.placed import Cover, Placed, at_rest, level_poses
+from sitscad.estimates.states.plate import (
     LOSSY,
     endless_like,
     solving_work,
     stated_errors,
     stated_losses,
 )
-from sitscad.estimates.response.scan import FEW, Changes, Exact, mapped
-from sitscad.estimates.response.values import Response, joined
-from sitscad.estimates.response.working_range import normal_at, required_range, shear_at
-from sitscad.estimates.states.assembly import metal_behind
-from sitscad.estimates.states.pressing import rests_on_pad
-from sitscad.estimates.steps import BAND, wind
+from sitscad.estimates.states.scan import FEW, Changes, Exact, mapped
+from sitscad.estimates.states.steps import BAND, wind
+from sitscad.estimates.targets.assembly import metal_behind
 from sitscad.estimates.values import Estimates
-from sitscad.estimates.winding.wound import Wound
+from sitscad.kernels.electromagnetics.metal.half_spaces import Reflector
+from sitscad.kernels.electromagnetics.resonator import Network
+from sitscad.kernels.electromagnetics.threads import one_thread
+from sitscad.kernels.mechanics.elastomer import VALID_SHEAR, VALID_STRAIN
+from sitscad.kernels.mechanics.pad import HELD_SHEAR, HELD_TILT
 from sitscad.layout.board import Coil, Layout
-from sitscad.mechanics.elastomer import VALID_SHEAR, VALID_STRAIN
-from sitscad.mechanics.pad import HELD_SHEAR, HELD_TILT
-from sitscad.physics.metal.half_spaces import Reflector
-from sitscad.physics.resonator import Network
-from sitscad.physics.threads import one_thread
-from sitscad.record import record
-from sitscad.scene.bodies import target_gap, target_lines
 from sitscad.spec.sensor import SensorSpec
 
 Progress = Callable[[int, int], None]

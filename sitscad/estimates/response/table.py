@@ -10,15 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from sitscad.arrays import Array
-from sitscad.estimates.performance.values import MOMENTS
+from sitscad.assembly.places.state import REST
+from sitscad.basics.arrays import Array
+from sitscad.basics.record import record
+from sitscad.estimates.loads.pad import pushed
+from sitscad.estimates.loads.working_range import WorkingRange, working_range
+from sitscad.estimates.performance_values import MOMENTS
 from sitscad.estimates.response.model import ResponseModel
-from sitscad.estimates.response.pad import pushed
-from sitscad.estimates.response.working_range import WorkingRange, working_range
-from sitscad.mechanics.pad import HELD_TILT
-from sitscad.physics.polynomials import POINTS_A_TERM, Polynomial, exponents, least_squares, spread
-from sitscad.record import record
-from sitscad.scene.state import REST
+from sitscad.kernels.electromagnetics.polynomials import POINTS_A_TERM, Polynomial, exponents, least_squares, spread
+from sitscad.kernels.mechanics.pad import HELD_TILT
 
 FORCE_INPUTS = ("normal_N", "shear_x_N", "shear_y_N")
 INPUTS = {"held": (*FORCE_INPUTS, "rx_rad", "ry_rad"), "free": (*FORCE_INPUTS, "moment_x_Nm", "moment_y_Nm")}

@@ -8,10 +8,10 @@ from dataclasses import fields, replace
 
 import numpy as np
 
-from sitscad.arrays import Array
-from sitscad.quantities import RESPONSE
-from sitscad.record import record
-from sitscad.units import counted
+from sitscad.basics.arrays import Array
+from sitscad.basics.quantities import RESPONSE
+from sitscad.basics.record import record
+from sitscad.basics.units import counted
 
 POSE_NAMES = ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")
 """The six numbers of a pose, in the order of every row of `Response.poses`."""
@@ -21,15 +21,15 @@ POSE_NAMES = ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")
 class Response:
     """The coils at some poses of the target; the first axis of every array runs over the poses, others over the coils.
 
-    `poses` (n, 6) are metres and radians in board axes, from rest (`sitscad.scene.state.Pose`). `inductance` (H) and
-    `resistance` (ohm) are the terminals', with everything around and neighbours idle. `target_change` (H, two axes of
-    coils) is what the target alone changes of the windings' inductance matrix, their currents even and the other coils
-    open; `target_change_error` its stated error, relative to the larger of it and 1 % of the free winding's inductance;
-    `target_resistance` (ohm) the loss in the target alone, `target_resistance_error` its stated error, relative to the
-    larger of it and 1 % of the coil's resistance. All these are at `taken_at` (Hz), each coil's tank frequency
-    where none was asked for. `frequency` (Hz), `counts` (of the converter, see `Conversion`; NaN, too, where its result
-    does not reach) and `parallel_resistance` (ohm) are those of the tank, NaN where it does not oscillate, and
-    `amplitude` (V) is that at the converter's pins.
+    `poses` (n, 6) are metres and radians in board axes, from rest (`sitscad.assembly.places.state.Pose`). `inductance`
+    (H) and `resistance` (ohm) are the terminals', with everything around and neighbours idle. `target_change` (H, two
+    axes of coils) is what the target alone changes of the windings' inductance matrix, their currents even and the
+    other coils open; `target_change_error` its stated error, relative to the larger of it and 1 % of the free winding's
+    inductance; `target_resistance` (ohm) the loss in the target alone, `target_resistance_error` its stated error,
+    relative to the larger of it and 1 % of the coil's resistance. All these are at `taken_at` (Hz), each coil's tank
+    frequency where none was asked for. `frequency` (Hz), `counts` (of the converter, see `Conversion`; NaN, too, where
+    its result does not reach) and `parallel_resistance` (ohm) are those of the tank, NaN where it does not oscillate,
+    and `amplitude` (V) is that at the converter's pins.
     `strain` is how far the pad is pressed at the near face's centre, over its thickness; `force` (N) and `moment` (Nm)
     (n, 3) are what holds the target there, NaN where they are not known; without an elastomer all three are None.
     `by_pose` (n, coils, 6; Hz/m, Hz/rad) and `by_load` (n, coils, 3; Hz/N: normal, shear_x, shear_y) are derivatives of

@@ -7,11 +7,14 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from sitscad.arrays import Array, ComplexArray
-from sitscad.estimates.circuit.tank import CoilCircuit, Tank
-from sitscad.estimates.response.near import NearTarget
-from sitscad.estimates.response.placed import Placed, at_rest, level_poses
-from sitscad.estimates.response.plate import (
+from sitscad.assembly.places.state import FREE
+from sitscad.basics.arrays import Array, ComplexArray
+from sitscad.basics.record import record
+from sitscad.estimates.circuits.tank import CoilCircuit, Tank
+from sitscad.estimates.circuits.wound import Wound
+from sitscad.estimates.states.near import NearTarget
+from sitscad.estimates.states.placed import Placed, at_rest, level_poses
+from sitscad.estimates.states.plate import (
     LOSSY,
     endless_like,
     plate_over_jaw,
@@ -19,13 +22,10 @@ from sitscad.estimates.response.plate import (
     stated_errors,
     stated_losses,
 )
-from sitscad.estimates.response.scan import Changes
-from sitscad.estimates.states.assembly import AssemblyStates, metal_behind
-from sitscad.estimates.winding.wound import Wound
+from sitscad.estimates.states.scan import Changes
+from sitscad.estimates.targets.assembly import AssemblyStates, metal_behind
+from sitscad.kernels.electromagnetics.resonator import oscillate
 from sitscad.layout.board import Layout
-from sitscad.physics.resonator import oscillate
-from sitscad.record import record
-from sitscad.scene.state import FREE
 from sitscad.spec.sensor import SensorSpec
 
 MOST, MAGNETIC = 800.0**3, 1100.0**3

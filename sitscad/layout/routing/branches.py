@@ -24,8 +24,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from sitscad.arrays import Array, Index
-from sitscad.geometry.path import TWO_PI, Line, Path, Point
+from sitscad.basics.arrays import Array, Index
+from sitscad.basics.record import record
+from sitscad.kernels.geometry.path import TWO_PI, Line, Path, Point
 from sitscad.layout.board import Coil, Role, Trace
 from sitscad.layout.clearance import (
     Breadth,
@@ -37,7 +38,6 @@ from sitscad.layout.clearance import (
     off_stretch,
 )
 from sitscad.layout.lanes import Bus, Ring
-from sitscad.record import record
 from sitscad.spec.coil import CoilPlacement, CoilSpec
 from sitscad.spec.sensor import SensorSpec
 

@@ -16,8 +16,9 @@ from itertools import product
 
 import numpy as np
 
-from sitscad.arrays import Array
-from sitscad.geometry.path import TWO_PI, Point, polyline
+from sitscad.basics.arrays import Array
+from sitscad.basics.record import record
+from sitscad.kernels.geometry.path import TWO_PI, Point, polyline
 from sitscad.layout.clearance import Obstacles, TrackToPlace, ViaToPlace
 from sitscad.layout.lanes import BENT_BACK, Exit, straightness
 from sitscad.layout.routing.branches import (
@@ -32,7 +33,6 @@ from sitscad.layout.routing.branches import (
     counted,
     least_closing,
 )
-from sitscad.record import record
 
 TRIALS_OF_A_WAVE = 50  # What it takes to find the ways through the array to one coil, in trials
 

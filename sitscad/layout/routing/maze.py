@@ -16,11 +16,11 @@ from itertools import chain, pairwise, product
 
 import numpy as np
 
-from sitscad.arrays import Array, Flags
-from sitscad.geometry.path import Point
+from sitscad.basics.arrays import Array, Flags
+from sitscad.basics.record import record
+from sitscad.kernels.geometry.path import Point
 from sitscad.layout.clearance import Breadth, TrackToPlace, ViaToPlace, hole_keep_out, off_stretch
 from sitscad.layout.lanes import BENT_BACK, Bus, Exit, Ring, straightness
-from sitscad.record import record
 from sitscad.spec.coil import CoilPlacement
 from sitscad.spec.sensor import SensorSpec
 

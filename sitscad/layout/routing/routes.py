@@ -8,7 +8,8 @@ from dataclasses import field
 from itertools import chain, islice, product
 from typing import TYPE_CHECKING, Any
 
-from sitscad.geometry.path import Point
+from sitscad.basics.record import record, replace
+from sitscad.kernels.geometry.path import Point
 from sitscad.layout.clearance import Breadth, Obstacles, TrackToPlace, hole_keep_out, joined_hole, via_room
 from sitscad.layout.lanes import Bus, Exit, Lane, Ring, assign_lanes, exits, lane_height, rows_of_lanes
 from sitscad.layout.outline import body_breadth, breadth_of, edge_of_body, ends, far_end, given_box, roots, walls
@@ -17,7 +18,6 @@ from sitscad.layout.routing.escape import SPARED, TRIALS_OF_A_WAVE, Escape, Join
 from sitscad.layout.tail_frame import TailFrame, frame, pair_height, turn_lag
 from sitscad.layout.tail_tracks import Run, runs, stretched, ways_down
 from sitscad.layout.windings import WoundCoil
-from sitscad.record import record, replace
 from sitscad.spec.presets import connector
 from sitscad.spec.sensor import SensorSpec
 

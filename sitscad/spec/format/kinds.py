@@ -18,9 +18,9 @@ from typing import Any, NoReturn
 
 from pydantic_core import PydanticCustomError, core_schema
 
+from sitscad.basics.record import record
+from sitscad.basics.units import EXAMPLES, SI_UNITS, UNITS, UnitError, parse_quantity, show
 from sitscad.data import FOLDER, rows
-from sitscad.record import record
-from sitscad.units import EXAMPLES, SI_UNITS, UNITS, UnitError, parse_quantity, show
 
 
 def refuse(rule: str, message: str, hint: str = "", **facts: Any) -> NoReturn:

@@ -18,7 +18,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, NoReturn
 
 from pydantic_core import PydanticCustomError, SchemaValidator, core_schema
 
-from sitscad.record import record
+from sitscad.basics.record import record
+from sitscad.basics.units import SI_UNITS, exact_text
 from sitscad.spec.format.kinds import (
     Choice,
     Either,
@@ -37,7 +38,6 @@ from sitscad.spec.format.kinds import (
     with_hint,
 )
 from sitscad.spec.yaml.source import TextError, dotted, undotted
-from sitscad.units import SI_UNITS, exact_text
 
 NAME = "<name>"
 WRITTEN = "<written out>"

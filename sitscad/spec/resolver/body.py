@@ -10,11 +10,11 @@ from dataclasses import replace
 from io import StringIO
 from typing import Any
 
-from sitscad.geometry.path import Arc, Line, Path, Point, Segment, bounding_box, circle, enclosed_area, polar
+from sitscad.basics.units import show
+from sitscad.kernels.geometry.path import Arc, Line, Path, Point, Segment, bounding_box, circle, enclosed_area, polar
 from sitscad.spec.circuit import BodySpec
-from sitscad.spec.format.reading import Remarks
 from sitscad.spec.profiles import Origin
-from sitscad.units import show
+from sitscad.spec.reading import Remarks
 
 MOST_BYTES, MOST_PIECES = 4 * 2**20, 2_000
 """A file and its outline at most: an outline has some kilobytes, and every piece of it is drawn in every file."""

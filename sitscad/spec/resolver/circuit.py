@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+from sitscad.basics.units import show
 from sitscad.spec import presets
 from sitscad.spec.circuit import (
     MOST_PARTS,
@@ -20,12 +21,11 @@ from sitscad.spec.circuit import (
 )
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.design_rules import DesignRules
-from sitscad.spec.format.reading import Remarks
 from sitscad.spec.format.section import WRITTEN_SOURCE
 from sitscad.spec.mount import Mount
 from sitscad.spec.profiles import Origin, resolve_rules
+from sitscad.spec.reading import Remarks
 from sitscad.spec.resolver.body import resolve_body
-from sitscad.units import show
 
 _DEFAULT_STACKUP = {1: "flex-2l-30um", 2: "flex-2l-30um", 3: "flex-4l", 4: "flex-4l", 5: "flex-6l", 6: "flex-6l"}
 _LARGEST_STACKUP = "flex-8l"

@@ -12,12 +12,12 @@ from dataclasses import replace
 from itertools import combinations
 from typing import Any
 
-from sitscad.finding import Edit
-from sitscad.geometry.shapes import SHAPES
+from sitscad.basics.finding import Edit
+from sitscad.basics.units import show
+from sitscad.kernels.geometry.shapes import SHAPES
 from sitscad.spec.coil import INNER, TURNS, ArrayDocument, ArraySpec, CoilPlacement, CoilSpec, LayerTurns, Trace
-from sitscad.spec.format.reading import Remarks
 from sitscad.spec.materials import ElastomerPad, Target
-from sitscad.units import show
+from sitscad.spec.reading import Remarks
 
 Point = tuple[float, float]
 

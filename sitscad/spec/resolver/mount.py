@@ -7,15 +7,15 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from sitscad.finding import Edit
-from sitscad.geometry.shapes import LONG_PLATE, PLATES
+from sitscad.basics.finding import Edit
+from sitscad.basics.units import show
+from sitscad.kernels.geometry.shapes import LONG_PLATE, PLATES
 from sitscad.spec import presets
-from sitscad.spec.format.reading import Remarks
 from sitscad.spec.format.section import WRITTEN_SOURCE
 from sitscad.spec.materials import Shield
 from sitscad.spec.mount import LEVEL, Finger, Hole, HolePattern, Jaw, Mount, Retention, StepPart
 from sitscad.spec.profiles import Origin
-from sitscad.units import show
+from sitscad.spec.reading import Remarks
 
 DEFAULT_STANDOFF = 1e-3
 DEFAULT_JAW, DEFAULT_METAL, DEFAULT_PORT, DEFAULT_HOLES = "generic-5mm", "stainless-304", 5e-3, "corners-m2"
@@ -200,7 +200,8 @@ def _holes(written: HolePattern | list[Hole] | None, remarks: Remarks) -> HolePa
 
 def _step(part: Mount | Jaw, section: str, place: Origin, remarks: Remarks) -> StepPart | None:
     # The STEP file that is named in a section, with its datum and axes as written; None without one, or with its faults
-    # noted. What is in it is read by the parts' CAD kernel, in a process of its own (`sitscad.parts.imported`).
+    # noted. What is in it is read by the parts' CAD kernel, in a process of its own
+    # (`sitscad.assembly.solids.imported`).
     name, key = part.values()["step"], f"{section}.step"
     if name is None:
         for lies in ("datum", "along", "up"):

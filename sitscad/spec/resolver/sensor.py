@@ -8,24 +8,24 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-from sitscad.finding import Edit
-from sitscad.geometry.convex import Footprint
-from sitscad.geometry.path import Point
-from sitscad.geometry.shapes import LONG_PLATE, PLATES
+from sitscad.basics.finding import Edit
+from sitscad.basics.units import show
+from sitscad.kernels.geometry.convex import Footprint
+from sitscad.kernels.geometry.path import Point
+from sitscad.kernels.geometry.shapes import LONG_PLATE, PLATES
 from sitscad.spec import presets
 from sitscad.spec.circuit import Tail
 from sitscad.spec.format.kinds import Preset
-from sitscad.spec.format.reading import Remarks
 from sitscad.spec.format.section import NameOr, Part, Section, section_of
 from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.mount import Assembly, Mount, TolerancesDocument
 from sitscad.spec.profiles import Origin
+from sitscad.spec.reading import Remarks
 from sitscad.spec.resolver.circuit import resolve_fpc
 from sitscad.spec.resolver.coils import check_amount, check_cells, check_webs, resolve_array, resolve_coil
 from sitscad.spec.resolver.mount import computable_plate, resolve_mount
 from sitscad.spec.sensor import LoadCase, Mechanism, ReadoutSpec, SensorSpec, SpecDocument
 from sitscad.spec.yaml.source import Issue, SpecSource
-from sitscad.units import show
 
 Plate = TypeVar("Plate", Target, ElastomerPad)
 

@@ -13,10 +13,10 @@ from contextlib import suppress
 from decimal import Decimal, localcontext
 from typing import Any
 
-from sitscad.finding import Edit
-from sitscad.record import record
+from sitscad.basics.finding import Edit
+from sitscad.basics.record import record
+from sitscad.basics.units import UNITS, UnitError, parse_quantity
 from sitscad.spec.yaml.source import Position, TextError, YamlText, dotted, read_yaml, undotted
-from sitscad.units import UNITS, UnitError, parse_quantity
 
 BOM = "\ufeff"
 

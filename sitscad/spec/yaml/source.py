@@ -25,7 +25,7 @@ from yaml.events import (
 )
 from yaml.reader import ReaderError
 
-from sitscad.record import record
+from sitscad.basics.record import record
 
 MAX_BYTES = 256 * 1024
 _LONGEST_NUMBER = 64

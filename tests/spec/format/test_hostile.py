@@ -9,8 +9,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from sitscad.spec.format.reading import RULE_NAMES, SpecError
 from sitscad.spec.load import load, load_text
+from sitscad.spec.reading import RULE_NAMES, SpecError
 
 MINIMAL = (
     "sitscad: 1\nname: a\ncoil: {shape: circle, outer_diameter: 7, turns: 5, trace_width: 0.1, trace_spacing: 0.1}\n"

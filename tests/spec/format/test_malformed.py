@@ -10,9 +10,9 @@ import re
 
 import pytest
 
-from sitscad.finding import Severity
-from sitscad.spec.format.reading import RULE_NAMES, SpecError
+from sitscad.basics.finding import Severity
 from sitscad.spec.load import load_text
+from sitscad.spec.reading import RULE_NAMES, SpecError
 
 GOOD = """\
 sitscad: 1

@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 from tolerance import approx
 
+from sitscad.basics.finding import Severity
 from sitscad.checks import check
-from sitscad.finding import Severity
 from sitscad.spec import presets
-from sitscad.spec.format.reading import SpecError
 from sitscad.spec.load import load_text
+from sitscad.spec.reading import SpecError
 from sitscad.spec.sensor import json_schema
 
 DOCS = Path(__file__).parents[3] / "docs"

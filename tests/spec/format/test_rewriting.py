@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sitscad.finding import Edit
+from sitscad.basics.finding import Edit
 from sitscad.spec import templates
 from sitscad.spec.yaml.rewriting import CannotWriteError, completed, rewritten
 from sitscad.spec.yaml.source import read_yaml

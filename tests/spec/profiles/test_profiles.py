@@ -15,20 +15,20 @@ from hypothesis import strategies as st
 from tolerance import approx
 
 from sitscad.checks import check
+from sitscad.checks.findings import as_text, checked_spec
 from sitscad.cli import cli
 from sitscad.data import FOLDER
-from sitscad.design import without_text
-from sitscad.formats import kicad as kicad_rules
+from sitscad.estimates.design import without_text
+from sitscad.files.documents import order_notes as fabrication_notes
+from sitscad.files.formats import kicad as kicad_rules
 from sitscad.layout import lay_out
 from sitscad.package.manifest import made_from
-from sitscad.papers import order_notes as fabrication_notes
-from sitscad.report.findings import as_text, checked_spec
 from sitscad.spec import presets, profiles
 from sitscad.spec.design_rules import RulesDocument
 from sitscad.spec.format import kinds
-from sitscad.spec.format.reading import SpecError
 from sitscad.spec.load import load, load_text
 from sitscad.spec.profiles import installed_rules
+from sitscad.spec.reading import SpecError
 from sitscad.spec.sensor import json_schema
 
 COIL = "coil: {shape: circle, outer_diameter: 7, turns: 5, layers: 2, trace_width: 0.15, trace_spacing: 0.15}"

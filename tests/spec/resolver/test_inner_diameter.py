@@ -8,13 +8,13 @@ import pytest
 from tolerance import approx
 
 from sitscad import SensorSpec, check, sweep
-from sitscad.fixes import moves
+from sitscad.apps.study import document
+from sitscad.checks.fixes import moves
 from sitscad.layout.windings import wind_coil
 from sitscad.spec.coil import CoilSpec
-from sitscad.spec.format.reading import SpecError
 from sitscad.spec.load import load_text
+from sitscad.spec.reading import SpecError
 from sitscad.spec.yaml.rewriting import rewritten
-from sitscad.study import document
 
 TRACK = {"trace_width": "120 um", "trace_spacing": "100 um"}
 SIZES = {"rectangle": [9, 6], "racetrack": [9, 6]}

@@ -9,11 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tolerance import approx
 
-from sitscad.geometry import shapes
-from sitscad.geometry.path import Path
-from sitscad.geometry.primitives import distances, from_rows, path_rows
-from sitscad.spec.format.reading import SpecError
+from sitscad.kernels.geometry import shapes
+from sitscad.kernels.geometry.path import Path
+from sitscad.kernels.geometry.primitives import distances, from_rows, path_rows
 from sitscad.spec.load import load_text
+from sitscad.spec.reading import SpecError
 from sitscad.spec.resolver.coils import gap, named
 
 SHAPES = {name: (9.0, 4.0) if row.is_long else (4.0, 4.0) for name, row in shapes.SHAPES.items()}

@@ -1,0 +1,398 @@
+"""A simulated LDC1612 or LDC1614, register by register (data sheet SNOSCY9A, 7.4 to 7.6 and 8.1): the twin of
+``simulated.c`` in the firmware, to the bit. And one of a design: its coils under loads over time, and what can be wrong
+with them by name.
+
+What the data sheet leaves open is unverified: that a channel which does not oscillate reads 0 and takes the watchdog's
+recovery time, that registers are not written while it converts, that bits without a meaning read 0.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sitscad.assembly.places.state import FREE, REST
+from sitscad.basics.arguments import checked_arguments
+from sitscad.basics.record import record
+from sitscad.estimates.design import Design, respond
+from sitscad.estimates.values import StateEstimate
+from sitscad.kernels.converters import ldc_registers as at
+from sitscad.kernels.converters.converter import Converter
+from sitscad.spec.sensor import SensorSpec
+
+READ, WRITE = 122_500, 97_500
+"""Nanoseconds that a register takes over I2C at 400 kHz."""
+
+WAKE = 377_512
+"""Nanoseconds from sleep to the first settling: 16384 periods of the internal oscillator's typical 43.4 MHz (7.4.2)."""
+
+RECOVERY = 5_200_000
+"""Nanoseconds of recovery after a watchdog timeout (6.5)."""
+
+NEVER = 2**64 - 1
+DEAD, LOW, HIGH = "amplitude_stable_min", "amplitude_optimum_min", "amplitude_max"
+"""Figures of the amplitude: below the first it does not oscillate, outside of the others it is flagged."""
+
+CONFIGURED = (at.ERROR_CONFIG, at.MUX_CONFIG)
+OF_CHANNELS = (at.RCOUNT, at.OFFSET, at.SETTLECOUNT, at.CLOCK_DIVIDERS, at.DRIVE_CURRENT)
+DRIVE_CODE = 0xF800
+"""The bits of DRIVE_CURRENT that are written; INIT_IDRIVE is the converter's own."""
+
+Tank = Callable[[int, int], tuple[float, float]]
+"""Resonance (Hz) and R_P (ohm) of a channel's tank at a time (ns); R_P 0 where it does not oscillate."""
+
+
+class NoAnswer(OSError):
+    """The converter does not acknowledge."""
+
+
+class Registers:
+    """A converter with tanks on its channels. `time` (ns) goes on by what each access takes, and by `advance`.
+
+    `noise_steps` is as in the figures of the converter; 0 gives the counts alone. `silent` tells a converter that does
+    not answer; `stuck` and `glitch` hold channels whose result stays as it is, and whose next one is wrong: by 0.4 to
+    2.7 %, or by 20 to 140 %, as TI's E2E thread 939787 has it of an LDC1612 (once an hour 8.5 to 20 MHz for 7.8 MHz,
+    without a flag).
+    """
+
+    def __init__(self, device: Converter, clock: float, tank: Tank, noise_steps: float, seed: int = 1) -> None:
+        self.device, self.clock, self.tank, self.noise_steps = device, clock, tank, noise_steps
+        self.seed, self.time = seed & 0xFFFFFFFF or 1, 0
+        self.silent = False
+        self.stuck: set[int] = set()
+        self.glitch: set[int] = set()
+        self.reset()
+
+    def reset(self) -> None:
+        """The converter as after power-up: registers at their defaults, asleep."""
+        self.words = dict.fromkeys(range(128), 0) | at.AT_RESET | {at.DEVICE_ID: self.device.device_id}
+        for channel in range(self.device.channels, at.MOST_CHANNELS):
+            self.words[at.RCOUNT + channel] = 0
+        self._sleep()
+
+    def _sleep(self) -> None:
+        self.due, self.converting = NEVER, 0
+        self.result, self.lower, self.flags = [0] * 4, [0] * 4, [0] * 4
+        self.errors, self.unread, self.ready = 0, 0, False
+        self.held: int | None = None
+
+    # ------------------------------------------------------------------------------------------------------ settings
+
+    def _of(self, first: int, channel: int) -> int:
+        return self.words[first + channel]
+
+    def _reference(self, channel: int) -> float:
+        return self.clock / (self._of(at.CLOCK_DIVIDERS, channel) & 0x3FF)
+
+    @property
+    def is_scanning(self) -> bool:
+        """Whether channels are converted in turn."""
+        return bool(self.words[at.MUX_CONFIG] & at.AUTOSCAN)
+
+    @property
+    def last(self) -> int:
+        """The last channel of a scan; the only one where one is converted over and over."""
+        if not self.is_scanning:
+            return self.words[at.CONFIG] >> at.ACTIVE_CHANNEL
+        sequence = self.words[at.MUX_CONFIG] >> at.SEQUENCE & 3
+        return 1 if sequence == 3 or self.device.channels == 2 else sequence + 1
+
+    def _amplitude(self, channel: int) -> float:
+        return self.device.amplitude(self.tank(channel, self.time)[1], self._of(at.DRIVE_CURRENT, channel) >> 11)
+
+    # ---------------------------------------------------------------------------------------------------- conversions
+
+    def _begin(self, channel: int, after: int, is_settling: bool) -> None:
+        dividers = self._of(at.CLOCK_DIVIDERS, channel)
+        self.converting = channel
+        if not dividers & 0x3FF or not dividers >> 12 or self._of(at.RCOUNT, channel) <= 4:
+            self.due = NEVER
+            return
+        settling = 16.0 * max(2, self._of(at.SETTLECOUNT, channel)) if is_settling else 0.0
+        periods = settling + 16.0 * self._of(at.RCOUNT, channel) + 4.0
+        dead = RECOVERY if self._amplitude(channel) < self.device.limit(DEAD) else 0
+        self.due = self.time + after + int(periods * 1e9 / self._reference(channel)) + dead
+
+    def _drawn(self) -> int:
+        """The next of a row of 32 bits (xorshift by 13, 17 and 5)."""
+        word = self.seed
+        word ^= word << 13 & 0xFFFFFFFF
+        word ^= word >> 17
+        word ^= word << 5 & 0xFFFFFFFF
+        self.seed = word
+        return word
+
+    def _converted(self, channel: int) -> int:
+        full = (self._of(at.CLOCK_DIVIDERS, channel) >> 12) * self._reference(channel)
+        count = self.tank(channel, self.time)[0] / full * 2.0**self.device.bits
+        sigma = self.noise_steps / (32.0 * self._of(at.RCOUNT, channel))
+        drawn = [self._drawn() for _ in range(6)]  # of which twelve even deviates, added, are nearly a normal one
+        normal = (sum((word >> 16) + (word & 0xFFFF) for word in drawn) + 6.0) / 65536.0 - 6.0
+        found = count + count * sigma * normal - 4096.0 * self._of(at.OFFSET, channel)
+        if channel in self.glitch:
+            self.glitch.discard(channel)
+            which = self._drawn() % 14
+            found *= 1.0 + (which + 1.0) / 256.0 if which < 7 else 1.0 + (which - 6.0) / 5.0
+        return min(max(math.floor(found + 0.5), 0), 2**self.device.bits - 1)
+
+    def _complete(self) -> None:
+        channel, let = self.converting, self.words[at.ERROR_CONFIG]
+        volts, limit = self._amplitude(channel), self.device.limit
+        is_dead = volts < limit(DEAD)
+        found = 0 if is_dead else self._converted(channel)
+        found = self.result[channel] if channel in self.stuck else found
+        wrong = (
+            ("ERR_UR", found == 0), ("ERR_OR", found == 2**self.device.bits - 1), ("ERR_WD", is_dead),
+            ("ERR_AHE", volts > limit(HIGH)), ("ERR_ALE", volts < limit(LOW)),
+        )
+        names = [name for name, is_so in wrong if is_so]
+        let_out = {name for name, bit in at.ERRORS_TO_RESULTS.items() if let & bit}
+        flagged = {"ERR_AE" if name in ("ERR_AHE", "ERR_ALE") else name for name in names if name in let_out}
+        self.result[channel] = found
+        self.flags[channel] = sum(at.DATA_FLAGS[name][0] for name in flagged)
+        self.unread |= at.UNREAD >> channel
+        errors = sum(at.STATUS_ERRORS[name] for name in names if let & at.ERRORS_TO_RESULTS[name] >> 8)
+        is_first, is_finished = bool(errors) and not self.errors, channel == self.last and bool(let & 1)
+        self.ready = self.ready or is_finished
+        if is_first:
+            self.errors = errors | channel << at.ERROR_CHANNEL
+        if is_first or is_finished:
+            self._hold()
+        pause = round(self.device.limit("switch_delay") * 1e9) + int(5e9 / self._reference(channel))
+        following = channel if not self.is_scanning else 0 if channel == self.last else channel + 1
+        self._begin(following, pause, self.is_scanning)
+
+    def advance(self, nanoseconds: int) -> None:
+        """Let time go by."""
+        end = self.time + nanoseconds
+        while self.due <= end:
+            self.time = self.due
+            self._complete()
+        self.time = end
+
+    # --------------------------------------------------------------------------------------------------------- access
+
+    def _hold(self) -> None:
+        """STATUS keeps what it says until it is read (8.1.8)."""
+        if self.held is None:
+            self.held = self.errors | (at.DATA_READY if self.ready else 0) | self.unread
+
+    def write(self, register: int, value: int) -> None:
+        """Write a register; raises `NoAnswer` where the converter does not acknowledge."""
+        asleep = bool(self.words[at.CONFIG] & at.SLEEP)
+        self.advance(WRITE)
+        if self.silent:
+            raise NoAnswer(f"no acknowledge for register 0x{register:02X}")
+        if register == at.RESET_DEV and value & 0x8000:
+            self.reset()
+            return
+        channels = (first + channel for first in OF_CHANNELS for channel in range(self.device.channels))
+        if register != at.CONFIG and not (asleep and register in (*CONFIGURED, *channels)):
+            return
+        self.words[register] = value & (DRIVE_CODE if register >= at.DRIVE_CURRENT else 0xFFFF)
+        if register == at.CONFIG and value & at.SLEEP:
+            self._sleep()
+        elif register == at.CONFIG and asleep:
+            self._begin(0 if self.is_scanning else self.last, WAKE, True)
+
+    def read(self, register: int) -> int:
+        """Read a register, STATUS and the upper ones of results with what that clears; raises `NoAnswer`."""
+        self.advance(READ)
+        if self.silent:
+            raise NoAnswer(f"no acknowledge for register 0x{register:02X}")
+        if register == at.STATUS:
+            self._hold()
+            found, self.held, self.errors, self.ready = self.held or 0, None, 0, False
+            return found
+        if 0 <= register < 2 * self.device.channels:
+            return self.lower[register // 2] if register % 2 else self._upper(register // 2)
+        return self.words.get(register, 0)
+
+    def _upper(self, channel: int) -> int:
+        found = self.flags[channel] | self.result[channel] >> 16
+        self.lower[channel] = self.result[channel] & 0xFFFF
+        self.flags[channel] = 0
+        self.unread &= ~(at.UNREAD >> channel)
+        if self.errors >> at.ERROR_CHANNEL == channel:
+            self.errors = 0
+        self.held, self.ready = None, False
+        return found
+
+
+FAULTS = {
+    "open": "a coil's circuit is open: its tank does not oscillate",
+    "short": "a coil's contacts are bridged: its tank does not oscillate",
+    "lost-layer": "one layer of a coil is bridged: the turns of the others are left",
+    "low-amplitude": "a coil loses twice what it ought to: its amplitude is half",
+    "swapped": "two coils are wired to each other's channels",
+    "nack": "the converter does not answer",
+    "stuck": "a coil's result stays what it was, though it counts as new",
+    "reset": "the supply breaks down for a moment: the converter forgets its settings",
+    "glitch": "now and then one result of a coil is wrong, without a flag",
+}
+"""What can be wrong, by name."""
+
+_WRITTEN = re.compile(r"(?P<name>[a-z-]+)(?::(?P<coils>[^@]+))?(?:@(?P<at>[0-9.eE+-]+))?")
+LONGEST = 86_400.0
+"""Seconds at most, a day, that a simulated board is read for or that a fault comes after."""
+
+_EVERY = 3600.0
+"""Seconds from one glitch to the next where the fault does not say."""
+
+
+@record
+class Fault:
+    """Something that goes wrong: its name, the coils that it befalls, and from when on (s); a glitch comes again and
+    again after so long.
+    """
+
+    name: str
+    coils: tuple[str, ...] = ()
+    at: float = 0.0
+
+    @classmethod
+    def read(cls, text: str) -> Fault:
+        """A fault as it is written: ``open:C2``, ``swapped:C1:C2``, ``reset@0.5``, ``glitch:C1@3600``. Raises
+        ValueError for others.
+        """
+        found = _WRITTEN.fullmatch(text)
+        if found is None or found["name"] not in FAULTS:
+            raise ValueError(f"{text!r} is no fault; faults are {', '.join(FAULTS)}, with :COIL and @SECONDS")
+        coils = tuple((found["coils"] or "").split(":")) if found["coils"] else ()
+        try:
+            at = float(found["at"] or (_EVERY if found["name"] == "glitch" else 0.0))
+        except ValueError:
+            at = math.nan
+        if not 0.0 <= at <= LONGEST or (not at and found["name"] == "glitch"):
+            raise ValueError(f"fault {text!r}: @SECONDS is 0 to {LONGEST:g}, and more than 0 between glitches")
+        return cls(found["name"], coils, at)
+
+
+class SimulatedConverter(Registers):
+    """One converter of a design, asleep as after power-up: set it up by its registers, as a driver does.
+
+    `loads` (n, 4) are times (s) and forces (N: normal, shear along x, along y), straight between, the target level;
+    None leaves the target at rest, or the board bare where it has none or `state` is ``free``. `frequencies` (n, coils;
+    Hz) go with the times of `loads` in place of what the design reads under them: those of another board.
+    `faults` are names as `Fault.read` takes them, or such values. `number` is the converter of the sensor, from 0.
+
+    Noise is that of the estimates, `seed` its row. Raises ValueError for unknown faults, coils and states, for
+    loads that nothing answers, and for converters of other families.
+    """
+
+    @checked_arguments
+    def __init__(
+        self,
+        spec: SensorSpec | Design,
+        *,
+        loads: ArrayLike | None = None,
+        frequencies: ArrayLike | None = None,
+        faults: Sequence[str | Fault] | str = (),
+        state: str = REST,
+        number: int = 0,
+        seed: int = 1,
+        noise: bool = True,
+    ) -> None:
+        design = spec if isinstance(spec, Design) else Design(spec)
+        device = design.spec.readout.device
+        if not device.has_driver:
+            raise ValueError(f"no {device.part} is simulated: driver and bench are those of LDC1612 and LDC1614")
+        shares = device.shares(len(design.estimates.coils))
+        if not 0 <= number < len(shares):
+            raise ValueError(f"the design has no converter {number}")
+        self._first = first = sum(shares[:number])
+        self.coils = design.estimates.coils[first : first + shares[number]]
+        self.faults = _faults(faults, [coil.name for coil in design.estimates.coils])
+        known = self.coils[0].states
+        if state not in (*known, REST):
+            raise ValueError(f"state={state}: the design has the states {', '.join(known)}")
+        states = [coil.states.get(state) or coil.states[FREE] for coil in self.coils]
+        self._ohms = [one.parallel_resistance for one in states]
+        self._times, self._read = _course(design, states, loads, frequencies, first)
+        self._layers = len(design.spec.coil.layers)
+        self._glitches = {fault: 1 for fault in self.faults if fault.name == "glitch"}
+        self._resets = {fault for fault in self.faults if fault.name == "reset"}
+        steps = device.limit("noise_steps") if noise else 0.0
+        super().__init__(device, design.spec.readout.clock, self._tank, steps, seed)
+
+    def advance(self, nanoseconds: int) -> None:
+        """Let time go by, with the faults that come in it."""
+        end = self.time + nanoseconds
+        self.silent = any(fault.name == "nack" and fault.at * 1e9 <= end for fault in self.faults)
+        for fault in [one for one in self._resets if one.at * 1e9 <= end]:
+            self._resets.discard(fault)
+            self.reset()
+        for fault, times in self._glitches.items():
+            if times * fault.at * 1e9 <= end:
+                self._glitches[fault] = times + 1
+                self.glitch |= set(self._befallen(fault))
+        self.stuck = {channel for fault in self._present("stuck") for channel in self._befallen(fault)}
+        super().advance(nanoseconds)
+
+    def hold(self, frequencies: ArrayLike) -> None:
+        """Let the coils have these frequencies from now on (Hz; all coils of the sensor)."""
+        own = slice(self._first, self._first + len(self.coils))
+        self._times, self._read = np.zeros(1), np.atleast_2d(frequencies)[:1, own]
+
+    def _present(self, name: str) -> list[Fault]:
+        return [fault for fault in self.faults if fault.name == name and fault.at * 1e9 <= self.time]
+
+    def _befallen(self, fault: Fault) -> list[int]:
+        """The channels that a fault is on; all where it names no coil."""
+        return [k for k, coil in enumerate(self.coils) if not fault.coils or coil.name in fault.coils]
+
+    def _tank(self, channel: int, time: int) -> tuple[float, float]:
+        """Resonance (Hz) and R_P (ohm) of what is on a channel."""
+        wired = channel
+        for fault in self._present("swapped"):
+            pair = self._befallen(fault)[:2]
+            if channel in pair and len(pair) == 2:
+                wired = pair[1 - pair.index(channel)]
+        if wired >= len(self.coils):
+            return 0.0, 0.0
+        frequency, ohms = float(np.interp(time * 1e-9, self._times, self._read[:, wired])), self._ohms[wired]
+        hit = {fault.name for fault in self.faults if fault.at * 1e9 <= time and wired in self._befallen(fault)}
+        if hit & {"open", "short"}:
+            return 0.0, 0.0
+        if "low-amplitude" in hit:
+            ohms *= 0.5
+        if "lost-layer" in hit:
+            # One layer is bridged, of a single one half its turns: the winding's inductance goes as the square of the
+            # turns that are left (layers are near to each other), its resistance as their number, R_P is L / (R C)
+            coil, left = self.coils[wired], (self._layers - 1) / self._layers if self._layers > 1 else 0.5
+            own = coil.winding_inductance / (coil.winding_inductance + abs(coil.lead_inductance))
+            inductance = 1.0 - own * (1.0 - left**2)
+            return frequency / math.sqrt(inductance), ohms * inductance / left
+        return frequency, ohms
+
+
+def _faults(given: Sequence[str | Fault] | str, names: Sequence[str]) -> tuple[Fault, ...]:
+    each = [given] if isinstance(given, str) else given
+    found = tuple(Fault.read(one) if isinstance(one, str) else one for one in each)
+    for fault in found:
+        unknown = [name for name in fault.coils if name not in names]
+        if unknown:
+            raise ValueError(f"{fault.name}: there is no coil {unknown[0]}; coils are {', '.join(names)}")
+        if fault.name == "swapped" and len(fault.coils) != 2:
+            raise ValueError("swapped takes two coils, as in swapped:C1:C2")
+    return found
+
+
+def _course(
+    design: Design, states: Sequence[StateEstimate], loads: ArrayLike | None, frequencies: ArrayLike | None, first: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Times (n; s) and what the coils of the converter have at them (n, coils; Hz)."""
+    if loads is None:
+        drawn = [[state.frequency for state in states]]
+        found = np.array(drawn) if frequencies is None else np.atleast_2d(frequencies)[:, first : first + len(states)]
+        return np.arange(len(found), dtype=float), found
+    rows = np.atleast_2d(np.asarray(loads, dtype=float))
+    if rows.shape[-1] not in (4, 6):
+        raise ValueError("loads are rows of a time (s) and three forces (N), or these and two moments (N m)")
+    if frequencies is None:
+        frequencies = respond(design, loads=rows[:, 1:], rotation="held" if rows.shape[-1] == 4 else "free").frequency
+    return rows[:, 0], np.asarray(frequencies, dtype=float)[:, first : first + len(states)]

@@ -1,0 +1,320 @@
+"""Scans of a board on the bench as lines and as a table, and a diagnosis: each verdict with the probable fault."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from sitscad.apps.hardware.board import STALE, WATCHDOG, Board, CoilReading, LineBoard
+from sitscad.apps.hardware.source import Source
+from sitscad.basics.arrays import Array
+from sitscad.basics.record import record
+from sitscad.basics.units import csv_text, show
+from sitscad.basics.version import __version__
+from sitscad.calibration.inverse_map import InverseMap
+from sitscad.estimates.circuits.bands import Band
+from sitscad.estimates.performance_values import shown_scales
+from sitscad.kernels.converters import ldc_registers as at
+from sitscad.spec.places import map_columns
+
+MET, NOT_MET, NOT_EVALUATED = "MET", "NOT MET", "NOT EVALUATED"
+
+FEWEST = 12
+"""Readings of a coil from which its noise and its rate are judged."""
+
+NOISY, SLOW = 2.0, 0.95
+"""By how much more than the design's the noise may be, and by how much less the rate."""
+
+FEW = 10.0
+"""Over the square root of the number of results, what the noise found may be above the design's for want of more: seven
+standard deviations of it.
+"""
+
+JUMP = 12.0
+"""Standard deviations of noise from the median of three that no sound result has."""
+
+
+@record
+class Verdict:
+    """One thing that a board must do: whether it does, and what was seen, or what a miss probably is."""
+
+    name: str
+    verdict: str
+    said: str
+
+
+def diagnosis(board: Board, wrong: Sequence[str], readings: Sequence[Sequence[CoilReading]]) -> tuple[Verdict, ...]:
+    """All verdicts of a board that was set up (`wrong` are the registers that did not keep their value), by the results
+    of every coil in the order of time. Raises OSError where it does not answer any more.
+    """
+    found = [_line(board)] if isinstance(board, LineBoard) else [_identity(board), _settings(board, wrong)]
+    states = _state(board, readings)
+    for k, rows in enumerate(readings):
+        found += [_frequency(board, k, rows, states), _amplitude(board, k, rows), _noise(board, k, rows)]
+    found += [_rate(board, readings), _order(board)]
+    return tuple(found)
+
+
+def _line(board: LineBoard) -> Verdict:
+    """What came over a serial line; identity and settings are looked after by the firmware."""
+    is_so = not (board.lost or board.corrupted or board.another or board.starts)
+    more = "" if is_so else f": check the cable, the baud rate ({board.serial.baud}) and the speed of this computer"
+    return Verdict("lines", MET if is_so else NOT_MET, board.said + more)
+
+
+def _identity(board: Board) -> Verdict:
+    wanted = (at.MANUFACTURER, board.design.converter.device_id)
+    found = board.identities()
+    words = ", ".join(f"0x{maker:04X} 0x{device:04X}" for maker, device in found)
+    is_so = all(one == wanted for one in found)
+    return Verdict("identity", MET if is_so else NOT_MET, words + ("" if is_so else ": another part, or a bad bus"))
+
+
+def _settings(board: Board, wrong: Sequence[str]) -> Verdict:
+    lost = sum(not board.is_set(k) for k in range(len(board.chips))) + board.restarts
+    if wrong:
+        return Verdict("settings", NOT_MET, f"{', '.join(wrong)} did not read back: the bus, or another part")
+    if lost:
+        times = "once" if lost == 1 else f"{lost} times"
+        return Verdict("settings", NOT_MET, f"lost {times}: the supply broke down, or SD went high")
+    return Verdict("settings", MET, "every register read back, and kept")
+
+
+def _state(board: Board, readings: Sequence[Sequence[CoilReading]]) -> str:
+    """Whether the coils read as a bare board or as an assembled one, whichever more of them fit."""
+    fits = {
+        state: sum(
+            band.low <= board.frequency(rows[0].counts) <= band.high
+            for one, rows in zip(board.bands, readings, strict=True)
+            for band in [getattr(one, state)]
+            if rows
+        )
+        for state in ("assembled", "bare")
+    }
+    return max(fits, key=lambda state: fits[state])
+
+
+def _frequency(board: Board, coil: int, rows: Sequence[CoilReading], state: str) -> Verdict:
+    """Frequency and inductance of a coil against the band of the state that the board is in, or under any load."""
+    own = board.bands[coil]
+    band: Band = getattr(own, state)
+    name = f"{own.coil} frequency"
+    if not rows:
+        return Verdict(name, NOT_MET, "no result at all: the converter does not convert this channel")
+    dead = [row for row in rows if row.status == WATCHDOG]
+    if dead:
+        when = f", first at {dead[0].time:.3g} s" if len(dead) < len(rows) else ""
+        return Verdict(
+            name, NOT_MET, f"does not oscillate{when}: open, or shorted from end to end; measure it with an ohmmeter"
+        )
+    read = np.array([board.frequency(row.counts) for row in rows])
+    frequency = float(np.median(read))
+    off = (band.design / frequency) ** 2 - 1.0
+    seen = f"{show(frequency, 'Hz', 6)}, design {show(band.design, 'Hz', 6)} ({state}), L {100.0 * off:+.1f} %"
+    low, high = min(band.low, own.working.low), max(band.high, own.working.high)
+    # results that leave the median of themselves and their neighbours by more than noise ever does
+    middle = np.median(np.stack([read[:-2], read[1:-1], read[2:]]), axis=0) if len(read) > 2 else read[1:-1]
+    jumps = int(np.sum(np.abs(read[1:-1] - middle) > JUMP * board.conversion.noise(band.design)))
+    if not low <= frequency <= high:
+        more = (
+            "a layer is missing or turns are shorted"
+            if off < 0.0
+            else "another capacitor, more turns or a longer cable"
+        )
+        return Verdict(name, NOT_MET, f"{seen}: {more}")
+    stuck = len(rows) >= FEWEST and len({row.counts for row in rows[-FEWEST:]}) == 1
+    if stuck:
+        return Verdict(name, NOT_MET, f"{seen}: the last {FEWEST} results are the same to the bit: stuck")
+    if jumps:
+        return Verdict(name, NOT_MET, f"{seen}: {jumps} of {len(rows)} results far off: disturbed bus or clock")
+    return Verdict(name, MET, seen)
+
+
+def _amplitude(board: Board, coil: int, rows: Sequence[CoilReading]) -> Verdict:
+    name, bad = f"{board.bands[coil].coil} amplitude", sum(row.is_off for row in rows)
+    if not rows or any(row.status == WATCHDOG for row in rows):
+        return Verdict(name, NOT_EVALUATED, "there is no oscillation")
+    if bad:
+        return Verdict(name, NOT_MET, f"outside of 1.2 to 1.8 V in {bad} of {len(rows)} results: losses or drive code")
+    return Verdict(name, MET, "within 1.2 to 1.8 V")
+
+
+def _noise(board: Board, coil: int, rows: Sequence[CoilReading]) -> Verdict:
+    """The noise by second differences, which leave even motion out: by the median of their sizes, safe from jumps."""
+    name, good = f"{board.bands[coil].coil} noise", [row.counts for row in rows if row.is_good]
+    if len(good) < FEWEST:
+        return Verdict(name, NOT_EVALUATED, f"{len(good)} good results, {FEWEST} are wanted")
+    second = np.diff(np.array(good, dtype=float), 2)
+    found = float(np.median(np.abs(second)) / 0.6745 / np.sqrt(6.0)) * board.frequency(1)
+    wanted = board.conversion.noise(board.bands[coil].assembled.design)
+    seen = f"{show(found, 'Hz', 3)} (one sigma), design {show(wanted, 'Hz', 3)}"
+    if found > max(NOISY, 1.0 + FEW / np.sqrt(len(good))) * wanted:
+        return Verdict(name, NOT_MET, f"{seen}: supply, clock or ground; or the target shakes")
+    return Verdict(name, MET, seen)
+
+
+def _rate(board: Board, readings: Sequence[Sequence[CoilReading]]) -> Verdict:
+    wanted = board.design.estimates.readout.scan_rate
+    if isinstance(board, LineBoard):
+        wanted /= board.serial.scans_per_line
+    counted = [(len(rows) - 1) / (rows[-1].time - rows[0].time) for rows in readings if len(rows) >= FEWEST]
+    if not counted:
+        return Verdict("rate", NOT_EVALUATED, f"fewer than {FEWEST} results of every coil")
+    seen = f"{min(counted):.1f} a second, design {wanted:.1f}"
+    if min(counted) < SLOW * wanted:
+        return Verdict(
+            "rate", NOT_MET, f"{seen}: a slow bus, a channel that does not oscillate, lost settings, or another clock"
+        )
+    return Verdict("rate", MET, seen)
+
+
+def _order(board: Board) -> Verdict:
+    """Whether coils are on their own channels: coils that are alike do not show it by themselves."""
+    if len(board.bands) == 1:
+        return Verdict("order of coils", MET, "there is one")
+    return Verdict(
+        "order of coils", NOT_EVALUATED, "coils of one design are alike: press over each and see which moves"
+    )
+
+
+def words(verdicts: Sequence[Verdict]) -> Iterator[str]:
+    """A line a verdict."""
+    width = max(len(one.name) for one in verdicts)
+    for one in verdicts:
+        yield f"{one.verdict:<14} {one.name:<{width}}  {one.said}"
+
+
+Scan = dict[int, CoilReading]
+"""The newest result of every coil, by its place in the design."""
+
+LATE = 3.0
+"""Times as long as a scan takes after which nobody waits for a coil any more."""
+
+
+def scans(board: Board, source: Source, seconds: float) -> Iterator[Scan]:
+    """Scans until the time of the source is over: whole ones; a result that comes again before its scan is whole is the
+    next scan's, and of a converter with fewer coils than another, which is faster, older ones are left out. A scan that
+    lacks a coil for `LATE` times as long as it ought to take comes without it. Converters that lost their settings are
+    set up again. Raises OSError where one does not answer.
+    """
+    scan, ahead, rate, began = Scan(), Scan(), board.design.estimates.readout.scan_rate, 0.0
+    while source.now() < seconds:
+        new = board.poll(source.now())
+        board.keep_settings(new)
+        began = began if scan else source.now()
+        for coil, reading in new.items():
+            if coil in scan:
+                scan[coil], ahead[coil] = ahead.get(coil, scan[coil]), reading
+            else:
+                scan[coil] = reading
+        if len(scan) == len(board.bands) or (scan and source.now() - began > LATE / rate):
+            yield scan
+            scan, ahead, began = ahead, Scan(), source.now()
+        source.wait(0.25 / rate)
+
+
+TARES = 16
+"""Whole scans whose mean is the tare, as in the examples of the driver in C and in live.html."""
+
+
+class Forces:
+    """Newtons of scans by maps and their tare, or the mean of the first `TARES` whole scans that it takes where
+    `tared`; none without a map. Each cell has a map that reads its own coils: axes then have these before them.
+    """
+
+    def __init__(self, maps: Sequence[InverseMap] = (), tared: bool = False) -> None:
+        self.maps, self.tared = maps, tared
+        self.mean: Array | None = None
+        self.taken: list[Array] = []
+
+    def take(self, board: Board, scan: Scan) -> None:
+        """Take a scan for the tare, as long as one is wanted."""
+        counts = _good(board, scan)
+        if self.maps and self.tared and self.mean is None and counts is not None:
+            self.taken.append(counts)
+            self.mean = np.mean(self.taken, axis=0) if len(self.taken) == TARES else None
+
+    def tare(self, board: Board) -> list[float | None] | None:
+        """The counts of every coil with nothing on it, None where no map reads it; None before a tare, without maps."""
+        if not self.maps or (self.tared and self.mean is None):
+            return None
+        if self.mean is not None:
+            return list(map(float, self.mean))
+        known = {name: float(rest) for one in self.maps for name, rest in zip(one.coils, one.rest, strict=True)}
+        return [known.get(band.coil) for band in board.bands]
+
+    def _read(self, board: Board, scan: Scan) -> Iterator[tuple[InverseMap, str, Array, Array]]:
+        """Every map with what stands before its axes, the counts of its coils (1, coils), and those at rest."""
+        counts = _good(board, scan)
+        if counts is None or (self.tared and self.mean is None):
+            return
+        for one in self.maps:
+            own, prefix = map_columns(board.design.spec, one.coils)
+            yield one, prefix, counts[None, own], one.rest if self.mean is None else self.mean[own]
+
+    def __call__(self, board: Board, scan: Scan) -> dict[str, float]:
+        """Forces (N) by their axes; nothing where a coil has no good reading, or before the tare."""
+        return {f"{prefix}{axis}": force for one, prefix, counts, rest in self._read(board, scan)
+                for axis, force in zip(one.axes, one(counts, rest)[0].tolist(), strict=True)}
+
+    def is_beyond(self, board: Board, scan: Scan) -> bool:
+        """Whether a scan lies beyond what a map was made for: its forces are those where the map ends."""
+        return not all(one.holds(counts, rest)[0] for one, _, counts, rest in self._read(board, scan))
+
+
+def _good(board: Board, scan: Scan) -> Array | None:
+    """The counts (coils) of a scan; none where a coil has no good reading."""
+    if len(scan) < len(board.bands) or not all(one.is_good for one in scan.values()):
+        return None
+    return np.array([float(scan[k].counts) for k in range(len(board.bands))])
+
+
+def _when(scan: Scan) -> float:
+    """The time (s) of a scan: that of its last result."""
+    return max(one.time for one in scan.values())
+
+
+def lines(board: Board, rows: Sequence[Scan], newtons: Forces) -> Iterator[str]:
+    """A line a scan."""
+    for scan in rows:
+        told = [f"{_when(scan):8.4f} s"]
+        told += [
+            f"{board.bands[k].coil} {board.frequency(one.counts) / 1e6:.6f} MHz {one.status}"
+            for k, one in sorted(scan.items())
+        ]
+        found = newtons(board, scan)
+        told += [f"{axis} {scale * force:+.4f} N{' mm' * bool(scale > 1.0)}"
+                 for (axis, force), scale in zip(found.items(), shown_scales(tuple(found)), strict=True)]
+        told += ["beyond the map: the force where it ends"] if newtons.is_beyond(board, scan) else []
+        yield "  ".join(told)
+
+
+def table(board: Board, rows: Sequence[Scan]) -> bytes:
+    """A CSV file: time (s), and of every coil counts, frequency (Hz) and what is said of them; empty where a scan has
+    no result of a coil.
+    """
+    names = [one.coil for one in board.bands]
+    lines: list[list[object]] = [
+        ["time_s", *(f"{name}_{what}" for name in names for what in ("counts", "Hz", "status"))]
+    ]
+    for scan in rows:
+        row: list[object] = [f"{_when(scan):.6f}"]
+        for k in range(len(names)):
+            one = scan.get(k)
+            row += ["", "", STALE] if one is None else [one.counts, f"{board.frequency(one.counts):.1f}", one.status]
+        lines.append(row)
+    return csv_text(lines).encode("utf-8")
+
+
+def document(board: Board, source: str) -> bytes:
+    """What the numbers of the table need: how counts become frequencies, and frequencies inductances."""
+    conversion, readout = board.conversion, board.design.estimates.readout
+    value = {
+        "sitscad": __version__, "source": source, "sensor": board.design.spec.name,
+        "coils": [one.coil for one in board.bands], "full_scale_Hz": conversion.full_scale,
+        "count_bits": conversion.device.count_bits, "rcount": conversion.rcount, "scan_rate_Hz": readout.scan_rate,
+        "conversion_capacitance_F": readout.conversion_capacitance,
+    }
+    return (json.dumps(value, indent=2) + "\n").encode("utf-8")

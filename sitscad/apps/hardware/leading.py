@@ -1,0 +1,203 @@
+"""A calibration led point by point: what to put on, readings taken once they are at rest, and the table of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+
+import numpy as np
+
+from sitscad.apps.hardware.board import OUT_OF_BAND, Board
+from sitscad.apps.hardware.diagnosis import JUMP, Scan, scans
+from sitscad.apps.hardware.source import Simulation, Source
+from sitscad.basics.arrays import Array
+from sitscad.basics.record import record
+from sitscad.calibration.calibration import Calibration
+from sitscad.calibration.points import load_words, table_head
+from sitscad.calibration.unknowns import usual
+from sitscad.estimates.circuits.settings import identity
+from sitscad.estimates.performance_values import amount_text, shown_scales
+from sitscad.spec.places import map_columns
+
+WINDOW = 1.0
+"""Seconds over which readings are averaged, and from which to which they may not move."""
+
+MOVED = 4.0
+"""Standard deviations of the difference of two such means from which on readings move."""
+
+PATIENCE = 60.0
+"""Seconds after which readings that still move are given up."""
+
+BACK = "back"
+"""What is typed where the point before is to be taken again."""
+
+OTHERWISE = 0.1, 4.0
+"""Shares of a force on an axis between which the map of the drawn sensor reads it on any board as it is made: of 400
+simulated ones of four templates 0.23 to 2.4."""
+
+LEFT_ON = 0.1
+"""Share of full scale that a tare after the first reads as at most."""
+
+SOUND = 0.9
+"""Share of a coil's results that have to be good, and near their median."""
+
+
+class NotTaken(ValueError):
+    """A point that cannot be taken, in words."""
+
+
+def head(board: Board, found: Calibration) -> str:
+    """The first lines of the table: by them a table is known that belongs to this sensor and plan."""
+    assert found.plan is not None
+    design, points = board.design, len(found.plan.loads)
+    of = f"# {design.spec.name}, settings {identity(design.spec.name, board.devices):08X}, {points} points"
+    return "\n".join([of, *table_head(found.sensors)]) + "\n"
+
+
+@record(eq=False)
+class Leading:
+    """A calibration of one board point by point: `ask` shows what to put on and gives back what was typed, `tell` says
+    how it goes. A simulated board is loaded as the plan says. Of a board with cells only the coils of the map are read.
+    """
+
+    board: Board
+    source: Source
+    found: Calibration
+    ask: Callable[[str], str]
+    tell: Callable[[str], None]
+
+    def table(self, before: str = "") -> Iterator[str]:
+        """The table after every point that is taken, from where `before`, the table as far as it is, ends. A point that
+        somebody puts on and that cannot be taken is told and asked for again. Raises ValueError for tables and boards
+        of another sensor, NotTaken for a simulated point that cannot be taken, OSError without an answer.
+        """
+        assert self.found.plan is not None
+        first, rows = self._head(before), self.found.plan.rows
+        text = before or first
+        while (done := text.count("\n") - first.count("\n")) < len(rows):
+            try:
+                row = self._point(rows[done], f"{done + 1} of {len(rows)}", text[len(first) :].partition("\n")[0])
+            except NotTaken as error:
+                if isinstance(self.source, Simulation):
+                    raise
+                self.tell(f"{error}. Once more")
+                continue
+            text = text + row if row else text[: text.rindex("\n", 0, -1) + 1]
+            self.tell(f"{done + 1} of {len(rows)} taken" if row else f"{done} of {len(rows)} is taken again")
+            yield text
+
+    def _head(self, before: str) -> str:
+        """The table's first lines. Raises ValueError where board or table are of another sensor."""
+        board, source, first = self.board, self.source, head(self.board, self.found)
+        ours = identity(board.design.spec.name, board.devices)
+        if isinstance(source, Simulation) and ours != identity(
+            source.design.spec.name, Board(source.design, ()).devices
+        ):
+            raise ValueError(f"the simulated board is {source.design.spec.name}, not {board.design.spec.name}")
+        if before and not (before.startswith(first) and before.endswith("\n")):
+            raise ValueError(
+                "the table that is there is of another sensor, of other settings or of another plan: move it"
+            )
+        return first
+
+    def _point(self, load: Array, number: str, rest: str) -> str:
+        """A point's line, `rest` that of the first; nothing where the point before is wanted. Raises NotTaken where it
+        cannot be taken, or reads as another load and nobody typed that it is on.
+        """
+        scope, is_typed = self.found.sensors.range, False
+        forces: Array | None = load[scope.columns]
+        if isinstance(self.source, Simulation):
+            self.source.put_on(load, self.found.sensors.is_held, self.found.cell or 1)
+        else:
+            words = load_words(load, scope.axes, self.found.sensors.rotation) if load.any() else "nothing on it"
+            forces, is_typed = self._put_on(load, f"{number}: {words}", not rest)
+        if forces is None:
+            return ""
+        own, _ = map_columns(self.board.design.spec, self.found.sensors.coils)
+        counts = taken(self.board, self.source, self.tell, own)
+        if rest and not is_typed and not isinstance(self.source, Simulation):
+            self._compare(forces, counts, np.array([float(cell) for cell in rest.split(",")[len(forces) :]]))
+        shown = forces * shown_scales(scope.axes)
+        return ",".join([*(f"{force:.6g}" for force in shown), *(f"{count:.1f}" for count in counts)]) + "\n"
+
+    def _put_on(self, load: Array, words: str, is_first: bool) -> tuple[Array | None, bool]:
+        """The forces (axes; N) that somebody put on, those asked for or those typed, and whether they were typed; None
+        where the point before is to be taken again.
+        """
+        scope = self.found.sensors.range
+        while typed := self.ask(words).replace(",", " ").split():
+            if typed == [BACK] and not is_first:
+                return None, False
+            with suppress(ValueError):
+                forces = np.array([float(word) for word in typed])
+                if len(forces) == len(scope.columns):
+                    forces = forces / shown_scales(scope.axes)
+                if len(forces) == len(scope.columns) and np.all(np.isfinite(forces)) and forces.any() == load.any():
+                    return forces, True
+            wanted = "0 for every axis: this is the tare"
+            if load.any():
+                wanted = f"{', '.join(scope.axes)} in newtons{MOMENTS_TOO * scope.has_moments}"
+            self.tell(f"{' '.join(typed)!r} is not {wanted}; nothing and Enter: as asked for; {BACK}: the one before")
+        return np.asarray(load[scope.columns]), False
+
+    def _compare(self, forces: Array, counts: Array, rest: Array) -> None:
+        """Raises NotTaken where a reading is not of these forces (axes; N) by the map of the sensor as it is drawn, by
+        far more than units differ.
+        """
+        found = self.found.map
+        read, size = found(counts, rest)[0], np.abs(forces)
+        low, high = (share * size for share in OTHERWISE)
+        along, loaded = read * np.sign(forces), size > 0.0
+        is_off = np.any(((along < low) | (along > high)) & loaded)
+        if is_off if loaded.any() else np.linalg.norm(read / found.full_scale) > LEFT_ON:
+            told = ", ".join(f"{amount_text(force, axis, 2)} {axis}"
+                             for axis, force in zip(found.axes, read, strict=True))
+            raise NotTaken(f"that reads as about {told}; put it right, or type the newtons that are on to keep it")
+
+
+MOMENTS_TOO = ", moments in newton millimetres"
+
+
+def taken(board: Board, source: Source, tell: Callable[[str], None], own: Sequence[int]) -> Array:
+    """Return the mean counts of the coils `own` (by number, from 0) once two windows in a row differ by no more than
+    noise. Raises NotTaken if such a coil has no good readings, or if they still move after `PATIENCE`.
+    """
+    if source.creep:
+        tell(f"waiting {source.creep:.0f} s for the pad to come to rest")
+        source.wait(source.creep)
+    board.skip()
+    rate = board.design.estimates.readout.scan_rate
+    assert rate is not None
+    last, end, long = None, source.now() + PATIENCE, max(WINDOW, (usual("readings") + 2) / rate)
+    while source.now() < end:
+        mean, sigma = window(board, list(scans(board, source, source.now() + long)), own)
+        if last is not None:
+            moves = np.abs(mean - last[0]) / np.hypot(sigma, last[1])
+            if np.all(moves <= MOVED):
+                return mean
+            tell(f"{board.bands[own[int(np.argmax(moves))]].coil} still moves")
+        last = mean, sigma
+    raise NotTaken(f"readings still move after {PATIENCE:.0f} s: the load, its guide or the temperature")
+
+
+def window(board: Board, rows: list[Scan], own: Sequence[int]) -> tuple[Array, Array]:
+    """Return mean counts of the coils `own`, and one sigma of that mean by the design's noise.
+
+    Single results far off are left out; there is no mean if they are many. Raises NotTaken if a coil has no good
+    readings.
+    """
+    means, sigmas = [], []
+    for coil in own:
+        band = board.bands[coil]
+        read = [row[coil] for row in rows if coil in row]
+        good = np.array([one.counts for one in read if one.is_good], dtype=float)
+        noise = board.conversion.noise(band.assembled.design) / board.frequency(1)
+        said = sorted({one.status for one in read if not one.is_good})
+        if len(good) < max(SOUND * len(read), usual("readings")) or np.ptp(good) == 0.0:
+            more = ": another sensor, or a fault" if OUT_OF_BAND in said else ""
+            why = ", ".join(said) or ("stuck" if len(good) else "no reading")
+            raise NotTaken(f"{band.coil}: {why}{more}; `sitscad read --diagnose` says more")
+        near = good[np.abs(good - np.median(good)) <= JUMP * noise]
+        means.append(near.mean() if len(near) >= SOUND * len(good) else np.nan)
+        sigmas.append(noise / np.sqrt(len(near)))
+    return np.array(means), np.array(sigmas)

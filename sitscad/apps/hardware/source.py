@@ -1,0 +1,312 @@
+"""Where readings come from: a simulated board, converters on a Linux computer's I2C bus, or lines on a serial port."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+from urllib.parse import parse_qsl
+
+import numpy as np
+
+from sitscad.apps.hardware.board import Board, BusConverter, LineBoard, Port
+from sitscad.apps.hardware.converter import LONGEST, SimulatedConverter
+from sitscad.assembly.places.motions import motion_number
+from sitscad.calibration.calibration import sensors_of
+from sitscad.calibration.unknowns import units
+from sitscad.estimates.circuits.settings import BAUD_RATES, devices, serial_settings
+from sitscad.estimates.design import Design, respond
+from sitscad.estimates.loads.working_range import required_range
+from sitscad.estimates.performance_values import AXES, FORCES
+from sitscad.spec.load import load
+
+SIMULATED, BUS, SERIAL = "sim:", "/dev/i2c-", "serial:"
+RAMP = 33
+"""Loads of a ramp that are solved; readings between are straight."""
+
+BEGUN = 0.02
+"""Seconds until converters are set up, and the first scan has begun."""
+
+KEYS = ("load", "seconds", "fault", "state", "seed", "unit", "cell")
+SEVERAL = ("load", "fault")
+"""What a simulated source may say, and what it may say several times."""
+
+SHORTEST = 1e-3  # Seconds at least that a simulated board is read for
+MOST_BAUD = 100_000_000  # Bits a second; no serial port is faster
+MOST_SEED = 2**32 - 1  # The largest seed or number of a unit: 32 bits
+
+
+class Source:
+    """Converters in the order of their numbers, and their clock."""
+
+    creep, paced = 10.0, True
+    """Seconds that a pad is given to come to rest under a load, before it is read for a calibration."""
+
+    def __init__(self, chips: Sequence[BusConverter], seconds: float | None = None) -> None:
+        self.chips, self.seconds, self._begun = chips, seconds, time.monotonic()
+
+    def board(self, design: Design) -> Board:
+        """The board of a design with these converters."""
+        return Board(design, self.chips)
+
+    def now(self) -> float:
+        """Seconds since the beginning."""
+        return time.monotonic() - self._begun
+
+    def wait(self, seconds: float) -> None:
+        """Let time go by."""
+        time.sleep(seconds)
+
+
+class Simulation(Source):
+    """Simulated converters of a design that keep one time. `errors` are the unknowns of each cell of the sensor that
+    they read, None for a cell as it is drawn. A sensor without cells is its own only cell.
+    """
+
+    chips: Sequence[SimulatedConverter]
+    creep = 0.0
+    paced = False
+
+    def __init__(
+        self, design: Design, chips: Sequence[SimulatedConverter], seconds: float | None = None,
+        errors: Sequence[np.ndarray | None] = (None,),
+    ) -> None:
+        super().__init__(chips, seconds)
+        self.design, self.errors = design, errors
+
+    def put_on(self, load: np.ndarray, is_held: bool, cell: int = 1) -> None:
+        """Load (3; N) the target of a cell (by its number, from 1) from now on, and no other."""
+        read = _on_cell(self.design, cell, np.atleast_2d(load), self.errors, is_held)
+        for chip in self.chips:
+            chip.hold(read)
+
+    def now(self) -> float:
+        """Seconds of the simulated clock: of the converter that is farthest on, to which the others catch up."""
+        latest = max(chip.time for chip in self.chips)
+        for chip in self.chips:
+            chip.advance(latest - chip.time)
+        return latest * 1e-9
+
+    def wait(self, seconds: float) -> None:
+        """Let simulated time go by, no faster than the true one where it is `paced`."""
+        for chip in self.chips:
+            chip.advance(round(seconds * 1e9))
+        if self.paced:
+            time.sleep(max(0.0, self.now() - (time.monotonic() - self._begun)))
+
+
+class Wired:
+    """A converter on a bus of Linux."""
+
+    def __init__(self, bus: Any, address: int) -> None:
+        self.bus, self.address = bus, address
+
+    def read(self, register: int) -> int:
+        """A register's 16 bits."""
+        upper, lower = self.bus.read_i2c_block_data(self.address, register, 2)
+        return int(upper) << 8 | int(lower)
+
+    def write(self, register: int, value: int) -> None:
+        """Write 16 bits."""
+        self.bus.write_i2c_block_data(self.address, register, [value >> 8, value & 0xFF])
+
+
+class SerialLine(Source):
+    """A microcontroller on a serial port."""
+
+    def __init__(self, port: Port) -> None:
+        super().__init__(())
+        self.port = port
+
+    def board(self, design: Design) -> LineBoard:
+        """The board of a design whose readings come over this line; time begins with the first of them. Raises OSError
+        where none comes.
+        """
+        found = LineBoard(design, self.port)
+        found.begin()
+        self._begun = time.monotonic()
+        return found
+
+
+def design_of(path: str) -> Design:
+    """The design of a spec, or of the package in a folder. Raises SpecError, OSError, and ValueError where the folder
+    has no spec.
+    """
+    place = Path(path)
+    if place.is_dir():
+        found = sorted((place / "spec").glob("*.yaml"))
+        if len(found) != 1:
+            raise ValueError(f"{path} is no package: there is no one spec in its folder spec/")
+        place = found[0]
+    return Design(load(place))
+
+
+def source_of(text: str, design: Design | None, tares: int = 0) -> tuple[Source, Design]:
+    """The source that a text names, and the design that it is read by; the loads of a simulated board begin after so
+    many scans without load. Raises ValueError for others and for what goes with none of them.
+    """
+    if text.startswith(SIMULATED):
+        path, _, query = text.removeprefix(SIMULATED).partition("?")
+        if not path:
+            raise ValueError("sim: names no spec: sim:sensor.yaml, or sim: and the folder of a package")
+        own = design_of(path)
+        if design is not None and own.spec == design.spec:
+            own = design  # what is worked out of it is worked out once
+        return _simulated(own, query, tares), design or own
+    if design is None:
+        raise ValueError("--design says which design the board is of")
+    if text.startswith((BUS, SERIAL)) and not design.converter.has_driver:
+        raise ValueError(f"{text} cannot be read: sitscad has no driver for {design.converter.part} (for LDC1612 and "
+                         "LDC1614 it has one); firmware/ of its package has the settings")
+    if text.startswith(BUS):
+        try:
+            import smbus2
+        except ImportError as error:
+            raise ValueError(f"{text} needs smbus2: pip install 'sitscad[bench]' brings it") from error
+        wanted, paths = devices(design.spec.readout, design.estimates), text.split(",")
+        if len(paths) != wanted[-1].bus + 1:
+            raise ValueError(f"{text}: the converters are on {wanted[-1].bus + 1} buses (two: /dev/i2c-1,/dev/i2c-3)")
+        buses = [smbus2.SMBus(path) for path in paths]
+        return Source([Wired(buses[one.bus], one.address) for one in wanted]), design
+    if text.startswith(SERIAL):
+        estimates = design.estimates
+        baud = serial_settings(design.spec, estimates.readout.scan_rate).baud
+        return SerialLine(_port(text, baud)), design
+    raise ValueError(
+        f"{text!r} is no source: sim:SPEC?load=normal:0:5&seconds=2&fault=open:C2, /dev/i2c-N (of two buses with a "
+        "comma between), "
+        f"or serial:PORT?baud={BAUD_RATES[0]}"
+    )
+
+
+def _port(text: str, baud: int) -> Port:
+    """Return the serial port that a source names, at its ``?baud=``, or else at `baud`.
+
+    Raises ValueError if pyserial is not installed, and OSError if the port does not open.
+    """
+    try:
+        import serial
+    except ImportError as error:
+        raise ValueError(f"{text} needs pyserial: pip install 'sitscad[bench]' brings it") from error
+    path, _, query = text.removeprefix(SERIAL).partition("?")
+    given = dict(parse_qsl(query, keep_blank_values=True))
+    asked = given.get("baud", str(baud))
+    if set(given) - {"baud"} or not (asked.isdecimal() and 0 < int(asked) <= MOST_BAUD):
+        raise ValueError(f"serial:PORT takes ?baud={baud}, a whole number up to {MOST_BAUD}, and nothing else, not "
+                         f"{query!r}")
+    port: Port = serial.Serial(path, int(asked), timeout=0.05)
+    return port
+
+
+def _simulated(design: Design, query: str, tares: int) -> Simulation:
+    """A simulated board: `load` is AXIS:FIRST:LAST (N), of several axes with commas between, over `seconds` after so
+    many scans without load; `fault` may come several times; `unit` is the number of a sensor as it is made, left out
+    the one as drawn; `cell` is that of its cells which a load is on; `state` and `seed` as for `SimulatedConverter`.
+    """
+    pairs = parse_qsl(query, keep_blank_values=True)
+    given = dict(pairs)
+    for key in given:
+        if key not in KEYS:
+            raise ValueError(f"sim: {key} is none of {', '.join(KEYS)}")
+        if key not in SEVERAL and sum(name == key for name, _ in pairs) > 1:
+            raise ValueError(f"sim: {key} is given twice")
+    for other in ("unit", "load", "cell"):
+        if "state" in given and other in given:
+            raise ValueError(f"sim: with {other} a sensor is assembled: {other} and state do not go together")
+    numbers = {key: _in_range(f"{key}={given.get(key, usual)}", least, most, is_whole)
+               for key, usual, least, most, is_whole in (
+                   ("seconds", 1.0, SHORTEST, LONGEST, False), ("seed", 1, 0, MOST_SEED, True),
+                   ("unit", 0, 0, MOST_SEED, True), ("cell", 1, 1, len(design.cells), True))}
+    seconds = numbers["seconds"]
+    rate = design.estimates.readout.scan_rate
+    before = BEGUN + (tares + 1) / rate if tares and rate else 0.0
+    times = np.linspace(before, before + seconds, RAMP)
+    loads = np.column_stack([times, _ramps(value for name, value in pairs if name == "load")])
+    if "load" not in given or not required_range(design.cell(1).spec).has_moments:
+        if np.any(loads[:, 1 + len(FORCES) :]):
+            raise ValueError("sim: load of a moment: the target is taken as kept level; requirements.moment_x and "
+                             "moment_y ask for one that is free to tilt")
+        loads = loads[:, : 1 + len(FORCES)]
+    if before:
+        none = np.zeros((2, loads.shape[1]))
+        none[1, 0] = before - 1e-6
+        loads = np.vstack([none, loads])
+    number = design.converter.needed(len(design.estimates.coils))
+    faults = [value for name, value in pairs if name == "fault"]
+    if "load" in given and "cell" not in given and len(design.cells) > 1:
+        raise ValueError(f"sim: a load is on one of the {len(design.cells)} cells: say on which, like cell=1")
+    errors: list[np.ndarray | None] = [None] * len(design.cells)
+    if "unit" in given:  # each cell of a unit has errors of its own
+        errors = [units(sensors_of(cell.response).known, len(design.cells), int(numbers["unit"]))[k]
+                  for k, cell in enumerate(design.cells)]
+    read = None
+    if "cell" in given or "unit" in given:
+        read = _on_cell(design, int(numbers["cell"]), loads[:, 1:], errors)
+    chips = [
+        SimulatedConverter(
+            design, loads=loads if "load" in given or read is not None else None, faults=faults,
+            frequencies=read,
+            state=given.get("state", "rest"), number=k, seed=int(numbers["seed"]) + k,
+        )
+        for k in range(number)
+    ]
+    return Simulation(design, chips, before + seconds, errors)
+
+
+def _ramps(texts: Iterable[str]) -> np.ndarray:
+    """Return loads (`RAMP`, 5; N, N m) from texts such as AXIS:NEWTONS or AXIS:FIRST:LAST; commas separate axes.
+    Raises ValueError for another text, and for an axis that stands twice.
+    """
+    loads, known = np.zeros((RAMP, len(AXES))), set()
+    for one in (one for text in texts for one in text.split(",")):
+        axis, *ends = one.split(":")
+        if axis not in AXES or len(ends) not in (1, 2):
+            raise ValueError(
+                f"load is AXIS:NEWTONS or AXIS:FIRST:LAST with {', '.join(AXES)} (moments in N mm), of several "
+                f"axes with a comma between (load=normal:5,shear_x:2), not {one!r}"
+            )
+        if axis in known:
+            raise ValueError(f"load says twice what {axis} is")
+        known.add(axis)
+        first, last = motion_number(axis, ends[0]), motion_number(axis, ends[-1])
+        if axis == "normal" and min(first, last) < 0.0:
+            raise ValueError(f"load={one}: a normal force presses towards the board, 0 or more")
+        loads[:, AXES.index(axis)] = np.linspace(first, last, RAMP)
+    return loads
+
+
+def _in_range(said: str, least: float, most: float, is_whole: bool) -> float:
+    """The number of KEY=NUMBER. Raises ValueError that says what is allowed if it is not finite and in the range."""
+    try:
+        value = (int if is_whole else float)(said.partition("=")[2])
+    except ValueError:
+        value = math.nan
+    if not least <= value <= most:
+        kind = "whole number" if is_whole else "number"
+        raise ValueError(f"sim: {said}: a {kind} from {least:g} to {most:.10g} is wanted")
+    return value
+
+
+def _on_cell(
+    design: Design, number: int, loads: np.ndarray, errors: Sequence[np.ndarray | None], is_held: bool = True
+) -> np.ndarray:
+    """Frequencies (Hz; n, coils) under loads (n, 3; N) on one cell, nothing on the others, whose crosstalk is left out.
+
+    `errors` are those of each cell of a unit, or None for the sensor as drawn.
+    """
+    nothing = np.zeros((1, loads.shape[1]))
+    each = [_read_by(cell, own, loads if k == number else nothing, is_held)
+            for k, (cell, own) in enumerate(zip(design.cells, errors, strict=True), 1)]
+    return np.concatenate([np.broadcast_to(one, (len(loads), one.shape[1])) for one in each], axis=1)
+
+
+def _read_by(design: Design, unit: np.ndarray | None, loads: np.ndarray, is_held: bool = True) -> np.ndarray:
+    """Frequencies (Hz; n, coils) under loads (n, 3 or 5; N, N m), with moments of a free target: of a unit with its
+    errors, or of the sensor as drawn.
+    """
+    is_held = is_held and loads.shape[1] == len(FORCES)
+    if unit is None:
+        return np.asarray(respond(design, loads=loads, rotation="held" if is_held else "free").frequency)
+    return np.asarray(sensors_of(design.response, is_held).under(unit, loads, exact=True))

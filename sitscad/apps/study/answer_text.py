@@ -1,0 +1,355 @@
+"""The answer of a study as tables of plain values, as text, as JSON, and its front as CSV."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict
+from typing import Any
+
+from sitscad.apps.study.answer import beaten_by_base, changed, unjudged
+from sitscad.apps.study.evaluating import NO_SCREEN
+from sitscad.apps.study.evaluation import Breach
+from sitscad.apps.study.measures import MEASURES
+from sitscad.apps.study.running import is_unmade
+from sitscad.apps.study.space import Space, at_key, code_version
+from sitscad.apps.study.spreads import wilson
+from sitscad.apps.study.study import StudyAnswer
+from sitscad.apps.study.sweeping import rule_titles, shown
+from sitscad.basics.quantities import Table
+from sitscad.basics.record import record
+from sitscad.basics.units import NONE, cell, counted, csv_text, show
+from sitscad.basics.version import __version__
+from sitscad.checks.findings import to_json
+from sitscad.files.report.numbers import table_text
+
+Row = Mapping[str, Any]
+
+
+@record(eq=False)
+class AnswerTable:
+    """Rows of plain values under the keys of JSON, and the columns that people read: the text of a row by heading."""
+
+    title: str
+    rows: Sequence[Row]
+    columns: Mapping[str, Callable[[Row], str]]
+
+    def shown(self, *, most: int | None = None, without: Sequence[str] = ()) -> Table:
+        """Return the first `most` rows as texts, without some columns and without those that are empty."""
+        rows = self.rows[:most]
+        texts = {head: [text(row) for row in rows] for head, text in self.columns.items() if head not in without}
+        used = {head: column for head, column in texts.items() if any(column)}
+        more = f" (the first {len(rows)} of {len(self.rows)})" if len(rows) < len(self.rows) else ""
+        cells = [[cell or NONE for cell in row] for row in zip(*used.values(), strict=True)]
+        return Table(list(used), cells, self.title + more)
+
+
+REFUSALS = "What refuses designs: share of all that were looked at, and share that nothing else refuses"
+
+NEAREST, WITH = "nearest, of those refused by it alone if any", "with"
+"""Headings of the design that comes nearest to a limit: its figure, and its keys, which a text leaves out."""
+
+
+def refusal_table(answer: StudyAnswer) -> AnswerTable:
+    """Return rules and requirements with the shares of designs that they refuse, and the nearest design."""
+    titles, chosen = rule_titles(), answer.asked.space.chosen
+    rows = [{"name": one.name, "share": one.share, "alone": one.alone, "nearest": asdict(one.nearest),
+             "at": chosen(one.nearest_at)} for one in answer.bindings]
+    columns: dict[str, Callable[[Row], str]] = {
+        "rule or requirement": lambda row: titles.get(name := str(row["name"]), name),
+        "share": lambda row: f"{row['share']:.1%}",
+        "alone": lambda row: f"{row['alone']:.1%}",
+        NEAREST: lambda row: breach_words(row["name"], Breach(**row["nearest"])),
+    }
+    if any(columns[NEAREST](row) for row in rows):
+        columns[WITH] = lambda row: keys_words(row["at"])
+    return AnswerTable(REFUSALS, rows, columns)
+
+
+BY_YIELD = "yield by "
+"""Begins the name of what would cost too many units."""
+
+
+def breach_words(name: str, breach: Breach) -> str:
+    """Return how far a design is from a limit. Empty if it is not known, or if figure and limit read alike."""
+    if breach.measured is None or breach.limit is None:
+        return ""
+    measure = name.removeprefix(BY_YIELD)
+    if measure in MEASURES:
+        at = " (with its scatter)" if measure != name else ""
+        found, limit = (shown(measure, value, 6) for value in (breach.measured, breach.limit))
+    else:
+        at, found, limit = "", show(breach.measured, breach.unit, 6), show(breach.limit, breach.unit, 6)
+    if breach.sigma is not None:
+        return f"{found} keeps {limit} by {breach.sigma:.2g} sigma of manufacture where one is asked"
+    return f"{found}{at} where {limit} is asked" if found != limit else ""
+
+
+def keys_words(values: Mapping[str, Any]) -> str:
+    """Return keys and values in a line."""
+    return ", ".join(f"{key}: {value}" for key, value in values.items()) or "the base as it is"
+
+
+def base_value(before: Mapping[str, Any], key: str) -> str:
+    """Return a key of the base as it is written there. A dash if it is not there."""
+    return NONE if (value := at_key(before, key)) is None else str(value)
+
+
+def measure_columns(names: Sequence[str]) -> dict[str, Callable[[Row], str]]:
+    """Return a column for each measure except sigmas. It shows the figure that a row has under ``values``."""
+    def column(name: str) -> Callable[[Row], str]:
+        return lambda row: shown(name, row["values"][name][0]) if name in row["values"] else NONE
+
+    return {name: column(name) for name in names if not name.startswith("sigma.")}
+
+
+def design_table(answer: StudyAnswer) -> AnswerTable:
+    """Return the base and the designs that are kept: figures, yield, what refuses the base, and what differs."""
+    before = answer.asked.base.values(())
+    keys = dict.fromkeys(key for one in answer.kept for key in one.changed)
+    rows: list[Row] = [{"design": "base", "changed": {key: base_value(before, key) for key in keys}, "accepted": [],
+                        **answer.base.as_json(), "yield": None}]
+    for number, one in enumerate(answer.kept, 1):
+        units = None if one.units is None else {"share": one.units.share, **asdict(one.units)}
+        rows.append({"design": f"designs/{number}.yaml", "changed": dict(one.changed), "accepted": one.accepted,
+                     **one.evaluation.as_json(), "yield": units})
+    columns = {
+        "design": _number, **measure_columns(answer.asked.measures),
+        "yield": lambda row: f"{row['yield']['share']:.1%}" if row["yield"] else "",
+        "refused by": lambda row: ", ".join(row["refused"]) if row["design"] == "base" else "",
+        "warnings that the study accepts": lambda row: ", ".join(row["accepted"]),
+        "keys": lambda row: keys_words(row["changed"]),
+    }
+    goals = ", ".join(goal.words for goal in answer.asked.goals)
+    return AnswerTable(f"Designs, the best {'by' if len(answer.asked.goals) == 1 else 'of'} {goals}",
+                       rows if answer.kept else [], columns)
+
+
+def _number(row: Row) -> str:
+    """Return the number of a design that is kept, else its name."""
+    return re.sub(r"designs/(\d+)\.yaml", r"\1", row["design"])
+
+
+def yield_table(designs: AnswerTable) -> AnswerTable:
+    """Return the yields of designs: interval, what loses units, the yield once calibrated, and what decides it."""
+    rows = [{"design": row["design"], **row["yield"]} for row in designs.rows if row["yield"] is not None]
+
+    def calibrated(row: Row) -> str:
+        if row["calibrated"] <= row["good"]:
+            return ""
+        return f"{row['calibrated'] / row['units']:.1%} ({_interval(wilson(row['calibrated'], row['units']))})"
+
+    return AnswerTable("Yields, the share of units as they are made that keep all", rows, {
+        "design": _number,
+        "yield": lambda row: f"{row['share']:.1%}",
+        "at 95 %": lambda row: _interval(row["interval"]),
+        "units": lambda row: str(row["units"]),
+        "once calibrated": calibrated,
+        "not computed": lambda row: str(row["failed"] or ""),
+        "lost by": lambda row: ", ".join(f"{name} {share:.1%}" for name, share in row["broken"].items()),
+        "decided by (Sobol' indices)": lambda row: ", ".join(f"{name} {index:.0%}" for name, index in
+                                                             row["costs"].items()),
+    })
+
+
+def _interval(ends: Sequence[float]) -> str:
+    low, high = ends
+    return f"{low:.1%} to {high:.1%}"
+
+
+def sigma_table(designs: AnswerTable) -> AnswerTable:
+    """Return one sigma of measures by the estimates, to first order, beside that of the units that were drawn."""
+    rows = [{"design": row["design"], "measure": name, "first_order": row["values"][f"sigma.{name}"][0], "drawn": drawn}
+            for row in designs.rows if row["yield"] is not None
+            for name, drawn in row["yield"]["sigmas"].items() if f"sigma.{name}" in row["values"]]
+    return AnswerTable("One sigma from unit to unit", rows, {
+        "design": _number,
+        "measure": lambda row: row["measure"],
+        "to first order": lambda row: shown(row["measure"], row["first_order"], 2),
+        "of the units drawn": lambda row: shown(row["measure"], row["drawn"], 2),
+    })
+
+
+def front_table(answer: StudyAnswer) -> AnswerTable:
+    """Return every design that no other beats, the best by the first goal first. Kept designs have their number."""
+    numbers = {one.point: number for number, one in enumerate(answer.kept, 1)}
+    rows = [{"at": answer.asked.space.chosen(point), "values": answer.found.of(point).as_json()["values"],
+             "design": numbers.get(point, "")} for point in answer.front]
+
+    def column(key: str) -> Callable[[Row], str]:
+        return lambda row: str(row["at"][key])
+
+    keys = {variable.key: column(variable.key) for variable in answer.asked.space.variables}
+    return AnswerTable("", rows, {"kept": lambda row: str(row["design"]), **keys,
+                                  **measure_columns(answer.asked.measures)})
+
+
+LOW_YIELD = 0.9
+"""Share of good units below which the answer cautions if the study asks for no yield."""
+
+
+def low_yield_lines(answer: StudyAnswer) -> Iterator[str]:
+    """Yield a caution if the study asks for no yield and keeps designs that lose many units."""
+    low = [f"design {number} ({one.units.share:.1%})" for number, one in enumerate(answer.kept, 1)
+           if one.units is not None and one.units.share < LOW_YIELD]
+    if low and answer.asked.least_yield is None:
+        yield (f"Caution: fewer than {LOW_YIELD:.0%} of the units keep all of {', '.join(low)}, and the study asks for "
+               'no yield: with require: {yield: ">= 90 %"} such designs are dropped.')
+
+
+MOST_BINDING = 6
+"""Rules and requirements that the text lists; JSON has all."""
+
+UNMADE = "Designs that SIT0 rules refuse cannot be drawn, and nothing else was asked of them."
+
+
+def answer_text(said: StudyAnswer, folder: str = "") -> str:
+    """The answer for people: whether it can be met, what binds, the designs, their yields, how it goes on."""
+    return f"{found_text(said)}\n{yields_text(said, folder)}"
+
+
+def found_text(said: StudyAnswer) -> str:
+    """The part of the answer that is known before yields are worked out."""
+    refusals = refusal_table(said).shown(most=MOST_BINDING, without=(WITH,))
+    fallen = [f"dropped, for their units have too small a yield: {said.fallen}"] if said.fallen else []
+    return _joined(verdict_lines(said), refusals, refusal_lines(said), design_table(said).shown(), fallen,
+                   trust_lines(said))
+
+
+def yields_text(said: StudyAnswer, folder: str, before: StudyAnswer | None = None) -> str:
+    """The rest of it; the designs once more where others are kept than `before` yields were known."""
+    designs = design_table(said)
+    others = before is not None and [one.point for one in before.kept] != [one.point for one in said.kept]
+    again = (verdict_lines(said), designs.shown()) if others else ()
+    return _joined(*again, yield_table(designs).shown(), sigma_table(designs).shown(), low_yield_lines(said),
+                   onward(said, folder))
+
+
+def _joined(*parts: Table | Iterable[str]) -> str:
+    """Return tables and lines as blocks with an empty line between them."""
+    blocks = (table_text(part) if isinstance(part, Table) else "\n".join(part) for part in parts)
+    return "\n\n".join(block for block in blocks if block) + "\n"
+
+
+def verdict_lines(said: StudyAnswer) -> Iterator[str]:
+    """Whether it can be met, and how many designs were looked at."""
+    asked, found = said.asked, said.found
+    count = f"{len(found.screened)} of {asked.space.size} designs were looked at by {found.method}, "
+    count += f"{len(found.full)} in full"
+    good = len(said.front)
+    if said.is_met:
+        but = f" but for the yield that is asked ({_least_yield(said)}), which is not known" if said.lacks_yield else ""
+        yield f"It can be met{but}: {count}; {good} {'is' if good == 1 else 'are'} not beaten by another."
+        if beaten := beaten_by_base(asked, said.base, said.kept):
+            of = "every design that is kept" if beaten == len(said.kept) else f"{beaten} of the {len(said.kept)} kept"
+            yield f"The base itself beats {of}: stay with it, or search longer (search.evaluations)."
+    elif said.fallen:
+        yield (f"No design was found that has the yield that is asked ({_least_yield(said)}): {count}; units "
+               f"were drawn of the best {said.fallen}, and {good} more keep everything else and are not beaten.")
+    else:
+        yield f"No design was found that keeps everything: {count}."
+        if left := unjudged(asked, found):
+            yield (f"Of {counted(left, 'more design')} the screen refuses nothing, but they were not judged in full: "
+                   "vary less, or search longer (search.evaluations).")
+    for number, key in enumerate(asked.space.variables):
+        at = {one.point[number] for one in said.kept}
+        if key.is_ordered and len(key.values) > 2 and len(at) == 1 and at <= {0, len(key.values) - 1}:
+            end, = at
+            yield (f"{key.key}: {key.values[end]} in every design that is kept, the {'last' if end else 'first'} value "
+                   "of its range: a wider one may hold better designs.")
+    if off := changed(asked, asked.base_point):
+        before = asked.base.values(())
+        values = ", ".join(f"{key}: {value} in place of {base_value(before, key)}" for key, value in off.items())
+        yield f"The base is none of the designs; the one nearest to it, looked at first, has {values}."
+    if asked.space.size > len(found.screened) and not said.is_met:
+        yield "That is a search and no proof: what was not looked at may do."
+    for goal in said.alike:
+        yield f"{goal.measure} is the same of all designs: nothing that is varied decides it."
+
+
+def _least_yield(said: StudyAnswer) -> str:
+    return next(one.written for one in said.asked.require if one.measure == "yield")
+
+
+def refusal_lines(said: StudyAnswer) -> Iterator[str]:
+    """Yield what refusals mean, and the smallest relaxation that was tried and admits a design."""
+    if is_unmade(one.name for one in said.bindings):
+        yield UNMADE
+    if (least := said.relaxation) is not None:
+        titles = rule_titles()
+        words = [f"let go of {titles.get(name, name)} {breach_words(name, least.breaches[name])}".rstrip()
+                 for name in least.names]
+        yield f"The smallest relaxation that was tried and admits a design: {'; '.join(words)}"
+        yield f"with {keys_words(said.asked.space.chosen(least.point))}"
+
+
+def trust_lines(said: StudyAnswer) -> Iterator[str]:
+    """How well both levels agree."""
+    one = said.agreement
+    if unscreened := said.found.unscreened:
+        yield f"{unscreened} of {counted(len(said.found.screened), 'design')} took the full level at once: {NO_SCREEN}."
+    if one.designs:
+        ranks = ", ".join(f"{name} {rank:.4g}" for name, rank in one.rank_correlation.items() if rank is not None)
+        told = (f"{one.verdicts_differ} verdicts differ, {one.undecided} were left to the full level"
+                if one.undecided < one.designs else "the screen could refuse none of them")
+        yield (f"Screen against full on {one.designs} designs whose leads are drawn: {told}"
+               + (f"; rank correlation {ranks}." if ranks else "."))
+
+
+def onward(said: StudyAnswer, folder: str) -> Iterator[str]:
+    """What to do next."""
+    if not said.kept:
+        yield "Next: widen a range, relax what binds, or search longer (search.evaluations)."
+    elif folder:
+        design = shlex.quote(f"{folder}/designs/1.yaml")
+        yield f"Next: sitscad build {design}"
+        if range_of_one := sweep_range(said.asked.space):
+            yield f"One key alone: sitscad sweep {design} {shlex.quote(range_of_one)}"
+
+
+MOST_SWEPT = 7
+"""Values of a key that the command for a sweep has."""
+
+
+def sweep_range(space: Space) -> str:
+    """Return the range of a sweep over the first key that no other key follows. Empty if there is none."""
+    bound = {*space.same.values(), *space.brought}
+    for one in space.variables:
+        last = len(one.values) - 1
+        values = [str(one.values[k]) for k in sorted({k * last // (MOST_SWEPT - 1) for k in range(MOST_SWEPT)})]
+        if one.key not in bound and not any("," in value for value in values):
+            return f"{one.key}={','.join(values)}"
+    return ""
+
+
+def answer_json(said: StudyAnswer) -> str:
+    """The answer for programs; it depends on study, seed and version alone."""
+    asked, found, least = said.asked, said.found, said.relaxation
+    _, *kept = design_table(said).rows or [{}]
+    return to_json({
+        "sitscad": __version__, "code": code_version(), "study": said.name,
+        "met": None if said.lacks_yield else said.is_met,
+        "method": found.method, "seed": asked.seed, "designs": asked.space.size, "screened": len(found.screened),
+        "full": len(found.full), "unjudged": unjudged(asked, found), "goals": [goal.words for goal in asked.goals],
+        "require": {one.measure: one.written for one in asked.require},
+        "fallen_by_yield": said.fallen, "alike": [goal.measure for goal in said.alike],
+        "bindings": refusal_table(said).rows,
+        "relaxation": None if least is None else {
+            "lets_go": {name: asdict(least.breaches[name]) for name in least.names},
+            "at": asked.space.chosen(least.point),
+        },
+        "agreement": asdict(said.agreement),
+        "base": said.base.as_json(), "base_differs": changed(asked, asked.base_point), "kept": kept,
+    })
+
+
+def front_csv(said: StudyAnswer) -> str:
+    """The front: one row a design, the best by the first goal first; kept designs by their number."""
+    asked, nothing = said.asked, (float("nan"),) * 2
+    named = [title for name in asked.measures for title in (name, f"{name}.error")]
+    rows: list[list[object]] = [[*(v.key for v in asked.space.variables), *named, "design"]]
+    for row in front_table(said).rows:
+        figures = [cell(value) for name in asked.measures for value in row["values"].get(name, nothing)]
+        rows.append([*row["at"].values(), *figures, row["design"]])
+    return csv_text(rows)

@@ -1,0 +1,508 @@
+"""The file of a study: its keys, and what they say; whatever is wrong with it is reported at once, with its place; and
+one to start from.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import cached_property
+from typing import Any, ClassVar
+
+from sitscad.apps.study.evaluating import can_screen, judged
+from sitscad.apps.study.measures import MEASURES, nearest_measures
+from sitscad.apps.study.space import Base, Point, RangeError, Space, Variable, require_key, same_value, stepped
+from sitscad.basics.record import record
+from sitscad.basics.units import UNITS, decimal, in_mm
+from sitscad.spec.coil import INNER, TURNS
+from sitscad.spec.format.kinds import Number, Special, Text, described, refuse
+from sitscad.spec.format.section import Section, key
+from sitscad.spec.load import meet
+from sitscad.spec.reading import Remarks, SpecError
+from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.yaml.source import dotted
+
+VERSION = 1
+MOST_KEYS, MOST_GOALS, MOST_KEPT, MOST_GRID = 16, 3, 8, 1_000_000
+METHODS = ("auto", "grid", "sobol", "nsga2", "de")
+ALL = "all"
+
+
+def _version(value: Any) -> int:
+    if isinstance(value, bool) or value != VERSION or not isinstance(value, int):
+        refuse("SIT008", f"{described(value)} is no version of studies that is known here",
+               f"write sitscad_study: {VERSION}")
+    return VERSION
+
+
+def _mapping(value: Any) -> dict[str, Any]:
+    if not isinstance(value, dict):
+        refuse("SIT004", f"{described(value)}, where a section of keys and values is wanted", "")
+    return dict(value)
+
+
+def _list(value: Any) -> list[Any]:
+    if not isinstance(value, list) or not value:
+        refuse("SIT004", f"{described(value)}, where a list is wanted", "write it like [one, other]")
+    return list(value)
+
+
+def _accepted(value: Any) -> tuple[str, ...]:
+    if value == ALL:
+        return (ALL,)
+    if not isinstance(value, list) or not all(isinstance(one, str) for one in value):
+        refuse("SIT004", f"{described(value)}, where a list of rules is wanted, or `all`", "like [SIT103]")
+    return tuple(value)
+
+
+_VALUE = {"anyOf": [{"type": "number"}, {"type": "string"}]}
+_RANGE = {"type": "object", "additionalProperties": False, "required": ["from", "to"],
+          "properties": {"from": _VALUE, "to": _VALUE, "step": _VALUE}}
+_VARY = Special(_mapping, {"type": "object", "minProperties": 1, "maxProperties": MOST_KEYS,
+                           "additionalProperties": {"anyOf": [_RANGE, {"type": "array", "minItems": 1}]}})
+_SAME = Special(_mapping, {"type": "object", "additionalProperties": {"type": "string"}})
+_WITH = Special(_mapping, {"type": "object", "additionalProperties": {
+    "type": "object", "additionalProperties": {"type": "object"}}})
+_GOAL = {"type": "object", "additionalProperties": False, "minProperties": 1, "maxProperties": 1,
+         "properties": {word: {"enum": list(MEASURES)} for word in ("minimize", "maximize")}}
+_GOALS = Special(_list, {"type": "array", "minItems": 1, "maxItems": MOST_GOALS, "items": _GOAL})
+_REQUIRE = Special(_mapping, {"type": "object", "additionalProperties": False, "properties": {
+    name: {"type": "string", "pattern": "^(>=|<=)", "description": row.meaning} for name, row in MEASURES.items()}})
+_ACCEPT = Special(_accepted, {"anyOf": [{"const": ALL}, {"type": "array", "items": {"type": "string"}}]})
+_SPREAD = Special(_mapping, {"type": "object", "additionalProperties": _VALUE})
+_SEARCH = Special(_mapping, {"type": "object", "additionalProperties": False, "properties": {
+    "method": {"enum": list(METHODS)}, "evaluations": {"type": "integer", "minimum": 1},
+    "seed": {"type": "integer", "minimum": 0}}})
+
+
+class StudyDocument(Section):
+    """A study: which keys of a base spec vary, what is wanted of the design, and how long is searched."""
+
+    is_whole: ClassVar[bool] = False
+
+    sitscad_study: int = key(Special(_version, {"const": VERSION}), "version of this format")
+    base: str = key(Text(1000), "the spec that is varied, from this file's folder; its rules and requirements hold")
+    vary: dict[str, Any] = key(_VARY, "keys of the spec, each {from, to, step} or a list of values")
+    same: dict[str, Any] = key(_SAME, "keys that take the value of a varied key", {})
+    with_: dict[str, Any] = key(_WITH, "what a value of a varied key brings along", {}, "with")
+    goals: list[Any] = key(_GOALS, "one to three measures to minimize or maximize, the first one first")
+    require: dict[str, Any] = key(_REQUIRE, "limits of measures beside those of the spec, like {rp: '>= 1.2 kohm'}", {})
+    accept: tuple[str, ...] = key(_ACCEPT, "rules whose warnings may stay, or all", [])
+    spread: dict[str, Any] = key(_SPREAD, "one sigma of keys, in place of the tables', like {elastomer.modulus: 30 %}",
+                                 {})
+    search: dict[str, Any] = key(_SEARCH, "method, evaluations, seed", {})
+    keep: int = key(Number(1, MOST_KEPT, whole=True), "designs that are kept at most", 5)
+
+
+@record
+class Goal:
+    """A measure, and whether less of it is better."""
+
+    measure: str
+    is_less_better: bool = True
+
+    def cost(self, value: float) -> float:
+        """The figure as something to make small."""
+        return value if self.is_less_better else -value
+
+    @property
+    def words(self) -> str:
+        """The goal as it is written."""
+        return f"{'minimize' if self.is_less_better else 'maximize'} {self.measure}"
+
+
+@record
+class Requirement:
+    """A limit of a measure (SI): at least that where `is_floor`, else at most; as it is `written`."""
+
+    measure: str
+    is_floor: bool
+    limit: float
+    written: str
+
+    def holds(self, value: float) -> bool:
+        """Whether a figure keeps it."""
+        return value >= self.limit if self.is_floor else value <= self.limit
+
+
+@record(eq=False)
+class Asked:
+    """What a study's file asks for."""
+
+    base: Base
+    space: Space
+    goals: tuple[Goal, ...]
+    require: tuple[Requirement, ...]
+    accept: tuple[str, ...]
+    spread: Mapping[str, float]
+    method: str = "auto"
+    evaluations: int = 1000
+    seed: int = 1
+    keep: int = 5
+
+    @property
+    def measures(self) -> tuple[str, ...]:
+        """The measures that every design is asked for, goals and limits, and the sigmas of those that have one."""
+        return (*self._asked_for, *(f"sigma.{name}" for name in self.scattered))
+
+    @property
+    def scattered(self) -> tuple[str, ...]:
+        """The goals and limits whose scatter from unit to unit is known."""
+        return tuple(name for name in self._asked_for if f"sigma.{name}" in MEASURES)
+
+    @property
+    def _asked_for(self) -> Iterable[str]:
+        names = [*(goal.measure for goal in self.goals), *(one.measure for one in self.require)]
+        return dict.fromkeys(name for name in names if name != "yield")
+
+    @cached_property
+    def base_point(self) -> Point:
+        """The design nearest to the base, which is looked at first: the base itself where all keys have its values."""
+        return self.space.nearest(self.base.values(()))
+
+    @property
+    def least_yield(self) -> float | None:
+        """The yield that is required; None where none is."""
+        return next((one.limit for one in self.require if one.measure == "yield"), None)
+
+
+def asked_for(document: StudyDocument, base: Base, said: Remarks) -> Asked:
+    """What a document asks of a base; what is wrong with it is noted in `said`."""
+    variables = tuple(_variables(document, base, said))
+    space = Space(variables, _same(document, base, said), _brought(document, base, variables, said))
+    _fights(document, said)
+    goals = tuple(_goals(document, said))
+    require = tuple(_requirements(document, said))
+    search = {**{"method": "auto", "evaluations": 1000, "seed": 1}, **_search(document, said)}
+    if not said.flaws:
+        _out_of_reach(base, goals, require, space, said)
+        if search["method"] == "grid" and space.size > MOST_GRID:
+            said.flaw("SIT010", "search.method", f"the grid has {space.size:.3g} designs; {MOST_GRID} are the most",
+                      "larger steps, fewer keys, or method: auto")
+        if search["method"] == "de" and len(goals) > 1:
+            said.flaw("SIT009", "search.method", "differential evolution has one goal", "one goal, or method: nsga2")
+    return Asked(base, space, goals, require, document.accept, dict(_spreads(document, said)), keep=document.keep,
+                 **search)
+
+
+def _variables(document: StudyDocument, base: Base, said: Remarks) -> Iterator[Variable]:
+    """The varied keys with their values."""
+    if not 1 <= len(document.vary) <= MOST_KEYS:
+        said.flaw("SIT006", "vary", f"{len(document.vary)} keys; one to {MOST_KEYS} can be varied")
+    for name, written in document.vary.items():
+        place = dotted("vary", name)
+        try:
+            if isinstance(written, list) and written:
+                values, is_ordered = tuple(written), False
+            elif isinstance(written, dict) and {"from", "to"} <= written.keys() <= {"from", "to", "step"}:
+                values, is_ordered = stepped(written["from"], written["to"], written.get("step")), True
+            else:
+                raise RangeError(f"{described(written)} is no range", "{from: 6, to: 12, step: 0.5}, or a list [2, 4]")
+        except RangeError as error:
+            said.flaw("SIT006", place, str(error), error.hint)
+            continue
+        if not is_ordered:
+            _note_twice(place, values, said)
+        if _is_usable(base, name, values, place, said):
+            yield Variable(name, values, is_ordered)
+
+
+def _note_twice(place: str, values: tuple[Any, ...], said: Remarks) -> None:
+    """Note values of a list that stand in it before, whatever unit each is written in."""
+    seen: dict[Any, Any] = {}
+    for k, value in enumerate(values):
+        if (one := same_value(value)) in seen:
+            said.flaw("SIT009", dotted(place, k), f"{described(value)} is {described(seen[one])}, which is listed, too",
+                      "each value once")
+        seen.setdefault(one, value)
+
+
+def _is_usable(base: Base, name: str, values: tuple[Any, ...], place: str, said: Remarks) -> bool:
+    """Whether the spec has a key, and takes values of this kind there; what it says is noted."""
+    try:
+        require_key(base, name, values)
+    except SpecError as error:
+        for finding in error.findings[:1]:
+            said.flaw(finding.rule, place, finding.message, finding.hint)
+        return False
+    return True
+
+
+def _same(document: StudyDocument, base: Base, said: Remarks) -> dict[str, str]:
+    found = {}
+    for name, other in document.same.items():
+        place = dotted("same", name)
+        if not isinstance(other, str) or other not in document.vary:
+            known = ", ".join(document.vary)
+            said.flaw("SIT007", place, f"{described(other)} is not varied", f"one of {known}")
+            continue
+        written = document.vary[other]
+        first = [one for one in written[:1] if one is not None] if isinstance(written, list) else []
+        first = [written.get("from")] if isinstance(written, dict) else first
+        if first and _is_usable(base, name, tuple(first), place, said):
+            found[name] = other
+    return found
+
+
+def _brought(
+    document: StudyDocument, base: Base, variables: Iterable[Variable], said: Remarks
+) -> dict[str, dict[str, dict[str, Any]]]:
+    """What values of varied keys bring along."""
+    found: dict[str, dict[str, dict[str, Any]]] = {}
+    by_key = {variable.key: variable for variable in variables}
+    for name, choices in document.with_.items():
+        place, variable = dotted("with", name), by_key.get(name)
+        if not isinstance(choices, dict) or not all(isinstance(one, dict) for one in choices.values()):
+            said.flaw("SIT004", place, "a section of values, each with what it brings, is wanted",
+                      "coil.layers: {2: {fpc.stackup: flex-2l}}")
+            continue
+        if name not in document.vary:
+            said.flaw("SIT007", place, f"{name} is not varied", f"one of {', '.join(document.vary)}")
+            continue
+        known = [str(value) for value in variable.values] if variable is not None else list(choices)
+        for choice, brings in choices.items():
+            if variable is not None and choice not in known:
+                near = f"the nearest is {known[variable.nearest(choice)]}"
+                said.flaw("SIT007", dotted(place, choice), f"{choice} is no value of {name}",
+                          near if variable.is_ordered else f"one of {', '.join(known)}")
+            for other, value in brings.items():
+                _is_usable(base, other, (value,), dotted(dotted(place, choice), other), said)
+        found[name] = {choice: dict(brings) for choice, brings in choices.items()}
+    return found
+
+
+def _fights(document: StudyDocument, said: Remarks) -> None:
+    """Note keys that would take two values at once, by themselves or as part of a section: of vary, same and with, or
+    of two that vary.
+    """
+    settled: dict[str, str] = {}
+    for name, by, place in _settled(document):
+        for other, of_other in settled.items():
+            if meet(name, other) and (by != of_other or not by.startswith("with.")):
+                whose = of_other if name == other else f"{other} under {of_other}"
+                said.flaw("SIT009", place, f"{name} is decided by {whose}, too", "one of both")
+        settled.setdefault(name, by)
+
+
+def _settled(document: StudyDocument) -> Iterator[tuple[str, str, str]]:
+    """Every key that a study gives values, by what it does, and where that is written."""
+    for name in document.vary:
+        yield name, "vary", dotted("vary", name)
+    for name in document.same:
+        yield name, "same", dotted("same", name)
+    for name, choices in document.with_.items():
+        for choice, brings in choices.items() if isinstance(choices, dict) else ():
+            for other in brings if isinstance(brings, dict) else ():
+                yield other, f"with.{name}", dotted(dotted(dotted("with", name), choice), other)
+
+
+def _goals(document: StudyDocument, said: Remarks) -> Iterator[Goal]:
+    if len(document.goals) > MOST_GOALS:
+        said.flaw("SIT006", "goals", f"{len(document.goals)} goals; {MOST_GOALS} are the most",
+                  "turn the others into requirements")
+    seen = set[str]()
+    for k, written in enumerate(document.goals):
+        place = dotted("goals", k)
+        words = list(written) if isinstance(written, dict) else []
+        if len(words) != 1 or words[0] not in ("minimize", "maximize"):
+            said.flaw("SIT004", place, f"{described(written)} is no goal", "minimize: MEASURE, or maximize: MEASURE")
+        elif _is_measure(name := written[words[0]], dotted(place, words[0]), said):
+            if name == "yield":
+                said.flaw("SIT009", dotted(place, words[0]), "yield is worked out for the designs that are kept",
+                          'require it: {yield: ">= 95 %"}')
+            if name in seen:
+                said.flaw("SIT009", dotted(place, words[0]), f"{name} is a goal already", "one goal of each measure")
+            seen.add(name)
+            yield Goal(name, words[0] == "minimize")
+
+
+def _is_measure(name: Any, place: str, said: Remarks) -> bool:
+    if isinstance(name, str) and name in MEASURES:
+        return True
+    said.flaw("SIT007", place, f"there is no measure {described(name)}", nearest_measures(str(name)))
+    return False
+
+
+EXAMPLES = {
+    "H": ">= 1 uH", "ohm": ">= 1.2 kohm", "Hz": ">= 500 Hz", "N": "<= 20 mN", "m": "<= 5 mm", "m2": "<= 120 mm2",
+    "V": ">= 1.2 V", "A": "<= 5 mA", "": ">= 95 %",
+}
+"""A limit of a measure as it may be written, by the measure's unit."""
+
+_LIMIT = re.compile(r"\s*(>=|<=)\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*(\S*)\s*")
+
+
+def _requirements(document: StudyDocument, said: Remarks) -> Iterator[Requirement]:
+    for name, written in document.require.items():
+        place = dotted("require", name)
+        if not _is_measure(name, place, said):
+            continue
+        match, unit = _LIMIT.fullmatch(str(written)), MEASURES[name].unit
+        factor = _factors(unit).get(match[3]) if match else None
+        if match is None or factor is None:
+            said.flaw("SIT005" if match else "SIT004", place, f"{described(written)} is no limit of {name}",
+                      f"like {EXAMPLES[unit]!r}; units: {', '.join(one or 'none' for one in _factors(unit))}")
+            continue
+        if name == "yield" and not (match[1] == ">=" and 0.0 < float(match[2]) * factor < 1.0):
+            said.flaw("SIT006", place, f"{described(written)} is no yield that can be required", "like >= 95 %")
+            continue
+        yield Requirement(name, match[1] == ">=", float(match[2]) * factor, str(written).strip())
+
+
+def _factors(unit: str) -> dict[str, float]:
+    """The units in which a limit of a measure may be written, and their factors to SI."""
+    if unit == "":
+        return {"": 1.0, "%": 0.01}
+    if unit == "m2":
+        return {"mm2": 1e-6, "cm2": 1e-4, "m2": 1.0}
+    if unit in ("V", "A"):
+        return {f"{prefix}{unit}": factor for prefix, factor in (("u", 1e-6), ("m", 1e-3), ("", 1.0))}
+    return next({name: float(factor) for name, factor in units.items()} for units in UNITS.values() if unit in units)
+
+
+def _search(document: StudyDocument, said: Remarks) -> dict[str, Any]:
+    checks: dict[str, tuple[Callable[[Any], bool], str]] = {
+        "method": (lambda value: value in METHODS, f"one of {', '.join(METHODS)}"),
+        "evaluations": (lambda value: _is_whole(value, 1, MOST_GRID), f"a number from 1 to {MOST_GRID}"),
+        "seed": (lambda value: _is_whole(value, 0, 2**32 - 1), "a whole number from 0"),
+    }
+    found = {}
+    for name, value in document.search.items():
+        place = dotted("search", name)
+        if name not in checks:
+            said.flaw("SIT002", place, f"{described(name)} is no key in search", f"allowed: {', '.join(checks)}")
+        elif not checks[name][0](value):
+            said.flaw("SIT006", place, f"{described(value)} is no {name}", checks[name][1])
+        else:
+            found[name] = value
+    return found
+
+
+def _is_whole(value: Any, low: int, high: int) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and low <= value <= high
+
+
+def _spreads(document: StudyDocument, said: Remarks) -> Iterator[tuple[str, float]]:
+    """One sigma of keys, relative (%)."""
+    from sitscad.apps.study.spreads import SPREADS
+
+    for name, written in document.spread.items():
+        place, match = dotted("spread", name), re.fullmatch(r"\s*(\d+\.?\d*|\.\d+)\s*%\s*", str(written))
+        if name not in SPREADS:
+            said.flaw("SIT007", place, f"nothing is known to scatter by the name {described(name)}",
+                      f"one of {', '.join(SPREADS)}")
+        elif SPREADS[name].unit != "1":
+            said.flaw("SIT009", place, f"{name} scatters by a length or an angle, not by a share of itself",
+                      "write its tolerance into the spec's section assembly")
+        elif match is None or not 0.0 <= float(match[1]) <= 100.0:
+            said.flaw("SIT006", place, f"{described(written)} is no sigma", "one sigma of the figure itself, like 30 %")
+        else:
+            yield name, 0.01 * float(match[1])
+
+
+def _out_of_reach(
+    base: Base, goals: tuple[Goal, ...], require: tuple[Requirement, ...], space: Space, said: Remarks
+) -> None:
+    """Note goals that nothing of what is varied can change, and measures that need what the base has not and nothing of
+    what is varied brings.
+    """
+    places = [(goal.measure, dotted(dotted("goals", k), goal.words.partition(" ")[0])) for k, goal in enumerate(goals)]
+    for goal, (_, place) in zip(goals, places, strict=True):
+        keys = MEASURES[goal.measure].decided_by
+        if keys and not space.moves(keys):
+            said.flaw("SIT009", place, f"{goal.measure} is decided by {' and '.join(keys)}, which nothing "
+                      "here varies: all designs have the same", "vary it, or choose another goal")
+
+    places += [(one.measure, dotted("require", one.measure)) for one in require]
+    for name, place in places:
+        for need in MEASURES[name].needs:
+            if not need.is_had(base.spec) and not space.moves(need.keys):
+                said.flaw("SIT009", place, f"{name} needs {need.words}, which the base has not and nothing here "
+                          "varies: no design has it", "give it to the base, or ask for another measure")
+                break
+
+
+STARTED = """\
+# Which design around {name} is best? A study, for `sitscad design`.
+
+sitscad_study: 1
+base: {base}{room}# any spec beside this file: every rule and all its requirements hold for every design
+
+# One to sixteen keys of the base. A range without a step has at least fifty round values; a list is a choice.
+vary:
+{vary}
+{same}
+# What a value brings along, where it needs other keys, too:
+# with: {{coil.layers: {{2: {{fpc.stackup: flex-2l-18um}}, 4: {{fpc.stackup: flex-4l}}}}}}
+
+# One to three measures (sitscad measures). Of several, designs are kept that none beats in all of them.
+goals:
+{goals}
+
+# Beyond what the base asks, like {{rp: ">= 1.1 kohm"}}. A yield is that of units over the spreads of manufacture.
+require: {{yield: ">= 95 %"}}
+
+# Rules whose warnings may stay, or all; every other one is gone from a kept design.{own}
+accept: [{accept}]
+# spread: {{elastomer.modulus: 16 %}}    # one sigma, in place of the tables'
+
+search: {{method: auto, evaluations: {evaluations}, seed: 1}}   # auto, grid, sobol, de, nsga2 (extra [design])
+keep: 4
+"""
+
+
+def started(spec: SensorSpec, base: str) -> str:
+    """The text of a study of a spec, which stands at `base`: around its own values vary those sizes that it has; its
+    goals are what it is made for, and what warns of it may stay.
+    """
+    accept = [rule for rule in judged(spec, ()).warned if not rule.startswith("SIT0")]
+    coil, widths = spec.coil, {"coil.trace_width", "coil.trace_spacing"}
+    is_free = INNER not in spec.source.keys or widths <= spec.source.keys.keys()
+    return STARTED.format(
+        name=spec.name, base=base, room=" " * max(2, 26 - len(base)), vary="\n".join(_around(spec)),
+        same="\nsame: {coil.trace_spacing: coil.trace_width}         # keys that follow a varied one\n"
+             if coil.trace_spacing == coil.trace_width and is_free else "",
+        goals="\n".join(f"  - {words}" for words in _worth(spec)), accept=", ".join(accept),
+        own=" The base has these itself." if accept else "",
+        evaluations=1000 if can_screen(spec) else 200,
+    )
+
+
+def _around(spec: SensorSpec) -> Iterator[str]:
+    """Keys of a spec, each with a range around its value."""
+    coil, made = spec.coil, spec.fpc.rules
+    if coil.size[0] == coil.size[1]:  # else a list of two, of which there is no range
+        yield f"  coil.outer_diameter: {_range(0.9 * coil.size[0], 1.05 * coil.size[0])}"
+    written = spec.source.keys
+    if INNER in written:
+        yield f"  {INNER}: {_range(0.8 * coil.inner_diameter, 1.2 * coil.inner_diameter)}"
+    if isinstance(turns := coil.turns, float) and (TURNS in written or INNER not in written):
+        step = next(part for part in (0.25, 0.5, 1.0) if coil.outline.is_whole(part))
+        low, high = max(2.0, step * round(0.75 * turns / step)), step * round(1.1 * turns / step)
+        yield f"  coil.turns: {{from: {decimal(low)}, to: {decimal(high)}, step: {step}}}"
+    least = min(coil.trace_width, max(0.85 * coil.trace_width, made.trace_width, made.trace_spacing))
+    first, last = 5 * math.ceil(least * 2e5 - 1e-6), 5 * round(1.25 * coil.trace_width * 2e5)
+    if "coil.trace_width" in written or INNER not in written:
+        yield f"  coil.trace_width: {{from: {first} um, to: {last} um, step: 5 um}}"
+    if spec.array.pitch is not None and spec.cells is None:
+        yield f"  array.pitch: {_range(spec.array.pitch, 1.1 * spec.array.pitch)}"
+    if spec.elastomer is not None:
+        yield f"  elastomer.thickness: {_range(0.7 * spec.elastomer.thickness, 1.3 * spec.elastomer.thickness)}"
+
+
+def _range(low: float, high: float) -> str:
+    """A range between two lengths (m), as a spec has them: in mm."""
+    return f"{{from: {in_mm(low, 2)}, to: {in_mm(high, 2)}}}"
+
+
+def _worth(spec: SensorSpec) -> Iterator[str]:
+    """Two goals of a spec."""
+    felt = spec.target is not None and spec.elastomer is not None
+    yield "minimize: resolution.normal" if felt else "maximize: rp"
+    if spec.jaw is not None:
+        yield "minimize: fit.closed_pair"
+    elif felt and spec.requirements.shear_force:
+        yield "minimize: resolution.shear_x"
+    elif spec.fpc.body is None:
+        yield "minimize: board.area"

@@ -1,0 +1,457 @@
+"""Designs evaluated on two levels, side by side: in chunks of about a second's work, by processes or whatever else has
+`submit`, and always given back in the order in which they were asked for.
+
+In full a design is judged as `check` judges it, without hints. At the screen level each figure has what it may be off
+by: nothing is led out (`layout.sketch`), estimates are those of a tolerance for screening, and what a sensor feels
+comes from a chart of few points. Rules are asked there that need no more than that: of all others, and of those whose
+limit lies within what a figure may be off by, it is not known what they would say.
+"""
+
+from __future__ import annotations
+
+import gc
+import time
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import BrokenExecutor
+from functools import cache
+from itertools import islice
+from typing import Any, Protocol, TypeVar
+
+from sitscad.apps.study.evaluation import FULL, SCREEN, Breach, Evaluation
+from sitscad.apps.study.measures import MEASURES, AbsentError
+from sitscad.apps.study.space import Base, Changes, code_version
+from sitscad.assembly.places.state import PRESSED, REST
+from sitscad.assembly.solids import MissingExtra
+from sitscad.basics.check_results import RequirementResult
+from sitscad.basics.finding import Finding, NotChecked, Severity
+from sitscad.basics.record import record, replace
+from sitscad.checks import CheckResult, all_rules
+from sitscad.checks import judged as checked
+from sitscad.checks.opening import policy_for, processes, processors
+from sitscad.checks.policy import Policy
+from sitscad.checks.rules import NEEDS, NO_REQUIREMENT, Rule, apply_rule
+from sitscad.data import rows
+from sitscad.estimates import Estimates, estimated
+from sitscad.estimates.design import Design
+from sitscad.estimates.values import CoilEstimate, StateEstimate
+from sitscad.estimates.windings.losses import SCREENING
+from sitscad.layout import sketch
+from sitscad.layout.routing.routes import in_line
+from sitscad.package.inspection import as_configured
+from sitscad.spec.places import cell_placements, footprint
+from sitscad.spec.reading import SpecError
+from sitscad.spec.sensor import SensorSpec
+
+NO_NEED = frozenset(reason for _, reason in NEEDS.values())
+"""Reasons for which a rule is not applied because the spec has not what it is about, all requirements left out."""
+
+BY_BUILD = "by sitscad build"
+"""In the reason of what only a build measures."""
+
+
+def judged(spec: SensorSpec, measures: Sequence[str], level: str = FULL) -> Evaluation:
+    """What every rule says of a design, and these of its figures; configuration and comments count as in `check`."""
+    design = Design(spec)
+    found = as_configured(spec, checked(design, "none", None))
+    values, absent = figures(design, measures)
+    return Evaluation(values, absent, breaches(found.findings, Severity.ERROR),
+                      breaches(found.findings, Severity.WARNING), _undecided(found.not_checked), level)
+
+
+def unreadable(error: SpecError, measures: Sequence[str], level: str = FULL) -> Evaluation:
+    """A design whose spec is refused: it has no figures."""
+    absent = dict.fromkeys(measures, "the spec is refused")
+    return Evaluation({}, absent, breaches(error.findings, Severity.ERROR), level=level)
+
+
+def figures(design: Design, measures: Sequence[str]) -> tuple[dict[str, tuple[float, float]], dict[str, str]]:
+    """Figures of a design by their names, and why it has others not."""
+    values, absent = {}, {}
+    for name in measures:
+        try:
+            value, error = MEASURES[name].read(design)
+            values[name] = (float(value), float(error))
+        except AbsentError as why:
+            absent[name] = str(why)
+    return values, absent
+
+
+def breaches(findings: Iterable[Finding], severity: Severity) -> Mapping[str, Breach]:
+    """The rules that find something of a severity, each with its largest breach, in the order of the rules."""
+    found: dict[str, Breach] = {}
+    for finding in sorted(findings, key=lambda one: one.rule):
+        if finding.severity is severity:
+            sigma = finding.sigma if finding.keeps_limit else None
+            one = Breach(finding.measured, finding.limit, finding.unit or "", sigma)
+            found[finding.rule] = max(found.get(finding.rule, one), one, key=lambda each: each.size)
+    return found
+
+
+def _undecided(not_checked: Iterable[NotChecked]) -> tuple[str, ...]:
+    """Return rules without a verdict, except those that are about something that the spec has not."""
+    return tuple(sorted({one.rule for one in not_checked if one.reason not in NO_NEED and BY_BUILD not in one.reason
+                         and not one.reason.startswith(NO_REQUIREMENT)}))
+
+
+BY_SPEC = ("SIT101", "SIT102", "SIT103", "SIT117", "SIT131", "SIT137", "SIT138", "SIT220", "SIT304", "SIT305", "SIT306",
+           "SIT308", "SIT309", "SIT313", "SIT314", "SIT327", "SIT329", "SIT330", "SIT331", "SIT334", "SIT335", "SIT410")
+"""Rules that ask for figures of the spec and of its parts alone."""
+
+BY_BODY = ("SIT301", "SIT302", "SIT303", "SIT307", "SIT315")
+"""Those that ask how large the board is, which is known of one coil and of two in line."""
+
+BY_TANK = ("SIT201", "SIT202", "SIT203", "SIT204", "SIT205", "SIT206", "SIT207", "SIT208", "SIT209", "SIT210", "SIT211",
+           "SIT213", "SIT214", "SIT215", "SIT217")
+"""Those that ask for the electrical figures."""
+
+BY_FEELING = ("SIT401", "SIT402")
+"""Those that ask how finely forces are felt."""
+
+ASKED = frozenset((*BY_SPEC, *BY_TANK, *BY_FEELING))
+
+IN_FULL = "it takes the full level"
+
+
+def screened(specs: Sequence[SensorSpec], measures: Sequence[str]) -> list[Evaluation]:
+    """What is said of every design, whatever the others are; ``unknown`` are rules that `check` may decide. Designs
+    without a screen are judged in full, as their level says.
+    """
+    policies = {path: policy_for(path) for path in {spec.source.path for spec in specs}}
+    return [
+        _screened(spec, measures, policies[spec.source.path]) if can_screen(spec) else judged(spec, measures)
+        for spec in specs
+    ]
+
+
+LEAST_CONDUCTIVITY = 5e6
+"""S/m: the screen shares out what a plate keeps out like a sheet. Brass (16 MS/m) is held; of stainless steel (1.4) the
+resolution was up to 25 % off the full level, of titanium (0.6) 46 %."""
+
+RIMS = (-0.3, 1.2)
+"""From where to where the screen holds, radii of a coil from its middle to the nearest rim of the target that it shares
+with others. Farther out all of them read alike, shear shows in small differences (the resolution was seven times off);
+farther in the target hardly reaches the coil (half off)."""
+
+NO_SCREEN = ("the screen has models of round coils, targets of a good conductor that end over the coils which share "
+             "them, jaws without a window, shields of a good conductor before a jaw alone, and no moments")
+"""Why others are judged in full at once."""
+
+
+def can_screen(spec: SensorSpec) -> bool:
+    """Whether the quick level has a model of a design: of round coils, whole jaws, targets and shields of a good
+    conductor, rims of a shared target that lie over the coils, and forces alone.
+    """
+    jaw = spec.jaw
+    is_whole = jaw is None or jaw.fenestration is None
+    sheets = [sheet.material for sheet in (spec.target, spec.shield) if sheet is not None]
+    is_plain = all(metal.relative_permeability < 1.1 and metal.conductivity > LEAST_CONDUCTIVITY for metal in sheets)
+    is_level = not any(spec.requirements.moments)
+    is_backed = spec.shield is None or (jaw is not None and spec.cells is None)
+    return spec.coil.outline.is_round and is_whole and is_plain and is_backed and is_level and _ends_over_coils(spec)
+
+
+def _ends_over_coils(spec: SensorSpec) -> bool:
+    """Whether the nearest rim of a target that several coils share lies where the screen holds."""
+    places = {place.centre for place in cell_placements(spec)[0]}
+    if spec.target is None or len(places) < 2:
+        return True
+    left, low, right, high = footprint(spec, spec.target).box
+    nearest = min(min(x - left, right - x, y - low, high - y) for x, y in places)
+    return RIMS[0] < nearest / (0.5 * min(spec.coil.size)) < RIMS[1]
+
+
+@cache
+def screen_errors(has_body: bool = False) -> Mapping[str, float]:
+    """What a figure may be off by against the full level, relative, by the measure's name; more of some where the spec
+    gives the body, in which leads go round.
+    """
+    found = {row["measure"]: float(row["error"]) for row in rows("screen_errors")}
+    wider = {name.removesuffix(".body"): error for name, error in found.items() if name.endswith(".body")}
+    return found | wider if has_body else found
+
+
+def _screened(spec: SensorSpec, measures: Sequence[str], policy: Policy) -> Evaluation:
+    layout = sketch(spec)
+    design = Design(spec, layout, estimated(layout, tolerance=SCREENING))
+    wanted = [name for name in measures if SCREEN in MEASURES[name].levels]
+    values, absent = figures(design, wanted)
+    absent |= {name: IN_FULL for name in measures if name not in wanted}
+    wide = [name for name in OF_BOARD if name in values]
+    if not _is_sized(spec):
+        absent |= dict.fromkeys(sorted(wide), IN_FULL)
+        values = {name: pair for name, pair in values.items() if name not in wide}
+    elif wide:  # leads may need a wider board
+        wider, _ = figures(Design(spec, sketch(spec, WIDER), design.estimates), wide)
+        values |= {name: (values[name][0], abs(value - values[name][0])) for name, (value, _) in wider.items()}
+    found, unknown = _decided(design)
+    grave = tuple(one for one in found if one.severity is not Severity.NOTE)
+    errors = screen_errors(spec.fpc.body is not None)
+    said = as_configured(spec, CheckResult(grave, ()), policy).findings if grave else ()
+    return Evaluation(
+        {name: (value, max(error, errors.get(name, 0.0) * abs(value)))
+         for name, (value, error) in values.items()},
+        absent, breaches(said, Severity.ERROR), breaches(said, Severity.WARNING),
+        tuple(sorted(unknown)), SCREEN,
+    )
+
+
+OF_BOARD = ("fit.width", "fit.length", "fit.closed_pair", "fit.spare", "board.area")
+"""Measures that the size of the board decides."""
+
+WIDER = 2  # Steps by which a board may be wider than its sketch; one was the most of 360 designs that could be led out
+
+
+def _is_sized(spec: SensorSpec) -> bool:
+    """Whether the board is as large as its sketch: one coil, or two in line. Leads of six in line widened it by 4 %."""
+    return in_line(spec) and len(spec.array.placements) <= 2
+
+
+def _decided(design: Design) -> tuple[list[Finding], set[str]]:
+    """What the rules find that can be asked, and which others the design has needs for."""
+    found: list[Finding] = []
+    unknown: set[str] = set()
+    errors = screen_errors(design.spec.fpc.body is not None)
+    corners = [Design(design.spec, design.layout, shifted(design.estimates, side, errors)) for side in (-1.0, 1.0)]
+    for rule in all_rules():
+        if rule.apply is not None and all(NEEDS[need][0](design.spec) for need in rule.needs):
+            said = _said(rule, design, corners)
+            found += said or ()
+            unknown |= {rule.id} if said is None else set()
+    return found, unknown
+
+
+def _said(rule: Rule, design: Design, corners: Sequence[Design]) -> list[Finding] | None:
+    """What a rule finds; None where that is not known."""
+    if rule.id not in ASKED and not (rule.id in BY_BODY and _is_sized(design.spec)):
+        return None
+    found, undecided = apply_rule(rule, design, least=None)
+    if undecided or (rule.id in BY_FEELING and _is_near(rule, design)):
+        return None
+    others = (apply_rule(rule, corner, least=None)[0] for corner in corners if rule.id in BY_TANK)
+    if any(_grave(other) != _grave(found) for other in others):
+        return None
+    return found
+
+
+def _grave(findings: Sequence[Finding]) -> list[Severity]:
+    """Errors and warnings among them."""
+    return sorted({one.severity for one in findings} - {Severity.NOTE})
+
+
+def _is_near(rule: Rule, design: Design) -> bool:
+    """Whether what is felt lies within its error of what is asked."""
+    error = screen_errors()["resolution.normal"]
+    asked = design.once("reached", dict[str, RequirementResult]).values()
+    return any(one.limit and one.rule == rule.id and abs(one.measured / one.limit - 1.0) < error for one in asked)
+
+
+def shifted(estimates: Estimates, side: float, errors: Mapping[str, float]) -> Estimates:
+    """The estimates where all that screening may be off by, relative, makes tanks better (1) or worse (-1)."""
+    return replace(estimates, coils=tuple(_shifted(coil, side, errors) for coil in estimates.coils))
+
+
+def _shifted(coil: CoilEstimate, side: float, errors: Mapping[str, float]) -> CoilEstimate:
+    by_l, by_f, by_r = 1.0 + side * errors["inductance"], 1.0 - side * errors["frequency"], 1.0 + side * errors["rp"]
+
+    def state(one: StateEstimate) -> StateEstimate:
+        """A state where the tank is so much better."""
+        of_inductance = ("inductance", "apparent_inductance", "converter_inductance")
+        more = {name: getattr(one, name) * by_l for name in of_inductance if getattr(one, name) is not None}
+        more |= {name: getattr(one, name) * by_r for name in ("parallel_resistance", "quality_factor", "amplitude")}
+        return replace(one, frequency=one.frequency * by_f, resistance=one.resistance / by_r, **more)
+
+    states = {name: state(one) for name, one in coil.states.items()}
+    if REST in states and PRESSED in states:
+        part = 1.0 + side * errors["signal.normal"]  # of the change from rest
+        pairs = {name: (getattr(states[REST], name), getattr(states[PRESSED], name))
+                 for name in ("inductance", "frequency", "converter_inductance")}
+        states[PRESSED] = replace(states[PRESSED], **{
+            name: before + part * (after - before) for name, (before, after) in pairs.items()
+            if before is not None and after is not None})
+    return replace(
+        coil, states=states,
+        terminal_inductance=coil.terminal_inductance * by_l, sensor_frequency=coil.sensor_frequency * by_f,
+        parallel_resistance=coil.parallel_resistance * by_r, quality_factor=coil.quality_factor * by_r,
+    )
+
+
+SECONDS = 1.0
+"""Work that a chunk is to hold."""
+
+MOST_IN_CHUNK = 500
+DEATHS = 3
+"""How often a chunk is done again whose worker died, before that is an error."""
+
+NOT_COMPUTED = "not-computed"
+"""Stands among the rules for a design that made a computation fail."""
+
+
+Made = TypeVar("Made")
+Task = tuple[Callable[..., Any], tuple[Any, ...]]
+"""Work, and what it is given."""
+
+
+class Executor(Protocol):
+    """Whatever does work elsewhere: `concurrent.futures`, or a client of Dask."""
+
+    def submit(self, work: Any, /, *given: Any) -> Any:
+        """Something whose `result` gives what the work makes."""
+
+
+@record
+class Chunk:
+    """Designs that go to one worker together, and what is asked of them."""
+
+    designs: tuple[Changes, ...]
+    measures: tuple[str, ...]
+    level: str
+
+
+def evaluate_chunk(base: Base, chunk: Chunk) -> tuple[list[Evaluation], float]:
+    """The evaluations of a chunk in its order, and the seconds that they took."""
+    started = time.perf_counter()
+    found: list[Evaluation | None] = []
+    specs: list[SensorSpec] = []
+    for changes in chunk.designs:
+        try:
+            specs.append(base.design(changes))
+            found.append(None)
+        except SpecError as error:
+            found.append(unreadable(error, chunk.measures, chunk.level))
+    gc.freeze()  # what stands already outlives the chunk, and would be looked through for rings again and again
+    try:
+        made = iter(_evaluated(specs, chunk))
+    finally:
+        gc.unfreeze()
+    return [next(made) if one is None else one for one in found], time.perf_counter() - started
+
+
+def tidily(made: Iterable[Made]) -> Iterator[Made]:
+    """What is made, the memory of each given back before the next: designs are rings of a few objects that hold tens of
+    megabytes, and Python looks for rings by the number of objects.
+    """
+    for one in made:
+        yield one
+        del one
+        gc.collect()
+
+
+def _evaluated(specs: Sequence[SensorSpec], chunk: Chunk) -> list[Evaluation]:
+    """The evaluations of specs; a computation that fails refuses its design alone."""
+    try:
+        if chunk.level != FULL:
+            return screened(specs, chunk.measures)
+        return list(tidily(judged(spec, chunk.measures) for spec in specs))
+    except Exception as error:
+        if len(specs) > 1:
+            return [one for spec in specs for one in _evaluated([spec], chunk)]
+        why = f"a computation failed: {type(error).__name__}: {error}"
+        return [Evaluation({}, dict.fromkeys(chunk.measures, why), {NOT_COMPUTED: Breach()}, level=chunk.level)]
+
+
+class Workers:
+    """Evaluates designs of a base: here where `jobs` is 1, else by processes, or by an executor that is given."""
+
+    def __init__(self, base: Base, jobs: int | None = None, executor: Executor | None = None) -> None:
+        self._base, self._given = base, executor
+        self._jobs = jobs or processors()
+        self._pool: Any = executor
+        self._speed: dict[str, float] = {}
+
+    def __enter__(self) -> Workers:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if self._given is None and self._pool is not None:
+            # processes that hear no Ctrl-C would finish their chunk, and the program wait for them
+            for each in list((self._pool._processes or {}).values()) if kind else ():
+                each.terminate()
+            # all is done where nothing failed: a pool that the end of the program overtakes writes a traceback
+            self._pool.shutdown(wait=kind is None, cancel_futures=True)
+
+    def evaluations(self, designs: Sequence[Changes], measures: Sequence[str], level: str) -> Iterator[Evaluation]:
+        """Evaluations of all designs, in their order."""
+        left = deque(designs)
+
+        def chunks() -> Iterator[Task]:
+            while left:
+                size = min(self._size(level), -(-len(left) // self._jobs))
+                chunk = Chunk(tuple(left.popleft() for _ in range(size)), tuple(measures), level)
+                yield evaluate_chunk, (self._base, chunk)
+
+        for found, seconds in self._in_order(chunks()):
+            self._speed[level] = len(found) / max(seconds, 1e-3)
+            yield from found
+
+    def each(self, work: Callable[..., Made], given: Sequence[tuple[Any, ...]]) -> Iterator[Made]:
+        """What `work` makes of each of some arguments, in their order."""
+        yield from self._in_order((work, arguments) for arguments in given)
+
+    def _size(self, level: str) -> int:
+        if self._is_here:
+            return 1
+        return max(1, min(MOST_IN_CHUNK, round(SECONDS * self._speed.get(level, 1.0))))
+
+    @property
+    def _is_here(self) -> bool:
+        return self._given is None and self._jobs == 1
+
+    def _in_order(self, tasks: Iterator[Task]) -> Iterator[Any]:
+        """What tasks make, in their order; each is taken when it is begun, two for every worker at a time."""
+        if self._is_here:
+            yield from (work(*arguments) for work, arguments in tasks)
+            return
+        running = deque[tuple[Task, Any]]()
+        while True:
+            for task in islice(tasks, 2 * self._jobs - len(running)):
+                running.append((task, self._submit(task)))
+            if not running:
+                return
+            yield self._first(running)
+
+    def _submit(self, task: Task) -> Any:
+        if self._pool is None:
+            self._pool = processes(self._jobs, undisturbed=True)
+        return self._pool.submit(task[0], *task[1])
+
+    def _first(self, running: deque[tuple[Task, Any]]) -> Any:
+        """What the first of the tasks that are on their way makes; all are begun again where a process died."""
+        for _ in range(DEATHS):
+            try:
+                found = running[0][1].result()
+                running.popleft()
+                return found
+            except BrokenExecutor:
+                if self._given is not None:
+                    raise
+                self._pool = None
+                tasks = [task for task, _ in running]
+                running.clear()
+                running.extend((task, self._submit(task)) for task in tasks)
+        raise BrokenExecutor("processes ended without a word, again and again: too little memory, or ended by somebody")
+
+
+def cluster(address: str) -> tuple[Executor, int]:
+    """A client of the Dask scheduler at an address, and how many designs its workers evaluate at once.
+
+    Raises MissingExtra without Dask, OSError where nothing answers, ValueError for what is no address and for workers
+    of another version of this program. Work of a worker that dies goes to others.
+    """
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise MissingExtra(f"--scheduler needs dask ({error}): pip install 'sitscad[cluster]'") from error
+    try:
+        client = Client(address, timeout=SECONDS_TO_ANSWER)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{address!r} is no scheduler's address ({error}): like tcp://host:8786") from error
+    ours, others = code_version(), client.run(code_version, on_error="return")
+    if apart := [f"{worker} has {theirs!s}" for worker, theirs in sorted(others.items()) if theirs != ours]:
+        client.close()
+        raise ValueError(f"workers have another program than {ours}, and could judge otherwise: {', '.join(apart)}")
+    return client, max(1, sum(client.nthreads().values()))
+
+
+SECONDS_TO_ANSWER = 10
+"""How long a scheduler may take to answer."""

@@ -1,0 +1,366 @@
+"""The figures of a design that a study can ask for: a row a measure, with what it means and how it is read."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sitscad.apps.study.evaluation import FULL, SCREEN
+from sitscad.assembly.places.fit import CLOSED_PAIR
+from sitscad.basics.check_results import Measure as FitMeasure
+from sitscad.basics.quantities import TANK
+from sitscad.basics.record import record
+from sitscad.estimates.design import Design
+from sitscad.estimates.performance_values import AXES, AXIS_WORDS, FORCES, MOMENTS, unit_of
+from sitscad.estimates.values import crowding_error
+from sitscad.spec.places import cell_placements
+
+if TYPE_CHECKING:
+    from sitscad.estimates.performance.points import Felt
+    from sitscad.estimates.values import CoilEstimate, StateEstimate
+    from sitscad.spec.sensor import SensorSpec
+
+Figure = tuple[float, float]
+"""A value and what it may be off by, both in the measure's unit."""
+
+Reader = Callable[[Design], Figure]
+
+
+class AbsentError(ValueError):
+    """The design does not have the figure; the text says why."""
+
+
+@record
+class Need:
+    """Something that a spec may have: how it is called, whether a spec has it, and by which keys it can come."""
+
+    words: str
+    is_had: Callable[[SensorSpec], bool]
+    keys: tuple[str, ...]
+
+
+@record
+class DesignMeasure:
+    """One figure of a design: its name, SI unit (empty for shares and counts), meaning, what a spec needs to have it,
+    and the levels that give it. `read` takes it from a design in full, and raises `AbsentError` where there is none.
+    ``decided_by`` are the keys that alone decide it, empty where many do.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    needs: tuple[Need, ...]
+    read: Reader
+    levels: tuple[str, ...] = (SCREEN, FULL)
+    decided_by: tuple[str, ...] = ()
+
+    @property
+    def needed(self) -> str:
+        """What a spec needs to have it, in words."""
+        return ", ".join(need.words for need in self.needs)
+
+
+def _states(design: Design) -> Iterator[tuple[CoilEstimate, StateEstimate]]:
+    """Every coil in every state that it has."""
+    failed = next((why for coil in design.estimates.coils for why in coil.failed_states.values()), None)
+    if failed is not None:
+        raise AbsentError(failed)
+    for coil in design.estimates.coils:
+        yield from ((coil, state) for state in coil.states.values())
+
+
+def inductance_error(coil: CoilEstimate, state: StateEstimate) -> float:
+    """Error bound (H) of a state's inductance: of the winding at direct current, of crowding and of the target."""
+    least = 0.01 * coil.winding_inductance
+    crowding = crowding_error(coil.winding_inductance, coil.inductance_parts["crowding"])
+    by_target = (state.target_change_error or 0.0) * max(abs(state.target_change or 0.0), least)
+    return coil.inductance_error * coil.winding_inductance + crowding + by_target
+
+
+def _worst_tank(design: Design, pick: Callable[..., Any], name: str) -> tuple[CoilEstimate, StateEstimate]:
+    """The coil and the state in which a figure of all tanks is at its worst: what `pick` (min or max) takes."""
+    pairs = [pair for pair in _states(design) if math.isfinite(getattr(pair[1], name))]
+    if not pairs:
+        raise AbsentError("no tank of this design oscillates")
+    found: tuple[CoilEstimate, StateEstimate] = pick(pairs, key=lambda pair: getattr(pair[1], name))
+    return found
+
+
+def _of_tank(pick: Callable[..., Any], name: str, by_inductance: float, by_loss: float) -> Reader:
+    """Reads a figure of all tanks at its worst; `by_inductance` and `by_loss` are its exponents in L and R."""
+
+    def read(design: Design) -> Figure:
+        coil, state = _worst_tank(design, pick, name)
+        value = float(getattr(state, name))
+        relative = abs(by_inductance) * inductance_error(coil, state) / state.inductance
+        return value, abs(value) * (relative + abs(by_loss) * (state.resistance_error or 0.0))
+
+    return read
+
+
+def _sigma(pick: Callable[..., Any], name: str) -> Reader:
+    """Reads one sigma of manufacture of a figure of all tanks, where that is at its worst."""
+
+    def read(design: Design) -> Figure:
+        spread = _worst_tank(design, pick, name)[1].spread
+        if spread is None:
+            raise AbsentError("no tank of this design oscillates")
+        return float(getattr(spread, name)), 0.0
+
+    return read
+
+
+def _signal(design: Design) -> Figure:
+    from sitscad.assembly.places.state import PRESSED, REST
+    from sitscad.estimates.circuits.uncertainty import SHARE
+    from sitscad.estimates.signal import signals
+
+    found = signals(design.estimates)
+    if not found:
+        raise AbsentError("no coil is read both at rest and pressed")
+    least = min(found, key=lambda signal: abs(signal.share))
+    coil = next(coil for coil in design.estimates.coils if coil.name == least.coil)
+    rest, pressed = coil.states[REST], coil.states[PRESSED]
+    moved = [s.spread.shifts.get(SHARE, (0.0, 0.0))[1] if s.spread is not None else 0.0 for s in (rest, pressed)]
+    change = pressed.frequency - rest.frequency
+    value = abs(least.share)
+    return value, value * abs((moved[1] - moved[0]) / change) if change else 0.0
+
+
+def _felt(design: Design) -> Felt:
+    found = design.felt
+    if found is None:
+        raise AbsentError("it takes a target on its pad and tanks that oscillate at rest")
+    if not all(found.held):
+        raise AbsentError("the pad gives way sideways within the required normal force")
+    return found
+
+
+def _error_of(design: Design) -> float:
+    """Relative error of what a design feels: none of the response's own figures."""
+    from sitscad.estimates.performance.screen import NEARLY  # loaded by whatever feels
+
+    return NEARLY if design.estimates.is_rough else 0.0
+
+
+def _by_axis(of: Callable[[Felt, str], float]) -> Callable[[str], Reader]:
+    """Make a reader of a figure of one axis, with its error at the screen level."""
+
+    def along(axis: str) -> Reader:
+        def read(design: Design) -> Figure:
+            found = _felt(design)
+            if axis not in found.bench.range.axes:
+                raise AbsentError(f"the coils do not tell {axis} apart")
+            value = of(found, axis)
+            if not math.isfinite(value):
+                raise AbsentError(f"no reading tells {axis}")
+            return value, _error_of(design) * value
+
+        return read
+
+    return along
+
+
+def _resolution(found: Felt, axis: str) -> float:
+    k = found.bench.range.axes.index(axis)
+    return max(float(point.noise[k]) for point in found.points)
+
+
+def _by_tilt(found: Felt, axis: str) -> float:
+    from sitscad.estimates.performance.causes import DEGREE
+
+    k, tilt = found.bench.range.axes.index(axis), found.layout.spec.requirements.tilt or DEGREE
+    return max(float(point.tilt_errors(tilt)[k].max()) for point in found.points)
+
+
+def _by_warmth(place: int) -> Callable[[Felt, str], float]:
+    """Return a reader of the drift at one of the loads, from rest (0) to full load (-1)."""
+    return lambda found, axis: float(found.warmed[place].drift[found.bench.range.axes.index(axis)])
+
+
+def _range(axis: str) -> Reader:
+    def read(design: Design) -> Figure:
+        _felt(design)
+        points = design.performance
+        if not points:
+            raise AbsentError("the response has nothing to feel with")
+        if axis not in points[0].axes:
+            raise AbsentError(f"the coils do not tell {axis} apart")
+        from sitscad.estimates.performance.points import COURSE
+
+        apart = design.solved.bench.farthest[axis] / (COURSE - 1)  # of the loads that are looked at
+        return points[0].axes[axis].range, apart
+
+    return read
+
+
+def _crosstalk(design: Design) -> Figure:
+    from sitscad.estimates.performance.inversion import crosstalk
+
+    found = _felt(design)
+    if len(found.bench.range.axes) == 1:
+        raise AbsentError("one coil tells one axis")
+    if not found.is_range_held:
+        raise AbsentError("the pad gives way sideways within the required loads")
+    tables = [crosstalk(found.working, point.load, point.inverse)[0] for point in found.points]
+    value = max(error for table in tables for row in table.values() for error in row.values())
+    return value, _error_of(design) * value
+
+
+def _by_gap(design: Design) -> Figure:
+    from sitscad.estimates.loads.pressing import GLUE, PAD
+
+    found = _felt(design)
+    if not found.is_range_held:
+        raise AbsentError("the pad gives way sideways within the required loads")
+    units, full = found.units, found.bench.range.normal
+    near = np.abs(units.loads[:, 0] - full) < 1e-9 * full
+    causes = [units.before[name][near] for name in (GLUE, PAD) if name in units.before]
+    if not causes:
+        raise AbsentError("neither glue lines nor the pad's thickness scatter")
+    is_force = [name in FORCES for name in found.bench.range.axes]
+    value = float(np.sqrt(np.mean(np.sum(np.square(causes), axis=0), axis=0))[is_force].max())
+    return value, _error_of(design) * value
+
+
+def _fit(of: Callable[[dict[str, FitMeasure]], float]) -> Reader:
+    def read(design: Design) -> Figure:
+        found = {measure.name: measure for measure in design.fit}
+        if not found:
+            raise AbsentError("it takes a jaw with known dimensions, and a shield that its standoff has room for")
+        return of(found), 0.0
+
+    return read
+
+
+def _exact(of: Callable[[Design], float | None], why: str = "") -> Reader:
+    """Return a reader of a figure without an error. `why` is the reason if the design does not have it."""
+    def read(design: Design) -> Figure:
+        value = of(design)
+        if value is None or not math.isfinite(value):
+            raise AbsentError(why)
+        return float(value), 0.0
+
+    return read
+
+
+def _area(design: Design) -> float:
+    from sitscad.kernels.geometry.path import enclosed_area
+
+    return abs(enclosed_area(design.layout.outline))
+
+
+WORST: dict[str, tuple[Callable[..., Any], str, float, float]] = {
+    "inductance": (min, "least inductance at the contacts, of all coils and states", 1.0, 0.0),
+    "Rp": (min, "least parallel resistance of all tanks and states", 1.0, 1.0),
+    "Q": (min, "least quality factor of all tanks and states", 0.5, 1.0),
+    "frequency": (max, "highest frequency of all tanks and states", 0.5, 0.0),
+    "amplitude": (min, "least amplitude at the converter, of all tanks and states", 1.0, 1.0),
+}
+"""Quantities of a tank, how the worst of all states is picked, what it means, and its exponents in L and in R."""
+
+PADDED = (Need("target", lambda spec: spec.target is not None, ("target",)),
+          Need("elastomer", lambda spec: spec.elastomer is not None, ("elastomer",)))
+FORCE = Need("requirements.normal_force", lambda spec: spec.requirements.normal_force is not None,
+             ("requirements.normal_force",))
+JAW = Need("mount.jaw", lambda spec: spec.jaw is not None, ("mount",))
+CELLS = Need("cells", lambda spec: spec.cells is not None, ("cells",))
+TWO_COILS = Need("two coils", lambda spec: len(cell_placements(spec)[0]) > 1, ("array", "cells"))
+
+
+def _told_apart(axis: str) -> Need:
+    def is_had(spec: SensorSpec) -> bool:
+        from sitscad.estimates.loads.working_range import axes_felt
+
+        return axis in axes_felt(spec)
+
+    if axis in MOMENTS:
+        return Need(f"requirements.{axis}, and coils that tell it apart", is_had,
+                    ("array", "cells", f"requirements.{axis}"))
+    return Need("coils that tell it apart", is_had, ("array", "cells", "requirements"))
+
+
+def _rows() -> Iterator[DesignMeasure]:
+    quantities = {each.label: each for each in TANK}
+    for name, (pick, meaning, by_inductance, by_loss) in WORST.items():
+        tank = quantities[name]
+        yield DesignMeasure(name.lower(), tank.unit, meaning, (), _of_tank(pick, tank.field, by_inductance, by_loss))
+    yield DesignMeasure("signal.normal", "", "share by which the reading changes from rest to "
+                        "requirements.normal_force, of the coil where it changes least",
+                        (*PADDED, FORCE), _signal)
+    quick = (("resolution", "one sigma of noise on {axis} at the scan rate, the worst of rest, half and full load",
+              _by_axis(_resolution), (SCREEN, FULL)),
+             ("range", "how far {axis} goes before something ends it, from rest (by the response: seconds)",
+              _range, (FULL,)),
+             ("error.temperature", "drift of {axis} at full load, from requirements.temperature to the farther end of "
+              "its range, or over 10 K", _by_axis(_by_warmth(-1)), (SCREEN, FULL)),
+             ("error.zero_drift", "zero drift of {axis}, at rest, over the same temperatures as error.temperature",
+              _by_axis(_by_warmth(0)), (SCREEN, FULL)),
+             ("error.tilt", "what requirements.tilt, or one degree, is read as on {axis}, at the worst load",
+              _by_axis(_by_tilt), (FULL,)))
+    for name, meaning, read, levels in quick:
+        for axis in AXES:
+            needs = {"normal": PADDED}.get(axis, (*PADDED, _told_apart(axis)))
+            yield DesignMeasure(f"{name}.{axis}", unit_of(axis), meaning.format(axis=AXIS_WORDS[axis]), needs,
+                                read(axis), (FULL,) if axis in MOMENTS else levels)
+    yield DesignMeasure("crosstalk", "", "largest error of an axis, of its full scale, while another goes over its "
+                        "own, by the best polynomial of the design as drawn", (*PADDED, TWO_COILS), _crosstalk, (FULL,))
+    yield DesignMeasure("crosstalk.cells", "", "share of a cell's full signal that all neighbours pressed at once "
+                        "change, at most", (CELLS,), _exact(lambda design: getattr(design.crosstalk, "total", None),
+                                                            "it takes cells that have a signal"), (FULL,))
+    yield DesignMeasure("error.gap", "N", "one sigma at full load of what glue lines and pad thickness differ by from "
+                        "unit to unit, tared and not calibrated, on the worst axis", PADDED, _by_gap, (FULL,))
+    yield DesignMeasure("fit.closed_pair", "m", "diameter of the circle that the closed jaws need at worst", (JAW,),
+                        _fit(lambda found: found[CLOSED_PAIR].worst))
+    yield DesignMeasure("fit.spare", "m", "least room to spare at worst, of all that is measured in the jaw", (JAW,),
+                        _fit(lambda found: min(measure.margin for measure in found.values())))
+    yield DesignMeasure("fit.width", "m", "width of the board's body, across the jaw", (),
+                        _exact(lambda design: design.layout.body_size[1]))
+    yield DesignMeasure("fit.length", "m", "length of the board's body, along the jaw", (),
+                        _exact(lambda design: design.layout.body_size[0]))
+    yield DesignMeasure("board.area", "m2", "area of the board with its tail", (), _exact(_area))
+    yield DesignMeasure("board.layers", "", "copper layers of the board", (),
+                        _exact(lambda design: float(len(design.spec.fpc.stackup.copper))),
+                        decided_by=("fpc.stackup", "coil.layers"))
+    uncounted = "no tank of this design can be counted"
+    yield DesignMeasure("rate", "Hz", "complete scans a second", (),
+                        _exact(lambda design: design.estimates.readout.scan_rate, uncounted))
+    yield DesignMeasure("supply_current", "A", "of all converters with their drive", (),
+                        _exact(lambda design: design.estimates.readout.supply_current, uncounted))
+    for name, (pick, *_) in WORST.items():
+        if name != "Q":
+            own, tank = name.lower(), quantities[name]
+            meaning = f"one sigma of {own} from unit to unit, to first order, where {own} is at its worst"
+            yield DesignMeasure(f"sigma.{own}", tank.unit, meaning, (), _sigma(pick, tank.field))
+    yield DesignMeasure("yield", "", "share of units that keep every electrical, reading and feeling rule, over the "
+                        "spreads of manufacture", (),
+                        _exact(lambda design: None, "it is a study's: of the designs that it keeps"))
+
+
+MEASURES: dict[str, DesignMeasure] = {row.name: row for row in _rows()}
+"""Every measure by its name, in the order in which they are listed."""
+
+
+def measures_named(names: list[str] | tuple[str, ...] | None, level: str = SCREEN) -> tuple[str, ...]:
+    """The measures of these names, all of a level but ranges, sigmas and yield where none are named; ValueError for a
+    name that there is not, with the nearest ones.
+    """
+    if names is None:
+        dear = ("range.", "sigma.", "yield")
+        return tuple(name for name, row in MEASURES.items() if level in row.levels and not name.startswith(dear))
+    unknown = next((name for name in names if name not in MEASURES), None)
+    if unknown is not None:
+        raise ValueError(f"there is no measure {unknown!r}: {nearest_measures(unknown)}")
+    return tuple(dict.fromkeys(names))
+
+
+def nearest_measures(word: str) -> str:
+    """The measures that a word may have meant, in words."""
+    import difflib
+
+    near = difflib.get_close_matches(word.lower(), list(MEASURES), n=3, cutoff=0.5)
+    near = near or [name for name in MEASURES if word and (word in name or name.partition(".")[0] in word)]
+    return f"did you mean {', '.join(near)}?" if near else "`sitscad measures` lists them all"

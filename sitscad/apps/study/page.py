@@ -1,0 +1,525 @@
+"""A study's page: its answer as one HTML file that loads nothing, whole as tables and pictures where no script runs;
+and the page and numbers of a sweep that fills up. A design in a chart is named ``CHART-design-NUMBER`` for the script.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+from html import escape
+from importlib.resources import files
+from itertools import combinations
+from typing import Any
+
+from sitscad.apps.study.answer import Agreement, best_of, bindings, passing, relaxation
+from sitscad.apps.study.answer_text import (
+    AnswerTable,
+    answer_json,
+    base_value,
+    design_table,
+    front_csv,
+    front_table,
+    keys_words,
+    low_yield_lines,
+    onward,
+    refusal_lines,
+    refusal_table,
+    sigma_table,
+    trust_lines,
+    verdict_lines,
+    yield_table,
+)
+from sitscad.apps.study.evaluating import Workers, screened
+from sitscad.apps.study.evaluation import SCREEN, Evaluation
+from sitscad.apps.study.running import Found, first_set, violations
+from sitscad.apps.study.space import Point as DesignPoint
+from sitscad.apps.study.study import Study, StudyAnswer
+from sitscad.apps.study.sweeping import scale_of, shown, titled
+from sitscad.assembly.places import bodies
+from sitscad.basics.record import record
+from sitscad.basics.units import counted
+from sitscad.files.drawing.pictures.board import picture
+from sitscad.files.drawing.sheet import COLOURS, Pen, Sheet
+from sitscad.files.drawing.svg import svg
+from sitscad.files.drawing.web_page import figure, page, part
+from sitscad.files.report.moving import embedded
+from sitscad.files.report.numbers import page_tables
+from sitscad.kernels.geometry.path import Path, Point, bounding_box, box_around, circle
+from sitscad.layout import sketch
+from sitscad.spec.reading import SpecError
+
+INK, SOFT, LINE = "#1c2126", "#5c6670", "#d9dee3"
+REFUSED, PASSES, FRONT, KEPT = "#b9c1c9", "#7fa8d6", COLOURS[0], COLOURS[1]
+LETTERS = 12.0
+TICKS = 4  # Steps of an axis at most
+
+
+@record
+class ChartAxis:
+    """Figures along a side of a chart: their name, between which, and what is written where."""
+
+    title: str
+    low: float
+    high: float
+    ticks: tuple[tuple[float, str], ...]
+
+    def at(self, value: float) -> float:
+        """Where a figure stands: 0 at the low end, 1 at the high one, and never beyond."""
+        return min(1.0, max(0.0, (value - self.low) / (self.high - self.low)))
+
+    def has(self, value: float | None) -> bool:
+        """Whether a figure lies on it."""
+        return value is not None and self.low <= value <= self.high
+
+
+def axis_of_figures(title: str, values: Iterable[float]) -> ChartAxis:
+    """One that holds all of some figures, with round ones written at it."""
+    found = [value for value in values if math.isfinite(value)] or [0.0]
+    low, high = min(found), max(found)
+    room = 0.06 * (high - low) or 0.05 * abs(high) or 1.0
+    low, high = low - room, high + room
+    power = 10.0 ** math.floor(math.log10((high - low) / TICKS))
+    step = next(k * power for k in (1, 2, 5, 10) if k * power * TICKS >= high - low)
+    first = math.ceil(low / step - 1e-9)
+    ticks = [k * step for k in range(first, math.floor(high / step + 1e-9) + 1)]
+    return ChartAxis(title, low, high, tuple((value, f"{value:.6g}") for value in ticks))
+
+
+@record
+class DesignMark:
+    """A design in a chart: its number, what it is (a key of `MARKS`), and the number that it is kept under."""
+
+    number: int
+    kind: str
+    kept: int = 0
+
+
+MARKS = {
+    "refused": (2.2, REFUSED), "passes": (2.6, PASSES), "front": (4.0, FRONT), "nearest": (7.0, KEPT),
+    "kept": (8.0, KEPT),
+}
+"""Radius (px) and colour of a design, in the order of drawing: what it is is the best that can be said of it."""
+
+
+def in_order(marks: Iterable[DesignMark]) -> list[DesignMark]:
+    """The lesser ones first, so that they lie below."""
+    return sorted(marks, key=lambda mark: list(MARKS).index(mark.kind))
+
+
+def field(
+    name: str, axes: tuple[ChartAxis, ChartAxis], marks: Iterable[DesignMark],
+    place: Callable[[DesignMark], tuple[float, float] | None], base: tuple[float, float] | None,
+) -> str:
+    """Designs by two figures; those beyond the axes are left out."""
+    size, (left, low, right, top) = (620.0, 430.0), (66.0, 52.0, 606.0, 400.0)
+    sheet, (across, up) = Sheet(f"{axes[1].title} against {axes[0].title}", size, unit="", decimals=1), axes
+    for value, words in across.ticks:
+        x = left + across.at(value) * (right - left)
+        sheet.line(x, low, x, top, Pen(1.0, LINE))
+        sheet.text(x, low - 16.0, words, 11.0, "middle", colour=SOFT)
+    for value, words in up.ticks:
+        y = low + up.at(value) * (top - low)
+        sheet.line(left, y, right, y, Pen(1.0, LINE))
+        sheet.text(left - 6.0, y - 4.0, words, 11.0, "end", colour=SOFT)
+    sheet.text((left + right) / 2, 12.0, across.title, LETTERS, "middle", colour=INK)
+    sheet.text(left - 46.0, top + 14.0, up.title, LETTERS, colour=INK)
+
+    def point(at: tuple[float, float]) -> Point:
+        return Point(left + across.at(at[0]) * (right - left), low + up.at(at[1]) * (top - low))
+
+    for mark in in_order(marks):
+        at = place(mark)
+        if at is None or not (across.has(at[0]) and up.has(at[1])):
+            continue
+        radius, colour = MARKS[mark.kind]
+        with sheet.group(f"{name}-design-{mark.number}", kind=f"design {mark.kind}"):
+            sheet.draw(circle(point(at), radius), None, colour)
+            if mark.kept:
+                sheet.text(point(at).x, point(at).y - 4.0, str(mark.kept), 11.0, "middle", colour="#ffffff", bold=True)
+    if base is not None and across.has(base[0]) and up.has(base[1]):
+        at = point(base)
+        sheet.draw(circle(at, 6.0), Pen(2.0, INK))
+        sheet.text(at.x + 9.0, at.y - 4.0, "base", 11.0, colour=INK, halo=3.0)
+    return svg(sheet)
+
+
+def board_sketch(
+    body: tuple[float, float, float, float], outline: Path, windings: Sequence[Path], width: float,
+    targets: Sequence[Path],
+) -> str:
+    """A board without leads, as seen from the top (m): its outline, the tail cut off behind the body, the tracks of a
+    layer, and the targets over it.
+    """
+    x0, y0, x1, y1 = box_around([body, *(bounding_box([path]) for path in targets)])
+    scale = 400.0 / (x1 - x0)
+    wide, high = 420.0, (y1 - y0) * scale + 20.0
+
+    def placed(path: Path) -> Path:
+        return path.mapped(lambda p: Point(10.0 + (p.x - x0) * scale, 10.0 + (p.y - y0) * scale))
+
+    sheet = Sheet("The coils from the top", (wide, high), unit="", decimals=1)
+    with sheet.group("sketch", window=(0.0, 0.0, wide, high)):
+        sheet.draw(placed(outline), Pen(1.5, "#222222"), "#f1e8d2")
+        for path in windings:
+            sheet.draw(placed(path), Pen(width * scale, "#d55e00"))
+        for path in targets:
+            sheet.draw(placed(path), Pen(1.5, "#0072b2", (6.0, 4.0)))
+    return svg(sheet)
+
+
+MOST_OTHERS = 2000
+"""Designs beside the front that the page shows."""
+
+FEW = 5
+"""Designs on a front below which the picture shows what is around them, too."""
+
+MOST_SKETCHES = 1_000_000
+"""Characters of small drawings that the page holds; designs beyond are shown as figures alone."""
+
+MOST_PAGE = 3_000_000
+"""Characters of the page: where it has more, both of these are halved until it has not."""
+
+Values = Mapping[str, float]
+
+
+class StudyPage:
+    """The page of an answer, with a share of the other designs and of the small drawings that it holds at most."""
+
+    def __init__(self, said: StudyAnswer, share: float = 1.0) -> None:
+        self.said, self.asked, self.share = said, said.asked, share
+        self.names = [name for name in said.asked.measures if not name.startswith("sigma.")]
+        self.numbers = {one.point: k for k, one in enumerate(said.kept, 1)}
+        self.nearest = None if said.kept or said.relaxation is None else said.relaxation.point
+        self.points = self._points()
+
+    def _points(self) -> list[DesignPoint]:
+        """The whole front, and of all others so many at most, evenly among those that were looked at."""
+        own = [] if self.nearest is None else [self.nearest]
+        front = [*dict.fromkeys((*self.numbers, *own, *self.said.front))]
+        others = [point for point in self.said.found.screened if point not in set(front)]
+        count = min(len(others), int(self.share * MOST_OTHERS))
+        return front + [others[k * len(others) // count] for k in range(count)]
+
+    @cached_property
+    def scales(self) -> dict[str, tuple[float, str]]:
+        """The factor and the unit in which each measure is drawn: that of the front's middle design, or of any."""
+        import numpy as np
+
+        found = {}
+        for name in self.names:
+            values = [one.values[name][0] for point in (self.said.front or self.points)
+                      if name in (one := self.said.found.of(point)).values]
+            found[name] = scale_of(name, np.array(sorted(values)[len(values) // 2 :][:1] or [0.0]))
+        return found
+
+    def scaled(self, one: Evaluation) -> dict[str, float]:
+        """The figures of an evaluation as they are drawn."""
+        return {name: one.values[name][0] * self.scales[name][0] for name in self.names if name in one.values}
+
+    @cached_property
+    def figures(self) -> list[dict[str, float]]:
+        """Figures of all points, by number."""
+        return [self.scaled(self.said.found.of(point)) for point in self.points]
+
+    @cached_property
+    def marks(self) -> list[DesignMark]:
+        """All points as charts show them."""
+        return [DesignMark(k, self._kind(point), self.numbers.get(point, 0)) for k, point in enumerate(self.points)]
+
+    def _kind(self, point: DesignPoint) -> str:
+        if point in self.numbers:
+            return "kept"
+        if point == self.nearest:
+            return "nearest"
+        if point in self.said.front:
+            return "front"
+        return "refused" if violations(self.asked, self.said.found.of(point)) else "passes"
+
+    @cached_property
+    def axes(self) -> dict[str, ChartAxis]:
+        """The axis of each measure holds the front, or the better four fifths of all where a front has few designs."""
+        found = {}
+        wanted = [k for k, mark in enumerate(self.marks) if mark.kind in ("kept", "front")]
+        is_few = len(wanted) < FEW
+        better = {goal.measure: goal.is_less_better for goal in self.asked.goals}
+        for name in self.names:
+            values = sorted(values[name] for k, values in enumerate(self.figures)
+                            if name in values and (k in wanted or is_few))
+            if is_few:
+                most = 4 * len(values) // 5
+                values = values[: most + 1] if better.get(name, True) else values[len(values) - most :]
+                values += [self.figures[k][name] for k in wanted if name in self.figures[k]]
+            low, high = (min(values), max(values)) if values else (0.0, 1.0)
+            base = self.scaled(self.said.base).get(name)
+            near = base is not None and low - 2.0 * (high - low) <= base <= high + 2.0 * (high - low)
+            found[name] = axis_of_figures(self.titled(name), [low, high, *([base] if near and base else [])])
+        return found
+
+    def titled(self, name: str) -> str:
+        """A measure with its unit."""
+        return titled(name, self.scales[name][1])
+
+    def html(self) -> str:
+        """The whole file."""
+        words = [goal.words for goal in self.asked.goals]
+        verdict = ("good", "It can be met") if self.said.is_met else ("bad", "No design keeps everything")
+        if self.said.lacks_yield:
+            verdict = "good", "It can be met but for the yield, which is not known"
+        script = (files("sitscad.files.report") / "assets" / "study.js").read_text(encoding="utf-8")
+        parts = [
+            f"<style>{STYLE}</style>",
+            self.head(words, verdict, verdict_lines(self.said)),
+            part("What stands in the way", self.in_the_way()) if not self.said.is_met else "",
+            part("Designs", self.designs()),
+            part("Yield", self.yields()),
+            part("The front" if self.said.front else "What was found", self.front()),
+            part("Why designs were refused", self.in_the_way()) if self.said.is_met else "",
+            part("How far the figures can be trusted", "".join(_paragraphs(trust_lines(self.said)))),
+            part("How it goes on", self.onward()),
+            embedded("study-data", self.data()),
+            f"<script>{script}</script>",
+        ]
+        own = self.asked.base.path.replace("\\", "/").rpartition("/")[2]
+        return page(f"{self.said.name}: study", parts, f" \u00b7 base {escape(own)}, SHA-256 "
+                    f"{self.asked.base.spec.source.sha256}")
+
+    def so_far(self, of: int) -> str:
+        """The page while a sweep of so many designs fills up: what the screen says, nothing chosen yet."""
+        said, good = self.said, sum(mark.kind != "refused" for mark in self.marks)
+        words = f"{len(said.found.screened)} of {of} designs looked at by the screen, {good} keep everything"
+        head = self.head([goal.words for goal in self.asked.goals], ("good" if good else "bad", words), ())
+        return page(f"{said.name}: sweep", [
+            head.replace("<header>", f"<header><style>{STYLE}</style>", 1),
+            part("The front so far", self.front(), "front"),
+            part("Why designs were refused", self.in_the_way(), "refused"),
+        ])
+
+    def head(self, goals: Sequence[str], verdict: tuple[str, str], lines: Iterable[str]) -> str:
+        """The name, whether it can be met, and the best of each goal beside the base."""
+        said, (kind, words) = self.said, verdict
+        asks = [f"{one.measure} {one.written}" for one in self.asked.require]
+        tiles = []
+        for goal in self.asked.goals:
+            every = (said.found.of(point).values for point in said.front)
+            values = [values[goal.measure][0] for values in every if goal.measure in values]
+            if values:
+                base = said.base.values.get(goal.measure)
+                beside = f"; the base has {shown(goal.measure, base[0])}" if base else ""
+                best = shown(goal.measure, min(values, key=goal.cost))
+                words_of = escape(f"best {goal.measure}{beside}")
+                tiles.append(f"<div class='tile'><b>{escape(best)}</b><span>{words_of}</span></div>")
+        return (
+            f"<header><h1>{escape(said.name)}</h1><p class='soft'>{escape(', '.join(goals))}"
+            f"{escape('; require ' + ', '.join(asks) if asks else '')}</p><p class='verdict {kind}'>{words}</p>"
+            f"{''.join(_paragraphs(lines))}</header>"
+            + (f"<div class='tiles'>{''.join(tiles)}</div>" if tiles else "")
+        )
+
+    def in_the_way(self) -> str:
+        """What refuses designs, and the smallest relaxation that was tried."""
+        told = _table(refusal_table(self.said)) or "<p>Nothing refused a design.</p>"
+        return "".join(_paragraphs(refusal_lines(self.said))) + told
+
+    def designs(self) -> str:
+        """The base and the designs that are kept: a table, then a drawing of each."""
+        drawn = ""
+        for number, layout in enumerate(self.said.layouts, 1):
+            x0, y0, x1, y1 = layout.body
+            board = picture(layout, window=(x0, y0, x1 + 1e-3, y1), name=f"design-{number}")
+            words = f"Design {number} from the top, its tail cut off: designs/{number}.yaml"
+            drawn += f"<article id='kept-{number}'>{figure(board, words)}</article>"
+        return _table(design_table(self.said)) + drawn
+
+    def yields(self) -> str:
+        """The yield of each kept design with its interval, what decides it, and one sigma of figures."""
+        is_unknown = self.said.kept and all(one.units is None for one in self.said.kept)
+        designs = design_table(self.said)
+        told = "".join(_paragraphs(low_yield_lines(self.said))) + _table(yield_table(designs))
+        return "<p>Not worked out.</p>" if is_unknown else told + _table(sigma_table(designs))
+
+    def front(self) -> str:
+        """Designs by every two goals, the chosen one, and the front as a table."""
+        goals = [goal.measure for goal in self.asked.goals]
+        pairs = [*combinations(goals, 2)] if len(goals) > 1 else [(self.asked.space.variables[0].key, goals[0])]
+        drawn, base = "", self.scaled(self.said.base)
+        for k, (across, up) in enumerate(pairs):
+            axes = self._key_axis(across) if across not in self.axes else self.axes[across], self.axes[up]
+
+            def place(mark: DesignMark, across: str = across, up: str = up) -> tuple[float, float] | None:
+                keys = zip((v.key for v in self.asked.space.variables), self.points[mark.number], strict=True)
+                own = self.figures[mark.number] | {key: float(k) for key, k in keys}
+                return (own[across], own[up]) if across in own and up in own else None
+
+            own = (base[across], base[up]) if across in base and up in base else None
+            places = [place(mark) for mark in self.marks]
+            beyond = sum(1 for at in places if at is None or not (axes[0].has(at[0]) and axes[1].has(at[1])))
+            drawn += figure(field(f"field-{k}", axes, self.marks, place, own), CAPTION + (
+                f" {counted(beyond, 'design')} beyond the picture, or without these figures." if beyond else ""))
+        words = f"The front as a table: {counted(len(self.said.front), 'design')}"
+        told = _table(front_table(self.said))
+        whole = f"<details class='front'><summary>{words}</summary>{told}</details>" if told else ""
+        return f"<div class='fields'>{drawn}</div>{CHOSEN if self.said.found.full else ''}{whole}"
+
+    def _key_axis(self, key: str) -> ChartAxis:
+        """The axis of a key's counted values: the first, the middle and the last are written."""
+        values = next(v.values for v in self.asked.space.variables if v.key == key)
+        last = len(values) - 1
+        ticks = tuple((float(k), str(values[k])) for k in sorted({0, last // 2, last}))
+        return ChartAxis(key, -0.25, last + 0.25, ticks)
+
+    def onward(self) -> str:
+        """The next commands, and where the files are."""
+        lines = [line.replace("./designs", "designs") for line in onward(self.said, ".")]
+        return f"{''.join(_paragraphs(lines))}<p class='soft'>{FILES}</p>"
+
+    def data(self) -> dict[str, Any]:
+        """What the page's script reads: keys, measures, points and small drawings of the front."""
+        before, space = self.asked.base.values(()), self.asked.space
+        base = self.scaled(self.said.base)
+        return {
+            "keys": [{"name": v.key, "values": list(map(str, v.values)), "base": base_value(before, v.key)}
+                     for v in space.variables],
+            "measures": [{"name": name, "unit": self.scales[name][1], "base": _digits(base.get(name))}
+                         for name in self.names],
+            "points": [[list(point), [_digits(own.get(name)) for name in self.names], mark.kind, mark.kept,
+                        sorted(violations(self.asked, self.said.found.of(point)))]
+                       for point, own, mark in zip(self.points, self.figures, self.marks, strict=True)],
+            "sketches": dict(self._sketches()),
+        }
+
+    def _sketches(self) -> Iterator[tuple[str, str]]:
+        """Small drawings of the front by number, as far as there is room for them."""
+        room = int(self.share * MOST_SKETCHES)
+        for mark in self.marks:
+            if mark.kind not in BEST:
+                return
+            try:
+                layout = sketch(self.asked.base.design(self.asked.space.changes(self.points[mark.number])))
+            except SpecError:
+                continue
+            plates = [one.outline() for one in bodies.targets(layout.spec)]
+            windings = [coil.windings[0].path.shifted(*coil.centre) for coil in layout.coils]
+            drawn = board_sketch(layout.body, layout.outline, windings, layout.spec.coil.trace_width, plates)
+            room -= len(drawn)
+            if room < 0:
+                return
+            yield str(mark.number), drawn
+
+
+FILES = ("front.csv has the front, study.json the whole answer, archive.jsonl every design that was looked at: the "
+         "same command goes on from there.")
+
+CAPTION = ("Grey: refused; light blue: keeps everything, by the screen; blue: not beaten by another; orange: "
+           "kept, or the nearest where none is; ring: the base.")
+
+BEST = ("kept", "nearest", "front")
+"""Kinds of designs that are drawn small."""
+
+CHOSEN = """
+<div id="chosen" hidden><div class="bar"><label>design <select></select></label></div>
+<div class="pair"><div class="paper"></div><div class="scroll"><table><thead><tr><th></th><th class="number">base</th>
+<th class="number">here</th></tr></thead><tbody></tbody></table></div></div></div>
+<p data-without="study">With scripts, a design of the front can be pointed at here, and shows its drawing and its
+difference to the base; the table has all of them.</p>
+"""
+
+STYLE = """
+.fields { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 27rem), 1fr)); gap: 1rem; }
+.bar label, .bar select { min-width: 0; max-width: 100%; }
+.fields > figure:only-child { max-width: 44rem; }
+figure > .paper { overflow-x: auto; }
+figure > .paper > svg { min-width: 24rem; }
+.pair { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 20rem), 1fr)); gap: 1rem;
+  align-items: start; }
+.pair .paper { padding: .6rem; }
+.design { cursor: pointer; transition: opacity .1s; }
+.design.on { filter: drop-shadow(0 0 2px #000); }
+.tip { position: fixed; z-index: 2; pointer-events: none; max-width: 22rem; padding: .4rem .6rem; font-size: .8rem;
+  background: var(--card); color: var(--ink); border: 1px solid var(--soft); border-radius: .3rem;
+  white-space: pre-line; }
+details.front > summary { cursor: pointer; margin: 1rem 0; }
+article .paper { max-width: 44rem; }
+"""
+
+
+def _table(found: AnswerTable) -> str:
+    return page_tables([found.shown()])
+
+
+def _paragraphs(lines: Iterable[str]) -> Iterator[str]:
+    return (f"<p>{escape(line)}</p>" for line in lines)
+
+
+def _digits(value: float | None) -> float | None:
+    """A figure as short as it may be drawn."""
+    return None if value is None else float(f"{value:.5g}")
+
+
+def study_page(said: StudyAnswer) -> str:
+    """The page of an answer as HTML text; whatever comes from the study or its base is escaped."""
+    share = 1.0
+    while len(found := StudyPage(said, share).html()) > MOST_PAGE and share > 0.01:
+        share *= 0.5  # many keys, many measures or large boards
+    return found
+
+
+def page_so_far(study: Study, found: Found, of: int) -> str:
+    """The page of a study of which so many of `of` designs were looked at: what the screen says of them."""
+    asked, found = study.asked, replace(found, full={})
+    nothing = Agreement(0, 0, 0, {})
+    base = screened([asked.base.spec], asked.measures)[0]
+    front = tuple(best_of(asked, found.screened))
+    said = StudyAnswer(study.name, asked, base, found, tuple(bindings(asked, found)),
+                       None if front else relaxation(asked, found), nothing, (), front, (), ())
+    return StudyPage(said).so_far(of)
+
+
+def answer_files(said: StudyAnswer) -> dict[str, bytes]:
+    """The files of a study's folder beside its archive, and those that the kept designs read."""
+    asked = said.asked
+    specs = (asked.base.design(asked.space.changes(one.point)) for one in said.kept)
+    files = {f"designs/{name}": content for spec in specs for name, content in spec.source.files.items()}
+    files |= {f"designs/{k}.yaml": text.encode("utf-8") for k, text in enumerate(said.texts, 1)}
+    whole = {"front.csv": front_csv(said), "study.json": answer_json(said), "study.html": study_page(said)}
+    return files | {name: text.encode("utf-8") for name, text in whole.items()}
+
+
+PAUSE = 1.0
+"""Seconds between two events of a sweep."""
+
+
+def filling(study: Study, evaluated: dict[str, Evaluation], serves: bool) -> Iterator[tuple[dict[str, Any], bytes]]:
+    """The numbers, and the page where it `serves` one, again and again until all designs were looked at. Those of saves
+    before are taken from `evaluated`, as far as they still fit.
+    """
+    asked = study.asked
+    points = first_set(asked.space, asked.evaluations, asked.seed, [asked.base_point])
+    found = Found(asked, SCREEN)
+    last = 0.0
+    with Workers(asked.base, 1) as workers:
+        for k, point in enumerate(points, 1):
+            changes = asked.space.changes(point)
+            key = f"{asked.base.key(changes, SCREEN)} {asked.measures}"
+            if key not in evaluated:
+                evaluated[key] = next(workers.evaluations([changes], asked.measures, SCREEN))
+            found.screened[point] = evaluated[key]
+            if time.perf_counter() - last > PAUSE or k == len(points):
+                page = page_so_far(study, found, len(points)).encode() if serves else b""
+                yield numbers(found, len(points)), page
+                last = time.perf_counter()
+
+
+def numbers(found: Found, of: int) -> dict[str, Any]:
+    """How many designs were looked at, how many keep everything by the screen, and of these the best of each goal."""
+    asked, good = found.asked, passing(found.asked, found.screened)
+    said = {"designs": f"{len(found.screened)} of {of}", "keep everything": str(len(good))}
+    for goal in asked.goals:
+        known = (point for point in good if goal.measure in found.screened[point].values)
+        values = {point: found.screened[point].values[goal.measure][0] for point in known}
+        if values:
+            best = min(values, key=lambda point: goal.cost(values[point]))
+            said[goal.words] = f"{shown(goal.measure, values[best])} with {keys_words(asked.space.chosen(best))}"
+    return said

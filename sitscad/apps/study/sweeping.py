@@ -1,0 +1,445 @@
+"""Sweeps: every design of a product of ranges, evaluated, as a table of arrays; the table as text, CSV, JSON, arrays
+and a picture; and the list of measures.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+import re
+from collections.abc import Callable, Mapping, Sequence
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from sitscad.apps.study.evaluating import NO_SCREEN, Executor, Workers, judged, screened
+from sitscad.apps.study.evaluation import FAILS, FULL, SCREEN, Evaluation
+from sitscad.apps.study.measures import MEASURES, measures_named
+from sitscad.apps.study.space import Base, Changes, RangeError, counted, require_key
+from sitscad.basics.arguments import checked_arguments
+from sitscad.basics.arrays import Array, Flags
+from sitscad.basics.record import record, replace
+from sitscad.basics.units import aligned, cell, csv_text, quantity
+from sitscad.basics.version import __version__
+from sitscad.checks import all_rules
+from sitscad.checks.findings import to_json
+from sitscad.spec.load import plain, written_value
+from sitscad.spec.reading import SpecError, finding_from_text
+from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.yaml.source import TextError, plain_value
+
+Progress = Callable[[int, int], None]
+
+MOST_DESIGNS = 1_000_000
+"""Designs of one sweep."""
+
+
+@record(eq=False)
+class SweepTable:
+    """A row a design, the last key fastest.
+
+    ``keys`` hold the values of every varied key as they were given; ``values`` and ``errors`` (by measure; rows) are
+    the figures and what each may be off by, in the measure's unit, NaN where a design has none; ``verdict``,
+    ``refused_by`` and ``warned_by`` what the rules say.
+    """
+
+    spec: str
+    level: str
+    keys: Mapping[str, tuple[Any, ...]]
+    values: Mapping[str, Array]
+    errors: Mapping[str, Array]
+    verdict: tuple[str, ...]
+    refused_by: tuple[tuple[str, ...], ...]
+    warned_by: tuple[tuple[str, ...], ...]
+    shape: tuple[int, ...]
+
+    def __len__(self) -> int:
+        return len(self.verdict)
+
+    def __repr__(self) -> str:
+        """A line with the numbers of designs, keys and measures."""
+        return f"<SweepTable of {len(self)} designs: {', '.join(self.keys)}; {', '.join(list(self.values)[:4])}>"
+
+
+@checked_arguments
+def measure(spec: SensorSpec, measures: Sequence[str] | None = None, *, level: str = SCREEN) -> Evaluation:
+    """Return figures of one design, each with what it may be off by, and the verdict of the rules.
+
+    Parameters
+    ----------
+    spec
+        The design.
+    measures
+        Names of figures (``sitscad measures`` lists them). All of the level but ranges, sigmas and the yield if None.
+    level
+        ``"screen"`` is quick, ``"full"`` works out all that `check` does.
+
+    Returns
+    -------
+    Evaluation
+        ``values`` by measure, each a pair of figure and error in SI units; ``verdict``, ``refused`` and ``warned``.
+
+    Raises
+    ------
+    ValueError
+        If there is no such level or measure.
+
+    Examples
+    --------
+    >>> import sitscad
+    >>> spec = sitscad.load("templates/single_coil.yaml")
+    >>> sorted(sitscad.measure(spec, ["rp", "inductance"]).values)
+    ['inductance', 'rp']
+    """
+    names = _measures_of(level, measures)
+    return judged(spec, names) if level == FULL else screened([spec], names)[0]
+
+
+@checked_arguments
+def sweep(
+    spec: SensorSpec,
+    ranges: Mapping[str, Sequence[Any]],
+    measures: Sequence[str] | None = None,
+    *,
+    level: str = SCREEN,
+    jobs: int | None = 1,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> SweepTable:
+    """Return figures of every design of the product of `ranges`, the last key fastest.
+
+    Parameters
+    ----------
+    spec
+        The spec that the designs are made from.
+    ranges
+        Values by key, as in `SensorSpec.replace`: numbers in SI units (metres), or texts with their unit.
+    measures
+        Names of figures (``sitscad measures`` lists them). All of the level if None.
+    level
+        ``"screen"`` is quick, ``"full"`` works out all that `check` does.
+    jobs
+        Number of processes. All processors if None.
+    executor
+        An object with a `submit`, used in place of processes.
+    progress
+        A function that is called with the numbers of designs that are done, and of all designs.
+
+    Returns
+    -------
+    SweepTable
+        A row per design. A design that a rule of the spec itself refuses has no figures and names that rule.
+
+    Raises
+    ------
+    ValueError
+        If there is no such level or measure, no range, an empty range, or if there are too many designs.
+    SpecError
+        If the spec has no such key, or a value can be none of its values.
+    """
+    given = {str(key): tuple(plain(list(values))) for key, values in ranges.items()}
+    try:
+        written = {key: [written_value(key, value) for value in values] for key, values in given.items()}
+    except TextError as error:
+        raise SpecError((finding_from_text(error),)) from None
+    table = sweep_as_written(
+        spec, written, measures, level=level, jobs=jobs, executor=executor, progress=progress
+    )
+    return replace(table, keys=_columns(given))
+
+
+def sweep_as_written(
+    spec: SensorSpec, ranges: Mapping[str, Sequence[Any]], measures: Sequence[str] | None = None, *,
+    level: str = SCREEN, jobs: int | None = 1, executor: Executor | None = None, progress: Progress | None = None,
+) -> SweepTable:
+    """Return figures as `sweep` does; values are as a YAML file has them, where bare lengths are millimetres."""
+    names = _measures_of(level, measures)
+    axes = {str(key): tuple(plain(list(values))) for key, values in ranges.items()}
+    if not axes or not all(axes.values()):
+        raise ValueError("a sweep takes at least one key, and at least one value of each")
+    shape = tuple(map(len, axes.values()))
+    if (total := int(np.prod(np.array(shape, dtype=object)))) > MOST_DESIGNS:
+        raise ValueError(f"{total} designs; {MOST_DESIGNS} are the most of one sweep")
+    base = Base.of(spec)
+    for key, values in axes.items():
+        require_key(base, key, values)
+    designs: list[Changes] = [tuple(zip(axes, point, strict=True)) for point in product(*axes.values())]
+    found = []
+    with Workers(base, jobs, executor) as workers:
+        for one in workers.evaluations(designs, names, level):
+            found.append(one)
+            if progress is not None:
+                progress(len(found), total)
+    return _table(base.path, level, axes, shape, names, found)
+
+
+def _measures_of(level: str, measures: Sequence[str] | None) -> tuple[str, ...]:
+    if level not in (SCREEN, FULL):
+        raise ValueError(f"the level is {SCREEN} or {FULL}, not {level!r}")
+    names = measures_named(measures if measures is None else tuple(measures), level)
+    lacking = [name for name in names if level not in MEASURES[name].levels]
+    if lacking:
+        raise ValueError(f"{', '.join(lacking)}: only the level {FULL} has it")
+    return names
+
+
+def _table(
+    path: str, level: str, axes: Mapping[str, tuple[Any, ...]], shape: tuple[int, ...], names: Sequence[str],
+    found: Sequence[Evaluation],
+) -> SweepTable:
+    nothing = (np.nan, np.nan)
+    pairs = {name: np.array([one.values.get(name, nothing) for one in found]) for name in names}
+    return SweepTable(
+        path, level, _columns(axes), {name: pair[:, 0] for name, pair in pairs.items()},
+        {name: pair[:, 1] for name, pair in pairs.items()}, tuple(one.verdict for one in found),
+        tuple(one.refused_by for one in found), tuple(one.warned_by for one in found), shape,
+    )
+
+
+def _columns(axes: Mapping[str, tuple[Any, ...]]) -> dict[str, tuple[Any, ...]]:
+    """Return the value of each key in each row."""
+    points = list(product(*axes.values()))
+    return {key: tuple(point[k] for point in points) for k, key in enumerate(axes)}
+
+
+def range_of(text: str) -> tuple[str, tuple[Any, ...]]:
+    """The key and the values of ``coil.turns=6:12:13`` or ``coil.layers=2,4``; raises `RangeError`."""
+    key, equals, written = text.partition("=")
+    if not equals or not key.strip() or not written.strip():
+        raise RangeError(f"{text!r} is no KEY=FIRST:LAST:COUNT and no KEY=VALUE,VALUE", "like coil.turns=6:12:13")
+    parts = written.split(":")
+    if len(parts) == 1:
+        return key.strip(), tuple(plain_value(value.strip()) for value in written.split(","))
+    if len(parts) != 3 or not parts[2].strip().isdecimal() or len(parts[2].strip()) > 9:
+        raise RangeError(f"{text!r}: FIRST:LAST:COUNT is wanted", "like 6:12:13 or 70um:110um:9")
+    return key.strip(), counted(parts[0].strip(), parts[1].strip(), int(parts[2]))
+
+
+def shown(name: str, value: float, digits: int = 4) -> str:
+    """A figure of a measure for people; a dash where there is none."""
+    return quantity(value, MEASURES[name].unit, digits)
+
+
+def sweep_text(table: SweepTable) -> str:
+    """One line a design: keys, figures with what they may be off by, verdict, and the rules that refuse or warn."""
+    head = [*table.keys, *table.values, "verdict", "refused by", "warned by"]
+    rows = [
+        [*(str(values[k]) for values in table.keys.values()),
+         *(_within(name, float(values[k]), float(table.errors[name][k])) for name, values in table.values.items()),
+         table.verdict[k], ", ".join(table.refused_by[k]), ", ".join(table.warned_by[k])]
+        for k in range(len(table))
+    ]
+    return "\n".join(aligned([head, *rows])) + "\n"
+
+
+def _within(name: str, value: float, error: float) -> str:
+    """A figure and the share of it that it may be off by: ``1.263 kohm +-11%``."""
+    share = 100.0 * error / abs(value) if value and error > 0.0 else 0.0
+    return f"{shown(name, value)} +-{float(f'{share:.2g}'):g}%" if share else shown(name, value)
+
+
+def sweep_csv(table: SweepTable) -> str:
+    """One row a design, columns named by key and measure; what a design has not is empty."""
+    named = [title for name in table.values for title in (name, f"{name}.error")]
+    rows: list[list[object]] = [[*table.keys, *named, "verdict", "refused_by", "warned_by"]]
+    for k in range(len(table)):
+        keys = [values[k] for values in table.keys.values()]
+        pairs = [cell(float(of[name][k])) for name in table.values for of in (table.values, table.errors)]
+        rules = " ".join(table.refused_by[k]), " ".join(table.warned_by[k])
+        rows.append([*keys, *pairs, table.verdict[k], *rules])
+    return csv_text(rows)
+
+
+def sweep_json(table: SweepTable) -> str:
+    """The table by columns, with units."""
+    columns = {
+        name: {"unit": MEASURES[name].unit, "value": values.tolist(), "error": table.errors[name].tolist()}
+        for name, values in table.values.items()
+    }
+    return to_json({
+        "sitscad": __version__, "spec": table.spec, "level": table.level, "shape": list(table.shape),
+        "keys": {key: list(values) for key, values in table.keys.items()}, "measures": columns,
+        "verdict": list(table.verdict), "refused_by": list(map(list, table.refused_by)),
+        "warned_by": list(map(list, table.warned_by)),
+    })
+
+
+def sweep_npz(table: SweepTable) -> bytes:
+    """Arrays under the names of keys and measures, ``NAME.error`` beside each; the same bytes every time."""
+    arrays: dict[str, Any] = {key: np.array(values) for key, values in table.keys.items()}
+    for name, values in table.values.items():
+        arrays |= {name: values, f"{name}.error": table.errors[name]}
+    arrays["verdict"] = np.array(table.verdict)
+    arrays["refused_by"] = np.array([" ".join(rules) for rules in table.refused_by])
+    stream = io.BytesIO()
+    np.savez(stream, **arrays)
+    return stream.getvalue()
+
+
+PANEL = (140.0, 80.0)
+"""One picture on a sheet (mm)."""
+
+
+def sweep_svg(table: SweepTable) -> str:
+    """A curve a measure of one key, with its band of error; a field a measure of two keys, in whose cells nothing is
+    interpolated, with the edges of what each rule refuses. Raises ValueError for more keys.
+    """
+    from sitscad.files.drawing.sheet import Sheet, plot
+    from sitscad.files.drawing.svg import svg
+
+    if len(table.keys) > 2:
+        raise ValueError(f"a picture has one key or two, not {len(table.keys)}; .csv takes any number")
+    names = [name for name, values in table.values.items() if np.isfinite(values).any()]
+    if not names:
+        raise ValueError("no design of this sweep has a figure that could be drawn")
+    width, height = PANEL
+    sheet = Sheet(f"Sweep of {', '.join(table.keys)}", (width, height * len(names)))
+    for k, name in enumerate(names):
+        draw = _curve(table, name) if len(table.keys) == 1 else _field(table, name)
+        plot(sheet, (4.0, height * (len(names) - 1 - k) + 2.0, width - 8.0, height - 4.0), draw)
+    return svg(sheet)
+
+
+def scale_of(name: str, values: Array) -> tuple[float, str]:
+    """The factor and the unit in which a measure is drawn."""
+    finite = np.abs(values[np.isfinite(values)])
+    most = float(finite.max()) if finite.size else 0.0
+    unit = shown(name, most).partition(" ")[2] if most else MEASURES[name].unit
+    number = float(shown(name, most).partition(" ")[0]) if most else 1.0
+    return (10.0 ** round(math.log10(number / most)) if most else 1.0), unit
+
+
+def _axis(values: Sequence[Any]) -> tuple[Array, list[str] | None]:
+    """Where values stand on an axis, and their names where they are no numbers of one unit."""
+    found = [re.fullmatch(r"\s*([-+.\deE]+)\s*([^\d]*)", str(value)) for value in values]
+    units = {match[2] for match in found if match is not None}
+    if all(found) and len(units) == 1:
+        numbers = np.array([float(match[1]) for match in found if match is not None])
+        if len(set(numbers.tolist())) == len(numbers):
+            return numbers, None
+    return np.arange(len(values), dtype=float), [str(value) for value in values]
+
+
+def titled(name: str, unit: str) -> str:
+    """A figure's name with its unit."""
+    return f"{name} ({unit})" if unit else name
+
+
+def _label(key: str, values: Sequence[Any]) -> str:
+    unit = re.fullmatch(r"\s*[-+.\deE]+\s*([^\d]+)", str(values[0]))
+    return f"{key} ({unit[1].strip()})" if unit else key
+
+
+def _curve(table: SweepTable, name: str) -> Callable[[Any], None]:
+    (key, written), = table.keys.items()
+
+    def draw(figure: Any) -> None:
+        axes, (at, names) = figure.subplots(), _axis(written)
+        factor, unit = scale_of(name, table.values[name])
+        values, errors = factor * table.values[name], factor * table.errors[name]
+        failed = np.array([verdict == FAILS for verdict in table.verdict])
+        (line,) = axes.plot(at, values, marker="o", markersize=2.5, linestyle="-" if names is None else "")
+        axes.fill_between(at, values - errors, values + errors, alpha=0.18, color=line.get_color(), linewidth=0.0,
+                          label="what it may be off by")
+        if failed.any():
+            axes.plot(at[failed], values[failed], marker="x", markersize=6.0, linestyle="", color="#a02020",
+                      label="refused by a rule")
+        axes.set(xlabel=_label(key, written), ylabel=titled(name, unit))
+        if names is not None:
+            axes.set_xticks(at, names)
+        axes.legend()
+
+    return draw
+
+
+def _field(table: SweepTable, name: str) -> Callable[[Any], None]:
+    (first, firsts), (second, seconds) = table.keys.items()
+    rows, columns = table.shape
+    down, across = firsts[::columns], seconds[:columns]
+
+    def draw(figure: Any) -> None:
+        axes, (x, x_names), (y, y_names) = figure.subplots(), _axis(across), _axis(down)
+        factor, unit = scale_of(name, table.values[name])
+        values = factor * table.values[name].reshape(rows, columns)
+        xs, ys = _borders(x), _borders(y)
+        mesh = axes.pcolormesh(xs, ys, np.ma.masked_invalid(values), cmap="viridis", linewidth=0.0)
+        figure.colorbar(mesh, ax=axes, label=titled(name, unit))
+        rules, titles = sorted({rule for refused in table.refused_by for rule in refused}), rule_titles()
+        for k, rule in enumerate(rules):
+            refused = np.array([rule in each for each in table.refused_by]).reshape(rows, columns)
+            _edge(axes, refused, xs, ys, titles.get(rule, rule), EDGES[k % len(EDGES)])
+        axes.set(xlabel=_label(second, across), ylabel=_label(first, down))
+        for names, ticks, at in ((x_names, axes.set_xticks, x), (y_names, axes.set_yticks, y)):
+            if names is not None:
+                ticks(at, names)
+        if rules:
+            figure.legend(loc="outside upper left", title="refused within", ncols=3, facecolor="#c8cdd2", frameon=True)
+
+    return draw
+
+
+def rule_titles() -> dict[str, str]:
+    """Every rule with its name, by its identifier."""
+    return {rule.id: f"{rule.id} {rule.name}" for rule in all_rules()}
+
+
+EDGES = ("#d02020", "#ffffff", "#ff9a1f", "#111111", "#e05ab0", "#8ae0ff")
+"""Colours of rules' edges on a field."""
+
+
+def _borders(middles: Array) -> Array:
+    """Where cells about values begin and end."""
+    if len(middles) == 1:
+        return np.array([middles[0] - 0.5, middles[0] + 0.5])
+    between = (middles[1:] + middles[:-1]) / 2.0
+    return np.concatenate([[2.0 * middles[0] - between[0]], between, [2.0 * middles[-1] - between[-1]]])
+
+
+def _edge(axes: Any, refused: Flags, xs: Array, ys: Array, rule: str, colour: str) -> None:
+    """The border of the cells that a rule refuses, along the cells; nothing is said of what lies between designs."""
+    inside = np.pad(refused, 1)
+    lines: list[tuple[list[float], list[float]]] = []
+    for i, k in zip(*np.nonzero(inside[1:, 1:-1] != inside[:-1, 1:-1]), strict=True):
+        lines.append(([xs[k], xs[k + 1]], [ys[i], ys[i]]))
+    for i, k in zip(*np.nonzero(inside[1:-1, 1:] != inside[1:-1, :-1]), strict=True):
+        lines.append(([xs[k], xs[k]], [ys[i], ys[i + 1]]))
+    for n, (along, up) in enumerate(lines):
+        axes.plot(along, up, color=colour, linewidth=1.6, label=rule if n == 0 else "_nolegend_")
+
+
+def _bytes(write: Callable[[SweepTable], str]) -> Callable[[SweepTable], bytes]:
+    return lambda table: write(table).encode("utf-8")
+
+
+SWEEP_FORMATS: Mapping[str, Callable[[SweepTable], str]] = {"text": sweep_text, "csv": sweep_csv, "json": sweep_json}
+"""How `sweep` prints."""
+
+SWEEP_FILES: Mapping[str, Callable[[SweepTable], bytes]] = {
+    ".csv": _bytes(sweep_csv), ".json": _bytes(sweep_json), ".npz": sweep_npz, ".svg": _bytes(sweep_svg),
+}
+"""What `sweep -o` writes, by ending."""
+
+
+def measures_text() -> str:
+    """One line a measure: name, unit, levels, meaning, what it needs."""
+    rows = [
+        [row.name, row.unit or "-", ", ".join(row.levels),
+         row.meaning + (f" (needs {row.needed})" if row.needs else "")]
+        for row in MEASURES.values()
+    ]
+    table = "\n".join(aligned([["measure", "unit", "levels", "meaning"], *rows]))
+    return f"{table}\n\n{NO_SCREEN[0].upper()}{NO_SCREEN[1:]}: other designs are judged in full.\n"
+
+
+def measures_json() -> str:
+    """All that is known of every measure."""
+    rows = [
+        {"name": row.name, "unit": row.unit, "meaning": row.meaning, "levels": list(row.levels), "needs": row.needed}
+        for row in MEASURES.values()
+    ]
+    return to_json({"sitscad": __version__, "measures": rows})
+
+
+MEASURE_FORMATS: Mapping[str, Callable[[], str]] = {"text": measures_text, "json": measures_json}
+"""How `measures` prints."""

@@ -1,0 +1,253 @@
+"""HTTP server for the page of a watched spec: the page, its events, and its latest state.
+
+Standard library only. The server answers requests that name this machine by name or address. It refuses requests under
+another name, which a foreign page can send by DNS rebinding, and all paths except these three.
+"""
+
+from __future__ import annotations
+
+import json
+import queue
+import re
+import socket
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import suppress
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from importlib.resources import files
+from ipaddress import ip_address
+from socketserver import TCPServer
+from typing import Any, cast
+
+from sitscad.apps.watch.watching import changes, verdict
+from sitscad.apps.watch.work import Event
+from sitscad.files.drawing.web_page import page
+from sitscad.files.report.moving import scripts
+
+LOOPBACK = ("127.0.0.1", "localhost", "::1")
+"""Names of this machine for itself."""
+
+ALIVE = 10.0
+"""Seconds after which a listener is sent an empty line, so that one that has gone is noticed."""
+
+MOST_WAITING = 1000
+"""Events that wait for one listener."""
+
+POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:; connect-src 'self'"
+"""What the page may load: nothing but what is in it, and from here."""
+
+EMPTY = "<header><h1>sitscad watch</h1><p>The first findings come as soon as the spec can be read.</p></header>"
+
+
+class Showing:
+    """What is shown now: the page (left out: one that a watched spec fills), the last event of every stage, and who
+    listens.
+    """
+
+    def __init__(self, shown: bytes = b"") -> None:
+        self.lock = threading.Lock()
+        script = (files("sitscad.files.report") / "assets" / "live.js").read_bytes()
+        self.follows = b"" if shown else b"<script>" + script + b"</script>"
+        self.page = shown or page("sitscad watch", [EMPTY, f"<script>{scripts()}</script>"]).encode()
+        self.state: dict[str, dict[str, Any]] = {}
+        self.listeners: set[queue.Queue[bytes]] = set()
+
+    def tell(self, revision: int, event: Event, before: Event | None) -> None:
+        """Take an event up and tell all who listen."""
+        data: dict[str, Any] = {"stage": event.stage, "revision": revision, "seconds": round(event.seconds, 3)}
+        data |= event.data | {"changes": changes(event, before), "has_page": bool(event.page)}
+        if event.stage == "findings":
+            data["verdict"] = verdict(event.data)
+        self.post(data, event.page)
+
+    def post(self, data: dict[str, Any], shown: bytes | None = None) -> None:
+        """Tell all who listen of a stage, and keep that for those who come; who does not follow misses some."""
+        with self.lock:
+            self.page = shown or self.page
+            self.state[data["stage"]] = data
+            for listener in self.listeners:
+                if listener.qsize() < MOST_WAITING:
+                    listener.put(_line(data))
+
+    def listen(self) -> Iterator[bytes]:
+        """Every event from now on, and first the last ones."""
+        own: queue.Queue[bytes] = queue.Queue()
+        with self.lock:
+            told = list(map(_line, self.state.values()))
+            self.listeners.add(own)
+        try:
+            yield from told or [b": nothing yet\n\n"]
+            while True:
+                try:
+                    yield own.get(timeout=ALIVE)
+                except queue.Empty:
+                    yield b": alive\n\n"
+        finally:
+            with self.lock:
+                self.listeners.discard(own)
+
+
+def _line(data: dict[str, Any]) -> bytes:
+    return f"data: {json.dumps(data)}\n\n".encode()
+
+
+def server(showing: Showing, host: str, port: int) -> PageServer:
+    """Return a server of the page, started by its `serve_forever`. Raises OSError if it cannot listen there."""
+
+    class Handler(_Handler):
+        def do_GET(self) -> None:
+            """The page, its events, or its state."""
+            self.server.deadlines.pop(self.request, None)
+            if not self.server.is_asked_by_name(self.headers.get("Host", "")):
+                self._answer(403, "text/plain", b"this page is not for that host\n")
+            elif self.path == "/":
+                live = showing.page.replace(b"</main>", b"</main>" + showing.follows, 1)
+                self._answer(200, "text/html; charset=utf-8", live)
+            elif self.path == "/state":
+                with showing.lock:
+                    state = json.dumps(showing.state).encode()
+                self._answer(200, "application/json", state)
+            elif self.path == "/events":
+                self._events(showing)
+            else:
+                self._answer(404, "text/plain", b"there is no such page\n")
+
+    return PageServer(host.strip("[]"), port, Handler)
+
+
+MAX_CONNECTIONS = 64
+"""Largest number of connections at a time. A browser opens six to each page, and one for events."""
+
+REQUEST_TIMEOUT = 15.0
+"""Seconds in which a whole request must arrive."""
+
+ANSWER_TIMEOUT = 60.0
+"""Seconds in which a client must receive the whole answer: a page of 10 MB at 1.3 Mbit/s."""
+
+BUSY = b"HTTP/1.1 503 Service Unavailable\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"
+
+HTTP_PORT = 80
+"""The port that browsers leave out of the Host header."""
+
+
+class PageServer(ThreadingHTTPServer):
+    """HTTP server with limits on the number and duration of connections. It answers requests that name this machine."""
+
+    daemon_threads = True
+    request_queue_size = MAX_CONNECTIONS
+
+    def __init__(self, host: str, port: int, handler: type[_Handler]) -> None:
+        (self.address_family, _, _, _, address), *_ = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
+        self._free = threading.BoundedSemaphore(MAX_CONNECTIONS)
+        self.deadlines: dict[socket.socket, float] = {}
+        super().__init__(cast(tuple[str, int], address), handler)
+        self._names = {"127.0.0.1", "::1", "localhost", host.lower()}
+        self._is_open = ip_address(str(self.server_address[0])).is_unspecified
+        if self._is_open:
+            self._names.add(socket.gethostname().lower())
+
+    def server_bind(self) -> None:
+        """Bind the socket, without the name look-up of `HTTPServer`, which may take seconds."""
+        TCPServer.server_bind(self)
+        self.server_name, self.server_port = str(self.server_address[0]), self.server_address[1]
+
+    @property
+    def url(self) -> str:
+        """The page's address for a browser on this machine."""
+        host = str(self.server_address[0])
+        if self._is_open:
+            host = "::1" if ":" in host else "127.0.0.1"
+        return f"http://{f'[{host}]' if ':' in host else host}:{self.server_port}/"
+
+    def is_asked_by_name(self, host: str) -> bool:
+        """Whether a Host header names this machine.
+
+        If the server listens on all addresses, any IP address is accepted: a foreign page (DNS rebinding) uses a name.
+        """
+        found = re.fullmatch(r"(?:\[([0-9a-f:.]+)\]|([^:\[\]]+))(?::(\d{1,5}))?", host.lower())
+        if found is None or int(found[3] or HTTP_PORT) != self.server_port:
+            return False
+        name = found[1] or found[2]
+        if name in self._names or not self._is_open:
+            return name in self._names
+        try:
+            return bool(ip_address(name))
+        except ValueError:
+            return False
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        """Answer a connection in a thread of its own, or refuse it if there are too many."""
+        if not self._free.acquire(blocking=False):
+            with suppress(OSError):
+                request.settimeout(0.0)
+                request.sendall(BUSY)
+            self.shutdown_request(request)
+            return
+        try:
+            super().process_request(request, client_address)
+        except BaseException:
+            self._free.release()
+            raise
+
+    def process_request_thread(self, request: Any, client_address: Any) -> None:
+        """Answer a connection until it ends."""
+        try:
+            super().process_request_thread(request, client_address)
+        finally:
+            self.deadlines.pop(request, None)
+            self._free.release()
+
+    def service_actions(self) -> None:
+        """End connections whose request is overdue; called by `serve_forever` twice a second."""
+        now = time.monotonic()
+        for request, deadline in list(self.deadlines.items()):
+            if now > deadline:
+                with suppress(OSError):
+                    request.shutdown(socket.SHUT_RDWR)
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Ignore a client that closed its connection. Report any other error as a fault of this server."""
+        if not isinstance(sys.exc_info()[1], OSError):
+            super().handle_error(request, client_address)
+
+
+class _Handler(BaseHTTPRequestHandler):
+    """Answers the requests of one connection."""
+
+    protocol_version = "HTTP/1.1"
+    timeout = ANSWER_TIMEOUT
+    server: PageServer
+
+    def handle_one_request(self) -> None:
+        """Read and answer one request."""
+        self.server.deadlines[self.request] = time.monotonic() + REQUEST_TIMEOUT
+        super().handle_one_request()
+
+    def _answer(self, code: int, kind: str, content: bytes) -> None:
+        self.send_response(code)
+        self.send_header("Content-Type", kind)
+        self.send_header("Content-Length", str(len(content)))
+        self._about()
+        self.end_headers()
+        self.wfile.write(content)
+
+    def _about(self) -> None:
+        for name, value in (("Cache-Control", "no-store"), ("Content-Security-Policy", POLICY),
+                            ("X-Content-Type-Options", "nosniff")):
+            self.send_header(name, value)
+
+    def _events(self, showing: Showing) -> None:
+        self.send_response(200)
+        self.send_header("Content-Type", "text/event-stream")
+        self.send_header("Connection", "close")
+        self._about()
+        self.end_headers()
+        self.close_connection = True
+        for line in showing.listen():
+            self.wfile.write(line)
+            self.wfile.flush()
+
+    def log_message(self, format: str, *args: object) -> None:
+        """Write nothing: the terminal is for what has changed."""

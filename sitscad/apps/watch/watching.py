@@ -1,0 +1,244 @@
+"""Looks at a spec's files again and again, has them worked out after every save, and says what has changed."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import textwrap
+import time
+from collections.abc import Callable, Iterator, Mapping
+from multiprocessing.connection import Connection, wait
+from typing import Any
+
+from sitscad.apps.watch.work import Event, work
+from sitscad.basics.finding import Severity
+from sitscad.basics.record import record
+from sitscad.basics.units import counted
+
+PAUSE, SETTLE = 0.1, 0.02
+"""Seconds between two looks at the files, and those for which a file has to stay as it is: editors write in steps."""
+
+OVERTAKEN = "overtaken"
+"""The stage of what is told of a save whose work the next one (``by``) has ended."""
+
+Stamp = tuple[int, int, int] | None
+Told = Callable[[int, Event, Event | None], None]
+
+
+def stamp(path: str) -> Stamp:
+    """What tells one state of a file from another; None where there is none. File systems' own notices are not used:
+    they lose editors that rename, and say nothing in containers.
+    """
+    try:
+        found = os.stat(path)
+    except OSError:
+        return None
+    return found.st_mtime_ns, found.st_size, found.st_ino
+
+
+@record(eq=False)
+class Worker:
+    """A process that is ready for work: what it is asked with, and what it tells."""
+
+    process: multiprocessing.process.BaseProcess
+    asked: Connection
+    told: Connection
+
+    def end(self) -> None:
+        """End it, whatever it does."""
+        self.process.kill()
+        self.process.join()
+        self.asked.close()
+        self.told.close()
+
+
+def started(path: str, serves: bool) -> Worker:
+    """A worker of a spec's path; it loads what every save needs and waits."""
+    context = multiprocessing.get_context("spawn")
+    (theirs, asked), (told, mine) = context.Pipe(duplex=False), context.Pipe(duplex=False)
+    process = context.Process(target=work, args=(theirs, mine, path, serves), daemon=True)
+    process.start()
+    theirs.close()
+    mine.close()
+    return Worker(process, asked, told)
+
+
+class Watch:
+    """The spec at a path, worked out after every save of it or of what it reads. A save ends the work in progress: a
+    second worker stands ready for it.
+    """
+
+    def __init__(self, path: str, serves: bool = False) -> None:
+        self.path, self.serves = path, serves
+        self.revision, self.busy, self.overtaken = 0, False, False
+        self.last: dict[str, Event] = {}
+        self.worker, self.spare = started(path, serves), started(path, serves)
+        self.stamps: dict[str, Stamp] = {path: None}
+
+    def run(self, told: Told, until: Callable[[], bool] = lambda: False) -> None:
+        """Watch until interrupted, or until `until` says so. `told` gets every event with its revision and the last of
+        its stage.
+        """
+        try:
+            while not until():
+                self.look()
+                if self.overtaken:
+                    self.overtaken = False
+                    told(self.revision - 1, Event(OVERTAKEN, {"by": self.revision}), None)
+                for revision, event in self.heard():
+                    told(revision, event, self.last.get(event.stage))
+                    if event.stage != "failed" and not event.data.get("unreadable"):
+                        self.last[event.stage] = event
+        finally:
+            self.worker.end()
+            self.spare.end()
+
+    def look(self) -> None:
+        """Begin anew where a file is another than before, and stays as it is."""
+        found = {path: stamp(path) for path in self.stamps}
+        if found == self.stamps or found[self.path] is None:
+            return
+        time.sleep(SETTLE)
+        if {path: stamp(path) for path in self.stamps} != found:
+            return
+        self.stamps = found
+        self.overtaken = self.busy
+        if self.busy or not self.worker.process.is_alive():
+            self.worker.end()
+            self.worker, self.spare = self.spare, started(self.path, self.serves)
+        self.revision += 1
+        self.busy = True
+        self.worker.asked.send(self.revision)
+
+    def heard(self) -> Iterator[tuple[int, Event]]:
+        """What the worker tells within a pause."""
+        for _ in wait([self.worker.told], PAUSE):
+            try:
+                revision, event = self.worker.told.recv()
+            except EOFError:  # it has died: too little memory, or ended by somebody
+                self.worker.end()
+                self.worker, self.spare, self.busy = self.spare, started(self.path, self.serves), False
+                yield self.revision, Event("failed", {"message": "the process that worked it out ended without a word"})
+                return
+            if event is None:
+                self.busy = False
+                continue
+            if "read" in event.data:
+                self.stamps = {path: self.stamps.get(path, stamp(path)) for path in event.data["read"]}
+            yield revision, event
+
+
+SIGNS = {"new": "+", "gone": "-", "moved": "~"}
+
+
+def changes(event: Event, before: Event | None) -> dict[str, Any]:
+    """What an event says that the last of its stage did not: findings that are new, gone, or moved to another line, and
+    numbers with what they were.
+    """
+    old = before.data if before is not None else {}
+    if "findings" in event.data:
+        now, was = (
+            {(each["rule"], each["key"], each["message"]): each for each in data.get("findings", ())}
+            for data in (event.data, old)
+        )
+        return {
+            "new": [each for key, each in now.items() if key not in was],
+            "gone": [each for key, each in was.items() if key not in now],
+            "moved": [each | {"from": was[key]["line"]} for key, each in now.items()
+                      if key in was and was[key]["line"] != each["line"]],
+        }
+    numbers, was = event.data.get("numbers", {}), old.get("numbers", {})
+    return {"numbers": {name: [was.get(name), value] for name, value in numbers.items() if was.get(name) != value}}
+
+
+def words(revision: int, event: Event, before: Event | None, width: int = 80, verbose: bool = False) -> list[str]:
+    """The lines of a terminal for an event: of every save its number, what has changed in about a dozen lines of a
+    width, and the verdict last; all that has changed, unfolded, if `verbose`.
+    """
+    found = changes(event, before)
+    if event.stage == "failed":
+        return [event.data["message"]]
+    if event.stage == OVERTAKEN:
+        return [f"save {revision}: overtaken by save {event.data['by']}"]
+    if event.stage == "sweep" and not verbose:
+        return _swept(event.data["numbers"], width)
+    if event.stage != "findings":
+        return _all_numbers(found["numbers"]) if verbose else _numbers(found["numbers"])
+    head = [] if event.data.get("last") else [f"save {revision}"]
+    ends = event.data.get("last") or event.data.get("unreadable")
+    if event.data.get("unreadable"):
+        found["gone"] = []  # nobody knows
+    lines = [f"{SIGNS[kind]} {_line(each)}" for kind in SIGNS for each in found[kind]]
+    return [*head, *(lines if verbose else _gravest(found, width)), *([verdict(event.data)] if ends else [])]
+
+
+ROWS = 5
+"""Rows of a terminal that findings of a save take, beside one that counts the rest and one for those that moved."""
+
+
+def _gravest(found: Mapping[str, Any], width: int) -> list[str]:
+    """New findings, the gravest first and errors in two rows, then those that are gone: one that says something else
+    than before of the same key is another (~), not new and gone.
+    """
+    was, now = ({(each["rule"], each["key"]) for each in found[kind]} for kind in ("gone", "new"))
+    told = [("~" if (each["rule"], each["key"]) in was else "+", each) for each in found["new"]]
+    told.sort(key=lambda each: list(Severity).index(each[1]["severity"]))
+    told += [("-", each) for each in found["gone"] if (each["rule"], each["key"]) not in now]
+    rows: list[str] = []
+    for k, (sign, each) in enumerate(told):
+        most = 2 if sign != "-" and each["severity"] == Severity.ERROR else 1
+        fold = textwrap.TextWrapper(max(width, 40), subsequent_indent="    ", max_lines=most, placeholder=" ...")
+        folded = fold.wrap(f"{sign} {_line(each)}")
+        if len(rows) + len(folded) > ROWS:
+            rows.append(f"{len(told) - k} findings more: -v, or sitscad check")
+            break
+        rows += folded
+    moved = len(found["moved"])
+    return rows + ([f"~ {counted(moved, 'finding')} on another line"] if moved else [])
+
+
+def _swept(numbers: Mapping[str, str], width: int) -> list[str]:
+    """The number of a study's first designs that were looked at; once all were, the best of each goal as well."""
+    lines = [f"{name}: {value}" for name, value in numbers.items()]
+    done, _, of = numbers["designs"].partition(" of ")
+    if done != of:
+        return [", ".join(lines[:2])]
+    return [textwrap.shorten(line, width, placeholder=" ...") for line in lines]
+
+
+def _numbers(found: Mapping[str, list[Any]]) -> list[str]:
+    """A line a quantity: of all that are others the one that moved most, and how many more there are."""
+    groups: dict[str, list[str]] = {}
+    for name in found:
+        groups.setdefault("to spare" if name.endswith(", to spare") else name.partition(" of ")[0], []).append(name)
+    lines = []
+    for names in groups.values():
+        (line,) = _all_numbers({name: found[name] for name in [max(names, key=lambda name: _moved(*found[name]))]})
+        lines.append(line + (f" ({len(names) - 1} more)" if len(names) > 1 else ""))
+    return lines
+
+
+def _all_numbers(found: Mapping[str, list[Any]]) -> list[str]:
+    return [f"{name}: {value if old is None else f'{old} -> {value}'}" for name, (old, value) in found.items()]
+
+
+def _moved(old: str | None, new: str) -> float:
+    """The share of itself by which a number with a unit moved; 0 where that cannot be read off, as across a prefix."""
+    (was, unit), (now, other) = (each.partition(" ")[::2] for each in (old or "", new))
+    try:
+        return abs(float(now) / float(was) - 1.0) if unit == other else 0.0
+    except (ValueError, ZeroDivisionError):
+        return 0.0
+
+
+def verdict(data: Mapping[str, Any]) -> str:
+    """How a design stands, in a few words."""
+    counts = [counted(count, kind) for kind, count in data["counts"].items() if count]
+    stands = "unreadable" if data.get("unreadable") else "refused" if data["counts"]["error"] else "ok"
+    return f"{stands}: {', '.join(counts) or 'nothing found'}"
+
+
+def _line(finding: Mapping[str, Any]) -> str:
+    place = "" if finding["line"] is None else f"line {finding['line']}: "
+    came = f" (was line {finding['from']})" if "from" in finding else ""
+    return f"{place}{finding['severity']} {finding['rule']}: {finding['message']}{came}"

@@ -1,0 +1,222 @@
+"""What is worked out after a save, the quickest first, in a process that can be ended when the next save comes.
+
+What a change leaves as it was is kept from the save before: the board where its part of the spec is the same, the
+response where nothing is another, the solids where no piece is, and what targets and pads were solved for.
+"""
+
+from __future__ import annotations
+
+import gc
+import json
+import signal
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import field
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from sitscad.basics.finding import Severity
+from sitscad.basics.quantities import TANK
+from sitscad.basics.record import record
+from sitscad.basics.units import quantity
+from sitscad.checks.findings import CheckedSpec
+from sitscad.checks.opening import is_study, opened, policy_for
+from sitscad.checks.policy import PolicyError
+from sitscad.estimates.design import Design
+from sitscad.estimates.response.model import ResponseModel
+from sitscad.kernels.solve_cache import Solutions
+from sitscad.package.building import known_solutions
+from sitscad.package.contents import Contents, drawn_calibration, read_by
+from sitscad.package.inspection import unreadable
+from sitscad.package.stages import page_of
+from sitscad.spec.reading import SpecError
+
+STAGES = ("findings", "board", "estimate", "feeling", "pushed", "solids", "sweep")
+"""What is told, in the order of working it out; of a study findings and the sweep."""
+
+DATA_SHEET, CALIBRATION, SOLIDS = "datasheet.json", "calibration/calibration.json", "mount/assembly.glb"
+"""The files of a package that the page's views read."""
+
+Document: TypeAlias = dict[str, Any]
+
+
+@record
+class Event:
+    """What one stage found: plain values, the page with it (empty where none is wanted), and the seconds since the
+    work began.
+    """
+
+    stage: str
+    data: Document
+    page: bytes = b""
+    seconds: float = 0.0
+
+
+@record(eq=False)
+class Before:
+    """What is kept of the saves before: the last design that could be read, files with what they were made of, what was
+    solved, and evaluations of a study's designs by their keys.
+    """
+
+    designs: list[Design] = field(default_factory=list)
+    evaluated: dict[str, Any] = field(default_factory=dict)
+    files: dict[str, tuple[object, dict[str, bytes]]] = field(default_factory=dict)
+    solutions: Solutions = field(default_factory=Solutions)
+
+
+def worked_out(path: str, before: Before, serves: bool) -> Iterator[Event]:
+    """All stages of the spec at a path, or of the study; those that only a page shows where it `serves` one."""
+    if is_study(path):
+        yield from _swept(path, before, serves)
+        return
+    began, policy = time.perf_counter(), policy_for(path)
+    try:
+        spec = opened(path, policy)
+    except SpecError as error:
+        yield _refused(path, error, time.perf_counter() - began)
+        return
+    design = before.designs[-1].drawn(spec) if before.designs else Design(spec)
+    read = [path, *(str(Path(path).parent / name) for name in spec.source.kept)]
+    contents, files = Contents(design, policy, hints="none"), dict[str, bytes]()
+
+    def event(stage: str, data: Document) -> Event:
+        page = page_of(contents, files, is_built=False) if serves else b""
+        return Event(stage, data, page, time.perf_counter() - began)
+
+    with known_solutions(spec.name, store=before.solutions):
+        verdict = _verdict(contents.checked, read)
+    yield Event("findings", verdict, seconds=time.perf_counter() - began)
+    before.designs[:] = [design]
+    if serves:
+        yield event("board", {"coils": [coil.name for coil in design.layout.coils]})
+    yield Event("estimate", {"numbers": _numbers(design)}, seconds=time.perf_counter() - began)
+    made_of = design.bare.spec, contents.checked.is_orderable
+    feeling = _kept(before, "feeling", made_of, spec.name, lambda: _performance_figures(design.bare))
+    files |= feeling
+    if feeling:
+        points = json.loads(feeling[DATA_SHEET])["performance"]
+        yield event("feeling", {"numbers": _felt(points[-1])})
+    if serves and feeling:
+        files |= _kept(before, "pushed", made_of, spec.name,
+                       lambda: _performance_figures(design.bare, design.bare.one.response))
+        yield event("pushed", {"bytes": len(files[DATA_SHEET])})
+    if serves and spec.mount is not None:
+        files |= _kept(before, "solids", read_by("assembly", design.bare.spec), spec.name, lambda: _solids(design))
+        yield event("solids", {"bytes": sum(map(len, files.values()))})
+    if serves and feeling:
+        files |= _kept(before, "calibration", made_of, spec.name, lambda: {
+            name: content for name, content in drawn_calibration(contents.design.bare, contents.is_forced).items()
+            if name == CALIBRATION})
+    contents = Contents(design, policy)  # with hints, which cost as much as all rules
+    yield event("findings", _verdict(contents.checked, read) | {"last": True})
+
+
+def _swept(path: str, before: Before, serves: bool) -> Iterator[Event]:
+    """The stages of a study."""
+    from sitscad.apps.study.page import filling
+    from sitscad.apps.study.study import Study
+
+    began = time.perf_counter()
+    try:
+        study = Study.load(path)
+    except SpecError as error:
+        yield _refused(path, error, time.perf_counter() - began)
+        return
+    counts = {severity.value: 0 for severity in Severity}
+    data = {"counts": counts, "findings": [], "read": [path, study.asked.base.path]}
+    yield Event("findings", data, seconds=time.perf_counter() - began)
+    for numbers, page in filling(study, before.evaluated, serves):
+        yield Event("sweep", {"numbers": numbers}, page, time.perf_counter() - began)
+
+
+def _refused(path: str, error: SpecError, seconds: float) -> Event:
+    """What is told of a file that cannot be read."""
+    said = _verdict(unreadable(path, error, "decisive"), [path]) | {"unreadable": True}
+    return Event("findings", said, seconds=seconds)
+
+
+def _kept(before: Before, name: str, made_of: object, package: str, make: Any) -> dict[str, bytes]:
+    """Files of a package made of something, or those of the save before where that was made of an equal thing."""
+    if name not in before.files or before.files[name][0] != made_of:
+        with known_solutions(package, store=before.solutions):
+            before.files[name] = made_of, make()
+    return before.files[name][1]
+
+
+def _performance_figures(design: Design, pushed: ResponseModel | None = None) -> dict[str, bytes]:
+    """The data sheet's figures, with the table by which a page's sensor is pushed where the response is given."""
+    from sitscad.estimates.performance.tables import PerformanceReport
+    from sitscad.files.documents.datasheet import figures_for_programs
+
+    report = PerformanceReport(design.performance, design.spec)
+    if not report.points:
+        return {}
+    return {DATA_SHEET: figures_for_programs(report, pushed, cells=design.cell_table.document())}
+
+
+def _solids(design: Design) -> dict[str, bytes]:
+    from sitscad.assembly.places.jaws import PartsError
+    from sitscad.assembly.solids.solid import MissingExtra
+    from sitscad.files.formats.meshes import render_glb
+
+    try:
+        return render_glb(design.bare.whole, design.bare.spec)
+    except (MissingExtra, PartsError):
+        return {}
+
+
+def _verdict(checked: CheckedSpec, read: list[str]) -> Document:
+    """How many errors, warnings and notes there are, each of them, and the files that were read."""
+    found = [
+        {"rule": each.rule, "severity": each.severity.value, "line": each.line, "column": each.column,
+         "key": each.key, "message": each.message, "hint": each.hint or ""}
+        for each in checked.findings
+    ]
+    counts = {severity.value: checked.count(severity) for severity in Severity}
+    return {"counts": counts, "findings": found, "read": read}
+
+
+def _numbers(design: Design) -> Document:
+    """The figures of every coil and state, and of the fit, by what they are: value and unit."""
+    found: Document = {}
+    for coil in design.estimates.coils:
+        for name, state in coil.states.items():
+            found |= {f"{each.label} of {coil.name} {name}": each.plain(state) for each in TANK}
+    return found | {f"{each.name}, to spare": quantity(each.margin, "m") for each in design.fit}
+
+
+def _felt(point: Document) -> Document:
+    """What every axis tells apart and how far it goes at full load."""
+    return {
+        f"{what} of {name.replace('_', ' along ')}": quantity(axis[key], "N")
+        for name, axis in point["axes"].items()
+        for what, key in (("resolution", "resolution_N"), ("range", "range_N"))
+    }
+
+
+def work(asked: Connection, told: Connection, path: str, serves: bool) -> None:
+    """The process: a number that it is sent begins the work of that revision; every event goes back with it, and None
+    at the end. What goes wrong is an event of the stage ``failed``.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # who watches ends this process
+    import sitscad.estimates  # so that the first save finds it loaded
+    import sitscad.layout  # noqa: F401
+
+    before = Before()
+    while True:
+        try:
+            revision = asked.recv()
+        except EOFError:
+            sys.exit(0)
+        try:
+            for event in worked_out(path, before, serves):
+                told.send((revision, event))
+        except (PolicyError, OSError) as error:
+            told.send((revision, Event("failed", {"message": str(error)})))
+        except Exception as error:
+            before.designs.clear()
+            told.send((revision, Event("failed", {"message": f"internal error: {type(error).__name__}: {error}"})))
+        told.send((revision, None))
+        gc.collect()  # designs hold themselves in rings, with arrays that Python does not count as a reason to look

@@ -1,0 +1,1 @@
+"""What lies where, its CAD solids, and how it fits."""

@@ -1,0 +1,282 @@
+"""The pieces of the sensor in their places: what each is, where it lies from above, and how high.
+
+Heights follow from the spec alone and are worked out here, nowhere else; z = 0 is the board's top face. They are those
+of the pieces alone; every glue line between the board and a piece of metal takes that farther away from the coils
+(`target_gap`, `shield_span`, `carrier_face`, `metal_face`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from enum import StrEnum
+
+from sitscad.basics.record import kept, record
+from sitscad.basics.units import in_mm
+from sitscad.kernels.geometry.convex import Footprint
+from sitscad.kernels.geometry.path import Path, Region
+from sitscad.layout.laser_sheet import joined_part
+from sitscad.spec.circuit import Stackup
+from sitscad.spec.materials import Conductor, Encapsulation
+from sitscad.spec.places import cell_specs, footprint, webs
+from sitscad.spec.sensor import SensorSpec
+
+Heights = tuple[float, float]
+
+
+class BodyRole(StrEnum):
+    """What a piece is in the sensor."""
+
+    JAW = "jaw"
+    MOUNT = "mount"
+    SHIELD = "shield"
+    STIFFENER = "stiffener"
+    BOARD = "board"
+    ELASTOMER = "elastomer"
+    TARGET = "target"
+    ENCAPSULATION = "encapsulation"
+    OPPOSING_JAW = "opposing-jaw"
+    OPPOSING_PAD = "opposing-pad"
+    COPPER = "copper"
+    GLUE = "glue"
+    FINGER = "finger"
+    METAL_BEHIND = "metal-behind"
+    JIG = "jig"
+    MOULD = "mould"
+
+
+@record
+class Body:
+    """A piece in its place: its plan (what it covers, from above), the heights (m) of its lower and its upper face, and
+    what it is made of; `metal` where that conducts or is magnetic; ``cell`` is the number of the cell that it is of,
+    from 1, or 0, and ``web`` that of a strip that joins the pads of two.
+
+    A jaw's plan is that of its face, and its heights are those of the face and of the lowest point of its back.
+    """
+
+    role: BodyRole
+    plan: Footprint | Region
+    lower: float
+    upper: float
+    material: str
+    metal: Conductor | None = None
+    cell: int = 0
+    web: int = 0
+
+    @property
+    def name(self) -> str:
+        """What papers and files call it."""
+        if self.web:
+            return f"{self.role.value}-web-{self.web}"
+        return f"{self.role.value}-{self.cell}" if self.cell else self.role.value
+
+    @property
+    def heights(self) -> Heights:
+        """The heights (m) of the lower and the upper face."""
+        return self.lower, self.upper
+
+    @property
+    def thickness(self) -> float:
+        """The distance (m) from face to face."""
+        return self.upper - self.lower
+
+    @property
+    def footprint(self) -> Footprint:
+        """The plan of a disc or a rectangle; raises TypeError for any other."""
+        if not isinstance(self.plan, Footprint):
+            raise TypeError(f"the {self.name} is neither a disc nor a rectangle")
+        return self.plan
+
+    def outline(self, margin: float = 0.0) -> Path:
+        """The closed outline from above; that of a disc or a rectangle grown by `margin` (m) with round corners."""
+        if isinstance(self.plan, Region) and not margin:
+            return self.plan.outline
+        return self.footprint.outline(margin)
+
+    @property
+    def region(self) -> Region:
+        """What it covers, from above, with the holes in it."""
+        return self.plan if isinstance(self.plan, Region) else Region(self.plan.outline())
+
+
+def elastomer(spec: SensorSpec) -> Body | None:
+    """The soft pad on the board's top face, at its nominal size; the first of all `elastomers`."""
+    pad = spec.elastomer
+    if pad is None:
+        return None
+    return kept(spec, "_elastomer", lambda: Body(
+        BodyRole.ELASTOMER, footprint(spec, pad), 0.0, pad.thickness, pad.material.name))
+
+
+def target(spec: SensorSpec) -> Body | None:
+    """The conducting plate on the elastomer at rest, or on the board's top face; the first of all `targets`."""
+    plate = spec.target
+    if plate is None:
+        return None
+    under = spec.elastomer.thickness if spec.elastomer is not None else 0.0
+    upper, metal = under + plate.thickness, plate.material
+    return kept(spec, "_target", lambda: Body(BodyRole.TARGET, footprint(spec, plate), under, upper, metal.name, metal))
+
+
+def above_board(spec: SensorSpec) -> tuple[Body, ...]:
+    """All elastomers, the webs between them, then all targets."""
+    return (*elastomers(spec), *joints(spec), *targets(spec))
+
+
+def joints(spec: SensorSpec) -> tuple[Body, ...]:
+    """The webs that make one piece of all pads."""
+    pad = elastomer(spec)
+    return () if pad is None else tuple(replace(pad, plan=one, web=k) for k, one in enumerate(webs(spec), 1))
+
+
+def joined(spec: SensorSpec) -> Body | None:
+    """Box round the pads that webs make one piece; None without webs."""
+    pad, piece = elastomer(spec), joined_part(spec)
+    return None if pad is None or piece is None else replace(pad, plan=piece.place)
+
+
+def elastomers(spec: SensorSpec) -> tuple[Body, ...]:
+    """All soft pads; empty without an elastomer."""
+    return _each(spec, elastomer)
+
+
+def targets(spec: SensorSpec) -> tuple[Body, ...]:
+    """All conducting plates; empty without a target."""
+    return _each(spec, target)
+
+
+def _each(spec: SensorSpec, one: Callable[[SensorSpec], Body | None]) -> tuple[Body, ...]:
+    found = [body for cell in cell_specs(spec) if (body := one(cell)) is not None]
+    return tuple(found) if len(found) < 2 else tuple(replace(body, cell=k) for k, body in enumerate(found, 1))
+
+
+def plates(spec: SensorSpec, part: str) -> tuple[Body, ...]:
+    """All pads (`part` is ``elastomer``), or all targets."""
+    return elastomers(spec) if part == "elastomer" else targets(spec)
+
+
+def glued_pieces(spec: SensorSpec, part: str) -> tuple[Body, ...]:
+    """The pads or targets that are glued one by one; pads that webs join are one piece, their common box."""
+    whole = joined(spec) if part == "elastomer" else None
+    return plates(spec, part) if whole is None else (whole,)
+
+
+def board_heights(stackup: Stackup) -> Heights:
+    """The board, without stiffener."""
+    return -stackup.thickness, 0.0
+
+
+def shield_heights(spec: SensorSpec) -> Heights | None:
+    """The sheet behind the board, whether or not it fits above the metal of the jaw; None without one."""
+    if spec.shield is None:
+        return None
+    upper = board_heights(spec.fpc.stackup)[0] - spec.shield.gap
+    return upper - spec.shield.thickness, upper
+
+
+def seat_heights(spec: SensorSpec) -> Heights | None:
+    """The standoff: from the face that carries the mount up to the board's bottom face; None without a mount."""
+    lower = board_heights(spec.fpc.stackup)[0]
+    return None if spec.mount is None else (lower - spec.mount.standoff, lower)
+
+
+def seat_spans(spec: SensorSpec) -> list[Heights]:
+    """The heights (m) that the seat on a jaw fills, from the metal to the shield and from there to the board's bottom;
+    none without a mount. Its pieces are printed, and bear the names of `MOUNT_PIECES` in that order.
+    """
+    seat, shield = seat_heights(spec), shield_heights(spec)
+    if seat is None:
+        return []
+    spans = [seat] if shield is None else [(seat[0], shield[0]), (shield[1], seat[1])]
+    return [(lower, upper) for lower, upper in spans if upper - lower > 1e-9]
+
+
+MOUNT_PIECES = ("mount", "mount-spacer")
+"""The printed pieces from the bottom up: drawing, bill of materials and files name them alike."""
+
+
+def top_height(spec: SensorSpec) -> float:
+    """The uppermost face of the sensor, film included."""
+    above = above_board(spec)
+    return (above[-1].upper if above else 0.0) + film_thickness(spec.encapsulation)
+
+
+def film_thickness(encapsulation: Encapsulation | None) -> float:
+    """The encapsulation's thickness (m), which stands round the pieces too; 0 without one."""
+    return encapsulation.thickness if encapsulation is not None else 0.0
+
+
+def target_lines(spec: SensorSpec) -> float:
+    """Thickness (m) of the glue between the board's top face and the target's near face; 0 without a target."""
+    return spec.assembly.glue_line * lines_below_target(spec) + spec.assembly.offsets.target
+
+
+def lines_below_target(spec: SensorSpec) -> int:
+    """How many glue lines there are in that: under the elastomer and under the target."""
+    return 0 if spec.target is None else 1 + (spec.elastomer is not None)
+
+
+def target_gap(spec: SensorSpec) -> float | None:
+    """The gap (m) from the board's top face to the target's near face at rest, glue counted; None without a target."""
+    plate = target(spec)
+    return None if plate is None else plate.lower + target_lines(spec)
+
+
+def shield_span(spec: SensorSpec) -> Heights | None:
+    """The sheet's faces (m), glue between it and the board counted; None without one."""
+    sheet = shield_heights(spec)
+    if sheet is None:
+        return None
+    down = spec.assembly.glue_line * lines_over_shield(spec) + spec.assembly.offsets.shield
+    return sheet[0] - down, sheet[1] - down
+
+
+def lines_over_shield(spec: SensorSpec) -> int:
+    """How many glue lines there are between board and shield; none without a mount."""
+    sheet = shield_heights(spec)
+    if sheet is None or spec.mount is None:
+        return 0
+    return 1 + (board_heights(spec.fpc.stackup)[0] - sheet[1] > 1e-9)
+
+
+def shield_gap_text(spec: SensorSpec) -> str:
+    """How far the shield lies below the board, as drawn and with the glue lines between; empty without a shield."""
+    if spec.shield is None:
+        return ""
+    glue = spec.assembly.glue_line * lines_over_shield(spec)
+    glued = f" ({in_mm(spec.shield.gap + glue)} mm with the glue lines)" if glue else ""
+    return f"{in_mm(spec.shield.gap)} mm{glued}"
+
+
+def lines_over_carrier(spec: SensorSpec) -> int:
+    """How many glue lines there are between the board and the face below the mount; none without a mount."""
+    if spec.mount is None:
+        return 0
+    return len(seat_spans(spec)) + (spec.shield is not None) + (spec.mount.jaw is not None)
+
+
+def carrier_face(spec: SensorSpec) -> float | None:
+    """The height (m) of the face below the mount, glue lines counted (a jaw's too); None without a mount."""
+    seat = seat_heights(spec)
+    if seat is None:
+        return None
+    return seat[0] - spec.assembly.glue_line * lines_over_carrier(spec) - spec.assembly.offsets.metal
+
+
+def metal_face(spec: SensorSpec) -> float | None:
+    """The height (m) of the metal's face behind the board, glue lines counted, or of the face below a mount without
+    metal; None without a mount.
+    """
+    face, mount = carrier_face(spec), spec.mount
+    if face is None or mount is None or mount.metal_behind is None:
+        return face
+    return face + mount.standoff - mount.metal_behind.distance
+
+
+def room_behind(spec: SensorSpec) -> float:
+    """The room (m) from the board's bottom face to the shield, or else to `metal_face`; endless without either."""
+    sheet, metal = shield_span(spec), metal_face(spec)
+    bottom = board_heights(spec.fpc.stackup)[0]
+    if sheet is not None:
+        return bottom - sheet[1]
+    return float("inf") if metal is None else bottom - metal

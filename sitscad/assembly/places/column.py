@@ -1,0 +1,308 @@
+"""The closed pair from back to back: every layer with its tolerance, and every glue line between.
+
+The spec's heights (`sitscad.assembly.places.bodies`) are those of the pieces alone, as they are cut, printed and
+bought; what glue adds and how far each piece may be off is here, with what a process keeps and can make at least.
+Whether the pair passes its port is decided with these.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from functools import cache, lru_cache
+from itertools import chain
+
+from sitscad.assembly.places.bodies import MOUNT_PIECES, film_thickness, seat_spans, shield_heights
+from sitscad.basics.record import kept, record
+from sitscad.basics.units import parse_quantity
+from sitscad.data import cited, rows
+from sitscad.layout.bending import Where, finished_thickness
+from sitscad.layout.board import Layout
+from sitscad.spec.mount import Assembly, Mount
+from sitscad.spec.sensor import SensorSpec
+
+
+@record
+class Toleranced:
+    """A length (m) that several independent causes change: the nominal one, and by how much each cause may add to it
+    or take away (m, signed, so that one cause in two lengths is not counted twice where they are subtracted).
+    """
+
+    nominal: float
+    terms: tuple[tuple[str, float], ...] = ()
+
+    @classmethod
+    def of(cls, nominal: float, tolerance: float, cause: str) -> Toleranced:
+        """A length with one cause, plus or minus `tolerance` (m)."""
+        return cls(nominal, ((cause, tolerance),) if tolerance else ())
+
+    def __add__(self, other: Toleranced) -> Toleranced:
+        """The sum of two lengths, cause by cause."""
+        found = dict(self.terms)
+        for cause, change in other.terms:
+            found[cause] = found.get(cause, 0.0) + change
+        return Toleranced(self.nominal + other.nominal, tuple(found.items()))
+
+    def __mul__(self, factor: float) -> Toleranced:
+        """The length times a factor."""
+        return Toleranced(factor * self.nominal, tuple([(cause, factor * change) for cause, change in self.terms]))
+
+    def __sub__(self, other: Toleranced) -> Toleranced:
+        """The difference of two lengths, cause by cause."""
+        return self + other * -1.0
+
+    @property
+    def spread(self) -> float:
+        """The farthest (m) that all causes together take it from nominal."""
+        return math.fsum([abs(change) for _, change in self.terms])
+
+    @property
+    def root_sum_square(self) -> float:
+        """How far (m) independent causes take it from nominal by the square root of the sum of squares."""
+        return math.hypot(*[change for _, change in self.terms])
+
+
+@record
+class PrintLimit:
+    """The least that a process makes of something (m), and where the figure comes from."""
+
+    value: float
+    source: str
+
+
+@cache
+def print_limit(process: str, figure: str) -> PrintLimit:
+    """A process's wall, free_wall, hole, clearance, pin, groove or escape; raises KeyError without such a row."""
+    for row in rows("print_limits"):
+        if (row["process"], row["figure"]) == (process, figure):
+            return PrintLimit(parse_quantity(row["value"], "length"), cited(row))
+    raise KeyError((process, figure))
+
+
+WRITTEN = "the spec (assembly.tolerances)"
+GLUE = "glue under the "
+
+
+@record
+class SizeTolerance:
+    """Half the band of a size (m; of some figures relative or an angle), and where the figure comes from."""
+
+    band: float
+    source: str
+
+    @property
+    def sigma(self) -> float:
+        """The standard deviation of a band that is evenly filled (GUM 4.3.7)."""
+        return self.band / math.sqrt(3.0)
+
+
+@record
+class Layer:
+    """A layer of the closed pair: what it is, its thickness (m), and where its tolerance comes from."""
+
+    part: str
+    thickness: Toleranced
+    source: str
+
+    @property
+    def is_glue(self) -> bool:
+        """Whether it is a glue line."""
+        return self.part.startswith(GLUE)
+
+
+_read = cache(rows)  # Tables by their name, read once: every size asks
+
+Levels = dict[str, tuple[Toleranced, Toleranced]]
+
+
+def column(layout: Layout) -> tuple[Layer, ...]:
+    """The layers between the backs of the closed jaws, from the jaw's lowest point upwards; none without a jaw. Kept by
+    the layout: each piece that is made to measure asks for them.
+    """
+    return kept(layout, "_column", lambda: _layers(layout))
+
+
+def _layers(layout: Layout) -> tuple[Layer, ...]:
+    spec, jaw, assembly = layout.spec, layout.spec.jaw, layout.spec.assembly
+    if jaw is None:
+        return ()
+    stacked = [_layer("jaw", jaw.height, jaw_tolerance(assembly, jaw.height))]
+    for layer in (*_behind(spec), _board(layout), *_above(spec)):
+        stacked += [*_glue_under(layer, assembly), layer]
+    film, pad = film_thickness(spec.encapsulation), jaw.opposing_pad_thickness  # neither is glued
+    if film:
+        stacked.append(_layer("encapsulation", film, film_tolerance(assembly, film)))
+    if pad:
+        moulded = _tolerance(assembly, "opposing_pad", "opposing-pad", "moulded", pad)
+        stacked.append(_layer("opposing-pad", pad, moulded))
+    return (*stacked, _layer("opposing-jaw", jaw.height, jaw_tolerance(assembly, jaw.height)))
+
+
+def on_board(layout: Layout) -> tuple[Layer, ...]:
+    """The board and the layers that are glued on it one after the other, in a jaw or not, from the board upwards."""
+    glued = [(*_glue_under(layer, layout.spec.assembly), layer) for layer in _above(layout.spec)]
+    return (_board(layout), *chain.from_iterable(glued))
+
+
+def on_seat(layout: Layout) -> tuple[Layer, ...]:
+    """The printed pieces and the board that is glued on them, from the face that carries them upwards."""
+    return (*_behind(layout.spec), *_glue_under(_board(layout), layout.spec.assembly), _board(layout))
+
+
+def _board(layout: Layout) -> Layer:
+    finished, written = finished_thickness(layout, Where.COIL), layout.spec.assembly.tolerance("board")
+    own = SizeTolerance(finished.maximum - finished.nominal, finished.source)
+    return _layer("board", layout.spec.fpc.stackup.thickness,
+                  own if written is None else SizeTolerance(written, WRITTEN))
+
+
+def _glue_under(layer: Layer, assembly: Assembly) -> Iterator[Layer]:
+    """The glue line under a layer; none where the spec has none."""
+    source = assembly.adhesive.source if assembly.adhesive is not None else "the spec (assembly)"
+    if assembly.glue_line:
+        yield _layer(f"{GLUE}{layer.part}", assembly.glue_line, SizeTolerance(assembly.glue_tolerance, source))
+
+
+def levels(layers: tuple[Layer, ...]) -> Levels:
+    """The heights (m) of every layer's faces above the jaw's lowest point."""
+    found: Levels = {}
+    here = Toleranced(0.0)
+    for layer in layers:
+        found[layer.part] = here, here + layer.thickness
+        here = here + layer.thickness
+    return found
+
+
+def slack(layout: Layout) -> tuple[float, float]:
+    """How far (m) a piece made to measure may stand aside, and above or below where the pieces alone would put it.
+    About the closed pair's middle each layer counts half, whichever side of the piece it lies on.
+    """
+    return kept(layout, "_slack", lambda: _slack(layout))
+
+
+def _slack(layout: Layout) -> tuple[float, float]:
+    layers = column(layout)
+    pair = sum((layer.thickness for layer in layers), Toleranced(0.0))
+    glue = sum((layer.thickness for layer in layers if layer.is_glue), Toleranced(0.0)).nominal
+    size, placed = mount_tolerance(layout.spec).band, placement(layout.spec.assembly).band
+    return 0.5 * size + placed, 0.5 * (pair.spread + glue)
+
+
+def placement(assembly: Assembly) -> SizeTolerance:
+    """How far a piece may be glued beside its place."""
+    return _tolerance(assembly, "placement", "placement", "by ledges", 0.0)
+
+
+def outline_tolerance(spec: SensorSpec) -> SizeTolerance:
+    """Tolerance of the board's length and width."""
+    written, rules = spec.assembly.tolerance("outline"), spec.fpc.rules
+    if written is not None:
+        return SizeTolerance(written, WRITTEN)
+    return SizeTolerance(rules.outline_tolerance, rules.sources.get("outline_tolerance") or rules.source)
+
+
+def process_of(mount: Mount | None) -> str:
+    """How mount, jig and moulds are made; jig and moulds in resin where there is no mount."""
+    return mount.process if mount is not None else "resin"
+
+
+def mount_tolerance(spec: SensorSpec) -> SizeTolerance:
+    """Tolerance of each printed or milled piece."""
+    size = spec.mount.standoff if spec.mount is not None else 0.0
+    return _tolerance(spec.assembly, "mount", "mount", process_of(spec.mount), size)
+
+
+def metal_tolerances(spec: SensorSpec) -> tuple[SizeTolerance, SizeTolerance] | None:
+    """Tolerances of the distance and the thickness of `mount.metal_behind`, those of a piece of the mount and of a
+    rolled sheet if the spec has none; None without it.
+    """
+    mount = spec.mount
+    if mount is None or mount.metal_behind is None:
+        return None
+    metal = mount.metal_behind
+    away = _tolerance(spec.assembly, "metal_distance", "mount", process_of(mount), metal.distance)
+    thick = sheet_tolerance(spec.assembly, "metal_behind", metal.thickness)
+    return SizeTolerance(min(away.band, metal.distance), away.source), thick
+
+
+def jaw_tolerance(assembly: Assembly, size: float) -> SizeTolerance:
+    """Tolerance of a jaw's size (m)."""
+    return _tolerance(assembly, "jaw", "jaw", "machined", size)
+
+
+def sheet_tolerance(assembly: Assembly, part: str, thickness: float) -> SizeTolerance:
+    """Tolerance of the thickness (m) of a rolled sheet: the target or the shield."""
+    found = _tolerance(assembly, part, "sheet", "rolled", thickness)
+    return SizeTolerance(min(found.band, thickness), found.source)
+
+
+def film_tolerance(assembly: Assembly, thickness: float) -> SizeTolerance:
+    """Tolerance of the thickness (m) of the encapsulation."""
+    found = _tolerance(assembly, "encapsulation", "film", "coated", thickness)
+    return SizeTolerance(min(found.band, thickness), found.source)
+
+
+def plate_tolerance(assembly: Assembly, name: str, size: float) -> SizeTolerance:
+    """Tolerance of the sides of the elastomer or the target, of a size (m)."""
+    if name == "target":
+        return _tolerance(assembly, "target_size", "edge", "cut", size)
+    return elastomer_tolerance(assembly, "elastomer_size", "elastomer size")
+
+
+def plate_thickness(spec: SensorSpec, name: str) -> Toleranced:
+    """The thickness (m) of the elastomer or the target, in a jaw or not; raises StopIteration where there is none."""
+    return next(layer.thickness for layer in _above(spec) if layer.part == name)
+
+
+def _behind(spec: SensorSpec) -> list[Layer]:
+    """Printed pieces and shield between metal and board, from the metal upwards."""
+    sheet, printed = shield_heights(spec), mount_tolerance(spec)
+    spans = zip(MOUNT_PIECES, seat_spans(spec), strict=False)
+    found = [(lower, _layer(name, upper - lower, printed)) for name, (lower, upper) in spans]
+    if sheet is not None and spec.shield is not None:
+        thickness = spec.shield.thickness
+        found.append((sheet[0], _layer("shield", thickness, sheet_tolerance(spec.assembly, "shield", thickness))))
+    return [layer for _, layer in sorted(found, key=lambda entry: entry[0])]
+
+
+def _above(spec: SensorSpec) -> Iterator[Layer]:
+    if spec.elastomer is not None:
+        own = elastomer_tolerance(spec.assembly, "elastomer", "elastomer thickness")
+        yield _layer("elastomer", spec.elastomer.thickness, own)
+    if spec.target is not None:
+        thickness = spec.target.thickness
+        yield _layer("target", thickness, sheet_tolerance(spec.assembly, "target", thickness))
+
+
+def _layer(part: str, thickness: float, tolerance: SizeTolerance) -> Layer:
+    return Layer(part, Toleranced.of(thickness, min(tolerance.band, thickness), part), tolerance.source)
+
+
+def elastomer_tolerance(assembly: Assembly, written: str, row: str) -> SizeTolerance:
+    """The tolerance of a size (m) of the pad: what the spec has `written`, else the table's row."""
+    own = assembly.tolerance(written)
+    return usual_tolerances()[row] if own is None else SizeTolerance(own, WRITTEN)
+
+
+@cache
+def usual_tolerances() -> dict[str, SizeTolerance]:
+    """What fabricators keep to, by name (``trace width``, ...): relative, or in metres as the table's units say."""
+    return {row["name"]: SizeTolerance(float(row["half_width"]), cited(row)) for row in rows("tolerances")}
+
+
+def _tolerance(assembly: Assembly, written: str, part: str, process: str, size: float) -> SizeTolerance:
+    """What the spec writes, else what the process keeps at a size (m)."""
+    own = assembly.tolerance(written)
+    return SizeTolerance(own, WRITTEN) if own is not None else process_tolerance(part, process, size)
+
+
+@lru_cache(maxsize=256)
+def process_tolerance(part: str, process: str, size: float) -> SizeTolerance:
+    """What a process keeps of a part of some size (m); raises KeyError where there is no such row."""
+    fitting = [row for row in _read("process_tolerances") if (row["part"], row["process"]) == (part, process)]
+    for row in fitting:
+        if size <= parse_quantity(row["up_to"], "length") or row is fitting[-1]:
+            band, _, unit = row["tolerance"].partition(" ")
+            share = 0.01 * float(band) * size if unit == "%" else parse_quantity(row["tolerance"], "length")
+            return SizeTolerance(share, cited(row))
+    raise KeyError((part, process))

@@ -1,0 +1,365 @@
+"""Does the sensor fit, from the figures alone: the closed pair in its port, the board on the jaw's face and along it.
+
+Every measure is taken nominally, by root-sum-square and at worst, with every glue line and each part's tolerance. Exact
+in the plane across the jaw's axis, and without a CAD kernel; `sitscad.assembly.solids.solid` measures the built solids.
+
+The jaws' hinge: the pin that they turn about, how near the tail comes to it, the tube behind, how the jaws close.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+
+from sitscad.assembly.places.bodies import MOUNT_PIECES, above_board, board_heights, shield_heights
+from sitscad.assembly.places.column import (
+    Levels,
+    Toleranced,
+    column,
+    jaw_tolerance,
+    levels,
+    mount_tolerance,
+    outline_tolerance,
+    placement,
+    plate_tolerance,
+)
+from sitscad.assembly.places.jaws import (
+    FILM_ROUNDING,
+    PartsError,
+    axis,
+    closed_span,
+    half_width,
+    jaw_range,
+    pivot_along,
+    rim,
+    section,
+    shield_that_fits,
+)
+from sitscad.assembly.places.seating import side_ledges
+from sitscad.assembly.places.tail_path import tail_path
+from sitscad.basics.check_results import Closing, Measure, Share
+from sitscad.basics.record import record
+from sitscad.basics.units import in_mm, parse_quantity
+from sitscad.data import cited, rows
+from sitscad.kernels.geometry.path import Point
+from sitscad.layout.bending import tail_thickness
+from sitscad.layout.board import Layout
+from sitscad.spec.mount import Assembly, Jaw
+from sitscad.spec.sensor import SensorSpec
+
+CLOSED_PAIR, OVERHANG, LENGTH = "closed pair", "board beside the jaw's face", "board along the jaw"
+
+
+@record
+class Corner:
+    """A corner of a part across the jaw: beside its middle, above the closed pair's, rounded about that point (m)."""
+
+    part: str
+    y: Toleranced
+    z: Toleranced
+    rounding: Toleranced = Toleranced(0.0)
+
+    @property
+    def reach(self) -> tuple[float, float, float]:
+        """How far it reaches from the closed pair's axis (m): nominal, by root-sum-square, and at worst. At worst it is
+        the farthest corner of the box of all tolerances, which is exact where no cause moves it both ways; by
+        root-sum-square, the distance's derivatives by every cause are taken at nominal (first order).
+        """
+        y, z, rounding = self.y, self.z, self.rounding
+        distance = math.hypot(y.nominal, z.nominal)
+        cosine, sine = (y.nominal / distance, z.nominal / distance) if distance else (0.0, 1.0)
+        radius, moved = distance + rounding.nominal, dict[str, float]()
+        for length, part in ((y, cosine), (z, sine), (rounding, 1.0)):
+            for cause, change in length.terms:
+                moved[cause] = moved.get(cause, 0.0) + part * change
+        worst = math.hypot(abs(y.nominal) + y.spread, abs(z.nominal) + z.spread) + rounding.nominal + rounding.spread
+        return radius, radius + math.hypot(*moved.values()), worst
+
+
+@record
+class ClosedSection:
+    """The closed pair across its axis, as it is put together: height back to back (m), the axis' height above the
+    board's top face (m), the radius (m) of the smallest circle about the axis that holds everything, and which part
+    decides it: nominally, by root-sum-square (``likely``) and at worst.
+    """
+
+    height: float
+    axis: float
+    radius: float
+    decided_by: str
+    port_radius: float
+    likely: float
+    worst: float
+
+    @property
+    def fits(self) -> bool:
+        """Whether the pair passes its port nominally, touching allowed."""
+        return self.radius <= self.port_radius + 1e-9
+
+
+def fit(layout: Layout) -> tuple[Measure, ...]:
+    """What is measured of a sensor in a jaw; nothing without one. Raises `PartsError` where the shield does not fit."""
+    jaw, pair = layout.spec.jaw, closed_section(layout)
+    if jaw is None or pair is None:
+        return ()
+    # the circle that the closed pair needs, with the shares of all its parts
+    spec, layers = layout.spec, column(layout)
+    outline, placed = outline_tolerance(spec), placement(spec.assembly)
+    parts = [Share(e.part, e.thickness.nominal, e.thickness.spread, e.source) for e in layers]
+    parts.append(Share("board across", layout.body_size[1], outline.band, outline.source))
+    parts.append(Share("each piece beside its place", 0.0, placed.band, placed.source))
+    widths = (2.0 * pair.radius, 2.0 * pair.likely, 2.0 * pair.worst, 2.0 * pair.port_radius)
+    square = square_back(layout)
+    unread = "" if square is None else (
+        "if its back is as round as the port: mount.jaw.step is read by build alone, and a square back takes up to "
+        f"{in_mm(2.0 * square, 3)} mm"
+    )
+    closed = Measure(CLOSED_PAIR, *widths, pair.decided_by, tuple(parts), unread)
+    return closed, _overhang(layout, jaw), _length(layout, jaw)
+
+
+def measures(layout: Layout) -> tuple[Measure, ...]:
+    """What `fit` measures; nothing where shield and standoff contradict each other (which is a finding of its own)."""
+    try:
+        return fit(layout)
+    except PartsError:
+        return ()
+
+
+def closed_section(layout: Layout) -> ClosedSection | None:
+    """The closed pair from the spec's figures, with every glue line; None without a jaw. Corners and the ends of
+    rounded edges are the only points that can be farthest from the axis. Raises `PartsError` where the shield does not
+    fit.
+    """
+    jaw, span = layout.spec.jaw, closed_span(layout.spec)
+    shield_that_fits(layout.spec)
+    if jaw is None or span is None:
+        return None
+    layers = column(layout)
+    at = levels(layers)
+    height = at["opposing-jaw"][1]
+    found = [(*corner.reach, corner.part) for corner in _corners(layout, jaw, at, height * 0.5)]
+    radius, _, _, part = max(found, key=lambda entry: (entry[0], entry[3]))
+    likely, worst = max(entry[1] for entry in found), max(entry[2] for entry in found)
+    above = 0.5 * height.nominal - at["board"][1].nominal
+    return ClosedSection(height.nominal, above, radius, part, jaw.port_diameter / 2, likely, worst)
+
+
+def square_back(layout: Layout) -> float | None:
+    """Radius (m) at worst of a closed pair whose backs are as square as the written width and height allow; None if no
+    STEP file describes the back. Raises `PartsError` where the shield does not fit.
+    """
+    jaw, pair = layout.spec.jaw, closed_section(layout)
+    if jaw is None or jaw.step is None or pair is None:
+        return None
+    at = levels(column(layout))
+    half = Toleranced.of(jaw.width / 2, 0.5 * jaw_tolerance(layout.spec.assembly, jaw.width).band, "jaw across")
+    return max(pair.worst, Corner("jaw", half, at["opposing-jaw"][1] * 0.5).reach[2])
+
+
+def back_reach(layout: Layout, jaw: Jaw) -> float:
+    """How far (m) the assumed section of the jaw reaches from the closed pair's axis, nominally."""
+    at = levels(column(layout))
+    corners = _corners(layout, jaw, at, at["opposing-jaw"][1] * 0.5)
+    return max(corner.reach[0] for corner in corners if corner.part == "jaw")
+
+
+def _overhang(layout: Layout, jaw: Jaw) -> Measure:
+    """How far the board stands over the sides of the jaw's face; the seat carries as much as it is thick (45 deg)."""
+    spec, width, face = layout.spec, layout.body_size[1], section(rim(jaw)).face
+    outline, metal, placed = outline_tolerance(spec), jaw_tolerance(spec.assembly, face), placement(spec.assembly)
+    parts = (
+        Share("board across", width, outline.band, outline.source),
+        Share("jaw's face across", face, metal.band, metal.source),
+        Share("board beside its place", 0.0, placed.band, placed.source),
+    )
+    over = (Toleranced.of(width, outline.band, "board") - Toleranced.of(face, metal.band, "jaw")) * 0.5
+    over = over + Toleranced.of(0.0, placed.band, "placement")
+    carried = math.fsum(layer.thickness.nominal for layer in column(layout) if layer.part in MOUNT_PIECES)
+    return _measure(OVERHANG, over, carried, "board", parts)
+
+
+def _length(layout: Layout, jaw: Jaw) -> Measure:
+    """The body's length against the jaw's."""
+    outline, metal = outline_tolerance(layout.spec), jaw_tolerance(layout.spec.assembly, jaw.length)
+    length = layout.body_size[0]
+    parts = (
+        Share("board along", length, outline.band, outline.source),
+        Share("jaw along", jaw.length, metal.band, metal.source),
+    )
+    along = Toleranced.of(length, outline.band, "board") + Toleranced.of(0.0, metal.band, "jaw")
+    return _measure(LENGTH, along, jaw.length, "board", parts)
+
+
+def _measure(name: str, size: Toleranced, limit: float, decided_by: str, parts: tuple[Share, ...]) -> Measure:
+    nominal = size.nominal
+    return Measure(name, nominal, nominal + size.root_sum_square, nominal + size.spread, limit, decided_by, parts)
+
+
+def _corners(layout: Layout, jaw: Jaw, at: Levels, middle: Toleranced) -> Iterator[Corner]:
+    # Lowest point, side and face edge of both jaws
+    profile = section(jaw)
+    half = Toleranced.of(profile.face / 2, 0.5 * jaw_tolerance(layout.spec.assembly, profile.face).band, "jaw across")
+    side = Toleranced(profile.side)
+    for name, back, inner, inward in (("jaw", 0, 1, -1.0), ("opposing jaw", 1, 0, 1.0)):
+        faces = at[name.replace(" ", "-")]
+        yield Corner(name, Toleranced(0.0), faces[back] - middle)
+        for depth in (side, Toleranced(0.0)):
+            yield Corner(name, half, faces[inner] + depth * inward - middle)
+    # Edges of the rims beside pad pockets
+    for name, pocket, recess, floor, inward in (
+        ("opposing jaw", jaw.opposing_pocket, jaw.opposing_recess, at["opposing-jaw"][0], -1.0),
+        ("jaw", jaw.pocket, jaw.recess, at["jaw"][1], 1.0),
+    ):
+        if pocket is not None and recess:
+            tall = section(replace(jaw, height=jaw.height + recess))
+            edge = Toleranced.of(tall.face / 2, 0.5 * jaw_tolerance(layout.spec.assembly, tall.face).band, "jaw across")
+            for below in (0.0, tall.side):
+                yield Corner(name, edge, floor + Toleranced(inward * (recess - below)) - middle)
+    yield from _seat_corners(layout, at, middle)
+    yield from _sensor_corners(layout, at, middle)
+
+
+def _seat_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[Corner]:
+    """The lower edge of the seat on the metal, and both edges of the shield; both are made to measure."""
+    spec = layout.spec
+    metal = board_heights(spec.fpc.stackup)[0] - (spec.mount.standoff if spec.mount else 0.0)
+    sheet = shield_heights(spec)
+    printed, placed = mount_tolerance(spec), _placed(spec.assembly, "mount")
+    lowest = at["jaw"][1]
+    yield Corner(
+        "mount", Toleranced.of(half_width(layout, metal), 0.5 * printed.band, "mount across") + placed, lowest - middle
+    )
+    if sheet:
+        half = Toleranced(half_width(layout, sheet[0])) + _placed(spec.assembly, "shield")
+        for level in at["shield"]:
+            yield Corner("shield", half, level - middle)
+    ledges = side_ledges(layout)
+    if ledges is not None and "mount" in at:
+        aside = Toleranced.of(ledges[1], 0.5 * printed.band, "mount across") + placed
+        foot = at["mount"][0]
+        height = Toleranced.of(board_heights(spec.fpc.stackup)[1] - metal, printed.band, "ledge")
+        for level in (foot, foot + height):
+            yield Corner("mount", aside, level - middle)
+
+
+def _sensor_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[Corner]:
+    """Every outer corner of board, pad, target and film."""
+    spec = layout.spec
+    outline = outline_tolerance(spec)
+    half = Toleranced.of(layout.body_size[1] / 2, 0.5 * outline.band, "board across") + _placed(spec.assembly, "board")
+    for level in at["board"]:
+        yield Corner("board body", half, level - middle)
+    film = at["encapsulation"][1] - at["encapsulation"][0] if "encapsulation" in at else None
+    if film is not None:
+        yield Corner("encapsulation", half, at["board"][1] + film - middle)
+    for body in above_board(spec):
+        part, (_, low, _, high) = body.role.value, body.footprint.box
+        aside = max(high - axis(layout).y, axis(layout).y - low)
+        size = plate_tolerance(spec.assembly, part, high - low)
+        across = Toleranced.of(aside, 0.5 * size.band, f"{part} across") + _placed(spec.assembly, part)
+        lower, upper = at[part]
+        for level in (lower, upper):
+            yield Corner(part, across, level - middle)
+        if film is not None:  # round the plate: rounded above, square below
+            square, foot, board = film * (1.0 - FILM_ROUNDING), lower - film, at["board"][1]
+            yield Corner("encapsulation", across + square, upper + square - middle, film * FILM_ROUNDING)
+            yield Corner("encapsulation", across + film, (foot if foot.nominal > board.nominal else board) - middle)
+
+
+def _placed(assembly: Assembly, part: str) -> Toleranced:
+    """Where a piece is glued beside its place, each by itself: all are pushed against the same ledges."""
+    return Toleranced.of(0.0, placement(assembly).band, f"{part} beside its place")
+
+
+@record
+class Shaft:
+    """The bore of the tube and the diameter of the hinge's pin (m), and where the figures come from."""
+
+    bore: float
+    pin: float
+    source: str
+
+
+def shaft(spec: SensorSpec) -> Shaft | None:
+    """What is behind the spec's jaw: as the spec writes it, else what is usual for its port; None without a jaw."""
+    if spec.jaw is None:
+        return None
+    table, port = rows("shafts"), spec.jaw.port_diameter
+    row = next((row for row in table if port <= parse_quantity(row["up_to_port"], "length")), table[-1])
+    own = spec.assembly
+    bore = parse_quantity(row["bore"], "length") if own.shaft_bore is None else own.shaft_bore
+    pin = parse_quantity(row["pin"], "length") if own.hinge_pin is None else own.hinge_pin
+    if own.shaft_bore is not None and own.hinge_pin is not None:
+        return Shaft(bore, pin, "the spec (assembly.shaft_bore, assembly.hinge_pin)")
+    return Shaft(bore, pin, cited(row))
+
+
+def end_section(layout: Layout) -> tuple[float, float]:
+    """Width and largest thickness (m) of the tail behind the jaw; zeros without a tail there, or without a jaw.
+
+    The tail is thickest between its contacts and the stiffener's edge, where coverlay, copper and stiffener meet.
+    """
+    jaw = layout.spec.jaw
+    if jaw is None:
+        return 0.0, 0.0
+    heel = jaw_range(layout, jaw)[1]
+    ys = [point.y for point in layout.outline.flattened(1e-5) if point.x > heel]
+    plate = layout.stiffener.thickness if layout.stiffener is not None else 0.0
+    return (max(ys) - min(ys) if ys else 0.0), tail_thickness(layout.spec.fpc) + plate
+
+
+def hinge_pivot(layout: Layout) -> Point | None:
+    """The pivot of the jaws' hinge seen across the jaw: its place along that and its height (x, z; m); None where the
+    hinge is not known. Raises `PartsError` where the shield does not fit into the standoff.
+    """
+    jaw, pair, along = layout.spec.jaw, closed_section(layout), pivot_along(layout)
+    return None if jaw is None or pair is None or along is None else Point(along, pair.axis - jaw.pivot_offset)
+
+
+@record
+class PinGap:
+    """How far the tail's nearest face runs from the pivot and the radius of the pin there (m), when, at which angle
+    (rad) of the jaw, and where the pin's figure comes from.
+    """
+
+    when: str
+    away: float
+    pin: float
+    angle: float
+    source: str
+
+    @property
+    def is_free(self) -> bool:
+        """Whether the tail passes the pin."""
+        return self.away >= self.pin
+
+
+def pin_gaps(layout: Layout) -> tuple[PinGap, ...]:
+    """The tail at the pin, closed and wide open; nothing without a hinge, or a tail that is led along the jaw. Raises
+    `PartsError` where the shield does not fit into the standoff.
+    """
+    jaw, behind, pivot, closed = layout.spec.jaw, shaft(layout.spec), hinge_pivot(layout), tail_path(layout)
+    if jaw is None or behind is None or pivot is None or closed is None or closed.radius is None:
+        return ()
+    half = (jaw.opening or 0.0) / 2
+    ways = [("closed", 0.0, closed), (f"open by {math.degrees(2 * half):.3g} deg", half, tail_path(layout, half))]
+    thick = tail_thickness(layout.spec.fpc)
+    return tuple(
+        PinGap(when, (way or closed).distance(*pivot) - thick / 2, behind.pin / 2, angle, behind.source)
+        for when, angle, way in ways
+    )
+
+
+def closing(layout: Layout) -> Closing | None:
+    """How the sensor's jaws close; None without a jaw. Raises `PartsError` where the shield does not fit. Backs that
+    lie on the port's circle are parallel when the pair is as high as the port: what the closed pair with the sensor
+    leaves of that is the tissue's.
+    """
+    jaw, pair = layout.spec.jaw, closed_section(layout)
+    if jaw is None or pair is None:
+        return None
+    along = pivot_along(layout)
+    reach = None if along is None else along - axis(layout).x
+    return Closing(jaw.port_diameter - pair.height, reach, jaw.opening, jaw.pivot_offset)

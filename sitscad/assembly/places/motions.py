@@ -1,0 +1,282 @@
+"""Poses, loads and scans of a target as a user writes them, in words or as tables of numbers, and frequencies."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+
+from sitscad.basics.arrays import Array, Flags
+from sitscad.basics.record import record
+from sitscad.basics.units import UnitError, parse_quantity
+
+
+class TableError(ValueError):
+    """A file that holds no table; the text says why, without its name."""
+
+
+def table_text(path: str, most: int) -> str:
+    """A file's text of at most so many bytes. Raises TableError for more, and no UTF-8; OSError where unopened."""
+    with Path(path).open("rb") as file:  # a device has no size and no end
+        content = file.read(most + 1)
+    if len(content) > most:
+        raise TableError(f"is larger than {most // 1_000_000} MB")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise TableError("is not text in UTF-8") from error
+
+
+Names = tuple[str, ...]
+
+POSE: Names = ("x", "y", "z", "rx", "ry", "rz")
+FORCE: Names = ("normal", "shear_x", "shear_y")
+MOMENT: Names = ("moment_x", "moment_y")
+LOAD: Names = (*FORCE, *MOMENT)
+
+ROTATIONS = {"held": "kept level", "free": "free to tilt"}
+"""Whether a flat face keeps a loaded target level, or it tilts as it likes, in words."""
+
+USUAL_ROTATION = "free"  # Of a load that does not say. Data sheets, calibrations and load cases are of a level target
+
+BARE = {**dict.fromkeys(POSE[:3], 1e-3), **dict.fromkeys(POSE[3:], math.pi / 180.0), **dict.fromkeys(FORCE, 1.0),
+        **dict.fromkeys(MOMENT, 1e-3)}
+"""What a bare number counts in: millimetres, degrees, newtons, newton millimetres."""
+
+IN_HEADERS = {
+    "m": ("length", 1.0),
+    "mm": ("length", 1e-3),
+    "um": ("length", 1e-6),
+    "rad": ("angle", 1.0),
+    "deg": ("angle", math.pi / 180.0),
+    "N": ("force", 1.0),
+    "mN": ("force", 1e-3),
+    "Nm": ("moment", 1.0),
+    "Nmm": ("moment", 1e-3),
+}
+"""Units that a CSV file's column may name after an underscore."""
+
+READINGS = ("counts", "Hz", "kHz", "MHz", "H", "mH", "uH", "nH")
+"""What a column of measured readings ends in, as in the plan of `calibrate`: ``C1_counts``. It is passed over."""
+
+MOST = 2_000_000  # Points at most in one scan
+
+MOST_FORCE = 1e4
+TOO_MUCH = f"forces up to {MOST_FORCE / 1e3:g} kN can be asked for, as in a spec"
+"""Newtons at most, and what is said of more."""
+
+LARGEST = 64_000_000  # Bytes at most of a CSV file
+
+
+class MotionError(ValueError):
+    """A pose, a load or a scan that cannot be read; the text says what was read and what is allowed."""
+
+
+@record(eq=False)
+class Motions:
+    """What is asked for: poses (n, 6; m, rad), loads (k, 3; N; or k, 5 with moments, N m) with, for each load, whether
+    rotation is held, and load cases of the spec by name. ``passed_over`` says of each file which columns of readings it
+    has, in words.
+    """
+
+    poses: Array
+    loads: Array
+    held: Flags
+    cases: Names = ()
+    passed_over: Names = ()
+
+    def __len__(self) -> int:
+        return len(self.poses) + len(self.loads) + len(self.cases)
+
+
+def is_held(rotation: str) -> bool:
+    """Whether a target that is loaded so is kept level; raises MotionError for what is none of `ROTATIONS`."""
+    if rotation not in ROTATIONS:
+        raise MotionError(f"rotation={rotation!r}: it is {' or '.join(ROTATIONS)}")
+    return rotation == "held"
+
+
+def dimension(name: str) -> str:
+    """What a number of that name is: length, angle, force or moment."""
+    return "moment" if name in MOMENT else "force" if name in FORCE else "length" if name in POSE[:3] else "angle"
+
+
+def frequency_of(text: str) -> float:
+    """A frequency (Hz) as it is written, ``5MHz``; raises MotionError for what is none, or not positive."""
+    try:
+        value = parse_quantity(text, "frequency")
+    except UnitError as error:
+        raise MotionError(f"frequency {text}: {error}" + (f"; {error.hint}" if error.hint else "")) from error
+    if not LOWEST <= value <= HIGHEST:
+        raise MotionError(f"frequency {text}: 10 kHz to 100 MHz are modelled")
+    return value
+
+
+LOWEST, HIGHEST = 1e4, 1e8  # Frequencies (Hz) between which the models of losses are meant
+
+
+def read_motions(
+    poses: Iterable[str] = (), pose_files: Iterable[str] = (), loads: Iterable[str] = (),
+    load_files: Iterable[str] = (), scans: Iterable[str] = (), cases: Iterable[str] = (),
+) -> Motions:
+    """Texts and files together, poses first, scans and load cases last; the pose at rest where nothing is asked for.
+    Raises MotionError for what cannot be read, OSError for a file that cannot be opened.
+    """
+    placed, pushed = [np.zeros((0, len(POSE)))], [np.zeros((0, len(LOAD)))]
+    held, readings, named = [np.zeros(0, dtype=bool)], list[str](), tuple(cases)
+    for texts, names, rows in ((poses, POSE, placed), (loads, LOAD, pushed)):
+        for text in texts:
+            given, rotation = _parts(text, names, motion_number)
+            rows.append(np.array([[given.get(name, 0.0) for name in names]]))
+            if names == LOAD:
+                held.append(np.array([rotation]))
+        for file in pose_files if names == POSE else load_files:
+            found, turns, passed = _from_file(file, names)
+            rows.append(found)
+            readings += passed
+            if names == LOAD:
+                held.append(turns)
+    for text in scans:
+        found, names, rotation = _scanned(text)
+        (placed if names == POSE else pushed).append(found)
+        if names == LOAD:
+            held.append(np.full(len(found), rotation))
+    if len(placed) == 1 and len(pushed) == 1 and not named:
+        placed = [np.zeros((1, len(POSE)))]
+    forces = np.concatenate(pushed)
+    if np.any(forces[:, 0] < 0.0):
+        raise MotionError(f"normal={forces[:, 0].min():g}: it presses towards the board, 0 or more; no pad is pulled")
+    turned, level = np.any(forces[:, len(FORCE) :], axis=1), np.concatenate(held)
+    if np.any(turned & level):
+        raise MotionError("a moment with rotation=held: a face that keeps the target level takes any moment")
+    loads_found = forces if turned.any() else forces[:, : len(FORCE)]
+    return Motions(np.concatenate(placed), loads_found, level, named, tuple(readings))
+
+
+def _parts(text: str, names: Names, read: Callable[[str, str], float]) -> tuple[dict[str, float], bool]:
+    """The values of "name=value, ..." by name, and of loads whether rotation is held."""
+    found: dict[str, float] = {}
+    rotation = USUAL_ROTATION
+    for part in filter(None, (piece.strip() for piece in text.split(","))):
+        name, equals, value = (piece.strip() for piece in part.partition("="))
+        if name == "rotation" and names == LOAD:
+            rotation = "held" if is_held(value) else "free"
+            continue
+        if not equals or name not in names:
+            raise MotionError(f"{part!r}: NAME=NUMBER is wanted, NAME one of {', '.join(names)}")
+        if name in found:
+            raise MotionError(f"{name} is given twice in {text!r}")
+        found[name] = read(name, value)
+    return found, rotation == "held"
+
+
+def motion_number(name: str, text: str) -> float:
+    """A value in SI, bare or with its unit; MotionError where it is none."""
+    try:
+        value = float(text) * BARE[name]
+    except ValueError:
+        try:
+            value = parse_quantity(text, dimension(name))
+        except UnitError as error:
+            raise MotionError(f"{name}={text}: {error}" + (f"; {error.hint}" if error.hint else "")) from error
+    if not math.isfinite(value):
+        raise MotionError(f"{name}={text}: a finite number is wanted")
+    if name in LOAD and abs(value) > MOST_FORCE:
+        raise MotionError(f"{name}={text}: {TOO_MUCH}")
+    return value
+
+
+def _scanned(text: str) -> tuple[Array, Names, bool]:
+    """The points of a scan (n, names), what they are of, and whether rotation is held."""
+    first = text.split(",")[0].partition("=")[0].strip()
+    names = LOAD if first in LOAD or first == "rotation" else POSE
+    ranges: dict[str, Array] = {}
+
+    def read(name: str, value: str) -> float:
+        ranges[name] = _range(name, value)
+        return 0.0
+
+    _, rotation = _parts(text, names, read)
+    if not ranges:
+        raise MotionError(f"{text!r} scans nothing: x=-2:2:41 is wanted")
+    total = math.prod(len(values) for values in ranges.values())
+    if total > MOST:
+        raise MotionError(f"{text!r} has {total} points; {MOST} are the most")
+    rows = np.zeros((total, len(names)))
+    values = np.array(list(product(*(one.tolist() for one in ranges.values()))))
+    rows[:, [names.index(name) for name in ranges]] = values
+    return rows, names, rotation
+
+
+def _range(name: str, text: str) -> Array:
+    """The values of FIRST:LAST:COUNT, or the one value."""
+    parts = text.split(":")
+    if len(parts) == 1:
+        return np.array([motion_number(name, text)])
+    if len(parts) != 3 or not parts[2].strip().isdecimal():
+        raise MotionError(f"{name}={text}: FIRST:LAST:COUNT is wanted, like -2:2:41")
+    count = parts[2].strip().lstrip("0")
+    if len(count) > len(str(MOST)) or not 0 < int(count or "0") <= MOST:
+        raise MotionError(f"{name}={text}: a COUNT from 1 to {MOST} is wanted, like -2:2:41")
+    return np.linspace(motion_number(name, parts[0]), motion_number(name, parts[1]), int(count))
+
+
+def _from_file(name: str, names: Names) -> tuple[Array, Flags, Names]:
+    """A CSV file's rows (n, names), whether each is held, and what is passed over; MotionError with the row."""
+    try:
+        lines = table_text(name, LARGEST)
+    except TableError as error:
+        raise MotionError(f"{name} {error}") from error
+    kept = (line for line in io.StringIO(lines, newline=None) if line.strip() and not line.lstrip().startswith("#"))
+    try:
+        table = iter(list(csv.reader(kept)))
+    except csv.Error as error:
+        raise MotionError(f"{name} is no table that can be read: {error}") from error
+    head = [cell.strip() for cell in next(table, [])]
+    columns: dict[int, tuple[str, float | None]] = {}  # by column its name, and its factor where the header has a unit
+    for k, title in enumerate(head):
+        stem, _, unit = title.rpartition("_")
+        if title in names or (title == "rotation" and names == LOAD):
+            columns[k] = title, None
+        elif stem in names and IN_HEADERS.get(unit, ("", 0.0))[0] == dimension(stem):
+            columns[k] = stem, IN_HEADERS[unit][1]
+        elif not stem or stem in names or unit not in READINGS:
+            raise MotionError(f"{name}: column {title!r} is none of {', '.join(names)} (with _m, _rad, _N for SI)")
+    if not columns or len({stem for stem, _ in columns.values()}) < len(columns):
+        raise MotionError(f"{name}: the first line names the columns, each once: {', '.join(names)}")
+    found, held = [], []
+    for number, cells in enumerate(table, start=2):
+        if len(cells) != len(head):
+            raise MotionError(f"{name}, row {number}: {len(cells)} cells under {len(head)} columns")
+        row, rotation = _cells(f"{name}, row {number}", cells, columns, names)
+        found.append(row)
+        held.append(rotation)
+    readings = ", ".join(title for k, title in enumerate(head) if k not in columns)
+    passed = (f"{name}: columns of readings are passed over: {readings}",) if readings else ()
+    return np.array(found, dtype=float).reshape(-1, len(names)), np.array(held, dtype=bool), passed
+
+
+def _cells(
+    where: str, cells: Sequence[str], columns: Mapping[int, tuple[str, float | None]], names: Names
+) -> tuple[list[float], bool]:
+    """One row of a file: its values, and whether rotation is held."""
+    values, held = dict.fromkeys(names, 0.0), is_held(USUAL_ROTATION)
+    for k, (name, factor) in columns.items():
+        text = cells[k].strip()
+        try:
+            if name == "rotation":
+                held = is_held(text or USUAL_ROTATION)
+            elif text:
+                values[name] = motion_number(name, text) if factor is None else factor * float(text)
+        except (MotionError, ValueError) as error:
+            raise MotionError(f"{where}: {error}") from error
+        if not math.isfinite(values.get(name, 0.0)):
+            raise MotionError(f"{where}: {name}={text}: a finite number is wanted")
+        if name in LOAD and abs(values[name]) > MOST_FORCE:
+            raise MotionError(f"{where}: {name}={text}: {TOO_MUCH}")
+    return [values[name] for name in names], held

@@ -1,0 +1,372 @@
+"""What places and holds the board: on a grasper's pad ledges beside it, a tongue under its tail, dovetail or pins; a
+bench plate from above, and where its screws stand, clear of board and tail, in it or in an adapter below it. Worked out
+once for both tiers of the fit: `sitscad.assembly.places.fit` takes the corners, `sitscad.assembly.solids` builds.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import pairwise
+
+from sitscad.assembly.places.bodies import above_board, board_heights, film_thickness, seat_spans
+from sitscad.assembly.places.column import print_limit, process_of
+from sitscad.assembly.places.jaws import axis, jaw_range, rim, room_across, section, shield_that_fits
+from sitscad.assembly.places.stack import tail_heights
+from sitscad.basics.record import record
+from sitscad.kernels.geometry.convex import Box
+from sitscad.kernels.geometry.path import Path, bounding_box
+from sitscad.layout.board import Layout, Stiffener
+from sitscad.spec.coil import CoilSpec
+from sitscad.spec.mount import Hole, HolePattern, Mount, Retention
+from sitscad.spec.sensor import SensorSpec
+
+TIGHT = 0.15e-3
+"""Between printed parts that go into each other by hand, on each side (m); coarser processes leave more."""
+
+STOP = 0.5e-3  # Thickness of a ledge (m) where the process makes it so thin
+
+LONGEST_RELIEF, LEAST_RELIEF = 4.0e-3, 1.0e-3
+"""How far the tongue under the tail may reach behind the body, and the least that is worth the plastic (m)."""
+
+SAME = 1e-5  # Widths of the tail that differ by less (m) are the same: its arcs are taken as chords
+
+
+@record
+class Relief:
+    """The tongue under the tail that takes a pull off the body: from where to where along the jaw, its sides, the
+    tail's (all m), the height of the tail's lower face, and where cheeks beside the tail begin (None: no room for any).
+    """
+
+    along: tuple[float, float]
+    across: tuple[float, float]
+    tail: tuple[float, float]
+    top: float
+    cheeks: float | None
+
+
+def process_clearance(mount: Mount | None) -> float:
+    """The least gap (m) between two pieces, on each side, that the mount's process can make."""
+    return print_limit(process_of(mount), "clearance").value
+
+
+def clearance(mount: Mount | None) -> float:
+    """The gap (m) between a printed piece and what goes into it by hand, on each side."""
+    return max(TIGHT, process_clearance(mount))
+
+
+def ledge(mount: Mount | None) -> float:
+    """The thickness (m) of a ledge that stands free on one side."""
+    return max(STOP, print_limit(process_of(mount), "free_wall").value)
+
+
+def stop_place(layout: Layout) -> tuple[float, float] | None:
+    """Where the ledge before the board's end at the tip begins and ends along the jaw (m); None without room for it."""
+    mount, fitted = layout.spec.mount, layout.spec.jaw
+    inner = layout.body[0] - clearance(mount)
+    outer = inner - ledge(mount)
+    return None if fitted and jaw_range(layout, fitted)[0] > outer + 1e-9 else (outer, inner)
+
+
+def side_ledges(layout: Layout) -> tuple[float, float] | None:
+    """Inner and outer half width (m) of the ledges beside the board; None where jaw or port leave no room for them."""
+    mount, jaw = layout.spec.mount, layout.spec.jaw
+    if mount is None or jaw is None or mount.kind != "grasper-pad":
+        return None
+    shield_that_fits(layout.spec)
+    spans = seat_spans(layout.spec)
+    inner = layout.body_size[1] / 2 + clearance(mount)
+    outer = inner + ledge(mount)
+    if not spans or outer > section(rim(jaw)).face / 2:
+        return None
+    room = min(room_across(layout, spans[0][0]), room_across(layout, 0.0))
+    return (inner, outer) if outer <= room else None
+
+
+def relief(layout: Layout) -> Relief | None:
+    """The tongue under the tail; None without a tail, or where jaw and stiffener leave it no room."""
+    mount, jaw = layout.spec.mount, layout.spec.jaw
+    if mount is None or jaw is None or mount.kind != "grasper-pad" or not mount.standoff:
+        return None
+    start = layout.body[2]
+    end = min(start + LONGEST_RELIEF, jaw_range(layout, jaw)[1] - 0.2e-3, _before_stiffener(layout.stiffener))
+    if jaw.pocket is not None and jaw.recess:
+        middle = sum(jaw_range(layout, jaw)) / 2
+        end = min(end, middle + jaw.pocket[0] / 2 - clearance(mount))
+    tail = layout.reach_at(end)
+    if end - start < LEAST_RELIEF or tail[0] == tail[1]:
+        return None
+    wall = clearance(mount) + ledge(mount)
+    low, high = layout.body[1], layout.body[3]
+    across, cheeks = (max(low, tail[0]), min(high, tail[1])), None
+    straight = _straight_from(layout.outline, tail, start, end) + clearance(mount)
+    if tail[0] - wall >= low and tail[1] + wall <= high and end - straight >= LEAST_RELIEF:
+        across, cheeks = (tail[0] - wall, tail[1] + wall), straight
+    return Relief((start, end), across, tail, tail_heights(layout)[0], cheeks)
+
+
+def _straight_from(outline: Path, tail: tuple[float, float], start: float, end: float) -> float:
+    """The x (m) from which on no edge of the board, its taper included, stands beyond the tail's sides at the end."""
+    points = outline.flattened(1e-5)
+    beyond = [start]
+    for a, b in pairwise([*points, points[0]]):
+        for side, limit in ((-1.0, tail[0] - SAME), (1.0, tail[1] + SAME)):
+            low, high = sorted((a, b), key=lambda point: side * point.y)
+            if side * (high.y - limit) <= 0.0 or max(a.x, b.x) < start or min(a.x, b.x) > end:
+                continue
+            inner = low.x if side * (low.y - limit) >= 0.0 else a.x + (b.x - a.x) * (limit - a.y) / (b.y - a.y)
+            beyond.append(min(max(inner, high.x), end))
+    return max(beyond)
+
+
+def cap_end(layout: Layout) -> float | None:
+    """Where a fingertip's cap ends along the tail (m): before the tail's stiffener; None for any other mount."""
+    mount = layout.spec.mount
+    if mount is None or mount.finger is None:
+        return None
+    return min(layout.body[2] + mount.finger.grip, _before_stiffener(layout.stiffener) - 0.7e-3)
+
+
+def _before_stiffener(stiffener: Stiffener | None) -> float:
+    """Where a stiffener under the tail begins, less a little (m); endless without one."""
+    return math.inf if stiffener is None else bounding_box([stiffener.outline.outline])[0] - 0.3e-3
+
+
+def retention(layout: Layout) -> Retention | None:
+    """What holds the mount besides glue, its sizes settled; None for glue alone."""
+    mount = layout.spec.mount
+    found = mount.retention if mount is not None else None
+    if found is None:
+        return None
+    x0, _, x1, _ = layout.body
+    return replace(found, spacing=found.spacing if found.spacing is not None else (x1 - x0) / 2)
+
+
+def joint_clearance(spec: SensorSpec) -> float:
+    """The gap (m) between tongue or pin and the jaw cut for it, on each side: the process's, and the glue line."""
+    return process_clearance(spec.mount) + spec.assembly.glue_line
+
+
+def neck(found: Retention) -> float:
+    """The width (m) of a dovetail's tongue where it is narrowest, at the mount."""
+    return found.width - 2.0 * found.depth / math.tan(found.angle)
+
+
+def tongue_across(found: Retention, room: float) -> tuple[float, float, float]:
+    """Half widths (m) of a dovetail at bottom and mount, and its depth, larger on every face by a clearance (m)."""
+    flank = room / math.sin(found.angle)
+    bottom = found.width / 2 + room / math.tan(found.angle) + flank
+    return bottom, neck(found) / 2 + flank, found.depth + room
+
+
+def metal_below(layout: Layout) -> float | None:
+    """The least metal (m) that a dovetail's groove leaves of the jaw; None without one."""
+    found, jaw = retention(layout), layout.spec.jaw
+    if found is None or jaw is None or found.kind != "dovetail":
+        return None
+    bar = section(jaw)
+    half, _, depth = tongue_across(found, joint_clearance(layout.spec))
+    if half >= bar.face / 2:
+        return 0.0
+    sagitta = bar.radius - math.sqrt(max(0.0, bar.radius**2 - half**2))
+    return jaw.height - sagitta - depth
+
+
+def pin_places(layout: Layout) -> tuple[tuple[float, float], ...]:
+    """Where pins stand (m): two in the jaw's middle; none without them."""
+    found = retention(layout)
+    if found is None or found.kind != "pins" or found.spacing is None:
+        return ()
+    middle = axis(layout)
+    return tuple((middle.x + side * found.spacing / 2, middle.y) for side in (-1.0, 1.0))
+
+
+BORDER = 6.0e-3  # Plastic round the board and what overhangs it, for the screws (m)
+
+PLATE_CORNER = 2.0e-3  # Radius of a bench plate's corners (m)
+
+INSET = 3.0e-3
+BESIDE_HEAD = 1.0e-3  # Between a screw's head and the board or what overhangs it (m)
+ROUND_HOLE = 2.0e-3  # Plastic round a screw's head, out to the plate's edge (m)
+
+
+@record
+class Screw:
+    """A screw with its nut: clearance hole, head, the nut's pocket across flats and its height (m)."""
+
+    hole: float
+    head: float
+    nut_across: float
+    nut_height: float
+
+
+CORNER_SCREW = Screw(2.4e-3, 3.8e-3, 4.2e-3, 1.8e-3)
+"""M2: ISO 273 medium, ISO 4762; nut ISO 4032 (4 mm across flats, 1.6 mm high) with 0.2 mm of room."""
+
+
+def plate_plan(layout: Layout, film: float) -> Box:
+    """The plate's rectangle (m): all that it carries with the tail beside the screws, a border, and its own holes."""
+    x0, y0, x1, y1 = layout.body
+    near = [point.y for point in layout.outline.flattened(1e-5) if point.x < x1 + BORDER]
+    y0, y1 = min(y0, *near), max(y1, *near)
+    for body in above_board(layout.spec):
+        left, low, right, high = body.footprint.box
+        x0, y0, x1, y1 = min(x0, left - film), min(y0, low - film), max(x1, right + film), max(y1, high + film)
+    mount = layout.spec.mount
+    ends, pattern = [(x0, y0, BORDER), (x1, y1, BORDER)], _pattern(mount)
+    if pattern is not None:
+        # from the middle of a nut in an adapter's corner to the head of a screw beside it
+        nut = 0.0 if not adapter_needed(layout) else (
+            CORNER_SCREW.nut_across / math.sqrt(3.0) + print_limit(process_of(mount), "wall").value + clearance(mount))
+        for hole in _placed(layout, pattern):
+            # the nuts in the corners of an adapter lie beside its holes, in both directions
+            beyond = INSET + (hole.head / 2 + nut) / math.sqrt(2.0) if nut else hole.head / 2 + ROUND_HOLE
+            ends.append((*hole.at, beyond))
+    x0, y0 = min(x - room for x, _, room in ends), min(y - room for _, y, room in ends)
+    return x0, y0, max(x + room for x, _, room in ends), max(y + room for _, y, room in ends)
+
+
+FLOOR = 2.0e-3
+"""Least thickness (m) of plastic that carries something."""
+
+
+def plate_floor(layout: Layout) -> tuple[float, float]:
+    """Thickness of a plate's plastic below board or shield, and height of the plate's lower face (m).
+
+    Plastic thinner than half the diameter of its screws would bend. Raises `PartsError` if the shield does not fit.
+    """
+    mount, under, shield = layout.spec.mount, board_heights(layout.spec.fpc.stackup)[0], shield_that_fits(layout.spec)
+    assert mount is not None
+    holes = mount.holes.holes if mount.holes is not None else ()
+    least = max(FLOOR, *(0.5 * hole.diameter for hole in holes)) if holes and not adapter_needed(layout) else FLOOR
+    used = under - (shield[0] if shield else under)
+    floor = max(mount.standoff - used, least)
+    return floor, under - used - floor
+
+
+def adapter_depth(layout: Layout) -> float:
+    """Thickness (m) of the adapter under a plate; 0 without one. The heads of its screws are sunk in it."""
+    holes = adapter_needed(layout)
+    return max(hole.diameter for hole in holes) + FLOOR if holes else 0.0
+
+
+ENGAGED = 1.5  # Length of thread over the screw's diameter, in plastic
+
+
+def cap_size(layout: Layout) -> tuple[float, float]:
+    """Outer width of a fingertip's cap, and thickness of the side through which its screws go (m)."""
+    mount, (_, y0, _, y1) = layout.spec.mount, layout.body
+    assert mount is not None and mount.finger is not None
+    room, finger = clearance(mount), mount.finger
+    side = max(ENGAGED * finger.screw, ledge(mount))
+    half = max(finger.size[0] / 2 + room + side, (y1 - y0) / 2 + room + ledge(mount))
+    return 2.0 * half, half - finger.size[0] / 2 - room
+
+
+FRONT = 2.0e-3
+"""Plastic before the finger's end (m)."""
+
+
+def mount_size(layout: Layout) -> tuple[float, float] | None:
+    """Length along the board and width (m) of a bench plate or of a fingertip's cap; None for any other mount."""
+    mount, end = layout.spec.mount, cap_end(layout)
+    if end is not None:
+        return end - layout.body[0] + clearance(mount) + 2.0 * FRONT, cap_size(layout)[0]
+    if mount is None or mount.kind != "bench-plate":
+        return None
+    x0, y0, x1, y1 = plate_plan(layout, film_thickness(layout.spec.encapsulation))
+    return x1 - x0, y1 - y0
+
+
+def adapter_needed(layout: Layout) -> tuple[Hole, ...]:
+    """The holes of an adapter: a pattern's that lie under board or tail; none where the plate has them itself."""
+    pattern = _pattern(layout.spec.mount)
+    return () if pattern is None or clear_pattern(layout) else _placed(layout, pattern)
+
+
+def corner_holes(plan: Box) -> tuple[Hole, ...]:
+    """Four holes in the corners of a plate; its border keeps them clear of board and tail."""
+    x0, y0, x1, y1 = plan[0] + INSET, plan[1] + INSET, plan[2] - INSET, plan[3] - INSET
+    centres = ((x0, y0), (x1, y0), (x1, y1), (x0, y1))
+    return tuple(Hole(centre, CORNER_SCREW.hole, CORNER_SCREW.head) for centre in centres)
+
+
+def _pattern(mount: Mount | None) -> HolePattern | None:
+    """The plate's pattern; None for screws in its own corners."""
+    found = mount.holes if mount is not None else None
+    return None if found is None or (found.grid is None and found.name == "corners-m2") else found
+
+
+def clear_pattern(layout: Layout) -> tuple[Hole, ...]:
+    """The holes of a plate's pattern where all are clear of board, tail and what stands over it; else none: then four
+    stand in its corners.
+    """
+    pattern = _pattern(layout.spec.mount)
+    if pattern is None:
+        return ()
+    holes = _placed(layout, pattern)
+    return holes if all(beside_board(layout, hole) >= hole.head / 2 + BESIDE_HEAD - 1e-9 for hole in holes) else ()
+
+
+def plate_holes(layout: Layout) -> tuple[Hole, ...]:
+    """The holes that a bench plate is screwed down by."""
+    return clear_pattern(layout) or corner_holes(plate_plan(layout, film_thickness(layout.spec.encapsulation)))
+
+
+def screw_spacing(layout: Layout) -> tuple[float, float] | None:
+    """How far apart (m) the plate's four screws stand, along and across; None unless they are a rectangle's corners."""
+    holes = plate_holes(layout)
+    xs, ys = (sorted({round(hole.at[axis], 9) for hole in holes}) for axis in (0, 1))
+    return (xs[1] - xs[0], ys[1] - ys[0]) if len(holes) == 4 and len(xs) == len(ys) == 2 else None
+
+
+FAR = 2.0
+"""Distance of metal from a coil, in its diameters, that changes its inductance by less than 0.2 %: a loop before its
+own image at twice the distance, mu0 pi a^4 / (2 z^3) over mu0 a (ln(8 a / w) - 2), with z = 8 a and a / w = 10."""
+
+
+def metal_free_distance(coil: CoilSpec) -> float:
+    """From which distance (m) on metal that no figure counts hardly changes a coil: `FAR` diameters of the circle that
+    has the area of its outline. What such metal changes goes with the square of that area.
+    """
+    return FAR * math.sqrt(4.0 / math.pi * coil.outline.area * coil.size[0] * coil.size[1])
+
+
+def is_near_metal(layout: Layout) -> bool:
+    """Whether a plate's screw stands nearer to a coil's centre than metal may be that no figure counts."""
+    reach = metal_free_distance(layout.spec.coil)
+    screw = [(*hole.at, hole.head / 2) for hole in plate_holes(layout)]
+    return any(math.dist((x, y), coil.centre) - half < reach for x, y, half in screw for coil in layout.coils)
+
+
+def beside_board(layout: Layout, hole: Hole) -> float:
+    """Distance (m) of a hole's middle from the board, its tail and the plates on it, as seen from above."""
+    x, y = hole.at
+    boxes = (box for box in _boxes(layout) if box[2] > box[0])
+    return min(math.hypot(max(b[0] - x, 0.0, x - b[2]), max(b[1] - y, 0.0, y - b[3])) for b in boxes)
+
+
+def _placed(layout: Layout, pattern: HolePattern) -> tuple[Hole, ...]:
+    """A pattern's holes in their places about the middle of the board's body."""
+    middle = axis(layout)
+    if pattern.grid is None:
+        return tuple(Hole((middle.x + h.at[0], middle.y + h.at[1]), h.diameter, h.head) for h in pattern.holes)
+    # how far apart the four are that a plate takes of a bench: the nearest that are clear of the board
+    kind, grid, boxes = pattern.holes[0], pattern.grid, list(_boxes(layout))
+    half = max(max(box[3] for box in boxes) - middle.y, middle.y - min(box[1] for box in boxes))
+    across = grid * math.ceil(2.0 * (half + kind.head / 2 + BESIDE_HEAD) / grid - 1e-9)
+    along = grid * max(1, math.ceil(layout.body_size[0] / grid - 1e-9))
+    return tuple(
+        Hole((middle.x + i * along / 2, middle.y + j * across / 2), kind.diameter, kind.head)
+        for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1))
+    )
+
+
+def _boxes(layout: Layout) -> Iterator[Box]:
+    """The body, the tail beside it and what stands on the board, from above."""
+    yield layout.body
+    near = [p for p in layout.outline.flattened(1e-5) if p.x < layout.body[2] + 30e-3]
+    yield layout.body[2], min(p.y for p in near), max(p.x for p in near), max(p.y for p in near)
+    for body in above_board(layout.spec):
+        yield body.footprint.box

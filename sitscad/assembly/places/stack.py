@@ -1,0 +1,247 @@
+"""All pieces of a sensor in their places, from the jaw upwards. How much of the board lies on something: on the mount,
+on a shield, or on the metal itself. No CAD kernel is used. A seat is cut back to the port and to the pad pocket, and
+what is left of it may carry neither board nor elastomer. `sitscad.assembly.solids.clash` measures the same on the
+solids.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from sitscad.assembly.places.bodies import (
+    Body,
+    BodyRole,
+    Heights,
+    above_board,
+    board_heights,
+    seat_heights,
+    seat_spans,
+    shield_gap_text,
+    top_height,
+)
+from sitscad.assembly.places.jaws import (
+    axis,
+    closed_span,
+    half_width,
+    jaw_range,
+    made_to_measure,
+    section,
+    shield_that_fits,
+)
+from sitscad.basics.record import record
+from sitscad.kernels.geometry.convex import Box, Footprint, within_box
+from sitscad.kernels.geometry.path import Arc, Path, Point, Region, bounding_box, enclosed_area, rectangle
+from sitscad.layout.bending import tail_layers
+from sitscad.layout.board import Layout
+from sitscad.layout.laser_sheet import CutPart, LaserSheet, laser_sheets
+from sitscad.layout.outline import edge_of_body
+from sitscad.spec.circuit import BodySpec
+from sitscad.spec.mount import Jaw
+from sitscad.spec.presets import is_rigid
+
+
+def stack(layout: Layout) -> tuple[Body, ...]:
+    """What the spec contains but for the mount's printed pieces, by height of the lower face; both jaws are closed
+    without force. Raises `PartsError` where shield and standoff contradict each other.
+    """
+    found = [*_jaws(layout), *(body for body in (shield(layout), board(layout), stiffener(layout)) if body)]
+    found += above_board(layout.spec)
+    if (film := encapsulation(layout)) is not None:
+        found.append(film)
+    return tuple(sorted(found, key=lambda body: (body.lower, body.upper)))
+
+
+def board(layout: Layout) -> Body:
+    """The circuit with its tail held straight, without stiffener."""
+    material = "FR4" if is_rigid(layout.spec.fpc.stackup) else "polyimide"
+    return Body(BodyRole.BOARD, Region(layout.outline), *board_heights(layout.spec.fpc.stackup), material)
+
+
+def stiffener(layout: Layout) -> Body | None:
+    """The plate under the contacts, bonded to the tail's bottom face."""
+    plate = layout.stiffener
+    if plate is None:
+        return None
+    upper = tail_heights(layout)[0]
+    return Body(BodyRole.STIFFENER, plate.outline, upper - plate.thickness, upper, plate.material)
+
+
+def tail_heights(layout: Layout) -> Heights:
+    """The tail: from the bottom of the layers that run down it up to the board's top face."""
+    return -math.fsum(layer.thickness for layer in tail_layers(layout)), 0.0
+
+
+def shield(layout: Layout) -> Body | None:
+    """The sheet between coil and jaw. The spec gives it no size: it is made as large as the board's body, a disc under
+    a round one, and narrower where the port asks for it. Raises `PartsError` where it does not fit into the standoff.
+    """
+    sheet, levels = layout.spec.shield, shield_that_fits(layout.spec)
+    if sheet is None or levels is None:
+        return None
+    (x0, _, x1, _), y, half = layout.body, axis(layout).y, half_width(layout, levels[0])
+    is_disc = has_round_body(layout.spec.fpc.body) and half >= (x1 - x0) / 2 - 1e-9
+    plan = Region(ground(layout) if is_disc else rectangle(x0, y - half, x1, y + half))
+    return Body(BodyRole.SHIELD, plan, *levels, sheet.material.name, sheet.material)
+
+
+def has_round_body(body: BodySpec | None) -> bool:
+    """Whether the spec makes the board's body a circle."""
+    return body is not None and body.shape == "circle"
+
+
+def sheets(layout: Layout, stop: str = "") -> tuple[LaserSheet, ...]:
+    """The laser's sheets of elastomer, target and shield. Raises `PartsError` where the shield does not fit."""
+    return laser_sheets(layout, shield_part(layout), stop)
+
+
+def shield_part(layout: Layout) -> tuple[CutPart, ...]:
+    """The shield as a part to be cut; nothing without one. Raises `PartsError` where it does not fit."""
+    sheet, body = layout.spec.shield, shield(layout)
+    if sheet is None or body is None:
+        return ()
+    x0, y0, x1, y1 = bounding_box((body.outline(),))
+    is_disc = any(isinstance(piece, Arc) for piece in body.outline())
+    place = Footprint(is_disc, (x1 - x0, y1 - y0), Point((x0 + x1) / 2, (y0 + y1) / 2))
+    words = f"goes under the board, {shield_gap_text(layout.spec)} below its lower face"
+    shape = "circle" if is_disc else "rectangle"
+    return (CutPart(body.name, body.material, shape, place.size, sheet.thickness, sheet.kerf, place, words),)
+
+
+def encapsulation(layout: Layout) -> Body | None:
+    """The film over the board's body and what stands on it; it goes round them, so it is thinner than it is high."""
+    film = layout.spec.encapsulation
+    if film is None:
+        return None
+    return Body(BodyRole.ENCAPSULATION, Region(ground(layout)), 0.0, top_height(layout.spec), film.material.name)
+
+
+def ground(layout: Layout) -> Path:
+    """What plates can lie on: the board's body with its corners, or the spec's outline; convex, counter-clockwise."""
+    if (edge := edge_of_body(layout.spec)) is not None:
+        return edge
+    found = within_box(layout.outline, layout.body)
+    assert found is not None
+    return found
+
+
+def _jaws(layout: Layout) -> Iterator[Body]:
+    """The jaws as bodies, and the other one's pad."""
+    jaw, seat = layout.spec.jaw, seat_heights(layout.spec)
+    if jaw is None or seat is None:
+        return
+    (x0, x1), y, half = jaw_range(layout, jaw), axis(layout).y, section(jaw).face / 2
+    face = Region(rectangle(x0, y - half, x1, y + half))
+    name, top = jaw.material.name, top_height(layout.spec)
+    pad = top + jaw.opposing_pad_thickness
+    yield Body(BodyRole.JAW, face, seat[0] - jaw.height, seat[0], name, jaw.material)
+    if jaw.opposing_pad_thickness > 0.0:
+        yield Body(BodyRole.OPPOSING_PAD, face, top, pad, "pad")
+    yield Body(BodyRole.OPPOSING_JAW, face, pad, pad + jaw.height, name, jaw.material)
+
+
+BODY = "board's body"  # What is pressed on where nothing lies on the board
+
+MOST_OF_IT, HALF_OF_IT = 0.9, 0.5
+"""Shares of what is pressed on that have to be carried. What is missing to the first is a strip at the edges that
+hardly bends; below the second the board cannot even be glued flat.
+"""
+
+
+@record
+class Support:
+    """What is pressed on (its name; elastomer, target or the board's body), its area above the board's body, and how
+    much of that has something under the board; the same of the whole body (all m2).
+    """
+
+    name: str
+    pressed: float
+    carried: float
+    body: float
+    body_carried: float
+
+    @property
+    def share(self) -> float:
+        """How much of what is pressed on is carried, 0 to 1."""
+        return self.carried / self.pressed if self.pressed else 1.0
+
+
+def pressed_on(layout: Layout) -> tuple[str, Path]:
+    """The lowest piece on the board, whose force goes through the board into what lies below, and what of it lies above
+    the body: a closed path. The body itself where nothing lies on it.
+    """
+    for body in above_board(layout.spec):
+        above = within_box(body.outline(), layout.body)
+        if above is not None:
+            return body.name, above
+    return BODY, ground(layout)
+
+
+def support(layout: Layout) -> Support | None:
+    """How much of the board is carried; None where figures cannot say it: a mount or a jaw that is a STEP file. Grooves
+    and other hollows that glue fills count as support. Raises `PartsError` where the shield does not fit.
+    """
+    found = _carriers(layout)
+    if found is None:
+        return None
+    (name, path), body = pressed_on(layout), ground(layout)
+    return Support(name, enclosed_area(path), _on(path, *found), enclosed_area(body), _on(body, *found))
+
+
+def width_under(layout: Layout) -> float | None:
+    """How wide (m) what the board lies on is at the board's lower face; None as `support`, or where it is nothing."""
+    found = _carriers(layout)
+    return None if found is None or found[0] is None else found[0][3] - found[0][1]
+
+
+def _on(path: Path, carrier: Box | None, window: Box | None) -> float:
+    """The area (m2) of a convex closed path over a carrier's box, less that over a window in it."""
+
+    def within(box: Box | None) -> float:
+        found = within_box(path, box) if box is not None and box[2] > box[0] and box[3] > box[1] else None
+        return 0.0 if found is None else enclosed_area(found)
+
+    if carrier is None:
+        return 0.0
+    if window is None:
+        return within(carrier)
+    (x0, y0, x1, y1), (a0, b0, a1, b1) = carrier, window
+    return within(carrier) - within((max(x0, a0), max(y0, b0), min(x1, a1), min(y1, b1)))
+
+
+def _carriers(layout: Layout) -> tuple[Box | None, Box | None] | None:
+    """The box that the board's body can lie on and a window in it, from above; None where no figures say it."""
+    mount = layout.spec.mount
+    if mount is None or mount.kind == "custom":
+        return None
+    (x0, low, x1, high), y, under = layout.body, axis(layout).y, board_heights(layout.spec.fpc.stackup)[0]
+    sheet, jaw, closed = shield_that_fits(layout.spec), layout.spec.jaw, closed_span(layout.spec)
+    spans = seat_spans(layout.spec)
+    if sheet is not None and under - sheet[1] <= 1e-9:
+        half = half_width(layout, sheet[0])
+        return (x0, y - half, x1, y + half), None
+    if spans and jaw is not None and closed is not None:
+        # the seat's upper face is cut back to the port where all of the seat is in it
+        middle = (closed[0] + closed[1]) / 2
+        is_outside = max(abs(height - middle) for height in spans[-1]) >= made_to_measure(layout, jaw)
+        half = (high - low) / 2 if is_outside else half_width(layout, spans[-1][1])
+        return (x0, y - half, x1, y + half), None
+    if spans or mount.kind == "bench-plate":
+        return layout.body, None
+    if mount.finger is not None:  # on the finger itself: a round one touches the board along a line
+        half = mount.finger.size[0] / 2 if not mount.finger.outline.is_disc else 0.0
+        return ((x0, y - half, x1, y + half) if half else None), None
+    return None if jaw is None or jaw.step is not None else _on_metal(layout, jaw)
+
+
+def _on_metal(layout: Layout, jaw: Jaw) -> tuple[Box, Box | None]:
+    """The face of a jaw that the board lies on without a seat, and the window through it."""
+    (x0, x1), middle = jaw_range(layout, jaw), axis(layout)
+    half = section(jaw).face / 2
+    if jaw.pocket is not None and jaw.recess:
+        half = min(half, jaw.pocket[1] / 2)
+    window = None
+    if jaw.fenestration is not None:
+        along, across = jaw.fenestration[0] / 2, jaw.fenestration[1] / 2
+        window = (sum((x0, x1)) / 2 - along, middle.y - across, sum((x0, x1)) / 2 + along, middle.y + across)
+    return (x0, middle.y - half, x1, middle.y + half), window

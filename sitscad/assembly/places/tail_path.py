@@ -1,0 +1,321 @@
+"""How the tail runs once the sensor is mounted: over the mount's edge, down to the jaw or the finger, past a hinge.
+Lengths count along the middle of the tail's thickness, which a bend neither stretches nor shortens.
+"""
+
+from __future__ import annotations
+
+import math
+
+from sitscad.assembly.places.bodies import carrier_face, film_thickness, seat_spans
+from sitscad.assembly.places.jaws import pivot_along
+from sitscad.assembly.places.seating import LEAST_RELIEF, cap_end, plate_floor, plate_plan, relief
+from sitscad.assembly.places.stack import tail_heights
+from sitscad.basics.record import record
+from sitscad.layout.bending import Bend, bend_length, bend_radius, bend_stretch, tail_thickness
+from sitscad.layout.board import Layout
+from sitscad.spec.circuit import FpcSpec
+from sitscad.spec.sensor import SensorSpec
+
+LEAST = 1e-6  # Drops and turns (m, rad) below this are none
+
+EDGE_ROUNDING = 0.4e-3  # Of an edge under a tail that is not bent over it, or whose fabricator states no radius (m)
+LEFT = 0.4  # Share of the plastic under the tail that is left upright below a round edge, at least
+
+
+@record
+class Lip:
+    """An edge over which the tail leaves what carries it: from place to place (m), its radius (m) and turn (rad)."""
+
+    start: float
+    end: float
+    radius: float
+    turn: float
+
+
+@record
+class BentStretch:
+    """A part of the tail's middle line: its length (m), and the angle (rad) that it turns upwards by over that."""
+
+    length: float
+    turn: float = 0.0
+
+
+@record
+class Station:
+    """A place on the tail's middle line: along the jaw and upwards (m), and its direction above the jaw's (rad)."""
+
+    x: float
+    z: float
+    angle: float
+
+    def after(self, stretch: BentStretch, length: float | None = None) -> Station:
+        """The place at the end of a stretch that begins here, or after so much (m) of it."""
+        run = stretch.length if length is None else length
+        if not stretch.turn:
+            return Station(self.x + run * math.cos(self.angle), self.z + run * math.sin(self.angle), self.angle)
+        radius = stretch.length / stretch.turn
+        end = self.angle + run / radius
+        dx, dz = math.sin(end) - math.sin(self.angle), math.cos(self.angle) - math.cos(end)
+        return Station(self.x + radius * dx, self.z + radius * dz, end)
+
+    def distance(self, stretch: BentStretch, x: float, z: float) -> float:
+        """The least distance (m) of a point from a stretch that begins here."""
+        ahead, across = x - self.x, z - self.z
+        cosine, sine = math.cos(self.angle), math.sin(self.angle)
+        ahead, across = ahead * cosine + across * sine, across * cosine - ahead * sine
+        if not stretch.turn:
+            return math.hypot(ahead - min(max(ahead, 0.0), stretch.length), across)
+        radius = stretch.length / stretch.turn
+        side = math.copysign(1.0, radius)
+        turned = math.atan2(ahead, side * (radius - across))  # where on the circle the point lies, from here on
+        if 0.0 <= turned <= abs(stretch.turn):
+            return abs(math.hypot(ahead, radius - across) - abs(radius))
+        end = self.after(stretch)
+        return min(math.hypot(ahead, across), math.hypot(x - end.x, z - end.z))
+
+
+@record
+class TailPath:
+    """The tail's way: where its middle line begins, at the end of the board's body, and its stretches from there.
+    ``radius`` is the inside radius (m) of its bends, None where it has none; ``reason`` says why it is drawn straight
+    where it ought not to be.
+    """
+
+    start: Station
+    stretches: tuple[BentStretch, ...]
+    radius: float | None = None
+    reason: str = ""
+
+    @property
+    def length(self) -> float:
+        """The length (m) of all stretches."""
+        return math.fsum(stretch.length for stretch in self.stretches)
+
+    def at(self, length: float) -> Station:
+        """The place after so much (m) of the tail."""
+        here = self.start
+        for stretch in self.stretches:
+            if length <= stretch.length:
+                return here.after(stretch, length)
+            here, length = here.after(stretch), length - stretch.length
+        return here
+
+    @property
+    def last(self) -> Station:
+        """Where its last stretch begins."""
+        here = self.start
+        for stretch in self.stretches[:-1]:
+            here = here.after(stretch)
+        return here
+
+    def distance(self, x: float, z: float) -> float:
+        """The least distance (m) of a point from the tail's middle line."""
+        here, found = self.start, math.hypot(x - self.start.x, z - self.start.z)
+        for stretch in self.stretches:
+            found = min(found, here.distance(stretch, x, z))
+            here = here.after(stretch)
+        return found
+
+
+def tail_path(layout: Layout, turned: float = 0.0) -> TailPath | None:
+    """The way of the tail; None for a board without one. `turned` (rad) is the angle that the jaw stands open by
+    against the shaft.
+
+    It leaves the body level, over the seat's tongue or the cap, and goes down to the face of jaw or finger by two bends
+    of the radius that is asked for, or of the least that the fabricator allows; it follows that face, and turns into a
+    shaft under the pivot.
+    """
+    tail = layout.spec.fpc.tail
+    if tail is None or layout.tail_length <= 0.0:
+        return None
+    low, high = tail_heights(layout)
+    start = Station(layout.body[2], (low + high) / 2, 0.0)
+    straight = TailPath(start, (BentStretch(layout.tail_length),))
+    drop, pivot, stretch = _drop(layout), pivot_along(layout), bend_stretch(layout)
+    if drop is None:
+        return straight
+    reason = _why_straight(layout)
+    radius = bend_radius(layout.spec.fpc)
+    if reason or radius is None or stretch is None:
+        return TailPath(start, straight.stretches, None, reason)
+    middle = radius + (high - low) / 2
+    down = _let_down(drop, middle)
+    # the end of what carries the body and lies under the tail
+    edge, tongue = lip(layout), relief(layout)
+    held = tongue.along[1] if tongue is not None else cap_end(layout) or layout.body[2]
+    free = max(stretch[0], layout.body[2], held if edge is None else edge.start)
+    parts = [BentStretch(free - layout.body[2]), *down] if down else []
+    if pivot is not None and turned > LEAST:
+        # Straight to the hinge and the bend into the shaft's direction, its middle under the pivot
+        here = TailPath(start, (*parts, BentStretch(0.0))).last
+        tangent = middle * math.tan(turned / 2)
+        before = max(0.0, pivot - here.x - tangent)
+        parts += [BentStretch(before), BentStretch(middle * turned, -turned)]
+    rest = layout.tail_length - math.fsum(part.length for part in parts)
+    if rest <= 0.0:
+        return TailPath(start, straight.stretches, None, TOO_SHORT)
+    return TailPath(start, (*parts, BentStretch(rest)), radius)
+
+
+TOO_SHORT = "the tail is too short to be led down to what carries the mount"
+
+
+def _drop(layout: Layout) -> float | None:
+    """How far (m) the tail is let down to the face of the jaw or the finger; None without either."""
+    mount, jaw, face = layout.spec.mount, layout.spec.jaw, carrier_face(layout.spec)
+    if mount is None or face is None or (jaw is None and mount.finger is None):
+        return None
+    rims = jaw.recess if jaw is not None and jaw.pocket is not None else 0.0
+    return max(0.0, tail_heights(layout)[0] - face - rims)
+
+
+def lip(layout: Layout) -> Lip | None:
+    """The round edge over which the tail leaves tongue or cap; None without one, a known radius or room for it."""
+    mount, drop, radius = layout.spec.mount, _drop(layout), bend_radius(layout.spec.fpc)
+    if mount is None or not drop or radius is None:
+        return None
+    bends = _let_down(drop, radius + tail_thickness(layout.spec.fpc) / 2)
+    turn = bends[0].length / (radius + tail_thickness(layout.spec.fpc) / 2) if bends else 0.0
+    if (end := cap_end(layout)) is not None:
+        return round_edge(layout.spec.fpc, end, (1.0 - LEFT) * mount.standoff, turn)
+    tongue = relief(layout)
+    if tongue is None:
+        return None
+    foot = seat_spans(layout.spec)[-1][0]
+    found = round_edge(layout.spec.fpc, tongue.along[1], (1.0 - LEFT) * (tongue.top - foot), turn)
+    return found if found.start - tongue.along[0] >= LEAST_RELIEF else None
+
+
+def round_edge(fpc: FpcSpec, end: float, depth: float, turn: float) -> Lip:
+    """An edge at a place along the tail (m) that is round by the tail's bend radius through an angle (rad), or as far
+    as so much depth (m) has room; by a small radius where none is known.
+    """
+    radius = bend_radius(fpc)
+    if radius is None:
+        radius, turn = min(EDGE_ROUNDING, depth), math.pi / 2
+    turn = min(turn, math.acos(max(-1.0, 1.0 - depth / radius)))
+    return Lip(end - radius * math.sin(turn), end, radius, turn)
+
+
+def free_from(layout: Layout) -> float:
+    """The x (m) from which on the tail may be bent away from the coils: a bench plate's edge, or the body's end."""
+    mount, end = layout.spec.mount, layout.body[2]
+    if mount is None or mount.kind != "bench-plate":
+        return end
+    plate = plate_plan(layout, film_thickness(layout.spec.encapsulation))
+    return max(end, plate[2] - (bend_radius(layout.spec.fpc) or 0.0))
+
+
+def rod_clear(layout: Layout) -> float:
+    """Return the x (m) from which on a bend down may begin so that the rod for it is clear of a bench plate.
+
+    The rod touches the tail's lower face, and above all the plate's lower edge must lie outside of its circle. Minus
+    infinity for any other mount.
+    """
+    mount, radius = layout.spec.mount, bend_radius(layout.spec.fpc)
+    if mount is None or mount.kind != "bench-plate" or radius is None:
+        return -math.inf
+    rod, deep = radius + ROD, tail_heights(layout)[0] - plate_floor(layout)[1]
+    level = rod - min(deep, rod)  # height of that edge over the rod's middle
+    return plate_plan(layout, film_thickness(layout.spec.encapsulation))[2] + math.sqrt(rod**2 - level**2)
+
+
+ROD = 0.05e-3
+"""How much thicker (m) than the bend a rod may be at its radius: rods come in steps of 0.1 mm."""
+
+
+def _why_straight(layout: Layout) -> str:
+    """Why a tail is drawn straight; empty where it is bent."""
+    tail, stretch = layout.spec.fpc.tail, bend_stretch(layout)
+    assert tail is not None
+    if tail.bend == "none":
+        return "fpc.tail.bend is none"
+    if tail.turn != "none" or tail.offset:
+        return "it turns aside in its plane before the contacts"
+    if bend_radius(layout.spec.fpc) is None:
+        return f"{layout.spec.fpc.rules.name} states no bend radius"
+    if stretch is None:
+        return "no stretch of it has straight tracks"
+    widths = [layout.reach_at(x) for x in (stretch[0] + 1e-6, sum(stretch) / 2, stretch[1] - 1e-6)]
+    if max(abs(a - b) for width in widths for a, b in zip(width, widths[0], strict=True)) > LEAST:
+        return "its width changes where it may be bent"
+    return ""
+
+
+def _let_down(drop: float, radius: float) -> list[BentStretch]:
+    """Two bends of a radius (m) of the middle line, one down and one level again, over a drop (m)."""
+    if drop < LEAST:
+        return []
+    turn = math.acos(max(0.0, 1.0 - drop / (2.0 * radius)))
+    fall = drop - 2.0 * radius * (1.0 - math.cos(turn))
+    steep = [BentStretch(fall)] if fall > LEAST else []
+    return [BentStretch(radius * turn, -turn), *steep, BentStretch(radius * turn, turn)]
+
+
+SAME = 1e-9
+
+
+def bends(layout: Layout) -> tuple[Bend, ...]:
+    """The bends from the body on; none where the tail has none, or nothing straight to bend."""
+    own = own_bend(layout)
+    return (*bends_of_mount(layout), *(() if own is None else (own,)))
+
+
+def bends_of_mount(layout: Layout) -> tuple[Bend, ...]:
+    """The bends that let the tail down to the jaw or the finger; none where it stays level."""
+    path = tail_path(layout)
+    if path is None or path.radius is None:
+        return ()
+    whose = "finger" if layout.spec.jaw is None else "jaw"
+    over = "off the body's level" if lip(layout) is None else "over the mount's round edge"
+    found, here = [], layout.body[2]
+    for stretch in path.stretches:
+        end = here + stretch.length
+        if stretch.turn:
+            way, why = ("down", over) if stretch.turn < 0.0 else ("up", f"level again at the {whose}'s face")
+            found.append(Bend((here + end) / 2, here, end, abs(stretch.turn), way, path.radius, False, why))
+        here = end
+    return tuple(found)
+
+
+def bends_at_every_grasp(spec: SensorSpec) -> bool:
+    """Whether the tail has a bend of its own at a jaw's hinge, which then moves with the jaw."""
+    tail, jaw = spec.fpc.tail, spec.jaw
+    return (tail is not None and tail.bend != "none" and bool(tail.bend_angle)
+            and jaw is not None and jaw.hinge is not None)
+
+
+def own_bend(layout: Layout) -> Bend | None:
+    """The bend that the spec asks for, beyond those of the mount; None without one, or with no straight tracks."""
+    tail, room = layout.spec.fpc.tail, room_for_own(layout)
+    if tail is None or room is None or not tail.bend_angle:
+        return None
+    half, low, high = bend_length(layout.spec.fpc) / 2, *room
+    line, pivot = (low + high) / 2, pivot_line(layout)
+    if tail.bend_at is not None:
+        line = layout.body[2] + tail.bend_at
+    elif pivot is not None and low + half <= pivot <= high - half:
+        line = pivot
+    elif tail.bend_direction == "down":
+        line = max(line, min(rod_clear(layout) + half, high - half))
+    radius, is_dynamic = bend_radius(layout.spec.fpc), tail.bend == "dynamic"
+    return Bend(line, line - half, line + half, tail.bend_angle, tail.bend_direction, radius, is_dynamic)
+
+
+def room_for_own(layout: Layout) -> tuple[float, float] | None:
+    """The range of x (m) of straight tracks, beyond the mount and its bends, for the spec's own bend, or None."""
+    tail, stretch = layout.spec.fpc.tail, bend_stretch(layout)
+    if tail is None or stretch is None:
+        return None
+    taken = [bend.end for bend in bends_of_mount(layout)]
+    if tail.bend_direction == "down":
+        taken.append(free_from(layout))
+    return max([stretch[0], *taken]), stretch[1]
+
+
+def pivot_line(layout: Layout) -> float | None:
+    """The x (m) of the flat tail that comes to lie under the hinge's pivot; None without a hinge."""
+    pivot, path = pivot_along(layout), tail_path(layout)
+    if pivot is None or path is None:
+        return pivot
+    return pivot + math.fsum(stretch.length for stretch in path.stretches[:-1]) - (path.last.x - path.start.x)

@@ -1,0 +1,35 @@
+"""Solids and meshes of the sensor: board body, elastomer, target, encapsulation, shield, jaw and mount. Importing this
+package is light: build123d, cadquery, manifold3d, trimesh and gmsh are imported by the functions that need them, and a
+missing one is a `MissingExtra` with the command that mends it.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from sitscad.assembly.places.bodies import BodyRole
+from sitscad.assembly.solids.solid import MissingExtra, PartsError, Solid
+from sitscad.basics.arguments import checked_arguments
+
+if TYPE_CHECKING:
+    from sitscad.layout.board import Layout
+
+__all__ = ["BodyRole", "MissingExtra", "PartsError", "Solid", "aids", "solids"]
+
+
+@checked_arguments
+def solids(layout: Layout) -> tuple[Solid, ...]:
+    """Every solid that the spec contains, in place: jaw first, then upwards to the encapsulation. Raises `MissingExtra`
+    without a CAD kernel, `PartsError` where a part cannot exist (a shield that does not fit into the standoff).
+    """
+    from sitscad.assembly.solids.pieces import assemble
+
+    return assemble(layout)
+
+
+def aids(layout: Layout) -> tuple[Solid, ...]:
+    """The jig's pieces and the moulds for elastomer and skin. Raises `MissingExtra` without a CAD kernel."""
+    from sitscad.assembly.solids.tooling import jig, mould, skin_mould
+
+    skin = skin_mould(layout)
+    return (*jig(layout), *mould(layout), *((skin,) if skin is not None else ()))

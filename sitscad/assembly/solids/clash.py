@@ -1,0 +1,275 @@
+"""What stands where it must not, as bodies to be looked at (the pieces where they are then, cut open at the place, and
+the volume that is too much), and how much of the board lies on something. The latter is measured on the solids of any
+mount, a STEP file's among them; `sitscad.assembly.places.stack` says it of the figures alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.assembly.places.bodies import BodyRole, board_heights
+from sitscad.assembly.places.fit import PinGap, closed_section, hinge_pivot
+from sitscad.assembly.places.jaws import axis, jaw_range
+from sitscad.assembly.places.stack import BODY, HALF_OF_IT, MOST_OF_IT, ground, pressed_on, tail_heights
+from sitscad.assembly.places.tail_path import ROD, bends
+from sitscad.assembly.solids.proof import (
+    BEND,
+    BULGE,
+    INTERFERENCE,
+    NO_SUPPORT,
+    OPENING,
+    PORT,
+    SUPPORT,
+    TRAVEL,
+    Measured,
+    PadLoad,
+    Proof,
+    between,
+    bulged,
+    posed,
+    turned,
+)
+from sitscad.assembly.solids.solid import MM, Solid, manifold, require, seen, tessellate
+from sitscad.basics.arrays import Array
+from sitscad.basics.record import record
+from sitscad.basics.units import show
+from sitscad.kernels.geometry.path import Path
+from sitscad.layout.board import Layout
+
+RED = "#d00000"
+"""What is too much."""
+PIN_COLOUR, BOARD_COLOUR = "#7b8794", "#c07f1f"
+BOARD = "board"
+BEFORE, BEHIND = 11.0, 4.0  # What is shown of the tail before and behind the pin (mm)
+MOVING = (BodyRole.OPPOSING_JAW, BodyRole.OPPOSING_PAD)
+MOST = 4  # Clashes that are drawn of one sensor: the gravest of each pair, and no more pictures than anybody looks at
+ACROSS, ALONG = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)  # Normals of the cuts: across the jaw, and along it
+
+
+@record(eq=False)
+class Shown:
+    """A closed mesh: vertices (n, 3) in mm, triangles (m, 3), its colour, and whether it is one of those that clash."""
+
+    name: str
+    vertices: Array
+    triangles: NDArray[np.int64]
+    colour: str
+    clashes: bool = False
+
+
+@record(eq=False)
+class Clash:
+    """A clash in words, the bodies to be drawn, cut open along a plane with the `normal`, the port's circle there
+    (x, y, z of its middle and its radius in mm), where the port is what is too narrow, and by how much it fails in
+    words with figures.
+    """
+
+    words: str
+    bodies: tuple[Shown, ...]
+    normal: tuple[float, float, float]
+    port: tuple[float, float, float, float] | None = None
+    figure: str = ""
+
+
+@record(eq=False)
+class MeshedPiece:
+    """A piece or several films as one, and its mesh (mm) where it is while it clashes."""
+
+    name: str
+    role: BodyRole
+    colour: str
+    body: Any
+
+
+def clashes(layout: Layout, whole: tuple[Solid, ...], proof: Proof, loads: tuple[PadLoad, ...]) -> tuple[Clash, ...]:
+    """What `sitscad.assembly.solids.proof` has found wrong, the largest of each kind and pair first; none where it
+    fits.
+    """
+    worst: dict[tuple[str, str, str], Measured] = {}
+    for each in proof.faults:
+        worst.setdefault((each.what, each.first, each.second), each)
+    return tuple(_clash(layout, whole, each, loads) for each in list(worst.values())[:MOST])
+
+
+def at_pin(layout: Layout, whole: tuple[Solid, ...], gap: PinGap) -> Clash:
+    """The tail on its way past the hinge's pin, the jaws closed, with what both take."""
+    jaw, pivot = layout.spec.jaw, hinge_pivot(layout)
+    assert jaw is not None and pivot is not None
+    x, y, z = pivot.x * MM, axis(layout).y * MM, pivot.y * MM
+    across = 0.5 * jaw.width * MM
+    m3 = require("manifold3d")
+    pin = m3.Manifold.cylinder(2 * across, gap.pin * MM, -1.0, 48, True).rotate((90.0, 0.0, 0.0)).translate((x, y, z))
+    near = [replace(piece, body=between(piece.body, x - BEFORE, x + BEHIND)) for piece in _pieces(whole, set())]
+    shared = next(piece.body for piece in near if piece.name == BOARD) ^ pin
+    shown = _shown(near, {BOARD}, shared, ALONG, y)
+    pin = (pin - shared).trim_by_plane(ALONG, y)
+    figure = f"the tail's face is {show(gap.away, 'm', 3)} from the pivot; the pin takes {show(gap.pin, 'm', 3)}"
+    bodies = (*shown, _as_shown("pin", pin, PIN_COLOUR, True))
+    return Clash(f"{gap.when}: the tail and the hinge's pin", bodies, ALONG, figure=figure)
+
+
+def _pieces(whole: tuple[Solid, ...], named: set[str]) -> list[MeshedPiece]:
+    """Meshes of the solids. Glue and films in `named` are pieces of their own. Other glue is left out, and the other
+    films of the board are one piece.
+    """
+    meshes = list(zip(whole, seen(whole), strict=True))
+    films = [(s, mesh) for s, mesh in meshes if s.role in (BodyRole.BOARD, BodyRole.COPPER) and s.name not in named]
+    found = [
+        MeshedPiece(solid.name, solid.role, solid.colour, manifold(mesh))
+        for solid, mesh in meshes
+        if (solid.role is not BodyRole.GLUE or solid.name in named) and (solid, mesh) not in films
+    ]
+    if films:
+        m3 = require("manifold3d")
+        body = m3.Manifold.batch_boolean([manifold(mesh) for _, mesh in films], m3.OpType.Add)
+        found.append(MeshedPiece(BOARD, BodyRole.BOARD, BOARD_COLOUR, body))
+    return found
+
+
+def _clash(layout: Layout, whole: tuple[Solid, ...], fault: Measured, loads: tuple[PadLoad, ...]) -> Clash:
+    pieces = _pieces(whole, {fault.first, fault.second})
+    there = [replace(piece, body=_moved(layout, piece, fault, loads)) for piece in pieces]
+    if fault.what == PORT:
+        # What of the closed pair, between tip and heel, lies beyond the port's circle
+        jaw, pair = layout.spec.jaw, closed_section(layout)
+        assert jaw is not None and pair is not None
+        x0, x1 = (x * MM for x in jaw_range(layout, jaw))
+        y, z, radius = axis(layout).y * MM, pair.axis * MM, fault.limit * MM
+        m3 = require("manifold3d")
+        port = (
+            m3.Manifold.cylinder(x1 - x0 + 2.0, radius, -1.0, 180).rotate((0.0, 90.0, 0.0)).translate((x0 - 1.0, y, z))
+        )
+        outside = [between(piece.body, x0, x1) - port for piece in there]
+        names = {p.name for p, out in zip(there, outside, strict=True) if float(out.volume()) > 1e-4}
+        red = m3.Manifold.compose([body for body in outside if not body.is_empty()])
+        x = _middle(red) if not red.is_empty() else fault.where[0] * MM
+        reach, room = (show(length, "m", 4) for length in (fault.value, fault.limit))
+        beyond = show(fault.value - fault.limit, "m", 3)
+        figure = f"{fault.first} reaches {reach} from the axis, {beyond} farther than the port ({room})"
+        shown = _shown(there, names, red, ACROSS, x)
+        return Clash("the closed pair and its port", shown, ACROSS, (x, y, z, radius), figure)
+    bodies = {piece.name: piece.body for piece in there}
+    shared = bodies[fault.first] ^ bodies[fault.second]
+    x = _middle(shared if not shared.is_empty() else bodies[fault.first])
+    when = f", {fault.when}" if fault.when else ""
+    return Clash(
+        f"{fault.first} and {fault.second}{when}", _shown(there, {fault.first, fault.second}, shared, ACROSS, x),
+        ACROSS, figure=_figure(fault, shared),
+    )
+
+
+def _figure(fault: Measured, shared: Any) -> str:
+    """The words that say by how much a fault misses what is allowed."""
+    both = f"both take {float(shared.volume()):.3g} mm3"
+    if fault.unit == "m":  # a gap that has to be left
+        return f"{both}: no gap is left" if not shared.is_empty() else f"the gap is {show(fault.value, 'm', 3)}"
+    return both
+
+
+def _moved(layout: Layout, piece: MeshedPiece, fault: Measured, loads: tuple[PadLoad, ...]) -> Any:
+    role, body = piece.role, piece.body
+    if fault.what in (INTERFERENCE, PORT):
+        return body
+    if fault.what == OPENING:
+        return turned(layout, body, fault.angle) if role in MOVING else body
+    load = next(each for each in loads if each.name == fault.when)
+    if role is BodyRole.ELASTOMER:
+        return bulged(body, load)
+    if role is BodyRole.TARGET:
+        return posed(layout.spec, body, load.pose)
+    if role in MOVING and fault.what in (BULGE, TRAVEL):
+        return body.translate((0.0, 0.0, load.pose.z * MM))
+    return body
+
+
+def _shown(
+    pieces: list[MeshedPiece], names: set[str], red: Any, normal: tuple[float, float, float], at: float
+) -> tuple[Shown, ...]:
+    """Every piece and the red volume, what lies before the cut (a place in mm along its normal) taken away."""
+    away = (-1.0, 0.0, 0.0) if normal == ACROSS else normal
+    offset = -at if normal == ACROSS else at
+    found = []
+    for piece in pieces:
+        clashes = piece.name in names
+        body = (piece.body - red if clashes and not red.is_empty() else piece.body).trim_by_plane(away, offset)
+        if not body.is_empty():
+            found.append(_as_shown(piece.name, body, piece.colour, clashes))
+    kept = red.trim_by_plane(away, offset)
+    return (*found, *([] if kept.is_empty() else [_as_shown("too much", kept, RED, True)]))
+
+
+def _as_shown(name: str, body: Any, colour: str, clashes: bool) -> Shown:
+    mesh = body.to_mesh64()
+    points = np.round(np.asarray(mesh.vert_properties)[:, :3], 6) + 0.0
+    return Shown(name, points, np.asarray(mesh.tri_verts).astype(np.int64), colour, clashes)
+
+
+def _middle(body: Any) -> float:
+    """The middle (mm) of a mesh along the jaw."""
+    box = body.bounding_box()
+    return float(box[0] + box[3]) / 2
+
+
+CARRIERS = (BodyRole.JAW, BodyRole.MOUNT, BodyRole.SHIELD)
+HOLLOW = 0.1  # How far (mm) below a carrier's face glue still fills a groove or a dent
+BELOW = 5e-3
+"""How far (mm) below a face it is cut, so that its own plane is not: flat faces are exact, round ones within 5 um."""
+CARRIER = "what carries the board"
+
+
+def carried(layout: Layout, whole: tuple[Solid, ...]) -> tuple[Measured, ...]:
+    """The area under what is pressed on, and under the whole body, that has a carrier's face a glue line below the
+    board. Empty if the carrier is no solid: without a mount, on a finger itself, or on a custom mount without a STEP
+    file, which also fills the gap over a shield.
+    """
+    mount, solids = layout.spec.mount, [solid for solid in whole if solid.role in CARRIERS]
+    is_drawn = any(solid.role is not BodyRole.SHIELD for solid in solids)
+    if mount is None or not is_drawn or (mount.finger is not None and not mount.standoff):
+        return ()
+    under = board_heights(layout.spec.fpc.stackup)[0] * MM
+    # What of the carriers lies below a plane (mm), as a section from above
+    height = under - layout.spec.assembly.glue_line * MM
+    m3 = require("manifold3d")
+    faces = m3.CrossSection()
+    for solid in solids:
+        body = manifold(tessellate(solid))
+        for level in (height - BELOW, height - HOLLOW - BELOW):
+            faces = faces + body.slice(level)
+    (name, path), middle = pressed_on(layout), axis(layout)
+    where = (middle.x, middle.y, under / MM)
+    found = [_measured(name, path, faces, where, MOST_OF_IT)]
+    if name != BODY:
+        found.append(_measured(BODY, ground(layout), faces, where, HALF_OF_IT))
+    return tuple(found)
+
+
+def under_bend(layout: Layout, whole: tuple[Solid, ...]) -> tuple[Measured, ...]:
+    """The room (m3) that a mount's STEP file takes of the rod over which the tail is bent down. Empty without both."""
+    mount, down = layout.spec.mount, [bend for bend in bends(layout) if bend.direction == "down" and bend.radius]
+    if mount is None or mount.step is None or mount.kind != "custom" or not down:
+        return ()
+    first = min(down, key=lambda bend: bend.start)
+    rod, (low, high) = (first.radius or 0.0) + ROD, layout.reach_at(first.start)
+    where = first.start, (low + high) / 2, tail_heights(layout)[0] - rod
+    across = require("manifold3d").Manifold.cylinder((high - low) * MM, rod * MM, rod * MM, center=True)
+    bar = across.rotate((90.0, 0.0, 0.0)).translate(tuple(value * MM for value in where))
+    shared = sum(
+        float((manifold(tessellate(solid)) ^ bar).volume()) for solid in whole if solid.role is BodyRole.MOUNT) / MM**3
+    return (Measured(BEND, "mount", "tail", shared, 0.0, "m3", shared <= LEAST_SHARED, where),)
+
+
+LEAST_SHARED = 1e-11
+"""Volume (m3) shared with the rod that is no more than a rounding of the meshes: 0.01 mm3."""
+
+
+def _measured(name: str, path: Path, faces: Any, where: tuple[float, float, float], share: float) -> Measured:
+    """The area (m2) of what lies above the carriers, against the share of it that has to."""
+    points = path.flattened(1e-6)[:-1]
+    region = require("manifold3d").CrossSection([[(p.x * MM, p.y * MM) for p in points]])
+    of, area = (float(each.area()) / MM**2 for each in (region, region ^ faces))
+    what = SUPPORT if area >= HALF_OF_IT * of else NO_SUPPORT
+    return Measured(what, name, CARRIER, area, share * of, "m2", area >= share * of, where)

@@ -1,0 +1,160 @@
+"""Solids out of STEP files that a spec names: read in a process of its own, and laid where their datum says. A CAD
+kernel in C++ may crash, hang or eat memory on a file that was made to do so. The process that reads has limits of time
+and memory, and hands back what it read in OpenCASCADE's own form, so that only its death is seen here.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import re
+import subprocess
+import sys
+from functools import lru_cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from sitscad.assembly.places.state import Vector
+from sitscad.assembly.solids.solid import MM, PartsError, require
+from sitscad.data import PACKAGE
+from sitscad.kernels.geometry.path import Point
+from sitscad.spec.mount import StepPart
+from sitscad.spec.yaml.source import SpecSource
+
+SECONDS = 120
+LARGEST = 1000.0  # A part's longest side at most (mm)
+
+_NAME = r"'((?:[^']|''){0,80})'"
+_PLACEMENT = re.compile(
+    rf"#\d+\s*=\s*AXIS2_PLACEMENT_3D\s*\(\s*{_NAME}\s*,\s*(#\d+)\s*,\s*(#\d+|\$)\s*,\s*(#\d+|\$)\s*\)"
+)
+_TRIPLE = r"{}\s*=\s*{}\s*\(\s*'[^']*'\s*,\s*\(([^()]*)\)\s*\)"
+
+AXES: dict[str, Vector] = {
+    f"{sign}{name}": (scale * (name == "x"), scale * (name == "y"), scale * (name == "z"))
+    for name in "xyz"
+    for sign, scale in (("", 1.0), ("-", -1.0))
+}
+
+
+class DatumError(PartsError):
+    """A datum that its STEP file does not have, or whose axes do not stand on each other."""
+
+
+def imported(source: SpecSource, part: StepPart, at: Point, height: float) -> Any:
+    """Return the solid of a file, its datum at a point and a height (m), its axes turned to the sensor's.
+
+    Raises `PartsError` as `read_part` does.
+    """
+    solid, frame = read_part(source, part)
+    bd, gp, turn = require("build123d"), require("OCP.gp"), require("OCP.gp").gp_Trsf()
+    turn.SetDisplacement(
+        frame, gp.gp_Ax3(gp.gp_Pnt(*(at.x * MM, at.y * MM, height * MM)), gp.gp_Dir(0, 0, 1), gp.gp_Dir(1, 0, 0))
+    )
+    # a copy whose very points are moved: a shape that carries a location gets a running number for a name in STEP
+    moved = require("OCP.BRepBuilderAPI").BRepBuilderAPI_Transform(bare(solid), turn, True)
+    return bd.Solid(moved.Shape())
+
+
+def read_part(source: SpecSource, part: StepPart) -> tuple[Any, Any]:
+    """Return the solid of a file and its datum's axes (`gp_Ax3`), both in the file's axes (mm).
+
+    Raises `PartsError` if the file is not with the spec or is no single closed solid, `DatumError` if it has no such
+    coordinate system.
+    """
+    content = source.files.get(part.file)
+    if content is None or hashlib.sha256(content).hexdigest() != part.sha256:
+        raise PartsError(f"{part.file} is not with the spec as it was read: load the spec from its file again")
+    brep, unit = _converted(content, part.file)
+    origin, along, up = _frame(content.decode("latin-1"), part, unit)
+    gp, solid = require("OCP.gp"), _solid(brep, part.file)
+    try:
+        return solid, gp.gp_Ax3(gp.gp_Pnt(*origin), gp.gp_Dir(*up), gp.gp_Dir(*along))
+    except Exception as error:  # of the kernel: parallel or vanishing axes
+        message = f"the axes of {part.file}'s coordinate system {part.datum} do not stand on each other"
+        raise DatumError(message) from error
+
+
+@lru_cache(maxsize=4)
+def _converted(content: bytes, name: str) -> tuple[bytes, float]:
+    """A STEP file in OpenCASCADE's own form, and the file's unit of length in millimetres."""
+    require("build123d")  # a missing kernel is said as such
+    with TemporaryDirectory() as folder:
+        source, target = Path(folder) / "part.step", Path(folder) / "part.brep"
+        source.write_bytes(content)
+        reader = [sys.executable, "-m", "sitscad.assembly.solids.step_reader", str(source), str(target)]
+        try:
+            # in its own folder: a module of the user's, like json.py, would be imported from the working directory
+            given = os.environ.get("PYTHONPATH")
+            paths = os.pathsep.join([str(PACKAGE.parent), *([given] if given else [])])
+            ran = subprocess.run(reader, capture_output=True, timeout=SECONDS, check=False, cwd=folder,
+                                 env=os.environ | {"PYTHONPATH": paths})
+        except subprocess.TimeoutExpired:
+            raise PartsError(f"{name} could not be read in {SECONDS} s") from None
+        if ran.returncode or not target.is_file():
+            lines = ran.stderr.decode("utf-8", "replace").strip().splitlines()
+            last_line = lines[-1][:200] if lines else "the CAD kernel gave up on it"
+            raise PartsError(f"{name} cannot be read: {last_line}")
+        said = json.loads(ran.stdout.splitlines()[-1])
+        return target.read_bytes(), float(said["unit_mm"])
+
+
+def _solid(brep: bytes, name: str) -> Any:
+    bd = require("build123d")
+    shape = require("OCP.TopoDS").TopoDS_Shape()
+    with TemporaryDirectory() as folder:  # from a stream, the kernel loses its place in shapes of many kilobytes
+        path = Path(folder) / "part.brep"
+        path.write_bytes(brep)
+        require("OCP.BinTools").BinTools.Read_s(shape, str(path))
+    found = bd.Compound(shape).solids()
+    if len(found) != 1:
+        raise PartsError(f"{name} holds {len(found)} solids, where one is wanted: export the part alone")
+    (solid,) = found
+    if not solid.is_valid or solid.volume <= 0.0:
+        raise PartsError(f"{name} is no closed solid: mend it in the program that wrote it")
+    if max(solid.bounding_box().size) > LARGEST:
+        raise PartsError(f"{name} is larger than {LARGEST:g} mm: is its unit right?")
+    return solid
+
+
+def _frame(text: str, part: StepPart, unit: float) -> tuple[Vector, Vector, Vector]:
+    """The datum (mm, in the file's axes) and the directions that become the sensor's x and z."""
+    if not isinstance(part.datum, str):
+        x, y, z = (value * MM for value in part.datum)
+        return (x, y, z), AXES[part.along], AXES[part.up]
+    found = [match for match in _PLACEMENT.finditer(text) if match[1].replace("''", "'") == part.datum]
+    if len(found) != 1:
+        named = sorted({match[1] for match in _PLACEMENT.finditer(text) if match[1].strip()})[:6]
+        there = f"; there are: {', '.join(named)}" if named else ""
+        how = "has no" if not found else f"has {len(found)}"
+        raise DatumError(f"{part.file} {how} coordinate system named {part.datum}{there}")
+    _, place, up, along = found[0].groups()
+    x, y, z = (value * unit for value in _triple(text, place, "CARTESIAN_POINT", (0.0, 0.0, 0.0), part))
+    return (
+        (x, y, z), _triple(text, along, "DIRECTION", (1.0, 0.0, 0.0), part),
+        _triple(text, up, "DIRECTION", (0.0, 0.0, 1.0), part),
+    )
+
+
+def _triple(text: str, number: str, entity: str, left_out: Vector, part: StepPart) -> Vector:
+    if number == "$":
+        return left_out
+    found = re.search(_TRIPLE.format(re.escape(number), entity), text)
+    try:
+        numbers = [float(value) for value in found[1].split(",")] if found else []
+    except ValueError:
+        numbers = []
+    if len(numbers) != 3:
+        raise DatumError(f"{part.file}: the coordinate system {part.datum} is not whole")
+    return numbers[0], numbers[1], numbers[2]
+
+
+def bare(solid: Any) -> Any:
+    """The kernel's shape with its location worked into its points."""
+    where = solid.wrapped.Location()
+    if where.IsIdentity():
+        return solid.wrapped
+    still = solid.wrapped.Located(require("OCP.TopLoc").TopLoc_Location())
+    return require("OCP.BRepBuilderAPI").BRepBuilderAPI_Transform(still, where.Transformation(), True).Shape()

@@ -1,0 +1,236 @@
+"""The sensor's pieces and the instrument's as solids: the board's body (its copper is not modelled), stiffener, shield,
+elastomer pad, target, the film that seals them; and a jaw as far as its figures go, a flat face for the sensor and a
+back as round as the port.
+
+All solids of a sensor in their places, and the mount that carries it: a seat in the jaw, a plate for the bench, a
+cap on a finger, or a part of the user's own.
+
+A mount is always an insulator: standoff is the distance to the nearest metal behind the coil, so a metal seat would
+void it. A shield lies between two pieces, `mount` below and `mount-spacer` above it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from sitscad.assembly.places import bodies, stack
+from sitscad.assembly.places.bodies import MOUNT_PIECES, Body, BodyRole, board_heights, seat_heights, top_height
+from sitscad.assembly.places.jaws import FILM_ROUNDING, POCKET_CLEARANCE, axis, jaw_range, rim, section
+from sitscad.assembly.solids.imported import imported
+from sitscad.assembly.solids.plates import adapter, bench_plate, fingertip, over_body
+from sitscad.assembly.solids.seat import cut_for, grasper_pad
+from sitscad.assembly.solids.solid import (
+    MM,
+    Solid,
+    along_jaw,
+    box,
+    one_solid,
+    prism,
+    require,
+    rounded_at_tip,
+    top_edges,
+    upwards,
+    without,
+)
+from sitscad.kernels.geometry.path import bounding_box
+from sitscad.layout.board import Layout
+from sitscad.spec.mount import Jaw
+from sitscad.spec.places import cell_specs
+from sitscad.spec.presets import metal_colour
+from sitscad.spec.sensor import SensorSpec
+
+PAD_COLOUR = "#e8d8c8"
+
+
+def board_body(layout: Layout) -> Solid:
+    """The board with its tail held straight, up to z = 0; beyond the body only the layers that run down the tail."""
+    board, under = stack.board(layout), stack.tail_heights(layout)[0]
+    whole = _drawn_out(board, "#c8821e")
+    if under - board.lower < 1e-9:
+        return whole
+    _, y0, x1, y1 = bounding_box((layout.outline,))
+    below = box(layout.body[2], y0 - 1e-3, board.lower - 1e-3, x1 + 1e-3, y1 + 1e-3, under)
+    return replace(whole, shape=one_solid(whole.shape - below, "board"))
+
+
+def stiffener(layout: Layout) -> Solid | None:
+    """The plate under the contacts, bonded to the board's bottom face."""
+    plate = stack.stiffener(layout)
+    return None if plate is None else _drawn_out(plate, "#8c6a3f")
+
+
+def _drawn_out(body: Body, colour: str) -> Solid:
+    return Solid(body.name, prism(body.region, *body.heights), body.material, colour, body.role)
+
+
+def elastomer(layout: Layout) -> Solid | None:
+    """The soft pad at its nominal size (the kerf is the cut file's business), in its place; the first of several."""
+    return next((_drawn_out(body, PAD_COLOUR) for body in bodies.elastomers(layout.spec)), None)
+
+
+def above_board(spec: SensorSpec) -> tuple[Solid, ...]:
+    """Elastomers and targets: the pads, and on them, or on the board's face where there are none, the plates."""
+    return tuple(
+        _drawn_out(body, PAD_COLOUR if body.role is BodyRole.ELASTOMER else metal_colour(body.material))
+        for body in bodies.above_board(spec)
+    )
+
+
+def encapsulation(layout: Layout) -> Solid | None:
+    """The film over the board's body, round the elastomer and over the target, its outer edges rounded. It is nowhere
+    thinner than the spec's thickness over elastomer and target; contacts on the body stay open, the board's own edges
+    and its bottom face are not covered.
+    """
+    film = layout.spec.encapsulation
+    if film is None:
+        return None
+    shape = over_body(layout, 0.0, film.thickness)
+    for opening in layout.top_openings:
+        shape = shape - prism(opening, -film.thickness, 2 * film.thickness)
+    shape = one_solid(shape, "encapsulation")
+    for cover in _covers(layout):
+        shape = one_solid(shape + cover, "encapsulation")
+    shape = without(shape, (inside.shape for inside in above_board(layout.spec)), "encapsulation")
+    return Solid("encapsulation", shape, film.material.name, "#9fc5e8", BodyRole.ENCAPSULATION)
+
+
+def _covers(layout: Layout) -> list[Any]:
+    """Rounded blocks that leave the film's thickness around elastomer and target (one block where they are equal)."""
+    blocks, film = [], bodies.film_thickness(layout.spec.encapsulation)
+    for spec in cell_specs(layout.spec):
+        pad, plate = bodies.elastomer(spec), bodies.target(spec)
+        if pad and plate and pad.footprint == plate.footprint:
+            blocks.append(_rounded_block(plate, 0.0, bodies.top_height(spec), film))
+            continue
+        if pad:
+            blocks.append(_rounded_block(pad, 0.0, pad.upper + film, film))
+        if plate:
+            blocks.append(_rounded_block(plate, max(0.0, plate.lower - film), bodies.top_height(spec), film))
+    return blocks
+
+
+def _rounded_block(body: Body, lower: float, upper: float, film: float) -> Any:
+    block = prism(body.outline(film), lower, upper)
+    return block.fillet(FILM_ROUNDING * film * MM, top_edges(block))
+
+
+TIP_ROUNDING = 0.5e-3
+REACH = 2.0
+"""A length (m) that is larger than any part."""
+
+
+def jaw(layout: Layout) -> Solid | None:
+    """The jaw's metal, its face at the standoff below the board, centred under the board's body."""
+    fitted, seat, mount = layout.spec.jaw, seat_heights(layout.spec), layout.spec.mount
+    if seat is None or mount is None or mount.metal is None:
+        return None
+    metal = mount.metal.name
+    if mount.is_jaw_unmeasured and mount.step is not None:
+        shape = imported(layout.spec.source, mount.step, axis(layout), seat[0])
+    elif fitted is None:
+        return None
+    elif fitted.step is not None:
+        shape = imported(layout.spec.source, fitted.step, axis(layout), seat[0])
+    else:
+        bar = _bar(layout, rim(fitted), seat[0] + (rim(fitted).height - fitted.height))
+        shape = cut_for(layout, _pocketed(layout, fitted, bar, seat[0], (fitted.pocket, fitted.recess)), seat[0])
+    return Solid("jaw", shape, metal, metal_colour(metal), BodyRole.JAW)
+
+
+def opposing(layout: Layout) -> tuple[Solid, ...]:
+    """The other jaw of the closed pair, and its pad where it has one: face down, resting on the sensor's top. Of a jaw
+    that only a STEP file describes it is that file's mirror image, without a pad.
+    """
+    fitted, mount = layout.spec.jaw, layout.spec.mount
+    bd = require("build123d")
+    if fitted is None:
+        if mount is None or not mount.is_jaw_unmeasured or mount.step is None or mount.metal is None:
+            return ()
+        shape = imported(layout.spec.source, mount.step, axis(layout), -top_height(layout.spec)).mirror(bd.Plane.XY)
+        name = mount.metal.name
+        return (Solid("opposing-jaw", shape, name, metal_colour(name), BodyRole.OPPOSING_JAW),)
+    pad, top = fitted.opposing_pad_thickness, top_height(layout.spec)
+    (x0, x1), y = jaw_range(layout, fitted), axis(layout).y
+    mirrored, metal = _other(layout, fitted, -(top + pad)).mirror(bd.Plane.XY), fitted.material.name
+    found = [Solid("opposing-jaw", mirrored, metal, metal_colour(metal), BodyRole.OPPOSING_JAW)]
+    if pad > 0.0:
+        half, along = section(fitted).face / 2, (x1 - x0) / 2
+        if fitted.opposing_pocket is not None and fitted.opposing_recess:
+            along, half = (size / 2 - POCKET_CLEARANCE for size in fitted.opposing_pocket)
+        middle = (x0 + x1) / 2
+        sheet = box(middle - along, y - half, top, middle + along, y + half, top + pad)
+        found.append(Solid("opposing-pad", sheet, "pad", "#5f6b6d", BodyRole.OPPOSING_PAD))
+    return tuple(found)
+
+
+def _other(layout: Layout, fitted: Jaw, floor: float) -> Any:
+    """The other jaw, face up at a height (m): that of a file up to its heel, or the jaw's section with its own pocket.
+
+    Shanks of the two jaws cross behind their heels, so the file does not tell where the other one's is.
+    """
+    if fitted.step is not None:
+        shape, (_, heel) = imported(layout.spec.source, fitted.step, axis(layout), floor), jaw_range(layout, fitted)
+        if heel * MM + 1e-6 < shape.bounding_box().max.X:
+            before_heel = (shape & box(heel - REACH, -REACH, -REACH, heel, REACH, REACH)).solids()
+            shape = max(before_heel, key=lambda solid: float(solid.volume), default=shape)
+        return shape
+    recess = fitted.opposing_recess if fitted.opposing_pocket is not None else 0.0
+    tall = replace(fitted, height=fitted.height + recess)
+    return _pocketed(layout, fitted, _bar(layout, tall, floor + recess), floor, (fitted.opposing_pocket, recess))
+
+
+def _pocketed(
+    layout: Layout, fitted: Jaw, bar: Any, floor: float, pocket: tuple[tuple[float, float] | None, float]
+) -> Any:
+    """The bar with a pad pocket (its size, and how high its rims stand, m) and the window through it."""
+    (x0, x1), y, (pad, recess) = jaw_range(layout, fitted), axis(layout).y, pocket
+    middle, low, high = (x0 + x1) / 2, floor - 2 * fitted.height, floor + recess + 1e-3
+    for size, bottom in ((pad if recess else None, floor), (fitted.fenestration, low)):
+        if size is not None:
+            along, across = size[0] / 2, size[1] / 2
+            block = box(middle - along, y - across, bottom, middle + along, y + across, high)
+            bar = one_solid(bar - block, "jaw")
+    return bar
+
+
+def _bar(layout: Layout, fitted: Jaw, height: float) -> Any:
+    """The section drawn out along x with the corners of the tip rounded in plan, its face up at a height (m)."""
+    (x0, x1), y, half = jaw_range(layout, fitted), axis(layout).y, fitted.width / 2
+    bar = along_jaw(section(fitted).outline, x0, x1, y, height)
+    plan = rounded_at_tip(x0, y - half, x1, y + half, min(TIP_ROUNDING, fitted.width / 4))
+    return one_solid(bar & prism(plan, height - 2 * fitted.height, height + fitted.height), "jaw")
+
+
+def assemble(layout: Layout) -> tuple[Solid, ...]:
+    """The solids that the spec contains, from the jaw upwards."""
+    sheet = stack.shield(layout)
+    shield = None if sheet is None else _drawn_out(sheet, metal_colour(sheet.material))
+    below = upwards(solid for solid in (jaw(layout), *mount(layout), shield, stiffener(layout)) if solid)
+    above = (board_body(layout), *above_board(layout.spec), encapsulation(layout))
+    return (*below, *(solid for solid in above if solid))
+
+
+COLOUR = "#dfe6e9"
+ADAPTER = "mount-adapter"
+MATERIALS = {
+    "resin": "printed resin", "powder": "printed powder", "filament": "printed filament", "machined": "milled plastic",
+}
+BUILDERS = {"grasper-pad": grasper_pad, "bench-plate": bench_plate, "fingertip": fingertip}
+
+
+def mount(layout: Layout) -> tuple[Solid, ...]:
+    """The pieces of the mount from the bottom up; none where the board lies on the metal itself."""
+    wanted = layout.spec.mount
+    if wanted is None:
+        return ()
+    shapes: tuple[Any, ...] = ()
+    if wanted.kind != "custom":
+        shapes = BUILDERS[wanted.kind](layout)
+    elif wanted.step is not None:
+        shapes = (imported(layout.spec.source, wanted.step, axis(layout), board_heights(layout.spec.fpc.stackup)[0]),)
+    named: list[tuple[str, Any]] = list(zip(MOUNT_PIECES, shapes, strict=False))
+    if wanted.kind == "bench-plate" and (below := adapter(layout)) is not None:
+        named.insert(0, (ADAPTER, below))
+    material = MATERIALS[wanted.process]
+    return tuple(Solid(name, shape, material, COLOUR, BodyRole.MOUNT) for name, shape in named)

@@ -1,0 +1,259 @@
+"""What carries the sensor outside a jaw.
+
+A plate for the bench: flush with the board's top face, with a recess for the board, a slot for its tail, and holes.
+Where a load cell's holes lie under the board they are in a second piece, `mount-adapter`: that is screwed on the cell
+first, its screws' heads sunk, and the plate on it by four screws with nuts; so every screw can be reached, and no steel
+is near the coils.
+
+A cap for a robot's fingertip: it slips over the finger's end, two screws clamp it, and the board lies in its top. What
+is touched is round; the tail leaves over a round lip towards the hand. The screws' holes are to be tapped.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from sitscad.assembly.places.bodies import BodyRole, Heights, board_heights, film_thickness
+from sitscad.assembly.places.column import print_limit
+from sitscad.assembly.places.jaws import axis, shield_that_fits
+from sitscad.assembly.places.seating import (
+    CORNER_SCREW,
+    FLOOR,
+    FRONT,
+    PLATE_CORNER,
+    adapter_depth,
+    adapter_needed,
+    cap_end,
+    cap_size,
+    clearance,
+    corner_holes,
+    plate_floor,
+    plate_holes,
+    plate_plan,
+)
+from sitscad.assembly.places.stack import ground, has_round_body
+from sitscad.assembly.places.tail_path import Lip, lip, round_edge
+from sitscad.assembly.solids.solid import MM, PartsError, Solid, box, face, one_solid, prism, raised, require, without
+from sitscad.kernels.geometry.convex import Box
+from sitscad.kernels.geometry.path import Point, Region, circle, rectangle
+from sitscad.layout.board import Layout
+from sitscad.spec.mount import Finger, Hole
+from sitscad.spec.presets import metal_colour
+
+EDGE = 0.5e-3  # Rounding of the plate's upper edge (m)
+
+TAIL_RELIEF = 0.5e-3
+LEFT = 0.3  # Share of the plastic under the tail that the round lip leaves at the plate's end
+
+
+def bench_plate(layout: Layout) -> tuple[Any, ...]:
+    """The plate, and the spacer over a shield."""
+    shield = shield_that_fits(layout.spec)
+    floor, bottom = plate_floor(layout)
+    plan = plate_plan(layout, film_thickness(layout.spec.encapsulation))
+    # The plate with its upper edge rounded all round
+    plate = prism(rectangle(*plan, PLATE_CORNER), bottom, 0.0)
+    edges = [edge for edge in plate.edges() if edge.bounding_box().min.Z > -1e-6]
+    plate = plate.fillet(EDGE * MM, edges)
+    plate = without(plate, (*recess(layout, shield), *_tail_relief(layout, plan, floor)), "mount")
+    for hole in plate_holes(layout):
+        shaft = circle(Point(*hole.at), hole.diameter / 2)
+        plate = one_solid(plate - prism(Region(shaft), bottom - 1e-3, 1e-3), "mount")
+    return (plate, *spacer(layout, shield))
+
+
+def adapter(layout: Layout) -> Any | None:
+    """The piece between load cell and plate; None where the plate's own holes serve."""
+    holes = adapter_needed(layout)
+    if not holes:
+        return None
+    plan = plate_plan(layout, film_thickness(layout.spec.encapsulation))
+    _, top = plate_floor(layout)
+    bottom = top - adapter_depth(layout)
+    head = adapter_depth(layout) - FLOOR
+    body = prism(rectangle(*plan, PLATE_CORNER), bottom, top)
+    for hole in holes:
+        body = one_solid(body - prism(circle(Point(*hole.at), hole.diameter / 2), bottom - 1e-3, top + 1e-3), "adapter")
+        sink = circle(Point(*hole.at), hole.head / 2 + clearance(layout.spec.mount))
+        body = one_solid(body - prism(sink, top - head, top + 1e-3), "adapter")
+    for corner in corner_holes(plan):
+        body = one_solid(body - _nut_and_shaft(corner, bottom, top), "adapter")
+    return body
+
+
+def _nut_and_shaft(hole: Hole, bottom: float, top: float) -> Any:
+    """What a screw with a nut, let in from below, takes out of the adapter."""
+    bd = require("build123d")
+    shaft = prism(circle(Point(*hole.at), hole.diameter / 2), bottom - 1e-3, top + 1e-3)
+    (x, y), radius, turns = hole.at, CORNER_SCREW.nut_across / math.sqrt(3.0), [math.pi / 3 * i for i in range(6)]
+    corners = [bd.Vector((x + radius * math.cos(t)) * MM, (y + radius * math.sin(t)) * MM) for t in turns]
+    outline = bd.Face(bd.Wire.make_polygon(corners, close=True))
+    return shaft + raised(outline, bottom - 1e-3, bottom + CORNER_SCREW.nut_height)
+
+
+def spacer(layout: Layout, shield: Heights | None) -> tuple[Any, ...]:
+    """The slab that keeps the shield at its gap below the board."""
+    under = board_heights(layout.spec.fpc.stackup)[0]
+    if shield is None or under - shield[1] < 1e-9:
+        return ()
+    x0, y0, x1, y1 = layout.body
+    if has_round_body(layout.spec.fpc.body):
+        return (prism(ground(layout), shield[1], under),)
+    return (box(x0, y0, shield[1], x1, y1, under),)
+
+
+def recess(layout: Layout, shield: Heights | None) -> tuple[Any, ...]:
+    """What the board with its clearance takes out of a plate, and below it the shield and its spacer."""
+    under, room = board_heights(layout.spec.fpc.stackup)[0], clearance(layout.spec.mount)
+    cuts = [raised(grown(layout), under, 1e-3)]
+    if shield is not None:
+        x0, y0, x1, y1 = layout.body
+        plan = face(Region(rectangle(x0 - room, y0 - room, x1 + room, y1 + room)))
+        if has_round_body(layout.spec.fpc.body):  # the same wall as the board's own recess
+            plan = (grown(layout) & plan).faces()[0]
+        cuts.append(raised(plan, shield[0], 1e-3))
+    if layout.stiffener is not None:
+        x0, y0, x1, y1 = _box_of(face(layout.stiffener.outline))
+        deep = under - layout.stiffener.thickness - room
+        cuts.append(box(x0 - room, y0 - room, deep, x1 + room, y1 + room, 1e-3))
+    return tuple(cuts)
+
+
+def _tail_relief(layout: Layout, plan: Box, floor: float) -> tuple[Any, ...]:
+    """A deeper slot under the tail from the body to the plate's edge, rounded there for the tail to bend over."""
+    start = layout.body[2] + clearance(layout.spec.mount)
+    depth = min(TAIL_RELIEF, floor / 2)
+    beyond = grown(layout) & face(Region(rectangle(start, plan[1] - 1e-3, plan[2] + 1e-3, plan[3] + 1e-3)))
+    if not beyond:
+        return ()
+    x0, y0, x1, y1 = _box_of(beyond)
+    if x1 < plan[2] - 1e-9:
+        return ()
+    deep = board_heights(layout.spec.fpc.stackup)[0] - depth
+    edge = round_edge(layout.spec.fpc, plan[2], (1.0 - LEFT) * (floor - depth), math.pi / 2)
+    return (box(x0, y0, deep, plan[2] + 1e-3, y1, 1e-3), rounding(edge, (y0, y1), deep))
+
+
+def rounding(edge: Lip, across: tuple[float, float], height: float) -> Any:
+    """What rounds the upper edge of a face at a height (m), from where to where across (m)."""
+    bd = require("build123d")
+    deep = edge.radius * (1.0 - math.cos(edge.turn))
+    corner = box(edge.start, across[0], height - deep, edge.end + 1e-3, across[1], height + deep)
+    lie = bd.Plane((edge.start * MM, across[0] * MM, (height - edge.radius) * MM), z_dir=(0, 1, 0))
+    return corner - bd.Solid.make_cylinder(edge.radius * MM, (across[1] - across[0]) * MM, lie)
+
+
+def over_body(layout: Layout, lower: float, upper: float) -> Any:
+    """What stands over the board's body alone, between two heights (m)."""
+    if layout.spec.fpc.body is not None:
+        return prism(ground(layout), lower, upper)
+    x0, y0, x1, y1 = layout.body
+    return prism(layout.outline, lower, upper) & box(x0, y0, lower, x1, y1, upper)
+
+
+def grown(layout: Layout) -> Any:
+    """The board's outline grown by the clearance, as a face."""
+    bd = require("build123d")
+    room = clearance(layout.spec.mount)
+    return bd.offset(face(Region(layout.outline)), room * MM, kind=bd.Kind.ARC).faces()[0]
+
+
+def _box_of(shape: Any) -> Box:
+    bounds = shape.bounding_box()
+    return bounds.min.X / MM, bounds.min.Y / MM, bounds.max.X / MM, bounds.max.Y / MM
+
+
+TAPPED = 0.82  # Hole to be tapped over the thread's nominal diameter (M2: 1.6 mm, M3: 2.5 mm; ISO 2306)
+TOUCHED = 1.5e-3  # Radius of the edges that are touched (m)
+
+LEAST_GRIP = 3e-3
+
+
+def fingertip(layout: Layout) -> tuple[Any, ...]:
+    """The cap, and the spacer over a shield. Raises `PartsError` where the tail's stiffener leaves no room to grip."""
+    mount = layout.spec.mount
+    assert mount is not None and mount.finger is not None
+    finger, shield = mount.finger, shield_that_fits(layout.spec)
+    under, room = board_heights(layout.spec.fpc.stackup)[0], clearance(mount)
+    x0, _, x1, _ = layout.body
+    # Where the cap ends towards the hand (m)
+    end = cap_end(layout)
+    if end is None or end - layout.body[2] < LEAST_GRIP:
+        raise PartsError("the tail's stiffener begins where the cap has to grip the finger: a longer fpc.tail.length")
+    half = cap_size(layout)[0] / 2
+    top, y = under - mount.standoff, axis(layout).y
+    floor = print_limit(mount.process, "free_wall").value
+    bottom = top - finger.size[1] - 2.0 * room - max(FRONT, floor)
+    # The block with all edges rounded but those of its open end
+    block = box(x0 - room - 2.0 * FRONT, y - half, bottom, end, y + half, 0.0)
+    last = block.bounding_box().max.X
+    edges = [edge for edge in block.edges() if last - 1e-6 > edge.bounding_box().min.X]
+    radius = min(TOUCHED * MM, 0.3 * min(block.bounding_box().size))
+    cap = block.fillet(radius, edges)
+    cap = one_solid(cap - _finger(layout, finger, top, x0 - room, end + 1e-3, clearance(mount)), "cap")
+    cap = without(cap, (*recess(layout, shield), *_leaving(layout, end, mount.standoff)), "cap")
+    # The holes of the clamping screws, one from each side at the finger's half height
+    x = (x1 + end) / 2
+    z = top - finger.size[1] / 2
+    bd = require("build123d")
+    for side in (-1.0, 1.0):
+        lie = bd.Plane((x * MM, y * MM, z * MM), z_dir=(0, side, 0))
+        screw = bd.Solid.make_cylinder(TAPPED * finger.screw / 2 * MM, (half + 1e-3) * MM, lie)
+        cap = one_solid(cap - screw, "cap")
+    return (cap, *spacer(layout, shield))
+
+
+CUT_OFF = 4e-3  # How far beyond the cap (m) the finger is drawn
+
+
+def metal_below(layout: Layout) -> tuple[Solid, ...]:
+    """A finger of metal or `mount.metal_behind`, as far as they are drawn. Empty without either. They are no part of
+    what is made, weighed or printed.
+
+    A finger ends `CUT_OFF` beyond its cap. Metal behind reaches half a coil's size beyond the board's body, or fills
+    the finger that it lies in.
+    """
+    mount, end = layout.spec.mount, cap_end(layout)
+    if mount is None:
+        return ()
+    finger, under = None, board_heights(layout.spec.fpc.stackup)[0]
+    if mount.finger is not None and end is not None:
+        finger = _finger(layout, mount.finger, under - mount.standoff, layout.body[0], end + CUT_OFF, 0.0)
+    behind = mount.metal_behind
+    if behind is not None:
+        (x0, y0, x1, y1), beyond, top = layout.body, max(layout.spec.coil.size) / 2, under - behind.distance
+        sheet = box(x0 - beyond, y0 - beyond, top - behind.thickness, x1 + beyond, y1 + beyond, top)
+        if finger is not None and mount.finger and behind.distance < mount.standoff + mount.finger.size[1]:
+            sheet = one_solid(sheet & finger, "metal behind")
+        return (_drawn_metal(sheet, behind.material.name, BodyRole.METAL_BEHIND),)
+    if finger is None or mount.finger is None or mount.finger.material is None:
+        return ()
+    return (_drawn_metal(finger, mount.finger.material.name, BodyRole.FINGER),)
+
+
+def _drawn_metal(shape: Any, metal: str, role: BodyRole) -> Solid:
+    return Solid(role, shape, metal, metal_colour(metal), role)
+
+
+def _finger(layout: Layout, finger: Finger, top: float, start: float, end: float, room: float) -> Any:
+    """The finger from one place along the tail to another (m), larger by `room` (m) all round, its upper face at a
+    height (m).
+    """
+    bd, y, (width, height) = require("build123d"), axis(layout).y, finger.size
+    if finger.outline.is_disc:
+        radius = width / 2 + room
+        lie = bd.Plane((start * MM, y * MM, (top - radius) * MM), x_dir=(0, 1, 0), z_dir=(1, 0, 0))
+        return bd.Solid.make_cylinder(radius * MM, (end - start) * MM, lie)
+    half = width / 2 + room
+    return box(start, y - half, top - height - 2.0 * room, end, y + half, top)
+
+
+def _leaving(layout: Layout, end: float, standoff: float) -> tuple[Any, ...]:
+    """The round lip over which the tail leaves the cap, as wide as the tail's slot there."""
+    low, high = layout.reach_at(end)
+    if low == high or standoff <= 0.0:
+        return ()
+    room, under = clearance(layout.spec.mount), board_heights(layout.spec.fpc.stackup)[0]
+    edge = lip(layout) or round_edge(layout.spec.fpc, end, standoff / 2, 0.0)
+    return (rounding(edge, (low - room, high + room), under),)

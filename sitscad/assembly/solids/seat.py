@@ -1,0 +1,269 @@
+"""The insert for a grasper's jaw: a seat at the standoff, with ledges that place the board, glue grooves, a tongue
+under the tail, and a dovetail or pins where they are asked for.
+
+Ledges stand at the tip and, where jaw and port are wide enough, on both sides; they end at the board's top face, so
+that the pad may bulge over them and the other jaw does not meet them. Elastomer and target are placed by the jig.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from sitscad.assembly.places.bodies import BodyRole, Heights, seat_spans
+from sitscad.assembly.places.column import print_limit, process_of
+from sitscad.assembly.places.jaws import (
+    POCKET_CLEARANCE,
+    axis,
+    closed_span,
+    jaw_range,
+    made_to_measure,
+    shield_that_fits,
+)
+from sitscad.assembly.places.seating import (
+    Relief,
+    clearance,
+    joint_clearance,
+    ledge,
+    neck,
+    pin_places,
+    relief,
+    retention,
+    side_ledges,
+    stop_place,
+    tongue_across,
+)
+from sitscad.assembly.places.tail_path import lip
+from sitscad.assembly.solids.plates import rounding
+from sitscad.assembly.solids.solid import (
+    MM,
+    PartsError,
+    Solid,
+    along_jaw,
+    box,
+    manifold,
+    one_solid,
+    prism,
+    require,
+    rounded_at_tip,
+    tessellate,
+    top_edges,
+)
+from sitscad.kernels.geometry.path import Path, Point, circle, closed_polygon, rounded
+from sitscad.layout.board import Layout
+from sitscad.spec.mount import Jaw, Retention
+
+LEDGE_ROUNDING = 0.2e-3
+HEEL_ROUNDING = 0.3e-3
+TIP_ROUNDING = 0.4e-3  # Of the seat's upright edges at the tip (m): tissue slides over them
+CORNER_ROUNDING = 0.3e-3  # Of the outer upright edges of the ledges beside the board (m)
+CHEEK_BACK = 0.2e-3  # Between the cheeks' end and the tongue's (m)
+FACETS = 256  # Sides of the prism within the port's cylinder, 0.2 um inside it, for seats that it cannot cut
+MESH_ERROR = 5e-3  # Share of a volume by which a mesh may differ from its solid: a wrong cut is off by more
+
+GROOVE_DEPTH = 0.1e-3
+GROOVES = (0.2, 0.4, 0.6, 0.8)
+
+
+def grasper_pad(layout: Layout) -> tuple[Any, ...]:
+    """The seat's pieces from the bottom up; none where the board lies on the metal itself."""
+    shield_that_fits(layout.spec)
+    spans = seat_spans(layout.spec)
+    if not spans:
+        return ()
+    tongue, (x0, y0, x1, y1) = relief(layout), layout.body
+    tip = 0.0 if stop_place(layout) else min(TIP_ROUNDING, (y1 - y0) / 4)
+    slabs = [prism(rounded_at_tip(x0, y0, x1, y1, tip), *span) for span in spans]
+    slabs[-1] = _grooved(layout, slabs[-1], spans[-1])
+    if tongue is not None:
+        slabs[-1] = _relieved(layout, slabs[-1], spans[-1], tongue)
+    else:  # its upper edge towards the hinge is rounded, so that the tail bends over no sharp edge
+        radius = min(HEEL_ROUNDING, 0.6 * (spans[-1][1] - spans[-1][0]))
+        slabs[-1] = slabs[-1].fillet(radius * MM, _top_edges_at_heel(slabs[-1]))
+    for placing in (*_stop(layout, *spans[0]), *_sides(layout, *spans[0])):
+        slabs[0] = one_solid(slabs[0] + placing, "mount")
+    shapes = [_within_port(layout, slab) for slab in slabs]
+    shapes[0] = with_retention(layout, shapes[0], spans[0][0])
+    return tuple(shapes)
+
+
+def _top_edges_at_heel(shape: Any) -> list[Any]:
+    """The edges of a shape that are both farthest to the hinge and uppermost there."""
+    end = shape.bounding_box().max.X
+    at_end = [edge for edge in shape.edges() if end - 1e-6 < edge.bounding_box().min.X]
+    top = max(edge.bounding_box().max.Z for edge in at_end)
+    return [edge for edge in at_end if top - 1e-6 < edge.bounding_box().min.Z]
+
+
+def _relieved(layout: Layout, slab: Any, span: Heights, tongue: Relief) -> Any:
+    """The slab with a tongue under the tail, round at its end, and cheeks beside the tail where they have room."""
+    (start, end), (low, high) = tongue.along, tongue.across
+    lap = 0.2e-3
+    bar = box(start, low, span[0], end, high, tongue.top)
+    edge = lip(layout)
+    if edge is None:
+        # The radius of the tongue's edge over which the tail is not bent
+        radius = min(0.6 * (tongue.top - span[0]), tongue.along[1] - tongue.along[0] - 0.2e-3)
+        bar = bar.fillet(radius * MM, _top_edges_at_heel(bar))
+    else:
+        bar = one_solid(bar - rounding(edge, tongue.across, tongue.top), "mount")
+    slab = one_solid(slab + bar + box(start - lap, low, span[0], start + lap, high, span[1]), "mount")
+    if tongue.cheeks is None:
+        return slab
+    room, wall = clearance(layout.spec.mount), ledge(layout.spec.mount)
+    for inner, side in ((tongue.tail[0] - room, -1.0), (tongue.tail[1] + room, 1.0)):
+        y = sorted((inner, inner + side * wall))
+        cheek = box(tongue.cheeks, y[0], span[0], end - CHEEK_BACK, y[1], 0.0)
+        slab = one_solid(slab + cheek.fillet(LEDGE_ROUNDING * MM, top_edges(cheek)), "mount")
+    return slab
+
+
+def grooves(layout: Layout, span: Heights) -> tuple[tuple[float, ...], float]:
+    """Places along x (m) of the grooves across the face that the board is glued on, and their width (m).
+
+    No places if the grooves would leave too thin a wall.
+    """
+    process = process_of(layout.spec.mount)
+    wall, width = print_limit(process, "wall").value, print_limit(process, "groove").value
+    x0, _, x1, _ = layout.body
+    if span[1] - span[0] - GROOVE_DEPTH < wall - 1e-9 or (x1 - x0) * (GROOVES[1] - GROOVES[0]) < 2.0 * width:
+        return (), width
+    return tuple(x0 + share * (x1 - x0) for share in GROOVES), width
+
+
+def _grooved(layout: Layout, slab: Any, span: Heights) -> Any:
+    """The slab with its grooves."""
+    (places, width), (_, y0, _, y1) = grooves(layout, span), layout.body
+    for x in places:
+        groove = box(x - width / 2, y0 - 1e-3, span[1] - GROOVE_DEPTH, x + width / 2, y1 + 1e-3, span[1])
+        slab = one_solid(slab - groove, "mount")
+    return slab
+
+
+def _within_port(layout: Layout, slab: Any) -> Any:
+    """The slab without the edges that could stand out of the port's circle, tolerances at their worst, jaws closed."""
+    fitted, span = layout.spec.jaw, closed_span(layout.spec)
+    if fitted is None or span is None:
+        return slab
+    slab = _within_pocket(layout, fitted, slab, span[0] + fitted.height)
+    bd, radius = require("build123d"), made_to_measure(layout, fitted) * MM
+    bounds, middle, level = slab.bounding_box(), axis(layout).y * MM, (span[0] + span[1]) / 2 * MM
+    heights = (bounds.min.Z - level, bounds.max.Z - level)
+    aside = max(bounds.max.Y - middle, middle - bounds.min.Y)
+    reach = max(math.hypot(aside, height) for height in heights)
+    if reach <= radius or max(map(abs, heights)) >= radius:
+        return slab
+    along = bd.Plane((bounds.min.X - 1, middle, level), x_dir=(0, 1, 0), z_dir=(1, 0, 0))
+    port = bd.Solid.make_cylinder(radius, bounds.size.X + 2, along)
+    about = bd.Solid.make_box(*(side + 1 for side in bounds.size), bd.Plane(bounds.min - bd.Vector(0.5, 0.5, 0.5)))
+    turns = [2.0 * math.pi * (k + 0.37) / FACETS for k in range(FACETS)]
+    corners = [bd.Vector(bounds.min.X - 1, middle + radius * math.cos(t), level + radius * math.sin(t)) for t in turns]
+    prism = bd.Solid.extrude(bd.Face(bd.Wire.make_polygon(corners)), bd.Vector(bounds.size.X + 2, 0, 0))
+    # what a seat and the port's cylinder share, `about` being a box round the seat. The kernel sometimes finds
+    # nothing, or too much, where a round ledge meets the cylinder; so several ways are tried until one agrees
+    # with the meshes
+    solids = [Solid("mount", shape, "", "", BodyRole.MOUNT) for shape in (slab, port)]
+    one, other = (manifold(tessellate(solid)) for solid in solids)
+    expected = float((one ^ other).volume())
+    ways = (lambda: slab & port, lambda: slab & (port & about), lambda: slab - (about - port), lambda: slab & prism)
+    for way in ways:
+        shape = way()
+        found = shape.solids() if shape is not None else []
+        if len(found) == 1 and abs(found[0].volume - expected) < MESH_ERROR * expected:
+            return found[0]
+    raise PartsError("the mount cannot be cut back to the port: another mount.standoff, or a lower stack")
+
+
+def _within_pocket(layout: Layout, fitted: Jaw, slab: Any, floor: float) -> Any:
+    """What of the slab lies below the rims is as narrow and short as their pocket; above them it may lie on them."""
+    if fitted.pocket is None:
+        return slab
+    bounds, rims = slab.bounding_box(), floor + fitted.recess
+    if rims - 1e-9 < bounds.min.Z / MM:
+        return slab
+    (x0, x1), y = jaw_range(layout, fitted), axis(layout).y
+    middle = (x0 + x1) / 2
+    along, across = (size / 2 - POCKET_CLEARANCE for size in fitted.pocket)
+    above = box(x0 - 1e-3, y - fitted.width, rims, x1 + 1e-3, y + fitted.width, bounds.max.Z / MM + 1e-3)
+    within = box(middle - along, y - across, floor - 1e-3, middle + along, y + across, rims)
+    return one_solid(slab & (within + above), "mount")
+
+
+def _stop(layout: Layout, bottom: float, foot: float) -> tuple[Any, ...]:
+    """The rounded ledge before the board's end at the tip, on a slab from `bottom` to `foot`."""
+    place = stop_place(layout)
+    if place is None:
+        return ()
+    (outer, inner), (x0, y0, _, y1) = place, layout.body
+    tip = min(TIP_ROUNDING, (inner - outer) * 0.8)
+    wall = prism(rounded_at_tip(outer, y0, inner, y1, tip), bottom, 0.0)
+    front = [edge for edge in wall.edges() if edge.bounding_box().min.Z > -1e-6 and inner * MM - 1e-3 > edge.center().X]
+    joined = box((outer + inner) / 2, y0, bottom, x0, y1, foot)
+    return joined, wall.fillet(LEDGE_ROUNDING * MM, front)
+
+
+def _sides(layout: Layout, bottom: float, foot: float) -> tuple[Any, ...]:
+    """The ledges on both sides of the board with the feet that join them to the slab; none without room for them."""
+    halves = side_ledges(layout)
+    if halves is None:
+        return ()
+    (x0, _, x1, _), y, (inner, outer) = layout.body, axis(layout).y, halves
+    found = []
+    for side in (-1.0, 1.0):
+        radius = min(CORNER_ROUNDING, (outer - inner) / 2)
+        corners = [Point(x, y + side * half) for x, half in ((x0, inner), (x1, inner), (x1, outer), (x0, outer))]
+        plan = rounded(corners if side > 0.0 else corners[::-1], [0.0, 0.0, radius, radius][:: int(side)])
+        wall = prism(plan, bottom, 0.0)
+        reach = sorted((y + side * (inner - 1e-3), y + side * (outer - radius)))
+        found += [box(x0, reach[0], bottom, x1, reach[1], foot), wall.fillet(LEDGE_ROUNDING * MM, top_edges(wall))]
+    return tuple(found)
+
+
+CHAMFER = 0.1e-3  # Of the pins' ends (m), which find their holes by it
+
+OVERCUT = 1.0e-3
+
+
+def with_retention(layout: Layout, seat: Any, metal: float) -> Any:
+    """The seat's lowest piece, which stands on the metal at a height (m), with its tongue or pins."""
+    found = retention(layout)
+    if found is None:
+        return seat
+    if found.kind == "pins":
+        for x, y in pin_places(layout):
+            # A peg below the mount, its end chamfered
+            peg = prism(circle(Point(x, y), found.diameter / 2), metal - found.depth, metal + 0.1e-3)
+            low = peg.bounding_box().min.Z
+            rim = [edge for edge in peg.edges() if low + 1e-6 > edge.bounding_box().max.Z]
+            seat = one_solid(seat + peg.chamfer(min(CHAMFER, found.depth / 3) * MM, None, rim), "mount")
+        return seat
+    x0, x1 = seat.bounding_box().min.X / MM, layout.body[2]
+    return one_solid(seat + along_jaw(_tongue(found, 0.0), x0, x1, axis(layout).y, metal), "mount")
+
+
+def cut_for(layout: Layout, jaw: Any, metal: float) -> Any:
+    """The jaw, its face at a height (m), with the groove or the holes that the mount's tongue or pins go into: a
+    clearance larger, the groove open at the tip, the holes drilled through so that glue can leave.
+    """
+    found, room, fitted = retention(layout), joint_clearance(layout.spec), layout.spec.jaw
+    if found is None or fitted is None:
+        return jaw
+    if found.kind == "pins":
+        for x, y in pin_places(layout):
+            hole = circle(Point(x, y), found.diameter / 2 + room)
+            jaw = one_solid(jaw - prism(hole, metal - 2.0 * fitted.height, metal + OVERCUT), "jaw")
+        return jaw
+    tip = jaw_range(layout, fitted)[0] - OVERCUT
+    groove = along_jaw(_tongue(found, room), tip, layout.body[2] + room, axis(layout).y, metal)
+    return one_solid(jaw - groove, "jaw")
+
+
+def _tongue(found: Retention, room: float) -> Path:
+    """The dovetail's section (m) about 0, grown by a clearance. Raises `PartsError` where its flanks cross."""
+    if neck(found) <= 0.0:
+        raise PartsError("the dovetail's flanks cross below the mount (mount.retention): it has no tongue")
+    bottom, top, depth = tongue_across(found, room)
+    above = 0.1e-3  # into the mount, or out of the jaw: no face of it lies in that of another
+    narrow = top - above / math.tan(found.angle)
+    corners = [Point(-bottom, -depth), Point(bottom, -depth), Point(narrow, above), Point(-narrow, above)]
+    return closed_polygon(corners)

@@ -1,0 +1,299 @@
+"""STEP files that a spec names: whether they can be read, and a jaw's solid against what the spec says of the jaw.
+
+The estimates and the rules in the plane know a jaw by its written figures alone. The solids are built from its STEP
+file. Both must describe one part, so slices of the placed solid are measured under the coils' middle and both ends.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from sitscad.assembly.places.bodies import seat_heights
+from sitscad.assembly.places.fit import back_reach, closed_section
+from sitscad.assembly.places.jaws import axis, jaw_range, section
+from sitscad.assembly.solids.imported import DatumError, read_part
+from sitscad.assembly.solids.pieces import jaw as placed_jaw
+from sitscad.assembly.solids.proof import Measured, between
+from sitscad.assembly.solids.solid import CHORD, MM, PartsError, manifold, require, tessellate
+from sitscad.basics.record import record
+from sitscad.kernels.geometry.path import bounding_box
+from sitscad.layout.board import Layout
+from sitscad.layout.lanes import Ring
+from sitscad.spec.mount import Jaw
+from sitscad.spec.sensor import SensorSpec
+
+STEP_FILE, JAW_FILE, JAW_METAL, FEW_METAL = "step file", "jaw file", "jaw metal", "few jaw metal"
+BACK, ROOMY_BACK, ASSUMED_FACE = "jaw back", "jaw back with room", "assumed face"
+HALF_SLICE = 1e-3
+"""A slice reaches so far (m) along the jaw to each side: teeth of grasping faces are up to 2 mm apart."""
+FACE_TOLERANCE = 20e-6
+"""Distance (m) of the metal's face from the written one: both are figures rounded to 10 um at most. The jaw shifts the
+coils' inductance by about 1 % over this way if the metal is 0.2 mm behind them.
+"""
+SIZE_TOLERANCE, SIZE_SHARE = 0.1e-3, 0.02
+"""Difference (m, and share of the size) of two figures of one part: about the general tolerances of drawings
+(ISO 2768-1, medium: 0.1 mm up to 6 mm, 0.2 mm up to 30 mm; from memory, unverified).
+"""
+LEAST_OF_SIZE = 2 / 3
+"""Jaws taper to their tip: the widest slice has the written size, no other slice has less than this share of it."""
+LEAST_OF_FACE = 0.75
+"""Least width of a face, as a share of the written one: its edges are chamfered or round."""
+EDGE = 0.1e-3
+"""Depth (m) below the face at which its width is measured."""
+TEETH = 0.5e-3
+"""Depth (m) below the face down to which metal counts as face: the depth of teeth."""
+MOST_MISSING, FAR_TOO_MUCH = 0.10, 0.25
+"""Share of the metal under the coils that may be missing, or be there too much. The jaw takes up to half of a coil's
+inductance, so a tenth of the metal changes that by up to 5 %; holes of pins and rivets are smaller.
+"""
+
+
+def read_files(spec: SensorSpec) -> tuple[Measured, ...]:
+    """Tell of each STEP file of a spec whether it holds one closed solid with the datum that the spec names.
+
+    Raises `MissingExtra` without a CAD kernel.
+    """
+    mount, found = spec.mount, []
+    if mount is None:
+        return ()
+    section = "mount" if mount.kind == "custom" else "mount.jaw"
+    for part in filter(None, (mount.step, None if mount.jaw is None else mount.jaw.step)):
+        why = at = ""
+        try:
+            read_part(spec.source, part)
+        except PartsError as error:
+            why, at = str(error), f"{section}.{'datum' if isinstance(error, DatumError) else 'step'}"
+        found.append(Measured(STEP_FILE, part.file, "", 0.0, 0.0, "", not why, (0.0, 0.0, 0.0), why, key=at))
+    return tuple(found)
+
+
+@record(eq=False)
+class PlacedJaw:
+    """The jaw's mesh (mm), the height of its written face (m), and the written figures (None: there are none).
+
+    ``coils`` is the box (m) around all coils, `(x0, y0, x1, y1)`. ``size`` is the solid's size in words.
+    """
+
+    body: Any
+    face: float
+    figures: Jaw | None
+    middle: tuple[float, float]
+    coils: tuple[float, float, float, float]
+    size: str
+
+    @property
+    def half_face(self) -> float:
+        """Half the width (m) across which the written face is looked for: the pocket's, the face's or the coils'."""
+        coils = (self.coils[3] - self.coils[1]) / 2
+        if self.figures is None:
+            return coils
+        return min(coils, _face_width(self.figures) / 2)
+
+    def tolerance(self, size: float) -> float:
+        """The largest difference (m) from a written size."""
+        return max(SIZE_TOLERANCE, SIZE_SHARE * size)
+
+
+def _face_width(figures: Jaw) -> float:
+    """The written width (m) of the face or of the pocket's floor."""
+    wide = section(figures).face
+    return min(wide, figures.pocket[1]) if figures.pocket is not None and figures.recess else wide
+
+
+def measured_jaw(layout: Layout) -> tuple[Measured, ...]:
+    """Measure the solid of a jaw's STEP file against the written figures. Empty if no file describes the jaw."""
+    mount, seat = layout.spec.mount, seat_heights(layout.spec)
+    figures = layout.spec.jaw
+    is_filed = mount is not None and (mount.is_jaw_unmeasured or (figures is not None and figures.step is not None))
+    solid = placed_jaw(layout) if is_filed else None
+    if solid is None or seat is None:
+        return ()
+    body = manifold(tessellate(solid))
+    x0, y0, z0, x1, y1, z1 = body.bounding_box()
+    size = f"{x1 - x0:.4g} x {y1 - y0:.4g} x {z1 - z0:.4g} mm"
+    coils = bounding_box(
+        [ring.boundary.rotated(ring.placement.rotation).shifted(*ring.placement.centre) for ring in _rings(layout)]
+    )
+    place = axis(layout)
+    jaw = PlacedJaw(body, seat[0], figures, (place.x, place.y), coils, size)
+    found = [_face(jaw)]
+    if found[0].unit:  # there is metal under the coils
+        found += _metal(layout, jaw)
+    if found[0].unit and figures is not None:
+        found += [*_sizes(jaw, figures), *_ends(jaw, figures, *jaw_range(layout, figures))]
+        if all(each.is_kept or each.first == ASSUMED_FACE for each in found):  # a misplaced back says nothing more
+            found += _back(layout, jaw, figures)
+    return tuple(replace(each, when=f"{each.when}; the file's solid measures {size} along, across and high".strip("; "))
+                 for each in found)
+
+
+def _rings(layout: Layout) -> Iterator[Ring]:
+    for coil in layout.coils:
+        yield Ring(layout.spec.coil, coil.placement, 0.0)
+
+
+def _stations(jaw: PlacedJaw) -> Iterator[tuple[str, float]]:
+    """The places of the slices along the jaw (m), in words."""
+    x0, x1 = jaw.coils[0], jaw.coils[2]
+    if jaw.figures is not None:
+        low, high = jaw.middle[0] - jaw.figures.length / 2, jaw.middle[0] + jaw.figures.length / 2
+        x0, x1 = max(x0, low), min(x1, high)
+    inner = min(HALF_SLICE, (x1 - x0) / 2)
+    yield "under the coils' middle", (x0 + x1) / 2
+    yield "under the coils' end at the tip", x0 + inner
+    yield "under the coils' end at the tail", x1 - inner
+
+
+def _slices(jaw: PlacedJaw) -> Iterator[tuple[str, float, Any]]:
+    for place, x in _stations(jaw):
+        yield place, x, between(jaw.body, (x - HALF_SLICE) * MM, (x + HALF_SLICE) * MM)
+
+
+def _across(body: Any, y: float, half: float) -> Any:
+    """The part of a mesh (mm) within a distance (m) of the jaw's middle."""
+    return body.trim_by_plane((0.0, 1.0, 0.0), (y - half) * MM).trim_by_plane((0.0, -1.0, 0.0), -(y + half) * MM)
+
+
+def _floor(body: Any, face: float, depth: float) -> Any:
+    """The part of a mesh (mm) within a depth (m) below the written face."""
+    return body.trim_by_plane((0.0, 0.0, 1.0), (face - depth) * MM).trim_by_plane(
+        (0.0, 0.0, -1.0), -(face + FACE_TOLERANCE) * MM)
+
+
+def _measured(
+    jaw: PlacedJaw, key: str, name: str, value: float, limit: float, keeps: bool, x: float, when: str
+) -> Measured:
+    where = (x, jaw.middle[1], jaw.face)
+    return Measured(JAW_FILE, name, "", value, limit, "m", keeps, where, when, key=f"mount.jaw.{key}")
+
+
+def _face(jaw: PlacedJaw) -> Measured:
+    """The height (m) of the metal's face above the written one, in the slice in which it is farthest from it."""
+    heights = []
+    for place, x, part in _slices(jaw):
+        cut = _across(part, jaw.middle[1], jaw.half_face)
+        above = -math.inf if cut.is_empty() else float(cut.bounding_box()[5]) / MM - jaw.face
+        heights.append((abs(above), above, x, place))
+    _, above, x, place = max(heights)
+    if math.isinf(above):
+        return replace(_measured(jaw, "step", "no metal", 0.0, 0.0, False, x, place), unit="")
+    keeps = abs(above) <= FACE_TOLERANCE
+    return _measured(jaw, "datum", "face", above, math.copysign(FACE_TOLERANCE, above), keeps, x, place)
+
+
+def _sizes(jaw: PlacedJaw, figures: Jaw) -> Iterator[Measured]:
+    """The widths, heights and rims (m) of the slices, each by the slice that fits the written figure least."""
+    boxes = [(place, x, part.bounding_box()) for place, x, part in _slices(jaw) if not part.is_empty()]
+    if not boxes:
+        return
+    rims = figures.recess if figures.pocket is not None or figures.recess else 0.0
+    asked = (
+        ("width", "width", figures.width, [(b[4] - b[1]) / MM for _, _, b in boxes]),
+        ("height", "height", figures.height, [jaw.face - b[2] / MM for _, _, b in boxes]),
+    )
+    for key, name, written, values in asked:
+        most = max(range(len(values)), key=values.__getitem__)
+        least = min(range(len(values)), key=values.__getitem__)
+        room = jaw.tolerance(written)
+        fits = abs(values[most] - written) <= room
+        k = least if fits and values[least] < LEAST_OF_SIZE * written else most
+        keeps = fits and k == most
+        yield _measured(jaw, key, name, values[k], written, keeps, boxes[k][1], boxes[k][0])
+    above = max((b[5] / MM - jaw.face, place, x) for place, x, b in boxes)
+    yield _measured(jaw, "recess", "rim", above[0], rims, abs(above[0] - rims) <= jaw.tolerance(rims), above[2],
+                    above[1])
+    aside = max((abs((b[1] + b[4]) / 2 / MM - jaw.middle[1]), place, x) for place, x, b in boxes)
+    limit = jaw.tolerance(figures.width)
+    yield _measured(jaw, "datum", "distance from the middle", aside[0], limit, aside[0] <= limit, aside[2], aside[1])
+    yield from _face_widths(jaw, figures)
+
+
+def _face_widths(jaw: PlacedJaw, figures: Jaw) -> Iterator[Measured]:
+    """The greatest width (m) of the face of all slices, a little below it."""
+    written, widest = _face_width(figures), (0.0, "", 0.0)
+    for place, x, part in _slices(jaw):
+        half = written / 2 if figures.pocket is not None and figures.recess else figures.width
+        cut = _across(_floor(part, jaw.face, EDGE), jaw.middle[1], half)
+        if not cut.is_empty():
+            box = cut.bounding_box()
+            widest = max(widest, ((box[4] - box[1]) / MM, place, x))
+    wide, place, x = widest
+    if place and figures.face is None and not figures.recess and wide > written + jaw.tolerance(written):
+        yield _measured(jaw, "face", ASSUMED_FACE, wide, written, False, x, place)
+    elif place:
+        yield _measured(jaw, "up", "face's width", wide, written, wide >= LEAST_OF_FACE * written, x, place)
+
+
+def _back(layout: Layout, jaw: PlacedJaw, figures: Jaw) -> Iterator[Measured]:
+    """Compare how far (m) the file's jaw and the assumed section reach from the closed pair's axis.
+
+    The fit holds at worst if the file's jaw, with the tolerances of the assumed pair, passes the port.
+    """
+    pair = closed_section(layout)
+    if pair is None:
+        return
+    axis_height = jaw.face + pair.height / 2 - figures.height
+    reaches = []
+    for place, x, part in _slices(jaw):
+        points = np.asarray(part.to_mesh64().vert_properties)
+        if len(points):
+            distances = np.hypot(points[:, 1] / MM - jaw.middle[1], points[:, 2] / MM - axis_height)
+            corner = points[int(distances.argmax()), :3] / MM
+            reaches.append((float(distances.max()), place, (x, float(corner[1]), float(corner[2]))))
+    reach, place, where = max(reaches)
+    assumed = back_reach(layout, figures)
+    passes = reach + pair.worst - pair.radius <= pair.port_radius + CHORD / MM
+    is_kept = reach <= assumed + (jaw.tolerance(figures.height) if passes else CHORD / MM)
+    yield Measured(ROOMY_BACK if passes else BACK, "back", "", reach, assumed, "m", is_kept, where, place,
+                   key="mount.jaw.step")
+
+
+def _ends(jaw: PlacedJaw, figures: Jaw, tip: float, heel: float) -> Iterator[Measured]:
+    """Compare the ends of the file's face with those of the written length: by how much (m) they are short of it.
+
+    A tip may be round, and a shank may follow behind the heel.
+    """
+    floor = _across(_floor(jaw.body, jaw.face, TEETH), jaw.middle[1], jaw.half_face)
+    if floor.is_empty():
+        return
+    box, room = floor.bounding_box(), jaw.tolerance(figures.length)
+    first, face, last = jaw.body.bounding_box()[0] / MM, box[0] / MM, box[3] / MM
+    away = first - tip if tip < first - room else face - tip if face + room < tip else 0.0
+    yield _measured(jaw, "length", "tip", away, room, not away, tip, "at the tip")
+    short = heel - last
+    yield _measured(jaw, "length", "heel", short, room, short <= room, heel, "at the heel")
+
+
+def _metal(layout: Layout, jaw: PlacedJaw) -> Iterator[Measured]:
+    """The area (m2) of metal under the coils, seen from above, against the written face less its window."""
+    m3 = require("manifold3d")
+    x0, y0, x1, y1 = jaw.coils
+    if jaw.figures is not None:
+        half, (low, high) = _face_width(jaw.figures) / 2, jaw_range(layout, jaw.figures)
+        if jaw.figures.pocket is not None and jaw.figures.recess:
+            along = jaw.figures.pocket[0] / 2
+            low, high = max(low, jaw.middle[0] - along), min(high, jaw.middle[0] + along)
+        x0, x1 = max(x0, low), min(x1, high)
+        y0, y1 = max(y0, jaw.middle[1] - half), min(y1, jaw.middle[1] + half)
+    region = _rectangle(m3, x0, y0, x1, y1)
+    written = region
+    if jaw.figures is not None and jaw.figures.fenestration is not None:
+        (long, wide), (x, y) = jaw.figures.fenestration, jaw.middle
+        written = region - _rectangle(m3, x - long / 2, y - wide / 2, x + long / 2, y + wide / 2)
+    there = _floor(jaw.body, jaw.face, TEETH).project() ^ region
+    wrong = float(((there - written) + (written - there)).area()) / MM**2
+    of, area = (float(each.area()) / MM**2 for each in (written, there))
+    limit = MOST_MISSING * float(region.area()) / MM**2
+    what = FEW_METAL if wrong > FAR_TOO_MUCH / MOST_MISSING * limit else JAW_METAL
+    key = "step" if jaw.figures is None or jaw.figures.fenestration is None else "fenestration"
+    yield Measured(what, "metal under the coils", "", area, of, "m2", wrong <= limit,
+                   ((x0 + x1) / 2, (y0 + y1) / 2, jaw.face), key=f"mount.jaw.{key}")
+
+
+def _rectangle(m3: Any, x0: float, y0: float, x1: float, y1: float) -> Any:
+    return m3.CrossSection([[(x * MM, y * MM) for x, y in ((x0, y0), (x1, y0), (x1, y1), (x0, y1))]])

@@ -1,0 +1,489 @@
+"""What the sensor is put together with: the mould for the elastomer, the jig, and the mould for the skin.
+
+The elastomer's mould, where it is not bought as sheet and cut: an open tray with cavities of the pad's outline, as deep
+as the pad is thick, their walls leaning outwards by the draft so that the cured pad comes out; a groove round each
+takes what runs over, and a lid drawn across from one side leaves the face flat. Its vents let air out. Each pad has its
+nominal size at half its height.
+
+The jig, in which board, elastomer and target are aligned while their glue sets. Base: the board lies in a recess of its
+own outline, face flush, over holes to push it out by. Two pins of different size guide what is put on it, so that
+nothing goes on the wrong way round. Elastomer and target each have a frame with a well of their outline; its corners
+are drilled out, for glue and because no printer makes a sharp inner corner. A frame touches neither the pad nor what is
+on it, however thick they come out. A press is a foot of the piece's outline that the well guides, with a peg for
+washers. It rests on the piece by its weight alone and stops nowhere: the glue's own line decides how high the piece is.
+
+The board's press, with which the board is glued to its mount: a block a little smaller than the board, so that it goes
+into a pocket and past the films that hold the board there. It stands on the board's rim, over a pocket for the pieces
+whose roof presses them through soft foam, however high each has come out.
+
+The skin's mould: an open cup in which the film round elastomer and target is cast, the board lying on it. The cup goes
+on the jig's base the one way that its pins allow. It is filled lying open, the air taken out, and the base with the
+finished sensor is put on it face down: what is too much leaves by grooves in the parting face, where no mark is on the
+skin that senses. Its walls lean by the draft; at their upper end the skin is as thick as the spec has it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import combinations
+from typing import Any
+
+from sitscad.assembly.places.bodies import (
+    Body,
+    BodyRole,
+    above_board,
+    board_heights,
+    elastomer,
+    elastomers,
+    glued_pieces,
+    joined,
+    joints,
+    plates,
+    top_height,
+)
+from sitscad.assembly.places.column import Toleranced, levels, mount_tolerance, on_board, print_limit, process_of
+from sitscad.assembly.places.seating import plate_plan, process_clearance
+from sitscad.assembly.places.stack import ground, has_round_body
+from sitscad.assembly.solids.plates import grown, over_body
+from sitscad.assembly.solids.solid import MM, Solid, box, one_solid, prism, raised, require, tapered, without
+from sitscad.basics.record import record
+from sitscad.kernels.geometry.convex import Box, Footprint, beyond, within_box
+from sitscad.kernels.geometry.path import Line, Path, Point, Region, bounding_box, circle, rectangle
+from sitscad.layout.board import Layout
+from sitscad.spec.mount import Mount
+from sitscad.spec.sensor import SensorSpec
+
+MATERIAL, COLOUR = "printed resin", "#c9b8a9"
+DRAFT = math.radians(3.0)
+FLOOR, BORDER, LID = 2.0e-3, 4.0e-3, 2.0e-3
+GROOVE, RIM = 1.0e-3, 1.0e-3
+VENT = 1.0e-3
+CAVITIES = 4  # A bad pad of four is a pad to throw away, not an afternoon
+SPILL = 1.3  # What is mixed over what the cavities hold: cup, stirrer and what runs over keep the rest (from memory)
+
+LEAST_MIX = 5e-6
+"""Two liquids of less than this (m3) cannot be weighed out well on a laboratory balance (from memory)."""
+
+
+@record
+class Pour:
+    """How much silicone a mould takes: how many pads, the volume (m3) of one, and what is to be mixed for all."""
+
+    pads: int
+    pad: float
+    mixed: float
+
+
+def pour(spec: SensorSpec) -> Pour | None:
+    """What is mixed for one mould; None without an elastomer."""
+    body = elastomer(spec)
+    if body is None:
+        return None
+    pieces = [body] if not joints(spec) else [*elastomers(spec), *joints(spec)]
+    volume, cavities = sum(_area(one, 0.0) * one.thickness for one in pieces), _cavities(spec)
+    return Pour(cavities, volume, SPILL * cavities * volume)
+
+
+def _cavities(spec: SensorSpec) -> int:
+    """How many pads are cast at a time, or pieces of all pads where webs join them."""
+    return 1 if joints(spec) else CAVITIES
+
+
+def mould(layout: Layout) -> tuple[Solid, ...]:
+    """Tray and lid, each lying as it is printed, beside the sensor's place; none without an elastomer."""
+    pad = joined(layout.spec) or elastomer(layout.spec)
+    if pad is None:
+        return ()
+    cavities = _cavities(layout.spec)
+    tray, cuts = prism(_plan(pad, cavities), -pad.thickness - FLOOR, 0.0), []
+    for centre in _centres(pad, cavities):
+        # The pad with leaning walls: narrowest at the floor, and of its nominal size at half its height
+        lean = math.tan(DRAFT) * pad.thickness / 2
+        for piece, at in _pieces(layout.spec, pad, centre):
+            cuts.append(tapered(_outline(piece, at, -lean), _outline(piece, at, lean), -pad.thickness, 0.0))
+        # A ditch round the cavity, half as deep, behind a rim
+        inner, outer = _outline(pad, centre, RIM), _outline(pad, centre, RIM + GROOVE)
+        cuts.append(prism(Region(outer, (inner,)), -max(pad.thickness / 2, 0.5e-3), 1e-3))
+    # A flat plate with vents over the grooves, where they leave no mark on a pad: as small as its process makes holes
+    size = max(VENT, print_limit(process_of(layout.spec.mount), "hole").value)
+    beside = pad.footprint.size[1] / 2 + RIM + GROOVE / 2
+    vents = (circle(Point(centre.x, centre.y + side * beside), size / 2)
+             for centre in _centres(pad, cavities) for side in (-1.0, 1.0))
+    lid = without(prism(_plan(pad, cavities), 0.0, LID), (prism(vent, -1e-3, LID + 1e-3) for vent in vents), "mould")
+    pieces = (("mould-tray", without(tray, cuts, "mould")), ("mould-lid", lid))
+    return tuple(Solid(name, shape, MATERIAL, COLOUR, BodyRole.MOULD) for name, shape in pieces)
+
+
+def _pieces(spec: SensorSpec, pad: Body, centre: Point) -> Iterator[tuple[Body, Point]]:
+    """What is cast together about a point, each with its middle: the pad alone, or all pads with their webs, which
+    reach into these.
+    """
+    if not joints(spec):
+        yield pad, centre
+        return
+    here = pad.footprint.centre
+    for body in elastomers(spec):
+        yield body, centre.shifted(body.footprint.centre.x - here.x, body.footprint.centre.y - here.y)
+    for body in joints(spec):
+        (x, y), (middle_x, middle_y) = body.footprint.size, body.footprint.centre
+        along = elastomers(spec)[0].footprint.size
+        is_row = any(abs(one.footprint.centre.y - middle_y) < 1e-9 for one in elastomers(spec))
+        longer = (x + along[0], y) if is_row else (x, y + along[1])
+        web = replace(body, plan=replace(body.footprint, size=longer))
+        yield web, centre.shifted(middle_x - here.x, middle_y - here.y)
+
+
+def _pitch(pad: Body) -> float:
+    return pad.footprint.size[0] + 2 * (RIM + GROOVE) + RIM
+
+
+def _centres(pad: Body, cavities: int) -> list[Point]:
+    return [Point((i - (cavities - 1) / 2) * _pitch(pad), 0.0) for i in range(cavities)]
+
+
+def _plan(pad: Body, cavities: int) -> Path:
+    half_x = cavities * _pitch(pad) / 2 + BORDER
+    half_y = pad.footprint.size[1] / 2 + RIM + GROOVE + BORDER
+    return rectangle(-half_x, -half_y, half_x, half_y, 2e-3)
+
+
+def _outline(pad: Body, centre: Point, room: float) -> Path:
+    """The pad's outline about a point, so much larger on each side (m)."""
+    x, y = (side / 2 + room for side in pad.footprint.size)
+    if pad.footprint.is_round:
+        return circle(centre, x)
+    return rectangle(centre.x - x, centre.y - y, centre.x + x, centre.y + y)
+
+
+JIG_COLOUR = "#b8c9a9"
+JIG_FLOOR = 2.0e-3
+PINS = (3.0e-3, 2.0e-3)
+PIN_INSET = 3.0e-3
+PIN_HEIGHT = 1.8e-3
+PUSH_HOLES = (2.5e-3, 5.0e-3)
+"""Diameters (m) of the holes under a board whose shorter side is below or above `WIDE_BOARD`."""
+WIDE_BOARD = 12.0e-3
+PUSH_PITCH = 16.0e-3
+"""Largest distance (m) between two holes to push by: a film that holds the board must give way at all of them."""
+CORNER_RELIEF = 0.5e-3
+ROOM_ROUND_PAD = 1.0e-3
+OVER_PAD = 0.1e-3
+"""Air (m) between a pad of the largest thickness and the frame of the piece on it."""
+WELL = 2.5e-3
+"""Depth of a well (m) above the highest piece, by which the press is guided; frames are higher than the pins therefore.
+"""
+COLLAR = 4.0e-3
+LIFT = 1.0e-3
+"""Air (m) between the frame and the press's collar above what the piece's tolerance takes."""
+PEG = (8.0e-3, 15.0e-3)
+"""Diameter and height (m) of the peg: M8 washers have a hole of 8.4 mm (ISO 7093)."""
+
+
+@record
+class JigFrame:
+    """A frame of the jig, by its geometry alone: what is glued in it, the height of its upper face (m) over the board's
+    top face, the level of the piece's upper face once it is glued, and what is cut out of the frame: outlines with the
+    heights between which they are cut (m).
+    """
+
+    kind: str
+    pieces: tuple[Body, ...]
+    height: float
+    face: Toleranced
+    cuts: tuple[tuple[Path, float, float], ...]
+    walls: tuple[Path, ...]
+
+    @property
+    def collar(self) -> float:
+        """Height (m) of the lower side of the press's collar, of a piece as thick as drawn."""
+        return self.height + LIFT + self.face.spread
+
+
+def jig_frames(layout: Layout) -> tuple[JigFrame, ...]:
+    """The frames in the order of gluing; none for a sensor with nothing on its board."""
+    rows = [row for part in ("elastomer", "target") if (row := glued_pieces(layout.spec, part))]
+    at, gap, found = levels(on_board(layout)), process_clearance(layout.spec.mount), []
+    under: tuple[Body, ...] = ()
+    for row in rows:
+        kind = row[0].role.value
+        face = at[kind][1] - at["board"][1]
+        height, clear = face.nominal + face.spread + WELL, 0.0
+        if under:  # what is glued already may be thick, and must not be touched
+            pad = at[under[0].role.value][1] - at["board"][1]
+            clear = pad.nominal + pad.spread + OVER_PAD
+        walls, relief = _between(layout.spec.mount, row)
+        cuts = [(body.outline(gap), 0.0, height) for body in row]
+        cuts += [(body.outline(ROOM_ROUND_PAD), 0.0, clear) for body in under]
+        for body in row:
+            cuts += [(circle(side.start, relief), 0.0, height) for side in body.outline() if isinstance(side, Line)]
+        found.append(JigFrame(kind, row, height, face, tuple(cuts), tuple(walls)))
+        under = row
+    return tuple(found)
+
+
+def jig(layout: Layout) -> tuple[Solid, ...]:
+    """The pieces of the jig, standing as they are used; none for a sensor with nothing on its board."""
+    frames = jig_frames(layout)
+    if not frames:
+        return ()
+    plan, gap = plate_plan(layout, 0.0), process_clearance(layout.spec.mount)
+    found = [("jig-base", _base(layout, plan))]
+    for frame in frames:
+        through = (*frame.walls, *(circle(at, size / 2 + gap) for at, size in pins(plan)))
+        tools = [prism(outline, -1e-3, frame.height + 1e-3) for outline in through]
+        for outline, low, high in frame.cuts:
+            low, high = (low if low > 0.0 else -1e-3), (high if high < frame.height else frame.height + 1e-3)
+            tools.append(prism(outline, low, high))
+        block = prism(rectangle(*plan, 2e-3), 0.0, frame.height)
+        found += [(f"jig-{frame.kind}", without(block, tools, "jig")), (f"jig-{frame.kind}-press", _press(frame))]
+    if pockets := foot_pockets(layout):
+        found.append((BOARD_PRESS, _board_press(layout, pockets)))
+    return tuple(Solid(name, shape, MATERIAL, JIG_COLOUR, BodyRole.JIG) for name, shape in found)
+
+
+BOARD_PRESS = "jig-board-press"
+
+
+def _press(frame: JigFrame) -> Any:
+    """The press of a frame, its foot on the piece: of several alike pieces on the first one."""
+    body, start = frame.pieces[0], frame.collar
+    foot = prism(body.outline(), frame.face.nominal, start)
+    slope = tapered(body.outline(1e-5), body.outline(COLLAR), start, start + COLLAR)  # prints without support
+    plate = prism(body.outline(COLLAR), start + COLLAR, start + COLLAR + FLOOR)
+    (diameter, height), top = PEG, start + COLLAR + FLOOR
+    peg = prism(circle(body.footprint.centre, diameter / 2), top, top + height)
+    return one_solid(foot + slope + plate + peg, "press")
+
+
+FOAM = 5.0e-3
+"""Thickness (m) of the soft foam between pieces and the roof of the board's press."""
+
+FOAM_STRAIN = 0.3
+"""Share of its thickness that the foam is pressed by: soft polyurethane foam presses with some kilopascals there, and
+with little more a tenth of a millimetre further on. From memory, not verified.
+"""
+
+FOOT_INSET = 0.1e-3
+"""How far (m) the board's press stays inside the board's edge, beside which films stand."""
+
+FOOT_ROOM = (0.2e-3, 0.5e-3)
+"""Least and usual air (m) between the pieces and the feet of the board's press, which is put round them by eye."""
+
+
+def foot_pockets(layout: Layout) -> tuple[Path, ...]:
+    """Outlines of the pockets in the board's press; empty if there are no pieces, or if too little rim is left for its
+    feet.
+    """
+    pads, (x0, y0, x1, y1) = glued_pieces(layout.spec, "elastomer"), layout.body
+    bodies = (*pads, *plates(layout.spec, "target"))
+    if not bodies:
+        return ()
+    wall, film = print_limit(process_of(layout.spec.mount), "free_wall").value, layout.spec.encapsulation
+    # a skin that is cast already stands round the pieces, its walls leaning by the draft
+    skin = film.thickness + math.tan(DRAFT) * top_height(layout.spec) if film is not None and is_cast(layout) else 0.0
+    if has_round_body(layout.spec.fpc.body):
+        centre = Point((x0 + x1) / 2, (y0 + y1) / 2)
+        left = (x1 - x0) / 2 - FOOT_INSET - wall - skin - max(_reach(body, centre) for body in bodies)
+        if left < FOOT_ROOM[0]:
+            return ()
+        return (circle(centre, (x1 - x0) / 2 - FOOT_INSET - wall - left + min(left, FOOT_ROOM[1])),)
+    boxes = [body.footprint.box for body in bodies]
+    cells = [(box[0] - skin, box[1] - skin, box[2] + skin, box[3] + skin) for box in boxes]
+    if len(bodies) == 2 * len(pads):
+        cells = [_round_boxes(pair) for pair in zip(cells[: len(pads)], cells[len(pads) :], strict=True)]
+    apart = min((max(one[0] - other[2], other[0] - one[2], one[1] - other[3], other[1] - one[3])
+                 for one, other in combinations(cells, 2)), default=math.inf)
+    between = min(FOOT_ROOM[1], (apart - wall) / 2)
+    if between < FOOT_ROOM[0]:
+        cells, between = [_round_boxes(cells)], FOOT_ROOM[0]
+    u0, v0, u1, v1 = _round_boxes(cells)
+    rooms = [min(rim - FOOT_INSET - wall, FOOT_ROOM[1]) for rim in (u0 - x0, v0 - y0, x1 - u1, y1 - v1)]
+    rooms = [room if room >= FOOT_ROOM[0] else math.inf for room in rooms]
+    if math.inf in rooms[::2] and math.inf in rooms[1::2]:
+        return ()
+    found = []
+    for cell in cells:
+        sides = []
+        for k, (side, end) in enumerate(zip(cell, (u0, v0, u1, v1), strict=True)):
+            room = rooms[k] if abs(side - end) < 1e-9 else between
+            away = layout.body[k] if math.isinf(room) else side
+            sides.append(away + (-1.0 if k < 2 else 1.0) * (1e-3 if math.isinf(room) else room))
+        found.append(rectangle(sides[0], sides[1], sides[2], sides[3]))
+    return tuple(found)
+
+
+def _reach(body: Body, centre: Point) -> float:
+    """Distance (m) of a body's farthest point from a centre."""
+    away, (x, y) = body.footprint.centre.distance(centre), body.footprint.size
+    return away + (x / 2 if body.footprint.is_round else math.hypot(x, y) / 2)
+
+
+def _round_boxes(boxes: Sequence[Box]) -> Box:
+    """The box (m) round some boxes."""
+    return (min(b[0] for b in boxes), min(b[1] for b in boxes), max(b[2] for b in boxes), max(b[3] for b in boxes))
+
+
+def _board_press(layout: Layout, pockets: Sequence[Path]) -> Any:
+    """The press of the board: feet on its rim, pockets over the pieces, a plate with a peg."""
+    bd, (x0, y0, x1, y1) = require("build123d"), layout.body
+    film = layout.spec.encapsulation
+    base = film.thickness if film is not None and is_cast(layout) else 0.0
+    roof = max(frame.face.nominal for frame in jig_frames(layout)) + base + (1.0 - FOAM_STRAIN) * FOAM
+    foot = over_body(layout, 0.0, FLOOR).faces().sort_by(bd.Axis.Z)[0]
+    plan = bd.offset(foot, -FOOT_INSET * MM, kind=bd.Kind.ARC).faces()[0]
+    start = roof + FLOOR
+    block = one_solid(raised(plan, base, start), "press")
+    block = without(block, (prism(pocket, base - 1e-3, roof) for pocket in pockets), "press")
+    low, high = (_plate(layout, wider) for wider in (-FOOT_INSET, COLLAR))
+    middle, (diameter, height) = Point((x0 + x1) / 2, (y0 + y1) / 2), PEG
+    top = start + COLLAR + FLOOR
+    collar = tapered(low, high, start, start + COLLAR) + prism(high, start + COLLAR, top)
+    return one_solid(block + collar + prism(circle(middle, diameter / 2), top, top + height), "press")
+
+
+def _plate(layout: Layout, wider: float) -> Path:
+    """The disc or the box of the board's body, so much larger on each side (m)."""
+    x0, y0, x1, y1 = layout.body
+    if has_round_body(layout.spec.fpc.body):
+        return circle(Point((x0 + x1) / 2, (y0 + y1) / 2), (x1 - x0) / 2 + wider)
+    return rectangle(x0 - wider, y0 - wider, x1 + wider, y1 + wider)
+
+
+def push_places(layout: Layout) -> tuple[tuple[Point, ...], float]:
+    """Centres (m) of the holes in the base that the board is pushed out by, and their diameter (m)."""
+    x0, y0, x1, y1 = layout.body
+    along, across = (max(1, math.ceil(side / PUSH_PITCH - 1e-9)) for side in (x1 - x0, y1 - y0))
+    size = PUSH_HOLES[min(x1 - x0, y1 - y0) >= WIDE_BOARD]
+    places = [Point(x0 + (i + 0.5) * (x1 - x0) / along, y0 + (k + 0.5) * (y1 - y0) / across)
+              for i in range(along) for k in range(across)]
+    inside = tuple(at for at in places if beyond(ground(layout), at) <= -size / 2)
+    return inside or (Point((x0 + x1) / 2, (y0 + y1) / 2),), size
+
+
+def _between(mount: Mount | None, row: Sequence[Body]) -> tuple[list[Path], float]:
+    """The walls between wells of neighbours that would be thinner than can be made, which are left out and the wells
+    joined; and how far corners are drilled out (m), so that thin walls stay in one piece with the frame.
+    """
+    wall, gap = print_limit(process_of(mount), "wall").value, process_clearance(mount)
+    walls, relief = [], CORNER_RELIEF
+    for one, other in combinations(row, 2):
+        (x0, y0, x1, y1), (u0, v0, u1, v1) = one.footprint.box, other.footprint.box
+        apart = max(u0 - x1, x0 - u1), max(v0 - y1, y0 - v1)
+        if one.footprint.is_round or one.footprint.rotation or min(apart) > -gap:
+            continue
+        if max(apart) >= wall + 2.0 * gap:
+            relief = min(relief, 0.5 * (max(apart) - wall))
+        elif apart[0] > apart[1]:
+            walls.append(rectangle(min(x1, u1) - gap, max(y0, v0) - gap, max(x0, u0) + gap, min(y1, v1) + gap))
+        else:
+            walls.append(rectangle(max(x0, u0) - gap, min(y1, v1) - gap, min(x1, u1) + gap, max(y0, v0) + gap))
+    return walls, relief
+
+
+def _base(layout: Layout, plan: Box) -> Any:
+    """The jig's base: a block with the board's outline sunk in, holes to push it out, and pins."""
+    under = board_heights(layout.spec.fpc.stackup)[0]
+    body = prism(rectangle(*plan, 2e-3), under - JIG_FLOOR, 0.0)
+    near = within_box(layout.outline, (plan[0] - 5e-3, plan[1] - 5e-3, plan[2] + 5e-3, plan[3] + 5e-3))
+    if near is not None:  # a longer tail makes the same jig, to the last digit
+        layout = replace(layout, outline=near.mapped(lambda p: Point(round(p.x, 12), round(p.y, 12))))
+    body = one_solid(body - raised(grown(layout), under, 1e-3), "jig")
+    plate, gap = layout.stiffener, process_clearance(layout.spec.mount)
+    if plate is not None:
+        x0, y0, x1, y1 = bounding_box([plate.outline.outline])
+        if x0 - gap < plan[2]:  # it lies over the base
+            room = rectangle(x0 - gap, y0 - gap, x1 + gap, y1 + gap)
+            body = one_solid(body.cut(prism(room, under - plate.thickness - gap, 1e-3)), "jig")
+    places, across = push_places(layout)
+    body = without(body, (prism(circle(at, across / 2), under - JIG_FLOOR - 1e-3, 1e-3) for at in places), "jig")
+    for at, size in pins(plan):
+        body = one_solid(body + prism(circle(at, size / 2), -JIG_FLOOR / 2, PIN_HEIGHT), "jig")
+    return body
+
+
+def pins(plan: Box) -> tuple[tuple[Point, float], tuple[Point, float]]:
+    """Where the pins stand, and how thick they are: in two corners, clear of board and tail."""
+    low = Point(plan[0] + PIN_INSET, plan[1] + PIN_INSET)
+    high = Point(plan[2] - PIN_INSET, plan[3] - PIN_INSET)
+    return (low, PINS[0]), (high, PINS[1])
+
+
+ROOF = 2.5e-3  # Plastic over the highest point of the skin (m)
+SKIN_VENT = (1.0e-3, 0.5e-3)  # Width and depth of the grooves that let air and silicone out (m)
+
+LEAST_OVER_TOLERANCE = 2.0
+"""A skin thinner than so many tolerances of the printed cup would come out with holes in it."""
+
+
+def skin_mould(layout: Layout) -> Solid | None:
+    """The cup as it is printed, open side up; None without a film, or where the film is too thin to be cast."""
+    if not is_cast(layout):
+        return None
+    plan, film = plate_plan(layout, 0.0), layout.spec.encapsulation
+    assert film is not None
+    height = max(top_height(layout.spec), PIN_HEIGHT) + ROOF
+    cup = prism(rectangle(*plan, 2e-3), 0.0, height)
+    cup = one_solid(cup - over_body(layout, -1e-3, film.thickness), "mould")
+    blocks: dict[Footprint, Body] = {}  # one where the other piece is as large
+    for body in above_board(layout.spec):
+        blocks.setdefault(body.footprint, body)
+    for body in blocks.values():
+        # What a piece with its skin takes out of the cup: narrowest at the top, wider at the parting face by the draft
+        top = top_height(layout.spec)
+        room = math.tan(DRAFT) * top + math.tan(DRAFT) * 1e-3
+        lower, upper = body.outline(film.thickness + room), body.outline(film.thickness)
+        cup = one_solid(cup - tapered(lower, upper, -1e-3, top), "mould")
+    # Grooves in the parting face from the cavity's corners out over the cup's sides, away from the pins
+    (width, depth), (x0, y0, x1, y1) = SKIN_VENT, layout.body
+    points, corners = ground(layout).flattened(1e-5), (x0 + width / 2, x1 - width / 2)
+    given = layout.spec.fpc.body is not None  # it may have no corners: from where it reaches farthest across
+    found = []
+    for x in (min(points, key=lambda p: p.y).x,) if given else corners:
+        found.append(box(x - width / 2, plan[1] - 1e-3, -1e-3, x + width / 2, y0 + 0.5e-3, depth))
+    for x in (max(points, key=lambda p: p.y).x,) if given else corners:
+        found.append(box(x - width / 2, y1 - 0.5e-3, -1e-3, x + width / 2, plan[3] + 1e-3, depth))
+    cup = without(cup, found, "mould")
+    gap = process_clearance(layout.spec.mount)
+    for at, size in pins(plan):
+        cup = one_solid(cup - prism(circle(at, size / 2 + gap), -1e-3, PIN_HEIGHT + gap), "mould")
+    turned = one_solid(cup.rotate(require("build123d").Axis.X, 180.0), "mould")
+    return Solid("mould-skin", turned, MATERIAL, COLOUR, BodyRole.MOULD)
+
+
+def is_cast(layout: Layout) -> bool:
+    """Whether the film is cast in a mould: thick enough for the process that prints the cup, no contacts under it."""
+    film = layout.spec.encapsulation
+    if film is None or not above_board(layout.spec):
+        return False
+    body_end = layout.body[2]
+    has_contacts = any(
+        point.x < body_end - 1e-9
+        for opening in layout.top_openings
+        for segment in opening.outline
+        for point in (segment.start, segment.end)
+    )
+    return film.thickness >= LEAST_OVER_TOLERANCE * mount_tolerance(layout.spec).band - 1e-12 and not has_contacts
+
+
+def skin_pour(layout: Layout) -> Pour | None:
+    """How much silicone the skin takes, and what is mixed for it; None where it is not cast."""
+    film = layout.spec.encapsulation
+    if film is None or not is_cast(layout):
+        return None
+    thick, top = film.thickness, top_height(layout.spec)
+    inside = sum(_area(body, 0.0) * body.thickness for body in above_board(layout.spec))
+    room = thick + math.tan(DRAFT) * top / 2
+    blocks = max(math.fsum(_area(body, room) for body in plates(layout.spec, part)) for part in ("elastomer", "target"))
+    flange = max(0.0, Region(ground(layout)).area - blocks) * thick
+    volume = flange + blocks * top - inside
+    return Pour(1, volume, SPILL * volume)
+
+
+def _area(body: Body, room: float) -> float:
+    """A piece's area from above, so much larger all round (m), its corners rounded by that."""
+    x, y = body.footprint.size
+    if body.footprint.is_round:
+        return math.pi * (x / 2 + room) ** 2
+    return (x + 2.0 * room) * (y + 2.0 * room) - (4.0 - math.pi) * room**2

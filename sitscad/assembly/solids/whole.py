@@ -1,0 +1,469 @@
+"""The whole assembly as it is glued, closed in its jaws: every film of the board, copper, glue, the tail as it runs.
+
+The board film by film: coverlay, copper, dielectric, each at its height, in the body and along the tail. Copper is
+drawn as a ring for every coil on every layer, from its outermost to its innermost track; between and beside the rings
+is what fills the gaps, the coverlay's or the bonding sheet's adhesive. Leads, stubs, pads and contacts are too fine to
+be solids: what they take is worked out from the layout, track by track, and `sitscad.assembly.solids.whole` weighs it
+with the film that it lies in. Where a track runs into a pad both are counted, and the plating in the holes is left out:
+a few per cent either way.
+
+Flat pieces of the tail are laid along its way, straight parts moved, bent ones drawn out round the bend's axis. Glue
+lies between every two pieces that lie on each other, as wide as both faces reach; solids are drawn where the pieces
+alone would stand, and lifted here.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import cache
+from itertools import pairwise
+from typing import Any
+
+from sitscad.assembly.places import stack
+from sitscad.assembly.places.bodies import (
+    MOUNT_PIECES,
+    BodyRole,
+    Heights,
+    board_heights,
+    seat_spans,
+    shield_heights,
+    target_lines,
+)
+from sitscad.assembly.places.column import GLUE, column, levels
+from sitscad.assembly.places.state import Vector
+from sitscad.assembly.places.tail_path import BentStretch, Station, TailPath, tail_path
+from sitscad.assembly.solids.pieces import assemble, encapsulation, opposing
+from sitscad.assembly.solids.plates import metal_below
+from sitscad.assembly.solids.solid import MM, PartsError, Solid, face, prism, raised, require, upwards
+from sitscad.basics.arguments import checked_arguments
+from sitscad.basics.record import record
+from sitscad.data import cited, rows
+from sitscad.kernels.geometry.path import Path, Region, bounding_box, rectangle
+from sitscad.layout.bending import bend_stretch, tail_layers
+from sitscad.layout.board import Coil, Layout, Role
+from sitscad.spec.circuit import LayerKind, StackLayer
+from sitscad.spec.coil import CoilSpec
+from sitscad.spec.materials import Adhesive, ElastomerMaterial
+
+COLOURS = {"coverlay": "#c8821e", "copper": "#d98a4b", "dielectric": "#b0741c", "fill": "#d9b26a"}
+FILL = "adhesive"
+LEAST_OPENING = 50e-6  # Openings inside a coil narrower than this (m) are filled in
+
+
+def films(layout: Layout, path: TailPath | None) -> tuple[Solid, ...]:
+    """The board's films from the top down, those of its body and, along `path`, those of its tail."""
+    found: list[Solid] = []
+    upper, number = 0.0, 0
+    body = _body_face(layout)
+    for index, layer in enumerate(layout.spec.fpc.stackup.layers):
+        number += layer.kind is LayerKind.COPPER
+        heights = upper - layer.thickness, upper
+        found += _of_body(layout, body, layer, index, number, heights)
+        upper = heights[0]
+    if path is None:
+        return tuple(found)
+    upper = 0.0
+    flat = plan(layout, path, Region(layout.outline))
+    for index, layer in enumerate(tail_layers(layout)):
+        shape = flat.laid(upper - layer.thickness, upper)
+        kind = "fill" if layer.kind is LayerKind.COPPER else layer.kind.value
+        found.append(Solid(f"tail-{index + 1}-{kind}", shape, _material(layer), COLOURS[kind], BodyRole.BOARD))
+        upper -= layer.thickness
+    return tuple(found)
+
+
+def _body_face(layout: Layout) -> Any:
+    """The board's outline up to the body's end, as a face in the plane z = 0."""
+    return (face(Region(layout.outline)) & face(Region(rectangle(*layout.body)))).faces()[0]
+
+
+def ring(spec: CoilSpec, coil: Coil, number: int) -> Region:
+    """The ring that a coil's tracks cover on one of its layers, seen from above."""
+    order = [winding.layer for winding in coil.windings].index(number)
+    depth = spec.layer_turns[order] * (spec.trace_width + spec.trace_spacing) - spec.trace_spacing
+    outer = _turned(spec.outline.edge(spec.size, spec.corner_radius + spec.trace_width / 2), coil)
+    if min(spec.size) / 2 - depth < LEAST_OPENING:
+        return Region(outer)
+    return Region(outer, (_turned(spec.outline.boundary(spec.size, -depth), coil),))
+
+
+def _turned(path: Path, coil: Coil) -> Path:
+    return path.rotated(coil.placement.rotation).shifted(*coil.centre)
+
+
+def _of_body(
+    layout: Layout, body: Any, layer: StackLayer, index: int, number: int, heights: Heights
+) -> Iterator[Solid]:
+    """One film of the body; of a copper layer the rings of its coils and what fills the rest."""
+    kind = layer.kind.value
+    if layer.kind is not LayerKind.COPPER:
+        name, shape = f"board-{index + 1}-{kind}", raised(body, *heights)
+        yield Solid(name, shape, _material(layer), COLOURS[kind], BodyRole.BOARD)
+        return
+    coils = [c for c in layout.coils if any(w.layer == number for w in c.windings)]
+    rings = [(coil, ring(layout.spec.coil, coil, number)) for coil in coils]
+    boxes, (x0, y0, x1, y1) = [bounding_box((plate.outline,)) for _, plate in rings], layout.body
+    inside = (b[0] > x0 and b[1] > y0 and b[2] < x1 and b[3] < y1 for b in boxes)
+    rings = [each for each, is_inside in zip(rings, inside, strict=True) if is_inside]
+    if rings:
+        holes = [face(Region(plate.outline)).outer_wire() for _, plate in rings]
+        body = require("build123d").Face(body.outer_wire(), holes)
+    name = f"board-{index + 1}-fill"
+    yield Solid(name, raised(body, *heights), FILL, COLOURS["fill"], BodyRole.BOARD)
+    for coil, plate in rings:
+        yield Solid(
+            f"copper-{number}-{coil.name}", prism(plate, *heights), "copper", COLOURS["copper"], BodyRole.COPPER
+        )
+        if plate.holes:
+            middle = prism(plate.holes[0], *heights)
+            yield Solid(f"{name}-{coil.name}", middle, FILL, COLOURS["fill"], BodyRole.BOARD)
+
+
+def _material(layer: StackLayer) -> str:
+    return FILL if layer.kind is LayerKind.COPPER else layer.material
+
+
+CHORD = 1e-5  # Arcs of tracks count as chords within this (m)
+
+
+def copper_in_films(layout: Layout, drawn: frozenset[str]) -> dict[str, float]:
+    """Copper (m3) in the films that fill copper layers, by their names; `drawn` rings are solids of their own."""
+    stack = layout.spec.fpc.stackup
+    body = dict(_copper("board", stack.layers))
+    tail = dict(_copper("tail", tail_layers(layout)))
+    names = {coil.net: coil.name for coil in layout.coils}
+    found: defaultdict[str, float] = defaultdict(float)
+    for number, layer in enumerate(stack.copper, 1):
+        for area, x in _areas(layout, number, drawn, names):
+            film = body[number] if x <= layout.body[2] else tail.get(number)
+            if film is not None:
+                found[film] += area * layer.thickness
+    return dict(found)
+
+
+def _copper(part: str, layers: tuple[StackLayer, ...]) -> Iterator[tuple[int, str]]:
+    """The numbers of the copper layers of a part of the board, and the names of the films that fill them."""
+    number = 0
+    for index, layer in enumerate(layers):
+        if layer.kind is LayerKind.COPPER:
+            number += 1
+            yield number, f"{part}-{index + 1}-fill"
+
+
+def _areas(layout: Layout, number: int, drawn: frozenset[str], names: dict[str, str]) -> Iterator[tuple[float, float]]:
+    """Areas (m2) of copper on a layer that no ring has, each with its place along the board (m)."""
+    for trace in layout.on_layer(number):
+        ring = f"copper-{number}-{names.get(trace.net, '')}"
+        if trace.role is not Role.WINDING or ring not in drawn:
+            # A track's area (m2), cut at the body's end
+            end = layout.body[2]
+            for a, b in pairwise(trace.path.flattened(CHORD)):
+                cut = (end - a.x) / (b.x - a.x) if a.x != b.x else 0.0
+                places = (0.0, cut, 1.0) if 0.0 < cut < 1.0 else (0.0, 1.0)
+                for first, last in pairwise(places):
+                    yield (last - first) * a.distance(b) * trace.width, a.x + 0.5 * (first + last) * (b.x - a.x)
+    for via in layout.vias_on(number):
+        yield math.pi / 4 * (via.pad**2 - via.drill**2), via.centre.x
+    for pad in layout.all_pads:
+        if pad.layer == number:
+            yield pad.size[0] * pad.size[1], pad.centre.x
+
+
+BEYOND = 1e-3
+
+
+@record(eq=False)
+class FlatPart:
+    """A part of a flat region on one stretch of the tail's way: where that begins, flat (x, m) and laid, and for a
+    straight one its faces (build123d, in the plane z = 0).
+    """
+
+    first: float
+    here: Station
+    stretch: BentStretch
+    faces: tuple[Any, ...] = ()
+
+
+@record(eq=False)
+class FlatPlan:
+    """A flat region cut into the stretches of the tail's way, bent between two places across (``width``, m)."""
+
+    parts: tuple[FlatPart, ...]
+    middle: float
+    width: tuple[float, float]
+
+    def laid(self, lower: float, upper: float) -> Any:
+        """The region from height `lower` to `upper` (m, of the flat board), along the way: one build123d solid in
+        millimetres. Raises `PartsError` where nothing of the region is there, or it falls apart.
+        """
+        pieces = [piece for part in self.parts for piece in self._pieces(part, lower, upper)]
+        if not pieces:
+            raise PartsError("the tail has no part beyond the board's body")
+        found = pieces[0].fuse(*pieces[1:]).solids() if len(pieces) > 1 else pieces
+        if len(found) != 1:
+            raise PartsError(f"the tail falls into {len(found)} pieces along its way")
+        return found[0]
+
+    def _pieces(self, part: FlatPart, lower: float, upper: float) -> list[Any]:
+        if part.stretch.turn:
+            # A bent stretch: the tail's section there, drawn out round the bend's axis
+            bd, here, (low, high) = require("build123d"), part.here, (lower - self.middle, upper - self.middle)
+            normal = (-math.sin(here.angle), math.cos(here.angle))
+            y0, y1 = self.width
+            corners = (y0, low), (y1, low), (y1, high), (y0, high)
+            points = [((here.x + h * normal[0]) * MM, y * MM, (here.z + h * normal[1]) * MM) for y, h in corners]
+            section = bd.Face(bd.Wire.make_polygon([bd.Vector(*point) for point in points]))
+            radius = part.stretch.length / part.stretch.turn
+            centre = ((here.x + radius * normal[0]) * MM, 0.0, (here.z + radius * normal[1]) * MM)
+            return [bd.Solid.revolve(section, math.degrees(part.stretch.turn), bd.Axis(centre, (0, -1, 0)))]
+        return [_moved(raised(each, lower, upper), part, self.middle) for each in part.faces]
+
+
+def plan(layout: Layout, path: TailPath, region: Region) -> FlatPlan:
+    """What of a flat region lies beyond the body, cut into the stretches of the tail's way."""
+    x0, y0, x1, y1 = bounding_box((region.outline,))
+    whole, here, first, parts = face(region), path.start, path.start.x, []
+    for stretch in path.stretches:
+        end = x1 + BEYOND if stretch is path.stretches[-1] else first + stretch.length
+        if end > x0 and first < x1 and stretch.length > 0.0:
+            room = face(Region(rectangle(first, y0 - BEYOND, end, y1 + BEYOND)))
+            cut = () if stretch.turn else tuple((whole & room).faces())
+            parts.append(FlatPart(first, here, stretch, cut))
+        here, first = here.after(stretch), first + stretch.length
+    # From where to where across (m) the tail reaches where it may be bent; nothing where it may not
+    bent = bend_stretch(layout)
+    return FlatPlan(tuple(parts), path.start.z, (0.0, 0.0) if bent is None else layout.reach_at(sum(bent) / 2))
+
+
+def stiffener_on(layout: Layout, path: TailPath | None) -> Solid | None:
+    """The plate under the contacts, where the tail's end has gone."""
+    plate = stack.stiffener(layout)
+    if plate is None:
+        return None
+    flat = raised(face(plate.region), *plate.heights)
+    shape = flat if path is None else plan(layout, path, plate.region).laid(*plate.heights)
+    return Solid(plate.name, shape, plate.material, "#8c6a3f", BodyRole.STIFFENER)
+
+
+def _moved(flat: Any, part: FlatPart, middle: float) -> Any:
+    """A flat piece, its middle at height `middle` (m), moved to its station."""
+    bd = require("build123d")
+    to_origin = bd.Location((-part.first * MM, 0, -middle * MM))
+    to_place = bd.Location((part.here.x * MM, 0, part.here.z * MM), (0, -math.degrees(part.here.angle), 0))
+    return flat.moved(to_place * to_origin)
+
+
+COLOUR = "#b6d7a8"
+SAME_LEVEL = 1e-6  # mm
+
+
+SOFT_LINES = ("elastomer", "target")
+"""Kinds of pieces with the glue of the pad under them; the others have the glue of hard faces."""
+
+
+def glue_lines(layout: Layout, pieces: tuple[Solid, ...], hard: Adhesive | None = None) -> tuple[Solid, ...]:
+    """A solid for every glue line between pieces that stand at their glued heights; none where the line is 0.
+
+    `hard` is the adhesive of the lines up to the board, the spec's if None.
+    """
+    line, glue = layout.spec.assembly.glue_line, layout.spec.assembly.adhesive
+    if not line or glue is None:
+        return ()
+    # The board's body, whose films are pieces of their own
+    bd, body, shapes = require("build123d"), _body_face(layout), {solid.name: solid.shape for solid in pieces}
+    low, high = (height * MM for height in board_heights(layout.spec.fpc.stackup))
+    plates = {name: _level(shape) for name, shape in shapes.items()} | {
+        "board": [body.moved(bd.Location((0, 0, height))) for height in (low, high)]
+    }
+    found = []
+    # The pieces that have glue under them
+    named = [layer.part.removeprefix(GLUE) for layer in column(layout) if layer.is_glue]
+    wanted = named or ["shield", "mount-spacer", "board", "elastomer", "target"]
+    for part in [name for kind in wanted for name in plates if _kind(name) == kind]:
+        lowest = low if part == "board" else float(shapes[part].bounding_box().min.Z)
+        shape = _line(part, plates, lowest, line * MM)
+        if shape is not None:
+            used = glue if hard is None or _kind(part) in SOFT_LINES else hard
+            found.append(Solid(f"glue-{part}", shape, used.name, COLOUR, BodyRole.GLUE))
+    return tuple(found)
+
+
+def _line(part: str, plates: dict[str, list[Any]], low: float, line: float) -> Any | None:
+    """The glue (thickness in mm) under a piece, by the level faces of all: its lower face, at height `low` (mm), as far
+    as what is below reaches; None over nothing.
+    """
+    bd, height = require("build123d"), low - line
+    below = [each for name, plate in plates.items() if name != part for each in _at(plate, height)]
+    if not below:
+        return None
+    bounds = [each.bounding_box() for each in below]
+    x0, y0 = min(b.min.X for b in bounds), min(b.min.Y for b in bounds)
+    x1, y1 = max(b.max.X for b in bounds), max(b.max.Y for b in bounds)
+    widest = max(_at(plates[part], low), key=lambda each: float(each.area))
+    upright = widest if widest.normal_at().Z > 0 else -widest
+    reach = face(Region(rectangle(x0 / MM, y0 / MM, x1 / MM, y1 / MM)))
+    plan = (upright.moved(bd.Location((0, 0, -low))) & reach).faces()
+    if not plan:
+        return None
+    return raised(plan[0].moved(bd.Location((0, 0, height))), 0.0, line / MM)
+
+
+def _at(faces: list[Any], height: float) -> list[Any]:
+    """The faces in a level plane (mm)."""
+    return [each for each in faces if abs(each.center().Z - height) < SAME_LEVEL]
+
+
+def _level(shape: Any) -> list[Any]:
+    """A shape's level faces. Level corners tell most others apart, without the kernel's exact and slow boxes."""
+    corners = [(each, [corner.Z for corner in each.vertices()]) for each in shape.faces()]
+    return [each for each, z in corners if max(z) - min(z) < SAME_LEVEL and each.bounding_box().size.Z < SAME_LEVEL]
+
+
+def glued(layout: Layout, solids: tuple[Solid, ...]) -> tuple[Solid, ...]:
+    """The solids lifted by the glue lines below them, the board staying where it is."""
+    bd = require("build123d")
+    lifts = _lifts(layout)
+    stands = ((s, lifts.get(_kind(s.name))) for s in solids)
+    return tuple(replace(s, shape=s.shape.moved(bd.Location((0, 0, by * MM)))) if by else s for s, by in stands)
+
+
+def _kind(name: str) -> str:
+    """A piece's name without the number of its cell; a web is of its pads."""
+    kind, _, number = name.rpartition("-")
+    return kind.removesuffix("-web") if number.isdecimal() else name
+
+
+def _lifts(layout: Layout) -> dict[str, float]:
+    """How far (m) glue lifts every piece: its lower face in the plane tier, less that of the solids."""
+    at, mount = levels(column(layout)), layout.spec.mount
+    if not at or mount is None:
+        # The same (m) without a jaw: glue is under the pad and the target, under the board, and round a shield
+        spec = layout.spec
+        line, all_lines, sheet = spec.assembly.glue_line, target_lines(spec), shield_heights(spec)
+        above = all_lines or line * (spec.elastomer is not None)
+        below = 0 if sheet is None else 1 + (board_heights(spec.fpc.stackup)[0] - sheet[1] > SPACED)
+        found = {"elastomer": line, "target": all_lines, "encapsulation": above, "opposing-jaw": above}
+        spacer = {MOUNT_PIECES[1]: -line, "shield": -line * below} if below else {}
+        found["jaw"] = -line * (1 + len(seat_spans(spec)) + (sheet is not None))  # that only a STEP file describes
+        lowest = (BodyRole.FINGER, BodyRole.METAL_BEHIND, "mount-adapter", MOUNT_PIECES[0])
+        return found | dict.fromkeys(lowest, -line * (1 + below)) | spacer
+    board = at["board"][0].nominal - board_heights(layout.spec.fpc.stackup)[0]
+    stands = {part: lower.nominal - board for part, (lower, _) in at.items()}
+    bare = {body.role.value: body.lower for body in stack.stack(layout)}  # the lower faces (m) of the pieces alone
+    bare |= {name: lower for name, (lower, _) in zip(MOUNT_PIECES, seat_spans(layout.spec), strict=False)}
+    found = {part: stands[part] - lower for part, lower in bare.items() if part in stands}
+    return found | {"encapsulation": found.get("target", found.get("elastomer", 0.0))}
+
+
+SPACED = 1e-9  # A shield farther from the board than this (m) has a spacer on it
+
+
+@checked_arguments
+def whole(
+    layout: Layout, pieces: tuple[Solid, ...] | None = None, hard_glue: Adhesive | None = None
+) -> tuple[Solid, ...]:
+    """Every piece in its place, from the jaw upwards: jaw, seat, shield, the board's films with each coil's copper as a
+    ring on every layer, stiffener, elastomer, target, glue lines between them, film, the other jaw closed; of a finger
+    of metal the end in its cap; metal behind the board.
+
+    `pieces` are those of `sitscad.assembly.solids.pieces.assemble` where somebody has them already; `hard_glue` is the
+    adhesive of the lines up to the board, the spec's if None. Heights are those of the glued assembly, z = 0 the
+    board's top face. Raises `PartsError` where a part cannot exist, `MissingExtra` without a CAD kernel.
+    """
+    alone = assemble(layout) if pieces is None else pieces
+    pieces = glued(layout, (*alone, *opposing(layout), *metal_below(layout)))
+    path = tail_path(layout)
+    # the encapsulation over pieces that glue lifts is that of a pad so much thicker
+    spec, pad, lines = layout.spec, layout.spec.elastomer, target_lines(layout.spec)
+    if pad is not None and lines:
+        spec = replace(spec, elastomer=replace(pad, thickness=pad.thickness + lines))
+    cover = encapsulation(replace(layout, spec=spec))
+    board = films(layout, path)
+    plate = stiffener_on(layout, path)
+    kept = [s for s in pieces if s.role not in (BodyRole.BOARD, BodyRole.STIFFENER, BodyRole.ENCAPSULATION)]
+    glue = glue_lines(layout, tuple(kept), hard_glue)
+    found = [*kept, *board, *glue, *([plate] if plate else []), *([cover] if cover else [])]
+    return tuple(upwards(found))
+
+
+CARRIERS = (BodyRole.JAW, BodyRole.OPPOSING_JAW, BodyRole.OPPOSING_PAD)
+"""What the sensor is put into, and is no part of."""
+
+
+@record
+class Weight:
+    """A piece's volume (m3), density (kg/m3), mass (kg) and centre of mass (m); mass and density None where no density
+    is known. ``share`` is how much of the volume is the material: a coil's ring is tracks and gaps. ``copper`` (m3) is
+    what of it is copper in a film of another material, leads and contacts; it is in the mass.
+    """
+
+    name: str
+    material: str
+    volume: float
+    density: float | None
+    mass: float | None
+    centre: Vector
+    source: str
+    share: float = 1.0
+    is_carrier: bool = False
+    copper: float = 0.0
+
+
+@record
+class Balance:
+    """Mass (kg) and centre (m) of several pieces, and the names of those that could not be weighed."""
+
+    mass: float
+    centre: Vector
+    unknown: tuple[str, ...]
+
+
+def weigh(layout: Layout, solids: tuple[Solid, ...]) -> tuple[Weight, ...]:
+    """Every piece of the whole assembly, in its order, without a finger and metal behind, which are drawn in part."""
+    # Densities (kg/m3) of the spec's silicones, with their sources
+    spec = layout.spec
+    parts = (spec.elastomer, spec.encapsulation)
+    silicones: list[ElastomerMaterial] = [part.material for part in parts if part is not None]
+    known = {each.name: (each.density, each.source) for each in silicones if each.density is not None}
+    leads = copper_in_films(layout, frozenset(s.name for s in solids if s.role is BodyRole.COPPER))
+    return tuple(_weight(layout, solid, known, leads.get(solid.name, 0.0)) for solid in solids
+                 if solid.role not in (BodyRole.FINGER, BodyRole.METAL_BEHIND))
+
+
+def balance(weights: tuple[Weight, ...]) -> Balance:
+    """The mass and the centre of all pieces together."""
+    known = [(w, w.mass) for w in weights if w.mass is not None]
+    mass = math.fsum(m for _, m in known)
+    centre = [math.fsum(m * w.centre[axis] for w, m in known) / mass if mass else 0.0 for axis in range(3)]
+    return Balance(mass, (centre[0], centre[1], centre[2]), tuple(w.name for w in weights if w.mass is None))
+
+
+@cache
+def density(material: str) -> tuple[float, str] | None:
+    """A material's density (kg/m3) and its source; None where the data have none."""
+    of = (row for row in rows("densities") if row["material"] == material)
+    return next(((float(row["density"]), cited(row)) for row in of), None)
+
+
+def _weight(layout: Layout, solid: Solid, own: dict[str, tuple[float, str]], copper: float) -> Weight:
+    """A solid's mass (kg), `copper` (m3) of it copper, and its centre (m); no mass, and why, without a density."""
+    x, y, z = (float(value) * 1e-3 for value in solid.shape.center(require("build123d").CenterOf.MASS))
+    share = track_share(layout, solid) if solid.role is BodyRole.COPPER else 1.0
+    found, of_copper = own.get(solid.material) or density(solid.material), density("copper")
+    assert of_copper is not None
+    mass = None if found is None else (solid.volume * share - copper) * found[0] + copper * of_copper[0]
+    value, source = found or (None, "no density is known: weigh it")
+    is_carrier = solid.role in CARRIERS
+    return Weight(solid.name, solid.material, solid.volume, value, mass, (x, y, z), source, share, is_carrier, copper)
+
+
+def track_share(layout: Layout, solid: Solid) -> float:
+    """How much of a coil's ring its tracks fill: their length times their width over its area."""
+    _, number, name = solid.name.split("-", 2)
+    coil = next(coil for coil in layout.coils if coil.name == name)
+    winding = next(winding for winding in coil.windings if winding.layer == int(number))
+    tracks = winding.path.length * layout.spec.coil.trace_width * winding.thickness
+    return min(1.0, tracks / solid.volume)

@@ -1,0 +1,1 @@
+"""Quantities and their units, frozen values, findings, checks of arguments, the version: what every room stands on."""

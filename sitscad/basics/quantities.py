@@ -1,0 +1,341 @@
+"""Quantities of results, each declared once: JSON key with its SI unit, name for people, digits, field of its sigma.
+
+JSON documents, texts, pages, data sheets, firmware, studies and the watched page are made of these tables.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
+
+from sitscad.basics.record import record
+from sitscad.basics.units import NONE, quantity
+
+UNIT = re.compile("_(H_per_N|Hz_per_N|H|ohm|F|Hz|V|A|s|m2?|Pa|N)$")
+"""The SI unit at the end of a JSON key."""
+
+
+@record
+class Quantity:
+    """A quantity of a result: its JSON key, its name for people, and the significant digits of its text.
+
+    ``path`` names the field of the result, with dots for a field of a field; it is the key without its unit if left
+    out. ``sigma`` names the field of one standard deviation alike. A share (``is_share``) is shown in per cent. Without
+    a label the quantity is in JSON only.
+    """
+
+    key: str
+    label: str = ""
+    digits: int = 4
+    path: str = ""
+    sigma: str = ""
+    is_share: bool = False
+
+    @property
+    def unit(self) -> str:
+        """SI unit, like ``H/N``. Empty for shares, counts and words."""
+        found = UNIT.search(self.key)
+        return found[1].replace("_per_", "/") if found else ""
+
+    @property
+    def field(self) -> str:
+        """Name of the result's field."""
+        return self.path or UNIT.sub("", self.key)
+
+    def value(self, result: object) -> Any:
+        """Return the value of a result. None if it is absent."""
+        return _read(result, self.field)
+
+    def number(self, result: object) -> Any:
+        """Return the value for JSON: a number that is not finite is None."""
+        value = self.value(result)
+        return finite(value) if self.unit or isinstance(value, float) else value
+
+    def deviation(self, result: object) -> float | None:
+        """Return one standard deviation in the quantity's unit. None if it is unknown."""
+        found = _read(result, self.sigma) if self.sigma else None
+        return None if found is None else float(found)
+
+    def plain(self, result: object) -> str:
+        """Return the value for people, with its unit. A dash if it is absent or not finite."""
+        return self.shown(self.value(result))
+
+    def text(self, result: object) -> str:
+        """Return the value for people, with one sigma if that is known."""
+        sigma = self.deviation(result)
+        return self.plain(result) if sigma is None else self.shown(self.value(result), sigma)
+
+    def shown(self, value: Any, sigma: float | None = None) -> str:
+        """Return a value of this quantity for people, with one sigma if that is known."""
+        if isinstance(value, bool):
+            return "yes" if value else "no"
+        if value is None or isinstance(value, (int, str)):
+            return NONE if value is None else str(value)
+        if self.is_share:
+            return plus_minus(100.0 * value, None if sigma is None else 100.0 * sigma, "%", digits=self.digits)
+        if self.unit == "m":
+            value = round(value, 9) + 0.0  # a difference of lengths that is zero but for its last bits
+        unit, slash, per = self.unit.partition("/")
+        return plus_minus(value, sigma, unit, slash + per, self.digits)
+
+
+def _read(result: object, path: str) -> Any:
+    """Return a field, or a field of a field. None if a part of the path is None."""
+    for name in path.split("."):
+        result = None if result is None else getattr(result, name)
+    return result
+
+
+class Table(NamedTuple):
+    """A table for people: the heads of its columns, its rows, its title, and what to know of it.
+
+    A table without rows is not shown. A head without words is shown on pages only.
+    """
+
+    head: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    title: str = ""
+    notes: Sequence[str] = ()
+
+
+def document(result: object, quantities: Iterable[Quantity]) -> dict[str, Any]:
+    """Return the quantities of a result by their JSON keys."""
+    return {each.key: each.number(result) for each in quantities}
+
+
+def deviations(result: object, quantities: Iterable[Quantity]) -> dict[str, float | None]:
+    """Return one standard deviation of quantities by their JSON keys, of those that have one."""
+    return {each.key: finite(each.deviation(result)) for each in quantities if each.sigma}
+
+
+def by_quantity(results: Sequence[object | None], quantities: Iterable[Quantity]) -> list[list[str]]:
+    """Return a row for each labelled quantity that any result has: its label, then the text of each result."""
+    return [[each.label, *(NONE if result is None else each.text(result) for result in results)]
+            for each in quantities
+            if each.label and any(each.value(result) not in (None, "") for result in results)]
+
+
+def by_result(results: Iterable[object], quantities: Iterable[Quantity], title: str = "") -> Table:
+    """Return a table with a row for each result and a column for each labelled quantity."""
+    columns = [each for each in quantities if each.label]
+    return Table([each.label for each in columns], [[each.text(one) for each in columns] for one in results], title)
+
+
+def finite(value: float | None) -> float | None:
+    """Return a number for JSON. None if it is absent or not finite."""
+    return float(value) if value is not None and math.isfinite(value) else None
+
+
+def percent(share: float | None) -> str:
+    """Return a share in per cent, with two digits. A dash if it is absent or not finite."""
+    return f"{100.0 * share:.2g} %" if share is not None and math.isfinite(share) else NONE
+
+
+def plus_minus(value: float, sigma: float | None, unit: str, per: str = "", digits: int = 3) -> str:
+    """Return a number and one sigma, in the number's unit unless sigma is far below it: ``1.15 +- 0.087 mm``."""
+    shown = quantity(value, unit, digits)
+    if sigma is None or not math.isfinite(sigma) or shown == NONE:
+        return shown + (per if shown != NONE else "")
+    number, _, name = shown.partition(" ")
+    scatter, _, other = quantity(sigma, unit, 2).partition(" ")
+    if name == other:
+        return f"{number} +- {scatter} {name}{per}"
+    if sigma < 0.01 * abs(value) or not float(number):
+        return f"{shown}{per} +- {scatter} {other}{per}"
+    scale = 10.0 ** round(math.log10(float(number) / value))
+    return f"{number} +- {float(f'{sigma * scale:.2g}'):.7g} {name}{per}"
+
+
+COIL = (
+    Quantity("winding_inductance_H", "winding inductance, direct current spread evenly"),
+    Quantity("inductance_error", "its relative error, at most", 2, is_share=True),
+    Quantity("method", "method"),
+    Quantity("terminal_inductance_H", "terminal inductance, free, at the sensor frequency"),
+    Quantity("lead_inductance_H", "of that, leads and tail"),
+    Quantity("bend_inductance_H"),
+    Quantity("resistance_dc_ohm", "winding resistance, direct current"),
+    Quantity("resistance_ac_ohm", "winding resistance, sensor frequency"),
+    Quantity("resistance_error", "relative error of that resistance, at most", 2, is_share=True),
+    Quantity("terminal_resistance_dc_ohm", "contact to contact, direct current"),
+    Quantity("parallel_resistance_ohm"),
+    Quantity("quality_factor"),
+    Quantity("capacitance_F", "tank capacitance, in all"),
+    Quantity("self_capacitance_F", "of that, the coil's own, with leads and tail"),
+    Quantity("winding_capacitance_F", "- between its layers and turns"),
+    Quantity("lead_capacitance_F", "- of leads and tail"),
+    Quantity("sensor_frequency_Hz", "sensor frequency, free"),
+    Quantity("self_resonance_Hz", "self-resonance"),
+    Quantity("apparent_inductance_H"),
+    Quantity("trace_length_m", "length of the track"),
+    Quantity("inner_diameter_m", "inner diameter, between copper edges"),
+)
+"""Quantities of a coil (`CoilEstimate`)."""
+
+TANK = (
+    Quantity("inductance_H", "inductance", sigma="spread.inductance"),
+    Quantity("resistance_ohm", "resistance", sigma="spread.resistance"),
+    Quantity("frequency_Hz", "frequency", sigma="spread.frequency"),
+    Quantity("parallel_resistance_ohm", "Rp", sigma="spread.parallel_resistance"),
+    Quantity("quality_factor", "Q", 3),
+    Quantity("amplitude_V", "amplitude", 3, sigma="spread.amplitude"),
+)
+"""Quantities of a tank at the contacts in one state (`StateEstimate`)."""
+
+COMPUTED_WITHIN = Quantity("resistance_error", "R computed within", 2, is_share=True)
+STEPS = (
+    Quantity("quantum_H", "step", 3),
+    Quantity("noise_H", "quantisation noise (step / sqrt 12)", 3),
+    Quantity("coil_amplitude_V", "amplitude at the coil", 3),
+)
+"""What the converter resolves in one state."""
+
+OTHERS = (
+    Quantity("apparent_inductance_H", "on an LCR meter"),
+    Quantity("converter_inductance_H", "by the firmware's formula"),
+)
+"""Inductances in one state as others see them."""
+
+STATE = (*TANK, COMPUTED_WITHIN, Quantity("target_change_H"), Quantity("target_change_error"), *OTHERS, *STEPS)
+"""All quantities of one state."""
+
+READOUT = (
+    Quantity("capacitance_F", "tank capacitor"),
+    Quantity("capacitance_reason", "why this one"),
+    Quantity("capacitor_tolerance", "its tolerance, assumed", 2, is_share=True),
+    Quantity("conversion_capacitance_F", "C in L = 1 / (C (2 pi f)^2): capacitor, pins, cable"),
+    Quantity("drive_current_A", "drive current"),
+    Quantity("drive_code", "drive code"),
+    Quantity("reference_frequency_Hz", "reference frequency f_REF"),
+    Quantity("reference_divider", "its divider, of the clock f_CLK"),
+    Quantity("input_divider", "input divider"),
+    Quantity("rcount", "RCOUNT"),
+    Quantity("settle_count", "SETTLECOUNT"),
+    Quantity("scan_rate_Hz", "complete scans, of all coils"),
+    Quantity("readable_rate_Hz", "scans that I2C can carry"),
+    Quantity("read_back_time_s", "reading all results over I2C", 3),
+    Quantity("high_current", "high-current drive"),
+    Quantity("supply_current_A", "supply current, about", 3),
+)
+"""Settings of the converter (`ReadoutEstimate`) but for its times."""
+
+SCAN_TIMES = (
+    Quantity("dwell_time_s", "time on one coil, of every scan"),
+    Quantity("settle_time_s", "- settling"),
+    Quantity("conversion_time_s", "- conversion"),
+    Quantity("switch_time_s", "- switching to the next coil"),
+)
+"""Times of a converter that reads several coils."""
+
+LONE_TIMES = (
+    Quantity("result_interval_s", "from one result of the coil to the next"),
+    Quantity("conversion_time_s", "- conversion"),
+    Quantity("switch_time_s", "- pause between conversions, taken as long as a switch of channels"),
+    Quantity("settle_time_s", "settling, once, before the first conversion"),
+)
+"""Times of a converter that reads one coil: nothing is switched."""
+
+COMPRESSION = (
+    Quantity("strain", "strain", 3, "compression.strain", "compression_scatter.strain", is_share=True),
+    Quantity("least_strain", "strain, at least (only part of the pad may be loaded)", 3, "compression.least_strain",
+             is_share=True),
+    Quantity("gap_m", "thickness left", 4, "compression.gap", "compression_scatter.gap"),
+    Quantity("loaded_area_m2", "loaded area", 4, "compression.loaded_area"),
+    Quantity("loaded_share", "loaded part of the pad", 3, "compression.loaded_share", is_share=True),
+    Quantity("shape_factor", "shape factor", 3, "compression.shape_factor"),
+    Quantity("apparent_modulus_Pa", "apparent modulus", 4, "compression.apparent_modulus",
+             "compression_scatter.apparent_modulus"),
+    Quantity("valid", "formula within its range", path="compression.valid"),
+    Quantity("note", "remark", path="compression.note"),
+)
+"""Quantities of `Estimates`: the elastomer under the required force."""
+
+METERED = (
+    Quantity("coil", "bare coil"),
+    Quantity("frequency_Hz", "LCR meter at"),
+    Quantity("inductance_H", "inductance read", sigma="inductance_sigma"),
+    Quantity("resistance_ohm", "resistance", 3, sigma="resistance_sigma"),
+    COMPUTED_WITHIN,
+    Quantity("direct_ohm", "resistance, direct current", 3, sigma="direct_sigma"),
+)
+"""What a usual meter reads of a bare board's coil (`Metered`)."""
+
+BARE_TANK = (
+    Quantity("frequency_Hz", "frequency in the tank", sigma="spread.frequency"),
+    Quantity("apparent_inductance_H", "inductance read there", sigma="spread.inductance"),
+    Quantity("resistance_ohm", "resistance", 3, sigma="spread.resistance"),
+    COMPUTED_WITHIN,
+)
+"""What a meter reads of a bare board's coil at the frequency of its tank (`StateEstimate`)."""
+
+AT_FREQUENCY = (
+    Quantity("coil", "coil"),
+    Quantity("frequency_Hz", "frequency"),
+    Quantity("winding_inductance_H", "winding L"),
+    Quantity("winding_inductance_error", "+-", 2, is_share=True),
+    Quantity("winding_resistance_ohm", "winding R"),
+    Quantity("winding_resistance_error", "+-", 2, is_share=True),
+    Quantity("winding_quality_factor", "Q", 3),
+    Quantity("inductance_H", "L"),
+    Quantity("resistance_ohm", "R"),
+    Quantity("resistance_error", "+-", 2, is_share=True),
+    Quantity("quality_factor", "Q", 3),
+    Quantity("apparent_inductance_H", "L on an LCR meter"),
+    Quantity("apparent_resistance_ohm", "R there"),
+    Quantity("self_resonance_Hz"),
+)
+"""Quantities of a coil alone at a frequency (`CoilAtFrequency`)."""
+
+RESPONSE = (
+    Quantity("pose", path="poses"),
+    Quantity("force_N"),
+    Quantity("moment_Nm", path="moment"),
+    Quantity("inductance_H", "L", 6),
+    Quantity("resistance_ohm", "R"),
+    Quantity("target_change_H", "by target"),
+    Quantity("target_change_error", "+-", 2, is_share=True),
+    Quantity("target_resistance_ohm", "its loss"),
+    Quantity("target_resistance_error", "+-", 2, is_share=True),
+    Quantity("frequency_Hz", "frequency", 7),
+    Quantity("counts", "counts", 9),
+    Quantity("parallel_resistance_ohm", "Rp"),
+    Quantity("strain"),
+    Quantity("frequency_by_pose", path="by_pose"),
+    Quantity("frequency_by_load", path="by_load"),
+)
+"""Arrays of a `Response`; texts have those with a label, one value a coil."""
+
+SIGNAL = (
+    Quantity("coil"),
+    Quantity("force_N"),
+    Quantity("rest_inductance_H", "inductance at rest", path="rest"),
+    Quantity("inductance_H_per_N", "change per newton", 3, "per_newton", "sigma"),
+    Quantity("sigma_inductance_H_per_N", path="sigma"),
+    Quantity("share", "of the reading, over that force", 3, is_share=True),
+    Quantity("frequency_share"),
+    Quantity("steps", "steps of the converter in that", 3),
+    Quantity("frequency_Hz_per_N", "frequency per newton", 3, "frequency_per_newton", "frequency_sigma"),
+    Quantity("sigma_frequency_Hz_per_N", path="frequency_sigma"),
+)
+"""Quantities of a coil's signal (`Signal`)."""
+
+FIT = (
+    Quantity("name", "measure"),
+    Quantity("nominal_m", "nominal"),
+    Quantity("root_sum_square_m", "root-sum-square"),
+    Quantity("worst_m", "at worst"),
+    Quantity("limit_m", "limit"),
+    Quantity("margin_m", "to spare at worst"),
+    Quantity("decided_by", "decided by"),
+    Quantity("assumption"),
+)
+"""Quantities of the fit (`Measure`)."""
+
+FIT_PART = (
+    Quantity("part", "part"),
+    Quantity("nominal_m", "size"),
+    Quantity("tolerance_m", "tolerance, +-"),
+    Quantity("source", "where that comes from"),
+)
+"""Quantities of a part of the fit (`Share`)."""

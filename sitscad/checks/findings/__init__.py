@@ -1,0 +1,40 @@
+"""What `check` found, in every form that it is told in. A new form is one function and one row of `FINDING_FORMATS`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from importlib import import_module
+
+from sitscad.checks.findings.document import (
+    CheckedSpec,
+    as_json,
+    by_weight,
+    checked_spec,
+    excerpt,
+    finding_json,
+    in_order,
+    json_document,
+    numbered_places,
+    to_json,
+)
+from sitscad.checks.findings.text import OutputOptions, RuleTexts, as_text, printable, styled, summary
+
+__all__ = [
+    "FINDING_FORMATS", "CheckedSpec", "OutputOptions", "RuleTexts", "as_json", "as_text", "by_weight", "checked_spec",
+    "excerpt", "finding_json", "in_order", "json_document", "numbered_places", "printable", "styled", "summary",
+    "to_json",
+]
+
+Format = Callable[[Sequence[CheckedSpec], OutputOptions], str]
+
+
+def _late(name: str) -> Format:
+    """A form of `ci`, which is loaded when it is first asked for: a check that is read needs none of it."""
+    return lambda checked, output: getattr(import_module("sitscad.checks.findings.ci"), name)(checked, output)
+
+
+FINDING_FORMATS: Mapping[str, Format] = {
+    "text": as_text, "json": lambda checked, output: as_json(checked), "sarif": _late("sarif"), "junit": _late("junit"),
+    "github": _late("github"),
+}
+"""How ``check`` can tell what it found: each takes the checked specs and the options of the output."""

@@ -1,0 +1,305 @@
+"""Findings for programs that take them in: SARIF 2.1.0 (OASIS Standard, with errata 01) for code hosts and editors,
+JUnit XML for test reports, annotations of GitHub Actions and the page of a job (`job_summary`).
+
+SARIF: one run for all specs. What was not checked is a notification of the run, not a result: readers show every result
+as a complaint, whatever its kind. Results have the fingerprints of `identities`, which survive moved lines; one value
+stands as ``primaryLocationLineHash``, too, which GitHub code scanning looks at.
+
+GitHub shows ten annotations of a kind in a step and drops the rest without a word, so the ten worst of all are told,
+then their number and that of the others.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Mapping, Sequence
+from difflib import SequenceMatcher
+from typing import Any
+from urllib.parse import quote
+from xml.etree.ElementTree import Element, SubElement
+
+from sitscad.basics.finding import Finding, Ignored, Remedy, Severity
+from sitscad.basics.version import __version__
+from sitscad.checks.findings.document import (
+    CheckedSpec,
+    by_weight,
+    excerpt,
+    finding_json,
+    fingerprint,
+    identities,
+    to_json,
+)
+from sitscad.checks.findings.text import OutputOptions, RuleTexts, printable, summary
+from sitscad.spec.yaml.rewriting import CannotWriteError, rewritten
+
+SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
+ROOT = "%SRCROOT%"
+LONGEST = 1000  # Characters of a line up to which it stands whole in a result
+
+_GROUPS = {"0": "spec", "1": "fabrication", "2": "readout", "3": "mechanics"}
+"""The tag of a rule, by the first figure of its number."""
+
+
+def sarif(checked: Sequence[CheckedSpec], output: OutputOptions) -> str:
+    """The SARIF document of some checked specs; deterministic: it holds neither times nor the machine's paths."""
+    indices = {rule.id: index for index, rule in enumerate(output.rules)}
+    driver = {"name": "sitscad", "semanticVersion": __version__, "rules": [_rule(rule) for rule in output.rules]}
+    # What SARIF says of the run: rules that were not checked
+    notifications = [
+        {
+            "level": "note",
+            "message": {"text": f"{spec.path}: {skipped.rule} was not checked: {skipped.reason}"},
+            "associatedRule": (
+                {"id": skipped.rule} | ({"index": indices[skipped.rule]} if skipped.rule in indices else {})
+            ),
+        }
+        for spec in checked
+        for skipped in spec.not_checked
+    ]
+    results = []
+    for spec in checked:
+        ignored = {id(each.finding): each for each in spec.ignored}
+        findings = [*spec.findings, *(each.finding for each in spec.ignored)]
+        for finding, name in zip(findings, identities(findings), strict=True):
+            results.append(_result(spec, finding, name, output, indices, ignored.get(id(finding))))
+    run = {
+        "tool": {"driver": driver},
+        "invocations": [{"executionSuccessful": True, "toolExecutionNotifications": notifications}],
+        "originalUriBaseIds": {ROOT: {"description": {"text": "The folder of the repository."}}},
+        "columnKind": "unicodeCodePoints",
+        "results": results,
+    }
+    return to_json({"$schema": SCHEMA, "version": "2.1.0", "runs": [run]})
+
+
+def _rule(rule: RuleTexts) -> dict[str, Any]:
+    help_text = f"{rule.summary}\n\nWhy: {rule.why}\n\nTo mend it: {rule.mend}\n\nSource: {rule.source}"
+    markdown = f"{rule.summary}\n\n**Why:** {rule.why}\n\n**To mend it:** {rule.mend}\n\n**Source:** {rule.source}"
+    return {
+        "id": rule.id,
+        "name": "".join(word.capitalize() for word in rule.name.split("-")),
+        "shortDescription": {"text": rule.name.replace("-", " ")},
+        "fullDescription": {"text": rule.summary},
+        "help": {"text": help_text, "markdown": markdown},
+        "defaultConfiguration": {"level": rule.severity.value},
+        "properties": {"tags": [_GROUPS.get(rule.id[3:4], "other")]},
+    }
+
+
+def _result(
+    spec: CheckedSpec, finding: Finding, name: str, output: OutputOptions, indices: dict[str, int],
+    ignored: Ignored | None,
+) -> dict[str, Any]:
+    path = finding.file or spec.path
+    name_from_root = output.path_from_root(path)
+    if name_from_root.startswith(("/", "../")) or name_from_root == "..":
+        where = {"uri": "file://" + quote(os.fsencode(os.path.abspath(path)))}  # absolute outside the root (RFC 3986)
+    else:
+        where = {"uri": quote(os.fsencode(name_from_root)), "uriBaseId": ROOT}
+    mark = fingerprint(output.path_from_root(spec.path), name)
+    index = {"ruleIndex": indices[finding.rule]} if finding.rule in indices else {}
+    # What the finding's JSON has beyond what SARIF has a place for
+    entry = finding_json(finding)
+    told = ("rule", "severity", "message", "detail", "hint", "key", "line", "column", "file", "fixes")
+    # Where SARIF says that a finding lies
+    region = _region(spec, finding)
+    place = {"artifactLocation": where} | ({"region": region} if region else {})
+    location: dict[str, Any] = {"physicalLocation": place}
+    if finding.key:
+        location["logicalLocations"] = [{"fullyQualifiedName": finding.key, "kind": "member"}]
+    result: dict[str, Any] = {
+        "ruleId": finding.rule,
+        **index,
+        "level": finding.severity.value,
+        "message": {"text": finding.advised_message},
+        "locations": [location],
+        "partialFingerprints": {"primaryLocationLineHash": f"{mark}:1", "sitscadFinding/v1": mark},
+        "properties": {name: value for name, value in entry.items() if name not in told and value is not None},
+    }
+    if fixes := [fix for fix in (_fix(spec, remedy, where) for remedy in finding.fixes) if fix]:
+        result["fixes"] = fixes
+    if ignored is not None:
+        kind = "inSource" if ignored.by == "comment" else "external"
+        result["suppressions"] = [{"kind": kind, "status": "accepted", "justification": ignored.reason}]
+    return result
+
+
+def _fix(spec: CheckedSpec, remedy: Remedy, where: dict[str, Any]) -> dict[str, Any] | None:
+    """What mends a finding, as the lines of the spec that become others; None where the text has no place for it."""
+    try:
+        after = rewritten(spec.text, remedy.edits).splitlines(keepends=True)
+    except CannotWriteError:
+        return None
+    before = spec.text.splitlines(keepends=True)
+    changes = SequenceMatcher(None, before, after, autojunk=False).get_opcodes()
+    replacements = [
+        {
+            "deletedRegion": {"startLine": start + 1, "startColumn": 1, "endLine": end + 1, "endColumn": 1},
+            "insertedContent": {"text": "".join(after[first:last])},
+        }
+        for kind, start, end, first, last in changes
+        if kind != "equal"
+    ]
+    words = "; ".join(f"{edit.key}: {edit.new}" for edit in remedy.edits)
+    if not replacements:
+        return None
+    told = words if remedy.is_safe else f"{words} (changes what the sensor is)"
+    return {
+        "description": {"text": told},
+        "artifactChanges": [{"artifactLocation": where, "replacements": replacements}],
+    }
+
+
+def _region(spec: CheckedSpec, finding: Finding) -> dict[str, Any] | None:
+    """Line, columns and text of what the finding points at: one value of the spec, as far as its line goes."""
+    if finding.line is None:
+        return None
+    column, text = finding.column or 1, spec.line(finding.line, finding.file)
+    region: dict[str, Any] = {"startLine": finding.line, "startColumn": column}
+    if text is None:
+        return region
+    end = {"endLine": finding.line, "endColumn": column + extent(text, column)}
+    return region | end | {"snippet": {"text": excerpt(text, column, LONGEST)[0]}}
+
+
+_QUOTED = re.compile(r'"(?:[^"\\]|\\.)*"|\'(?:[^\']|\'\')*\'')
+_PLAIN = re.compile(r"[^#\[\]{},]*?(?=\s*(?:$|[\[\]{},]|\s#))")
+
+
+def extent(line: str, column: int) -> int:
+    """How many characters, at least one, a value takes from a column (from 1): quoted, plain, or a bracketed list."""
+    rest = line[column - 1 :]
+    if rest.startswith(("[", "{")):
+        # Characters up to the bracket that closes the first one; those of the line where it closes later
+        depth = 0
+        for index, character in enumerate(rest):
+            depth += (character in "[{") - (character in "]}")
+            if depth == 0:
+                return index + 1
+        return len(rest.rstrip()) or 1
+    found = _QUOTED.match(rest) or _PLAIN.match(rest)
+    return max(1, found.end() if found else 1)
+
+
+def junit(checked: Sequence[CheckedSpec], output: OutputOptions) -> str:
+    """The XML document of some checked specs."""
+    top = Element("testsuites", name="sitscad")
+    for spec in checked:
+        path = _shown(output.path_from_root(spec.path))
+        suite = SubElement(top, "testsuite", name=path)
+        rules = {rule.id: rule.name for rule in output.rules}
+        rules |= {finding.rule: finding.name for finding in spec.findings}
+        for rule in sorted(rules):
+            _case(suite, spec, output, path, rule, rules[rule])
+        for count, kind in (("failures", "failure"), ("errors", "error"), ("skipped", "skipped")):
+            suite.set(count, str(sum(case.find(kind) is not None for case in suite)))
+        suite.set("tests", str(len(suite)))
+        suite.set("time", "0")
+    for count in ("tests", "failures", "errors", "skipped"):
+        top.set(count, str(sum(int(suite.get(count, "0")) for suite in top)))
+    ElementTree.indent(top, " ")
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n{ElementTree.tostring(top, encoding="unicode")}\n'
+
+
+def _case(suite: Element, spec: CheckedSpec, output: OutputOptions, path: str, rule: str, name: str) -> None:
+    """Add one rule as a test, with what it found."""
+    found = [finding for finding in spec.findings if finding.rule == rule]
+    case = SubElement(suite, "testcase", classname=path, name=f"{rule} {name}", time="0")
+    failing = [finding for finding in found if finding.severity.weighs(output.fail_on)]
+    if failing:
+        first = failing[0]
+        kind = "error" if rule.startswith("SIT0") else "failure"
+        told = SubElement(case, kind, message=_shown(first.message), type=first.severity.value)
+        told.text = "\n".join(_lines(path, finding) for finding in failing)
+    else:  # why a rule without a failure did not simply pass
+        reasons = [f"not checked: {each.reason}" for each in spec.not_checked if each.rule == rule]
+        reasons += [f"ignored: {each.reason}" for each in spec.ignored if each.finding.rule == rule]
+        if reasons:
+            SubElement(case, "skipped", message=_shown("; ".join(dict.fromkeys(reasons))))
+    milder = [finding for finding in found if finding not in failing]
+    if milder:
+        SubElement(case, "system-out").text = "\n".join(_lines(path, finding) for finding in milder)
+
+
+def _lines(path: str, finding: Finding) -> str:
+    where = ":".join(str(part) for part in (finding.file or path, finding.line, finding.column) if part)
+    hint = f"\nhint: {finding.hint}" if finding.hint else ""
+    text = f"{where} {finding.severity.value}: {finding.whole_message}{hint}"
+    return "\n".join(map(_shown, text.splitlines()))
+
+
+def _shown(text: str) -> str:
+    return printable(text).encode("utf-8", "backslashreplace").decode("utf-8")
+
+
+SHOWN = 10  # How many findings become annotations
+
+_COMMANDS = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.NOTE: "notice"}
+
+
+def github(checked: Sequence[CheckedSpec], output: OutputOptions) -> str:
+    """The worst ten findings as annotations, how many there are besides, and the line that ends every report."""
+    found = [(spec, finding) for spec in checked for finding in by_weight(spec.findings)]
+    pairs = sorted(found, key=lambda pair: list(Severity).index(pair[1].severity))
+    lines = [_command(spec, finding, output) for spec, finding in pairs[:SHOWN]]
+    if len(pairs) > SHOWN:
+        lines.append(f"sitscad: the {SHOWN} worst of {len(pairs)} findings are annotated; the others are not.")
+    return "\n".join([*lines, f"sitscad: {summary(checked)}"]) + "\n"
+
+
+def _command(spec: CheckedSpec, finding: Finding, output: OutputOptions) -> str:
+    places = {"line": finding.line, "col": finding.column}
+    properties = {
+        "file": output.path_from_root(finding.file or spec.path),
+        **{name: str(value) for name, value in places.items() if value is not None},
+        "title": f"{finding.rule} {finding.name}",
+    }
+    escaped = {name: _data(value).replace(":", "%3A").replace(",", "%2C") for name, value in properties.items()}
+    told = ",".join(f"{name}={value}" for name, value in escaped.items())
+    return f"::{_COMMANDS[finding.severity]} {told}::{_data(finding.advised_message)}"
+
+
+def _data(text: str) -> str:
+    """A message as a workflow command holds it: one line, nothing in it that begins another command."""
+    lines = (printable(line) for line in text.replace("%", "%25").splitlines())
+    return "%0A".join(lines)
+
+
+def job_summary(checked: Sequence[CheckedSpec], pictures: Mapping[str, str]) -> str:
+    """Markdown for a job's page: for every spec its verdict, its picture (text in `pictures`, by the spec's path), all
+    its findings, and what was not checked or is ignored.
+    """
+    return "\n".join(["## sitscad", "", summary(checked), "", *(_section(spec, pictures) for spec in checked)])
+
+
+def _section(spec: CheckedSpec, pictures: Mapping[str, str]) -> str:
+    lines = [f"### {_cell(spec.path)}", "", summary([spec]), ""]
+    if picture := pictures.get(spec.path):
+        lines += ["```text", picture, "```", ""]
+    if spec.findings:
+        lines += ["| severity | rule | place | finding |", "|---|---|---|---|"]
+        lines += [_row(finding) for finding in by_weight(spec.findings)] + [""]
+    for ignored in spec.ignored:
+        lines.append(f"- ignored: {ignored.finding.rule} {_cell(ignored.finding.message)} ({_cell(ignored.reason)})")
+    reasons: dict[str, list[str]] = {}
+    for skipped in spec.not_checked:
+        reasons.setdefault(skipped.reason, []).append(skipped.rule)
+    lines += [f"- not checked: {', '.join(rules)} ({_cell(reason)})" for reason, rules in reasons.items()]
+    return "\n".join([*lines, ""])
+
+
+def _row(finding: Finding) -> str:
+    place = ":".join(str(part) for part in (finding.file, finding.line, finding.column) if part)
+    hint = f"<br>{_cell(finding.hint)}" if finding.hint else ""
+    name = f"{finding.rule} {finding.name}"
+    return f"| {finding.severity.value} | {name} | {_cell(place)} | {_cell(finding.whole_message)}{hint} |"
+
+
+_MARKDOWN = str.maketrans({character: f"\\{character}" for character in "\\`*_[]<>|#~$"})
+
+
+def _cell(text: str) -> str:
+    """Text that means nothing to Markdown, on one line."""
+    return printable(" ".join(text.split())).translate(_MARKDOWN)

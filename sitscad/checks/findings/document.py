@@ -1,0 +1,284 @@
+"""Findings as JSON for a program, and read back from it: the document of ``check`` (docs/commands.md,
+data/check.schema.json). What checks found in one spec, with the text that findings point into, and the orders that
+reports list them in.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import field, replace
+from typing import Any
+
+from sitscad.basics.check_results import Closing, Measure, RequirementResult, Share, Signal
+from sitscad.basics.finding import Edit, Finding, Ignored, NotChecked, Place, Remedy, Severity
+from sitscad.basics.quantities import FIT, FIT_PART, SIGNAL, document
+from sitscad.basics.record import record
+from sitscad.basics.version import __version__
+from sitscad.spec.sensor import SensorSpec
+
+
+@record
+class CheckedSpec:
+    """One spec after its checks: the path as typed, the text that findings point into, and what was found.
+
+    ``texts`` are those of other files that findings point into, by path; ``signals`` what each coil does from rest to
+    the required force; ``fit`` what was measured of the sensor in its jaw, ``closing`` how that closes; ``reached``
+    what is felt beside what is required; ``ignored`` what was found and is not held against the spec, each with the
+    reason; ``silenced`` the errors among that and what was left out that only physics can judge: they stop no build,
+    but mark its package; ``name`` the spec's own name, empty where it could not be read;
+    ``board`` the length and width (m) of the board's body, of all of it, and of a plate or cap that carries it.
+    """
+
+    path: str
+    text: str
+    findings: tuple[Finding, ...]
+    not_checked: tuple[NotChecked, ...] = ()
+    texts: Mapping[str, str] = field(default_factory=dict)
+    signals: tuple[Signal, ...] = ()
+    ignored: tuple[Ignored, ...] = ()
+    fit: tuple[Measure, ...] = ()
+    silenced: tuple[Finding, ...] = ()
+    closing: Closing | None = None
+    reached: tuple[RequirementResult, ...] = ()
+    name: str = ""
+    board: tuple[float, ...] | None = None
+
+    @property
+    def ok(self) -> bool:
+        """Whether no error was found."""
+        return not self.count(Severity.ERROR)
+
+    @property
+    def exit_code(self) -> int:
+        """2 when the spec itself is at fault (an error of SIT0xx), else 1 with any error, else 0."""
+        errors = [finding for finding in self.findings if finding.severity == Severity.ERROR]
+        return 2 if any(finding.rule.startswith("SIT0") for finding in errors) else 1 if errors else 0
+
+    @property
+    def is_orderable(self) -> bool:
+        """Whether no error was found, and none was silenced that is no matter of opinion."""
+        return self.ok and not self.silenced
+
+    def fails(self, on: Severity) -> bool:
+        """Whether anything was found that weighs as much as `on`, or more."""
+        return any(finding.severity.weighs(on) for finding in self.findings)
+
+    def count(self, severity: Severity) -> int:
+        """How many findings have this severity."""
+        return sum(finding.severity == severity for finding in self.findings)
+
+    def without(self, rules: Collection[str], reason: str) -> CheckedSpec:
+        """The spec without what these rules found; they count as not checked, for this reason."""
+        findings = tuple(finding for finding in self.findings if finding.rule not in rules)
+        not_checked = tuple(skipped for skipped in self.not_checked if skipped.rule not in rules)
+        left_out = tuple(NotChecked(rule, reason) for rule in rules)
+        reached = tuple(each for each in self.reached if each.rule not in rules)
+        return replace(self, findings=findings, not_checked=not_checked + left_out, reached=reached)
+
+    def line(self, number: int | None, file: str | None = None) -> str | None:
+        """A line of the spec's text, or of another file's, counted from 1; None where there is none."""
+        lines = (self.text if file is None else self.texts.get(file, "")).splitlines()
+        return lines[number - 1] if number and 0 < number <= len(lines) else None
+
+
+EXCERPT = 160  # Characters of a spec's line that are quoted where nobody says how many there is room for
+
+
+def excerpt(line: str, column: int, room: int | None = None) -> tuple[str, int]:
+    """As much of a line as there is room for about a column (from 1), and how many characters of it stand before."""
+    room = max(EXCERPT if room is None else room, 20)
+    if len(line) <= room:
+        return line, column - 1
+    first = max(0, min(column - 1 - room // 3, len(line) - room))
+    before, after = "..." if first else "", "..." if first + room < len(line) else ""
+    return f"{before}{line[first + len(before) : first + room - len(after)]}{after}", column - 1 - first
+
+
+def checked_spec(
+    spec: SensorSpec, findings: Sequence[Finding], not_checked: Sequence[NotChecked], signals: Sequence[Signal] = (),
+    fit: Sequence[Measure] = (), closing: Closing | None = None, reached: Sequence[RequirementResult] = (),
+    board: tuple[float, ...] | None = None,
+) -> CheckedSpec:
+    """A spec with its findings, each given its place in the text where it has none yet, and what was measured of it."""
+    source, placed = spec.source, []
+    for finding in findings:
+        if finding.line is None:
+            line, column = source.locate(finding.key)
+            finding = replace(finding, line=line, column=column)
+        placed.append(finding)
+    return CheckedSpec(
+        source.path, source.text, tuple(placed), tuple(not_checked), signals=tuple(signals), fit=tuple(fit),
+        closing=closing, reached=tuple(reached), name=spec.name, board=board,
+    )
+
+
+def in_order(findings: Sequence[Finding]) -> list[Finding]:
+    """Findings in the order of the spec's text."""
+    return sorted(findings, key=lambda f: (f.file or "", f.line or 0, f.column or 0, f.rule))
+
+
+def by_weight(findings: Sequence[Finding]) -> list[Finding]:
+    """Findings as the report lists them: errors first, then in the order of the spec's text."""
+    return sorted(findings, key=lambda f: (list(Severity).index(f.severity), f.line or 0, f.rule))
+
+
+def numbered_places(findings: Sequence[Finding]) -> list[tuple[int, Finding]]:
+    """The findings that have a place on the board, numbered from 1 as report and pictures number them."""
+    return list(enumerate((finding for finding in by_weight(findings) if finding.place is not None), 1))
+
+
+def identities(findings: Sequence[Finding]) -> list[str]:
+    """A text for every finding that stays the same when lines move, or when the numbers in its message change. Findings
+    of one rule at one key are told apart by their turn, in the order given.
+    """
+    seen: Counter[tuple[str, str | None, str | None]] = Counter()
+    names = []
+    for finding in findings:
+        key = (finding.rule, finding.key, finding.file)
+        seen[key] += 1
+        names.append("\0".join((finding.rule, finding.key or "", finding.file or "", str(seen[key]))))
+    return names
+
+
+def turnless(identity: str) -> str:
+    """An identity without its turn: all findings of one rule at one key share it."""
+    return identity.rpartition("\0")[0]
+
+
+def fingerprint(*parts: str) -> str:
+    """Sixteen hexadecimal digits of the SHA-256 of some texts."""
+    import hashlib  # loads OpenSSL, which a plain check does not need
+
+    return hashlib.sha256("\0".join(parts).encode("utf-8", "surrogatepass")).hexdigest()[:16]
+
+
+BOARD = ("body_length_m", "body_width_m", "length_m", "width_m", "mount_length_m", "mount_width_m")
+"""Keys of a board's size; the last two only if a plate or a cap carries it."""
+
+
+def as_json(checked: Sequence[CheckedSpec]) -> str:
+    """The JSON document of ``check`` (docs/commands.md): one entry a spec, absent numbers null."""
+    return to_json(json_document(checked))
+
+
+def json_document(checked: Sequence[CheckedSpec]) -> dict[str, Any]:
+    """The findings as plain values for JSON."""
+    from sitscad.checks.findings.measures import closing_json
+
+    return {
+        "sitscad": __version__,
+        "ok": all(spec.ok for spec in checked),
+        "specs": [
+            {
+                "spec": spec.path,
+                "name": spec.name or None,
+                "ok": spec.ok,
+                "findings": [finding_json(finding) for finding in spec.findings],
+                "ignored": [
+                    {"reason": ignored.reason, "by": ignored.by, "finding": finding_json(ignored.finding)}
+                    for ignored in spec.ignored
+                ],
+                "not_checked": [{"rule": skipped.rule, "reason": skipped.reason} for skipped in spec.not_checked],
+                "felt": [{name: getattr(reached, name) for name in FELT} for reached in spec.reached],
+                "signal": [document(signal, SIGNAL) for signal in spec.signals],
+                "fit": [document(measure, FIT) | {"parts": [document(part, FIT_PART) for part in measure.parts]}
+                        for measure in spec.fit],
+                "closing": None if spec.closing is None else closing_json(spec.closing),
+                "board": None if spec.board is None else dict(zip(BOARD, spec.board, strict=False)),
+            }
+            for spec in checked
+        ],
+    }
+
+
+def to_json(document: object) -> str:
+    """JSON text with every number that is not finite as null, and pure ASCII for every terminal and locale."""
+    import json  # text needs none of it, and most checks are read by people
+
+    return json.dumps(_finite(document), indent=1, allow_nan=False) + "\n"
+
+
+FELT = ("requirement", "rule", "measured", "limit", "unit", "axis", "at")
+"""What JSON says of what is felt beside what is asked."""
+
+
+TOLD = ("rule", "name", "severity", "message", "hint", "key", "line", "column", "measured", "limit", "unit", "source")
+"""What JSON says of every finding; the rest only where there is something."""
+
+
+def finding_json(finding: Finding) -> dict[str, Any]:
+    """One finding as plain values for JSON."""
+    entry: dict[str, Any] = {name: getattr(finding, name) for name in TOLD} | {"severity": finding.severity.value}
+    if finding.detail:
+        entry["detail"] = finding.detail
+    if finding.sigma is not None:
+        entry["sigma"] = finding.sigma
+    if finding.keeps_limit:
+        entry["keeps_limit"] = True
+    if finding.file is not None:
+        entry["file"] = finding.file
+    if finding.place is not None:
+        place = finding.place
+        entry["place"] = {"x_m": place.x, "y_m": place.y, "layer": place.layer, "nets": list(place.nets)}
+    entry["fixes"] = [
+        {"edits": [{"key": edit.key, "old": edit.old, "new": edit.new, "what": edit.what} for edit in remedy.edits],
+         "safe": remedy.is_safe, "brings": list(remedy.brings)} for remedy in finding.fixes
+    ]
+    return entry
+
+
+def _finite(value: object) -> object:
+    """Plain values with None for numbers that JSON has not."""
+    if isinstance(value, Mapping):
+        return {key: _finite(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(entry) for entry in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def read_findings(content: bytes, path: str, text: str) -> CheckedSpec | None:
+    """The one spec of a ``findings.json``, at a path and with a text. None for what does not hold one spec."""
+    import json
+
+    try:
+        (spec,) = json.loads(content)["specs"]
+        ignored = [Ignored(_finding(each["finding"]), each["reason"], each["by"]) for each in spec["ignored"]]
+        not_checked = tuple(NotChecked(each["rule"], each["reason"]) for each in spec["not_checked"])
+        findings = tuple(map(_finding, spec["findings"]))
+        closing, shut = None, spec["closing"]
+        if shut is not None:
+            closing = Closing(shut["parallel_at_m"], shut["reach_m"], shut["opening_rad"], shut["pivot_offset_m"])
+        signals = tuple(Signal(**{one.field: each[one.key] for one in SIGNAL}) for each in spec["signal"])
+        return CheckedSpec(
+            path, text, findings, not_checked, signals=signals, ignored=tuple(ignored),
+            fit=tuple(map(_measure, spec["fit"])), closing=closing,
+            reached=tuple(RequirementResult(**each) for each in spec["felt"]), name=spec["name"] or "",
+            board=None if spec["board"] is None else tuple(
+                spec["board"][key] for key in BOARD if key in spec["board"]),
+        )
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        return None
+
+
+def _finding(entry: dict[str, Any]) -> Finding:
+    place = entry.get("place")
+    fixes = (
+        Remedy(tuple(Edit(each["key"], each["new"], each["old"], each.get("what", "value")) for each in one["edits"]),
+               tuple(one["brings"]))
+        for one in entry.get("fixes", ())
+    )
+    return Finding(
+        **{name: entry[name] for name in TOLD} | {"severity": Severity(entry["severity"])}, sigma=entry.get("sigma"),
+        keeps_limit=entry.get("keeps_limit", False), detail=entry.get("detail", ""), file=entry.get("file"),
+        place=None if place is None else Place(place["x_m"], place["y_m"], place["layer"], tuple(place["nets"])),
+        fixes=tuple(fixes),
+    )
+
+
+def _measure(entry: dict[str, Any]) -> Measure:
+    parts = tuple(Share(**{one.field: each[one.key] for one in FIT_PART}) for each in entry["parts"])
+    return Measure(**{one.field: entry[one.key] for one in FIT if one.field != "margin"}, parts=parts)

@@ -1,0 +1,140 @@
+"""What a check measures beside its findings (fit, closing jaws, signal), in words, rows and JSON."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from sitscad.basics.quantities import FIT, FIT_PART, SIGNAL, Quantity, Table, by_quantity, by_result, plus_minus
+from sitscad.basics.units import in_mm, show
+
+if TYPE_CHECKING:
+    from sitscad.basics.check_results import Closing, Measure, RequirementResult, Signal
+    from sitscad.estimates import Estimates
+
+
+def fit_words(fit: Sequence[Measure], whole: bool = False) -> list[str]:
+    """A line a measure: at worst, or in all three cases."""
+    found = []
+    for m in fit:
+        nominal, likely, worst, limit = (
+            in_mm(size, 3) for size in (m.nominal, m.root_sum_square, m.worst, m.limit)
+        )
+        cases = f"{nominal}, by root-sum-square {likely}, at worst {worst}" if whole else f"at worst {worst}"
+        # only the board beside the face has a figure below zero
+        side = " (below zero: back from the face's edge)" if m.nominal < 0.0 else ""
+        spare = f"{_length(m.margin, 3)} to spare"
+        if m.margin < 0.0:
+            likely = "" if m.likely_margin >= 0.0 else f" ({_length(-m.likely_margin, 3)} by root-sum-square)"
+            spare = f"{_length(-m.margin, 3)} short{likely}"
+        assumed = f", {m.assumption}" if m.assumption else ""
+        found.append(f"{m.name} {cases} of {limit} mm{side}, {spare}{assumed}")
+    return found
+
+
+def fit_tables(fit: Sequence[Measure]) -> list[Table]:
+    """Return the measures of the fit, and from the jaw upwards what the first one, the closed pair, is made of."""
+    parts = [part for measure in fit[:1] for part in measure.parts]
+    return [by_result(fit, FIT, "Fit in the jaw, as glued together"),
+            by_result(parts, FIT_PART, "What the closed pair is made of")]
+
+
+_TISSUE = (0.0, 0.5e-3, 1e-3, 2e-3, 3e-3, 5e-3)
+
+
+def closing_words(closing: Closing) -> str:
+    """The grasped thickness at which the faces are parallel, and how much they tilt on thicker tissue, in one line."""
+    tilt = closing.tilt(closing.parallel_at + 1e-3)
+    leans = "" if tilt is None else f"; every millimetre more tilts them by {math.degrees(tilt):.1f} deg"
+    if closing.parallel_at < 0.0:
+        return f"the sensor is {_length(-closing.parallel_at, 3)} too thick for faces that are ever parallel{leans}"
+    return f"the faces are parallel on {_length(closing.parallel_at, 3)} of tissue{leans}"
+
+
+def closing_table(closing: Closing) -> Table:
+    """Thicknesses of tissue, and how the faces stand on them."""
+    at = sorted({*_TISSUE, *([closing.parallel_at] if closing.parallel_at > 0.0 else [])})
+    most = closing.most
+    angles = [(t, closing.tilt(t)) for t in at if most is None or t <= most]
+    rows = []
+    for t, angle in angles:
+        if angle is not None:
+            first = "the whole face" if abs(angle) < 1e-6 else "the heel" if angle > 0.0 else "the tip"
+            slide = _length(abs(closing.slide(t) or 0.0), 3)
+            rows.append([_length(t, 3), f"{math.degrees(angle) + 0.0:.1f} deg", first, slide])
+    return Table(("tissue", "angle between the faces", "touches first", "faces slide until parallel"), rows,
+                 "The jaws about their hinge, on tissue between them at the sensor's middle")
+
+
+def closing_json(closing: Closing) -> dict[str, Any]:
+    """How the jaws close, as plain values for JSON."""
+    return {
+        "parallel_at_m": closing.parallel_at, "reach_m": closing.reach, "opening_rad": closing.opening,
+        "most_m": closing.most, "pivot_offset_m": closing.offset,
+        "tilt": [{"thickness_m": t, "tilt_rad": closing.tilt(t), "slide_m": closing.slide(t)} for t in _TISSUE],
+    }
+
+
+def _length(value: float, digits: int = 4) -> str:
+    return show(round(value, 9) + 0.0, "m", digits)
+
+
+SIGNAL_TITLE = "Signal from rest to the required force (inductance at the contacts, +- one sigma)"
+
+NO_SIGNAL = (
+    "none yet: with a target, an elastomer under it and requirements.normal_force the change per newton stands here"
+)
+
+
+def headline(signals: Iterable[Signal]) -> list[str]:
+    """The inductance's change per newton, and how much of it that is over the required force; alike coils together."""
+    named: dict[str, list[str]] = {}
+    for s in signals:
+        change = plus_minus(s.per_newton, s.sigma, "H", "/N")
+        words = f"{change}, {BY_INDUCTANCE.plain(s)} of the inductance at the contacts over {show(s.force, 'N')}"
+        if s.has_loss_in_it:
+            words += f" (of the reading {SHARE.plain(s)}: it follows losses, too)"
+        named.setdefault(words, []).append(s.coil)
+    return [f"{', '.join(coils)} {words}" for words, coils in named.items()]
+
+
+def felt_words(reached: RequirementResult) -> str:
+    """What is felt beside what is required: the figure, what is asked, and where the figure is."""
+    if reached.limit is None:
+        words = reached.requirement.replace("_", " ")
+        return f"{words} {show(reached.measured, reached.unit, 3)} ({reached.axis}, {reached.at})"
+    found, asked = (show(value, reached.unit, 3) if reached.unit else f"{value:.2g}"
+                    for value in (reached.measured, reached.limit))
+    name = reached.requirement.replace("_", " ")
+    name += " by noise alone" if name.endswith("resolution") else ""
+    return f"{name} {found} of {asked} asked ({reached.axis}, {reached.at})"
+
+
+def signal_table(signals: Sequence[Signal], estimates: Estimates) -> Table:
+    """Return each quantity of the signal with one value a coil, or what is missing for it."""
+    if not signals:
+        missing = [["change per newton", NO_SIGNAL]] if estimates.readout.drive_code is not None else []
+        return Table(["", ""], missing, SIGNAL_TITLE)
+    by_name = {s.coil: s for s in signals}
+    quantities = list(SIGNAL)
+    if any(s.has_loss_in_it for s in signals):
+        quantities.insert(-2, BY_INDUCTANCE)
+    rows = by_quantity([by_name.get(coil.name) for coil in estimates.coils], quantities)
+    return Table(["", *(coil.name for coil in estimates.coils)], rows,
+                 f"{SIGNAL_TITLE}, {show(signals[0].force, 'N')}")
+
+
+SHARE = next(each for each in SIGNAL if each.key == "share")
+BY_INDUCTANCE = Quantity("by_inductance", "by the inductance alone: the reading follows losses, too", 3, is_share=True)
+
+OTHERS_TITLE = "The same inductance as others see it: to compare with, not to judge by"
+
+OTHERS_MEANING = (
+    "at the contacts (all tables above): the coil with its leads; rules, limits and the change per newton are about it",
+    "on an LCR meter: the coil's own capacitance lies across it, and so it reads more; for testing a board, at the "
+    "sensor frequency",
+    "by the firmware's formula: 1 / (C (2 pi f)^2), which counts the coil's own capacitance as inductance and a cable "
+    "as coil; for comparing with what the header's formula makes of a reading",
+)
+"""What each of the three inductances is for."""

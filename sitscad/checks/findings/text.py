@@ -1,0 +1,340 @@
+"""Findings as text for a person: short first, and all of it where `OutputOptions.verbose` asks for it.
+
+The short form tells in full what fails the command, a warning in a line, counts the rest and says how to see it. The
+whole form has ``file:line:column rule severity message``, the offending line and the hint of every finding, every rule
+that was not checked with its reason, and every figure. Rules as a list, as JSON and as a page.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
+from itertools import groupby
+from pathlib import Path, PurePosixPath
+from typing import Protocol
+
+from sitscad.basics.finding import Finding, Ignored, Severity
+from sitscad.basics.record import record
+from sitscad.basics.units import counted
+from sitscad.basics.version import __version__
+from sitscad.checks.findings.document import CheckedSpec, by_weight, excerpt, in_order, to_json
+
+INDENT = 6  # Columns by which what belongs to a finding stands in from its first line
+
+
+class RuleTexts(Protocol):
+    """What is said of a rule, whoever applies it."""
+
+    @property
+    def id(self) -> str: ...  # noqa: D102
+    @property
+    def name(self) -> str: ...  # noqa: D102
+    @property
+    def severity(self) -> Severity: ...  # noqa: D102
+    @property
+    def summary(self) -> str: ...  # noqa: D102
+    @property
+    def why(self) -> str: ...  # noqa: D102
+    @property
+    def mend(self) -> str: ...  # noqa: D102
+    @property
+    def source(self) -> str: ...  # noqa: D102
+
+
+@record
+class OutputOptions:
+    """How findings are told.
+
+    ``colour`` is whether a terminal's colours may be used, ``rules`` are all rules in the order of their identifiers,
+    ``fail_on`` is the mildest severity that counts as failed, and ``root`` the folder that forms for machines name
+    paths from (the repository's). ``named`` makes every line of the text name its spec though it is told alone;
+    ``verbose`` makes the text tell all that there is, ``hints`` tells warnings in full, with their hints; ``width`` is
+    the terminal's, at which its lines are folded.
+    """
+
+    colour: bool = False
+    rules: tuple[RuleTexts, ...] = ()
+    fail_on: Severity = Severity.ERROR
+    root: str = "."
+    named: bool = False
+    verbose: bool = False
+    hints: bool = False
+    width: int | None = None
+
+    def is_told_in_full(self, severity: Severity) -> bool:
+        """Whether the short form has the line and the hint of a finding of this severity."""
+        return severity.weighs(self.fail_on) or (self.hints and severity.weighs(Severity.WARNING))
+
+    def path_from_root(self, path: str) -> str:
+        """A spec's path from the root, with forward slashes; as it was typed where it lies elsewhere."""
+        try:
+            whole = Path(os.path.abspath(path))
+            return PurePosixPath(whole.relative_to(os.path.abspath(self.root))).as_posix()
+        except ValueError:
+            return path.replace(os.sep, "/")
+
+
+_BRIEF = OutputOptions()
+
+
+def as_text(checked: Sequence[CheckedSpec], output: OutputOptions = _BRIEF) -> str:
+    """The findings of all specs, what their coils feel and how they fit, and the verdict in the end. Every line names
+    its spec where there are several, or `OutputOptions.named` says that others are told before or after; several specs
+    have their figures in the whole form only.
+    """
+    output, colour = replace(output, named=output.named or len(checked) > 1), output.colour
+    groups = [group for spec in checked for group in _findings_text(spec, output)]
+    if output.verbose or not output.named:
+        groups += [_figures_text(spec, output) for spec in checked]
+    name = _named(checked[0], output) if len(checked) == 1 else ""
+    if output.verbose:
+        last = [line for spec in checked for line in _reasons_text(spec, output)]
+    else:
+        last = _not_checked_text(checked, name, output)
+    last += [line for spec in checked for line in _ignored_text(spec, output)]
+    said = summary(checked, colour)
+    if not output.verbose:  # what the short form left out of the findings, and how it is seen
+        milder = {f.severity for spec in checked for f in spec.findings if not output.is_told_in_full(f.severity)}
+        words = {Severity.NOTE: "notes", Severity.WARNING: "hints"}
+        told = " and ".join(word for severity, word in words.items() if severity in milder)
+        said = verdict(checked, colour) + (f" (check -v shows {told})" if told else "")
+    last += [name + line for line in (*_fixes_text(checked), said)]
+    return "\n\n".join("\n".join(group) for group in (*groups, last) if group) + "\n"
+
+
+def _findings_text(spec: CheckedSpec, output: OutputOptions) -> list[list[str]]:
+    """The findings of one spec as groups of lines: each that is told in full is one, all warnings in a line another."""
+    if output.verbose:
+        return [_in_full(spec, finding, output) for finding in in_order(spec.findings)]
+    found = by_weight(spec.findings)
+    full = [_in_full(spec, finding, output) for finding in found if output.is_told_in_full(finding.severity)]
+    milder = [f for f in found if f.severity is Severity.WARNING and not output.is_told_in_full(f.severity)]
+    return [*full, [line for finding in milder for line in _head(spec, finding, output)]]
+
+
+def _fixes_text(checked: Sequence[CheckedSpec]) -> list[str]:
+    """The findings that `check --fix` can mend, by number and rules; empty if there is none."""
+    rules: dict[bool, list[str]] = {True: [], False: []}
+    for finding in (finding for spec in checked for finding in spec.findings):
+        if fixes := [fix for fix in finding.fixes if not fix.brings]:
+            rules[any(fix.is_safe for fix in fixes)].append(finding.rule)
+    told = {is_safe: f" ({', '.join(sorted(set(found)))})" for is_safe, found in rules.items()}
+    safe, unsafe = rules[True], rules[False]
+    words = [f"for {counted(len(safe), 'finding')}{told[True]} by check --fix"] if safe else []
+    if unsafe:
+        more = " more" if safe else ""
+        words.append(f"for {counted(len(unsafe), 'finding')}{more}{told[False]} by check --fix --unsafe-fixes")
+    return [f"fixes: {', '.join(words)}"] if words else []
+
+
+def verdict(checked: Sequence[CheckedSpec], colour: bool = False) -> str:
+    """How many errors, warnings and notes there are."""
+    counts = [(severity, sum(spec.count(severity) for spec in checked)) for severity in Severity]
+    words = [counted(count, severity.value) for severity, count in counts if count]
+    ok = all(spec.ok for spec in checked)
+    said = styled("ok" if ok else "not ok", "green" if ok else "red", colour)
+    return f"{said}: {', '.join(words) or 'no findings'}" + (f" in {len(checked)} specs" if len(checked) > 1 else "")
+
+
+def summary(checked: Sequence[CheckedSpec], colour: bool = False) -> str:
+    """The verdict, and how many rules were not checked, in one line."""
+    skipped = sum(len(spec.not_checked) for spec in checked)
+    return verdict(checked, colour) + (f"; {counted(skipped, 'rule')} not checked" if skipped else "")
+
+
+_COLOURS = {"red": "31;1", "yellow": "33;1", "cyan": "36", "green": "32;1", "dim": "2", "bold": "1"}
+SEVERITY_COLOURS = {Severity.ERROR: "red", Severity.WARNING: "yellow", Severity.NOTE: "cyan"}
+
+
+def styled(text: str, colour: str, on: bool = True) -> str:
+    """`text` in a colour of the terminal, or as it is."""
+    return f"\033[{_COLOURS[colour]}m{text}\033[0m" if on else text
+
+
+def printable(text: str) -> str:
+    """`text` with tabs as spaces and without anything that could steer a terminal."""
+    return "".join(" " if c == "\t" else c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
+def _head(spec: CheckedSpec, finding: Finding, output: OutputOptions) -> list[str]:
+    where = ":".join(str(part) for part in (printable(finding.file or spec.path), finding.line, finding.column) if part)
+    severity = styled(finding.severity.value, SEVERITY_COLOURS[finding.severity], output.colour)
+    plain = f"{where} {finding.rule} {finding.severity.value} "
+    first, *others = _folded(plain, finding.message, INDENT, output)
+    return [f"{styled(where, 'bold', output.colour)} {finding.rule} {severity} {first[len(plain) :]}", *others]
+
+
+def _in_full(spec: CheckedSpec, finding: Finding, output: OutputOptions) -> list[str]:
+    """One finding with its line of the spec, what more there is to say and its hint."""
+    lines, text = _head(spec, finding, output), spec.line(finding.line, finding.file)
+    if text is not None:
+        margin = f"{finding.line:>5} | "
+        shown, caret = excerpt(text, finding.column or 1, output.width and output.width - len(margin))
+        mark = styled("^", SEVERITY_COLOURS[finding.severity], output.colour)
+        lines += [f"{margin}{printable(shown)}", f"{'| ':>{len(margin)}}{'':{caret}}{mark}"]
+    for word, told in (("detail", finding.detail), ("hint", finding.hint)):
+        lines += _folded(f"{'':{INDENT}}{word}: ", told, INDENT + len(word) + 2, output) if told else []
+    return lines
+
+
+def _folded(head: str, text: str, indent: int, output: OutputOptions) -> list[str]:
+    """A text after its head as lines no wider than the terminal, all but the first moved in."""
+    text = printable(text)
+    if output.width is None:
+        return [head + text]
+    from textwrap import wrap  # nobody's who writes into a file
+
+    lines = wrap(
+        _UNIT.sub(_UNBROKEN, text), max(output.width, 2 * INDENT), initial_indent=head, subsequent_indent=" " * indent,
+        break_long_words=False, break_on_hyphens=False,
+    )
+    return [line.replace(_UNBROKEN, " ") for line in lines] or [head]
+
+
+_UNIT, _UNBROKEN = re.compile(r"(?<=\d) (?=(?:%|[pnumkMG]?(?:m|H|F|ohm|Hz|N|Pa|V|A|s)\b))"), "\0"
+"""A number and its unit stand in one line."""
+
+
+def _not_checked_text(checked: Sequence[CheckedSpec], name: str, output: OutputOptions) -> list[str]:
+    """How many rules were not checked, and the reason if it is one, in a line that `name` begins."""
+    reasons = [skipped.reason for spec in checked for skipped in spec.not_checked]
+    if not reasons:
+        return []
+    several = "check -v says which and why" if len(set(reasons)) > 1 else reasons[0]
+    return _dim(_folded(f"{name}not checked: {counted(len(reasons), 'rule')} ", f"({several})", INDENT, output), output)
+
+
+def _reasons_text(spec: CheckedSpec, output: OutputOptions) -> list[str]:
+    """The rules of one spec that were not checked, one line a reason."""
+    reasons: dict[str, list[str]] = {}
+    requirements: list[str] = []  # all that are not stated make one line, not one each
+    for skipped in spec.not_checked:
+        reason = skipped.reason
+        if reason.startswith("no requirements.") and reason.endswith(" in the spec"):
+            requirements.append(reason.removeprefix("no ").removesuffix(" in the spec").replace("requirements.", ""))
+            reason = "requirements"
+        reasons.setdefault(reason, []).append(skipped.rule)
+    if requirements:
+        unstated = f"no requirements in the spec for {', '.join(dict.fromkeys(requirements))}"
+        reasons = {unstated if reason == "requirements" else reason: rules for reason, rules in reasons.items()}
+    head = f"{_named(spec, output)}not checked: "
+    told = (f"{', '.join(_in_runs(rules))} ({reason})" for reason, rules in reasons.items())
+    return _dim((line for words in told for line in _folded(head, words, INDENT, output)), output)
+
+
+def _ignored_text(spec: CheckedSpec, output: OutputOptions) -> list[str]:
+    """What is ignored and why, a line a finding in the whole form, else a rule and reason; and silenced errors."""
+    def why(each: Ignored) -> tuple[str, str]:
+        return each.finding.rule, f"({each.by}: {each.reason})"
+
+    words = [f"{each.finding.rule} {each.finding.message} {why(each)[1]}" for each in spec.ignored]
+    if not output.verbose:
+        groups = ((*key, len(list(found))) for key, found in groupby(sorted(spec.ignored, key=why), why))
+        words = [f"{rule} {f'{count} times ' if count > 1 else ''}{reason}" for rule, reason, count in groups]
+    name = _named(spec, output)
+    lines = [line for each in words for line in _folded(f"{name}ignored: ", each, INDENT, output)]
+    if spec.silenced:
+        rules = ", ".join(_in_runs([finding.rule for finding in spec.silenced]))
+        marked = f"{rules}: a package is marked as one that is not to be ordered"
+        lines += _folded(f"{name}silenced errors: ", marked, INDENT, output)
+    return _dim(lines, output)
+
+
+def _figures_text(spec: CheckedSpec, output: OutputOptions) -> list[str]:
+    """The board's size, what the coils feel, how the sensor fits its jaw and how that closes, a line each."""
+    rows: list[tuple[str, Sequence[str]]] = []
+    if spec.board is not None:
+        sizes = [f"{size * 1e3:.4g}" for size in spec.board]
+        body, over_all, mount = (" x ".join(sizes[k : k + 2]) for k in (0, 2, 4))
+        rows += [("board", [f"body {body} mm, {over_all} mm over all"])]
+        rows += [("mount", [f"{mount} mm outside"])] if mount else []
+    if spec.signals or spec.reached:
+        from sitscad.checks.findings.measures import felt_words, headline
+
+        rows += [("signal", headline(spec.signals)), ("felt", [felt_words(each) for each in spec.reached])]
+    if spec.fit:
+        from sitscad.checks.findings.measures import closing_words, fit_words
+
+        rows += [("fit", fit_words(spec.fit, output.verbose))]
+        rows += [("closing", [closing_words(spec.closing)])] if spec.closing is not None else []
+    width = max((len(label) for label, words in rows if words), default=0) + 2
+    labels = ((f"{label}:" if k == 0 else "", text) for label, words in rows for k, text in enumerate(words))
+    name = _named(spec, output)
+    return [line for label, text in labels for line in _folded(f"{name}{label:{width}}", text, width + 2, output)]
+
+
+def _named(spec: CheckedSpec, output: OutputOptions) -> str:
+    return f"{printable(spec.path)}: " if output.named else ""
+
+
+def _dim(lines: Iterable[str], output: OutputOptions) -> list[str]:
+    return [styled(line, "dim", output.colour) for line in lines]
+
+
+def _in_runs(rules: list[str]) -> list[str]:
+    """Identifiers with runs of three and more neighbours drawn together: ``SIT101-SIT117``."""
+    runs: list[list[str]] = []
+    for rule in sorted(set(rules)):
+        if runs and rule[:3] == runs[-1][-1][:3] and rule[3:].isdigit() and int(rule[3:]) == int(runs[-1][-1][3:]) + 1:
+            runs[-1].append(rule)
+        else:
+            runs.append([rule])
+    return [text for run in runs for text in ([f"{run[0]}-{run[-1]}"] if len(run) > 2 else run)]
+
+
+class ListedRule(RuleTexts, Protocol):
+    """A rule with the severities of its findings, in words."""
+
+    @property
+    def severities(self) -> str: ...  # noqa: D102
+
+
+RULE_GROUPS = {
+    "0": "The spec itself", "1": "Fabrication", "2": "Electrical and readout", "3": "Fit and mechanics",
+    "4": "What the sensor feels",
+}
+"""Headings by the first figure of a rule's number."""
+
+
+def rules_text(rules: Sequence[ListedRule]) -> str:
+    """One line a rule: identifier, name, severities, what it asks for."""
+    width = max(len(rule.name) for rule in rules)
+    rows = (f"{rule.id}  {rule.name:<{width}}  {severities(rule):<20}  {rule.summary}" for rule in rules)
+    return "\n".join(rows) + "\n"
+
+
+def rules_json(rules: Sequence[ListedRule]) -> str:
+    """Every text of every rule."""
+    entries = [
+        {
+            "rule": rule.id, "name": rule.name, "severities": severities(rule).split(", "), "when": rule.severities,
+            "summary": rule.summary, "why": rule.why, "mend": rule.mend, "source": rule.source,
+        }
+        for rule in rules
+    ]
+    return to_json({"sitscad": __version__, "rules": entries})
+
+
+def rules_markdown(rules: Sequence[ListedRule]) -> str:
+    """A page with a section a rule, by group; headings are `SIT103 coil-trace`, so that links to them last."""
+    lines = ["# Rules", ""]
+    for figure, heading in RULE_GROUPS.items():
+        lines += [f"## {heading}", ""]
+        for rule in (each for each in rules if each.id[3:4] == figure):
+            lines += [f"### {rule.id} {rule.name}", "", f"*{rule.severities}*", "", rule.summary, ""]
+            lines += [f"**Why:** {rule.why}", "", f"**To mend it:** {rule.mend}", "", f"**Source:** {rule.source}", ""]
+    return "\n".join(lines)
+
+
+def severities(rule: ListedRule) -> str:
+    """The severities alone, mildest first: ``warning, error``."""
+    words = rule.severities.replace(",", " ").split()
+    return ", ".join(word for word in ("note", "warning", "error") if word in words)
+
+
+RULE_FORMATS: Mapping[str, Callable[[Sequence[ListedRule]], str]] = {
+    "text": rules_text, "json": rules_json, "markdown": rules_markdown,
+}
+"""How ``rules`` can print them."""

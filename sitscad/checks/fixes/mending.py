@@ -1,0 +1,241 @@
+"""A spec's text with the fixes of its findings written into it, one after the other, as far as each makes it better."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
+from typing import Generic, Protocol, TypeVar
+
+from sitscad.basics.finding import Finding, NotChecked, Remedy, Severity
+from sitscad.basics.record import record, replace
+from sitscad.checks.fixes.search import warn
+from sitscad.spec.yaml.rewriting import CannotWriteError, rewritten
+
+
+class Judged(Protocol):
+    """What is said of a spec's text."""
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What was found."""
+
+    @property
+    def not_checked(self) -> tuple[NotChecked, ...]:
+        """What could not be checked."""
+
+
+Said = TypeVar("Said", bound=Judged)
+Judge = Callable[[str], Said]
+May = Callable[[Finding, Remedy], bool]
+
+
+@record
+class Applied:
+    """A fix that was written into a text, the finding that it mended, and the rules that get worse by it."""
+
+    finding: Finding
+    remedy: Remedy
+    worsens: tuple[str, ...] = ()
+
+
+@record
+class RolledBack:
+    """A fix that might be written and was not, because the text is no better with it: why, in words."""
+
+    finding: Finding
+    remedy: Remedy
+    why: str
+
+
+@record(eq=False)
+class Mended(Generic[Said]):
+    """A text after all fixes that make it better, what is said of it then, the fixes, and those that were tried on it
+    and rolled back.
+    """
+
+    text: str
+    said: Said
+    applied: tuple[Applied, ...]
+    rolled_back: tuple[RolledBack, ...] = ()
+
+
+def mended_text(
+    text: str, judge: Judge[Said], may: May, verdict: Judge[Said] | None = None,
+    progress: Callable[[str], None] = lambda step: None,
+) -> Mended[Said]:
+    """A text with every fix written into it that mends its finding and adds none; `may` says which may be.
+
+    Errors are mended before warnings, and warnings before notes; among them the rules' numbers count. After each fix
+    the text is judged again, and what was not better is left as it was. Every fix leaves fewer findings, or a note that
+    has no fix in place of one that has, or lets a spec be read further: so it ends, and doing it again changes nothing.
+    `judge` says all of a text, fixes included; `verdict` says its findings in less time. `progress` is called with each
+    step, in words, before it is taken.
+    """
+    progress("looking for fixes")
+    said, applied = judge(text), list[Applied]()
+    seen = {text}
+
+    def told(finding: Finding, remedy: Remedy) -> bool:
+        """Whether a fix may be written; of one that may, say that it is tried."""
+        if is_allowed := may(finding, remedy):
+            progress(f"{len(applied)} mended, {finding.rule}: trying {'; '.join(edit.words for edit in remedy.edits)}")
+        return is_allowed
+
+    while True:
+        step, rolled_back = _next(text, said, judge, verdict or judge, told, seen)
+        if step is None:
+            return Mended(text, said, tuple(applied), rolled_back)
+        text, one = step
+        seen.add(text)
+        applied.append(one)
+        progress(f"{len(applied)} mended, looking for further fixes")
+        said = judge(text)
+
+
+def _next(
+    text: str, said: Said, judge: Judge[Said], verdict: Judge[Said], may: May, seen: set[str]
+) -> tuple[tuple[str, Applied] | None, tuple[RolledBack, ...]]:
+    """The text with the first fix that makes it better, and that (None where none does); those that do not."""
+    rolled_back: list[RolledBack] = []
+    already = {one.rule for one in said.findings if one.severity is not Severity.NOTE}
+    for finding, remedy in _fixes(said.findings):
+        if not may(finding, remedy):
+            continue
+        if remedy.brings:
+            if all(one.finding != finding for one in rolled_back):
+                rolled_back.append(RolledBack(finding, remedy, warn(remedy.brings, already)))
+            continue
+        try:
+            changed = rewritten(text, remedy.edits)
+        except CannotWriteError as error:
+            rolled_back.append(RolledBack(finding, remedy, str(error)))
+            continue
+        one = Applied(finding, remedy)
+        if changed in seen:
+            rolled_back.append(RolledBack(finding, remedy, "that is what another fix has changed"))
+            continue
+        after = verdict(changed)
+        is_swap = _swaps_notes(one, said, after)
+        if is_improved(one, said, after) or (is_swap and not _has_new_fixes(said, judge(changed), may)):
+            return (changed, replace(one, worsens=tuple(sorted(worsened(said.findings, after.findings))))), ()
+        rolled_back.append(RolledBack(finding, remedy, _why_not(one, said, after)))
+    return None, tuple(rolled_back)
+
+
+def _swaps_notes(applied: Applied, before: Judged, after: Judged) -> bool:
+    """Whether a fix of a note brings notes and nothing graver, and no more of them than it mends."""
+    gone, new = _changes(applied, before.findings, after.findings)
+    is_note = applied.finding.severity is Severity.NOTE and {severity for _, _, severity in new} == {Severity.NOTE}
+    return is_note and new.total() <= gone.total() and _unknown(after) <= _unknown(before) and _place(applied) in gone
+
+
+def _has_new_fixes(before: Judged, after: Judged, may: May) -> bool:
+    """Whether there is a fix for something that was not found before: it might lead back to where one came from."""
+    known = {(found.rule, found.key) for found in before.findings}
+    fixes = ((f, remedy) for f, remedy in _fixes(after.findings) if (f.rule, f.key) not in known)
+    return any(not remedy.brings and may(found, remedy) for found, remedy in fixes)
+
+
+def _why_not(applied: Applied, before: Judged, after: Judged) -> str:
+    """Why a text is no better after a fix, in words."""
+    gone, new = _changes(applied, before.findings, after.findings)
+    if _place(applied) not in gone:
+        return f"{applied.finding.rule} stays" + (f", and {_named(new)}" if new else "")
+    if new:
+        return _named(new)
+    if worse := worsened(before.findings, after.findings):
+        return f"{', '.join(sorted(worse))} gets worse"
+    unknown = sorted(_unknown(after) - _unknown(before))
+    return f"{', '.join(unknown)} can then not be checked"
+
+
+def worsened(before: Iterable[Finding], after: Iterable[Finding]) -> set[str]:
+    """The rules that complained before, and complain now of figures farther beyond their limits than any before."""
+    was, now = _excess(before), _excess(after)
+    return {rule for rule, found in now.items() if found > was.get(rule, found) + WORSE}
+
+
+WORSE = 0.01
+"""Part of its limit by which a figure may lie farther beyond it before that counts."""
+
+
+def _excess(findings: Iterable[Finding]) -> dict[str, float]:
+    # How far the figures of each rule's errors and warnings lie beyond their limits, at most, in parts of these.
+    found: dict[str, float] = {}
+    for one in findings:
+        if one.severity is not Severity.NOTE and one.measured is not None and one.limit:
+            beyond = abs(one.measured / one.limit - 1.0) * (-1.0 if one.keeps_limit else 1.0)
+            found[one.rule] = max(found.get(one.rule, -1.0), beyond)
+    return found
+
+
+def _named(new: _Weighed) -> str:
+    """Findings that are new, each rule with its gravest severity, in words."""
+    gravest = {rule: severity for rule, _, severity in sorted(new, key=lambda one: -list(Severity).index(one[2]))}
+    return "it brings " + ", ".join(f"{rule} ({gravest[rule].value})" for rule in sorted(gravest))
+
+
+def _fixes(findings: Iterable[Finding]) -> Iterator[tuple[Finding, Remedy]]:
+    order = list(Severity)
+    for finding in sorted(findings, key=lambda one: (order.index(one.severity), one.rule, one.line or 0,
+                                                     one.column or 0)):
+        for remedy in finding.fixes:
+            yield finding, remedy
+
+
+def is_improved(applied: Applied, before: Judged, after: Judged) -> bool:
+    """Whether a text is better after a fix: it is read further, or one finding is gone and nothing new is wrong."""
+    is_unread = any(finding.rule.startswith("SIT0") for finding in before.findings)
+    return (is_unread and is_further(before.findings, after.findings)) or (
+        is_better(applied, before.findings, after.findings) and _unknown(after) <= _unknown(before))
+
+
+def _unknown(said: Judged) -> set[str]:
+    """The rules of a design that could not be applied, or not wholly."""
+    return {skipped.rule for skipped in said.not_checked if not skipped.rule.startswith("SIT0")}
+
+
+def is_further(before: Iterable[Finding], after: Iterable[Finding]) -> bool:
+    """Whether nothing is left of what kept a spec from being read, so that what is said now could not be seen then."""
+    return not {(one.rule, one.key) for one in before} & {(one.rule, one.key) for one in after}
+
+
+def is_better(applied: Applied, before: Iterable[Finding], after: Iterable[Finding]) -> bool:
+    """Whether a finding is gone, or milder, and none is new, weighs more than it did or got worse. A note is no reason
+    to leave an error or a warning, and what gets worse is none to leave an error. What a key holds could not be judged
+    while its name was wrong.
+    """
+    gone, new = _changes(applied, before, after)
+    allowed = {Severity.NOTE} - {applied.finding.severity}
+    is_gone = _place(applied) in gone and {severity for *_, severity in new} <= allowed
+    is_error = applied.finding.severity is Severity.ERROR
+    return is_gone and (is_error or not worsened(before, after))
+
+
+def _changes(applied: Applied, before: Iterable[Finding], after: Iterable[Finding]) -> tuple[_Weighed, _Weighed]:
+    """What a fix takes away of findings by their weight, and what it brings."""
+    read = [f"{edit.key.rpartition('.')[0]}.{edit.new}.".removeprefix(".")
+            for edit in applied.remedy.edits if edit.what == "name"]
+    seen = [found for found in after if not any(f"{found.key}.".startswith(key) for key in read)]
+    now, then = _weighed(seen), _weighed(before)
+    gone, new = then - now, now - then
+    return gone, Counter({one: count for one, count in new.items() if one[0] == applied.finding.rule
+                          or _of_rule(now, one) > _of_rule(then, one)})
+
+
+def _of_rule(weighed: _Weighed, one: tuple[str, str | None, Severity]) -> int:
+    """How many findings of a rule weigh so much, whatever their key: which key one names hangs on what was tried."""
+    return sum(count for (rule, _, severity), count in weighed.items() if (rule, severity) == (one[0], one[2]))
+
+
+def _place(applied: Applied) -> tuple[str, str | None, Severity]:
+    return applied.finding.rule, applied.finding.key, applied.finding.severity
+
+
+_Weighed = Counter[tuple[str, str | None, Severity]]
+
+
+def _weighed(findings: Iterable[Finding]) -> _Weighed:
+    """How many findings of each rule and key weigh as much as each severity, or more."""
+    order = list(Severity)
+    return Counter((f.rule, f.key, milder) for f in findings for milder in order[order.index(f.severity) :])

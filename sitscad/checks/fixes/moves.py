@@ -1,0 +1,546 @@
+"""Changes of coil, board and readout that may mend a finding, nearest first. Each is tried before it is named.
+
+A closed formula says what one via needs; where leads, vias and other coils share the room only trying is honest. So an
+amount that is named is one that was tried.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from functools import partial
+from itertools import combinations, islice
+from typing import TypeVar
+
+from sitscad.basics.finding import Edit, Missing
+from sitscad.basics.units import show
+from sitscad.checks.fixes.search import AMOUNTS, GROWTH, Family, Fix, setting
+from sitscad.kernels.geometry.convex import Footprint
+from sitscad.kernels.geometry.shapes import LONG_PLATE
+from sitscad.layout.clearance import hole_keep_out, joined_hole
+from sitscad.layout.routing.branches import least_closing
+from sitscad.layout.windings import wind_all
+from sitscad.spec import presets
+from sitscad.spec.circuit import Plating
+from sitscad.spec.coil import INNER, CoilPlacement, CoilSpec
+from sitscad.spec.load import rewritten_spec
+from sitscad.spec.materials import ElastomerPad, Encapsulation, Target
+from sitscad.spec.places import footprint
+from sitscad.spec.presets import connector, names
+from sitscad.spec.profiles import installed_rules
+from sitscad.spec.reading import SpecError
+from sitscad.spec.resolver.coils import least_scale
+from sitscad.spec.sensor import SensorSpec
+
+MOST_LAYERS = 8
+
+AS_GOOD_AS_NONE = 0.05
+"""How far (turns) a lead may run back round a coil that a hint names."""
+
+
+def with_turns(spec: SensorSpec, turns: float) -> Fix:
+    """Return the fix that gives each layer of the coil `turns` turns."""
+    coil = replace(spec.coil, turns=turns)
+    edits = (Edit("coil.turns", f"{turns:.7g}"),) if "coil.turns" in _winding_keys(spec) else ()
+    return Fix((*edits, *_inner_edit(spec, coil)), replace(spec, coil=coil))
+
+
+def _winding_keys(spec: SensorSpec) -> set[str]:
+    """Return those keys for turns, trace width, spacing and inner diameter that a fix may edit in this spec."""
+    all_of_them = {f"coil.{key}" for key in CoilSpec.stands_in[1]}
+    is_by_inner = INNER in spec.source.keys
+    return {INNER, *(all_of_them & spec.source.keys.keys())} if is_by_inner else all_of_them
+
+
+def _inner_edit(spec: SensorSpec, coil: CoilSpec) -> tuple[Edit, ...]:
+    """Return the edit that writes a changed coil's inner diameter. Empty if the spec has no inner diameter."""
+    return (Edit(INNER, _mm(coil.inner_diameter)),) if INNER in _winding_keys(spec) else ()
+
+
+def more_turns(spec: SensorSpec, factor: float) -> Iterator[Fix]:
+    """The turns times a factor, then half the way to the most that the outline takes, then the most; whole parts of a
+    turn of the shape, with which no lead runs back round the coil. Nothing for layers of unequal turns.
+    """
+    coil = spec.coil
+    if coil.has_unequal_turns:
+        return
+    parts = coil.outline.ends or 4
+    room = math.floor(parts * coil.turns_that_fit + 1e-9)
+    most = next((part for part in range(room, 0, -1) if not _runs_back(coil, part / parts)), room)
+    wanted = min(_up(coil, math.ceil(parts * coil.most_turns * factor - 1e-9), parts), most)
+    middle = min(_up(coil, math.ceil((wanted + most) / 2.0 - 1e-9), parts), most)
+    for part in dict.fromkeys((wanted, middle, most)):
+        if part / parts > coil.most_turns:
+            yield with_turns(spec, part / parts)
+
+
+def _up(coil: CoilSpec, part: int, parts: int) -> int:
+    """The least number of parts of a turn, from `part` on, with which no lead runs back round the coil."""
+    return next((more for more in range(part, part + parts) if not _runs_back(coil, more / parts)), part)
+
+
+def _runs_back(coil: CoilSpec, turns: float) -> bool:
+    """Whether with so many turns a layer a lead takes inductance away (a hint is no worse than its neighbours)."""
+    return turns > 0.0 and least_closing(replace(coil, turns=turns)) < -AS_GOOD_AS_NONE
+
+
+def fewer_turns(spec: SensorSpec, room: float, steps: int = 1) -> Iterator[Fix]:
+    """The turns as they are, then the most that are no more than `room`, then so many times a part of a turn less;
+    always such with which no lead runs back round the coil, but for those as they are.
+    """
+    coil = spec.coil
+    if coil.has_unequal_turns:
+        return
+    parts = coil.outline.ends or 4
+    whole = math.floor(parts * room + 1e-9)
+    fewer = (part / parts for part in range(whole, 0, -1) if not _runs_back(coil, part / parts))
+    for turns in dict.fromkeys((coil.most_turns, *islice(fewer, steps + 1))):
+        if 0.0 < turns <= coil.turns_that_fit:
+            yield with_turns(spec, turns)
+
+
+def roomy_turns(spec: SensorSpec, most: float, count: int) -> Iterator[Fix]:
+    """Yield up to `count` fixes with no more turns than `most` that leave room for the vias inside, the most turns
+    first. The first is found by bisection: fewer turns leave more room.
+    """
+    now = spec.coil.most_turns
+    fixes = [fix for fix in fewer_turns(spec, most, MOST_STEPS) if fix.edits and fix.spec.coil.most_turns < now]
+    low, high = 0, len(fixes)
+    while low < high:
+        middle = (low + high) // 2
+        low, high = (low, middle) if inner_vias_fit(fixes[middle].spec) else (middle + 1, high)
+    yield from fixes[low : low + count]
+
+
+MOST_STEPS = 24
+"""Parts of a turn less that are tried to make room inside."""
+
+
+def whole_turns(spec: SensorSpec) -> Iterator[Fix]:
+    """The nearest turns, then those on the other side, that make a whole number in all layers together: the leads then
+    come from one place. Nothing for layers of unequal turns.
+    """
+    coil, layers = spec.coil, len(spec.coil.layers)
+    if coil.has_unequal_turns:
+        return
+    parts = math.gcd(coil.outline.ends or layers, layers)
+    below = math.floor(parts * coil.most_turns + 1e-6) / parts
+    for turns in sorted((below, below + 1.0 / parts), key=lambda turns: round(abs(turns - coil.most_turns), 6)):
+        if 0.0 < turns <= coil.turns_that_fit and abs(turns - coil.most_turns) > 1e-6:
+            yield with_turns(spec, turns)
+
+
+def narrower(spec: SensorSpec, by: float) -> Iterator[Fix]:
+    """Coils narrower by so much (m) at least, with as many turns as now or as leave the inside as it is."""
+    coil = spec.coil
+    x, y = coil.size
+    across = math.floor((y - by) * 1e5 + 1e-6) / 1e5  # as it is written
+    if across <= 2.0 * coil.trace_width:
+        return
+    long = coil.outline.is_long
+    size = Edit("coil.outer_diameter", f"[{x * 1e3:g}, {across * 1e3:g}]" if long else f"{across * 1e3:g}")
+    small = replace(spec, coil=replace(coil, size=(x if long else across, across)))
+    for fix in fewer_turns(small, coil.most_turns - (y - across) / 2.0 / coil.pitch, 0):
+        yield _besides((size,), fix, coil.most_turns)
+
+
+def smaller_coils(spec: SensorSpec, by: float, keeps_length: bool = False) -> Fix:
+    """Coils smaller by a length (m), with the same gaps between them, and with fewer turns if inner vias need the room.
+    A long coil only becomes narrower if ``keeps_length``. The fix has no edits if no coil would be left.
+    """
+    coil = spec.coil
+    if keeps_length and coil.outline.is_long:
+        size = (coil.size[0], coil.size[1] - by)
+        small = Fix((Edit("coil.outer_diameter", f"[{_mm(size[0])}, {_mm(size[1])}]"),),
+                    replace(spec, coil=replace(coil, size=size)))
+    else:
+        small = larger_coils(spec, -by)
+    if min(small.spec.coil.size) <= 2.0 * coil.trace_width:
+        return Fix((), spec)
+    room = coil.most_turns - by / 2.0 / coil.pitch
+    for fewer in fewer_turns(small.spec, room, 0):
+        if inner_vias_fit(fewer.spec):
+            turned = (edit for edit in fewer.edits if fewer.spec.coil.most_turns != coil.most_turns)
+            return small.with_also(Fix(tuple(turned), fewer.spec))
+    return small
+
+
+def _besides(edits: tuple[Edit, ...], turned: Fix, turns: float) -> Fix:
+    """Return a fix with `edits` and the edits of `turned`, without its edit of the turns if they remain `turns`.
+
+    An edit of the inner diameter always remains: it depends on both.
+    """
+    turning = (edit for edit in turned.edits if edit.key == INNER or turned.spec.coil.most_turns != turns)
+    return replace(turned, edits=(*edits, *turning))
+
+
+def other_ends(spec: SensorSpec) -> Iterator[Fix]:
+    """Other start angles, then a part of a turn less and more: what moves the layers' ends, and so their leads."""
+    coil, parts = spec.coil, spec.coil.outline.ends or 4
+    yield from other_start_angles(spec)
+    fewer = fewer_turns(spec, coil.most_turns - 1.0 / parts, 0)
+    more = more_turns(spec, 1.0 + 0.5 / (parts * coil.most_turns))
+    yield from (fix for fix in (*fewer, *more) if fix.spec.coil.most_turns != coil.most_turns)
+
+
+def more_layers(spec: SensorSpec, factor: float) -> Iterator[Fix]:
+    """An even number of layers, so many times as many as now at least, then two more; on the stack-up as it is or on
+    the first installed one that has as many.
+    """
+    coil, now = spec.coil, len(spec.coil.layers)
+    if coil.has_unequal_turns or coil.layers != tuple(range(1, now + 1)):
+        return
+    first = max(2 * math.ceil(now * factor / 2.0 - 1e-9), now + 2 - now % 2)
+    for count in range(first, min(first + 2, MOST_LAYERS) + 1, 2):
+        wound, edit = replace(coil, layers=tuple(range(1, count + 1))), Edit("coil.layers", f"{count}")
+        if count <= len(spec.fpc.stackup.copper):
+            yield Fix((edit,), replace(spec, coil=wound))
+            continue
+        name = next(iter(presets.stackups_of(count, presets.is_rigid(spec.fpc.stackup))), None)
+        if name is not None:
+            stackup, tail = presets.stackup(name), spec.fpc.tail
+            if tail is not None and "fpc.tail.layers" not in spec.source.keys:  # all of the body's, as it is left out
+                tail = replace(tail, layers=len(stackup.copper))
+            core = tail.layers if tail is not None and 1 < tail.layers < len(stackup.copper) else 0
+            stackup = presets.covered(stackup.built(spec.fpc.stackup.plating, core))
+            rules = spec.fpc.rules.for_foil(stackup.line_foil(wound.layers)).for_layers(len(stackup.copper))
+            fpc = replace(spec.fpc, stackup=stackup, rules=rules, tail=tail)
+            yield Fix((edit, Edit("fpc.stackup", name)), replace(spec, coil=wound, fpc=fpc))
+
+
+GROWN = 1.1
+"""How much wider a pitch may get before the coil is not tried with all its turns."""
+
+
+def wider(spec: SensorSpec, width: float, spacing: float) -> Iterator[Fix]:
+    """Tracks and gaps so wide (m) at least: with as many turns as now where these grow little, then as many as take the
+    room of today's.
+    """
+    coil = spec.coil
+    width, spacing = (math.ceil(size * 1e7 - 1e-3) / 1e7 for size in (width, spacing))  # as it is written
+    wide = replace(coil, trace_width=max(coil.trace_width, width), trace_spacing=max(coil.trace_spacing, spacing))
+    edits = tuple(
+        Edit(f"coil.{key}", show(getattr(wide, key), "m", 6))
+        for key in ("trace_width", "trace_spacing")
+        if getattr(wide, key) > getattr(coil, key) + 1e-12 and f"coil.{key}" in _winding_keys(spec)
+    )
+    if wide.pitch < GROWN * coil.pitch:
+        yield Fix((*edits, *_inner_edit(spec, wide)), replace(spec, coil=wide))
+    room = coil.most_turns * coil.pitch / wide.pitch
+    for fix in fewer_turns(replace(spec, coil=wide), room):
+        yield _besides(edits, fix, coil.most_turns)
+
+
+def capacitor(spec: SensorSpec, values: Iterable[float]) -> Iterator[Fix]:
+    """Tank capacitors (F), as they are written with two digits."""
+    for value in values:
+        rounded = float(f"{value:.1e}")
+        yield setting(spec, "readout.capacitance", rounded, show(rounded, "F", 2))
+
+
+def scans(spec: SensorSpec, rate: float) -> Fix:
+    """Another number of scans a second (Hz)."""
+    return setting(spec, "readout.scan_rate", rate, show(rate, "Hz", 6))
+
+
+def thinner_tails(spec: SensorSpec) -> Iterator[Fix]:
+    """Tails of fewer copper layers, two and then one, that the spec can be read with: the body's layers are then built
+    round those.
+    """
+    tail = spec.fpc.tail
+    assert tail is not None
+    for layers in (2, 1):
+        if layers < tail.layers:
+            yield from read_anew(spec, "fpc.tail.layers", layers)
+
+
+def read_anew(spec: SensorSpec, key: str, value: float | str) -> Iterator[Fix]:
+    """A value of the spec changed in its text, for what else follows from it; nothing where it cannot be read so."""
+    try:
+        changed = rewritten_spec(spec, ((key, value),))
+    except SpecError:
+        return
+    yield Fix((Edit(key, value if isinstance(value, str) else f"{value:.6g}"),), changed)
+
+
+def each_read(spec: SensorSpec, key: str, values: Iterable[float | str]) -> Iterator[Fix]:
+    """Yield `read_anew` of each value."""
+    for value in values:
+        yield from read_anew(spec, key, value)
+
+
+def plated_in_holes_alone(spec: SensorSpec) -> Iterator[Fix]:
+    """Holes and their pads alone plated ("buttons"), so that tracks stay foil: finer to etch, and a thinner tail;
+    nothing where it is so, or no hole is plated.
+    """
+    if len(spec.fpc.stackup.copper) > 1 and spec.fpc.stackup.plating is not Plating.BUTTONS:
+        yield from read_anew(spec, "fpc.plated", "buttons")
+
+
+SEALING = ("ecoflex-00-50", 50e-6)
+"""The film by which a target is sealed: a silicone, and its thickness (m)."""
+
+
+def sealed(spec: SensorSpec) -> Iterator[Fix]:
+    """A soft thin film over all of it; nothing where it has one."""
+    if spec.encapsulation is None:
+        name, thickness = SEALING
+        edits = (Edit("encapsulation.material", name), Edit("encapsulation.thickness", f"{1e3 * thickness:g}"))
+        yield Fix(edits, replace(spec, encapsulation=Encapsulation(presets.elastomer(name), thickness)))
+
+
+def thicker_target(spec: SensorSpec, thickness: float) -> Fix:
+    """A target so thick (m) at least."""
+    thick = math.ceil(thickness * 1e6 - 1e-6) * 1e-6  # as it is written
+    return setting(spec, "target.thickness", thick, show(thick, "m", 6))
+
+
+def larger_target(spec: SensorSpec, length: float, width: float) -> Iterator[Fix]:
+    """A target of such sides (m) on an elastomer that carries the whole of it, then on the one of now; one of a single
+    size (a circle, a square) takes the larger side, then becomes a rectangle.
+    """
+    target, pad = spec.target, spec.elastomer
+    assert target is not None
+    for edits, wanted in resized("target", target, (length, width)):
+        here = footprint(spec, wanted)
+        if pad is not None and here.hangs_over(footprint(spec, pad).outline()) > SAME:
+            for under_it, larger in resized("elastomer", pad, carrying(footprint(spec, pad), here)):
+                yield Fix((*edits, *under_it), replace(spec, target=wanted, elastomer=larger))
+        yield Fix(edits, replace(spec, target=wanted))
+
+
+def over_the_middle(spec: SensorSpec) -> Iterator[Fix]:
+    """Target and elastomer over the middle of the coils; nothing where the target is there."""
+    target, pad = spec.target, spec.elastomer
+    if target is None or not any(target.offset):
+        return
+    edits, changed = [Edit("target.offset", "[0, 0]")], replace(spec, target=replace(target, offset=(0.0, 0.0)))
+    if pad is not None and any(pad.offset):
+        edits.append(Edit("elastomer.offset", "[0, 0]"))
+        changed = replace(changed, elastomer=replace(pad, offset=(0.0, 0.0)))
+    yield Fix(tuple(edits), changed)
+
+
+SAME = 1e-9
+"""Lengths that differ by less (m) are equal."""
+
+
+def carrying(pad: Footprint, plate: Footprint) -> tuple[float, float]:
+    """The sides (m) of a pad in its place that carries a plate and is no smaller than now; of a disc its diameter."""
+    if pad.is_round:
+        far = max((pad.centre.distance(p) for p in plate.corners), default=pad.centre.distance(plate.centre))
+        side = max(2.0 * far + (plate.size[0] if plate.is_round else 0.0), pad.size[0])
+        return (_ceiled(side),) * 2
+    aside = abs(plate.centre.x - pad.centre.x), abs(plate.centre.y - pad.centre.y)
+    x, y = (_ceiled(max(2.0 * (aside[k] + plate.reach[k]), pad.size[k])) for k in (0, 1))
+    return x, y
+
+
+def _ceiled(length: float) -> float:
+    return round(math.ceil(length * 1e6 - 1e-3) * 1e-6, 9)  # as it is written
+
+
+Plate = TypeVar("Plate", Target, ElastomerPad)
+
+
+def resized(key: str, plate: Plate, size: tuple[float, float]) -> Iterator[tuple[tuple[Edit, ...], Plate]]:
+    """A plate of such sides (m), and how that is written; one of a single size (a circle, a square) takes the larger
+    side, then becomes a rectangle.
+    """
+    sides = [f"{side * 1e3:.6g}" for side in size]
+    both = Edit(f"{key}.size", f"[{', '.join(sides)}]")
+    if plate.outline.is_long:
+        yield (both,), replace(plate, size=size)
+        return
+    yield (Edit(f"{key}.size", f"{max(size) * 1e3:.6g}"),), replace(plate, size=(max(size),) * 2)
+    if size[0] != size[1]:
+        yield (Edit(f"{key}.shape", LONG_PLATE), both), replace(plate, shape=LONG_PLATE, size=size)
+
+
+def finer_fabricators(spec: SensorSpec) -> Iterator[Fix]:
+    """The installed profiles that make the coil's tracks and gaps in its foil, and its layers where they say how many
+    they make; the least fine first.
+    """
+    coil, foil = spec.coil, spec.fpc.stackup.line_foil(spec.coil.layers)
+    fitting = []
+    for name in presets.names("rules"):
+        rules = installed_rules(name).for_foil(foil).for_layers(len(spec.fpc.stackup.copper))
+        least = [(rules.trace_width, rules.trace_spacing)]
+        if rules.coil_rule_binding:
+            least.append((rules.coil_trace_width or 0.0, rules.coil_trace_spacing or 0.0))
+        counts = rules.layer_counts
+        if (
+            all(coil.trace_width >= width - SAME and coil.trace_spacing >= gap - SAME for width, gap in least)
+            and not {"trace_width", "trace_spacing"} & set(rules.beyond)
+            and (counts is None or len(spec.fpc.stackup.copper) in counts)
+        ):
+            fitting.append((-sum(least[0]), name, rules))
+    for _, name, rules in sorted(fitting, key=lambda one: one[:2]):
+        yield setting(spec, "fpc.rules", rules, name)
+
+
+TURNED = (15.0, 30.0, 45.0, 90.0, 135.0, 180.0, 225.0, 270.0, 315.0)
+"""Start angles (degrees) that are tried, counted from the spec's."""
+
+def larger_coils(spec: SensorSpec, by: float) -> Fix:
+    """Coils larger by so much (m) across, their gaps kept."""
+    size = (spec.coil.size[0] + by, spec.coil.size[1] + by)
+    is_long = spec.coil.outline.is_long
+    written = f"[{_mm(size[0])}, {_mm(size[1])}]" if is_long else _mm(size[0])
+    edit, apart, coil = Edit("coil.outer_diameter", written), coils_apart(spec, by), replace(spec.coil, size=size)
+    inner = _inner_edit(spec, coil)
+    others = (*inner, *apart.edits)
+    words = [*(f"{other.key}: {other.new}" for other in inner), *([apart.words] if apart.edits else [])]
+    said = f"{_said(edit, by)} with {' and '.join(words)}" if words else _said(edit, by)
+    return Fix((edit, *others), replace(apart.spec, coil=coil), said)
+
+
+LONGER = (1.1, 1.4)
+"""Factors on the required length of a coil that are tried."""
+
+
+def longer_coils(spec: SensorSpec, factor: float) -> Iterator[Fix]:
+    """Yield a single long coil that is longer by more than a factor, with target and pad longer if they reach its ends.
+    Empty for other shapes and for arrays.
+    """
+    coil = spec.coil
+    if not coil.outline.is_long or len(spec.array.placements) > 1:
+        return
+    for more in LONGER:
+        length = math.ceil(more * factor * coil.size[0] * 1e4) * 1e-4
+        by = length - coil.size[0]
+        edits = [Edit("coil.outer_diameter", f"[{_mm(length)}, {_mm(coil.size[1])}]")]
+        changed = replace(spec, coil=replace(coil, size=(length, coil.size[1])))
+        plates: tuple[tuple[str, Target | ElastomerPad | None], ...] = (
+            ("target", spec.target), ("elastomer", spec.elastomer))
+        for key, plate in plates:
+            if plate is not None and plate.outline.is_long and plate.size[0] >= REACHES * coil.size[0]:
+                size = (_ceiled(plate.size[0] + by), plate.size[1])
+                fix = setting(changed, f"{key}.size", size, f"[{_mm(size[0])}, {_mm(size[1])}]")
+                edits, changed = [*edits, *fix.edits], fix.spec
+        yield Fix(tuple(edits), changed)
+
+
+REACHES = 0.9
+"""Least ratio of a plate's length to a coil's for which the plate reaches the coil's ends."""
+
+
+def larger_body(spec: SensorSpec, by: float) -> Fix:
+    """A body of a given outline that is larger by so much (m) on every side; no edit where it is drawn, or free."""
+    body = spec.fpc.body
+    if body is None or body.size is None:
+        return Fix((), spec)
+    grown = body.sized((body.size[0] + 2.0 * by, body.size[1] + 2.0 * by))
+    x, y = (_mm(side) for side in grown.size or body.size)
+    return setting(spec, "fpc.body", grown, grown.written, f"fpc.body.size: {x if x == y else f'[{x}, {y}]'}")
+
+
+def coils_apart(spec: SensorSpec, by: float) -> Fix:
+    """The array enlarged so that the nearest coils stand farther apart by so much (m); no edit for a coil alone."""
+    near = nearest_distance(spec.array.placements)
+    if near is None:
+        return Fix((), spec)
+    scale = 1.0 + by / near
+    placements = tuple(replace(p, centre=(p.centre[0] * scale, p.centre[1] * scale)) for p in spec.array.placements)
+    pitch = None if spec.array.pitch is None else spec.array.pitch + by
+    changed = replace(spec, array=replace(spec.array, placements=placements, pitch=pitch))
+    if pitch is not None:
+        edit = Edit("array.pitch", _mm(pitch))
+        return Fix((edit,), changed, _said(edit, by))
+    centres = ", ".join(f"[{_mm(p.centre[0])}, {_mm(p.centre[1])}]" for p in placements)
+    said = f"array.centres {scale:.4f} times as far from each other"
+    return Fix((Edit("array.centres", f"[{centres}]"),), changed, said)
+
+
+def _said(edit: Edit, by: float) -> str:
+    return f"{edit.key}: {edit.new} ({abs(by) * 1e6:.0f} um {'more' if by > 0.0 else 'less'})"
+
+
+def _mm(length: float) -> str:
+    return f"{length * 1e3:.9g}"
+
+
+def nearest_distance(placements: tuple[CoilPlacement, ...]) -> float | None:
+    """Distance (m) of the centres of the two nearest coils; None for one alone."""
+    return min((math.dist(a.centre, b.centre) for a, b in combinations(placements, 2)), default=None)
+
+
+def lead_room(spec: SensorSpec) -> float:
+    """What a via and a lead want beyond the gap between two coils (m), a track's pitch at least."""
+    rules, pitch = spec.fpc.rules, spec.coil.trace_width + spec.fpc.rules.trace_spacing
+    hole = joined_hole(rules, spec.coil.trace_width)
+    gap = (nearest_distance(spec.array.placements) or 0.0) - spec.coil.size[0]
+    return max(2.0 * hole_keep_out(hole, rules, rules.trace_spacing) + pitch - gap, pitch)
+
+
+def inner_vias_fit(spec: SensorSpec) -> bool:
+    """Whether all vias inside the coils find a place."""
+    return not any(lack.what is Missing.INNER_ROOM for lack in wind_all(spec)[0].shortfalls)
+
+
+def other_start_angles(spec: SensorSpec) -> Iterator[Fix]:
+    """Other angles at which the coils begin."""
+    # What ends at a corner begins at one: any angle between two of them is the same.
+    ends = spec.coil.outline.ends
+    for turned in TURNED if ends is None else [360.0 * k / ends for k in range(1, ends)]:
+        angle = (math.degrees(spec.coil.start_angle) + turned) % 360.0
+        yield setting(spec, "coil.start_angle", math.radians(float(f"{angle:.6g}")), f"{angle:.6g} deg")
+
+
+def larger_connectors(spec: SensorSpec, length: str) -> Iterator[Fix]:
+    """Connectors of which one length (a field) is larger, the next one first; none without a tail."""
+    tail = spec.fpc.tail
+    if tail is None:
+        return
+    now, known = getattr(tail.connector, length), {name: connector(name) for name in names("connector")}
+    for name in sorted(known, key=lambda name: getattr(known[name], length)):
+        if getattr(known[name], length) > now + SAME:
+            yield setting(spec, "fpc.tail.connector", known[name], name)
+
+
+MOST_COILS = 4
+"""Coils up to which a spec that could not be read is mended by trials."""
+
+FEWER = 4
+"""Numbers of turns that are tried."""
+
+
+def roomy(spec: SensorSpec, is_turns: bool, is_apart: bool) -> tuple[Family, ...]:
+    """Return changes of a spec whose coils or turns lack room: fewer turns, coils farther apart, or both. Empty for
+    large arrays and for layers of unequal turns.
+    """
+    if len(spec.array.placements) > MOST_COILS or spec.coil.has_unequal_turns:
+        return ()
+
+    fewer = partial(roomy_turns, spec, spec.coil.turns_that_fit, FEWER)
+
+    def both() -> Iterator[Fix]:
+        for fix in fewer() if is_turns else [Fix((), spec)]:
+            yield from map(fix.with_also, _apart(fix.spec))
+
+    return (both,) if is_apart else (fewer, both) if len(spec.array.placements) > 1 else (fewer,)
+
+
+def _apart(spec: SensorSpec) -> Iterator[Fix]:
+    """Yield coils so far apart that they do not touch, then farther by what a lead and its via take."""
+    near = nearest_distance(spec.array.placements)
+    scale = None if near is None else least_scale(spec.array, spec.coil)
+    if near is None or scale is None:
+        return
+    by = max(0.0, near * (scale - 1.0))
+    beside = _written_apart(spec, near, by)
+    yield beside
+    room = lead_room(beside.spec)
+    for step in range(AMOUNTS):
+        yield _written_apart(spec, near, by + room * GROWTH**step)
+
+
+def _written_apart(spec: SensorSpec, near: float, by: float) -> Fix:
+    """Coils farther apart by so much (m), rounded up as it is written."""
+    if spec.array.pitch is None:
+        scale = math.ceil((1.0 + by / near) * 1e4 - 1e-6) / 1e4
+        return coils_apart(spec, near * (scale - 1.0))
+    pitch = math.ceil((spec.array.pitch + by) * 1e6 - 1e-5) * 1e-6
+    # pitch and nearest distance grow alike: coils of a triangle and a grid stand one pitch apart
+    return Fix((Edit("array.pitch", f"{pitch * 1e3:.6g}"),), coils_apart(spec, pitch - spec.array.pitch).spec)

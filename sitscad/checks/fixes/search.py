@@ -1,0 +1,272 @@
+"""A change of a spec as a value, and the one search for a change that mends a finding, for hints and for `--fix`.
+
+A rule gives families of changes with its finding. The search tries them in order within a budget of trials, and writes
+the hint. It counts trials and takes no times, so every machine finds the same hints.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Iterable, Iterator
+from dataclasses import replace
+from typing import Any
+
+from sitscad.basics.finding import Edit
+from sitscad.basics.record import record
+from sitscad.spec.sensor import SensorSpec
+
+DECISIVE = "decisive"
+
+LEVELS = {"none": (0, 0, 0), DECISIVE: (6, 2, 200), "full": (1000, 300, 1_000_000)}
+"""Trials for hints: boards laid out (each counts as its coils), designs estimated, branches that the router tries."""
+
+MOST_BRANCHES = 10_000
+"""Branches that the router tries for one board at most: the next change may be easier."""
+
+HINTS = tuple(LEVELS)
+"""Amounts of trials for hints: none, few, and many (minutes)."""
+
+FOR_WARNINGS = (3, 1)
+"""Boards (counted as their coils) and estimates for warnings, if few trials are made."""
+
+OTHER_BOARD = 2
+"""Estimates that the estimate of another board counts as: its windings are solved anew."""
+
+NOT_FURTHER = "not searched further: sitscad check --hints full"
+"""Text of a hint that the budget cut short."""
+
+HELPS = 1.1
+"""Least factor towards the limit for which a change that does not mend a finding is named."""
+
+NAMED = 4
+"""Changes tried in vain that a hint names at most."""
+
+
+class Budget:
+    """Trials that are left for the hints of a check."""
+
+    def __init__(self, layouts: int, estimates: int, branches: int) -> None:
+        self.layouts, self.estimates, self.branches = layouts, estimates, branches
+        self.is_long = estimates > LEVELS[DECISIVE][1]
+
+    @classmethod
+    def of(cls, hints: str) -> Budget:
+        """Return the budget of a choice of HINTS. Raise ValueError for any other choice."""
+        if hints not in LEVELS:
+            raise ValueError(f"hints are one of {', '.join(HINTS)}, not {hints!r}")
+        return cls(*LEVELS[hints])
+
+    @property
+    def is_spent(self) -> bool:
+        """Whether no further design can be tried."""
+        return self.layouts <= 0 or self.estimates <= 0
+
+    def begin_warnings(self) -> None:
+        """Keep only what few trials may take for warnings: errors come first, and a pass is not held up."""
+        if not self.is_long:
+            self.layouts, self.estimates = min(self.layouts, FOR_WARNINGS[0]), min(self.estimates, FOR_WARNINGS[1])
+
+    @property
+    def board_branches(self) -> int:
+        """Branches that the next board may take: half of those that are left."""
+        return min(self.branches // 2, MOST_BRANCHES)
+
+    def lays_out(self, coils: int) -> bool:
+        """Take the layout of a board. False if none is left."""
+        is_left = self.layouts > 0
+        self.layouts -= is_left * coils
+        return is_left
+
+    def estimates_one(self, is_same_board: bool) -> bool:
+        """Take the estimate of one design. False if none is left."""
+        is_left = self.estimates > 0
+        self.estimates -= is_left * (1 if is_same_board else OTHER_BOARD)
+        return is_left
+
+
+@record
+class Fix:
+    """A change of a spec: its edits, and the spec with them applied. ``said`` is its text if that is not "key: value
+    with key: value".
+    """
+
+    edits: tuple[Edit, ...]
+    spec: SensorSpec
+    said: str = ""
+
+    def with_also(self, fix: Fix) -> Fix:
+        """Return this fix together with another, which was made for the spec that this one leaves."""
+        told = " with ".join(words for words in (self.words, fix.words) if words)
+        return Fix((*self.edits, *fix.edits), fix.spec, told)
+
+    @property
+    def words(self) -> str:
+        """The keys and values as they are to be written."""
+        return self.said or " with ".join(f"{edit.key}: {edit.new}" for edit in self.edits)
+
+
+Family = Callable[[], Iterable[Fix]]
+"""Changes of one kind, the best first. They are made when a search asks for them."""
+
+
+GROWTH, AMOUNTS = 1.7, 4
+"""Factor from one amount that is tried to the next, and how many are tried."""
+
+HALVINGS = 5
+"""Amounts tried between one that does not mend and one that does, in a long search."""
+
+
+@record
+class Growing:
+    """A family of changes by an amount (m), from the `first` on. Amounts are rounded up to the `grain` (m). Changes of
+    which `fits` is false are not tried.
+    """
+
+    move: Callable[[float], Fix]
+    first: float
+    grain: float = 10e-6
+    fits: Callable[[SensorSpec], bool] = lambda _: True
+
+    def rounded(self, amount: float) -> float:
+        """Return an amount rounded up."""
+        return max(self.grain, math.ceil(amount / self.grain - 1e-6) * self.grain)
+
+    @property
+    def amounts(self) -> list[float]:
+        """The amounts that are tried."""
+        return [self.rounded(self.first * GROWTH**step) for step in range(AMOUNTS)]
+
+    def __call__(self) -> Iterator[Fix]:
+        """Yield the changes. Moves without edits are left out."""
+        return (fix for fix in map(self.move, self.amounts) if fix.edits and self.fits(fix.spec))
+
+    def smaller(self, fix: Fix, trial: Trial) -> Iterator[tuple[Fix, Left]]:
+        """Yield smaller changes that mend without a warning, the smallest last, by bisection below one that does."""
+        amounts = self.amounts
+        number = next(k for k, amount in enumerate(amounts) if self.move(amount) == fix)
+        low, high = amounts[number - 1] if number else 0.0, amounts[number]
+        for _ in range(HALVINGS):
+            middle = self.rounded(0.5 * (low + high))
+            if middle >= high - 0.5 * self.grain:
+                return
+            left = trial(smaller := self.move(middle))
+            if left is not None and not (left.broken or left.brings or left.worse):
+                high = middle
+                yield smaller, left
+            else:
+                low = middle
+
+
+def setting(spec: SensorSpec, key: str, value: object, written: str, said: str = "") -> Fix:
+    """Return the fix that sets one value: `key` is its place in text and spec, `written` the value's text."""
+
+    def changed(of: Any, names: list[str]) -> Any:
+        new = value if len(names) == 1 else changed(getattr(of, names[0]), names[1:])
+        return replace(of, **{names[0]: new})
+
+    return Fix((Edit(key, written),), changed(spec, key.split(".")), said)
+
+
+@record
+class Left:
+    """What is wrong with a changed design that was tried.
+
+    ``broken`` are the finding's own rule if it still complains, and the rules with new errors. ``brings`` are the rules
+    that then warn, which speaks against a change; ``worse`` those whose warnings get worse, which does not speak
+    against mending an error. ``gain`` is the factor by which the figure of a finding that stays comes nearer to its
+    limit, 1 if that is unknown.
+    """
+
+    broken: tuple[str, ...] = ()
+    brings: tuple[str, ...] = ()
+    worse: tuple[str, ...] = ()
+    gain: float = 1.0
+
+
+@record
+class Search:
+    """The outcome of a search: changes that mend, changes that do not, each with what it leaves, and whether the budget
+    ended it.
+    """
+
+    mending: tuple[tuple[Fix, Left], ...] = ()
+    vain: tuple[tuple[Fix, Left], ...] = ()
+    is_cut_short: bool = False
+
+
+Trial = Callable[[Fix], Left | None]
+"""Tries a change; None if the budget does not reach so far."""
+
+
+def search(families: Iterable[Family], trial: Trial, budget: Budget) -> Search:
+    """Try families of changes in order: of each family until a change mends and brings no warning.
+
+    The first such change ends a search that is not long.
+    """
+    mending: list[tuple[Fix, Left]] = []
+    vain: list[tuple[Fix, Left]] = []
+    is_cut_short = False
+    for family in families:
+        found: list[tuple[Fix, Left]] = []
+        for fix in family():
+            left = trial(fix)
+            if left is None:
+                is_cut_short = True
+                if budget.is_spent:
+                    break  # another family may begin with a change that was tried for another finding
+            elif left.broken:
+                vain.append((fix, left))
+            elif left.brings or (left.worse and budget.is_long):
+                found.append((fix, left))
+            else:
+                found.insert(0, (fix, left))
+                if isinstance(family, Growing) and budget.is_long:
+                    found[:1] = [found[0], *family.smaller(fix, trial)][-1:]
+                break
+        mending += found[:1]
+        if found and not found[0][1].brings and not budget.is_long:
+            break
+    mending.sort(key=lambda one: (bool(one[1].brings), bool(one[1].worse)))
+    if not budget.is_long:
+        is_cut_short, mending = is_cut_short and not mending, mending[:1]
+    return Search(tuple(mending), tuple(vain), is_cut_short)
+
+
+def hint_text(otherwise: str, found: Search, already: Collection[str]) -> str:
+    """Return a hint: the changes that were tried, then what else helps. `already` are rules that complain anyway."""
+    brings = (warn(sorted({*left.brings, *left.worse}), already) for _, left in found.mending)
+    words = [f"{fix.words} (clears this; {some})" if some else fix.words
+             for (fix, _), some in zip(found.mending, brings, strict=True)]
+    nearest = max((one for one in found.vain if one[1].gain >= HELPS), key=lambda one: one[1].gain, default=None)
+    if words:
+        tried = f"{'; or '.join(words)} (tried)"
+    elif nearest is not None:
+        fix, left = nearest
+        tried = f"{fix.words} helps {left.gain:.2g} times and is not enough (tried)"
+    else:
+        tried = ""
+    hint = "; ".join(filter(None, (tried, otherwise)))
+    if not found.mending and (vain := _in_vain(found.vain)):
+        hint += f" (tried in vain: {vain})"
+    return f"{hint} ({NOT_FURTHER})" if found.is_cut_short else hint
+
+
+def _in_vain(tried: Iterable[tuple[Fix, Left]]) -> str:
+    # the last changes go farthest; those after which the same rules fail are named together
+    alike: dict[tuple[str, ...], list[str]] = {}
+    for fix, left in list(tried)[-NAMED:]:
+        alike.setdefault(left.broken, []).append(fix.words)
+    return "; ".join(f"{', '.join(words)} (then {fail(broken)})" for broken, words in alike.items())
+
+
+def fail(rules: tuple[str, ...]) -> str:
+    """Words that say which rules fail."""
+    return f"{', '.join(rules)} fail{'s' if len(rules) == 1 else ''}"
+
+
+def warn(rules: Iterable[str], already: Collection[str]) -> str:
+    """Words that say which rules warn: of more, those that do `already`."""
+    known = list(rules)
+    new, more = [rule for rule in known if rule not in already], [rule for rule in known if rule in already]
+    said = ((new, ""), (more, " of more"))
+    return " and ".join(f"{', '.join(some)} then warn{'s' * (len(some) == 1)}{than}" for some, than in said if some)

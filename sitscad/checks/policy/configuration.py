@@ -1,0 +1,212 @@
+"""What a project holds against its specs, as a value; and the nearest configuration above a spec that says it:
+``sitscad.toml``, or ``[tool.sitscad]`` in ``pyproject.toml``.
+
+One file decides, the nearest one; files further up are not looked at. ::
+
+    [tool.sitscad]
+    select = ["SIT1", "SIT2"]              # all rules if left out
+    profiles = "shops"                     # fabricators' profiles, from this file's folder
+
+    [tool.sitscad.ignore]                  # or a list, without reasons
+    SIT103 = "their quotation of 3 May"
+
+    [tool.sitscad.severity]
+    SIT120 = "error"
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import field
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from sitscad.basics.finding import Severity
+from sitscad.basics.record import record
+from sitscad.checks.findings import RuleTexts
+
+
+class PolicyError(ValueError):
+    """A configuration or baseline that cannot be used; the text says where and why."""
+
+
+@record
+class Policy:
+    """What is held against a spec. ``select`` and ``ignore`` are patterns of rules (`stands_for`; no ``select`` is
+    all), ``reasons`` are patterns that are ignored, each with its reason, ``severity`` what the findings of a pattern
+    weigh instead. ``profiles`` is the folder of fabricators' profiles. ``named`` is what reports call the file that
+    says so, empty where nothing does.
+    """
+
+    select: tuple[str, ...] = ()
+    ignore: tuple[str, ...] = ()
+    reasons: Mapping[str, str] = field(default_factory=dict)
+    severity: Mapping[str, Severity] = field(default_factory=dict)
+    profiles: str | None = None
+    named: str = ""
+
+    @property
+    def says_anything(self) -> bool:
+        """Whether it changes the judgement of any spec."""
+        return bool(self.select or self.ignore or self.reasons or self.severity)
+
+    def as_json(self) -> dict[str, object]:
+        """The rules' part as plain values, patterns in their order (the last one counts), and what reports call it."""
+        return {
+            "select": list(self.select),
+            "ignore": [*self.ignore],
+            "reasons": dict(self.reasons),
+            "severity": {pattern: severity.value for pattern, severity in self.severity.items()},
+            "named": self.named if self.says_anything else "",
+        }
+
+
+def kept_policy(said: Mapping[str, Any]) -> Policy:
+    """The policy that a manifest keeps (`Policy.as_json`); ValueError, TypeError or KeyError for what is none."""
+    reasons, severity = dict(said["reasons"]), dict(said["severity"])
+    for text in (*said["select"], *said["ignore"], *reasons, *reasons.values(), *severity, said["named"]):
+        if not isinstance(text, str):
+            raise TypeError(f"{text!r} is no text")
+    weights = {pattern: Severity(word) for pattern, word in severity.items()}
+    return Policy(tuple(said["select"]), tuple(said["ignore"]), reasons, weights, None, said["named"])
+
+
+def stands_for(pattern: str, rule: str, name: str) -> bool:
+    """Whether a pattern means a rule: its identifier or the beginning of it, its number, or its name."""
+    wanted = f"SIT{pattern}" if pattern.isdecimal() else pattern.upper()
+    return rule.startswith(wanted) or name == pattern.lower().replace("_", "-")
+
+
+def chosen_rules(rules: Iterable[RuleTexts], select: tuple[str, ...], ignore: tuple[str, ...]) -> frozenset[str]:
+    """The identifiers that are selected and not ignored; rules of the spec itself always are."""
+
+    def is_wanted(rule: RuleTexts) -> bool:
+        is_selected = not select or any(stands_for(pattern, rule.id, rule.name) for pattern in select)
+        is_ignored = any(stands_for(pattern, rule.id, rule.name) for pattern in ignore)
+        return rule.id.startswith("SIT0") or (is_selected and not is_ignored)
+
+    return frozenset(rule.id for rule in rules if is_wanted(rule))
+
+
+KEYS = ("select", "ignore", "severity", "profiles")
+MEANT = {
+    **dict.fromkeys(
+        ("allow", "disable", "exclude", "silence", "skip", "suppress", "waive", "waiver", "waivers"), "ignore"
+    ),
+    **dict.fromkeys(("enable", "include", "only", "rules"), "select"),
+    **dict.fromkeys(("levels", "severities"), "severity"),
+    **dict.fromkeys(("fabricators", "profile", "shops"), "profiles"),
+}
+"""What others call a key."""
+MAX_BYTES = 1 << 20
+"""A larger file is no configuration."""
+
+
+def nearest_policy(folder: Path, rules: Iterable[RuleTexts]) -> Policy:
+    """The policy of the nearest configuration in a folder or above it; an empty one where there is none.
+
+    Raises
+    ------
+    PolicyError
+        for a configuration that cannot be read, or has keys, rules or severities that do not exist.
+    """
+    whole = folder.resolve()
+    for each in (whole, *whole.parents):
+        for name, has_table in (("sitscad.toml", True), ("pyproject.toml", False)):
+            path = each / name
+            if path.is_file() and (has_table or b"sitscad" in _content(path)):
+                table = _table(path, has_table)
+                if table is not None:
+                    return _policy(table, path, tuple(rules))
+    return Policy()
+
+
+def _content(path: Path) -> bytes:
+    """A file's bytes; PolicyError where it cannot be read or is too large."""
+    try:
+        with path.open("rb") as stream:
+            content = stream.read(MAX_BYTES + 1)
+    except OSError as error:
+        raise PolicyError(f"cannot read {path}: {error.strerror or error}") from error
+    if len(content) > MAX_BYTES:
+        raise PolicyError(f"{path} is too large for a configuration")
+    return content
+
+
+@lru_cache(maxsize=8)
+def _parsed(content: bytes) -> dict[str, Any]:
+    """A file's TOML, read once for all the designs of a study; ValueError where it is none."""
+    import tomllib  # only where there is a file
+
+    return tomllib.loads(content.decode("utf-8"))
+
+
+def _table(path: Path, has_table: bool) -> Mapping[str, Any] | None:
+    try:
+        document = _parsed(_content(path))
+    except (ValueError, RecursionError) as error:
+        raise PolicyError(f"{path} is not TOML: {error}") from error
+    if has_table:
+        return document
+    tools = document.get("tool")
+    table = tools.get("sitscad") if isinstance(tools, dict) else None
+    if table is not None and not isinstance(table, dict):
+        raise PolicyError(f"{path}: tool.sitscad is no table")
+    return table
+
+
+def _policy(table: Mapping[str, Any], path: Path, rules: tuple[RuleTexts, ...]) -> Policy:
+    """The policy that a table says; PolicyError for what it does not know."""
+    for key in table:
+        message = f"{key!r} is no key of sitscad's configuration, which are {', '.join(KEYS)}"
+        _require(key in KEYS, path, message, MEANT.get(key.lower(), key), KEYS)
+    ignored, reasons = table.get("ignore", []), {}
+    if isinstance(ignored, dict):
+        for pattern, reason in ignored.items():
+            if not isinstance(reason, str) or not reason.strip():
+                raise PolicyError(f'{path}: ignore.{pattern} has no reason; write {pattern} = "why"')
+            reasons[pattern] = " ".join(reason.split())
+        ignored = []
+    severity = table.get("severity", {})
+    _require(isinstance(severity, dict), path, "severity is no table of rules and severities")
+    profiles = table.get("profiles")
+    if profiles is not None:  # what is passed on must not read files elsewhere
+        is_text = isinstance(profiles, str) and "\0" not in profiles
+        is_below = is_text and (path.parent / profiles).resolve().is_relative_to(path.parent.resolve())
+        _require(is_below, path, "profiles is no folder beside this file, or below")
+    found = Policy(
+        _patterns(table.get("select", []), "select", path, rules), _patterns(ignored, "ignore", path, rules),
+        dict(zip(_patterns(list(reasons), "ignore", path, rules), reasons.values(), strict=True)),
+        {pattern: _severity(pattern, word, path) for pattern, word in severity.items()},
+        None if profiles is None else str(path.parent / profiles), path.name,
+    )
+    _patterns(list(severity), "severity", path, rules)
+    return found
+
+
+def _patterns(value: object, key: str, path: Path, rules: tuple[RuleTexts, ...]) -> tuple[str, ...]:
+    """The patterns of a list, each of which stands for a rule; PolicyError for others."""
+    if not isinstance(value, list) or not all(isinstance(entry, str) and entry for entry in value):
+        raise PolicyError(f"{path}: {key} is no list of rules")
+    known = [word for rule in rules for word in (rule.id, rule.name)]
+    for pattern in value:
+        is_known = any(stands_for(pattern, rule.id, rule.name) for rule in rules)
+        _require(is_known, path, f"{key}: there is no rule {pattern!r}", pattern, known)
+        is_spec = not pattern.isdecimal() and pattern.upper().startswith("SIT0")
+        _require(not is_spec or key == "select", path, f"{key}: {pattern}: what a spec is read by holds always")
+    return tuple(value)
+
+
+def _severity(pattern: str, word: object, path: Path) -> Severity:
+    known = [severity.value for severity in Severity]
+    _require(word in known, path, f"severity.{pattern} is one of {', '.join(known)}, not {word!r}")
+    return Severity(str(word))
+
+
+def _require(holds: bool, path: Path, message: str, word: str = "", known: Iterable[str] = ()) -> None:
+    if not holds:
+        import difflib
+
+        near = difflib.get_close_matches(word, list(known), n=1)
+        raise PolicyError(f"{path}: {message}" + (f"; did you mean {near[0]}?" if near else ""))

@@ -1,0 +1,352 @@
+"""Findings as a policy judges them: weighed, left out, ignored with a reason, or known before.
+
+Comments in a spec silence rules, too: ``turns: 9   # sitscad: ignore SIT103 their quotation of 3 May``. Such a comment
+is for the findings whose key starts on its line: of a flow mapping all its keys, of a section's line the section alone.
+Several rules are separated by commas; the reason is required. Another comment may stand before.
+
+What was known before: the JSON of an earlier ``check``. Its findings do not fail again; new and graver ones do.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from sitscad.basics.finding import Finding, Ignored, Severity
+from sitscad.basics.record import record
+from sitscad.checks.findings import CheckedSpec, RuleTexts
+from sitscad.checks.findings.document import identities, turnless
+from sitscad.checks.policy.configuration import Policy, PolicyError, chosen_rules, stands_for
+from sitscad.spec.yaml.source import SpecSource
+
+MAX_BYTES = 64 << 20
+
+LARGEST = 1e15
+"""No figure of a finding is so large in SI units: what is larger in a baseline was not measured."""
+
+SAME = 1e-6
+"""The part of its limit by which a figure may come out worse from one machine to the next."""
+
+
+@record
+class Known:
+    """A finding that was known before: how much it weighed, and its figures (SI; None where it had none)."""
+
+    severity: Severity
+    measured: float | None = None
+    limit: float | None = None
+    keeps_limit: bool = False
+
+    def covers(self, now: Finding) -> bool:
+        """Whether a finding is no graver than this one was: in what it weighs, and in its figure, which lies on the
+        wrong side of its limit as before, and by no more; or as well on the right side.
+        """
+        if not self.severity.weighs(now.severity):
+            return False
+        if now.measured is None or now.limit is None:
+            return True
+        if self.measured is None or self.limit is None or self.keeps_limit != now.keeps_limit:
+            return False
+        before, after = self.measured - self.limit, now.measured - now.limit
+        if before * after < 0.0:
+            return False
+        worse = abs(after) - abs(before)
+        return (-worse if now.keeps_limit else worse) <= SAME * abs(now.limit)
+
+
+@record
+class Baseline:
+    """The findings known of every spec (its absolute path, and its name), by what makes two findings the same."""
+
+    named: str
+    known: Mapping[tuple[str, str], Mapping[str, Known]]
+
+    def of(self, path: str, name: str) -> Mapping[str, Known]:
+        """What is known of a spec."""
+        return self.known.get((_place(path), name), {})
+
+    def holds(self, path: str, name: str) -> bool:
+        """Whether a spec was checked for it."""
+        return (_place(path), name) in self.known
+
+    def covered(self, path: str, name: str, findings: Sequence[Finding]) -> list[bool]:
+        """Which findings of a spec were known and are no graver: each by its own entry, or by another one of its rule
+        and key that no finding has, because one that stood before it was mended.
+        """
+        free, found = dict(self.of(path, name)), [False] * len(findings)
+        names = identities(findings)
+        for is_own in (True, False):
+            for turn, finding in enumerate(findings):
+                alike = (
+                    key for key in free if turnless(key) == turnless(names[turn]) and (key == names[turn] or not is_own)
+                )
+                entry = None if found[turn] else next((key for key in alike if free[key].covers(finding)), None)
+                if entry is not None:
+                    found[turn] = free.pop(entry) is not None
+        return found
+
+    def as_json(self, path: str, name: str) -> dict[str, Any]:
+        """What is known of a spec as plain values, for a manifest; empty where nothing is."""
+        known = self.of(path, name)
+        rows = {key: [k.severity.value, k.measured, k.limit, k.keeps_limit] for key, k in sorted(known.items())}
+        return {"named": self.named, "known": rows} if rows else {}
+
+
+def known_of(baseline: Baseline | None, path: str, name: str) -> dict[str, Any]:
+    """What a baseline knows of a spec as plain values; empty without a baseline."""
+    return {} if baseline is None else baseline.as_json(path, name)
+
+
+def read_baseline(path: str) -> Baseline:
+    """The baseline in a file that ``sitscad check --format json`` printed. Paths in it count from the file's own
+    folder. Raises `PolicyError` for any other file.
+    """
+    try:
+        with open(path, "rb") as stream:
+            content = stream.read(MAX_BYTES + 1)
+    except (OSError, ValueError) as error:
+        raise PolicyError(f"cannot read the baseline {path}: {getattr(error, 'strerror', None) or error}") from error
+    try:
+        folder = os.path.dirname(os.path.abspath(path))
+        known = {(_place(s["spec"], folder), str(s["name"] or "")): _entries(s) for s in json.loads(content)["specs"]}
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        hint = "make one with: sitscad check SPEC... --format json > FILE"
+        raise PolicyError(f"{path} is no baseline ({type(error).__name__}: {error}); {hint}") from error
+    return Baseline(Path(path).name, known)
+
+
+def kept_baseline(path: str, name: str, document: Mapping[str, Any]) -> Baseline:
+    """The baseline that a manifest keeps of the spec at a path (`Baseline.as_json`). Raises ValueError, TypeError or
+    KeyError for what is none.
+    """
+    rows = {
+        str(key): Known(Severity(word), _figure(measured), _figure(limit), keeps_limit is True)
+        for key, (word, measured, limit, keeps_limit) in document["known"].items()
+    }
+    return Baseline(str(document["named"]), {(_place(path), name): rows})
+
+
+def _place(path: str, folder: str = "") -> str:
+    """What a spec is known by: its absolute path, from the working folder or another; ``-`` (standard input) itself."""
+    return path if path == "-" else os.path.abspath(os.path.join(folder, path))
+
+
+def _figure(value: Any) -> float | None:
+    """A figure of a baseline, None for what cannot have been measured, as true, NaN and 1e99."""
+    return float(value) if type(value) in (int, float) and abs(value) < LARGEST else None
+
+
+def _entries(spec: Mapping[str, Any]) -> dict[str, Known]:
+    told = [*spec["findings"], *(entry["finding"] for entry in spec["ignored"])]
+    findings = [
+        Finding(str(entry["rule"]), "", Severity(entry["severity"]), "", key=entry["key"], file=entry.get("file"))
+        for entry in told
+    ]
+    known = (
+        Known(
+            Severity(entry["severity"]), _figure(entry["measured"]), _figure(entry["limit"]),
+            entry.get("keeps_limit") is True,
+        )
+        for entry in told
+    )
+    return dict(zip(identities(findings), known, strict=True))
+
+
+NOT_FOR_WAIVING = ("SIT111", "SIT122", "SIT125")
+"""Rules beside SIT2xx that no fabricator can judge: coils that lead nowhere, are shorted or open."""
+
+
+def judged(
+    checked: CheckedSpec, source: SpecSource | None, rules: Sequence[RuleTexts], policy: Policy | None = None,
+    baseline: Baseline | None = None,
+) -> CheckedSpec:
+    """What a policy, the comments in the spec and a baseline leave of what was found. ``source`` is the spec's text
+    with its keys, None where it could not be read: then nothing can be ignored. Errors that only physics can judge and
+    that are no errors any more stand in the result's ``silenced``.
+    """
+    if source is None:
+        return checked
+    policy = policy or Policy()
+    names = {rule.id: rule.name for rule in rules}
+    before = checked.findings
+    checked = _weighed(checked, policy.severity)
+    if policy.select or policy.ignore:
+        wanted = chosen_rules(rules, policy.select, policy.ignore)
+        left_out = [rule.id for rule in rules if rule.id not in wanted]
+        checked = checked.without(left_out, f"left out by {policy.named}")
+    checked = _commented(checked, source, comments(source.text, names), names)
+    # the last reason that fits counts
+    reasons = list(policy.reasons.items())[::-1]
+    checked = _ignored(checked, "configuration", lambda finding: next(
+        (why for pattern, why in reasons if stands_for(pattern, finding.rule, finding.name)), None))
+    if baseline is not None:
+        covered = baseline.covered(checked.path, checked.name, checked.findings)
+        known = {id(one) for one, is_known in zip(checked.findings, covered, strict=True) if is_known}
+        why = f"known before ({baseline.named})"
+        checked = _ignored(checked, "baseline", lambda finding: why if id(finding) in known else None)
+    errors = {id(finding) for finding in checked.findings if finding.severity is Severity.ERROR}
+    return replace(checked, silenced=tuple(
+        finding for finding in before if finding.severity is Severity.ERROR and id(finding) not in errors
+        and (finding.rule.startswith("SIT2") or finding.rule in NOT_FOR_WAIVING)))
+
+
+def ignored_anyway(
+    source: SpecSource, rules: Sequence[RuleTexts], policy: Policy, select: tuple[str, ...] = (),
+    ignore: tuple[str, ...] = (),
+) -> Callable[[Finding], bool]:
+    """Return what tells whether a located finding is left out or ignored whatever it says: by the policy, by patterns
+    of rules that are selected or ignored, or by a comment. Nobody reads its hint.
+    """
+    wanted = chosen_rules(rules, policy.select, policy.ignore) & chosen_rules(rules, select, ignore)
+    written = comments(source.text, [rule.id for rule in rules])
+
+    def is_ignored(finding: Finding) -> bool:
+        if finding.rule.startswith("SIT0"):
+            return False
+        return (finding.rule not in wanted or any(each.covers(finding, source) for each in written)
+                or any(stands_for(pattern, finding.rule, finding.name) for pattern in policy.reasons))
+
+    return is_ignored
+
+
+def _ignored(checked: CheckedSpec, by: str, reason: Callable[[Finding], str | None]) -> CheckedSpec:
+    """Findings for which there is a reason moved to the ignored ones; what a spec is read by is never ignored."""
+    kept, ignored = [], []
+    for finding in checked.findings:
+        why = None if finding.rule.startswith("SIT0") else reason(finding)
+        if why is None:
+            kept.append(finding)
+        else:
+            ignored.append(Ignored(finding, why, by))
+    return replace(checked, findings=tuple(kept), ignored=(*checked.ignored, *ignored))
+
+
+def _weighed(checked: CheckedSpec, severity: Mapping[str, Severity]) -> CheckedSpec:
+    """Findings with the severities that a policy gives them; the last pattern that stands for a rule counts."""
+    if not severity:
+        return checked
+    found = []
+    for finding in checked.findings:
+        words = [weight for pattern, weight in severity.items() if stands_for(pattern, finding.rule, finding.name)]
+        is_free = words and not finding.rule.startswith("SIT0")
+        found.append(replace(finding, severity=words[-1]) if is_free else finding)
+    return replace(checked, findings=tuple(found))
+
+
+def _commented(
+    checked: CheckedSpec, source: SpecSource, written: tuple[Comment, ...], names: Mapping[str, str]
+) -> CheckedSpec:
+    """Findings that comments silence moved to the ignored ones, and a warning of every comment that is in vain."""
+    if not written:
+        return checked
+    used: set[tuple[int, str]] = set()
+
+    def reason(finding: Finding) -> str | None:
+        comment = next((each for each in written if each.covers(finding, source)), None)
+        if comment is None:
+            return None
+        used.add((comment.line, finding.rule))
+        return comment.reason
+
+    checked = _ignored(checked, "comment", reason)
+    skipped = {each.rule for each in checked.not_checked}
+    warnings: list[Finding] = []
+    for comment in written:
+        spare = [rule for rule in comment.rules if (comment.line, rule) not in used and rule not in skipped]
+        warnings += _vain(comment, spare, names)
+    return replace(checked, findings=(*checked.findings, *warnings))
+
+
+def _vain(comment: Comment, spare: Sequence[str], names: Mapping[str, str]) -> Iterator[Finding]:
+    """What is to be said of a comment: its fault, or which of its rules that were checked it names in vain."""
+    if comment.fault:
+        message = f"the comment ignores nothing: {comment.fault}"
+    elif spare:
+        what = "the comment silences nothing" if len(spare) == len(comment.rules) else "the comment names rules in vain"
+        message = f"{what}: no finding of {', '.join(spare)} is at a key of this line"
+    else:
+        return
+    it = "the comment" if comment.fault or len(spare) == len(comment.rules) else ", ".join(spare)
+    hint = f"take {it} out, or write it at the end of the line that the finding points at"
+    yield Finding(RULE, names.get(RULE, ""), Severity.WARNING, message, hint, None, comment.line, comment.column)
+
+
+RULE = "SIT020"
+"""The rule of comments in vain."""
+
+_WORDS = re.compile(r"#\s*sitscad:\s*ignore\b(.*)", re.IGNORECASE)
+_RULES = re.compile(r"\s*([A-Za-z]+[0-9]+(?:\s*,\s*[A-Za-z]+[0-9]+)*)(?:[\s:]+(.*))?")
+
+
+@record
+class Comment:
+    """One comment: where it stands, the rules that it names, its reason; ``fault`` says why it counts for nothing."""
+
+    line: int
+    column: int
+    rules: tuple[str, ...] = ()
+    reason: str = ""
+    fault: str = ""
+
+    def covers(self, finding: Finding, source: SpecSource) -> bool:
+        """Whether a finding is of a rule that it names, at a key that starts on its line."""
+        if finding.rule not in self.rules or finding.file is not None:
+            return False
+        # the lines on which the key stands, or the brackets begin that it stands in
+        key = finding.key or ""
+        lines = {source.keys[key][0]} if key in source.keys else set()
+        while key:
+            if key in source.values:
+                line, column = source.values[key]
+                lines |= {line} if source.line(line)[column - 1 : column] in ("{", "[") else set()
+            key = key.rpartition(".")[0]
+        return finding.line == self.line or self.line in lines
+
+
+def comments(text: str, known: Iterable[str]) -> tuple[Comment, ...]:
+    """The comments of a spec that silence rules; `known` are the identifiers of all rules."""
+    if "sitscad:" not in text.lower():
+        return ()
+    rules = frozenset(known)
+    found = []
+    for number, line in enumerate(text.splitlines(), 1):
+        start = _comment_start(line)
+        match = _WORDS.search(line, start) if start is not None else None
+        if match is not None:
+            found.append(_comment(number, match.start() + 1, match[1], rules))
+    return tuple(found)
+
+
+def _comment(line: int, column: int, words: str, known: frozenset[str]) -> Comment:
+    """The comment that words say: rules and reason, or what is wrong with it."""
+    match = _RULES.fullmatch(words.rstrip())
+    if match is None:
+        return Comment(line, column, fault="it names no rule; write # sitscad: ignore SIT103 and the reason")
+    rules = tuple(rule.strip().upper() for rule in match[1].split(","))
+    reason = " ".join((match[2] or "").split())
+    unknown = [rule for rule in rules if rule not in known]
+    if unknown:
+        return Comment(line, column, fault=f"there is no rule {', '.join(unknown)}")
+    if any(rule.startswith("SIT0") for rule in rules):
+        return Comment(line, column, fault="what a spec is read by (SIT0xx) cannot be ignored")
+    if not reason:
+        return Comment(line, column, fault="it gives no reason: who said so, and when?")
+    return Comment(line, column, rules, reason)
+
+
+def _comment_start(line: str) -> int | None:
+    """Where the comment of a line begins: a # after a blank, outside of quotes."""
+    quote = ""
+    for index, character in enumerate(line):
+        if quote:
+            quote = "" if character == quote and line[index - 1 : index] != "\\" else quote
+        elif character in "\"'" and (index == 0 or line[index - 1] in " \t[{,:"):
+            quote = character
+        elif character == "#" and (index == 0 or line[index - 1] in " \t"):
+            return index
+    return None

@@ -1,1 +1,0 @@
-"""From the winding to the converter: leads, neighbours, tank and drive."""

@@ -1,0 +1,242 @@
+"""Every coil as a circuit: its winding in its surroundings, with leads and with the neighbours that wait beside it.
+
+States without numbers, too, and why: the model of the metal fails there, or the tank does not oscillate.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache, partial
+from itertools import product
+from typing import Protocol
+
+import numpy as np
+
+from sitscad.assembly.places.state import FREE
+from sitscad.basics.arrays import Array, ComplexArray
+from sitscad.basics.record import replace
+from sitscad.basics.units import show
+from sitscad.estimates.circuits.solved_winding import SolvedWinding
+from sitscad.estimates.circuits.tank import CoilCircuit, Tank, terminals
+from sitscad.estimates.targets.assembly import AssemblyStates, Reflection, SolvedReflection, Surroundings, metal_behind
+from sitscad.estimates.targets.finite_target import FREQUENCY, TargetShares
+from sitscad.estimates.targets.window import WindowedReflection, WindowEffect, missing_parts
+from sitscad.estimates.windings.leads import NO_LEADS, estimate_leads, led_round, sketched_leads
+from sitscad.estimates.windings.losses import winding_resistance
+from sitscad.estimates.windings.neighbours import Circuit, idle_neighbours
+from sitscad.estimates.windings.own_capacitance import self_capacitance
+from sitscad.kernels.electromagnetics.resonator import resonance_frequency
+from sitscad.layout.board import Coil, Layout
+from sitscad.spec.sensor import ReadoutSpec
+
+
+class SolvedEffect(Protocol):
+    """A target's solved effect as circuits need it: see `states.solved_target.SolvedStates`."""
+
+    @property
+    def totals(self) -> Mapping[str, ComplexArray]:
+        """Changes of the inductance matrix (H), by state."""
+
+    @property
+    def errors(self) -> Mapping[str, Array]:
+        """Bounds of each coil's own change (H) and loss (ohm), by state."""
+
+    @property
+    def band(self) -> tuple[float, float]:
+        """Frequencies (Hz) of the solution."""
+
+    @property
+    def like(self) -> Callable[[Array], ComplexArray]:
+        """The spectrum that the changes go with."""
+
+    def key(self, number: int, coil: str, state: str) -> tuple[complex, ...]:
+        """Key that is equal for coils with an equal change in a state."""
+
+    def crowded(self, state: str, number: int) -> Callable[[Array], ComplexArray]:
+        """Return the part that the currents' crowding adds to a coil's own change in a state, by frequency (Hz)."""
+
+    def put_oscillations(self, circuits: Sequence[CoilCircuit], tank: Tank) -> None:
+        """Put where the tanks run in the states into the circuits."""
+
+
+LEAST_SHARE = 0.02
+"""Share of the free inductance below which a state's is not believed: the half-space model takes away too much."""
+
+PROBE = 5e6  # Frequency (Hz) at which a state's inductance is tried
+
+UNRESOLVED = (
+    "no numbers for this state: the current within the tracks cannot be resolved, for they are far nearer to each "
+    "other than they are thick or wide"
+)
+"""Why a state has no numbers where `ProximityLoss.is_resolved` is not."""
+
+
+def working(circuits: list[CoilCircuit]) -> tuple[list[CoilCircuit], dict[str, str]]:
+    """The circuits without the states in which the model fails, and why each of those is missing."""
+    failed: dict[str, str] = {}
+    states = list(circuits[0].reflections)
+    both = terminals(circuits, states, np.full((len(circuits), len(states), 1), PROBE))
+    each = zip(*(part.ravel().tolist() for part in both), strict=True)
+    found = dict(zip(product([circuit.name for circuit in circuits], states), each, strict=True))
+    for circuit in circuits:
+        free = found[circuit.name, FREE][0]
+        for state in circuit.reflections:
+            inductance, resistance = found[circuit.name, state]
+            if not circuit.loss.is_resolved(PROBE):
+                failed[state] = UNRESOLVED
+            elif state == FREE and not (inductance > 0.0 and resistance > 0.0):
+                failed[state] = (
+                    f"no numbers for this state: {show(inductance, 'H', 3)} and {show(resistance, 'ohm', 3)} come out, "
+                    "which no coil has"
+                )
+            elif not (inductance > LEAST_SHARE * free and resistance > 0.0):
+                failed[state] = (
+                    f"no numbers for this state: the half-space model fails there (it takes {show(free, 'H', 3)} down "
+                    f"to {show(inductance, 'H', 3)}); the metal is too near for so small a coil"
+                )
+    return [without(circuit, failed) for circuit in circuits], failed
+
+
+def without(circuit: CoilCircuit, failed: Mapping[str, object]) -> CoilCircuit:
+    """A circuit without the states that have failed."""
+    return replace(
+        circuit, reflections={state: r for state, r in circuit.reflections.items() if state not in failed},
+        neighbours={state: r for state, r in circuit.neighbours.items() if state not in failed},
+    )
+
+
+def overdamped(circuits: list[CoilCircuit], tank: Tank, target: TargetShares | SolvedEffect) -> dict[str, float]:
+    """The states in which some coil's tank does not oscillate, and its quality factor."""
+    found: dict[str, float] = {}
+    tank.oscillate(circuits)
+    if not isinstance(target, TargetShares):
+        target.put_oscillations(circuits, tank)
+    for circuit in circuits:
+        for state in circuit.reflections:
+            at = tank.oscillation(circuit, state)
+            if not at.exists:
+                found[state] = min(found.get(state, math.inf), at.quality_factor)
+    return found
+
+
+def coil_circuits(
+    layout: Layout, winding: SolvedWinding, matrix: Array, assembly: AssemblyStates,
+    target: TargetShares | SolvedEffect,
+) -> list[CoilCircuit]:
+    """Circuits of all coils in their order. `matrix` (H) holds the inductances of the bare windings, `target` its
+    effect: solved, or by shares of an endless plate's.
+    """
+    spec, first = layout.spec, layout.coils[0]
+    conductivity, loss = winding.conductivity, winding.loss
+    if winding.is_rough:  # bends and corners left out
+        resistance = math.fsum(w.path.length / (conductivity * spec.coil.trace_width * w.thickness)
+                               for w in first.windings)
+    else:
+        resistance = winding_resistance(spec.coil, first, conductivity)
+    own = self_capacitance(first, spec, winding.is_rough)
+    distances = _distances(layout.coils)
+    beside = [] if winding.is_rough else sorted({d for row in distances for d in row if d > 0.0})
+    reflections = _reflections(winding, assembly, beside, layout, target)
+    circuits = []
+    for coil in layout.coils:
+        leads = NO_LEADS
+        if coil.series:
+            leads = _led_out(coil, spec.fpc.stackup, conductivity)
+        elif coil.undrawn:
+            leads = _led_roughly(coil.undrawn, spec.fpc.stackup, conductivity)
+        if coil.undrawn:
+            width, copper = coil.undrawn[0].width, spec.fpc.stackup.copper[coil.undrawn[0].layers[0] - 1]
+            leads = led_round(leads, coil.goes_on, width, copper, conductivity, winding.spirals)
+        circuits.append(CoilCircuit(coil.name, winding.inductance, resistance, conductivity, loss, leads,
+                                    own + leads.capacitance, reflections[coil.name], own))
+    if len(circuits) == 1 or winding.is_rough:  # idle neighbours change less than screening may be off by
+        return circuits
+    return [
+        replace(circuit, neighbours=_neighbours(k, circuits, matrix, distances, spec.readout))
+        for k, circuit in enumerate(circuits)
+    ]
+
+
+def _neighbours(
+    active: int, circuits: list[CoilCircuit], matrix: Array, distances: list[list[float]], readout: ReadoutSpec
+) -> dict[str, Circuit]:
+    """What idle neighbours add to a coil in every state but "free", where the coil is alone."""
+    found = {}
+    for state, reflection in circuits[active].reflections.items():
+        if state == FREE:
+            continue
+
+        def mutual(i: int, j: int, frequencies: Array, metal: Reflection = reflection) -> ComplexArray:
+            return np.asarray(matrix[i, j] + metal.mutual((i, j), distances[i][j], frequencies))
+
+        own = [partial(circuit.own, state) for circuit in circuits]
+        found[state] = idle_neighbours(active, own, mutual, readout)
+    return found
+
+
+def _distances(coils: tuple[Coil, ...]) -> list[list[float]]:
+    # Alike distances get alike numbers, so that each is reflected once.
+    return [[round(math.dist(a.centre, b.centre), 9) for b in coils] for a in coils]
+
+
+def _reflections(
+    winding: SolvedWinding, assembly: AssemblyStates, distances: list[float], layout: Layout,
+    target: TargetShares | SolvedEffect,
+) -> dict[str, dict[str, Reflection]]:
+    """What metal returns, by coil and state, with what a window in the jaw leaves of it; coils under alike parts of the
+    target have one in common.
+    """
+    missing, without = missing_parts(layout), metal_behind(layout.spec, without_jaw=True)
+    known: dict[tuple[str, tuple[complex, ...], WindowEffect | None], Reflection] = {}
+    found: dict[str, dict[str, Reflection]] = {coil.name: {} for coil in layout.coils}
+    for around in assembly.states:
+        for k, name in enumerate(found):
+            window = missing.get(name)
+            key = around.name, target.key(k, name, around.name), window
+            if key not in known:
+                known[key] = _reflection(around, distances, winding, target, k, name, window)
+                if around.below is not None and window is not None:
+                    whole, none = (
+                        Reflection(winding.spectrum, replace(around, above=None, below=below), distances,
+                                   crowding=winding.crowding)
+                        for below in (around.below, without)
+                    )
+                    known[key] = WindowedReflection(known[key], whole, none, window)
+            found[name][around.name] = known[key]
+    return found
+
+
+def _reflection(
+    around: Surroundings, distances: list[float], winding: SolvedWinding, target: TargetShares | SolvedEffect,
+    number: int, name: str, missing: WindowEffect | None,
+) -> Reflection:
+    spectrum = winding.spectrum
+    if not isinstance(target, TargetShares) and around.name in target.totals:
+        more, lost = target.errors[around.name][number]
+        solved = np.array(target.band), target.totals[around.name], target.like
+        return SolvedReflection(spectrum, around, distances, winding.crowding, solved, number,
+                                (float(more), float(lost)), target.crowded(around.name, number))
+    share, unsure = (1.0, 1.0), (0.0, 0.0, 0.0)
+    if isinstance(target, TargetShares) and around.above is not None:
+        share = target.of(name, around.name)
+        unsure = target.error, target.loss_error, FAINT * winding.inductance * bool(target.error)
+        if missing is not None:
+            endless = Reflection(spectrum, around, distances).endless_change(FREQUENCY).real
+            more = float(missing.factor(np.array(share[0] * endless)))
+            share = share[0] * more, share[1] * more
+            unsure = unsure[0] + missing.moving, unsure[1] + missing.moving, unsure[2]
+    return Reflection(spectrum, around, distances, share, winding.crowding, unsure, winding.is_rough)
+
+
+FAINT = 0.0015
+"""Of the free inductance: what a share may be off beside its relative error, of targets that hardly change anything."""
+
+
+_led_out, _led_roughly = lru_cache(maxsize=64)(estimate_leads), lru_cache(maxsize=64)(sketched_leads)
+
+
+def self_resonance(circuit: CoilCircuit) -> float:
+    """The frequency (Hz) at which winding and leads resonate with their own capacitance."""
+    inductance = circuit.inductance + circuit.leads.inductance
+    return resonance_frequency(inductance, max(circuit.self_capacitance, 1e-16))

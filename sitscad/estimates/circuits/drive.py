@@ -1,0 +1,97 @@
+"""The drive current: one code for all coils where that does, else one a channel, with manufacture in mind."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from sitscad.assembly.places.state import FREE
+from sitscad.basics.record import record, replace
+from sitscad.estimates.values import CoilEstimate, Estimates, ReadoutEstimate, StateEstimate
+from sitscad.kernels.converters.converter import Converter
+from sitscad.spec.sensor import ReadoutSpec
+
+SIGMAS_BELOW = 1.0
+"""Standard deviations of all manufacture by which the amplitude stays below the largest. TI takes the strongest code
+that does, since clamping is worse than noise (8.1.5; SNOA950), for one known sensor; this is for those still to be
+made."""
+
+
+@record
+class Swing:
+    """What the working states of a coil ask of its drive: the least R_P (ohm), and the most of it with its margin."""
+
+    least: float
+    careful: float
+
+
+def driven(
+    coils: Sequence[CoilEstimate], readout: ReadoutEstimate, spec: ReadoutSpec
+) -> tuple[tuple[CoilEstimate, ...], ReadoutEstimate]:
+    """Coils and settings with the drive codes that suit all working states, or with the code that the spec sets.
+
+    The code is the strongest with which every coil stays below the largest amplitude in every working state, one sigma
+    beyond its estimate and with the thickest copper that is delivered (a board has one foil and one plating: their ends
+    are common, and no test of the board tells them). Where that leaves a coil below the low-noise window, and a code
+    for every channel leaves none, the channels have codes of their own.
+    """
+    if readout.drive_code is None or readout.high_current:
+        return tuple(coils), readout
+    converter = spec.device
+    if spec.drive_code is not None:
+        codes = (spec.drive_code,) * len(coils)
+    else:
+        working = [[s for name, s in c.states.items() if name != FREE] or list(c.states.values()) for c in coils]
+        swings = [Swing(min(state.parallel_resistance for state in states), max(map(_careful, states)))
+                  for states in working]
+        codes = drive_codes(swings, converter)
+    current = converter.drive_current(max(codes))
+    # a channel is not driven while the next is switched in
+    idle = readout.switch_time if len(coils) > 1 and readout.dwell_time else None
+    duty = 1.0 if idle is None else 1.0 - idle / readout.dwell_time
+    more = spec.device.needed(len(coils)) * (current - readout.drive_current) * duty
+    settings = replace(
+        readout,
+        drive_code=max(codes),
+        drive_codes=codes if len(set(codes)) > 1 else (),
+        drive_current=current,
+        supply_current=None if readout.supply_current is None else readout.supply_current + more,
+    )
+    louder = []
+    for coil, code in zip(coils, codes, strict=True):
+        ratio = converter.drive_current(code) / readout.drive_current
+        states = {name: replace(
+            state,
+            amplitude=state.amplitude * ratio,
+            coil_amplitude=None if state.coil_amplitude is None else state.coil_amplitude * ratio,
+            spread=None if state.spread is None else replace(state.spread, amplitude=state.spread.amplitude * ratio),
+        ) for name, state in coil.states.items()}
+        louder.append(replace(coil, states=states))
+    return tuple(louder), settings
+
+
+def drive_codes(swings: Sequence[Swing], converter: Converter) -> tuple[int, ...]:
+    """The code of every channel: the same one unless only codes of their own keep all coils in the window."""
+
+    def reached(codes: Sequence[int]) -> bool:
+        return all(converter.amplitude(swing.least, code) >= converter.limit("amplitude_optimum_min")
+                   for code, swing in zip(codes, swings, strict=True))
+
+    alike = (converter.drive_code(max(swing.careful for swing in swings)),) * len(swings)
+    own = tuple(converter.drive_code(swing.careful) for swing in swings)
+    return own if reached(own) and not reached(alike) else alike
+
+
+def _careful(state: StateEstimate) -> float:
+    spread = state.spread
+    more = max(SIGMAS_BELOW * spread.parallel_resistance, spread.thickest_copper) if spread is not None else 0.0
+    return state.parallel_resistance + more
+
+
+def bare_board_code(bench: Estimates) -> int | None:
+    """The strongest drive code that keeps every coil alone, without target and jaw, one sigma below the largest
+    amplitude; None where no coil's free state has a parallel resistance.
+    """
+    bare = [_careful(coil.states[FREE]) for coil in bench.coils if FREE in coil.states]
+    known = [value for value in bare if math.isfinite(value)]
+    return bench.readout.device.drive_code(max(known)) if known else None

@@ -1,0 +1,48 @@
+"""Changes of the coils' inductances by a target that moves, by shares of an endless plate's effect: for screening."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from sitscad.basics.arrays import Array
+from sitscad.basics.record import replace
+from sitscad.estimates.circuits.solved_winding import LEAST_DISTANCE
+from sitscad.estimates.targets.assembly import at_rest, warmed
+from sitscad.estimates.targets.finite_target import Move, shares_of_change
+from sitscad.estimates.targets.window import through_window
+from sitscad.estimates.windings.methods import reflected_by, winding_geometry
+from sitscad.kernels.electromagnetics.metal.half_spaces import raised_inductances, reflected_inductances
+from sitscad.layout.board import Layout
+
+
+def target_effects(layout: Layout, moves: Sequence[Move], heights: Sequence[float], frequency: float) -> Array:
+    """Changes of every coil's inductance (heights, moves, coils; H) by a target that has moved by (x, y) and by a
+    height (m) from rest, at a frequency (Hz).
+
+    It is the effect of an endless plate times the share that the finite one has at the coil's place (`finite_target`).
+    Its loss and what crowding of the current adds are left out. Every height is solved for all moves at once.
+    """
+    spec = warmed(layout.spec, layout.spec.requirements.temperature)
+    rest = at_rest(spec)
+    assert rest is not None
+    over = rest.above
+    assert over is not None
+    layers = [winding.z for winding in layout.coils[0].windings]
+    gaps, floor = [over.distance + z for z in heights], -math.inf if rest.below is None else -rest.below.distance
+    shares = shares_of_change(spec, layers, gaps, floor, moves)
+    nearest = over.distance + min(heights) - max(layers)
+    if rest.below is not None:
+        nearest = min(nearest, rest.below.distance + min(layers))
+    spectrum = reflected_by(
+        winding_geometry(spec.coil, replace(layout.coils[0], series=())), max(nearest, LEAST_DISTANCE), True
+    )
+    at = np.array([frequency])
+    bare = reflected_inductances(spectrum, at, None, rest.below, (0.0,))[0, 0].real
+    whole = raised_inductances(spectrum, frequency, over, rest.below, np.array(heights)).real - bare
+    found = np.asarray(whole[:, None, None] * shares)
+    for place, p in enumerate(spec.array.placements):
+        found[:, :, place] = through_window(layout, p.name, found[:, :, place])
+    return found

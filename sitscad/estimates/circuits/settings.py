@@ -1,0 +1,97 @@
+"""What is written into every converter of a sensor, register by register."""
+
+from __future__ import annotations
+
+import math
+import zlib
+from collections.abc import Sequence
+from itertools import pairwise
+
+from sitscad.basics.record import record
+from sitscad.estimates.values import Estimates
+from sitscad.kernels.converters.registers import ChannelSettings, Register
+from sitscad.spec.sensor import ReadoutSpec, SensorSpec
+
+
+@record
+class Device:
+    """One converter of the sensor: its I2C bus (from 0) and 7-bit address, the coils on its channels 0 up, and what to
+    write in order.
+    """
+
+    bus: int
+    address: int
+    coils: tuple[str, ...]
+    registers: tuple[Register, ...]
+
+
+def devices(asked: ReadoutSpec, estimates: Estimates) -> tuple[Device, ...]:
+    """The converters, which share the coils alike, on each bus in the order of their addresses.
+
+    Raises ValueError where a setting is unknown or does not fit its field, and where the buses have not as many
+    addresses.
+    """
+    converter, coils, readout = asked.device, estimates.coils, estimates.readout
+    needed, most = converter.needed(len(coils)), asked.buses * len(converter.addresses)
+    if needed > most:
+        buses = "one I2C bus has" if asked.buses == 1 else f"{asked.buses} I2C buses have"
+        raise ValueError(f"{needed} {converter.part} are needed, and {buses} addresses for {most}")
+    settings = {name: getattr(readout, name) for name in (
+        "rcount", "settle_count", "input_divider", "reference_divider", "drive_code")}
+    for name, value in settings.items():
+        if value is None:
+            raise ValueError(f"{name} is unknown: the converter cannot be set up for this sensor")
+    places, found = converter.places(len(coils)), []
+    firsts = [k for k, at in enumerate(places) if at.number == 0]
+    for first, end in pairwise([*firsts, len(coils)]):
+        group = coils[first:end]
+        frequencies = [state.frequency for coil in group for state in coil.states.values()]
+        if not frequencies:
+            raise ValueError("no sensor frequency is known: the converter cannot be set up")
+        codes = readout.drive_codes[first:end] or (settings["drive_code"],) * len(group)
+        offsets = readout.offsets[first:end] or (0,) * len(group)
+        channels = tuple(ChannelSettings(**settings | {"drive_code": code}, offset=offset)
+                         for code, offset in zip(codes, offsets, strict=True))
+        registers = converter.registers(channels, max(frequencies), high_current=readout.high_current,
+                                        output_gain=readout.output_gain)
+        found.append(Device(places[first].bus, places[first].address, tuple(coil.name for coil in group), registers))
+    return tuple(found)
+
+
+BAUD_RATES = (115200, 500000, 1000000, 2000000)
+"""Baud rates of the firmware's serial port. All are standard on Linux; all except the first divide a 16 MHz clock."""
+
+MAX_LOAD = 0.9
+"""Largest fraction of a serial port's capacity that readings may use."""
+
+
+@record
+class SerialSettings:
+    """Baud rate of the firmware's serial port, and the number of scans of all coils after which it sends a line."""
+
+    baud: int
+    scans_per_line: int
+
+
+def serial_settings(spec: SensorSpec, scan_rate: float) -> SerialSettings:
+    """Return the lowest baud rate that carries a line of text for each scan (`scan_rate`, Hz).
+
+    If no rate does, return the highest rate and the number of scans between two lines. A line of
+    ``data/firmware/sensor_line.h`` has at most 26 characters, plus 12 for each coil and 11 for each force: three of a
+    sensor without cells, of each cell no more than it has coils. Every hundredth line has a header of the same length.
+    A character takes 10 bits.
+    """
+    coils = len(spec.array.placements)
+    forces = 3 if spec.cells is None else coils // spec.cells.coils * min(3, spec.cells.coils)
+    bits = 10.0 * 1.01 * (26 + 12 * coils + 11 * forces)
+    needed = bits * scan_rate / MAX_LOAD
+    baud = next((rate for rate in BAUD_RATES if rate >= needed), BAUD_RATES[-1])
+    return SerialSettings(baud, max(math.ceil(needed / baud), 1))
+
+
+def identity(sensor: str, found: Sequence[Device]) -> int:
+    """A number of 32 bits by which serial lines of boards tell themselves apart: the same for one name, the same coils
+    and settings.
+    """
+    rows = [(one.coils, [(int(row.address), int(row.value)) for row in one.registers]) for one in found]
+    return zlib.crc32(repr((sensor, rows)).encode())

@@ -1,0 +1,241 @@
+"""A winding solved once for all alike coils: inductance, loss, and what metal near it changes.
+
+How far its resistance at frequency can be off, too: direct resistance is exact but for the copper itself. What
+alternating current adds is computed at so many azimuths or cuts of the sides, with so many modes: each may be too few
+by a share that was fitted to random designs of every shape, solved again with more of everything
+(tests/validation/resistance_designs.py), and is tested on others that no fit saw.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import lru_cache
+
+from sitscad.assembly.places.state import FREE
+from sitscad.basics.arrays import Array
+from sitscad.basics.record import record, replace
+from sitscad.estimates.circuits.tank import CoilCircuit
+from sitscad.estimates.loads.pressing import GLUE, PAD, PAD_SIZE
+from sitscad.estimates.targets.assembly import AssemblyStates
+from sitscad.estimates.values import StateEstimate
+from sitscad.estimates.windings.losses import (
+    ALIKE_ROUNDED,
+    POLYGONS_NEAR_METAL,
+    LossesNearMetal,
+    is_rough,
+    losses_near_metal,
+    wanted_tolerance,
+    winding_losses,
+)
+from sitscad.estimates.windings.methods import (
+    Method,
+    WindingGeometry,
+    choose_method,
+    equivalent_spirals,
+    reflected_by,
+    winding_geometry,
+)
+from sitscad.estimates.windings.neighbours import inductance_matrix, rings_beside_each_other
+from sitscad.kernels.electromagnetics.constants import skin_depth
+from sitscad.kernels.electromagnetics.inductance.spirals import SpiralLayer
+from sitscad.kernels.electromagnetics.loss.current_modes import ProximityLoss
+from sitscad.kernels.electromagnetics.loss.proximity import missed_crossings, suited_resolution
+from sitscad.kernels.electromagnetics.metal.current_spectrum import CurrentSpectrum
+from sitscad.layout.board import Coil
+from sitscad.spec.coil import CoilSpec
+
+ALONG = 2e-5  # Of the resistance at any frequency: lengths and corners of the winding's path
+
+MODEL = 0.0015
+"""Of the added loss: tracks see each other's crowding as straight ones do. Closed rings and open spirals by
+converged filaments (tests/validation/test_alternating_current.py)."""
+
+ENDS = 1.2
+"""Of the added loss, times a track's width over the winding's length: what cuts miss where a layer begins or ends."""
+
+ONE_CUT = 0.1  # Of the added loss, where one cut stands for all of a winding
+
+MODES = {False: 0.011, True: 0.007}
+"""Of the added loss, with usual and fine modes: tracks many skin depths wide or thick."""
+
+WIDE, THICK = 12.0, 3.0  # Skin depths of width and of thickness at which that share is reached
+
+ALONE, ROUNDED, RACETRACK, LONG = 0.017, 0.017, 0.003, 0.009
+"""Of the added loss of polygons of one layer and with rounded corners; of racetracks, and of those of which one half
+stands for both (ALIKE_ROUNDED turns and more)."""
+
+CROSSING = {
+    "square": (0.055, 0.02), "rectangle": (0.055, 0.02), "hexagon": (0.038, 0.016), "octagon": (0.036, 0.013),
+}
+"""Relative errors of the added loss of polygons of several layers, with fewer than FEW turns and with more.
+
+Near corners, where the layers' sides do not lie face to face, the layers are cut at few places. The sharper the corner,
+the larger the error."""
+
+METAL, NEAR, NEAR_DISTANCE = 0.03, 0.04, 0.2e-3
+"""Of the resistance with metal about, and with metal nearer than that (m), from where the one goes over into the other
+as distance over NEAR_DISTANCE rises to FADED: round coils over and between copper, steel
+and mirrors by filaments (tests/validation/test_near_metal.py); for other shapes POLYGONS_NEAR_METAL comes on top."""
+
+FADED = 1.5
+"""Times a distance up to which a share holds: so far it falls to the next one, that a sweep may not make it jump."""
+
+FEW = 4.0  # Turns of a layer below which corners are a large part of a polygon
+
+
+@record
+class ResistanceBound:
+    """What a winding's error is made of: `share` of the added loss at any frequency, `modes` of it where the track of
+    that width and thickness (m) is many skin depths; conductivity in S/m.
+    """
+
+    share: float
+    modes: float
+    width: float
+    thickness: float
+    conductivity: float
+
+    def relative(self, ratio: float, frequency: float) -> float:
+        """Relative error, at most, of a resistance that is `ratio` times the direct one at a frequency (Hz)."""
+        depth = skin_depth(frequency, self.conductivity)
+        reached = min(1.0, max(self.width / (WIDE * depth), self.thickness / (THICK * depth)) ** 2)
+        return ALONG + (1.0 - 1.0 / ratio) * (self.share + self.modes * reached)
+
+
+def resistance_bound(spec: CoilSpec, coil: Coil, spirals: Sequence[SpiralLayer], conductivity: float,
+                     tolerance: float) -> ResistanceBound:
+    """The bound of `losses.winding_losses` with that tolerance of R (3e-2 or 1e-2)."""
+    if spirals:
+        length = 2.0 * math.pi * math.fsum(s.turns * (s.radius - 0.5 * s.pitch * s.turns) for s in spirals)
+        cuts = suited_resolution(spirals, conductivity, tolerance).cuts
+        bent = ONE_CUT if cuts == 1 else missed_crossings(spirals, cuts) + ENDS * spirals[0].width / length
+    elif not spec.outline.sides:
+        bent = LONG if min(spec.layer_turns) >= ALIKE_ROUNDED else RACETRACK
+    elif spec.corner_radius >= 0.5 * spec.trace_width:
+        bent = ROUNDED
+    elif len(coil.windings) == 1:
+        bent = ALONE
+    else:
+        bent = max(CROSSING[shape][0 if min(spec.layer_turns) < FEW else 1] for shape in spec.outline.fitted)
+    thickness = max(winding.thickness for winding in coil.windings)
+    return ResistanceBound(MODEL + bent, MODES[tolerance < 0.02], spec.trace_width, thickness, conductivity)
+
+
+def near_metal_error(spec: CoilSpec, nearest: float) -> float:
+    """Relative error, at most, that metal no nearer than `nearest` (m) to the copper's middle adds to a resistance."""
+    found = METAL + (NEAR - METAL) * _faded(nearest / NEAR_DISTANCE)
+    if not spec.outline.is_round:
+        found += max(row[2] * _faded(nearest / (row[0] * spec.trace_width)) for row in POLYGONS_NEAR_METAL)
+    return found
+
+
+def _faded(reach: float) -> float:
+    """1 up to a reach of 1, 0 from FADED on, and straight between."""
+    return min(1.0, max(0.0, (FADED - reach) / (FADED - 1.0)))
+
+
+@record(eq=False)
+class SolvedWinding:
+    """What all alike coils share: geometry, round layers that stand for it, inductance (H) and how it was found.
+
+    `conductivity` (S/m) is the copper's, `loss` what alternating current adds. `nearest` (m) is the least distance of
+    metal in any state, None without metal; `crowding` is what it changes of `loss`, `spectrum` what it is reflected by;
+    `bound` is how far off its resistance can be; `is_rough` says that it was solved for screening.
+    """
+
+    geometry: WindingGeometry
+    spirals: tuple[SpiralLayer, ...]
+    inductance: float
+    method: Method
+    conductivity: float
+    loss: ProximityLoss
+    nearest: float | None
+    crowding: LossesNearMetal | None
+    spectrum: CurrentSpectrum | None
+    bound: ResistanceBound
+    is_rough: bool = False
+
+    def resistance_error(self, circuit: CoilCircuit, state: StateEstimate, coil: CoilSpec) -> float:
+        """Relative error bound of the resistance at a coil's contacts in a state: the winding's, a share of the leads',
+        that of metal about, and the target's share in it.
+        """
+        winding = circuit.winding_resistance(state.frequency)
+        leads = circuit.leads.resistance_at(state.frequency, circuit.conductivity)
+        own = self.bound.relative(winding / circuit.resistance, state.frequency)
+        metal = 0.0 if self.nearest is None or state.state == FREE else near_metal_error(coil, self.nearest)
+        lost = abs(circuit.reflections[state.state].unsure(state.frequency)[1])
+        return (own * winding + circuit.leads.resistance_error * leads + lost) / state.resistance + metal
+
+    @property
+    def inductance_error(self) -> float:
+        """Relative error bound of the inductance, as its method states it."""
+        return self.method.error(self.geometry)
+
+
+_spectrum = lru_cache(maxsize=4)(reflected_by)
+
+
+def solve_winding(
+    spec: CoilSpec, first: Coil, assembly: AssemblyStates, conductivity: float, method: str | None,
+    tolerance: float | None,
+) -> SolvedWinding:
+    """The winding of the first of alike coils, its copper of a conductivity (S/m); see `sitscad.estimates.estimate`."""
+    bare, rough = replace(first, series=()), is_rough(tolerance)
+    geometry, chosen, inductance = _solved(spec, bare, method, tolerance)
+    heights = [layer.z for layer in geometry.spirals or geometry.drawn]
+    # a pad or glue thinner, or a pad smaller, by one sigma is not much nearer, and only a difference is taken of it
+    small = (PAD, PAD_SIZE, GLUE)
+    ranges = [around for (_, cause), pair in assembly.ranges.items() if cause not in small for around in pair]
+    states = [*assembly.states, *ranges]
+    metal = [s.above.distance - max(heights) for s in states if s.above]
+    metal += [s.below.distance + min(heights) for s in states if s.below]
+    spirals, nearest, crowding, spectrum = equivalent_spirals(geometry, first), None, None, None
+    if metal:
+        nearest = max(min(metal), LEAST_DISTANCE)
+        # up to a fifth less, the same for many: waves are found once for boards with metal about there
+        known = float(NO_NEARER ** math.floor(math.log(nearest, NO_NEARER) + 1e-9))
+        crowding = losses_near_metal(spirals, conductivity, known, tolerance, bool(geometry.spirals))
+        spectrum = _spectrum(geometry, known, rough)
+    bound = resistance_bound(spec, first, geometry.spirals, conductivity, wanted_tolerance(tolerance))
+    return SolvedWinding(geometry, spirals, inductance, chosen, conductivity,
+                         _loss(spec, bare, conductivity, tolerance), nearest, crowding, spectrum, bound, rough)
+
+
+@lru_cache(maxsize=4)
+def _solved(
+    spec: CoilSpec, coil: Coil, method: str | None, tolerance: float | None
+) -> tuple[WindingGeometry, Method, float]:
+    # What the drawn windings alone decide: a design with other things around the same board finds it done.
+    geometry = winding_geometry(spec, coil)
+    chosen = choose_method(geometry, method, tolerance)
+    inductance = chosen.solve(geometry)
+    assert inductance is not None
+    return geometry, chosen, inductance
+
+
+@lru_cache(maxsize=4)
+def _loss(spec: CoilSpec, coil: Coil, conductivity: float, tolerance: float | None) -> ProximityLoss:
+    return winding_losses(spec, coil, winding_geometry(spec, coil).spirals, conductivity, tolerance)
+
+
+NO_NEARER = 1.2  # Ratio of those distances
+
+
+def beside_each_other(
+    spec: CoilSpec, coils: tuple[Coil, ...], winding: SolvedWinding, is_rough: bool = False
+) -> tuple[Array, Array]:
+    """The inductance matrix (H) of the bare windings of all coils, and what its elements can be off by at most (H)."""
+    if is_rough and winding.geometry.spirals:
+        return rings_beside_each_other(winding.geometry.spirals, [coil.placement.centre for coil in coils],
+                                       winding.inductance, winding.inductance_error)
+    bare = tuple(replace(coil, series=()) for coil in coils)
+    return _matrix(spec, bare, winding.inductance, winding.inductance_error)
+
+
+@lru_cache(maxsize=2)
+def _matrix(spec: CoilSpec, coils: tuple[Coil, ...], own: float, error: float) -> tuple[Array, Array]:
+    return inductance_matrix(own, error, [(coil, winding_geometry(spec, coil)) for coil in coils])
+
+
+LEAST_DISTANCE = 10e-6  # Distance (m) from a layer's mid-plane below which metal is taken to be there

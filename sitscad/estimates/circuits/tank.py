@@ -1,0 +1,455 @@
+"""The tank of each coil in each state, the capacitor that suits them all, and how the converter is set for it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import field
+from itertools import islice
+
+import numpy as np
+
+from sitscad.assembly.places.state import FREE
+from sitscad.basics.arrays import Array, Index
+from sitscad.basics.record import record, replace
+from sitscad.basics.units import show
+from sitscad.estimates.targets.assembly import Reflection
+from sitscad.estimates.values import CoilEstimate, ReadoutEstimate, StateEstimate
+from sitscad.estimates.windings.leads import LeadEstimate
+from sitscad.estimates.windings.neighbours import Circuit
+from sitscad.kernels.converters.conversion import shown
+from sitscad.kernels.converters.converter import Converter
+from sitscad.kernels.electromagnetics.loss.current_modes import ProximityLoss
+from sitscad.kernels.electromagnetics.polynomials import chebyshev_points, shares
+from sitscad.kernels.electromagnetics.resonator import (
+    EXACTLY,
+    Network,
+    Oscillation,
+    Oscillations,
+    apparent_inductance,
+    oscillate,
+)
+from sitscad.spec.sensor import ReadoutSpec
+
+E12 = (1.0, 1.2, 1.5, 1.8, 2.2, 2.7, 3.3, 3.9, 4.7, 5.6, 6.8, 8.2)  # Preferred values of a decade (IEC 60063)
+E24 = tuple(sorted((*E12, 1.1, 1.3, 1.6, 2.0, 2.4, 3.0, 3.6, 4.3, 5.1, 6.2, 7.5, 9.1)))  # All values sold
+
+FREQUENCY_MARGIN = 0.95
+"""Share of the converter's highest frequency up to which a capacitor is chosen, and of the frequencies themselves that
+its lowest may be: tolerances of coil and capacitor need the rest.
+"""
+
+ROBUST_CAPACITANCE = 100e-12  # Below this (F), pins, tail and cable make up a good part of the tank's capacitance
+
+
+@record(eq=False)
+class CoilCircuit:
+    """One coil as the tank sees it: winding, leads, own capacitance, what surrounds it in every state.
+
+    `neighbours` are what idle coils add there; `curves` and `known` keep values once they were asked for, and
+    `oscillations` where tanks run by state and capacitor (F), all else being the same readout's.
+    """
+
+    name: str
+    inductance: float
+    resistance: float
+    conductivity: float
+    loss: ProximityLoss
+    leads: LeadEstimate
+    self_capacitance: float
+    reflections: Mapping[str, Reflection]
+    winding_capacitance: float = 0.0
+    neighbours: Mapping[str, Circuit] = field(default_factory=dict)
+    curves: dict[tuple[str, str, int], Array] = field(default_factory=dict)
+    known: dict[tuple[str, bytes], tuple[Array, Array]] = field(default_factory=dict)
+    oscillations: dict[tuple[str, float], Oscillation] = field(default_factory=dict)
+
+    def winding_resistance(self, frequency: float) -> float:
+        """The winding's resistance (ohm) alone at a frequency (Hz)."""
+        return self.resistance * self.loss.resistance_ratio(frequency)
+
+    def crowding(self, state: str, frequencies: Array) -> tuple[Array, Array]:
+        """What eddy currents in the winding's tracks add to its inductance (H) and resistance (ohm) in a state at (n,)
+        frequencies (Hz), near to each other: those of the coil alone, and what metal changes of them; roughly the
+        latter is interpolated from where the terminal values are known.
+        """
+        if self.reflections[state].is_rough:
+            band = int(bands_of(frequencies.mean()))
+            change, lost = (shares(points_of(band), np.log(frequencies)) @ self.curve("by_metal", state, band)).T
+        else:
+            change, lost = self.by_metal(state, frequencies)
+        added = self.resistance * (self.loss.resistance_ratios(frequencies) - 1.0)
+        return self.loss.inductance_changes(frequencies) + change, added + lost
+
+    def by_metal(self, state: str, frequencies: Array) -> tuple[Array, Array]:
+        """What metal changes of `crowding` (H, ohm)."""
+        change = self.reflections[state].crowding(frequencies)
+        return change.real, -2.0 * math.pi * frequencies * change.imag
+
+    def own(self, state: str, frequencies: Array) -> tuple[Array, Array]:
+        """Inductance (H) and resistance (ohm) between the contacts in a state at (n,) frequencies (Hz), its neighbours
+        open.
+        """
+        key = state, frequencies.tobytes()
+        if key not in self.known:
+            change, added = self.reflections[state](frequencies)
+            winding = self.resistance * self.loss.resistance_ratios(frequencies)
+            leads = self.leads.resistances_at(frequencies, self.conductivity)
+            inductance = self.inductance + self.loss.inductance_changes(frequencies) + self.leads.inductance + change
+            self.known[key] = inductance, winding + leads + added
+        return self.known[key]
+
+    def exactly(self, state: str, frequencies: Array) -> tuple[Array, Array]:
+        """Both as in `own`, with the neighbours idle, where the state has them."""
+        inductance, resistance = self.own(state, frequencies)
+        if state not in self.neighbours:
+            return inductance, resistance
+        change, added = self.neighbours[state](frequencies)
+        return inductance + change, resistance + added
+
+    def terminal(self, state: str, frequencies: Array) -> tuple[Array, Array]:
+        """Inductance (H) and resistance (ohm) between the contacts in a state at (n,) frequencies (Hz)."""
+        inductance, resistance = terminals([self], [state], frequencies[None, None])
+        return inductance[0, 0], resistance[0, 0]
+
+    def curve(self, of: str, state: str, band: int) -> Array:
+        """Inductance (H) and resistance (ohm) of a state, as the method `of` this name has them, at the Chebyshev
+        points of a band, (`POINTS`, 2).
+        """
+        key = of, state, band
+        if key not in self.curves:
+            self.curves[key] = np.stack(getattr(self, of)(state, np.exp(points_of(band))), axis=1)
+        return self.curves[key]
+
+
+def points_of(band: int) -> Array:
+    """Logarithms of the frequencies (Hz) at which curves are known over a band."""
+    low = math.log(LOWEST) + band * math.log(BAND)
+    return chebyshev_points(low, low + math.log(BAND), POINTS)
+
+
+def bands_of(frequencies: Array) -> Index:
+    """The numbers of the bands that frequencies (Hz) lie in."""
+    return np.floor(np.log(frequencies / LOWEST) / math.log(BAND)).astype(int)
+
+
+def terminals(circuits: Sequence[CoilCircuit], states: Sequence[str], frequencies: Array) -> tuple[Array, Array]:
+    """Inductances (H) and resistances (ohm) of coils between their contacts in states, each at its own (coils, states,
+    n) frequencies (Hz).
+    """
+    bands, found = bands_of(frequencies), np.empty((2, *frequencies.shape))
+    for band in set(bands.ravel().tolist()):
+        inside = bands == band
+        values = np.zeros((*frequencies.shape[:2], POINTS, 2))
+        for coil, state in np.argwhere(inside.any(axis=2)).tolist():
+            values[coil, state] = circuits[coil].curve("exactly", states[state], band)
+        weights = shares(points_of(band), np.log(frequencies[inside]))
+        found[:, inside] = np.einsum("ni,nij->jn", weights, values[np.nonzero(inside)[:2]])
+    return found[0], found[1]
+
+
+POINTS = 6
+
+
+LOWEST, BAND = 1e6, 11.0
+"""The terminal values are known from 1 to 11 MHz, and in bands of the same ratio below and above that where asked."""
+
+HIGHEST = 0.999999 * LOWEST * BAND  # The last frequency (Hz) of the first of them, which most converters do not reach
+
+
+@record
+class Tank:
+    """What stands between coil and converter: capacitor, pins and cable."""
+
+    capacitor: float
+    readout: ReadoutSpec
+
+    @property
+    def converter(self) -> Converter:
+        """What the converter can do."""
+        return self.readout.device
+
+    def capacitance(self, circuit: CoilCircuit) -> float:
+        """Everything in parallel (F): capacitor, pins, cable, tail and the coil's own."""
+        return self.conversion_capacitance + circuit.self_capacitance
+
+    @property
+    def conversion_capacitance(self) -> float:
+        """What turns a frequency into inductance (F): capacitor, pins and cable, alike for all coils and states."""
+        cable = self.readout.cable.capacitance if self.readout.cable else 0.0
+        return self.capacitor + self.converter.limit("pin_capacitance") + cable
+
+    def in_series(self) -> tuple[float, float]:
+        """Inductance (H) and resistance (ohm) of a cable that lies inside the tank: the capacitor at the converter."""
+        cable = self.readout.cable if self.readout.capacitor_at != "coil" else None
+        return (0.0, 0.0) if cable is None else (cable.inductance, cable.resistance)
+
+    def network(self, self_capacitance: float | Array) -> Network:
+        """The two-port between contacts and pins, of coils with so much capacitance of their own (F): half of the
+        cable's at either end (pi section).
+        """
+        cable = self.readout.cable
+        half = 0.5 * cable.capacitance if cable else 0.0
+        return Network(
+            coil_side=self_capacitance + half,
+            converter_side=self.converter.limit("pin_capacitance") + half,
+            capacitor=self.capacitor,
+            capacitor_at_coil=self.readout.capacitor_at == "coil",
+            capacitor_resistance=self.converter.limit("capacitor_resistance"),
+            inductance=cable.inductance if cable else 0.0,
+            resistance=cable.resistance if cable else 0.0,
+        )
+
+    def oscillation(self, circuit: CoilCircuit, state: str) -> Oscillation:
+        """Where the tank runs in a state, if anywhere; inductance and loss are those at that very frequency."""
+        if (state, self.capacitor) not in circuit.oscillations:
+            self.oscillate([circuit])
+        return circuit.oscillations[state, self.capacitor]
+
+    def oscillate(self, circuits: Sequence[CoilCircuit]) -> None:
+        """Finds where the tanks of coils, which have the same states, run in all of them: at once takes least."""
+        found = iter(oscillations(circuits, self, np.array([self.capacitor])).one_by_one())
+        for circuit in circuits:
+            circuit.oscillations.update(((state, self.capacitor), next(found)) for state in circuit.reflections)
+
+
+ROUGHLY = 1e-3
+"""What a frequency may be off by, relative, where capacitors are compared for screening."""
+
+
+def oscillations(
+    circuits: Sequence[CoilCircuit], tank: Tank, capacitors: Array, is_rough: bool = False
+) -> Oscillations:
+    """Where tanks run that differ from one by their capacitors (n; F) alone, of coils which have the same states,
+    (coils, states, n); to `ROUGHLY` of the frequency where that is enough.
+    """
+    own, inductance = np.array([(c.self_capacitance, c.inductance + c.leads.inductance) for c in circuits]).T
+    states = list(circuits[0].reflections)
+    network = replace(tank.network(own[:, None, None]), capacitor=capacitors)
+    plain = network.resonance(inductance[:, None, None]) / (2.0 * math.pi)
+    # where the converter works within the band, what is above it is not worth another curve, roughly
+    is_enough = is_rough and tank.converter.limit("sensor_frequency_max") < HIGHEST
+    highest = HIGHEST if is_enough else math.inf
+    return oscillate(
+        network, lambda at: terminals(circuits, states, np.minimum(at, highest)), tank.converter.limit("drive_delay"),
+        np.tile(plain, (1, len(states), 1)), ROUGHLY if is_rough else EXACTLY)
+
+
+def working_states(circuit: CoilCircuit) -> list[str]:
+    """The states in which the sensor works: all but free when it is assembled."""
+    states = list(circuit.reflections)
+    return [state for state in states if state != FREE] or states
+
+
+def state_estimates(circuit: CoilCircuit, tank: Tank, readout: ReadoutEstimate) -> dict[str, StateEstimate]:
+    """Every state of a coil with its tank and the converter's settings."""
+    if readout.drive_code is None or readout.rcount is None:
+        return {}
+    found, converter = {}, tank.converter
+    for state in circuit.reflections:
+        at = tank.oscillation(circuit, state)
+        inductance, resistance = at.inductance, at.resistance
+        volts = converter.amplitude(at.parallel_resistance, readout.drive_code, readout.high_current)
+        found[state] = StateEstimate(
+            state, inductance, resistance, at.frequency, at.parallel_resistance, at.quality_factor, volts,
+            apparent_inductance=apparent_inductance(inductance, resistance, circuit.self_capacitance, at.frequency),
+            converter_inductance=converter.inductance(at.frequency, tank.conversion_capacitance),
+            coil_amplitude=volts * at.coil_share,
+        )
+    return found
+
+
+def choose_capacitor(
+    circuits: Sequence[CoilCircuit], readout: ReadoutSpec, self_resonance: float, is_rough: bool = False
+) -> tuple[float, str]:
+    """The tank capacitor (F) and why: the spec's, or of E12 the one with the least trespass on the windows.
+
+    Windows, over all coils and states: frequency within the converter's less 5 % at either end (and up to 0.75 of
+    self-resonance), parallel resistance within the data sheet's, amplitude within the low-noise window in the working
+    states with one drive code, capacitor from 100 pF. Among those that keep them the highest parallel resistance is
+    taken, which is the highest frequency.
+    """
+    if readout.capacitance is not None:
+        return readout.capacitance, "given in the spec"
+    if not any(circuit.reflections for circuit in circuits):
+        return math.nan, "none chosen: no state of the coils could be estimated"
+    converter = readout.device
+    values = preferred_values(converter)
+    tanks, some = [Tank(value, readout) for value in values], _distinct(circuits)
+    each = iter(oscillations(some, tanks[0], np.array(values), is_rough).one_by_one())
+    every = [(list(islice(each, len(values))), state in working_states(circuit))
+             for circuit in some for state in circuit.reflections]
+    scored = [(_trespass([(found[k], works) for found, works in every], tanks[k], self_resonance), value)
+              for k, value in enumerate(values)]
+    (trespass, windows), value = min(scored, key=lambda row: (round(row[0][0][0], 9), row[1]))
+    return value, _reason(value, trespass, windows, converter.limit("capacitor_tolerance"))
+
+
+def preferred_values(converter: Converter) -> list[float]:
+    """E12 values (F) within the range of the maker's reference coils."""
+    low, high = converter.limit("capacitor_min"), converter.limit("capacitor_max")
+    decades = [mantissa * 10.0**power for power in range(-12, -7) for mantissa in E12]
+    return [round(value, 15) for value in decades if low * (1 - 1e-9) <= value <= high * (1 + 1e-9)]
+
+
+def neighbour_values(capacitance: float) -> tuple[float, float]:
+    """Return the E24 values (F) below and above a capacitance. Both are equal if it is itself an E24 value."""
+    decade = 10.0 ** math.floor(math.log10(capacitance * (1 + VALUE_TOLERANCE)))
+    values = [0.1 * E24[-1] * decade, *(mantissa * decade for mantissa in E24), 10.0 * decade]
+    sold = next((value for value in values if abs(capacitance / value - 1.0) <= VALUE_TOLERANCE), None)
+    if sold is not None:
+        return sold, sold
+    above = next(value for value in values if value > capacitance)
+    return values[values.index(above) - 1], above
+
+
+VALUE_TOLERANCE = 0.005
+"""Relative difference between a capacitance in the spec and an E24 value that counts as rounding."""
+
+
+def _distinct(circuits: Sequence[CoilCircuit]) -> list[CoilCircuit]:
+    # Coils under alike parts of the target differ by their leads alone: the two extremes stand for all.
+    alike: dict[tuple[int, ...], list[CoilCircuit]] = {}
+    for circuit in sorted(circuits, key=lambda c: c.leads.inductance):
+        alike.setdefault(tuple(id(change) for change in circuit.reflections.values()), []).append(circuit)
+    return [one for group in alike.values() for one in (group if len(group) == 1 else (group[0], group[-1]))]
+
+
+OVERDAMPED = 1e3  # Trespass of a state in which the tank does not oscillate: more than any other
+
+
+def _trespass(
+    found: Sequence[tuple[Oscillation, bool]], tank: Tank, self_resonance: float
+) -> tuple[tuple[float, bool], tuple[float, float] | None]:
+    """How far a capacitor misses the converter's windows (smallest is best), whether it does, and what it leads to:
+    the highest frequency (Hz) and the least parallel resistance (ohm). `found` are its oscillations, each with whether
+    the sensor works in that state.
+    """
+    running = [(each, works) for each, works in found if each.exists]
+    damped = len(found) - len(running)
+    frequencies = [each.frequency for each, _ in running]
+    resistances = [each.parallel_resistance for each, _ in running]
+    working = [each.parallel_resistance for each, works in running if works]
+    if not working:
+        return (OVERDAMPED * damped, True), None
+    converter = tank.converter
+    code = converter.drive_code(max(working))
+    swing = converter.amplitude(min(working), code), converter.amplitude(max(working), code)
+    strict = converter.limit("self_resonance_fraction_strict")
+    ceiling = min(FREQUENCY_MARGIN * converter.limit("sensor_frequency_max"), strict * self_resonance)
+    floor = converter.limit("sensor_frequency_min") / FREQUENCY_MARGIN
+    over = (
+        OVERDAMPED * damped
+        + 100.0 * _beyond(max(frequencies), ceiling)
+        + 100.0 * _beyond(floor, min(frequencies))
+        + 3.0 * _beyond(converter.limit("parallel_resistance_min"), min(resistances))
+        + 1.0 * _beyond(max(resistances), converter.limit("parallel_resistance_max"))
+        + 2.0 * _beyond(converter.limit("amplitude_optimum_min"), swing[0])
+        + 2.0 * _beyond(swing[1], converter.limit("amplitude_max"))
+        + 1.0 * _beyond(ROBUST_CAPACITANCE, tank.capacitor)
+    )
+    preference = 0.02 * math.log(ceiling / max(frequencies)) if max(frequencies) < ceiling else 0.0
+    return (over + preference, over > 0.0), (max(frequencies), min(resistances))
+
+
+def _beyond(value: float, limit: float) -> float:
+    return max(0.0, math.log(value / limit)) if limit > 0.0 else math.inf
+
+
+def _reason(value: float, trespass: tuple[float, bool], windows: tuple[float, float] | None, tolerance: float) -> str:
+    """Why a capacitor was chosen, in words."""
+    if windows is None:
+        return f"E12, C0G: no value lets the tank oscillate, {show(value, 'F', 3)} damps it least"
+    found = f"up to {show(windows[0], 'Hz', 3)}, R_P from {show(windows[1], 'ohm', 3)}"
+    found += f"; +-{50.0 * tolerance:.2g} % of frequency by its tolerance"
+    if trespass[1]:
+        return f"E12, C0G: no value keeps all windows, {show(value, 'F', 3)} misses them least ({found})"
+    return f"E12, C0G: of the values that keep all windows the one with the highest R_P ({found})"
+
+
+def settle(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, capacitor: float, reason: str) -> ReadoutEstimate:
+    """Dividers and counts for all coils and states with that capacitor; None and NaN where none is left.
+
+    The drive code is the strongest below the largest amplitude: `drive.driven` makes it careful once the scatter is
+    known.
+    """
+    tank, device, count = Tank(capacitor, readout), readout.device, len(circuits)
+    divider = device.reference_divider(readout.clock, device.shares(count)[-1])
+    reference = readout.clock / divider
+    unset = ReadoutEstimate(
+        device, capacitor, reason, drive_code=None, drive_current=math.nan, reference_divider=divider,
+        reference_frequency=reference, input_divider=None, rcount=None, settle_count=None, dwell_time=math.nan,
+        scan_rate=math.nan, high_current=False, capacitor_tolerance=device.limit("capacitor_tolerance"),
+        read_back_time=device.read_back_time(count),
+    )
+    found = {(c.name, state): tank.oscillation(c, state) for c in circuits for state in c.reflections}
+    if not found:
+        return unset
+    working = [found[c.name, state].parallel_resistance for c in circuits for state in working_states(c)]
+    code = device.drive_code(max(working))
+    # several converters scan at the same time, each its own coils; the first of them has the most
+    channels = device.shares(count)[0]
+    highest = max(at.parallel_resistance for at in found.values())
+    strong = (
+        count == 1 and readout.drive_code is None
+        and device.limit("parallel_resistance_high_current") <= min(working)
+        and min(working) < device.limit("parallel_resistance_driveable")
+        # with the least high current that TI's texts give, no state may pass the limit for certain
+        and device.amplitude_at(highest, device.high_current_range[0]) <= device.limit("amplitude_max")
+    )
+    settle_count = max(device.settle_count(at.quality_factor, reference, at.frequency) for at in found.values())
+    rcount = device.reference_count(readout.scan_rate, settle_count, reference, channels)
+    current = device.drive_current(code, strong)
+    return replace(
+        unset,
+        drive_code=code,
+        drive_current=current,
+        input_divider=max(device.input_divider(at.frequency, reference) for at in found.values()),
+        rcount=rcount,
+        settle_count=settle_count,
+        dwell_time=device.dwell_time(rcount, settle_count, reference),
+        scan_rate=1.0 / device.scan_time(rcount, settle_count, reference, channels),
+        high_current=strong,
+        settle_time=device.settle_time(settle_count, reference),
+        conversion_time=device.conversion_time(rcount, reference),
+        switch_time=device.switch_time(reference),
+        supply_current=device.needed(count) * device.supply_current(current, rcount, settle_count, reference, channels),
+        conversion_capacitance=tank.conversion_capacitance,
+    )
+
+
+SIGMAS = 2.0
+"""Standard deviations of manufacture by which a sensor may run faster or slower than estimated and still be read."""
+
+
+def with_margin(readout: ReadoutEstimate, coils: Sequence[CoilEstimate]) -> ReadoutEstimate:
+    """The settings with the input divider that fast specimens need too, and results that show what the frequencies of
+    all need: those of every state and two sigma to both sides.
+    """
+    if readout.input_divider is None:
+        return readout
+    ends = [
+        [(state.frequency - more, state.frequency + more)
+         for state in coil.states.values() for more in (SIGMAS * state.spread.frequency if state.spread else 0.0,)]
+        for coil in coils
+    ]
+    device, reference = readout.device, readout.reference_frequency
+    dividers = [device.input_divider(high, reference) for coil in ends for _, high in coil]
+    divider = max(readout.input_divider, *dividers)
+    everywhere = [each for coil in ends for each in coil]
+    bands = [(min(low for low, _ in own or everywhere), max(high for _, high in own or everywhere)) for own in ends]
+    gain, offsets = shown(device, divider * reference, bands)
+    return replace(readout, input_divider=divider, output_gain=gain, offsets=offsets)
+
+
+def with_steps(coil: CoilEstimate, tank: Tank, readout: ReadoutEstimate) -> CoilEstimate:
+    """The coil with the step of its inductance (H) in every state, and the noise of quantisation alone: at a fixed
+    capacitor 2 L / f of those of the frequency.
+    """
+    if (conversion := readout.conversion) is None:
+        return coil
+    found = {}
+    for name, state in coil.states.items():
+        step = conversion.inductance_step(state.inductance + tank.in_series()[0], state.frequency)
+        found[name] = replace(state, quantum=step, noise=step / math.sqrt(12.0))
+    return replace(coil, states=found)

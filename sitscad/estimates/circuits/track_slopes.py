@@ -1,0 +1,182 @@
+"""Slopes of a coil's inductance with the width, thickness and distance of its tracks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import lru_cache
+from itertools import combinations, pairwise
+
+import numpy as np
+
+from sitscad.basics.arrays import Array
+from sitscad.basics.record import replace
+from sitscad.estimates.circuits.tank import CoilCircuit
+from sitscad.estimates.tolerances.scatter import DISTANCE, THICKNESS, WIDTH
+from sitscad.kernels.electromagnetics.constants import MU0
+from sitscad.kernels.electromagnetics.inductance.mean_distance import log_mean_distance
+from sitscad.kernels.electromagnetics.inductance.spirals import SpiralLayer
+from sitscad.kernels.electromagnetics.metal.current_spectrum import ring_spectrum, spiral_spectrum
+from sitscad.kernels.electromagnetics.metal.half_spaces import distance_derivative
+from sitscad.kernels.geometry.path import Arc, Path
+from sitscad.layout.board import Coil
+from sitscad.spec.circuit import Stackup
+from sitscad.spec.sensor import SensorSpec
+
+SHORT_WAVES = 0.04
+"""Distance, in radial widths of a winding, whose waves are short enough for the slope with the layers' distance: of 200
+turns that lacks 0.14 %, of 80 turns 0.05 %."""
+
+
+def inductance_slopes(
+    layers: Sequence[SpiralLayer], coil: Coil, spec: SensorSpec, is_rough: bool = False
+) -> dict[str, float]:
+    """Change of the winding's inductance (H) with the logarithm of each tolerance.
+
+    Width (centre lines staying) and thickness act through the geometric mean distances of a track with itself and its
+    neighbours, layer distance through the crossing layers' coupling (polygons, whose layers lie face to face: up to a
+    third more). The width of tracks in layers face to face counts, too, unless `is_rough`. Inductance is homogeneous of
+    degree one in all lengths (Euler), so the slope with the lateral size is the inductance less the other slopes.
+    """
+    width, pitch = spec.coil.trace_width, spec.coil.pitch
+    by_width = by_thickness = 0.0
+    for winding, turns in zip(coil.windings, spec.coil.layer_turns, strict=True):
+        along, up = _mean_distance_slopes(width, winding.thickness, pitch, turns)
+        by_width -= MU0 / (2.0 * math.pi) * winding.path.length * along
+        by_thickness -= MU0 / (2.0 * math.pi) * winding.path.length * up
+    by_distance = 0.0
+    if len(layers) > 1:
+        by_width += 0.0 if is_rough else facing_slope(replace(coil, series=()), width)
+        slope = distance_slopes(layers, is_rough)
+        whole, copper = _distances(coil, spec.fpc.stackup)
+        by_distance = float(np.sum(slope * (whole - copper)))
+        by_thickness += float(np.sum(slope * copper))
+    return {WIDTH: by_width, THICKNESS: by_thickness, DISTANCE: by_distance}
+
+
+@lru_cache(maxsize=4)
+def facing_slope(coil: Coil, width: float) -> float:
+    """Return the change of inductance (H) with the logarithm of the width (m) of tracks in layers face to face."""
+    pieces = [_pieces(winding.path) for winding in coil.windings]
+    total = 0.0
+    for one, other in combinations(range(len(pieces)), 2):
+        first, second = coil.windings[one], coil.windings[other]
+        across, shared = _face_to_face(pieces[one], pieces[other])
+        height, thicknesses = first.z - second.z, (first.thickness, second.thickness)
+        more, less = (log_mean_distance(across, height, (way * width, way * width), thicknesses)
+                      for way in (1.0 + SLOPE_STEP, 1.0 - SLOPE_STEP))
+        total -= MU0 / math.pi * float(shared @ (more - less)) / (2.0 * SLOPE_STEP)
+    return total
+
+
+PARALLEL = 0.99
+"""Least cosine of the angle between pieces that count as parallel."""
+
+CHORDS = 8
+"""Chords that stand for half a turn of an arc."""
+
+SLOPE_STEP = 1e-3
+"""Relative step of the width of a numerical slope."""
+
+
+def _pieces(path: Path) -> tuple[Array, Array]:
+    """Return middles (n, 2; m) and directions times lengths (n, 2; m) of a path's lines and chords of its arcs."""
+    starts, ends = [], []
+    for segment in path:
+        count = max(1, round(CHORDS * abs(segment.sweep) / math.pi)) if isinstance(segment, Arc) else 1
+        points = [segment.at(k / count) for k in range(count + 1)]
+        starts += points[:-1]
+        ends += points[1:]
+    start, end = np.array(starts), np.array(ends)
+    return 0.5 * (start + end), end - start
+
+
+def _face_to_face(one: tuple[Array, Array], other: tuple[Array, Array]) -> tuple[Array, Array]:
+    """Return offsets (n; m) and overlaps (n; m) of pieces of two paths with parallel currents."""
+    (middle, way), (middle_other, way_other) = one, other
+    length, length_other = np.hypot(*way.T), np.hypot(*way_other.T)
+    along, along_other = way / length[:, None], way_other / length_other[:, None]
+    i, j = np.nonzero(along @ along_other.T > PARALLEL)
+    apart = middle_other[j] - middle[i]
+    onwards = np.sum(apart * along[i], axis=1)
+    across = np.abs(apart[:, 1] * along[i, 0] - apart[:, 0] * along[i, 1])
+    end = np.minimum(0.5 * length[i], onwards + 0.5 * length_other[j])
+    shared = end - np.maximum(-0.5 * length[i], onwards - 0.5 * length_other[j])
+    return across[shared > 0.0], shared[shared > 0.0]
+
+
+def lead_slopes(circuit: CoilCircuit) -> dict[str, float]:
+    """Change of the leads' inductance (H) with the logarithm of each tolerance.
+
+    Each stretch contributes by its own mean distance and by its mean distance to the return track beside it.
+    """
+    found = dict.fromkeys((WIDTH, THICKNESS, DISTANCE), 0.0)
+    for strip in circuit.leads.strips:
+        length = strip.resistance * circuit.conductivity * strip.width * strip.thickness
+        slopes = _pair_slopes(strip.width, strip.thickness, strip.beside)
+        for name, slope in zip(found, slopes, strict=True):
+            found[name] += MU0 / (2.0 * math.pi) * length * slope
+    return found
+
+
+@lru_cache(maxsize=256)
+def _pair_slopes(width: float, thickness: float, beside: tuple[float, float] | None) -> tuple[float, float, float]:
+    """Slopes of ln(g12 / g11) by ln w, ln t and the logarithm of the films' thickness.
+
+    g11 is the geometric mean distance of a track to itself, g12 its mean distance to the track beside it.
+    """
+
+    def ratio(w: float, t: float, height: float) -> float:
+        own = float(log_mean_distance(0.0, 0.0, (w, w), (t, t)))
+        return (0.0 if beside is None else float(log_mean_distance(beside[0], height, (w, w), (t, t)))) - own
+
+    away, step = 0.0 if beside is None else beside[1], 1e-3
+    films = max(away - thickness, 0.0)
+    along, up, apart = (
+        (ratio(width * (1 + w), thickness * (1 + t), away + f * films)
+         - ratio(width * (1 - w), thickness * (1 - t), away - f * films)) / (2.0 * step)
+        for w, t, f in ((step, 0.0, 0.0), (0.0, step, 0.0), (0.0, 0.0, step))
+    )
+    return along, up, apart
+
+
+@lru_cache(maxsize=1024)
+def _mean_distance_slopes(width: float, thickness: float, pitch: float, turns: float) -> tuple[float, float]:
+    """Slopes d ln g / d ln w and d ln g / d ln t of a track with itself, and twice those with its neighbours."""
+    across: Array = pitch * np.arange(math.ceil(turns), dtype=np.float64)
+    weights = np.where(across > 0.0, 2.0, 1.0) * np.maximum(0.0, 1.0 - np.arange(across.size) / turns)
+    step = 1e-3
+
+    def mean(w: float, t: float) -> float:
+        return float(weights @ log_mean_distance(across, 0.0, (w, w), (t, t)))
+
+    along = mean(width * (1 + step), thickness) - mean(width * (1 - step), thickness)
+    up = mean(width, thickness * (1 + step)) - mean(width, thickness * (1 - step))
+    return along / (2.0 * step), up / (2.0 * step)
+
+
+def distance_slopes(layers: Sequence[SpiralLayer], is_rough: bool = False) -> Array:
+    """Slopes of the inductance (H/m) by the layers' heights, (layers, layers), by the waves of their currents."""
+    heights, first = sorted(layer.z for layer in layers), layers[0]
+    # Waves much shorter than the winding is wide hold little of it: for many turns the nearest layer's are not needed.
+    wide = first.radius - first.inner_radius + first.pitch
+    nearest = max(SHORT_WAVES * wide, min(b - a for a, b in pairwise(heights)))
+    alike = len({layer.turns for layer in layers}) == 1
+    different = layers[:1] if alike else layers
+    spectrum = ring_spectrum(different, nearest) if is_rough else spiral_spectrum(different, nearest, 0)
+    return distance_derivative(spectrum, [layer.z for layer in layers])
+
+
+def _distances(coil: Coil, stackup: Stackup) -> tuple[Array, Array]:
+    """Mid-plane distances of every two layers, and how much of each is copper."""
+    copper = stackup.copper
+    size = len(coil.windings)
+    whole, part = np.zeros((size, size)), np.zeros((size, size))
+    for i, one in enumerate(coil.windings):
+        for j, other in enumerate(coil.windings):
+            if i != j:
+                low, high = sorted((one.layer, other.layer))
+                between = math.fsum(layer.thickness for layer in copper[low : high - 1])
+                whole[i, j] = abs(one.z - other.z)
+                part[i, j] = 0.5 * (one.thickness + other.thickness) + between
+    return whole, part

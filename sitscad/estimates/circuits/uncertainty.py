@@ -1,0 +1,506 @@
+"""How far manufacture scatters the numbers: tolerances, through derivatives, to L, R, frequency and R_P."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from functools import cached_property, lru_cache
+
+import numpy as np
+
+from sitscad.assembly.places.column import usual_tolerances
+from sitscad.assembly.places.state import PRESSED, REST
+from sitscad.basics.record import kept, record, replace
+from sitscad.estimates.circuits.solved_winding import SolvedWinding
+from sitscad.estimates.circuits.tank import CoilCircuit, Tank
+from sitscad.estimates.circuits.track_slopes import inductance_slopes, lead_slopes
+from sitscad.estimates.targets.assembly import AssemblyStates, Reflection, Surroundings, mirror
+from sitscad.estimates.tolerances.scatter import (
+    BEHIND,
+    CAPACITOR,
+    CAUSES,
+    DIAMETER,
+    DISTANCE,
+    FOIL,
+    PERMITTIVITY,
+    PLATING,
+    THICKNESS,
+    WIDTH,
+    scatter,
+)
+from sitscad.estimates.values import Spread, StateEstimate
+from sitscad.kernels.electromagnetics.constants import skin_depth
+from sitscad.kernels.electromagnetics.inductance.spirals import SpiralLayer
+from sitscad.kernels.electromagnetics.loss.current_modes import ProximityLoss
+from sitscad.kernels.electromagnetics.loss.proximity import ROUGH, USUAL, winding_loss
+from sitscad.kernels.electromagnetics.metal.current_spectrum import CurrentSpectrum
+from sitscad.kernels.electromagnetics.metal.half_spaces import Reflector, reflected_impedance, reflected_inductances
+from sitscad.layout.board import Coil
+from sitscad.spec.circuit import LayerKind, Stackup
+from sitscad.spec.sensor import SensorSpec
+
+SHARE, WINDOW = "share of the target", "window in the jaw"
+"""Two more causes than `scatter.CAUSES`: error bounds of the effect of metal."""
+
+EXTRA = {WIDTH: (0.42, 1.12), THICKNESS: (-0.35, 0.68)}
+EXTRA_BENT = {WIDTH: (-0.69, 1.82), THICKNESS: (-0.55, 0.79)}
+"""Growth of the extra loss of round coils, and of all others, with the logarithm of width and thickness: shares of
+itself and of its growth with ln f. Fitted to differences of whole solutions of eleven templates, free and at rest:
+within 0.15 of R for the logarithm. Of round coils by themselves `width_power` is asked, where they are not screened."""
+
+WIDER = 0.1
+"""By what part a winding's tracks are taken wider and narrower to see what their loss does."""
+
+ROUGHLY_SOLVED = 4.0
+"""Skin depths of width up to which rough solutions give the loss's power of it, within 2 %; from one depth more on the
+usual solutions are taken. (At 7 depths the rough power is 10 % too small, and one sigma of R was 20 % too small.)"""
+
+EXTRA_OF_LEADS = {WIDTH: (-0.5, 0.0), THICKNESS: (-1.0, 1.0)}
+"""The same of leads, which lie in their own field: wide ones lose like 1/w, and the more the thicker they are."""
+
+EXTRA_INDUCTANCE = {WIDTH: 1.85, THICKNESS: -0.2}
+"""Share of itself, beside its growth with ln f, for the inductance that extra currents take away. Whole solutions of
+eleven templates gave 1.7 to 2.1 with the width of round coils, 1.6 to 2.2 of others."""
+
+OWN_CAPACITANCE = {WIDTH: 1.0, DISTANCE: -0.75}
+"""Powers with which the capacitance of winding and leads goes with the tracks' width and the films' thickness: 0.75 to
+1.1 and -0.65 to -0.8 of whole solutions."""
+
+STEP = 1.02  # Ratio of the frequencies between which the growth of the winding's loss with frequency is taken
+
+def sigmas(spec: SensorSpec) -> dict[str, float]:
+    """Standard deviations of all causes by name, 0 of what the sensor does not have: in metres those of the pad's
+    thickness and size, of all glue below the target and of the target's place, in radians those of angles, all others
+    relative. That of the copper's thickness is of this stack-up.
+    """
+    def found() -> dict[str, float]:
+        copper = math.hypot(*_copper_bands(spec)) / math.sqrt(3.0)
+        return {THICKNESS: copper} | {cause.name: cause.sigma(spec) for cause in CAUSES}
+
+    return kept(spec, "_sigmas", found)
+
+
+def _copper_bands(spec: SensorSpec) -> tuple[float, float]:
+    """Half the bands of the coil's copper, relative, as its resistance has them (layers in series, each with its share
+    by 1/thickness): by the foil, which is alike on all layers, and by the plating. Where the fabricator does not say
+    whether his copper contains the plating, all of that is in doubt.
+    """
+    stackup, copper = spec.fpc.stackup, spec.coil_copper
+    whole = math.fsum(1.0 / layer.thickness for layer in copper)
+    foil = math.fsum(layer.foil / layer.thickness**2 for layer in copper) / whole
+    steps = math.fsum((layer.plated > 0.0) * stackup.platings(layer.number) / layer.thickness**2 for layer in copper)
+    known = usual_tolerances()
+    unsure = known[PLATING].band if stackup.is_plating_stated else stackup.plating_thickness
+    return known[FOIL].band * foil, unsure * steps / whole
+
+
+def thickest_copper(spec: SensorSpec) -> float:
+    """The part by which the coil's copper is thicker, as its resistance has it, where foil and plating are both at the
+    thick end of what is delivered.
+    """
+    return sum(_copper_bands(spec))
+
+
+def direct_resistance_sigma(spec: SensorSpec) -> float:
+    """One sigma of a resistance to direct current, relative: it goes with the tracks' length over width and
+    thickness.
+    """
+    found = sigmas(spec)
+    return math.hypot(found[WIDTH], found[THICKNESS], found[DIAMETER])
+
+
+def scatter_note(spec: SensorSpec) -> str:
+    """Which of the tolerances behind the scatter nobody has seen a source for."""
+    known = scatter(spec)
+    unseen = [name for name in (*usual_tolerances(), CAPACITOR) if name in known and not known[name].verified]
+    return f"scatter of manufacture: usual tolerances, not your fabricator's; unverified: {', '.join(unseen)}"
+
+
+Between = Callable[
+    [CurrentSpectrum, float, tuple[Surroundings, Surroundings], tuple[complex, complex]], tuple[float, float]
+]
+"""Change of inductance (H) and resistance (ohm) from one surrounding to another: see `_between`."""
+
+
+ExtraShares = Mapping[str, tuple[float, float]]
+"""Shares as in EXTRA."""
+
+
+def slopes_of(
+    spec: SensorSpec, coil: Coil, winding: SolvedWinding,
+    surroundings: Mapping[str, Mapping[str, tuple[float, float]]] | None = None,
+) -> Slopes:
+    """Slopes of a coil by its solved winding, and what is around it in its states."""
+    inductance = inductance_slopes(winding.spirals, coil, spec, winding.is_rough)
+    is_round = spec.coil.outline.is_round
+    power = width_power(winding.spirals, winding.conductivity) if is_round and not winding.is_rough else None
+    extra = EXTRA if is_round else EXTRA_BENT
+    return Slopes(sigmas(spec), inductance, surroundings or {}, thickest_copper(spec), extra, power)
+
+
+@lru_cache(maxsize=4)
+def width_power(layers: tuple[SpiralLayer, ...], conductivity: float) -> Callable[[float], float]:
+    """The power with which the extra loss of a winding by itself (S/m) goes with its tracks' width at a frequency (Hz),
+    by two solutions, which are rough for narrow tracks.
+    """
+
+    @lru_cache(maxsize=2)
+    def solved(tolerance: float) -> tuple[ProximityLoss, ProximityLoss]:
+        narrow, wide = (
+            winding_loss([replace(layer, width=way * layer.width) for layer in layers], conductivity, tolerance)
+            for way in (1.0 - WIDER, 1.0 + WIDER)
+        )
+        return narrow, wide
+
+    def by(tolerance: float, frequency: float) -> float:
+        less, more = (one.direct * (one.resistance_ratio(frequency) - 1.0) for one in solved(tolerance))
+        return (more - less) / (0.5 * (more + less) * 2.0 * WIDER)
+
+    def power(frequency: float) -> float:
+        depths = layers[0].width / skin_depth(frequency, conductivity)
+        usual = min(max(depths - ROUGHLY_SOLVED, 0.0), 1.0)
+        rough = (1.0 - usual) * by(ROUGH, frequency) if usual < 1.0 else 0.0
+        return rough + (usual * by(USUAL, frequency) if usual > 0.0 else 0.0)
+
+    return power
+
+
+@record
+class Slopes:
+    """What the spread of a coil's states is made of: relative sigmas, slopes of the winding's inductance (H).
+
+    ``thickest_copper`` is by what part the thickest copper that is delivered exceeds the nominal one; `surroundings`
+    says by state and cause how much (H, ohm) one sigma of what is around the coil moves it; `extra` is EXTRA of the
+    coil's shape, and `power` (None: by that) the `width_power` of its winding.
+    """
+
+    sigmas: Mapping[str, float]
+    inductance: Mapping[str, float]
+    surroundings: Mapping[str, Mapping[str, tuple[float, float]]]
+    thickest_copper: float
+    extra: ExtraShares
+    power: Callable[[float], float] | None = None
+
+
+def resistance_slopes(
+    circuit: CoilCircuit, frequency: float, crowded: tuple[float, float], shares: ExtraShares
+) -> dict[str, float]:
+    """Change of a circuit's resistance (ohm) with the logarithm of each tolerance at a frequency (Hz), `crowded` being
+    what eddy currents in the winding's tracks add there and its growth (ohm; see `crowding_growth`).
+
+    Direct resistance goes with 1/(w t). Every mode of the extra loss, s omega^2 / (1 + omega^2 tau^2), has tau like w t
+    and s like w^3 t in the field of its neighbours and of their images, like w t in its own. With E the extra loss, as
+    the metal about leaves it, and E' its growth per ln omega the low-frequency limit is E + E' or -E + E' for the one,
+    -E + E' for the other; `shares` (EXTRA) carry that on to where E' is only E. Turns moved apart lose E. Leads have an
+    extra loss of their own.
+    """
+    direct, (extra, growth) = circuit.resistance, crowded
+    lead, (more_lead, of_lead) = _lead_growth(circuit, frequency)
+    found = {DIAMETER: direct - extra}
+    for name, (share, more) in shares.items():
+        own, grown = EXTRA_OF_LEADS[name]
+        found[name] = share * extra + more * growth - direct + own * more_lead + grown * of_lead - lead
+    return found
+
+
+def _lead_growth(circuit: CoilCircuit, frequency: float) -> tuple[float, tuple[float, float]]:
+    """Direct resistance (ohm) of the leads' tracks, and what they have more at a frequency (Hz), with its growth per
+    ln f.
+    """
+    at = np.array([DIRECT, frequency / STEP, frequency, frequency * STEP])
+    direct, less, here, more = circuit.leads.resistances_at(at, circuit.conductivity).tolist()
+    return direct, (here - direct, (more - less) / (2.0 * math.log(STEP)))
+
+
+DIRECT = 1.0
+"""A frequency (Hz) at which a track's resistance is that to direct current."""
+
+
+def crowding_growth(circuit: CoilCircuit, state: str, frequency: float) -> tuple[tuple[float, float], ...]:
+    """Inductance (H) and resistance (ohm) that eddy currents in the tracks add in a state at a frequency (Hz), each
+    with its growth per ln f.
+    """
+    found = circuit.crowding(state, frequency * np.array([1.0 / STEP, 1.0, STEP]))
+    return tuple((float(at[1]), float(at[2] - at[0]) / (2.0 * math.log(STEP))) for at in found)
+
+
+EVEN_SQUARE = math.sqrt(0.8)
+"""One sigma of the square of what fills a band evenly, over its own variance."""
+
+
+def bends(circuit: CoilCircuit, state: StateEstimate, resistance: float, parallel: float,
+          moved: Mapping[str, tuple[float, float, float, float]], slopes: Slopes) -> tuple[float, float]:
+    """One sigma of what resistance and R_P (ohm) scatter beyond straight lines in the widths and thicknesses of tracks.
+
+    Direct resistance goes with 1/x and the extra loss E with x^p, so that of second order in x there are 2 of the one
+    and p (p - 1) of the other; p = d ln E / d ln x as in `resistance_slopes`. What that makes of R_P follows from
+    R_P = exp(a x - ln R) with its own slope a.
+    """
+    extra, growth = crowding_growth(circuit, state.state, state.frequency)[1]
+    direct = circuit.resistance + _lead_growth(circuit, state.frequency)[0]
+    of_series, of_parallel = [], []
+    for name, (share, more) in slopes.extra.items():
+        power, sigma = share + more * growth / extra if extra > 0.0 else 0.0, slopes.sigmas[name]
+        if name == WIDTH and slopes.power is not None:
+            power = slopes.power(state.frequency)
+        if not sigma:
+            continue
+        second = (2.0 * direct + power * (power - 1.0) * extra) / resistance
+        first, slope = (by / whole / sigma for by, whole in ((moved[name][1], resistance), (moved[name][3], parallel)))
+        half = 0.5 * EVEN_SQUARE * sigma * sigma
+        of_series.append(half * second * resistance)
+        of_parallel.append(half * (slope * slope + first * first - second) * parallel)
+    return math.hypot(*of_series), math.hypot(*of_parallel)
+
+
+def spread(circuit: CoilCircuit, tank: Tank, state: StateEstimate, slopes: Slopes) -> Spread:
+    """One standard deviation of a state's numbers, the tolerances being independent of each other.
+
+    With the tank's inductance L, capacitance C and resistance R: d ln f = -(dL/L + dC/C)/2 and
+    d ln R_P = 2 dL/L + (2 - n) d ln f - dR/R, where n is how R grows with frequency.
+    """
+    more_inductance, more_resistance = tank.in_series()
+    inductance, resistance = state.inductance + more_inductance, state.resistance + more_resistance
+    capacitance = tank.capacitance(circuit)
+    sooner, later = circuit.terminal(state.state, state.frequency * np.array([1.0 / STEP, STEP]))[1].tolist()
+    growth = (later - sooner) / (2.0 * math.log(STEP)) / resistance
+    moved: dict[str, tuple[float, float, float, float]] = {}
+    for name, (by_l, by_r, by_c) in _moves(circuit, tank, state, slopes).items():
+        shift = -0.5 * (by_l / inductance + by_c / capacitance)
+        loss = 2.0 * by_l / inductance + (2.0 - growth) * shift - by_r / resistance
+        moved[name] = (by_l, by_r + growth * resistance * shift, state.frequency * shift,
+                       state.parallel_resistance * loss)
+    totals = [math.sqrt(math.fsum(row[k] ** 2 for row in moved.values())) for k in range(4)]
+    bent = bends(circuit, state, resistance, state.parallel_resistance, moved, slopes)
+    totals[1], totals[3] = math.hypot(totals[1], bent[0]), math.hypot(totals[3], bent[1])
+    names = ("inductance", "resistance", "frequency", "parallel_resistance")
+    causes = {name: max(moved, key=lambda key, k=k: abs(moved[key][k])) for k, name in enumerate(names)}  # type: ignore[misc]
+    amplitude = state.amplitude * totals[3] / state.parallel_resistance
+    shifts = {name: (row[0], row[2], row[1], row[3]) for name, row in moved.items()}
+    by_copper = moved[THICKNESS][3] * slopes.thickest_copper / slopes.sigmas[THICKNESS]
+    return Spread(totals[0], totals[1], totals[2], totals[3], amplitude, causes, shifts, by_copper)
+
+
+def _moves(
+    circuit: CoilCircuit, tank: Tank, state: StateEstimate, slopes: Slopes
+) -> dict[str, tuple[float, float, float]]:
+    """What one sigma of each cause does to inductance (H), resistance (ohm) and capacitance (F) of the tank."""
+    own = circuit.self_capacitance
+    by_c = {name: power * own for name, power in OWN_CAPACITANCE.items()}
+    by_c |= {CAPACITOR: tank.capacitor, PERMITTIVITY: own}
+    tracks = track_moves(circuit, state.state, state.frequency, slopes)
+    around, nothing, found = slopes.surroundings.get(state.state, {}), (0.0, 0.0), {}
+    for name in dict.fromkeys((WIDTH, THICKNESS, DISTANCE, DIAMETER, CAPACITOR, PERMITTIVITY, *around)):
+        by_l, by_r = (a + b for a, b in zip(tracks.get(name, nothing), around.get(name, nothing), strict=True))
+        found[name] = by_l, by_r, slopes.sigmas[name] * by_c[name] if name in by_c else 0.0
+    return found
+
+
+def track_moves(circuit: CoilCircuit, state: str, frequency: float, slopes: Slopes) -> dict[str, tuple[float, float]]:
+    """What one sigma of each tolerance of the tracks does to L (H) and R (ohm) of a coil at a frequency (Hz)."""
+    (lost, growth), crowded = crowding_growth(circuit, state, frequency)
+    by_l, by_leads = slopes.inductance, lead_slopes(circuit)
+    by_r = resistance_slopes(circuit, frequency, crowded, slopes.extra)
+    if slopes.power is not None:  # of the coil by itself it is known better
+        ratios = circuit.loss.resistance_ratios(frequency * np.array([1.0 / STEP, 1.0, STEP]))
+        before, alone, after = (circuit.resistance * (ratios - 1.0)).tolist()
+        share, more = slopes.extra[WIDTH]
+        by_growth = share + more * (after - before) / (2.0 * math.log(STEP)) / alone if alone > 0.0 else 0.0
+        by_r[WIDTH] += (slopes.power(frequency) - by_growth) * alone
+    found = {name: (by_l[name] + by_leads[name] + (share * lost + growth), by_r[name])
+             for name, share in EXTRA_INDUCTANCE.items()}
+    found[DISTANCE] = by_l[DISTANCE] + by_leads[DISTANCE], 0.0
+    found[DIAMETER] = circuit.inductance - math.fsum(by_l.values()), by_r[DIAMETER]
+    return {name: (slopes.sigmas[name] * a, slopes.sigmas[name] * b) for name, (a, b) in found.items()}
+
+
+def moved_by_surroundings(
+    spectrum: CurrentSpectrum | None, assembly: AssemblyStates, states: Mapping[str, StateEstimate],
+    circuit: CoilCircuit, deeper: Mapping[str, tuple[float, float]], is_rough: bool = False,
+) -> dict[str, dict[str, tuple[float, float]]]:
+    """Differences (H, ohm) that one sigma of each cause around a coil makes in each state.
+
+    For gaps it is half the difference between one sigma more and one sigma less. For the target's effect it is the
+    half width of its error bound. `deeper` are the depths of the copper below metal (`depths_moved`). The ratio of the
+    target's effect to that of an infinite plate grows as the target comes nearer (`share_slopes`).
+    """
+    found: dict[str, dict[str, tuple[float, float]]] = {name: {} for name in states}
+    if spectrum is None:
+        return found
+    between = _straight(spectrum, assembly, states) if is_rough else _between
+    crowds = {around.name: _CrowdingSlopes(circuit.reflections[around.name], around, states[around.name].frequency)
+              for around in assembly.states if around.name in states}
+    grown = {} if is_rough else share_slopes(assembly, states, circuit)
+    for (state, cause), pair in assembly.ranges.items():
+        if state in states:
+            frequency = states[state].frequency
+            by_l, by_r = between(spectrum, frequency, pair, circuit.reflections[state].factors(frequency))
+            more, lost = np.add(crowds[state].between(*pair), _grown(grown.get(state), *pair)).tolist()
+            of_l, of_r = circuit.reflections[state].jaw_left if cause in BEHIND else (1.0, 1.0)
+            found[state][cause] = 0.5 * of_l * (by_l + more), 0.5 * of_r * (by_r + lost)
+    for around in assembly.states:
+        if around.name not in states:
+            continue
+        frequency, reflection = states[around.name].frequency, circuit.reflections[around.name]
+        for cause, (above, below) in deeper.items() if around.above is not None or around.below is not None else ():
+            moved = Surroundings(around.state, _further(around.above, above), _further(around.below, below))
+            by_l, by_r = between(spectrum, frequency, (moved, around), reflection.factors(frequency))
+            more, lost = np.add(
+                crowds[around.name].between(moved, around), _grown(grown.get(around.name), moved, around)).tolist()
+            found[around.name][cause] = by_l + more, by_r + lost
+        for cause, (more, lost) in ((SHARE, reflection.unsure(frequency)), (WINDOW, reflection.window(frequency))):
+            if more or lost:
+                found[around.name][cause] = more / math.sqrt(3.0), lost / math.sqrt(3.0)
+    return found
+
+
+def share_slopes(
+    assembly: AssemblyStates, states: Mapping[str, StateEstimate], circuit: CoilCircuit
+) -> dict[str, tuple[float, float]]:
+    """Return slopes of inductance (H/m) and resistance (ohm/m) with the gap, by state, through the target's share.
+
+    The share is interpolated linearly in the gap between rest and pressed. Empty if one of these states is missing.
+    """
+    gaps = {around.name: around.above.distance for around in assembly.states
+            if around.above is not None and around.name in states}
+    if not {REST, PRESSED} <= gaps.keys() or gaps[REST] == gaps[PRESSED]:
+        return {}
+    found = {}
+    for name in gaps:
+        frequency = states[name].frequency
+        near, far = (circuit.reflections[one].factors(frequency) for one in (PRESSED, REST))
+        share, own = ((b - a) / (gaps[REST] - gaps[PRESSED]) for a, b in zip(near, far, strict=True))
+        change = circuit.reflections[name].with_factors(frequency, (share, own))
+        found[name] = change.real, -2.0 * math.pi * frequency * change.imag
+    return found
+
+
+def _grown(slopes: tuple[float, float] | None, one: Surroundings, other: Surroundings) -> tuple[float, float]:
+    """Return the change of inductance (H) and resistance (ohm) from one surrounding to another, by `share_slopes`."""
+    if slopes is None or one.above is None or other.above is None:
+        return 0.0, 0.0
+    up = one.above.distance - other.above.distance
+    return up * slopes[0], up * slopes[1]
+
+
+def depths_moved(coil: Coil, stackup: Stackup, sigma: Mapping[str, float]) -> dict[str, tuple[float, float]]:
+    """Distances (m) by which one sigma of the copper's thickness and of the layers' distance moves metal above and
+    below a coil away from the mean of its layers' middles: what lies over and under them is thicker.
+    """
+    found, numbers = {}, {winding.layer for winding in coil.windings}
+    for name, is_copper in ((THICKNESS, True), (DISTANCE, False)):
+        depths, whole, number = [], 0.0, 0
+        for layer in stackup.layers:
+            thickness = layer.thickness if (layer.kind is LayerKind.COPPER) is is_copper else 0.0
+            if layer.kind is LayerKind.COPPER:
+                number += 1
+                if number in numbers:
+                    depths.append(whole + 0.5 * thickness)
+            whole += thickness
+        over = math.fsum(depths) / len(depths)
+        found[name] = sigma[name] * over, sigma[name] * (whole - over)
+    return found
+
+
+def _further(reflector: Reflector | None, by: float) -> Reflector | None:
+    return None if reflector is None else replace(reflector, distance=reflector.distance + by)
+
+
+def _between(spectrum: CurrentSpectrum, frequency: float, pair: tuple[Surroundings, Surroundings],
+             factors: tuple[complex, complex]) -> tuple[float, float]:
+    """Change of inductance (H) and resistance (ohm) from one surrounding to another; factors as of `Reflection`, by
+    which what the target changes counts, and not what metal behind the board does without it.
+    """
+    omega, (share, own) = 2.0 * math.pi * frequency, factors
+
+    def returned(above: Reflector | None, below: Reflector | None) -> complex:
+        """What metal returns (H)."""
+        if above is None and below is None:
+            return 0j
+        more, lost = reflected_impedance(spectrum, frequency, above, below)
+        return complex(more, -lost / omega)
+
+    def changed(around: Surroundings) -> complex:
+        bare = returned(None, around.below)
+        if around.above is None:
+            return bare
+        found = bare + share * (returned(around.above, around.below) - bare)
+        return found + (own - share) * 1j * returned(around.above, mirror(around.below)).imag if own != share else found
+
+    difference = changed(pair[0]) - changed(pair[1])
+    return difference.real, -omega * difference.imag
+
+
+class _CrowdingSlopes:
+    """What the winding's own eddy currents change of a state's inductance and resistance when metal moves, by slopes of
+    it with the distances above and below; nothing roughly.
+    """
+
+    def __init__(self, reflection: Reflection, around: Surroundings, frequency: float) -> None:
+        self._reflection, self._around, self._frequency = reflection, around, frequency
+
+    def between(self, one: Surroundings, other: Surroundings) -> tuple[float, float]:
+        """Change of inductance (H) and resistance (ohm) from one surrounding to another that is near it."""
+        up, down = (0.0 if a is None or b is None else a.distance - b.distance
+                    for a, b in ((one.above, other.above), (one.below, other.below)))
+        if self._reflection.is_rough or not (up or down):
+            return 0.0, 0.0
+        found = up * self._slopes[0] + down * self._slopes[1]
+        return found.real, -2.0 * math.pi * self._frequency * found.imag
+
+    @cached_property
+    def _slopes(self) -> tuple[complex, complex]:
+        """Slopes (H/m) with the distances above and below."""
+        around, at = self._around, np.array([self._frequency])
+
+        def crowding(above: Reflector | None, below: Reflector | None) -> complex:
+            return complex(self._reflection.crowding_near(at, above, below)[0])
+
+        here = crowding(around.above, around.below)
+        found = []
+        for is_above, side in ((True, around.above), (False, around.below)):
+            by = 0.0 if side is None else APART * side.distance
+            moved = _further(side, by)
+            there = crowding(moved, around.below) if is_above else crowding(around.above, moved)
+            found.append((there - here) / by if by else 0j)
+        return found[0], found[1]
+
+
+APART = 1e-2  # Part of a distance by which metal is moved to see what that does
+
+
+def _straight(spectrum: CurrentSpectrum, assembly: AssemblyStates, states: Mapping[str, StateEstimate]) -> Between:
+    """`_between` roughly, as the distances of what lies above and below differ, by slopes at each state."""
+    known: dict[str, tuple[complex, complex, complex]] = {}
+
+    def slopes(around: Surroundings, frequency: float) -> tuple[complex, complex, complex]:
+        """Of what metal returns (H/m): by the distance above, and by that below with what is above and without."""
+        if around.name not in known:
+            above, below = around.above, around.below
+
+            def returned(over: Reflector | None, under: Reflector | None) -> complex:
+                """What metal returns (H) there."""
+                return complex(reflected_inductances(spectrum, np.array([frequency]), over, under, (0.0,))[0, 0])
+
+            here = returned(above, below)
+            up, down = (0.0 if one is None else APART * one.distance for one in (above, below))
+            lower = _further(below, down)
+            by_below = (returned(above, lower) - here) / down if down else 0j
+            bare = by_below if above is None or not down else (returned(None, lower) - returned(None, below)) / down
+            known[around.name] = (returned(_further(above, up), below) - here) / up if up else 0j, by_below, bare
+        return known[around.name]
+
+    def between(
+        _: CurrentSpectrum, frequency: float, pair: tuple[Surroundings, Surroundings], factors: tuple[complex, complex]
+    ) -> tuple[float, float]:
+        """Differences (H, ohm) as of `_between`, by the slopes of the state that the pair is of."""
+        stated = next(around for around in assembly.states if around.name == pair[0].name)
+        up, down = (
+            0.0 if one is None or other is None else one.distance - other.distance
+            for one, other in ((pair[0].above, pair[1].above), (pair[0].below, pair[1].below))
+        )
+        by_above, by_below, bare = slopes(stated, frequency)
+        found = factors[0] * up * by_above + down * (bare + factors[0] * (by_below - bare))
+        return found.real, -2.0 * math.pi * frequency * found.imag
+
+    return between

@@ -1,0 +1,46 @@
+"""A layout with its solved windings and what is around them: what circuits, states and responses begin with."""
+
+from __future__ import annotations
+
+from sitscad.basics.arrays import Array
+from sitscad.basics.record import record, replace
+from sitscad.estimates.circuits.solved_winding import SolvedWinding
+from sitscad.estimates.targets.assembly import AssemblyStates
+from sitscad.layout.board import Layout
+from sitscad.spec.sensor import SensorSpec
+
+
+@record(eq=False)
+class Wound:
+    """Layout at a temperature (degrees Celsius), with the assembly of each state and the solved winding.
+
+    `matrix` and `matrix_errors` (H) belong to the bare windings. `method` and `tolerance` are those that the winding
+    was solved with.
+    """
+
+    layout: Layout
+    temperature: float
+    assembly: AssemblyStates
+    winding: SolvedWinding
+    matrix: Array
+    matrix_errors: Array
+    method: str | None = None
+    tolerance: float | None = None
+
+    @property
+    def spec(self) -> SensorSpec:
+        """The spec, its metals warm."""
+        return self.layout.spec
+
+    @property
+    def has_target(self) -> bool:
+        """Whether a target is over the coils in a state."""
+        return any(around.above is not None for around in self.assembly.states)
+
+    @property
+    def first_cell(self) -> Wound:
+        """The first cell by itself. Without cells it is the whole sensor."""
+        layout = self.layout.cell(1)
+        count = len(layout.coils)
+        return replace(self, layout=layout, matrix=self.matrix[:count, :count],
+                       matrix_errors=self.matrix_errors[:count, :count])

@@ -1,0 +1,141 @@
+"""From loads to poses of the target and back: the part of the pad that it covers, by the law of `mechanics.pad`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from sitscad.assembly.places.bodies import film_thickness
+from sitscad.basics.arrays import Array, Flags
+from sitscad.estimates.loads.pressing import loaded_face, rests_on_pad, surround
+from sitscad.kernels.mechanics.elastomer import BARE
+from sitscad.kernels.mechanics.pad import BondedPad
+from sitscad.spec.sensor import SensorSpec
+
+STEPS = np.array([5e-6, 5e-6, 5e-6, 5e-4, 5e-4, 5e-4])
+"""Steps (m, rad) of the differences: a thousandth of what matters, far above rounding."""
+
+
+class NoResponse(ValueError):
+    """The design has nothing that could respond; the text says what it lacks."""
+
+
+GIVES_WAY = "the pad gives way sideways under this load: no tilt holds it, and the pose is that of a target held level"
+TOO_SOFT = "the pad gives way sideways under this load even with the target held level: a straight estimate"
+"""What is said of loads that have no equilibrium of their kind."""
+
+
+def soft_pad(spec: SensorSpec, modulus: float = 1.0) -> BondedPad:
+    """The part of the pad that the target covers with what is around it, loads acting on the outermost face.
+
+    As in the states: with the pad's rim and the film of an encapsulation, cut out of the pad where its rim differs from
+    side to side. For scatter the shear modulus times a factor. Raises NoResponse where no pad carries the target.
+    """
+    pad = spec.elastomer
+    if pad is None or not rests_on_pad(spec):
+        raise NoResponse("a load needs an elastomer under the target")
+    above = film_thickness(spec.encapsulation) + (spec.target.thickness if spec.target is not None else 0.0)
+    return BondedPad(loaded_face(spec)[0], pad.thickness, modulus * pad.material.shear_modulus,
+                     pad.material.bulk_modulus, surround(spec) or BARE, above, pad.material.ogden_exponent)
+
+
+def pushed(
+    spec: SensorSpec, loads: Array, held: Flags | None = None, modulus: float = 1.0
+) -> tuple[Array, tuple[str, ...]]:
+    """Poses (n, 6; m, rad) of the target under loads (n, 3): normal, towards the board, and shear along +x and +y (N),
+    or (n, 5) with moments about x and y (N m); and what there is to say of each, nothing as a rule.
+
+    `held` (n,) tells which targets are kept level, against any moment; all of them where it is left out. `modulus` is a
+    factor on the pad's. Raises NoResponse where no pad carries the target, ValueError for a pull.
+    """
+    pad = soft_pad(spec, modulus)
+    loads = np.asarray(loads, dtype=float)
+    loads = loads.reshape(-1, loads.shape[-1] if loads.ndim > 1 else 3)
+    if not np.all(np.isfinite(loads)) or np.any(loads[:, 0] < 0.0):
+        raise ValueError("a load is three finite forces in newtons, the normal one 0 or more (towards the board)")
+    poses, notes = np.full((len(loads), 6), np.nan), np.full(len(loads), "", dtype=object)
+    free = np.zeros(len(loads), dtype=bool) if held is None else ~held
+    if free.any():
+        poses[free] = pad.pose(loads[free])
+    lost = np.isnan(poses[:, 0])
+    notes[lost & free] = GIVES_WAY
+    if lost.any():
+        poses[lost] = pad.pose(loads[lost], is_held=True)
+    lost = np.isnan(poses[:, 0])
+    notes[lost] = TOO_SOFT
+    poses[lost] = straight(pad, loads[lost])
+    return poses, tuple(str(note) for note in notes)
+
+
+def tilt_stiffness(pad: BondedPad, loads: Array) -> Array:
+    """How the pad holds a target that is free to move, under loads (n, 3 or 5; N, N m), against a moment about x and y
+    on its outermost face: (n, 2; N m/rad), by central differences of `BondedPad.pose`. NaN if the pad gives way.
+    """
+    whole = np.zeros((len(loads), 5))
+    whole[:, : np.shape(loads)[1]] = loads
+    small = SMALL_TILT * pad.shear_modulus * pad.face.area * pad.thickness
+    moved = np.zeros((4, 1, 5))
+    moved[[0, 1], 0, 3], moved[[2, 3], 0, 4] = (small, -small), (small, -small)
+    turns = pad.pose((whole + moved).reshape(-1, 5))[:, 3:5].reshape(2, 2, len(loads), 2)
+    return np.stack([2.0 * small / (turns[k, 0, :, k] - turns[k, 1, :, k]) for k in (0, 1)], axis=1)
+
+
+def tilt_stiffness_error(pad: BondedPad, pose: Array, stiffness: Array) -> Array:
+    """One sigma, relative, of `tilt_stiffness` (2; N m/rad) at the pose (6) of its load: (2,). Infinite for strains at
+    which it was not held against finite elements.
+
+    A press takes stiffness away, and near the load at which the pad gives way nothing is left of it: the pad's own
+    sigma is of the stiffness against tilts about the near face's middle.
+    """
+    own = np.diag(pad.stiffness(pose[None])[0])[3:5]
+    strain = -float(pose[2]) / pad.thickness
+    times = next((factor for most, factor in TILT_SIGMAS if strain <= most), math.inf)
+    return np.asarray(times * pad.sigma * own / np.abs(stiffness))
+
+
+TILT_SIGMAS = ((0.2, 1.0), (0.31, 2.0))
+"""Strains up to which that stiffness is within so many times the pad's sigma (tests/mechanics/test_pad.py)."""
+
+SMALL_TILT = 3e-3
+"""Moment, over modulus, area and thickness, of those differences: it tilts a pad by some thousandths of a radian."""
+
+
+def straight(pad: BondedPad, loads: Array) -> Array:
+    """Poses (n, 6) under loads (n, 3 or 5; N, N m) of a target that only goes down and aside: compression, and travel
+    by F / (G A).
+    """
+    found = np.zeros((len(loads), 6))
+    found[:, 2] = -pad.thickness * pad.strain(loads[:, 0])
+    found[:, :2] = pad.thickness * (1.0 / (pad.shear_modulus * pad.face.area)) * loads[:, 1:3]
+    return found
+
+
+def holding(spec: SensorSpec, poses: Array) -> tuple[Array, Array] | None:
+    """Force (N) and moment (Nm), (n, 3) each, in board axes, that hold the target in (n, 6) poses; None without pad.
+
+    The moment is about the displaced middle of the near face; NaN where the pad would be shut.
+    """
+    if spec.elastomer is None or not rests_on_pad(spec):
+        return None
+    wrench = soft_pad(spec).force(poses)
+    return wrench[:, :3], wrench[:, 3:]
+
+
+def slopes(read: Callable[[Array], Array], poses: Array) -> Array:
+    """Change of what coils read (n, coils) at (n, 6) poses with every number of the pose (per m and rad): (poses,
+    coils, 6).
+    """
+    moves = np.concatenate([np.diag(STEPS), -np.diag(STEPS)])
+    found = read((poses[:, None, :] + moves).reshape(-1, 6)).reshape(len(poses), 2, 6, -1)
+    return np.asarray(np.swapaxes((found[:, 0] - found[:, 1]) / (2.0 * STEPS[:, None]), 1, 2))
+
+
+def compliance(pad: BondedPad, poses: Array) -> Array:
+    """Change of the pose (m, rad) with the load (N; normal, shear along x, along y) where the target keeps its turn:
+    (poses, 6, 3), the inverse of the pad's stiffness there; NaN for a pad that is shut.
+    """
+    found = np.zeros((len(poses), 6, 3))
+    found[:, :3] = np.linalg.inv(pad.stiffness(poses)[:, :3, :3])[:, :, [2, 0, 1]] * [-1.0, 1.0, 1.0]
+    return found

@@ -1,0 +1,243 @@
+"""The pad under the required force: how far it gives way, and by how much that scatters."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import field
+from functools import lru_cache
+
+from sitscad.assembly.places.bodies import elastomer, target
+from sitscad.basics.record import kept, record, replace
+from sitscad.kernels.geometry.convex import Footprint, centroid
+from sitscad.kernels.geometry.path import bounding_box, enclosed_area
+from sitscad.kernels.mechanics.elastomer import BARE, Compression, Face, Surround, even_rim, press_part
+from sitscad.kernels.mechanics.pad_law import sigma
+from sitscad.kernels.mechanics.surround_law import NO_WEBS, Webs, grip
+from sitscad.spec.places import cell_specs
+from sitscad.spec.sensor import SensorSpec
+
+MODULUS, PAD, PAD_SIZE, PART = "elastomer modulus", "elastomer thickness", "elastomer size", "part of the pad loaded"
+FILM, FILM_THICKNESS, GLUE = "encapsulation modulus", "encapsulation thickness", "glue lines"
+TARGET_SIZE = "target size"
+BLOCK = "bonded-block formula"
+"""What scatters the gap; GLUE stands beside the pressed pad, which it makes no softer. PART and BLOCK are no scatter of
+manufacture: by how much the careful strain may be too large, and what the formula of the pad's stiffness is off by."""
+
+WHOLE = 0.99  # Share of a pad from which on it counts as loaded all over
+LEAST = 0.05  # Share of its modulus and of its thickness that a pad has at least, however large one sigma is
+
+BESIDE_PAD = "the target stands wholly beside the elastomer, so no force on it presses that"
+"""Why such a design has no state pressed."""
+
+SIGMAS_APART = 2.0  # One sigma of a cause is half of the difference between its two cases
+
+
+@record
+class PressingScatter:
+    """One standard deviation of strain, thickness left (m) and apparent modulus (Pa) of the pressed pad.
+
+    `cause` is what the strain's owes most to; `shares` are the standard deviations of the strain by cause.
+    """
+
+    strain: float
+    gap: float
+    apparent_modulus: float
+    cause: str
+    shares: Mapping[str, float] = field(default_factory=dict)
+
+
+def rests_on_pad(spec: SensorSpec) -> bool:
+    """Whether a force on the target, or on the pad where there is none, presses the pad: not where the target stands
+    wholly beside it.
+    """
+    pad, over = elastomer(spec), target(spec)
+    return pad is not None and (
+        over is None or kept(spec, "_rests_on_pad", lambda: _shares(over.footprint, pad.footprint)))
+
+
+@lru_cache(maxsize=256)
+def _shares(one: Footprint, other: Footprint) -> bool:
+    """Whether they cover something together."""
+    return one.common(other) is not None
+
+
+def pressed(
+    spec: SensorSpec, modulus: float = 1.0, thicker: float = 0.0, wider: float = 0.0, film: float = 1.0,
+    thicker_film: float = 0.0,
+) -> Compression:
+    """The pad under the required normal force, carried by the target where there is one, with what is around that.
+
+    For scatter: the shear modulus times a factor, the pad thicker and wider by so much (m), the film's modulus times a
+    factor, and the film thicker by so much (m).
+    """
+    pad = spec.elastomer
+    assert pad is not None
+    face, beside = loaded_face(spec, wider)
+    whole = Face(*pad.size, pad.outline.is_disc).grown(wider)
+    thickness = max(LEAST * pad.thickness, pad.thickness + thicker)
+    stiffness = max(LEAST, modulus) * pad.material.shear_modulus
+    force = spec.requirements.normal_force or 0.0
+    around = surround(spec, wider, film, thicker_film)
+    material = pad.material
+    return press_part(
+        whole, face, thickness, stiffness, material.bulk_modulus, force, beside, around, material.ogden_exponent
+    )
+
+
+def surround(
+    spec: SensorSpec, wider: float = 0.0, film: float = 1.0, thicker_film: float = 0.0
+) -> Surround | None:
+    """What is around the part of the pad that the target loads: the pad's rim and the encapsulation's film. None where
+    the pad reaches beyond the target by more on one side than on another.
+    """
+    pad, over = elastomer(spec), target(spec)
+    assert pad is not None
+    around = Surround(webs=joined(spec))
+    if spec.encapsulation is not None:
+        skin = spec.encapsulation
+        modulus = max(LEAST, film) * skin.material.shear_modulus
+        thickness = max(LEAST * skin.thickness, skin.thickness + thicker_film)
+        around = Surround(0.0, thickness, modulus, skin.material.ogden_exponent)
+    if over is None:
+        return around
+    own, middle = pad.footprint, over.footprint.centre
+    whole, face = Face(*own.size, own.is_round).grown(wider), loaded_face(spec, wider)[0]
+    if own.is_round != over.footprint.is_round and face.area < WHOLE * whole.area:
+        return None
+    aside = middle.x - own.centre.x, middle.y - own.centre.y
+    rim = even_rim(whole, face, aside, pad.thickness)
+    return None if rim is None else replace(around, rim=rim)
+
+
+def joined(spec: SensorSpec) -> Webs:
+    """The webs of a pad; for several cells those of a mean pad."""
+    if spec.elastomer is None:
+        return NO_WEBS
+    h, pads = spec.elastomer.thickness, [cell.elastomer.webs for cell in cell_specs(spec) if cell.elastomer is not None]
+    width = max((webs[0] for webs in pads if webs), default=0.0)
+    grips = [[grip(length / h) if length else 0.0 for length in webs[1:]] or [0.0] * 4 for webs in pads]
+    return Webs(width, *(math.fsum(side) / len(pads) for side in zip(*grips, strict=True)))
+
+
+def formula_sigma(spec: SensorSpec) -> float:
+    """One sigma, relative, of the loaded pad's stiffness by the law. For several cells it is that of their mean pad,
+    with the difference between pads that have more and fewer webs.
+    """
+    pad, around, each = spec.elastomer, surround(spec) or BARE, web_stiffness(spec)
+    assert pad is not None
+    material, mean = pad.material, math.fsum(each) / len(each)
+    own = sigma(around.block(loaded_face(spec)[0], pad.thickness, material.shear_modulus, material.ogden_exponent))
+    return math.hypot(own, math.dist(each, len(each) * [mean]) / math.sqrt(len(each)) / mean)
+
+
+def web_stiffness(spec: SensorSpec) -> list[float]:
+    """Factor, by cell, by which webs make its pad stiffer against a press."""
+    assert spec.elastomer is not None
+    face, thickness, around = loaded_face(spec)[0], spec.elastomer.thickness, surround(spec) or BARE
+    return [replace(around, webs=joined(cell)).block(face, thickness, 1.0).stiffer.press for cell in cell_specs(spec)]
+
+
+def loaded_face(spec: SensorSpec, wider: float = 0.0) -> tuple[Face, float]:
+    """The part of the pad that the target loads, all of it without one, the pad being wider by so much (m); and how far
+    (m) that part's middle lies from the target's.
+
+    What pad and target cover together keeps its area; of its widths, along the target's sides or the pad's, those are
+    taken that it fills best.
+    """
+    pad, over = elastomer(spec), target(spec)
+    assert pad is not None
+    return kept(spec, f"_loaded {wider}", lambda: _loaded(
+        pad.footprint, None if over is None else over.footprint, wider))
+
+
+@lru_cache(maxsize=256)
+def _loaded(pad: Footprint, over: Footprint | None, wider: float) -> tuple[Face, float]:
+    """`loaded_face` of pad and target as they lie: every state and every cause of scatter asks for the same few."""
+    whole = Face(*pad.size, pad.is_round).grown(wider)
+    if over is None:
+        return whole, 0.0
+    below = replace(pad, size=(whole.width_x, whole.width_y))
+    shared = over.common(below)
+    if shared is None:
+        return whole.grown(-max(whole.width_x, whole.width_y)), over.centre.distance(below.centre)
+    area, beside, faces = enclosed_area(shared), centroid(shared).distance(over.centre), []
+    for turn in dict.fromkeys((over.rotation, 0.0)):  # as round as what is shared fills its bounding box
+        x0, y0, x1, y1 = bounding_box([shared.rotated(-turn)])
+        filled = area / ((x1 - x0) * (y1 - y0))
+        face = Face(x1 - x0, y1 - y0, min(1.0, max(0.0, (1.0 - filled) / (1.0 - math.pi / 4.0))))
+        scale = math.sqrt(area / face.area)
+        faces.append((filled, Face(scale * face.width_x, scale * face.width_y, face.round)))
+    return max(faces, key=lambda face: face[0])[1], beside
+
+
+def pressed_cases(spec: SensorSpec, sigmas: Mapping[str, float]) -> dict[str, tuple[Compression, Compression]]:
+    """The pressed pad one sigma to either side, by cause; of PART from the stated strain to two sigma less."""
+    assert spec.elastomer is not None
+    material, around, formula = spec.elastomer.material, surround(spec), formula_sigma(spec)
+
+    def modulus(sigma: float) -> tuple[Compression, Compression]:
+        return pressed(spec, modulus=1.0 - sigma), pressed(spec, modulus=1.0 + sigma)
+
+    found = {MODULUS: modulus(material.shear_modulus_sigma)}
+    if around is not None and around.film:
+        film = spec.encapsulation.material.shear_modulus_sigma if spec.encapsulation is not None else 0.0
+        found[FILM] = pressed(spec, film=1.0 - film), pressed(spec, film=1.0 + film)
+        if thicker := sigmas.get(FILM_THICKNESS):
+            found[FILM_THICKNESS] = pressed(spec, thicker_film=-thicker), pressed(spec, thicker_film=thicker)
+    found[BLOCK] = modulus(formula)
+    if pad := sigmas.get(PAD):
+        found[PAD] = pressed(spec, thicker=-pad), pressed(spec, thicker=pad)
+    if size := sigmas.get(PAD_SIZE):
+        found[PAD_SIZE] = pressed(spec, wider=-size), pressed(spec, wider=size)
+    plate = spec.target
+    if (size := sigmas.get(TARGET_SIZE)) and plate is not None:
+        less, more = (replace(spec, target=replace(plate, size=(plate.size[0] + by, plate.size[1] + by)))
+                      for by in (-size, size))
+        found[TARGET_SIZE] = pressed(less), pressed(more)
+    return found | _of_part(pressed(spec), spec.elastomer.thickness)
+
+
+def straight_cases(
+    spec: SensorSpec, sigmas: Mapping[str, float], stated: Compression
+) -> dict[str, tuple[Compression, Compression]]:
+    """`pressed_cases` roughly, from the pad as it is pressed, by straight lines through it: of modulus and thickness.
+    The formula's error acts as the modulus does.
+    """
+    assert spec.elastomer is not None
+    material, formula = spec.elastomer.material, formula_sigma(spec)
+    modulus = max(material.shear_modulus_sigma, formula, 1e-3)
+
+    def straight(one: Compression, part: float) -> tuple[Compression, Compression]:
+        """Part of the way from what is stated to one case, and as far to the other side."""
+        ways = {name: part * (getattr(one, name) - getattr(stated, name))
+                for name in ("strain", "gap", "apparent_modulus")}
+        less, more = ({name: getattr(stated, name) + side * way for name, way in ways.items()} for side in (1, -1))
+        return replace(stated, **less), replace(stated, **more)
+
+    softer = pressed(spec, modulus=1.0 - modulus)
+    found = {MODULUS: straight(softer, material.shear_modulus_sigma / modulus),
+             BLOCK: straight(softer, formula / modulus)}
+    if sigmas.get(PAD):
+        found[PAD] = straight(pressed(spec, thicker=-sigmas[PAD]), 1.0)
+    return found | _of_part(stated, spec.elastomer.thickness)
+
+
+def scatter_of(cases: Mapping[str, tuple[Compression, Compression]]) -> PressingScatter:
+    """The scatter of a pressed pad with these cases, which are independent of each other."""
+    strain, gap, modulus = (
+        {cause: abs(getattr(a, name) - getattr(b, name)) / SIGMAS_APART for cause, (a, b) in cases.items()}
+        for name in ("strain", "gap", "apparent_modulus")
+    )
+    of_strain, of_gap, of_modulus = (math.hypot(*each.values()) for each in (strain, gap, modulus))
+    return PressingScatter(of_strain, of_gap, of_modulus, max(strain, key=lambda cause: strain[cause]), strain)
+
+
+def _of_part(stated: Compression, thickness: float) -> dict[str, tuple[Compression, Compression]]:
+    """Where there is a doubt, also a pad that gives way by two sigma of it less; the modulus remains that of the loaded
+    part alone.
+    """
+    if not stated.doubt > 0.0:
+        return {}
+    strain = max(stated.strain - SIGMAS_APART * stated.doubt, LEAST * stated.strain)
+    return {PART: (stated, replace(stated, strain=strain, gap=thickness * (1.0 - strain)))}

@@ -1,0 +1,108 @@
+"""Inductance, resistance and quality factor of the coils alone at a frequency that the user names, without a tank."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from sitscad.assembly.places.state import FREE
+from sitscad.basics.quantities import AT_FREQUENCY, document
+from sitscad.basics.record import record, replace
+from sitscad.basics.units import show
+from sitscad.estimates.circuits.coils import coil_circuits, self_resonance
+from sitscad.estimates.circuits.tank import CoilCircuit
+from sitscad.estimates.circuits.wound import Wound
+from sitscad.estimates.states.steps import NO_STATE, wind
+from sitscad.estimates.targets.finite_target import NO_SHARES
+from sitscad.estimates.values import crowding_error
+from sitscad.kernels.electromagnetics.resonator import apparent_impedance
+from sitscad.kernels.electromagnetics.threads import one_thread
+from sitscad.layout.board import Layout
+
+
+class FrequencyError(ValueError):
+    """A frequency at which the coils cannot be estimated; the text says why."""
+
+
+@record
+class CoilAtFrequency:
+    """One coil at a `frequency` (Hz), without target and tank, and with its neighbours open.
+
+    ``winding_inductance`` (H) and ``winding_resistance`` (ohm) are those of the winding without leads, each with its
+    relative error bound. ``inductance`` and ``resistance`` are between the contacts, leads included.
+    ``apparent_inductance`` (H) and ``apparent_resistance`` (ohm) are what an LCR meter reads there, with the coil's own
+    capacitance across it.
+    """
+
+    coil: str
+    frequency: float
+    winding_inductance: float
+    winding_inductance_error: float
+    winding_resistance: float
+    winding_resistance_error: float
+    inductance: float
+    resistance: float
+    resistance_error: float
+    apparent_inductance: float
+    apparent_resistance: float
+    self_resonance: float
+
+    @property
+    def winding_quality_factor(self) -> float:
+        """Quality factor of the winding without leads."""
+        return 2.0 * math.pi * self.frequency * self.winding_inductance / self.winding_resistance
+
+    @property
+    def quality_factor(self) -> float:
+        """Quality factor between the contacts."""
+        return 2.0 * math.pi * self.frequency * self.inductance / self.resistance
+
+    def document(self) -> dict[str, Any]:
+        """Return the values under their names in JSON."""
+        return document(self, AT_FREQUENCY)
+
+
+@one_thread
+def coils_at(
+    layout: Layout, frequencies: tuple[float, ...], method: str | None = None, tolerance: float | None = None
+) -> tuple[CoilAtFrequency, ...]:
+    """Estimate every coil of a layout at each frequency (Hz), at the temperature of the spec.
+
+    Raises
+    ------
+    FrequencyError
+        if a coil resonates with its own capacitance at or below a frequency, or the loss model does not resolve it.
+    """
+    if not frequencies:
+        return ()
+    wound = wind(layout, None, method, tolerance)
+    circuits = coil_circuits(wound.layout, wound.winding, wound.matrix, wound.assembly, NO_SHARES)
+    return tuple(_coil_at(circuit, wound, frequency) for frequency in frequencies for circuit in circuits)
+
+
+def _coil_at(circuit: CoilCircuit, wound: Wound, frequency: float) -> CoilAtFrequency:
+    limit = self_resonance(circuit)
+    if frequency >= limit:
+        raise FrequencyError(
+            f"coil {circuit.name} resonates with its own capacitance at {show(limit, 'Hz', 3)}: at "
+            f"{show(frequency, 'Hz')} it is a capacitor, and has no inductance to estimate"
+        )
+    if not circuit.loss.is_resolved(frequency):
+        raise FrequencyError(f"coil {circuit.name} at {show(frequency, 'Hz')}: the current within the tracks cannot be "
+                             "resolved: their spacing is far smaller than their width or thickness")
+    winding, at = wound.winding, np.array([frequency])
+    change = float(circuit.loss.inductance_changes(at)[0])
+    own = circuit.inductance + change
+    (inductance,), (resistance,) = (values.tolist() for values in circuit.own(FREE, at))
+    state = replace(NO_STATE, inductance=inductance, resistance=resistance, frequency=frequency)
+    ratio = circuit.loss.resistance_ratio(frequency)
+    read = apparent_impedance(inductance, resistance, circuit.self_capacitance, frequency)
+    crowding = crowding_error(circuit.inductance, change)
+    return CoilAtFrequency(
+        circuit.name, frequency, own, (winding.inductance_error * circuit.inductance + crowding) / own,
+        circuit.resistance * ratio, winding.bound.relative(ratio, frequency), inductance, resistance,
+        winding.resistance_error(circuit, state, wound.spec.coil),
+        read.imag / (2.0 * math.pi * frequency), read.real, limit,
+    )

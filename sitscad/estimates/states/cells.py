@@ -1,0 +1,315 @@
+"""What a cell reads of its neighbours: through their targets and through their coils, in parts of its own full signal.
+
+If the pads stand apart, no force goes from one cell to the next but through the board, which is held.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from sitscad.assembly.places.state import REST
+from sitscad.basics.arrays import Array
+from sitscad.basics.record import record
+from sitscad.basics.units import show
+from sitscad.estimates.loads.pressing import joined, pressed, web_stiffness
+from sitscad.estimates.loads.working_range import USUAL_STRAIN
+from sitscad.estimates.performance_values import Performance, by_unit
+from sitscad.estimates.states.solved_target import own_changes
+from sitscad.estimates.values import Estimates
+from sitscad.kernels.electromagnetics.threads import one_thread
+from sitscad.kernels.mechanics.surround_law import WEB_SIGMA
+from sitscad.layout.board import Layout
+from sitscad.spec.places import cell_specs
+from sitscad.spec.sensor import SensorSpec
+
+AROUND = 1.5
+"""Neighbours that count: as far as so many times the distance of the nearest, those across a corner among them."""
+
+
+WEB_DECAY, WEB_MEAN, WEB_EDGE = 0.95, 0.25, 1.2
+"""What goes through a web of width w and length g, as thick as the pads (h) of side b: with one target pressed, the
+mean of the next one's way is at most 0.25 w/b exp(-0.95 g/h) of it, and the way of its edge at most 1.2 instead of
+0.25. An envelope of linear finite elements, which lie 1.1 to 3 times below it, 5 times from end to end of pads 2.5
+times as long as wide: pads 3 to 10 times as wide as thick, gaps of 0.7 to 4 thicknesses, any width
+(tests/validation/test_webs.py)."""
+
+
+@record
+class CellCrosstalk:
+    """Parts of a coil's own full signal: what ``target`` of one neighbouring cell changes at most when it is pressed,
+    what the ``targets`` of all around one cell do, what neighbouring ``coils`` that wait grounded do, and what goes
+    through ``webs`` to its own target, all at most. ``each`` is by cell what it reads of all others at once, ``pairs``
+    are two cells (from 1), and what the first reads of the other at most.
+    """
+
+    target: float
+    targets: float
+    coils: float
+    webs: float = 0.0
+    each: tuple[float, ...] = ()
+    pairs: tuple[tuple[int, int, float], ...] = ()
+
+    @property
+    def total(self) -> float:
+        """All of it at once, of the cell that reads most."""
+        return max(self.each, default=0.0)
+
+
+@record
+class CellGroup:
+    """Cells with identical pads and drive: their ``numbers`` (from 1), coils, and what is common to them.
+
+    Webs make their pads ``stiffer`` (relative); ``strain`` is that under the required force; ``crosstalk`` is what
+    each reads of all its neighbours at most (None if no cell has a signal). ``felt`` is their performance at rest, half
+    and full load (empty until it is computed): the worst of the `extremes`.
+    """
+
+    numbers: tuple[int, ...]
+    coils: tuple[str, ...]
+    stiffer: float
+    strain: float
+    crosstalk: float | None
+    signals: tuple[float, ...]
+    felt: tuple[Performance, ...] = ()
+
+    @property
+    def words(self) -> str:
+        """The cells by name: ``cells 1, 3, 7, 9``."""
+        return f"cell{'s' * (len(self.numbers) > 1)} {', '.join(map(str, self.numbers))}"
+
+    @property
+    def extremes(self) -> tuple[int, ...]:
+        """The numbers of the cells with the least and the most signal; one number if that is the same cell."""
+        order = sorted(range(len(self.numbers)), key=self.signals.__getitem__)
+        return tuple(dict.fromkeys(self.numbers[k] for k in (order[0], order[-1])))
+
+    def document(self) -> list[dict[str, Any]]:
+        """Every cell's figures for programs."""
+        full, coils = self.felt[-1], len(self.coils) // len(self.numbers)
+        axes = full.axes.items()
+        told = {
+            "alike": list(self.numbers), "webs_stiffen_by": self.stiffer, "strain_at_full_load": self.strain,
+            "crosstalk": self.crosstalk, **by_unit("range_", "", {name: axis.range for name, axis in axes}),
+            "limited_by": {name: axis.limited_by for name, axis in axes}, "overload_N": full.overload,
+            "free_overload_N": full.free_overload,
+            **by_unit("resolution_", "", {
+                name: axis.resolution if math.isfinite(axis.resolution) else None for name, axis in axes}),
+        }
+        return [{"cell": number, "coils": list(self.coils[k * coils : (k + 1) * coils])} | told
+                for k, number in enumerate(self.numbers)]
+
+    def columns(self) -> list[tuple[float, str]]:
+        """How bad each figure of a row of the table is, and its text; all at full load."""
+        full = self.felt[-1]
+        axes, loads = full.axes.values(), (full.overload, full.free_overload)
+        overload = min(load for load in loads if load is not None)
+        return [
+            (0.0, show(100.0 * self.stiffer, "%", 2) if self.stiffer else "none"),
+            (self.strain, show(100.0 * self.strain, "%", 3)),
+            (-min(axis.range / axis.full_scale for axis in axes), " / ".join(
+                f"{show(axis.range, 'N', 3)}, {axis.limited_by}" for axis in axes)),
+            (-overload, show(overload, "N", 3)),
+            (max(axis.resolution / axis.full_scale for axis in axes), " / ".join(
+                show(axis.resolution, "N", 3) if math.isfinite(axis.resolution) else "none" for axis in axes)),
+            (self.crosstalk or 0.0, "-" if self.crosstalk is None else show(100.0 * self.crosstalk, "%", 2)),
+        ]
+
+
+@record
+class CellTable:
+    """The cell groups with their performance, those with the softest pads first.
+
+    ``weakest`` is the number of the cell with the least signal, ``coils`` are its coils: curves and the response are
+    those of this cell. A table without groups is that of a sensor without cells, or without performance.
+    """
+
+    groups: tuple[CellGroup, ...] = ()
+    weakest: int = 1
+    coils: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """The weakest cell by name; empty without cells."""
+        return f"cell {self.weakest}" if self.groups else ""
+
+    @property
+    def rows(self) -> list[tuple[str, ...]]:
+        """A row for each group under a heading; the worst of each column is marked if groups differ."""
+        columns = list(zip(*(group.columns() for group in self.groups), strict=True))
+        worst = [max(column)[1] for column in columns]
+        differs = [len({text for _, text in column}) > 1 for column in columns]
+        marked = [[text + WORST * (k > 0 and text == worst[k] and differs[k])
+                   for k, (_, text) in enumerate(group.columns())] for group in self.groups]
+        return [HEAD, *((group.words, *line) for group, line in zip(self.groups, marked, strict=True))]
+
+    def document(self) -> dict[str, Any]:
+        """The table for programs; empty without groups."""
+        if not self.groups:
+            return {}
+        each = (cell for group in self.groups for cell in group.document())
+        return {
+            "figures_are": FIGURES_ARE.format(pushed=self.weakest), "pushed_of": self.weakest, "webs_sigma": WEB_SIGMA,
+            "each": sorted(each, key=lambda cell: cell["cell"]), "in_words": self.rows,
+        }
+
+    @property
+    def note(self) -> str:
+        """Meaning of the other tables and of this one, in sentences."""
+        return f"In the other tables {FIGURES_ARE.format(pushed=self.weakest)}. {WEBS_KNOWN}"
+
+
+NO_CELLS = CellTable()
+
+
+HEAD = ("cells", "webs: stiffer by", "pressed by", "range", "overload", "resolution", "neighbours: at most")
+WORST = " (worst)"
+
+FIGURES_ARE = (
+    "each figure is the worst of the solved cells. Of each kind of cells, those with the least and the most signal are "
+    "solved (for a force beside the middle, another cell of a kind was up to a tenth worse). Curves, the pushed sensor "
+    "and errors from unit to unit are those of cell {pushed}, which has the least signal"
+)
+
+WEBS_KNOWN = (
+    "All at full load, neighbours all pressed at once. By how much webs make a pad stiffer is known to "
+    f"{100.0 * WEB_SIGMA:.0f} % of it (one sigma)."
+)
+
+
+@one_thread
+def cell_crosstalk(layout: Layout, estimates: Estimates) -> CellCrosstalk | None:
+    """The crosstalk of a sensor's cells, each pressed as in the state pressed, or by `USUAL_STRAIN` of its pad where
+    there is none; None where no coil has a signal.
+
+    A neighbour's target is taken as if a cell had no target of its own, which would hold most of that off: boxes of
+    loops have less than half (tests/validation/two_targets.py). A coil that waits grounded beside another takes k^2 of
+    its inductance, k their coupling, and so hands on k^2 of the share by which its own changes.
+    """
+    spec, cells = layout.spec, cell_specs(layout.spec)
+    assert spec.elastomer is not None
+    middles = np.array([cell.array.middle for cell in cells])
+    apart = middles[None] - middles[:, None]
+    far = np.hypot(apart[..., 0], apart[..., 1])
+    near = (far > 0.0) & (far < AROUND * far[far > 0.0].min())
+    steps, which = np.unique(np.round(apart[near], 9), axis=0, return_inverse=True)
+    press = estimates.pressed_place
+    press = -USUAL_STRAIN * spec.elastomer.thickness if press is None else press
+    poses = np.zeros((2, 1 + len(steps), 6))
+    poses[:, 1:, :2], poses[1, :, 2] = steps, press
+    found = [state.frequency for coil in estimates.coils for state in coil.states.values() if state.state == REST]
+    if not found:
+        return None
+    effects = own_changes(layout.cell(1), poses.reshape(-1, 6), max(found)).real.reshape(2, 1 + len(steps), -1)
+    own, *others = np.abs(effects[1] - effects[0]).max(axis=-1)
+    if not own > 0.0:
+        return None
+    targets, webs = np.zeros_like(far), web_crosstalk(spec)
+    targets[near] = np.array(others)[which.ravel()] / own
+    matrix, count = np.array(estimates.inductance_matrix), len(cells)
+    squared = matrix**2 / np.outer(np.diag(matrix), np.diag(matrix))  # k^2
+    coupled = squared.reshape(count, -1, count, len(matrix) // count).sum(axis=3)  # by cell, coil of it and other cell
+    coupled[np.arange(count), :, np.arange(count)] = 0.0
+    coils, pairs = coupled.sum(axis=2).max(axis=1), targets + webs + coupled.max(axis=1)
+    each = targets.sum(axis=1) + webs.sum(axis=1) + coils
+    return CellCrosstalk(
+        float(targets.max()), float(targets.sum(axis=1).max()), float(coils.max()), float(webs.sum(axis=1).max()),
+        tuple(each.tolist()), tuple((one + 1, other + 1, float(pairs[one, other]))
+                                      for one, other in np.argwhere(near).tolist()))
+
+
+def web_crosstalk(spec: SensorSpec) -> Array:
+    """What webs carry to a cell's target (first index) from each other cell at most: (cells, cells).
+
+    A group of coils feels the target's tilt, too; a coil in the middle of its target does not.
+    """
+    pad, cells = spec.elastomer, cell_specs(spec)
+    found = np.zeros((len(cells), len(cells)))
+    if pad is None or spec.web is None:
+        return found
+    is_lone = len(cells[0].array.placements) == 1
+    most = spec.web / min(pad.size) * (WEB_MEAN if is_lone else WEB_EDGE)
+    for own, cell in enumerate(cells):
+        for side, length in enumerate(cell.elastomer.webs[1:] if cell.elastomer is not None else ()):
+            way = (length + pad.size[side // 2]) * (1 if side % 2 else -1)
+            there = [place + way * (axis == side // 2) for axis, place in enumerate(cell.array.middle)]
+            for other, one in enumerate(cells):
+                if length and math.dist(one.array.middle, there) < 1e-8:
+                    found[own, other] = most * math.exp(-WEB_DECAY * length / pad.thickness)
+    return found
+
+
+def cell_groups(layout: Layout, estimates: Estimates, crosstalk: CellCrosstalk | None) -> tuple[CellGroup, ...]:
+    """Cells grouped by identical pads and drive, those with the softest pads first; performance is left out."""
+    spec, signals, kinds = layout.spec, cell_signals(layout.spec, estimates), dict[object, list[int]]()
+    specs, stiffness, codes = cell_specs(spec), web_stiffness(spec), estimates.readout.drive_codes
+    count = len(codes) // len(specs)
+    for k, cell in enumerate(specs):
+        webs = joined(cell)
+        held = (round(part, 9) for part in (stiffness[k], webs.left + webs.right, webs.front + webs.back))
+        kinds.setdefault((*held, *codes[k * count : (k + 1) * count]), []).append(k)
+    found = []
+    for kind in kinds.values():
+        names = tuple(p.name for k in kind for p in specs[k].array.placements)
+        told = None if crosstalk is None else max(crosstalk.each[k] for k in kind)
+        found.append(CellGroup(tuple(k + 1 for k in kind), names, stiffness[kind[0]] - 1.0,
+                               pressed(specs[kind[0]]).strain, told, tuple(signals[k] for k in kind)))
+    return tuple(sorted(found, key=lambda one: one.stiffer))
+
+
+def live_cells(spec: SensorSpec, estimates: Estimates, crosstalk: CellCrosstalk | None) -> dict[str, Any]:
+    """Figures by which a page shows all cells from the response of the weakest, for programs.
+
+    They are each cell's coils, their frequencies at rest (Hz) and offsets, its signal relative to that of the weakest,
+    and what each neighbour reads of it at most, relative to its signal.
+    """
+    signals, found, coils = cell_signals(spec, estimates), [], len(estimates.coils) // len(cell_specs(spec))
+    weakest, pairs = weakest_cell(spec, estimates), () if crosstalk is None else crosstalk.pairs
+    for k, signal in enumerate(signals):
+        own = estimates.part(k * coils, (k + 1) * coils)
+        assert own.readout.conversion is not None
+        found.append({
+            "coils": [coil.name for coil in own.coils],
+            "rest_Hz": [coil.states[REST].frequency if REST in coil.states else None for coil in own.coils],
+            "offsets": own.readout.conversion.offsets, "signal": signal / signals[weakest - 1],
+            "read_by": [[one, part] for one, other, part in pairs if other == k + 1],
+        })
+    return {"table": weakest, "all": found}
+
+
+@one_thread
+def press_shares(layout: Layout, frequency: float, is_rough: bool = False) -> list[float]:
+    """What each coil reads of the required force on its own pad in parts of what it would on a mean pad of all cells;
+    roughly in proportion to how far these give way. The frequency (Hz) is one near all coils' own.
+    """
+    spec, pad = layout.spec, layout.spec.elastomer
+    assert pad is not None
+    mean, own = pressed(spec).strain, [pressed(cell).strain for cell in cell_specs(spec)]
+    places, count = sorted(set(own)), len(spec.array.placements) // len(own)
+    if is_rough or not math.isfinite(frequency):
+        return [strain / mean for strain in own for _ in range(count)]
+    poses = np.zeros((2 + len(places), 6))
+    poses[1:, 2] = [-pad.thickness * strain for strain in (mean, *places)]
+    change = own_changes(layout.cell(1), poses, frequency).real
+    shares = (change[2:] - change[0]) / (change[1] - change[0])
+    return [round(float(share), 6) for strain in own for share in shares[places.index(strain)]]
+
+
+def weakest_cell(spec: SensorSpec, estimates: Estimates) -> int:
+    """The number, from 1, of the cell that gives the least signal: alike cells differ by their coils' leads, whose
+    inductance the target does not change, and by how many webs hold their pads.
+    """
+    signals = cell_signals(spec, estimates)
+    return 1 + min(range(len(signals)), key=signals.__getitem__)
+
+
+def cell_signals(spec: SensorSpec, estimates: Estimates) -> list[float]:
+    """What part, by cell, of its coils' inductance is beside their leads, over how much webs stiffen its pad: signals
+    are in proportion to it, to first order.
+    """
+    assert spec.cells is not None
+    parts = [1.0 - coil.lead_inductance / coil.terminal_inductance for coil in estimates.coils]
+    own = [math.fsum(parts[k : k + spec.cells.coils]) for k in range(0, len(parts), spec.cells.coils)]
+    return [part / stiffer for part, stiffer in zip(own, web_stiffness(spec), strict=True)]

@@ -1,0 +1,176 @@
+"""Where the target stands in a pose, how near it gets to the coils, and how far from them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from sitscad.assembly.places.bodies import target as target_body
+from sitscad.assembly.places.bodies import target_gap
+from sitscad.assembly.places.state import State
+from sitscad.basics.arrays import Array
+from sitscad.basics.record import record
+from sitscad.estimates.loads.pad import NoResponse
+from sitscad.kernels.electromagnetics.eddy.coil_potential import FINE, ROOM
+from sitscad.kernels.electromagnetics.eddy.target import turned
+from sitscad.layout.board import Coil
+from sitscad.spec.coil import CoilSpec
+from sitscad.spec.materials import Target
+from sitscad.spec.sensor import SensorSpec
+
+NEARER, FARTHER = 1.5, 1.3
+"""Ratios of the heights and of the reaches for which a target is solved: one solution serves many poses."""
+
+LEAST_HEIGHT = 40e-6
+"""Height (m) over the copper's mid-plane below which a field is taken at it: tracks are no filaments there."""
+
+WIDEST, MOST_NODES = 4.4, 800
+"""Side of the table of a coil's potential, in the coil's size (beyond, it is a dipole to 2e-4 of a change), and nodes
+along it, at most."""
+
+
+MARGIN, PER_HEIGHT, HIGHEST, MAGNETIC = 0.6, 2.0, 0.75, 1.6
+"""How far a target is solved beyond the outermost coil, in the coil's size: so much and twice its height, of heights up
+to so many sizes (a change is below 1 % of an inductance beyond); of magnetic metals so many times as far."""
+
+LEFT_OUT, LEFT_OUT_OF_MAGNETIC = 0.003, 0.006
+"""What lies beyond carries of a change, at most: held against targets of 11 sizes (tests/estimates/test_placed.py)."""
+
+STEP, WORTH = 0.5, 0.8
+"""Steps, in the coil's size, of how much of a target is solved; from which part of its sides on all of it is."""
+
+FARTHEST, STEEPEST = 1.0, math.radians(89.0)
+"""How far (m) from rest and how steep (rad) a pose that is asked for may be."""
+
+NAMES = ("x", "y", "z", "rx", "ry", "rz")
+
+
+def level_poses(states: Sequence[State]) -> Array:
+    """Poses (n, 6; m, rad) of the level target in the states that have one."""
+    heights = [state.pose.z for state in states if state.pose is not None]
+    poses = np.zeros((len(heights), 6))
+    poses[:, 2] = heights
+    return poses
+
+
+def at_rest(spec: SensorSpec) -> Array:
+    """The centre (m) of the target's near face at rest, in the layout's coordinates."""
+    body, gap = target_body(spec), target_gap(spec)
+    assert body is not None and gap is not None
+    return np.array([*body.footprint.centre, gap])
+
+
+def tabled(coil: CoilSpec, reach: float) -> float:
+    """How far (m) from a coil its potential is tabled for points that reach so far (m) from the coils' middle."""
+    return min(reach, (WIDEST / ROOM - 0.5) * max(coil.size))
+
+
+def require_possible(spec: SensorSpec, poses: Array) -> None:
+    """Raise NoResponse for the first of (n, 6) poses that no target can have, with the reason; what a pad cannot take
+    is no such reason.
+    """
+    poses = np.asarray(poses, dtype=float).reshape(-1, 6)
+    if not np.all(np.isfinite(poses)):
+        return  # said by who solves them
+    placed, target = Placed.of(spec, at_rest(spec), poses), spec.target
+    assert target is not None
+    highest = 2.0 * placed.places[:, 2] - placed.lowest + target.thickness
+    reasons = (
+        (np.abs(poses[:, :3]).max(axis=1) > FARTHEST, f"is more than {FARTHEST:g} m from rest"),
+        (np.abs(poses[:, 3:5]).max(axis=1) > STEEPEST, "turns the target's near face away from the coils: rx and ry "
+                                                       "are at most 89 degrees"),
+        (np.abs(poses[:, 5]) > 2.0 * math.pi, "turns the target more than once: rz is at most 360 degrees"),
+        (highest < 0.0, "has the whole target inside or under the board"),
+    )
+    for is_wrong, said in reasons:
+        if is_wrong.any():
+            k = int(np.argmax(is_wrong))
+            *place, rx, ry, rz = (*1e3 * poses[k, :3], *np.degrees(poses[k, 3:]))
+            words = ", ".join(f"{name}={value:.6g}" for name, value in zip(NAMES, (*place, rx, ry, rz), strict=True))
+            raise NoResponse(f"the pose {words} (mm, degrees) {said}")
+
+
+@record
+class Cover:
+    """The poses that one solution of a target serves: none below `lowest` (m, of the layout), none farther from the
+    coils' middle than `reach` (m); half of the sides (m) of the part of the target that the coils know of, and the
+    relative error of leaving out the rest.
+    """
+
+    lowest: float
+    reach: float
+    half: tuple[float, float]
+    error: float = 0.0
+
+    def serves(self, other: Cover) -> bool:
+        """Whether a solution for this cover serves all poses of the other one, too."""
+        return (other.lowest >= self.lowest and other.reach <= self.reach and other.half[0] <= self.half[0]
+                and other.half[1] <= self.half[1])
+
+    def part(self, spec: SensorSpec) -> SensorSpec:
+        """The spec with that part of its target, about its middle."""
+        target, size = spec.target, (2.0 * self.half[0], 2.0 * self.half[1])
+        assert target is not None
+        return spec if size == target.size else replace(spec, target=replace(target, size=size))
+
+
+@record(eq=False)
+class Placed:
+    """Poses as turns (n, 3, 3) and places (n, 3) of the near face's centre (m), the lowest point of each (m), and half
+    of the target's sides (m).
+    """
+
+    turns: Array
+    places: Array
+    lowest: Array
+    half: tuple[float, float]
+
+    @classmethod
+    def of(cls, spec: SensorSpec, rest: Array, poses: Array) -> Placed:
+        """The target in poses (n, 6; m, rad), each with its lowest point (m)."""
+        target = spec.target
+        assert target is not None
+        own = 0.0 if target.outline.is_disc else target.rotation
+        turns = turned(poses[:, 3:]) @ turned(np.array([[0.0, 0.0, own]]))[0]
+        places = rest + poses[:, :3]
+        half = 0.5 * target.size[0], 0.5 * target.size[1]
+        return cls(turns, places, places[:, 2] - _down(target, turns, half), half)
+
+    def heights(self, centres: Array) -> Array:
+        """Logarithm of the height (m) of the near face's plane over every coil's centre, (n, coils), no more than the
+        face itself reaches up and down.
+        """
+        normal = self.turns[:, :, 2]
+        away = centres[None, :, :] - self.places[:, None, :2]
+        plane = self.places[:, None, 2] - np.einsum("nci,ni->nc", away, normal[:, :2]) / normal[:, 2:]
+        span = (self.places[:, 2] - self.lowest)[:, None]
+        middle = self.places[:, 2:]
+        return np.log(np.maximum(np.clip(plane, middle - span, middle + span), LEAST_HEIGHT))
+
+    def cover(self, spec: SensorSpec, coils: Sequence[Coil]) -> Cover:
+        """Poses for which a target is solved that serves these, in steps, so that one solution serves many."""
+        assert spec.target is not None
+        is_magnetic = spec.target.material.relative_permeability > 1.1
+        top, centre = max(winding.z for winding in coils[0].windings), np.array(spec.array.middle)
+        apart = max(math.hypot(*(np.array(coil.placement.centre) - centre)) for coil in coils)
+        size, aside = max(spec.coil.size), float(np.hypot(*(self.places[:, :2] - centre).T).max())
+        high = min(float(self.places[:, 2].max()) - top, HIGHEST * size)
+        beyond = (MAGNETIC if is_magnetic else 1.0) * (MARGIN * size + PER_HEIGHT * high)
+        kept = STEP * size * math.ceil((aside + apart + 0.5 * size + beyond) / (STEP * size))
+        x, y = (kept if kept < WORTH * side else side for side in self.half)
+        half = x, y
+        reach = FARTHER ** math.ceil(math.log(aside + math.hypot(*half) + apart, FARTHER))
+        least = max(LEAST_HEIGHT, WIDEST * size / (FINE * MOST_NODES))
+        height = max(float((self.places[:, 2] - _down(spec.target, self.turns, half)).min()) - top, least)
+        lowest = max(NEARER ** math.floor(math.log(height, NEARER)), least) + top
+        error = 0.0 if half == self.half else LEFT_OUT_OF_MAGNETIC if is_magnetic else LEFT_OUT
+        return Cover(lowest, reach, half, error)
+
+
+def _down(target: Target, turns: Array, half: tuple[float, float]) -> Array:
+    """How far (m) a target of such sides reaches below the centre of its near face in every turn."""
+    along, across = half[0] * np.abs(turns[:, 2, 0]), half[1] * np.abs(turns[:, 2, 1])
+    return np.hypot(along, across) if target.outline.is_disc else np.asarray(along + across)

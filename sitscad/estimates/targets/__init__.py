@@ -1,0 +1,1 @@
+"""What a target changes of the coils under it."""

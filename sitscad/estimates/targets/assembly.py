@@ -1,0 +1,454 @@
+"""What stands in front of and behind the coils in each state: gaps, plates, and the pad's compression."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import field
+from typing import Any
+
+import numpy as np
+
+from sitscad.assembly.places.bodies import Body, metal_face, room_behind, shield_span, target, target_lines
+from sitscad.assembly.places.state import FREE, PRESSED, REST, REST_POSE, Pose, State
+from sitscad.basics.arrays import Array, ComplexArray
+from sitscad.basics.record import record, replace
+from sitscad.basics.units import show
+from sitscad.estimates.loads.pressing import (
+    BESIDE_PAD,
+    GLUE,
+    LEAST,
+    PAD,
+    PressingScatter,
+    pressed,
+    pressed_cases,
+    rests_on_pad,
+    scatter_of,
+    straight_cases,
+)
+from sitscad.estimates.tolerances.scatter import BEHIND, HEIGHT, MOVED, TARGET
+from sitscad.estimates.windings.losses import LossesNearMetal
+from sitscad.kernels.electromagnetics.constants import skin_depth
+from sitscad.kernels.electromagnetics.loss.resistance import conductivity_at
+from sitscad.kernels.electromagnetics.metal.current_spectrum import CurrentSpectrum
+from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances, reflection
+from sitscad.kernels.mechanics.elastomer import Compression
+from sitscad.spec.materials import Conductor
+from sitscad.spec.sensor import SensorSpec
+
+
+@record
+class Surroundings:
+    """What is round the coils in a state: reflectors above and below, with distances from the board's top face."""
+
+    state: State
+    above: Reflector | None = None
+    below: Reflector | None = None
+
+    @property
+    def name(self) -> str:
+        """The state's name."""
+        return self.state.name
+
+
+@record
+class AssemblyStates:
+    """The states that exist with what is round the coils in each, the gaps (m) by name, the compression, and what is
+    worth saying about the model.
+
+    `ranges` are states by their names with one sigma less and one more of what scatters the gap (see `pressing`), and
+    `scatter` is that of the pressed pad.
+    """
+
+    states: tuple[Surroundings, ...]
+    gaps: dict[str, float]
+    compression: Compression | None
+    notes: tuple[str, ...]
+    ranges: Mapping[tuple[str, str], tuple[Surroundings, Surroundings]] = field(default_factory=dict)
+    scatter: PressingScatter | None = None
+
+
+def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None, is_rough: bool = False) -> AssemblyStates:
+    """The states of the sensor: free (coil alone), rest, pressed to the required normal force.
+
+    `sigmas` are the standard deviations (m) of what scatters by its name (`scatter.CAUSES`), none when left out;
+    roughly, the pressed pad's scatter by straight lines.
+    """
+    sigmas, over, behind = sigmas or {}, target(spec), metal_behind(spec)
+    around, left = [Surroundings(State(FREE))], {}
+    ranges: dict[tuple[str, str], tuple[Surroundings, Surroundings]] = {}
+
+    force, lines = spec.requirements.normal_force or 0.0, target_lines(spec)
+
+    def at_gap(name: str, gap: float, pushed: float = 0.0) -> Surroundings:
+        """The target let down straight, by a force (N), until so much of the pad's thickness (m) is left."""
+        assert over is not None
+        state = State(name, Pose(z=gap - over.lower), pushed)
+        return _around(over, lines, state, behind)
+
+    def between(state: str, cause: str, less: float, more: float) -> None:
+        ranges[state, cause] = at_gap(state, less), at_gap(state, more)
+
+    if over is not None or behind is not None:
+        around.append(_around(over, lines, State(REST, REST_POSE), behind))
+    if over is not None:
+        left[REST] = over.lower
+    if over is not None and spec.elastomer is not None and sigmas.get(PAD):
+        thickness = spec.elastomer.thickness
+        between(REST, PAD, max(LEAST * thickness, thickness - sigmas[PAD]), thickness + sigmas[PAD])
+    compression = scatter = None
+    if over is not None and spec.requirements.normal_force and rests_on_pad(spec):
+        compression = pressed(spec)
+        around.append(at_gap(PRESSED, compression.gap, force))
+        left[PRESSED] = compression.gap
+        cases = straight_cases(spec, sigmas, compression) if is_rough else pressed_cases(spec, sigmas)
+        scatter = scatter_of(cases)
+        for cause, (less, more) in cases.items():
+            between(PRESSED, cause, less.gap, more.gap)
+    gaps = {name: gap + lines for name, gap in left.items()}
+    if sigmas.get(GLUE):
+        for name, gap in gaps.items():  # what is left of the pad, and the glue, together
+            gap -= lines
+            between(name, GLUE, gap - sigmas[GLUE], gap + sigmas[GLUE])
+    ranges |= _metal_ranges(spec, sigmas, around[1:], (HEIGHT,) if is_rough else (*BEHIND, TARGET))
+    if behind is not None:
+        gaps["behind_the_board"] = room_behind(spec)
+    return AssemblyStates(tuple(around), gaps, compression, tuple(_notes(spec, compression)), ranges, scatter)
+
+
+def _metal_ranges(
+    spec: SensorSpec, sigmas: Mapping[str, float], states: Sequence[Surroundings], causes: Sequence[str]
+) -> dict[tuple[str, str], tuple[Surroundings, Surroundings]]:
+    """States with one sigma less and one more of causes that change metal itself, or its height behind the board."""
+    found = {}
+    for cause in causes:
+        if not sigmas.get(cause):
+            continue
+        units = [MOVED[cause](spec, way * sigmas[cause]) for way in (-1.0, 1.0)]
+        below = [metal_behind(unit) for unit in units]
+        for drawn in states:
+            above = [drawn.above if drawn.above is None or unit.target is None else replace(
+                drawn.above, plates=(replace(drawn.above.plates[0], thickness=unit.target.thickness),))
+                for unit in units]
+            less, more = (replace(drawn, above=a, below=b) for a, b in zip(above, below, strict=True))
+            if _is_seen(less, more):
+                found[drawn.name, cause] = less, more
+    return found
+
+
+MIN_REFLECTION_CHANGE = 1e-4
+"""Smallest change of a reflection factor that counts. Metal behind a shield, or deep in a jaw, changes it less."""
+
+WAVE_NUMBERS = np.array([3e2, 1e3, 3e3])
+"""Wave numbers (1/m) of the comparison: the fields of coils of some millimetres."""
+
+COMPARISON_FREQUENCY = 5e6
+"""Frequency (Hz) of the comparison."""
+
+
+def _is_seen(one: Surroundings, other: Surroundings) -> bool:
+    """Whether two surroundings differ in distance, or in a reflection factor by more than `MIN_REFLECTION_CHANGE`."""
+    for a, b in ((one.above, other.above), (one.below, other.below)):
+        if a is None or b is None or a == b:
+            continue
+        if a.distance != b.distance:
+            return True
+        factors = (reflection(WAVE_NUMBERS, COMPARISON_FREQUENCY, reflector.plates) for reflector in (a, b))
+        if float(np.abs(np.subtract(*factors)).max()) > MIN_REFLECTION_CHANGE:
+            return True
+    return False
+
+
+def at_rest(spec: SensorSpec) -> Surroundings | None:
+    """What is round the coils at rest; None without a target that does something."""
+    around = _around(target(spec), target_lines(spec), State(REST, REST_POSE), metal_behind(spec))
+    return around if around.above is not None else None
+
+
+def _around(over: Body | None, lines: float, state: State, behind: Reflector | None) -> Surroundings:
+    # `lines` are the glue below the target (m)
+    if over is None or over.metal is None or state.pose is None:
+        return Surroundings(state, None, behind)
+    gap = over.lower + lines + state.pose.z
+    return Surroundings(state, Reflector(gap, (sheet_of(over.metal, over.thickness),)), behind)
+
+
+def warmed(spec: SensorSpec, temperature: float) -> SensorSpec:
+    """The spec with its metals' conductivities at a temperature (degrees Celsius) in place of those at 20 C."""
+
+    def warm(metal: Conductor) -> Conductor:
+        at = conductivity_at(temperature, metal.conductivity, metal.temperature_coefficient)
+        return replace(metal, conductivity=at)
+
+    parts: dict[str, Any] = {}
+    if spec.target is not None:
+        parts["target"] = replace(spec.target, material=warm(spec.target.material))
+    if spec.shield is not None:
+        parts["shield"] = replace(spec.shield, material=warm(spec.shield.material))
+    if spec.mount is not None and spec.mount.metal is not None:
+        name = next((part for part in ("metal_behind", "jaw") if getattr(spec.mount, part) is not None), "")
+        metal = warm(spec.mount.metal)
+        behind = {name: replace(getattr(spec.mount, name), material=metal)} if name else {"backing": metal}
+        parts["mount"] = replace(spec.mount, **behind)
+    return replace(spec, **parts) if parts and temperature != 20.0 else spec
+
+
+LEAST_CONDUCTIVITY = 1e-3
+"""Conductivity (S/m) that metal has at least: its skin depth is then metres, and its effect nothing."""
+
+
+def conductivity_of(metal: Conductor) -> float:
+    """Conductivity (S/m) of a metal, `LEAST_CONDUCTIVITY` at least."""
+    return max(metal.conductivity, LEAST_CONDUCTIVITY)
+
+
+def depth_in(metal: Conductor, frequency: float) -> float:
+    """Skin depth (m) in a metal at a frequency (Hz)."""
+    return skin_depth(frequency, conductivity_of(metal), metal.relative_permeability)
+
+
+def sheet_of(metal: Conductor, thickness: float = math.inf) -> MetalLayer:
+    """An endless sheet of a metal with a thickness (m)."""
+    return MetalLayer(conductivity_of(metal), metal.relative_permeability, thickness)
+
+
+def metal_behind(spec: SensorSpec, without_jaw: bool = False) -> Reflector | None:
+    """The shield, and behind it the metal of jaw, finger or `mount.metal_behind` across the air that is left between
+    them; or one of the two alone.
+    """
+    material = spec.mount.metal if spec.mount is not None and not without_jaw else None
+    sheet, metal = shield_span(spec), metal_face(spec)
+    plates: list[MetalLayer] = []
+    if spec.shield is not None and sheet is not None:
+        plates.append(sheet_of(spec.shield.material, spec.shield.thickness))
+        if material is not None and metal is not None and sheet[0] - metal > CONTACT:
+            plates.append(MetalLayer(0.0, 1.0, sheet[0] - metal))
+    if material is not None and spec.mount is not None:
+        plates.append(sheet_of(material, spec.mount.metal_thickness or math.inf))
+    nearest = sheet[1] if sheet is not None else metal if metal is not None else 0.0
+    return Reflector(-nearest, tuple(plates)) if plates else None
+
+
+CONTACT = 1e-9  # Gaps (m) below this are none
+
+
+def _notes(spec: SensorSpec, compression: Compression | None) -> list[str]:
+    """What is to be known of the assembly's states, in words."""
+    notes = []
+    if compression is not None and not compression.valid:
+        notes.append(f"pressed gap: {compression.note}")
+    if spec.elastomer is not None and not rests_on_pad(spec):
+        notes.append(f"no state pressed: {BESIDE_PAD}")
+    if spec.mount is not None and spec.mount.metal is not None:
+        whose, thickness = "finger" if spec.mount.finger is not None else "jaw", spec.mount.metal_thickness
+        if spec.mount.metal_behind is not None:
+            notes.append("the metal behind the board enters as an endlessly wide sheet of "
+                         f"{show(spec.mount.metal_behind.thickness, 'm')}, with air behind it")
+        elif thickness is None:
+            notes.append(f"the {whose}'s metal enters as endlessly wide and deep: the spec has no thickness of it")
+        else:
+            notes.append(f"the {whose}'s metal enters as an endlessly wide plate of the thickness in its middle, "
+                         f"{show(thickness, 'm')}, with air behind it")
+        if spec.mount.jaw is not None and spec.mount.jaw.fenestration is not None:
+            notes.append(
+                "the jaw's window is solved as an opening through endless metal, as deep as the jaw is; how far off "
+                "that may be is in the errors of states and signals"
+            )
+    return notes
+
+
+def mirror(reflector: Reflector | None) -> Reflector | None:
+    """A conductor without loss in its place: what is then lost is lost in the other."""
+    return None if reflector is None else Reflector(reflector.distance, (MetalLayer(LOSSLESS),))
+
+
+LOSSLESS = 1e18  # Conductivity (S/m) of metal whose loss does not count: a hundred thousandth of copper's
+SCREENED_AT = 6e6  # Frequency (Hz) at which a target's effect is looked at where thousands of designs are screened
+
+
+class Reflection:
+    """Change of inductance and resistance of a winding by its surroundings, by frequency; every answer is kept. Nothing
+    changes without metal, where there need be no spectrum.
+
+    `distances` (m) are those of alike coils beside it, whose mutual inductance the surroundings change too. `share`
+    says how much of an endless target's effect on inductance and on resistance the real one has (`finite_target`), and
+    `unsure` how far off each of the two may be, relative, and the first by how much more (H); `crowding` is what the
+    winding's own eddy currents change of it (None: left out).
+    """
+
+    jaw_left = (1.0, 1.0)
+    """Fractions of the whole jaw's effect on inductance and resistance that a window in it leaves."""
+
+    def __init__(
+        self, spectrum: CurrentSpectrum | None, around: Surroundings, distances: Sequence[float] = (),
+        share: tuple[float, float] = (1.0, 1.0), crowding: LossesNearMetal | None = None,
+        unsure: tuple[float, float, float] = (0.0, 0.0, 0.0), is_rough: bool = False,
+    ) -> None:
+        self.is_rough = is_rough
+        self._spectrum, self._around, self._share, self._crowding = spectrum, around, share, crowding
+        self._distances, self._unsure = (0.0, *distances), unsure
+        self._known: dict[bytes, ComplexArray] = {}
+
+    def __call__(self, frequencies: Array) -> tuple[Array, Array]:
+        """Change of inductance (H) and resistance (ohm) at (n,) frequencies (Hz)."""
+        found = self._at(frequencies)[:, 0]
+        return found.real, -2.0 * math.pi * frequencies * found.imag
+
+    def mutual(self, pair: tuple[int, int], distance: float, frequencies: Array) -> ComplexArray:
+        """Change of the mutual inductance (H, complex) of a pair of coils at one of the distances (m)."""
+        return self._at(frequencies)[:, self._distances.index(distance)]
+
+    def crowding(self, frequencies: Array) -> ComplexArray:
+        """What of it (H, complex) the winding's own eddy currents make, which see their images, too."""
+        return self.crowding_near(frequencies, self._around.above, self._around.below)
+
+    def crowding_near(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
+        """As `crowding`, with metal elsewhere than in this state."""
+        if self._crowding is None or (above is None and below is None):
+            return np.zeros(len(frequencies), dtype=np.complex128)
+        full = self._crowding.changes(frequencies, above, below)
+        share = self.shares(frequencies) if above is not None else np.ones(1)
+        if np.all(share == 1.0):
+            return full
+        bare = self._crowding.changes(frequencies, None, below)
+        return np.asarray(bare + share * (full - bare))
+
+    def shares(self, frequencies: Array) -> ComplexArray:
+        """How much of an endless target's effect the real one has at (n,) frequencies (Hz)."""
+        return np.full(len(frequencies), self._share[0], dtype=np.complex128)
+
+    def factors(self, frequency: float) -> tuple[complex, complex]:
+        """Factors for small changes of what is around: of all that is reflected, and of the target's own loss."""
+        return self._share
+
+    def target_change(self, frequency: float) -> complex:
+        """What the target alone changes of the winding's inductance (H, complex), its current even."""
+        if self._around.above is None:
+            return 0j
+        at = np.array([self._looked_at(frequency)])
+        return complex(self.shares(at)[0] * self._of_target(at)[0, 0])
+
+    def with_factors(self, frequency: float, factors: tuple[complex, complex]) -> complex:
+        """Return the target's change of the winding's inductance (H, complex) for other `factors`."""
+        (share, own), at = factors, np.array([frequency])
+        found = share * self._of_target(at)[0, 0]
+        return complex(found if own == share else found + 1j * (own - share) * self._own_loss(at)[0, 0])
+
+    def endless_change(self, frequency: float) -> complex:
+        """What an endless target would change of it (H, complex)."""
+        if self._around.above is None:
+            return 0j
+        return complex(self._of_target(np.array([self._looked_at(frequency)]))[0, 0])
+
+    def _looked_at(self, frequency: float) -> float:
+        """The frequency (Hz) for which the target's effect is worked out: for screening one for all."""
+        return SCREENED_AT if self.is_rough else frequency
+
+    def unsure(self, frequency: float) -> tuple[float, float]:
+        """How far off the target's change of inductance (H) and its loss (ohm) may be at most, both one way."""
+        if self._around.above is None or not any(self._unsure):
+            return 0.0, 0.0
+        frequency = self._looked_at(frequency)
+        at, omega = np.array([frequency]), 2.0 * math.pi * frequency
+        whole, own = self._of_target(at)[0, 0], self._own_loss(at)[0, 0]
+        share, lost = self._share[0] * self._unsure[0], self._share[1] * self._unsure[1]
+        more = float(share * whole.real)
+        return more + math.copysign(self._unsure[2], more), float(-omega * (share * (whole.imag - own) + lost * own))
+
+    def window(self, frequency: float) -> tuple[float, float]:
+        """How far off inductance (H) and resistance (ohm) may be for a window in the jaw, at most, both one way."""
+        return 0.0, 0.0
+
+    def _at(self, frequencies: Array) -> ComplexArray:
+        key = frequencies.tobytes()
+        if key not in self._known:
+            self._known[key] = self._exact(frequencies)
+        return self._known[key]
+
+    def _exact(self, frequencies: Array) -> ComplexArray:
+        """What target and metal return to the coil (H, complex) at frequencies (n,), with the target's own share."""
+        above, below = self._around.above, self._around.below
+        full = self._endless(frequencies, above, below)
+        if above is None or self._share == (1.0, 1.0):
+            return full
+        bare = self._endless(frequencies, None, below)
+        # What the target changes of the losses behind the board and of those in the tracks themselves goes with the
+        # field, like the inductance; only its own loss has a share of its own.
+        share, lost = self._share
+        found = bare + share * (full - bare)
+        return np.asarray(found if lost == share else found + 1j * (lost - share) * self._own_loss(frequencies))
+
+    def _endless(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
+        found = self._returned(frequencies, above, below)
+        if self._crowding is not None:
+            found[:, 0] += self._crowding.changes(frequencies, above, below)
+        return found
+
+    def _returned(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
+        # The same without crowding
+        if self._spectrum is None or (above is None and below is None):
+            return np.zeros((len(frequencies), len(self._distances)), dtype=np.complex128)
+        return reflected_inductances(self._spectrum, frequencies, above, below, self._distances)
+
+    def _of_target(self, frequencies: Array) -> ComplexArray:
+        # What an endless target changes (H, complex) at (n,) frequencies, by distance, without crowding.
+        above, below = self._around.above, self._around.below
+        return np.asarray(self._returned(frequencies, above, below) - self._returned(frequencies, None, below))
+
+    def _own_loss(self, frequencies: Array) -> Array:
+        # The imaginary part of it (H) that is lost in the target itself.
+        return self._returned(frequencies, self._around.above, mirror(self._around.below)).imag
+
+
+class SolvedReflection(Reflection):
+    """A reflection with what the real target changes solved: `changes` (H, complex) of the inductance matrix of all
+    coils, (2, coils, coils), at two `frequencies` (Hz) and what they go like between those, of which this is the coil
+    of that `number`; `errors` of its own change (H) and of its loss (ohm). `crowded` is the part that the currents'
+    crowding adds to its own change, by frequency (Hz).
+    """
+
+    def __init__(
+        self, spectrum: CurrentSpectrum | None, around: Surroundings, distances: Sequence[float],
+        crowding: LossesNearMetal | None, solved: tuple[Array, ComplexArray, Callable[[Array], ComplexArray]],
+        number: int, errors: tuple[float, float], crowded: Callable[[Array], ComplexArray],
+    ) -> None:
+        super().__init__(spectrum, around, distances, (1.0, 1.0), crowding)
+        self._solved_at, self._changes, self._like = solved
+        self._places, self._errors, self._crowded = self._solved_at**-0.5, errors, crowded
+        self._ends = self._changes[:, number, number]
+
+    def shares(self, frequencies: Array) -> ComplexArray:
+        """Shares of an endless target's whole effect, crowding included: complex, for the real one has another loss."""
+        return np.asarray(self._change(self._ends, frequencies) / self._of_target(frequencies)[:, 0])
+
+    def factors(self, frequency: float) -> tuple[complex, complex]:
+        """Factors for small changes of what is around: of all that is reflected, and of the target's own loss."""
+        share = complex(self.shares(np.array([frequency]))[0])
+        return share, share
+
+    def mutual(self, pair: tuple[int, int], distance: float, frequencies: Array) -> ComplexArray:
+        """Change of the mutual inductance (H, complex) of a pair of coils at one of the distances (m)."""
+        more = self._change(self._changes[:, pair[0], pair[1]], frequencies)
+        return np.asarray(super().mutual(pair, distance, frequencies) + more)
+
+    def unsure(self, frequency: float) -> tuple[float, float]:
+        """How far off the target's change of inductance (H) and its loss (ohm) may be at most, both one way."""
+        return self._errors
+
+    def _exact(self, frequencies: Array) -> ComplexArray:
+        """What metal behind the board returns (H, complex), by distance, and to the coil itself the target, too."""
+        found = self._endless(frequencies, None, self._around.below)
+        found[:, 0] += self._change(self._ends, frequencies) * (1.0 + self._crowded(frequencies))
+        return found
+
+    def _change(self, solved: ComplexArray, frequencies: Array) -> ComplexArray:
+        """A change (H) by those at the two frequencies of the solution."""
+        # Its ratio to `like` is straight in one over the root of the frequency, as skin depths are, and held far
+        # outside of what was solved.
+        (low, high), (first, last) = self._places, solved / self._like(self._solved_at)
+        part = np.clip((frequencies**-0.5 - low) / (high - low), -BEYOND, 1.0 + BEYOND)
+        return np.asarray(self._like(frequencies) * (first + part * (last - first)))
+
+
+BEYOND = 1.0
+"""How far outside of the frequencies that a target was solved at, in parts of what lies between, its share goes on."""

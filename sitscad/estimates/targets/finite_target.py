@@ -1,0 +1,403 @@
+"""How much of an endless plate's effect the target of a design has on each of its coils."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+
+import numpy as np
+
+from sitscad.assembly.places.state import in_words
+from sitscad.basics.arrays import Array, Index
+from sitscad.basics.record import record, replace
+from sitscad.estimates.targets.assembly import Surroundings, depth_in, sheet_of
+from sitscad.kernels.electromagnetics.metal.finite_plate import (
+    EASED,
+    CoaxialRings,
+    FinitePlate,
+    eased,
+    loss_share_error,
+    magnetic_share,
+    magnetic_share_error,
+    plate_loss_share,
+    plate_share,
+    share_error,
+    sheet_shares,
+    stepped,
+)
+from sitscad.kernels.electromagnetics.metal.half_spaces import reflection
+from sitscad.kernels.geometry.path import Point
+from sitscad.spec.coil import CoilPlacement, CoilSpec
+from sitscad.spec.materials import Target
+from sitscad.spec.places import footprint
+from sitscad.spec.sensor import SensorSpec
+
+Move = tuple[float, float]
+"""How far (m) along x and y a target has moved from rest."""
+
+FREQUENCY = 5e6
+"""The frequency (Hz) whose skin depth sets how far the field enters the target: the share hardly depends on it."""
+
+
+@record
+class TargetShares:
+    """Ratios of the target's effect to an endless plate's, by coil name and state, and notes about them.
+
+    `shares` belong to the inductance, `losses` to the resistance. The errors are relative to each ratio.
+    """
+
+    shares: Mapping[tuple[str, str], float]
+    losses: Mapping[tuple[str, str], float]
+    notes: tuple[str, ...]
+    error: float = 0.0
+    loss_error: float = 0.0
+    def of(self, coil: str, state: str) -> tuple[float, float]:
+        """The shares of inductance and loss for a coil in a state: 1 where nothing is known to be smaller."""
+        return self.shares.get((coil, state), 1.0), self.losses.get((coil, state), 1.0)
+
+    def key(self, number: int, coil: str, state: str) -> tuple[complex, ...]:
+        """What is alike for coils of which the target changes alike."""
+        return self.of(coil, state)
+
+
+WIDER, WIDER_THIN, WIDER_BENT, WIDER_MAGNETIC = (0.1, 0.5), (0.3, 0.8), (0.8, 0.5), (1.5, 0.8)
+"""Additional relative errors of the ratios of inductance and loss outside the range that their own errors were fitted
+in: in general, for targets thinner than the field enters, for blocks and for targets that lie askew over long coils or
+leave them uncovered, and for magnetic metals, which may even add inductance."""
+
+
+NO_SHARES = TargetShares({}, {}, ())
+"""Of coils without a target."""
+
+
+@record
+class SheetShares:
+    """Shares of inductance and loss at the places (n,), their relative errors, and whether the target draws the field
+    in.
+    """
+
+    shares: Array
+    losses: Array
+    error: float
+    loss_error: float
+    magnetic: bool
+
+
+def target_shares(
+    spec: SensorSpec, heights: Sequence[float], states: Sequence[Surroundings], is_rough: bool = False
+) -> TargetShares:
+    """The shares of all coils in all states with a target; `heights` (m) are the mid-planes of the coils' layers.
+
+    Places are those of the coils' centres in the target's own axes, about its centre; mirrored ones are solved once.
+    Coils that are not round count as round ones with the same area turn by turn, elongated ones shortened.
+    """
+    covered = _covered(states)
+    if spec.target is None or not covered:
+        return NO_SHARES
+    rings, target, (distinct, member) = _shortened(spec, spec.target, heights)
+    shares, losses = {}, {}
+    found = _of_gaps(target, rings, distinct, [gap for _, gap, _ in covered], covered[0][2], is_rough)
+    for (name, _, _), one in zip(covered, found, strict=True):
+        for placement, row in zip(spec.array.placements, member, strict=True):
+            shares[placement.name, name] = float(one.shares[row])
+            losses[placement.name, name] = float(one.losses[row])
+    shortened = (ELONGATED if spec.coil.outline.sides else OVAL) * (1.0 - min(spec.coil.size) / max(spec.coil.size))
+    errors = max(f.error for f in found) + shortened, max(f.loss_error for f in found)
+    wider = errors_outside_fit(spec, spec.target, states)
+    errors = errors[0] + wider[0], errors[1] + wider[1]
+    names = [name for name, _, _ in covered]
+    notes = [] if is_rough else _notes(spec.coil, names, (shares, losses), errors, any(f.magnetic for f in found))
+    return TargetShares(shares, losses, tuple(notes), *errors)
+
+
+ROUGHER, LOSS_ROUGHER = 0.03, 0.3
+"""What is added to the relative errors of shares that are found roughly: of inductance, and of loss, of which as much
+is said to be there as of inductance."""
+
+
+def _of_gaps(
+    target: Target, rings: CoaxialRings, places: Array, gaps: Sequence[float], floor: float, is_rough: bool
+) -> list[SheetShares]:
+    """The shares at every gap, with a mirror at a height `floor` (m; -inf: none)."""
+    if not is_rough or not all(_is_conductor(target, rings, gap) for gap in gaps):
+        return [shares_of_sheet(target, rings, places, gap, floor) for gap in gaps]
+    plate, depth = _plate(target)
+    resisted, unsure = _resisted(target, rings)
+    shares = sheet_shares(plate, rings, places, np.array(gaps) + depth, floor) / resisted
+    error, loss_error = share_error(plate, rings) + unsure, loss_share_error(plate, rings) + unsure
+    return [SheetShares(one, one, error + ROUGHER, loss_error + LOSS_ROUGHER, False) for one in shares]
+
+
+OPAQUE, THICKEST, TURNED, ASPECT, HANGING, RETURNED = 1.2, 0.1, math.radians(2.0), 1.3, 0.05, 0.7
+"""Limits of the range in which the errors were fitted: skin depths of thickness, at least; thickness over the shorter
+side, at most; the angle (rad) at most between the sides of a coil longer than wide and of the target; how long a
+polygon is over its width, at most; by what part of its width a coil longer than wide may reach beyond the target;
+and what part of the field the metal behind the board returns, at least."""
+
+BLOCK = 0.2
+"""Thickness of a target over its shorter side from which on it is a block: its side walls carry much of the current."""
+
+SHORTEST, LONGEST = 4.0, 2.0  # The waves that matter of what that returns, over one by the coil's smaller side
+
+
+def errors_outside_fit(spec: SensorSpec, target: Target, states: Sequence[Surroundings]) -> tuple[float, float]:
+    """Additional relative errors of the ratios of inductance and loss for a target outside the range of their fit.
+
+    The fit has good conductors that the field does not pass, over coils as long as wide or over longer coils that they
+    cover, with nothing or nearly a mirror behind the board (tests/validation/states_of_response.py).
+    """
+    (short, long), thickness = sorted(spec.coil.size), target.thickness
+    found = [(0.0, 0.0)]
+    if 1.0 - like_a_conductor(target, 0.25 * (long + short)) > PURE or thickness > THICKEST * min(target.size):
+        found.append(WIDER)
+    if spec.coil.outline.sides and long > ASPECT * short:
+        found.append(WIDER)
+    waves = np.array([LONGEST, SHORTEST]) / short
+    returned = [float(-reflection(waves, FREQUENCY, around.below.plates).real.min())
+                for around in states if around.above is not None and around.below is not None]
+    if min(returned, default=1.0) < RETURNED:
+        found.append(WIDER)
+    if thickness < OPAQUE * _skin_depth(target):
+        found.append(WIDER_THIN)
+    is_hanging = long - short > 1e-9 and (
+        _askew(spec.array.placements, target) > TURNED or _uncovered(spec, target) > HANGING * short)
+    if is_hanging or thickness > BLOCK * min(target.size):
+        found.append(WIDER_BENT)
+    if found[1:] and target.material.relative_permeability > MAGNETIC:
+        found.append(WIDER_MAGNETIC)
+    change, loss = np.max(found, axis=0).tolist()
+    return change, loss
+
+
+def _askew(placements: tuple[CoilPlacement, ...], target: Target) -> float:
+    """How far (rad) coils longer than wide lie askew under the target, or to each other: shares stand for one way to
+    lie.
+    """
+    turns = [target.rotation - placement.rotation for placement in placements]
+    to_target = [] if target.outline.is_disc else [math.remainder(turn, math.pi / 2) for turn in turns]
+    return max(map(abs, (*to_target, *(math.remainder(turn - turns[0], math.pi) for turn in turns))))
+
+
+def _uncovered(spec: SensorSpec, target: Target) -> float:
+    """How far (m) a coil reaches beyond the target along its sides, at most; negative where all are covered."""
+    plate, found = footprint(spec, target), -math.inf
+    for placement in spec.array.placements:
+        place, turn = plate.place_of(Point(*placement.centre)), target.rotation - placement.rotation
+        size = spec.coil.size[:: -1 if round(2.0 * turn / math.pi) % 2 else 1]
+        away = abs(place[0]) + 0.5 * size[0], abs(place[1]) + 0.5 * size[1]
+        if target.outline.is_disc:
+            found = max(found, math.hypot(*away) - 0.5 * target.size[0])
+        else:
+            found = max(found, *(end - 0.5 * side for end, side in zip(away, target.size, strict=True)))
+    return found
+
+
+def shares_of_change(
+    spec: SensorSpec, heights: Sequence[float], gaps: Sequence[float], floor: float, moves: Sequence[Move]
+) -> Array:
+    """The shares of the change of inductance alone, roughly as in `target_shares`, at gaps and over a mirror at a
+    height `floor` (m) of a target that has moved by (x, y) (m): (gaps, moves, coils).
+    """
+    assert spec.target is not None
+    rings, target, (distinct, member) = _shortened(spec, spec.target, heights, moves)
+    found = [one.shares for one in _of_gaps(target, rings, distinct, gaps, floor, True)]
+    return np.array(found)[:, member].reshape(len(gaps), len(moves), -1)
+
+
+def _covered(states: Sequence[Surroundings]) -> list[tuple[str, float, float]]:
+    """Name, gap and height of the mirror behind the board (m; -inf: none) of every state with a target."""
+    return [
+        (around.name, around.above.distance, -math.inf if around.below is None else -around.below.distance)
+        for around in states
+        if around.above is not None
+    ]
+
+
+PURE, UNSURE = 1e-3, 0.01
+"""How little a target may be like a magnet (0: a perfect conductor) or a conductor to count as the other; and from how
+much on it counts as one that is neither, with the errors of those."""
+
+MAGNETIC = 1.5
+"""Relative permeability from which on a target draws the field in: below, it can only be a poor conductor."""
+
+BETWEEN = (
+    ((0.5, 1.3), (0.75, 0.75), (0.95, 0.5), (1.15, 0.35), (1.6, 0.15)),
+    ((0.5, 0.95), (0.75, 0.82), (0.95, 0.7), (1.15, 0.5), (1.6, 0.3)),
+)
+"""Relative errors of the shares of inductance and loss of magnetic metals, which are neither good conductors nor
+magnets, up to a shorter side over the coil's diameter: they lose less (tests/validation/disc_of_elements.py)."""
+
+THIN, OVERHANGING, LOSS_OF_THIN = 2.0, 1.5, 0.3
+"""Skin depths up to which the current at the edge of a target uses both faces' copper at once, coil diameters up to
+which its edge has much of it, and what the share of its loss may be off by: it has up to a quarter more."""
+
+
+def shares_of_sheet(target: Target, rings: CoaxialRings, places: Array, gap: float, floor: float) -> SheetShares:
+    """The shares of an endless sheet's change and loss that the target has, over all places (n, 2; m), with their
+    errors.
+    """
+    if _is_conductor(target, rings, gap):
+        return _of_conductor(target, rings, places, gap, floor)
+    like = like_a_conductor(target, float(rings.radii.mean()) + gap)
+    magnet = FinitePlate(target.size, target.thickness, target.outline.is_disc)
+    drawn = np.minimum(magnetic_share(magnet, rings, places, gap, floor), 1.0)
+    magnetic_error = magnetic_share_error(magnet, rings)
+    if like <= PURE:
+        return SheetShares(drawn, drawn, magnetic_error, max(magnetic_error, LOSS_OF_MAGNETS), True)
+    # Between the two: somewhere between both shares, half their distance unsure in the middle.
+    metal = _of_conductor(target, rings, places, gap, floor)
+    found, losses = like * metal.shares + (1.0 - like) * drawn, like * metal.losses + (1.0 - like) * drawn
+    unsure, unsure_loss = (
+        2.0 * like * (1.0 - like) * float(np.max(np.abs(one - drawn) / mixed))
+        for one, mixed in ((metal.shares, found), (metal.losses, losses))
+    )
+    wide = min(target.size) / (2.0 * float(rings.radii.max()))
+    neither = eased(min(like, 1.0 - like), UNSURE / EASED, 0.0, 1.0)
+    least = [neither * stepped(wide, steps, 0.0) for steps in BETWEEN]
+    error = like * metal.error + (1.0 - like) * magnetic_error + unsure
+    loss_error = like * metal.loss_error + (1.0 - like) * max(magnetic_error, LOSS_OF_MAGNETS) + unsure_loss
+    return SheetShares(found, losses, max(error, least[0]), max(loss_error, least[1]), like < 0.5)
+
+
+LOSS_OF_MAGNETS = 0.5
+"""Relative error of the share of loss where a target is no conductor: there it is taken to be the inductance's."""
+
+
+def _is_conductor(target: Target, rings: CoaxialRings, gap: float) -> bool:
+    return like_a_conductor(target, float(rings.radii.mean()) + gap) >= 1.0 - PURE
+
+
+def _of_conductor(target: Target, rings: CoaxialRings, places: Array, gap: float, floor: float) -> SheetShares:
+    """The shares of a conducting target, whose faces count half a skin depth deeper."""
+    plate, depth = _plate(target)
+    lost = plate_loss_share(plate, rings, places, gap + depth, floor)
+    error, loss_error = share_error(plate, rings), loss_share_error(plate, rings)
+    thin = eased(target.thickness / _skin_depth(target), THIN, LOSS_OF_THIN, 0.0)
+    loss_error = max(loss_error, eased(min(target.size) / (2.0 * float(rings.radii.max())), OVERHANGING, thin, 0.0))
+    resisted, unsure = _resisted(target, rings)
+    kept = _kept(target, rings, places, gap, floor)
+    return SheetShares(kept, lost / resisted, error + unsure, loss_error + unsure, False)
+
+
+def _kept(target: Target, rings: CoaxialRings, places: Array, gap: float, floor: float) -> Array:
+    # Of them those of the change of inductance alone
+    plate, depth = _plate(target)
+    kept = np.minimum(plate_share(plate, rings, places, gap + depth, floor), 1.0)
+    return np.asarray(kept / _resisted(target, rings)[0])
+
+
+RESISTED, LEAKY = 0.3, 0.06
+"""Errors of the shares of a poor conductor: in parts of what its resistance takes off them, and of the square of its
+sheet's length over the coil's (discs of elements of steel and titanium from 0.03 mm on)."""
+
+
+def _resisted(target: Target, rings: CoaxialRings) -> tuple[float, float]:
+    """How much less a thin poor conductor does for being small, for its currents die away in their own resistance; and
+    the relative error of that.
+
+    A sheet answers a field of length l like 1 / (1 + (s / l)^2), s = skin depth^2 / thickness; l is at most a quarter
+    of the target's radius, and for an endless one 0.3 of the coil's.
+    """
+    sheet = _skin_depth(target) ** 2 / target.thickness
+    own, endless = 0.5 * min(target.size) / 4.1, 0.3 * float(rings.radii.max())
+    less = max(1.0, (1.0 + (sheet / own) ** 2) / (1.0 + (sheet / endless) ** 2))
+    return less, min(RESISTED * (1.0 - 1.0 / less) + LEAKY * (sheet / endless) ** 2, 0.6)
+
+
+def like_a_conductor(target: Target, distance: float) -> float:
+    """1 where the reflection of a wave as long as the distance (m) is that of a conductor, 0 where a magnet's."""
+    metal = target.material
+    if metal.relative_permeability < MAGNETIC and metal.conductivity > 0.0:
+        return 1.0
+    factor = complex(reflection(np.array([1.0 / distance]), FREQUENCY, [sheet_of(metal, target.thickness)])[0])
+    return 0.5 * (1.0 - factor.real / abs(factor)) if abs(factor) > 1e-9 else 1.0
+
+
+def _shortened(
+    spec: SensorSpec, target: Target, heights: Sequence[float], moves: Sequence[Move] = ((0.0, 0.0),)
+) -> tuple[CoaxialRings, Target, tuple[Array, Index]]:
+    """Rings and target that stand for an elongated coil: one as long as it is wide, the target shorter by what the coil
+    is shortened (a target shorter than the coil in proportion), for its long sides see the same edges all along; as
+    they are for other coils. The distinct places (n, 2; m) of coils seen from the target, and which is each coil's at
+    each of its moves (m) from rest, all coils of the first move first.
+    """
+    coil, (wide, high) = spec.coil, spec.coil.size
+    long, short = max(wide, high), min(wide, high)
+    plate, turn = footprint(spec, target), target.rotation - spec.array.placements[0].rotation
+    # mirrored ones as one
+    centres = [placement.centre for placement in spec.array.placements]
+    seen = np.abs(np.array([plate.place_of(Point(x - dx, y - dy)) for dx, dy in moves for x, y in centres]))
+    distinct, member = np.unique(np.round(seen, 9), axis=0, return_inverse=True)
+    places = distinct, member.ravel()
+    side = (int(high > wide) + round(2.0 * turn / math.pi)) % 2
+    if long - short < 1e-9 or target.outline.is_disc:
+        return equivalent_rings(coil, tuple(heights)), target, places
+    size = list(target.size)
+    size[side] = size[side] - (long - short) if size[side] > long else size[side] * short / long
+    shorter, less = replace(coil, size=(short, short)), replace(target, size=(size[0], size[1]))
+    return equivalent_rings(shorter, tuple(heights)), less, places
+
+
+ELONGATED, OVAL = 0.06, 0.02
+"""What shortening a coil adds to the error of a share, of what it is shortened by over its length: polygons, and
+racetracks (up to 17.6 x 3.8 mm right to 1.5 %, rectangles of 16 x 4 mm to 5.6 %: tests/estimates/test_response.py)."""
+
+
+@lru_cache(maxsize=4)
+def equivalent_rings(coil: CoilSpec, heights: tuple[float, ...]) -> CoaxialRings:
+    """A coil as coaxial rings that enclose each turn's area; a layer's last, broken turn counts as its fraction."""
+    found = []
+    for count, height in zip(coil.layer_turns, heights, strict=True):
+        turns = np.minimum(1.0, count - np.arange(math.ceil(count)))
+        of_any, of_each = coil.outline.INWARD
+        middle = of_any + of_each * turns
+        inward = coil.trace_width / 2.0 + coil.pitch * (np.arange(turns.size) + middle)
+        sides = np.maximum(np.array(coil.size) - 2.0 * inward[:, None], coil.trace_width)
+        corner = coil.outline.corner_radius(coil.size, coil.corner_radius)
+        cut = (4.0 - math.pi) * np.minimum(corner - inward, 0.5 * sides.min(axis=1)).clip(0.0) ** 2
+        radii = np.sqrt((coil.outline.area * sides.prod(axis=1) - cut) / math.pi)
+        found.append((radii, np.full(turns.size, float(height)), turns))
+    return CoaxialRings(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
+
+
+def _skin_depth(target: Target) -> float:
+    return depth_in(target.material, FREQUENCY)
+
+
+def _plate(target: Target) -> tuple[FinitePlate, float]:
+    # A good conductor is a perfect one whose faces lie half a skin depth deeper.
+    depth = min(0.25 * target.thickness, 0.25 * min(target.size), 0.5 * _skin_depth(target))
+    size = target.size[0] - 2.0 * depth, target.size[1] - 2.0 * depth
+    return FinitePlate(size, target.thickness - 2.0 * depth, target.outline.is_disc), depth
+
+
+def _notes(
+    coil: CoilSpec, states: Sequence[str],
+    shares: tuple[Mapping[tuple[str, str], float], Mapping[tuple[str, str], float]], errors: tuple[float, float],
+    magnetic: bool,
+) -> list[str]:
+    """What a finite target's shares are, in words; nothing where it is as good as endless."""
+    if min(shares[0].values()) > 0.995:
+        return []
+
+    def among_coils(part: Mapping[tuple[str, str], float], state: str) -> str:
+        values = [share for (_, where), share in part.items() if where == state]
+        low, high = min(values), max(values)
+        share = f"{100.0 * low:.0f}" + (f" to {100.0 * high:.0f}" if high - low > 0.005 else "")
+        return f"{share} % {in_words(state)}"
+
+    said, lost = (", ".join(among_coils(part, state) for state in states) for part in shares)
+    whose = "a finite magnetic plate (its poles need room)" if magnetic else "a finite plate"
+    notes = [
+        f"the target counts as {whose}. Compared with an endless sheet of the same material and thickness at the same "
+        f"gap, it changes a coil's inductance by {said} of the sheet's change (each share is known within "
+        f"{100.0 * errors[0]:.0f} % of itself), and the loss that it adds is {lost} of the sheet's (within "
+        f"{100.0 * errors[1]:.0f} %: currents crowd at its edges)"
+    ]
+    if not coil.outline.is_round:
+        same = "of the same area, turn by turn"
+        if coil.size[0] != coil.size[1]:
+            same += ", as long as it is wide, and the target as one shorter by as much"
+        notes.append(f"for that share a {coil.shape} coil counts as a round one {same}")
+    return notes

@@ -1,0 +1,1 @@
+"""What differs from unit to unit, with its band and its source."""

@@ -1,0 +1,348 @@
+"""What differs from one unit of a design to the next: every cause once, with its band, its source, and what it moves.
+
+Units are simulated on three levels, all by this list. `performance.causes` moves pad and pose of a unit by one sigma of
+a cause at a time and adds up squares, the part of the pad under the target staying as drawn. `calibration.sensors`
+draws all causes together and reads a chart. `study.spreads` makes a spec of each unit and works out the whole design,
+which costs a hundred times as much. tests/estimates/test_scatter.py holds them together: what one cause does to the
+readings is on the first two levels within a tenth, of what all causes do, of what it does on the third, and what all
+causes do within 1 %.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from sitscad.assembly.places.bodies import (
+    lines_below_target,
+    lines_over_carrier,
+    lines_over_shield,
+    seat_spans,
+    shield_heights,
+)
+from sitscad.assembly.places.column import (
+    WRITTEN,
+    SizeTolerance,
+    elastomer_tolerance,
+    film_tolerance,
+    jaw_tolerance,
+    metal_tolerances,
+    mount_tolerance,
+    placement,
+    plate_tolerance,
+    sheet_tolerance,
+    usual_tolerances,
+)
+from sitscad.assembly.places.state import FREE, PRESSED, REST
+from sitscad.basics.record import record
+from sitscad.data import UNVERIFIED, is_unverified
+from sitscad.estimates.loads.pressing import FILM, FILM_THICKNESS, GLUE, MODULUS, PAD, PAD_SIZE, TARGET_SIZE
+from sitscad.estimates.tolerances import units_made as made
+from sitscad.estimates.values import CoilEstimate, Estimates
+from sitscad.spec.circuit import LayerKind
+from sitscad.spec.sensor import SensorSpec
+
+ACCEPTED_SIGMAS = 3.0
+"""Standard deviations of manufacture within which a bare coil is accepted, in every paper."""
+
+WIDTH, FOIL, PLATING = "trace width", "copper foil", "copper plating"
+DISTANCE, DIAMETER, PERMITTIVITY = "layer distance", "diameter", "permittivity"
+CAPACITOR, CLOCK, INDUCTANCE = "capacitor", "clock", "coil inductance"
+OFFSET_X, OFFSET_Y, YAW = "target beside, x", "target beside, y", "target turned"
+TILT_X, TILT_Y = "target tilted about x", "target tilted about y"
+HEIGHT, UNDER_SHIELD = "board over shield or metal", "shield over metal"
+SHIELD, METAL, TARGET = "shield thickness", "thickness of jaw or metal behind", "target thickness"
+THICKNESS = "copper thickness"
+"""Foil and plating together; not in `CAUSES`."""
+
+BOARD, UNIT, COIL = "board", "unit", "coil"
+"""What has a cause to itself: the board, the assembled unit, or each of its coils."""
+
+BEHIND = (HEIGHT, UNDER_SHIELD, SHIELD, METAL)
+"""Causes that move metal behind the board."""
+
+
+@record
+class Cause:
+    """One cause. Its `tolerance` gives half of its band in `unit` (``m``, ``rad``; ``1`` is relative), evenly filled,
+    or where it `is_logarithmic` one sigma of the figure's logarithm; None where the sensor has no such part. A unit
+    that is off by so much has its resting target off in that number of its `pose` (x, y, z, rx, ry, rz), where there is
+    one, and is the spec that `moved` gives, where a spec can say it: studies know it by the `key`.
+    """
+
+    name: str
+    unit: str
+    per: str
+    tolerance: Callable[[SensorSpec], SizeTolerance | None]
+    key: str = ""
+    moved: made.Moved | None = None
+    pose: int | None = None
+    is_logarithmic: bool = False
+
+    def sigma(self, spec: SensorSpec) -> float:
+        """The standard deviation, in the cause's unit; 0 where the sensor has no such part."""
+        found = self.tolerance(spec)
+        if found is None:
+            return 0.0
+        return found.band if self.is_logarithmic else found.sigma
+
+
+@record
+class Scatter:
+    """A cause as a design has it: its standard deviation in `unit`, what it is drawn for anew (`per`), its source."""
+
+    name: str
+    sigma: float
+    unit: str
+    per: str
+    source: str
+
+    @property
+    def verified(self) -> bool:
+        """Whether the source was seen."""
+        return not is_unverified(self.source)
+
+
+# ----------------------------------------------------------------------------------------------- bands of the causes
+
+
+def _of_table(name: str) -> Callable[[SensorSpec], SizeTolerance]:
+    return lambda spec: usual_tolerances()[name]
+
+
+def _of_converter(name: str) -> Callable[[SensorSpec], SizeTolerance]:
+    def tolerance(spec: SensorSpec) -> SizeTolerance:
+        row = spec.readout.device.limits[name]
+        return SizeTolerance(row.value, row.source if row.verified else UNVERIFIED + row.source)
+
+    return tolerance
+
+
+def _of_pad(written: str, name: str) -> Callable[[SensorSpec], SizeTolerance | None]:
+    return lambda spec: None if spec.elastomer is None else elastomer_tolerance(spec.assembly, written, name)
+
+
+def _plating_band(spec: SensorSpec) -> SizeTolerance | None:
+    """Return the tolerance of one step of plating. It is all of it if the fabricator's copper may exclude it."""
+    stackup = spec.fpc.stackup
+    if not any(layer.plated for layer in stackup.copper):
+        return None
+    if stackup.is_plating_stated:
+        return usual_tolerances()[PLATING]
+    return SizeTolerance(stackup.plating_thickness, UNVERIFIED + "all of it: not stated whether the copper contains it")
+
+
+def _modulus_sigma(spec: SensorSpec) -> SizeTolerance | None:
+    if spec.elastomer is None:
+        return None
+    material = spec.elastomer.material
+    return SizeTolerance(material.shear_modulus_sigma, UNVERIFIED + material.source)
+
+
+def _film_modulus_sigma(spec: SensorSpec) -> SizeTolerance | None:
+    film = spec.encapsulation
+    if film is None or spec.elastomer is None:
+        return None
+    return SizeTolerance(film.material.shear_modulus_sigma, UNVERIFIED + film.material.source)
+
+
+def _film_band(spec: SensorSpec) -> SizeTolerance | None:
+    film = spec.encapsulation
+    return None if film is None or spec.elastomer is None else film_tolerance(spec.assembly, film.thickness)
+
+
+def _glued(spec: SensorSpec, lines: int, piece: SizeTolerance | None = None) -> SizeTolerance | None:
+    """Return the joint tolerance of glue lines and a printed piece, by root sum of squares. None if it is zero."""
+    assembly = spec.assembly
+    band = math.hypot(math.sqrt(lines) * assembly.glue_tolerance, 0.0 if piece is None else piece.band)
+    if not band:
+        return None
+    glue = WRITTEN if assembly.adhesive is None else assembly.adhesive.source
+    counted = f"{lines} line{'s' if lines != 1 else ''}: {glue}"
+    if piece is None or not piece.band:
+        return SizeTolerance(band, counted)
+    if not lines or not assembly.glue_tolerance:
+        return piece
+    unseen = UNVERIFIED * (is_unverified(piece.source) or is_unverified(glue))
+    return SizeTolerance(band, f"{unseen}mount: {piece.source.removeprefix(UNVERIFIED)}; glue, {counted}")
+
+
+def _glue_band(spec: SensorSpec) -> SizeTolerance | None:
+    """Return the tolerance of all glue lines below the target. None if there is no glue line."""
+    lines = lines_below_target(spec)
+    return _glued(spec, lines) if lines else None
+
+
+def _height_band(spec: SensorSpec) -> SizeTolerance | None:
+    """Return the tolerance of the board's height over the nearest metal behind it. None without mount or such metal."""
+    mount, spans = spec.mount, seat_spans(spec)
+    if mount is None or (spec.shield is None and mount.metal is None):
+        return None
+    if spec.shield is None:
+        return _over_metal_band(spec, lines_over_carrier(spec), bool(spans))
+    lines = lines_over_shield(spec)
+    return _glued(spec, lines, mount_tolerance(spec) if lines > 1 else None)
+
+
+def _over_metal_band(spec: SensorSpec, lines: int, is_printed: bool) -> SizeTolerance | None:
+    """Return the joint tolerance of glue lines and of what lies between board or shield and the metal."""
+    found = metal_tolerances(spec)
+    if found is not None:
+        return _glued(spec, lines, found[0])
+    return _glued(spec, lines, mount_tolerance(spec) if is_printed else None)
+
+
+def _under_shield_band(spec: SensorSpec) -> SizeTolerance | None:
+    """Return the tolerance of the shield's height over the metal behind it. None without a shield over metal."""
+    mount, sheet = spec.mount, shield_heights(spec)
+    if mount is None or sheet is None or mount.metal is None:
+        return None
+    printed = any(upper <= sheet[0] + 1e-9 for _, upper in seat_spans(spec))
+    return _over_metal_band(spec, lines_over_carrier(spec) - lines_over_shield(spec), printed)
+
+
+def _shield_band(spec: SensorSpec) -> SizeTolerance | None:
+    sheet = spec.shield
+    return None if sheet is None else sheet_tolerance(spec.assembly, "shield", sheet.thickness)
+
+
+def _metal_band(spec: SensorSpec) -> SizeTolerance | None:
+    if (found := metal_tolerances(spec)) is not None:
+        return found[1]
+    return None if spec.jaw is None else jaw_tolerance(spec.assembly, spec.jaw.height)
+
+
+def _target_band(spec: SensorSpec) -> SizeTolerance | None:
+    sheet = spec.target
+    return None if sheet is None else sheet_tolerance(spec.assembly, "target", sheet.thickness)
+
+
+def _target_size_band(spec: SensorSpec) -> SizeTolerance | None:
+    return None if spec.target is None else plate_tolerance(spec.assembly, "target", min(spec.target.size))
+
+
+def _placement_band(spec: SensorSpec) -> SizeTolerance | None:
+    return None if spec.target is None else placement(spec.assembly)
+
+
+def _turn_band(spec: SensorSpec) -> SizeTolerance | None:
+    if spec.target is None:
+        return None
+    placed, across = placement(spec.assembly), min(spec.target.size)
+    ends = f"of both ends, {1e3 * across:.3g} mm apart: "
+    return SizeTolerance(2.0 * placed.band / across, ends + placed.source)
+
+
+def _tilt_band(side: int) -> Callable[[SensorSpec], SizeTolerance | None]:
+    """A tilt by glue that is thicker at one of two edges, as far apart as the target's side of that number is long."""
+
+    def tolerance(spec: SensorSpec) -> SizeTolerance | None:
+        glue = _glue_band(spec)
+        if spec.target is None or glue is None:
+            return None
+        length = spec.target.size[side]
+        edges = f"thicker at one of two edges {1e3 * length:.3g} mm apart: "
+        return SizeTolerance(glue.band / length, edges + glue.source)
+
+    return tolerance
+
+
+CAUSES = (
+    Cause(WIDTH, "1", BOARD, _of_table(WIDTH), "coil.trace_width", made.with_width),
+    Cause(FOIL, "1", BOARD, _of_table(FOIL), "fpc.stackup.copper", made.with_layers(LayerKind.COPPER)),
+    Cause(PLATING, "m", BOARD, _plating_band, "fpc.plating", made.with_plating),
+    Cause(DISTANCE, "1", BOARD, _of_table(DISTANCE), "fpc.stackup.dielectric",
+          made.with_layers(LayerKind.DIELECTRIC, LayerKind.COVERLAY)),
+    Cause(DIAMETER, "1", BOARD, _of_table(DIAMETER), "coil.outer_diameter", made.with_diameter),
+    Cause(PERMITTIVITY, "1", BOARD, _of_table(PERMITTIVITY), "fpc.stackup.permittivity", made.with_permittivity),
+    Cause(CAPACITOR, "1", COIL, _of_converter("capacitor_tolerance"), "readout.capacitance", made.with_capacitor),
+    Cause(PAD, "m", UNIT, _of_pad("elastomer", PAD), "elastomer.thickness", made.with_thickness("elastomer"), pose=2),
+    Cause(PAD_SIZE, "m", UNIT, _of_pad("elastomer_size", PAD_SIZE), "elastomer.size", made.with_size("elastomer")),
+    Cause(MODULUS, "1", UNIT, _modulus_sigma, "elastomer.modulus", made.with_modulus("elastomer"),
+          is_logarithmic=True),
+    Cause(FILM, "1", UNIT, _film_modulus_sigma, "encapsulation.modulus", made.with_modulus("encapsulation"),
+          is_logarithmic=True),
+    Cause(FILM_THICKNESS, "m", UNIT, _film_band, "encapsulation.thickness", made.with_thickness("encapsulation")),
+    Cause(GLUE, "m", UNIT, _glue_band, "assembly.glue_line", made.with_glue, pose=2),
+    Cause(HEIGHT, "m", UNIT, _height_band, "mount.standoff", made.with_height),
+    Cause(UNDER_SHIELD, "m", UNIT, _under_shield_band, "shield.standoff", made.with_room_under_shield),
+    Cause(SHIELD, "m", UNIT, _shield_band, "shield.thickness", made.with_shield),
+    Cause(METAL, "m", UNIT, _metal_band, "mount.jaw.height", made.with_metal),
+    Cause(TARGET, "m", UNIT, _target_band, "target.thickness", made.with_thickness("target")),
+    Cause(TARGET_SIZE, "m", UNIT, _target_size_band, "target.size", made.with_size("target")),
+    Cause(OFFSET_X, "m", UNIT, _placement_band, "target.offset.x", made.beside(0), pose=0),
+    Cause(OFFSET_Y, "m", UNIT, _placement_band, "target.offset.y", made.beside(1), pose=1),
+    Cause(YAW, "rad", UNIT, _turn_band, "target.rotation", made.turned, pose=5),
+    Cause(TILT_X, "rad", UNIT, _tilt_band(1), pose=3),
+    Cause(TILT_Y, "rad", UNIT, _tilt_band(0), pose=4),
+    Cause(CLOCK, "1", UNIT, _of_converter("clock_tolerance")),
+)
+"""All causes; independent, and of mean nothing. Glue raises the target over the board without making the pad softer, as
+a thicker pad does. Where the target lies beside, tilted and turned is at rest, in the axes and signs of a pose.
+"""
+
+MOVED = {cause.name: cause.moved for cause in CAUSES if cause.moved is not None}
+"""Functions that return the spec of a unit with an error of one cause, by the cause's name."""
+
+
+def scatter(spec: SensorSpec) -> dict[str, Scatter]:
+    """All causes that a sensor has the parts of, by name."""
+    found = {}
+    for cause in CAUSES:
+        tolerance = cause.tolerance(spec)
+        if tolerance is not None and tolerance.band:
+            found[cause.name] = Scatter(cause.name, cause.sigma(spec), cause.unit, cause.per, tolerance.source)
+    return found
+
+
+def manufacturing_scatter(spec: SensorSpec, estimates: Estimates) -> tuple[Scatter, ...]:
+    """What differs between assembled units: in place of the board's own causes their sum, `coil_scatter`."""
+    return (*(one for one in scatter(spec).values() if one.per != BOARD), *coil_scatter(estimates))
+
+
+def coil_scatter(estimates: Estimates) -> tuple[Scatter, ...]:
+    """How the inductance of the bare coils with their leads scatters by all causes of the board, of the coil that
+    scatters most; nothing where it has no numbers.
+    """
+    free = [coil.states[FREE] for coil in estimates.coils if FREE in coil.states]
+    known = [(state.spread.inductance / state.inductance, state.spread) for state in free if state.spread is not None]
+    if not known:
+        return ()
+    cause = known[0][1].causes["inductance"]
+    source = f"{UNVERIFIED}tolerances of the board, mostly of the {cause} (data/tolerances.csv)"
+    return (Scatter(INDUCTANCE, max(share for share, _ in known), "1", COIL, source),)
+
+
+def signal_share(coil: CoilEstimate, cause: str) -> float:
+    """Return the relative change of a coil's signal, from rest to pressed, by one sigma of a cause. 0 if no states."""
+    rest, pressed = coil.states.get(REST), coil.states.get(PRESSED)
+    if rest is None or pressed is None or rest.spread is None or pressed.spread is None:
+        return 0.0
+    whole = math.log(pressed.frequency / rest.frequency)
+    if abs(whole) < LEAST_SIGNAL:
+        return 0.0
+    before = rest.spread.shifts.get(cause, NO_SHIFTS)[1] / rest.frequency
+    after = pressed.spread.shifts.get(cause, NO_SHIFTS)[1] / pressed.frequency
+    return (after - before) / whole
+
+
+LEAST_SIGNAL = 1e-6
+"""Smallest signal (logarithm of the frequency ratio) for which a relative change is computed."""
+
+NO_SHIFTS = (0.0, 0.0, 0.0, 0.0)
+"""Shifts by a cause that a state does not have."""
+
+
+def behind_scatter(estimates: Estimates) -> tuple[float, float]:
+    """One sigma, relative, of the inductance at rest and of what a coil reads of its target, by all that is behind the
+    board and by the target's thickness; of the coil that scatters most.
+    """
+    causes = (*BEHIND, TARGET)
+    inductances, signals = [0.0], [0.0]
+    for coil in estimates.coils:
+        rest = coil.states.get(REST)
+        if rest is not None and rest.spread is not None:
+            shifts = [rest.spread.shifts.get(one, NO_SHIFTS)[0] for one in causes]
+            inductances.append(math.hypot(*shifts) / rest.inductance)
+            signals.append(math.hypot(*(signal_share(coil, one) for one in causes)))
+    return max(inductances), max(signals)

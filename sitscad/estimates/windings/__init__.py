@@ -1,0 +1,1 @@
+"""The coils by themselves, and the leads to them: inductance, resistance, capacitance."""

@@ -1,0 +1,386 @@
+"""What lies between winding and contacts: stubs, leads, tail and vias as real segments."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import field
+from functools import lru_cache
+from itertools import pairwise
+
+import numpy as np
+
+from sitscad.basics.arrays import Array
+from sitscad.basics.record import record, replace
+from sitscad.estimates.windings.losses import Strip
+from sitscad.estimates.windings.methods import bent_path
+from sitscad.kernels.electromagnetics.capacitance import coplanar_strips, series_permittivity, stacked_strips
+from sitscad.kernels.electromagnetics.constants import MU0
+from sitscad.kernels.electromagnetics.inductance.filaments import (
+    PolylineTrack,
+    curve_segments_mutual,
+    grouped_segments_inductance,
+    segment_set,
+    via_inductance,
+)
+from sitscad.kernels.electromagnetics.inductance.mean_distance import log_mean_distance
+from sitscad.kernels.electromagnetics.inductance.rings import mean_rings
+from sitscad.kernels.electromagnetics.inductance.spirals import SpiralLayer
+from sitscad.kernels.electromagnetics.loss.corners import direct_resistance
+from sitscad.kernels.electromagnetics.loss.current_modes import ProximityLoss, joined
+from sitscad.kernels.electromagnetics.loss.resistance import via_resistance
+from sitscad.kernels.electromagnetics.special_functions import coaxial_rings
+from sitscad.kernels.geometry.path import Arc
+from sitscad.layout.board import Coil, LeadPair, Role, Trace, Via
+from sitscad.spec.circuit import CopperLayer, LayerKind, Stackup
+
+FLATTENED = 10e-6  # Arcs of the leads become chords within this distance (m)
+CHORD = math.radians(5.0)  # Those of a turned tail become chords of this angle at most (rad)
+SAMPLED = 2.5e-6  # Chords of the winding, for its coupling with the leads, lie within this distance (m) of it
+LONGEST = 0.4e-3  # Straight sides of a winding are cut to this (m) for the same purpose
+SELF_DISTANCE = 0.2235  # Geometric mean distance of a rectangle from itself over the sum of its sides (Grover 1946)
+
+USUAL_PLATING = 20e-6
+"""Copper in a plated hole (m) where the stack-up does not say (IPC class 2 asks for 20 um; from memory, unverified)."""
+
+
+Place = tuple[float, float]
+Piece = tuple[Place, Place]
+
+
+@record
+class LeadEstimate:
+    """All that lies between winding and contacts: inductance (H), direct resistance (ohm), capacitance of the pair (F).
+
+    `parts` are contributions to the inductance by name. "stubs", "leads" and "tail" hold the mutual inductances within
+    each group and half of those between groups. "coupling" is twice the mutual inductance between the winding and
+    the tracks, "vias" the vias' part. `strips`
+    are the tracks' stretches, for the rise of resistance with frequency. `resistance_error` is the relative error bound
+    of the resistance.
+    """
+
+    inductance: float
+    resistance: float
+    capacitance: float
+    strips: tuple[Strip, ...]
+    via_resistance: float
+    parts: Mapping[str, float] = field(default_factory=dict)
+    resistance_error: float = 0.01
+
+    def resistance_at(self, frequency: float, conductivity: float) -> float:
+        """Resistance (ohm) at a frequency (Hz), with skin effect and what the way back adds where it runs beside."""
+        return float(self.resistances_at(np.array([frequency]), conductivity)[0])
+
+    def resistances_at(self, frequencies: Array, conductivity: float) -> Array:
+        """Resistances (ohm) at (n,) frequencies (Hz), as `resistance_at`."""
+        if not self.strips:
+            return np.full(len(frequencies), self.via_resistance)
+        loss = _loss(self.strips, conductivity)
+        return np.asarray(loss.direct * loss.resistance_ratios(frequencies) + self.via_resistance)
+
+
+@lru_cache(maxsize=64)
+def _loss(strips: tuple[Strip, ...], conductivity: float) -> ProximityLoss:
+    return joined([strip.loss(conductivity) for strip in strips])
+
+
+NO_LEADS = LeadEstimate(0.0, 0.0, 0.0, (), 0.0)
+
+
+PARTS = {Role.STUB: "stubs", Role.LEAD: "leads", Role.TAIL: "tail"}
+
+
+WIDE_ENDS, WIDE_ENDS_BOUND = 2.0, 1.5
+"""Squares of copper by which pads, teardrops, contacts, corners and wider tracks shorten a lead track, and the error
+bound of that mean.
+
+206 coils of the templates and of random boards had 1.26 to 3.42 squares per lead track. Laplace's equation was solved
+for each kind of end; the solutions agreed with triangles over the same copper within 0.1 square."""
+
+TRACKS_BOUND = 0.01  # Relative error of the resistance of lead tracks and vias without their ends (tests/extraction)
+LEAST_LEFT = 0.1  # Part of a track's resistance that remains: a short stub lies in pads at both ends
+
+
+def estimate_leads(coil: Coil, stackup: Stackup, conductivity: float) -> LeadEstimate:
+    """Inductance, resistance and capacitance of everything in the coil's series circuit that is not winding."""
+    copper = {layer.number: layer for layer in stackup.copper}
+    tracks: list[tuple[Role, PolylineTrack]] = []
+    strips: list[Strip] = []
+    squares = 0.0  # resistance (ohm) of one square of each lead track
+    ways = _ways(coil)
+    facing = [(trace, *beside) for one, other in (ways, ways[::-1]) for line, trace in one
+              if (beside := _beside(line, other, 5.0 * trace.width)) is not None]
+    for trace in coil.series:
+        if not isinstance(trace, Trace) or trace.role is Role.WINDING:
+            continue
+        layer = copper[trace.layer]
+        corners = np.array(_distinct(_oriented(coil, trace)))
+        if len(corners) < 2:
+            continue
+        tracks.append((trace.role, PolylineTrack(corners, trace.width, layer.thickness, layer.z)))
+        resistance = direct_resistance(bent_path(trace.path, trace.width, layer.thickness, layer.z), conductivity)
+        squares += (square := 1.0 / (conductivity * layer.thickness))
+        strips += _strips(trace, max(resistance - WIDE_ENDS * square, LEAST_LEFT * resistance), copper, facing)
+    parts = _partial_inductances(tracks) | {"coupling": _coupling(coil, tracks)}
+    plating = stackup.plating_thickness or USUAL_PLATING
+    barrels, parts["vias"] = 0.0, 0.0
+    for k, via in enumerate(coil.series):
+        if not isinstance(via, Via):
+            continue
+        before, after = (next((t for t in items if isinstance(t, Trace)), None)
+                         for items in (coil.series[:k][::-1], coil.series[k + 1 :]))
+        if before and after and before.layer != after.layer:
+            length = abs(copper[before.layer].z - copper[after.layer].z)
+            barrels += via_resistance(length, via.drill, plating, conductivity)
+            parts["vias"] += via_inductance(length, via.drill)
+    total = math.fsum(strip.resistance for strip in strips) + barrels
+    inductance, error = math.fsum(parts.values()), TRACKS_BOUND + WIDE_ENDS_BOUND * squares / max(total, 1e-30)
+    return LeadEstimate(inductance, total, _pair_capacitance(coil, stackup), _joined(strips), barrels, parts, error)
+
+
+UNDRAWN, APART = 0.25, 2e-9
+"""How far off, relative, inductance and resistance of leads may be that are not drawn (tests/validation); and the
+inductance (H) of stubs and of the tracks to the contacts, where both run apart."""
+
+
+GRAIN = 20e-6  # How fine (m) widths of leads that are not drawn are told apart for their skin effect
+
+
+def sketched_leads(pairs: Sequence[LeadPair], stackup: Stackup, conductivity: float) -> LeadEstimate:
+    """Figures of leads that are not drawn: each stretch as a long pair of tracks there and back, by mean distances."""
+    strips, inductance, capacitance = [], 0.0, 0.0
+    for pair in pairs:
+        own_inductance, own_capacitance, tracks = _metre(replace(pair, length=1.0), stackup)
+        inductance += pair.length * own_inductance
+        capacitance += pair.length * own_capacitance
+        strips += [replace(strip, resistance=pair.length / (conductivity * pair.width * strip.thickness))
+                   for strip in tracks]
+    resistance = math.fsum(strip.resistance for strip in strips)
+    inductance += APART
+    return LeadEstimate(inductance, resistance, capacitance, _joined(strips), 0.0, {"leads": inductance})
+
+
+@lru_cache(maxsize=256)
+def _metre(pair: LeadPair, stackup: Stackup) -> tuple[float, float, tuple[Strip, Strip]]:
+    """Inductance (H/m) and capacitance (F/m) of a long pair of tracks there and back, and both tracks."""
+    copper = {layer.number: layer for layer in stackup.copper}
+    one, other = (copper[number] for number in pair.layers)
+    across, height = (0.0, abs(one.z - other.z)) if one is not other else (pair.apart, 0.0)
+    widths = pair.width, pair.width
+    alone = sum(0.5 * log_mean_distance(0.0, 0.0, widths, (t, t)) for t in (one.thickness, other.thickness))
+    between = log_mean_distance(across, height, widths, (one.thickness, other.thickness))
+    if across:
+        capacitance = coplanar_strips(pair.width, across - pair.width, 0.5 * (1.0 + mean_permittivity(stackup)))
+    else:
+        capacitance = stacked_strips(pair.width, *between_layers(stackup, *sorted(pair.layers)))
+    wide = max(round(pair.width / GRAIN), 1) * GRAIN  # their skin effect is alike
+    beside = round(across / GRAIN) * GRAIN, height
+    tracks = Strip(0.0, wide, one.thickness, beside), Strip(0.0, wide, other.thickness, beside)
+    return MU0 / math.pi * float(between - alone), capacitance, tracks
+
+
+def led_round(
+    leads: LeadEstimate, goes_on: tuple[float, float], width: float, copper: CopperLayer, conductivity: float,
+    spirals: Sequence[SpiralLayer],
+) -> LeadEstimate:
+    """Leads of which one, so wide (m), goes on round its winding for some turns at a distance from its middle (m)."""
+    turns, radius = goes_on
+    if not turns:
+        return leads
+    rings = mean_rings(spirals)
+    z, way = np.array([(layer.z, layer.circulation) for layer in spirals]).T[:, rings.layer]
+    mutual = coaxial_rings(radius, rings.radii, (rings.radii - radius) ** 2 + (z - copper.z) ** 2)
+    own = coaxial_rings(radius, radius, (SELF_DISTANCE * (width + copper.thickness)) ** 2)
+    coupling = 2.0 * turns * float(np.sum(mutual * rings.parts * way)) * way[0]
+    more = turns * turns * float(own) + coupling
+    resistance = abs(turns) * 2.0 * math.pi * radius / (conductivity * width * copper.thickness)
+    strips = (*leads.strips, Strip(resistance, max(round(width / GRAIN), 1) * GRAIN, copper.thickness))
+    parts = {"leads": leads.inductance + more - coupling, "coupling": coupling}
+    return replace(leads, inductance=leads.inductance + more, resistance=leads.resistance + resistance, strips=strips,
+                   parts=parts)
+
+
+def _joined(strips: Sequence[Strip]) -> tuple[Strip, ...]:
+    # Stretches of one cross-section and surroundings as one: their resistance rises alike.
+    whole: dict[Strip, list[float]] = {}
+    for strip in strips:
+        if strip.resistance > 0.0:
+            whole.setdefault(replace(strip, resistance=0.0), []).append(strip.resistance)
+    return tuple(replace(strip, resistance=math.fsum(parts)) for strip, parts in whole.items())
+
+
+def _partial_inductances(tracks: list[tuple[Role, PolylineTrack]]) -> dict[str, float]:
+    """Partial inductances (H) by what the tracks are for; chords of one cross-section are summed together."""
+    alike: dict[tuple[str, float, float, float], list[PolylineTrack]] = {}
+    for role, track in tracks:
+        alike.setdefault((PARTS[role], track.width, track.thickness, track.z), []).append(track)
+    names = list(PARTS.values())
+    if not alike:
+        return dict.fromkeys(names, 0.0)
+    sets = [segment_set(group) for group in alike.values()]
+    sums = grouped_segments_inductance(sets, [names.index(key[0]) for key in alike])
+    rows = sums.sum(axis=1)
+    return {name: float(rows[k]) if k < len(rows) else 0.0 for k, name in enumerate(names)}
+
+
+def _coupling(coil: Coil, tracks: list[tuple[Role, PolylineTrack]]) -> float:
+    """Twice the mutual inductance (H) of a coil's windings with its leads, by Neumann's integral."""
+    if not coil.windings or not tracks:
+        return 0.0
+    pieces = [_sampled(np.array(w.path.flattened(SAMPLED)), w.z) for w in coil.windings]
+    curve = np.concatenate([points for points, _ in pieces]), np.concatenate([elements for _, elements in pieces])
+    alike: dict[tuple[float, float, float], list[PolylineTrack]] = {}
+    for _, track in tracks:
+        alike.setdefault((track.width, track.thickness, track.z), []).append(track)
+    return 2.0 * math.fsum(
+        curve_segments_mutual(curve, segment_set(group), SELF_DISTANCE * (key[0] + key[1]))
+        for key, group in alike.items()
+    )
+
+
+def _sampled(corners: Array, z: float) -> tuple[Array, Array]:
+    """Middles (n, 3) and elements (n, 2) of a polyline at a height (m), every side cut as its own length asks."""
+    sides = np.diff(corners, axis=0)
+    parts = np.maximum(np.ceil(np.hypot(sides[:, 0], sides[:, 1]) / LONGEST), 1.0).astype(int)
+    of = np.repeat(np.arange(len(sides)), parts)
+    share = (np.arange(of.size) - np.repeat(np.cumsum(parts) - parts, parts) + 0.5) / parts[of]
+    middle = corners[of] + share[:, None] * sides[of]
+    return np.column_stack([middle, np.full(len(middle), z)]), sides[of] / parts[of, None]
+
+
+def _oriented(coil: Coil, trace: Trace) -> list[Place]:
+    """The path's points in the current's direction: it ends nearer to what follows, or begins nearer to what
+    precedes.
+    """
+    points, series = list(_chords(trace)), coil.series
+    if len(series) == 1:
+        return points
+    index = next(k for k, item in enumerate(series) if item is trace)
+    goes_on = index + 1 < len(series)
+    places = _places(series[index + 1 if goes_on else index - 1])
+    start, end = (min(math.dist(point, place) for place in places) for point in (points[0], points[-1]))
+    return points if (end <= start if goes_on else start <= end) else points[::-1]
+
+
+def _chords(trace: Trace) -> list[Place]:
+    """Points of a track; where a tail turns, arcs about one centre get chords that are parallel: the pair's two."""
+    if trace.role is not Role.TAIL:
+        return list(trace.path.flattened(FLATTENED))
+    points: list[Place] = [trace.path.start]
+    for segment in trace.path:
+        count = max(1, math.ceil(abs(segment.sweep) / CHORD - 1e-9)) if isinstance(segment, Arc) else 1
+        points += [segment.at((k + 1) / count) for k in range(count)]
+    return points
+
+
+def _places(item: Trace | Via) -> list[Place]:
+    return [item.centre] if isinstance(item, Via) else [item.path.start, item.path.end]
+
+
+def _distinct(points: Sequence[Place]) -> list[Place]:
+    kept = list(points[:1])
+    for point in points[1:]:
+        if math.dist(point, kept[-1]) > 1e-9:
+            kept.append(point)
+    return kept
+
+
+def _ways(coil: Coil) -> tuple[list[tuple[Piece, Trace]], list[tuple[Piece, Trace]]]:
+    """Every straight piece of the way in and of the way out."""
+    way_in, way_out, windings = [], [], 0
+    for item in coil.series:
+        if isinstance(item, Trace) and item.role is Role.WINDING:
+            windings += 1
+        elif isinstance(item, Trace):
+            lines = [(line, item) for line in pairwise(_distinct(_chords(item)))]
+            if windings == 0:
+                way_in += lines
+            elif windings == len(coil.windings):
+                way_out += lines
+    return way_in, way_out
+
+
+def _beside(line: Piece, others: list[tuple[Piece, Trace]], reach: float) -> tuple[float, float, Trace] | None:
+    """How long (m) and how far away (m; less than `reach`) the nearest parallel piece runs beside another, and its
+    trace.
+    """
+    (x, y), _ = line
+    length, found = math.dist(*line), []
+    ux, uy = ((end - start) / length for start, end in zip(*line, strict=True))
+    for piece, trace in others:
+        there = math.dist(*piece)
+        vx, vy = ((end - start) / there for start, end in zip(*piece, strict=True))
+        if abs(ux * vy - uy * vx) > 1e-3:
+            continue
+        ends = sorted((px - x) * ux + (py - y) * uy for px, py in piece)
+        overlap = min(ends[1], length) - max(ends[0], 0.0)
+        lateral = abs((piece[0][0] - x) * uy - (piece[0][1] - y) * ux)
+        if overlap > 0.0 and lateral < reach:
+            found.append((overlap, lateral, trace))
+    return min(found, key=lambda row: (row[1], -row[0]), default=None)
+
+
+def _strips(trace: Trace, resistance: float, copper: dict[int, CopperLayer],
+            facing: list[tuple[Trace, float, float, Trace]]) -> list[Strip]:
+    """A trace as stretches, each with its share of the resistance (ohm) and the strip that it faces."""
+    layer = copper[trace.layer]
+    strips, alone = [], resistance
+    for owner, length, lateral, back in facing:
+        if owner is trace:
+            height = abs(layer.z - copper[back.layer].z)
+            if height == 0.0 and lateral <= trace.width:
+                continue
+            share = resistance * length / trace.path.length
+            alone -= share
+            strips.append(Strip(share, trace.width, layer.thickness, (round(lateral, 6), height)))
+    return [Strip(max(alone, 0.0), trace.width, layer.thickness), *strips]
+
+
+def _pair_capacitance(coil: Coil, stackup: Stackup) -> float:
+    """Capacitance (F) of the leads to each other: each piece in, against the nearest parallel one out, beside or above
+    it.
+    """
+    (way_in, way_out), total = _ways(coil), 0.0
+    for line, trace in way_in:
+        if (beside := _beside(line, way_out, 10.0 * trace.width)) is None:
+            continue
+        length, lateral, other = beside
+        width = min(trace.width, other.width)
+        if trace.layer == other.layer or lateral > width:
+            around = 0.5 * (1.0 + mean_permittivity(stackup))
+            per_metre = coplanar_strips(width, max(lateral - width, 0.2 * width), around)
+        else:
+            # The coverlay counts as the dielectric all round and the copper as thin: together within 6 % (tested).
+            per_metre = stacked_strips(width, *between_layers(stackup, *sorted((trace.layer, other.layer))))
+        total += length * per_metre
+    return total
+
+
+def between_layers(stackup: Stackup, upper: int, lower: int) -> tuple[float, float]:
+    """Distance (m) of the facing copper surfaces of two layers and the relative permittivity of what fills it."""
+    layers = stackup.between(upper, lower)
+    thicknesses = [layer.thickness for layer in layers]
+    return math.fsum(thicknesses), series_permittivity(
+        thicknesses, [layer.relative_permittivity or 3.4 for layer in layers])
+
+
+def mean_permittivity(stackup: Stackup) -> float:
+    """Mean relative permittivity of the stack-up's insulating layers, by thickness."""
+    layers = [layer for layer in stackup.layers if layer.kind is not LayerKind.COPPER]
+    total = math.fsum(layer.thickness for layer in layers)
+    by_thickness = math.fsum(layer.thickness * (layer.relative_permittivity or 3.4) for layer in layers)
+    return by_thickness / total if total else 3.4
+
+
+def missing_leads(coils: tuple[Coil, ...]) -> str | None:
+    """What the layout lacks, and the terminal values with it; None where every coil is connected."""
+    missing = [coil.name for coil in coils if not coil.is_closed_circuit or not coil.series]
+    if missing:
+        return (
+            f"INCOMPLETE LAYOUT: {', '.join(missing)}: no room was found for all leads (see `sitscad check`), so all "
+            "numbers at the contacts lack the leads and the tail that are not drawn"
+        )
+    ends = [pair for coil in coils for pair in pairwise(map(_places, coil.series))]
+    if not all(min(math.dist(a, b) for a in one for b in other) < 1e-6 for one, other in ends):
+        return "INCOMPLETE LAYOUT: some leads do not meet end to end; the numbers at the contacts hold what is drawn"
+    return None

@@ -1,0 +1,409 @@
+"""The windings of a layout as the kernels want them, the METHODS that turn them into inductance with bounds of how far
+each may be off, and published closed formulas beside the estimate.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import cache, lru_cache
+from itertools import pairwise
+
+import numpy as np
+
+from sitscad.basics.record import record
+from sitscad.data import rows
+from sitscad.estimates.values import CrossCheck
+from sitscad.kernels.electromagnetics.inductance.rings import mean_ring_inductance
+from sitscad.kernels.electromagnetics.inductance.spirals import (
+    COEFFICIENTS,
+    Resolution,
+    SpiralLayer,
+    SpiralOutline,
+    current_sheet,
+    modified_wheeler,
+    monomial,
+    spiral_inductance_matrix,
+)
+from sitscad.kernels.electromagnetics.inductance.track_strands import BentPiece, Side, Track, track
+from sitscad.kernels.electromagnetics.inductance.tracks import winding_inductance
+from sitscad.kernels.electromagnetics.loss.bent_tracks import BentTrack
+from sitscad.kernels.electromagnetics.loss.corners import MOST_TURN, bend_loops
+from sitscad.kernels.electromagnetics.metal.current_spectrum import CurrentSpectrum, ring_spectrum, spiral_spectrum
+from sitscad.kernels.electromagnetics.metal.polyline_spectrum import chorded, polyline_spectrum
+from sitscad.kernels.geometry.path import Arc, Line, Path, Point
+from sitscad.kernels.geometry.shapes import SHAPES, Outline
+from sitscad.layout.board import Coil, Winding
+from sitscad.spec.coil import CoilSpec
+
+
+@record(eq=False)
+class WindingGeometry:
+    """One coil's layers about its own centre: as spirals (circles only), or as they are drawn (all other shapes).
+
+    `drawn` has the sides and arcs, `bent` are the same as the losses want them.
+    """
+
+    spec: CoilSpec
+    spirals: tuple[SpiralLayer, ...]
+    drawn: tuple[Track, ...] = ()
+    bent: tuple[BentTrack, ...] = ()
+
+    @property
+    def fewest_turns(self) -> float:
+        """Turns of the layer that has fewest."""
+        return min(self.spec.layer_turns)
+
+    @property
+    def inner_radius(self) -> float:
+        """Distance (m) of the innermost centre line from the centre, never below half a track."""
+        return max((min(self.spec.size) - self.spec.trace_width) / 2 - self.spec.pitch * self.spec.most_turns,
+                   self.spec.trace_width / 2)
+
+    @property
+    def outline(self) -> SpiralOutline:
+        """What the closed formulas know of a layer, the one with the most turns.
+
+        Their turns are closed; a round spiral's outermost one already comes inwards by a pitch, so its mean is less.
+        """
+        across = min(self.spec.size) - (self.spec.pitch if self.spirals else 0.0)
+        return SpiralOutline(self.spec.most_turns, across, self.spec.trace_width, self.spec.trace_spacing)
+
+
+@lru_cache(maxsize=8)
+def winding_geometry(spec: CoilSpec, coil: Coil) -> WindingGeometry:
+    """The geometry of a drawn coil, moved to its own centre."""
+    if spec.outline.is_round:
+        radius = (spec.size[0] - spec.trace_width) / 2
+        spirals = tuple(
+            SpiralLayer(radius, spec.pitch, turns, w.outer_angle, w.sense, w.inward, w.z, spec.trace_width, w.thickness)
+            for w, turns in zip(coil.windings, spec.layer_turns, strict=True)
+        )
+        return WindingGeometry(spec, spirals)
+    width, home = spec.trace_width, (-coil.centre.x, -coil.centre.y)
+    layers = [replace(w, path=mitred_path(w.path.shifted(*home), width)) for w in coil.windings]
+    drawn = tuple(track(_pieces(w.path), width, w.thickness, w.z) for w in layers)
+    return WindingGeometry(spec, (), drawn, tuple(bent_track(w, width) for w in layers))
+
+
+def bent_track(winding: Winding, width: float) -> BentTrack:
+    """A layer's path as straight sides and arcs, none of these tighter than the track is wide."""
+    return bent_path(winding.path, width, winding.thickness, winding.z)
+
+
+def bent_path(path: Path, width: float, thickness: float, z: float) -> BentTrack:
+    """Straight sides and arcs of any path: width, thickness and mid-plane in metres."""
+    segments = mitred_path(path, width).segments
+    turns = [segment.sweep if isinstance(segment, Arc) else 0.0 for segment in segments]
+    starts, ends = np.array([s.start for s in segments]), np.array([s.end for s in segments])
+    return BentTrack(starts, ends, np.array(turns), width, thickness, z)
+
+
+def mitred_path(path: Path, width: float) -> Path:
+    """The path with arcs of less than half a width (m) replaced by the corners that the copper has there:
+    its inner edge cannot be rounded, and outside hardly any current runs.
+    """
+    segments = list(path.segments)
+    for k in range(len(segments) - 1, -1, -1):
+        arc = segments[k]
+        if isinstance(arc, Line) or arc.radius >= 0.5 * width or abs(arc.sweep) > MOST_TURN:
+            continue
+        before, after = segments[k - 1] if k else arc, segments[k + 1] if k + 1 < len(segments) else arc
+        # the corner that the arc rounds is where the tangents at its ends meet
+        if isinstance(before, Line):
+            onwards = arc.radius * math.tan(0.5 * abs(arc.sweep)) / before.length
+            dx, dy = before.end.x - before.start.x, before.end.y - before.start.y
+        else:
+            onwards = math.tan(0.5 * arc.sweep)  # in radii
+            dx, dy = -(arc.start.y - arc.centre.y), arc.start.x - arc.centre.x
+        corner = Point(arc.start.x + onwards * dx, arc.start.y + onwards * dy)
+        low, high = k - isinstance(before, Line), k + 1 + isinstance(after, Line)
+        segments[low:high] = [Line(segments[low].start, corner), Line(corner, segments[high - 1].end)]
+    return Path(tuple(segments))
+
+
+def _pieces(path: Path) -> list[Side | BentPiece]:
+    """A path as straight sides and bends, for the integrals over tracks."""
+    pieces: list[Side | BentPiece] = []
+    for s in path:
+        if isinstance(s, Arc):
+            pieces.append(((s.centre.x, s.centre.y), s.radius, s.start_angle, 1.0 if s.ccw else -1.0, abs(s.sweep)))
+        else:
+            pieces.append(((s.start.x, s.start.y), (s.end.x, s.end.y)))
+    return pieces
+
+
+def equivalent_spirals(geometry: WindingGeometry, coil: Coil) -> tuple[SpiralLayer, ...]:
+    """Round layers with the same cross-sections, turn-to-turn pitch and perimeter, for the loss of other shapes."""
+    if geometry.spirals:
+        return geometry.spirals
+    spec = geometry.spec
+    built = []
+    for w, path, turns in zip(coil.windings, geometry.bent, spec.layer_turns, strict=True):
+        mean = path.length / (2.0 * math.pi * turns)
+        radius = max(mean + 0.5 * spec.pitch * turns, spec.pitch * turns + 0.5 * spec.trace_width)
+        built.append(SpiralLayer(radius, spec.pitch, turns, w.outer_angle, w.sense, w.inward, w.z,
+                                 spec.trace_width, w.thickness))
+    return tuple(built)
+
+
+def reflected_by(geometry: WindingGeometry, nearest: float, is_rough: bool = False) -> CurrentSpectrum:
+    """What metal no nearer than `nearest` (m) to any mid-plane sees of a winding's current: that of direct current, so
+    what that has more at bends, too (in spirals `near_metal` has it); roughly, of spirals as rings.
+    """
+    if geometry.spirals and is_rough:
+        return ring_spectrum(geometry.spirals, nearest)
+    if geometry.spirals:
+        return spiral_spectrum(geometry.spirals, nearest)
+    tracks = [chorded(track, nearest) for track in geometry.bent]
+    return polyline_spectrum(tracks, nearest, [bend_loops(track, nearest) for track in geometry.bent])
+
+
+FEW_TURNS, ONE_TURN = 5.0, 1.5  # Below so many turns errors grow faster, and again below so many
+STACKED, WIDE_STACKED = 3.0, 12.0  # So do they where tracks are so many times as wide as the layers are apart
+CROWDED = 0.1  # And where they are so wide against the inner radius
+THICK = 4e-4  # Added for each time that a track is thicker than wide: the designs that were fitted are not
+
+
+LEAST = 2e-6
+"""Least bound, the error of the references: for narrow tracks in many turns a fit alone would give less."""
+
+
+@record
+class Crowding:
+    """Dimensions of a winding that determine the error of its inductance. Lengths are in metres.
+
+    `apart` is the distance of the nearest mid-planes, `shape` the outline of the coil. `corner_radius` is 0 for sharp
+    corners.
+    """
+
+    turns: float
+    width: float
+    pitch: float
+    thickness: float
+    inner_radius: float
+    size: float
+    heights: tuple[float, ...]
+    corner_radius: float = 0.0
+    shape: Outline = SHAPES["circle"]
+    is_mid_side: bool = False
+
+    @property
+    def apart(self) -> float:
+        """Distance (m) of the nearest layers' mid-planes; infinite for one layer."""
+        heights = sorted(self.heights)
+        return min((b - a for a, b in pairwise(heights)), default=math.inf)
+
+    def features(self) -> dict[str, float]:
+        """Logarithms of what a bound is a product of powers of, by the columns of the table."""
+        few = max(0.0, math.log(FEW_TURNS / self.turns))
+        inner = math.log(self.width / self.inner_radius)
+        found = {
+            "constant": 1.0,
+            "inner": inner,
+            "crowded": max(0.0, inner - math.log(CROWDED)),
+            "fill": math.log(self.width / self.pitch),
+            "aspect": math.log(min(1.0, self.thickness / self.width)),
+            "size": math.log(self.width / self.size),
+            "turns": -math.log(self.turns),
+            "few": few,
+            "one": max(0.0, math.log(ONE_TURN / self.turns)),
+        }
+        if len(self.heights) > 1:
+            near = math.log(self.width / self.apart)
+            stacked = max(0.0, near - math.log(STACKED))
+            found |= {
+                "near": near,
+                "layers": math.log(len(self.heights)),
+                "stacked": stacked,
+                "stacked_few": stacked * few,
+                "wide_stacked": max(0.0, near - math.log(WIDE_STACKED)),
+            }
+        if self.corner_radius:
+            found["corner"] = math.log(self.corner_radius / self.width)
+        return found
+
+
+def error_bound(method: str, crowding: Crowding) -> float:
+    """Relative error that a method does not exceed: it grows with how crowded, wide, thick and near each other tracks
+    are, each by some power. The powers were fitted to converged volume integrals of random designs of every shape
+    (tests/validation/fit_bounds.py), so that the bound lies above every error by a margin. For a polygon
+    that was not fitted, the bound is `UNFITTED` times the largest bound of the shapes in `Outline.bounds`.
+
+    Raises ValueError for a shape that declares no bounds, KeyError where the table has no such method for the shape.
+    """
+    features, stack = crowding.features(), "one" if len(crowding.heights) == 1 else "more"
+    table, fitted = _bounds(), crowding.shape.fitted
+    shapes = (ROUNDED,) if crowding.corner_radius else fitted
+    margin = 1.0 if crowding.corner_radius or fitted == (crowding.shape.name,) else UNFITTED
+    margin *= MID_SIDE if crowding.is_mid_side else 1.0
+    products = [math.exp(math.fsum(table[shape, method, stack][name] * value for name, value in features.items()))
+                for shape in shapes]
+    return margin * max(*products, LEAST) + THICK * max(0.0, crowding.thickness / crowding.width - 1.0)
+
+
+@cache
+def _bounds() -> dict[tuple[str, str, str], dict[str, float]]:
+    """Exponents of the fitted bounds by shape, method and stack."""
+    return {
+        (row["shape"], row["method"], row["stack"]): {
+            name: float(value or 0.0) for name, value in row.items() if name not in NAMES
+        }
+        for row in rows("inductance_bounds")
+    }
+
+
+UNFITTED = 5.0
+"""Of pentagons, with which this was tried, one of 40 exceeded the larger bound by a factor of 3.05, the others kept it
+(the volume integral, as for those that were fitted)."""
+
+MID_SIDE = 3.0
+"""Factor on the error bounds of spirals that begin in the middle of a side.
+
+Of 300 such designs, two exceeded the bound of corner-to-corner spirals (by the volume integral): one of half a turn by
+a factor of 2.08, one of one turn by a factor of 1.12."""
+
+ROUNDED = "rounded"
+"""The table's name for polygons of any number of sides with rounded corners."""
+
+NAMES = ("shape", "method", "stack", "status", "source")
+
+
+@record
+class Method:
+    """A way to the winding's inductance: for which outlines, its stated relative error, its rough cost (s).
+
+    `solve` returns henries or None where the source has no constants; `error` is a bound where `is_valid`; `validity`
+    says in words where that is. A closed formula is a cross-check: it is used only when asked for by name.
+    """
+
+    name: str
+    serves: Callable[[Outline], bool]
+    solve: Callable[[WindingGeometry], float | None]
+    error: Callable[[WindingGeometry], float]
+    is_valid: Callable[[WindingGeometry], bool]
+    validity: str
+    cost: float
+    source: str
+    is_cross_check: bool = False
+
+
+def crowding(geometry: WindingGeometry, turns: float | None = None) -> Crowding:
+    """What the bounds of the methods' errors go by; for so many turns a layer where the layers' differ."""
+    spec, layers = geometry.spec, geometry.spirals or geometry.drawn
+    heights, thickness = tuple(layer.z for layer in layers), max(layer.thickness for layer in layers)
+    # tighter corners are sharp in the copper (`mitred_path`)
+    corner = spec.corner_radius if spec.corner_radius >= 0.5 * spec.trace_width else 0.0
+    return Crowding(turns or spec.most_turns, spec.trace_width, spec.pitch, thickness, geometry.inner_radius,
+                    min(spec.size), heights, corner, spec.outline, spec.is_mid_side)
+
+
+def _bound(method: str) -> Callable[[WindingGeometry], float]:
+    """The method's stated error."""
+
+    def error(geometry: WindingGeometry) -> float:
+        return max(error_bound(method, crowding(geometry, turns)) for turns in sorted(set(geometry.spec.layer_turns)))
+
+    return error
+
+
+def _neumann(geometry: WindingGeometry) -> float:
+    """Neumann's integral over spirals (H); the ends of few turns weigh more, and their points are few."""
+    resolution = Resolution(16, 12, 4) if geometry.fewest_turns < FEW_TURNS else Resolution(12, 8, 2)
+    return float(spiral_inductance_matrix(list(geometry.spirals), resolution).sum())
+
+
+def _formula(name: str, of_one_layer: float) -> Method:
+    """One of Mohan's closed formulas; its error is the worst of 300 random designs of one layer, by the volume
+    integral, and a fifth more, and 35 % for stacks.
+    """
+    functions = {"current-sheet": current_sheet, "modified-wheeler": modified_wheeler, "monomial": monomial}
+
+    def solve(geometry: WindingGeometry) -> float | None:
+        """The formula's inductance (H) of a stack: that of one layer times the layers squared; None where it does not
+        hold.
+        """
+        outline = geometry.outline
+        is_open = outline.inner_diameter > 0.0 and outline.fill > 0.0
+        if geometry.spec.has_unequal_turns or geometry.fewest_turns < 1.0 or not is_open:
+            return None
+        single = functions[name](geometry.spec.outline.sides, outline)
+        return None if single is None else single * len(geometry.spec.layers) ** 2
+
+    return Method(
+        name, tabulated, solve, lambda g: of_one_layer if len(g.spec.layers) == 1 else 0.35,
+        lambda g: g.outline.is_covered and len(g.spec.layers) == 1,
+        "one layer, 1 to 20 turns, spacing up to 3 widths, fill 0.1 to 0.9; more layers as if fully coupled", 1e-5,
+        "Mohan, Hershenson, Boyd, Lee, IEEE JSSC 34(10) 1999", True)
+
+
+def tabulated(outline: Outline) -> bool:
+    """Whether Mohan (1999) has constants for an outline."""
+    return outline.sides in COEFFICIENTS and not outline.is_long
+
+
+METHODS: tuple[Method, ...] = (
+    Method("spiral-neumann", lambda shape: shape.is_round, _neumann,
+           _bound("spiral-neumann"), lambda g: True, "0.5 to 200 turns, 1 to 8 layers, any fraction of a turn", 5e-3,
+           "Neumann's integral over the real spirals, strands by Gauss, geometric mean distance kept"),
+    Method("mean-rings", lambda shape: shape.is_round, lambda g: mean_ring_inductance(g.spirals),
+           lambda g: 0.012 + 0.45 / g.fewest_turns**2.5, lambda g: True,
+           "thousands of designs; a broken turn weighs much where turns are few", 3e-4,
+           "Maxwell's coaxial rings, one a turn at its mean radius, by mean logarithms of their distances"),
+    Method("strands", lambda shape: not shape.is_round, lambda g: winding_inductance(g.drawn, (2, 3)),
+           _bound("strands"), lambda g: True, "sides, arcs, any angle, 0.5 to 200 turns, 1 to 8 layers", 1e-2,
+           "Neumann's closed forms for parallel and inclined filaments (Grover 1946), points along arcs, corner terms"),
+    _formula("current-sheet", 0.15),
+    _formula("modified-wheeler", 0.15),
+    _formula("monomial", 0.18),
+)
+"""Every way to the winding's inductance; a new one is a row."""
+
+DEFAULT_TOLERANCE = 1e-4
+
+
+def choose_method(geometry: WindingGeometry, name: str | None = None, tolerance: float | None = None) -> Method:
+    """The method of that name, or the cheapest one whose stated error meets the tolerance, or else the most accurate.
+
+    Raises ValueError for a name that does not exist or does not serve the shape; the text lists those that do.
+    """
+    fitting = [method for method in METHODS if method.serves(geometry.spec.outline)]
+    if name is not None:
+        chosen = next((method for method in fitting if method.name == name), None)
+        if chosen is None or chosen.solve(geometry) is None:
+            known = ", ".join(m.name for m in fitting if not m.is_cross_check or m.solve(geometry) is not None)
+            raise ValueError(f"no method {name!r} for shape {geometry.spec.shape!r}: choose one of {known}")
+        return chosen
+    if tolerance is not None and not tolerance > 0.0:
+        raise ValueError("the tolerance must be positive")
+    solvers = [method for method in fitting if not method.is_cross_check and method.is_valid(geometry)]
+    if not solvers:
+        raise ValueError(f"no method for shape {geometry.spec.shape!r}")
+    wanted = DEFAULT_TOLERANCE if tolerance is None else tolerance
+    good = [method for method in solvers if method.error(geometry) <= wanted]
+    return min(good, key=lambda m: m.cost) if good else min(solvers, key=lambda m: m.error(geometry))
+
+
+def cross_checks(name: str, geometry: WindingGeometry, inductance: float) -> tuple[CrossCheck, ...]:
+    """Every closed formula that knows the coil's shape, beside the winding's inductance (H)."""
+    found = []
+    for method in METHODS:
+        if method.is_cross_check and method.serves(geometry.spec.outline):
+            value = method.solve(geometry)
+            if value is not None and math.isfinite(value):
+                found.append(CrossCheck(name, method.name, value, value / inductance - 1.0, method.is_valid(geometry),
+                                        method.validity))
+    return tuple(found)
+
+
+def no_cross_check(coil: CoilSpec, found: Sequence[CrossCheck]) -> str | None:
+    """Why no closed formula stands beside the estimate; None where one does."""
+    if found:
+        return None
+    if not tabulated(coil.outline):
+        return (
+            f"no published closed formula with a stated range is known to us for a {coil.shape}: Mohan (1999) has "
+            "none, and TI (SNOA930C) gives none for elongated coils"
+        )
+    return "Mohan's formulas (1999) want one number of turns on all layers, one turn or more, and an open middle"

@@ -1,0 +1,156 @@
+"""What the coils of an array do to each other: mutual inductances and their errors, and coils that wait their turn,
+grounded through the converter's pins.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from itertools import product
+
+import numpy as np
+
+from sitscad.basics.arrays import Array, ComplexArray
+from sitscad.estimates.windings.methods import WindingGeometry
+from sitscad.kernels.electromagnetics.constants import MU0
+from sitscad.kernels.electromagnetics.inductance.rings import mean_rings
+from sitscad.kernels.electromagnetics.inductance.side_by_side import (
+    SideBySide,
+    spirals_side_by_side,
+    tracks_side_by_side,
+)
+from sitscad.kernels.electromagnetics.inductance.spirals import SpiralLayer
+from sitscad.layout.board import Coil
+from sitscad.spec.coil import CoilSpec
+from sitscad.spec.sensor import ReadoutSpec
+
+Placed = tuple[Coil, WindingGeometry]  # A coil and its winding about its own centre
+FAR_ERROR, NEAR_ERROR = 4e-5, 1e-4  # Relative error of a mutual inductance far away, and what nearness adds to it
+
+END_ERROR = 5e-4
+"""What nearness adds for each pair of layers, in mu0/(4 pi) times the track width: open ends beside the other coil."""
+
+
+def inductance_matrix(self_inductance: float, self_error: float, coils: list[Placed]) -> tuple[Array, Array]:
+    """Inductance matrix (H) of alike coils, and what its elements can be off by at most (H).
+
+    `self_error` is the relative bound of the coils' own inductance. A displacement that occurs again is not computed
+    again.
+    """
+    count = len(coils)
+    matrix = np.full((count, count), self_inductance)
+    errors = np.full((count, count), self_inductance * self_error)
+    known: dict[tuple[float, ...], SideBySide] = {}
+    for i in range(count):
+        for j in range(i):
+            one, other = coils[i][0], coils[j][0]
+            dx, dy = one.centre.x - other.centre.x, one.centre.y - other.centre.y
+            turns = one.placement.rotation, other.placement.rotation
+            if (dx, dy) < (0.0, 0.0):
+                dx, dy, turns = -dx, -dy, turns[::-1]
+            key = tuple(round(part, 9) for part in (dx, dy, *turns))
+            if key not in known:
+                known[key] = side_by_side(coils[i], coils[j])
+            matrix[i, j] = matrix[j, i] = known[key].inductance
+            errors[i, j] = errors[j, i] = mutual_error(known[key], coils[i][1].spec)
+    return matrix, errors
+
+
+def mutual_error(pair: SideBySide, spec: CoilSpec) -> float:
+    """What a mutual inductance can be off by at most (H): held against the volume integral over random pairs of coils
+    (tests/validation/coil_pairs.py).
+    """
+    relative = FAR_ERROR + NEAR_ERROR * pair.nearness
+    ends = END_ERROR * pair.nearness * len(spec.layers) ** 2 * MU0 / (4.0 * math.pi) * spec.trace_width
+    return relative * abs(pair.inductance) + ends
+
+
+ROUGH_MUTUAL, ORDERS = 0.15, 8
+"""Relative error of mutual inductances by moments, coils not touching; and how many moments of each coil."""
+
+
+def rings_beside_each_other(
+    spirals: Sequence[SpiralLayer], centres: Sequence[tuple[float, float]], own: float, error: float
+) -> tuple[Array, Array]:
+    """The matrix and its errors (H) of alike spirals roughly: rings in one plane, by their moments.
+
+    Of two in a plane M is mu0 pi times the integral of S(k)^2 J0(k d), S the sum of a J1(k a); J1 as its series, and
+    the integral of k^s J0(k d) as Weber's, 2^s d^(-s-1) Gamma((1+s)/2) / Gamma((1-s)/2).
+    """
+    rings = mean_rings(spirals)
+    moments = [
+        (-1) ** m * float(np.sum(rings.parts * rings.radii * (0.5 * rings.radii) ** (2 * m + 1)))
+        / (math.factorial(m) * math.factorial(m + 1)) for m in range(ORDERS)
+    ]
+    distances = np.array([[math.dist(one, other) for other in centres] for one in centres])
+    apart, mutual = np.where(distances > 0.0, distances, 1.0), np.zeros_like(distances)
+    for m, n in product(range(ORDERS), repeat=2):
+        s = 2 * (m + n + 1)
+        weber = 2.0**s * math.gamma(0.5 * (1 + s)) / math.gamma(0.5 * (1 - s))
+        mutual += moments[m] * moments[n] * weber * apart ** (-s - 1.0)
+    matrix = np.where(distances > 0.0, MU0 * math.pi * mutual, own)
+    return matrix, np.abs(matrix) * np.where(distances > 0.0, ROUGH_MUTUAL, error)
+
+
+def side_by_side(one: Placed, other: Placed) -> SideBySide:
+    """Two coils for currents that enter each at its outer end on layer 1."""
+    (first, a), (second, b) = one, other
+    displacement = (second.centre.x - first.centre.x, second.centre.y - first.centre.y)
+    if a.spirals:
+        return spirals_side_by_side(a.spirals, b.spirals, displacement)
+    return tracks_side_by_side(a.drawn, b.drawn, displacement)
+
+
+Circuit = Callable[[Array], tuple[Array, Array]]  # Inductance (H) and resistance (ohm) at (n,) frequencies (Hz)
+
+Mutual = Callable[[int, int, Array], ComplexArray]
+"""Mutual inductance (H) of two coils, by their numbers, at (n,) frequencies (Hz)."""
+
+
+def idle_load(omega: Array, readout: ReadoutSpec) -> ComplexArray:
+    """Impedance (ohm) between an idle coil's contacts at (n,) omega (rad/s): the cable, and both pins to ground.
+
+    Each pin is tied to ground by about 10 ohm (`idle_pin_resistance`), so the loop has twice that. Capacitors across
+    it are left out: against 20 ohm they carry next to nothing up to 10 MHz.
+    """
+    pins, cable = 2.0 * readout.device.limit("idle_pin_resistance"), readout.cable
+    resistance, inductance = (0.0, 0.0) if cable is None else (cable.resistance, cable.inductance)
+    return np.asarray(pins + resistance + 1j * omega * inductance)
+
+
+def at_contacts(active: int, impedances: ComplexArray, frequencies: Array, load: ComplexArray) -> tuple[Array, Array]:
+    """Inductance (H) and resistance (ohm) of one coil at (n,) frequencies (Hz), by (n, coils, coils) inductance
+    matrices (H, complex: the imaginary part times -omega is a resistance); the others are idle, their contacts closed
+    by (n,) loads (ohm). Every idle loop has no voltage left: Z = Z_aa - Z_ai Z_ii^-1 Z_ia.
+    """
+    omega = 2.0 * math.pi * frequencies
+    own = impedances[:, active, active]
+    others = [i for i in range(impedances.shape[1]) if i != active]
+    if others:
+        loops = impedances[:, others][:, :, others] + np.eye(len(others)) * (load / (1j * omega))[:, None, None]
+        towards = impedances[:, active, others]
+        own = own - np.einsum("ni,ni->n", towards, np.linalg.solve(loops, towards[..., None])[..., 0])
+    return own.real, -omega * own.imag
+
+
+def idle_neighbours(active: int, circuits: Sequence[Circuit], mutual: Mutual, readout: ReadoutSpec) -> Circuit:
+    """What all other coils, idle, add to the inductance and resistance of the active one.
+
+    `circuits` give each coil's own inductance and resistance, `mutual` the (complex) mutual inductance of two coils.
+    """
+
+    def added(frequencies: Array) -> tuple[Array, Array]:
+        """Inductance (H) and resistance (ohm) that the idle coils add at frequencies (n,): the active one's own left
+        out.
+        """
+        omega, count = 2.0 * math.pi * frequencies, len(circuits)
+        matrix = np.zeros((omega.size, count, count), dtype=np.complex128)
+        for i, j in product(range(count), repeat=2):
+            if i != j:
+                matrix[:, i, j] = mutual(i, j, frequencies)
+            elif i != active:
+                inductance, resistance = circuits[i](frequencies)
+                matrix[:, i, i] = inductance - 1j * resistance / omega
+        return at_contacts(active, matrix, frequencies, idle_load(omega, readout))
+
+    return added

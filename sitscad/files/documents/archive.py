@@ -1,0 +1,140 @@
+"""The archive that is sent: the files of the order under the names that the fabricator is used to, in one ZIP. Where
+the boards come in a panel, the archive holds the panel's images and not the single board's, so that nobody makes the
+wrong ones. Nothing is compressed and no date is kept: equal orders are equal bytes on any machine.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+import zipfile
+from collections.abc import Iterator, Mapping
+from functools import cache, partial
+
+from sitscad.basics.record import record
+from sitscad.data import rows
+from sitscad.files.order_facts.files import FOLDER, fabrication_path
+from sitscad.files.writer import stored_zip
+from sitscad.layout.board import Layout
+from sitscad.layout.panel import Panel
+from sitscad.spec.format.kinds import names
+
+_FUNCTION = re.compile(rb"TF\.FileFunction,([^*\r\n]*)")
+_COPPER = re.compile(r"Copper,L(\d+),Inr")
+
+NOTE = "FORCED.txt"
+
+
+def render(layout: Layout, panel: Panel | None, forced: str, files: Mapping[str, bytes]) -> dict[str, bytes]:
+    """The archive by its path in the package, out of the files that were written before it. ``forced`` says why the
+    order ought not to be placed; where it is not empty it is in the archive.
+    """
+    named = Naming(layout.spec.name, layout.spec.fpc.rules.file_naming, layout.copper_layers)
+    contents = _members(files, named, panel is not None, forced)
+    return {fabrication_path(layout.spec, "order.zip"): stored_zip(contents)}
+
+
+@record
+class Naming:
+    """What names in the archive depend on: the design's name, the fabricator's way to call files, the copper layers."""
+
+    name: str
+    way: str
+    layers: int
+
+
+def differences(content: bytes, files: Mapping[str, bytes], name: str, forced: str, every: bool) -> Iterator[str]:
+    """What of an archive is not as the files beside it (by their paths in the package) make it, under whatever names a
+    fabricator calls them; `forced` is the note that has to be in it. Not `every` file has to be in it if plugins wrote
+    some that are not sent; but layers, drills, netlist, job file and its readme always have to.
+    """
+    functions = [_FUNCTION.search(files[path]) for path in files if path.endswith(".gbr") and "/panel/" not in path]
+    layers = sum(found is not None and found[1].startswith(b"Copper,") for found in functions)
+    in_panel = any(path.startswith(f"{FOLDER}/panel/") for path in files)
+    namings = [Naming(name, way, layers) for way in names("file naming")]
+    if any(stored_zip(_members(files, naming, in_panel, forced)) == content for naming in namings):
+        return
+    try:
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            entries = archive.infolist()
+            if any(entry.compress_type != zipfile.ZIP_STORED for entry in entries):
+                raise ValueError("a file in it is compressed")
+            if sum(entry.file_size for entry in entries) > len(content):
+                raise ValueError("the stated sizes of its files exceed the size of the archive")
+            found = {entry.filename: archive.read(entry) for entry in entries}
+        if len(found) != len(entries):
+            raise ValueError("two files in it have one name")
+    except (ValueError, RuntimeError, EOFError, OSError, zipfile.BadZipFile) as error:
+        yield f"cannot be read as it is written here: {error}"
+        return
+    naming = max(namings, key=lambda one: len(_members(files, one, in_panel, forced).keys() & found.keys()))
+    wanted = _members(files, naming, in_panel, forced)
+    wrong = [f"{each} is not as the file beside it" for each in sorted(found) if found[each] != wanted.get(each)]
+    needed = wanted if every else _members(_of_every_order(files), naming, in_panel, forced)
+    missing = [f"{each} is missing" for each in sorted(needed.keys() - found.keys())]
+    yield from wrong + missing or (["is packed otherwise than it is written here"] if every else [])
+
+
+def _of_every_order(files: Mapping[str, bytes]) -> dict[str, bytes]:
+    """The files that are in an order whatever plugins write: what job files name, and what all orders have."""
+    jobs = b"".join(content for path, content in files.items() if path.endswith(".gbrjob"))
+    return {
+        path: content for path, content in files.items()
+        if f'"{path.rpartition("/")[2]}"'.encode() in jobs or path.endswith((".gbrjob", ".d356", "readme.txt"))
+    }
+
+
+def _members(files: Mapping[str, bytes], named: Naming, in_panel: bool, forced: str) -> dict[str, bytes]:
+    """What is in the archive of some files, by name and in the names' order."""
+    chosen = [path for path in sorted(files) if _is_sent(path, in_panel)]
+    called = {path: archive_name(named, path, files[path]) for path in chosen}
+    contents = {called[path]: _renamed(path, files[path], called) for path in chosen}
+    return dict(sorted((contents | ({NOTE: forced.encode("utf-8")} if forced else {})).items()))
+
+
+def archive_name(named: Naming, path: str, content: bytes) -> str:
+    """What a file is called in the archive: by its X2 file function where it has one, else as in the package."""
+    own = path.rpartition("/")[2]
+    found = _FUNCTION.search(content)
+    if found is None or not path.endswith((".gbr", ".drl")):
+        return own
+    function = found[1].decode("ascii", errors="replace")
+    inner = _COPPER.match(function)
+    if inner:
+        function = "Copper,L{inner},Inr"
+    for pattern, ending in _endings(named.way):
+        if ending and function.startswith(pattern.replace("{last}", str(named.layers))):
+            stem = f"{named.name}-panel" if "/panel/" in path else named.name
+            return stem + ending.replace("{below}", str(int(inner[1]) - 1) if inner else "")
+    return own
+
+
+@cache
+def _endings(naming: str) -> tuple[tuple[str, str], ...]:
+    """X2 file functions (their beginnings) and endings of one way to call files."""
+    return tuple((row["function"], row["ending"]) for row in rows("archive_names") if row["naming"] == naming)
+
+
+def _is_sent(path: str, in_panel: bool) -> bool:
+    """Whether a file goes to the fabricator: no pictures, no lists for programs, and one set of images only."""
+    name = path.removeprefix(f"{FOLDER}/")
+    if name.endswith((".svg", ".json")):
+        return False
+    if name.startswith("panel/"):
+        return in_panel
+    return not (in_panel and name.endswith((".gbr", ".drl", ".gbrjob")))
+
+
+def _renamed(path: str, content: bytes, called: Mapping[str, str]) -> bytes:
+    """What names other files (the readmes, the job file) names them as in the archive."""
+    if not path.endswith((".txt", ".gbrjob")):
+        return content
+    for old, new in sorted(called.items(), key=lambda pair: -len(pair[0])):
+        name = re.escape(old.rpartition("/")[2].encode("ascii")) + rb"(?P<gap>  +)?"
+        content = re.sub(name, partial(_in_place, new.encode("ascii")), content)
+    return content
+
+
+def _in_place(new: bytes, found: re.Match[bytes]) -> bytes:
+    """A name in place of another; where a column follows that, it stays where it was."""
+    return new + (b" " * max(2, len(found[0]) - len(new)) if found["gap"] else b"")

@@ -1,0 +1,442 @@
+"""How the sensor is put together, step by step, with the height to be measured after each (``mount/assembly.txt``); at
+the bench the bare board is tested, the tail plugged in, the finished sensor measured.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from sitscad.assembly.places.bodies import BodyRole, glued_pieces, joined
+from sitscad.assembly.places.column import Levels, Toleranced, column, levels, on_board, plate_thickness
+from sitscad.assembly.places.fit import measures
+from sitscad.assembly.places.state import FREE, REST
+from sitscad.assembly.solids.tooling import pour, skin_pour
+from sitscad.basics.units import in_mm, show
+from sitscad.data import is_unverified
+from sitscad.estimates.circuits.uncertainty import direct_resistance_sigma
+from sitscad.estimates.loads.gluing import hard_adhesive
+from sitscad.estimates.tolerances.scatter import ACCEPTED_SIGMAS
+from sitscad.estimates.values import METER_FREQUENCY, CoilEstimate, Estimates
+from sitscad.files.documents.firmware_driver import bare_drive
+from sitscad.files.documents.gluing import (
+    against_stop,
+    floor_grooves,
+    glued,
+    hard_dose,
+    in_base,
+    in_well,
+    line_areas,
+    listed,
+    measuring,
+    over_jaw,
+    pressing,
+    primed,
+    setting,
+    squared,
+    stiff_pieces,
+    strips_off,
+    toleranced,
+    why_other,
+)
+from sitscad.files.documents.mounting import (
+    cures_badly,
+    fastened,
+    in_place,
+    jaw_cut,
+    jig_picture,
+    pushed_out,
+    skin,
+    tail_held,
+)
+from sitscad.files.documents.preparing import (
+    MADE,
+    RAW_RESIN,
+    RELEASE,
+    amount,
+    connector_order,
+    cured,
+    mixed,
+    not_here,
+    pours,
+    to_make,
+    tools,
+    waits,
+)
+from sitscad.files.drawing.frame import FORCED
+from sitscad.files.order_facts.files import panel_path
+from sitscad.files.order_facts.notes import hanging
+from sitscad.files.writer import Package
+from sitscad.layout.board import Layout
+from sitscad.layout.panel import is_wanted
+from sitscad.spec.presets import unverified_figures
+from sitscad.spec.sensor import SensorSpec
+
+WIDTH = 96
+
+NOTHING = Package({}, frozenset())
+
+
+def render(
+    layout: Layout, estimates: Estimates, bench: Estimates, forced: str, package: Package
+) -> dict[str, bytes]:
+    """The numbered text and what pieces weigh (of ``mount/assembly.json``); nothing without a mount."""
+    if layout.spec.mount is None:
+        return {}
+    # not there if pieces of a forced package cannot be put together
+    content = package.files.get("mount/assembly.json")
+    weighed = "\n".join(["", *_weights(content), ""]) if content is not None else ""
+    stop = f"{FORCED}\n\n" if forced else ""
+    steps = text(layout, estimates, bench, package)
+    absent = not_here(steps, package, WIDTH)
+    lacking = "\n".join(["", *absent, ""]) if absent else ""
+    return {"mount/assembly.txt": (stop + steps + weighed + lacking).encode("utf-8")}
+
+
+def text(layout: Layout, estimates: Estimates, bench: Estimates, package: Package = NOTHING) -> str:
+    """The whole page; ``bench`` are the estimates at 20 degrees Celsius, at which boards and sensors are tested."""
+    spec = layout.spec
+    mount = spec.mount
+    jaws = "" if mount is None or mount.jaw is None else f", mount/{spec.name}-jaw-drawing.pdf the closed pair"
+    frames = [jig_picture(f"jig-{part}") for part in ("elastomer", "target") if getattr(spec, part) is not None]
+    pictures = f", {' and '.join(frames)} the jig at each use" if frames else ""
+    jig = (
+        "Wax the jig, or wipe it with mould release, so that no glue holds it, but keep the feet of its presses clean: "
+        "they lie on faces that are glued later. "
+    ) if _has_jig(spec) else ""
+    head = (
+        f"mount/assembly.svg shows the pieces apart{jaws}{pictures}. Parts and quantities are in bom.csv. Work under a "
+        f"microscope, with gloves; clean metal and plastic with isopropanol. {jig}Lengths are in mm."
+    )
+    issue = [f"{spec.issue.title}."] if spec.issue.rows else []
+    steps = [*_steps(layout, estimates, bench)]
+    parts = [f"{spec.name}: how it is put together", *issue, "", *hanging("", head, WIDTH), ""]
+    for said in filter(None, (tools(" ".join([head, *steps])), waits(layout))):
+        parts += [*hanging("", said, WIDTH), ""]
+    if listed := [*to_make(spec, package, WIDTH)]:
+        parts += [*listed, ""]
+    for number, step in enumerate(steps, 1):
+        said, *lines = step.split("\n")
+        parts += hanging(f"{number:>2}. ", said, WIDTH)
+        parts += [*(row for line in lines for row in hanging("    ", line, WIDTH)), ""]
+    return "\n".join([*parts, *_checks(layout)]).rstrip("\n") + "\n"
+
+
+def _steps(layout: Layout, estimates: Estimates, bench: Estimates) -> Iterator[str]:
+    """The steps from the jig to the finished sensor; lines of figures follow a step's words after line breaks."""
+    spec, at = layout.spec, levels(column(layout) or on_board(layout))
+    yield from _prepared(layout)
+    if is_wanted(layout):
+        yield (
+            "Measure the panel's coupons. Then cut the board out at the bridges, and file their nubs off "
+            f"({panel_path(spec, '-readme.txt')} has their places and what a coupon measures)."
+        )
+    yield bare_board(layout, estimates, bench)
+    yield from filter(None, (primed(spec),))
+    if spec.elastomer is not None or spec.target is not None:
+        slot = " and tail in the slot" if spec.fpc.tail is not None else ""
+        yield f"Lay the board, face with the coils up{slot}, into the jig's base (jig-base).{in_base(layout)}"
+    if spec.elastomer is not None:
+        yield glued(spec, "elastomer", "the board", _above_board(at, "elastomer"), in_well(layout, "elastomer"))
+    if spec.target is not None:
+        under = "the elastomer" if spec.elastomer is not None else "the board"
+        yield glued(spec, "target", under, _above_board(at, "target"), in_well(layout, "target"))
+    is_cast = skin_pour(layout) is not None  # with the board still in the base, whose pins the mould goes on
+    sealing = [] if spec.encapsulation is None else [skin(layout, spec.encapsulation)]
+    if is_cast:
+        yield from sealing
+    if _has_jig(spec):
+        yield pushed_out(layout)
+    yield from _into_jaw(layout, at)
+    if not is_cast:
+        yield from sealing
+    yield from in_place(layout)
+    if said := plugged(layout):
+        yield said
+    unseen = [f.what.split()[1] for f in unverified_figures(spec) if f.what.startswith("conductor ")]
+    yield assembled(bench, _before_reading(spec), unseen)
+
+
+def _before_reading(spec: SensorSpec) -> str:
+    """What is done before the finished sensor is measured; empty without a jaw or metal behind the board."""
+    mount = spec.mount
+    if mount is not None and mount.jaw is not None:
+        return (
+            "Close the jaws: they must close without force, and pass a ring gauge (or a reamed hole) of the port's "
+            f"{in_mm(mount.jaw.port_diameter)} mm. Open them. "
+        )
+    if mount is None or mount.metal_behind is None:
+        return ""
+    metal = mount.metal_behind
+    return (
+        f"Put the sensor over the {metal.material.name} that it is used over ({in_mm(metal.thickness)} mm thick, its "
+        f"face {in_mm(metal.distance)} mm and the glue lines below the board): the readings count it. "
+    )
+
+
+def _has_jig(spec: SensorSpec) -> bool:
+    """Whether there is anything to glue on the board, and so a jig."""
+    return spec.elastomer is not None or spec.target is not None
+
+
+def _has_printed_mount(layout: Layout) -> bool:
+    """Whether the mount is made from the package: not one of the user's own, nor the jaw's metal itself."""
+    mount = layout.spec.mount
+    if mount is None or mount.kind == "custom":
+        return False
+    return mount.jaw is None or any(layer.part.startswith("mount") for layer in column(layout))
+
+
+def _prepared(layout: Layout) -> Iterator[str]:
+    spec, mount, poured = layout.spec, layout.spec.mount, pour(layout.spec)
+    assert mount is not None
+    counts = ""
+    if mount.jaw is not None and _has_printed_mount(layout):
+        sizes = ", ".join(f"{layer.part} {toleranced(layer.thickness)}" for layer in column(layout)
+                          if layer.part.startswith("mount"))
+        counts = (
+            " Measure how thick each is between its lower face and the floor that carries the board, beside stop and "
+            f"grooves, by a dial gauge on a flat plate (it counts in the closed pair): {sizes}. Rub a thicker one "
+            "down, its lower face on abrasive film on glass."
+        )
+    made = ["the mount"] * _has_printed_mount(layout) + ["the jig"] * _has_jig(spec)
+    if made:
+        yield f"Make {' and '.join(made)} from mount/ ({MADE.get(mount.process, mount.process)}).{counts}"
+    yield from filter(None, (measuring(spec),))
+    if cures_badly(mount) and (poured is not None or skin_pour(layout) is not None):
+        yield RAW_RESIN
+    if poured is not None and spec.elastomer is not None:
+        count, is_webbed = len(glued_pieces(spec, "elastomer")), joined(spec) is not None
+        chosen = "Choose a pad that is" if count == 1 else f"Choose {count} pads that are each"
+        if is_webbed:
+            chosen = "The piece, all pads in one, is good if it is"
+        pads = "the piece" if is_webbed else "the pads"
+        again = f" {pours(spec)} pours make all pads: mix anew for each." if pours(spec) > 1 else ""
+        edge = "the edge" if spec.elastomer.outline.is_round else "a corner"
+        yield (
+            f"Cut the elastomer by laser/, or cast it. {RELEASE} Mix {amount(poured)} of "
+            f"{mixed(spec.elastomer.material)}, take the air out of it (vacuum, until it no longer foams), fill the "
+            "cavities of mould-tray a little over, draw mould-lid over it from one side, weigh it down (about 1 kg). "
+            f"{cured(spec.elastomer.material)}{again} Lift the lid from one edge; press {pads} out from {edge} with a "
+            f"blunt plastic tip, and wash the release off with isopropanol before they are glued. {chosen} "
+            f"{toleranced(plate_thickness(spec, 'elastomer'))} thick."
+        )
+
+
+def _above_board(at: Levels, part: str) -> Toleranced:
+    """How high a piece's upper face is above the board's top face."""
+    return at[part][1] - at["board"][1]
+
+
+def _into_jaw(layout: Layout, at: Levels) -> Iterator[str]:
+    mount = layout.spec.mount
+    assert mount is not None
+    if not column(layout):
+        yield from fastened(layout)
+        return
+    yield from jaw_cut(layout)
+    metal = at["jaw"][1]
+
+    def height(part: str) -> str:
+        return toleranced(at[part][1] - metal)
+
+    areas, stiff, glue = line_areas(layout), stiff_pieces(layout), hard_adhesive(layout)
+    why, sets = why_other(layout), setting(glue)
+    yield (
+        "Degrease the jaw's face. Heights in the next steps are above its metal: zero a dial gauge there."
+        f"{squared(layout, stiff)}"
+    )
+    if stiff:
+        glues = ", ".join(f"the {part} with {hard_dose(layout, areas[part])}" for part in stiff)
+        most = ", ".join(f"{part} {height(part)}" for part in stiff)
+        yield (
+            f"Glue on the jaw's face, in this order: {glues}.{why} "
+            "Press each down at once by about 10 N (1 kg on a kitchen scale) by a flat stick, and hold it there by a "
+            f"spring clamp over a flat block until the glue has set.{over_jaw(layout, at)}{sets} Measure then, before "
+            f"the next piece, how high it is above the jaw's metal: {most}. One that is higher comes off again "
+            "with a blade: clean both faces, rub a mount that is too thick down below (step 1), and glue it with less."
+            f"{strips_off(layout, stiff)}"
+        )
+    # where the board lies on metal or shield alone, nothing of the mount places it
+    place = f"{against_stop(layout)}{floor_grooves(layout)} " if any(part.startswith("mount") for part in stiff) else ""
+    spread = f"Spread {hard_dose(layout, areas['board'])}.{'' if stiff else why}"
+    yield (
+        f"Glue the board on. {place}{pressing(layout, spread)}{'' if stiff else sets} The board's top face beside "
+        f"the pad is then {height('board')} above the jaw's metal."
+    )
+    if layout.spec.fpc.tail is not None:
+        yield tail_held(layout)
+
+
+OF_JAW = {"jaw": "height", "opposing-jaw": "height", "opposing-pad": "opposing_pad_thickness"}
+"""The pieces of the closed pair that are the instrument's, and the key of the jaw that says how thick each is."""
+
+
+def _checks(layout: Layout) -> list[str]:
+    pair = next(iter(measures(layout)), None)
+    if pair is None:
+        return []
+    words = (
+        f"Closed without force, the pair needs a circle of {pair.nominal * 1e3:.3f} mm as drawn, of "
+        f"{pair.worst * 1e3:.3f} mm with every tolerance against you; the port has {in_mm(pair.limit)} mm{{}}. Measure "
+        "back to back before you order many."
+    )
+    unseen = {f.what.split()[-1] for f in unverified_figures(layout.spec) if f.what.startswith("jaw ")}
+    words = words.format(" (the jaw's figures are unverified: measure yours)" if unseen else "")
+    rows = [
+        f"  {layer.part:<28}{toleranced(layer.thickness)}{'  unverified' if OF_JAW.get(layer.part) in unseen else ''}"
+        for layer in column(layout)
+    ]
+    return [*hanging("", words, WIDTH), "", "From the jaw's back to the other jaw's:", *rows, listed(layout)]
+
+
+HEAVIEST = 6  # Parts whose weight the notes name
+
+
+def _grams(mass: float) -> str:
+    """A mass (kg) in grams, or in milligrams below one."""
+    return f"{mass * 1e3:.3g} g" if mass >= 1e-3 else f"{mass * 1e6:.3g} mg"
+
+
+def _part_of(piece: str) -> str:
+    """The part that a piece of the assembly belongs to: films and rings of copper to the board, glue lines to glue."""
+    first = piece.split("-")[0]
+    if first in ("board", "tail", "copper"):
+        return "board"
+    return first if first in ("glue", "target", "elastomer") else piece
+
+
+def _mass(pieces: Sequence[Mapping[str, Any]]) -> float:
+    """The mass (kg) of some pieces; those that cannot be weighed count as nothing."""
+    return math.fsum(each["mass_kg"] or 0.0 for each in pieces)
+
+
+def _weights(content: bytes) -> list[str]:
+    """Lines of text out of ``mount/assembly.json``: what the sensor weighs, its centre, and its heaviest pieces."""
+    document = json.loads(content)
+    found, pieces = document["sensor"], [each for each in document["pieces"] if not each["is_carrier"]]
+    x, y, z = (round(value * 1e3, 2) + 0.0 for value in found["centre_m"])
+    mounts = [each for each in pieces if each["name"].startswith(BodyRole.MOUNT)]
+    mounted = f" with its mount ({_grams(_mass(mounts))} of it)" if mounts else ""
+    carried = ", without the jaws," if len(pieces) < len(document["pieces"]) else ""
+    weighed = (
+        f"The sensor{mounted}{carried} weighs {_grams(found['mass_kg'])}; its centre is at x {x:.2f}, y {y:.2f}, z "
+        f"{z:.2f} (mm, axes of mount/assembly.step). Its heaviest parts (films, glue and each piece: "
+        "mount/assembly.json):"
+    )
+    lines = hanging("", weighed, WIDTH)
+    groups: dict[str, list[dict[str, Any]]] = {}
+    for each in pieces:
+        groups.setdefault(_part_of(each["name"]), []).append(each)
+    heaviest = sorted(((-_mass(group), name, group) for name, group in groups.items()))[:HEAVIEST]
+    for mass, name, group in heaviest:
+        materials = dict.fromkeys(each["material"] for each in group)
+        material = "films and copper" if name == "board" else ", ".join(materials)
+        count = len(group) if name in ("target", "elastomer") and len(group) > 1 else 0
+        unseen = "  *" if any(is_unverified(each["density_source"]) for each in group) else ""
+        words = f"{count} {name}s" if count else name
+        lines.append(f"   {words:<18} {material:<22} {_grams(-mass):>10}{unseen}")
+    if any(is_unverified(each["density_source"]) for *_, group in heaviest for each in group):
+        lines.append("   * by a density that is unverified")
+    if found["not_weighed"]:
+        lines.append(f"Not weighed, no density being known: {', '.join(found['not_weighed'])}.")
+    return lines
+
+
+UNKNOWN = "nothing estimated"
+
+READ = "inductance (in brackets what a meter at the tank's frequency reads, the coil's own capacitance across it)"
+"""What the first figure of each coil's line is."""
+
+
+def bare_board(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
+    """What a bare board shows at the contacts at 20 degrees Celsius (``bench``), a line a coil, and its drive code."""
+    relative = direct_resistance_sigma(layout.spec)
+    lines = []
+    for coil in bench.coils:
+        direct = _with_sigma(coil.terminal_resistance_dc, relative * coil.terminal_resistance_dc, "ohm")
+        inductance, frequency = _readings(coil, FREE)
+        figures = [inductance, direct, frequency]
+        figures += [
+            f"at {show(read.frequency, 'Hz')} {_with_sigma(read.inductance, read.inductance_sigma, 'H')} and "
+            f"{_with_sigma(read.resistance, read.resistance_sigma, 'ohm')}"
+            for read in bench.metered
+            if read.coil == coil.name
+        ]
+        nets = {each.net for each in layout.coils if each.name == coil.name}
+        numbers = sorted(pad.number for pad in layout.pads if pad.net in nets)
+        contacts = f"contacts {', '.join(map(str, numbers))}" if numbers else "no contacts"
+        lines.append(f"{coil.name} ({contacts}): {', '.join(figures)}")
+    said = (
+        "Test the bare board before any glue, at 20 degC, far from metal, by short wires from a spare connector or by "
+        f"probes; zero the meter with them shorted. Between the contacts of each coil: {READ}, "
+        f"resistance to direct current, frequency with the tank's capacitor of {show(bench.readout.capacitance, 'F')}, "
+        f"and what a meter of {show(METER_FREQUENCY, 'Hz')} reads, inductance and resistance in series; "
+        f"+- is one sigma of manufacture. Reject a board with a coil that is more than {ACCEPTED_SIGMAS:g} sigma off. "
+        "Frequencies are read by the converter with the programs in firmware/; "
+        f"without these the meter's figures are enough.{bare_drive(layout.spec, estimates, bench)}"
+    )
+    return "\n".join([said, *lines])
+
+
+def assembled(bench: Estimates, closes: str, unseen: Sequence[str] = ()) -> str:
+    """What the finished sensor shows at rest at 20 degC, a line a coil, with the unverified metals about it."""
+    lines = [f"{coil.name}: {', '.join(_readings(coil, REST))}{_converted(coil)}" for coil in bench.coils
+             if REST in coil.states]
+    if not lines:
+        return f"{closes}Measure each coil again."
+    leaning = f" They lean on unverified figures of metals near the coils: {', '.join(unseen)}." if unseen else ""
+    said = (
+        f"{closes}Measure each coil again at 20 degC, with nothing on it. At rest: {READ}, frequency with the tank's "
+        "capacitor, inductance that firmware/ computes from that (coil's capacitance and losses are in it); +- is one "
+        f"sigma of manufacture.{leaning}"
+    )
+    return "\n".join([said, *lines])
+
+
+def plugged(layout: Layout) -> str:
+    """Which face the contacts are on, where contact 1 is, and what the tail goes into; empty without contacts."""
+    if not layout.pads:
+        return ""
+    first = min(layout.pads, key=lambda pad: pad.number)
+    name = "unused" if first.is_unused else first.pin
+    where = (
+        "The contacts are on the face with the coils. Seen on that face, along the tail to its end, contact 1 "
+        f"({name}) is at the left edge; which contact goes to which pin of the converter is in fpc/readme.txt."
+    )
+    tail = layout.spec.fpc.tail
+    if tail is None or tail.connector.insertion_thickness == 0.0:
+        return f"Solder wires to the contacts. {where}"
+    order = connector_order(tail.connector, len(layout.pads))
+    doubt = ", code unverified" if order is not None and is_unverified(order.source) else ""
+    code = "" if order is None else f"; {order.maker} {order.code}{doubt}" if order.code else f"; {order.words}"
+    return (
+        f"Plug the tail into its connector ({tail.connector.name}, {len(layout.pads)} contacts{code}): open the latch, "
+        f"push the tail in straight, close the latch. The connector's springs have to be on the contacts' side. {where}"
+    )
+
+
+def _readings(coil: CoilEstimate, state: str) -> tuple[str, str]:
+    """Inductance at the contacts, with what a meter there reads, and the tank's frequency, each with one sigma."""
+    found = coil.states.get(state)
+    if found is None:
+        return UNKNOWN, UNKNOWN
+    spread, meter = found.spread, found.apparent_inductance
+    inductance = _with_sigma(found.inductance, None if spread is None else spread.inductance, "H")
+    read = f" ({show(meter, 'H', 4)})" if meter is not None and math.isfinite(meter) else ""
+    return inductance + read, _with_sigma(found.frequency, None if spread is None else spread.frequency, "Hz")
+
+
+def _converted(coil: CoilEstimate) -> str:
+    """The inductance at rest that firmware/ computes from the converter's reading; empty if it is not known."""
+    value = coil.states[REST].converter_inductance
+    return "" if value is None or not math.isfinite(value) else f", {show(value, 'H', 4)} by firmware/"
+
+
+def _with_sigma(value: float, sigma: float | None, unit: str) -> str:
+    if not math.isfinite(value):
+        return UNKNOWN
+    scatter = f" +- {show(sigma, unit, 2)}" if sigma is not None and math.isfinite(sigma) else ""
+    return f"{show(value, unit, 4)}{scatter}"

@@ -1,0 +1,336 @@
+"""``datasheet.html`` and ``datasheet.pdf``: the same tables, drawings and plots for a screen and for paper; and
+``datasheet.json``, the figures for programs.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from html import escape
+from typing import Any
+
+from sitscad.basics.quantities import METERED, Table, by_result
+from sitscad.basics.units import NONE, counted, show
+from sitscad.calibration.calibration import Calibration, foretell
+from sitscad.estimates.loads.pad import NoResponse
+from sitscad.estimates.performance.curves import Curves
+from sitscad.estimates.performance.tables import (
+    MapFigures,
+    PerformanceReport,
+    amount,
+    axis_table,
+    drift_table,
+    error_table,
+    sensor_rows,
+    share_text,
+)
+from sitscad.estimates.performance_values import (
+    AXES,
+    FORCES,
+    Performance,
+    lasts_tared,
+)
+from sitscad.estimates.response.model import ResponseModel
+from sitscad.estimates.response.table import response_table
+from sitscad.estimates.states.cells import NO_CELLS, CellTable
+from sitscad.estimates.values import Estimates
+from sitscad.files.documents.datasheet_plots import NAMES, WIDE, Plot, figures
+from sitscad.files.documents.drawings.plan_view import drawing, plan, plan_scale
+from sitscad.files.drawing.frame import fitting_paragraph, new_sheet, numbered, scale_text, table
+from sitscad.files.drawing.pdf import pdf
+from sitscad.files.drawing.sheet import Sheet, plot
+from sitscad.files.drawing.svg import svg
+from sitscad.files.drawing.web_page import figure, page, part, soft
+from sitscad.files.drawing.web_page import table as html_table
+from sitscad.kernels.geometry.shapes import PLATES
+from sitscad.layout.board import Layout
+from sitscad.layout.tail_tracks import contact_rows
+from sitscad.spec.materials import ElastomerPad, Target
+from sitscad.spec.places import cell_placements
+from sitscad.spec.sensor import SensorSpec
+
+ROOM = (170.0, 96.0, 112.0, 96.0)  # Of the drawing on the first page: left, low, width, height (mm)
+
+TOP, LEFT = 192.0, 14.0
+
+
+def render(
+    layout: Layout, estimates: Estimates, response: ResponseModel, performance: Sequence[Performance],
+    drawn: Curves | None, forced: str, bench: Estimates, cells: CellTable = NO_CELLS,
+) -> dict[str, bytes]:
+    """All three files; none for a sensor that cannot be felt with. ``bench`` is what boards are tested by (at 20
+    degrees Celsius). Raises `MissingExtra` without the plotting library.
+    """
+    if not performance or drawn is None:
+        return {}
+    plots = figures(drawn, performance, cells.name)
+    try:
+        found = foretell(response)  # its target kept level as all here
+    except NoResponse:
+        found = None
+    reached = None if found is None else MapFigures(found.map.end, found.crosstalk)
+    report = PerformanceReport(performance, layout.spec, reached)
+    shown = layout, estimates, report, found, plots, bool(forced), bench, cells
+    return {
+        "datasheet.html": _page(*shown).encode("utf-8"),
+        "datasheet.json": figures_for_programs(report, response, found, cells.document()),
+        "datasheet.pdf": pdf(_sheets(*shown)),
+    }
+
+
+def figures_for_programs(
+    report: PerformanceReport, response: ResponseModel | None, found: Calibration | None = None,
+    cells: Mapping[str, Any] | None = None,
+) -> bytes:
+    """``datasheet.json``: without a calibration not what that is foretold to do, without a response not its table;
+    `cells` is the document of a `CellTable`.
+    """
+    whole: dict[str, Any] = {"performance": report.documents(),
+                             "in_words": [[list(each.head), *map(list, each.rows)] for each in report.tables()]}
+    if cells:
+        whole["cells"] = cells
+    if found is not None:
+        known = found.document()
+        whole["unit_to_unit"] = {key: known[key] for key in ("errors_are", "rotation", "unit_errors")}
+        whole["unit_to_unit"]["in_words"] = found.error_rows
+        whole["map_crosstalk"] = found.crosstalk
+    if response is not None:
+        whole["pushed"] = response_table(response).document()
+    rounded = json.loads(json.dumps(whole), parse_float=_plain)
+    return (json.dumps(rounded, indent=1, allow_nan=False) + "\n").encode("ascii")
+
+
+def _plain(text: str) -> float:
+    """A figure to six digits, rounding's zeros as zero: the last bits of a sum differ between machines."""
+    value = float(text)
+    return float(f"{value:.6g}") if abs(value) > 1e-12 else 0.0
+
+
+def _sheets(
+    layout: Layout, estimates: Estimates, report: PerformanceReport, found: Calibration | None,
+    plots: Sequence[Plot], forced: bool, bench: Estimates, cells: CellTable,
+) -> list[Sheet]:
+    felt = report.points
+    between = [] if found is None else list(found.error_rows)
+    figures_told = _lines(axis_table(report))
+    first = _new(layout.spec, "data sheet", forced, f"drawing {scale_text(plan_scale(layout, ROOM))}")
+    whole = sensor(felt, layout, estimates, cells)
+    # letters small enough that all tables end above the note at the foot
+    size = min(2.4, (TOP - FOOT) / (1.55 * (len(figures_told) + len(whole) + len(between))))
+    low = table(first, LEFT, TOP, _widths(figures_told, 58.0, 150.0), figures_told, size)
+    low = table(first, LEFT, low - 6.0, (58.0, 92.0), whole, size)
+    if found is not None:
+        low = table(first, LEFT, low - 6.0, _widths(between, 58.0, 150.0), between, size)
+        fitting_paragraph(first, LEFT, low - 4.0, 150.0, 12.0, [found.errors_are], 2.2)
+    plan(first, layout, ROOM)
+    fitting_paragraph(first, 170.0, ROOM[1] - 15.0, 112.0, 42.0, [_about(layout, felt)], 2.6)
+    each = _new(layout.spec, "data sheet, cells", forced) if cells.groups else None
+    if each is not None:
+        under = table(each, LEFT, TOP, _widths(cells.rows, 58.0, 268.0), cells.rows, 2.4)
+        fitting_paragraph(each, LEFT, under - 4.0, 200.0, 42.0, [cells.note], 2.2)
+    assembly = drawing(layout, forced)
+    curved = _new(layout.spec, "data sheet, curves", forced)
+    wide = [plotted for plotted in plots if plotted.size == WIDE]
+    for plotted, low in zip(wide, (126.0, 46.0), strict=False):
+        plot(curved, (LEFT, low, *plotted.size), plotted.draw)
+        fitting_paragraph(curved, LEFT, low - 1.5, 262.0, 6.0, [plotted.caption], 2.2)
+    beyond = _new(layout.spec, "data sheet, working range and errors", forced)
+    for plotted, left in zip(plots[len(wide):], (LEFT, 152.0), strict=False):
+        plot(beyond, (left, 88.0, *plotted.size), plotted.draw)
+        fitting_paragraph(beyond, left, 86.0, 128.0, 70.0, [plotted.caption], 2.2)
+    drifts = _lines(drift_table(felt))
+    table(beyond, LEFT, 70.0, _widths(drifts, 44.0, 130.0), drifts, 2.2)
+    last = _new(layout.spec, "data sheet, contacts and limits", forced)
+    own = _new(layout.spec, "data sheet, incoming test", forced) if len(bench.metered) > MOST_BESIDE else None
+    if own is not None:
+        table(own, LEFT, TOP, _widths(incoming(bench), 66.0, 140.0), incoming(bench), 2.2)
+    low = TOP
+    for rows in (_lines(error_table(felt)), production(felt), [] if own is not None else incoming(bench),
+                 contact_rows(layout)):
+        low = table(last, LEFT, low, _widths(rows, 66.0, 140.0), rows, 2.2) - 5.0 if rows else low
+    fitting_paragraph(last, 165.0, TOP, 118.0, 42.0, numbered(notes(felt, found)), 2.3)
+    return [sheet for sheet in (first, each, assembly, curved, beyond, last, own) if sheet is not None]
+
+
+FOOT = 36.0
+"""Height (mm) on the first sheet that is left for the gaps between its tables, and for the note below them."""
+
+MOST_BESIDE = 4  # Coils whose incoming test stands on the sheet of contacts and limits; of more it has one of its own
+
+
+def _new(spec: SensorSpec, what: str, forced: bool, scale: str = "") -> Sheet:
+    return new_sheet(spec, what, scale, "the whole package", forced)
+
+
+def _widths(rows: Rows, first: float, whole: float) -> list[float]:
+    """Widths of columns (mm): the first, and equal ones for the rest; of many columns equal ones for all."""
+    count = len(rows[0]) if rows else 1
+    if count > 4:
+        return [whole / count] * count
+    return [first, *[(whole - first) / (count - 1)] * (count - 1)]
+
+
+def _about(layout: Layout, felt: Sequence[Performance]) -> str:
+    """What the sensor is and tells, in two sentences."""
+    placements = cell_placements(layout.spec)
+    cells, coils = len(placements), counted(len(placements[0]), "coil")
+    axes = " and ".join(NAMES[name] for name in felt[-1].axes)
+    array = f"{cells} cells, each of " if cells > 1 else ""
+    return (
+        f"Soft inductive tactile sensor: {array}{coils} under a metal target on a silicone pad. "
+        f"{'Each cell' if cells > 1 else 'It'} tells {axes}, after a tare at rest. x runs along the board towards the "
+        "tail, y across, normal towards the board. Drawing: target and elastomer over the coils."
+    )
+
+
+def _page(
+    layout: Layout, estimates: Estimates, report: PerformanceReport, found: Calibration | None,
+    plots: Sequence[Plot], forced: bool, bench: Estimates, cells: CellTable,
+) -> str:
+    spec, felt = layout.spec, report.points
+    banner = "<p class='banner'>Made in spite of errors: the design does not meet its own checks.</p>" if forced else ""
+    assembly = drawing(layout, forced)
+    shown = figure(svg(assembly), "Target and elastomer over the coils, to scale.") if assembly is not None else ""
+    wide, narrow = ([_figure(plotted) for plotted in plots if (plotted.size == WIDE) is is_wide]
+                    for is_wide in (True, False))
+    units = "" if found is None else f"{_table(list(found.error_rows))}<p class='soft'>{escape(found.errors_are)}</p>"
+    parts = [
+        f"<header><h1>{escape(spec.name)}</h1>{soft(spec.issue.words)}{soft(_about(layout, felt))}</header>{banner}",
+        part("What it feels", _table(_lines(axis_table(report))) + _table(sensor(felt, layout, estimates, cells))),
+        *([part("Cells", _table(cells.rows) + soft(cells.note))] if cells.groups else []),
+        part("Drawing", shown),
+        part("Curves", f"{''.join(wide)}<div class='narrow'>{''.join(narrow)}</div>" if plots else ""),
+        part("Errors", units + _table(_lines(error_table(felt))) + _table(_lines(drift_table(felt)))),
+        part("Contacts", _table(contact_rows(layout))),
+        part("Production", _table(production(felt)) + _table(incoming(bench))
+              + "<p class='soft'>Three sigma of manufacture: reject a coil "
+              "outside, even if it oscillates. L is that at the contacts at the tank's frequency; an LCR meter reads "
+              "more there, by the coil's own capacitance: the report has both. The meter's figures are at 20 degC, +- "
+              "one sigma of manufacture.</p>"),
+        part("Notes", "<ul>" + "".join(f"<li>{escape(note)}</li>" for note in notes(felt, found)) + "</ul>"),
+    ]
+    return page(f"{spec.name}: data sheet", parts)
+
+
+def _figure(plotted: Plot) -> str:
+    """A plot as a figure of the page; narrow ones stand side by side, so that their letters are those of wide ones."""
+    sheet = Sheet(plotted.caption, plotted.size, decimals=3)
+    plot(sheet, (0.0, 0.0, *plotted.size), plotted.draw)
+    return figure(svg(sheet), plotted.caption)
+
+
+def _table(rows: Rows) -> str:
+    """A table with its first row as the heading, and numbers in all columns but the first."""
+    head, *lines = rows or [()]
+    return html_table(head, lines, [k > 0 for k in range(len(head))])
+
+
+Rows = list[tuple[str, ...]]
+
+
+def _lines(found: Table) -> Rows:
+    """Return the head and the rows of a table."""
+    return [tuple(found.head), *map(tuple, found.rows)]
+
+
+def sensor(
+    felt: Sequence[Performance], layout: Layout, estimates: Estimates, cells: CellTable = NO_CELLS
+) -> Rows:
+    """What belongs to the sensor as a whole."""
+    readout, pad, target = estimates.readout, layout.spec.elastomer, layout.spec.target
+    assert pad is not None and target is not None
+    return [
+        ("sensor", ""),
+        *_cells(cells),
+        *sensor_rows([point.document() for point in felt]),
+        ("converter", f"{readout.device.part}, {counted(len(estimates.coils), 'channel')}"),
+        *([("its result", readout.result_in_words)] if readout.result_in_words else []),
+        ("tank capacitor", show(readout.capacitance, "F", 3)),
+        ("target", f"{target.material.name}, {_size(target)}, {show(target.thickness, 'm')}"),
+        ("elastomer", f"{pad.material.name}, {_size(pad)}, {show(pad.thickness, 'm')}"),
+        *_metal_behind(layout.spec),
+        ("shear modulus of it", f"{show(pad.material.shear_modulus, 'Pa', 3)} +- "
+                                f"{100.0 * pad.material.shear_modulus_sigma:.0f} %"),
+    ]
+
+
+def _metal_behind(spec: SensorSpec) -> Rows:
+    """The metal behind the board that the figures count; none without it."""
+    metal = None if spec.mount is None else spec.mount.metal_behind
+    if metal is None:
+        return []
+    where = f"{show(metal.thickness, 'm')} thick, {show(metal.distance, 'm')} behind the board"
+    return [("metal behind it, in all figures", f"{metal.material.name}, {where}")]
+
+
+def _cells(cells: CellTable) -> Rows:
+    """The cells with the worst figures, and the cell whose curves are drawn; empty without cells."""
+    groups = cells.groups
+    if not groups:
+        return []
+
+    def worst(figure: Callable[[Performance], float]) -> str:
+        return max(groups, key=lambda group: figure(group.felt[-1])).words
+
+    return [
+        ("figures are of the cell worst in each", f"of {sum(len(one.numbers) for one in groups)}, told cell by cell"),
+        *([("least range and overload", worst(lambda one: -one.overload)),
+           ("coarsest resolution", worst(lambda one: one.axes["normal"].resolution)),
+           ("error by a tilt, largest", worst(lambda one: max(one.tilt_error["normal"].values())))]
+          if len(groups) > 1 else []),
+        ("curves, least signal", f"{cells.name} ({', '.join(cells.coils)})"),
+        ("what a cell reads of all neighbours", NONE if groups[0].crosstalk is None else
+         f"at most {share_text(max(one.crosstalk or 0.0 for one in groups))}"),
+    ]
+
+
+TARES = (
+    "The one tare is taken at rest before the temperature changes: its drift counts from there. A tare before each "
+    "grasp is taken after that change: what is left of it counts from the temperature at which the unit was calibrated."
+)
+
+TARED_AFTER_A_GRASP = (
+    "A tare right after a grasp takes what the pad has not yet recovered (hysteresis, creep) as zero, and the next "
+    "forces are off by that. How long the pad needs is not known (no source, not measured): tare when the reading at "
+    "rest no longer changes."
+)
+
+
+def production(felt: Sequence[Performance]) -> Rows:
+    """The limits of inductance and frequency between which a bare coil is sound."""
+    rows: Rows = [("bare coil, before assembly", "L from", "L to", "f from", "f to")]
+    for coil, limits in felt[0].production.items():
+        low, high = (show(limits[f"inductance_{end}_H"], "H", 4) for end in ("min", "max"))
+        slow, fast = (show(limits[f"frequency_{end}_Hz"], "Hz", 4) for end in ("min", "max"))
+        rows.append((coil, low, high, slow, fast))
+    return rows
+
+
+def incoming(bench: Estimates) -> Rows:
+    """Return what a usual meter reads of the bare board at 20 degrees Celsius. Empty if no coil was asked for."""
+    return _lines(by_result(bench.metered, METERED)) if bench.metered else []
+
+
+def notes(felt: Sequence[Performance], found: Calibration | None = None) -> Iterator[str]:
+    """What to know before the figures are used."""
+    full = felt[-1]
+    yield "Computed, not measured. Every figure is of this design; a unit is as good as its own calibration makes it."
+    counted_causes = [cause for cause in full.axes["normal"].errors if lasts_tared(cause)]
+    yield (f"Errors together: root of the squares, taken as independent, of {'; '.join(counted_causes)}. Not counted: "
+           "what differs from unit to unit, and loads on axes that are not measured: these have rows of their own.")
+    yield TARES
+    yield TARED_AFTER_A_GRASP
+    if full.ambiguous is not None:
+        one, other = (", ".join(amount(part, name) for name, part in zip(AXES, load, strict=False))
+                      for load in full.ambiguous)
+        moments = ", moment about x, about y" * (len(full.ambiguous[0]) > len(FORCES))
+        yield (f"Two loads (normal, shear along x, along y{moments}) read alike: {one}; and {other}. No map tells them "
+               "apart.")
+    said = [*full.notes, *(found.sensors.range.notes if found is not None else ()),
+            *(f"the map in calibration/ is {note}" for note in (found.notes if found is not None else ())
+              if note.startswith("made for"))]
+    yield from (note[0].upper() + note[1:] for note in dict.fromkeys(said))
+
+
+def _size(plate: Target | ElastomerPad) -> str:
+    return f"{PLATES[plate.shape].size_in_words(plate.size)} mm"

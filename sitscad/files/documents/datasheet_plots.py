@@ -1,0 +1,190 @@
+"""The data sheet's plots: curves of the coils and of their combinations, the working range, errors by cause."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from sitscad.basics.arrays import Array
+from sitscad.basics.record import record
+from sitscad.estimates.performance.curves import Curve, Curves
+from sitscad.estimates.performance.tables import FROM_UNIT_TO_UNIT
+from sitscad.estimates.performance_values import AXIS_WORDS, FORCES, SHOWN, Performance, unit_of
+
+NAMES, SHEARS = AXIS_WORDS, FORCES[1:]
+Draw = Callable[[Any], None]
+
+NANO = 1e9
+BAND = 0.18  # Opacity of a one-sigma band
+
+DIGITS = 6  # Significant digits of what is drawn: so that the last bit of a sum on another machine moves nothing
+
+
+@record(eq=False)
+class Plot:
+    """One plot: its caption, its size (mm), and what draws it on a matplotlib figure."""
+
+    caption: str
+    size: tuple[float, float]
+    draw: Draw
+
+
+def figures(found: Curves, felt: Sequence[Performance], cell: str = "") -> list[Plot]:
+    """All plots of a sensor, the `WIDE` ones first; `cell` names the cell with these curves if there are cells."""
+    far = f" {BEYOND}" if any(float(np.abs(curve.forces).max()) > found.held for curve in found.shears
+                              if curve.axis in SHEARS) else ""
+    side = " and ".join(dict.fromkeys(NAMES[curve.axis].split()[0] for curve in found.shears))
+    of = f"{cell.capitalize()}, which has the least signal. " if cell else ""
+    lone = len(found.coils) == 1
+    what = "The coil over the normal force; band:" if lone else (
+        f"Each coil over the normal force, and over {side} under half of it; bands:")
+    plots = [Plot(f"{of}{what} one sigma from unit to unit, tared, not calibrated. Inductance is what firmware/ "
+                  "computes from a reading, 1 / (C (2 pi f)^2): the coil's own capacitance is in it.", WIDE,
+                  partial(_coils, found, cell and f"{cell}, "))]
+    if not lone:
+        plots.append(Plot(f"{of}Combinations of the coils: their sum over the normal force, and their difference over "
+                          f"{side} under no, half and full normal force." + far, WIDE, partial(_combined, found)))
+    if found.ranges:
+        plots.append(Plot(f"{of}The working range: where the readings go. Lines of equal normal force (blue) and of "
+                          f"equal {side} (orange); where lines of one colour cross, no map tells the loads apart."
+                          + (f" {BEYOND_LINES}" if far else ""), NARROW, partial(_range, found)))
+    worst = ", by each cause that of the cell which is worst in it" if cell else ""
+    plots.append(Plot(f"One sigma of error at full load by cause, of full scale, on any unit alike{worst}; the table "
+                      "says what differs from unit to unit.", NARROW, partial(_errors, felt[-1])))
+    return plots
+
+
+WIDE, NARROW = (262.0, 72.0), (130.0, 100.0)  # Sizes of plots (mm): of curves, and of all others
+BEYOND = "Shaded, above too: shear at which the pad's law is extrapolated, beyond half its thickness."
+BEYOND_LINES = "Dashed: the pad's law is extrapolated there, the shear beyond half its thickness."
+EXTRAPOLATED = "extrapolated"
+
+
+def _shade(axes: Any, curve: Curve, held: float) -> None:
+    """Marks the shear beyond which the pad's law is extrapolated, and names it once in the legend."""
+    most, label = float(np.abs(curve.forces).max()), EXTRAPOLATED
+    if curve.axis not in SHEARS or most <= held:
+        return
+    for low, high in ((-most, -held), (held, most)):
+        axes.axvspan(low, high, color="#8a939b", alpha=0.22, linewidth=0.0, label=label, zorder=0.5)
+        label = "_nolegend_"
+
+
+def difference(found: Curves, axis: str) -> tuple[str, Array]:
+    """The combination of coils that tells a shear or a moment: in words, and its weights (coils)."""
+    along = found.places[:, 0 if axis in ("shear_x", "moment_y") else 1]
+    weights = np.where(np.abs(along) < 1e-9, 0.0, -along / np.maximum(np.abs(along), 1e-12))
+    low, high = ([name for name, w in zip(found.coils, weights, strict=True) if w * sign > 0.0] for sign in (1, -1))
+    weights = np.where(weights > 0.0, weights / max(len(low), 1), weights / max(len(high), 1))
+    return f"{_mean(low)} - {_mean(high)}", weights
+
+
+def _mean(names: Sequence[str]) -> str:
+    joined = "+".join(f"L{name.removeprefix('C')}" for name in names)
+    return joined if len(names) == 1 else f"({joined})/{len(names)}"
+
+
+def _total(found: Curves) -> str:
+    return " + ".join(f"L{name.removeprefix('C')}" for name in found.coils)
+
+
+def _rounded(values: Array) -> Array:
+    scale = max(float(np.abs(values).max()), 1e-300)
+    return np.asarray(np.round(values / scale, DIGITS) * scale)
+
+
+def _coils(found: Curves, of: str, figure: Any) -> None:
+    """Every coil over normal force, and over shear under half of it; `of` goes before the title."""
+    shown = [found.normal, *(curve for k, curve in enumerate(found.shears) if k % 3 == 1)]  # half the normal force
+    names = "each coil" if len(found.coils) > 1 else _total(found)
+    for axes, curve in zip(figure.subplots(1, len(shown), squeeze=False)[0], shown, strict=True):
+        for k, name in enumerate(found.coils):
+            dashes = "--" if k % 2 else "-"  # coils whose readings are the same by symmetry stay told apart
+            _line(axes, curve, NANO * curve.inductance[:, k], NANO * curve.sigma[:, k], f"L{name[1:]}", dashes)
+        _shade(axes, curve, found.held)
+        under = "" if curve.axis == "normal" else f", {curve.normal:.3g} N normal"
+        axes.set(xlabel=_label(curve.axis), ylabel="inductance (nH)", title=f"{of}{names}{under}")
+        if len(found.coils) > 1:
+            axes.legend()
+
+
+def _combined(found: Curves, figure: Any) -> None:
+    """The sum over normal force, and the differences over shear."""
+    kinds = list(dict.fromkeys(curve.axis for curve in found.shears))
+    first, *others = figure.subplots(1, 1 + len(kinds), squeeze=False)[0]
+    total, spread = found.normal.inductance.sum(axis=1), np.hypot.reduce(found.normal.sigma, axis=1)
+    _line(first, found.normal, NANO * total, NANO * spread, "")
+    first.set(xlabel="normal (N)", ylabel="nH", title=_total(found))
+    for axes, kind in zip(others, kinds, strict=True):
+        words, weights = difference(found, kind)
+        for one in (curve for curve in found.shears if curve.axis == kind):
+            sigma = np.sqrt((one.sigma * weights) ** 2 @ np.ones(len(weights)))
+            _line(axes, one, NANO * one.inductance @ weights, NANO * sigma, f"{one.normal:.3g} N normal")
+        _shade(axes, one, found.held)
+        axes.set(xlabel=_label(kind), ylabel="nH", title=words)
+        axes.legend()
+
+
+def _label(axis: str) -> str:
+    return f"{NAMES[axis]} ({SHOWN[unit_of(axis)][1]})"
+
+
+def _line(axes: Any, curve: Curve, values: Array, sigma: Array, label: str, dashes: str = "-") -> None:
+    values, sigma = _rounded(values), _rounded(sigma)
+    forces = curve.forces * SHOWN[unit_of(curve.axis)][0]
+    (line,) = axes.plot(forces, values, label=label, linestyle=dashes)
+    axes.fill_between(forces, values - sigma, values + sigma, alpha=BAND, color=line.get_color(), linewidth=0.0)
+
+
+def _range(found: Curves, figure: Any) -> None:
+    """The sum over the differences: where in it the working range lies."""
+    panels = figure.subplots(1, len(found.ranges), squeeze=False)[0]
+    for axes, (kind, normal, shear, inductance) in zip(panels, found.ranges, strict=True):
+        words, weights = difference(found, kind)
+        apart = _rounded(NANO * inductance @ weights)
+        total = _rounded(NANO * inductance.sum(axis=2))
+        for k, force in enumerate(normal):
+            width = 0.9 if k in (0, len(normal) - 1) else 0.45
+            for part, dashes in _parted(shear, found.held if kind in SHEARS else np.inf):
+                line = (np.interp(part, shear, values[k]) for values in (apart, total))
+                axes.plot(*line, color="#1f5fa8", linewidth=width, linestyle=dashes)
+            if k in (0, len(normal) - 1):
+                axes.annotate(f"{force:.3g} N", (apart[k, -1], total[k, -1]), color="#1f5fa8")
+        for k in range(len(shear)):
+            axes.plot(apart[:, k], total[:, k], color="#c4602b", linewidth=0.9 if 2 * k + 1 == len(shear) else 0.45,
+                      linestyle="-" if kind not in SHEARS or abs(shear[k]) <= found.held else "--")
+        axes.margins(x=0.2)  # room for the words at the ends of the lines
+        axes.set(xlabel=f"{words} (nH)", ylabel=f"{_total(found)} (nH)", title=f"normal and {NAMES[kind]}")
+
+
+def _parted(shear: Array, held: float) -> Iterator[tuple[Array, str]]:
+    """The shear forces (N) of a line, those beyond where the pad's law was held apart, each part with its dashes."""
+    ends = np.clip([-held, held], shear[0], shear[-1])
+    yield np.array([ends[0], *shear[np.abs(shear) < held], ends[1]]), "-"
+    for low, high in ((shear[0], ends[0]), (ends[1], shear[-1])):
+        if low < high:
+            yield np.array([low, *shear[(shear > low) & (shear < high)], high]), "--"
+
+
+def _errors(full: Performance, figure: Any) -> None:
+    """Every error at full load by its cause, in per cent of full scale."""
+    axes, names = figure.subplots(), list(full.axes)
+    causes = [cause for cause in full.axes[names[0]].errors if cause not in FROM_UNIT_TO_UNIT]
+    for k, name in enumerate(names):
+        axis = full.axes[name]
+        shares = [100.0 * max(float(f"{axis.errors[cause]:.4g}") / axis.full_scale, 1e-6) for cause in causes]
+        at = np.arange(len(causes)) + (k - 0.5 * (len(names) - 1)) * 0.8 / len(names)
+        axes.barh(at, shares, 0.8 / len(names), left=LEAST, label=NAMES[name])
+    axes.set_axisbelow(True)
+    axes.set_yticks(np.arange(len(causes)), causes)
+    axes.set(xscale="log", xlim=(LEAST, 1000.0), xlabel="of full scale (%)")
+    axes.set_xticks([0.01, 0.1, 1.0, 10.0, 100.0, 1000.0], ["0.01", "0.1", "1", "10", "100", "1000"])
+    axes.minorticks_off()
+    axes.invert_yaxis()
+    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=len(names))  # bars reach every corner
+
+
+LEAST = 0.003  # Where the bars of errors begin (per cent)

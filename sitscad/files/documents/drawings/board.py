@@ -1,0 +1,522 @@
+"""The board drawing: outline, coils, contacts, holes and zones with their coordinates, as SVG and PDF on A4. Its second
+sheet has the contacts at a legible scale, with a table of their nets. Every dimension is a coordinate in the system of
+the Gerber files, whose origin is marked.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import groupby
+
+from sitscad.assembly.places.tail_path import bends
+from sitscad.basics.units import show
+from sitscad.files.drawing.frame import (
+    CHAIN,
+    HIDDEN,
+    SCALES,
+    TEXT,
+    THICK,
+    THIN,
+    View,
+    fitting_paragraph,
+    mm,
+    new_sheet,
+    numbered,
+    ordinates,
+    origin_cross,
+    outer_span,
+    placed,
+    scale_for,
+    scale_text,
+    span,
+    symbol,
+    table,
+)
+from sitscad.files.drawing.pdf import pdf
+from sitscad.files.drawing.pictures.board import coil_extent, draw_coil, pad_outline, picture
+from sitscad.files.drawing.sheet import Pen, Sheet, text_width
+from sitscad.files.drawing.svg import svg
+from sitscad.files.order_facts.board_end import (
+    bare_size,
+    board_end,
+    contact_row,
+    contact_size,
+    contact_text,
+    end_tolerance,
+    plug_text,
+    runs_along_x,
+    tail_width,
+)
+from sitscad.files.order_facts.files import (
+    UNIT,
+    board_images,
+    fabrication_path,
+    millimetres,
+    on_drawing,
+    on_grid,
+    plated_tools,
+)
+from sitscad.files.order_facts.notes import (
+    bend_text,
+    chip_text,
+    coil_text,
+    finish_text,
+    holes_text,
+    outline_text,
+    step_text,
+    stiffener_text,
+    thickness_texts,
+    turn_text,
+)
+from sitscad.kernels.geometry.areas import areas_inside, parts_inside
+from sitscad.kernels.geometry.convex import Box
+from sitscad.kernels.geometry.path import Point, bounding_box, circle, rectangle
+from sitscad.layout.bending import Bend, bend_stretch
+from sitscad.layout.board import Coil, Layout, Via
+from sitscad.layout.lamination import tail_holes
+from sitscad.layout.tail_tracks import contact_rows
+from sitscad.spec.circuit import Tail
+from sitscad.spec.design_rules import DesignRules
+from sitscad.spec.presets import board_kind, cover_name, is_rigid
+
+PLATE, BEND = "#dddddd", "#eef3e2"
+BEND_LINE = Pen(0.35, "#4d6b1f", (5.0, 1.0, 1.0, 1.0, 1.0, 1.0))
+"""Two dots and a dash: where something else will be, as bend lines are drawn."""
+WHOLE = (40.0, 132.0, 225.0, 47.0)
+"""Room for the whole board on paper: left, low, width, height (mm); dimensions stand around it."""
+DETAIL = (36.0, 32.0, 112.0, 70.0)
+
+
+def render(layout: Layout, forced: str, files: Mapping[str, bytes]) -> dict[str, bytes]:
+    """The drawing as PDF and its sheets as SVG by their paths in the package; ``files`` has the images whose
+    fingerprint it states. Where ``forced`` is not empty every sheet is stamped.
+    """
+    artwork = on_drawing("board", files, board_images(files))
+    sheets = {"drawing.svg": drawing(layout, artwork, bool(forced))}
+    if (details := contact_sheet(layout, artwork, bool(forced))) is not None:
+        sheets["contacts.svg"] = details
+    made = {fabrication_path(layout.spec, name): svg(sheet).encode("utf-8") for name, sheet in sheets.items()}
+    return made | {fabrication_path(layout.spec, "drawing.pdf"): pdf(list(sheets.values()))}
+
+
+def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
+    """The sheet: the whole board, its body larger, the holes' table and the notes."""
+    box = bounding_box([layout.outline])
+    detail = scale_for(layout.body_size, DETAIL[2:])
+    # the detail is a true enlargement, but of a skin whose body is drawn 1:1: half of that cannot be read
+    smaller = tuple(scale for scale in SCALES if scale < detail - 1e-9 or scale <= 1.0)
+    whole = scale_for((box[2] - box[0], box[3] - box[1]), WHOLE[2:], smaller or SCALES[-1:])
+    scales = f"{scale_text(whole)} (whole), {scale_text(detail)} (body)"
+    sheet = new_sheet(layout.spec, f"{board_kind(layout.spec.fpc.stackup)} circuit, board", scales, artwork, forced)
+    _whole(sheet, layout, placed(box, whole, WHOLE))
+    # The body alone: what lies beyond it is cut off
+    view = placed(layout.body, detail, DETAIL)
+    x0, y0, x1, y1 = layout.body
+    limit = x1 + 0.05 * (x1 - x0)
+    _copper(sheet, layout, view, limit, "drawing-body")
+    shown = parts_inside(layout.outline, (-math.inf, -math.inf, limit + 1e-9, math.inf))
+    sheet.draw([view.path(piece) for piece in shown], THICK, name="drawing-body-outline")
+    _marks(sheet, layout, view, "drawing-body", limit)
+    sheet.line(view.x(limit), view.y(y0) - 2.0, view.x(limit), view.y(y1) + 2.0, CHAIN)
+    for coil in layout.coils:
+        _name(sheet, layout.vias, view, coil)
+    ordinates(sheet, view, 0, [x0, x1, *(c.centre.x for c in layout.coils)], view.y(y0), view.y(y0) - 7.0)
+    edges = [coil_extent(layout.spec.coil, coil)[side] for coil in layout.coils for side in (1, 3)]
+    ordinates(sheet, view, 1, [y0, y1, *edges, *(c.centre.y for c in layout.coils)], view.x(x0), view.x(x0) - 9.0)
+    sheet.text(WHOLE[0] - 24.0, 194.0, f"whole board, {scale_text(whole)}", 3.2)
+    sheet.text(WHOLE[0] - 24.0, DETAIL[1] + DETAIL[3] + 8.0, f"body, {scale_text(detail)}", 3.2)
+    low = _holes(sheet, layout, 161.0, 108.0)
+    fitting_paragraph(sheet, 161.0, low - 2.0, 121.0, 40.0, numbered(notes(layout)), 2.3)
+    return sheet
+
+
+def _whole(sheet: Sheet, layout: Layout, view: View) -> None:
+    x0, y0, x1, y1 = bounding_box([layout.outline])
+    # The stiffener as an area, the bend as its line and what it takes, coverlay openings as broken lines
+    named = _stiffener(sheet, layout, view)
+    for opening in (*layout.top_openings, *layout.bottom_openings):
+        sheet.draw(view.path(opening.outline), HIDDEN)
+    # What bends take of the tail, under its tracks
+    for bend in bends(layout):
+        if bend.end > bend.start:
+            below, above = layout.reach_at(bend.line)
+            sheet.draw(view.path(rectangle(bend.start, below, bend.end, above)), Pen(0.18, "#7a8f4a", (2.0, 1.0)), BEND)
+    _copper(sheet, layout, view, x1, "drawing")
+    sheet.draw(view.path(layout.outline), THICK, name="drawing-outline")
+    _marks(sheet, layout, view, "drawing")
+    low, high = view.y(y0), view.y(y1)
+    stations = list(_stations(layout))
+    ordinates(sheet, view, 0, stations, low, low - 7.0)
+    tail = _tail_reach(layout)
+    ordinates(sheet, view, 1, [y0, y1, *tail, layout.body[1], layout.body[3]], view.x(x0), view.x(x0) - 9.0)
+    below = low - 9.0 - max(text_width(mm(x), TEXT) for x in stations)  # the ordinates
+    reached = 0.0  # how high on paper the tail's width goes, where it is longest the same, near the body's end of that
+    if (found := tail_width(layout)) is not None:
+        at, bottom, top = view.x(found[0]), view.y(found[1]), view.y(found[2])
+        outer_span(sheet, (at, bottom), (at, top), _tail_words(layout, found), upright=True)
+        reached = top + 5.0 + TEXT
+    level = max(high + 6.0, named + 2.0, reached + 2.0, _bend(sheet, layout, view, below) + 4.0)
+    span(sheet, (view.x(x0), level), (view.x(x1), level), f"{mm(x1 - x0)} +/- {_outline(layout.spec.fpc.rules)}")
+    for x in (x0, x1):
+        sheet.line(view.x(x), high + 1.0, view.x(x), level + 1.0, THIN)
+    side = view.x(x1) + (12.0 if layout.pads else 7.0)  # beyond the numbers of the contacts
+    span(sheet, (side, low), (side, high), f"{mm(y1 - y0)} +/- {_outline(layout.spec.fpc.rules)}")
+
+
+def _stiffener(sheet: Sheet, layout: Layout, view: View) -> float:
+    """The stiffener with its name beside it, above the tail's width where that is written in the same place; how high
+    on paper the name reaches there, or 0.
+    """
+    if layout.stiffener is None:
+        return 0.0
+    above, size, name, found = 1.2, 2.3, "stiffener below", tail_width(layout)
+    sheet.draw(view.path(layout.stiffener.outline.outline), THIN, PLATE)
+    box = bounding_box([layout.stiffener.outline.outline])
+    if _is_turned(layout.spec.fpc.tail):
+        sheet.text(view.x(box[0]) - 6.0, view.y((box[1] + box[3]) / 2) - 0.8, name, size, "end")
+        return 0.0
+    low = view.y(max([box[3], *(bounding_box([each.outline])[3] for each in layout.top_openings)])) + above
+    left, over = view.x(box[2]) - text_width(name, size), 0.0
+    if found is not None and left < view.x(found[0]) + 1.0 + text_width(_tail_words(layout, found), TEXT):
+        low = over = view.y(found[2]) + 5.5 + TEXT
+        over += size
+    sheet.text(view.x(box[2]), low, name, size, "end")
+    return over
+
+
+def _tail_words(layout: Layout, found: tuple[float, float, float]) -> str:
+    return f"tail {mm(found[2] - found[1])} +/- {_outline(layout.spec.fpc.rules)}"
+
+
+def _stations(layout: Layout) -> Iterator[float]:
+    """The x that matter along the board: ends, coils, body, bend, stiffener, contacts."""
+    x0, _, x1, _ = bounding_box([layout.outline])
+    yield from (x0, x1, layout.body[2], *(coil.centre.x for coil in layout.coils))
+    yield from bend_stretch(layout) or ()
+    yield from (bend.line for bend in bends(layout))
+    if layout.stiffener is not None:
+        yield bounding_box([layout.stiffener.outline.outline])[0]
+    if not _is_turned(layout.spec.fpc.tail):
+        yield from {pad.centre.x - pad.size[0] / 2 for pad in layout.pads}
+
+
+def _is_turned(tail: Tail | None) -> bool:
+    return tail is not None and tail.turn != "none"
+
+
+def _tail_reach(layout: Layout) -> tuple[float, ...]:
+    """The lowest and the highest y of the outline at its end; of a tail that turns, where the contacts begin."""
+    if _is_turned(layout.spec.fpc.tail):
+        return tuple({pad.centre.y - side * pad.size[1] / 2 for pad in layout.pads[:1] for side in (-1, 1)})
+    x1 = bounding_box([layout.outline])[2]
+    ys = [p.y for p in layout.outline.flattened(1e-5) if p.x > x1 - 1e-6]
+    return (min(ys), max(ys)) if ys else ()
+
+
+def _name(sheet: Sheet, vias: tuple[Via, ...], view: View, coil: Coil) -> None:
+    """A coil's name on a white ground beside its centre, in the quarter that has no via near."""
+    size, x, y = 3.2, view.x(coil.centre.x), view.y(coil.centre.y)
+    wide = text_width(coil.name, size)
+    corners = [(x + 1.4 if right else x - 1.4 - wide, y + 1.4 if up else y - 1.4 - 0.8 * size)
+               for right in (True, False) for up in (True, False)]
+
+    def crowding(corner: tuple[float, float]) -> float:
+        middle = corner[0] + wide / 2, corner[1] + 0.4 * size
+        gaps = (math.dist((view.x(via.centre.x), view.y(via.centre.y)), middle) for via in vias)
+        return -min(3.0 * size, min(gaps, default=math.inf))
+
+    left, low = min(corners, key=crowding)
+    sheet.draw(rectangle(left - 0.4, low - 0.4, left + wide + 0.4, low + 0.8 * size), None, "#ffffff")
+    sheet.text(left, low, coil.name, size)
+
+
+def _bend(sheet: Sheet, layout: Layout, view: View, below: float) -> float:
+    """The tail's bend lines, which way and how far: beside the tail, or where the body's edge goes through the words
+    there, `below` the ordinates; how high on paper this reaches.
+    """
+    found, tail = bends(layout), layout.spec.fpc.tail
+    if not found or tail is None:
+        return 0.0
+    is_above, size = tail.turn == "right" or tail.offset < 0.0, 2.3
+    low, high = math.inf, -math.inf
+    for bend in found:
+        y0, y1 = layout.reach_at(bend.line)
+        ends = view.y(y0) - (2.5 if is_above else 4.0), view.y(y1) + (10.5 if is_above else 2.5)
+        sheet.line(view.x(bend.line), ends[1], view.x(bend.line), ends[0], BEND_LINE)
+        low, high = min(low, ends[0]), max(high, ends[1])
+    at, before, top = view.x(found[-1].line), view.x(found[0].line) - 1.0, high - 2.0 if is_above else low
+    room = view.x(bounding_box([layout.outline])[2]) - at - 1.0
+    lines, outline = _bend_words(found, room), view.path(layout.outline)
+    wide = max(text_width(words, size) for words in lines)
+    places = [Point(before - wide * k / 8.0, top - 3.2 * row) for k in range(9) for row in range(len(lines))]
+    place, anchor = (at + 1.0, "start") if wide < room else (before, "end")
+    if wide >= room and any(outline.distance(point) < 1.5 for point in places):
+        place, anchor, top, lines = at, "middle", below - size, (", ".join(lines),)
+    for row, words in enumerate(lines):
+        sheet.text(place, top - 3.2 * row, words, size, anchor, colour=BEND_LINE.colour)
+    return high
+
+
+def _bend_words(found: Sequence[Bend], room: float) -> tuple[str, ...]:
+    """How the tail is bent, from the body on, in two lines where one is wider than so much (mm of paper)."""
+    ways = ", ".join(f"{math.degrees(bend.angle):.4g} deg {bend.direction}" for bend in found)
+    words = f"bend{'s' * (len(found) > 1)} {ways}"
+    if found[0].radius is None:
+        return (words,)
+    radius = f"R min {mm(found[0].radius)} inside"
+    one = f"{words}, {radius}"
+    return (one,) if text_width(one, 2.3) < room else (words, radius)
+
+
+def _copper(sheet: Sheet, layout: Layout, view: View, limit: float, name: str) -> None:
+    """The top layer's tracks as they are, up to a limit along x, and all contacts; `name` begins every id."""
+    draw_copper(sheet, layout, view, (-math.inf, -math.inf, limit + 1e-9, math.inf), name)
+    for pad in layout.all_pads:
+        if pad.centre.x + pad.size[0] / 2 <= limit + 1e-9:
+            drawn, ident = view.path(pad_outline(pad)), f"{name}-pad-{pad.reference}-{pad.number}"
+            edge = Pen(min(THIN.width, view.length(min(pad.size)) / 5.0))  # contacts side by side stay apart
+            sheet.draw(drawn, edge, CONTACT, name=ident, kind=f"net-{pad.net}")
+    if limit >= bounding_box([layout.outline])[2] - 1e-9:
+        _first_and_last(sheet, layout, view)
+
+
+def _first_and_last(sheet: Sheet, layout: Layout, view: View) -> None:
+    """The numbers of the first and the last contact beyond the end at which they are; all stand on the second sheet."""
+    if len(layout.pads) < 2:
+        return
+    ends = min(layout.pads, key=lambda pad: pad.number), max(layout.pads, key=lambda pad: pad.number)
+    (xa, ya), (xb, yb) = (pad.centre for pad in ends)
+    bare = bounding_box([layout.outline, *(each.outline for each in layout.top_openings)])
+    for pad, sign in zip(ends, (1.0, -1.0), strict=True):
+        x, y = view.x(pad.centre.x), view.y(pad.centre.y)
+        if abs(ya - yb) >= abs(xa - xb):
+            out = view.x(bare[2]) + 1.0
+            sheet.text(out, y - 0.8 + sign * math.copysign(0.9, ya - yb), str(pad.number), 2.3)
+        else:
+            out = sign * math.copysign(view.length(2.0 * pad.size[0]) + 4.0, xa - xb)
+            sheet.text(x + out, y - 0.8, str(pad.number), 2.3, "middle")
+
+
+def _marks(sheet: Sheet, layout: Layout, view: View, name: str, limit: float = float("inf")) -> None:
+    """Each coil's outer size and centre, the holes, and the origin of the coordinates."""
+    for coil in layout.coils:
+        draw_coil(sheet, view, layout.spec.coil, coil, CHAIN, f"{name}-coil-{coil.name}")
+    for order, tool in enumerate(plated_tools(layout)):
+        for hole in tool.holes:
+            if hole.x * UNIT <= limit:
+                at, radius = Point(view.x(hole.x * UNIT), view.y(hole.y * UNIT)), view.length(tool.diameter * UNIT / 2)
+                _hole(sheet, at, radius, order)
+    origin_cross(sheet, view)
+
+
+def _hole(sheet: Sheet, at: Point, radius: float, tool: int) -> None:
+    """A hole in its size on paper, with the symbol of its tool, which can be seen at any size."""
+    sheet.draw(circle(at, radius), THIN, "#ffffff")
+    sheet.draw(symbol(tool, at, max(1.5 * radius, 0.6)), Pen(0.13))
+
+
+def _holes(sheet: Sheet, layout: Layout, left: float, top: float) -> float:
+    rows, tools = [["", "finished hole", "holes", "plated", "pad"]], plated_tools(layout)
+    for tool in tools:
+        pads = sorted({show(v.pad, "m") for v in layout.vias if on_grid(v.drill) == tool.diameter})
+        plated = tool.words.removeprefix("plated").removeprefix(", ") or "yes, all layers"
+        rows.append(["", f"{millimetres(tool.diameter, 3)} mm", str(len(tool.holes)), plated, ", ".join(pads)])
+    if len(rows) == 1:
+        rows.append(["", "none", "", "", ""])
+    low = table(sheet, left, top, (8.0, 30.0, 16.0, 34.0, 38.0), rows)
+    step = (top - low) / len(rows)
+    for order in range(len(tools)):
+        _hole(sheet, Point(left + 4.0, top - (order + 1.55) * step), 0.8, order)
+    return low
+
+
+def notes(layout: Layout) -> Iterator[str]:
+    """What the drawing says in words."""
+    rules = layout.spec.fpc.rules
+    register = show(rules.registration, "m")
+    yield "Coordinates in mm from the files' origin (red cross). No layer is mirrored."
+    cover = f"{cover_name(layout.spec.fpc.stackup)} within {show(rules.coverlay_registration, 'm')} of the copper"
+    yield f"Outline {outline_text(rules)}, layers in register within {register}, {cover} (rules {rules.name})."
+    yield coil_text(layout)
+    yield f"Finished thickness: {', '.join(f'{k} {v}' for k, v in thickness_texts(layout).items())}."
+    if tail_holes(layout):
+        yield f"Holes: {holes_text(layout)}."
+    if step := step_text(layout):
+        yield step
+    if layout.stiffener is not None:
+        yield f"Stiffener below the contacts: {stiffener_text(layout)}."
+    if chips := chip_text(layout):
+        yield chips
+    if layout.bend_zone is not None:
+        yield bend_text(layout)
+    if turn := turn_text(layout.spec.fpc.tail):
+        yield turn
+    yield finish_text(layout)
+    standard = "IPC-6012" if is_rigid(layout.spec.fpc.stackup) else "IPC-6013"
+    yield f"{standard} class 2. 100 % test by the netlist. Add no copper anywhere inside the outline."
+
+
+def _outline(rules: DesignRules) -> str:
+    return mm(rules.outline_tolerance)
+
+
+def render_pictures(layout: Layout) -> dict[str, bytes]:
+    """Two pictures by their paths in the package: the whole board, and its body, which carries the coils."""
+    return {
+        fabrication_path(layout.spec, "board.svg"): picture(layout).encode("utf-8"),
+        fabrication_path(layout.spec, "body.svg"): picture(layout, window=layout.body, name="body").encode("utf-8"),
+    }
+
+
+ROOM = (30.0, 54.0, 84.0, 116.0)  # Room for the contacts on paper: left, low, width, height (mm)
+AROUND = 0.6e-3  # So much of the board (m) is drawn about the contacts
+STAND, STEP = 5.0, 8.0  # Of the first dimension line from the view, and of the next one from that (mm)
+COPPER, CONTACT = "#d8b08c", "#e6c200"
+CONTACT_COLUMNS = (16.0, 18.0, 16.0, 16.0, 28.0, 20.0, 20.0)
+
+
+def contact_sheet(layout: Layout, artwork: str, forced: bool = False) -> Sheet | None:
+    """The sheet; None for a board without contacts."""
+    if not layout.pads:
+        return None
+    x0, y0, x1, y1 = bounding_box([pad_outline(pad) for pad in layout.pads])
+    box = (x0 - AROUND, y0 - AROUND, x1 + AROUND, y1 + AROUND)
+    scale = scale_for((box[2] - box[0], box[3] - box[1]), ROOM[2:])
+    title = f"{board_kind(layout.spec.fpc.stackup)} circuit, contacts"
+    sheet = new_sheet(layout.spec, title, f"{scale_text(scale)}", artwork, forced)
+    view = placed(box, scale, ROOM)
+    _contact_view(sheet, layout, view, box)
+    size = 2.3 if len(layout.pads) <= 24 else 1.8
+    low = table(sheet, 148.0, 190.0, CONTACT_COLUMNS, contact_rows(layout), size)
+    fitting_paragraph(sheet, 148.0, low - 2.0, 134.0, 40.0, list(_contact_notes(layout)), 2.3)
+    return sheet
+
+
+def draw_copper(sheet: Sheet, layout: Layout, view: View, box: Box, name: str, is_within: bool = False) -> None:
+    """The top layer's tracks whose middles lie in a box, or that lie `is_within` it with their width, and what of
+    teardrops and vias does; `name` begins every id.
+    """
+    for net, traces in groupby(layout.on_layer(1), key=lambda trace: trace.net):
+        with sheet.group(f"{name}-copper-1-net-{net}", kind=f"net-{net}"):
+            for trace in traces:
+                half = trace.width / 2 if is_within else 0.0
+                for piece in parts_inside(trace.path, (box[0] + half, box[1] + half, box[2] - half, box[3] - half)):
+                    sheet.draw(view.path(piece), Pen(view.length(trace.width), COPPER))
+    areas = [(drop.outline, drop.net) for drop in layout.teardrops if drop.layer == 1]
+    areas += [(circle(via.centre, via.pad / 2), via.net) for via in layout.vias]
+    for area, net in areas:
+        for inside in areas_inside(area, box):
+            sheet.draw(view.path(inside), None, COPPER, kind=f"net-{net}")
+
+
+def _contact_view(sheet: Sheet, layout: Layout, view: View, box: Box) -> None:
+    """Draw what lies inside the box: copper, holes, openings, outline, dimensions."""
+    draw_copper(sheet, layout, view, box, "contacts", True)
+    for via in layout.vias:
+        for inside in areas_inside(circle(via.centre, via.drill / 2), box):
+            sheet.draw(view.path(inside), THIN, "#ffffff")
+    for pad in layout.pads:
+        name = f"contacts-pad-{pad.reference}-{pad.number}"
+        sheet.draw(view.path(pad_outline(pad)), THIN, CONTACT, name=name, kind=f"net-{pad.net}")
+    for opening in layout.top_openings:
+        for piece in parts_inside(opening.outline, box):
+            sheet.draw(view.path(piece), HIDDEN)
+    for piece in parts_inside(layout.outline, box):
+        sheet.draw(view.path(piece), THICK)
+    sheet.draw(view.path(rectangle(*box)), CHAIN)
+    _contact_dimensions(sheet, layout, view, box)
+    for pad in layout.pads:
+        # Number and pin in the contact, along its longer side, as large as fits
+        text = f"{pad.number}" if pad.is_unused else f"{pad.number}: {pad.pin}"
+        along, across = sorted((view.length(side) for side in pad.size), reverse=True)
+        size = min(4.0, 0.75 * across, 0.94 * along / text_width(text, 1.0))
+        x, y = view.x(pad.centre.x), view.y(pad.centre.y)
+        if pad.size[0] >= pad.size[1]:
+            sheet.text(x, y - 0.35 * size, text, size, "middle")
+        else:
+            sheet.text(x + 0.35 * size, y, text, size, "middle", 90.0)
+
+
+def _contact_dimensions(sheet: Sheet, layout: Layout, view: View, box: Box) -> None:
+    """Width and length of the last contact of the row, the pitch to the one before, and what is measured at its end."""
+    row, pitch = contact_row(layout.pads)
+    (w, h), (x, y) = row[-1].size, row[-1].centre
+    left, low, right, high = view.x(box[0]), view.y(box[1]), view.x(box[2]), view.y(box[3])
+    _board_end(sheet, layout, view, (left, low, right, high))
+    names = ("length", "width") if w >= h else ("width", "length")
+    xs, ys = (view.x(x - w / 2), view.x(x + w / 2)), (view.y(y - h / 2), view.y(y + h / 2))
+    _contact_dimension(sheet, 0, xs, ys[1], high + STAND, f"{names[0]} {mm(w)}")
+    _contact_dimension(sheet, 1, ys, xs[0], left - STAND, f"{names[1]} {mm(h)}")
+    if pitch is None:
+        return
+    before = row[-2].centre
+    if abs(before.x - x) > abs(before.y - y):
+        _contact_dimension(sheet, 0, (view.x(before.x), view.x(x)), ys[0], low - STAND, f"pitch {mm(pitch)}")
+    else:
+        # Before it are the other contacts; beyond it the words would lie on the dimension of the edge.
+        pair = view.y(before.y), view.y(y)
+        _contact_dimension(sheet, 1, pair, xs[1], right + STAND, f"pitch {mm(pitch)}", is_before=True)
+
+
+def _board_end(sheet: Sheet, layout: Layout, view: View, frame: Box) -> None:
+    """The board's width with its tolerance, from contact 1 to the edge, what is bare, and on to the board's end."""
+    end, (row, _) = board_end(layout), contact_row(layout.pads)
+    across, along = (1, 0) if runs_along_x(row) else (0, 1)
+    axes = view.x, view.y
+    # The coordinate (m) at which the contacts end, along themselves
+    place, half = end.first.centre, end.first.size[along] / 2
+    tip = place[along] + half if end.end > place[along] else place[along] - half
+    outward = 1.0 if end.end > tip else -1.0
+
+    def level(axis: int, step: int) -> float:
+        # Below or right of the view; behind contacts that run along y, where pitch and numbers leave room
+        aside = STAND + step * STEP
+        if axis == 1:
+            return frame[2] + aside
+        return frame[3] + aside if along == 1 and outward < 0.0 else frame[1] - aside
+
+    near = min(end.sides, key=lambda side: abs(side - place[across]))
+    behind = tip if along == 0 else tip - outward * end.first.size[along]
+    edge, sides = sorted((axes[across](near), axes[across](place[across]))), [axes[across](side) for side in end.sides]
+    _contact_dimension(sheet, across, edge, axes[along](behind), level(across, 1), f"edge to 1: {mm(end.edge)}")
+    width = f"{mm(end.width)} +/- {mm(end_tolerance(layout.spec.fpc))}"
+    _contact_dimension(sheet, across, sides, axes[along](end.end), level(across, 2), width)
+    last = row[0] if along == 0 else row[-1]
+    start = axes[across](last.centre[across] + (-1 if along == 0 else 1) * last.size[across] / 2)
+    reaches = sorted((axes[along](tip), axes[along](end.end)))
+    _contact_dimension(sheet, along, reaches, start, level(along, 1), f"to end {mm(end.tip)}")
+    bare = bare_size(layout)
+    if bare is not None and bare[0] > contact_size(end.first)[0] - 1e-9:
+        shown = sorted((axes[along](tip), axes[along](tip - outward * bare[1])))
+        _contact_dimension(sheet, along, shown, start, level(along, 0), f"bare {mm(bare[1])}")
+
+
+def _contact_dimension(
+    sheet: Sheet, axis: int, ends: Sequence[float], start: float, level: float, text: str, is_before: bool = False
+) -> None:
+    """A dimension along x (axis 0) at a height of the paper, or along y (axis 1) at an x of it, led there from `start`;
+    words that do not fit between its ends stand beyond, or before them.
+    """
+    over = level + math.copysign(1.0, level - start)
+    for end in ends:
+        sheet.line(*((end, start, end, over) if axis == 0 else (start, end, over, end)), THIN)
+    one, other = ((end, level) if axis == 0 else (level, end) for end in ends)
+    if ends[1] - ends[0] > text_width(text, TEXT) + 5.0:
+        span(sheet, one, other, text)
+    else:
+        outer_span(sheet, one, other, text, is_before=is_before)
+
+
+def _contact_notes(layout: Layout) -> list[str]:
+    """How the contacts are to be read, in words."""
+    connector = layout.spec.fpc.tail.connector if layout.spec.fpc.tail is not None else None
+    named = f" of {connector.name}" if connector is not None else ""
+    return [
+        f"Contacts{named} seen from the top, where they are bare. Each is marked with its number and its pin.",
+        f"{contact_text(layout)}.", *([text] if (text := chip_text(layout)) else []),
+        *([f"{plug_text(layout).capitalize()}: closer than the rest of the outline."] if plug_text(layout) else []),
+        *([f"Stiffener below them: {stiffener_text(layout)}."] if layout.stiffener is not None else []),
+        "Both contacts of a coil are one net: they are joined through its winding.",
+        "Coils are wired to the channels in their order; which end is A and which is B is of no matter to the reading.",
+    ]

@@ -1,0 +1,449 @@
+"""The picture of a fit that fails, and views of the closed pair that other drawings show, too. Sections and sides are
+to scale; each size that exceeds its limit is dimensioned in red. All of it comes from the scene, without a CAD kernel.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+
+from sitscad.assembly.places.bodies import MOUNT_PIECES, above_board
+from sitscad.assembly.places.column import column, levels
+from sitscad.assembly.places.fit import (
+    OVERHANG,
+    ClosedSection,
+    closed_section,
+    end_section,
+    hinge_pivot,
+    measures,
+    pin_gaps,
+    shaft,
+)
+from sitscad.assembly.places.jaws import POCKET_CLEARANCE, PartsError, axis, half_width, jaw_range, rim, section
+from sitscad.assembly.places.stack import width_under
+from sitscad.assembly.places.tail_path import tail_path
+from sitscad.basics.finding import Finding
+from sitscad.basics.units import decimal
+from sitscad.files.drawing.frame import (
+    CHAIN,
+    HIDDEN,
+    RED,
+    TEXT,
+    THIN,
+    View,
+    fitting_paragraph,
+    mm,
+    new_sheet,
+    scale_for,
+    scale_text,
+    span,
+    spread,
+    table,
+)
+from sitscad.files.drawing.sheet import BLACK, Pen, Sheet
+from sitscad.kernels.geometry.path import Path, Point, circle, closed_polygon, polyline, rectangle
+from sitscad.layout.board import Layout
+from sitscad.spec.mount import Jaw
+
+SECTION = (40.0, 96.0, 84.0, 84.0)  # Room for the section on paper: left, low, width, height (mm)
+RIGHT, WIDE, TOP, SLOT = 196.0, 88.0, 196.0, 50.0
+"""Where the views beside it begin along the paper, how wide they are, from where down, and how high each is (mm)."""
+TOO_MUCH = Pen(0.35, RED)
+CIRCLE = Pen(0.5, RED, (3.0, 1.5))
+HELD = ("SIT301", "SIT302", "SIT303", "SIT309", "SIT314", "SIT319", "SIT320", "SIT321", "SIT322", "SIT323", "SIT324",
+        "SIT325", "SIT326")
+"""The rules whose findings are drawn."""
+
+
+def _sizes(fault: Finding) -> tuple[float, ...]:
+    """What is measured, and the limit (m); nothing for what cannot be dimensioned."""
+    is_length = fault.measured is not None and fault.limit is not None and fault.unit == "m"
+    return (fault.measured or 0.0, fault.limit or 0.0) if is_length else ()
+
+
+def drawing(layout: Layout, faults: Sequence[Finding], forced: bool = False, bodies: str = "") -> Sheet | None:
+    """The sheet of some findings, which names a picture of the ``bodies``; None without a jaw, or where nothing drawn
+    fails.
+    """
+    jaw, shown = layout.spec.jaw, [fault for fault in faults if fault.rule in HELD]
+    if jaw is None or not shown:
+        return None
+    try:
+        pair = closed_section(layout)
+    except PartsError:
+        return None
+    assert pair is not None
+    sized = [fault for fault in shown if _sizes(fault)]
+    # How much (m) the section has to show
+    needed = (width for fault in sized for width in _needed(fault))
+    scale = scale_for((max(jaw.port_diameter, layout.body_size[1], 2.0 * pair.radius, *needed),) * 2, SECTION[2:])
+    sheet = new_sheet(layout.spec, "what does not fit", f"section {scale_text(scale)}", "see the package", forced,
+                      "the jaw from its tip")
+    view = View(scale, (SECTION[0] + SECTION[2] / 2, SECTION[1] + SECTION[3] / 2))
+    with sheet.group("fit-section"):
+        _section(sheet, layout, jaw, pair, view, shown)
+    views = _beside(layout, jaw, {fault.rule: fault for fault in sized})
+    for slot, draw in enumerate(views):
+        with sheet.group(f"fit-view-{slot + 1}"):
+            draw(sheet, TOP - SLOT * slot)
+    low = table(sheet, 16.0, 64.0, (16.0, 40.0, 26.0, 26.0, 26.0), [HEAD, *map(_row, shown)], 2.4)
+    note = NOTE + (f" {bodies} has the bodies themselves." if bodies else "")
+    fitting_paragraph(sheet, 16.0, low - 2.0, 134.0, 10.0, [note], 2.3)
+    return sheet
+
+
+HEAD = ("rule", "what does not fit", "measured (mm)", "limit (mm)", "off by (mm)")
+NOTE = (
+    "Red is what misses its limit, black the limit; drawn nominally, where a warning counts tolerances at worst. The "
+    "words are what check says, and in a package's report.html."
+)
+AREAS = {"m2": (1e6, "mm2"), "m3": (1e9, "mm3")}  # What figures that are no lengths are written in
+
+
+def _row(fault: Finding) -> tuple[str, ...]:
+    measured, limit, words = fault.measured, fault.limit, ["", "", ""]
+    if measured is not None and limit is not None and fault.unit in AREAS:
+        factor, unit = AREAS[fault.unit]
+        words = [f"{factor * size:.3g} {unit}" for size in (measured, limit, abs(measured - limit))]
+    elif measured is not None and limit is not None and fault.unit == "m":
+        across = RADIUS if fault.rule == "SIT321" else 1.0
+        words = [mm(across * size) for size in (measured, limit, abs(measured - limit))]
+    return fault.rule, fault.name, *words
+
+
+RADIUS = 2.0  # SIT321 measures from the port's axis, the other rules across: the drawing has diameters
+
+
+def _needed(fault: Finding) -> Iterator[float]:
+    """The circle (m) that a fault says the pair needs."""
+    if fault.rule in ("SIT303", "SIT321"):
+        yield _sizes(fault)[0] * (RADIUS if fault.rule == "SIT321" else 1.0)
+
+
+def _section(
+    sheet: Sheet, layout: Layout, jaw: Jaw, pair: ClosedSection, view: View, shown: Sequence[Finding]
+) -> None:
+    """The closed pair across the jaw, with the circle it needs and every width that is too much."""
+    sized = [fault for fault in shown if _sizes(fault)]
+    draw_section(sheet, layout, jaw, view, Pen(0.35))
+    draw_names(sheet, layout, jaw, view, SECTION[0] + SECTION[2])
+    circles = [width for fault in sized for width in _needed(fault)]
+    centre = Point(view.x(0.0), view.y(0.0))
+    reach = max([jaw.port_diameter, 2.0 * pair.radius, *circles]) / 2
+    if circles:
+        needed = max(circles)
+        sheet.draw(circle(centre, view.length(needed / 2)), CIRCLE, name="fit-needed")
+        y = view.y(reach) + 4.0
+        _width(sheet, view, needed, y, f"needs {mm(needed)}", RED)
+    widths = dict.fromkeys(pair for fault in sized for pair in _widths(layout, jaw, fault))
+    under, across = width_under(layout), layout.body_size[1]  # the face that the board lies on
+    if any(fault.rule == "SIT319" for fault in shown) and under is not None and under < across:
+        widths[under, f"carried {mm(under)}", across, f"board {mm(across)}"] = None
+    rows = [*((size, words, RED) for size, words, _, _ in widths), *((size, words, "") for _, _, size, words in widths)]
+    rows.append((jaw.port_diameter, f"port {mm(jaw.port_diameter)}", ""))
+    low = view.y(-reach) - 4.0
+    for i, (size, words, colour) in enumerate(sorted(dict.fromkeys(rows))):
+        _width(sheet, view, size, low - 5.5 * i, words, colour)
+    for fault in sized:
+        if fault.rule == "SIT314":
+            _thin_wall(sheet, layout, view, fault, SECTION[0] - 6.0)
+
+
+def _width(sheet: Sheet, view: View, size: float, y: float, words: str, colour: str) -> None:
+    """A dimension across the section, centred, at a height on paper, with lines up or down to the middle."""
+    for x in (-size / 2, size / 2):
+        sheet.line(view.x(x), view.y(0.0), view.x(x), y, TOO_MUCH if colour else HIDDEN)
+    span(sheet, (view.x(-size / 2), y), (view.x(size / 2), y), words, colour or BLACK)
+
+
+def _widths(layout: Layout, jaw: Jaw, fault: Finding) -> Iterator[tuple[float, str, float, str]]:
+    """What is too wide and its limit, both about the middle and in words (m)."""
+    measured, limit = _sizes(fault)
+    if fault.rule == "SIT309":
+        yield measured, f"shield {mm(measured)}", limit, f"coils {mm(limit)}"
+    if fault.rule != "SIT301":
+        return
+    over = next((each for each in measures(layout) if each.name == OVERHANG), None)
+    part = (fault.key or "").partition(".")[0]
+    if over is not None and math.isclose(measured, over.measured):
+        face = section(rim(jaw)).face
+        yield layout.body_size[1], f"board {mm(layout.body_size[1])}", face, f"jaw's face {mm(face)}"
+    else:
+        name = part if part in ("elastomer", "target") else "tail" if fault.key == "fpc.tail" else "board"
+        room = {jaw.port_diameter: "port", jaw.width: "jaw"}.get(limit, "room")
+        yield measured, f"{name} {mm(measured)}", limit, f"{room} {mm(limit)}"
+
+
+def _thin_wall(sheet: Sheet, layout: Layout, view: View, fault: Finding, x: float) -> None:
+    """The thickness of a printed piece that cannot be made."""
+    measured, limit = _sizes(fault)
+    at = levels(column(layout))
+    middle = at["opposing-jaw"][1].nominal / 2
+    for name in MOUNT_PIECES:
+        if name in at and math.isclose(at[name][1].nominal - at[name][0].nominal, measured, abs_tol=1e-9):
+            low, high = (view.y(level.nominal - middle) for level in at[name])
+            for y in (low, high):
+                sheet.line(x, y, view.x(-0.4 * layout.body_size[1]), y, TOO_MUCH)
+            sheet.text(x + 1.0, high + 1.0, f"{name} {mm(measured)}", TEXT, "end", 0.0, RED)
+            sheet.text(x + 1.0, low - 3.0, f"{mm(limit)} at least", TEXT, "end")
+
+
+Draw = Callable[[Sheet, float], None]
+
+
+def _beside(layout: Layout, jaw: Jaw, sized: dict[str, Finding]) -> list[Draw]:
+    """The views beside the section: along the jaw, at the hinge, through the shaft; those whose rules fail."""
+    found: list[Draw] = []
+    if (long := sized.get("SIT302")) is not None:
+        found.append(lambda sheet, top: _along(sheet, layout, jaw, long, top))
+    if "SIT324" in sized:
+        found.append(lambda sheet, top: _at_hinge(sheet, layout, jaw, top))
+    if (end := sized.get("SIT325")) is not None:
+        found.append(lambda sheet, top: _end(sheet, layout, end, top))
+    return found
+
+
+def _along(sheet: Sheet, layout: Layout, jaw: Jaw, fault: Finding, top: float) -> None:
+    """The pair from the side, with the body's length beside the jaw's."""
+    start, heel = jaw_range(layout, jaw)
+    body = layout.body[0], layout.body[2]
+    x0, x1 = min(start, body[0]), max(heel, body[1])
+    pair = closed_section(layout)
+    assert pair is not None
+    scale = scale_for((x1 - x0, pair.height), (WIDE, SLOT - 24.0))
+    right, half = RIGHT + scale * 1e3 * (x1 - x0), 0.5e3 * scale * pair.height
+    middle = top - 7.0 - half
+    draw_side(sheet, layout, jaw, (right, middle), x1, scale, 0.0)
+    sheet.text(RIGHT, top - 4.0, f"from the side, {scale_text(scale)}, the tip on the left", TEXT)
+
+    def at(x: float) -> float:
+        return right - scale * 1e3 * (x1 - x)
+
+    _, limit = _sizes(fault)
+    span(
+        sheet, (at(body[0]), middle - half - 5.0), (at(body[1]), middle - half - 5.0), f"board {mm(body[1] - body[0])}",
+        colour=RED,
+    )
+    span(sheet, (at(start), middle - half - 10.5), (at(heel), middle - half - 10.5), f"jaw {mm(limit)}")
+
+
+def _at_hinge(sheet: Sheet, layout: Layout, jaw: Jaw, top: float) -> None:
+    """The tail on its way past the pin, closed or open as far as it runs into that."""
+    path, pivot = tail_path(layout), hinge_pivot(layout)
+    gap = next((gap for gap in pin_gaps(layout) if not gap.is_free), None)
+    if gap is None or pivot is None or jaw.hinge is None or path is None:
+        return
+    if gap.angle:
+        path = tail_path(layout, gap.angle) or path
+    heel = jaw_range(layout, jaw)[1]
+    scale = scale_for((jaw.hinge + 4e-3, 5e-3), (WIDE, SLOT - 14.0))
+    view = View(scale, (RIGHT + 3.0 - 1e3 * scale * (heel - 1e-3), top - 22.0 - 1e3 * scale * pivot.y))
+    # Places on the tail's middle line between two places along the jaw (m)
+    start = heel - 1e-3
+    end = pivot.x + 3e-3
+    steps = (path.at(path.length * i / 2000) for i in range(2001))
+    places = [Point(place.x, place.z) for place in steps if start <= place.x <= end]
+    thick = 2.0 * (path.distance(pivot.x, pivot.y) - gap.away)
+    sheet.draw(view.path(polyline(places)), Pen(max(0.3, view.length(thick)), COLOURS["board"], (), False))
+    sheet.draw(circle(Point(view.x(pivot.x), view.y(pivot.y)), view.length(gap.pin)), TOO_MUCH, "#e8c4c4")
+    nearest = min(places, key=lambda place: math.hypot(place.x - pivot.x, place.y - pivot.y))
+    sheet.line(view.x(pivot.x), view.y(pivot.y), view.x(nearest.x), view.y(nearest.y), TOO_MUCH)
+    sheet.line(view.x(heel), view.y(pivot.y) - 8.0, view.x(heel), view.y(pivot.y) + 8.0, CHAIN)
+    sheet.text(view.x(heel) + 1.0, view.y(pivot.y) + 5.0, "jaw's heel", TEXT)
+    words = f"{gap.when}: tail {mm(gap.away)} from the pivot"
+    sheet.text(RIGHT, top - 4.0, f"{words}, {scale_text(scale)}", TEXT, colour=RED)
+    sheet.text(RIGHT, top - 8.0, f"pin {mm(2.0 * gap.pin)} thick: {mm(gap.pin)} at least", TEXT)
+
+
+def _end(sheet: Sheet, layout: Layout, fault: Finding, top: float) -> None:
+    measured, limit = _sizes(fault)
+    behind, (width, thick) = shaft(layout.spec), end_section(layout)
+    assert behind is not None
+    scale = scale_for((max(width, limit),) * 2, (WIDE, SLOT - 16.0))
+    view = View(scale, (RIGHT + WIDE / 2, top - 28.0))
+    sheet.draw(circle(Point(view.x(0.0), view.y(0.0)), view.length(behind.bore / 2)), Pen(0.35))
+    box = [view.x(-width / 2), view.y(-thick / 2), view.x(width / 2), view.y(thick / 2)]
+    sheet.draw(rectangle(*box), EDGE, COLOURS["board"])
+    sheet.line(box[0], box[1], box[2], box[3], TOO_MUCH)
+    sheet.text(RIGHT, top - 4.0, f"the tail's end {mm(measured)} from corner to corner, {scale_text(scale)}", TEXT,
+               colour=RED)
+    sheet.text(RIGHT, top - 8.0, f"the tube behind the jaws leaves {mm(limit)}", TEXT)
+
+
+COLOURS = {
+    "jaw": "#a8adb5", "opposing-jaw": "#c9cdd3", "opposing-pad": "#5f6b6d", "shield": "#d98a4b", "board": "#c07f1f",
+    "elastomer": "#e8d8c8", "target": "#d98a4b", "encapsulation": "#9fc5e8", **dict.fromkeys(MOUNT_PIECES, "#dfe6e9"),
+}
+GLUE = "#4d6b1f"
+EDGE = Pen(0.18)
+PORT = Pen(0.35, "#b00000", (3.0, 1.5))
+TAIL_STEPS = 400  # Straight stretches that the whole tail is drawn with, from the side
+STEPS = 12  # Straight stretches that a side along the port's circle is drawn with
+
+
+def draw_section(sheet: Sheet, layout: Layout, jaw: Jaw, view: View, port: Pen = PORT) -> None:
+    """Every layer across the jaw at its height, glue between them, and the port's circle about the pair's axis."""
+    layers = column(layout)
+    at = {name: (lower.nominal, upper.nominal) for name, (lower, upper) in levels(layers).items()}
+    middle = at["opposing-jaw"][1] / 2
+
+    def draw(path: Path, name: str) -> None:
+        placed = path.mapped(lambda p: Point(view.x(p.x), view.y(p.y - middle)))
+        sheet.draw(placed, EDGE, COLOURS[name], f"jaw-section-{name}")
+
+    for path in _jaw(jaw, jaw.recess, jaw.pocket):
+        draw(path.shifted(0.0, at["jaw"][1]), "jaw")
+    for path in _jaw(jaw, jaw.opposing_recess, jaw.opposing_pocket):
+        draw(path.rotated(math.pi).shifted(0.0, at["opposing-jaw"][0]), "opposing-jaw")
+    if "encapsulation" in at:
+        for path in _film(layout, at):
+            draw(path, "encapsulation")
+    for layer in layers:
+        if layer.part in COLOURS and layer.part not in ("jaw", "opposing-jaw", "encapsulation"):
+            draw(_across(layout, jaw, layer.part, at), layer.part)
+    for layer in (layer for layer in layers if layer.is_glue):
+        under, over = at[layer.part]
+        half = _half(layout, jaw, layer.part.removeprefix("glue under the "), under)
+        ends = [Point(view.x(-half), view.y(under - middle)), Point(view.x(half), view.y(over - middle))]
+        sheet.draw(rectangle(ends[0].x, ends[0].y, ends[1].x, ends[1].y), None, GLUE)
+    sheet.draw(circle(Point(view.x(0.0), view.y(0.0)), view.length(jaw.port_diameter / 2)), port, name="jaw-port")
+    reach = 0.55 * view.length(jaw.port_diameter)
+    x, y = view.x(0.0), view.y(0.0)
+    sheet.line(x - reach, y, x + reach, y, CHAIN)
+    sheet.line(x, y - reach, x, y + reach, CHAIN)
+
+
+def _jaw(jaw: Jaw, recess: float, pocket: tuple[float, float] | None) -> Iterator[Path]:
+    """A jaw across its axis (m), its floor at height 0: with a pocket its bar to the rims, cut out of it."""
+    if pocket is None or not recess:
+        yield section(jaw).outline
+        return
+    tall, half = section(replace(jaw, height=jaw.height + recess)), pocket[1] / 2
+    back = tall.outline.shifted(0.0, recess).segments[0]
+    rims = [Point(tall.face / 2, recess), Point(half, recess), Point(half, 0.0), Point(-half, 0.0),
+            Point(-half, recess), Point(-tall.face / 2, recess)]
+    if half >= tall.face / 2:
+        rims = [Point(tall.face / 2, 0.0), Point(-tall.face / 2, 0.0)]
+    yield Path((back, *polyline([back.end, *rims, back.start]).segments))
+
+
+def _half(layout: Layout, jaw: Jaw, part: str, level: float) -> float:
+    """Half the width (m) of a layer; `level` is a height above the jaw's lowest point."""
+    plates = above_board(layout.spec)
+    if part == "encapsulation" and plates:  # where it goes over the uppermost plate
+        part = plates[-1].role.value
+    if part in ("board", "encapsulation"):
+        return layout.body_size[1] / 2
+    if part == "opposing-pad":
+        pocket = jaw.opposing_pocket if jaw.opposing_recess else None
+        return section(jaw).face / 2 if pocket is None else pocket[1] / 2 - POCKET_CLEARANCE
+    for body in plates:
+        if body.role.value == part:
+            return (body.footprint.box[3] - body.footprint.box[1]) / 2
+    at = levels(column(layout))
+    return half_width(layout, level - at["board"][1].nominal)
+
+
+def _across(layout: Layout, jaw: Jaw, part: str, at: dict[str, tuple[float, float]]) -> Path:
+    """A layer's outline (m): a rectangle, or for the seat's pieces one whose sides follow the port's circle."""
+    lower, upper = at[part]
+    for body in above_board(layout.spec):
+        if body.role.value == part:
+            y = axis(layout).y
+            return rectangle(body.footprint.box[1] - y, lower, body.footprint.box[3] - y, upper)
+    if part not in MOUNT_PIECES:
+        half = _half(layout, jaw, part, lower)
+        return rectangle(-half, lower, half, upper)
+    heights = [lower + (upper - lower) * i / STEPS for i in range(STEPS + 1)]
+    right = [Point(_half(layout, jaw, part, z), z) for z in heights]
+    return closed_polygon([*right, *(Point(-p.x, p.y) for p in reversed(right))])
+
+
+def _film(layout: Layout, at: dict[str, tuple[float, float]]) -> Iterator[Path]:
+    """The film on the board and round what stands on it (m), drawn before that."""
+    (_, board), (lower, upper) = at["board"], at["encapsulation"]
+    thick, half, y = upper - lower, layout.body_size[1] / 2, axis(layout).y
+    yield rectangle(-half, board, half, board + thick)
+    for body in above_board(layout.spec):
+        _, y0, _, y1 = body.footprint.box
+        foot = max(board, at[body.role.value][0] - thick)
+        yield rectangle(y0 - y - thick, foot, y1 - y + thick, at[body.role.value][1] + thick)
+
+
+def draw_names(sheet: Sheet, layout: Layout, jaw: Jaw, view: View, right: float) -> None:
+    """Every layer's name, thickness and tolerance beside the section, right of a place on paper (mm)."""
+    layers = column(layout)
+    at, named = levels(layers), [layer for layer in layers if not layer.is_glue]
+    middle = at["opposing-jaw"][1].nominal / 2
+    heights = [view.y((at[layer.part][0].nominal + at[layer.part][1].nominal) / 2 - middle) for layer in named]
+    for layer, height, row in zip(named, heights, spread(heights, 4.6), strict=True):
+        lower = at[layer.part][0].nominal
+        half = section(jaw).face / 3 if layer.part.endswith("jaw") else 0.97 * _half(layout, jaw, layer.part, lower)
+        sheet.line(view.x(half), height, right - 6.0, height, THIN)
+        sheet.line(right - 6.0, height, right + 2.0, row, THIN)
+        words = f"{layer.part} {mm(layer.thickness.nominal)} \xb1{decimal(layer.thickness.spread * 1e3, 3)}"
+        sheet.text(right + 3.0, row - 0.35 * TEXT, words, TEXT)
+
+
+def draw_side(
+    sheet: Sheet, layout: Layout, jaw: Jaw, at: tuple[float, float], pivot: float, scale: float, turn: float,
+    gap: float = 0.0,
+) -> None:
+    """Both jaws from the side, each turned by an angle (rad) about the pivot, which stands before a place on paper or
+    beside it. `gap` is what lies between the faces where they are parallel (m), negative where the sensor has no room.
+    """
+    layers, offset = levels(column(layout)), jaw.pivot_offset
+    half = layers["opposing-jaw"][1].nominal / 2 - offset
+    level_line = at[1]
+    at = at[0], at[1] - scale * 1e3 * offset
+    x0, x1 = jaw_range(layout, jaw)
+    body = layout.body[0], layout.body[2]
+    plates: dict[str, list[tuple[float, float]]] = {}
+    for piece in above_board(layout.spec):
+        plates.setdefault(piece.role.value, []).append((piece.footprint.box[0], piece.footprint.box[2]))
+    for part, (low, high) in layers.items():
+        if part not in COLOURS or part == "encapsulation":
+            continue
+        is_other = part.startswith("opposing")
+        middle = half + (-0.5 if is_other else 0.5) * gap
+        if part in plates and "encapsulation" in layers:
+            film = layers["encapsulation"][1].nominal - layers["encapsulation"][0].nominal
+            for first, last in plates[part]:
+                path = rectangle(first - film - pivot, low.nominal - middle, last + film - pivot,
+                                 high.nominal + film - middle)
+                sheet.draw(_turned(path, turn, at, scale), EDGE, COLOURS["encapsulation"])
+        angle = -turn if is_other else turn
+        for first, last in [(x0, x1)] if part in ("jaw", "opposing-jaw", "opposing-pad") else plates.get(part, [body]):
+            path = rectangle(first - pivot, low.nominal - middle, last - pivot, high.nominal - middle)
+            sheet.draw(_turned(path, angle, at, scale), EDGE, COLOURS[part])
+    top = layers["board"][1].nominal - half - 0.5 * gap
+    if (tail := _tail(layout, pivot, top, turn)) is not None:
+        sheet.draw(_turned(tail, turn, at, scale), Pen(0.35, COLOURS["board"]), name="jaw-side-tail")
+    for angle in sorted({turn, -turn}):
+        along = polyline([Point(x0 - pivot, offset), Point(0.0, offset)])
+        sheet.draw(_turned(along, angle, at, scale), HIDDEN)
+    if jaw.hinge is not None and math.isclose(pivot, x1 + jaw.hinge):
+        sheet.draw(circle(Point(*at), 0.8), EDGE, "#ffffff")
+    sheet.line(at[0] - scale * 1e3 * (pivot - x0) - 4.0, level_line, at[0] + 4.0, level_line, CHAIN)
+
+
+def _tail(layout: Layout, pivot: float, top: float, turn: float) -> Path | None:
+    """The tail's middle line from the body to the pivot, on its way over the jaw's face and, with jaws open by twice an
+    angle (rad), into the shaft; m from the pivot, in the jaw's own axes, `top` being the board's upper face there. None
+    without a tail.
+    """
+    way = tail_path(layout, turn)
+    if way is None:
+        return None
+    places = (way.at(way.length * i / TAIL_STEPS) for i in range(TAIL_STEPS + 1))
+    beside = [Point(place.x - pivot, place.z + top) for place in places]
+    cosine, sine = math.cos(turn), math.sin(turn)
+    drawn = [point for point in beside if point.x * cosine - point.y * sine <= 0.0]
+    return polyline(drawn) if len(drawn) > 1 else None
+
+
+def _turned(path: Path, angle: float, at: tuple[float, float], scale: float) -> Path:
+    """A path (m about the pivot) turned about it, on paper."""
+    turned = path.rotated(angle)
+    return turned.mapped(lambda p: Point(at[0] + scale * 1e3 * p.x, at[1] + scale * 1e3 * p.y))

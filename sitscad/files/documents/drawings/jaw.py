@@ -1,0 +1,174 @@
+"""The jaw drawing: the closed pair in section with the port's circle and its dimensions, and the jaws closed and open.
+All of it from the scene's figures, glue lines included, without a CAD kernel: the very ones that decide whether the
+pair passes its port.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+
+from sitscad.assembly.places.bodies import above_board
+from sitscad.assembly.places.column import column
+from sitscad.assembly.places.fit import closed_section, closing, measures
+from sitscad.assembly.places.jaws import jaw_range, section
+from sitscad.assembly.places.tail_path import bends
+from sitscad.basics.check_results import Closing
+from sitscad.basics.units import show
+from sitscad.files.documents.drawings.fit import draw_names, draw_section, draw_side
+from sitscad.files.documents.gluing import piece_sizes
+from sitscad.files.drawing.frame import (
+    HIDDEN,
+    SUBSTITUTE,
+    TEXT,
+    THIN,
+    View,
+    fitting_paragraph,
+    mm,
+    new_sheet,
+    numbered,
+    outer_span,
+    scale_for,
+    scale_text,
+    span,
+    table,
+)
+from sitscad.files.drawing.pdf import pdf
+from sitscad.files.drawing.sheet import Sheet, text_width
+from sitscad.files.drawing.svg import svg
+from sitscad.files.order_facts.notes import bent_text
+from sitscad.layout.board import Layout
+from sitscad.spec.mount import Jaw
+
+SECTION = (34.0, 92.0, 92.0, 92.0)
+"""Room for the section on paper: left, low, width, height (mm); dimensions stand around it."""
+SIDES = 198.0, 86.0  # Where the views from the side begin along the paper, and how wide they may be (mm)
+CLOSED, OPEN = 176.0, 112.0  # The heights of the pivots in the views from the side, closed and open (mm)
+HIGHEST = 20.0  # How high the closed pair may be there (mm): its words stand so much above the pivot
+
+
+def render(layout: Layout, forced: str) -> dict[str, bytes]:
+    """``mount/NAME-jaw-drawing.svg`` and ``.pdf``; nothing without a jaw; stamped where ``forced``. Raises `PartsError`
+    where the shield does not fit into the standoff.
+    """
+    sheet = drawing(layout, bool(forced))
+    if sheet is None:
+        return {}
+    name = f"mount/{layout.spec.name}-jaw-drawing"
+    return {f"{name}.svg": svg(sheet).encode("utf-8"), f"{name}.pdf": pdf([sheet])}
+
+
+def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
+    """The sheet; None without a jaw. Raises `PartsError` where the shield does not fit into the standoff."""
+    jaw, pair, closes = layout.spec.jaw, closed_section(layout), closing(layout)
+    if jaw is None or pair is None or closes is None:
+        return None
+    across = max(jaw.port_diameter, pair.height, 2.0 * pair.radius)
+    scale = scale_for((across, across), SECTION[2:])
+    scales = f"section {scale_text(scale)}"
+    sheet = new_sheet(layout.spec, f"jaw {jaw.name}", scales, "see the package", forced, "the jaw from its tip")
+    view = View(scale, (SECTION[0] + SECTION[2] / 2, SECTION[1] + SECTION[3] / 2))
+    with sheet.group("jaw-section"):
+        draw_section(sheet, layout, jaw, view)
+        draw_names(sheet, layout, jaw, view, SECTION[0] + SECTION[2])
+        # The sizes across the section: the pair's height, the port, the jaw's face, the board's width
+        half, radius = pair.height / 2, max(jaw.port_diameter / 2, pair.radius)
+        left = view.x(-radius) - 7.0
+        for z in (-half, half):
+            sheet.line(view.x(0.0), view.y(z), left - 1.0, view.y(z), THIN)
+        span(sheet, (left, view.y(-half)), (left, view.y(half)), f"{mm(pair.height)} back to back")
+        face, board = section(jaw).face, layout.body_size[1]
+        lines = [(jaw.port_diameter, f"port {mm(jaw.port_diameter)}")]
+        lines += [(face, f"jaw's face {mm(face)}"), (board, f"board {mm(board)}")]
+        low = view.y(-radius) - 5.0
+        for i, (size, words) in enumerate(sorted(lines)):
+            y = low - 5.5 * i
+            start = view.y(0.0) if size == jaw.port_diameter else low + 3.0
+            for x in (-size / 2, size / 2):
+                sheet.line(view.x(x), start, view.x(x), y - 1.0, HIDDEN)
+            span(sheet, (view.x(-size / 2), y), (view.x(size / 2), y), words)
+    with sheet.group("jaw-sides"):
+        _sides(sheet, layout, jaw, closes)
+    rows = [("measure (mm)", "nominal", "root-sum-square", "at worst", "limit")]
+    rows += [(m.name, mm(m.nominal), mm(m.root_sum_square), mm(m.worst), mm(m.limit)) for m in measures(layout)]
+    low = table(sheet, 16.0, 66.0, (42.0, 22.0, 28.0, 22.0, 22.0), rows, 2.4)
+    fitting_paragraph(sheet, 16.0, low - 2.0, 140.0, 10.0, numbered(_notes(layout, jaw, closes)), 2.3)
+    return sheet
+
+
+def _sides(sheet: Sheet, layout: Layout, jaw: Jaw, closes: Closing) -> None:
+    """The pair from the side, closed and wide open about its pivot; closed alone where the hinge is not known."""
+    start, heel = jaw_range(layout, jaw)
+    pivot = heel + (jaw.hinge if jaw.hinge is not None else 0.0)
+    turn = (closes.opening or 0.0) / 2 if closes.reach is not None else 0.0
+    scale = scale_for((1.15 * (pivot - start), jaw.port_diameter), (SIDES[1], HIGHEST))
+    right = SIDES[0] + SIDES[1]
+    gap = closes.parallel_at if closes.reach is not None else 0.0
+    closed, words = _closed(layout, closes, pivot)
+    draw_side(sheet, layout, jaw, (right, CLOSED), pivot, scale, closed, gap)
+    lift = scale * 1e3 * (pivot - start) * math.sin(closed)
+    reach = scale * 1e3 * jaw.port_diameter
+    said = [f"{words}, {scale_text(scale)}, the tip on the left"]
+    fitting_paragraph(sheet, SIDES[0], CLOSED + reach + lift + 6.0, SIDES[1], CLOSED + 0.6 * reach + lift, said, TEXT)
+    y = CLOSED - 0.5 * reach - lift - 6.0
+    ends = right - scale * 1e3 * (pivot - start), right - scale * 1e3 * (pivot - heel)
+    span(sheet, (ends[0], y), (ends[1], y), mm(jaw.length))
+    if jaw.hinge:
+        beside = f", pivot {mm(abs(jaw.pivot_offset))} beside the middle" if jaw.pivot_offset else ""
+        span(sheet, (ends[1], y), (right, y), f"{mm(jaw.hinge)}{beside}")
+    # how far from the tip the pieces begin that are glued on the face
+    begins = {part: end - start for part, (end, _) in piece_sizes(layout).items()} | {"board": layout.body[0] - start}
+    for away in sorted(set(begins.values())):
+        y -= 5.5
+        words = f"{', '.join(part for part, each in begins.items() if each == away)} {mm(away)}"
+        end = ends[0] + scale * 1e3 * away
+        if away > 0.0:
+            is_before = end + 6.0 + SUBSTITUTE * text_width(words, TEXT) > right
+            outer_span(sheet, (ends[0], y), (end, y), words, is_before=is_before)
+    if not turn:
+        words = "The jaw's hinge or opening is not known (mount.jaw.hinge, mount.jaw.opening): not drawn open."
+        fitting_paragraph(sheet, SIDES[0], OPEN, SIDES[1], 60.0, [words], TEXT)
+        return
+    draw_side(sheet, layout, jaw, (right, OPEN), pivot, scale, turn, gap)
+    most = closes.most
+    between = f", {show(most, 'm', 3)} between the faces at the sensor's middle" if most is not None else ""
+    words = f"open by {math.degrees(2 * turn):.3g} deg{between}"
+    fitting_paragraph(sheet, SIDES[0], OPEN - 34.0, SIDES[1], 44.0, [words], TEXT)
+
+
+def _closed(layout: Layout, closes: Closing, pivot: float) -> tuple[float, str]:
+    """The angle (rad) that each jaw is turned by where the pair is drawn closed, and what that is in words: parallel on
+    the tissue that leaves it so; where the sensor is too thick for that, until its end at the heel touches.
+    """
+    if closes.reach is None:
+        return 0.0, "closed"
+    if closes.parallel_at >= 0.0:
+        return 0.0, f"closed, parallel on tissue {mm(closes.parallel_at)} thick"
+    ends = [piece.footprint.box[2] for piece in above_board(layout.spec)] or [layout.body[2]]
+    touching = replace(closes, reach=pivot - max(ends))
+    angle = touching.tilt(0.0)
+    if angle is None:
+        return 0.0, "closed"
+    return angle / 2.0, f"closed until the sensor touches at the heel: open by {math.degrees(angle):.2g} deg"
+
+
+def _notes(layout: Layout, jaw: Jaw, closes: Closing) -> Iterator[str]:
+    """How the section is to be read, and where its figures come from."""
+    glued = [layer for layer in column(layout) if layer.is_glue]
+    yield "Millimetres. The red circle is the port about the closed pair's axis; jaws closed without force."
+    if glued:
+        thick = mm(glued[0].thickness.nominal)
+        yield f"{len(glued)} glue lines of {thick} (green), counted in the height."
+    else:
+        yield "No glue line is counted: assembly.glue_line is zero."
+    if closes.parallel_at >= 0.0:
+        slide = closes.slide(0.0)
+        slides = f" From none to that they slide by {mm(abs(slide))} along each other." if slide else ""
+        yield f"The faces are parallel on tissue {mm(closes.parallel_at)} thick.{slides}"
+    else:
+        yield "The sensor is too thick for the faces ever to be parallel: they touch at the heel first."
+    if bends(layout):
+        yield bent_text(layout)
+    if jaw.source:
+        yield f"The jaw's sizes: {jaw.source}"

@@ -1,0 +1,163 @@
+"""The sensor from the top: elastomer and target over the coils, to scale, with the coordinates of their edges. Three
+axes of force are told apart by which part of which coil the target covers: this is the view in which that is seen. The
+assembly drawing, the report and the data sheet show it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from sitscad.assembly.places.bodies import Body, BodyRole, above_board, lines_below_target
+from sitscad.basics.units import show
+from sitscad.files.drawing.frame import (
+    CHAIN,
+    TEXT,
+    THICK,
+    THIN,
+    View,
+    axes_sign,
+    fitting_paragraph,
+    mm,
+    new_sheet,
+    numbered,
+    ordinates,
+    origin_cross,
+    placed,
+    scale_for,
+    scale_text,
+    table,
+)
+from sitscad.files.drawing.pdf import pdf
+from sitscad.files.drawing.pictures.board import draw_coil
+from sitscad.files.drawing.sheet import Pen, Sheet, text_width
+from sitscad.kernels.geometry.areas import parts_inside
+from sitscad.kernels.geometry.convex import Box
+from sitscad.kernels.geometry.path import rectangle
+from sitscad.layout.board import Layout
+from sitscad.spec.sensor import SensorSpec
+
+ROOM = (44.0, 34.0, 116.0, 146.0)
+"""Room for the view on paper: left, low, width, height (mm); dimensions stand around it."""
+COLUMN = 176.0  # Where the table and the notes begin along the paper (mm)
+PENS = {"elastomer": Pen(0.4, "#1f5fa8", (3.0, 1.2)), "target": Pen(1.0, "#e07ba8")}
+"""The outlines of the pieces, told apart by colour and by their lines."""
+COPPER = "#e3c4a6"
+
+
+def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
+    """The sheet; None where nothing lies on the board."""
+    pieces = above_board(layout.spec)
+    if not pieces:
+        return None
+    box = _shown(layout, pieces)
+    scale = scale_for((box[2] - box[0], box[3] - box[1]), ROOM[2:])
+    title, hashes = "assembly, pieces over the coils", "the board's are in fpc/"
+    sheet = new_sheet(layout.spec, title, scale_text(scale), hashes, forced)
+    view = placed(box, scale, ROOM)
+    _plan(sheet, layout, pieces, view, box)
+    # The edges of body and pieces and the coils' centres, by their coordinates
+    boxes = [layout.body, *(piece.footprint.box for piece in pieces)]
+    low, left = min(view.y(box[1]) for box in boxes), min(view.x(box[0]) for box in boxes)
+    centres = [coil.centre for coil in layout.coils]
+    xs = [x for box in boxes for x in (box[0], box[2])] + [centre.x for centre in centres]
+    ys = [y for box in boxes for y in (box[1], box[3])] + [centre.y for centre in centres]
+    ordinates(sheet, view, 0, xs, low, low - 7.0)
+    ordinates(sheet, view, 1, ys, left, left - 9.0)
+    axes_sign(sheet, left - 16.0, low - 16.0, 8.0, TEXT)
+    rows = [("coil", "x", "y", "turned by")]
+    for coil in layout.coils:
+        turned = f"{math.degrees(coil.placement.rotation):g} deg"
+        rows.append((coil.name, mm(coil.centre.x), mm(coil.centre.y), turned))
+    low = table(sheet, COLUMN, 190.0, (22.0, 28.0, 28.0, 28.0), rows, 2.6) - 8.0
+    for piece in {piece.role: piece for piece in reversed(pieces)}.values():  # what each line means
+        sheet.line(COLUMN + 1.0, low + 1.0, COLUMN + 15.0, low + 1.0, PENS[piece.role.value])
+        sheet.text(COLUMN + 18.0, low, f"{piece.role.value}: {_size(piece)}, {piece.material}", 2.6)
+        low -= 5.0
+    for pen, words in ((THICK, "edge of the board"), (THIN, "outer edge of a coil"),
+                       (Pen(1.0, COPPER), "copper of layer 1"), (CHAIN, "axes of coils; here the tail goes on")):
+        sheet.line(COLUMN + 1.0, low + 1.0, COLUMN + 15.0, low + 1.0, pen)
+        sheet.text(COLUMN + 18.0, low, words, 2.6)
+        low -= 5.0
+    fitting_paragraph(sheet, COLUMN, low - 2.0, 106.0, 42.0, numbered(_notes(layout.spec, pieces)), 2.4)
+    return sheet
+
+
+def plan(sheet: Sheet, layout: Layout, room: tuple[float, float, float, float]) -> None:
+    """The view on another sheet, in a room (left, low, width, height; mm), without dimensions."""
+    pieces = above_board(layout.spec)
+    box = _shown(layout, pieces)
+    view = placed(box, plan_scale(layout, room), room)
+    _plan(sheet, layout, pieces, view, box)
+    axes_sign(sheet, view.x(box[0]), view.y(box[1]) - 12.0, 8.0, TEXT)
+
+
+def plan_scale(layout: Layout, room: tuple[float, float, float, float]) -> float:
+    """The scale that `plan` draws at in some room."""
+    box = _shown(layout, above_board(layout.spec))
+    return scale_for((box[2] - box[0], box[3] - box[1]), room[2:])
+
+
+def _plan(sheet: Sheet, layout: Layout, pieces: tuple[Body, ...], view: View, box: Box) -> None:
+    """Board, pieces, and over them the names of the coils."""
+    # The board as far as it is shown: its edge, tracks on its top face, coils with their centres, the origin
+    limit = box[2] + 0.04 * (box[2] - box[0])
+    within = (-math.inf, -math.inf, limit, math.inf)
+    for trace in layout.on_layer(1):
+        for part in parts_inside(trace.path, within):
+            sheet.draw(view.path(part), Pen(view.length(trace.width), COPPER))
+    for edge in parts_inside(layout.outline, within):
+        sheet.draw(view.path(edge), THICK)
+    sheet.line(view.x(limit), view.y(box[1]) - 2.0, view.x(limit), view.y(box[3]) + 2.0, CHAIN)
+    for coil in layout.coils:
+        draw_coil(sheet, view, layout.spec.coil, coil, THIN)
+    origin_cross(sheet, view)
+    for piece in reversed(pieces):  # the lower one's thin dashes over the other's line, where they are as large
+        sheet.draw(view.path(piece.outline()), PENS[piece.role.value])
+    # Each coil's name beside its centre, on a white ground, on the first side where it covers no line of a piece
+    size = 3.2
+    outlines = [view.path(piece.outline()) for piece in pieces]
+    for coil in layout.coils:
+        x, y, wide = view.x(coil.centre.x), view.y(coil.centre.y), text_width(coil.name, size)
+        places = [(x + dx, y + dy) for dx in (1.4, -1.4 - wide) for dy in (1.4, -1.4 - 0.8 * size)]
+        boxes = [(left - 0.6, low - 0.6, left + wide + 0.6, low + 0.8 * size + 0.2) for left, low in places]
+        free = (k for k, box in enumerate(boxes) if not any(any(parts_inside(one, box)) for one in outlines))
+        k = next(free, 0)
+        sheet.draw(rectangle(*boxes[k]), None, "#ffffff")
+        sheet.text(*places[k], coil.name, size)
+
+
+def _shown(layout: Layout, pieces: tuple[Body, ...]) -> Box:
+    """The board's body and all that lies over it or hangs over its edge (m)."""
+    boxes = [layout.body, *(piece.footprint.box for piece in pieces)]
+    low = [min(box[axis] for box in boxes) for axis in (0, 1)]
+    high = [max(box[axis] for box in boxes) for axis in (2, 3)]
+    return low[0], low[1], high[0], high[1]
+
+
+def _size(piece: Body) -> str:
+    thick, (x, y) = show(piece.upper - piece.lower, "m"), piece.footprint.size
+    across = f"diameter {show(x, 'm')}" if piece.footprint.is_round else f"{show(x, 'm')} x {show(y, 'm')}"
+    return f"{across}, {thick} thick"
+
+
+def _notes(spec: SensorSpec, pieces: tuple[Body, ...]) -> Iterator[str]:
+    glue, encapsulation = spec.assembly.glue_line, spec.encapsulation
+    yield "Coordinates in mm from the origin of the board's files (red cross). Edges of what is turned: its extent."
+    for piece in sorted(pieces, key=lambda piece: -piece.lower):  # the upper ones first, each in the order of its cells
+        at, turn = piece.footprint.centre, math.degrees(piece.footprint.rotation)
+        turned = f", turned by {turn:g} deg" if turn else ""
+        face = "the board's top face"
+        lines = lines_below_target(spec) if piece.role is BodyRole.TARGET else 1
+        above = f"{show(piece.lower + lines * glue, 'm')} above {face}"
+        above = f"{above} with the glue" if glue else f"on {face}" if piece.lower <= 0.0 else above
+        yield f"{piece.name.capitalize()}: centre at x = {mm(at.x)}, y = {mm(at.y)}{turned}; {above}, unloaded."
+    if encapsulation is not None:
+        film = show(encapsulation.thickness, "m")
+        yield f"Over all of it {film} of {encapsulation.material.name}, not drawn."
+
+
+def assembly_pdf(layout: Layout, forced: str) -> dict[str, bytes]:
+    """``laser/NAME-assembly.pdf``; nothing for a sensor without elastomer and target; stamped where ``forced``."""
+    sheet = drawing(layout, bool(forced))
+    return {} if sheet is None else {f"laser/{layout.spec.name}-assembly.pdf": pdf([sheet])}

@@ -1,0 +1,144 @@
+"""The stack-up drawing: sections through tail and body, heights to scale, every thickness, as SVG and PDF on A4."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+
+from sitscad.basics.units import show
+from sitscad.files.drawing.frame import MARGIN, TEXT, THIN, fitting_paragraph, new_sheet, spread, table, wrapped
+from sitscad.files.drawing.pdf import pdf
+from sitscad.files.drawing.sheet import Sheet
+from sitscad.files.drawing.svg import svg
+from sitscad.files.order_facts import notes
+from sitscad.files.order_facts.files import board_images, fabrication_path, on_drawing, stack_names
+from sitscad.kernels.geometry.path import rectangle
+from sitscad.layout.bending import contact_copper, contact_layers, has_tail_coverlay, tail_copper, tail_layers
+from sitscad.layout.board import Layout
+from sitscad.layout.lamination import lamination_text
+from sitscad.spec.circuit import MASK, LayerKind
+
+COLOURS = {LayerKind.COVERLAY: "#d9a441", LayerKind.COPPER: "#c46a2b", LayerKind.DIELECTRIC: "#f0dfb0"}
+PLATE = "#b8b8b8"
+TAIL, JOINT, BODY = 24.0, 92.0, 160.0
+"""Where the sections begin and end along the paper (mm): the tail's end, where tail and body meet, the body's end."""
+TOP, ROOM = 182.0, 92.0  # Where the sections begin on paper, and the height that they may take (mm)
+CAPTION, CAPTIONS = 116.0, 140.0  # Width of a layer's caption and height of all of them (mm)
+LAP = 10.0  # Length of the lap of the tail's own coverlay in the body's section (mm)
+OPEN = 30.0  # Length of the contacts in the tail's section (mm)
+
+
+def render(layout: Layout, forced: str, files: Mapping[str, bytes]) -> dict[str, bytes]:
+    """The drawing as SVG and PDF by their paths in the package; ``files`` are the artwork that it names by its hash;
+    where ``forced`` is not empty it is stamped.
+    """
+    sheet = drawing(layout, on_drawing("board", files, board_images(files)), bool(forced))
+    return {
+        fabrication_path(layout.spec, "stackup.svg"): svg(sheet).encode("utf-8"),
+        fabrication_path(layout.spec, "stackup.pdf"): pdf([sheet]),
+    }
+
+
+def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
+    """The sheet: the sections, a caption for every layer, finished thicknesses and what the films are."""
+    stackup = layout.spec.fpc.stackup
+    plate = layout.stiffener.thickness if layout.stiffener is not None else 0.0
+    scale = ROOM / max(stackup.thickness, sum(layer.thickness for layer in tail_layers(layout)) + plate)
+    words = f"heights {scale / 1e3:.0f}:1, lengths not to scale"
+    sheet = new_sheet(layout.spec, f"stack-up {stackup.name}", words, artwork, forced, "in section")
+    _body_section(sheet, layout, scale)
+    # The tail's layers, its opened coverlays shorter, and the stiffener under its end
+    if layout.spec.fpc.tail is not None:
+        y, is_plugged = TOP, bool(layout.pads)
+        for i, layer in enumerate(tail_layers(layout)):
+            height, start = layer.thickness * scale, TAIL + (OPEN if is_plugged else 0.0)
+            is_own = has_tail_coverlay(layout) and i + 1 == len(tail_layers(layout))
+            _bar(sheet, start, y, JOINT + (LAP if is_own else 0.0) - start, height, COLOURS[layer.kind])
+            if is_own:
+                lap = show(layout.spec.fpc.rules.coverlay_lap, "m")
+                caption = wrapped(f"the tail's own coverlay laps {lap} into the body", JOINT - TAIL - OPEN - 18.0, 2.3)
+                for row, line in enumerate(caption):
+                    sheet.text(JOINT - 1.0, y - height - 3.5 - 3.2 * row, line, 2.3, "end")
+            y -= height
+        if is_plugged:
+            _contact_section(sheet, layout, y, scale)
+        stiffener = layout.stiffener
+        if stiffener is not None:
+            height = stiffener.thickness * scale
+            _bar(sheet, TAIL, y, OPEN + 15.0, height, PLATE)
+            sheet.text(TAIL + 2.0, y - height / 2, f"stiffener, {stiffener.material}", TEXT)
+            thick = f"about {show(stiffener.thickness, 'm')} with its adhesive"
+            sheet.text(TAIL + 2.0, y - height / 2 - 1.4 * TEXT, thick, TEXT)
+        sheet.text((TAIL + (OPEN if is_plugged else 0.0) + JOINT) / 2, TOP + 3.0, "tail", TEXT, "middle")
+    texts = notes.thickness_texts(layout)
+    parts = {place: text.partition("), ") for place, text in texts.items()}
+    rows = [["place", "finished thickness (least to most)"],
+            *([place, f"{thick})" if more else thick] for place, (thick, _, more) in parts.items())]
+    low = table(sheet, 16.0, 72.0, (34.0, 118.0), rows)
+    said = [f"Finished thickness {place} {texts[place]}." for place, (_, _, more) in parts.items() if more]
+    fitting_paragraph(sheet, 16.0, low - 2.0, 143.0, MARGIN + 3.0, [*said, *_notes(layout)], 2.3)
+    return sheet
+
+
+def _body_section(sheet: Sheet, layout: Layout, scale: float) -> None:
+    """All layers with their captions, and a plated hole."""
+    layers = layout.spec.fpc.stackup.layers
+    middles, copper, y, wall = [], [], TOP, COLOURS[LayerKind.COPPER]
+    for number, layer in enumerate(layers, 1):
+        height = layer.thickness * scale
+        _bar(sheet, JOINT, y, BODY - JOINT, height, COLOURS[layer.kind], f"stackup-layer-{number}")
+        copper += [y, y - height] if layer.kind is LayerKind.COPPER else []
+        middles.append(y - height / 2)
+        y -= height
+    if layout.vias and copper:
+        # A plated hole through all copper layers
+        middle, height = (JOINT + BODY) / 2, copper[0] - copper[-1]
+        for x, width, fill in ((-4.0, 8.0, "#ffffff"), (-4.0, 1.5, wall), (2.5, 1.5, wall)):
+            _bar(sheet, middle + x, copper[0], width, height, fill)
+    texts = []
+    for layer, name in zip(layers, stack_names(layout), strict=True):
+        material = f", {notes.layer_text(layer)}" if layer.material != name else f" {layer.made_of}".rstrip()
+        if layer.kind is LayerKind.COPPER:
+            material = f", {notes.copper_text(layout.spec.fpc.stackup, layer)}"
+        texts.append(wrapped(f"{show(layer.thickness, 'm')}  {name}{material}", CAPTION, TEXT))
+    most = max(map(len, texts))
+    size = min(TEXT, TEXT * CAPTIONS / (1.4 * TEXT * most * len(texts)))
+    captions = spread([-m for m in middles], 1.4 * size * most)
+    for lines, middle, place in zip(texts, middles, captions, strict=True):
+        sheet.line(BODY, middle, BODY + 4.0, middle, THIN)
+        sheet.line(BODY + 4.0, middle, BODY + 10.0, -place, THIN)
+        for row, line in enumerate(lines):
+            sheet.text(BODY + 11.0, -place - 0.35 * size - 1.4 * size * (row - (len(lines) - 1) / 2), line, size)
+    sheet.text((JOINT + BODY) / 2, TOP + 3.0, "body with the coils", TEXT, "middle")
+
+
+def _contact_section(sheet: Sheet, layout: Layout, bottom: float, scale: float) -> None:
+    """The layers under the contacts, on the same lower face as the tail, and the copper that is not there."""
+    there = contact_layers(layout)
+    y = bottom + math.fsum(layer.thickness for layer in there) * scale
+    sheet.text(TAIL, TOP + 3.0, "contacts", TEXT)
+    copper = contact_copper(layout)
+    if absent := [str(number) for number in range(1, tail_copper(layout) + 1) if number not in copper]:
+        sheet.text(TAIL, y + 1.5, f"no copper {', '.join(absent)}", 2.3)
+    for layer in there:
+        height = layer.thickness * scale
+        _bar(sheet, TAIL, y, OPEN, height, COLOURS[layer.kind])
+        y -= height
+
+
+def _bar(sheet: Sheet, x: float, top: float, width: float, height: float, fill: str, name: str = "") -> None:
+    sheet.draw(rectangle(x, top - height, x + width, top), THIN, fill, name)
+
+
+def _notes(layout: Layout) -> Iterator[str]:
+    stackup = layout.spec.fpc.stackup
+    is_film = any(layer.kind is LayerKind.COVERLAY and layer.material != MASK for layer in stackup.layers)
+    glued = "; coverlay with its adhesive" if is_film else ""
+    yield f"Thicknesses are finished ones{glued}. Laminates: {notes.laminate_text(stackup)}."
+    yield from (f"Bond, {where}: {text}." for where, text in notes.bond_texts(stackup).items())
+    if build := lamination_text(layout):
+        yield f"Build: {build}."
+    yield notes.finish_text(layout)
+    if layout.bend_zone is not None:
+        yield notes.bend_text(layout)
+    yield f"Stack-up from: {stackup.source}" if stackup.source else "Stack-up as written in the spec."

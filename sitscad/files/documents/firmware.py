@@ -1,0 +1,367 @@
+"""Register settings for the converter: a C header with every word explained, and a JSON of the same settings."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import Any
+
+from sitscad.assembly.places.state import FREE, PRESSED, REST
+from sitscad.basics.quantities import LONE_TIMES, READOUT, SCAN_TIMES, by_quantity, document
+from sitscad.basics.units import show
+from sitscad.estimates.circuits.settings import Device, devices
+from sitscad.estimates.values import CoilEstimate, Estimates, ReadoutEstimate, StateEstimate
+from sitscad.files.documents.firmware_driver import addr_pin, driver_files
+from sitscad.files.drawing.frame import FORCED
+from sitscad.files.writer import comment_text
+from sitscad.kernels.converters.converter import Converter
+from sitscad.spec.sensor import SensorSpec
+
+
+def config_path(converter: Converter, ending: str) -> str:
+    """The path in the package of the C header (``h``) or of the JSON (``json``)."""
+    return f"firmware/{converter.name}_config.{ending}"
+
+
+def render(spec: SensorSpec, estimates: Estimates, forced: str = "") -> dict[str, bytes]:
+    """Header and JSON, with the registers in the order in which they must be written; both say so where ``forced`` is
+    not empty.
+
+    Where a setting is unknown or does not fit its field the sensor cannot be read out: then the header is an ``#error``
+    and the JSON a ``refused`` with the reason, so that a forced build carries no settings that look right.
+    """
+    converter = spec.readout.device
+    try:
+        found = devices(spec.readout, estimates)
+        driver = driver_files(spec, estimates, found, bool(forced))
+    except ValueError as error:
+        files = refusal(spec, str(error))
+    else:
+        files = {
+            config_path(converter, "h"): header(spec, estimates, found, bool(forced)),
+            config_path(converter, "json"): table(spec, estimates, found, bool(forced)),
+            **driver,
+        }
+    return {path: text.encode("utf-8") for path, text in files.items()}
+
+
+def refusal(spec: SensorSpec, reason: str) -> dict[str, str]:
+    """The two files of a sensor that cannot be read out."""
+    text = " ".join(reason.replace('"', "'").replace("\\", "/").split())
+    converter = spec.readout.device
+    value = {"name": spec.name, "device": converter.name, "refused": reason, "converters": []}
+    return {
+        config_path(converter, "h"): f'#error "no {converter.part} settings for {spec.name}: {text}"\n',
+        config_path(converter, "json"): json.dumps(value, indent=2) + "\n",
+    }
+
+
+SETTINGS = ("reference_divider", "reference_frequency_Hz", "input_divider", "capacitance_F", "conversion_capacitance_F",
+            "scan_rate_Hz", "supply_current_A")
+"""Keys of the readout that the JSON has."""
+
+TIMES = ("settle_time_s", "conversion_time_s", "switch_time_s", "read_back_time_s")
+"""Keys of the readout that the JSON has under ``timing``."""
+
+
+def table(spec: SensorSpec, estimates: Estimates, found: Sequence[Device], forced: bool = False) -> str:
+    """The JSON: SI units in the keys' suffixes, registers as numbers, in the order of writing."""
+    converter = spec.readout.device
+    registers, conversion, counted = converter.register_map, estimates.readout.conversion, {}
+    if converter.has_gains and conversion is not None:  # what makes counts of results
+        counted = {
+            "result_bits": converter.bits, "count_bits": converter.count_bits,
+            "output_gain": estimates.readout.output_gain, "result_shift": conversion.shift,
+        }
+    value: dict[str, Any] = {
+        **({"warning": FORCED} if forced else {}),
+        "name": spec.name,
+        **{name.lower().replace(" ", "_"): text for name, text in spec.issue.rows},
+        "device": converter.name,
+        "manufacturer_id": registers.MANUFACTURER,
+        "device_id": converter.device_id,
+        "clock_Hz": spec.readout.clock,
+        **counted,
+        **document(estimates.readout, (each for each in READOUT if each.key in SETTINGS)),
+        "timing": document(estimates.readout, (each for each in (*SCAN_TIMES, *READOUT) if each.key in TIMES)),
+        "coils": [_coil_document(spec, estimates, index) for index in range(len(estimates.coils))],
+        "converters": [
+            {
+                "i2c_bus": device.bus,
+                "i2c_address": device.address,
+                "addr_pin": addr_pin(converter, device.address),
+                "channels": list(device.coils),
+                "registers": [
+                    {"address": each.address, "name": each.name, "value": each.value, "meaning": each.meaning}
+                    for each in device.registers
+                ],
+            }
+            for device in found
+        ],
+    }
+    return json.dumps(value, indent=2) + "\n"
+
+
+def _coil_document(spec: SensorSpec, estimates: Estimates, index: int) -> dict[str, Any]:
+    """One coil as it stands in the JSON: its channel and place, and what is expected of it."""
+    coil, channel = estimates.coils[index], spec.readout.device.places(len(estimates.coils))[index]
+    force = spec.requirements.normal_force
+    change, sigma = coil.converter_sensitivity(force) or (None, None)
+    forces = {state.name: state.force for state in estimates.states}
+    return {
+        "name": coil.name,
+        "converter": channel.converter,
+        "channel": channel.number,
+        "i2c_bus": channel.bus,
+        "i2c_address": channel.address,
+        **({"offset": estimates.readout.offsets[index]} if estimates.readout.offsets else {}),
+        "centre_m": list(coil.centre),
+        "expected": {
+            name: {
+                "force_N": forces[name],
+                "frequency_Hz": state.frequency,
+                "inductance_H": state.converter_inductance,
+            }
+            for name, state in coil.states.items()
+        },
+        "inductance_by": "1 / (C (2 pi f)^2), C = conversion_capacitance_F; estimate.json has it at the contacts",
+        "inductance_H_per_N": change,
+        "sigma_inductance_H_per_N": sigma,
+    }
+
+
+def header(spec: SensorSpec, estimates: Estimates, found: Sequence[Device], forced: bool = False) -> str:
+    """The C header (C99 and C++): one constant table of writes a converter."""
+    readout, converter = estimates.readout, spec.readout.device
+    macro, name = converter.part, converter.name
+    lines = [
+        "/*",
+        *([f" * {FORCED}."] if forced else []),
+        f" * Register settings of the {converter.part} for the sensor {comment_text(spec.name)}.",
+        *([f" * {spec.issue.title}."] if spec.issue.rows else []),
+        f" * Write them in this order after power-up or reset; {converter.register_map.ORDER}.",
+        f" * Clock f_CLK {show(spec.readout.clock, 'Hz')} at CLKIN; FREF_DIVIDER {readout.reference_divider} makes "
+        f"of it f_REF {_shown(readout.reference_frequency, 'Hz')}. Capacitor {_shown(readout.capacitance, 'F')}.",
+        " * Each value is 16 bits, sent most significant byte first.",
+        *(f" * {line}".rstrip() for line in _expected(spec, estimates)),
+        " */",
+        f"#ifndef {macro}_CONFIG_H",
+        f"#define {macro}_CONFIG_H",
+        "",
+        "#include <stdint.h>",
+        "",
+        f"#define {macro}_MANUFACTURER_ID 0x{converter.register_map.MANUFACTURER:04X}u",
+        f"#define {macro}_DEVICE_ID 0x{converter.device_id:04X}u",
+        f"#define {macro}_CONVERTERS {len(found)}u",
+        *_conversion(spec, readout),
+        *_result_macros(converter, readout),
+        "",
+        "typedef struct {",
+        "    uint8_t address;",
+        "    uint16_t value;",
+        f"}} {name}_register_t;",
+    ]
+    for number, device in enumerate(found):
+        lines += _device(converter, number, device)
+    lines += _coils(converter, estimates.coils)
+    lines += _force_macros(converter, estimates.coils, spec.requirements.normal_force)
+    return "\n".join([*lines, "", "#endif", ""])
+
+
+def _expected(spec: SensorSpec, estimates: Estimates) -> list[str]:
+    """What the settings are meant for: timing, and every coil's frequency, R_P and amplitude in every state."""
+    force, device = spec.requirements.normal_force, spec.readout.device
+    part, result = device.part, "COUNTS" if device.has_gains else "DATA"
+    pins, delay = show(device.limit("pin_capacitance"), "F"), show(device.limit("drive_delay"), "s")
+    lines = [*_timing(estimates, device), "", "Expected (estimates; compare with what the first board gives):"]
+    for coil in estimates.coils:
+        for name, state in coil.states.items():
+            lines.append(
+                f"  {comment_text(coil.name)} {comment_text(name)}: {_shown(state.frequency, 'Hz', 7)}, "
+                f"L {_shown(state.converter_inductance, 'H', 6)} by the formula below, "
+                f"R_P {_shown(state.parallel_resistance, 'ohm', 3)}, {_shown(state.amplitude, 'V', 3)} peak, "
+                f"{_step(estimates.readout, state)}"
+            )
+    if any(name != FREE for coil in estimates.coils for name in coil.states):
+        lines.append("Free is the board before assembly; the drive current is chosen for the other states.")
+    if force and any(PRESSED in coil.states for coil in estimates.coils):
+        lines.append(
+            f"Free and rest are without force, pressed is with {show(force, 'N')} on the middle of the target."
+        )
+    return [
+        *lines,
+        "",
+        f"f_SENSOR = FIN_DIVIDER * f_REF * {result} / 2^{device.count_bits} ({device.source_of('cite_frequency')}), "
+        "where f_REF = f_CLK / FREF_DIVIDER;",
+        f"L = 1 / (C (2 pi f_SENSOR)^2) ({device.source_of('cite_inductance')}), where C = {part}_CAPACITANCE_F: "
+        f"the tank capacitor, {pins} of the",
+        f"converter's pins ({device.source_of('cite_pins')}) and the cable. "
+        "The capacitance of coil and tail is not in C: L contains what",
+        f"it does. The losses and the {delay} of the drive make L read high by 1/Q^2 + {delay} * 2 pi f_SENSOR / Q; "
+        "a cable",
+        "between coil and capacitor adds its own. `sitscad estimate` prints the same L beside the one at the contacts.",
+    ]
+
+
+def _timing(estimates: Estimates, device: Converter) -> list[str]:
+    """Return what a scan takes, and the supply's current."""
+    readout, times = estimates.readout, LONE_TIMES if len(estimates.coils) == 1 else SCAN_TIMES
+    scans = [each for each in READOUT if each.key in SCANS]
+    rows = by_quantity([readout], (*times, *scans))
+    clock = [["fastest clock of I2C", device.serial_clock_in_words]]
+    return [f"{label.removeprefix('- ')}: {text}" for label, text in (*rows, *clock)]
+
+
+SCANS = ("scan_rate_Hz", "read_back_time_s", "supply_current_A")
+"""Keys of the readout that the header has beside times."""
+
+
+def _step(readout: ReadoutEstimate, state: StateEstimate) -> str:
+    """What a step of a reading is (of its result, or of what is counted), in henries of the converter's formula, and
+    the scatter of the frequency.
+    """
+    conversion, inductance = readout.conversion, state.converter_inductance
+    step, size = "one count of the reference", "unknown"
+    if conversion is not None:
+        step = "one step of the result" if conversion.rounding(state.frequency) else step
+        size = size if inductance is None else show(conversion.inductance_step(inductance, state.frequency), "H", 2)
+    if state.spread is None or not state.frequency:
+        return f"{step} {size}"
+    return f"{step} {size}; one sigma of f {100.0 * state.spread.frequency / state.frequency:.2g} %"
+
+
+def _conversion(spec: SensorSpec, readout: ReadoutEstimate) -> list[str]:
+    """What turns DATA into frequency and inductance, as macros of doubles (Hz, F); none for what is unknown."""
+    values = (
+        ("F_CLK_HZ", spec.readout.clock),
+        ("FREF_DIVIDER", readout.reference_divider),
+        ("F_REF_HZ", readout.reference_frequency),
+        ("FIN_DIVIDER", readout.input_divider),
+        ("CAPACITANCE_F", readout.conversion_capacitance),
+    )
+    return [
+        f"#define {spec.readout.device.part}_{name} " + (f"{value}u" if isinstance(value, int) else f"{value:.9e}")
+        for name, value in values
+        if value is not None
+    ]
+
+
+def _result_macros(converter: Converter, readout: ReadoutEstimate) -> list[str]:
+    """Addresses, mask and flags of the results."""
+    registers, macro, words = converter.register_map, converter.part, converter.result_words
+    upper = f"DATA_{words[0]}" if len(words) > 1 else "DATA"
+    how = f"DATA = register & {macro}_{upper}_MASK"
+    if len(words) > 1:
+        first, second = words
+        how = f"read {first} before {second}; DATA = ({first} & {macro}_{upper}_MASK) << 16 | {second}"
+    cited = converter.source_of("cite_results"), converter.source_of("cite_errors")
+    said = registers.said_of_results(converter.bits, words, *cited)
+    lines = f"/* Results: {how}, {converter.bits} bits, {said} */".replace("\n", "\n * ").splitlines()
+    for channel in range(converter.channels):
+        for word, address in zip(words, converter.data_addresses(channel), strict=True):
+            ending = f"_{word}" if len(words) > 1 else ""
+            lines.append(f"#define {macro}_DATA{channel}{ending} 0x{address:02X}u")
+    return [
+        "",
+        *lines,
+        f"#define {macro}_{upper}_MASK 0x{converter.result_mask:04X}u",
+        *(
+            f"#define {macro}_{name} 0x{mask:04X}u /* {meaning} */"
+            for name, (mask, meaning) in registers.DATA_FLAGS.items()
+        ),
+        f"#define {macro}_STATUS 0x{registers.STATUS:02X}u",
+        f"#define {macro}_MANUFACTURER_ID_ADDRESS 0x{registers.MANUFACTURER_ID:02X}u",
+        f"#define {macro}_DEVICE_ID_ADDRESS 0x{registers.DEVICE_ID:02X}u",
+        *_count_macros(converter, readout),
+    ]
+
+
+def _count_macros(converter: Converter, readout: ReadoutEstimate) -> list[str]:
+    """What makes counts of results that show a part of a conversion; nothing where they show all."""
+    conversion = readout.conversion
+    if not converter.has_gains or conversion is None:
+        return []
+    macro, name = converter.part, converter.name
+    offsets = ", ".join(f"{offset}u" for offset in readout.offsets)
+    return [
+        "",
+        f"/* A conversion has {converter.count_bits} bits, a result {converter.bits} of them: OUTPUT_GAIN and OFFSETx "
+        "of the settings below say which.",
+        f" * COUNTS makes a conversion of a coil's DATA (coil: its place in {name}_coils), which calibration.h takes:",
+        " * counts of one coil are to each other as its frequencies. */",
+        f"#define {macro}_DATA_SHIFT {conversion.shift}u",
+        f"#define {macro}_COUNTS(coil, data) \\",
+        f"    (((uint32_t)((data) & {macro}_DATA_MASK) << {macro}_DATA_SHIFT) + {name}_offsets[coil])",
+        f"static const uint16_t {name}_offsets[] = {{{offsets}}};",
+    ]
+
+
+def _force_macros(converter: Converter, coils: Sequence[CoilEstimate], force: float | None) -> list[str]:
+    """Expected inductance by the formula at rest and pressed, and its change per newton with one sigma."""
+    found = []
+    for index, coil in enumerate(coils):
+        rest, pressed = (coil.states[name].converter_inductance if name in coil.states else None
+                         for name in (REST, PRESSED))
+        change, sigma = coil.converter_sensitivity(force) or (None, None)
+        values = {"L_REST_H": rest, "L_PRESSED_H": pressed, "L_PER_NEWTON_H": change, "L_PER_NEWTON_SIGMA_H": sigma}
+        found += [(index, name, value) for name, value in values.items() if value is not None]
+    if not found:
+        return []
+    macro = converter.part
+    return [
+        "",
+        f"/* Expected inductance by the formula (H), by the coil's place in {converter.name}_coils: "
+        "at rest without force,",
+        f" * pressed by {macro}_FORCE_PRESSED_N on the middle of the target, and the change per newton between the two",
+        " * (H/N), a secant and no curve, with one sigma of manufacture. Estimates: calibrate every sensor. */",
+        *([f"#define {macro}_FORCE_PRESSED_N {force:.9e}"] if force else []),
+        *(f"#define {macro}_COIL{index}_{name} {value:.9e}" for index, name, value in found),
+    ]
+
+
+def _coils(converter: Converter, coils: Sequence[CoilEstimate]) -> list[str]:
+    """Every coil's converter, channel and place on the board, for programs that reconstruct forces."""
+    lines = [
+        "",
+        "/* Every coil: name, converter, channel and I2C bus (from 0), address, place of its centre on the board (m):",
+        " * x along the jaw towards the tail, y across it, seen from the top. */",
+        f"#define {converter.part}_COILS {len(coils)}u",
+        "typedef struct {",
+        "    const char *name;",
+        "    uint8_t converter;",
+        "    uint8_t channel;",
+        "    uint8_t i2c_bus;",
+        "    uint8_t i2c_address;",
+        "    float x_m;",
+        "    float y_m;",
+        f"}} {converter.name}_coil_t;",
+        f"static const {converter.name}_coil_t {converter.name}_coils[] = {{",
+    ]
+    for place, coil in zip(converter.places(len(coils)), coils, strict=True):
+        x, y = (f"{value + 0.0:.9e}f" for value in coil.centre)
+        where = f"{place.converter}u, {place.number}u, {place.bus}u, 0x{place.address:02X}u"
+        lines.append(f'    {{"{coil.name}", {where}, {x}, {y}}},')
+    return [*lines, "};"]
+
+
+def _device(converter: Converter, number: int, device: Device) -> list[str]:
+    """The lines of one converter: its address, its channels and its registers."""
+    pin, macro, name = addr_pin(converter, device.address), f"{converter.part}_{number}", converter.name
+    channels = ", ".join(f"channel {i} is {comment_text(name)}" for i, name in enumerate(device.coils))
+    lines = [
+        "",
+        f"/* Converter {number}, its pin ADDR {pin} ({converter.source_of('cite_address')}): {channels}. */",
+        f"#define {macro}_I2C_BUS {device.bus}u",
+        f"#define {macro}_I2C_ADDRESS 0x{device.address:02X}u",
+        f"#define {macro}_CHANNELS {len(device.coils)}u",
+        f"static const {name}_register_t {name}_{number}_config[] = {{",
+    ]
+    for one in device.registers:
+        lines.append(
+            f"    {{0x{one.address:02X}u, 0x{one.value:04X}u}}, /* {one.name}: {comment_text(one.meaning)} */"
+        )
+    return [*lines, "};"]
+
+
+def _shown(value: float | None, unit: str, digits: int = 4) -> str:
+    return show(value, unit, digits) if value is not None else "unknown"

@@ -1,0 +1,545 @@
+"""The driver of a sensor: C files that are the same for all, the tables by which sensors differ, and its readme."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Sequence
+
+from sitscad.assembly.places.state import REST
+from sitscad.basics.units import show
+from sitscad.calibration.unknowns import usual
+from sitscad.data import FOLDER
+from sitscad.estimates.circuits.bands import LEAP, SIGMAS, Band, CoilBands, bands
+from sitscad.estimates.circuits.drive import bare_board_code
+from sitscad.estimates.circuits.settings import Device, identity, serial_settings
+from sitscad.estimates.performance_values import AXES
+from sitscad.estimates.tolerances.scatter import ACCEPTED_SIGMAS
+from sitscad.estimates.values import CoilEstimate, Estimates
+from sitscad.files.drawing.frame import FORCED
+from sitscad.files.order_facts.board_end import socket_pad
+from sitscad.files.order_facts.notes import hanging
+from sitscad.files.writer import comment_text, is_felt
+from sitscad.kernels.converters.conversion import Conversion
+from sitscad.kernels.converters.converter import Channel, Converter
+from sitscad.layout.board import Layout
+from sitscad.layout.tail_tracks import contacts
+from sitscad.spec.sensor import SensorSpec
+
+READ_TIME = 122.5e-6
+"""Shortest time (s) that a register takes over I2C at 400 kHz, by which the self-test waits for results."""
+
+RECOVERY = 5.2e-3
+"""Time (s) that a channel takes which does not oscillate (SNOSCY9A, 6.5: sensor recovery after a watchdog timeout)."""
+
+
+def addr_pin(converter: Converter, address: int) -> str:
+    """Level of the ADDR pin that selects an address, or the line that it is tied to."""
+    net = converter.address_net(address)
+    return {"GND": "low", "VDD": "high"}.get(net, f"to {net}")
+
+
+def driver_files(
+    spec: SensorSpec, estimates: Estimates, devices: Sequence[Device], forced: bool = False
+) -> dict[str, str]:
+    """The files of the driver by their paths in the package; none for a converter of another family. Raises ValueError
+    where the sensor has no band to be tested by.
+    """
+    conversion = estimates.readout.conversion
+    if not spec.readout.device.has_driver or conversion is None:
+        return {}
+    found = bands(estimates, usual("coil_inductance"))
+    folder = FOLDER / "firmware"
+    files = {
+        f"firmware/{path.relative_to(folder).as_posix()}": path.read_text(encoding="ascii")
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+    }
+    files["firmware/sensor_config.h"] = _config(spec, estimates, devices, found, conversion, forced)
+    if spec.cells is not None:
+        files["firmware/cells.h"] = _cells_header(len(found) // spec.cells.coils)
+    files["firmware/micropython/sensor_config.py"] = _python_config(spec, devices, found, conversion, forced)
+    return files
+
+
+def _counts(band: Band, conversion: Conversion) -> tuple[int, ...]:
+    """A band in counts: the design's, lowest and highest."""
+    scale, most = 2.0**conversion.device.count_bits / conversion.full_scale, 2**conversion.device.bits - 2
+    return tuple(min(max(round(value * scale), 1), most) for value in (band.design, band.low, band.high))
+
+
+def unlike(found: Sequence[CoilBands]) -> float:
+    """The difference (Hz) of two coils' designs from which on an exchange is seen in spite of manufacture."""
+    widest = sorted(band.own_sigma for band in found)[-2:]
+    return 5.0 * math.hypot(*widest)
+
+
+def _config(
+    spec: SensorSpec, estimates: Estimates, devices: Sequence[Device], found: Sequence[CoilBands],
+    conversion: Conversion, forced: bool,
+) -> str:
+    """``sensor_config.h``: sizes, and initialisers of the tables of ``sensor.c``."""
+    readout, scale = estimates.readout, 2.0**conversion.device.count_bits / conversion.full_scale
+    places = spec.readout.device.places(len(found))
+    scan = 1.0 / readout.scan_rate if readout.scan_rate else 0.0
+    serial = serial_settings(spec, readout.scan_rate or 0.0)
+    waited = _self_test_time(len(found), readout.scan_rate)
+    rows = [
+        f"{{{number}u, 0x{register.address:02X}u, 0x{register.value:04X}u}}, /* {register.name} */"
+        for number, device in enumerate(devices)
+        for register in device.registers
+    ]
+    lines = [
+        "/*",
+        *([f" * {FORCED}."] if forced else []),
+        f" * The sensor {_plain(spec.name)}: what its driver (sensor.c) knows of it.",
+        *([f" * {spec.issue.title}."] if spec.issue.rows else []),
+        f" * Counts are f_SENSOR / {conversion.full_scale:.9g} Hz * 2^{conversion.device.count_bits}.",
+        " */",
+        "#ifndef SENSOR_CONFIG_H",
+        "#define SENSOR_CONFIG_H",
+        "",
+        f"#define SENSOR_NAME {json.dumps(_plain(spec.name), ensure_ascii=True)}",
+        f"#define SENSOR_ID 0x{identity(spec.name, devices):08X}u /* of the name, the coils and the settings */",
+        f"#define SENSOR_COILS {len(found)}",
+        *_cell_macros(spec, len(found)),
+        f"#define SENSOR_CONVERTERS {len(devices)}",
+        f"#define SENSOR_BUSES {devices[-1].bus + 1}",
+        f"#define SENSOR_HZ_PER_COUNT {1.0 / scale:.9e}f",
+        f"#define SENSOR_SCAN_US {round(scan * 1e6)}u /* a scan of all coils */",
+        f"#define SENSOR_POLLS {math.ceil(waited / READ_TIME)}u /* at 400 kHz they take longer than four scans */",
+        f"#define SENSOR_BAUD {serial.baud} /* bits per second of the serial port */",
+        f"#define SENSOR_LINE_EVERY {serial.scans_per_line} /* scans of all coils for each line of text */",
+        f"#define SENSOR_WAKE_MS {_wake(conversion.device)} /* milliseconds from SD low to the first answer */",
+        f"#define SENSOR_UNLIKE {round(unlike(found) * scale)}u /* designs so far apart are told apart */",
+        "#define SENSOR_BUS_OF {" + ", ".join(f"{device.bus}u" for device in devices) + "} /* of a converter */",
+        "#define SENSOR_ADDRESSES {" + ", ".join(f"0x{device.address:02X}u" for device in devices) + "}",
+        "",
+        "/* Converter (from 0), register, value: in the order of writing. */",
+        *_macro("SENSOR_SETTINGS", rows),
+        "",
+        "/* Name, converter, channel; lowest and highest counts in any state and under any load; by what a result may",
+        " * leap unconfirmed; counts of the design, lowest and highest of manufacture: bare, assembled. */",
+        *_macro("SENSOR_COIL_TABLE", [_coil(at, one, conversion) for at, one in zip(places, found, strict=True)]),
+        "",
+        "/* For simulated converters: converter, channel, tank as drawn, assembled (Hz, ohm); its noise. */",
+        f"#define SENSOR_CHANNELS {spec.readout.device.channels}u",
+        f"#define SENSOR_CLOCK_HZ {spec.readout.clock:.9e}",
+        f"#define SENSOR_NOISE_STEPS {spec.readout.device.limit('noise_steps')!r}",
+        *_macro("SENSOR_TANKS", [_tank(at, coil) for at, coil in zip(places, estimates.coils, strict=True)]),
+        "",
+        "#endif",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _cell_macros(spec: SensorSpec, coils: int) -> list[str]:
+    """Numbers of cells and of their coils. A sensor without cells is one cell."""
+    each = coils if spec.cells is None else spec.cells.coils
+    return [
+        *(["#define SENSOR_HAS_CELLS /* a map for each, which cells.h includes */"] if spec.cells is not None else []),
+        f"#define SENSOR_CELLS {coils // each}",
+        f"#define SENSOR_CELL_COILS {each} /* of a cell */",
+    ]
+
+
+def _cells_header(cells: int) -> str:
+    """``cells.h``: the maps of all cells for ``sensor.c``, under the names that ``calibration_header`` gives them."""
+    numbers = range(1, cells + 1)
+    lines = [
+        "/*",
+        " * The maps of all cells. cell-N/calibration.h of this one sensor beside this file goes before the package's,",
+        " * which is that of a drawing.",
+        " */",
+        "#ifndef CELLS_H",
+        "#define CELLS_H",
+        "",
+    ]
+    for k in numbers:
+        own = f"cell-{k}/calibration.h"
+        lines += [
+            "#if !defined(__has_include)", f'#include "{own}"',
+            f'#elif __has_include("{own}")', f'#include "{own}"',
+            f'#elif __has_include("../calibration/{own}")', f'#include "../calibration/{own}"',
+            "#endif",
+        ]
+    lines += [
+        "#ifdef SITSCAD_COILS",
+        '#error "a calibration.h of these was made without the number of its cell (--cell)"',
+        "#endif",
+        "", "#if " + " \\\n    || ".join(f"defined(SITSCAD_CELL{k}_AXES)" for k in numbers),
+    ]
+    for k in numbers:
+        lines += [f"#ifndef SITSCAD_CELL{k}_AXES",
+                  f'#error "cell-{k}/calibration.h is absent, or that of another cell"',
+                  f"#elif SITSCAD_CELL{k}_COILS != SENSOR_CELL_COILS",
+                  f'#error "cell-{k}/calibration.h is another sensor\'s: its number of coils is not SENSOR_CELL_COILS"',
+                  "#endif"]
+    lines += ["", "/* Axes of every cell. */", "#define SITSCAD_AXES SITSCAD_CELL1_AXES", "#define SITSCAD_OK 0"]
+    for axis in map(str.upper, AXES):
+        lines += [f"#ifdef SITSCAD_CELL1_{axis}", f"#define SITSCAD_{axis} SITSCAD_CELL1_{axis}", "#endif"]
+        for k in numbers[1:]:
+            lines += [f"#if defined(SITSCAD_CELL{k}_{axis}) != defined(SITSCAD_CELL1_{axis})",
+                      f'#error "cell-{k}/calibration.h has other axes than that of cell 1"', "#endif"]
+    lines += [
+        "",
+        "/* Forces by the map of a cell (from 0) at counts of its coils after their tare; 0, or what is wrong. */",
+        "static inline int sensor_cell_map(int cell, const uint32_t *counts, const uint32_t *rest, float *newtons)",
+        "{",
+        "    switch (cell) {",
+    ]
+    for k in numbers:
+        lines += [
+            f"    case {k - 1}: {{",
+            f"        struct sitscad_cell{k}_tare tare;",
+            "        for (int coil = 0; coil < SENSOR_CELL_COILS; ++coil)",
+            "            tare.counts[coil] = rest[coil];",
+            f"        return sitscad_cell{k}_forces(counts, &tare, newtons);",
+            "    }",
+        ]
+    return "\n".join([*lines, "    default:", "        return 1;", "    }", "}", "#endif", "", "#endif", ""])
+
+
+def _coil(place: Channel, found: CoilBands, conversion: Conversion) -> str:
+    _, low, high = _counts(found.working, conversion)
+    scale = 2.0**conversion.device.count_bits / conversion.full_scale
+    leap = math.ceil(LEAP * conversion.noise(found.assembled.design) * scale)
+    states = ", ".join(
+        "{" + ", ".join(f"{value}u" for value in _counts(band, conversion)) + "}"
+        for band in (found.bare, found.assembled)
+    )
+    where = f"{place.converter}u, {place.number}u"
+    return f'{{"{_plain(found.coil)}", {where}, {low}u, {high}u, {leap}u, {{{states}}}}},'
+
+
+def _tank(place: Channel, coil: CoilEstimate) -> str:
+    """A coil's converter and channel, its frequency and R_P as drawn: assembled where it has that state."""
+    state = coil.states.get(REST) or next(iter(coil.states.values()))
+    return f"{{{place.converter}, {place.number}, {state.frequency:.9e}, {state.parallel_resistance:.9e}}},"
+
+
+def _python_config(
+    spec: SensorSpec, devices: Sequence[Device], found: Sequence[CoilBands], conversion: Conversion, forced: bool
+) -> str:
+    """``sensor_config.py``: the tables as MicroPython reads them."""
+    lines = [f'"""The sensor {_plain(spec.name)}: what sensor.py knows of it."""', ""]
+    lines += [f"# {FORCED}."] if forced else []
+    lines += ["# of every converter", "BUSES = (" + "".join(f"{device.bus}, " for device in devices).rstrip() + ")"]
+    lines += ["ADDRESSES = (" + "".join(f"0x{device.address:02X}, " for device in devices).rstrip() + ")", ""]
+    lines += ["# converter (from 0), register, value; in the order of writing", "SETTINGS = ("]
+    lines += [
+        f"    ({number}, 0x{register.address:02X}, 0x{register.value:04X}),  # {register.name}"
+        for number, device in enumerate(devices)
+        for register in device.registers
+    ]
+    lines += [
+        ")",
+        "",
+        "# name, converter, channel, lowest and highest counts in any state and under any load",
+        "COILS = (",
+    ]
+    for place, one in zip(spec.readout.device.places(len(found)), found, strict=True):
+        _, low, high = _counts(one.working, conversion)
+        lines.append(f'    ("{_plain(one.coil)}", {place.converter}, {place.number}, {low}, {high}),')
+    lines += [")", f"HZ_PER_COUNT = {conversion.full_scale / 2.0**conversion.device.count_bits!r}"]
+    return "\n".join([*lines, f"WAKE_MS = {_wake(conversion.device)}  # from SD low to the first answer", ""])
+
+
+def _self_test_time(coils: int, scan_rate: float) -> float:
+    """Return the longest time (s) of a self-test at 400 kHz: four scans, and two restarts of each coil."""
+    return (4.0 / scan_rate if scan_rate else 0.0) + 2 * coils * RECOVERY + 2e-3
+
+
+def _wake(device: Converter) -> int:
+    """Return the time from SD low to a converter's first answer, in milliseconds rounded up."""
+    return math.ceil(1e3 * device.limit("wake_time"))
+
+
+def _macro(name: str, rows: Sequence[str]) -> list[str]:
+    return [f"#define {name} \\", "    { \\", *(f"        {row} \\" for row in rows), "    }"]
+
+
+def _plain(text: str) -> str:
+    """Text that neither ends a comment of C nor leaves a string."""
+    return " ".join(comment_text(text).replace('"', "'").encode("ascii", "replace").decode().split())
+
+
+WIDTH = 110
+PINS = (
+    ("VDD, GND", "supply 2.7 to 3.6 V (data sheet 6.3), 100 nF and 1 uF beside the pins; the die pad to GND, too"),
+    ("SCL, SDA", "the I2C bus, at most 400 kHz, each with one pull-up resistor (2.2 to 4.7 kohm are usual)"),
+    ("SD", "low: works; high: shut down, all settings lost. To an output of the controller, with 10 kohm to VDD, so "
+           "that the converter stays off until the program drives it low; to GND if no output is free. Never open"),
+    ("INTB", "falls when a scan is ready; push-pull, no pull-up. To an input, or open where the bus is polled"),
+)
+"""Pins of a converter, and what is wired to them (SNOSCY9A, 5 and 6.3; values of resistors are usual)."""
+
+
+README = "firmware/readme.txt"
+
+
+def _without_driver(device: Converter) -> Iterator[str]:
+    """What the readme says for a converter that no driver is written for."""
+    yield (f"There is no driver for {device.part} in this folder: sitscad has one for LDC1612 and LDC1614 alone. Nor "
+           f"do `sitscad read` and the simulated converter know {device.part}.")
+    yield (f"{device.name}_config.h and {device.name}_config.json have every register to write, in order, where "
+           "results stand, and what makes frequency and inductance of them. What sets up the converter, reads it and "
+           "looks after faults is yours to write and to test.")
+
+
+def render_readme(layout: Layout, estimates: Estimates, bench: Estimates, forced: str = "") -> dict[str, bytes]:
+    """``firmware/readme.txt``: what is wired to what, and the first ten steps from a board on the bench to newtons.
+    For a converter of another family it says that there is no driver; there is none where it cannot be set up.
+    """
+    spec, readout = layout.spec, estimates.readout
+    if readout.conversion is None:
+        return {}
+    if not spec.readout.device.has_driver:
+        parts = [f"{FORCED}."] if forced else []
+        for text in _without_driver(spec.readout.device):
+            parts += hanging("", text, WIDTH)
+        return {README: ("\n".join(parts) + "\n").encode("ascii", "replace")}
+    try:
+        found = bands(estimates, usual("coil_inductance"))
+    except ValueError:
+        return {}
+    own = "; a calibration.h beside it takes precedence over ../calibration/'s"
+    if spec.cells is not None:
+        own = "; cells.h has the maps of all cells: cell-N/ beside it goes before ../calibration/cell-N/"
+    steps, longest = [], show(_self_test_time(len(estimates.coils), readout.scan_rate), "s", 2)
+    for number, step in enumerate(_steps(spec, estimates, bench, found), 1):
+        text, *commands = step.split("\n")
+        steps += [*hanging(f"{number:>2}. ", text, WIDTH), *(f"      {command}" for command in commands)]
+    parts = [
+        *([f"{FORCED}."] if forced else []),
+        f"The sensor {spec.name}: from the board on the bench to newtons",
+        *([f"{spec.issue.title}."] if spec.issue.rows else []),
+        "", "WIRING", "", *_wiring(layout, estimates),
+        "", "WHAT EACH COIL READS", "", *_readings(spec, found, bench),
+        "", "THE FIRST TEN STEPS", "", *steps,
+        "", "IN A PROGRAM OF YOUR OWN", "",
+        *(line for name, text in PROGRAM for line in hanging(
+            f"  {name:<12}", text.format(wake=_wake(spec.readout.device), longest=longest), WIDTH)),
+        "", "FILES", "", *(f"  {name:<22}{said.format(calibration=own)}" for name, said in FILES),
+    ]
+    return {README: ("\n".join(parts) + "\n").encode("ascii", "replace")}
+
+
+def _wiring(layout: Layout, estimates: Estimates) -> Iterator[str]:
+    """Pins of every converter, the capacitors, the coils' contacts."""
+    spec, device = layout.spec, layout.spec.readout.device
+    number = device.needed(len(estimates.coils))
+    yield f"{number} {device.part} ({device.package})."
+    for name, said in PINS:
+        yield from hanging(f"  {name:<10}", said + ".", WIDTH)
+    places = [at for at in device.places(len(estimates.coils)) if at.number == 0]
+    for at in places:
+        level = f"to {device.address_net(at.address)}"
+        bus = f", converter {at.converter + 1} on bus {at.bus + 1}" if places[-1].bus else ""
+        yield f"  {'ADDR':<10}{level}: address 0x{at.address:02X}{bus}. Never open"
+    if places[-1].bus:
+        said = ("A bus has two addresses: the controller needs two buses, each with its own SCL, SDA and pull-ups; "
+                f"examples take them as /dev/i2c-{BUSES[0]},/dev/i2c-{BUSES[1]} (Linux), Wire and Wire1 (Arduino).")
+        yield from hanging(" " * 12, said, WIDTH)
+    clock = f"{show(spec.readout.clock, 'Hz')} from a crystal oscillator, 40 to 60 % duty, with the supply's level"
+    said = f"{clock}; one for all converters. Not the internal one: it may be of 35 to 55 MHz."
+    yield from hanging(f"  {'CLKIN':<10}", said, WIDTH)
+    capacitor = f"{show(estimates.readout.capacitance, 'F')}, C0G"
+    place = "across the two lines, beside the converter"
+    if spec.readout.chip is not None or spec.readout.capacitor_at == "coil":
+        place = "on the tail, soldered there" if spec.readout.chip is not None else "at the coil"
+    yield from hanging(f"  {'capacitor':<10}", f"{capacitor}, one a coil, {place}.", WIDTH)
+    is_reversed = socket_pad(layout, 1) > 1
+    yield "  contacts of the tail" + (", and pads of J1 in wiring/:" if is_reversed else ":")
+    for one in contacts(layout):
+        where = f"{one.converter_pin} of converter {one.converter}" if one.net != "-" else "nothing"
+        pad = f"pad {socket_pad(layout, one.number):<3} " if is_reversed else ""
+        yield f"    {one.number:>3}  {pad}{one.pin:<8} {where}"
+    if is_reversed:
+        said = (
+            "J1 has its contacts below, and the tail lies in it with its contacts down: they count the other way "
+            "round. In a socket with contacts on top, or with a tail that is turned over on its way, they count alike. "
+            "Plug a tail into a loose socket and look, before a board is ordered."
+        )
+        yield from hanging("", said, WIDTH)
+    said = (
+        "With TI's evaluation board LDC1614EVM: take its own coils off, wire each pair of "
+        "contacts to its INxA and INxB where the coil was, take its capacitors off or choose them as above, and set "
+        "the board's 40 MHz oscillator as the clock: its user's guide says how (not verified here)."
+    )
+    yield from hanging("", said, WIDTH)
+
+
+def _readings(spec: SensorSpec, found: tuple[CoilBands, ...], bench: Estimates) -> Iterator[str]:
+    """Every coil's frequencies with the bands of manufacture, and what a meter reads of the bare board."""
+    said = (
+        f"Frequency at the converter, with the limits of the self-test ({SIGMAS:g} sigma of manufacture: it reports no "
+        f"board that is sound). Reject a bare board with a coil more than {ACCEPTED_SIGMAS:g} sigma off: the data "
+        "sheet "
+        "has these limits."
+    )
+    yield from hanging("", said, WIDTH)
+    for one in found:
+        for name, band in (("bare board", one.bare), ("assembled", one.assembled)):
+            ends = f"{show(band.low, 'Hz', 4)} to {show(band.high, 'Hz', 4)}"
+            yield f"  {one.coil:<6}{name:<12}{show(band.design, 'Hz', 5):<12} {ends}"
+    yield from hanging("", _too_fast(spec.readout.device, found), WIDTH)
+    if bench.metered:
+        meter = f"An LCR meter at {show(bench.metered[0].frequency, 'Hz')}"
+        within = f"within {ACCEPTED_SIGMAS:g} sigma of manufacture (reject others)"
+        yield from hanging(
+            "", f"{meter} between the contacts of the bare board, far from metal, at 20 degC, {within}:", WIDTH)
+        for read in bench.metered:
+            inductance, direct = ACCEPTED_SIGMAS * read.inductance_sigma, ACCEPTED_SIGMAS * read.direct_sigma
+            yield (
+                f"  {read.coil:<6}L {show(read.inductance, 'H', 4)} +- {show(inductance, 'H', 2)}, "
+                f"direct current {show(read.direct, 'ohm', 3)} +- {show(direct, 'ohm', 2)}"
+            )
+
+
+def _too_fast(device: Converter, found: tuple[CoilBands, ...]) -> str:
+    """What becomes of boards that are sound and too fast for the converter; empty where no band reaches so far."""
+    most = device.limit("sensor_frequency_max")
+    each = [(one.coil, name, band) for one in found
+            for name, band in (("the bare board", one.bare), ("assembled and at rest", one.assembled))]
+    shares = {(coil, name): band.share_above(most) for coil, name, band in each if band.high > most}
+    if not shares:
+        return ""
+    (coil, name), share = max(shares.items(), key=lambda found: found[1])
+    return (
+        f"Above {show(most, 'Hz')} a tank is too fast for the {device.part}: boards at the upper end of a band are "
+        f"sound, and the converter's results of them are not. Of coil {coil}, {name}, these are "
+        f"{show(100.0 * share, '%', 2)} of what manufacture makes; a larger capacitor makes them fewer (SIT202)."
+    )
+
+
+def bare_drive(spec: SensorSpec, estimates: Estimates, bench: Estimates, folder: str = "firmware/") -> str:
+    """The drive code with which the converter reads a bare board; empty where no code is chosen."""
+    device, readout, code = spec.readout.device, estimates.readout, bare_board_code(bench)
+    if code is None or readout.high_current or readout.drive_code is None:
+        return ""
+    used = ", ".join(map(str, readout.drive_codes or (readout.drive_code,)))  # of each channel, where they differ
+    if used == str(code):
+        return f" With {device.part} use drive code {code} for the bare board as for the assembled sensor."
+    return (
+        f" With {device.part} use drive code {code} for the bare board; the assembled sensor has {used}. Write "
+        f"0x{code << 11:04X} (the code times 2048) in the lines DRIVE_CURRENT of {folder}sensor_config.h, or of "
+        f"{folder}micropython/sensor_config.py, for this test, and put back what was there: in a copy of the package, "
+        "not in the package itself."
+    )
+
+
+def _i2c_addresses(spec: SensorSpec, coils: int) -> str:
+    """The addresses that answer on each bus, as `i2cdetect` shows them; buses of Linux as `BUSES` has them."""
+    buses: dict[int, list[int]] = {}
+    for at in spec.readout.device.places(coils):
+        buses.setdefault(at.bus, []).append(at.address)
+    shown = {bus: " and ".join(f"{address:x}" for address in dict.fromkeys(each)) for bus, each in buses.items()}
+    return ", ".join(f"`i2cdetect -y {BUSES[bus]}` shows {addresses}" for bus, addresses in shown.items())
+
+
+BUSES = (1, 3)
+"""Numbers of the I2C buses in the examples for Linux."""
+
+
+def _steps(spec: SensorSpec, estimates: Estimates, bench: Estimates, found: tuple[CoilBands, ...]) -> Iterator[str]:
+    rate = f"{estimates.readout.scan_rate:.0f} readings a second"
+    yield "Look at the board, then measure every coil with an ohmmeter and, if there is one, an LCR meter: table above."
+    yield "Wire it as above, without power, and SD to GND for the first look: nothing answers while SD is high."
+    second = spec.readout.device.places(len(found))[-1].bus
+    yield (
+        f"Switch on with a limit of 50 mA, and look for the addresses: {_i2c_addresses(spec, len(found))}. "
+        "Then switch off, wire SD to its output, and tell the program which one that is (below)."
+    )
+    yield (
+        "Copy the package and work in the copy's folder firmware/ from here on: `sitscad verify` would call what is "
+        "built in the package foreign to it. There build the example, or open it as an Arduino sketch (firmware.ino). "
+        "The last line is for trying it without a board:\n"
+        f"cp -r .. ../../{spec.name}-bench && cd ../../{spec.name}-bench/firmware\n"
+        "cc -std=c99 -O2 -o sensor example_linux.c sensor.c ldc161x.c -lm\n"
+        "cc -std=c99 -O2 -DSIMULATED -o sensor example_linux.c sensor.c ldc161x.c simulated/simulated.c -lm"
+    )
+    yield (
+        f"Run it (`./sensor {','.join(f'/dev/i2c-{number}' for number in BUSES[:second + 1])}`). sensor_begin resets "
+        "the converter, writes every register, reads all back and wakes it; its errors say where to look: the bus, the "
+        "identity, a "
+        "register. The sketch's lines are shown by ../live.html (Chromium) and by the first of these, the second is "
+        "the same without a board:\n"
+        "sitscad read serial:PORT --design ..\nsitscad read sim:.."
+    )
+    yield (
+        "Read the self-test. A coil that does not oscillate is open or shorted from end to end: the ohmmeter tells "
+        "which. Inductance low: a layer is missing or turns are shorted. Amplitude outside of 1.2 to 1.8 V is a "
+        "warning while the board is bare, and a fault of drive or losses when it is assembled."
+        f"{bare_drive(spec, estimates, bench, '')}"
+    )
+    if len(found) > 1:
+        gap = max(a.assembled.design for a in found) - min(a.assembled.design for a in found)
+        if gap >= unlike(found):
+            yield f"The self-test tells exchanged coils where designs differ enough; to be sure, {COIN} near each."
+        else:
+            yield (
+                f"{COIN.capitalize()} near {found[0].coil} alone, then near the others: the frequency of the coil "
+                "below it has to rise most. These coils are too much alike for the self-test to see that two are "
+                "exchanged."
+            )
+    else:
+        yield f"{COIN.capitalize()} near {found[0].coil}: its frequency has to rise, and to come back."
+    yield (
+        "Assemble the sensor and run the self-test again: it has to say that it read an assembled one. This tests "
+        f"noise and rate, too ({rate}):\nsitscad read serial:PORT --design .. --diagnose"
+    )
+    if spec.cells is not None:
+        yield (
+            "Calibrate each cell N, from 1: the command says what to put on and reads it; ../calibration/readme.txt "
+            "says how it is done by hand. cells.h takes each cell-N/calibration.h of this folder: build again.\n"
+            "sitscad calibrate ../spec/*.yaml --cell N --from serial:PORT -o cell-N"
+        )
+        yield "Take the tare without load, 16 readings in a row, again when the temperature has changed; read newtons."
+    elif is_felt(spec):
+        yield (
+            "Calibrate it: the command says what to put on and reads it; ../calibration/plan.txt is the same by hand. "
+            "Put the calibration.h that results into this folder, and build again.\n"
+            "sitscad calibrate ../spec/*.yaml --from serial:PORT"
+        )
+        yield "Take the tare without load, 16 readings in a row, again when the temperature has changed; read newtons."
+    else:
+        yield "This spec has no target on an elastomer, so there is no map to newtons: sensor_forces says so."
+        yield "Read frequencies; the header of the register table says what inductance they are."
+
+
+COIN = "bring a flat piece of copper or aluminium (a coin)"
+"""What moves a bare board's coils: pressing alone moves none, for no target is on it yet."""
+
+
+PROGRAM = (
+    ("SD", "Drive it low and wait {wake} ms before sensor_begin. The pin is SENSOR_SD_PIN in firmware.ino (4; -1 if SD "
+           "is wired to GND), sd=/dev/gpiochipN:LINE of the Linux example, sd=Pin(...) in MicroPython."),
+    ("threads", "The driver has no lock. Call all functions of one `sensor` from one thread, and copy readings to "
+                "others. Other devices may share the bus if your bus functions lock it for each transfer."),
+    ("interrupts", "Call no function of the driver in an interrupt handler. INTB falls when a scan is ready: let its "
+                   "handler set a flag, and call sensor_poll when the flag is set or a scan's time has passed."),
+    ("hung bus", "A controller that is reset within a transfer may leave SDA low. Your bus functions need a time limit "
+                 "and return other than 0 when it ends. Then give nine pulses on SCL and a stop condition, set SD high "
+                 "for 1 ms (that this alone frees the bus is not verified), and start again."),
+    ("watchdog", "sensor_begin and sensor_self_test together return within about {longest} at 400 kHz, all others "
+                 "within one scan: give the controller's watchdog more."),
+)
+"""Duties of a program that uses the driver: subject and text."""
+
+
+FILES = (
+    ("sensor.h, sensor.c", "this sensor: begin, poll, self-test, tare, forces of each cell. Compile it and ldc161x.c"),
+    ("ldc161x.h, ldc161x.c", "the converter's registers on any I2C bus (two functions of yours)"),
+    ("sensor_config.h", "tables of this sensor{calibration}"),
+    ("sensor_line.h", "readings as lines on a serial port, that `sitscad read serial:PORT` reads"),
+    ("example_linux.c", "Linux, /dev/i2c-N"),
+    ("firmware.ino", "Arduino"),
+    ("wiring/", "this wiring as a KiCad schematic with its symbols (wiring.kicad_sch), and as a picture (wiring.svg)"),
+    ("micropython/", "MicroPython: both files onto the board; counts and states, no forces"),
+    ("ros2/", "a ROS 2 node, as an example: WrenchStamped from the lines of the sketch, of cells a topic each"),
+    ("simulated/", "a simulated converter, to try all of it without a board"),
+    ("ldc161*_config.*", "the registers as a C header and as JSON, for drivers of your own"),
+)
+"""The files of the folder, and what each is for."""

@@ -1,0 +1,596 @@
+"""Gluing in words: how much of which glue, what presses the pieces meanwhile, how long it takes, how heights are
+measured on silicone; and against which ledge each piece is pushed, with the tolerance of its place.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+
+from sitscad.assembly.places import stack
+from sitscad.assembly.places.bodies import (
+    MOUNT_PIECES,
+    Body,
+    elastomers,
+    glued_pieces,
+    joints,
+    plates,
+    seat_spans,
+    targets,
+)
+from sitscad.assembly.places.column import GLUE, Levels, Toleranced, column, placement
+from sitscad.assembly.places.jaws import POCKET_CLEARANCE, half_width, jaw_range, room_across, section
+from sitscad.assembly.places.seating import clearance, process_clearance, relief, retention, side_ledges, stop_place
+from sitscad.assembly.solids.seat import GROOVE_DEPTH, grooves
+from sitscad.assembly.solids.tooling import FOAM, FOAM_STRAIN, FOOT_INSET, FOOT_ROOM, PEG, foot_pockets
+from sitscad.basics.units import in_mm, show
+from sitscad.estimates.loads.gluing import (
+    HARD_HANDLING,
+    HARD_PRESSURE,
+    board_plan,
+    board_press,
+    force_for,
+    glued_area,
+    hard_adhesive,
+    lying_time,
+    piece_press,
+    pressed_by,
+)
+from sitscad.kernels.geometry.convex import Box
+from sitscad.layout.board import Layout
+from sitscad.spec import presets
+from sitscad.spec.materials import Adhesive
+from sitscad.spec.mount import Assembly, Jaw, StepPart
+from sitscad.spec.sensor import SensorSpec
+
+STEEL = 7850.0
+"""Density (kg/m3) of steel, as of the washers below."""
+
+WASHER_MASS, WASHER_HEIGHT = 6.2e-3, 2.0e-3
+"""Mass (kg) and height (m) of a washer M8 of ISO 7093: 24 mm, hole 8.4 mm, 2 mm thick, of steel of 7.85 g/cm3."""
+
+JELLY_OFF = (
+    "Wipe the jelly off the target with a swab of naphtha or heptane, then with isopropanol, which alone hardly "
+    "dissolves it; keep both off the elastomer, which naphtha swells (unverified)."
+)
+"""How petroleum jelly is taken off: a mixture of hydrocarbons, soluble in hydrocarbons and hardly in alcohols."""
+
+PRESS_MASS = 2e-3
+"""Least mass (kg) of a printed press of the jig."""
+
+BARS, BAR_HOLE = (30e-3, 50e-3, 80e-3), 8.5e-3
+"""Diameters (m) of the steel bars that load a press, and of the hole in their middle for the press's peg."""
+
+HEIGHT_ERROR = 5e-6
+"""How far (m) an instrument may press a pad whose height it reads."""
+
+LIGHT_GAUGE = 0.1
+"""Force (N) of a light dial gauge. From memory, not verified."""
+
+LARGEST_BEAD = 10.0
+"""Largest volume (mm3) that is given as a single bead, too."""
+
+RATCHET = 5.0
+"""Least force (N) of a micrometer's ratchet, usually 5 to 10 N. From memory, not verified."""
+
+
+def toleranced(size: Toleranced) -> str:
+    """A length in millimetres, with the farthest that its tolerances take it from that."""
+    return f"{size.nominal * 1e3:.3f} +-{size.spread * 1e3:.3f} mm"
+
+
+def grams(mass: float) -> str:
+    """A mass (kg) to two digits, in grams or kilograms."""
+    return f"{_plain(mass * 1e3, 2)} g" if mass < 1.0 else f"{_plain(mass, 2)} kg"
+
+
+def duration(seconds: float) -> str:
+    """A time (s) in seconds, minutes or hours."""
+    for unit, length in (("h", 3600.0), ("min", 60.0)):
+        if seconds >= 2.0 * length:
+            return f"{seconds / length:.2g} {unit}"
+    return f"{max(1.0, seconds):.0f} s"
+
+
+def product(assembly: Assembly) -> str:
+    """The glue's product, or just glue."""
+    return assembly.adhesive.product if assembly.adhesive is not None else "glue"
+
+
+def dose(glue: Adhesive | None, area: float, line: float, tolerance: float) -> str:
+    """How much glue goes on an area (m2) for a line (m): ``2.9 mm3 of Loctite 401``; a tape by its area."""
+    under, volume = f"{_plain(1e6 * area, 3)} mm2", 1e9 * area * line
+    if glue is not None and glue.viscosity is None:
+        return f"{glue.product}, {under} cut to the outline"
+    bead = f"; a bead of {(6.0 * volume / math.pi) ** (1.0 / 3.0):.1f} mm" if volume < LARGEST_BEAD else ""
+    return (
+        f"{_plain(volume, 2)} mm3 (microlitres{bead}) of {glue.product if glue else 'glue'}, for a line of "
+        f"{in_mm(line)} +-{in_mm(tolerance)} mm under {under}"
+    )
+
+
+def _plain(value: float, digits: int) -> str:
+    """A number to significant digits, never with an exponent."""
+    return f"{float(f'{value:.{digits - 1}e}'):.12g}"
+
+
+def setting(glue: Adhesive | None) -> str:
+    """How long glue flows, when pieces may be let go, and when it is at full strength; empty if nothing is known."""
+    if glue is None or glue.set_time is None or glue.open_time is None:
+        return "" if glue is None or not glue.cure_time else f" Full strength comes after {duration(glue.cure_time)}."
+    maker = "Loctite's" if glue.product.startswith("Loctite") else "the maker's"
+    return (
+        f" {glue.product[0].upper()}{glue.product[1:]} flows for about {duration(glue.open_time)} once the faces meet, "
+        f"sets in about {duration(glue.set_time)} and has its full strength after {duration(glue.cure_time)} (thin "
+        f"lines; {maker} data sheet takes precedence)."
+    )
+
+
+def measuring(spec: SensorSpec) -> str:
+    """How heights on the soft pad are measured; empty without one."""
+    force, travel = force_for(spec, HEIGHT_ERROR), pressed_by(spec, RATCHET)
+    if force is None or travel is None:
+        return ""
+    light = 1e3 * (pressed_by(spec, LIGHT_GAUGE) or 0.0)
+    by_gauge = (
+        f"or a dial gauge of at most {show(force, 'N', 2)} on a flat plate as large as the piece, whose thickness you "
+        "take off (a cover glass)"
+        if force >= LIGHT_GAUGE
+        else f"not by a dial gauge: even a light one ({LIGHT_GAUGE:g} N) presses this pad by {light:.2g} mm"
+    )
+    return (
+        f"Heights on silicone are read by focusing a microscope on board and piece in turn, {by_gauge}. A micrometer's "
+        f"ratchet ({RATCHET:g} N and more) presses the pad by {1e3 * travel:.2g} mm."
+    )
+
+
+def primed(spec: SensorSpec) -> str:
+    """Which faces get a primer; empty where none is needed."""
+    glue = spec.assembly.adhesive
+    if glue is None or not glue.primer or spec.elastomer is None:
+        return ""
+    return (
+        f"Wipe {glue.primer.partition(' on ')[0]} on the elastomer's upper and lower face, on nothing else (its sides, "
+        "board, target and metal need none), once and thinly, and let it dry before gluing: about a minute, the data "
+        "sheet has it."
+    )
+
+
+def washers(mass: float) -> int | None:
+    """Number of washers that bring a press to a mass (kg). None if its peg does not hold them."""
+    count = max(1, math.ceil((mass - PRESS_MASS) / WASHER_MASS))
+    return count if count * WASHER_HEIGHT <= PEG[1] else None
+
+
+def steel_bar(mass: float) -> tuple[float, float]:
+    """Diameter and height (m) of a bar with a hole that brings a press to a mass (kg)."""
+    bars = [(across, (mass - PRESS_MASS) / (STEEL * math.pi / 4.0 * (across**2 - BAR_HOLE**2))) for across in BARS]
+    return next((bar for bar in bars if bar[1] <= 2.0 * bar[0]), bars[-1])
+
+
+def loaded(part: str, mass: float) -> str:
+    """Instruction to load the press of a part to a mass (kg); the beginning of a sentence."""
+    if washers(mass) is not None:
+        weight = f"M8 washers (ISO 7093, {1e3 * WASHER_MASS:g} g each) on its peg"
+    else:
+        across, high = steel_bar(mass)
+        weight = (f"a round bar of steel, {1e3 * across:g} mm across, about {1e3 * high:.0f} mm high, with a hole of "
+                  f"{1e3 * BAR_HOLE:g} mm through its middle for the peg")
+    return f"Load jig-{part}-press with {weight}, until both weigh {grams(mass)}"
+
+
+def glued(spec: SensorSpec, part: str, under: str, height: Toleranced, place: str) -> str:
+    """How the elastomer or the target is glued in the jig at its place, and how high it is then."""
+    assembly, count = spec.assembly, len(glued_pieces(spec, part))
+    press, area, glue = piece_press(spec, part), glued_area(spec, part), assembly.adhesive
+    said = dose(glue, area, assembly.glue_line, assembly.glue_tolerance)
+    on_foot = part == "target" and spec.elastomer is not None
+    placed = f"drop the {part} into the well and lower the loaded press on it at once, from the other hand"
+    if on_foot:
+        placed = "lower the loaded press with the target into the well, without pushing"
+    held = (
+        f"Hold the target on the foot of jig-{part}-press, a burr towards the foot, its edges flush, by a trace of "
+        "petroleum jelly in the middle. " if on_foot else ""
+    )
+    verb = "Put" if glue is not None and glue.viscosity is None else "Spread"
+    webs = ", under the pads alone: the webs between them get none" if part == "elastomer" and joints(spec) else ""
+    pad = f", and presses the pad by {1e3 * press.travel:.2g} mm, which comes back" if press.travel else ""
+    again = "" if count == 1 else f" Glue one of the {count} cells at a time: glue that is spread beforehand sets."
+    wiped = f" {JELLY_OFF}" if on_foot else ""
+    return (
+        f"Put the frame jig-{part} on the base: it goes on one way only.{place} {loaded(part, press.mass)}. "
+        f"{held}{verb} {said}, on {under} in the well"
+        f"{'' if count == 1 else ' of a cell'}{webs}; {placed}. Nothing stops the press: its weight brings the glue to "
+        f"its line{pad}. Leave it until the glue has set, then lift press and frame.{wiped}{setting(glue)}{again} From "
+        f"the board's top face to its upper face are {toleranced(height)} then."
+    )
+
+
+def line_areas(layout: Layout) -> dict[str, float]:
+    """Areas (m2) of the glue lines between a jaw and the board, each by the piece above it, from the jaw upwards.
+
+    Pieces are as long as the board's body. A line is as wide as the narrower of its two faces.
+    """
+    spec, jaw, (_, area), half = layout.spec, layout.spec.jaw, board_plan(layout), layout.body_size[1] / 2
+    if jaw is None:
+        return {}
+    faces, sheet = dict[str, tuple[float, float]](), stack.shield(layout)
+    if sheet is not None:
+        faces["shield"] = (half_width(layout, sheet.lower),) * 2
+    for name, (low, high) in zip(MOUNT_PIECES, seat_spans(spec), strict=False):
+        faces[name] = half_width(layout, low), half_width(layout, high)
+    faces["board"] = half, half
+    found, below = {}, section(jaw).face / 2
+    for name, (lower, upper) in faces.items():
+        found[name] = area * min(1.0, min(below, lower) / half)
+        below = upper
+    return found
+
+
+def hard_dose(layout: Layout, area: float) -> str:
+    """How much glue goes on an area (m2) between two hard faces."""
+    assembly = layout.spec.assembly
+    return dose(hard_adhesive(layout), area, assembly.glue_line, assembly.glue_tolerance)
+
+
+def why_other(layout: Layout) -> str:
+    """Why hard faces have another glue than the spec's; empty if they have the spec's."""
+    own, used, (plan, area) = layout.spec.assembly.adhesive, hard_adhesive(layout), board_plan(layout)
+    if own is None or used is None or used == own:
+        return ""
+    takes = lying_time(own, plan, HARD_PRESSURE * area, layout.spec.assembly.glue_line, HARD_HANDLING)
+    return (
+        f" Not {own.product}: it flows for about {duration(own.open_time or 0.0)} between two faces, and takes "
+        f"{duration(takes)} to be spread, put in its place and pressed flat here; {used.product} flows for "
+        f"{duration(used.open_time or 0.0)} (times unverified)."
+    )
+
+
+def board_glued(layout: Layout) -> str:
+    """The glue under the board: how much, why another one than the spec's, and what is pressed on; a whole sentence."""
+    glue = hard_adhesive(layout)
+    verb = "Put" if glue is not None and glue.viscosity is None else "Spread"
+    said = hard_dose(layout, board_plan(layout)[1])
+    return pressing(layout, f"{verb} {said}, under the board's whole body.{why_other(layout)}") + setting(glue)
+
+
+def pressing(layout: Layout, spread: str) -> str:
+    """What presses the board on its mount, never a finger on the pads, after the sentence that spreads glue."""
+    spec, mass = layout.spec, board_press(layout)
+    part = "target" if spec.target is not None else "elastomer"
+    if spec.target is None and spec.elastomer is None:
+        return f"{spread} Press the board down with a flat stick until the glue has set."
+    pockets, is_one = foot_pockets(layout), len(plates(spec, part)) == 1
+    foam = f"soft open-cell foam (polyurethane), {in_mm(FOAM)} mm thick"
+    parts = part if is_one else f"{part}s"
+    if not pockets:
+        return (
+            f"Clamp what the board goes on, its face level. {spread} Lay {foam}, over the whole board and a flat stiff "
+            f"plate (glass) on it, {grams(mass)} with a weight on its middle, until the glue has set. Never press the "
+            f"{parts} at one edge."
+        )
+    each = "the pocket" if len(pockets) == 1 else "each pocket"
+    return (
+        f"Keep this order. (1) Clamp what the board goes on, its face level. (2) Stick {foam} and as large as the "
+        f"{part}, under the roof of {each} of jig-board-press, by double-sided tape. It is pressed by about "
+        f"{100.0 * FOAM_STRAIN:.0f} %, and keeps the board down under the {parts}, however high "
+        f"{'it has' if is_one else 'each has'} come out (unverified). {loaded('board', mass)}. (3) {spread} (4) Lay "
+        f"the board on. Put the press round the {parts}: its feet stand on the board's rim, {in_mm(FOOT_INSET)} mm "
+        f"inside the board's edges, inside any recess and film, and at least {in_mm(FOOT_ROOM[0])} mm beside them. It "
+        f"stands by itself until the glue has set. Never press the {parts} at one edge."
+    )
+
+
+def rods(radius: float | None) -> str:
+    """What a tail is bent over where no edge of the mount is below it; empty without a radius (m)."""
+    if radius is None or radius <= 0.0:
+        return ""
+    across = math.ceil(2e4 * radius - 1e-6) / 10.0
+    return (
+        f" Where no round edge of the mount lies below such a line, lay a rod of {across:g} mm diameter (or a little "
+        "more) along it and bend the tail over that, by hand and slowly."
+    )
+
+
+INHIBITION = (
+    "Amines, nitriles, tin and sulphur keep platinum silicone liquid where it touches them (lists of techsil.co.uk and "
+    "siliconesandmore.com; Smooth-On's bulletin on Dragon Skin names epoxies)"
+)
+
+
+def inhibited(spec: SensorSpec, hard: Adhesive | None = None) -> str:
+    """What may keep the film from curing on the glued pieces, and what to do; empty if nothing is known to.
+
+    `hard` is the adhesive of hard faces, the spec's if None.
+    """
+    film = spec.encapsulation
+    glues = [*dict.fromkeys(glue for glue in (spec.assembly.adhesive, hard) if glue is not None and glue.inhibitor)]
+    if film is None or not glues or not presets.cures_by_platinum(film.material.name):
+        return ""
+    named = ", and ".join(f"of {glue.product}, {glue.inhibitor}" for glue in glues)
+    return (
+        f" {INHIBITION}. {film.material.name} is such a silicone, and {named}. Let the glue cure fully first "
+        f"({duration(max(glue.cure_time for glue in glues))}), wipe squeezed-out glue and the pad's sides with "
+        "isopropanol, let that dry, and try a drop of the film on a scrap glued the same way. If it stays sticky, "
+        "brush on a barrier coat (clear acrylic lacquer), or glue with something else. (No test of this pair was "
+        "found: unverified.)"
+    )
+
+
+FLUSH = 10e-6  # Steps below this (m) are none
+
+FILM = "film that no glue holds (polyethylene or PTFE)"
+
+GAUGE, FILM_STEP = 0.05e-3, 0.05e-3
+"""Thinnest gap (m) that a feeler gauge measures well, and step of films' thicknesses (m). From memory, not verified."""
+
+
+def near(layout: Layout) -> str:
+    """Tolerance of a piece's place, along and across."""
+    return f"+-{1e3 * placement(layout.spec.assembly).band:.3f} mm"
+
+
+def piece_sizes(layout: Layout) -> dict[str, tuple[float, float]]:
+    """Place of the end at the tip, and width (m) where it is widest, of each piece between a jaw's metal and the board.
+
+    Pieces of a mount widen upwards, as far as the port leaves them room.
+    """
+    ledges, stop, half, x0 = side_ledges(layout), stop_place(layout), layout.body_size[1] / 2, layout.body[0]
+    found = {}
+    for name, (_, top) in zip(MOUNT_PIECES, seat_spans(layout.spec), strict=False):
+        found[name] = x0, 2.0 * min(half, room_across(layout, top))
+    if "mount" in found and (stop is not None or ledges is not None):  # they stand up to the board's top face
+        wide = 2.0 * min(half if ledges is None else ledges[1], room_across(layout, 0.0))
+        found["mount"] = (x0 if stop is None else stop[0]), wide
+    sheet = stack.shield(layout)
+    if sheet is not None:
+        found["shield"] = x0, 2.0 * half_width(layout, sheet.heights[0])
+    return found
+
+
+def squared(layout: Layout, stiff: list[str]) -> str:
+    """The places of mount and shield on the jaw, and how they are kept straight.
+
+    Empty if a joint places them; a pocket has room that films take. A film between each strip and the jaw makes room
+    for a mount that is about as wide as the jaw, or wider: every pair of widths leaves a gap that a gauge measures.
+    """
+    jaw, mount = layout.spec.jaw, layout.spec.mount
+    if jaw is None or mount is None or retention(layout) is not None or not stiff:
+        return ""
+    if jaw.pocket is not None:
+        return _in_pocket(layout, jaw, stiff) if jaw.recess else ""
+    tip, face, sizes = jaw_range(layout, jaw)[0], section(jaw).face, piece_sizes(layout)
+    ends = {part: sizes[part][0] - tip for part in stiff}
+    wide = {part: sizes[part][1] for part in stiff}
+    narrower = {part: (face - width) / 2 for part, width in wide.items()}
+    film = _squaring_film(narrower.values())
+    between = f", a film of {in_mm(film)} mm between each and the jaw" if film else ""
+    widths = ", ".join(f"the {part} {1e3 * width:.3f}" for part, width in wide.items())
+    gaps = ", ".join(f"{1e3 * (film + gap):.3f} mm beside the {part}" for part, gap in narrower.items())
+    places = ", ".join(f"{part} {in_mm(end, 2)}" for part, end in ends.items())
+    own = "half of what the jaw is wider" if not film else "the film and half of what the jaw is wider (less, if not)"
+    sides = "" if section(jaw).side > 0.0 else " The jaw's sides are round: the strips touch the edges of its face."
+    return (
+        f" Before any glue, clamp two straight waxed strips upright against the jaw's sides, high enough to stand "
+        f"beside all that is glued{between}.{sides} As drawn the jaw's face is {1e3 * face:.3f} mm wide, {widths}: "
+        f"feeler gauges on both sides of each piece, {gaps}, put it in the middle to {near(layout)}. Measure your own "
+        f"widths: the gap is {own}. From the jaw's tip to each piece's own end there (caliper; a block clamped across "
+        f"to push it against) are, in mm: {places}, to {near(layout)}. A piece that is glued on askew gives a false "
+        "force."
+    )
+
+
+def _squaring_film(narrower: Iterable[float]) -> float:
+    """Thickness (m) of the film between a jaw and the strips beside pieces that are narrower by so much (m) a side."""
+    return max(0.0, FILM_STEP * math.ceil((GAUGE - min(narrower)) / FILM_STEP - 1e-9))
+
+
+def stiff_pieces(layout: Layout) -> list[str]:
+    """Pieces that are glued on a jaw below the board, from the jaw upwards; empty without a jaw."""
+    below = [layer.part.removeprefix(GLUE) for layer in column(layout) if layer.is_glue]
+    return below[: below.index("board")] if "board" in below else []
+
+
+def film_rooms(layout: Layout) -> set[float]:
+    """Thicknesses (m) of the films that fill the room round pieces while these are glued; empty without a mount."""
+    spec, found, stiff = layout.spec, set[float](), stiff_pieces(layout)
+    if spec.mount is None:
+        return found
+    pieces = [*elastomers(spec), *targets(spec)]
+    if pieces or spec.mount.kind in ("bench-plate", "grasper-pad"):
+        found.add(round(clearance(spec.mount), 9))
+    if any(not piece.footprint.is_round for piece in pieces):
+        found.add(round(process_clearance(spec.mount), 9))
+    if spec.jaw is not None and squared(layout, stiff):
+        sizes = piece_sizes(layout)
+        if spec.jaw.pocket is not None:
+            found |= {round(gap, 5) for gaps in _pocket_gaps(layout, spec.jaw, stiff).values() for gap in gaps}
+        elif film := _squaring_film((section(spec.jaw).face - sizes[part][1]) / 2 for part in stiff):
+            found.add(round(film, 9))
+    return found
+
+
+def strips_off(layout: Layout, stiff: list[str]) -> str:
+    """The strips and films of `squared` are taken away before the board comes; empty without any."""
+    jaw = layout.spec.jaw
+    if jaw is None or not squared(layout, stiff):
+        return ""
+    if jaw.pocket is not None:
+        return " Pull the films out of the pocket when the glue has set."
+    wide = in_mm(layout.body_size[1], 2)
+    return f" Take strips and films away when the glue has set: the board, {wide} mm wide, needs the room."
+
+
+def _pocket_gaps(layout: Layout, jaw: Jaw, stiff: Sequence[str]) -> dict[str, tuple[float, float]]:
+    """Room (m) of each piece in the jaw's pocket, at the end and at the sides; a seat is cut back to its clearance."""
+    assert jaw.pocket is not None
+    (along, across), sizes = jaw.pocket, piece_sizes(layout)
+    start = sum(jaw_range(layout, jaw)) / 2 - along / 2
+    return {part: (max(sizes[part][0] - start, POCKET_CLEARANCE), max((across - sizes[part][1]) / 2, POCKET_CLEARANCE))
+            for part in stiff}
+
+
+def _in_pocket(layout: Layout, jaw: Jaw, stiff: Sequence[str]) -> str:
+    """The places of mount and shield in the jaw's pocket: how thick the films at its end and its sides are."""
+    found = [f"{part} {' and '.join(in_mm(gap, 2) for gap in gaps)}"
+             for part, gaps in _pocket_gaps(layout, jaw, stiff).items()]
+    return (
+        f" In the jaw's pocket, strips of {FILM} between each piece and the pocket's end at the tip, and beside it on "
+        f"both sides, put it in its place to {near(layout)}; thickness at the end and at the sides, in mm: "
+        f"{', '.join(found)}."
+    )
+
+
+def against_stop(layout: Layout) -> str:
+    """The board's place on a grasper's mount: how far from the stop and the ledges, or flush; a whole sentence."""
+    room, mount = clearance(layout.spec.mount), layout.spec.mount
+    jaw = layout.spec.jaw
+    assert mount is not None and jaw is not None
+    away = in_mm(layout.body[0] - jaw_range(layout, jaw)[0], 2)
+    end = f"its end {away} mm from the jaw's tip, to {near(layout)}"
+    over = layout.body_size[1] / 2 - half_width(layout, seat_spans(layout.spec)[-1][1])
+    alike = f"stand out by {in_mm(over, 2)} mm beside the mount's floor" if over > FLUSH else "are flush with the mount"
+    beside = f"; its sides {alike}, the same on both (microscope)"
+    if side_ledges(layout) is not None:
+        beside = "; the same film beside it on both sides keeps it in the middle between the ledges"
+    if stop_place(layout) is None:
+        return f"The board lies with its end flush with the mount's end at the tip ({end}){beside}."
+    return (
+        f"Do not push the board against the stop itself: {in_mm(room)} mm between them are part of its place ({end}). "
+        f"Stand a strip of {FILM}, as thick as this gap, at the stop and push the board against that{beside}. Pull "
+        "the film out when the glue has set."
+    )
+
+
+def _tail_end(layout: Layout) -> str:
+    """The end of the board where its tail leaves, in words."""
+    return "the tail" if layout.spec.fpc.tail is not None else "the end at large x (drawing of the board)"
+
+
+def in_base(layout: Layout) -> str:
+    """The board's place in the jig's base; a whole sentence."""
+    room = clearance(layout.spec.mount)
+    return (
+        f" The recess is {in_mm(room)} mm larger on each side. {_films(layout)} The films stay, no higher than the "
+        "base's face, until the board is pushed out."
+    )
+
+
+def _films(layout: Layout) -> str:
+    """Where films fill the room round the board in a recess, and so place it; whole sentences."""
+    end = _tail_end(layout)
+    if stack.has_round_body(layout.spec.fpc.body):
+        return f"Line its round wall with a strip of {FILM}, as thick as this room: it holds the board in the middle."
+    return (
+        f"Put strips of {FILM}, as thick as this room, along the wall away from {end} and along the wall on the right "
+        f"(seen towards {end}), and push the board against both."
+    )
+
+
+def in_well(layout: Layout, part: str) -> str:
+    """How a piece comes to its place in a frame's well, though frame and well have room; whole sentences."""
+    room, end = process_clearance(layout.spec.mount), _tail_end(layout)
+    row = plates(layout.spec, part)
+    (x0, y0, _, y1), (left, low, _, high) = layout.body, _box(row)
+    what = f"the {part}" if part == "elastomer" or layout.spec.elastomer is None else "the press with the target"
+    places = (f"away from {end}", left - x0), ("on the right", low - y0), ("on the left", y1 - high)
+    edges = ", ".join(f"{place} {in_mm(gap, 3)}" for place, gap in places) + f" (seen towards {end})"
+    back = f"Push {what} in the well away from {end}: the two shifts cancel."
+    across = (
+        "The round well holds it in the middle across." if row[0].footprint.is_round else
+        f"A strip of {FILM}, {in_mm(room, 3)} mm thick, on the right in the well (seen towards {end}), with the piece "
+        "pushed against it, puts it in the middle across; it comes out with the frame."
+    )
+    by_hand = "into the well" if part == "elastomer" or layout.spec.elastomer is None else (
+        "by hand into the well, on the elastomer and without the press")
+    return (
+        f" Frame and well have {in_mm(room, 3)} mm of room on each side. Push the frame straight towards {end} and "
+        f"keep it there: its round holes on the round pins hold it in the middle across. {back} {across} Try it dry "
+        f"first: put the {part} {by_hand}, lift the frame off without moving the {part}, and measure under the "
+        f"microscope. From the body's edges to the {part}'s are, in mm, to {near(layout)}: {edges}."
+    )
+
+
+def pushed_ways(layout: Layout, part: str) -> tuple[str, ...]:
+    """What the picture of the jig has below it: where the tail is, which way frame and piece are pushed, and films."""
+    room, end = process_clearance(layout.spec.mount), _tail_end(layout)
+    row = plates(layout.spec, part)
+    film = f"A film of {in_mm(room, 3)} mm goes on the right in the well, seen towards {end}."
+    return (
+        f"On the left {end} is at the lower right.", f"Push the frame towards {end},",
+        f"and the {part} in its well away from {end}.", *([] if row[0].footprint.is_round else [film]),
+    )
+
+
+def _box(pieces: Sequence[Body]) -> Box:
+    """The box (m) round all pieces."""
+    boxes = [piece.footprint.box for piece in pieces]
+    return min(b[0] for b in boxes), min(b[1] for b in boxes), max(b[2] for b in boxes), max(b[3] for b in boxes)
+
+
+def in_recess(layout: Layout) -> str:
+    """The board's place in the recess of a plate or a cap; a whole sentence."""
+    room = clearance(layout.spec.mount)
+    return (
+        f" The recess is {in_mm(room)} mm larger on each side. {_films(layout)} Its place is kept to {near(layout)}. "
+        "Let films stand up by some millimetres, and pull the films out when the glue has set."
+    )
+
+
+def on_own(layout: Layout, part: StepPart | None) -> str:
+    """Where the board lies on a mount of the user's own; whole sentences."""
+    x0, y0, x1, y1 = layout.body
+    size = f"{in_mm(x1 - x0, 2)} x {in_mm(y1 - y0, 2)} mm"
+    if part is None:
+        return f" It takes a flat face of {size}, with nothing beside it where the tail leaves, coils up."
+    datum, ways = part.datum, f"the file's axis {part.along}"
+    at = f"the coordinate system {datum}"
+    if isinstance(datum, str):
+        ways = "its x axis"
+    else:
+        at = f"the point {', '.join(in_mm(value, 3) for value in datum)} (mm, axes of the file)"
+    up = "its z axis" if isinstance(datum, str) else f"the file's axis {part.up}"
+    tail = ", where the tail leaves" if layout.spec.fpc.tail is not None else ""
+    return (
+        f" The middle of its body ({size}, the first along {ways}{tail}) comes over {at} of {part.file}, on the face "
+        f"there, the coils on the side of {up}. Draw this outline on the face first: its place is kept to "
+        f"{near(layout)}, its lower face lies a glue line above the face."
+    )
+
+
+def floor_grooves(layout: Layout) -> str:
+    """What the grooves in the mount's floor are for, beside the dose; empty without any."""
+    spans = seat_spans(layout.spec)
+    if not spans:
+        return ""
+    places, width = grooves(layout, spans[-1])
+    if not places:
+        return ""
+    across = 2.0 * half_width(layout, spans[-1][1])
+    volume = 1e9 * len(places) * width * GROOVE_DEPTH * across
+    return (
+        f" The {len(places)} grooves across the mount's floor stay open: spread between them, they take what is too "
+        f"much (up to {volume:.1f} mm3)."
+    )
+
+
+def over_jaw(layout: Layout, at: Levels) -> str:
+    """What hangs over the metal beside a shield; empty without a shield below a mount."""
+    if "shield" not in at or "mount" not in at or layout.spec.jaw is None:
+        return ""
+    hangs = [name for name, there in (("stop", stop_place(layout)), ("tongue", relief(layout))) if there is not None]
+    if not hangs:
+        return ""
+    gap = (at["mount"][0] - at["jaw"][1]).nominal
+    if at["mount"][0].nominal < at["shield"][0].nominal:  # it lies on the metal itself
+        return ""
+    verb = "hangs" if len(hangs) == 1 else "hang"
+    return (
+        f" The mount's {' and '.join(hangs)} {verb} {in_mm(gap, 2)} mm over the metal beside the shield: leave that "
+        "open, with no glue in it."
+    )
+
+
+def listed(layout: Layout) -> str:
+    """The row of the table of tolerances that is no thickness."""
+    return f"  {'each piece beside its place':<28}{near(layout)} (along and across)"

@@ -1,0 +1,163 @@
+"""What a shop has to know that cuts elastomer and target: ``laser/readme.txt``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cache
+
+from sitscad.assembly.places.stack import sheets
+from sitscad.basics.units import counted, in_mm, parse_quantity
+from sitscad.data import rows
+from sitscad.files.documents.preparing import order_of
+from sitscad.files.drawing.frame import FORCED
+from sitscad.files.order_facts.notes import hanging
+from sitscad.kernels.geometry.shapes import PLATES
+from sitscad.layout.board import Layout
+from sitscad.layout.laser_sheet import (
+    COUPON_HOLE,
+    COUPON_SIZE,
+    LOOKS,
+    CutLayer,
+    LaserSheet,
+    is_laser_cut,
+    joined_part,
+)
+from sitscad.spec.sensor import SensorSpec
+
+WIDTH = 96
+SILICONE = "silicone"
+
+
+def render(layout: Layout, forced: str = "") -> dict[str, bytes]:
+    """The text, ``forced`` a warning first. Raises ValueError where a sheet cannot be laid out."""
+    found = sheets(layout)
+    return {"laser/readme.txt": text(layout.spec, found, bool(forced)).encode("utf-8")} if found else {}
+
+
+def text(spec: SensorSpec, sheets: tuple[LaserSheet, ...], forced: bool = False) -> str:
+    """The whole page."""
+    lines = [FORCED, ""] if forced else []
+    lines += [f"{spec.name}: parts to be cut, for {counted(spec.fpc.boards or 1, 'sensor')}"]
+    lines += [*([f"{spec.issue.title}."] if spec.issue.rows else []), ""]
+    for sheet in sheets:
+        lines += [*_sheet(spec, sheet), ""]
+    lines.append("Colours and order")
+    for number, layer in enumerate((layer for layer in CutLayer if LOOKS[layer].work), 1):
+        look = LOOKS[layer]
+        lines.append(f"   {number}. {look.colour:<8} {look.rgb}  layer {layer:<10} {look.work}")
+    lines += [f"   -  {LOOKS[CutLayer.REF].colour:<8} {LOOKS[CutLayer.REF].rgb}  layer {CutLayer.REF:<10} not cut", ""]
+    for material in dict.fromkeys(_kind(sheet) for sheet in sheets):
+        lines += [*_lasers(material), ""]
+    if any(sheet.part == "shield" for sheet in sheets):
+        lines += [*hanging("", SHIELD, WIDTH), ""]
+    for target in (sheet for sheet in sheets if sheet.part == "target"):
+        is_soft = target.material in SOFT_METALS and target.thickness <= MAX_SCALPEL_THICKNESS + 1e-9
+        by_hand = BY_HAND if is_soft else NOT_BY_HAND
+        lines += [*hanging("", WITHOUT_LASER.format(name=spec.name, by_hand=by_hand), WIDTH), ""]
+    if (bought := _bought(spec)) is not None:
+        lines += [*hanging("", bought, WIDTH), ""]
+    return "\n".join([*lines, *hanging("", _kerf(sheets), WIDTH)]) + "\n"
+
+
+WITHOUT_LASER = (
+    "Metal without a laser. Etched: send laser/{name}-target.dxf to a maker of photochemically etched parts with "
+    "target.kerf 0, so that the drawing is nominal (they allow for their own undercut, about the foil's thickness on "
+    "each side); tabs of 0.2 mm hold the pieces in their frame. Punched: for many pieces a punch of the nominal size; "
+    "corners then have a radius of 0.1 to 0.3 mm, and a burr on one side, which goes away from the elastomer. "
+    "{by_hand} (Unverified, from memory: ask the shop.)"
+)
+
+BY_HAND = "By hand: cut with a scalpel along a printed copy, and rub the edge flat."
+NOT_BY_HAND = "By hand: not in this metal and thickness. A scalpel does not cut it, and snips bend it."
+
+SOFT_METALS = ("copper", "aluminium")
+"""Metals that a scalpel cuts in several passes."""
+
+MAX_SCALPEL_THICKNESS = 0.2e-3
+"""Largest thickness (m) of these metals that a scalpel cuts. From memory, not verified."""
+
+SHIELD = (
+    "The shield lies hidden under the board, so its edges need not be fine. A flexible ferrite sheet is cut with a "
+    "scalpel along a printed copy, its carrier foil still on; foil of metal by scissors, and pressed flat. Sintered "
+    "ferrite breaks: buy it in its size. (Unverified, from memory: ask the maker of the sheet.)"
+)
+
+def _kerf(sheets: tuple[LaserSheet, ...]) -> str:
+    """What is drawn for the kerf, and what is done about it, by sheet."""
+    kerfs, said = {sheet.part: sheet.kerf for sheet in sheets}, ["The kerf."]
+    for part, kerf in kerfs.items():
+        width = in_mm(COUPON_SIZE)
+        if kerf:
+            said.append(
+                f"The {part} is drawn for a kerf of {in_mm(kerf)} mm, half of it outside the part and inside holes: "
+                "set no tool compensation. Cut the coupon first: it is right if it is "
+                f"{width} mm wide; else write {part}.kerf = {in_mm(kerf)} + {width} - measured width (mm) and build "
+                "anew."
+            )
+        else:
+            said.append(
+                f"The {part} is drawn at nominal size, for the kerf is not known: set your tool's compensation. Or cut "
+                f"the coupon without one, write {part}.kerf = {width} - measured width (mm), and build anew."
+            )
+    return " ".join(said)
+
+
+def _sheet(spec: SensorSpec, sheet: LaserSheet) -> Iterator[str]:
+    nest, name = sheet.nest, f"laser/{spec.name}-{sheet.name}"
+    yield f"{name}.dxf and .svg (the same, in mm, full size)"
+    yield f"   material   {sheet.material}, {in_mm(sheet.thickness)} mm thick"
+    joined, web = joined_part(spec) if sheet.part == "elastomer" else None, []
+    if joined is not None and spec.web is not None:
+        web = [spec.web]
+        yield f"   part       {joined.words}, finished"
+    else:
+        yield f"   part       {sheet.shape} {PLATES[sheet.shape].size_in_words(sheet.size)} mm, finished"
+    yield f"   pieces     {nest.count} on the sheet" + (f", cut {nest.times} times" if nest.times > 1 else "")
+    yield f"   drawing    {in_mm(sheet.width)} x {in_mm(sheet.height)} mm with its notes, which are not cut"
+    # The least feature (m) that a laser which cuts it leaves; None where nothing is known
+    material = _kind(sheet)
+    found = [parse_quantity(row["least"], "length") for row in _table() if row["material"] == material and row["least"]]
+    least = max(found) if found else None
+    if least is not None:
+        # the part and its webs are drawn wider by a kerf, copies stand as far apart as the lines between them
+        beside = [spec.cutting.gap - sheet.kerf] if nest.count > 1 else []
+        narrow = max(0.0, min(*sheet.size, *beside, *web, (COUPON_SIZE - COUPON_HOLE) / 2))
+        verdict = "wide enough" if narrow >= least else "TOO NARROW: ask for a laser of finer beam"
+        yield f"   least      {in_mm(narrow)} mm between two cuts; lasers for it leave {in_mm(least)} mm: {verdict}"
+    if not is_laser_cut(material, sheet.thickness):
+        yield (f"   laser      none that we know cuts {in_mm(sheet.thickness)} mm of {material}: etched or punched "
+               "(below), or ask the shop")
+
+
+def _lasers(material: str) -> Iterator[str]:
+    known = [row for row in _table() if row["material"] == material]
+    yield f"Lasers for {material}" + ("" if known else ": nothing is known; ask the shop")
+    for row in known:
+        words = "cuts" if row["cuts"] == "yes" else "does NOT cut"
+        doubt = "" if row["status"] == "verified" else " (unverified)"
+        yield from hanging("   ", f"{row['laser']} {words}: {row['source']}{doubt}", WIDTH)
+
+
+def _kind(sheet: LaserSheet) -> str:
+    return SILICONE if sheet.part == "elastomer" else sheet.material
+
+
+def _bought(spec: SensorSpec) -> str | None:
+    """How the elastomer's sheet is come by."""
+    pad = spec.elastomer
+    order = None if pad is None else order_of("elastomer", pad.material.name)
+    if pad is None or order is None:
+        return None
+    moulded = "or cast single pads in the mould of mount/, which need no laser"
+    if spec.mount is None:
+        moulded = "or write mount: {kind: custom} into the spec, which makes a mould for single pads and a jig"
+    return (
+        f"Where the silicone sheet comes from. {order.code} ({order.maker}) is sold as {order.words}: cast a sheet "
+        f"of {in_mm(pad.thickness)} mm between two plates with spacers, {moulded}. Cured sheet of the same hardness is "
+        "sold by others: measure its modulus before you trust the estimate."
+    )
+
+
+@cache
+def _table() -> tuple[dict[str, str], ...]:
+    return rows("laser_cutting")

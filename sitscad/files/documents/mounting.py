@@ -1,0 +1,574 @@
+"""Steps of the assembly that depend on what carries the sensor and on how it is sealed.
+
+What is known of the solids in ``mount/``: what was measured on the closed pair (``fit.json``, from which `build`
+makes its findings, and a picture of each that is not kept), how each printed piece is made (``print.json``), what the
+assembly weighs (``assembly.json``), and its picture.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from sitscad.assembly.places.bodies import BodyRole, elastomer, film_thickness
+from sitscad.assembly.places.column import Toleranced, on_board, on_seat, print_limit
+from sitscad.assembly.places.fit import pin_gaps
+from sitscad.assembly.places.jaws import jaw_range
+from sitscad.assembly.places.seating import (
+    CORNER_SCREW,
+    ENGAGED,
+    FLOOR,
+    adapter_depth,
+    adapter_needed,
+    cap_size,
+    is_near_metal,
+    joint_clearance,
+    metal_free_distance,
+    pin_places,
+    plate_floor,
+    relief,
+    retention,
+    screw_spacing,
+    tongue_across,
+)
+from sitscad.assembly.places.state import Pose
+from sitscad.assembly.places.tail_path import ROD, bends, lip, rod_clear, tail_path
+from sitscad.assembly.solids.clash import at_pin, carried, clashes, under_bend
+from sitscad.assembly.solids.plates import metal_below
+from sitscad.assembly.solids.proof import Measured, PadLoad, Proof, as_json, in_file, printable, prove
+from sitscad.assembly.solids.solid import MissingExtra, Solid, of_role
+from sitscad.assembly.solids.step_parts import measured_jaw, read_files
+from sitscad.assembly.solids.tooling import BOARD_PRESS, LEAST_MIX, push_places, skin_pour
+from sitscad.assembly.solids.whole import Balance, balance, weigh
+from sitscad.basics.units import in_mm, show
+from sitscad.estimates.loads.gluing import board_plan, glued_area, hard_adhesive
+from sitscad.estimates.loads.pad import NoResponse, pushed
+from sitscad.files.documents.gluing import (
+    board_glued,
+    hard_dose,
+    in_recess,
+    inhibited,
+    line_areas,
+    on_own,
+    pushed_ways,
+    rods,
+    toleranced,
+)
+from sitscad.files.documents.preparing import amount, cured, mixed
+from sitscad.files.drawing.pictures.rendered import assembly_svg, clash_svg
+from sitscad.files.order_facts.notes import bent_text
+from sitscad.files.writer import json_bytes
+from sitscad.layout.board import Layout
+from sitscad.spec.materials import Encapsulation
+from sitscad.spec.mount import Mount
+from sitscad.spec.sensor import SensorSpec
+
+LEAST_FIXED = 3e-3  # How much of a tail (m) is glued to the jaw where nothing else holds it
+
+
+def doses(layout: Layout) -> tuple[float, ...]:
+    """Volumes (m3) of liquid glue that the steps have spread at a time, the smallest first."""
+    assembly, hard = layout.spec.assembly, hard_adhesive(layout)
+    areas = list[float]()
+    if assembly.adhesive is not None and assembly.adhesive.viscosity is not None:
+        areas += [glued_area(layout.spec, part) for part in ("elastomer", "target") if getattr(layout.spec, part)]
+    if hard is not None and hard.viscosity is not None:
+        areas += line_areas(layout).values() if layout.spec.jaw is not None else [board_plan(layout)[1]]
+        areas += [length * across for length, across in filter(None, (tail_fixed(layout),))]
+    return tuple(sorted(area * assembly.glue_line for area in areas))
+
+
+def jaw_cut(layout: Layout) -> Iterator[str]:
+    """What is cut into the jaw for a dovetail or pins."""
+    found, mount = retention(layout), layout.spec.mount
+    if found is not None and mount is not None and mount.jaw is not None:
+        room, tip, beside = joint_clearance(layout.spec), jaw_range(layout, mount.jaw)[0], mount.jaw.width / 2
+        end = layout.body[2] + room
+        if found.kind == "dovetail":
+            bottom, top, depth = tongue_across(found, room)
+            yield (
+                f"Mill the dovetail's groove into the jaw's face, open at the tip: {2e3 * bottom:.2f} mm wide at its "
+                f"bottom, {2e3 * top:.2f} mm at the face, {depth * 1e3:.2f} mm deep, on the jaw's middle "
+                f"({1e3 * beside:.2f} mm from either side to its axis), from the tip {1e3 * (end - tip):.2f} mm long, "
+                "as the jaw's STEP file has it. The mount slides in from the tip up to the groove's end."
+            )
+        else:
+            at = " and ".join(f"{1e3 * (x - tip):.2f}" for x, _ in pin_places(layout))
+            yield (
+                f"Drill two holes of {1e3 * (found.diameter + 2.0 * room):.2f} mm through the jaw, their centres {at} "
+                f"mm behind its tip, on its middle ({1e3 * beside:.2f} mm from either side): the STEP file of the jaw "
+                "has them."
+            )
+
+
+def tail_fixed(layout: Layout) -> tuple[float, float] | None:
+    """Length and width (m) of the tail that is glued to a mount's tongue or to a jaw's face; None if none is."""
+    tongue, edge, path, jaw = relief(layout), lip(layout), tail_path(layout), layout.spec.jaw
+    if jaw is None or path is None:
+        return None
+    if tongue is not None:
+        end = tongue.along[1] if edge is None else edge.start
+        return end - tongue.along[0], tongue.tail[1] - tongue.tail[0]
+    low, high = layout.reach_at(path.last.x)
+    return (LEAST_FIXED, high - low) if jaw_range(layout, jaw)[1] - path.last.x >= LEAST_FIXED else None
+
+
+def tail_held(layout: Layout) -> str:
+    """How the tail is bent, and where a pull on it ends: on the mount's tongue, else on the jaw's face, else behind."""
+    said, tongue, edge = _bent(layout), relief(layout), lip(layout)
+    fixed = tail_fixed(layout)
+    if tongue is not None and fixed is not None:
+        upto = "over the tongue's whole length" if edge is None else "up to where its end is round"
+        return (
+            f"Glue the tail down with {hard_dose(layout, fixed[0] * fixed[1])}, on the mount's tongue behind the body, "
+            f"over {in_mm(fixed[0], 2)} mm, {upto}: a pull on it ends there. {said}"
+        )
+    # From which x (m) on the tail lies on the jaw's face, and over what length (m) up to the jaw's heel
+    path, jaw = tail_path(layout), layout.spec.jaw
+    assert path is not None and jaw is not None
+    begin, room = path.last.x, jaw_range(layout, jaw)[1] - path.last.x
+    if fixed is not None:
+        return (
+            f"{said} Fix the tail with {hard_dose(layout, fixed[0] * fixed[1])}, to the jaw's metal from "
+            f"{in_mm(begin - layout.body[2], 2)} mm behind "
+            f"the body on, over at least {in_mm(LEAST_FIXED)} mm, so that a pull on it does not reach the glue of the "
+            "sensor (the mount has no tongue for it)."
+        )
+    return (
+        f"{said} Nothing is left behind the body to glue the tail to: the mount has no tongue, and of the jaw's face "
+        f"the tail lies on {in_mm(max(0.0, room), 2)} mm. Lead it behind the jaw in a slack loop and fix it to the "
+        "shaft, so that a pull on it does not reach the glue of the sensor."
+    )
+
+
+def fastened(layout: Layout) -> Iterator[str]:
+    """How the board is glued to a plate, a cap or a part of the user's own, and how the tail is bent over it."""
+    mount = layout.spec.mount
+    if mount is None:
+        return
+    has_tail = layout.spec.fpc.tail is not None
+    slot = ", tail in the slot" if has_tail else ""
+    glued = f"Glue the board into the mount's recess{slot}.{in_recess(layout)} {board_glued(layout)}{_seated(layout)}"
+    if mount.finger is not None:
+        yield f"Tap both holes in the cap's sides M{in_mm(mount.finger.screw)}. {glued}"
+    elif mount.kind == "custom":
+        own = f"{on_own(layout, mount.step)}{_own_height(layout)}"
+        yield f"Put the board on your own mount and glue it down.{own} {board_glued(layout)}"
+    elif mount.holes is not None:
+        yield glued
+    if has_tail:
+        yield _bent(layout)
+
+
+def _own_height(layout: Layout) -> str:
+    """Height of the board on the user's own mount over the metal behind it, or how far metal has to be."""
+    metal = layout.spec.mount.metal_behind if layout.spec.mount is not None else None
+    if metal is None:
+        return metal_below_told(layout)
+    return (
+        f" Its face for the board has to lie {in_mm(metal.distance)} mm above the {metal.material.name}, with nothing "
+        "of metal between."
+    )
+
+
+def in_place(layout: Layout) -> Iterator[str]:
+    """Yield the steps that put the glued, bent and sealed sensor on its plate or finger; none for a jaw."""
+    mount = layout.spec.mount
+    if mount is None or mount.jaw is not None:
+        return
+    if mount.finger is not None:
+        width, side = cap_size(layout)
+        yield (
+            f"Slip the cap, {in_mm(width, 2)} mm wide, over the finger and clamp it by two "
+            f"M{in_mm(mount.finger.screw)} set screws of plastic: metal nearer to a coil than "
+            f"{in_mm(metal_free_distance(layout.spec.coil), 1)} mm changes the readings, brass too, "
+            f"and no figure counts the screws. The cap's sides are {in_mm(side, 2)} mm thick there: screws of "
+            f"{in_mm(set_screw(layout))} mm do not stand out."
+        )
+    elif mount.holes is not None and adapter_needed(layout):
+        plate, below = -plate_floor(layout)[1], adapter_depth(layout)
+        yield (
+            f"Screw mount-adapter on ({mount.holes.name}, {len(mount.holes.holes)} screws, their heads sunk). "
+            f"{screws(mount.holes.thread, FLOOR)} Lay four M2 nuts into it from below first; they hold the mount's "
+            f"four screws.{metal_below_told(layout)}"
+        )
+        yield f"Screw the mount on the adapter: {_into_nuts(plate + below)}{_heads(layout, 'M2')}{_room_below(layout)}"
+    elif mount.holes is not None:
+        thread = "M2" if mount.holes.name == "corners-m2" else mount.holes.thread
+        yield (
+            f"Screw the mount down ({mount.holes.name}{_spacing(layout)}). {screws(thread, -plate_floor(layout)[1])}"
+            f"{_heads(layout, thread)}{metal_below_told(layout)}{_room_below(layout)}"
+        )
+
+
+def _spacing(layout: Layout) -> str:
+    """How far apart the screws are, in words that follow a name; empty if they are no rectangle's corners."""
+    apart = screw_spacing(layout)
+    return "" if apart is None else f"; the screws {in_mm(apart[0], 2)} x {in_mm(apart[1], 2)} mm apart"
+
+
+def _heads(layout: Layout, thread: str) -> str:
+    """Screws of which material, and whether their heads stand above the sensor; empty for inch threads."""
+    if not thread.startswith("M"):
+        return ""
+    plastic = " Take screws of plastic (polyamide): steel would be too near to a coil."
+    high = 1e-3 * float(thread.removeprefix("M"))  # ISO 4762: a head is as high as its thread is wide
+    top = sum(layer.thickness.nominal for layer in on_board(layout)[1:]) + film_thickness(layout.spec.encapsulation)
+    top += sum(layer.thickness.nominal for layer in on_seat(layout) if layer.is_glue)  # the board stands out by it
+    above = (
+        f" Their heads, {in_mm(high, 1)} mm high, stand {in_mm(high - top, 2)} mm above the sensor's top face: what "
+        "presses it must be narrower than the room between them."
+    )
+    return f"{plastic if is_near_metal(layout) else ''}{above if high > top + SAME else ''}"
+
+
+NUT = 1.6e-3
+"""Height (m) of an M2 nut (ISO 4032)."""
+
+SET_LENGTHS = (2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0)
+"""Lengths of set screws (mm; ISO 4026)."""
+
+LENGTHS = (3, 4, 5, 6, 8, 10, 12, 16, 20, 25, 30, 35, 40, 45, 50)
+"""Lengths of screws under the head (mm; ISO 4762)."""
+
+
+def set_screw(layout: Layout) -> float:
+    """Length (m) of the set screws in a cap's sides, which do not stand out."""
+    _, side = cap_size(layout)
+    return 1e-3 * max((each for each in SET_LENGTHS if 1e-3 * each <= side + SAME), default=SET_LENGTHS[0])
+
+
+def nut_screw(depth: float) -> tuple[int, bool]:
+    """Length (mm) of the M2 screws through mount and adapter of a depth (m), and whether they are to be cut to it."""
+    grip = depth - CORNER_SCREW.nut_height
+    length = max((each for each in LENGTHS if 1e-3 * each <= depth + SAME), default=LENGTHS[0])
+    if min(1e-3 * length - grip, NUT) >= NUT / 2:
+        return length, False
+    return next(each for each in LENGTHS if 1e-3 * each > depth), True
+
+
+def _into_nuts(depth: float) -> str:
+    """The four M2 screws through mount and adapter of a depth (m) into the nuts at its lower face; a whole sentence."""
+    length, is_cut = nut_screw(depth)
+    if is_cut:
+        return f"M2 x {length} screws (ISO 4762), cut to {in_mm(depth, 1)} mm: longer ones stand out of the adapter."
+    reach = min(1e-3 * length - depth + CORNER_SCREW.nut_height, NUT)
+    return f"M2 x {length} screws (ISO 4762) reach {in_mm(reach, 1)} mm into the nuts and do not stand out."
+
+
+def screw_length(thread: str, grip: float) -> int | None:
+    """Length (mm) of a metric screw through plastic of a thickness (m); None for inch threads, or beyond the table."""
+    if not thread.startswith("M"):
+        return None
+    own = 1e-3 * float(thread.removeprefix("M"))
+    return next((each for each in LENGTHS if 1e-3 * each >= grip + ENGAGED * own), None)
+
+
+def screws(thread: str, grip: float) -> str:
+    """Screws with their length for a thread, like M2 or 1/4-20 (empty: any), through plastic of a thickness (m)."""
+    lies = f"{in_mm(grip, 1)} mm of plastic lie under each head"
+    if not thread.startswith("M"):  # inch threads have lengths of their own
+        whose = f"{thread} screws" if thread else "the screws"
+        return f"{lies}: {whose} are longer by {ENGAGED:g} of their diameters at least."
+    length = screw_length(thread, grip)
+    if length is None:
+        least = grip + ENGAGED * 1e-3 * float(thread.removeprefix("M"))
+        return f"{lies}: {thread} screws of {in_mm(least, 1)} mm and longer."
+    left = 1e-3 * length - grip
+    return f"{lies}: {thread} x {length} screws (ISO 4762) go {in_mm(left, 1)} mm into the part below."
+
+
+def metal_below_told(layout: Layout) -> str:
+    """Whether the part under a plate or a mount of the user's own may be of metal; empty for a finger or jaw."""
+    spec, mount = layout.spec, layout.spec.mount
+    if mount is None or mount.jaw is not None or mount.finger is not None:
+        return ""
+    if mount.metal_behind is not None:
+        behind = mount.metal_behind
+        return (
+            f" Below, {in_mm(behind.distance, 2)} mm and the glue lines under the board, the readings count "
+            f"{in_mm(behind.thickness, 2)} mm of {behind.material.name}: nothing else of metal may lie nearer."
+        )
+    return (
+        f" The part below may be of metal only from {in_mm(metal_free_distance(spec.coil), 1)} mm below the board "
+        "on: nearer metal changes the readings, and none is counted. For a nearer one write "
+        "mount.metal_behind and build anew."
+    )
+
+
+def _room_below(layout: Layout) -> str:
+    """Limit of the part under a plate, for a tail that is bent down; empty if no bend goes down."""
+    first = next((bend for bend in bends(layout) if bend.direction == "down"), None)
+    if first is None:
+        return ""
+    return (
+        f" The part below must end {in_mm(first.start - layout.body[2], 2)} mm behind the body, or have a slot from "
+        "there on: the tail goes down there."
+    )
+
+
+def _bent(layout: Layout) -> str:
+    """How the tail is bent, and over what."""
+    found = bends(layout)
+    said, mount = bent_text(layout) + (rods(found[0].radius) if found else ""), layout.spec.mount
+    is_raised = mount is not None and mount.kind in ("bench-plate", "custom")
+    if not is_raised or not any(bend.direction == "down" for bend in found):
+        return said
+    said += " The rod needs room below: lay the mount at a table's edge, with the line beyond it."
+    if mount is not None and mount.kind == "custom":
+        return f"{said} {_own_end(layout)}"
+    clear, start = rod_clear(layout), min(bend.start for bend in found if bend.direction == "down")
+    if start < clear - LEAST_MET:
+        met = in_mm(clear - start, 1)
+        said += f" It meets the mount's lower edge there by {met} mm: chamfer that edge by as much with a file first."
+    return said
+
+
+def _own_end(layout: Layout) -> str:
+    """Where a mount of the user's own has to end, so that the rod for the first bend down is clear of it."""
+    first = min((bend for bend in bends(layout) if bend.direction == "down"), key=lambda bend: bend.start)
+    end = first.start - (first.radius or 0.0) - ROD - layout.body[2]
+    side = "behind" if end >= 0.0 else "before"
+    return (
+        f"Your own part must end at most {in_mm(abs(end), 2)} mm {side} the body's end at the tail, or be cut away "
+        "from there on as deep as the rod is thick: rod and tail go down there."
+    )
+
+
+SAME = 1e-6  # Lengths (m) that differ by less are the same
+
+LEAST_MET = 0.05e-3
+"""Overlap (m) of rod and mount that is worth a word."""
+
+
+def _seated(layout: Layout) -> str:
+    """How high the board's top face is above the face under the mount; nothing over a shield, which is glued itself."""
+    spec = layout.spec
+    if spec.mount is None or spec.shield is not None:
+        return ""
+    height = sum((layer.thickness for layer in on_seat(layout)), Toleranced(0.0))
+    face = "the face that the mount stands on" if spec.mount.finger is None else "the cap's face against the finger"
+    return f" From {face} to the board's top face are {toleranced(height)} then."
+
+
+def skin(layout: Layout, film: Encapsulation) -> str:
+    """How the film is put on: cast in its mould, or by hand where it is too thin for one."""
+    poured, caution = skin_pour(layout), inhibited(layout.spec, hard_adhesive(layout))
+    if poured is None:
+        return (
+            f"Seal board, elastomer and target with {in_mm(film.thickness)} mm of {film.material.name}, brushed on: "
+            f"mix {1e6 * LEAST_MIX:g} ml of {mixed(film.material)}; little of it stays on. Mask the contacts "
+            "with polyimide tape (masking tape can keep silicone from curing); no copper may be left open. "
+            f"{cured(film.material)} Measure the "
+            "sensor's height before and after: a coat that is too thin is given another, of silicone thinned as its "
+            f"maker says.{caution}"
+        )
+    sealed = " (its print sealed as said above)" if cures_badly(layout.spec.mount) else ""
+    return (
+        f"Cast the skin: mix {amount(poured)} of {mixed(film.material)}, wipe mould release into mould-skin{sealed}, "
+        "fill it lying open, take the air out, and put the jig's base with the sensor on it face down, so that its "
+        "pins go into the cup; weigh it down with 1 kg. What is too much leaves by the grooves. "
+        f"{cured(film.material)} To open it, drop "
+        "isopropanol on the seam, wait a minute, and lift the cup straight up with a thin blade at the grooves, a "
+        f"little on one side and a little on the other. Never pull at the skin. Cut the flash at the grooves.{caution}"
+    )
+
+
+def pushed_out(layout: Layout) -> str:
+    """How the board leaves the jig's base."""
+    places, size = push_places(layout)
+    holding = "glue" if skin_pour(layout) is None else "glue or skin"
+    if len(places) == 1:
+        return (
+            "Push the board out of the base from below, by the hole, with a flat-ended rod just below "
+            f"{in_mm(size)} mm."
+        )
+    return (
+        f"Push the board out of the base from below, by its {len(places)} holes in turn, a little at each, with a "
+        f"flat-ended rod just below {in_mm(size)} mm: one hole alone would bend the board. If {holding} holds it, let "
+        "isopropanol creep round its edge first."
+    )
+
+
+def cures_badly(mount: Mount | None) -> bool:
+    """Whether the moulds are of photopolymer, on which platinum-cure silicones may stay liquid."""
+    return mount is not None and mount.process == "resin"
+
+
+PARABOLA = 1.5
+"""A bonded pad's free side bulges as a parabola, half as far again in the middle as on the average (Gent 2012, 2.3)."""
+
+
+def render_fit(layout: Layout, solids: tuple[Solid, ...]) -> dict[str, bytes]:
+    """The proof as JSON, in metres, and a picture of what does not fit; without a jaw whose figures are known only what
+    the board is carried on, and what is measured of STEP files.
+    """
+    borne = loads(layout.spec)
+    proof = prove(layout, solids, borne)
+    own = (*carried(layout, solids), *under_bend(layout, solids))
+    held = (*read_files(layout.spec), *in_file(layout, solids), *measured_jaw(layout), *own)
+    if proof is None:
+        return _as_file({"measured": [_measured(each) for each in held]}) if held else {}
+    files = _as_file(document(replace(proof, measured=(*proof.measured, *held))))
+    # The tail and the hinge's pin, where the one runs into the other while the jaws are closed or open
+    gap = next((gap for gap in pin_gaps(layout) if not gap.is_free), None)
+    drawn = [*clashes(layout, solids, proof, borne), *([] if gap is None else [at_pin(layout, solids, gap)])]
+    return files | ({"mount/fit-solids.svg": clash_svg(layout.spec.name, drawn).encode("utf-8")} if drawn else {})
+
+
+def _as_file(said: dict[str, Any]) -> dict[str, bytes]:
+    return {"mount/fit.json": json_bytes(said)}
+
+
+def unread_files(spec: SensorSpec) -> str:
+    """The text of a ``mount/fit.json`` that tells of STEP files which cannot be read; empty if all can be.
+
+    No solid and no file of solids can be made of such a spec. Empty, too, without a CAD kernel.
+    """
+    try:
+        unread = [each for each in read_files(spec) if not each.is_kept]
+    except MissingExtra:  # what needs it says so
+        return ""
+    return json_bytes({"measured": [_measured(each) for each in unread]}).decode("ascii") if unread else ""
+
+
+def loads(spec: SensorSpec) -> tuple[PadLoad, ...]:
+    """The forces that the spec asks to be borne, shear along every axis; none without a pad or a force."""
+    normal, shear = spec.requirements.normal_force or 0.0, spec.requirements.shear_force or 0.0
+    if not (normal or shear):
+        return ()
+    ways = {"": (0.0, 0.0)}
+    if shear:
+        ways = {"along x": (shear, 0.0), "along -x": (-shear, 0.0), "along y": (0.0, shear), "along -y": (0.0, -shear)}
+    rows = np.array([[normal, *way] for way in ways.values()])
+    try:
+        poses, _ = pushed(spec, rows)
+    except NoResponse:
+        return ()
+    press = f"{show(normal, 'N')} of press"
+    names = [f"{press} and {show(shear, 'N')} {way}" if way else press for way in ways]
+    return tuple(
+        PadLoad(name, Pose(*(float(value) for value in pose)), bulge(spec, -float(pose[2])))
+        for name, pose in zip(names, poses, strict=True)
+    )
+
+
+def bulge(spec: SensorSpec, press: float) -> float:
+    """How far (m) the elastomer's free sides come out in the middle when it is pressed by so much (m). An
+    incompressible pad pushes out what its face takes away: over the whole side that is area times press over perimeter
+    times the height that is left, half as far again in the middle of a parabola.
+    """
+    pad = elastomer(spec)
+    if pad is None or press <= 0.0:
+        return 0.0
+    outline, left = pad.outline(), max(0.05 * pad.thickness, pad.thickness - press)
+    return PARABOLA * pad.footprint.area * press / (outline.length * left)
+
+
+def document(proof: Proof) -> dict[str, Any]:
+    """The proof in plain values: lengths in metres, volumes in cubic metres."""
+    return {
+        "closed_pair_radius_m": _rounded(proof.radius),
+        "closed_pair_radius_from_figures_m": _rounded(proof.plane_radius),
+        "port_radius_m": proof.port_radius,
+        "fits": proof.fits,
+        "opened_rad": proof.opened,
+        "measured": [_measured(each) for each in proof.measured],
+        "clearances": [{"first": c.first, "second": c.second, "gap_m": _rounded(c.gap)} for c in proof.clearances],
+    }
+
+
+def _measured(each: Measured) -> dict[str, Any]:
+    digits = {"m": 9, "m2": 12}.get(each.unit, 15)
+    return {
+        "what": each.what, "first": each.first, "second": each.second, "when": each.when,
+        "value": _rounded(each.value, digits), "limit": _rounded(each.limit, digits), "unit": each.unit,
+        "kept": each.is_kept, "where_m": [_rounded(value) for value in each.where],
+        **({"key": each.key} if each.key else {}),
+    }
+
+
+FIGURES = ("wall", "free_wall", "hole", "clearance", "pin", "groove")
+
+
+def render_print(solids: tuple[Solid, ...], aids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
+    """The measured pieces of mount, jig and moulds with their process's limits; nothing without a mount."""
+    if spec.mount is None:
+        return {}
+    process = spec.mount.process
+    pieces = [printable(piece, process) for piece in (*of_role(solids, BodyRole.MOUNT), *aids)]
+    limits = {figure: print_limit(process, figure) for figure in FIGURES}
+    document = {
+        "process": process,
+        "limits_m": {name: limit.value for name, limit in limits.items()},
+        "sources": {name: limit.source for name, limit in limits.items()},
+        "can_be_made": not any(piece.faults for piece in pieces),
+        "pieces": [as_json(piece, process) for piece in pieces],
+    }
+    return {"mount/print.json": json_bytes(document)}
+
+
+def render_weights(layout: Layout, solids: tuple[Solid, ...]) -> dict[str, bytes]:
+    """The JSON, in kilograms, metres and cubic metres, axes as in ``mount/assembly.step``."""
+    weights = weigh(layout, solids)
+    sensor = tuple(weight for weight in weights if not weight.is_carrier)
+    path = tail_path(layout)
+    document = {
+        "axes": "x along the jaw towards the handle, y across, z = 0 at the board's top face, metres",
+        "sensor": _balance(balance(sensor)),
+        "with_jaws": _balance(balance(weights)),
+        "tail_drawn_straight_because": path.reason if path is not None and path.reason else None,
+        "pieces": [{
+            "name": weight.name, "is_carrier": weight.is_carrier, "material": weight.material,
+            "volume_m3": _rounded(weight.volume, 16), "share_of_volume": _rounded(weight.share, 6),
+            "copper_m3": _rounded(weight.copper, 16), "density_kg_per_m3": weight.density,
+            "mass_kg": None if weight.mass is None else _rounded(weight.mass, 12),
+            "centre_m": [_rounded(value) for value in weight.centre], "density_source": weight.source,
+        } for weight in weights],
+    }
+    return {"mount/assembly.json": json_bytes(document)}
+
+
+def _balance(found: Balance) -> dict[str, Any]:
+    return {
+        "mass_kg": _rounded(found.mass, 12), "centre_m": [_rounded(value) for value in found.centre],
+        "not_weighed": list(found.unknown),
+    }
+
+
+def _rounded(value: float, digits: int = 9) -> float:
+    """A value to a nanometre, or to so many digits: below is the kernel's rounding, which differs between machines."""
+    return round(value, digits) + 0.0
+
+
+def render_picture(layout: Layout, solids: tuple[Solid, ...]) -> dict[str, bytes]:
+    """``mount/assembly.svg``, with the finger of metal or the metal behind it; nothing without a mount."""
+    spec = layout.spec
+    if spec.mount is None:
+        return {}
+    return {"mount/assembly.svg": assembly_svg((*metal_below(layout), *solids), spec).encode("utf-8")}
+
+
+def render_jig_picture(layout: Layout, solids: tuple[Solid, ...], tools: tuple[Solid, ...]) -> dict[str, bytes]:
+    """``mount/jig-PART.svg`` for each part that is glued in the jig: the jig with all that is in it then."""
+    spec, jig = layout.spec, of_role(tools, BodyRole.JIG)
+    if spec.mount is None or not jig:
+        return {}
+    base, shown, files = jig[0], of_role(solids, BodyRole.BOARD), dict[str, bytes]()
+    frames = [each for each in jig[1:] if each.name != BOARD_PRESS]
+    for frame, press in zip(frames[::2], frames[1::2], strict=True):
+        pieces = of_role(solids, BodyRole(frame.name.removeprefix("jig-")))
+        shown_with = (base, *shown, frame, *pieces, press)
+        words = pushed_ways(layout, frame.name.removeprefix("jig-"))
+        picture = assembly_svg(shown_with, replace(spec, mount=None), frame.name, words)  # without a port
+        files[jig_picture(frame.name)] = picture.encode("utf-8")
+        shown = (*shown, *pieces)
+    return files
+
+
+def jig_picture(frame: str) -> str:
+    """File of the picture of the jig while a frame of that name is used."""
+    return f"mount/{frame}.svg"

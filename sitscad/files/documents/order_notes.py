@@ -1,0 +1,363 @@
+"""What the fabricator reads first: the order's parameters as plain text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from textwrap import wrap
+
+from sitscad.assembly.places.column import usual_tolerances
+from sitscad.basics.units import aligned, counted, show
+from sitscad.estimates.tolerances.scatter import ACCEPTED_SIGMAS
+from sitscad.estimates.values import Estimates
+from sitscad.files.drawing.frame import FORCED
+from sitscad.files.order_facts import notes
+from sitscad.files.order_facts.board_end import contact_text, end_tolerance, plug_text
+from sitscad.files.order_facts.files import (
+    FOLDER,
+    board_images,
+    body_files,
+    drill_files,
+    fabrication_path,
+    fingerprint,
+    gerber_files,
+    has_coverlay,
+    panel_path,
+    shell_line,
+    stack_names,
+    tail_coverlay_files,
+)
+from sitscad.kernels.geometry.path import bounding_box
+from sitscad.layout.bending import Where, finished_thickness, tail_copper, tail_layers
+from sitscad.layout.board import Layout
+from sitscad.layout.lamination import lamination_text
+from sitscad.layout.panel import Panel, is_too_small
+from sitscad.layout.tail_frame import chip_opening
+from sitscad.layout.tail_tracks import contact_rows
+from sitscad.spec.circuit import MASK, LayerKind, Plating
+from sitscad.spec.presets import (
+    board_kind,
+    conductor,
+    cover_name,
+    is_rigid,
+    is_unverified,
+    least_adhesive,
+    unverified_rows,
+)
+from sitscad.spec.sensor import SensorSpec
+
+
+def render(
+    layout: Layout, panel: Panel | None = None, bench: Estimates | None = None,
+    files: Mapping[str, bytes] | None = None, forced: str = "",
+) -> dict[str, bytes]:
+    """The readme for the fabricator by its path in the package. ``panel`` is what the boards are ordered in, ``bench``
+    has the coils' resistances at 20 degC, ``files`` the images whose fingerprint it states. It begins with a warning if
+    ``forced`` is not empty.
+    """
+    return {f"{FOLDER}/readme.txt": readme(layout, panel, bench, files, bool(forced)).encode("utf-8")}
+
+
+def readme(
+    layout: Layout, panel: Panel | None = None, bench: Estimates | None = None,
+    files: Mapping[str, bytes] | None = None, forced: bool = False,
+) -> str:
+    """The order's parameters, what matters to the sensor, the files, and the fingerprint of `files` if given."""
+    incomplete = [f"- {lack.message}" for lack in layout.shortfalls]
+    if incomplete:
+        incomplete = ["DO NOT ORDER FROM THESE FILES: the layout is not complete.", *incomplete, ""]
+    wired = aligned(contact_rows(layout))
+    sections = [
+        [f"{FORCED}.", ""] if forced else [], incomplete, notes.section("What to make", _order(layout, panel)),
+        notes.section("Stack-up, from the top", _layers(layout)),
+        notes.section("What the sensor depends on", _care(layout)), notes.section("Test", _test(layout, bench)),
+        *([notes.section("Questions", notes.questions(layout.spec.fpc))] if layout.spec.fpc.rules.one_process else ()),
+        notes.headed("Contacts, for whoever wires the sensor (numbered as in the drawing)", wired) if wired else [],
+        notes.section("Files", _files(layout, panel)),
+        _fingerprint(layout.spec, panel, files) if files else []
+    ]
+    title = f"{layout.spec.name}: {board_kind(layout.spec.fpc.stackup)} printed circuit of an inductive sensor"
+    return "\n".join([title, "=" * len(title), "", *(line for lines in sections for line in lines)])
+
+
+def _fingerprint(spec: SensorSpec, panel: Panel | None, files: Mapping[str, bytes]) -> list[str]:
+    """What is hashed, and the line of a shell that prints the same."""
+    images = board_images(files)
+    what = (
+        "SHA-256 of the board's Gerber and drill files one after another, in the order of the line below; in the "
+        "folder that holds them that line prints the same. Drawings show its first 16 digits."
+    )
+    if panel is not None:
+        what += (
+            f" It is that of the single board, whose files are not in the archive; that of the panel's files stands in "
+            f"{_panel_name(spec, '-readme.txt')}."
+        )
+    words = wrap(what, notes.TEXT_WIDTH, break_long_words=False, break_on_hyphens=False)
+    return notes.headed("Fingerprint", [*words, "", fingerprint(files, images), shell_line(images)])
+
+
+def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
+    fpc = layout.spec.fpc
+    along, across = layout.size
+    copper = fpc.stackup.copper
+    yield from layout.spec.issue.rows
+    yield "Type", f"{board_kind(fpc.stackup)} circuit, {counted(len(copper), 'copper layer')}"
+    yield "Size", f"{show(along, 'm')} x {show(across, 'm')} over all (outline file, middle of the line)"
+    parts = None if panel is None else len(panel.parts)
+    if quantity := notes.quantity_text(fpc.boards, parts, fpc.rules.order_multiple):
+        yield "Quantity", quantity
+    yield "Delivery", _delivery(layout, panel)
+    bare = "" if is_rigid(fpc.stackup) else ", without stiffener"
+    yield "Thickness", f"{show(fpc.stackup.thickness, 'm')} finished{bare}"
+    yield "Tolerances", (
+        f"outline {notes.outline_text(fpc.rules)}, layers in register within {show(fpc.rules.registration, 'm')}, "
+        f"{cover_name(fpc.stackup)} within {show(fpc.rules.coverlay_registration, 'm')} of the copper, "
+        "finished thickness " + ", ".join(f"{place} {text}" for place, text in notes.thickness_texts(layout).items())
+    )
+    if tail_copper(layout) < len(copper):
+        yield "Tail", _thin_tail(layout)
+    if build := lamination_text(layout):
+        yield "Build", build
+    yield "Smallest track", show(min(trace.width for trace in layout.traces), "m") if layout.traces else "none"
+    coil = layout.spec.coil
+    yield "Coil", f"tracks {show(coil.trace_width, 'm')} wide, {show(coil.trace_spacing, 'm')} apart"
+    yield from (("Smallest gap", text) for text in notes.gap_texts(layout))
+    yield "Holes", _holes(layout)
+    yield "Finish", notes.finish_text(layout).removeprefix("Finish on bare contacts: ")
+    yield "Legend", "none" if fpc.rules.one_process else "none, and no date code or maker's mark on the boards"
+    yield "Laminates", notes.laminate_text(fpc.stackup)
+    if not fpc.rules.one_process:
+        standard = "IPC-6012 class 2" if is_rigid(fpc.stackup) else f"IPC-6013 class 2, {_ipc_type(layout)}"
+        yield "Class", f"{standard}, unless the order says otherwise"
+    if layout.stiffener is not None:
+        left, low, right, high = bounding_box([layout.stiffener.outline.outline])
+        where = f"x = {show(left, 'm')} to {show(right, 'm')}, y = {show(low, 'm')} to {show(high, 'm')}"
+        yield "Stiffener", f"{notes.stiffener_text(layout)}, on the bottom face, {where}"
+    if fpc.tail is not None and fpc.tail.connector.insertion_thickness > 0.0:
+        yield "Contacts", _contacts(layout)
+    elif layout.pads:
+        yield "Contacts", f"{contact_text(layout)}, for solder"
+    if layout.capacitors and (chip := layout.spec.readout.chip) is not None:
+        names, opening = ", ".join(each.reference for each in layout.capacitors), chip_opening(fpc.rules, chip)
+        yield "Capacitors", (
+            f"bare pads for {names} ({layout.capacitors[0].package}) over the stiffener, see placement.csv; the "
+            f"coverlay is open {show(opening, 'm')} beyond each pad and laid within "
+            f"{show(fpc.rules.coverlay_registration, 'm')}; "
+            "soldered on by hand or by an assembler, not part of this order unless it says so"
+        )
+    if layout.bend_zone is not None:
+        yield "Bend", notes.bend_text(layout)
+    if turn := notes.turn_text(fpc.tail):
+        yield "Outline", turn
+    yield "Made for rules", _rules(layout.spec)
+
+
+def _delivery(layout: Layout, panel: Panel | None) -> str:
+    """How the boards are delivered, as single boards or in panels."""
+    if panel is None:
+        small = "; smaller than the smallest part of these rules: deliver them in a panel of your own, held by bridges"
+        return f"single boards, cut out{small if is_too_small(layout) else ''}"
+    width, height = (show(side, "m") for side in panel.size)
+    many = f"{len(panel.parts)} boards each, as drawn in {_panel_name(layout.spec, '-drawing.pdf')}"
+    sides = zip(sorted(panel.size), sorted(layout.spec.fpc.rules.panel_size), strict=True)
+    is_larger = any(own > usual + 1e-9 for own, usual in sides)  # than the size that the fabricator's rules fill
+    larger = "; this is larger than usual: confirm that you make it" if is_larger else ""
+    return f"in panels of {width} x {height}, {many}{larger}"
+
+
+def _panel_name(spec: SensorSpec, ending: str) -> str:
+    return panel_path(spec, ending).rpartition("/")[2]
+
+
+def _thin_tail(layout: Layout) -> str:
+    """The tail of fewer layers than the body, and where the others end."""
+    first, last = tail_copper(layout) + 1, layout.copper_layers
+    lower = f"copper {first}" if first == last else f"copper {first} to {last}"
+    (extent,) = body_files(layout)
+    return (
+        f"beyond x = {show(layout.body[2], 'm')} the board has only its first "
+        f"{counted(first - 1, 'copper layer')}: {lower} and what lies between end there (file {extent.name}); the "
+        f"tail is {show(sum(layer.thickness for layer in tail_layers(layout)), 'm')} thick. "
+        + "".join(f"{notes.step_text(layout)} (File {file.name}.) " for file in tail_coverlay_files(layout))
+        + "Holes in the tail go through its own layers only and have a drill file of their own."
+    )
+
+
+def _holes(layout: Layout) -> str:
+    if not layout.vias:
+        return "none"
+    sizes = sorted({(round(via.drill, 9), round(via.pad, 9)) for via in layout.vias})
+    counts = [sum((round(v.drill, 9), round(v.pad, 9)) == size for v in layout.vias) for size in sizes]
+    kinds = (f"{n} of {show(drill, 'm')} (pad {show(pad, 'm')})" for n, (drill, pad) in zip(counts, sizes, strict=True))
+    plating = layout.spec.fpc.stackup.plating_thickness
+    least = plating - usual_tolerances()["copper plating"].band
+    thick = f"; copper in the holes {show(plating, 'm')} nominal, at least {show(least, 'm', 2)}" if least > 0.0 else ""
+    is_classed = thick and not layout.spec.fpc.rules.one_process
+    thick += " (this governs, also where the class below asks for more)" if is_classed else ""
+    return (
+        f"{', '.join(kinds)}, plated, finished diameters; {notes.holes_text(layout)}; no pins or wires go "
+        f"into them: a hole may be smaller if annular ring and plating are kept{thick}"
+    )
+
+
+def _ipc_type(layout: Layout) -> str:
+    """Return type and use of a flexible board by IPC-6013, 1.3. Type 5 has several layers but no plated holes."""
+    layers = layout.copper_layers
+    kind = 1 if layers == 1 else 5 if not layout.vias else 2 if layers == 2 else 3
+    tail = layout.spec.fpc.tail
+    is_dynamic = tail is not None and tail.bend == "dynamic"
+    return f"type {kind}, use {'B (flexes in use)' if is_dynamic else 'A (bent at installation)'}"
+
+
+def _contacts(layout: Layout) -> str:
+    tail = layout.spec.fpc.tail
+    assert tail is not None
+    connector = tail.connector
+    made, wanted = finished_thickness(layout, Where.CONTACT).nominal, connector.insertion_thickness
+    allowed, where = connector.insertion_thickness_tolerance, notes.thickness_text(layout, Where.CONTACT)
+    closer, usual = "", layout.spec.fpc.rules.outline_tolerance
+    if end_tolerance(layout.spec.fpc) < usual - 1e-9:
+        closer = (
+            f" (closer than the outline's +/- {show(usual, 'm')}: cut by laser, or by a punch of its own; to be "
+            f"confirmed, or every board is measured before it is plugged in)"
+        )
+    text = (
+        f"{connector.name}: {contact_text(layout)}; {plug_text(layout)}{closer}; thickness at the "
+        f"contacts {where}; this total governs, and the stiffener is chosen for it: {notes.contact_sum_text(layout)}"
+    )
+    if abs(made - wanted) > allowed + 1e-9:
+        return text + ": THIS IS OUT OF TOLERANCE, change the stiffener before making the board"
+    unseen = [field.replace("_", " ") for field, _, _ in unverified_rows("connector", connector.name)]
+    return f"{text}; to be compared with the connector's drawing: {', '.join(unseen)}" if unseen else text
+
+
+def _rules(spec: SensorSpec) -> str:
+    rules = spec.fpc.rules
+    checked = f", read on {rules.checked_on}" if rules.checked_on else ""
+    # Where the copper is thicker than any for which the rules give widths: for which they hold
+    foil = spec.fpc.stackup.line_foil(spec.coil.layers)
+    thickest = max((row.copper for row in rules.track_lines), default=foil)
+    beyond = f"; these widths are for copper up to {show(thickest, 'm')}, not for {show(foil, 'm')}"
+    beyond = beyond if foil > thickest + 1e-9 else ""
+    # Those figures of the rules for which no page was seen: the fabricator knows better
+    named = {"hole_to_hole": "from hole to hole", "drill_to_copper": "from hole to copper", "trace_width": "track",
+             "trace_spacing": "gap", "via_drill": "hole", "annular_ring": "ring", "copper_to_edge": "copper to edge",
+             "outline_tolerance": "outline", "registration": "register",
+             "coverlay_registration": "coverlay's register"}
+    words = [
+        f"{word} {show(getattr(rules, field), 'm')}" for field, word in named.items() if is_unverified(rules, field)
+    ]
+    unseen = f"; not verified, tell us if yours are larger: {', '.join(words)}" if words else ""
+    return (
+        f"{rules.name} (track {show(rules.trace_width, 'm')}, gap {show(rules.trace_spacing, 'm')}, "
+        f"hole {show(rules.via_drill, 'm')}, ring {show(rules.annular_ring, 'm')}){checked}{beyond}{unseen}"
+    )
+
+
+def _layers(layout: Layout) -> Iterator[tuple[str, str]]:
+    stackup = layout.spec.fpc.stackup
+    for layer, name in zip(stackup.layers, stack_names(layout), strict=True):
+        words = notes.copper_text(stackup, layer) if layer.kind is LayerKind.COPPER else notes.layer_text(layer)
+        yield show(layer.thickness, "m"), f"{name}, {words}" if layer.material != name else words
+    yield from ((f"Bond, {where}", text) for where, text in notes.bond_texts(stackup).items())
+    if layout.vias and stackup.plating_thickness and not layout.spec.fpc.rules.one_process:
+        yield "Plating", f"{notes.plating_text(stackup)}. The copper above is finished, foil and plating together"
+    if layout.vias and stackup.plating is Plating.BUTTONS:
+        rings = show(min((via.pad - via.drill) / 2 for via in layout.vias), "m")
+        high = show(stackup.covers[0][2].thickness + stackup.plating_thickness, "m")
+        yield "Buttons", (
+            f"pads at holes come to {high}, tracks and contacts stay foil. The resist for the buttons is yours to make "
+            f"from the drill files; rings are {rings} wide: tell us if it needs wider ones, or if your coverlay does "
+            "not fill round pads of that height"
+        )
+    for field, value, source in dict.fromkeys(unverified_rows("stackup", stackup.name)):
+        yield "To confirm", f"{field}, {value}: {source}" if field != "note" else source
+    for side, layer, copper in stackup.covers:
+        if layer.material != MASK:
+            has = f"{show(layer.adhesive, 'm')} thick" if layer.adhesive else "of a thickness that is not stated"
+            yield "To confirm", (
+                f"{side} coverlay: adhesive {has}, at least {show(least_adhesive(copper.thickness), 'm', 3)} to fill "
+                f"{show(copper.thickness, 'm')} of copper (25 um an ounce); tell us before you lay another film, since "
+                "thickness, contacts and bends change with it"
+            )
+    if any(has_coverlay(stackup)):
+        masks = {layer.material == MASK for layer in stackup.layers if layer.kind is LayerKind.COVERLAY}
+        words = "solder mask" if masks == {True} else "film and adhesive together"
+        if len(masks) > 1:
+            words = "film (with its adhesive) on one side, solder mask on the other"
+        closed = "a file without openings means that this side is covered completely"
+        yield cover_name(stackup).capitalize(), f"{words}; {closed}"
+
+
+def _care(layout: Layout) -> Iterator[tuple[str, str]]:
+    yield "Copper", (
+        "The coils are the function of this board: add no copper inside the outline (no thieving, fill, marks, test "
+        "coupons or closed rings), remove none, add no teardrops."
+    )
+    wide = usual_tolerances()["trace width"].band
+    yield "Tracks", (
+        "Width and copper thickness set the coils' resistance. Widths in the files are finished widths, within "
+        f"{show(100.0 * wide, '%')}: compensate the artwork for your etching process as usual."
+    )
+    if layout.copper_layers > 1:
+        film = "laminate" if is_rigid(layout.spec.fpc.stackup) else "film"
+        yield "Dielectric", (
+            f"The thickness between copper layers sets the coils' inductance: do not replace the {film} by another."
+        )
+    yield "Registration", "Layers lie on each other as drawn; no layer is mirrored, all are seen from the top."
+    yield "Metal", "No magnetic or conducting part (steel stiffener, shielding film) on or under the coils."
+
+
+def _test(layout: Layout, bench: Estimates | None) -> Iterator[tuple[str, str]]:
+    pins = "; ".join(
+        f"{net}: {', '.join(str(pad.number) for pad in layout.pads if pad.net == net) or 'no contact'}"
+        for net in layout.nets
+    )
+    if not layout.spec.fpc.rules.one_process:
+        yield "Bare board", "100 % continuity and isolation by the IPC-D-356A netlist"
+    yield "Nets", f"{len(layout.nets)}, one a coil; the contacts of one coil are joined through its winding ({pins})"
+    layers = sorted({trace.layer for trace in layout.traces if trace.net})
+    covers = cover_name(layout.spec.fpc.stackup) if any(has_coverlay(layout.spec.fpc.stackup)) else ""
+    inner = [str(number) for number in layers if 1 < number < layout.copper_layers]
+    outer = f"{'the outer copper ' if inner else ''}before the {covers} is laid" if covers else ""
+    when = ", ".join(filter(None, [f"copper {', '.join(inner)} before lamination" if inner else "", outer]))
+    yield "Inspection", (
+        f"optical, of the coils on {'each copper layer' if len(layers) > 1 else 'the copper'} after its etching"
+        f"{f' ({when})' if when else ''}: a short between turns of one coil is within one net, so "
+        "tests of continuity and isolation do not find it"
+    )
+    limits = []
+    for read in bench.metered if bench else ():
+        ends = (read.direct + side * ACCEPTED_SIGMAS * read.direct_sigma for side in (-1.0, 1.0))
+        low, high = (show(max(end, 0.0), "ohm", 3) for end in ends)
+        limits.append(f"{read.coil} {show(read.direct, 'ohm', 3)} ({low} to {high})")
+    if limits:
+        warming = 100.0 * conductor("copper").temperature_coefficient
+        yield "Resistance", (
+            f"to direct current between the contacts of each coil, at 20 degC: {', '.join(limits)}. Reject boards "
+            "outside of these limits. Measure with four wires, or take off the leads' own resistance; copper reads "
+            f"{warming:.2f} % more per kelvin above 20 degC. Send the readings along"
+        )
+
+
+def _files(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
+    yield from (file.row for file in (*gerber_files(layout), *drill_files(layout)))
+    yield _name(layout.spec, "netlist.d356"), "netlist for the bare-board test (IPC-D-356A, micrometres)"
+    yield _name(layout.spec, "job.gbrjob"), "Gerber job file: the stack-up and the list of files for CAM"
+    if layout.vias:
+        yield _name(layout.spec, "Drill_Map.gbr"), "drill map (Gerber drawing)"
+    words = "board drawing with dimensions, contacts with their table on its second page (in the package also as SVG)"
+    yield _name(layout.spec, "drawing.pdf"), words
+    yield _name(layout.spec, "stackup.pdf"), "drawing of the stack-up (in the package also as SVG)"
+    if panel is not None:
+        readme, drawing = (_panel_name(layout.spec, ending) for ending in ("-readme.txt", "-drawing.pdf"))
+        words = f"holds the panel's images, listed in {readme}; those of the single board listed here stay in the"
+        yield "Archive", f"{words} package"
+        yield "panel", f"folder of the panel's own images, drill files, drawing and readme ({drawing})"
+    yield _name(layout.spec, "order.zip"), "the archive that is sent: the files above under the fabricator's names"
+    yield _name(layout.spec, "board.svg"), "picture of the whole board; not in the archive"
+    yield _name(layout.spec, "body.svg"), "picture of the part with the coils; not in the archive"
+    yield "Coordinates", "millimetres, one origin for all files"
+
+
+def _name(spec: SensorSpec, ending: str) -> str:
+    return fabrication_path(spec, ending).rpartition("/")[2]

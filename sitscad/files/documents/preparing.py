@@ -1,0 +1,277 @@
+"""Preparations of an assembly: tools, waits, casting, workpieces, files that a package lacks, order codes of parts."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Iterator
+from functools import cache
+from typing import Any
+
+from sitscad.assembly.places.bodies import glued_pieces
+from sitscad.assembly.solids.tooling import LEAST_MIX, Pour, pour
+from sitscad.basics.record import record, replace
+from sitscad.basics.units import parse_quantity
+from sitscad.data import cited, is_unverified, rows
+from sitscad.estimates.loads.gluing import hard_adhesive
+from sitscad.files.documents.gluing import duration
+from sitscad.files.order_facts.notes import hanging
+from sitscad.files.writer import Package
+from sitscad.layout.board import Layout
+from sitscad.spec import presets
+from sitscad.spec.circuit import Connector
+from sitscad.spec.materials import ElastomerMaterial
+from sitscad.spec.sensor import SensorSpec
+
+TOOLS = (
+    ("microscope", "microscope with a scale"), ("gloves", "gloves"), ("isopropanol", "isopropanol"),
+    ("caliper", "caliper"), ("dial gauge (on|there)", "dial gauge on a stand, and a flat plate"),
+    ("dial gauge of at most", "light dial gauge"), ("cover glass", "cover glasses"),
+    ("micrometer", "micrometer (not on silicone)"), ("feeler gauge", "feeler gauges"),
+    ("film that no glue holds", "polyethylene or PTFE film"), ("waxed strips", "two straight strips, block, clamps"),
+    ("clamp what", "vice or clamps"), ("kitchen scale", "kitchen scale"),
+    ("flat stick", "flat stick"), ("open-cell foam", "soft foam and double-sided tape"),
+    ("spring clamp", "spring clamp and a flat block"), ("stiff plate", "flat stiff plate and weight"),
+    ("abrasive film", "abrasive film on glass"),
+    ("mould release", "wax or mould release"), ("mix ", "balance, cups and stirrers"),
+    ("vacuum|take the air out", "vacuum chamber"), ("1 kg[);]|with 1 kg", "weight of 1 kg"),
+    ("blunt plastic tip", "blunt plastic tip"), ("cure it fully under uv", "UV lamp and oven"),
+    ("acrylic lacquer", "clear acrylic lacquer"), ("petroleum jelly", "petroleum jelly"),
+    ("naphtha", "naphtha or heptane"), ("microlitres", "dispenser for microlitres"),
+    ("m8 washers", "M8 washers"), ("round bar of steel", "round steel bars with a hole"),
+    ("flat-ended rod", "flat-ended rod"), ("lay a rod", "rod to bend over"), ("a blade|thin blade", "thin blade"),
+    (r"with a file|file their nubs", "file"), ("polyimide tape", "polyimide tape"), ("brushed on", "brush"),
+    ("zero the meter", "meter for inductance and resistance"), ("read by the converter", "converter with firmware/"),
+    ("ring gauge", "ring gauge"), ("tap both holes", "tap for the cap's screws"),
+    (r"screw (the mount|mount-)|set screws", "key for the screws"),
+    ("mill the dovetail", "mill with a dovetail cutter"), ("drill two holes", "drill"),
+    ("solder wires", "soldering iron"),
+)
+"""Tools, each by the words of the steps that name it."""
+
+
+def tools(steps: str) -> str:
+    """List all tools that the steps name; a whole sentence."""
+    page = re.sub(r"\s+", " ", steps).lower()
+    return f"Tools: {', '.join(tool for words, tool in TOOLS if re.search(words, page))}."
+
+
+def waits(layout: Layout) -> str:
+    """List the longest waits: for a cast pad, for glue, for the film; empty if there are none."""
+    spec, found = layout.spec, list[str]()
+    if spec.elastomer is not None:
+        times, cure = pours(spec), _cure(spec.elastomer.material.name)
+        found.append(f"cast pads, {times} pours of {cure}" if times > 1 else f"a cast pad {cure}")
+    glues = {glue.product: glue.cure_time for glue in (spec.assembly.adhesive, hard_adhesive(layout)) if glue}
+    found += [f"{name} {duration(time)} to full strength" for name, time in glues.items() if time]
+    if spec.encapsulation is not None:
+        found.append(f"the film {_cure(spec.encapsulation.material.name)}")
+    return f"Longest waits: {'; '.join(found)}." if found else ""
+
+
+def pours(spec: SensorSpec) -> int:
+    """How many times the mould is filled for one sensor's pads; 1 without a mould."""
+    poured = pour(spec)
+    return 1 if poured is None else math.ceil(len(glued_pieces(spec, "elastomer")) / poured.pads)
+
+
+def _cure(material: str) -> str:
+    """How long a silicone cures, in words."""
+    known = presets.casting(material)
+    if known is None or not known.cure_time:
+        return f"as its maker's sheet says ({material})"
+    return f"{duration(known.cure_time)} ({material})"
+
+
+MADE = {
+    "resin": "printed in resin", "powder": "printed in powder", "filament": "printed in filament",
+    "machined": "milled in plastic",
+}
+"""How a piece is made, by `mount.process`."""
+
+USES = (
+    ("mount-adapter", "stays: between the mount and the part below"),
+    ("mount-spacer", "stays: between shield and board"),
+    ("mount", "stays: carries the board"),
+    ("jig-base", "holds the board while pieces are glued on it"),
+    ("jig-.*-press", "presses the {0} while its glue sets"),
+    ("jig-.*", "guides the {0} and its press"),
+    ("mould-skin", "casts the skin"),
+    ("mould-.*", "casts the elastomer; not needed for a cut one"),
+)
+"""Purpose of each piece, by its name's beginning; the first that fits."""
+
+STAGE_OF = {"fpc/": "gerber", "laser/": "laser", "firmware/": "firmware", "bom.csv": "report"}
+"""Part of a build (`--only`) that writes the files which the steps name."""
+
+SAID = {"gerber": "fpc/", "laser": "laser/", "firmware": "firmware/", "report": "bom.csv"}
+"""Files of each such part, in words."""
+
+
+def to_make(spec: SensorSpec, package: Package, width: int) -> Iterator[str]:
+    """Yield the lines that list every piece to be printed or milled; none if the package has no ``print.json``."""
+    content = package.files.get("mount/print.json")
+    if content is None:
+        return
+    is_own = spec.mount is not None and spec.mount.kind == "custom"
+    pieces = [each for each in json.loads(content)["pieces"] if not (is_own and each["piece"] == "mount")]
+    if not pieces:
+        return
+    process = spec.mount.process if spec.mount is not None else ""
+    yield from hanging(
+        "", f"The board is ordered by fpc/{_cut(spec)}. These pieces are "
+        f"{MADE.get(process, process)}, one of each, by yourself or a service, from mount/{spec.name}-PIECE.stl (or "
+        ".3mf, .step); mount/print.json has their least walls and holes. Sizes in mm:", width)
+    for each in pieces:
+        name, size = each["piece"], " x ".join(f"{1e3 * side:.1f}" for side in each["size_m"])
+        use = next((words for pattern, words in USES if re.fullmatch(pattern, name)), "")
+        yield f"  {name:<20} {size:<19} {use.format(name.split('-')[1] if '-' in name else '')}"
+    if is_own:
+        part = spec.mount.step.file if spec.mount is not None and spec.mount.step is not None else "your own part"
+        yield f"  {'mount':<20} {'':<19} is your own: {part}"
+    if f"mount/{spec.name}-jaw.stl" in package.files:
+        yield f"  {'jaw':<20} {'':<19} is not made: the instrument's own, as the spec has it"
+
+
+def _cut(spec: SensorSpec) -> str:
+    """The parts that are cut from sheets, in words that follow the board's; empty without any."""
+    parts = [part for part in ("elastomer", "target", "shield") if getattr(spec, part) is not None]
+    return f", {' and '.join(parts)} cut by laser/" if parts else ""
+
+
+def _lacking(said: str, stages: frozenset[str]) -> list[str]:
+    """Stages that would write files which the steps name, and that are not among those of the package."""
+    return [stage for name, stage in STAGE_OF.items() if name in said and stage not in stages]
+
+
+def is_current(said: str, stages: frozenset[str]) -> bool:
+    """Whether the steps, as they were written, say of exactly those files that they are lacking which are."""
+    steps, _, lacking = said.partition(LACKING)
+    return re.findall(r"--only\s+([a-z]+)", lacking) == _lacking(steps, stages)
+
+
+LACKING = "Named above and not in this package"
+
+
+def not_here(said: str, package: Package, width: int) -> list[str]:
+    """Lines that name the files of which the steps speak and that this package lacks, with the command for each."""
+    stages = _lacking(said, package.stages) if package.stages else []  # none if text alone is wanted
+    if not stages:
+        return []
+    words = ", ".join(f"{SAID[stage]} (--only {stage})" for stage in stages)
+    return hanging(
+        "", f"{LACKING}, which was built in part: {words}. The command for each is sitscad "
+        "build SPEC with what is in brackets; SPEC is the file in spec/.", width)
+
+
+@record
+class Order:
+    """Maker, order code, what the code means in words, and where it comes from."""
+
+    maker: str
+    code: str
+    words: str
+    source: str
+
+
+def order_of(kind: str, name: str, **values: Any) -> Order | None:
+    """The order of a connector, capacitor, converter or elastomer by the name that the spec calls it; `values` fill the
+    code, and of connectors `contacts` decide the make. None where the data have none.
+    """
+    contacts = values.get("contacts")
+    row = next(
+        (row for row in _table().get((kind, name), ())
+         if contacts is None or not row["least"] or int(row["least"]) <= contacts <= int(row["most"])), None,
+    )
+    if row is None:
+        return None
+    return Order(row["maker"], row["code"].format(**values), row["words"], cited(row))
+
+
+def connector_order(connector: Connector, contacts: int) -> Order | None:
+    """The order of a tail's connector with so many contacts; without a code where its list has none with that many."""
+    order = order_of("connector", connector.name, contacts=contacts)
+    if order is None or not connector.positions or contacts in connector.positions:
+        return order
+    return replace(order, code="", words=f"not in the maker's list with {contacts} contacts: find one that is made")
+
+
+def capacitor(package: str, capacitance: float) -> Order | None:
+    """The C0G capacitor of a package (``chip-0603``) and a capacitance (F); None outside what the series is made in."""
+    row, *_ = _table().get(("capacitor", package), [None])
+    if row is None:
+        return None
+    low, high = (parse_quantity(row[end], "capacitance") for end in ("least", "most"))
+    if not low * (1 - 1e-9) <= capacitance <= high * (1 + 1e-9):
+        return None
+    return order_of("capacitor", package, value=three_digits(capacitance))
+
+
+def three_digits(capacitance: float) -> str:
+    """A capacitance (F) as makers code it (IEC 60062): two digits of picofarads and the number of zeros. 220 pF are
+    ``221``; ``R`` is the decimal point below 10 pF.
+    """
+    value = capacitance * 1e12
+    if value < 9.95:
+        return f"{value:.1f}".replace(".", "R")
+    zeros = math.floor(math.log10(value * (1 + 1e-9))) - 1
+    digits = round(value / 10.0**zeros)
+    return f"{digits}{zeros}" if digits < 100 else f"10{zeros + 1}"
+
+
+@cache
+def _table() -> dict[tuple[str, str], list[dict[str, str]]]:
+    found: dict[tuple[str, str], list[dict[str, str]]] = {}
+    for row in rows("order_codes"):
+        found.setdefault((row["kind"], row["name"]), []).append(row)
+    return found
+
+
+RAW_RESIN = (
+    "Moulds printed in resin, before anything is cast in them: platinum-cure silicones (Ecoflex, Dragon Skin) may not "
+    "cure on raw photopolymer. Wash the print, cure it fully under UV and then with heat, seal it (clear acrylic "
+    "lacquer, or the barrier coat that the silicone's maker names), let that dry, and try a drop first; or print the "
+    "mould in filament or powder. (Lacquer and trial are in Smooth-On's bulletin on Dragon Skin; the rest is general "
+    "practice, unverified.)"
+)
+"""What a mould of resin needs before silicone is poured into it."""
+
+
+RELEASE = (
+    "Wipe mould release for silicone thinly into every cavity and on the lid's lower face, and let it dry."
+)
+"""What keeps silicone from sticking in a mould."""
+
+
+def amount(poured: Pour) -> str:
+    """How much is mixed, and how much of it the pieces are."""
+    pieces = "the pads'" if poured.pads > 1 else "the piece's"
+    own = f"{1e6 * poured.pads * poured.pad:.2g} ml are {pieces}"
+    if poured.mixed < LEAST_MIX:
+        return f"{1e6 * LEAST_MIX:g} ml (less cannot be weighed out well; {own})"
+    return f"{1e6 * poured.mixed:.2g} ml ({own})"
+
+
+def mixed(material: ElastomerMaterial) -> str:
+    """A silicone with its mixing ratio and how long it can be poured, by its data or by its maker's sheet."""
+    known = presets.casting(material.name)
+    if known is None:
+        return f"{material.name} (mixing ratio and pot life: its maker's sheet)"
+    unseen = " (unverified)" if is_unverified(known.source) else ""
+    pot = f"pour within {duration(known.pot_time)}" if known.pot_time else "pot life: its maker's sheet"
+    return f"{material.name} ({known.mix}{unseen}; {pot})"
+
+
+def cured(material: ElastomerMaterial) -> str:
+    """How long a silicone cures, and how that is seen; a whole sentence."""
+    known = presets.casting(material.name)
+    seen = "what is left in the cup is firm and no longer sticky then"
+    if known is None or known.cure_time is None:
+        return (
+            f"Let it cure as long as its maker's sheet says for your temperature (\"cure time\" or \"demould time\"): "
+            f"{seen}."
+        )
+    return (
+        f"Let it cure for {duration(known.cure_time)} at room temperature (kinds of other speed: their label): {seen}."
+    )

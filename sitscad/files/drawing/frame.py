@@ -1,0 +1,290 @@
+"""What every drawing has: a frame with a title block, a scale out of the usual ones, dimensions by coordinates."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from itertools import accumulate, pairwise
+
+from sitscad.basics.units import in_mm
+from sitscad.basics.version import __version__
+from sitscad.files.drawing.sheet import BLACK, Pen, Sheet, text_width
+from sitscad.kernels.geometry.path import Path, Point, circle, closed_polygon, polar, polyline, rectangle
+from sitscad.spec.sensor import SensorSpec
+
+MARGIN = 8.0
+FORCED = "MADE IN SPITE OF ERRORS, NOT FOR ORDER"
+"""What is stamped on the drawings of a package that does not meet its own checks."""
+RED = "#b00000"
+BLOCK = (118.0, 30.0)  # The title block at the lower right, millimetres on paper
+ISSUE = (("Part no.", "Part number"), ("Rev.", "Revision"), ("Date", "Date"))
+"""The cells of the issue in the title block, and what the issue calls them."""
+ISSUE_CELLS = (58.0, 26.0, 34.0)  # Their widths (mm)
+NOT_STATED = "not stated"
+
+SCALES = (50.0, 20.0, 10.0, 5.0, 3.0, 2.0, 1.5, 1.0, 0.5, 0.2, 0.1)
+DETAIL_SCALES = (50.0, 40.0, 30.0, 25.0, 20.0, 15.0, 12.0, 10.0, 8.0, 7.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.5, 1.0)
+"""The scales of details have finer steps, so that a detail is larger than the whole."""
+THICK, THIN, HIDDEN = Pen(0.5), Pen(0.18), Pen(0.18, BLACK, (1.2, 0.8))
+CHAIN = Pen(0.18, "#555555", (4.0, 0.8, 0.8, 0.8))
+TEXT = 2.6
+SMALLEST = 1.5  # Letters that can still be read on paper (mm)
+INDENT = 3.0  # Of a paragraph's lines after the first (mm)
+SUBSTITUTE = 1.08
+"""How much wider a text may come out where a viewer of SVG has no Helvetica: 1.07 measured with rsvg and Noto Sans."""
+
+
+def new_sheet(
+    spec: SensorSpec, what: str, scale: str, artwork: str, forced: bool = False, seen: str = "seen from the top"
+) -> Sheet:
+    """An A4 sheet with its frame and title block; ``scale`` is empty where nothing is drawn but tables and plots,
+    ``artwork`` says which finished files it belongs to, ``forced`` stamps it, ``seen`` says from where it is looked at.
+    """
+    sheet = Sheet(f"{spec.name}: {what}")
+    width, height = sheet.size
+    sheet.draw(rectangle(MARGIN, MARGIN, width - MARGIN, height - MARGIN), Pen(0.5))
+    left, low = width - MARGIN - BLOCK[0], MARGIN
+    sheet.draw(rectangle(left, low, left + BLOCK[0], low + BLOCK[1]), Pen(0.5), "#ffffff")
+    known = dict(spec.issue.rows)
+    rows: list[list[tuple[str, str]]] = [
+        *([[("Stop", FORCED)]] if forced else []), [("Design", spec.name)],
+        [(label, known.get(name, NOT_STATED)) for label, name in ISSUE], [("Drawing", what)],
+        *([[("Scale", f"{scale}; millimetres; {seen}")]] if scale else []), [("Files", artwork)],
+        [("Made by", f"sitscad {__version__}")],
+    ]
+    step = BLOCK[1] / len(rows)
+    for i, cells in enumerate(rows):
+        y = low + BLOCK[1] - (i + 1) * step
+        if i:
+            sheet.line(left, y + step, left + BLOCK[0], y + step, THIN)
+        # Where the cells of one row of the title block begin, and how wide they are (mm): one, or those of the issue
+        widths = (BLOCK[0],) if len(cells) == 1 else ISSUE_CELLS
+        for cell, x, room in zip(cells, *(tuple(accumulate(widths[:-1], initial=0.0)), widths), strict=True):
+            _cell(sheet, cell, (left + x, y), (room, step))
+    return sheet
+
+
+def _cell(sheet: Sheet, cell: tuple[str, str], corner: tuple[float, float], size: tuple[float, float]) -> None:
+    """A label and its text in a cell of the title block, the text as large as it fits."""
+    (label, text), (x, y), (width, step) = cell, corner, size
+    indent = max(15.0, text_width(label, 2.0) + 3.0) if width > 60.0 else text_width(label, 2.0) + 3.0
+    if width < BLOCK[0]:
+        sheet.line(x + width, y, x + width, y + step, THIN)
+    sheet.text(x + 1.5, y + 0.3 * step, label, 2.0)
+    letters = 3.2 if label in ("Design", "Stop") else TEXT
+    letters = min(letters, letters * (width - indent - 2.0) / max(text_width(text, letters), 1e-9))
+    sheet.text(x + indent, y + 0.28 * step, text, letters, colour=RED if label == "Stop" else BLACK)
+
+
+def scale_for(
+    size: tuple[float, float], room: tuple[float, float], scales: tuple[float, ...] = DETAIL_SCALES
+) -> float:
+    """The largest of some scales at which a size (m) fits some room (mm on paper); the smallest where none does."""
+    fitting = (k for k in scales if all(s * 1e3 * k <= r + 1e-9 for s, r in zip(size, room, strict=True)))
+    return next(fitting, scales[-1])
+
+
+def scale_text(scale: float) -> str:
+    """A scale as drawings state it."""
+    return f"{scale:g}:1" if scale >= 1.0 else f"1:{1.0 / scale:g}"
+
+
+def placed(box: tuple[float, float, float, float], scale: float, room: tuple[float, float, float, float]) -> View:
+    """A view with the middle of a box (m) in the middle of some room on paper (left, low, width, height in mm)."""
+    middle = (box[0] + box[2]) / 2e-3 * scale, (box[1] + box[3]) / 2e-3 * scale
+    return View(scale, (room[0] + room[2] / 2 - middle[0], room[1] + room[3] / 2 - middle[1]))
+
+
+class View:
+    """A map from the board's metres to the paper's millimetres: a scale, and where the board's origin comes to lie."""
+
+    def __init__(self, scale: float, origin: tuple[float, float]) -> None:
+        self.scale, self.origin = scale, origin
+
+    def x(self, metres: float) -> float:
+        """A board's x on paper."""
+        return self.origin[0] + metres * 1e3 * self.scale
+
+    def y(self, metres: float) -> float:
+        """A board's y on paper."""
+        return self.origin[1] + metres * 1e3 * self.scale
+
+    def length(self, metres: float) -> float:
+        """A length on paper."""
+        return metres * 1e3 * self.scale
+
+    def path(self, path: Path) -> Path:
+        """A path on paper."""
+        return path.mapped(lambda p: Point(self.x(p.x), self.y(p.y)))
+
+
+def mm(metres: float) -> str:
+    """A length as a dimension: millimetres with two decimals, three where the third says something."""
+    return in_mm(metres, 3, 2)
+
+
+def origin_cross(sheet: Sheet, view: View) -> None:
+    """The origin of the files' coordinates: a red cross in a circle."""
+    x, y, red = view.x(0.0), view.y(0.0), Pen(0.25, RED)
+    sheet.draw(circle(Point(x, y), 1.2), red)
+    for dx, dy in ((2.0, 0.0), (0.0, 2.0)):
+        sheet.line(x - dx, y - dy, x + dx, y + dy, red)
+
+
+def axes_sign(sheet: Sheet, x: float, y: float, size: float, letters: float) -> None:
+    """Arrows along x and y of the board, from (x, y) on the sheet, each `size` long, with their names."""
+    tip = 0.25 * size
+    ends = (((x + size, y), (x + size - tip, y + tip / 2), (x + size - tip, y - tip / 2)),
+            ((x, y + size), (x + tip / 2, y + size - tip), (x - tip / 2, y + size - tip)))
+    for end, one, other in ends:
+        sheet.line(x, y, *end, Pen(size / 16, BLACK))
+        sheet.draw(closed_polygon([Point(*end), Point(*one), Point(*other)]), None, BLACK)
+    sheet.text(x + size + 0.4 * letters, y - 0.35 * letters, "x", letters)
+    sheet.text(x + 0.5 * letters, y + size - 0.6 * letters, "y", letters)
+
+
+def ordinates(sheet: Sheet, view: View, axis: int, values: Sequence[float], start: float, end: float) -> None:
+    """Dimensions by coordinates, along x (axis 0) or y (axis 1): lines from the view, which ends at `start`, to
+    texts beyond `end`, below the view or left of it.
+    """
+    feet = list({mm(value): value for value in sorted(values)}.values())  # edges that read alike are one
+    at = [(view.x, view.y)[axis](value) for value in feet]
+    for value, foot, place in zip(feet, at, spread(at, 1.3 * TEXT), strict=True):
+        knee = start + (end - start) * 0.5
+        corners = [(foot, start - 1.0), (foot, knee), (place, end)]
+        for (a, b), (c, d) in pairwise(corners):
+            sheet.line(*((a, b, c, d) if axis == 0 else (b, a, d, c)), THIN)
+        if axis == 0:
+            sheet.text(place + 0.35 * TEXT, end - (1.0 + text_width(mm(value), TEXT)), mm(value), TEXT, angle=90.0)
+        else:
+            sheet.text(end - 1.0, place - 0.35 * TEXT, mm(value), TEXT, "end")
+
+
+def spread(places: Sequence[float], least: float) -> list[float]:
+    """Sorted places moved apart until none is nearer to its neighbour than `least`, each as little as may be."""
+    forward: list[float] = []
+    for place in places:
+        forward.append(max(place, forward[-1] + least) if forward else place)
+    backward: list[float] = []
+    for place in reversed(places):
+        backward.append(min(place, backward[-1] - least) if backward else place)
+    return [(a + b) / 2.0 for a, b in zip(forward, reversed(backward), strict=True)]
+
+
+def span(sheet: Sheet, one: tuple[float, float], other: tuple[float, float], text: str, colour: str = BLACK) -> None:
+    """A dimension line with arrows between two points of the same x or the same y (mm on paper), its text above it."""
+    (x0, y0), (x1, y1) = one, other
+    sheet.line(x0, y0, x1, y1, Pen(THIN.width, colour))
+    level = abs(y1 - y0) < 1e-9
+    for (x, y), way in ((one, 1.0), (other, -1.0)):
+        tip = [(x, y), (x + way * 2.0, y + 0.4), (x + way * 2.0, y - 0.4)]
+        if not level:
+            tip = [(x, y), (x + 0.4, y + way * 2.0), (x - 0.4, y + way * 2.0)]
+        sheet.draw(closed_polygon([Point(*corner) for corner in tip]), None, colour)
+    middle = (x0 + x1) / 2.0, (y0 + y1) / 2.0
+    if level:
+        sheet.text(middle[0], middle[1] + 0.8, text, TEXT, "middle", colour=colour)
+    else:
+        sheet.text(middle[0] - 0.8, middle[1], text, TEXT, "middle", 90.0, colour)
+
+
+def outer_span(
+    sheet: Sheet, one: tuple[float, float], other: tuple[float, float], text: str, upright: bool = False,
+    is_before: bool = False,
+) -> None:
+    """A dimension of a short stretch, from the lower or left point on: arrows from outside, the text beyond them, or
+    before the first where `is_before`; `upright` text stands level beside the upper arrow.
+    """
+    reach, tip = 5.0, 2.0
+    level = abs(other[1] - one[1]) < 1e-9
+
+    def at(point: tuple[float, float], along: float, aside: float = 0.0) -> Point:
+        return Point(point[0] + along, point[1] + aside) if level else Point(point[0] + aside, point[1] + along)
+
+    begin, end = at(one, -reach), at(other, reach)
+    sheet.line(begin.x, begin.y, end.x, end.y, THIN)
+    for point, way in ((one, -1.0), (other, 1.0)):
+        corners = [at(point, 0.0), at(point, way * tip, 0.4), at(point, way * tip, -0.4)]
+        sheet.draw(closed_polygon(corners), None, BLACK)
+    if level or not upright:
+        aside = -0.35 * TEXT if level else 0.35 * TEXT
+        place = at(one, -reach - 1.0, aside) if is_before else at(other, reach + 1.0, aside)
+        sheet.text(place.x, place.y, text, TEXT, "end" if is_before else "start", 0.0 if level else 90.0)
+    else:
+        sheet.text(end.x + 1.0, end.y - 0.7 * TEXT, text, TEXT)
+
+
+def table(
+    sheet: Sheet, left: float, top: float, widths: Sequence[float], rows: Sequence[Sequence[str]], size: float = TEXT
+) -> float:
+    """Rows of texts in columns (mm on paper), the first row a heading; the y below the table."""
+    step = 1.55 * size
+    for i, row in enumerate(rows):
+        y, x = top - (i + 1) * step, left
+        for text, width in zip(row, widths, strict=True):
+            room = width - 1.5
+            sheet.text(x + 0.8, y + 0.42 * size, text, min(size, size * room / max(text_width(text, size), 1e-9)))
+            x += width
+        sheet.line(left, y, left + sum(widths), y, THICK if i == 0 else THIN)
+    return top - len(rows) * step
+
+
+def wrapped(text: str, width: float, size: float) -> list[str]:
+    """A text broken between words into lines no wider than `width` (mm)."""
+    lines, line = [], ""
+    for word in (piece for each in text.split() for piece in _broken(each, width, size)):
+        longer = f"{line} {word}" if line else word
+        if line and text_width(longer, size) > width:
+            lines.append(line)
+            longer = word
+        line = longer
+    return [*lines, line]
+
+
+def _broken(word: str, width: float, size: float) -> list[str]:
+    """A word in pieces no wider than `width` (mm)."""
+    pieces, piece = [], ""
+    for character in word:
+        if piece and text_width(piece + character, size) > width:
+            pieces.append(piece)
+            piece = ""
+        piece += character
+    return [*pieces, piece]
+
+
+def numbered(texts: Iterable[str]) -> list[str]:
+    """Notes with their numbers before them, from 1."""
+    return [f"{number}. {text}" for number, text in enumerate(texts, 1)]
+
+
+def fitting_paragraph(
+    sheet: Sheet, left: float, top: float, width: float, low: float, lines: Sequence[str], size: float = TEXT
+) -> float:
+    """Texts below each other, broken into lines of a width (mm), in letters small enough that they end above `low`
+    (mm); the y below the last line. The width holds in a viewer's substitute font, too.
+    """
+    width = width / SUBSTITUTE
+    while size > SMALLEST and top - 1.45 * size * sum(len(wrapped(text, width - INDENT, size)) for text in lines) < low:
+        size -= 0.1
+    y = top
+    for text in lines:
+        for i, line in enumerate(wrapped(text, width - INDENT, size)):
+            y -= 1.45 * size
+            sheet.text(left + (INDENT if i else 0.0), y, line, size)
+    return y
+
+
+SYMBOLS = (
+    ((180.0, 0.0), (270.0, 90.0)), ((225.0, 45.0), (315.0, 135.0)), ((0.0, 90.0, 180.0, 270.0, 0.0),),
+    ((45.0, 135.0, 225.0, 315.0, 45.0),), ((90.0, 210.0, 330.0, 90.0),), ((), (180.0, 0.0), (270.0, 90.0)),
+)
+"""One symbol a tool, in the order of the tools: lines between points of a circle, by their angles (deg), or all of it;
+used again from the first where there are more tools.
+"""
+
+
+def symbol(tool: int, at: Point, radius: float) -> list[Path]:
+    """The lines of a tool's symbol (tools from 0), in a circle about a place."""
+    lines = SYMBOLS[tool % len(SYMBOLS)]
+    return [polyline([polar(radius, math.radians(turn), at) for turn in line]) if line else circle(at, radius)
+            for line in lines]

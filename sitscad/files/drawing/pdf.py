@@ -1,0 +1,158 @@
+"""Sheets as a PDF file: vector drawing and Helvetica, nothing compressed, no dates and no identifiers. PDF 1.4 (ISO
+32000 describes it): one of the fourteen fonts that every reader has, so nothing is embedded; equal sheets give equal
+bytes, whatever the machine.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import unicodedata
+from collections.abc import Iterable, Iterator, Sequence
+
+from sitscad.basics.units import decimal
+from sitscad.files.drawing.sheet import Group, Item, Label, Shape, Sheet, flattened, text_width
+from sitscad.kernels.geometry.path import Arc, Path, Point, polar
+
+POINTS = 72.0 / 25.4  # PDF's units in a millimetre
+BOLD = 0.035  # Width of the line that makes letters bold, as a share of their size
+
+
+def pdf(sheets: Sequence[Sheet]) -> bytes:
+    """The sheets as the pages of one document."""
+    first = 4
+    pages = " ".join(f"{first + 2 * i} 0 R" for i in range(len(sheets)))
+    objects = [
+        b"<< /Type /Catalog /Pages 2 0 R >>",
+        f"<< /Type /Pages /Kids [{pages}] /Count {len(sheets)} >>".encode("ascii"),
+        b"<< /Type /Font /Subtype /Type1 /BaseFont /Helvetica /Encoding /WinAnsiEncoding >>",
+    ]
+    for i, sheet in enumerate(sheets):
+        width, height = (decimal(side * POINTS) for side in sheet.size)
+        # The graphics states that a page asks for, as resources; nothing where all is opaque
+        found = sorted({item.opacity for item in flattened(sheet.items) if isinstance(item, Shape)} - {1.0})
+        rows = " ".join(f"/{_state(opacity)} << /ca {decimal(opacity)} >>" for opacity in found)
+        box, states = f"/MediaBox [0 0 {width} {height}]", (f" /ExtGState << {rows} >>" if rows else "")
+        resources = f"/Resources << /Font << /F1 3 0 R >>{states} >>"
+        # The page's drawing; everything in it is in millimetres
+        commands = [f"{POINTS:.6f} 0 0 {POINTS:.6f} 0 0 cm 1 J 1 j".encode("ascii")]
+        commands += _items(sheet.items)
+        content = b"\n".join(commands) + b"\n"
+        objects += [
+            f"<< /Type /Page /Parent 2 0 R {box} {resources} /Contents {(first + 2 * i + 1)} 0 R >>".encode("ascii"),
+            (b"<< /Length %d >>\nstream\n%b\nendstream" % (len(content), content)),
+        ]
+    # Objects numbered from 1, the table of where each begins, and the trailer
+    entries = [*objects, b"<< /Title (%b) /Producer (sitscad) >>" % _escaped(sheets[0].title)]
+    content, places = b"%PDF-1.4\n%\xe2\xe3\xcf\xd3\n", []
+    for i, entry in enumerate(entries, 1):
+        places.append(len(content))
+        content += b"%d 0 obj\n%b\nendobj\n" % (i, entry)
+    start, count = len(content), len(entries) + 1
+    table = b"".join(b"%010d 00000 n \n" % place for place in places)
+    trailer = b"trailer\n<< /Size %d /Root 1 0 R /Info %d 0 R >>\nstartxref\n%d\n" % (count, len(entries), start)
+    return content + b"xref\n0 %d\n0000000000 65535 f \n" % count + table + trailer + b"%%EOF\n"
+
+
+def _items(items: Iterable[Item]) -> Iterator[bytes]:
+    for item in items:
+        if isinstance(item, Group):
+            group = item
+            is_placed = group.window is not None or group.offset != (0.0, 0.0)
+            if is_placed:
+                yield b"q"
+            if group.window is not None:
+                x0, y0, x1, y1 = group.window
+                yield f"{' '.join(decimal(v) for v in (x0, y0, x1 - x0, y1 - y0))} re W n".encode("ascii")
+            if group.offset != (0.0, 0.0):
+                yield f"1 0 0 1 {' '.join(decimal(v) for v in group.offset)} cm".encode("ascii")
+            yield from _items(group.items)
+            if is_placed:
+                yield b"Q"
+        else:
+            yield from _label(item) if isinstance(item, Label) else _shape(item)
+
+
+def _label(label: Label) -> Iterator[bytes]:
+    """What writes a text, its halo before it."""
+    width = text_width(label.text, label.size)
+    back = {"start": 0.0, "middle": width / 2.0, "end": width}[label.anchor]
+    cosine, sine = math.cos(math.radians(label.angle)), math.sin(math.radians(label.angle))
+    x, y = label.at.x - back * cosine, label.at.y - back * sine
+    turn = " ".join(decimal(v) for v in (cosine, sine, -sine, cosine, x, y))
+    place = f"/F1 {decimal(label.size)} Tf {turn} Tm ".encode("ascii")
+    words = place + b"(" + _escaped(label.text) + b") Tj ET"
+    if label.halo:
+        yield f"BT 1 Tr 1 1 1 RG {decimal(label.halo)} w [] 0 d ".encode("ascii") + words + b" 0 Tr"
+    if label.bold:  # the letters' own outline makes them heavier, in the one font that there is
+        pen = f"{_colour(label.colour)} RG {decimal(BOLD * label.size)} w [] 0 d"
+        yield f"BT 2 Tr {pen} {_colour(label.colour)} rg ".encode("ascii") + words + b" 0 Tr"
+    else:
+        yield f"BT {_colour(label.colour)} rg ".encode("ascii") + words
+
+
+def _escaped(text: str) -> bytes:
+    """Return text in the font's encoding. Other characters lose their accents, or become a code point (``U+03A9``)."""
+    encoded = b"".join(_character(one) for one in text)
+    return encoded.replace(b"\\", b"\\\\").replace(b"(", b"\\(").replace(b")", b"\\)")
+
+
+def _character(one: str) -> bytes:
+    for text in (one, unicodedata.normalize("NFKD", one).encode("ascii", "ignore").decode()):
+        with contextlib.suppress(UnicodeEncodeError):
+            if text:
+                return text.encode("cp1252")
+    return f"U+{ord(one):04X}".encode("ascii")
+
+
+def _shape(shape: Shape) -> Iterator[bytes]:
+    if shape.opacity != 1.0:
+        yield f"q /{_state(shape.opacity)} gs".encode("ascii")
+    if shape.fill:
+        yield f"{_colour(shape.fill)} rg".encode("ascii")
+    if shape.pen:
+        pen, dashes = shape.pen, " ".join(decimal(dash) for dash in shape.pen.dashes)
+        # round ends and corners are the page's own
+        ends = "" if pen.round_ends and pen.round_corners else f" {int(pen.round_ends)} J {int(pen.round_corners)} j"
+        yield f"{_colour(pen.colour)} RG {decimal(pen.width)} w [{dashes}] 0 d{ends}".encode("ascii")
+    for path in shape.paths:
+        yield from (command.encode("ascii") for command in _path(path))
+    yield {(True, True): b"B*", (True, False): b"f*", (False, True): b"S", (False, False): b"n"}[
+        bool(shape.fill), bool(shape.pen)
+    ]
+    if shape.pen and not (shape.pen.round_ends and shape.pen.round_corners):
+        yield b"1 J 1 j"
+    if shape.opacity != 1.0:
+        yield b"Q"
+
+
+def _state(opacity: float) -> str:
+    return f"A{round(opacity * 100)}"
+
+
+def _path(path: Path) -> Iterator[str]:
+    yield f"{_xy(path.start)} m"
+    for segment in path:
+        if isinstance(segment, Arc) and abs(segment.sweep) > 1e-9:
+            # Cubic curves of a quarter turn at most: within 0.03 % of the radius
+            count = math.ceil(abs(segment.sweep) / (math.pi / 2) - 1e-9)
+            step = segment.sweep / count
+            reach = segment.radius * 4.0 / 3.0 * math.tan(step / 4.0)
+            for i in range(count):
+                one, other = segment.start_angle + i * step, segment.start_angle + (i + 1) * step
+                a, b = (polar(segment.radius, angle, segment.centre) for angle in (one, other))
+                control = Point(a.x - reach * math.sin(one), a.y + reach * math.cos(one))
+                control2 = Point(b.x + reach * math.sin(other), b.y - reach * math.cos(other))
+                yield f"{_xy(control)} {_xy(control2)} {_xy(b)} c"
+        else:
+            yield f"{_xy(segment.end)} l"
+    if path.is_closed:
+        yield "h"
+
+
+def _xy(point: Point) -> str:
+    return f"{decimal(point.x)} {decimal(point.y)}"
+
+
+def _colour(text: str) -> str:
+    return " ".join(decimal(int(text[i : i + 2], 16) / 255.0) for i in (1, 3, 5))

@@ -1,0 +1,393 @@
+"""Pictures of the layout to scale: self-contained SVG without scripts, fonts or anything from outside, with a legend
+below: a scale bar, and a key for every colour and line that the picture shows.
+
+The plane is drawn as seen from the top, y upwards; copper layers have colours that stay apart for colour-blind eyes.
+Nothing is transparent: upper layers cover lower ones, whose tracks show over them as narrow lines, and every colour of
+the picture is one of its legend. Layers, nets on them, coils, contacts and findings have names (ids) that begin with
+the picture's own.
+
+A picture of the board in text: a letter of the braille alphabet shows 2 by 4 dots, so that a hundred columns hold
+the turns of a coil. It needs nothing but a font, where pictures cannot be shown: job pages, logs, messages.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from contextlib import ExitStack
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+
+from sitscad.assembly.places.tail_path import bends
+from sitscad.basics.arrays import Array
+from sitscad.basics.units import show
+from sitscad.files.drawing.frame import CHAIN, View, axes_sign
+from sitscad.files.drawing.sheet import Pen, Sheet, text_width
+from sitscad.files.drawing.svg import svg
+from sitscad.kernels.geometry.path import Path, Point, Region, bounding_box, circle, polyline, rectangle
+from sitscad.layout.board import Coil, Layout, Pad
+from sitscad.spec.coil import CoilSpec
+
+
+def pad_outline(pad: Pad) -> Path:
+    """The rectangle (m) of a contact on the board."""
+    (w, h), (x, y) = pad.size, pad.centre
+    return rectangle(x - w / 2, y - h / 2, x + w / 2, y + h / 2)
+
+
+def coil_outline(spec: CoilSpec, coil: Coil) -> Path:
+    """The closed outline (m) that a coil's outer copper edges lie on, about its centre and turned as it is drawn.
+    Corners are as round as the pen that draws them leaves the copper: half a track's width and the corner's own radius.
+    """
+    unturned = spec.outline.edge(spec.size, spec.corner_radius + spec.trace_width / 2)
+    return unturned.rotated(coil.placement.rotation).shifted(*coil.centre)
+
+
+def coil_extent(spec: CoilSpec, coil: Coil) -> tuple[float, float, float, float]:
+    """(x0, y0, x1, y1) in metres of a coil's outer copper edges on the board. They are the outline's, but for a rounded
+    corner at which a layer begins: that one is left sharp.
+    """
+    outline, half = bounding_box([coil_outline(spec, coil)]), spec.trace_width / 2
+    if not spec.corner_radius:
+        return outline
+    x0, y0, x1, y1 = bounding_box([winding.path for winding in coil.windings])
+    return (
+        min(outline[0], x0 - half), min(outline[1], y0 - half), max(outline[2], x1 + half), max(outline[3], y1 + half)
+    )
+
+
+def draw_coil(sheet: Sheet, view: View, spec: CoilSpec, coil: Coil, pen: Pen, name: str = "") -> None:
+    """A coil's outline and the axes through its centre on a dimensioned drawing."""
+    sheet.draw(view.path(coil_outline(spec, coil)), pen, name=name)
+    (x0, y0, x1, y1), (x, y) = coil_extent(spec, coil), coil.centre
+    sheet.line(view.x(x0), view.y(y), view.x(x1), view.y(y), CHAIN)
+    sheet.line(view.x(x), view.y(y0), view.x(x), view.y(y1), CHAIN)
+
+
+COLOURS = ("#d55e00", "#0072b2", "#009e73", "#cc79a7", "#b8860b", "#56b4e9", "#8c564b", "#5f5f5f")
+"""One colour a copper layer, from the top (after Okabe and Ito's palette)."""
+
+PLATE, CONTACT, RING = "#cdb380", "#e6b800", "#8a8a8a"
+TAKEN = "#dfd3ad"
+"""What the bend takes of the tail."""
+TOP_OPENING, BOTTOM_OPENING, BEND = "#1b7837", "#762a83", "#444444"
+TOP_DASHES, BOTTOM_DASHES, BEND_DASHES = "8 4", "2 5", "14 4 3 4 3 4"
+WIDTH = 1200.0  # Width of a picture in pixels
+ROW, LETTERS, IN_A_ROW, SIGN = 30.0, 16.0, 6, 34.0
+"""Height of a row and of its letters (pixels), the keys in it at most, and where their words begin."""
+
+
+AXES_AT = 340.0
+"""Place of the axes' sign along the row of the scale bar (pixels)."""
+UNDER = 0.3
+"""Width of the line that shows a track under other copper, over the width of the track."""
+
+
+class PicturePoint(NamedTuple):
+    """A place to point at: metres on the board, the number or word beside it, and what it is (a key of `MARKS`)."""
+
+    x: float
+    y: float
+    text: str
+    kind: str
+
+
+MARKS = {"error": "#d00000", "warning": "#b35900", "note": "#0050b3"}
+"""The colours of marks."""
+
+Sign = Callable[[Sheet, float, float], None]  # Draws a key's sign on a sheet, its upper left corner at (x, y)
+
+
+def colour(layer: int) -> str:
+    """A copper layer's colour."""
+    return COLOURS[(layer - 1) % len(COLOURS)]
+
+
+def legend_keys(layout: Layout, shown: list[int], view: View, marks: list[PicturePoint]) -> list[tuple[Sign, str]]:
+    """A sign and its meaning for everything that the picture shows."""
+    plate = layout.stiffener
+
+    def sees(x: float) -> bool:
+        return 0.0 <= view.x(x) <= WIDTH
+
+    keys = [(_swatch(colour(layer)), f"copper {layer}") for layer in shown]
+    if len(shown) > 1:
+        keys.append((_under(colour(shown[0]), colour(shown[1])), "lower copper under upper"))
+    keys.append((_line(EDGE, ""), "edge of the board"))
+    if any(pad.layer in shown and sees(pad.centre.x) for pad in layout.pads):
+        keys.append((_swatch(CONTACT), "contacts"))
+    if any(sees(via.centre.x) for via in layout.vias):
+        keys.append((_swatch(RING), "vias"))
+    if any(sees(opening.outline.start.x) for opening in layout.top_openings):
+        keys.append((_line(TOP_OPENING, TOP_DASHES), "top coverlay open"))
+    if any(sees(opening.outline.start.x) for opening in layout.bottom_openings):
+        keys.append((_line(BOTTOM_OPENING, BOTTOM_DASHES), "bottom coverlay open"))
+    if plate is not None and sees(plate.outline.outline.start.x):
+        keys.append((_swatch(PLATE), f"stiffener {show(plate.thickness, 'm')}"))
+    seen = [bend for bend in bends(layout) if sees(bend.line)]
+    words = dict.fromkeys(f"bend {math.degrees(bend.angle):.4g} deg {bend.direction}" for bend in seen)
+    keys += [(_line(BEND, BEND_DASHES), each) for each in words]
+    if any(bend.end > bend.start for bend in seen):
+        keys.append((_swatch(TAKEN), "taken by bends" if len(seen) > 1 else "taken by the bend"))
+    return keys + [
+        (_ring(MARKS[kind]), f"{kind}, numbered") for kind in MARKS if any(mark.kind == kind for mark in marks)
+    ]
+
+
+WIDER_FONT = 1.2
+"""How much wider than Helvetica letters may be where that is not installed (DejaVu Sans: 1.15 to 1.2)."""
+
+
+def _scale_bar(sheet: Sheet, layout: Layout, view: View, top: float) -> None:
+    """A bar of a round length near a sixth of the picture, and the sizes in words."""
+    # the largest of 1, 2, 5 times a power of ten that is not above `length`
+    length = WIDTH / view.length(1.0) / 6
+    power = 10.0 ** math.floor(math.log10(length))
+    length = max(f * power for f in (1.0, 2.0, 5.0) if f * power <= length * (1 + 1e-9))
+    end = 20.0 + view.length(length)
+    body, board = layout.body_size, layout.size
+    sizes = (
+        f"{layout.spec.name}: body {show(body[0], 'm')} x {show(body[1], 'm')}, "
+        f"board {show(board[0], 'm')} x {show(board[1], 'm')}, seen from the top"
+    )
+    bar = (((20.0, 8.0), (20.0, 16.0)), ((20.0, 12.0), (end, 12.0)), ((end, 8.0), (end, 16.0)))
+    strokes = [polyline([Point(x, top - down) for x, down in ends]) for ends in bar]
+    sheet.draw(strokes, Pen(2.0, round_ends=False), kind="scale")
+    sheet.text(end + 10.0, top - 17.0, show(length, "m"), LETTERS)
+    axes_sign(sheet, AXES_AT, top - 19.0, 22.0, LETTERS)
+    sheet.text(WIDTH - 20.0, top - 17.0, sizes, LETTERS, "end")
+
+
+def _swatch(fill: str) -> Sign:
+    return lambda sheet, x, y: sheet.draw(rectangle(x, y - 18.0, x + 26.0, y - 4.0), None, fill)
+
+
+def _ring(ink: str) -> Sign:
+    return lambda sheet, x, y: sheet.draw(circle(Point(x + 13.0, y - 11.0), 8.0), Pen(3.0, ink))
+
+
+def _under(upper: str, lower: str) -> Sign:
+    """A track of the lower copper where the upper copper covers it."""
+
+    def draw(sheet: Sheet, x: float, y: float) -> None:
+        sheet.draw(rectangle(x, y - 18.0, x + 26.0, y - 4.0), None, upper)
+        sheet.line(x, y - 11.0, x + 26.0, y - 11.0, Pen(14.0 * UNDER, lower, round_ends=False))
+
+    return draw
+
+
+def _line(ink: str, dashes: str) -> Sign:
+    pen = Pen(2.0, ink, tuple(map(float, dashes.split())), round_ends=False)
+    return lambda sheet, x, y: sheet.line(x, y - 11.0, x + 26.0, y - 11.0, pen)
+
+
+Window = tuple[float, float, float, float]
+
+BOARD, EDGE, WHITE = "#f6e7c1", "#222222", "#ffffff"
+
+
+def picture(
+    layout: Layout, layers: Iterable[int] | None = None, window: Window | None = None,
+    marks: Iterable[PicturePoint] = (), name: str = "board",
+) -> str:
+    """A picture of the layout as SVG text.
+
+    ``layers`` are the copper layers to show (from 1 at the top; all where left out), ``window`` is what to show of the
+    plane, (x0, y0, x1, y1) in metres (the whole board where left out); a margin is added around it. ``marks`` are drawn
+    over it, those that the window shows. ``name`` begins every id, so that one page may hold several pictures.
+    """
+    # the same picture as a sheet, in pixels
+    shown = sorted(set(layers)) if layers is not None else list(range(1, layout.copper_layers + 1))
+    # A window with a margin around it as wide as the picture, its lower edge `low` above the sheet's; its height
+    x0, y0, x1, y1 = window or bounding_box([layout.outline])
+    margin = 0.06 * max(y1 - y0, 0.15 * (x1 - x0))
+    scale = WIDTH / (x1 - x0 + 2 * margin)
+    view, high = View(scale / 1e3, ((margin - x0) * scale, 0.0 + (margin - y0) * scale)), (y1 - y0 + 2 * margin) * scale
+    pointed_at = [mark for mark in marks if 0.0 <= view.x(mark.x) <= WIDTH]
+    keys = legend_keys(layout, shown, view, pointed_at)
+    # so many keys beside each other that words end before the next sign in the widest of usual fonts
+    longest = max((text_width(text, LETTERS) for _, text in keys), default=0.0)
+    columns = min(IN_A_ROW, int((WIDTH - 30.0) / (SIGN + WIDER_FONT * longest)))
+    low = ROW * (bool(layout.spec.issue.words) + 1 + math.ceil(len(keys) / columns)) + 20.0
+    view = View(view.scale, (view.origin[0], view.origin[1] + low))
+    words = f"{layout.spec.name}: copper layers {', '.join(map(str, shown))}, seen from the top"
+    sheet = Sheet(words, (WIDTH, high + low), unit="", decimals=2)
+    with sheet.group(name, window=(0.0, low, WIDTH, low + high)):
+        _board(sheet, layout, shown, view, name)
+        _labels(sheet, layout, view, name)
+        _marks(sheet, pointed_at, view, name)
+    # Part number and issue where there are any, the scale bar with the sizes in words, then the keys
+    top = low - 10.0
+    if words := layout.spec.issue.words:
+        sheet.text(WIDTH - 20.0, top - 17.0, words, LETTERS, "end")
+        top -= ROW
+    _scale_bar(sheet, layout, view, top)
+    for i, (sign, text) in enumerate(keys):
+        row, column = divmod(i, columns)
+        x, y = 20.0 + (WIDTH - 30.0) / columns * column, top - ROW * (row + 1)
+        sign(sheet, x, y)
+        sheet.text(x + SIGN, y - 17.0, text, LETTERS)
+    return svg(sheet)
+
+
+def flat(width: float, colour: str, dashes: str = "") -> Pen:
+    """A pen whose ends are cut off and whose corners are pointed."""
+    return Pen(width, colour, tuple(map(float, dashes.split())), round_ends=False, round_corners=False)
+
+
+def _region(view: View, region: Region) -> list[Path]:
+    return [view.path(path) for path in (region.outline, *region.holes)]
+
+
+def _board(sheet: Sheet, layout: Layout, shown: list[int], view: View, name: str) -> None:
+    """The board's material, copper from the lowest layer up, holes, openings, and the edge over all of it."""
+    sheet.draw(view.path(layout.outline), None, BOARD)
+    if layout.stiffener is not None:
+        sheet.draw(_region(view, layout.stiffener.outline), flat(1.0, PLATE), PLATE)
+    for bend in bends(layout):
+        # The line about which the tail is bent, and what the bend takes of it as a band
+        low, high = layout.reach_at(bend.line)
+        if bend.end > bend.start:
+            sheet.draw(view.path(rectangle(bend.start, low, bend.end, high)), None, TAKEN)
+        x, pen = view.x(bend.line), flat(2.0, BEND, BEND_DASHES)
+        sheet.line(x, view.y(high) + 8.0, x, view.y(low) - 8.0, pen)
+    for layer in reversed(shown):
+        with sheet.group(f"{name}-copper-{layer}", kind=f"copper-{layer}"):
+            _copper(sheet, layout, layer, view, name)
+    for layer in reversed(shown[1:]):  # lower tracks as narrow lines over what covers them
+        with sheet.group(f"{name}-under-{layer}", kind=f"copper-{layer}"):
+            for net in layout.nets:
+                with sheet.group(f"{name}-under-{layer}-net-{net}", kind=f"net-{net}"):
+                    for trace in (trace for trace in layout.on_layer(layer) if trace.net == net):
+                        pen = Pen(UNDER * view.length(trace.width), colour(layer), round_ends=False)
+                        sheet.draw(view.path(trace.path), pen)
+    with sheet.group(f"{name}-vias"):
+        for via in layout.vias:
+            centre = Point(view.x(via.centre.x), view.y(via.centre.y))
+            sheet.draw(circle(centre, view.length(via.pad / 2)), None, RING)
+            sheet.draw(circle(centre, view.length(via.drill / 2)), None, WHITE)
+    for opening in layout.bottom_openings:
+        sheet.draw(_region(view, opening), flat(2.0, BOTTOM_OPENING, BOTTOM_DASHES))
+    for opening in layout.top_openings:
+        sheet.draw(_region(view, opening), flat(2.0, TOP_OPENING, TOP_DASHES))
+    sheet.draw(view.path(layout.outline), flat(1.5, EDGE), name=f"{name}-outline")
+
+
+def _copper(sheet: Sheet, layout: Layout, layer: int, view: View, name: str) -> None:
+    """One layer: tracks and their teardrops by net, then its contacts."""
+    for net in layout.nets:
+        with sheet.group(f"{name}-copper-{layer}-net-{net}", kind=f"net-{net}"):
+            for trace in (trace for trace in layout.on_layer(layer) if trace.net == net):
+                sheet.draw(view.path(trace.path), Pen(view.length(trace.width), colour(layer)))
+            for drop in (drop for drop in layout.teardrops if drop.layer == layer and drop.net == net):
+                sheet.draw(view.path(drop.outline), None, colour(layer))
+    for pad in (pad for pad in layout.all_pads if pad.layer == layer):
+        box, ident = view.path(pad_outline(pad)), f"{name}-pad-{pad.reference}-{pad.number}"
+        sheet.draw(box, flat(1.0, colour(layer)), CONTACT, name=ident)
+
+
+def _labels(sheet: Sheet, layout: Layout, view: View, name: str) -> None:
+    """The names of coils, of capacitors and of contacts."""
+    reach = min(layout.spec.coil.size) / 2
+    size = max(12.0, min(30.0, 0.25 * view.length(reach)))
+    for coil in layout.coils:
+        centre, step = coil.centre, 0.9 * size / view.length(1.0)
+        places = [centre.shifted(i * step, j * step) for i, j in ((0, 0), (0, 1), (0, -1), (-1, 0), (1, 0))]
+        at = max(places, key=lambda p: round(min((p.distance(via.centre) for via in layout.vias), default=0.0), 9))
+        with sheet.group(f"{name}-coil-{coil.name}"):
+            sheet.text(view.x(at.x), view.y(at.y) - 0.35 * size, coil.name, size, "middle", halo=4.0)
+    for each in layout.capacitors:
+        size = min(12.0, max(7.0, 0.4 * view.length(max(each.pads[0].size))))
+        x, y = view.x(each.centre.x), view.y(each.centre.y)
+        sheet.text(x, y - 0.35 * size, each.reference, size, "middle", halo=4.0)
+    # Each contact's number and pin on it, as high as their pitch allows, so that no two cover each other
+    rows = sorted(pad.centre for pad in layout.pads)
+    pitch = view.length(min((a.distance(b) for a, b in combinations(rows, 2)), default=math.inf))
+    size = min(16.0, 0.75 * pitch)
+    with sheet.group(f"{name}-contact-names"):
+        for pad in layout.pads:
+            x, y = view.x(pad.centre.x), view.y(pad.centre.y)
+            words = f"{pad.number}" if pad.is_unused else f"{pad.number}: {pad.pin}"
+            if pad.size[1] > pad.size[0]:  # a tail that turns: written along the contact
+                sheet.text(x + 0.35 * size, y, words, size, "middle", 90.0)
+            else:
+                sheet.text(x, y - 0.35 * size, words, size, "middle")
+
+
+def _marks(sheet: Sheet, marks: list[PicturePoint], view: View, name: str) -> None:
+    """A ring at each place, with its text beside it; places that would hide one another share a ring."""
+    taken: list[tuple[float, float, float]] = []
+    groups: list[list[PicturePoint]] = []
+    for mark in marks:
+        here = Point(view.x(mark.x), view.y(mark.y))
+        near = (g for g in groups if here.distance(Point(view.x(g[0].x), view.y(g[0].y))) < 26.0)
+        if (shared := next(near, None)) is not None:
+            shared.append(mark)
+        else:
+            groups.append([mark])
+    for group in groups:
+        kind = next(kind for kind in MARKS if any(mark.kind == kind for mark in group))
+        x, y, text = view.x(group[0].x), view.y(group[0].y), ", ".join(mark.text for mark in group)
+        wide = 12.0 * len(text)
+        left = x - 18.0 - wide if x > WIDTH - 120.0 else x + 18.0
+        low = y + 12.0
+        while any(left < end and start < left + wide and abs(low - other) < 22.0 for start, end, other in taken):
+            low += 22.0
+        taken.append((left, left + wide, low))
+        with ExitStack() as names:
+            names.enter_context(sheet.group(kind=f"mark-{kind}"))
+            for mark in group:
+                names.enter_context(sheet.group(f"{name}-finding-{mark.text}"))
+            sheet.draw(circle(Point(x, y), 13.0), Pen(6.0, WHITE))
+            sheet.draw(circle(Point(x, y), 13.0), Pen(3.0, MARKS[kind]))
+            sheet.text(left, low, text, 22.0, colour=MARKS[kind], halo=5.0, bold=True)
+
+
+COLUMNS = 96  # Width of a picture in letters
+
+_DOTS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))
+"""The bit of every dot of a braille letter, by row and column (Unicode, chapter 21.1)."""
+
+Points = Array
+
+
+def dot_picture(layout: Layout, marks: Iterable[PicturePoint] = (), columns: int = COLUMNS) -> str:
+    """The part with the coils as seen from the top, to scale: its outline, the tracks of layer 1, and the words of
+    `marks` at their places. Lines of at most `columns` letters.
+    """
+    x0, y0, x1, y1 = layout.body
+    across = 2 * columns - 1
+    step = max(x1 - x0, y1 - y0, 1e-9) / across
+    rows = math.ceil((y1 - y0) / step / 4) + 1
+    drawn = np.zeros((4 * rows, 2 * columns), dtype=bool)
+    paths = [layout.outline, *(trace.path for trace in layout.on_layer(1))]
+    places = np.concatenate([_along(np.array(path.flattened(step / 4)), step / 2) for path in paths])
+    x, y = np.rint((places[:, 0] - x0) / step), np.rint((y1 - places[:, 1]) / step)
+    inside = (x >= 0) & (x < 2 * columns) & (y >= 0) & (y < 4 * rows)
+    drawn[y[inside].astype(int), x[inside].astype(int)] = True
+    codes = np.full((rows, columns), 0x2800)
+    for line, bits in enumerate(_DOTS):
+        for column, bit in enumerate(bits):
+            codes += bit * drawn[line::4, column::2]
+    lines = [list(map(chr, line)) for line in codes]
+    for mark in marks:
+        # Put a word over the picture, wholly inside it; a place outside is left out
+        column = int((mark.x - x0) / step) // 2
+        row = int((y1 - mark.y) / step) // 4
+        if 0 <= row < len(lines) and 0 <= column < len(lines[row]):
+            start = min(column, len(lines[row]) - len(mark.text))
+            lines[row][start : start + len(mark.text)] = mark.text
+    text = ["".join(line).rstrip("\u2800 ") for line in lines]
+    while text and not text[-1]:
+        text.pop()
+    return "\n".join(text)
+
+
+def _along(corners: Points, step: float) -> Points:
+    """Points on a polyline, no further apart than `step`."""
+    lengths = np.hypot(*np.diff(corners, axis=0).T)
+    way = np.concatenate([[0.0], np.cumsum(lengths)])
+    at = np.linspace(0.0, way[-1], max(2, math.ceil(way[-1] / step) + 1))
+    return np.column_stack([np.interp(at, way, corners[:, axis]) for axis in (0, 1)])

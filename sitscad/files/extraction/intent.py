@@ -1,0 +1,195 @@
+"""The intended nets, as the finished files state them: X2 net and pin attributes, and the IPC-D-356 test netlist.
+
+Both are parsed here from the text, by code that shares nothing with the writers nor with the reader of the artwork.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from enum import StrEnum
+from pathlib import Path
+
+from sitscad.basics.record import record
+from sitscad.files.extraction.limits import content_of, require_objects
+
+
+class MarkSource(StrEnum):
+    """Where a mark was read."""
+
+    X2 = "Gerber X2 attributes"
+    IPC_D_356 = "IPC-D-356 netlist"
+
+
+@record
+class Mark:
+    """A place where a file says which net its copper belongs to. ``layer`` counts from 1 at the top, None for a hole's
+    pads on every layer; ``x``, ``y`` in metres; ``pin`` is the contact's reference and number (``J1-1``) and
+    ``function`` what it is for (``C1.A``), where the file says so; ``is_via`` marks a via's pad; ``drill`` is the
+    diameter (m) of its hole, where the file says so.
+    """
+
+    net: str
+    layer: int | None
+    x: float
+    y: float
+    source: MarkSource
+    pin: str | None = None
+    function: str | None = None
+    is_via: bool = False
+    drill: float | None = None
+
+
+_STATEMENT = re.compile(r"%([^%]*)%|([^%*]*)\*")
+_OPERATION = re.compile(r"(?:G0?[123])?(?:X([+-]?\d+))?(?:Y([+-]?\d+))?(?:[IJ][+-]?\d+)*D0?([123])")
+_FORMAT = re.compile(r"FSLAX\d(\d)Y\d\d")
+_ESCAPE = re.compile(r"\\u([0-9A-Fa-f]{4})|\\U([0-9A-Fa-f]{8})")
+_NO_NET = ("", "N/C")
+UNUSED = "N/C "
+"""How the net of a contact is called here that is on none, before the contact's pin: each has to stand alone."""
+
+
+@dataclass
+class _GerberState:
+    """The little of a Gerber reader's state that attributes depend on."""
+
+    unit: float = 1e-3
+    decimals: int = 6
+    x: float = 0.0
+    y: float = 0.0
+    aperture: str = ""
+    attributes: dict[str, list[str]] = field(default_factory=dict)
+    apertures: dict[str, str] = field(default_factory=dict)
+
+
+def marks_of_gerber(text: str, layer: int) -> tuple[Mark, ...]:
+    """The marks of one copper layer: every flash, and both ends of every draw, that carries a ``.N`` attribute."""
+    state = _GerberState()
+    marks: list[Mark] = []
+    for extended, word in _STATEMENT.findall(text):
+        if extended:
+            for command in extended.split("*"):
+                command = command.strip()
+                if found := _FORMAT.match(command):
+                    state.decimals = int(found[1])
+                elif command in ("MOMM", "MOIN"):
+                    state.unit = 1e-3 if command == "MOMM" else 25.4e-3
+                elif command.startswith("AD") and (found := re.match(r"AD(D\d+)", command)):
+                    state.apertures[found[1]] = state.attributes.get("TA.AperFunction", [""])[0]
+                elif command.startswith(("TA", "TO")):
+                    name, *values = command.split(",")
+                    state.attributes[name] = [
+                        _ESCAPE.sub(lambda code: chr(int(code[1] or code[2], 16)), value) for value in values
+                    ]
+                elif command == "TD":
+                    state.attributes.clear()
+                elif command.startswith("TD"):
+                    state.attributes.pop("TA" + command[2:], None)
+                    state.attributes.pop("TO" + command[2:], None)
+        else:
+            marks += _operate(state, word.strip(), layer)
+    return tuple(dict.fromkeys(marks))
+
+
+def _operate(state: _GerberState, word: str, layer: int) -> Iterator[Mark]:
+    """The marks that one word of the Gerber file makes, and how it moves on."""
+    if word.startswith("G04"):
+        return
+    if re.fullmatch(r"D[1-9]\d+", word):
+        state.aperture = word
+        return
+    found = _OPERATION.fullmatch(word)
+    if not found:
+        return
+    before = state.x, state.y
+    scale = state.unit * 10.0**-state.decimals
+    state.x = int(found[1]) * scale if found[1] else state.x
+    state.y = int(found[2]) * scale if found[2] else state.y
+    if found[3] == "1":
+        yield from _mark(state, *before, layer, is_via=False)
+    if found[3] != "2":
+        is_via = found[3] == "3" and state.apertures.get(state.aperture) == "ViaPad"
+        yield from _mark(state, state.x, state.y, layer, is_via=is_via)
+
+
+def _mark(state: _GerberState, x: float, y: float, layer: int, *, is_via: bool) -> Iterator[Mark]:
+    """The mark of the net in force at a place; none where no net is named."""
+    net = state.attributes.get("TO.N", [""])[0]
+    reference, number, function = ([*state.attributes.get("TO.P", []), "", "", ""])[:3]
+    pin = f"{reference}-{number}" if reference else None
+    net = f"{UNUSED}{pin}" if net == "N/C" and pin else net
+    if net not in _NO_NET:
+        yield Mark(net, layer, x, y, MarkSource.X2, pin, function or None, is_via)
+
+
+IPC_UNITS = {"CUST 0": 2.54e-6, "CUST 1": 1e-6, "CUST 2": 2.54e-6}
+"""What one count of a coordinate is (m): 0.0001 inch or 0.001 mm (IPC-D-356A, parameter record UNITS)."""
+
+_IPC_RECORD = re.compile(
+    r"3([12])7(?P<net>.{14}) {3}(?P<reference>.{6})(?P<dash>[- ])(?P<pin>.{4})(?P<middle>[M ])"
+    r"(?:D(?P<drill>\d{4})(?P<plated>[PU ])| {6})A(?P<access>\d\d)X(?P<x>[+-]\d{6})Y(?P<y>[+-]\d{6})"
+)
+_IPC_ALIAS = re.compile(r"P {2}(NNAME\d+) +(\S+)")
+
+
+BINARY = (b"PK\x03\x04", b"%PDF")
+"""How files begin that are no text: archives and PDFs."""
+
+
+def is_ipc_d_356(text: str) -> bool:
+    """Whether a text looks like an IPC-D-356 netlist: a test record at the beginning of some line, or its units. Not
+    just a record's number: a fingerprint in a readme and the count of bytes in a PDF may begin like one.
+    """
+    return bool(re.search(r"^(?:3[12]7\S.{13} {3}|P  UNITS )", text, re.MULTILINE))
+
+
+def marks_of_ipc_d_356(text: str) -> tuple[Mark, ...]:
+    """The marks of an IPC-D-356A netlist, one for each test record (317 for holes, 327 for surface pads). Raises
+    ValueError with the line's number for a test record that does not keep to the columns.
+    """
+    unit = 2.54e-6
+    aliases: dict[str, str] = {}
+    marks = []
+    for number, line in enumerate(text.splitlines(), start=1):
+        if found := _IPC_ALIAS.match(line):
+            aliases[found[1]] = found[2]
+        elif line.startswith("P  UNITS"):
+            name = line[8:].strip()
+            if name not in IPC_UNITS:
+                raise ValueError(f"line {number}: units {name!r}, where one of {', '.join(IPC_UNITS)} is expected")
+            unit = IPC_UNITS[name]
+        elif line.startswith(("317", "327")):
+            record = _IPC_RECORD.match(line)
+            if not record:
+                raise ValueError(f"line {number}: a test record out of its columns: {line!r}")
+            net, reference, pin = (record[part].strip() for part in ("net", "reference", "pin"))
+            is_via = reference == "VIA"
+            pad = f"{reference}-{pin}" if reference and not is_via else None
+            marks.append(Mark(
+                net=f"{UNUSED}{pad}" if net == "N/C" and pad else aliases.get(net, net),
+                layer=None if record["access"] == "00" else int(record["access"]), x=int(record["x"]) * unit,
+                y=int(record["y"]) * unit, source=MarkSource.IPC_D_356, pin=pad, is_via=is_via,
+                drill=int(record["drill"]) * unit if record["drill"] else None,
+            ))
+    return tuple(mark for mark in marks if mark.net not in _NO_NET)
+
+
+def read_marks(directory: Path, copper_files: tuple[Path, ...]) -> tuple[Mark, ...]:
+    """All marks of a board's files: the copper files' attributes, then the netlists found in the directory."""
+    marks = [
+        mark
+        for layer, path in enumerate(copper_files, start=1)
+        for mark in marks_of_gerber(content_of(path).decode("utf-8"), layer)
+    ]
+    for path in sorted(directory.iterdir()):
+        if path.is_file() and path not in copper_files:
+            with path.open("rb") as stream:
+                is_binary = stream.read(4).startswith(BINARY)
+            if is_binary:  # an archive for the order holds the netlist too, and a PDF, as bytes
+                continue
+            text = content_of(path).decode("utf-8", errors="replace")
+            if is_ipc_d_356(text):
+                marks += marks_of_ipc_d_356(text)
+    require_objects(len(marks))
+    return tuple(marks)

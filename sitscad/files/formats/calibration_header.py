@@ -1,0 +1,283 @@
+"""The map from readings to forces as a C99 header: no heap, no library but logf, the same numbers on every machine. A
+program shows how it is called.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from sitscad.basics.version import __version__
+from sitscad.calibration.inverse_map import BEYOND, LEAST, InverseMap
+from sitscad.estimates.performance_values import MOMENTS, unit_of
+from sitscad.files.writer import comment_text
+from sitscad.kernels.converters.conversion import Conversion
+
+WIDTH = 116  # Columns of a line at most
+
+
+def header(
+    found: InverseMap, conversion: Conversion, remarks: Sequence[str] = (), cell: int | None = None
+) -> bytes:
+    """Return the C header of a map for a converter that counts as `conversion` says.
+
+    `remarks` stand in its first comment. With the number of a `cell` every name begins with ``sitscad_cellN_``, so that
+    one program takes the headers of all cells.
+    """
+    counts = ", ".join(f"{int(count)}u" for count in found.rest)
+    lines = [
+        *_opening(found),
+        *_tables(found),
+        *_ends(found, conversion),
+        "", "/* The tare to be expected; a tare far from it is another sensor, or a fault. */",
+        f"static const struct sitscad_tare sitscad_usual_tare = {{{{{counts}}}}};",
+        "",
+        *_changes(found, conversion),
+        *SUMMED,
+        "",
+        "#endif",
+        "",
+    ]
+    text = "\n".join([*_comment(found, conversion, remarks), _of_cell("\n".join(lines), cell)])
+    return text.encode("ascii", "replace")
+
+
+def program(cell: int | None = None) -> bytes:
+    """Return the source of a program that turns counts into newtons by a map's header; with `cell` that of a cell."""
+    return _of_cell(PROGRAM, cell).encode("ascii")
+
+
+def _of_cell(text: str, cell: int | None) -> str:
+    """Return C with the names of one cell; unchanged without a number."""
+    if cell is None:
+        return text
+    return text.replace("sitscad_", f"sitscad_cell{cell}_").replace("SITSCAD_", f"SITSCAD_CELL{cell}_")
+
+
+def _comment(found: InverseMap, conversion: Conversion, remarks: Sequence[str]) -> list[str]:
+    """The comment at the file's head: which sensor, how good, what goes in and comes out."""
+    shown = ", ".join(f"{name} {error:.3g} {unit_of(name)} of {full:.3g}"
+                      for name, error, full in zip(found.axes, found.error, found.full_scale, strict=True))
+    device, coils = conversion.device, ", ".join(map(comment_text, found.coils))
+    if device.has_gains:
+        counts = [f"of the coils {coils}, in this order, as {device.part}_COUNTS of {device.name}_config.h",
+                  f"   makes them of results: {device.count_bits} bits, of which a result shows some."]
+    else:
+        counts = [f"{device.bits}-bit results of the coils {coils}, in this order."]
+    axes = ", ".join(map(comment_text, found.axes))
+    revision = f", revision {comment_text(found.revision)}" if found.revision else ""
+    return [
+        "/*",
+        f" * Forces of the sensor {comment_text(found.sensor)}{revision}, from the counts of its converter.",
+        f" * Made by sitscad {__version__}.",
+        f" * One sigma of the force: {shown} (full scale).",
+        *(f" * {comment_text(line)}" for line in remarks),
+        " *",
+        f" * counts: {counts[0]}",
+        *(f" * {line}" for line in counts[1:]),
+        f" * forces: {axes}, in newtons; normal is positive towards the board.",
+        *([" * moments in newton metres, on the middle of the outermost face of a target that is free to tilt."]
+          if set(found.axes) & set(MOMENTS) else []),
+        " * tare: counts without load, the mean of some readings. Take it again when the temperature has changed.",
+        " *",
+        " * C99; no heap, no state; of the library logf alone.",
+        " */",
+    ]
+
+
+def _units(found: InverseMap) -> str:
+    return ", ".join(dict.fromkeys(unit_of(name) for name in found.axes))
+
+
+def _opening(found: InverseMap) -> list[str]:
+    """The guard, the sizes and the names of axes and results."""
+    return [
+        "#ifndef SITSCAD_CALIBRATION_H",
+        "#define SITSCAD_CALIBRATION_H",
+        "",
+        "#include <math.h>",
+        "#include <stdint.h>",
+        "",
+        f"#define SITSCAD_COILS {len(found.coils)}",
+        f"#define SITSCAD_AXES {len(found.axes)}",
+        *(f"#define SITSCAD_{name.upper()} {k}" for k, name in enumerate(found.axes)),
+        f"#define SITSCAD_TERMS {len(found.powers)}",
+        f"#define SITSCAD_POWERS {1 + int(found.powers.max())}",
+        "",
+        "#define SITSCAD_OK 0",
+        "#define SITSCAD_NO_READING 1 /* a coil or its tare reads nothing, or over its range: forces are 0 */",
+        "#define SITSCAD_BEYOND 2     /* outside what the map was made for: forces are those at its end */",
+        "",
+        "/* Counts without load. */",
+        "struct sitscad_tare {",
+        "    uint32_t counts[SITSCAD_COILS];",
+        "};",
+        "",
+    ]
+
+
+def _tables(found: InverseMap) -> list[str]:
+    """The map's numbers as constant arrays of C."""
+    return [
+        "/* What every coil's relative change is multiplied with. */",
+        *_array("float", "sitscad_gain", "[SITSCAD_COILS]", _floats(found.gain)),
+        "/* How the coils are mixed. */",
+        *_matrix("float", "sitscad_mix", "[SITSCAD_AXES][SITSCAD_COILS]", [_floats(row) for row in found.mix]),
+        "", f"/* Where the map was made, with a margin; full scales ({_units(found)}). */",
+        *_array("float", "sitscad_low", "[SITSCAD_AXES]", _floats(found.low - BEYOND)),
+        *_array("float", "sitscad_high", "[SITSCAD_AXES]", _floats(found.high + BEYOND)),
+        *_array("float", "sitscad_full_scale", "[SITSCAD_AXES]", _floats(found.full_scale)),
+        "", "/* Powers of every term, and its coefficient for every axis. */",
+        *_matrix("uint8_t", "sitscad_powers", "[SITSCAD_TERMS][SITSCAD_AXES]", [map(str, row) for row in found.powers]),
+        *_matrix("float", "sitscad_coefficients", "[SITSCAD_AXES][SITSCAD_TERMS]",
+                 [_floats(row) for row in found.coefficients]),
+    ]
+
+
+def _ends(found: InverseMap, conversion: Conversion) -> list[str]:
+    """The ends of every coil's counts, where they are not alike: a result is a part of a conversion."""
+    if not conversion.device.has_gains:
+        return []
+    least, most = zip(*(conversion.ends(coil) for coil in range(len(found.coils))), strict=True)
+    return [
+        "", "/* Counts of the smallest and the largest result: both say that a coil gives none. */",
+        *_array("uint32_t", "sitscad_least", "[SITSCAD_COILS]", (f"{count}u" for count in least)),
+        *_array("uint32_t", "sitscad_most", "[SITSCAD_COILS]", (f"{count}u" for count in most)),
+    ]
+
+
+def _changes(found: InverseMap, conversion: Conversion) -> list[str]:
+    """C that begins the function: what every coil sees, by its counts over the tare's."""
+    most = f"0x{conversion.ends(0)[1]:08X}u"
+    beyond = f"now == 0u || now >= {most} || rest == 0u || rest >= {most}"
+    if conversion.device.has_gains:
+        ends = (f"{name} <= sitscad_least[coil] || {name} >= sitscad_most[coil]" for name in ("now", "rest"))
+        beyond = " || ".join(ends)
+    return [
+        f"/* Forces ({_units(found)}) at counts after a tare; SITSCAD_OK, or what is wrong. */",
+        "static inline int sitscad_forces(const uint32_t counts[SITSCAD_COILS], const struct sitscad_tare *tare,",
+        "                                 float forces[SITSCAD_AXES])",
+        "{",
+        "    float seen[SITSCAD_COILS], power[SITSCAD_AXES][SITSCAD_POWERS];",
+        "    int result = SITSCAD_OK;",
+        "",
+        "    for (int axis = 0; axis < SITSCAD_AXES; ++axis)",
+        "        forces[axis] = 0.0f;",
+        "    for (int coil = 0; coil < SITSCAD_COILS; ++coil) {",
+        "        const uint32_t now = counts[coil], rest = tare->counts[coil];",
+        f"        if ({beyond})",
+        "            return SITSCAD_NO_READING;",
+        "        /* the difference of whole numbers is exact: no digits are lost */",
+        "        const float share = (float)((int32_t)rest - (int32_t)now) / (float)now;",
+        "        const float change = share * (2.0f + share); /* L over that at rest, less 1 */",
+        "        const float left = 1.0f - sitscad_gain[coil] * change;",
+        f"        seen[coil] = logf(left > {LEAST:.0e}f ? left : {LEAST:.0e}f);",
+        "    }",
+    ]
+
+
+SUMMED = (
+    "    for (int axis = 0; axis < SITSCAD_AXES; ++axis) {",
+    "        float mixed = 0.0f;",
+    "        for (int coil = 0; coil < SITSCAD_COILS; ++coil)",
+    "            mixed += sitscad_mix[axis][coil] * seen[coil];",
+    "        /* beyond its ends the map would run away: it is read at the end */",
+    "        if (!(mixed >= sitscad_low[axis])) {",
+    "            mixed = sitscad_low[axis];",
+    "            result = SITSCAD_BEYOND;",
+    "        } else if (mixed > sitscad_high[axis]) {",
+    "            mixed = sitscad_high[axis];",
+    "            result = SITSCAD_BEYOND;",
+    "        }",
+    "        power[axis][0] = 1.0f;",
+    "        for (int k = 1; k < SITSCAD_POWERS; ++k)",
+    "            power[axis][k] = power[axis][k - 1] * mixed;",
+    "    }",
+    "    for (int k = 0; k < SITSCAD_TERMS; ++k) {",
+    "        float term = 1.0f;",
+    "        for (int axis = 0; axis < SITSCAD_AXES; ++axis)",
+    "            term *= power[axis][sitscad_powers[k][axis]];",
+    "        for (int axis = 0; axis < SITSCAD_AXES; ++axis)",
+    "            forces[axis] += sitscad_coefficients[axis][k] * term;",
+    "    }",
+    "    for (int axis = 0; axis < SITSCAD_AXES; ++axis)",
+    "        forces[axis] *= sitscad_full_scale[axis];",
+    "    return result;",
+    "}",
+)
+"""C that mixes the coils, says where that is beyond the map and stays at its end, sums the terms, and ends the
+function.
+"""
+
+
+def _floats(values: Iterable[float]) -> list[str]:
+    """Numbers as constants of C's float, nine digits: no float lies between."""
+    return [f"{float(value) + 0.0:.8e}f" for value in values]
+
+
+def _array(kind: str, name: str, size: str, values: Iterable[str]) -> list[str]:
+    return [f"static const {kind} {name}{size} = {{", *_wrapped(values, "    "), "};"]
+
+
+def _matrix(kind: str, name: str, size: str, rows: Iterable[Iterable[str]]) -> list[str]:
+    lines = [f"static const {kind} {name}{size} = {{"]
+    for row in rows:
+        wrapped = _wrapped(row, "     ")
+        wrapped[0] = "    {" + wrapped[0].lstrip()
+        lines += [*wrapped[:-1], wrapped[-1].rstrip(",") + "},"]
+    return [*lines, "};"]
+
+
+def _wrapped(values: Iterable[str], indent: str) -> list[str]:
+    """Values with commas, in indented lines of at most WIDTH letters."""
+    lines, line = [], indent
+    for value in values:
+        if len(line) + len(value) + 2 > WIDTH and line.strip():
+            lines.append(line.rstrip())
+            line = indent
+        line += f"{value}, "
+    return [*lines, line.rstrip()]
+
+
+PROGRAM = r"""/*
+ * Reads counts of all coils, a line a reading, the tare first; prints the forces in newtons, a line a reading.
+ *
+ *     cc -std=c99 -O2 -o forces example.c -lm && ./forces < counts.txt
+ *
+ * Ends with 1 where a line cannot be read, with 2 where a coil gave no reading or its counts are beyond the map.
+ */
+#include <stdio.h>
+
+#include "calibration.h"
+
+static int line_of(uint32_t counts[SITSCAD_COILS])
+{
+    for (int coil = 0; coil < SITSCAD_COILS; ++coil) {
+        unsigned long count;
+        const int got = scanf("%lu", &count);
+        if (got != 1)
+            return got == EOF && coil == 0 ? EOF : 0;
+        counts[coil] = (uint32_t)count;
+    }
+    return 1;
+}
+
+int main(void)
+{
+    struct sitscad_tare tare;
+    uint32_t counts[SITSCAD_COILS];
+    float forces[SITSCAD_AXES];
+    int worst = 0, got;
+
+    if (line_of(tare.counts) != 1)
+        return 1;
+    while ((got = line_of(counts)) == 1) {
+        if (sitscad_forces((const uint32_t *)counts, &tare, forces) != SITSCAD_OK)
+            worst = 2;
+        for (int axis = 0; axis < SITSCAD_AXES; ++axis)
+            printf(axis ? " %.6g" : "%.6g", (double)forces[axis]);
+        printf("\n");
+    }
+    return got == EOF ? worst : 1;
+}
+"""
+"""The program, in C99."""

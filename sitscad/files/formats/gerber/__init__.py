@@ -1,0 +1,50 @@
+"""The board's fabrication files: Gerber X2 of every copper layer, coverlay openings, stiffener, extent of inner layers
+and outline; Excellon drill files; the drill map; and the job file.
+"""
+
+from __future__ import annotations
+
+from sitscad.files.formats.gerber.image import document, drill_text, job_document, layer_files, map_text
+from sitscad.files.order_facts.files import (
+    drill_files,
+    drill_map_file,
+    drill_title,
+    drilled_to,
+    fabrication_path,
+    gerber_files,
+    plated_tools,
+    project_attributes,
+)
+from sitscad.layout.board import Layout
+
+
+def render(layout: Layout) -> dict[str, bytes]:
+    """All Gerber files of a layout by their path in the package. Deterministic: nothing but the layout enters."""
+    return layer_files(layout)
+
+
+def render_drills(layout: Layout) -> dict[str, bytes]:
+    """The drill files by their paths in the package; none where the layout has no hole. The tools' diameters are the
+    finished holes'.
+    """
+    return {
+        file.path: drill_text(
+            drill_title(layout.spec, file.title), file.function, project_attributes(layout.spec),
+            drilled_to(layout, file.layer), "ViaDrill",
+        )
+        for file in drill_files(layout)
+    }
+
+
+def render_drill_map(layout: Layout) -> dict[str, bytes]:
+    """The drill map by its path in the package; nothing where the layout has no hole."""
+    if not layout.vias:
+        return {}
+    file = drill_map_file(fabrication_path(layout.spec, "Drill_Map.gbr"))
+    return {file.path: document(layout, file, map_text(layout.outline, plated_tools(layout)))}
+
+
+def render_job(layout: Layout) -> dict[str, bytes]:
+    """The job file of the board by its path in the package."""
+    files = (*gerber_files(layout), *drill_files(layout))
+    return {fabrication_path(layout.spec, "job.gbrjob"): job_document(layout, files, layout.size)}

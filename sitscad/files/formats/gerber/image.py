@@ -1,0 +1,409 @@
+"""A layout as images in Gerber X2 (layer format, RS-274X with attributes): copper, openings, stiffener and outline.
+
+Millimetres with six decimals, so one unit is a nanometre. Tracks are strokes of round apertures along lines and
+circular arcs (G01, G02, G03 in multi-quadrant mode), pads and vias are flashes, openings and stiffener are regions.
+Every copper object carries its net (``.N``), every contact its component and pin (``.P``), every aperture its function.
+
+Holes as files: Excellon in the XNC manner (metric, explicit decimal points, drilling only, X2 attributes in
+comments), and the drill map as a Gerber drawing, every hole with its tool's symbol, with a table of the tools below
+the board. The Gerber job file (.gbrjob) states the board, what each file shows, and the stack-up.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import groupby
+from typing import Any
+
+from sitscad.basics.record import record
+from sitscad.basics.units import in_mm
+from sitscad.basics.version import __version__
+from sitscad.files.drawing.frame import symbol
+from sitscad.files.drawing.sheet import strokes
+from sitscad.files.order_facts.files import (
+    NO_NET,
+    UNIT,
+    VENDOR,
+    DrilledHole,
+    FabricationFile,
+    Tool,
+    body_files,
+    copper_files,
+    coverlay_files,
+    layer_name,
+    millimetres,
+    profile_file,
+    project_attributes,
+    project_guid,
+    stiffener_files,
+    tail_coverlay_files,
+    tools_of,
+)
+from sitscad.files.order_facts.notes import copper_text
+from sitscad.kernels.geometry.areas import areas_beyond
+from sitscad.kernels.geometry.path import Arc, Path, Point, Region, Segment, bounding_box, rectangle
+from sitscad.layout.bending import lap_start
+from sitscad.layout.board import Layout, Pad, Trace, Via
+from sitscad.layout.copper import smallest_gaps
+from sitscad.spec.circuit import MASK, LayerKind, StackLayer
+from sitscad.spec.presets import finish
+from sitscad.spec.yaml.source import UNNUMBERED, creation_date
+
+PROFILE_WIDTH = 50e-6  # Width (m) of the line that draws the outline; its middle is the board's edge
+FLAT = 1.0  # An arc that bows out by less than this many units is drawn as a line: rounding would lose its centre
+
+Grid = tuple[int, int]
+
+
+def layer_files(layout: Layout) -> dict[str, bytes]:
+    """All Gerber files of a layout by their path in the package. Deterministic: nothing but the layout enters."""
+    files: dict[str, bytes] = {}
+    for file in copper_files(layout):
+        files[file.path] = document(layout, file, _copper(layout, file.layer or 1))
+    for file in coverlay_files(layout.spec):
+        openings = layout.top_openings if file.function.endswith("Top") else layout.bottom_openings
+        files[file.path] = document(layout, file, regions(openings))
+    for file in stiffener_files(layout):
+        assert layout.stiffener is not None
+        files[file.path] = document(layout, file, regions((layout.stiffener.outline,)))
+    for file in body_files(layout):
+        files[file.path] = document(layout, file, regions((Region(rectangle(*layout.body)),)))
+    for file in tail_coverlay_files(layout):
+        covered = areas_beyond(layout.outline, lap_start(layout))
+        files[file.path] = document(layout, file, regions(map(Region, covered)))
+    outline = profile_file(layout.spec)
+    files[outline.path] = document(layout, outline, profile(layout.outline))
+    return files
+
+
+def document(
+    layout: Layout, file: FabricationFile, body: Iterable[str], attributes: tuple[tuple[str, ...], ...] | None = None,
+) -> bytes:
+    """A whole file: what it is called, its attributes (the board's unless given), its drawing with its apertures."""
+    head = [f"G04 {layout.spec.name}: {file.title}*"]
+    head += [f"G04 {layout.spec.issue.words}*"] if layout.spec.issue.rows else []
+    head += [f"%TF{','.join(attribute)}*%" for attribute in attributes or project_attributes(layout.spec)]
+    head += [f"%TF.FileFunction,{file.function}*%", f"%TF.FilePolarity,{file.polarity}*%"]
+    head += ["%FSLAX46Y46*%", "%MOMM*%", "%LPD*%", "G75*"]
+    return ("\n".join([*head, *body, "M02*"]) + "\n").encode("ascii")
+
+
+# Copper: each object with its aperture, (function, template), in an order that depends on nothing but the layout.
+
+CONTACTS = "J1"  # What the contacts of the tail are called; other pads are a capacitor's
+
+Object = Trace | Via | Pad
+Aperture = tuple[str, str]
+
+
+def _copper(layout: Layout, layer: int) -> Iterator[str]:
+    objects: list[Object] = [
+        *layout.on_layer(layer), *layout.vias_on(layer), *(p for p in layout.all_pads if p.layer == layer),
+    ]
+    tail = layout.spec.fpc.tail
+    contact = "ConnectorPad" if tail is not None and tail.connector.insertion_thickness > 0.0 else "SMDPad,CuDef"
+    drawn = sorted(((_aperture(item, contact), item.net, order), item) for order, item in enumerate(objects))
+    codes = {aperture: 10 + i for i, aperture in enumerate(sorted({key[0] for key, _ in drawn}))}
+    for (function, template), code in codes.items():
+        yield from (f"%TA.AperFunction,{function}*%", f"%ADD{code}{template}*%", "%TD*%")
+    for (aperture, net), group in groupby(drawn, key=lambda entry: entry[0][:2]):
+        yield from (f"D{codes[aperture]}*", f"%TO.N,{net or NO_NET}*%")
+        for _, item in group:
+            yield from _drawn(item)
+        yield "%TD*%"
+    # The teardrops of a layer as regions, each with its net
+    for drop in layout.teardrops:
+        if drop.layer == layer:
+            yield from ("%TA.AperFunction,Conductor*%", f"%TO.N,{drop.net}*%", "G36*")
+            yield from (*stroke(drop.outline), "G37*", "%TD*%")
+
+
+def _aperture(item: Object, contact: str) -> Aperture:
+    if isinstance(item, Trace):
+        return "Conductor", f"C,{mm(item.width)}"
+    if isinstance(item, Via):
+        return "ViaPad", f"C,{mm(item.pad)}"
+    function = contact if item.reference == CONTACTS else "SMDPad,CuDef"
+    return function, f"R,{mm(item.size[0])}X{mm(item.size[1])}"
+
+
+def _drawn(item: Object) -> Iterator[str]:
+    if isinstance(item, Trace):
+        yield from stroke(item.path)
+    elif isinstance(item, Via):
+        yield f"{xy(grid(item.centre))}D03*"
+    else:
+        function = f",{item.pin}" if item.pin else ""
+        yield f"%TO.P,{item.reference},{item.number}{function}*%"
+        yield f"{xy(grid(item.centre))}D03*"
+        yield "%TD.P*%"
+
+
+# Regions and the outline.
+
+
+def regions(areas: Iterable[Region]) -> Iterator[str]:
+    """Filled areas: outlines dark, holes cut out of them afterwards."""
+    solid = list(areas)
+    # A region needs no aperture, but readers such as gerbv take a file without one for the old format of 1980.
+    yield from ("%TA.AperFunction,Material*%", f"%ADD10C,{mm(PROFILE_WIDTH)}*%", "D10*")
+    for region in solid:
+        yield from ("G36*", *stroke(region.outline), "G37*")
+    holes = [hole for region in solid for hole in region.holes]
+    if holes:
+        yield "%LPC*%"
+        for hole in holes:
+            yield from ("G36*", *stroke(hole), "G37*")
+        yield "%LPD*%"
+    yield "%TD*%"
+
+
+def profile(*paths: Path, function: str = "Profile") -> Iterator[str]:
+    """The outline, or other paths of another aperture function, as thin lines."""
+    yield from (f"%TA.AperFunction,{function}*%", f"%ADD10C,{mm(PROFILE_WIDTH)}*%", "%TD*%", "D10*")
+    for path in paths:
+        yield from stroke(path)
+
+
+# Strokes: a path as plot commands. A closed path ends on the very grid point where it began.
+
+
+def stroke(path: Path) -> Iterator[str]:
+    """Plot commands along a path with the current aperture; a closed path ends on the very grid point of its start."""
+    here = first = grid(path.start)
+    mode = ""
+    yield f"{xy(here)}D02*"
+    segments = [piece for segment in path for piece in _halves(segment)]
+    for i, segment in enumerate(segments):
+        there = first if path.is_closed and i == len(segments) - 1 else grid(segment.end)
+        if there == here:
+            continue
+        wanted, offset = _plotted(segment, here, there)
+        if wanted != mode:
+            yield f"{wanted}*"
+            mode = wanted
+        yield f"{xy(there)}{offset}D01*"
+        here = there
+
+
+def _plotted(segment: Segment, here: Grid, there: Grid) -> tuple[str, str]:
+    """The mode (G01, G02, G03) and the centre's offset from the start for one segment between two grid points."""
+    if not isinstance(segment, Arc):
+        return "G01", ""
+    bow = segment.radius * (1.0 - math.cos(min(math.pi, abs(segment.sweep) / 2)))
+    if bow < FLAT * UNIT:
+        return "G01", ""
+    x, y = centre_on_grid(segment.centre, here, there)
+    return ("G03" if segment.ccw else "G02"), f"I{x - here[0]}J{y - here[1]}"
+
+
+def _halves(segment: Segment) -> tuple[Segment, ...]:
+    """An arc of more than half a turn as two: near a full turn, rounding could close it to nothing or to a circle."""
+    if not isinstance(segment, Arc) or abs(segment.sweep) <= math.pi + 1e-9:
+        return (segment,)
+    middle = segment.at(0.5)
+    centre, ccw = segment.centre, segment.ccw
+    return Arc(segment.start, middle, centre, ccw), Arc(middle, segment.end, centre, ccw)
+
+
+def centre_on_grid(centre: Point, start: Grid, end: Grid) -> Grid:
+    """The grid point near `centre` from which `start` and `end` look equally far.
+
+    Rounding start, end and centre each to 1 nm leaves two radii that differ by up to about 3 nm. The centre is first
+    moved onto the chord's perpendicular bisector, then the best of its 25 grid neighbours is taken; what remains is a
+    fraction of a nanometre, far below what readers of arcs object to.
+    """
+    x, y, ux, uy = centre.x / UNIT, centre.y / UNIT, end[0] - start[0], end[1] - start[1]
+    along = ((x - (start[0] + end[0]) / 2) * ux + (y - (start[1] + end[1]) / 2) * uy) / (ux * ux + uy * uy)
+    x, y = x - along * ux, y - along * uy
+    near = [(round(x) + i, round(y) + j) for i in range(-2, 3) for j in range(-2, 3)]
+    return min(near, key=lambda c: (abs(math.dist(c, start) - math.dist(c, end)) + 0.05 * math.dist(c, (x, y)), c))
+
+
+def grid(point: Point) -> Grid:
+    """A point in whole units of the file."""
+    return round(point.x / UNIT), round(point.y / UNIT)
+
+
+def xy(at: Grid) -> str:
+    """A grid point as coordinates."""
+    return f"X{at[0]}Y{at[1]}"
+
+
+def mm(length: float) -> str:
+    """A length (m) in millimetres with six decimals at most."""
+    return in_mm(length, 6, 1)
+
+
+_COORDINATES = re.compile(r"X(-?\d+)Y(-?\d+)")
+_CODE = re.compile(r"(%AD|^)D(\d{2,})")
+_FIRST_CODE = 10
+
+
+# A Gerber file repeated: the board's finished file drawn once for every copy, moved by whole nanometres. What a copy
+# shows is therefore exactly what the board's own file shows. Nets and pins, which would be the same in every copy, are
+# left out: the netlist belongs to the single board.
+
+
+@record
+class Image:
+    """What a file draws, without its head: its apertures with their attributes, and its plot commands."""
+
+    apertures: tuple[str, ...]
+    commands: tuple[str, ...]
+
+    @property
+    def codes(self) -> int:
+        """How many aperture codes it takes from 10 on."""
+        numbers = [int(found[2]) for line in self.apertures if (found := _CODE.match(line))]
+        return max(numbers, default=_FIRST_CODE - 1) + 1 - _FIRST_CODE
+
+
+def image_of(text: bytes) -> Image:
+    """The image of one of sitscad's own files. Raises ValueError for a file that does not have their form."""
+    lines = text.decode("ascii").splitlines()
+    if "G75*" not in lines or lines[-1] != "M02*":
+        raise ValueError("a Gerber file of another form cannot be repeated")
+    body = lines[lines.index("G75*") + 1 : -1]
+    last = max((i for i, line in enumerate(body) if line.startswith("%AD")), default=-1)
+    apertures = [line for line in body[: last + 1] if line.startswith(("%AD", "%TA", "%TD"))]
+    commands = [line for line in body if not line.startswith(("%AD", "%T"))]
+    return Image(tuple([*apertures, "%TD*%"] if apertures else ()), tuple(commands))
+
+
+def repeated(images: Iterable[tuple[Image, Iterable[Point]]]) -> Iterator[str]:
+    """The apertures of some images, then each image at each of its places (moves in metres)."""
+    placed, first = [], 0
+    for image, places in images:
+        yield from (_renumbered(line, first) for line in image.apertures)
+        placed.append(([_renumbered(line, first) for line in image.commands], [grid(at) for at in places]))
+        first += image.codes
+    for commands, moves in placed:
+        for dx, dy in moves:
+            yield from (_moved(line, dx, dy) for line in commands)
+
+
+def _renumbered(line: str, first: int) -> str:
+    return _CODE.sub(lambda found: f"{found[1]}D{int(found[2]) + first}", line)
+
+
+def _moved(line: str, dx: int, dy: int) -> str:
+    return _COORDINATES.sub(lambda found: f"X{int(found[1]) + dx}Y{int(found[2]) + dy}", line)
+
+
+def drill_text(
+    title: str, function: str, attributes: Iterable[tuple[str, ...]], holes: Sequence[DrilledHole], use: str
+) -> bytes:
+    """A drill file: ``function`` is its X2 file function, ``use`` what the holes are for (``ViaDrill``)."""
+    plating, *_, kind = function.split(",")
+    tools = tools_of(holes)
+    lines = ["M48", f"; {title}, tool sizes are finished holes"]
+    lines += [f"; #@! TF{','.join(attribute)}" for attribute in (*attributes, (".FileFunction", function))]
+    lines += ["METRIC", ";TYPE=PLATED" if plating == "Plated" else ";TYPE=NON_PLATED"]
+    for code, (diameter, _) in enumerate(tools, 1):
+        lines += [f"; #@! TA.AperFunction,{plating},{kind},{use}", f"T{code}C{millimetres(diameter, 3)}"]
+    lines += ["%", "G05"]
+    for code, (_, drilled) in enumerate(tools, 1):
+        lines += [f"T{code}", *(f"X{millimetres(hole.x)}Y{millimetres(hole.y)}" for hole in drilled)]
+    return ("\n".join([*lines, "M30"]) + "\n").encode("ascii")
+
+
+PEN = 0.05e-3
+TEXT_PEN = 0.1e-3
+LINE = 2.0e-3  # From line to line of the table (m)
+TEXT_HEIGHT = 1.0e-3
+
+
+def map_text(outline: Path, tools: Sequence[Tool]) -> Iterator[str]:
+    """The body of a drill map: outline, holes, table."""
+    yield from ("%TA.AperFunction,Drawing*%", f"%ADD10C,{mm(PEN)}*%", f"%ADD11C,{mm(TEXT_PEN)}*%", "%TD*%", "D10*")
+    yield from stroke(outline)
+    for order, tool in enumerate(tools):
+        for hole in tool.holes:
+            at = Point(hole.x * UNIT, hole.y * UNIT)
+            for path in symbol(order, at, max(hole.diameter * UNIT, 0.25e-3) / 2.0):
+                yield from stroke(path)
+    x0, y0, _, _ = bounding_box([outline])
+    yield "D11*"
+    for order, tool in enumerate(tools):
+        at = Point(x0 + LINE / 2, y0 - (order + 1) * LINE)
+        words = f"{millimetres(tool.diameter, 3)} MM {len(tool.holes)} {tool.words.upper()}, FINISHED"
+        text = strokes(words, at.shifted(LINE, -TEXT_HEIGHT / 2), TEXT_HEIGHT)
+        for path in (*symbol(order, at, TEXT_HEIGHT / 2), *text):
+            yield from stroke(path)
+
+
+def job_document(layout: Layout, files: Sequence[FabricationFile], size: tuple[float, float]) -> bytes:
+    """The job file of a set of files: the board's, or its panel's. ``size`` (m) is that of the outline's middle line.
+    The thickness is without the stiffener. Lengths in the file are millimetres.
+    """
+    software = {"Vendor": VENDOR, "Application": VENDOR, "Version": __version__}
+    created, issue = creation_date(), layout.spec.issue
+    length, width = size
+    name, revision = layout.spec.name, issue.revision or UNNUMBERED
+    job: dict[str, Any] = {
+        "Header": {
+            "GenerationSoftware": software,
+            **({"CreationDate": created} if created else {}),
+            **({"Comment": issue.title} if issue.rows else {}),
+        },
+        "GeneralSpecs": {
+            "ProjectId": {"Name": name, "GUID": project_guid(name), "Revision": revision},
+            "Size": {"X": _mm(length), "Y": _mm(width)},
+            "LayerNumber": layout.copper_layers,
+            "BoardThickness": _mm(layout.spec.fpc.stackup.thickness),
+            "Finish": finish(layout.spec.fpc.finish).job_name,
+        },
+        "DesignRules": _rules(layout),
+        "FilesAttributes": [
+            {"Path": file.name, "FileFunction": file.function, "FilePolarity": file.polarity}
+            for file in files
+        ],
+        "MaterialStackup": list(_stackup(layout)),
+    }
+    return (json.dumps(job, indent=2, ensure_ascii=True) + "\n").encode("ascii")
+
+
+def _rules(layout: Layout) -> list[dict[str, Any]]:
+    """The smallest gap and track of outer and inner copper as drawn; the fabricator's where there is none."""
+    rules, gaps, count = layout.spec.fpc.rules, smallest_gaps(layout), layout.copper_layers
+    found = []
+    for group, layers in {"Outer": {1, count}, "Inner": set(range(2, count))}.items():
+        gap = min((near.gap for number, near in gaps.items() if number in layers), default=rules.trace_spacing)
+        width = min((trace.width for trace in layout.traces if trace.layer in layers), default=rules.trace_width)
+        if layers:
+            found.append({"Layers": group, **dict.fromkeys(("PadToPad", "PadToTrack", "TrackToTrack"), _mm(gap)),
+                          "MinLineWidth": _mm(width)})
+    return found
+
+
+def _stackup(layout: Layout) -> Iterator[dict[str, Any]]:
+    """Every layer from the top; a coverlay is a solder mask in the job file's words, its material says what it is."""
+    copper = coverlay = 0
+    count = layout.copper_layers
+    for layer in layout.spec.fpc.stackup.layers:
+        if layer.kind is LayerKind.COPPER:
+            copper += 1
+            row = {"Type": "Copper", "Thickness": _mm(layer.thickness), "Name": layer_name(copper, count)}
+            yield {**row, "Notes": copper_text(layout.spec.fpc.stackup, layer)}
+        elif layer.kind is LayerKind.COVERLAY:
+            coverlay += 1
+            side = "Bottom" if copper else "Top"
+            notes = "" if layer.material == MASK else "Flexible coverlay, polyimide film and adhesive together"
+            yield _row("SolderMask", layer, f"{side} {layer.material if layer.material == MASK else 'coverlay'}", notes)
+        else:
+            yield _row("Dielectric", layer, f"{layer_name(copper, count)}/{layer_name(copper + 1, count)}")
+
+
+def _row(kind: str, layer: StackLayer, name: str, notes: str = "") -> dict[str, Any]:
+    row: dict[str, Any] = {"Type": kind, "Thickness": _mm(layer.thickness), "Material": layer.material, "Name": name}
+    if kind == "Dielectric" and layer.relative_permittivity is not None:
+        row["DielectricConstant"] = layer.relative_permittivity
+    return {**row, "Notes": notes} if notes else row
+
+
+def _mm(length: float) -> float:
+    return round(length * 1e3, 6)

@@ -1,0 +1,95 @@
+"""IPC-D-356A netlist for the bare-board test: one record a contact, one a via. Metric (``UNITS CUST 1``: micrometres
+and degrees), fields at the fixed columns of the standard. A coil is one piece of copper, so its two contacts belong to
+one net: continuity between them is what the test has to find.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+
+from sitscad.files.order_facts.files import NO_NET, fabrication_path, has_coverlay
+from sitscad.kernels.geometry.path import Point, Region
+from sitscad.layout.board import Layout, Pad, Via
+
+NET_NAME_LENGTH = 14
+
+
+def render(layout: Layout) -> dict[str, bytes]:
+    """The netlist by its path in the package. Raises ValueError for what the format's fixed columns cannot hold."""
+    text = "\n".join(_records(layout)) + "\n"
+    return {fabrication_path(layout.spec, "netlist.d356"): text.encode("ascii")}
+
+
+def _records(layout: Layout) -> Iterator[str]:
+    name, issue = layout.spec.name, layout.spec.issue
+    yield "C  Bare-board netlist, in the coordinates of the Gerber and drill files"
+    yield "C  A net is one coil: its contacts .A and .B are the two ends of one conductor"
+    yield from ([f"C  {issue.title}"] if issue.rows else [])
+    yield from (f"P  JOB   {name}", "P  CODE  00", "P  UNITS CUST 1", f"P  TITLE {name}")
+    yield from (f"P  NUM   {issue.part_number or 1}", f"P  REV   {issue.revision or '-'}")
+    yield from ("P  VER   IPC-D-356A", "P  IMAGE PRIMARY")
+    for net in layout.nets:
+        yield from (_contact(layout, pad) for pad in layout.all_pads if pad.net == net)
+        yield from (_via(layout, via) for via in layout.vias if via.net == net)
+    yield from (_contact(layout, pad) for pad in layout.pads if pad.is_unused)
+    yield "999"
+
+
+def _contact(layout: Layout, pad: Pad) -> str:
+    """Operation 327: a surface contact, reached from the side that it lies on; a flat end of its net."""
+    bottom = pad.layer == layout.copper_layers and pad.layer > 1
+    size = f"X{_number(pad.size[0], 4)}Y{_number(pad.size[1], 4)}"
+    covered = _covered(layout, pad.centre)
+    access = f"A{pad.layer if bottom else 1:02d}"
+    return _record("327", pad.net or NO_NET, pad.reference, str(pad.number), "", access, pad.centre, size, covered)
+
+
+def _via(layout: Layout, via: Via) -> str:
+    """Operation 317: a plated hole in its net; one that ends on an inner layer is met from the top (01) as in KiCad."""
+    size = f"X{_number(via.pad, 4)}Y0000"
+    hole = f"MD{_number(via.drill, 4)}P"
+    access = "A00" if layout.lowest_layer(via) == layout.copper_layers else "A01"
+    return _record("317", via.net, "VIA", "", hole, access, via.centre, size, _covered(layout, via.centre))
+
+
+def _record(
+    operation: str, net: str, component: str, pin: str, hole: str, access: str, at: Point, size: str, covered: int
+) -> str:
+    """One line: columns 1-3 operation, 4-17 net, 21-26 component, 28-31 pin, 32-38 hole, 39-41 access, 42-57 place,
+    58-67 size, 68-71 rotation, 73-74 which sides are covered.
+    """
+    if len(net) > NET_NAME_LENGTH:
+        raise ValueError(f"net name {net!r} is longer than the {NET_NAME_LENGTH} characters of IPC-D-356A")
+    dash = "-" if pin else " "
+    x, y = (("-" if round(value * 1e6) < 0 else "+") + _number(abs(value), 6) for value in at)
+    place = f"X{x}Y{y}"
+    return f"{operation}{net:<14}   {component:<6}{dash}{pin:<4}{hole:<7}{access}{place}{size}R000 S{covered}"
+
+
+def _covered(layout: Layout, at: Point) -> int:
+    """0: bare on both sides, 1: the top is covered, 2: the bottom, 3: both."""
+    top, bottom = has_coverlay(layout.spec.fpc.stackup)
+    top = top and not any(_holds(region, at) for region in layout.top_openings)
+    bottom = bottom and not any(_holds(region, at) for region in layout.bottom_openings)
+    return int(top) + 2 * int(bottom)
+
+
+def _holds(region: Region, at: Point) -> bool:
+    """Whether a point lies inside a region (crossing number of the outline, then of the holes)."""
+    return _inside(region.outline.flattened(1e-6), at) and not any(_inside(h.flattened(1e-6), at) for h in region.holes)
+
+
+def _inside(corners: list[Point], at: Point) -> bool:
+    inside = False
+    for a, b in pairwise(corners):
+        if (a.y > at.y) != (b.y > at.y) and at.x < a.x + (at.y - a.y) / (b.y - a.y) * (b.x - a.x):
+            inside = not inside
+    return inside
+
+
+def _number(length: float, digits: int) -> str:
+    microns = round(length * 1e6)
+    if not 0 <= microns < 10**digits:
+        raise ValueError(f"a length of {length * 1e3:.3f} mm does not fit {digits} digits of IPC-D-356A")
+    return f"{microns:0{digits}d}"

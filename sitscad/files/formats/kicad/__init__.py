@@ -1,0 +1,161 @@
+"""A KiCad 9 project of the flexible circuit: board, libraries of footprints and of symbols, and the fabricator's rules
+as KiCad reads them, project file (``.kicad_pro``) and custom rules (``.kicad_dru``).
+"""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from sitscad.files.formats.kicad.board import board as board_text
+from sitscad.files.formats.kicad.coil import coil_footprints
+from sitscad.files.formats.kicad.library import library_footprints, library_table, symbol_library
+from sitscad.files.formats.kicad.sexpr import length
+from sitscad.layout.board import Layout
+from sitscad.spec.design_rules import DesignRules
+
+
+def render(layout: Layout) -> dict[str, bytes]:
+    """The files of ``kicad/`` by their path in the package: project, board, custom rules, footprints and symbols.
+
+    The board lies in the middle of the sheet (millimetres, y negated as KiCad's points down); KiCad's origin for drill
+    files is the layout's, so plots made from it fall on the package's own Gerber files. Raises ValueError for what
+    KiCad cannot hold: a contact on an inner layer, an opening with a hole in it.
+    """
+    name = layout.spec.name
+    files = {
+        f"kicad/{name}.kicad_pro": project(layout), f"kicad/{name}.kicad_pcb": board_text(layout),
+        f"kicad/{name}.kicad_dru": custom_rules(layout.spec.fpc.rules),
+    }
+    library = library_footprints(layout) | coil_footprints(layout)
+    files |= {f"kicad/{name}.pretty/{footprint}.kicad_mod": text for footprint, text in library.items()}
+    if library:
+        words = f"The contacts and coils of {name}", f"The sensor {name} and its coils"
+        files["kicad/fp-lib-table"] = library_table("fp", name, f"{name}.pretty", words[0])
+        files[f"kicad/{name}.kicad_sym"] = symbol_library(layout)
+        files["kicad/sym-lib-table"] = library_table("sym", name, f"{name}.kicad_sym", words[1])
+    return {path: text.encode("utf-8") for path, text in files.items()}
+
+
+NET_CLASS = "Coil"
+
+# Every check of KiCad's board setup with KiCad's own severity, but for hole_to_hole: a fabricator's limit is no advice,
+# as KiCad takes it. No check is ignored, since silence must not mean that a check passed: KiCad ignores
+# footprint_filters_mismatch, footprint_type_mismatch, missing_courtyard, npth_inside_courtyard and
+# pth_inside_courtyard when a project says nothing.
+_ERRORS = """
+    annular_width clearance copper_edge_clearance courtyards_overlap creepage diff_pair_gap_out_of_range
+    diff_pair_uncoupled_length_too_long drill_out_of_range footprint hole_clearance hole_to_hole invalid_outline
+    item_on_disabled_layer items_not_allowed length_out_of_range malformed_courtyard microvia_drill_out_of_range
+    shorting_items skew_out_of_range solder_mask_bridge starved_thermal text_on_edge_cuts
+    through_hole_pad_without_hole too_many_vias track_angle track_segment_length track_width tracks_crossing
+    unconnected_items unresolved_variable zones_intersect
+"""
+_WARNINGS = """
+    connection_width copper_sliver duplicate_footprints extra_footprint footprint_filters_mismatch
+    footprint_symbol_mismatch footprint_type_mismatch holes_co_located isolated_copper lib_footprint_issues
+    lib_footprint_mismatch mirrored_text_on_front_layer missing_courtyard missing_footprint net_conflict
+    nonmirrored_text_on_back_layer npth_inside_courtyard padstack pth_inside_courtyard silk_edge_clearance
+    silk_over_copper silk_overlap text_height text_thickness track_dangling via_dangling
+"""
+_SEVERITIES = dict.fromkeys(_ERRORS.split(), "error") | dict.fromkeys(_WARNINGS.split(), "warning")
+
+
+def _mm(metres: float) -> float:
+    return float(length(metres))
+
+
+def board_rules(rules: DesignRules) -> dict[str, Any]:
+    """The board setup's minima. They differ from KiCad's defaults (hole 0.3 mm, via 0.5 mm, edge 0.5 mm, hole clearance
+    and hole to hole 0.25 mm) in being the rules that the spec names: a flexible circuit is made finer than the rigid
+    board that KiCad assumes.
+    """
+    return {
+        "max_error": 0.005, "min_clearance": _mm(rules.trace_spacing), "min_connection": 0.0,
+        "min_copper_edge_clearance": _mm(rules.copper_to_edge), "min_groove_width": 0.0,
+        "min_hole_clearance": _mm(rules.drill_to_copper), "min_hole_to_hole": _mm(rules.hole_to_hole),
+        "min_microvia_diameter": _mm(rules.via_pad), "min_microvia_drill": _mm(rules.via_drill),
+        "min_resolved_spokes": 2, "min_silk_clearance": 0.0, "min_text_height": 0.8, "min_text_thickness": 0.08,
+        "min_through_hole_diameter": _mm(rules.via_drill), "min_track_width": _mm(rules.trace_width),
+        "min_via_annular_width": _mm(rules.annular_ring), "min_via_diameter": _mm(rules.via_pad),
+        "solder_mask_to_copper_clearance": 0.0, "use_height_for_length_calcs": True,
+    }
+
+
+def _net_class(layout: Layout, name: str, track_width: float, priority: int) -> dict[str, Any]:
+    rules = layout.spec.fpc.rules
+    clearance = _mm(rules.trace_spacing)
+    via_pad = max((via.pad for via in layout.vias), default=rules.via_pad)
+    via_drill = max((via.drill for via in layout.vias), default=rules.via_drill)
+    return {
+        "bus_width": 12, "clearance": clearance, "diff_pair_gap": clearance, "diff_pair_via_gap": clearance,
+        "diff_pair_width": _mm(track_width), "line_style": 0,
+        "microvia_diameter": _mm(rules.via_pad), "microvia_drill": _mm(rules.via_drill), "name": name,
+        "pcb_color": "rgba(0, 0, 0, 0.000)", "priority": priority, "schematic_color": "rgba(0, 0, 0, 0.000)",
+        "track_width": _mm(track_width), "via_diameter": _mm(via_pad), "via_drill": _mm(via_drill), "wire_width": 6,
+    }
+
+
+def project(layout: Layout) -> str:
+    """The project file: board setup, severities and net classes. No exclusion, nothing ignored."""
+    spec = layout.spec
+    rules = spec.fpc.rules
+    classes = [
+        _net_class(layout, "Default", rules.trace_width, 2147483647),
+        _net_class(layout, NET_CLASS, spec.coil.trace_width, 0),
+    ]
+    value = {
+        "board": {
+            "design_settings": {
+                "defaults": {"board_outline_line_width": 0.05, "zones": {"min_clearance": _mm(rules.trace_spacing)}},
+                "diff_pair_dimensions": [], "drc_exclusions": [], "meta": {"version": 2},
+                "rule_severities": _SEVERITIES, "rules": board_rules(rules),
+                "track_widths": [0.0, _mm(spec.coil.trace_width)], "via_dimensions": [],
+                "zones_allow_external_fillets": False,
+            },
+            "layer_pairs": [],
+            "layer_presets": [],
+            "viewports": [],
+        },
+        "boards": [],
+        "cvpcb": {"equivalence_files": []},
+        "libraries": {"pinned_footprint_libs": [spec.name], "pinned_symbol_libs": []},
+        "meta": {"filename": f"{spec.name}.kicad_pro", "version": 3},
+        "net_settings": {
+            "classes": classes, "meta": {"version": 4}, "net_colors": None, "netclass_assignments": None,
+            "netclass_patterns": [{"netclass": NET_CLASS, "pattern": net} for net in layout.nets],
+        },
+        "pcbnew": {"page_layout_descr_file": ""},
+        "sheets": [],
+        "text_variables": {},
+    }
+    return json.dumps(value, indent=2, sort_keys=True) + "\n"
+
+
+def custom_rules(rules: DesignRules) -> str:
+    """The rules file: every figure of the spec's design rules with its source, as KiCad's constraints. KiCad does not
+    measure between pieces of one net, so the gap from turn to turn is not among them: sitscad's own checks and its
+    reading back of the Gerber files do that.
+    """
+    lines = [
+        "(version 1)", f"# Design rules {rules.name}" + (f", seen {rules.checked_on}" if rules.checked_on else ""),
+        *([f"# Source: {' '.join(rules.source.split())}"] if rules.source else []),
+        "# The gap between the turns of one coil is not checked by KiCad (one net); sitscad checks it.",
+    ]
+    in_coils = rules.coil_trace_width if rules.binds("coil_trace_width") else None
+    for title, constraint, limit, field in (
+        ("trace width", "track_width", rules.trace_width, "trace_width"),
+        ("trace spacing", "clearance", rules.trace_spacing, "trace_spacing"),
+        ("drill", "hole_size", rules.via_drill, "via_drill"),
+        ("via pad", "via_diameter", rules.via_pad, "annular_ring"),
+        ("annular ring", "annular_width", rules.annular_ring, "annular_ring"),
+        ("hole to hole", "hole_to_hole", rules.hole_to_hole, "hole_to_hole"),
+        ("drill to copper", "hole_clearance", rules.drill_to_copper, "drill_to_copper"),
+        ("copper to edge", "edge_clearance", rules.copper_to_edge, "copper_to_edge"),
+        *([] if in_coils is None else [("trace width in coils", "track_width", in_coils, "coil_trace_width")]),
+    ):
+        source = " ".join(rules.sources.get(field, "").split())
+        lines += ["", *([f"# {source}"] if source else []), f'(rule "{title}"']
+        lines += ["\t(condition \"A.memberOfGroup('* winding')\")"] if field == "coil_trace_width" else []
+        lines += [f"\t(constraint {constraint} (min {length(limit)}mm)))"]
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,332 @@
+"""The project's own libraries: footprints of contacts (or solder pads) and of tank capacitors, on the board and alone,
+and schematic symbols of the sensor by its contacts and of each coil.
+
+The contacts' footprint names no 3-D model: they are printed copper, and the connector that takes them is not on this
+board. Capacitors are bought and placed, so they stand in KiCad's lists of parts and of positions; their 3-D models are
+those of KiCad's own library, by the variable that says where it is installed: where it is not, KiCad shows the board
+alone. The numbers of a symbol's pins are those of the footprints' pads, their names those of the contacts (``C1.A``); a
+contact that no coil has is a pin that must stay unconnected. Symbols: millimetres, y up, pins on KiCad's grid of 1.27
+mm.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from sitscad.basics.units import counted, decimal, show
+from sitscad.files.formats.kicad.sexpr import (
+    Grid,
+    copper_names,
+    grid,
+    identity,
+    length,
+    node,
+    polygon_points,
+    quoted,
+    xy,
+)
+from sitscad.kernels.geometry.path import Path, Region, bounding_box
+from sitscad.layout.board import Capacitor, Coil, Layout, Pad
+from sitscad.spec.sensor import SensorSpec
+
+REFERENCE = "J1"
+FOOTPRINT_NAME = "contacts"
+
+_FONT = "(effects (font (size 1 1) (thickness 0.15)))"
+_COURTYARD_MARGIN = 250_000
+ALONE = "(version 20241229)", '(generator "sitscad")', '(layer "F.Cu")'  # what a footprint in a file of its own has
+
+# One coverlay window over all contacts of an edge connector is how such tails are made (there is no web between
+# contacts at 0.5 mm pitch); KiCad takes a window over two nets for an error unless the footprint says that it is meant.
+# The contacts are printed copper: neither bought nor placed; in a schematic they are the sensor's symbol.
+_ATTRIBUTES = "(attr smd exclude_from_pos_files exclude_from_bom allow_soldermask_bridges)"
+
+
+def anchor(pads: tuple[Pad, ...]) -> Grid:
+    """The footprint's place: the middle of its pads."""
+    low, high = extent(pads)
+    return (low[0] + high[0]) // 2, (low[1] + high[1]) // 2
+
+
+def contact_openings(openings: Sequence[Region], pads: Sequence[Pad]) -> tuple[Region, ...]:
+    """The coverlay openings that lie over any of the pads: they belong to the footprint."""
+
+    def overlaps(outline: Path, pad: Pad) -> bool:
+        x0, y0, x1, y1 = bounding_box([outline])
+        (x, y), (width, height) = pad.centre, pad.size
+        return x0 < x + width / 2 and x1 > x - width / 2 and y0 < y + height / 2 and y1 > y - height / 2
+
+    return tuple(o for o in openings if any(overlaps(o.outline, pad) for pad in pads))
+
+
+def board_footprint(layout: Layout, nets: Mapping[str, int], sheet: Grid) -> str:
+    """The footprint as it stands on the board, pads with their nets; `sheet` is the sheet's corner."""
+    place = anchor(layout.pads)
+    return node(
+        f"footprint {quoted(f'{layout.spec.name}:{FOOTPRINT_NAME}')}", '(layer "F.Cu")',
+        identity(layout.spec.name, "footprint"), xy("at", place, sheet), *_body(layout, REFERENCE, nets),
+    )
+
+
+def _body(layout: Layout, reference: str, nets: Mapping[str, int] | None) -> list[str]:
+    """What stands in the footprint of the contacts: texts, openings, pads."""
+    place, owner = anchor(layout.pads), (layout.spec.name, "board" if nets is not None else "library")
+    tail = layout.spec.fpc.tail
+    value = tail.connector.name if tail else "solder pads"
+    # The openings of both masks beside the contacts' own
+    rows = []
+    for layer, openings, number in (
+        ("F.Mask", layout.top_openings, 1), ("B.Mask", layout.bottom_openings, layout.copper_layers),
+    ):
+        pads = [pad for pad in layout.pads if pad.layer == number]
+        for i, region in enumerate(contact_openings(openings, pads)):
+            rows.append(filled("fp", region, layer, place, (*owner, layer, i)))
+    words = f"{len(layout.pads)} contacts of {layout.spec.name}, {value}"
+    texts = [pad_text(pad, layout, place, nets, owner) for pad in layout.pads]
+    above = _COURTYARD_MARGIN + 1_000_000
+    return _around(layout.pads, place, owner, (reference, value, words), [_ATTRIBUTES, *rows], texts, above)
+
+
+def _around(
+    pads: Sequence[Pad], place: Grid, owner: tuple[str, ...], words: tuple[str, str, str], before: Sequence[str],
+    texts: Sequence[str], above: int = 1_000_000, margin: int = _COURTYARD_MARGIN,
+) -> list[str]:
+    """What stands in a footprint: reference and value beyond its pads (by `above`, nm), description (all `words`),
+    attributes and openings `before` the courtyard, and the pads' `texts`.
+    """
+    low, high = extent(pads)
+    low, high = (low[0] - place[0], low[1] - place[1]), (high[0] - place[0], high[1] - place[1])
+    return [
+        property_text("Reference", words[0], (0, low[1] - above), owner),
+        property_text("Value", words[1], (0, high[1] + above), owner), f"(descr {quoted(words[2])})", *before,
+        courtyard(low, high, owner, margin), *texts, "(embedded_fonts no)",
+    ]
+
+
+def property_text(name: str, text: str, at: Grid, owner: tuple[str, ...]) -> str:
+    """A property of a footprint, shown on the fabrication layer."""
+    place = f"{xy('at', at)[:-1]} 0)"
+    return node(f"property {quoted(name)} {quoted(text)}", place, '(layer "F.Fab")', identity(*owner, name), _FONT)
+
+
+def filled(prefix: str, region: Region, layer: str, place: Grid, names: tuple[object, ...]) -> str:
+    """A filled polygon without a pen (``gr_poly``, ``fp_poly``) on a layer. Raises ValueError for a region with holes,
+    which KiCad's polygons cannot have.
+    """
+    if region.holes:
+        raise ValueError(f"an opening with {len(region.holes)} holes cannot be drawn as a KiCad polygon")
+    points = polygon_points(region.outline, place)
+    pen = "(stroke (width 0) (type solid)) (fill yes)"
+    return f"({prefix}_poly {points} {pen} (layer {quoted(layer)}) {identity(*names)})"
+
+
+def courtyard(low: Grid, high: Grid, owner: tuple[str, ...], margin: int = _COURTYARD_MARGIN) -> str:
+    """The courtyard's rectangle, a margin (nm) round what lies between two corners."""
+    start = xy("start", (low[0] - margin, low[1] - margin))
+    end = xy("end", (high[0] + margin, high[1] + margin))
+    pen = "(stroke (width 0.05) (type solid)) (fill no)"
+    return f'(fp_rect {start} {end} {pen} (layer "F.CrtYd") {identity(*owner, "courtyard")})'
+
+
+def pad_text(
+    pad: Pad, layout: Layout, place: Grid, nets: Mapping[str, int] | None, owner: tuple[str, ...], kind: str = "connect"
+) -> str:
+    """A rectangular pad of a footprint that stands at `place`, with its net where `nets` numbers them."""
+    layer = copper_names(layout.copper_layers)[pad.layer - 1]
+    if layer not in ("F.Cu", "B.Cu"):
+        raise ValueError(f"contact {pad.name} is on {layer}: a contact must be on an outer layer")
+    size = f"(size {length(pad.size[0])} {length(pad.size[1])})"
+    net = f" (net {nets[pad.net]} {quoted(pad.net)})" if nets is not None and pad.net else ""
+    pin = f' (pinfunction {quoted(pad.pin)}) (pintype "passive")' if nets is not None and pad.pin else ""
+    where = xy("at", grid(pad.centre), place)
+    head = f'pad "{pad.number}" {kind} rect {where} {size} (layers {quoted(layer)})'
+    return f"({head}{net}{pin} {identity(*owner, 'pad', pad.number)})"
+
+
+def extent(pads: Sequence[Pad]) -> tuple[Grid, Grid]:
+    """The corners of the smallest rectangle round some pads."""
+    sides = [(*grid(pad.centre), round(pad.size[0] * 5e8), round(pad.size[1] * 5e8)) for pad in pads]
+    low = min(x - half for x, _, half, _ in sides), min(y - half for _, y, _, half in sides)
+    return low, (max(x + half for x, _, half, _ in sides), max(y + half for _, y, _, half in sides))
+
+
+_CHIP_COURTYARD = 150_000  # As in KiCad's own footprints of chips (nm)
+
+MODELS = "${KICAD9_3DMODEL_DIR}"  # KiCad 9's own variable for the folder of its 3-D models
+
+
+def library_footprints(layout: Layout) -> dict[str, str]:
+    """Return ``.kicad_mod`` files of the project's library by name: contacts and capacitors."""
+    bodies = {FOOTPRINT_NAME: _body(layout, "REF**", None)} if layout.pads else {}
+    bodies |= {f"capacitor-{each.package}": list(_chip_body(layout, each, None)) for each in layout.capacitors[:1]}
+    return {name: node(f"footprint {quoted(name)}", *ALONE, *body) + "\n" for name, body in bodies.items()}
+
+
+def placed_capacitors(layout: Layout, nets: Mapping[str, int], sheet: Grid) -> Iterator[str]:
+    """The footprints as they stand on the board; `sheet` is the sheet's corner."""
+    for each in layout.capacitors:
+        yield node(
+            f"footprint {quoted(f'{layout.spec.name}:capacitor-{each.package}')}", '(layer "F.Cu")',
+            identity(layout.spec.name, each.reference), xy("at", grid(each.centre), sheet),
+            *_chip_body(layout, each, nets),
+        )
+
+
+def _chip_body(layout: Layout, capacitor: Capacitor, nets: Mapping[str, int] | None) -> list[str]:
+    """What stands in a capacitor's footprint: texts, openings, pads, model."""
+    place = grid(capacitor.centre)
+    owner = (layout.spec.name, capacitor.reference if nets is not None else "library capacitor")
+    boxes = [(region, bounding_box([region.outline])) for region in layout.top_openings]
+    over = [
+        region for region, (x0, y0, x1, y1) in boxes
+        if any(x0 < pad.centre.x < x1 and y0 < pad.centre.y < y1 for pad in capacitor.pads)
+    ]
+    openings = [filled("fp", region, "F.Mask", place, (*owner, "opening", i)) for i, region in enumerate(over)]
+    reference = capacitor.reference if nets is not None else "REF**"
+    words = reference, capacitor.package, f"tank capacitor, {capacitor.package}, C0G"
+    pads = [pad_text(pad, layout, place, nets, owner, "smd") for pad in capacitor.pads]
+    body = _around(capacitor.pads, place, owner, words, ["(attr smd)", *openings], pads, margin=_CHIP_COURTYARD)
+    chip = layout.spec.readout.chip
+    if chip is None or not chip.model:
+        return body
+    # KiCad's own solid of the chip, which lies along x there, turned along the line of the pads
+    one, other = (pad.centre for pad in capacitor.pads)
+    turned = 90 if abs(one.y - other.y) > abs(one.x - other.x) else 0
+    moves = "(offset (xyz 0 0 0))", "(scale (xyz 1 1 1))", f"(rotate (xyz 0 0 {turned}))"
+    return [*body, node(f"model {quoted(f'{MODELS}/{chip.model}')}", *moves)]
+
+
+FORMAT = 20241209  # Of KiCad 9's symbol libraries; later versions read it
+
+GRID = 2.54
+LEFT, RIGHT = -10.16, 7.62  # The sides of the sensor's box (mm); its pins end on the left one
+AXIS = 2.54  # Where the coils stand in the box (mm)
+BOW = 1.27  # Diameter of one of the four bows that a coil is drawn with (mm)
+
+_HIDDEN = "(effects (font (size 1.27 1.27)) (hide yes))"
+_KEYWORDS = "LDC inductive sensor coil"
+
+
+def symbol_library(layout: Layout) -> str:
+    """The ``.kicad_sym`` file: the sensor where it has contacts, and every coil that leads from contact to contact."""
+    symbols = [_sensor(layout)] if layout.pads else []
+    symbols += [_coil(layout, coil) for coil in layout.coils if coil.is_closed_circuit]
+    head = f"(version {FORMAT})", '(generator "sitscad")', '(generator_version "9.0")'
+    return node("kicad_symbol_lib", *head, *symbols) + "\n"
+
+
+def library_table(kind: str, name: str, file: str, words: str) -> str:
+    """A project's table of libraries of symbols (``sym``) or footprints (``fp``), which names one."""
+    uri = quoted(f"${{KIPRJMOD}}/{file}")
+    row = f'(lib (name {quoted(name)})(type "KiCad")(uri {uri})(options "")(descr "{words}"))'
+    return f"({kind}_lib_table\n  (version 7)\n  {row}\n)\n"
+
+
+def _sensor(layout: Layout) -> str:
+    """The whole sensor: a box with a pin a contact, coil by coil, and the coils between their pins."""
+    name, rows = layout.spec.name, _rows(layout)
+    top, low = rows[0][1] + GRID, rows[-1][1] - GRID
+    box = f"(rectangle (start {decimal(LEFT)} {decimal(top)}) (end {decimal(RIGHT)} {decimal(low)})"
+    drawn = [f"{box} {_pen(0.254)} (fill (type background)))"]
+    for coil in layout.coils:
+        ends = [y for pad, y in rows if pad.net == coil.net]
+        if len(ends) == 2:
+            drawn += _winding(AXIS, ends[0], ends[1], LEFT + 6.35)
+    pins = [
+        _pin("no_connect" if not pad.net else "passive", LEFT - GRID, y, 0, pad.pin or "unused", pad.number)
+        for pad, y in rows
+    ]
+    issue = f", {layout.spec.issue.words}" if layout.spec.issue.rows else ""
+    words = f"inductive sensor of {counted(len(layout.coils), 'coil')}: both pins of a coil are one net{issue}"
+    return _symbol(layout.spec, name, "J", FOOTPRINT_NAME, words, (LEFT, top + GRID / 2, low - GRID / 2), drawn, pins)
+
+
+def _rows(layout: Layout) -> list[tuple[Pad, float]]:
+    """The contacts from the top down, coil by coil, each with its height (mm); those that no coil has are last."""
+    groups = [[pad for pad in layout.pads if pad.net == coil.net] for coil in layout.coils]
+    groups += [[pad] for pad in layout.pads if not pad.net]
+    rows, y = [], 0.0
+    for group in groups:
+        for pad in sorted(group, key=lambda pad: pad.number):
+            rows.append((pad, y))
+            y -= 2 * GRID if pad.net else GRID
+        y += GRID if group and group[0].net else 0.0
+    return rows
+
+
+def _coil(layout: Layout, coil: Coil) -> str:
+    """One coil alone: pin 1 the beginning of its first layer, pin 2 the end of its last, as in its footprint."""
+    name, spec, reach = f"coil-{coil.name}", layout.spec.coil, 2 * GRID
+    pins = [
+        _pin("passive", 0.0, sign * (reach + GRID), 270 if sign > 0 else 90, str(number), number)
+        for number, sign in ((1, 1.0), (2, -1.0))
+    ]
+    sides = " x ".join(show(side, "m") for side in dict.fromkeys(spec.size))
+    words = (
+        f"printed coil, {spec.shape}, {spec.turns_in_words} turns, "
+        f"{counted(len(spec.layers), 'layer')}, {sides}; for stack-up "
+        f"{layout.spec.fpc.stackup.name}"
+    )
+    drawn = _winding(0.0, reach, -reach, 0.0)
+    return _symbol(layout.spec, name, "L", name, words, (BOW, GRID, -GRID), drawn, pins)
+
+
+def _winding(x: float, upper: float, lower: float, start: float) -> list[str]:
+    """A coil of four bows between two heights at `x`, with the lines that lead there from `start` (mm)."""
+    middle = (upper + lower) / 2
+    rows = []
+    for end, sign in ((upper, 1.0), (lower, -1.0)):
+        corners = [(start, end), (x, end), (x, middle + sign * 2 * BOW)] if start != x else [(x, end)]
+        corners += [(x, middle + sign * 2 * BOW)] if start == x else []
+        points = " ".join(f"(xy {decimal(a)} {decimal(b)})" for a, b in dict.fromkeys(corners))
+        if len(dict.fromkeys(corners)) > 1:
+            rows.append(f"(polyline (pts {points}) {_pen(0.0)} (fill (type none)))")
+    for i in range(4):
+        high = middle + (2 - i) * BOW
+        across = decimal(x)
+        ends = (
+            f"(start {across} {decimal(high - BOW)}) (mid {decimal(x + BOW / 2)} {decimal(high - BOW / 2)}) "
+            f"(end {across} {decimal(high)})"
+        )
+        rows.append(f"(arc {ends} {_pen(0.0)} (fill (type none)))")
+    return rows
+
+
+def _pin(kind: str, x: float, y: float, angle: int, name: str, number: int) -> str:
+    font = "(effects (font (size 1.27 1.27)))"
+    return node(
+        f"pin {kind} line", f"(at {decimal(x)} {decimal(y)} {angle})", f"(length {decimal(GRID)})",
+        f"(name {quoted(name)} {font})", f'(number "{number}" {font})',
+    )
+
+
+def _symbol(
+    spec: SensorSpec, name: str, reference: str, footprint: str, words: str, places: tuple[float, float, float],
+    drawn: list[str], pins: list[str],
+) -> str:
+    """A symbol with its properties: reference and value stand at an x and two heights of `places`."""
+    library, (x, above, below) = spec.name, places
+    shown = ((("Reference", reference), above), (("Value", name), below))
+    left = "(effects (font (size 1.27 1.27)) (justify left))"
+    hidden = {"Footprint": f"{library}:{footprint}", "Datasheet": "", "Description": words, "ki_keywords": _KEYWORDS}
+    return node(
+        f"symbol {quoted(name)}",
+        # names inside the box; a coil's pins show neither name nor number, as those of any inductor
+        *(["(pin_numbers (hide yes))"] if reference == "L" else []),
+        f"(pin_names (offset 0.508){' (hide yes)' if reference == 'L' else ''})",
+        "(exclude_from_sim no)",
+        "(in_bom no)",
+        "(on_board yes)",
+        *(
+            node(f"property {quoted(key)} {quoted(text)}", f"(at {decimal(x)} {decimal(y)} 0)", left)
+            for (key, text), y in shown
+        ),
+        *(node(f"property {quoted(key)} {quoted(text)}", "(at 0 0 0)", _HIDDEN) for key, text in hidden.items()),
+        node(f"symbol {quoted(f'{name}_0_1')}", *drawn),
+        node(f"symbol {quoted(f'{name}_1_1')}", *pins),
+        "(embedded_fonts no)",
+    )
+
+
+def _pen(width: float) -> str:
+    return f"(stroke (width {decimal(width)}) (type default))"

@@ -1,0 +1,496 @@
+"""Meshes of tetrahedra by gmsh, in **metres**: the elastomer pad alone for mechanics, and all that a field program
+(eddy currents, magnetostatics) computes on.
+
+The pad: MSH 2.2 (ASCII) with straight sides, and in second order an input deck that CalculiX runs. Physical groups are
+the volume ``elastomer`` and the surfaces ``bonded_bottom`` (where it stands on the board), ``bonded_top`` (where it
+carries the target) and ``free`` (the rest, also what overhangs). Gmsh cuts the pad's faces along the edges of board and
+target, so that bonded and free areas are exact; along those edges, where stresses are singular, elements are smaller.
+
+Fields: the coils, all metal near them, the pad, and the air round all of it. Regions share their faces. Every volume is
+a physical group (``coil_C1``, ``target``, ``shield``, ``jaw``, ``finger``, ``metal_behind``, ``elastomer``, ``air``),
+and so is every surface between two of them (``target_air``, ``target_elastomer``, ...) and the air's end (``outer``).
+Pieces lie where they are glued; what neither conducts nor is the pad (board, film, mount, glue) is air, but for the
+glue over and under the pad, which counts as pad: the target stands at the gap that the estimates have.
+
+The pad as an input deck that a finite-element program runs: nodes and elements, sets, rubber, and a step that
+presses it. Written for CalculiX, in the words of Abaqus' input file; lengths in metres, stresses in pascals.
+
+CalculiX (2.20 was asked) knows no hybrid element (``C3D10H is an unknown element type``), and its C3D10 locks in rubber
+that cannot change its volume. So the deck takes less bulk modulus than the material has: see `SHRINK`.
+"""
+
+from __future__ import annotations
+
+import itertools
+import signal
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.assembly.places import bodies
+from sitscad.assembly.places.bodies import BodyRole, target_gap
+from sitscad.assembly.solids.pieces import assemble, elastomer
+from sitscad.assembly.solids.plates import metal_below
+from sitscad.assembly.solids.solid import MM, PartsError, Solid, of_role, prism, require
+from sitscad.assembly.solids.whole import LEAST_OPENING, glued, ring
+from sitscad.basics.arguments import checked_arguments
+from sitscad.basics.units import show
+from sitscad.estimates.loads.pad import NoResponse, soft_pad
+from sitscad.estimates.loads.pressing import web_stiffness
+from sitscad.files.writer import json_bytes
+from sitscad.kernels.geometry.path import Point, Region, circle
+from sitscad.layout.board import Coil, Layout
+from sitscad.spec.materials import ElastomerPad
+from sitscad.spec.sensor import SensorSpec
+
+FACES = ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0))  # The corners of a tetrahedron's faces S1 to S4
+
+GMSH_TO_ABAQUS = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]
+"""The nodes of a tetrahedron of second order: gmsh has the last two the other way round."""
+
+SHRINK = 0.06
+"""Modulus of the bonded pad, 3 mu (1 + 2 S^2) with the shape factor S (Gent & Lindley 1959), over the deck's bulk
+modulus. A smaller share locks the elements, a larger one lets the rubber shrink: with this one the two err against each
+other, by a few per cent of the force (tests/formats/test_volume_mesh.py runs it; docs/package.md has the figures).
+"""
+
+STRAIN = 0.05  # The step's compression, in parts of the thickness
+
+INCREMENT = 0.25
+"""Largest increment of the step. By halves CalculiX 2.20 diverges in the second one for `round_button_12mm`: from 2.5 %
+of the thickness on, what it extrapolates turns elements at the free side inside out.
+"""
+
+ABOUT = """\
+The elastomer pad in metres, newtons and pascals: C3D10 tetrahedra, surfaces and node sets, rubber, one step.
+Run it with CalculiX: ccx NAME-elastomer (without the ending); the force is in NAME-elastomer.dat.
+The rubber is {name}: W = (2 mu / alpha^2) (sum of stretches^alpha - 3) + (J - 1)^2 / D, mu = {mu:.6g} Pa,
+alpha = {alpha:.6g} (Ogden, one term; 2 is neo-Hookean), D = 2 / K.
+K is {ratio:.4g} mu here and {bulk:.6g} Pa in the material: CalculiX has no hybrid element, and C3D10 locks with more.
+The force then comes out some per cent off, more with coarse elements or a thin, wide pad: see docs/package.md.
+In Abaqus write TYPE=C3D10H and D = {d_real:.6g}, which needs no such help."""
+
+
+ONE_CELL = """
+This is the pad of ONE cell of {cells}{webs}."""
+WITHOUT_FILM = """
+The encapsulation ({thickness} of {material}) is NOT in this deck. With it the pad is stiffer: by the pad's law this
+step needs {held} % more force."""
+WITHOUT_WEBS = """, WITHOUT the webs that join it to others:
+those make it stiffer by {held} %, cell by cell (data sheet)"""
+
+
+def bulk_ratio(pad: ElastomerPad) -> float:
+    """Bulk over shear modulus in the deck; the material's own where that is less."""
+    shape_factor = pad.size[0] * pad.size[1] / (2.0 * sum(pad.size) * pad.thickness)
+    stiff = 3.0 * (1.0 + 2.0 * shape_factor**2)
+    return min(stiff / SHRINK, pad.material.bulk_modulus / pad.material.shear_modulus)
+
+
+def _left_out(spec: SensorSpec) -> str:
+    """What a deck says of the film, and of the cells of which it has one pad; empty if it has all there is."""
+    return _film(spec) + _of_cells(spec)
+
+
+def _film(spec: SensorSpec) -> str:
+    film = spec.encapsulation
+    if film is None:
+        return ""
+    try:
+        whole, bare = (soft_pad(each) for each in (spec, replace(spec, encapsulation=None)))
+    except NoResponse:
+        return ""
+    with_film, without = (float(each.pressure(np.array([STRAIN]))[0]) for each in (whole, bare))
+    held = f"{float(f'{100.0 * (with_film / without - 1.0):.1e}'):g}"
+    return WITHOUT_FILM.format(thickness=show(film.thickness, "m"), material=film.material.name, held=held)
+
+
+def _of_cells(spec: SensorSpec) -> str:
+    if spec.cells is None:
+        return ""
+    held = sorted(web_stiffness(spec))
+    words = " to ".join(dict.fromkeys(f"{100.0 * (each - 1.0):.2g}" for each in (held[0], held[-1])))
+    return ONE_CELL.format(cells=len(held), webs=WITHOUT_WEBS.format(held=words) if spec.web is not None else "")
+
+
+def _deck(gmsh: Any, pad: ElastomerPad, left_out: str = "") -> Iterator[str]:
+    """The deck of gmsh's mesh of second order (written in metres: its own millimetres times 1e-3)."""
+    material, ratio = pad.material, bulk_ratio(pad)
+    mu, alpha = material.shear_modulus, material.ogden_exponent
+    words = ABOUT.format(name=material.name, mu=mu, alpha=alpha, ratio=ratio, bulk=material.bulk_modulus,
+                         d_real=2.0 / material.bulk_modulus)
+    yield from (f"** {line}" for line in (words + left_out).splitlines())
+    yield from ("*HEADING", "elastomer, metres")
+    tags, places, _ = gmsh.model.mesh.getNodes()
+    yield "*NODE"
+    order = np.argsort(tags)
+    metres = places.reshape(-1, 3)[order] * 1e-3 + 0.0
+    yield from map("{}, {:.9g}, {:.9g}, {:.9g}".format, tags[order].tolist(), *metres.T.tolist())
+    tetrahedra = gmsh.model.mesh.getElements(3)[2][0].reshape(-1, 10)[:, GMSH_TO_ABAQUS].astype(np.int64)
+    yield "*ELEMENT, TYPE=C3D10, ELSET=elastomer"
+    yield from map(", ".join(["{}"] * 11).format, itertools.count(1), *tetrahedra.T.tolist())
+    sides, surfaces = _by_corners(tetrahedra[:, FACES]), dict(_surfaces(gmsh))
+    for name, triangles in surfaces.items():
+        # A surface by the elements' faces that it is made of, and its nodes as a set
+        yield f"*SURFACE, NAME={name}, TYPE=ELEMENT"
+        bounding = np.argwhere(np.isin(sides, _by_corners(triangles[:, :3]))) + 1
+        yield from map("{}, S{}".format, *bounding.T.tolist())
+        yield f"*NSET, NSET=nodes_{name}"
+        yield from map(str, np.unique(triangles).tolist())
+    yield from ("*MATERIAL, NAME=rubber", "*HYPERELASTIC, OGDEN, N=1")
+    yield f"{mu:.9g}, {alpha:.9g}, {2.0 / (ratio * mu):.9g}"
+    if material.density is not None:
+        yield from ("*DENSITY", f"{material.density:.9g}")
+    yield "*SOLID SECTION, ELSET=elastomer, MATERIAL=rubber"
+    if {"bonded_top", "bonded_bottom"} <= surfaces.keys():
+        yield from _step(pad.thickness)
+
+
+def _by_corners(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
+    """One number for every triangle (..., 3), whatever the order of its corners. Raises PartsError for corners of
+    higher numbers than it holds.
+    """
+    if triangles.max() >> 21:
+        raise PartsError("the pad's mesh has more than two million nodes: ask for larger elements")
+    low, middle, high = np.moveaxis(np.sort(triangles, axis=-1), -1, 0)
+    return np.asarray((low << 42) + (middle << 21) + high)
+
+
+def _surfaces(gmsh: Any) -> Iterator[tuple[str, NDArray[np.int64]]]:
+    """The named faces and the nodes (n, 6) of their triangles, corners first."""
+    for group in gmsh.model.getPhysicalGroups(2):
+        faces = gmsh.model.getEntitiesForPhysicalGroup(*group)
+        found = [gmsh.model.mesh.getElements(2, face)[2][0].reshape(-1, 6) for face in faces]
+        yield gmsh.model.getPhysicalName(*group), np.concatenate(found).astype(np.int64)
+
+
+def _step(thickness: float) -> Iterator[str]:
+    """The board holds the pad, the target presses it without turning: `STRAIN` of its thickness."""
+    yield from ("*STEP, NLGEOM, INC=1000", "*STATIC", f"{INCREMENT}, 1., 1e-4, {INCREMENT}")
+    yield from ("*BOUNDARY", "nodes_bonded_bottom, 1, 3, 0.", "nodes_bonded_top, 1, 2, 0.")
+    yield f"** the target's travel: {STRAIN:.0%} of the pad's thickness"
+    yield f"nodes_bonded_top, 3, 3, {-STRAIN * thickness:.9g}"
+    yield from ("** what holds the target: the force is the third", "*NODE PRINT, NSET=nodes_bonded_top, TOTALS=ONLY")
+    yield from ("RF", "*NODE FILE", "U", "*EL FILE", "S", "*END STEP")
+
+
+HXT = 10
+"""Gmsh's parallel Delaunay for tetrahedra (Marot, Pellerin & Remacle 2019), here on one thread."""
+
+_OPTIONS = {
+    "General.Terminal": 0, "General.NumThreads": 1, "General.Verbosity": 0, "Geometry.OCCImportLabels": 0,
+    "Geometry.Tolerance": 1e-8, "Mesh.Algorithm": 6, "Mesh.Algorithm3D": HXT, "Mesh.Binary": 0, "Mesh.ElementOrder": 1,
+    "Mesh.MaxNumThreads1D": 1, "Mesh.MaxNumThreads2D": 1, "Mesh.MaxNumThreads3D": 1,
+    "Mesh.MeshSizeExtendFromBoundary": 0, "Mesh.MeshSizeFromCurvature": 0, "Mesh.MeshSizeFromPoints": 0,
+    "Mesh.MshFileVersion": 2.2, "Mesh.Optimize": 1, "Mesh.OptimizeNetgen": 0, "Mesh.RandomFactor": 1e-9,
+    "Mesh.RandomFactor3D": 1e-12, "Mesh.RandomSeed": 1, "Mesh.SaveAll": 0, "Mesh.SaveParametric": 0,
+    "Mesh.ScalingFactor": 1e-3,
+}
+
+Entity = tuple[int, int]  # A volume, face or curve of gmsh: its dimension and number
+
+
+def imported(gmsh: Any, shape: Any, folder: Path) -> list[Entity]:
+    """The volumes of a build123d shape, handed over as BREP text."""
+    path = folder / "shape.brep"
+    require("build123d").export_brep(shape, path)
+    found: list[Entity] = gmsh.model.occ.importShapes(str(path))
+    return found
+
+
+def faces(gmsh: Any, volumes: list[Entity]) -> set[int]:
+    """The numbers of all faces of volumes."""
+    around = gmsh.model.getBoundary(volumes, combined=False, oriented=False) if volumes else ()
+    return {abs(tag) for _, tag in around}
+
+
+def edges(gmsh: Any, surfaces: Iterable[int]) -> list[int]:
+    """The numbers of all curves that bound faces."""
+    around = gmsh.model.getBoundary([(2, tag) for tag in sorted(surfaces)], combined=False, oriented=False)
+    return sorted({abs(tag) for _, tag in around})
+
+
+def grade(gmsh: Any, curves: list[int], sizes: tuple[float, float], reach: float) -> None:
+    """Elements of the first size (mm) at curves that grow to the second one at a distance `reach` (mm)."""
+    field = gmsh.model.mesh.field
+    near, size = field.add("Distance"), field.add("Threshold")
+    field.setNumbers(near, "CurvesList", curves)
+    field.setNumber(near, "Sampling", SAMPLES)
+    values = {"InField": near, "SizeMin": sizes[0], "SizeMax": sizes[1], "DistMin": sizes[0] / 2, "DistMax": reach}
+    for name, value in values.items():
+        field.setNumber(size, name, value)
+    field.setAsBackgroundMesh(size)
+
+
+SAMPLES = 100  # Points on each curve that distances are taken from
+
+
+def written(gmsh: Any, path: Path) -> bytes:
+    """The mesh as the format that a file's ending names."""
+    gmsh.write(str(path))
+    return path.read_bytes()
+
+
+def quality(gmsh: Any, volumes: Iterable[Entity] = ()) -> dict[str, float]:
+    """Nodes and tetrahedra of all volumes or some, and the tetrahedra's SICN: 1 regular, 0 flat, below 0 inside out."""
+    places = [tag for _, tag in volumes] or [-1]
+    tags = [int(tag) for place in places for each in gmsh.model.mesh.getElements(3, place)[1] for tag in each]
+    worth = sorted(float(value) for value in gmsh.model.mesh.getElementQualities(tags, "minSICN"))
+    return {
+        "nodes": len({int(n) for p in places for n in gmsh.model.mesh.getNodes(3, p, includeBoundary=True)[0]}),
+        "tetrahedra": len(tags),
+        "least_quality": round(worth[0], 4),
+        "median_quality": round(worth[len(worth) // 2], 4),
+        "share_below_0.1": round(sum(value < 0.1 for value in worth) / len(worth), 6),
+    }
+
+
+ELEMENTS_THROUGH_THICKNESS = 5
+ELEMENTS_ACROSS = 10
+AT_EDGES = 0.5
+"""Size of the elements along the bonded edges over that of the others, which they grow to within two of these."""
+
+
+def render(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
+    """``mesh/NAME-elastomer.msh`` of straight tetrahedra, the deck ``.inp`` in second order with its named faces, its
+    rubber and a step, and their quality as ``.json``; nothing without an elastomer.
+    """
+    if not of_role(solids, BodyRole.ELASTOMER):
+        return {}
+    # alike pads are meshed once, without webs
+    others = tuple(body.name for body in bodies.above_board(spec) if body.cell > 1 or body.web)
+    first = tuple(solid for solid in solids if solid.name not in others)
+    made = elastomer_meshes(first, _pad_of(spec), left_out=_left_out(spec))
+    return {f"mesh/{spec.name}-elastomer.{ending}": content for ending, content in made.items()}
+
+
+@checked_arguments
+def pad_mesh(layout: Layout, size: float | None = None) -> dict[str, bytes]:
+    """The elastomer pad as a mesh, by the ending of its file: ``msh``, ``inp`` (CalculiX) in second order, ``json``
+    with what they are worth. `size` is the elements' size (m), by default five through the thickness, ten across; half
+    of it along the edges of what is bonded.
+
+    Raises
+    ------
+    MissingExtra
+        without gmsh or a CAD kernel (`pip install 'sitscad[all]'`).
+    PartsError
+        without an elastomer.
+    ValueError
+        for a size that is no positive length.
+    """
+    if size is not None and not 0.0 < size < float("inf"):
+        raise ValueError("the size of elements is a positive length in metres")
+    if elastomer(layout) is None:
+        raise PartsError("the spec has no elastomer to be meshed")
+    return elastomer_meshes(assemble(layout.cell(1)), _pad_of(layout.spec), size, _left_out(layout.spec))
+
+
+def _pad_of(spec: SensorSpec) -> ElastomerPad:
+    assert spec.elastomer is not None  # there is a solid of it
+    return spec.elastomer
+
+
+def elastomer_meshes(
+    solids: tuple[Solid, ...], pad_of: ElastomerPad, size: float | None = None, left_out: str = ""
+) -> dict[str, bytes]:
+    """The pad's mesh by the ending of its file: ``msh``, ``inp`` in second order, ``json`` with what they are worth;
+    `left_out` is what the deck says of the film and of other cells, which are not in it.
+    """
+    gmsh = require("gmsh")
+    with TemporaryDirectory() as name, session(gmsh, "elastomer", _OPTIONS):
+        folder = Path(name)
+        pad, board, target = (
+            [each for solid in of_role(solids, role) for each in imported(gmsh, solid.shape, folder)]
+            for role in (BodyRole.ELASTOMER, BodyRole.BOARD, BodyRole.TARGET)
+        )
+        gmsh.model.occ.fragment(pad, board + target)
+        gmsh.model.occ.synchronize()
+        # The physical groups, by whose faces the pad shares; board and target themselves are not meshed. Those that are
+        # bonded.
+        around = faces(gmsh, pad)
+        bottom, top = around & faces(gmsh, board), around & faces(gmsh, target)
+        gmsh.model.removeEntities(board + target, recursive=False)
+        for tag, (name, group) in enumerate(
+            (("bonded_bottom", bottom), ("bonded_top", top), ("free", around - bottom - top)), start=1
+        ):
+            if group:
+                gmsh.model.addPhysicalGroup(2, sorted(group), tag, name)
+        gmsh.model.addPhysicalGroup(3, [tag for _, tag in pad], 4, "elastomer")
+        # Faces of board and target that the pad has no part in are not to be meshed
+        strays = [(2, tag) for _, tag in gmsh.model.getEntities(2) if tag not in around]
+        gmsh.model.removeEntities(strays, recursive=True)
+        bonded = bottom | top
+        x0, y0, z0, x1, y1, z1 = gmsh.model.getBoundingBox(*pad[0])
+        fine = round(min((z1 - z0) / ELEMENTS_THROUGH_THICKNESS, min(x1 - x0, y1 - y0) / ELEMENTS_ACROSS), 6)
+        edge = size * 1e3 if size else fine
+        gmsh.option.setNumber("Mesh.MeshSizeMin", AT_EDGES * edge)
+        gmsh.option.setNumber("Mesh.MeshSizeMax", edge)
+        grade(gmsh, edges(gmsh, bonded), (AT_EDGES * edge, edge), 2.0 * edge)
+        gmsh.model.mesh.generate(3)
+        found = {"msh": written(gmsh, folder / "elastomer.msh")}
+        first = quality(gmsh)
+        gmsh.model.mesh.setOrder(2)
+        found["inp"] = ("\n".join(_deck(gmsh, pad_of, left_out)) + "\n").encode("ascii")
+        sizes = {"element_size_m": edge * 1e-3, "size_at_bonded_edges_m": AT_EDGES * edge * 1e-3}
+        document = {**sizes, "first_order": first, "second_order": quality(gmsh)}
+        return {**found, "json": json_bytes(document)}
+
+
+AIR, OUTER = "air", "outer"
+METALS = {BodyRole.TARGET: "target", BodyRole.SHIELD: "shield", BodyRole.JAW: "jaw", BodyRole.FINGER: "finger",
+          BodyRole.METAL_BEHIND: "metal_behind"}
+COPPER = ("coils", "layers")
+"""A region for every coil, from its topmost to its lowest copper, or one for every layer of every coil."""
+
+PER_COIL = 25  # Elements across the smallest coil, along the edges of all pieces but the air
+ROOM = 1.5  # Air beyond the pieces on every side, over the largest coil's width
+
+
+@checked_arguments
+def field_mesh(
+    layout: Layout, size: float | None = None, air: float | None = None, copper: str = "coils"
+) -> dict[str, bytes]:
+    """The mesh by the ending of its file: ``msh`` (MSH 2.2), ``inp`` (Abaqus' input file, which CalculiX and Elmer
+    read), ``json`` with every region's volume (m3), number of tetrahedra and their quality.
+
+    `size` (m) is that of the elements along all edges of coils, metal and pad, by default a twenty-fifth of the
+    smallest coil; away from them they grow. `air` (m) is how far the air reaches beyond all pieces, by default one and
+    a half times the largest coil's width. `copper` is ``coils``: each is a ring as high as its winding, to carry a
+    current that is spread evenly; or ``layers``: a ring for every layer (``coil_C1_1``). The other jaw is left out.
+    Regions and sizes are the spec's; the order of points and elements may differ between two calls, because
+    OpenCASCADE numbers shared edges by their addresses.
+
+    Raises
+    ------
+    MissingExtra
+        without gmsh or a CAD kernel (`pip install 'sitscad[all]'`).
+    PartsError
+        for a part that cannot exist.
+    ValueError
+        for lengths that are not positive, and another word for the copper.
+    """
+    for length in (size, air):
+        if length is not None and not 0.0 < length < float("inf"):
+            raise ValueError("sizes of elements and of the air are positive lengths in metres")
+    if layout.spec.cells is not None:
+        raise ValueError("a field is meshed of one cell: give Layout.cell(1), or another number")
+    if copper not in COPPER:
+        raise ValueError(f"the copper is meshed as {' or '.join(COPPER)}, not {copper!r}")
+    widths = [min(layout.spec.coil.size), max(layout.spec.coil.size)]
+    fine, room = size or widths[0] / PER_COIL, air or ROOM * widths[1]
+    # The pieces by their regions' names, as build123d solids
+    found = {name: shape for coil in layout.coils for name, shape in _rings(layout, coil, copper)}
+    pieces = glued(layout, tuple(s for s in (*metal_below(layout), *assemble(layout)) if s.role in METALS))
+    found |= {METALS[solid.role]: solid.shape for solid in pieces}
+    pad, gap = bodies.elastomer(layout.spec), target_gap(layout.spec)
+    if pad is not None:
+        found["elastomer"] = prism(pad.outline(), 0.0, pad.upper if gap is None else gap)
+    return _meshed(found, fine * MM, room * MM)
+
+
+def _ring(layout: Layout, coil: Coil, number: int) -> Region:
+    """The ring of a layer: for round coils where its tracks are on the average over a turn, in which they go inwards by
+    a pitch; other shapes step in at one place, and cover what is drawn of them.
+    """
+    spec, drawn = layout.spec.coil, ring(layout.spec.coil, coil, number)
+    if not spec.outline.is_round:
+        return drawn
+    step = (spec.trace_width + spec.trace_spacing) / 2
+    order = [winding.layer for winding in coil.windings].index(number)
+    outer = spec.size[0] / 2 - step
+    inner = outer + spec.trace_spacing - 2.0 * step * spec.layer_turns[order]
+    holes = (circle(Point(*coil.centre), inner),) if inner > LEAST_OPENING else ()
+    return Region(circle(Point(*coil.centre), outer), holes)
+
+
+def _rings(layout: Layout, coil: Coil, copper: str) -> list[tuple[str, Any]]:
+    """A coil's regions: the ring of its widest layer, or that of each."""
+    spans = [(w.layer, w.z - w.thickness / 2, w.z + w.thickness / 2) for w in coil.windings]
+    if copper == "layers":
+        return [(f"coil_{coil.name}_{n}", prism(_ring(layout, coil, n), low, high)) for n, low, high in spans]
+    low, high = min(span[1] for span in spans), max(span[2] for span in spans)
+    widest = max(spans, key=lambda span: _ring(layout, coil, span[0]).area)[0]
+    return [(f"coil_{coil.name}", prism(_ring(layout, coil, widest), low, high))]
+
+
+def _meshed(regions: dict[str, Any], fine: float, room: float) -> dict[str, bytes]:
+    """The files of regions (build123d solids) in air, lengths in millimetres."""
+    gmsh = require("gmsh")
+    with TemporaryDirectory() as name, session(gmsh, "field", _OPTIONS):
+        folder = Path(name)
+        volumes = _fragmented(gmsh, regions, room, folder)
+        within = {face for region, own in volumes.items() if region != AIR for face in faces(gmsh, own)}
+        # The physical groups: every region, every surface between two of them, and the end of the air
+        beside: dict[int, list[str]] = {}
+        for region, own in volumes.items():
+            gmsh.model.addPhysicalGroup(3, [tag for _, tag in own], name=region)
+            for entity in own:
+                for face in faces(gmsh, [entity]):
+                    beside.setdefault(face, []).append(region)
+        surfaces: dict[str, list[int]] = {}
+        for face, names in sorted(beside.items()):
+            if len(names) == 1 or names[0] != names[1]:
+                surfaces.setdefault("_".join(names) if len(names) > 1 else OUTER, []).append(face)
+        for name, tags in surfaces.items():
+            gmsh.model.addPhysicalGroup(2, tags, name=name)
+        grade(gmsh, edges(gmsh, within), (fine, max(fine, room / 2)), 2.4 * room)
+        gmsh.model.mesh.generate(3)
+        made = {"msh": written(gmsh, folder / "field.msh")}
+        # gmsh's heading would name a folder of ours
+        _, _, deck = written(gmsh, folder / "field.inp").split(b"\n", 2)
+        made["inp"] = b"*Heading\n coils, metal, pad and air, metres\n" + deck
+        worth = {}
+        for region, own in volumes.items():
+            volume = sum(gmsh.model.occ.getMass(3, tag) for _, tag in own) * 1e-9
+            worth[region] = {"volume_m3": float(f"{volume:.9g}"), **quality(gmsh, own)}
+        document = {"size_at_edges_m": round(fine * 1e-3, 9), "air_m": round(room * 1e-3, 9), "all": quality(gmsh)}
+        return {**made, "json": json_bytes({**document, "regions": worth})}
+
+
+def _fragmented(gmsh: Any, regions: dict[str, Any], room: float, folder: Path) -> dict[str, list[Entity]]:
+    """Every region's volumes with faces shared, the air's last; what two pieces share belongs to the first."""
+    bd = require("build123d")
+    bounds = bd.Compound(list(regions.values())).bounding_box()
+    size, low = bounds.size, bounds.min
+    corner = bd.Plane((low.X - room, low.Y - room, low.Z - room))
+    around = bd.Solid.make_box(size.X + 2 * room, size.Y + 2 * room, size.Z + 2 * room, corner)
+    pieces = {region: imported(gmsh, shape, folder) for region, shape in regions.items()}
+    air = imported(gmsh, around, folder)
+    ordered = [entity for own in pieces.values() for entity in own]
+    _, parts = gmsh.model.occ.fragment(air, ordered)
+    gmsh.model.occ.synchronize()
+    came = dict(zip(ordered, parts[len(air) :], strict=True))
+    found: dict[str, list[Entity]] = {}
+    taken: set[Entity] = set()
+    for region, own in pieces.items():
+        found[region] = sorted({part for entity in own for part in came[entity]} - taken)
+        taken |= set(found[region])
+    return {**found, AIR: sorted({part for each in parts[: len(air)] for part in each} - taken)}
+
+
+@contextmanager
+def session(gmsh: ModuleType, name: str, options: Mapping[str, float]) -> Iterator[None]:
+    """A model of its own, with every option that matters set. A session that the caller has open survives."""
+    ours = not gmsh.isInitialized()
+    if ours:
+        gmsh.initialize(readConfigFiles=False, interruptible=False)
+        with suppress(AttributeError, ValueError):  # Windows has no such signal; a thread beside the main one sets none
+            # gmsh has it end the process: a server would die with the first listener that goes away
+            signal.signal(signal.SIGPIPE, signal.getsignal(signal.SIGPIPE))
+    for option, value in options.items():
+        gmsh.option.setNumber(option, value)
+    gmsh.model.add(name)
+    try:
+        yield
+    finally:
+        gmsh.model.remove()
+        if ours:
+            gmsh.finalize()

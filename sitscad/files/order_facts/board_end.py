@@ -1,0 +1,184 @@
+"""The contacts, the board's end with them, the width of the tail: what a connector takes, in figures and words."""
+
+from __future__ import annotations
+
+import math
+from itertools import combinations, pairwise
+
+from sitscad.basics.record import record
+from sitscad.basics.units import show
+from sitscad.data import Row, rows
+from sitscad.kernels.geometry.path import Path, bounding_box
+from sitscad.layout.board import Layout, Pad
+from sitscad.spec.circuit import FpcSpec
+from sitscad.spec.presets import cover_name
+
+SAME = 1e-6
+"""Widths (m) that differ by less are one: the outline's arcs are chords within this."""
+
+
+@record
+class BoardEnd:
+    """What is plugged in, or soldered to: lengths in metres. ``width`` is the board's across the row of contacts,
+    between ``sides`` (their coordinates across the row); ``edge`` from the middle of contact 1 to the board's edge
+    beside it; ``tip`` from the contacts' ends to the board's end, at the coordinate ``end`` along the contacts.
+    """
+
+    first: Pad
+    width: float
+    sides: tuple[float, float]
+    edge: float
+    tip: float
+    end: float
+
+
+def board_end(layout: Layout) -> BoardEnd:
+    """The figures of the board's end, read from the outline as it is drawn."""
+    row, _ = contact_row(layout.pads)
+    first = min(layout.pads, key=lambda pad: pad.number)
+    along = runs_along_x(row)
+    x, y = first.centre
+    at, place = (x, y) if along else (y, x)
+    crossings = _crossings(layout.outline, at, upright=along)
+    below = max((c for c in crossings if c <= place), default=-math.inf)
+    above = min((c for c in crossings if c >= place), default=math.inf)
+    ends = _crossings(layout.outline, place, upright=not along)
+    half = first.size[0 if along else 1] / 2
+    end = min((e for e in ends if abs(e - at) > half - SAME), key=lambda e: abs(e - at))
+    edge = min(place - below, above - place)
+    return BoardEnd(first, above - below, (below, above), edge, abs(end - at) - half, end)
+
+
+def runs_along_x(row: tuple[Pad, ...]) -> bool:
+    """Whether the contacts of a row stand above each other, so that each runs along x."""
+    xs, ys = [pad.centre.x for pad in row], [pad.centre.y for pad in row]
+    if max(xs) - min(xs) == max(ys) - min(ys):
+        return row[0].size[0] >= row[0].size[1]
+    return max(xs) - min(xs) < max(ys) - min(ys)
+
+
+def tail_width(layout: Layout) -> tuple[float, float, float] | None:
+    """Where along x the tail runs at one width for longest, and its lower and upper edge there (m); None without one.
+    Near the body's end of that run, a tenth along it: of a tail that turns, before its turn; of one that is led aside,
+    in the longer part.
+    """
+    if layout.spec.fpc.tail is None or not layout.pads:
+        return None
+    start, end = layout.body[2], min(pad.centre.x - pad.size[0] / 2 for pad in layout.pads)
+    edges = [
+        (max(min(a.x, b.x), start), min(max(a.x, b.x), end), a.y)
+        for a, b in pairwise(layout.outline.flattened(SAME))
+        if abs(a.y - b.y) < SAME and min(max(a.x, b.x), end) - max(min(a.x, b.x), start) > SAME
+    ]
+    runs = (
+        (max(one[0], other[0]), min(one[1], other[1]), *sorted((one[2], other[2])))
+        for one, other in combinations(edges, 2)
+    )
+    beside = (run for run in runs if run[1] > run[0])
+    best = max(beside, key=lambda run: (run[1] - run[0], -run[0]), default=None)
+    return None if best is None else (best[0] + 0.1 * (best[1] - best[0]), best[2], best[3])
+
+
+def _crossings(outline: Path, at: float, upright: bool) -> list[float]:
+    """Where the outline crosses a line x = `at` (upright: their y) or y = `at` (their x)."""
+    found = []
+    for a, b in pairwise(outline.flattened(SAME)):
+        (p, q), (r, s) = ((a.x, a.y), (b.x, b.y)) if upright else ((a.y, a.x), (b.y, b.x))
+        if min(p, r) <= at <= max(p, r) and p != r:
+            found.append(q + (at - p) / (r - p) * (s - q))
+    return sorted(found)
+
+
+def contact_row(pads: tuple[Pad, ...]) -> tuple[tuple[Pad, ...], float | None]:
+    """The contacts in the order of their places along their row, and their pitch (m); None where there is no one row
+    with one pitch.
+    """
+    xs, ys = [pad.centre.x for pad in pads], [pad.centre.y for pad in pads]
+    across = max(xs) - min(xs) > max(ys) - min(ys)
+    row = tuple(sorted(pads, key=lambda pad: pad.centre.x if across else pad.centre.y))
+    steps = [(b.centre.x - a.centre.x, b.centre.y - a.centre.y) for a, b in pairwise(row)]
+    pitches = {round((dx if across else dy) * 1e9) for dx, dy in steps}
+    beside = {round((dy if across else dx) * 1e9) for dx, dy in steps}
+    return row, pitches.pop() * 1e-9 if len(pitches) == 1 and beside == {0} else None
+
+
+def contact_text(layout: Layout) -> str:
+    """How many contacts, their width, length and pitch, and what of them is bare: lengths lie across the row; empty
+    without contacts.
+    """
+    if not layout.pads:
+        return ""
+    _, pitch = contact_row(layout.pads)
+    width, length = contact_size(layout.pads[0])
+    apart = f", pitch {show(pitch, 'm')}" if pitch is not None else ""
+    size = f"{len(layout.pads)} contacts {show(width, 'm')} wide and {show(length, 'm')} long{apart}"
+    bare = bare_size(layout)
+    if bare is None:
+        return f"{size}{unused_text(layout.pads)}"
+    is_held_all_round = bare[0] < width - 1e-9
+    cover = cover_name(layout.spec.fpc.stackup)
+    under = f"the {cover} covers their rims" if is_held_all_round else f"the rest goes on under the {cover}"
+    wide = f"{show(bare[0], 'm')} x " if is_held_all_round else ""
+    return f"{size}, bare over {wide}{show(bare[1], 'm')} ({under}){unused_text(layout.pads)}"
+
+
+def bare_size(layout: Layout) -> tuple[float, float] | None:
+    """Width and length (m) of what the coverlay leaves bare of a contact; None where that is all of it."""
+    pad = layout.pads[0]
+    (x, y), (w, h) = pad.centre, pad.size
+    for opening in layout.top_openings:
+        x0, y0, x1, y1 = bounding_box([opening.outline])
+        if x0 <= x <= x1 and y0 <= y <= y1:
+            along = min(x + w / 2, x1) - max(x - w / 2, x0)
+            across = min(y + h / 2, y1) - max(y - h / 2, y0)
+            width, length = sorted((along, across))
+            return (width, length) if w * h - width * length > 1e-12 else None
+    return None
+
+
+def unused_text(pads: tuple[Pad, ...]) -> str:
+    """Which contacts no coil has; empty where there are none."""
+    numbers = [pad.number for pad in pads if pad.is_unused]
+    if not numbers:
+        return ""
+    words = f"contacts {', '.join(map(str, numbers))} lead" if len(numbers) > 1 else f"contact {numbers[0]} leads"
+    return f"; {words} nowhere: copper all the same, which the connector holds the tail by"
+
+
+def plug_text(layout: Layout) -> str:
+    """The width of what is plugged in, with the connector's tolerance; empty where nothing is."""
+    tail = layout.spec.fpc.tail
+    if tail is None or not tail.connector.width_tolerance or not layout.pads:
+        return ""
+    connector = tail.connector
+    width, band = show(connector.width(len(layout.pads)), "m"), show(end_tolerance(layout.spec.fpc), "m")
+    edge = show(connector.edge_margin, "m")
+    return f"tail {width} +/- {band} wide there, middle of the first and last contact {edge} from its edges"
+
+
+def end_tolerance(fpc: FpcSpec) -> float:
+    """What is allowed (m) of the board's width at the contacts: the connector's figure, else that of the outline."""
+    tail = fpc.tail
+    own = tail.connector.width_tolerance if tail is not None else 0.0
+    return own or fpc.rules.outline_tolerance
+
+
+def contact_size(pad: Pad) -> tuple[float, float]:
+    """Width and length (m) of a contact: its shorter and its longer side."""
+    width, length = sorted(pad.size)
+    return width, length
+
+
+def footprint_row(symbol: str, pins: int) -> Row | None:
+    """The row of KiCad's footprint for a part of the readout by its symbol; of sockets the pins decide which."""
+    found = (row for row in rows("footprints") if row["symbol"] == symbol)
+    return next((row for row in found if not row["most"] or pins <= int(row["most"])), None)
+
+
+def socket_pad(layout: Layout, contact: int) -> int:
+    """The pad of the tail's socket on the converter's board that a contact is on: a socket with its contacts below has
+    the last contact first, for the tail lies in it face down.
+    """
+    tail, count = layout.spec.fpc.tail, len(layout.pads)
+    row = footprint_row(tail.connector.name, count) if tail is not None else None
+    return count + 1 - contact if row is not None and row["order"] == "reversed" else contact

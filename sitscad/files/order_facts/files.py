@@ -1,0 +1,340 @@
+"""The fabrication set: what its files are called and show, what its drill files hold, the fingerprint of its images.
+
+One table for formats and papers. Holes are grouped as drill files, drill maps and tables have them: by the layers that
+they go through. A set of images is the board's (``fpc/``) or the panel's (``fpc/panel/``): its Gerber and drill files,
+the drill map among them, one after another in the order of their names in the package. In the archive the same bytes
+have the fabricator's names, and the readme there names them so: the shell line is a list of names, so that it gives the
+same in both places.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import uuid
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from itertools import groupby
+from typing import NamedTuple
+
+from sitscad.basics.record import record
+from sitscad.basics.units import decimal, show
+from sitscad.basics.version import __version__
+from sitscad.layout.bending import has_tail_coverlay, tail_copper
+from sitscad.layout.board import Layout
+from sitscad.spec.circuit import MASK, LayerKind, Stackup
+from sitscad.spec.presets import cover_name
+from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.yaml.source import UNNUMBERED, creation_date
+
+FOLDER = "fpc"
+CUTS = "Other,Part_Cuts"
+VENDOR = "sitscad"
+NO_NET = "N/C"  # What X2 and IPC-D-356 call the net of a pad that is on none
+_PROJECTS = uuid.uuid5(uuid.NAMESPACE_DNS, "sitscad")
+
+
+@record
+class FabricationFile:
+    """One file of the set: its path in the package, its X2 file function and polarity, and what it shows. ``layer`` is
+    the copper layer's number (from 1 at the top), of a drill file the last one that its holes go through; None for
+    every other kind of file.
+    """
+
+    path: str
+    function: str
+    title: str
+    layer: int | None = None
+    polarity: str = "Positive"
+
+    @property
+    def name(self) -> str:
+        """The file's name without its folder."""
+        return self.path.rpartition("/")[2]
+
+    @property
+    def row(self) -> tuple[str, str]:
+        """Its name and what it is, as readmes list it: mechanical layers are called by bare numbers in archives."""
+        kind = "Excellon, metric" if self.path.endswith(".drl") else f"Gerber X2, {self.function}"
+        return self.name, f"{self.title} ({kind})"
+
+
+def layer_name(number: int, count: int) -> str:
+    """A copper layer's short name (``F_Cu``, ``In1_Cu`` ..., ``B_Cu``); a single layer is ``F_Cu``."""
+    if number == 1:
+        return "F_Cu"
+    return "B_Cu" if number == count else f"In{number - 1}_Cu"
+
+
+def fabrication_path(spec: SensorSpec, ending: str) -> str:
+    """The path inside the package of one file of the set, such as ``fpc/NAME-F_Cu.gbr``."""
+    return f"{FOLDER}/{spec.name}-{ending}"
+
+
+def copper_files(layout: Layout) -> tuple[FabricationFile, ...]:
+    """One file a copper layer, from the top."""
+    count = layout.copper_layers
+    sides = {count: "Bot", 1: "Top"}
+    return tuple(
+        FabricationFile(
+            fabrication_path(layout.spec, f"{layer_name(number, count)}.gbr"),
+            f"Copper,L{number},{sides.get(number, 'Inr')}",
+            f"copper layer {number} of {count}",
+            number,
+        )
+        for number in range(1, count + 1)
+    )
+
+
+def coverlay_files(spec: SensorSpec) -> tuple[FabricationFile, ...]:
+    """The coverlay openings of each face that has a coverlay."""
+    top, bottom = has_coverlay(spec.fpc.stackup)
+    cover = cover_name(spec.fpc.stackup)
+    sides = [("F", "Top", "top")] * top + [("B", "Bot", "bottom")] * bottom
+    return tuple(
+        FabricationFile(
+            fabrication_path(spec, f"{letter}_Mask.gbr"),
+            f"Soldermask,{side}",
+            f"openings in the {word} {cover} (what is drawn is cut away)",
+            polarity="Negative",
+        )
+        for letter, side, word in sides
+    )
+
+
+def stiffener_files(layout: Layout) -> tuple[FabricationFile, ...]:
+    """The stiffener's outline, where there is one."""
+    if layout.stiffener is None:
+        return ()
+    path = fabrication_path(layout.spec, "B_Stiffener.gbr")
+    return (FabricationFile(path, "Other,Stiffener_Bottom", "stiffener on the bottom face"),)
+
+
+def body_files(layout: Layout) -> tuple[FabricationFile, ...]:
+    """Where the layers below the tail's are, for a board whose tail has fewer of them."""
+    first, last = tail_copper(layout) + 1, layout.copper_layers
+    if first > last:
+        return ()
+    names = f"L{first}" if first == last else f"L{first}_to_L{last}"
+    which = names.replace("_", " ").replace("L", "")
+    title = f"extent of copper {which} and of what lies between and below (the tail is without)"
+    path = fabrication_path(layout.spec, "Body_Layers.gbr")
+    return (FabricationFile(path, f"Other,Extent_of_{names}", title),)
+
+
+def tail_coverlay_files(layout: Layout) -> tuple[FabricationFile, ...]:
+    """The bottom coverlay that a tail of fewer layers has for itself."""
+    if not has_tail_coverlay(layout):
+        return ()
+    last, lap = tail_copper(layout), show(layout.spec.fpc.rules.coverlay_lap, "m")
+    title = f"coverlay under copper {last} of the tail, {lap} into the body between its layers (drawn: covered)"
+    path = fabrication_path(layout.spec, "Tail_Coverlay.gbr")
+    return (FabricationFile(path, f"Other,Tail_Coverlay_L{last}", title),)
+
+
+def profile_file(spec: SensorSpec) -> FabricationFile:
+    """The board's outline."""
+    return FabricationFile(fabrication_path(spec, "Edge_Cuts.gbr"), "Profile,NP", "outline of the board")
+
+
+def gerber_files(layout: Layout) -> tuple[FabricationFile, ...]:
+    """All Gerber files of the set, from the top of the board downwards, the outline last."""
+    return (
+        *copper_files(layout),
+        *coverlay_files(layout.spec),
+        *stiffener_files(layout),
+        *body_files(layout),
+        *tail_coverlay_files(layout),
+        profile_file(layout.spec),
+    )
+
+
+def drill_files(layout: Layout) -> tuple[FabricationFile, ...]:
+    """One drill file for each kind of plated hole, called as KiCad calls its own: holes through the whole board, and
+    holes in a tail of fewer layers. ``layer`` is the last copper layer that its holes go through.
+    """
+    found = []
+    for lowest in layout.spans:
+        ending, kind, title = "PTH.drl", "PTH", "plated holes through all copper layers"
+        if lowest != layout.copper_layers:
+            ending, kind = f"front-in{lowest - 1}.drl", "Blind"
+            title = f"plated holes in the tail, through copper 1 to {lowest}"
+        path = fabrication_path(layout.spec, ending)
+        found.append(FabricationFile(path, f"Plated,1,{lowest},{kind}", title, lowest))
+    return tuple(found)
+
+
+def drill_title(spec: SensorSpec, title: str) -> str:
+    """What the first comment of a drill file says of it: the design, the issue, what the holes are."""
+    words = spec.issue.words
+    return f"{spec.name}{f' ({words})' if words else ''}: {title}"
+
+
+def has_coverlay(stackup: Stackup) -> tuple[bool, bool]:
+    """Whether the top and the bottom face are covered."""
+    return stackup.layers[0].kind is LayerKind.COVERLAY, stackup.layers[-1].kind is LayerKind.COVERLAY
+
+
+def panel_path(spec: SensorSpec, ending: str) -> str:
+    """The path inside the package of one file of the panel's set, such as ``fpc/panel/NAME-panel-F_Cu.gbr``."""
+    return f"{FOLDER}/panel/{spec.name}-panel{ending}"
+
+
+def cut_file(spec: SensorSpec) -> FabricationFile:
+    """The cuts round the parts of a panel."""
+    title = "cuts round the parts, open at the bridges (the middle of the line is the cut)"
+    return FabricationFile(panel_path(spec, "-Part_Cuts.gbr"), CUTS, title)
+
+
+def tooling_file(layout: Layout) -> FabricationFile:
+    """The drill file of a panel's tooling holes."""
+    function = f"NonPlated,1,{layout.copper_layers},NPTH"
+    return FabricationFile(panel_path(layout.spec, "-NPTH.drl"), function, "tooling holes, not plated")
+
+
+def panel_files(layout: Layout) -> tuple[FabricationFile, ...]:
+    """All Gerber and drill files of the panel's set in the order of the board's, then what the panel alone has."""
+    board = (*gerber_files(layout), *drill_files(layout))
+    stem = fabrication_path(layout.spec, "").removesuffix("-")
+    copies = (replace(file, path=panel_path(layout.spec, file.path.removeprefix(stem))) for file in board)
+    frame = {profile_file(layout.spec).function: "outline of the panel"}
+    named = (replace(file, title=frame.get(file.function, file.title)) for file in copies)
+    return (*named, tooling_file(layout), cut_file(layout.spec))
+
+
+def panel_attributes(spec: SensorSpec) -> tuple[tuple[str, ...], ...]:
+    """The X2 file attributes of the panel's set: an array, in coordinates of its own."""
+    own = {".SameCoordinates": f"{spec.name}-panel", ".Part": "Array"}
+    return tuple((name, own[name]) if name in own else (name, *values) for name, *values in project_attributes(spec))
+
+
+def project_attributes(spec: SensorSpec) -> tuple[tuple[str, ...], ...]:
+    """The X2 file attributes that all files of one set share, each as its name and values. The files are in one
+    coordinate system (``.SameCoordinates``); the project's identifier follows from its name alone. The creation date is
+    only written where SOURCE_DATE_EPOCH names one, so that equal specs give equal bytes.
+    """
+    name = spec.name
+    created = creation_date()
+    return (
+        (".GenerationSoftware", VENDOR, VENDOR, __version__),
+        *(((".CreationDate", created),) if created else ()),
+        (".ProjectId", name, project_guid(name), spec.issue.revision or UNNUMBERED),
+        (".SameCoordinates", name),
+        (".Part", "Single"),
+    )
+
+
+def project_guid(name: str) -> str:
+    """An RFC 4122 identifier (version 5) that depends on the design's name only."""
+    return str(uuid.uuid5(_PROJECTS, name))
+
+
+def drill_map_file(path: str) -> FabricationFile:
+    """What a drill map is called in the set."""
+    return FabricationFile(path, "Drillmap", "drill map")
+
+
+def stack_names(layout: Layout) -> list[str]:
+    """What each layer of the stack-up is called: copper by its file."""
+    names, copper = [], 0
+    for layer in layout.spec.fpc.stackup.layers:
+        if layer.kind is LayerKind.COPPER:
+            copper += 1
+            names.append(f"copper {copper} ({layer_name(copper, layout.copper_layers)})")
+        else:
+            name = layer.material if layer.material == MASK else "coverlay"
+            names.append(name if layer.kind is LayerKind.COVERLAY else "dielectric")
+    return names
+
+
+UNIT = 1e-9
+"""The coordinates' unit in metres."""
+
+
+class DrilledHole(NamedTuple):
+    """A hole on the grid of 1 nm: its place and its finished diameter."""
+
+    x: int
+    y: int
+    diameter: int
+
+
+@record
+class Tool:
+    """Holes of one finished diameter (nm) and one kind: in words, and in the fewest, for a table and for a map."""
+
+    diameter: int
+    holes: tuple[DrilledHole, ...]
+    words: str
+
+
+def drilled_to(layout: Layout, lowest: int | None, dx: int = 0, dy: int = 0) -> list[DrilledHole]:
+    """The holes from the first copper layer to the `lowest`, moved by (dx, dy) nanometres."""
+    return [
+        DrilledHole(on_grid(via.centre.x) + dx, on_grid(via.centre.y) + dy, on_grid(via.drill))
+        for via in layout.vias
+        if layout.lowest_layer(via) == lowest
+    ]
+
+
+def tools(holes: Sequence[DrilledHole], words: str) -> list[Tool]:
+    """The tools of one kind of hole, small ones first."""
+    return [Tool(diameter, tuple(drilled), words) for diameter, drilled in tools_of(holes)]
+
+
+def plated_words(layout: Layout, lowest: int) -> str:
+    """What a table says of plated holes: through which copper layers they go, where they differ."""
+    return "plated" if len(layout.spans) < 2 else f"plated, copper 1 to {lowest}"
+
+
+def plated_tools(layout: Layout) -> list[Tool]:
+    """All tools of a layout, those through the whole board first."""
+    return [tool for lowest in layout.spans for tool in tools(drilled_to(layout, lowest), plated_words(layout, lowest))]
+
+
+def tools_of(holes: Iterable[DrilledHole]) -> list[tuple[int, list[DrilledHole]]]:
+    """The holes grouped by finished diameter (nm), small ones first, in the given order within a tool."""
+    ordered = sorted(holes, key=lambda hole: hole.diameter)
+    return [(diameter, list(group)) for diameter, group in groupby(ordered, key=lambda hole: hole.diameter)]
+
+
+def on_grid(length: float) -> int:
+    """A length (m) in whole nanometres."""
+    return round(length / UNIT)
+
+
+def millimetres(nanometres: int, least: int = 1) -> str:
+    """A length in millimetres, to the nanometre as the Gerber files have it, with `least` decimals kept."""
+    return decimal(nanometres / 1e6, 6, least)
+
+
+SHOWN = 16
+"""So many digits of a fingerprint are printed on drawings."""
+
+
+def board_images(files: Mapping[str, bytes], folder: str = FOLDER) -> list[str]:
+    """The images in a folder of the package, the single board's, in the order in which they are hashed."""
+    inside = [path for path in files if path.rpartition("/")[0] == folder]
+    return sorted(path for path in inside if path.endswith((".gbr", ".drl")))
+
+
+def panel_images(spec: SensorSpec, files: Mapping[str, bytes]) -> list[str]:
+    """The panel's images in the order in which they are hashed; none where there is no panel."""
+    return board_images(files, panel_path(spec, "").rpartition("/")[0])
+
+
+def fingerprint(files: Mapping[str, bytes], images: list[str]) -> str:
+    """The SHA-256 of some images one after another, hexadecimal."""
+    digest = hashlib.sha256()
+    for path in images:
+        digest.update(files[path])
+    return digest.hexdigest()
+
+
+def shell_line(images: list[str]) -> str:
+    """What prints the same where the images are."""
+    return f"cat {' '.join(path.rpartition('/')[2] for path in images)} | sha256sum"
+
+
+def on_drawing(whose: str, files: Mapping[str, bytes], images: list[str]) -> str:
+    """The first digits, as a title block states them."""
+    return f"{whose} SHA-256 {fingerprint(files, images)[:SHOWN]} ... (how: see the readme)"

@@ -1,0 +1,337 @@
+"""A calibration for people: its page and text (its error, the unknowns and how far they were moved, every point and
+what it leaves), and what to do on the bench: the table to fill in, and words.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from functools import partial
+from html import escape
+
+import numpy as np
+
+from sitscad.assembly.places.bodies import targets
+from sitscad.assembly.places.motions import ROTATIONS
+from sitscad.assembly.places.seating import metal_free_distance
+from sitscad.basics.arrays import Array
+from sitscad.basics.units import in_mm, quantity, show
+from sitscad.calibration.calibration import Calibration
+from sitscad.calibration.misfit import UNUSUAL
+from sitscad.calibration.points import Plan, load_place, load_words, table_head
+from sitscad.calibration.unknowns import usual
+from sitscad.checks.findings import printable
+from sitscad.estimates.performance_values import SHOWN, shown_scales, unit_of
+from sitscad.files.drawing.sheet import Pen, Sheet
+from sitscad.files.drawing.svg import svg
+from sitscad.files.drawing.web_page import page, soft
+from sitscad.files.report.numbers import head_and_rows, html_table, table
+from sitscad.kernels.geometry.path import Point, circle
+from sitscad.spec.sensor import SensorSpec
+
+MOVED_HEAD = ("unknown", "found", "+-", "usual scatter", "moved by")
+
+
+def moved_rows(found: Calibration) -> Iterable[tuple[str, ...]]:
+    """Every unknown: what was found, how sure it is, its usual scatter, by how many sigma it was moved."""
+    units = {one.name: one.unit for one in found.sensors.known}
+    for name, row in found.moved.items():
+        yield (name, *(_amount(row[key], units[name]) for key in ("value", "sigma", "sigma_before")),
+               f"{row['moved_by_sigmas']:+.1f} sigma")
+
+
+def _amount(value: float, unit: str) -> str:
+    if unit == "1":
+        return f"{100.0 * value:.2g} %"
+    return f"{np.degrees(value):.2g} deg" if unit == "rad" else quantity(value, unit, 2)
+
+
+def point_rows(found: Calibration) -> tuple[list[str], list[list[str]]]:
+    """Head and rows of the measured points: load, reading, what is left, and is left by the others; none for poses."""
+    points, fit = found.points, found.fit
+    if points is None or points.loads is None or fit is None or fit.force_errors is None:
+        return [], []
+    settled, columns, axes = points.settled, found.sensors.range.columns, found.map.axes
+    read = found.map(settled.frequency, settled.rest)
+    head = ["point", *(f"{name} {SHOWN[unit_of(name)][1]}" for name in axes), *(f"read {name}" for name in axes),
+            *(f"foretold {name}" for name in axes)]
+    rows, scale = [], shown_scales(axes)
+    numbers = np.cumsum(~points.at_rest)  # as in the figure and in the plan: tares are not counted
+    for k, (load, force, alone) in enumerate(zip(points.loads[:, columns], read, fit.force_errors, strict=True)):
+        foretold = ["-"] * len(axes) if points.at_rest[k] else [f"{error:+.3f}" for error in scale * alone]
+        rows.append(["tare" if points.at_rest[k] else str(numbers[k]), *(f"{one:.3f}" for one in scale * load),
+                     *(f"{off:+.3f}" for off in scale * (force - load)), *foretold])
+    return head, rows
+
+
+def calibration_text(found: Calibration) -> str:
+    """The calibration in few lines, for a terminal."""
+    what = "Calibrated by its points" if found.fit is not None else "As drawn, after a tare: not calibrated"
+    lines = [f"{what}: {found.map.form}", *table(*head_and_rows(found.error_rows)), "", found.errors_are]
+    if found.fit is not None:
+        lines += ["", *table(MOVED_HEAD, moved_rows(found))]
+        unusual = [name for name, row in found.moved.items() if abs(row["moved_by_sigmas"]) > UNUSUAL]
+        if unusual:
+            lines += ["", f"unusual for this design: {', '.join(unusual)}"]
+    if found.plan is not None:
+        lines += ["", f"{len(found.plan.loads)} points are planned"]
+    return "\n".join([*lines, *(f"note: {note}" for note in found.notes), ""])
+
+
+def calibration_page(found: Calibration) -> bytes:
+    """The calibration as a page with a figure."""
+    name, issue = escape(printable(found.map.sensor)), found.sensors.model.spec.issue
+    parts = [
+        f"<h1>Calibration of {name}</h1>", soft(issue.words),
+        f"<p>{escape(found.map.form)}</p>",
+        html_table(*head_and_rows(found.error_rows), found.errors_are), *_measured(found), *_foretold(found),
+        *(f"<p>{escape(note)}</p>" for note in found.notes),
+    ]
+    return page(f"Calibration of {printable(found.map.sensor)}", parts).encode("utf-8")
+
+
+def _measured(found: Calibration) -> Iterable[str]:
+    """What the points say, and what is left of each."""
+    if found.fit is not None:
+        yield "<h2>What the points say of this sensor</h2>"
+        yield html_table(MOVED_HEAD, moved_rows(found), MOVED)
+    head, rows = point_rows(found)
+    if rows:
+        yield "<h2>Points</h2>"
+        yield f"<figure class='paper'>{figure(found)}<figcaption>{CAPTION}</figcaption></figure>"
+        yield html_table(head, rows, "Read: the map less the load. Foretold: the same by a fit without this point.")
+
+
+def _foretold(found: Calibration) -> Iterable[str]:
+    """The points to take."""
+    if found.plan is not None:
+        axes = found.map.axes
+        scope = found.sensors.range
+        loads = np.vstack([scope.pressed(0.0), found.plan.loads])[:, scope.columns] * shown_scales(axes)
+        rows = []
+        for k, (load, errors) in enumerate(zip(loads, found.plan.errors * shown_scales(axes), strict=True)):
+            rows.append([str(k) if k else "tare", *(f"{force:.3g}" for force in load),
+                         *(f"{error:.2g}" for error in errors)])
+        named = [f"{name} {SHOWN[unit_of(name)][1]}" for name in axes]
+        head = ["point", *named, *(f"error of {name}" for name in named)]
+        yield "<h2>The points to take</h2>"
+        yield html_table(head, rows, PLANNED)
+
+
+MOVED = f"Moved by: in sigmas of manufacture; more than {UNUSUAL:g} is unusual."
+
+PLANNED = """In the order of what they tell. The errors are those of the first table, once the points so far are
+measured."""
+
+CAPTION = "What is left of every point, a colour an axis: filled by the map, hollow as the other points foretell it."
+
+WIDTH, HEIGHT, LEFT, BOTTOM = 640.0, 260.0, 60.0, 34.0
+COLOURS = ("#0b5fa5", "#b5541c", "#2c7a3f")
+
+
+def figure(found: Calibration) -> str:
+    """What is left of every point, in per cent of full scale, over the points' numbers."""
+    points, fit = found.points, found.fit
+    assert points is not None and points.loads is not None and fit is not None and fit.force_errors is not None
+    settled, full = points.settled, found.map.full_scale
+    read = found.map(settled.frequency, settled.rest) - points.loads[:, found.sensors.range.columns]
+    parts = [100.0 * part[~points.at_rest] / full for part in (read, fit.force_errors)]
+    most = max(float(np.nanmax(np.abs(part))) for part in parts)
+    power = 10.0 ** np.floor(np.log10(most)) if most > 0.0 else 1.0
+    most = float(next(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= most * (1.0 - 1e-9)))
+    sheet = Sheet("What is left of every point", (WIDTH, HEIGHT), unit="", decimals=1)
+    middle, half = 0.5 * (HEIGHT + BOTTOM), 0.5 * (HEIGHT - BOTTOM) - 12.0
+    for share in (-1.0, -0.5, 0.0, 0.5, 1.0):
+        y = middle + share * half
+        sheet.line(LEFT, y, WIDTH - 10.0, y, Pen(1.0 if not share else 0.5, "#9aa4ad"))
+        sheet.text(LEFT - 6.0, y - 4.0, f"{share * most:+.3g} %" if share else "0", 11.0, "end")
+    step = (WIDTH - LEFT - 30.0) / max(len(parts[0]), 1)
+    for k in range(len(parts[0])):
+        x = LEFT + 15.0 + (k + 0.5) * step
+        sheet.text(x, BOTTOM - 16.0, str(k + 1), 11.0, "middle")
+        for axis, colour in enumerate(COLOURS[: len(full)]):
+            aside = (axis - 0.5 * (len(full) - 1)) * min(12.0, 0.3 * step)
+            for part, is_filled in zip(parts, (True, False), strict=True):
+                dot = circle(Point(x + aside, middle + half * float(part[k, axis]) / most), 3.5)
+                sheet.draw(dot, Pen(1.2, colour), colour if is_filled else None)
+    for axis, name in enumerate(found.map.axes):
+        sheet.text(LEFT + 15.0 + 90.0 * axis, 4.0, name, 11.0, colour=COLOURS[axis])
+    return svg(sheet)
+
+
+LOADING = {
+    "held": ("a stiff flat plate of plastic or glass presses on all of it and on nothing else (of cells, on one target",
+             "at a time), guided so that it stays parallel to the board (a linear stage, a press stand), a load cell",
+             "behind it; shear is a push on the plate, which is stuck to the target by thin double-sided tape: laid "
+             "on,",
+             "it slips where shear is much. Weights and threads do not keep it level."),
+    "free": (
+        "a weight falls off a plate that tilts, so it stands on a rod of plastic (polyamide, about 3 mm), whose lower",
+        "end is a ball of about 1 mm and touches the target's outermost face. Two holes one above the other in a guide",
+        "of plastic, which stands beside the sensor, keep the rod upright and let it slide freely. The weights lie on",
+        "a tray on its upper end, as far from the coils as metal has to be. Rod and tray count: weigh them. Turn the",
+        "rod a little after each load: what rubs in the guide is not on the target. The rod stands on the middle of",
+        "the face; threads for shear are glued there.",
+    ),
+}
+"""How loads are put on, by rotation."""
+
+MOMENTS = ("A moment is a load beside the middle: move the guide until the rod stands at the x and y of the row,",
+           "counted from the middle of the outermost face, +x and +y as below. plan.svg has all places on the",
+           "target's outline at 1:1. Print it at 100 %, measure its 20 mm, cut the outline out and stick it on.")
+"""How moments are put on."""
+
+ASIDE = 0.1e-3
+"""Distance (m) aside of all loads together of which a plan says what it adds to the errors."""
+
+
+def place_words(found: Calibration, plan: Plan) -> tuple[str, ...]:
+    """How exactly loads have to stand, and what a shift of all costs; empty if the target is held level."""
+    if found.sensors.is_held:
+        return ()
+    sigma, axes = usual("place"), found.sensors.range.axes
+    return (
+        f"Place: the rod has to stand at its place to {in_mm(sigma)} mm (one sigma; look from two sides under a",
+        f"microscope). The expected errors count that. Loads that all stand {in_mm(ASIDE)} mm aside may pass the fit",
+        f"without a remark; after all rows they add: {_errors(ASIDE / sigma * plan.shifted, axes)}",
+        f"({'N, N mm' if found.sensors.range.has_moments else 'N'}).",
+    )
+
+
+CARD_SCALE, CARD_EDGE = 5.0, 6.0
+"""Scale of a card's picture that names the places, and room (mm) round both pictures."""
+
+
+def _on_card(middle: Point, centre: Point, scale: float, point: Point) -> Point:
+    """A point (m) on a card, whose picture at a scale (mm/m) has the target's middle at a centre (mm)."""
+    return Point(centre.x + scale * (point.x - middle.x), centre.y + scale * (point.y - middle.y))
+
+
+def plan_card(found: Calibration, plan: Plan) -> bytes:
+    """An SVG in millimetres: the target's outline with all places of loads at 1:1, to be cut out, and a larger picture
+    that names the rows of each place.
+    """
+    spec, axes = found.sensors.model.spec, found.sensors.range.axes
+    plate = targets(spec)[0]
+    half, middle = [500.0 * side for side in plate.footprint.size], plate.footprint.centre
+    rows: dict[tuple[float, float], list[int]] = {}
+    for number, load in enumerate(plan.loads, start=1):
+        rows.setdefault(load_place(load), []).append(number)
+    high, wide = 2.0 * (CARD_SCALE * half[1] + CARD_EDGE), 2.0 * (CARD_SCALE + 1.0) * half[0] + 3.0 * CARD_EDGE
+    words = [f"{found.map.sensor}: print at 100 %. This line is 20 mm long.",
+             f"{', '.join(axes)}; x and y from the middle of the outermost face, seen on it"]
+    size = max(wide, 125.0), high + 16.0
+    sheet = Sheet("Places of loads", size, unit="mm", decimals=3)
+    at = Point(CARD_EDGE + half[0], size[1] - high / 2), Point(2.0 * (CARD_EDGE + half[0]) + CARD_SCALE * half[0],
+                                                              size[1] - high / 2)
+    for centre, scale in zip(at, (1.0, CARD_SCALE), strict=True):
+        sheet.draw(plate.outline().mapped(partial(_on_card, middle, centre, 1e3 * scale)), Pen(0.1))
+        for (x, y), numbers in rows.items():
+            spot, arm = Point(centre.x + 1e3 * scale * x, centre.y + 1e3 * scale * y), 0.25 * scale
+            sheet.line(spot.x - arm, spot.y, spot.x + arm, spot.y, Pen(0.03 * scale))
+            sheet.line(spot.x, spot.y - arm, spot.x, spot.y + arm, Pen(0.03 * scale))
+            if scale > 1.0:
+                sheet.text(spot.x + 0.6, spot.y + 0.6, ", ".join(map(str, numbers)), 1.8)
+    end = Point(at[1].x + CARD_SCALE * half[0], at[1].y)
+    sheet.text(end.x + 1.0, end.y - 0.8, "+x", 2.5)
+    sheet.text(at[1].x, at[1].y + CARD_SCALE * half[1] + 1.5, "+y", 2.5, "middle")
+    sheet.line(CARD_EDGE, 12.0, CARD_EDGE + 20.0, 12.0, Pen(0.1))
+    for line, word in enumerate(words):
+        sheet.text(CARD_EDGE, 8.0 - 4.0 * line, word, 2.5)
+    return svg(sheet).encode("utf-8")
+
+
+def directions(axes: Sequence[str]) -> tuple[str, ...]:
+    """Which way forces are counted: the normal one, and shear if it is told."""
+    normal = "Normal forces count towards the board."
+    if len(axes) == 1:
+        return (normal,)
+    return (
+        f"{normal} +x runs in the board's plane from the middle of the body to the tail",
+        "(to the contacts, if there is none). +y is to its left, seen on the face with the coils: with +x to the",
+        "right it points up. A load is the force on the target, not the one that the target holds against it.",
+    )
+
+
+def held_by(spec: SensorSpec) -> tuple[str, ...]:
+    """What the sensor is held by while it is loaded: by what carries the forces in use, and with its metal."""
+    mount = spec.mount
+    if mount is None:
+        return (
+            "Hold the sensor as it is used. If nothing holds it yet, stick the board's whole body flat on a stiff",
+            "plate that is no metal (10 mm of plastic or glass): metal behind the coils is read.",
+        )
+    if mount.jaw is not None or mount.kind == "grasper-pad":
+        return (
+            "Hold the sensor by its jaw, glued in as in use: clamp the jaw's metal behind the tail's fixing in a vice,",
+            "its face level. Open the other jaw: no figure counts its metal. After the last row let it come as near as",
+            "in use, touching nothing: the force that is then read is an error in use.",
+        )
+    what = {"bench-plate": "Screw the plate down by all its holes,",
+            "fingertip": "Slip the cap on its finger, tighten both screws, and clamp the finger,"}
+    return (
+        f"{what.get(mount.kind, 'Fasten your mount as in use,')} so that nothing gives way but the pad. Metal near the",
+        "coils stays where it is in use. No other metal, load cell and stage included, comes nearer to them than",
+        f"{in_mm(metal_free_distance(spec.coil), 1)} mm. Lead the tail away without a pull.",
+        *(() if mount.metal_behind is None else (
+            f"The {mount.metal_behind.material.name} behind the board has to be there: "
+            f"{show(mount.metal_behind.distance, 'm')} away, and the glue.",)),
+    )
+
+
+def plan_table(found: Calibration, plan: Plan) -> bytes:
+    """The loads as the CSV that `sitscad calibrate` reads when filled in; its first line says how they are put on."""
+    sensors = found.sensors
+    scale = shown_scales(sensors.range.axes)
+    rows = [[f"{force:.4g}" for force in scale * load[sensors.range.columns]] + [""] * len(sensors.coils)
+            for load in plan.rows]
+    return ("\n".join([*table_head(sensors), *map(",".join, rows)]) + "\n").encode("ascii")
+
+
+def plan_words(found: Calibration, plan: Plan) -> bytes:
+    """What to do, and what each point buys."""
+    issue = found.sensors.model.spec.issue
+    scope, readings = found.sensors.range, int(usual("readings"))
+    rotation, device = found.sensors.rotation, found.sensors.conversion.device
+    made = f": {device.part}_COUNTS of results, firmware/{device.name}_config.h" if device.has_gains else ""
+    (other,) = (one for one in ROTATIONS if one != rotation)
+    of, units = "" if found.cell is None else f" --cell {found.cell}", "N, N mm" if scope.has_moments else "N"
+    lines = [
+        f"Calibration of the sensor {found.map.sensor}", *([f"{issue.title}."] if issue.rows else []), "",
+        "1. Let board and converter run for ten minutes, and load the sensor fully and unload it five to ten times:",
+        "   raw readings drift after start, and silicones soften on the first pulls.",
+        "2. Fill in plan.csv: for every row put the load on, wait ten seconds, write down the mean of",
+        f"   {readings} readings (counts{made}) of every coil. The target is {ROTATIONS[rotation]}:",
+        *(f"   {line}" for line in (*LOADING[rotation], *(MOMENTS if scope.has_moments else ()))),
+        *(f"   {line}" for line in place_words(found, plan)),
+        *(f"   {line}" for line in (*directions(scope.axes), *held_by(found.sensors.model.spec))),
+        "   `sitscad read SOURCE --design SPEC --log FOLDER` writes the readings of a board that runs firmware/ to",
+        "   FOLDER/readings.csv. Frequencies may be filled in, too: in Hz, in columns C1_Hz, C2_Hz, ... in place of",
+        "   counts.",
+        *([] if scope.has_moments else [
+            "   The first line of plan.csv, `# rotation:`, says whether the target is held level or free to tilt:",
+            "   `sitscad calibrate` fits the map for that, and warns if the readings look like the other."]),
+        "3. Rows of zeros are tares, without load: the first, one in the middle, one at the end, and more between as",
+        "   often as you like. Every row goes with the tare before it, so drift is taken out; three and more tell what",
+        "   noise the readings have.",
+        f"4. `sitscad calibrate SPEC plan.csv{of}` fits the sensor, and writes calibration.h and calibration.json. The",
+        f"   map is that of a target which is {ROTATIONS[rotation]} in use, too" + (
+            "." if scope.has_moments else f"; for one that is {ROTATIONS[other]}"),
+        *([] if scope.has_moments else [f"   `sitscad calibrate SPEC --rotation {other}{of}` makes the plan."]), "",
+        "Loads may be left out from the end, and others added: they stand in the order of what they tell. Expected",
+        "is one sigma of the force from unit to unit once the rows so far are measured, over all loads, for pads",
+        "about as stiff as drawn (with a much softer one a unit is off by more, as its own calibration says); noise,",
+        "hysteresis, creep and temperature come on top.", "", 
+        f"{'row':>3}  {'load':<48}  {f'expected error ({units})':<30}",
+        f"{'':>3}  {'not even the tare':<48}  {_errors(plan.untared, scope.axes):<30}".rstrip(),
+        f"{'':>3}  {'the tare alone, not calibrated':<48}  {_errors(plan.errors[0], scope.axes):<30}".rstrip(),
+    ]
+    for number, (load, error) in enumerate(zip(plan.loads, plan.errors[1:], strict=True), start=1):
+        words = load_words(load, scope.axes, rotation)
+        lines.append(f"{number:>3}  {words:<48}  {_errors(error, scope.axes):<30}".rstrip())
+    weighed = [] if found.sensors.is_held else ["Weights by g = 9.80665 m/s^2."]
+    lines += ["", *weighed, *(f"Note: {note}." for note in found.notes), ""]
+    return "\n".join(lines).encode("ascii", "replace")
+
+
+def _errors(errors: Array, axes: Sequence[str]) -> str:
+    return ", ".join(f"{name} {error:.2g}" for name, error in zip(axes, shown_scales(axes) * errors, strict=True))

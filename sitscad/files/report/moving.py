@@ -1,0 +1,240 @@
+"""Moving parts of pages, as plain values for their scripts: the assembly in 3-D, the pushed sensor, bars of a board."""
+
+from __future__ import annotations
+
+import base64
+import json
+import math
+import struct
+from collections.abc import Mapping, Sequence
+from html import escape
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.assembly.places import bodies
+from sitscad.assembly.places.fit import hinge_pivot
+from sitscad.calibration.inverse_map import BEYOND, LEAST
+from sitscad.calibration.unknowns import usual
+from sitscad.estimates import Estimates
+from sitscad.estimates.circuits.bands import STATUS, bands
+from sitscad.estimates.circuits.settings import devices, identity, serial_settings
+from sitscad.estimates.performance_values import AXIS_WORDS, MOMENTS
+from sitscad.files.drawing.frame import FORCED
+from sitscad.files.drawing.pictures.board import coil_extent
+from sitscad.files.drawing.web_page import page, part
+from sitscad.layout.board import Layout
+from sitscad.spec.places import map_columns
+from sitscad.spec.sensor import SensorSpec
+
+Document = Mapping[str, Any]
+
+SCRIPTS = ("solids.js", "pushed.js", "page.js")  # The page's scripts in the order in which they are run
+
+
+def scripts() -> str:
+    """All scripts of the page as one text."""
+    folder = files("sitscad.files.report") / "assets"
+    return "\n".join((folder / name).read_text(encoding="utf-8") for name in SCRIPTS)
+
+
+def embedded(name: str, document: Document) -> str:
+    """A document within the page, for its scripts: nothing in it ends the element."""
+    text = json.dumps(document, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+    return f'<script type="application/json" id="{name}">{text}</script>'
+
+
+OPENING = ("opposing-jaw", "opposing-pad")  # The pieces that turn about the hinge when the jaws open
+
+TOGETHER = {"board": "board", "tail": "board", "copper": "copper", "glue": "glue"}
+"""What is shown and hidden together, by how names begin: the board's films, its copper, the glue."""
+
+MM = 1e3
+
+
+def solids_document(glb: bytes, layout: Layout) -> dict[str, Any]:
+    """The assembly of ``mount/assembly.glb``: corners as 16-bit parts of its box (mm, the board's axes), each once, the
+    triangles' corners by number, and of every piece where its own begin; the hinge's pivot where the jaw has one.
+    """
+    (length,) = struct.unpack_from("<I", glb, 12)
+    scene, body = json.loads(glb[20 : 20 + length]), glb[28 + length :]
+
+    def array(number: int, kind: str, width: int) -> NDArray[Any]:
+        accessor = scene["accessors"][number]
+        start = scene["bufferViews"][accessor["bufferView"]].get("byteOffset", 0) + accessor.get("byteOffset", 0)
+        return np.frombuffer(body, kind, accessor["count"] * width, start).reshape(-1, width)
+
+    meshes = []
+    for node in scene["nodes"]:
+        if "mesh" not in node:
+            continue
+        (one,) = scene["meshes"][node["mesh"]]["primitives"]
+        x, up, back = MM * array(one["attributes"]["POSITION"], "<f4", 3).astype(float).T
+        meshes.append((node["name"], scene["materials"][one["material"]], np.stack([x, -back, up], axis=1),
+                       array(one["indices"], "<u4", 1)[:, 0]))
+    low = np.min([points.min(axis=0) for _, _, points, _ in meshes], axis=0)
+    high = np.max([points.max(axis=0) for _, _, points, _ in meshes], axis=0)
+    step = np.maximum(high - low, 1e-6) / (2**16 - 1)
+    parts, places, corners, first, start = [], [], [], 0, 0
+    for name, material, points, triangles in meshes:
+        known, which = np.unique(np.rint((points - low) / step).astype("<u2"), axis=0, return_inverse=True)
+        *colour, alpha = material["pbrMetallicRoughness"]["baseColorFactor"]
+        parts.append({
+            "name": name, "group": TOGETHER.get(name.partition("-")[0], name),
+            "colour": [round(value, 4) for value in colour], "alpha": round(alpha, 3),
+            "first": first, "start": start, "count": len(triangles),
+            "low": round(float(points[:, 2].min()), 4), "opens": name in OPENING,
+        })
+        places.append(known)
+        corners.append(which.reshape(-1)[triangles].astype("<u2"))
+        first, start = first + len(known), start + len(triangles)
+    # The pivot (mm; x, z) and how far the jaws open (rad); None where the jaw's hinge is not known
+    jaw, pivot, hinge = layout.spec.jaw, hinge_pivot(layout), None
+    if jaw is not None and pivot is not None and jaw.opening:
+        hinge = {"pivot": [round(MM * value, 6) for value in pivot], "angle": jaw.opening}
+    return {
+        "parts": parts, "box": [low.round(6).tolist(), high.round(6).tolist()], "step": step.tolist(),
+        "places": base64.b64encode(np.concatenate(places).tobytes()).decode("ascii"),
+        "corners": base64.b64encode(np.concatenate(corners).tobytes()).decode("ascii"), "hinge": hinge,
+    }
+
+
+def pushed_document(
+    layout: Layout, estimates: Estimates, sheet: Document, calibration: Document | None
+) -> dict[str, Any] | None:
+    """The table of `sitscad.estimates.response.table` as ``datasheet.json`` has it, the map of ``calibration.json``,
+    how the converter counts, and the shapes (mm) of a section along x and one along y; None without a table.
+    """
+    table, conversion = sheet.get("pushed"), estimates.readout.conversion
+    spec = layout.spec
+    pad, target = bodies.elastomer(spec), bodies.target(spec)
+    if table is None or conversion is None or pad is None or target is None:
+        return None
+    plates = [body.footprint.box for body in (pad, target)]
+    coils = [coil_extent(spec.coil, coil) for coil in layout.coils]
+    axes = [
+        {
+            "board": _span([layout.body], k), "pad": _span(plates[:1], k), "target": _span(plates[1:], k),
+            "coils": [_span([coil], k) for coil in coils], "middle": sum(_span(plates[1:], k)) / 2,
+        }
+        for k in (0, 1)
+    ]
+    known = None if calibration is None else calibration["map"] | {"least": LEAST, "beyond": BEYOND}
+    return {
+        "table": table, "map": known,
+        "conversion": {"counts_per_Hz": float(conversion.counts(np.array(1.0))), "step": 2**conversion.shift,
+                       "offsets": list(conversion.offsets)},
+        "shape": {"axes": axes, "pad_mm": MM * spec.elastomer.thickness if spec.elastomer else math.nan,
+                  "target_mm": MM * target.thickness},
+    }
+
+
+def _span(boxes: list[tuple[float, float, float, float]], axis: int) -> list[float]:
+    """The first and the last place (mm) that boxes (m: x0, y0, x1, y1) reach along an axis."""
+    low, high = min(box[axis] for box in boxes), max(box[2 + axis] for box in boxes)
+    return [round(MM * low, 4), round(MM * high, 4)]
+
+
+STYLE = (
+    "<style>.swing{position:relative;min-width:12rem;height:1.1rem;background:var(--code);border-radius:.25rem}"
+    ".swing i{position:absolute;top:0;bottom:0;background:var(--note)}.swing.full i{background:var(--error)}"
+    ".swing::after{content:'';position:absolute;left:50%;top:0;bottom:0;border-left:1px solid var(--soft)}</style>"
+)
+
+BAR = (
+    '<button type="button" data-do="connect">connect</button><button type="button" data-do="tare">tare: nothing is on '
+    'it</button><label>baud <input data-in="baud" value="{}" size="7" inputmode="numeric"></label>'
+)
+
+
+def live_page(
+    spec: SensorSpec, estimates: Estimates, calibrations: Sequence[Document] = (), served: bool = False,
+    forced: bool = False,
+) -> bytes:
+    """The page of one sensor: forces by the map in the document of a calibration, where there is one, of each of its
+    cells by the cell's own. From a disk it reads a serial port, `served` the events of a server; of a `forced` package
+    it says so. Raises ValueError where the sensor cannot be read, and for maps of others.
+    """
+    known = []
+    for one in (one.get("map", one) for one in calibrations):
+        own, prefix = map_columns(spec, one["coils"])  # the places of its coils among all, what stands before its axes
+        known.append({**one, "least": LEAST, "beyond": BEYOND, "columns": own, "prefix": prefix})
+    document = _document(spec, estimates, known) | {"source": "events" if served else "serial"}
+    names = [coil["name"] for coil in document["coils"]]
+    baud = serial_settings(spec, estimates.readout.scan_rate).baud
+    bar = "" if served else BAR.format(baud)
+    if not served and known:
+        bar += '<label>calibration.json <input type="file" accept=".json" data-in="calibration"></label>'
+    warning = f"<p class='banner'>{escape(FORCED)}.</p>" if forced else ""
+    folder = files("sitscad.files.report") / "assets"
+    scripts = "\n".join((folder / name).read_text(encoding="utf-8") for name in ("pushed.js", "readings.js"))
+    parts = [
+        f"{STYLE}<header><h1>{escape(spec.name)}, live</h1><p class='signal' data-out='said' role='status'></p>"
+        f"<p class='soft' data-out='lines'></p></header>{warning}<div class='bar'>{bar}</div>",
+        part("Forces", _forces(known, all(one.get("is_calibrated") for one in calibrations))),
+        part("Coils", _table(
+            ("coil", "state", "counts", "Hz", "change, Hz", "change"),
+            [(name, *(f"{what}.{name}" for what in ("status", "counts", "frequency_Hz", "change_Hz", "bar")))
+             for name in names],
+        )),
+        embedded("readings-data", document), f"<script>{scripts}</script>",
+    ]
+    return page(f"{spec.name}, live", parts).encode("utf-8")
+
+
+def _document(spec: SensorSpec, estimates: Estimates, known: Sequence[Document]) -> dict[str, Any]:
+    """What the page's script reads: by what lines are known, how counts become Hz, the coils, the maps."""
+    conversion, found = estimates.readout.conversion, bands(estimates, usual("coil_inductance"))
+    if conversion is None:
+        raise ValueError(f"{spec.name} has no converter that is set")
+    per_hz = 2.0**conversion.device.count_bits / conversion.full_scale
+    coils = [
+        {
+            "name": one.coil, "rest": round(one.assembled.design * per_hz),
+            "span": max(round((one.working.high - one.assembled.high) * per_hz), 1),
+        }
+        for one in found
+    ]
+    name = identity(spec.name, devices(spec.readout, estimates))
+    return {
+        "name": spec.name, "id": f"{name:08X}", "hz_per_count": 1.0 / per_hz, "status": list(STATUS), "coils": coils,
+        "maps": known,
+    }
+
+
+def _forces(known: Sequence[Document], is_calibrated: bool) -> str:
+    if not known:
+        return "<p>There is no map to newtons: this sensor has no target on a pad, or no calibration was given.</p>"
+    by = (
+        "Forces by the calibration of this sensor." if is_calibrated else
+        "Forces by the map of the sensor as it is drawn: calibrate yours, and give its calibration.json."
+    )
+    axes = [(one["prefix"], axis, error) for one in known
+            for axis, error in zip(one["axes"], one["error"], strict=True)]
+    rows = [(f"{prefix.replace('.', ' ')}{AXIS_WORDS[axis]}{', N mm' if axis in MOMENTS else ''}",
+             *(f"{what}.{prefix}{axis}" for what in ("force_N", "sigma_N", "bar"))) for prefix, axis, _ in axes]
+    table = _table(("axis", "N", "+- N, over all loads", "of full scale"), rows)
+    for prefix, axis, error in axes:
+        name = f'data-out="sigma_N.{escape(prefix)}{axis}">'
+        table = table.replace(name, f"{name}{1e3 * error if axis in MOMENTS else error:.2g}")
+    return f"{table}<p class='warned' data-out='range'></p><p class='soft' data-out='map'>{by}</p>"
+
+
+def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
+    """A table whose cells are filled by the script: the first of a row is its name, the others are names of cells."""
+    def cell(name: str) -> str:
+        if name.startswith("bar."):
+            return f'<td><div class="swing"><i data-out="{escape(name)}"></i></div></td>'
+        return f'<td class="number" data-out="{escape(name)}"></td>'
+
+    body = "".join(
+        f'<tr><th scope="row">{escape(first)}</th>{"".join(map(cell, names))}</tr>' for first, *names in rows
+    )
+    names = ("", *rows[0][1:])
+    heading = "".join(
+        f"<th{'' if not name or name.startswith('bar.') else ' class=number'}>{escape(word)}</th>"
+        for word, name in zip(head, names, strict=True)
+    )
+    return f"<div class='scroll'><table><thead><tr>{heading}</tr></thead><tbody>{body}</tbody></table></div>"

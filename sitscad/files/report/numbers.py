@@ -1,0 +1,335 @@
+"""An estimate as text for a person and as JSON for a program. A new format is one function and one row of the table."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sitscad.assembly.places.state import FREE, titled
+from sitscad.basics.quantities import (
+    AT_FREQUENCY,
+    BARE_TANK,
+    COIL,
+    COMPRESSION,
+    COMPUTED_WITHIN,
+    LONE_TIMES,
+    METERED,
+    OTHERS,
+    READOUT,
+    SCAN_TIMES,
+    STEPS,
+    TANK,
+    Quantity,
+    Table,
+    by_quantity,
+    by_result,
+    percent,
+    plus_minus,
+)
+from sitscad.basics.units import NONE, quantity, show
+from sitscad.basics.version import __version__
+from sitscad.checks.findings import CheckedSpec, OutputOptions, finding_json, printable, styled, to_json
+from sitscad.checks.findings import as_text as as_findings
+from sitscad.checks.findings.measures import OTHERS_MEANING, OTHERS_TITLE, signal_table
+
+if TYPE_CHECKING:
+    from sitscad.estimates import Estimates
+    from sitscad.estimates.performance.tables import PerformanceReport
+    from sitscad.estimates.states.at_frequency import CoilAtFrequency
+    from sitscad.estimates.values import StateEstimate
+
+
+def as_text(
+    path: str, estimates: Estimates | None, checked: CheckedSpec, colour: bool = False,
+    felt: PerformanceReport | None = None, cells: Mapping[str, Any] | None = None, at: Sequence[CoilAtFrequency] = (),
+) -> str:
+    """Tables of coils, states and readout settings, then the cross-checks and what the numbers leave out."""
+    if estimates is None:
+        why = styled(f"{printable(path)} could not be read, so nothing was estimated", "red", colour)
+        return f"{as_findings([checked], OutputOptions(colour))}{why}\n"
+    first, *others = estimate_tables(estimates)
+    by_cell = Table(*head_and_rows(cells["in_words"]), CELLS_TITLE) if cells else Table((), ())
+    tables = [first, by_result(at, AT_FREQUENCY, AT_TITLE), *others, by_cell]
+    last = [readout_table(estimates), *stack_tables(estimates), cross_check_table(estimates)]
+    blocks = [
+        styled(printable(path), "bold", colour),
+        styled(printable(estimates.incomplete), "red", colour) if estimates.incomplete else "",
+        *(table_text(each, colour) for each in tables), *performance_blocks(felt, colour),
+        *(table_text(each, colour) for each in last),
+        *(f"note: {printable(str(note))}" for note in estimates.notes if note != estimates.incomplete),
+    ]
+    return "\n\n".join(block for block in blocks if block) + "\n"
+
+
+def as_json(
+    path: str, estimates: Estimates | None, checked: CheckedSpec, colour: bool = False,
+    felt: PerformanceReport | None = None, cells: Mapping[str, Any] | None = None, at: Sequence[CoilAtFrequency] = (),
+) -> str:
+    """Return the JSON document of ``estimate``.
+
+    It has ``at_frequency``, ``performance`` and the performance of `cells` if the options ask for them. For an
+    unreadable spec it has no coils, and ``findings`` give the reason.
+    """
+    if estimates is None:
+        findings = [finding_json(finding) for finding in checked.findings]
+        nothing = {"sitscad": __version__, "spec": path, "coils": [], "inductance_matrix_H": []}
+        return to_json(nothing | {"findings": findings})
+    asked: dict[str, Any] = {} if felt is None else {"performance": felt.documents()}
+    asked |= {"cells": cells} if cells else {}
+    asked |= {"at_frequency": [coil.document() for coil in at]} if at else {}
+    return to_json({**estimates.as_json(path), **asked})
+
+
+CELLS_TITLE = "Cell by cell: below, each figure of what the sensor feels is that of the worst cell of those solved"
+
+
+Shown = Callable[
+    [str, "Estimates | None", CheckedSpec, bool, "PerformanceReport | None", "Mapping[str, Any] | None",
+     "Sequence[CoilAtFrequency]"], str
+]
+
+ESTIMATE_FORMATS: Mapping[str, Shown] = {"text": as_text, "json": as_json}
+"""Output formats of ``estimate``. Each function takes the path as typed, the estimate (None if the spec is unreadable),
+findings, whether to use colour, the performance (None without --performance), the performance of
+each cell, and the coils at the frequencies of --at."""
+
+
+def estimate_tables(estimates: Estimates) -> list[Table]:
+    """Return all tables of coils and states, for texts and pages, in their order."""
+    from sitscad.estimates.signal import signals  # loads nothing that the estimates have not loaded
+
+    return [
+        signal_table(signals(estimates), estimates), state_table(estimates), coil_table(estimates),
+        part_table(estimates),
+        _by_state(estimates, "What the converter resolves", STEPS, "quantum"),
+        other_table(estimates), spread_table(estimates), matrix_table(estimates),
+    ]
+
+
+def coil_table(estimates: Estimates) -> Table:
+    """Return each quantity of the coils with one value a coil."""
+    rows = by_quantity(estimates.coils, COIL)
+    changes = [coil.resistance_change for coil in estimates.coils]
+    if any(changes):
+        either = [" (either sign)" if c and c[1] > abs(c[0]) else "" for c in changes]
+        words = [plus_minus(*c, "ohm") + more if c else NONE for c, more in zip(changes, either, strict=True)]
+        rows.append([RESISTANCE_CHANGE, *words])
+    return Table(["", *(coil.name for coil in estimates.coils)], rows, f"Coils, at {estimates.temperature:g} C")
+
+
+RESISTANCE_CHANGE = "resistance at the contacts, change from rest to pressed"
+
+
+PARTS_TITLE = "What the terminal inductance is made of (the coil alone, at its sensor frequency)"
+
+PART_WORDS = {
+    "winding": "winding, direct current spread evenly over its tracks",
+    "bends": "direct current cuts corners (runs inside bends): change",
+    "stubs": "stubs at the layers' ends",
+    "leads": "leads on the body, down to their lane in the tail",
+    "tail": "tail, to the contacts",
+    "coupling": "coupling of stubs, leads and tail with the winding",
+    "vias": "vias",
+    "crowding": "current crowds at that frequency (skin, proximity)",
+}
+"""What the parts of the terminal inductance are called."""
+
+
+def part_table(estimates: Estimates) -> Table:
+    """Return the parts of the terminal inductance, all in nanohenries and rounded alike, their sum and frequency."""
+    names = [name for name in PART_WORDS if any(name in coil.inductance_parts for coil in estimates.coils)]
+    largest = max((abs(coil.winding_inductance) for coil in estimates.coils), default=0.0)
+    places = max(2, 4 - math.floor(math.log10(largest * 1e9))) if largest > 0.0 else 2
+
+    def nanohenries(value: float | None) -> str:
+        return f"{value * 1e9:.{places}f} nH" if value is not None and math.isfinite(value) else NONE
+
+    rows = [[PART_WORDS[n], *(nanohenries(c.inductance_parts.get(n)) for c in estimates.coils)] for n in names]
+    frequencies = [quantity(coil.sensor_frequency, "Hz") for coil in estimates.coils]
+    sums = [nanohenries(coil.terminal_inductance) for coil in estimates.coils]
+    rows = [["sensor frequency", *frequencies], *rows, ["sum: terminal inductance at that frequency", *sums]]
+    return Table(["", *(coil.name for coil in estimates.coils)], rows if names else [], PARTS_TITLE)
+
+
+def _by_state(
+    estimates: Estimates, title: str, quantities: Sequence[Quantity], needed: str,
+    text: Callable[[Quantity, StateEstimate], str] = Quantity.plain,
+) -> Table:
+    """Return one row a coil and state, of states that have the field `needed`."""
+    rows = [[coil.name, titled(state.state), *(text(each, state) for each in quantities)]
+            for coil in estimates.coils for state in coil.states.values() if getattr(state, needed) is not None]
+    return Table(("coil", "state", *(each.label for each in quantities)), rows, title)
+
+
+AT_TITLE = "Coil alone at a frequency, no metal near: first the winding without leads, then between the contacts"
+
+
+def state_table(estimates: Estimates) -> Table:
+    """Return the tank at the contacts in every state."""
+    return _by_state(estimates, "At the contacts, leads included: what rules and limits judge",
+                     (*TANK, COMPUTED_WITHIN), "state")
+
+
+def other_table(estimates: Estimates) -> Table:
+    """Return inductances in every state as a meter and the firmware's formula see them."""
+    found = _by_state(estimates, OTHERS_TITLE, OTHERS, "quantum")
+    changes = ((coil.name, coil.converter_sensitivity(estimates.normal_force)) for coil in estimates.coils)
+    moved = [[name, "per newton", NONE, plus_minus(*change, "H", "/N")] for name, change in changes if change]
+    return found._replace(rows=[*found.rows, *moved], notes=OTHERS_MEANING)
+
+
+def spread_table(estimates: Estimates) -> Table:
+    """Return one sigma of every state's numbers by manufacture, relative, and the largest cause for Rp."""
+    def share(each: Quantity, state: StateEstimate) -> str:
+        sigma, value = each.deviation(state), each.value(state)
+        return percent(sigma / value) if sigma is not None and value else NONE
+
+    found = _by_state(estimates, "Scatter of manufacture, one sigma", [each for each in TANK if each.sigma], "spread",
+                      share)
+    spreads = [state.spread for coil in estimates.coils for state in coil.states.values() if state.spread is not None]
+    causes = [spread.causes.get("parallel_resistance", NONE) for spread in spreads]
+    rows = [[*row, cause] for row, cause in zip(found.rows, causes, strict=True)]
+    return found._replace(head=(*found.head, "Rp mostly by"), rows=rows)
+
+
+def matrix_table(estimates: Estimates) -> Table:
+    """Return the inductance matrix, one row a coil. Empty for one coil."""
+    names = [coil.name for coil in estimates.coils]
+    matrix = np.array(estimates.inductance_matrix)
+    if len(names) < 2:
+        return Table((), ())
+    errors, mutual = np.array(estimates.inductance_matrix_error), ~np.eye(len(names), dtype=bool) & (matrix != 0.0)
+    largest = np.max(errors[mutual] / np.abs(matrix[mutual]), initial=0.0) if errors.size else 0.0
+    rows = [[name, *(quantity(float(value), "H") for value in row)] for name, row in zip(names, matrix, strict=True)]
+    note = [f"mutual ones to {largest:.1g} of their value, at most"] if largest else []
+    return Table(["", *names], rows, "Inductance matrix of the windings", note)
+
+
+def readout_table(estimates: Estimates) -> Table:
+    """Return the settings of the converter, with the reason for the capacitor."""
+    r = estimates.readout
+    least = show(r.device.limit("amplitude_optimum_min"), "V")
+    codes = ", ".join(f"{coil.name} {code}" for coil, code in zip(estimates.coils, r.drive_codes, strict=False))
+    rows = [
+        *by_quantity([r], (*READOUT, *(LONE_TIMES if len(estimates.coils) == 1 else SCAN_TIMES))),
+        ["clock f_CLK", quantity(r.reference_frequency * r.reference_divider, "Hz")],
+        ["fastest clock of I2C", r.device.serial_clock_in_words],
+    ]
+    if r.drive_codes:
+        rows.append(["a code for every channel", f"{codes}: one for all leaves a coil below {least}"])
+    if r.result_in_words:
+        rows.append(["result", f"{r.result_in_words}, OFFSETx {', '.join(map(str, r.offsets))}"])
+    return Table(("setting", "value"), rows, f"Readout ({r.device.part})")
+
+
+def stack_tables(estimates: Estimates) -> list[Table]:
+    """Return the gaps by their names, and what the required force does to the elastomer."""
+    sigmas = estimates.gap_sigmas
+    gaps = [[titled(name), plus_minus(gap, sigmas.get(name), "m", digits=4)] for name, gap in estimates.gaps.items()]
+    pressed = by_quantity([estimates], COMPRESSION)
+    if estimates.compression_scatter is not None and pressed:
+        pressed.append(["one sigma of the strain mostly by", estimates.compression_scatter.cause])
+    if pressed:
+        pressed.append(["against finite elements", LAW_HELD])
+    return [Table(["gap", ""], gaps, "Gaps, +- one sigma"),
+            Table(["", ""], pressed, "Elastomer under the required force, +- one sigma")]
+
+
+LAW_HELD = "one sigma of 2.5 % where the law was held against them, 5 % beyond"
+
+
+def incoming_tables(bench: Estimates) -> list[Table]:
+    """Return what a usual meter and a meter at the tank's frequency read of each coil of the bare board."""
+    free = [(coil.name, coil.states[FREE]) for coil in bench.coils if FREE in coil.states]
+    rows = [[name, *(each.text(state) for each in BARE_TANK)] for name, state in free]
+    return [
+        by_result(bench.metered, METERED, "The bare board when it comes, at 20 degC, far from metal: between a coil's "
+                  "contacts, +- one sigma"),
+        Table(["coil", *(each.label for each in BARE_TANK)], rows if bench.metered else [],
+              "The same at the frequency of its tank"),
+    ]
+
+
+CROSS_TITLE = "Cross-checks: closed formulas beside the estimate"
+
+
+def cross_check_table(estimates: Estimates) -> Table:
+    """Return the closed formulas beside the estimate, each with its range of validity."""
+    head = ("coil", "formula", "inductance", "against ours", "in its range", "range")
+    rows = [
+        [check.coil, check.method, quantity(check.inductance, "H"),
+         f"{100.0 * check.deviation:+.1f} %" if math.isfinite(check.deviation) else NONE,
+         "yes" if check.is_valid else "no", check.validity]
+        for check in estimates.cross_checks
+    ]
+    if estimates.no_cross_check:
+        rows = [[NONE, "none", NONE, NONE, NONE, estimates.no_cross_check]]
+    return Table(head, rows, CROSS_TITLE)
+
+
+def head_and_rows(lines: Sequence[Sequence[str]]) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
+    """The head of a table, which is the first of its lines, and its rows; both empty where there are no lines."""
+    return (lines[0], lines[1:]) if lines else ((), ())
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
+    """Lines of aligned columns, numbers to the right and words to the left; none without rows."""
+    body = [[printable(str(cell)) for cell in row] for row in rows]
+    if not body:
+        return []
+    cells = [list(head), *body] if head else body
+    widths = [max(len(row[i]) for row in cells) for i in range(len(cells[0]))]
+    aligned = [">" if is_number else "<" for is_number in number_columns(body)]
+    pairs = list(zip(aligned, widths, strict=True))
+    lines = ([f"{cell:{side}{width}}" for cell, (side, width) in zip(row, pairs, strict=True)] for row in cells)
+    return ["  ".join(line).rstrip() for line in lines]
+
+
+def html_table(head: Sequence[str], rows: Iterable[Sequence[str]], caption: str = "") -> str:
+    """Return the table for a page. Empty without rows."""
+    from sitscad.files.drawing import web_page  # text needs none of it
+
+    lines = [[str(cell) for cell in row] for row in rows]
+    return web_page.table(head, lines, number_columns(lines), caption)
+
+
+def page_tables(tables: Iterable[Table]) -> str:
+    """Return tables for a page, the notes of each below it."""
+    from sitscad.files.drawing.web_page import bullets
+
+    return "".join(html_table(each.head, each.rows, each.title) + bullets(each.notes) for each in tables if each.rows)
+
+
+def number_columns(rows: Sequence[Sequence[str]]) -> list[bool]:
+    """Whether all cells of a column are numbers or dashes, for every column."""
+    return [all(cell[:1] in _NUMERIC for cell in column) for column in zip(*rows, strict=True)]
+
+
+_NUMERIC = frozenset("0123456789+-")
+
+
+def table_text(found: Table, colour: bool = False) -> str:
+    """Return a table under its title, its notes below it. Empty if it has no rows."""
+    head = found.head if any(found.head) else ()
+    lines = [*table(head, found.rows), *found.notes] if found.rows else []
+    title = [styled(found.title, "bold", colour)] if found.title else []
+    return "\n".join([*title, *(f"  {line}" for line in lines)]) if lines else ""
+
+
+def performance_blocks(report: PerformanceReport | None, colour: bool) -> list[str]:
+    """Return what the sensor feels as blocks of text: its tables, then its notes. Empty without a target."""
+    if report is None or not report.points:
+        return []
+    first, *others = report.tables()
+    first = first._replace(title=PERFORMANCE_TITLE)
+    return [*(table_text(each, colour) for each in (first, *others)),
+            "\n".join(f"note: {note}" for note in report.points[-1].notes)]
+
+
+PERFORMANCE_TITLE = "What the sensor feels, after a tare at rest; errors are one sigma"
+
+
+Document = Mapping[str, Any]

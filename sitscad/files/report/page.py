@@ -1,0 +1,432 @@
+"""The page that a person reads: one self-contained HTML file with the verdict, the pictures and every number."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from html import escape
+from typing import TYPE_CHECKING, Any
+
+from sitscad.assembly.places.bodies import (
+    MOUNT_PIECES,
+    above_board,
+    board_heights,
+    film_thickness,
+    seat_heights,
+    shield_heights,
+    top_height,
+)
+from sitscad.assembly.places.state import FREE, in_words
+from sitscad.basics.finding import Finding, Severity
+from sitscad.basics.quantities import Table
+from sitscad.basics.record import record
+from sitscad.basics.units import NONE, counted, quantity, show
+from sitscad.checks.findings import CheckedSpec, by_weight, excerpt, measures, numbered_places
+from sitscad.files.drawing.sheet import Pen, Sheet
+from sitscad.files.drawing.svg import svg
+from sitscad.files.drawing.web_page import bullets, figure, page, part, soft
+from sitscad.files.report import numbers
+from sitscad.files.report.moving import embedded, scripts
+from sitscad.files.report.numbers import Document
+from sitscad.files.report.numbers import html_table as _table
+from sitscad.kernels.geometry.path import Point, polyline, rectangle
+from sitscad.spec.circuit import LayerKind
+from sitscad.spec.places import cell_specs
+from sitscad.spec.presets import is_rigid, metal_colour, unverified_figures
+from sitscad.spec.sensor import SensorSpec
+
+if TYPE_CHECKING:
+    from sitscad.estimates import Estimates
+
+ORDER = (Severity.ERROR, Severity.WARNING, Severity.NOTE)
+FORCED = "This package was built with --force in spite of errors. It is known not to meet its own checks."
+REFUSED = "This design does not meet its own checks: sitscad build refuses it."
+
+
+def render(
+    checked: CheckedSpec, spec: SensorSpec, estimates: Estimates, pictures: Mapping[str, str], files: Mapping[str, int],
+    wiring: Sequence[Sequence[str]] = (), felt: Document | None = None, bench: Estimates | None = None,
+    moving: Mapping[str, Mapping[str, Any]] | None = None, is_built: bool = True,
+) -> str:
+    """The page as HTML text.
+
+    `pictures` are finished SVG drawings by their captions, in the order of showing; `files` are the package's other
+    files with their sizes in bytes; `wiring` is the table of where each contact leads, its head first; `felt` is what
+    the sensor feels, as JSON has it; `bench` is what boards are tested by, at 20 degrees Celsius; `moving` are the
+    documents of `sitscad.files.report.moving` by the name of their view, ``solids`` and ``pushed``; `is_built` is
+    whether the page is of a package, and not of a design that is watched.
+    Everything that comes from the spec is escaped, nothing is loaded from outside.
+    """
+    title = "Seen from the top; both contacts of a coil are one net"
+    rows = [[name, f"{size:,} bytes".replace(",", "\u202f")] for name, size in sorted(files.items())]
+    unverified = [[each.what, each.value, each.source] for each in unverified_figures(spec)]
+    skipped = [[each.rule, each.reason] for each in checked.not_checked]
+    not_checked = _in_columns(_table(["rule", "why it was not checked"], skipped, ""))
+    parts = [
+        _head(checked, spec, estimates, FORCED if is_built else REFUSED),
+        _tiles(checked, estimates, felt or {}),
+        part("Findings", findings_part(checked), "findings"),
+        part("Push it", _view("pushed", PUSHED, moving), "feeling"),
+        part("In three dimensions", _view("solids", SOLIDS, moving), "solids"),
+        part("Layout", "".join(_picture(svg, caption) for caption, svg in pictures.items()), "board"),
+        part("Contacts", _table(*numbers.head_and_rows(wiring), title)),
+        part("Incoming test", _incoming(estimates, bench)),
+        part("Electrical numbers", _electrical(estimates)),
+        part("What it feels", _performance_section(felt or {})),
+        part("Readout settings", numbers.page_tables([numbers.readout_table(estimates)])),
+        part("Stack", _stack(spec, estimates)),
+        part("Fit", _fit(checked)),
+        part("Cross-checks", numbers.page_tables([numbers.cross_check_table(estimates)])),
+        part("Defaults assumed", bullets(spec.source.defaults)),
+        part(
+            "Figures that nobody has verified",
+            _table(["figure", "taken as", "why it is unverified, and what to do"], unverified, ""),
+        ),
+        part("Not checked", not_checked or "<p>Every rule was checked.</p>"),
+        part("Files", _in_columns(_table(["file", "size"], rows, ""))),
+    ]
+    file_name = checked.path.replace("\\", "/").rpartition("/")[2]
+    digest = f"spec {escape(file_name)}, SHA-256 {spec.source.sha256}"
+    return page(f"{spec.name}: report", [*parts, f"<script>{scripts()}</script>"], f" \u00b7 {digest}")
+
+
+PUSHED = """
+<div id="pushed" hidden><p>Move the sliders, or drag the target in a section: to the side for shear, down for normal
+force. <span data-out="rotation"></span> Forces read back are what the map of calibration/ makes of the
+counts after a tare at rest, and one sigma from unit to unit, not calibrated.</p>
+<div class="inputs"></div><div class="cuts"></div><p class="warned" data-out="range" role="status"></p>
+<div class="scroll"><table><thead><tr><th>coil</th><th class="number">frequency (Hz)</th>
+<th class="number">from rest (Hz)</th><th class="number">counts</th></tr></thead><tbody></tbody></table></div>
+<div class="scroll"><table><thead><tr><th>force</th><th class="number">put on (N)</th>
+<th class="number">read back (N)</th><th class="number">+- N, over all loads</th></tr></thead><tbody></tbody></table>
+</div><p class="soft" data-out="unsolved" role="status"></p></div>
+<p data-without="pushed">Here a reader's browser shows the sensor pushed; it needs scripts. The curves are in the data
+sheet, and <code>sitscad response</code> gives every number.</p>
+"""
+
+SOLIDS = """
+<div id="solids" hidden><div class="bar views"></div>
+<div class="stage"><canvas tabindex="0" aria-label="the assembly: drag or arrow keys turn it, with shift they move it,
+plus and minus make it larger and smaller, m marks the point in the middle"></canvas><div class="marks"></div></div>
+<div class="bar"><label>section <select data-in="cut"><option value="none">none</option>
+<option value="y">along x</option><option value="x">across</option></select></label>
+<label>at <input type="range" data-in="at" min="0" max="1" step="0.005"></label>
+<label>exploded <input type="range" data-in="apart" min="0" max="1" step="0.01"></label>OPEN
+<button type="button" data-in="measure" aria-pressed="false">measure</button><output data-out="measured"></output></div>
+<fieldset class="bar parts"></fieldset></div>
+<p data-without="solids">Here a reader's browser shows mount/assembly.glb; it needs scripts and WebGL 2. The pictures
+below show it still.</p>
+"""
+
+OPEN = '<label>jaws open <input type="range" data-in="open" min="0" max="1" step="0.01"></label>'
+
+
+def _view(name: str, frame: str, moving: Mapping[str, Mapping[str, Any]] | None) -> str:
+    """A view that scripts fill, with its data; nothing where there is none."""
+    document = (moving or {}).get(name)
+    if document is None:
+        return ""
+    return frame.replace("OPEN", OPEN if document.get("hinge") else "") + embedded(f"{name}-data", document)
+
+
+def _picture(drawing: str, caption: str) -> str:
+    """A picture of the layout; that of the whole board is the one whose layers and nets the scripts turn on and off."""
+    shown = figure(drawing, caption)
+    return shown.replace("<figure>", '<figure class="board">', 1) if "id='board'" in drawing else shown
+
+
+def _verdict(checked: CheckedSpec) -> str:
+    """The verdict; it is green only where nothing at all was found."""
+    errors, warnings = (checked.count(severity) for severity in (Severity.ERROR, Severity.WARNING))
+    if checked.silenced:
+        kind, words = "bad", f"{counted(len(checked.silenced), 'error')} silenced: do not order this"
+    elif errors:
+        kind, words = "bad", f"{counted(errors, 'error')}: do not order this"
+    elif warnings:
+        weak = "the signal is small; " if any(f.name == SMALL_SIGNAL for f in checked.findings) else ""
+        kind, words = "warned", f"No errors found, but {weak}{counted(warnings, 'warning')} to settle"
+    else:
+        kind, words = "good", "No errors found"
+    return f"<p class='verdict {kind}'>{words}</p>"
+
+
+SMALL_SIGNAL = "small-signal"  # The rule whose warning belongs to the verdict
+
+
+def _head(checked: CheckedSpec, spec: SensorSpec, estimates: Estimates, failed: str) -> str:
+    """The name, the verdict and the signal; `failed` is the banner of a design with errors."""
+    from sitscad.estimates.signal import signals  # loads nothing that the estimates have not loaded
+
+    counts = [counted(checked.count(severity), severity.value) for severity in ORDER if checked.count(severity)]
+    felt = "; ".join(measures.headline(signals(estimates)))
+    coil = spec.coil
+    each = "each of " if len(coil.layers) > 1 and not coil.has_unequal_turns else ""
+    turns = f"{coil.turns_in_words} turns on {each}{counted(len(coil.layers), 'layer')}"
+    coils = counted(len(spec.array.placements), f"{coil.outline.adjective} coil")
+    what = (
+        f"{coils} of {' x '.join(show(side, 'm') for side in dict.fromkeys(coil.size))}, {turns}, "
+        f"{show(coil.inner_diameter, 'm', 4)} between inner copper edges, "
+        f"traces {show(coil.trace_width, 'm')} wide and {show(coil.trace_spacing, 'm')} apart"
+    )
+    banner = "" if checked.is_orderable else f"<p class='banner'>{failed}</p>"
+    skipped = len(checked.not_checked)
+    not_made = f"{counted(skipped, 'rule')} not checked, for reasons listed below" if skipped else "every rule checked"
+    return (
+        f"<header><h1>{escape(spec.name)}</h1>{soft(spec.issue.words)}{soft(what)}"
+        f"{_verdict(checked)}"
+        + (f"<p class='signal'>Signal: {escape(felt)}</p>" if felt else "")
+        + f"<p class='soft'>{', '.join(counts) or 'no findings'}; {not_made}</p></header>{banner}"
+    )
+
+
+def _tiles(checked: CheckedSpec, estimates: Estimates, sheet: Document) -> str:
+    """The numbers that decide: what the sensor tells and with what, and what is left of its room."""
+    every = [state for coil in estimates.coils for state in coil.states.values()]
+    alone = [state for state in every if state.state == FREE]
+    states = [state for state in every if state.state != FREE] or alone
+    if not states:
+        return _incomplete(estimates)
+    felt = sheet.get("performance", ())
+    told = [felt[-1]["axes"]["normal"]["resolution_N"]] if felt else []
+    errors = felt[-1]["axes"]["normal"]["errors_N"] if felt else {}
+    tight = min(checked.fit, key=lambda measure: measure.margin, default=None)
+    rows = [
+        (f"normal force told apart, one sigma of noise{_worst_in(sheet)}", _range(told, "N")) if told else
+        ("inductance at the contacts", _range([s.inductance for s in states], "H")),
+        *((f"normal force: {cause}", _range([error], "N")) for cause, error in errors.items() if "drift" in cause),
+        ("sensor frequency", _range([s.frequency for s in states], "Hz")),
+        ("parallel resistance", _range([s.parallel_resistance for s in states], "ohm")),
+        ("amplitude (peak)", _range([s.amplitude for s in states], "V")),
+        ("scans of all coils", _range([estimates.readout.scan_rate], "Hz")) if tight is None else
+        (f"{tight.name}, to spare at worst", show(tight.margin, "m", 3)),
+    ]
+    tiles = (f"<div class='tile'><b>{value}</b><span>{escape(name)}</span></div>" for name, value in rows)
+    note = f"Ranges run over all coils, {' and '.join(dict.fromkeys(in_words(s.state) for s in states))}"
+    if alone and states != alone:
+        swing, runs = _range([s.amplitude for s in alone], "V"), _range([s.frequency for s in alone], "Hz")
+        note += f"; free, as a bare board on the bench, the amplitude is {swing} at {runs}"
+    return f"{_incomplete(estimates)}<div class='tiles'>{''.join(tiles)}</div><p class='soft'>{note}.</p>"
+
+
+def _worst_in(sheet: Document) -> str:
+    """The cells with the coarsest resolution, of which that of all is told; nothing without cells."""
+    each = sheet.get("cells", {}).get("each", ())
+    if not each or any(one["resolution_N"]["normal"] is None for one in each):
+        return ""
+    worst = max(each, key=lambda one: one["resolution_N"]["normal"])
+    return f", cell {', '.join(map(str, worst['alike']))} (worst)"
+
+
+def _incomplete(estimates: Estimates) -> str:
+    """What the numbers lack, before the first of them; nothing where the layout is whole."""
+    return f"<p class='banner'>{escape(estimates.incomplete)}</p>" if estimates.incomplete else ""
+
+
+def findings_part(checked: CheckedSpec) -> str:
+    """The page's part with all findings, the gravest first, those with a place numbered as on the picture."""
+    places = {id(finding): number for number, finding in numbered_places(checked.findings)}
+    articles = (_finding(checked, finding, places.get(id(finding))) for finding in by_weight(checked.findings))
+    # what was found and is not held against the design, with the reasons that were given
+    rows = [[each.finding.rule, each.finding.whole_message, f"{each.reason} ({each.by})"] for each in checked.ignored]
+    ignored = _table(["ignored", "what was found", "why it is ignored, and by what"], rows, "")
+    return ("".join(articles) or "<p>Nothing was found.</p>") + ignored
+
+
+def _finding(checked: CheckedSpec, finding: Finding, number: int | None) -> str:
+    """One line that unfolds; errors lie open."""
+    line = checked.line(finding.line, finding.file)
+    shown = "" if line is None else excerpt(line, finding.column or 1)[0]
+    quoted = f"<pre>{finding.line:>4} | {escape(shown)}</pre>" if line is not None else ""
+    hint = f"<p><b>To mend it:</b> {escape(finding.hint)}</p>" if finding.hint else ""
+    unit = finding.unit or ""
+    figures = [
+        f"{word} {escape(quantity(value, unit))}"
+        for word, value in (("measured", finding.measured), ("limit", finding.limit))
+        if value is not None
+    ]
+    tail = [*figures, *([f"source: {escape(finding.source)}"] if finding.source else [])]
+    opened = " open" if finding.severity is Severity.ERROR else ""
+    placed = f' data-place="{number}"' if number is not None else ""
+    return (
+        f'<details class="finding {finding.severity.value}"{placed}{opened}><summary>'
+        f"<span class='kind'>{finding.severity.value} {escape(finding.rule)}</span> "
+        f"<span class='soft'>{escape(finding.name)}</span> {escape(finding.whole_message)}</summary>"
+        f"{_where(finding, number)}{quoted}{hint}"
+        + (f"<p class='soft'>{'; '.join(tail)}</p>" if tail else "")
+        + "</details>"
+    )
+
+
+def _where(finding: Finding, number: int | None) -> str:
+    """A finding's place on the board, with its number in the pictures."""
+    place = finding.place
+    if place is None or number is None:
+        return ""
+    words = [f"x = {place.x * 1e3:.3f} mm, y = {place.y * 1e3:.3f} mm"]
+    words += [f"layer {place.layer}"] if place.layer is not None else []
+    words += [f"net{'s' if len(place.nets) > 1 else ''} {', '.join(place.nets)}"] if place.nets else []
+    place_name = f'<a href="#board-finding-{number}">Place {number}</a>'
+    return f"<p><b>{place_name}</b> in the pictures: {escape(', '.join(words))}</p>"
+
+
+def _electrical(estimates: Estimates) -> str:
+    if not estimates.coils:
+        return "<p>No coil could be estimated.</p>"
+    notes = (note for note in estimates.notes if note != estimates.incomplete)
+    return numbers.page_tables(numbers.estimate_tables(estimates)) + bullets(notes)
+
+
+def _incoming(estimates: Estimates, bench: Estimates | None) -> str:
+    """Return what the bare boards are tested by when they come, and the converter's drive for them."""
+    from sitscad.estimates.circuits.drive import bare_board_code  # loads nothing that the estimates have not loaded
+
+    if bench is None:
+        return ""
+    readout, code = estimates.readout, bare_board_code(bench)
+    used = ", ".join(map(str, readout.drive_codes or (readout.drive_code,)))
+    drive = (
+        f"<p>With {escape(readout.device.part)} use drive code {code} for the bare board; the assembled sensor has "
+        f"{used}.</p>"
+        if code is not None and readout.drive_code is not None and not readout.high_current
+        else ""
+    )
+    return numbers.page_tables(numbers.incoming_tables(bench)) + drive
+
+
+def _performance_section(sheet: Document) -> str:
+    """Return the tables of the data sheet, and errors from unit to unit. Empty in a package without a data sheet."""
+    between, cells = sheet.get("unit_to_unit", {}), sheet.get("cells", {})
+    by_cell = f"Cell by cell. Elsewhere {cells['figures_are']}." if cells else ""
+    tables = [Table(*numbers.head_and_rows(cells.get("in_words", ())), by_cell)]
+    tables += [Table(*numbers.head_and_rows(lines)) for lines in sheet.get("in_words", ())]
+    tables.append(Table(*numbers.head_and_rows(between.get("in_words", ())), between.get("errors_are", "")))
+    return numbers.page_tables(tables)
+
+
+def _stack(spec: SensorSpec, estimates: Estimates) -> str:
+    drawn = "Section through all that lies on each other; heights to scale, widths not."
+    figure = f"<figure>{stack_section(spec)}<figcaption>{drawn}</figcaption></figure>"
+    stackup = spec.fpc.stackup
+    bare = "" if is_rigid(stackup) else " without stiffener"
+    total = f"The board is {show(stackup.thickness, 'm')} thick{bare} ({escape(stackup.name)})."
+    return f"{figure}<p>{total}</p>{numbers.page_tables(numbers.stack_tables(estimates))}"
+
+
+def _fit(checked: CheckedSpec) -> str:
+    closing = [] if checked.closing is None else [measures.closing_table(checked.closing)]
+    return numbers.page_tables([*measures.fit_tables(checked.fit), *closing])
+
+
+def _in_columns(body: str) -> str:
+    return f"<div class='columns'>{body}</div>" if body else ""
+
+
+def _range(values: Iterable[float | None], unit: str) -> str:
+    """The least and the largest of some values in one unit."""
+    finite = [value for value in values if value is not None and math.isfinite(value)]
+    if not finite:
+        return NONE
+    low, high = show(min(finite), unit, 3), show(max(finite), unit, 3)
+    if low == high:
+        return low
+    (a, _, one), (b, _, other) = low.partition(" "), high.partition(" ")
+    return f"{a} to {b} {other}".strip() if one == other else f"{low} to {high}"
+
+
+WIDTH, LEFT, RIGHT, LABEL = 900.0, 20.0, 470.0, 520.0
+HEIGHT, ROW, LETTERS = 380.0, 22.0, 13.0
+OUTLINE = Pen(0.6, round_ends=False, round_corners=False)
+"""The page's style gives it its colour, and the texts theirs."""
+
+COLOURS = {
+    "standoff": "#dfe5ea", LayerKind.COVERLAY: "#d9a441", LayerKind.COPPER: "#c46a2b", LayerKind.DIELECTRIC: "#f0dfb0",
+    "elastomer": "#a9cfe0", "film": "#cfe3cf", "gap": "#f7f9fa",
+}
+METAL_SHOWN = 0.6e-3
+"""Thickness (m) of a jaw, a finger or metal behind that the section shows."""
+
+
+@record
+class SectionLayer:
+    """One layer of the section: heights in metres, z = 0 at the board's top face, its colour and what it is."""
+
+    bottom: float
+    top: float
+    colour: str
+    label: str
+    inset: float = 0.0
+
+
+def stack_section(spec: SensorSpec) -> str:
+    """The section as an inline SVG that takes its text colours from the page."""
+    slices = list(_slices(spec))
+    low, high = min(s.bottom for s in slices), max(s.top for s in slices)
+    scale = HEIGHT / (high - low)
+    # Rows for the labels near where they are wanted (top down), never closer than one row
+    rows: list[float] = []
+    for y in [HEIGHT - ((s.bottom + s.top) / 2 - low) * scale for s in slices]:
+        rows.append(max(y, rows[-1] + ROW) if rows else max(y, 4.0))
+    excess = rows[-1] - max(HEIGHT, (len(rows) - 1) * ROW + 4.0)
+    for i in range(len(rows) - 1, -1, -1):
+        if excess <= 0:
+            break
+        limit = rows[i + 1] - ROW if i + 1 < len(rows) else rows[i] - excess
+        rows[i] = min(rows[i], limit)
+    height = max(HEIGHT, rows[-1] + ROW) + 20.0
+    sheet = Sheet("Section of the sensor", (WIDTH, height), unit="", decimals=2, ground=None, kind="section")
+    for piece, row in zip(slices, rows, strict=True):
+        top, bottom = (height - 10.0 - (high - z) * scale for z in (piece.top, piece.bottom))
+        edge, middle, line = RIGHT - piece.inset, (top + bottom) / 2, height - 10.0 - row
+        sheet.draw(rectangle(LEFT + piece.inset, bottom, edge, top), OUTLINE, piece.colour, kind="layer")
+        knees = [(edge, middle), (RIGHT + 10.0, middle), (LABEL - 12.0, line), (LABEL - 4.0, line)]
+        sheet.draw(polyline([Point(*knee) for knee in knees]), OUTLINE, kind="leader")
+        sheet.text(LABEL, line - 4.5, piece.label, LETTERS)
+    return svg(sheet)
+
+
+def _slices(spec: SensorSpec) -> Iterator[SectionLayer]:
+    above: list[SectionLayer] = []
+    for body in above_board(cell_specs(spec)[0]):
+        label = f"{body.name}, {body.material}, {show(body.thickness, 'm')}"
+        colour = metal_colour(body.material) if body.name == "target" else COLOURS[body.name]
+        above.append(SectionLayer(*body.heights, colour, label, 40.0))
+    if spec.encapsulation is not None:
+        label = f"encapsulation, {spec.encapsulation.material.name}, {show(spec.encapsulation.thickness, 'm')}"
+        top = top_height(spec)
+        above.append(SectionLayer(top - film_thickness(spec.encapsulation), top, COLOURS["film"], label, 20.0))
+    yield from reversed(above)
+    # The layers of the board from the top down
+    depth, copper = 0.0, 0
+    for layer in spec.fpc.stackup.layers:
+        copper += layer.kind is LayerKind.COPPER
+        name = f"copper {copper}" if layer.kind is LayerKind.COPPER else layer.kind.value
+        made = f", {layer.material}" if layer.material not in ("", "copper") else ""
+        label = f"{name}{made}, {show(layer.thickness, 'm')}"
+        yield SectionLayer(-depth - layer.thickness, -depth, COLOURS[layer.kind], label)
+        depth += layer.thickness
+    # Mount, shield and jaw under the board, named as in the drawing; without a mount only the gap to the shield
+    here = board_heights(spec.fpc.stackup)[0]
+    shield, mount, levels, seat = spec.shield, spec.mount, shield_heights(spec), seat_heights(spec)
+    if shield is not None and levels is not None:
+        below = seat is not None and levels[0] - seat[0] > 1e-9
+        what = "gap" if mount is None else MOUNT_PIECES[1 if below else 0]
+        yield SectionLayer(levels[1], here, COLOURS["standoff"], f"{what} to the shield, {show(shield.gap, 'm')}")
+        label = f"shield, {shield.material.name}, {show(shield.thickness, 'm')}"
+        yield SectionLayer(*levels, metal_colour(shield.material.name), label)
+        here = levels[0]
+    if mount is None or seat is None:
+        return
+    face = seat[0]
+    if here - face > 1e-9:
+        yield SectionLayer(face, here, COLOURS["standoff"], f"{MOUNT_PIECES[0]}, {show(here - face, 'm')}")
+    if mount.metal is None:
+        return
+    name, thickness, upper = "jaw" if mount.finger is None else "finger", mount.metal_thickness, face
+    if mount.metal_behind is not None:
+        name, upper = "metal behind", board_heights(spec.fpc.stackup)[0] - mount.metal_behind.distance
+        if face - upper > 1e-9:
+            yield SectionLayer(upper, face, COLOURS["gap"], f"gap to the metal behind, {show(face - upper, 'm')}")
+    shown = METAL_SHOWN if thickness is None else min(METAL_SHOWN, thickness)
+    size = "" if thickness is None else f", {show(thickness, 'm')} thick"
+    cut = "" if thickness == shown else ", cut off here"
+    yield SectionLayer(upper - shown, upper, metal_colour(mount.metal.name), f"{name}, {mount.metal.name}{size}{cut}")

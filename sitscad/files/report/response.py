@@ -1,0 +1,132 @@
+"""A response as text for a person, as JSON and CSV for programs, as arrays for numpy."""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Callable, Iterator, Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sitscad.basics.arrays import Array
+from sitscad.basics.quantities import RESPONSE
+from sitscad.basics.units import NONE, cell, csv_text, show
+from sitscad.basics.version import __version__
+from sitscad.checks.findings import printable, styled, to_json
+from sitscad.files.report.numbers import performance_blocks, table
+
+if TYPE_CHECKING:
+    from sitscad.estimates.performance.tables import PerformanceReport
+    from sitscad.estimates.response.values import Response
+
+SHOWN = 60  # Points at most that the text shows
+
+
+def response_text(path: str, response: Response, colour: bool = False, felt: PerformanceReport | None = None) -> str:
+    """A row a point, and what is worth saying of them."""
+    cases = ["case"] if any(response.cases) else []
+    head = [*cases, "x, y, z (mm)", "rx, ry, rz (deg)", "force (N)", "coil", *(each.label for each in COLUMNS)]
+    rows = [row for k in range(min(len(response), SHOWN)) for row in _rows(response, k)]
+    lines = table(head, rows)
+    if len(response) > SHOWN:
+        lines.append(f"... and {len(response) - SHOWN} more: -o FILE writes them all (.npz, .csv or .json)")
+    gap = f"gap at rest: {show(response.gap, 'm', 4)} from the board's top face to the target's near face"
+    glue = f", {show(response.glue, 'm', 3)} of it glue" if response.glue else ""
+    blocks = [styled(printable(path), "bold", colour), "\n".join(lines), "\n".join([gap + glue, *_said(response)])]
+    blocks += performance_blocks(felt, colour)
+    return "\n\n".join(block for block in blocks if block) + "\n"
+
+
+COLUMNS = [each for each in RESPONSE if each.label]
+"""Quantities of a coil at a point that the text shows."""
+
+
+def _rows(response: Response, k: int) -> Iterator[list[str]]:
+    """One row a coil; the point itself is said once."""
+    x, y, z, rx, ry, rz = response.poses[k]
+    place = ", ".join(_figure(1e3 * value) for value in (x, y, z))
+    turn = ", ".join(_figure(math.degrees(value)) for value in (rx, ry, rz))
+    held = NONE
+    if response.force is not None and np.all(np.isfinite(response.force[k])):
+        held = ", ".join(_figure(value) for value in response.force[k])
+    point = [*([response.cases[k]] if any(response.cases) else []), place, turn, held]
+    for c, name in enumerate(response.coils):
+        yield [*(point if c == 0 else [""] * len(point)), name,
+               *(each.shown(_of_coil(each.value(response)[k], c)) for each in COLUMNS)]
+
+
+def _of_coil(values: Array, coil: int) -> float:
+    """Return a coil's value, of a matrix of coils that on the diagonal."""
+    return float(values[coil] if values.ndim == 1 else values[coil, coil])
+
+
+def _figure(value: float) -> str:
+    """Four digits; what a solver leaves of a zero (below a nanonewton, a picometre) is one."""
+    return f"{round(float(value), 9) + 0.0:.4g}"
+
+
+def _said(response: Response) -> Iterator[str]:
+    """The notes of all points, each once."""
+    seen: dict[str, int] = {}
+    for own in response.notes:
+        for note in own:
+            seen[note] = seen.get(note, 0) + 1
+    for note, count in list(seen.items())[:8]:
+        yield f"note: {note}" + (f" ({count} points)" if count > 1 else "")
+    if len(seen) > 8:
+        yield f"note: and {len(seen) - 8} more kinds of notes: --format json has them by point"
+
+
+def response_json(path: str, response: Response, colour: bool = False, felt: PerformanceReport | None = None) -> str:
+    """The contract's document, with ``performance`` where that was asked for."""
+    points = [response.point_document(k) for k in range(len(response))]
+    gap = {"gap_at_rest_m": response.gap, "glue_in_gap_m": response.glue}
+    document = {"sitscad": __version__, "spec": path, "coils": list(response.coils), **gap, "points": points}
+    asked = {} if felt is None else {"performance": felt.documents()}
+    return to_json(document | asked)
+
+
+def response_csv(path: str, response: Response, colour: bool = False, felt: PerformanceReport | None = None) -> str:
+    """One row a point, columns named like ``inductance_H.C1``."""
+    from sitscad.estimates.response.values import POSE_NAMES
+
+    coils = response.coils
+    columns: dict[str, Array] = {}
+    for name, value in response.arrays().items():
+        if name == "pose":
+            columns |= {column: value[:, k] for k, column in enumerate(POSE_NAMES)}
+        elif value.ndim == 1:
+            columns[name] = value
+        elif name in ("force_N", "moment_Nm"):
+            columns |= {f"{name}.{axis}": value[:, k] for k, axis in enumerate(AXES)}
+        elif value.ndim == 2:
+            columns |= {f"{name}.{coil}": value[:, k] for k, coil in enumerate(coils)}
+        else:
+            columns |= {f"{name}.{a}.{b}": value[:, i, j] for i, a in enumerate(coils) for j, b in enumerate(coils)}
+    named = any(response.cases)
+    rows = [[*(["case"] if named else []), *columns, "notes"]]
+    for k in range(len(response)):
+        case = [response.cases[k]] if named else []
+        rows.append([*case, *(cell(values[k]) for values in columns.values()), "; ".join(response.notes[k])])
+    return csv_text(rows)
+
+
+AXES = ("x", "y", "z")
+
+Shown = Callable[["str", "Response", bool, "PerformanceReport | None"], str]
+
+RESPONSE_FORMATS: Mapping[str, Shown] = {"text": response_text, "json": response_json, "csv": response_csv}
+"""How ``response`` can print: path as typed, response, colour or not, and what the sensor feels (csv: left out)."""
+
+RESPONSE_FILES = (".npz", ".csv", ".json")  # Endings of the files that it can write
+
+
+def response_file(path: str, response: Response, ending: str, felt: PerformanceReport | None = None) -> bytes:
+    """The content of a file of one of those endings; `path` is the spec's."""
+    if ending == ".npz":
+        # The arrays under the contract's names, points first, and the coils' names; the same bytes every time
+        stream = io.BytesIO()
+        np.savez(stream, coils=np.array(response.coils), **response.arrays())  # type: ignore[arg-type]
+        return stream.getvalue()
+    return RESPONSE_FORMATS[ending.removeprefix(".")](path, response, False, felt).encode("utf-8")

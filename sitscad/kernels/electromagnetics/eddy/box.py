@@ -1,0 +1,296 @@
+"""Eddy currents on a box: rectangular targets, side walls and edges included.
+
+Stream functions are products of splines along two edges, continuous over the box's edges; its three mirror planes part
+them into eight classes. The inductance of two of them is the sum over Gaussians of products of one-dimensional
+integrals (`GaussianSum`), so the double integrals over the surface cost no more than matrix products and have no
+singular points.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import cached_property, lru_cache
+from itertools import product
+
+import numpy as np
+
+from sitscad.basics.arrays import Array, Flags, Index
+from sitscad.basics.record import record
+from sitscad.kernels.electromagnetics.constants import MU0
+from sitscad.kernels.electromagnetics.eddy.body import BodyEnergies, box_bodies, on_surface
+from sitscad.kernels.electromagnetics.eddy.graded_line import (
+    FINER,
+    PARITIES,
+    GaussianSum,
+    GradedLine,
+    gaussian_sum,
+    graded_line,
+)
+from sitscad.kernels.electromagnetics.eddy.surface import Energies, energies, made_definite
+from sitscad.kernels.electromagnetics.special_functions import gauss
+
+Parity = tuple[int, int, int]
+
+ACROSS = ((1, 2), (0, 2), (0, 1))
+"""The two axes along a face, by the axis across it."""
+
+TURN = (1.0, -1.0, 1.0)
+"""Sign of n x grad psi along those axes: -dpsi/db along a and dpsi/da along b, the other way on faces across y."""
+
+THICKNESS = 2
+
+
+@record(eq=False)
+class BoxFunctions:
+    """Stream functions of one parity along x, y and z, of all of them those that are `kept`. `numbers` say which one of
+    a face is, (functions along a, along b) by the axis across the face; `inductance` is in H.
+    """
+
+    parity: Parity
+    numbers: tuple[Index, ...]
+    kept: Flags
+    inductance: Array
+    body: BodyEnergies
+
+    @cached_property
+    def energies(self) -> Energies:
+        """Energies within the body and outside: see `StreamFunctions`."""
+        return energies(self.inductance, self.body)
+
+
+@record(eq=False)
+class BoxClass:
+    """Currents (A) of one parity; `projections` by axis (see `GradedLine.projections`)."""
+
+    functions: BoxFunctions
+    projections: tuple[tuple[Array, Array], ...]
+
+    @property
+    def parity(self) -> Parity:
+        """Parity along x, y and z, no unit."""
+        return self.functions.parity
+
+    @property
+    def in_plane(self) -> tuple[int, int]:
+        """The class's parities along x and y, no unit."""
+        return self.parity[:2]
+
+    def drive(self, potential: Array) -> Array:
+        """Flux linkages (Wb): see `CurrentClass`."""
+        found = np.zeros((self.functions.kept.size, potential.shape[-1]))
+        for across, (a, b) in enumerate(ACROSS):
+            both = self._face(potential, across)
+            field = both[0] - self.parity[across] * both[1]
+            (fa, da), (fb, db) = self.projections[a], self.projections[b]
+            along_a, along_b = _projected(field[:, :, a], fa, db), _projected(field[:, :, b], da, fb)
+            linked = TURN[across] * (along_b - along_a)
+            once = self.functions.numbers[across].ravel()  # in a face
+            found[once] += linked.reshape(-1, potential.shape[-1])
+        return found[self.functions.kept]
+
+    def spread(self, functions: Array) -> Array:
+        """What linkages make of potentials (m), and currents (A m): see `CurrentClass`."""
+        pieces, whole = [], np.zeros((self.functions.kept.size, functions.shape[1]))
+        whole[self.functions.kept] = functions
+        for across, (a, b) in enumerate(ACROSS):
+            (fa, da), (fb, db) = self.projections[a], self.projections[b]
+            amount = TURN[across] * whole[self.functions.numbers[across]]
+            found = np.zeros((2, fa.shape[1], fb.shape[1], 3, functions.shape[1]))
+            found[0, :, :, a] = -_projected(amount, fa.T, db.T)
+            found[0, :, :, b] = _projected(amount, da.T, fb.T)
+            found[1] = -self.parity[across] * found[0]
+            pieces.append(found.reshape(-1, 3, functions.shape[1]))
+        return np.concatenate(pieces)
+
+    def _face(self, potential: Array, across: int) -> Array:
+        """Both faces' potentials across an axis: (2, points along a, along b, 3, fields; Wb/m)."""
+        counts = [self.projections[axis][0].shape[1] for axis in range(3)]
+        sizes = [2 * counts[a] * counts[b] for a, b in ACROSS]
+        a, b = ACROSS[across]
+        start = sum(sizes[:across])
+        return potential[start : start + sizes[across]].reshape(2, counts[a], counts[b], *potential.shape[1:])
+
+
+@record(eq=False)
+class Box:
+    """A box about its middle, how many points fields are taken at along x, y and z, and the wave number (1/m) beyond
+    which currents need not go along two edges at once: only at edges do they change faster, and along these no more.
+    """
+
+    lines: tuple[GradedLine, ...]
+    counts: tuple[int, int, int]
+    shortest: float
+
+    @cached_property
+    def points(self) -> Array:
+        """Points (m) of the faces across x, y and z, the upper one of each first: see `Surface`."""
+        places = [line.half * gauss(count)[0] for line, count in zip(self.lines, self.counts, strict=True)]
+        pieces = []
+        for across, (a, b) in enumerate(ACROSS):
+            for side in (1.0, -1.0):
+                found = np.empty((self.counts[a], self.counts[b], 3))
+                found[..., a], found[..., b] = places[a][:, None], places[b]
+                found[..., across] = side * self.lines[across].half
+                pieces.append(found.reshape(-1, 3))
+        return np.concatenate(pieces)
+
+    @property
+    def largest(self) -> int:
+        """How many functions the largest class has, no unit: the one even along x, y and z."""
+        number = _numbers(self.lines)
+        return int(np.count_nonzero(_of_parity(self.lines, (1, 1, 1), number, self.shortest)[1]))
+
+    @cached_property
+    def mirrored(self) -> tuple[Index, Index]:
+        """Numbers (points,; no unit) of the points mirrored across x = 0 and y = 0: see `Surface`."""
+        pieces: tuple[list[Index], list[Index]] = [], []
+        start = 0
+        for across, (a, b) in enumerate(ACROSS):
+            face = start + np.arange(2 * self.counts[a] * self.counts[b]).reshape(2, self.counts[a], self.counts[b])
+            for axis, found in enumerate(pieces):
+                turned = 0 if axis == across else 1 if axis == a else 2
+                found.append(np.flip(face, turned).ravel())
+            start += face.size
+        return np.concatenate(pieces[0]), np.concatenate(pieces[1])
+
+    @cached_property
+    def classes(self) -> tuple[BoxClass, ...]:
+        """The eight parities, with inductances in H: see `Surface`."""
+        sizes = zip(self.lines, self.counts, strict=True)
+        known = [line.projections(count) for line, count in sizes]
+        return tuple(
+            BoxClass(one, tuple(known[k][one.parity[k]] for k in range(3)))
+            for one in _functions(self.lines, self.shortest)
+        )
+
+
+@lru_cache(maxsize=1)
+def _functions(lines: tuple[GradedLine, ...], shortest: float) -> tuple[BoxFunctions, ...]:
+    """The functions of every parity, waves up to a number (1/m) along two edges."""
+    reach = 2.0 * math.hypot(*(line.half for line in lines))
+    finest = min(float(line.steps.min()) for line in lines)
+    gaussians = gaussian_sum(0.25 * finest, reach)
+    distinct = {line: _folded(line, gaussians.scales) for line in dict.fromkeys(lines)}
+    number = _numbers(lines)
+    parities = list(product(PARITIES, PARITIES, PARITIES))
+    found = [_of_parity(lines, parity, number, shortest) for parity in parities]
+    bodies = box_bodies([line.modes for line in lines], np.stack([kept for _, kept in found]))
+    parts = [[distinct[line][one] for line, one in zip(lines, parity, strict=True)] for parity in parities]
+    return tuple(
+        BoxFunctions(parity, numbers, kept, _inductance(lines, parity, gaussians, own, numbers, kept), body)
+        for parity, (numbers, kept), own, body in zip(parities, found, parts, bodies, strict=True)
+    )
+
+
+def _numbers(lines: Sequence[GradedLine]) -> Index:
+    """Numbers (no unit) of all products of functions along the lines, as if along each as many were odd as are even."""
+    return on_surface([max(one.squares.size for one in line.modes.values()) + 1 for line in lines])
+
+
+def _of_parity(
+    lines: Sequence[GradedLine], parity: Parity, number: Index, shortest: float
+) -> tuple[tuple[Index, ...], Flags]:
+    """Which functions the faces of a parity have, by the `number` of all (no unit), and which are kept: those that do
+    not go along two edges at once with waves beyond the `shortest` (1/m).
+    """
+    modes = [line.modes[one] for line, one in zip(lines, parity, strict=True)]
+    places = [np.append(np.arange(one.squares.size), count - 1) for one, count in zip(modes, number.shape, strict=True)]
+    number = number[np.ix_(*places)]
+    x, y, z = np.meshgrid(*(np.append(one.squares > shortest**2, False) for one in modes), indexing="ij")
+    kept = np.zeros(np.max(number) + 1, dtype=bool)
+    kept[number[(number >= 0) & ~(x & y | y & z | z & x)]] = True
+    return (number[-1], number[:, -1], number[:, :, -1]), kept
+
+
+@record(eq=False)
+class _Folded:
+    # A line's integrals of one parity by Gaussian and, as the last one, its tail, of every two functions once: `mass`
+    # (m2), `slope` (no unit); `end` as in `LineIntegrals`; `which` of them are those of two functions (n, n).
+    mass: Array
+    slope: Array
+    end: Array
+    which: Index
+
+
+def _folded(line: GradedLine, scales: Array) -> dict[int, _Folded]:
+    """A line's integrals (m2, no unit), by parity."""
+    found = {}
+    for parity, own in line.integrals(scales).items():
+        upper = np.triu_indices(own.mass.shape[1])
+        which = np.zeros(own.mass.shape[1:], dtype=np.intp)
+        which[upper] = which.T[upper] = np.arange(upper[0].size)
+        mass, slope = (np.concatenate([part, gram[None]])[:, *upper] for part, gram in
+                       zip((own.mass, own.slope), line.grams(parity), strict=True))
+        found[parity] = _Folded(mass, slope, own.end, which)
+    return found
+
+
+def _inductance(
+    lines: Sequence[GradedLine], parity: Parity, gaussians: GaussianSum, own: Sequence[_Folded],
+    numbers: Sequence[Index], kept: Flags,
+) -> Array:
+    """The inductance matrix (n, n; H) of the kept functions. Derived here: Neumann's integral of n x grad psi with 1/R
+    as `GaussianSum`, which is a product of one-dimensional integrals for every Gaussian.
+    """
+    place = np.where(kept, np.cumsum(kept) - 1, -1)
+    count = int(np.count_nonzero(kept))
+    inductance = np.zeros((count, count))
+    for across in range(3):
+        # the two faces across an axis, each with itself and with the other (m; times mu0 / (4 pi) H)
+        first, second = ACROSS[across]
+        one, two = own[first], own[second]
+        other = np.exp(-((2.0 * lines[across].half * gaussians.scales) ** 2))
+        weights = 2.0 * np.append(gaussians.weights * (1.0 - parity[across] * other), gaussians.tail)[:, None]
+        found = (weights * one.mass).T @ two.slope + (weights * one.slope).T @ two.mass
+        at, (i, j) = _kept_of(place[numbers[across]])
+        inductance[np.ix_(at, at)] += found[one.which[i[:, None], i], two.which[j[:, None], j]]
+        ends = gaussians.weights[:, None] * two.end
+        both = (ends[:, :, None] * one.end[:, None]).reshape(len(ends), -1)
+        # and those of faces at right angles to each other
+        between = -4.0 * own[across].mass[:-1].T @ both
+        rows, (i, b) = _kept_of(place[_with_axis(numbers[first], across, first)])
+        columns, (j, a) = _kept_of(place[_with_axis(numbers[second], across, second)])
+        block = between[own[across].which[i[:, None], j], b[:, None] * one.end.shape[1] + a]
+        inductance[np.ix_(rows, columns)] += block
+        inductance[np.ix_(columns, rows)] += block.T
+    if parity == (1, 1, 1):
+        inductance = made_definite(inductance, -1)
+    return MU0 / (4.0 * math.pi) * inductance
+
+
+def _kept_of(places: Index) -> tuple[Index, tuple[Index, ...]]:
+    """Places of a face's kept functions, those above -1, and their numbers along its edges: no unit."""
+    at = np.nonzero(places >= 0)
+    return places[at], at
+
+
+def box(
+    size: tuple[float, float, float], first: float, widest: float, counts: tuple[int, int, int], finer: int = FINER
+) -> Box:
+    """A box of that size along x, y and z (m), knots `first` apart at edges and `widest` in faces (m), and how many
+    points fields are taken at along its edges; `finer` as in `graded_line`.
+    """
+    through = min(first, 0.22 * size[THICKNESS]), max(0.25 * size[THICKNESS], first)
+    steps = (first, widest), (first, widest), through
+    lines = tuple(graded_line(0.5 * length, *step, finer) for length, step in zip(size, steps, strict=True))
+    return Box(lines, counts, SHORTEST / widest)
+
+
+SHORTEST = 3.0
+"""Wave number of currents along both edges of a face, over one by the distance of knots in its middle: with all of them
+changes of L differ by 2e-4 of themselves at most, losses by 4e-4."""
+
+
+def _with_axis(numbers: Index, first: int, across: int) -> Index:
+    """A face's numbers with that axis first."""
+    return numbers if ACROSS[across][0] == first else numbers.T
+
+
+def _projected(field: Array, along_a: Array, along_b: Array) -> Array:
+    """A field's integrals (functions along a, along b, ...) from its values at points (along a, along b, ...): of a
+    pose's few fields einsum would take longer to find its way than to go it.
+    """
+    half = along_a @ field.reshape(field.shape[0], -1)
+    return along_b @ half.reshape(len(along_a), *field.shape[1:])
+

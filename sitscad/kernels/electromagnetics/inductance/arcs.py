@@ -1,0 +1,326 @@
+"""Circular arcs of tracks with each other and with straight sides.
+
+An arc meets the closed potential of a straight strand at Gauss points; concentric arcs need one integral over their
+difference of azimuth, all other arcs two.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+
+from sitscad.basics.arrays import Array, Flags, slices
+from sitscad.basics.record import record
+from sitscad.kernels.electromagnetics.inductance.track_strands import FLOOR, Bundle, Pairs, Track, directions
+from sitscad.kernels.electromagnetics.special_functions import gauss
+
+Rule = tuple[Array, Array]
+Method = Callable[..., float]
+
+FAR = 4.0
+"""Distance of an arc's middle from another piece, in its half lengths, from which few points are right to 4e-6 of the
+pair and, as most are farther, to 1e-7 of all."""
+
+POINTS = ((50.0, 3), (100.0, 4), (360.0, 5))
+"""Angles (degrees) up to which an arc's current, whose direction turns, is right to 1e-7 with so many points."""
+
+MIDDLING, MIDDLING_POINTS = 1.5, 8
+"""Distance of an arc's middle from another piece, in its half lengths, from which it is summed at so many points."""
+
+APART, SPACED, BESIDE = 0.7, 0.36, 0.07
+"""Distances of two arcs, in half lengths of the longer one, from which on each needs MIDDLING_POINTS; SPACED_POINTS;
+and 16 crowded ones outside the closed inner integral. So all together is right to 1e-7."""
+
+SPACED_POINTS = 12
+
+SAMPLES = 9
+"""Points of each arc by which their distance is told."""
+
+CLEAR = 5.0
+"""Distance, in widths, from which on strands' clearances no longer change: that of the table's last row."""
+
+
+def _crowded(count: int) -> Rule:
+    """Points of [0, 1] and their weights (count; no unit): Gauss points under t^2 (3 - 2 t), which crowds them towards
+    both ends, where a piece that continues this one has a logarithm.
+    """
+    nodes, weights = gauss(count)
+    t = 0.5 * (1.0 + nodes)
+    return t * t * (3.0 - 2.0 * t), 3.0 * weights * t * (1.0 - t)
+
+
+def _plain(count: int) -> Rule:
+    """Gauss points of [0, 1] and their weights (count; no unit)."""
+    nodes, weights = gauss(count)
+    return 0.5 * (1.0 + nodes), 0.5 * weights
+
+
+def _arc_points(arcs: Array, offsets: Array, rule: Rule) -> tuple[Array, Array, Array]:
+    """Points (m, k, p, 2; m), unit tangents (m, 1, p, 2) and lengths (m, k, p; m) of m arcs at a rule's p shares of
+    them, for k strands.
+    """
+    t, weights = rule
+    radius = arcs[:, 2, None] - arcs[:, 4, None] * offsets
+    azimuth = arcs[:, 3, None] + (arcs[:, 4] * arcs[:, 5])[:, None] * t
+    outward = np.stack([np.cos(azimuth), np.sin(azimuth)], axis=2)[:, None]
+    tangent = arcs[:, 4, None, None, None] * np.stack([-outward[..., 1], outward[..., 0]], axis=3)
+    where = arcs[:, None, None, :2] + radius[..., None, None] * outward
+    return where, tangent, (radius * arcs[:, 5, None])[..., None] * weights
+
+
+def _dot(a: Array, b: Array) -> Array:
+    """Scalar products (...) of vectors (..., 2), in the product of their units."""
+    return np.asarray(a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1])
+
+
+def half_lengths(arcs: Array) -> Array:
+    """Half the length (n; m) of arcs (n, 6): radius times half the angle."""
+    return np.asarray(0.5 * arcs[:, 2] * arcs[:, 5])
+
+
+def middles(arcs: Array) -> Array:
+    """Middle points (n, 2; m) of arcs (n, 6; m)."""
+    azimuth = arcs[:, 3] + 0.5 * arcs[:, 4] * arcs[:, 5]
+    return np.asarray(arcs[:, :2] + arcs[:, 2:3] * np.stack([np.cos(azimuth), np.sin(azimuth)], axis=1))
+
+
+def _far_rule(arcs: Array) -> Rule:
+    """The rule for arcs that see far pieces: as many points as POINTS gives the largest angle."""
+    turn = math.degrees(float(arcs[:, 5].max()))
+    return _plain(next(number for most, number in POINTS if turn <= most))
+
+
+def arc_distances(one: Track, other: Track, pairs: Pairs) -> Array:
+    """Distances (n; m) in the plane that pairs of arcs have at least: of their middles less both half lengths; below
+    nothing where they may touch.
+    """
+    a, b = one.arcs, other.arcs
+    away = middles(a)[pairs.first] - middles(b)[pairs.second]
+    return np.asarray(np.hypot(*away.T) - half_lengths(a)[pairs.first] - half_lengths(b)[pairs.second])
+
+
+def arc_side_distances(one: Track, other: Track, pairs: Pairs) -> Array:
+    """Distances (n; m) that pairs of the one's arcs and the other's sides have at least, as `arc_distances`."""
+    arcs = one.arcs
+    return np.asarray(_middle_distances(one, other, pairs) - half_lengths(arcs)[pairs.first])
+
+
+def _middle_distances(one: Track, other: Track, pairs: Pairs) -> Array:
+    """Distances (n; m) of arcs' middles from sides."""
+    start, end = other.starts[pairs.second], other.ends[pairs.second]
+    t = directions(end - start)
+    away = middles(one.arcs)[pairs.first] - start
+    beyond = np.clip(_dot(away, t), 0.0, _dot(end - start, t))
+    return np.asarray(np.hypot(*(away - beyond[:, None] * t).T))
+
+
+def arcs_with_sides(one: Track, other: Track, pairs: Pairs, strands: Bundle) -> float:
+    """Integral of t1.t2 / distance (m) over pairs of the one's arcs and the other's sides: Gauss points of the arcs in
+    the closed potential of the sides.
+    """
+    if not pairs.first.size:
+        return 0.0
+    apart, half = _middle_distances(one, other, pairs), half_lengths(one.arcs)[pairs.first]
+    far = (apart >= FAR * half) & (apart - half >= CLEAR * max(one.width, other.width))
+    middling = ~far & (apart >= MIDDLING * half)
+    rules = (far, _far_rule(one.arcs)), (middling, _plain(MIDDLING_POINTS)), (~far & ~middling, _crowded(14))
+    return math.fsum(
+        _some_arcs_with_sides(one.arcs, other, pairs.where(chosen).where(part), strands, rule)
+        for chosen, rule in rules for part in strands.blocks(int(np.sum(chosen)), rule[0].size)
+    )
+
+
+def _some_arcs_with_sides(arcs: Array, other: Track, pairs: Pairs, strands: Bundle, rule: Rule) -> float:
+    """Sum of t1.t2 / distance (m) over pairs of arcs and sides. Neumann's inner integral over the side is closed:
+    asinh(a / rho) + asinh(b / rho), a and b being the ways to its ends along it and rho the distance from its line
+    (Grover 1946, chapter 6).
+    """
+    where, tangent, length = _arc_points(arcs[pairs.first], strands.offsets[0], rule)
+    start, end = strands.ends(other, pairs.second, 1)
+    t = directions(other.ends[pairs.second] - other.starts[pairs.second])[:, None, :]
+    reach = _dot(end - start, t)[..., None]
+    away = where - start[:, :, None, :]
+    along, across = _dot(away, t[:, :, None]), away[..., 0] * t[..., 1:] - away[..., 1] * t[..., :1]
+    moved = strands.offsets[0] - strands.offsets[1]
+    ends = np.minimum(np.abs(across[..., 0] + moved), np.abs(across[..., -1] + moved))
+    square = across**2 + strands.clearance(ends)[..., None]
+    beyond, times = reach - along, strands.at_heights(pairs.times)
+    share = _dot(tangent, t[:, :, None]) * length * strands.shares[:, None]
+    total = 0.0
+    for k, height in enumerate(strands.heights):
+        rho = np.sqrt(np.maximum(square + height * height, FLOOR))
+        potential = np.arcsinh(beyond / rho) + np.arcsinh(along / rho)
+        total += float(np.einsum("nkp,nkp->n", potential, share) @ times[:, k])
+    return total
+
+
+def arcs_with_arcs(one: Track, other: Track, pairs: Pairs, strands: Bundle) -> float:
+    """Integral of t1.t2 / distance (m; Neumann's) over pairs of arcs, by the method and points that each pair's
+    distance asks for.
+    """
+    if not pairs.first.size:
+        return 0.0
+    far = _far_rule(np.concatenate([one.arcs, other.arcs]))
+    methods: tuple[tuple[Method, int], ...] = ((partial(_opposite_arcs, rule=far), far[0].size ** 2), *METHODS)
+    total = 0.0
+    for chosen, (method, points) in zip(_sorted(one, other, pairs), methods, strict=True):
+        some = pairs.where(chosen)
+        for part in strands.blocks(some.first.size, points):
+            times = strands.at_heights(some.times[part])
+            total += method(one.arcs[some.first[part]], other.arcs[some.second[part]], strands, times)
+    return total
+
+
+def _sorted(one: Track, other: Track, pairs: Pairs) -> tuple[Flags, ...]:
+    """Whether each pair is far, and to which one of METHODS the others go: flags (n,) each, no unit."""
+    a, b = one.arcs[pairs.first], other.arcs[pairs.second]
+    apart = np.hypot(a[:, 0] - b[:, 0], a[:, 1] - b[:, 1])
+    low, other_low = (np.where(arcs[:, 4] > 0, arcs[:, 3], arcs[:, 3] - arcs[:, 5]) for arcs in (a, b))
+    turn = np.abs(np.remainder(low - other_low + math.pi, 2.0 * math.pi) - math.pi)
+    concentric = (apart < 1e-9) & (turn < 1e-9) & (np.abs(a[:, 5] - b[:, 5]) < 1e-9)
+    width, half, other_half = max(one.width, other.width), half_lengths(a), half_lengths(b)
+    between = np.hypot(*(middles(a) - middles(b)).T)
+    ratio = np.minimum((between - other_half) / half, (between - half) / other_half)
+    far = ~concentric & (ratio >= FAR) & (between - half - other_half >= CLEAR * width)
+    middling = ~concentric & ~far & (ratio >= MIDDLING)
+    rest = ~(concentric | far | middling)
+    spaces = np.full(rest.shape, np.inf)
+    spaces[rest] = _distances(a[rest], b[rest]) / np.maximum(half, other_half)[rest]
+    middling |= rest & (spaces >= APART)
+    beside = (one.z != other.z) & (apart < a[:, 2] + b[:, 2] + width)
+    opposite = rest & ~middling & (apart > 0.3 * np.maximum(a[:, 2], b[:, 2])) & ~beside
+    rest &= ~middling & ~opposite
+    spaced = rest & (spaces >= SPACED)
+    clear = rest & ~spaced & (spaces >= BESIDE)
+    return far, concentric, middling, opposite, spaced, clear, rest & ~spaced & ~clear
+
+
+def _distances(a: Array, b: Array) -> Array:
+    """Least distances (n; m) of pairs of arcs (n, 6), as their SAMPLES points have it."""
+    one, other = (_arc_points(arcs, np.zeros(1), SAMPLED)[0][:, 0] for arcs in (a, b))
+    found = np.empty(len(a))
+    for part in slices(len(a), 500):
+        away = one[part, :, None] - other[part, None, :]
+        found[part] = np.sqrt(np.min(_dot(away, away), axis=(1, 2)))
+    return found
+
+
+def _opposite_arcs(a: Array, b: Array, strands: Bundle, times: Array, rule: Rule) -> float:
+    """Sum of t1.t2 / distance (m; Neumann's integral) over pairs of arcs about centres well apart: a product of two
+    rules, its points crowded at the ends where the arcs may meet.
+    """
+    middle = np.zeros(1)
+    p, q = _arc_points(a, middle, rule)[0], _arc_points(b, middle, rule)[0]
+    x, y = (p[:, :, :, None, k] - q[:, :, None, :, k] for k in (0, 1))
+    clearance = strands.clearance(np.sqrt(np.min(x * x + y * y, axis=(1, 2, 3))))
+    p, t, along = _arc_points(a, strands.offsets[0], rule)
+    q, u, other_along = _arc_points(b, strands.offsets[1], rule)
+    x, y = (p[:, :, :, None, k] - q[:, :, None, :, k] for k in (0, 1))
+    apart = x * x
+    y *= y
+    apart += y
+    apart += clearance[:, None, None, None]
+    # the elements' products: tangents are the same for all strands
+    dot = (t[..., 0, None] * u[:, :, None, :, 0] + t[..., 1, None] * u[:, :, None, :, 1])[:, 0]
+    total = 0.0
+    for k, height in enumerate(strands.heights):
+        np.maximum(np.add(apart, height * height, out=x), FLOOR, out=x)
+        np.divide(1.0, np.sqrt(x, out=x), out=x)
+        x *= dot[:, None]
+        inner = np.sum(np.matmul(x, other_along[..., None])[..., 0] * along, axis=2)
+        total += float(times[:, k] @ (inner @ strands.shares))
+    return total
+
+
+def _concentric_arcs(a: Array, b: Array, strands: Bundle, times: Array) -> float:
+    """Sum of t1.t2 / distance (m) over pairs of arcs of one angle a about one centre: derived here. Only the difference
+    v of azimuths matters, so Neumann's double integral is that of 2 (a - v) r1 r2 cos v / distance over v from 0 to a,
+    its points graded by v = scale sinh(t) about the peak at 0.
+    """
+    r1 = a[:, 2, None] - a[:, 4, None] * strands.offsets[0]
+    r2 = b[:, 2, None] - b[:, 4, None] * strands.offsets[1]
+    angle = a[:, 5, None, None]
+    least = (r1 - r2) ** 2 + strands.clearance(np.abs(a[:, 2] - b[:, 2]))[:, None]
+    product = (r1 * r2)[..., None]
+    nodes, weights = gauss(14)
+    total = 0.0
+    for k, height in enumerate(strands.heights):
+        apart = np.maximum(least + height * height, FLOOR)[..., None]
+        scale = np.sqrt(apart / product)
+        reach = np.arcsinh(angle / scale)
+        v = scale * np.sinh(0.5 * reach * (1.0 + nodes))
+        jacobian = 0.5 * reach * weights * np.sqrt(v * v + scale * scale)
+        kernel = product * np.cos(v) / np.sqrt(apart + 4.0 * product * np.sin(0.5 * v) ** 2)
+        values = np.sum(2.0 * jacobian * (angle - v) * kernel, axis=2) @ strands.shares
+        total += float((times[:, k] * a[:, 4] * b[:, 4]) @ values)
+    return total
+
+
+def _other_arcs(a: Array, b: Array, strands: Bundle, times: Array, rule: Rule) -> float:
+    """Sum of t1.t2 / distance (m; Neumann's integral) over the other pairs of arcs: points of the one in the inner
+    integral over the other, whose points are graded about the azimuth that is nearest (`_TurnedTangents`).
+    """
+    where, tangent, length = _arc_points(a, strands.offsets[0], rule)
+    b = b[:, :, None, None]
+    radius = b[:, 2] - b[:, 4] * strands.offsets[1][:, None]
+    away = where - np.moveaxis(b[:, :2], 1, 3)
+    distance = np.hypot(away[..., 0], away[..., 1])
+    offset = b[:, 4] * (np.arctan2(away[..., 1], away[..., 0]) - b[:, 3]) % (2.0 * math.pi)
+    span = b[:, 5]
+    nearest = np.where(offset <= span, offset, np.where(offset - span < 2.0 * math.pi - offset, span, 0.0))
+    product = distance * radius
+    least = (distance - radius) ** 2 + strands.clearance(np.abs(distance - radius))
+    way = 4.0 * product * np.sin(0.5 * (offset - nearest)) ** 2
+    heading = np.arctan2(tangent[..., 1], tangent[..., 0])
+    # the angle between both tangents where b is nearest: what it is elsewhere follows from the tangent of half the way
+    lean = b[:, 4] * (heading - b[:, 3]) - offset
+    turned = _TurnedTangents(np.sin(lean)[..., None], np.cos(lean)[..., None], (offset - nearest)[..., None])
+    four, share = 4.0 * product[..., None], radius * length * strands.shares[:, None]
+    total = 0.0
+    for k, height in enumerate(strands.heights):
+        gap = least + height * height
+        scale = np.sqrt(np.maximum(gap + way, FLOOR)) / radius
+        inner = sum(turned.integral((edge - nearest)[..., None], scale[..., None], gap[..., None], four)
+                    for edge in (0.0, span))
+        total += float(np.einsum("nkp,nkp->n", inner, share) @ times[:, k])
+    return total
+
+
+@record(eq=False)
+class _TurnedTangents:
+    # What an arc's tangents are to another's (sine and cosine of the angle where it is nearest), and how far (rad) the
+    # foot lies from there.
+    sine: Array
+    cosine: Array
+    away: Array
+
+    def integral(self, edge: Array, scale: Array, gap: Array, four: Array) -> Array:
+        """Integral (1/m) from the nearest azimuth to an edge (rad), of tangents' product over distance; points graded
+        by v = `scale` sinh(t) (rad). Derived here: with h the tangent of half the angle from the foot, the squared
+        distance is gap + four h^2 / (1 + h^2) (m2), and cosine and sine are rational in h.
+        """
+        nodes, weights = gauss(8)
+        reach = np.arcsinh(edge / scale)
+        v = scale * np.sinh(0.5 * reach * (1.0 + nodes))
+        jacobian = 0.5 * np.abs(reach) * weights * np.sqrt(v * v + scale * scale)
+        half = np.tan(0.5 * (self.away - v))
+        square = half * half
+        both = 1.0 / (1.0 + square)
+        dot = (self.sine * (1.0 - square) + 2.0 * self.cosine * half) * both
+        return np.asarray(np.sum(jacobian * dot / np.sqrt(np.maximum(gap + four * square * both, FLOOR)), axis=3))
+
+
+SAMPLED: Rule = (np.linspace(0.0, 1.0, SAMPLES), np.ones(SAMPLES))
+
+METHODS: tuple[tuple[Method, int], ...] = (
+    (_concentric_arcs, 14),
+    (partial(_opposite_arcs, rule=_plain(MIDDLING_POINTS)), MIDDLING_POINTS**2),
+    (partial(_opposite_arcs, rule=_crowded(10)), 100),
+    (partial(_opposite_arcs, rule=_plain(SPACED_POINTS)), SPACED_POINTS**2),
+    (partial(_other_arcs, rule=_crowded(16)), 128),
+    (partial(_other_arcs, rule=_crowded(20)), 160),
+)
+"""How the kinds of pairs of arcs that are not far are summed, and at how many points at once."""

@@ -1,0 +1,180 @@
+"""Neumann's sum over the points of two windings: near clusters point by point, far ones by Chebyshev interpolation.
+
+1 / distance is smooth where clusters are far apart against their sizes: a polynomial through a few nodes of either box
+stands for it, and each cluster is what its points weigh at its nodes (Fong and Darve, J. Comput. Phys. 228, 2009). So
+the work grows with the number of points, not with its square. Layers that repeat a plan are one set of points: what
+their heights add is a polynomial, too.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+
+from sitscad.basics.arrays import Array, Index
+from sitscad.basics.record import record
+from sitscad.kernels.electromagnetics.inductance.mean_distance import height_nodes, nodes_enough
+from sitscad.kernels.electromagnetics.polynomials import chebyshev_points, node_counts, shares
+
+Points = tuple[Array, Array]
+
+LEAF = 250
+"""Points up to which a cluster is not divided."""
+
+APART = 2.0
+"""Distance of two clusters' boxes, in the larger half side, from which on they see each other's nodes."""
+
+ORDER = 8
+"""Nodes along a box's longer side: with APART, the sum over two windings is right to 1e-6 of itself."""
+
+
+ALIKE = 1e-10
+"""Plans whose numbers differ by less (m, rad) are one."""
+
+
+def plan_numbers(layers: Sequence[Array]) -> list[int]:
+    """The number of each layer's plan, from rows (any; m, rad) that say where it runs: every other layer repeats."""
+    known: list[Array] = []
+    found = []
+    for layer in layers:
+        same = [k for k, one in enumerate(known) if one.shape == layer.shape and np.all(np.abs(one - layer) <= ALIKE)]
+        found += same[:1] or [len(known)]
+        known += [] if same else [layer]
+    return found
+
+
+@record(eq=False)
+class Plans:
+    """Points (n, 2; m) of the distinct plans of a winding's layers, their elements (n, 2; m), and whose they are (n).
+    `layers` are the plan, mid-plane and thickness (m) of every layer.
+    """
+
+    places: Array
+    elements: Array
+    owner: Index
+    layers: tuple[tuple[int, float, float], ...]
+
+    @property
+    def count(self) -> int:
+        """Number of plans, no unit."""
+        return 1 + max(plan for plan, _, _ in self.layers)
+
+
+@record(eq=False)
+class Cluster:
+    """Points (n, 2; m) with their elements (n, plans, 2; m), in the box of that centre and those half sides (2,)."""
+
+    places: Array
+    elements: Array
+    centre: Array
+    half: Array
+
+    @cached_property
+    def parts(self) -> tuple[Cluster, ...]:
+        """The cluster's halves (m); none where points are few or all in one place."""
+        axis = int(self.half[1] > self.half[0])
+        left = self.places[:, axis] < self.centre[axis]
+        if len(self.places) <= LEAF or left.all() or not left.any():
+            return ()
+        return _cluster(self.places[left], self.elements[left]), _cluster(self.places[~left], self.elements[~left])
+
+    @cached_property
+    def seen(self) -> Points:
+        """What stands for it from afar: nodes (n, 2; m) and what elements weigh there (n, plans, 2; m), each point's
+        element shared out by the weights of Chebyshev's interpolation (Fong and Darve 2009); or its own points.
+        """
+        counts = node_counts(self.half.tolist(), max(*self.half.tolist(), 1e-300), ORDER, APART)
+        if math.prod(counts) >= len(self.places):
+            return self.places, self.elements
+        axes = [chebyshev_points(-1.0, 1.0, count) for count in counts]
+        nodes = self.centre + self.half * np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
+        at = (self.places - self.centre) / np.maximum(self.half, 1e-300)
+        x, y = (shares(points, at[:, k]) for k, points in enumerate(axes))
+        both = (x[:, :, None] * y[:, None, :]).reshape(len(at), -1)
+        weighed = both.T @ self.elements.reshape(len(at), -1)
+        return nodes, weighed.reshape(-1, *self.elements.shape[1:])
+
+
+def neumann_sum(first: Plans, second: Plans) -> float:
+    """Sum of dp.dq / distance (m; Neumann's integral) over all pairs of points of two windings on all their layers, by
+    interpolation between far clusters (Fong and Darve 2009). Right to 1e-6 where they lie side by side. The copper of
+    two layers counts at the two heights that keep the mean and the variance of the distance through both thicknesses.
+    """
+    heights = _Heights(first, second)
+    one, other = (_whole(plans) for plans in (first, second))
+    return math.fsum(heights.sum(*pair) for pair in _pairs(one, other))
+
+
+class _Heights:
+    """The squared heights (m2) between all layers of two windings, as few polynomial nodes as the distance allows."""
+
+    def __init__(self, first: Plans, second: Plans) -> None:
+        found: dict[tuple[int, int, float], float] = {}
+        for a, z, thickness in first.layers:
+            for b, other, other_thickness in second.layers:
+                spread = math.sqrt((thickness**2 + other_thickness**2) / 12.0)
+                for height in (abs(z - other) - spread, abs(z - other) + spread):
+                    key = a, b, round(height * height, 18)
+                    found[key] = found.get(key, 0.0) + 0.5
+        self.squares = np.array(sorted({square for _, _, square in found}))
+        self.times = np.zeros((self.squares.size, first.count, second.count))
+        for (a, b, square), times in found.items():
+            self.times[np.searchsorted(self.squares, square), a, b] += times
+        self.known: dict[int, tuple[Array, Array]] = {}
+
+    def nodes(self, apart: float) -> tuple[Array, Array]:
+        """Squared heights (k) and how often each pair of plans (k, plans, plans) has them, for points `apart` (m)."""
+        count = int(nodes_enough(self.squares, np.array([apart]))[0])
+        if count < self.squares.size:
+            if count not in self.known:
+                squares, weights = height_nodes(self.squares, count)
+                self.known[count] = squares, np.tensordot(weights.T, self.times, 1)
+            return self.known[count]
+        return self.squares, self.times
+
+    def sum(self, one: Points, other: Points, apart: float) -> float:
+        """The sum (m) of dp.dq / distance over all pairs of points (n, 2; m) with elements (n, plans, 2; m), at least
+        `apart` (m) from each other.
+        """
+        middle = 0.5 * (one[0].mean(axis=0) + other[0].mean(axis=0))
+        p, q, elements, others = one[0] - middle, other[0] - middle, one[1], other[1]
+        elements, others = elements.reshape(len(p), -1), others.reshape(len(q), -1)
+        # Squared distances as one product: (-2 p, p^2, 1) with (q, 1, q^2).
+        own = np.column_stack([-2.0 * p, np.sum(p * p, axis=1), np.ones(len(p))])
+        square = own @ np.vstack([q.T, np.ones(len(q)), np.sum(q * q, axis=1)])
+        inverse, total = np.empty_like(square), 0.0
+        for height, times in zip(*self.nodes(apart), strict=True):
+            np.sqrt(np.add(square, height, out=inverse), out=inverse)
+            np.divide(1.0, inverse, out=inverse)
+            mutual = (elements.T @ (inverse @ others)).reshape(*times.shape[:1], 2, times.shape[1], 2)
+            total += float(np.sum((mutual[:, 0, :, 0] + mutual[:, 1, :, 1]) * times))
+        return total
+
+
+def _whole(plans: Plans) -> Cluster:
+    """All points of a winding's plans (m) as one cluster, each point's element in the column of its plan."""
+    elements = np.zeros((len(plans.places), plans.count, 2))
+    elements[np.arange(len(plans.places)), plans.owner] = plans.elements
+    return _cluster(plans.places, elements)
+
+
+def _cluster(places: Array, elements: Array) -> Cluster:
+    """Points (n, 2; m) and elements (n, plans, 2; m) in the box that holds them."""
+    low, high = places.min(axis=0), places.max(axis=0)
+    return Cluster(places, elements, 0.5 * (low + high), 0.5 * (high - low))
+
+
+def _pairs(one: Cluster, other: Cluster) -> list[tuple[Points, Points, float]]:
+    """Points that stand for pairs of clusters, and how far (m) these are apart at least: their boxes' distance."""
+    away = np.maximum(np.abs(one.centre - other.centre) - one.half - other.half, 0.0)
+    size, other_size, gap = float(one.half.max()), float(other.half.max()), math.hypot(*away.tolist())
+    if gap >= APART * max(size, other_size, 1e-300):
+        return [(one.seen, other.seen, gap)]
+    if not (one.parts or other.parts):
+        return [((one.places, one.elements), (other.places, other.elements), gap)]
+    if one.parts and (size >= other_size or not other.parts):
+        return [pair for part in one.parts for pair in _pairs(part, other)]
+    return [pair for part in other.parts for pair in _pairs(one, part)]

@@ -1,0 +1,247 @@
+"""Straight filaments: closed Neumann integrals of parallel and of inclined ones, and tracks of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from sitscad.basics.arrays import Array, Index, slices
+from sitscad.basics.record import record
+from sitscad.kernels.electromagnetics.constants import MU0
+from sitscad.kernels.electromagnetics.inductance.mean_distance import clearance_table
+from sitscad.kernels.electromagnetics.special_functions import gauss
+
+FAR = 12.0
+"""Distance, in lengths of the longer filament, from which a pair of parallel ones is summed by Gauss points."""
+
+TOUCHING = 1e-12
+"""Least distance (m) that filaments are taken apart: crossing ones meet in a point, not in a division by zero."""
+
+AT_ONCE = 60_000
+"""Points and segments that are worked on at once: as many as stay near the processor."""
+
+
+@record(eq=False)
+class PolylineTrack:
+    """A track along straight sides: corners (n, 2) in metres along the current, cross-section, mid-plane z."""
+
+    corners: Array
+    width: float
+    thickness: float
+    z: float
+
+    @property
+    def length(self) -> float:
+        """Length of the centre line (m)."""
+        return float(np.sum(np.hypot(*np.diff(self.corners, axis=0).T)))
+
+    def strand(self, offset: float) -> Array:
+        """Corners (n, 2; m) of the parallel line `offset` metres to the left, mitred at corners, square at the ends:
+        the sum of both normals over 1 + their product (derived here).
+        """
+        sides = np.diff(self.corners, axis=0)
+        tangents = sides / np.hypot(sides[:, 0], sides[:, 1])[:, None]
+        normals = np.stack([-tangents[:, 1], tangents[:, 0]], axis=1)
+        before, after = np.vstack([normals[:1], normals]), np.vstack([normals, normals[-1:]])
+        mitre = (before + after) / (1.0 + np.sum(before * after, axis=1))[:, None]
+        return self.corners + offset * mitre
+
+
+def distances_in_plane(points: Array, starts: Array, ends: Array) -> Array:
+    """Distances (points, filaments; m) in the plane of points (points, 1, 2) from straight filaments (filaments, 2)."""
+    span = ends - starts
+    away = points - starts
+    along = np.clip(np.sum(away * span, axis=-1) / np.sum(span * span, axis=-1), 0.0, 1.0)
+    return np.asarray(np.hypot(*np.moveaxis(away - along[..., None] * span, -1, 0)))
+
+
+def parallel_filaments(length: Array, start: Array, end: Array, distance_squared: Array) -> Array:
+    """Mutual inductance (H) of parallel straight filaments; arrays that broadcast together, metres. The first runs from
+    0 to `length` along an axis, the second from `start` to `end` along the same axis (end < start for opposite current)
+    at a distance whose square is given (> 0; the squared geometric mean distance for tracks). Neumann's integral in
+    closed form (Grover 1946, chapter 6), by Gauss points where its four terms would cancel.
+    """
+    length, start, end, square = np.broadcast_arrays(length, start, end, distance_squared)
+    reach = np.maximum(np.abs(length), np.abs(end - start))
+    gap = np.maximum(np.maximum(np.minimum(start, end) - length, -np.maximum(start, end)), 0.0)
+    far = square + gap * gap > (FAR * reach) ** 2
+    rho = np.sqrt(square)
+    result = _twice(end, rho) - _twice(start, rho) - _twice(end - length, rho) + _twice(start - length, rho)
+    if far.any():
+        nodes, weights = gauss(4)
+        u = 0.5 * length[..., None, None] * (1.0 + nodes[:, None])
+        v = 0.5 * (start + end)[..., None, None] + 0.5 * (end - start)[..., None, None] * nodes
+        summed = np.sum(weights[:, None] * weights / np.sqrt((u - v) ** 2 + square[..., None, None]), axis=(-1, -2))
+        result = np.where(far, 0.25 * length * (end - start) * summed, result)
+    return MU0 / (4.0 * math.pi) * result
+
+
+def _twice(u: Array, rho: Array) -> Array:
+    """Second integral (m) of 1 / sqrt(u^2 + rho^2) over u; the sum of four of them needs no constant."""
+    return u * np.arcsinh(u / rho) - np.sqrt(u * u + rho * rho)
+
+
+@record(eq=False)
+class SegmentSet:
+    """Straight tracks of one cross-section on one layer: starts and ends (n, 2) in metres along the current."""
+
+    starts: Array
+    ends: Array
+    width: float
+    thickness: float
+    z: float
+
+
+def segment_set(tracks: Sequence[PolylineTrack]) -> SegmentSet:
+    """All sides (m) of tracks that share width, thickness and mid-plane."""
+    first = tracks[0]
+    starts = np.concatenate([track.corners[:-1] for track in tracks])
+    ends = np.concatenate([track.corners[1:] for track in tracks])
+    return SegmentSet(starts, ends, first.width, first.thickness, first.z)
+
+
+def grouped_segments_inductance(sets: Sequence[SegmentSet], groups: Sequence[int]) -> Array:
+    """Partial mutual inductances (H) of groups of straight tracks with one another: (groups, groups), symmetrical
+    (Ruehli, IBM J. Res. Dev. 16, 1972). `groups[k]` says to which group (from 0) set k belongs; the diagonal holds each
+    group's partial inductance. One filament a track, the geometric mean distance kept.
+    """
+    starts, ends = np.concatenate([s.starts for s in sets]), np.concatenate([s.ends for s in sets])
+    sizes = np.cumsum([0, *(len(s.starts) for s in sets)])
+    owner = np.repeat(np.asarray(groups), np.diff(sizes))
+    # of the line through each segment from the middle of each (n, n)
+    t, _ = _directions((starts, ends))
+    normal = np.stack([-t[:, 1], t[:, 0]], axis=1)
+    clearance = np.abs(normal @ (0.5 * (starts + ends)).T - np.sum(normal * starts, axis=1)[:, None])
+    for i, one in enumerate(sets):
+        for j, other in enumerate(sets):
+            height = round(abs(one.z - other.z), 12)  # alike ones share a table
+            widths = (min(one.width, other.width), max(one.width, other.width))
+            thicknesses = (min(one.thickness, other.thickness), max(one.thickness, other.thickness))
+            block = slice(sizes[i], sizes[i + 1]), slice(sizes[j], sizes[j + 1])
+            clearance[block] = height**2 + np.interp(clearance[block], *clearance_table(height, widths, thicknesses, 1))
+    count = max(groups) + 1
+    found = np.zeros((count, count))
+    for i in range(count):
+        for j in range(i + 1):
+            a, b = np.nonzero(owner == i)[0], np.nonzero(owner == j)[0]
+            if a.size and b.size:
+                p, q = (starts[a], ends[a]), (starts[b], ends[b])
+                found[i, j] = found[j, i] = _segments_mutual(p, q, clearance[np.ix_(a, b)])
+    return found
+
+
+Segments = tuple[Array, Array]
+
+
+def _directions(p: Segments) -> tuple[Array, Array]:
+    """Unit vectors (n, 2) along segments, and their lengths (n; m)."""
+    sides = p[1] - p[0]
+    lengths = np.hypot(sides[:, 0], sides[:, 1])
+    return sides / lengths[:, None], lengths
+
+
+def _segments_mutual(p: Segments, q: Segments, clearance: Array) -> float:
+    """Sum of the mutual inductances (H) of all segments of p with all of q, parallel and inclined, in closed form.
+    `clearance` (n, m; m2) of each pair is the square of the height between them and what keeps the mean distance.
+    """
+    t, lengths = _directions(p)
+    other, _ = _directions(q)
+    parallel = np.abs(t[:, :1] * other[:, 1] - t[:, 1:] * other[:, 0]) < 1e-9
+    i, j = np.nonzero(parallel)
+    axis, to_start, to_end = t[i], q[0][j] - p[0][i], q[1][j] - p[0][i]
+    start, end = np.sum(axis * to_start, axis=1), np.sum(axis * to_end, axis=1)
+    lateral = axis[:, 0] * to_start[:, 1] - axis[:, 1] * to_start[:, 0]
+    square = np.maximum(lateral**2 + clearance[i, j], TOUCHING**2)
+    total = float(np.sum(parallel_filaments(lengths[i], start, end, square)))
+    cosine = t @ other.T
+    i, j = np.nonzero(~parallel & (np.abs(cosine) > 1e-9))
+    if i.size:
+        total += float(np.sum(cosine[i, j] * _inclined_sides(p, q, other[j], lengths[i], i, j, clearance[i, j])))
+    return total
+
+
+def _inclined_sides(
+    p: Segments, q: Segments, axis: Array, lengths: Array, i: Index, j: Index, clearance: Array
+) -> Array:
+    """Mutual inductance over cosine (n; H) of pairs of inclined sides: Campbell's form in `inclined_integral`."""
+    own = (p[1][i] - p[0][i]) / lengths[:, None]
+    sine, cosine = own[:, 0] * axis[:, 1] - own[:, 1] * axis[:, 0], np.sum(own * axis, axis=1)
+    away = q[0][j] - p[0][i]
+    # distances along both axes from the point where the two lines cross
+    u0 = -(away[:, 0] * axis[:, 1] - away[:, 1] * axis[:, 0]) / sine
+    v0 = -(away[:, 0] * own[:, 1] - away[:, 1] * own[:, 0]) / sine
+    v1 = v0 + np.sum((q[1][j] - q[0][j]) * axis, axis=1)
+    square = np.clip(clearance, TOUCHING**2, None)
+    return MU0 / (4.0 * math.pi) * inclined_integral(u0, u0 + lengths, v0, v1, cosine, np.abs(sine), square)
+
+
+def inclined_integral(
+    u0: Array, u1: Array, v0: Array, v1: Array, cosine: Array, sine: Array, square: Array | float
+) -> Array:
+    """Integral of 1/distance (m) over two straight filaments in parallel planes whose squared distance is `square` (m2,
+    > 0). They run from u0 to u1 and from v0 to v1 (m) along their axes, counted from where these cross, at an angle of
+    the given cosine and sine (> 0). Closed (Campbell 1915; Grover 1946, chapter 7, equation 51); Gauss points where it
+    cancels.
+    """
+    height = np.sqrt(square)
+    result = np.zeros(np.broadcast(u0, v0, square).shape)
+    # 1 - |cosine| without the difference: the lines of nearly parallel filaments cross far away
+    way, bent = np.sign(cosine), sine * sine / (1.0 + np.abs(cosine))
+    for u, v, sign in ((u1, v1, 1.0), (u0, v1, -1.0), (u1, v0, -1.0), (u0, v0, 1.0)):
+        beyond = u - way * v
+        distance = np.sqrt(beyond * beyond + 2.0 * way * u * v * bent + square)
+        term = u * np.arcsinh((way * u * bent - way * beyond) / np.sqrt((u * sine) ** 2 + square))
+        term += v * np.arcsinh((beyond + way * v * bent) / np.sqrt((v * sine) ** 2 + square))
+        term -= height / sine * np.arctan((square * cosine + u * v * sine**2) / (height * distance * sine))
+        result += sign * term
+    middle = np.hypot(0.5 * (u0 + u1) - 0.5 * (v0 + v1) * cosine, 0.5 * (v0 + v1) * sine)
+    far = middle > 12.0 * np.maximum(np.abs(u1 - u0), np.abs(v1 - v0))
+    if far.any():
+        far = np.broadcast_to(far, result.shape)
+        u0, u1, v0, v1, cosine, square = (np.broadcast_to(x, far.shape)[far] for x in (u0, u1, v0, v1, cosine, square))
+        nodes, weights = gauss(4)
+        u = (0.5 * (u0 + u1))[:, None, None] + (0.5 * (u1 - u0))[:, None, None] * nodes[:, None]
+        v = (0.5 * (v0 + v1))[:, None, None] + (0.5 * (v1 - v0))[:, None, None] * nodes
+        distance = np.sqrt(u * u + v * v - 2.0 * u * v * cosine[:, None, None] + square[:, None, None])
+        result[far] = 0.25 * (u1 - u0) * (v1 - v0) * np.sum(weights[:, None] * weights / distance, axis=(1, 2))
+    return result
+
+
+def via_inductance(length: float, diameter: float) -> float:
+    """Partial self-inductance (H) of a plated hole's barrel, lengths in metres: a tube with its current on the surface,
+    whose mean distance is its radius (Grover 1946). mu0/(2 pi) h (asinh(h/r) + r/h - sqrt(1 + (r/h)^2)).
+    """
+    ratio = 0.5 * diameter / length
+    return MU0 / (2.0 * math.pi) * length * (math.asinh(1.0 / ratio) + ratio - math.sqrt(1.0 + ratio * ratio))
+
+
+def curve_segments_mutual(curve: tuple[Array, Array], segments: SegmentSet, clearance: float) -> float:
+    """Mutual inductance (H) of a sampled curve with all straight segments of a set: Neumann's integral. The curve is
+    (points (n, 3), elements dl (n, 2)) in metres, weighted by its quadrature; each point lies in the closed potential
+    of every segment. `clearance` (m) keeps pieces that touch apart, as their mean distance does.
+    """
+    points, elements = curve
+    parts = slices(len(points), AT_ONCE // max(1, len(segments.starts)))
+    total = math.fsum(_weighed_potential(points[part], elements[part], segments, clearance) for part in parts)
+    return MU0 / (4.0 * math.pi) * total
+
+
+def _weighed_potential(points: Array, elements: Array, segments: SegmentSet, clearance: float) -> float:
+    """Sum (m) of elements (n, 2; m) times the potential of every segment at points (n, 3; m), in mu0 / (4 pi): the
+    integral of 1 / distance along a segment is asinh(a / rho) + asinh(b / rho) (Grover 1946, chapter 6).
+    """
+    sides = segments.ends - segments.starts
+    lengths = np.hypot(sides[:, 0], sides[:, 1])
+    axis = (sides / lengths[:, None]).T
+    left = np.stack([axis[1], -axis[0]])
+    along = points[:, :2] @ axis - np.sum(segments.starts.T * axis, axis=0)
+    lateral = points[:, :2] @ left - np.sum(segments.starts.T * left, axis=0)
+    square = lateral**2 + ((points[:, 2] - segments.z) ** 2)[:, None] + max(clearance, TOUCHING) ** 2
+    # asinh(a / rho) + asinh(b / rho) by one logarithm, without the differences that cancel on the segment's axis
+    rest = lengths - along
+    one = np.sqrt(along**2 + square) + np.abs(along)
+    other = np.sqrt(rest**2 + square) + np.abs(rest)
+    ratio = np.where(along < 0.0, other / one, np.where(rest < 0.0, one / other, one * other / square))
+    return float(np.sum((elements @ axis) * np.log(ratio)))

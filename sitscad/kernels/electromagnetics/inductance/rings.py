@@ -1,0 +1,91 @@
+"""A spiral winding as coaxial rings, one a turn at its mean radius, and the inductance of the rings.
+
+Two coaxial rings have their mutual inductance by elliptic integrals (Maxwell 1873, art. 701).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from sitscad.basics.arrays import Array, Index
+from sitscad.basics.record import record
+from sitscad.kernels.electromagnetics.inductance.spirals import SpiralLayer
+from sitscad.kernels.electromagnetics.special_functions import coaxial_rings
+
+
+def radii_at(layers: Sequence[SpiralLayer], azimuth: float) -> list[Array]:
+    """Radii (m), an array for every layer, at which its centre line r = radius - pitch theta / (2 pi) meets the
+    half-plane of an azimuth (rad).
+    """
+    found = []
+    for layer in layers:
+        first = (layer.sense * (azimuth - layer.angle)) % (2.0 * math.pi)
+        theta = np.arange(first, layer.span, 2.0 * math.pi)
+        found.append(layer.radius - layer.pitch / (2.0 * math.pi) * theta)
+    return found
+
+
+@record(eq=False)
+class MeanRings:
+    """A ring for every turn of spiral layers, where it is on average over azimuths, arrays (n,): radii (m), which part
+    of a turn each is, and the number of its layer.
+    """
+
+    radii: Array
+    parts: Array
+    layer: Index
+
+
+def mean_rings(layers: Sequence[SpiralLayer]) -> MeanRings:
+    """The mean rings of spiral layers (m) from the outside in, the last broken turn of each as its fraction; derived
+    here: the spiral's radius in the middle of each turn.
+    """
+    parts = [np.minimum(1.0, layer.turns - np.arange(math.ceil(layer.turns))) for layer in layers]
+    radii = [layer.radius - layer.pitch * (np.arange(part.size) + 0.5 * part)
+             for layer, part in zip(layers, parts, strict=True)]
+    return MeanRings(np.concatenate(radii), np.concatenate(parts),
+                     np.repeat(np.arange(len(layers)), [part.size for part in parts]))
+
+
+def mean_ring_inductance(layers: Sequence[SpiralLayer]) -> float:
+    """Inductance (H) of the layers in series as one ring a turn, every pair once (Maxwell 1873, art. 701).
+
+    Derived here: the squared distance of a pair is the mean of its logarithm over azimuths: of layers of one sense,
+    which stay beside each other at one of two places; of crossing ones, which pass each other by two pitches in a turn.
+    Widths and thicknesses enter by their second moments, of a track with itself by 0.2235 (w + t) (Grover 1946).
+    """
+    rings, first = mean_rings(layers), layers[0]
+    z, sense, angle, circulation, thickness = np.array(
+        [(one.z, one.sense, one.angle, one.circulation, one.thickness) for one in layers]).T[:, rings.layer]
+    gap, height = rings.radii[:, None] - rings.radii, z[:, None] - z
+    # of one sense: ahead by a share of a pitch, for the rest of the turn that less a pitch
+    ahead = (sense * (angle[:, None] - angle) / (2.0 * math.pi)) % 1.0
+    # <ln|z + xi|> is ln|z| - Re <xi^2> / (2 z^2) + ..., and <xi^2> of two rectangles twice (w^2 - t^2) / 12
+    moment = (first.width**2 - thickness[:, None] * thickness) / 12.0
+    own = np.eye(gap.size // len(z), dtype=bool)
+    logs = np.zeros_like(gap)
+    for part, shift in ((1.0 - ahead, ahead), (ahead, np.where(ahead > 0.0, ahead - 1.0, 0.0))):
+        place = gap + shift * first.pitch + 1j * height
+        place[own] = 1.0
+        logs += part * (np.log(np.abs(place)) - (moment / place**2).real)
+    crossing = sense[:, None] != sense
+    logs[crossing] = _passing(gap[crossing], height[crossing], math.hypot(first.pitch, math.sqrt(0.5) * first.width))
+    logs[own] = np.log(0.2235 * (first.width + thickness))
+    mutual = coaxial_rings(rings.radii[:, None], rings.radii, np.exp(2.0 * logs))
+    amount = rings.parts * circulation
+    return float(amount @ mutual @ amount)
+
+
+def _passing(gap: Array, height: Array, reach: float) -> Array:
+    """Mean of ln(distance / 1 m), (n,), of tracks that pass each other at a height (m), from `reach` (m) on one side of
+    their mean `gap` (m) to as much on the other: the integral of ln sqrt(x^2 + z^2) over x in closed form.
+    """
+
+    def integral(x: Array) -> Array:
+        """Integral (m) of ln sqrt(x^2 + height^2) over x (m), by parts; a constant may be missing."""
+        return 0.5 * x * np.log(x * x + height * height) - x + height * np.arctan(x / height)
+
+    return np.asarray((integral(gap + reach) - integral(gap - reach)) / (2.0 * reach))

@@ -1,0 +1,333 @@
+"""Mutual inductance of windings that lie side by side: strands sampled as finely as the other winding's distance asks.
+
+Every side, arc or spiral turn is halved until it is no longer than it is far from the other winding, and gets a few
+Gauss points a part.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from sitscad.basics.arrays import Array, Index, slices
+from sitscad.basics.record import record
+from sitscad.kernels.electromagnetics.constants import MU0
+from sitscad.kernels.electromagnetics.inductance.clusters import Plans, neumann_sum, plan_numbers
+from sitscad.kernels.electromagnetics.inductance.filaments import distances_in_plane
+from sitscad.kernels.electromagnetics.inductance.spirals import SpiralLayer
+from sitscad.kernels.electromagnetics.inductance.track_strands import Track
+from sitscad.kernels.electromagnetics.special_functions import gauss
+
+LONG = 1.5
+"""Largest length of a part over its distance from the other winding: eight points are right to 1e-7 of its pair."""
+
+BEND = 3.2
+"""Largest angle (rad) of a curved part."""
+
+POINTS = 8
+"""Gauss points a part at most."""
+
+SHORT = (0.03, 0.15, 0.4, 0.65, 0.9, 1.2)
+"""Lengths of a part over its distance from the other winding up to which 2, 3, 4 ... points are right to 1e-7."""
+
+SLIGHT = (0.1, 0.3, 0.7, 1.2, 1.8, 2.5)
+"""Angles (rad) of a curved part up to which 2, 3, 4 ... points are."""
+
+WIDE = 0.003
+"""Track width over the winding's radius from which two strands a track are taken: one misses its square."""
+
+NEAR = 0.2
+"""Track width over a part's distance from the other winding from which three strands are taken."""
+
+HEADINGS = 128
+"""Directions in which an outline's reach is told, besides those across its straight sides."""
+
+SAMPLED = math.radians(6.0)
+"""Angle between the points of a curve that tell its reach."""
+
+DISTANCES = 1 << 16
+"""Distances of points and pieces that are worked on at once: a few megabytes."""
+
+HALVINGS = 14
+"""A part is halved so often at most: windings that cross are not what this is for."""
+
+
+@record(eq=False)
+class Pieces:
+    """Pieces of one kind of all plans of a winding's layers. Metres and radians. Straight (n, 8): start, end, and the
+    mitres by which they move per metre to the left. Curved (n, 7): centre x, y, radius and azimuth at the start,
+    direction (+1 counter-clockwise), angle, fall of the radius per radian. `owner` (n) are the plans' numbers.
+    """
+
+    rows: Array
+    owner: Index
+    width: float
+
+    @property
+    def is_curved(self) -> bool:
+        """Whether the rows are of the curved kind."""
+        return self.rows.shape[1] == 7
+
+    @property
+    def lengths(self) -> Array:
+        """Length (m) of every piece, that of a spiral turn by its start."""
+        if self.is_curved:
+            return np.asarray(self.rows[:, 2] * self.rows[:, 5])
+        return np.hypot(self.rows[:, 2] - self.rows[:, 0], self.rows[:, 3] - self.rows[:, 1])
+
+    @property
+    def angles(self) -> Array:
+        """Angle (rad) that every piece turns by."""
+        return self.rows[:, 5] if self.is_curved else np.zeros(len(self.rows))
+
+    @property
+    def normals(self) -> Array:
+        """Directions (rad) across the straight pieces."""
+        if self.is_curved:
+            return np.zeros(0)
+        return np.asarray(np.arctan2(self.rows[:, 2] - self.rows[:, 0], self.rows[:, 1] - self.rows[:, 3]))
+
+    def reach(self, headings: Array) -> Array:
+        """How far (m) the centre lines reach from the origin along headings (2, n)."""
+        most = math.ceil(float(self.angles.max()) / SAMPLED)
+        along = np.tile(np.linspace(0.0, 1.0, most + 2), (len(self.rows), 1))
+        points, _ = self.points(np.arange(len(self.rows)), along, 0.0)
+        return np.asarray(np.max(points.reshape(-1, 2) @ headings, axis=0))
+
+    def moved(self, dx: float, dy: float) -> Pieces:
+        """The pieces moved by (dx, dy) metres."""
+        step = [dx, dy, 0.0, 0.0, 0.0, 0.0, 0.0] if self.is_curved else [dx, dy, dx, dy, 0.0, 0.0, 0.0, 0.0]
+        return replace(self, rows=self.rows + np.array(step))
+
+    def points(self, index: Index, s: Array, left: float) -> tuple[Array, Array]:
+        """Points (k, m, 2; m) and derivatives (m per fraction) at fractions s (k, m) of pieces (k), `left` metres off
+        the centre line. A parallel curve is shorter on the inner side, by the curvature (r^2 + 2 f^2) / (r^2 +
+        f^2)^(3/2) of a spiral that falls by f per radian (textbook).
+        """
+        rows = self.rows[index][:, None, :]
+        if not self.is_curved:
+            start, end = rows[..., :2] + left * rows[..., 4:6], rows[..., 2:4] + left * rows[..., 6:]
+            return start + s[..., None] * (end - start), np.broadcast_to(end - start, (*s.shape, 2))
+        centre, (radius, azimuth, direction, angle, fall) = rows[..., :2], np.moveaxis(rows[..., 2:], 2, 0)
+        turned = angle * s
+        r, a = radius - fall * turned, azimuth + direction * turned
+        outward = np.stack([np.cos(a), np.sin(a)], axis=-1)
+        forward = direction[..., None] * np.stack([-outward[..., 1], outward[..., 0]], axis=-1)
+        step = r[..., None] * forward - fall[..., None] * outward
+        speed = np.hypot(r, fall)
+        normal = np.stack([-step[..., 1], step[..., 0]], axis=-1) / speed[..., None]
+        # a parallel curve is shorter on the inner side, by its curvature
+        shorter = 1.0 - left * direction * (r * r + 2.0 * fall * fall) / speed**3
+        return centre + r[..., None] * outward + left * normal, step * (shorter * angle)[..., None]
+
+    def distance(self, where: Array) -> Array:
+        """Least distance (m) in the plane of points (k, 2) from the centre lines."""
+        if not len(self.rows):
+            return np.full(len(where), np.inf)
+        found = np.empty(len(where))
+        for part in slices(len(where), DISTANCES // len(self.rows)):
+            points = where[part, None, :]
+            if self.is_curved:
+                away = self._from_curves(points)
+            else:
+                away = distances_in_plane(points, self.rows[:, :2], self.rows[:, 2:4])
+            found[part] = away.min(axis=1)
+        return found
+
+    def _from_curves(self, p: Array) -> Array:
+        """Distances (points, pieces; m) of points from pieces of spirals: radially, or from their ends; derived here,
+        the slope of a spiral being small.
+        """
+        x, y, radius, azimuth, direction, angle, fall = self.rows.T
+        dx, dy = p[..., 0] - x, p[..., 1] - y
+        turned = direction * (np.arctan2(dy, dx) - azimuth) % (2.0 * math.pi)
+        beside = np.abs(np.hypot(dx, dy) - (radius - fall * turned))
+        ends = [
+            np.hypot(dx - r * np.cos(a), dy - r * np.sin(a))
+            for r, a in ((radius, azimuth), (radius - fall * angle, azimuth + direction * angle))
+        ]
+        return np.where(turned <= angle, beside, np.minimum(*ends))
+
+
+Layers = tuple[tuple[int, float, float], ...]
+"""The plan, mid-plane and thickness (m) of every layer."""
+
+
+def track_pieces(tracks: Sequence[Track]) -> tuple[Pieces, Pieces, Layers]:
+    """The straight and the curved pieces of a winding's distinct plans, and its layers; the tracks have one width."""
+    sides = [np.concatenate([t.starts, t.ends, t.before, t.after], axis=1) for t in tracks]
+    arcs = [np.concatenate([t.arcs, np.zeros((len(t.arcs), 1))], axis=1) for t in tracks]
+    plans = plan_numbers([np.concatenate([a.ravel(), b.ravel()]) for a, b in zip(sides, arcs, strict=True)])
+    return _joined(sides, plans, tracks[0].width), _joined(arcs, plans, tracks[0].width), _layers(plans, tracks)
+
+
+def spiral_pieces(layers: Sequence[SpiralLayer]) -> tuple[Pieces, Layers]:
+    """The half turns (m) of round layers' distinct plans, along the current, and the layers; all of one width."""
+    rows = [_half_turns(layer) for layer in layers]
+    plans = plan_numbers([row.ravel() for row in rows])
+    return _joined(rows, plans, layers[0].width), _layers(plans, layers)
+
+
+def _joined(rows: Sequence[Array], plans: Sequence[int], width: float) -> Pieces:
+    """The pieces of each plan's first layer (m), plan after plan."""
+    first = [plans.index(plan) for plan in range(max(plans) + 1)]
+    owner = np.repeat(np.arange(len(first)), [len(rows[k]) for k in first])
+    return Pieces(np.concatenate([rows[k] for k in first]), owner, width)
+
+
+def _layers(plans: Sequence[int], layers: Sequence[Track | SpiralLayer]) -> Layers:
+    """Plan, mid-plane (m) and thickness (m) of every layer."""
+    return tuple((plan, layer.z, layer.thickness) for plan, layer in zip(plans, layers, strict=True))
+
+
+def _half_turns(layer: SpiralLayer) -> Array:
+    """A layer as rows (n, 7) of half turns: centre, radius (m), azimuth, direction, angle (rad) and fall (m/rad), along
+    the current.
+    """
+    count, slope = max(1, math.ceil(2.0 * layer.turns)), layer.pitch / (2.0 * math.pi)
+    step = layer.span / count
+    theta = step * np.arange(count)
+    if not layer.inward:
+        theta = layer.span - theta
+    walk = 1.0 if layer.inward else -1.0
+    one = np.ones(count)
+    return np.stack([0.0 * one, 0.0 * one, layer.radius - slope * theta, layer.angle + layer.sense * theta,
+                     walk * layer.sense * one, step * one, walk * slope * one], axis=1)
+
+
+@record
+class SideBySide:
+    """Mutual inductance (H) of two windings, and their tracks' width over the least distance of their centre lines."""
+
+    inductance: float
+    nearness: float
+
+
+def spirals_side_by_side(
+    first: Sequence[SpiralLayer], second: Sequence[SpiralLayer], displacement: tuple[float, float]
+) -> SideBySide:
+    """Two round windings in one plane, the second one's centre `displacement` (m) from the first one's."""
+    (one, layers), (other, others) = spiral_pieces(first), spiral_pieces(second)
+    return _side_by_side([one], layers, [other.moved(*displacement)], others)
+
+
+def tracks_side_by_side(
+    first: Sequence[Track], second: Sequence[Track], displacement: tuple[float, float]
+) -> SideBySide:
+    """Two windings of sides and arcs in one plane, the second one moved by `displacement` (m)."""
+    (*one, layers), (*other, others) = track_pieces(first), track_pieces(second)
+    moved = [pieces.moved(*displacement) for pieces in other if len(pieces.rows)]
+    return _side_by_side([pieces for pieces in one if len(pieces.rows)], layers, moved, others)
+
+
+def _side_by_side(first: Sequence[Pieces], layers: Layers, second: Sequence[Pieces], others: Layers) -> SideBySide:
+    """Mutual inductance (H) of two windings that do not overlap: mu0 / (4 pi) times Neumann's sum over parts."""
+    outline, other_outline = _outline(first), _outline(second)
+    parts = [_parts(pieces, other_outline) for pieces in first]
+    other_parts = [_parts(pieces, outline) for pieces in second]
+    least = min(one.least for one in (*parts, *other_parts))
+    total = neumann_sum(_sampled(parts, layers), _sampled(other_parts, others))
+    return SideBySide(MU0 / (4.0 * math.pi) * total, first[0].width / least)
+
+
+@record(eq=False)
+class _WindingOutline:
+    # A winding's reach (m) along headings (2, n) from the origin: what its convex outline is known by.
+    pieces: Sequence[Pieces]
+    headings: Array
+    reach: Array
+
+    def distance(self, where: Array) -> Array:
+        """Distance (m) of points (k, 2) from the outline; from the nearest centre line for points inside it."""
+        found = np.max(where @ self.headings - self.reach, axis=1)
+        inside = found <= 0.0
+        if inside.any():
+            found[inside] = np.min([pieces.distance(where[inside]) for pieces in self.pieces], axis=0)
+        return np.asarray(found)
+
+
+def _outline(winding: Sequence[Pieces]) -> _WindingOutline:
+    """A winding's reach (m) in HEADINGS directions all round and across its straight sides."""
+    angle = 2.0 * math.pi / HEADINGS * np.arange(HEADINGS)
+    across = np.array(sorted({round(normal, 6) for pieces in winding for normal in pieces.normals.tolist()}))
+    angle = np.concatenate([angle, across, across + math.pi])
+    headings = np.stack([np.cos(angle), np.sin(angle)])
+    return _WindingOutline(winding, headings, np.max([pieces.reach(headings) for pieces in winding], axis=0))
+
+
+@record(eq=False)
+class _Parts:
+    # Parts into which pieces are halved: piece, low end and length (as fractions of it), how many points and strands
+    # each one gets; and the least distance (m) of any part's middle from the other winding.
+    pieces: Pieces
+    index: Index
+    low: Array
+    step: Array
+    counts: Index
+    strands: Index
+    least: float
+
+
+def _parts(own: Pieces, other: _WindingOutline) -> _Parts:
+    """Pieces (m) halved until each is short and straight against its distance from the other winding."""
+    index = np.arange(len(own.rows))
+    low, step = np.zeros(len(index)), np.ones(len(index))
+    kept, least = [], math.inf
+    for halving in range(HALVINGS):
+        middle, _ = own.points(index, (low + 0.5 * step)[:, None], 0.0)
+        away = other.distance(middle[:, 0])
+        least = min(least, float(away.min()))
+        ratio, angle = own.lengths[index] * step / np.maximum(away, 0.25 * own.width), own.angles[index] * step
+        long = (ratio > LONG) | (angle > BEND)
+        if halving == HALVINGS - 1:
+            long[:] = False
+        kept.append([table[~long] for table in (index, low, step, _counts(ratio, angle), _strands(own, away))])
+        index, half = np.repeat(index[long], 2), np.repeat(0.5 * step[long], 2)
+        low = np.repeat(low[long], 2) + np.tile([0.0, 1.0], int(long.sum())) * half
+        step = half
+        if not index.size:
+            break
+    index, low, step, counts, strands = (np.concatenate(tables) for tables in zip(*kept, strict=True))
+    return _Parts(own, index, low, step, counts, strands, least)
+
+
+def _counts(ratio: Array, angle: Array) -> Index:
+    """Gauss points (n; no unit) of parts by their length over their distance from the other winding, and by their
+    angle.
+    """
+    found = np.maximum(np.searchsorted(SHORT, ratio), np.where(angle > 0.0, np.searchsorted(SLIGHT, angle), 0)) + 2
+    return np.minimum(found, POINTS)
+
+
+def _strands(pieces: Pieces, away: Array) -> Index:
+    """How many strands (n; no unit) parts get: as a track's width asks for over their distance `away` (n; m)."""
+    size = float(pieces.rows[:, 2].max()) if pieces.is_curved else 0.5 * float(pieces.lengths.max())
+    return np.where(pieces.width > NEAR * away, 3, 2 if pieces.width > WIDE * size else 1)
+
+
+def _sampled(parts: Sequence[_Parts], layers: Layers) -> Plans:
+    """All parts as points, their elements and owners, with the layers of their winding."""
+    found = [
+        _points(one, count, strands)
+        for one in parts
+        for count, strands in sorted(set(zip(one.counts.tolist(), one.strands.tolist(), strict=True)))
+    ]
+    places, elements, owners = (np.concatenate(tables) for tables in zip(*found, strict=True))
+    return Plans(places, elements, owners, layers)
+
+
+def _points(parts: _Parts, count: int, strands: int) -> tuple[Array, Array, Index]:
+    """Points (n, 2; m) of the parts that get so many, their elements (n, 2; m), and whose they are (n)."""
+    chosen = (parts.counts == count) & (parts.strands == strands)
+    index, low, step = parts.index[chosen], parts.low[chosen, None], parts.step[chosen, None]
+    (nodes, weights), (across, shares) = gauss(count), gauss(strands)
+    found = []
+    for x, share in zip(across.tolist(), shares.tolist(), strict=True):
+        where, slope = parts.pieces.points(index, low + step * 0.5 * (1.0 + nodes), 0.5 * parts.pieces.width * x)
+        element = slope * (0.25 * share * step * weights)[..., None]
+        found.append((where.reshape(-1, 2), element.reshape(-1, 2)))
+    owner = np.tile(np.repeat(parts.pieces.owner[index], count), strands)
+    return np.concatenate([where for where, _ in found]), np.concatenate([element for _, element in found]), owner

@@ -1,0 +1,347 @@
+"""Neumann's integral over Archimedean spirals: the winding itself, with its slope, its ends and its crossing layers.
+
+With the difference of azimuths as one variable, the integrand over the other one (how far in the pair stands) has no
+peak for layers of one sense and one known peak for crossing layers. So the double integral costs a few hundred points
+per turn, growing linearly with the turns, instead of the square of the number of nodes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from sitscad.basics.arrays import Array
+from sitscad.basics.record import record
+from sitscad.kernels.electromagnetics.constants import MU0
+from sitscad.kernels.electromagnetics.inductance.mean_distance import clearance_table, level_heights, strand_clearance
+from sitscad.kernels.electromagnetics.special_functions import gauss
+
+CROSSING_STRANDS = 3
+"""Most strands of layers that cross: the clearance of more is so small that each pair would need points of its own."""
+
+
+@record
+class SpiralLayer:
+    """One layer r(theta) = radius - pitch theta / (2 pi), theta from 0 to 2 pi turns, about the z axis. Its azimuth is
+    angle + sense * theta (sense +1 or -1); `inward` says whether the current runs with theta. Lengths in metres;
+    `width` and `thickness` are the track's cross-section, `z` its mid-plane.
+    """
+
+    radius: float
+    pitch: float
+    turns: float
+    angle: float
+    sense: int
+    inward: bool
+    z: float
+    width: float
+    thickness: float
+
+    @property
+    def span(self) -> float:
+        """The angle (rad) that the layer runs through: 2 pi for each turn."""
+        return 2.0 * math.pi * self.turns
+
+    @property
+    def inner_radius(self) -> float:
+        """Radius of the centre line at the inner end (m)."""
+        return self.radius - self.pitch * self.turns
+
+    @property
+    def circulation(self) -> int:
+        """+1 when the current runs counter-clockwise, -1 otherwise; no unit."""
+        return self.sense if self.inward else -self.sense
+
+
+@record
+class Resolution:
+    """Gauss points of the Neumann integral: around each near approach, along the spiral, strands across the width."""
+
+    around: int = 14
+    along: int = 10
+    strands: int = 2
+
+
+def spiral_mutual_inductance(first: SpiralLayer, second: SpiralLayer, resolution: Resolution = Resolution()) -> float:
+    """Mutual inductance (H) of two coaxial spiral layers of one pitch; the self one when identical. Uniform current
+    over the real cross-sections (strands at the Gauss points of the width whose distances keep the rectangles'
+    geometric mean distance). Neumann 1845 for the integral; Grover 1946 chapter 3 for the mean distance.
+    """
+    unit = first.radius
+    if first.sense == second.sense:
+        total = _along_each_other(first, second, unit, resolution)
+    else:
+        total = _crossing(first, second, unit, resolution)
+    sign = (1 if first.inward else -1) * (1 if second.inward else -1)
+    return sign * MU0 / (4.0 * math.pi) * unit * total
+
+
+def spiral_inductance_matrix(layers: list[SpiralLayer], resolution: Resolution = Resolution()) -> Array:
+    """Inductance matrix (layers, layers; H) by `spiral_mutual_inductance`, each pair that is alike by symmetry computed
+    once.
+    """
+    count = len(layers)
+    matrix = np.empty((count, count))
+    known: dict[tuple[object, ...], float] = {}
+    for i in range(count):
+        for j in range(i + 1):
+            # A key that pairs share which a rotation, a mirror or an exchange turns into each other.
+            a, b = layers[i], layers[j]
+            turn = (a.sense * (a.angle - b.angle)) % (2.0 * math.pi)
+            sections = ((a.width, a.thickness), (b.width, b.thickness))
+            alike = a.turns == b.turns
+            turn = min(turn, 2.0 * math.pi - turn) if a.sense == b.sense and alike else turn
+            section = tuple(sorted(sections)) if alike else sections
+            key = (a.sense == b.sense, round(turn, 9) % round(2.0 * math.pi, 9), round(abs(a.z - b.z), 12), section,
+                    a.radius, b.radius, a.pitch, a.turns, b.turns, a.inward == b.inward)
+            if key not in known:
+                known[key] = spiral_mutual_inductance(layers[i], layers[j], resolution)
+            matrix[i, j] = matrix[j, i] = known[key]
+    return matrix
+
+
+def _graded(low: Array, high: Array, scale: Array, count: int) -> tuple[Array, Array]:
+    """Points on [low, high] and their weights, (panels, count) in the unit of `low`: Gauss points in t, crowded about 0
+    with x = scale sinh(t).
+    """
+    nodes, weights = gauss(count)
+    a, b = np.arcsinh(low / scale)[:, None], np.arcsinh(high / scale)[:, None]
+    t = 0.5 * (a + b) + 0.5 * (b - a) * nodes
+    return scale[:, None] * np.sinh(t), 0.5 * (b - a) * weights * scale[:, None] * np.cosh(t)
+
+
+def _panels(centres: Array, low: float, high: float, cuts: list[float]) -> tuple[Array, Array, Array]:
+    """Panels (n; rad) of [low, high], low ends, high ends and owners: each belongs to the nearest centre, ends at it,
+    half-way to the next or at a cut.
+    """
+    edges = {low, high, *(c for c in cuts if low < c < high)}
+    halves = np.concatenate([centres, centres - math.pi, centres + math.pi])
+    edges.update(float(e) for e in halves if low < e < high)
+    ordered = np.array(sorted(edges))
+    ordered = ordered[np.concatenate([[True], np.diff(ordered) > 1e-12])]
+    middle = 0.5 * (ordered[1:] + ordered[:-1])
+    owner = np.argmin(np.abs(middle[:, None] - centres[None, :]), axis=1)
+    return ordered[:-1], ordered[1:], owner
+
+
+def _along_each_other(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: Resolution) -> float:
+    """Integral of Neumann's formula (in units of length `unit`) of two spirals that wind alike, over their angles:
+    derived here. With v the difference of both azimuths and b the fall of the radius per radian, dl1.dl2 = ((b^2 + r1
+    r2) cos v + b (r2 - r1) sin v) dv dtheta.
+    """
+    b = first.pitch / (2.0 * math.pi * unit)
+    ra, rb, spans = first.radius / unit, second.radius / unit, (first.span, second.span)
+    span = max(spans)
+    height = (first.z - second.z) / unit
+    offset = first.sense * (first.angle - second.angle)
+    strands = resolution.strands
+    count = math.ceil((span + 2.0 * math.pi) / (2.0 * math.pi)) + 1
+    centres = offset % (2.0 * math.pi) + 2.0 * math.pi * np.arange(-count - 1, count + 1, dtype=np.float64)
+    apart = np.abs(rb - ra - b * centres)
+    # Points crowd by one radius for all turns: between the outer and the inner one, if that is not too small.
+    mean_radius = math.sqrt(max(ra * (ra - b * span), 0.04 * ra * ra))
+    # Turns are as far apart across the track as along the radius, less by the cosine of the spiral's slope.
+    slant = mean_radius / math.hypot(mean_radius, b)
+    widths, thicknesses = (first.width / unit, second.width / unit), (first.thickness / unit, second.thickness / unit)
+    levels = 2 if height else 1
+    clearance = strand_clearance(apart * slant, height, widths, thicknesses, strands, levels)
+    level, levels_apart = _levels(height, thicknesses, levels)
+    low, high, owner = _panels(centres, -spans[0], spans[1], [0.0, spans[1] - spans[0]])
+    reach = apart**2 + height**2 + clearance
+    smallest = 0.02 * (first.width / unit) ** 2
+    # 1 / distance has fallen by a root of two where the arc between both is as long as their least distance.
+    scale = np.sqrt(np.maximum(reach, smallest))[owner] / mean_radius
+    v, weight = _graded(low - centres[owner], high - centres[owner], scale, resolution.around)
+    u = v + centres[owner][:, None]
+    start, end = np.maximum(0.0, -u), np.minimum(spans[0], spans[1] - u)
+    nodes, along = gauss(resolution.along)
+    theta = (0.5 * (start + end))[..., None] + (0.5 * (end - start))[..., None] * nodes
+    weight = (weight * 0.5 * (end - start))[..., None] * along
+    extra = level + clearance[owner][:, None, None]
+    step = (rb - ra - b * u)[..., None]
+    r1 = ra - b * theta
+    r2 = r1 + step
+    weight = weight * ((b * b + r1 * r2) * np.cos(v)[..., None] + b * step * np.sin(v)[..., None])
+    one, other = _beside(r1, b, first.width / unit, strands), _beside(r2, b, second.width / unit, strands)
+    return _over_strands(one, other, v, step, 1.0, extra, weight, levels_apart)
+
+
+Strand = tuple[float, Array, Array, Array, Array]
+
+
+def _over_strands(
+    one: Sequence[Strand], other: Sequence[Strand], v: Array, step: Array, sense: float, extra: Array, weight: Array,
+    levels_apart: float,
+) -> float:
+    """The sum (in units of length) over all pairs of strands (`_beside`) of `weight` over their distance, by the law of
+    cosines. The other's centre line lies `step` farther out at an azimuth that is `v` (rad) further, and winds like the
+    one's (`sense` 1) or against it (-1); `extra` is what heights and sections add to the square of the distance. Near
+    each other radii are nearly equal: their difference is taken from the step.
+    """
+    half, sine = (2.0 * np.sin(0.5 * v) ** 2)[..., None], np.sin(v)[..., None]
+    total = 0.0
+    for share, p, a, x1, stretch in one:
+        for other_share, q, ahead, x2, other_stretch in other:
+            c = sense * ahead
+            squared = (x1 - x2 - step) ** 2 + (a - c) ** 2 + extra
+            squared += 2.0 * ((p * q + a * c) * half + (p * c - a * q) * (sense * sine))
+            if levels_apart:  # the mean of 1/distance at both heights
+                inverse = 0.5 / np.sqrt(squared - levels_apart) + 0.5 / np.sqrt(squared + levels_apart)
+            else:
+                inverse = 1.0 / np.sqrt(squared)
+            total += share * other_share * float(np.sum(weight * stretch * other_stretch * inverse))
+    return total
+
+
+def _beside(radius: Array, b: float, width: float, count: int) -> list[Strand]:
+    """The strands beside a centre line r(theta) = r0 - b theta, along its normal: each one's share, its coordinates
+    along radius and azimuth, how far out it lies, and how much longer it is than the centre line (no unit): 1 + x times
+    the curvature (r^2 + 2 b^2) / (r^2 + b^2)^(3/2) (differential geometry of r(theta), textbook). Lengths in one unit.
+    """
+    speed = np.sqrt(radius**2 + b * b)
+    curvature = (radius**2 + 2.0 * b * b) / speed**3
+    found = []
+    for node, weight in zip(*gauss(count), strict=True):
+        x = 0.5 * width * float(node)
+        outwards = x * radius / speed
+        found.append((0.5 * float(weight), radius + outwards, x * b / speed, outwards, 1.0 + x * curvature))
+    return found
+
+
+def _levels(height: float, thicknesses: tuple[float, float], levels: int) -> tuple[float, float]:
+    """Mean and half the difference of the squared heights at which strands are taken, in the unit of `height` squared:
+    two of them for two layers, whose mean distance alone does not say all where they are thick and near each other.
+    """
+    low, *_, high = 2 * level_heights(height, thicknesses, levels)  # one height is both
+    return 0.5 * (low**2 + high**2), 0.5 * (high**2 - low**2)
+
+
+def _crossing(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: Resolution) -> float:
+    """Integral of Neumann's formula (in units of length `unit`) of two spirals that wind against each other, and so
+    cross: derived here. Variables are the sum of both angles and the difference of radii, `gap`, in which the
+    integrand's peak is at 0; the product of the elements follows from that in `_along_each_other` with one angle's sign
+    turned.
+    """
+    b = first.pitch / (2.0 * math.pi * unit)
+    ra, rb, spans = first.radius / unit, second.radius / unit, (first.span, second.span)
+    span = max(spans)
+    height = (first.z - second.z) / unit
+    offset = -first.sense * (first.angle - second.angle)
+    count = math.ceil(span / math.pi) + 2
+    centres = offset % (2.0 * math.pi) + 2.0 * math.pi * np.arange(-1, count, dtype=np.float64)
+    widths = (first.width / unit, second.width / unit)
+    strands = min(resolution.strands, CROSSING_STRANDS)
+    thicknesses = (first.thickness / unit, second.thickness / unit)
+    table = clearance_table(height, widths, thicknesses, strands, 2)
+    level, levels_apart = _levels(height, thicknesses, 2)
+    mean_radius = math.sqrt(max(ra * (ra - b * span), 0.04 * ra * ra))
+    grade = math.sqrt(height**2 + abs(float(table[1][0])) + 0.01 * widths[0] ** 2)
+    low, high, owner = _panels(centres, 0.0, math.fsum(spans), list(spans))
+    v, weight = _graded(low - centres[owner], high - centres[owner], np.full(owner.shape, grade / mean_radius),
+                        resolution.around)
+    total_angle = v + centres[owner][:, None]
+    # How much farther in the one is than the other: their angles' sum is given, each runs from 0 to its span.
+    least = b * (total_angle - 2.0 * np.minimum(total_angle, spans[0]))
+    most = b * (2.0 * np.minimum(total_angle, spans[1]) - total_angle)
+    width = np.sqrt(grade**2 + (mean_radius * 2.0 * np.sin(0.5 * v)) ** 2)
+    apart = ra - rb
+    gap, gap_weight = _graded(apart + least.ravel(), apart + most.ravel(), width.ravel(), 2 * resolution.along)
+    shape = (*width.shape, 2 * resolution.along)
+    # the area of a step in both angles is that in their sum and in the gap, over 2 b
+    gap, weight = gap.reshape(shape), (weight.ravel()[:, None] * gap_weight).reshape(shape) / (2.0 * b)
+    extra = level + np.interp(np.abs(gap), *table)
+    both = (ra + rb - b * total_angle)[..., None]
+    r1, r2 = 0.5 * (both + gap), 0.5 * (both - gap)
+    weight = weight * ((b * b - r1 * r2) * np.cos(v)[..., None] + b * both * np.sin(v)[..., None])
+    one, other = _beside(r1, b, widths[0], strands), _beside(r2, b, widths[1], strands)
+    return _over_strands(one, other, v, -gap, -1.0, extra, weight, levels_apart)
+
+
+# Closed formulas for single-layer planar spirals: Mohan, Hershenson, Boyd, Lee, IEEE JSSC 34(10), 1999, 1419-1424. They
+# are fits to a field solver for on-chip spirals, 1 to 20 turns, track spacing up to three widths, and cross-checks:
+# for several layers they need a coupling factor that nobody has for flexible circuits, so k = 1 is an upper bound.
+
+
+@record
+class SheetCoefficients:
+    """Constants of the current-sheet formula (c1..c4), of the modified Wheeler formula (K1, K2), of the monomial fit.
+    The monomial's are (beta, a1..a5) for lengths in micrometres and nanohenries. None where the paper tabulates none.
+    """
+
+    sheet: tuple[float, float, float, float]
+    wheeler: tuple[float, float] | None
+    monomial: tuple[float, float, float, float, float, float] | None
+
+
+COEFFICIENTS: dict[int, SheetCoefficients] = {
+    4: SheetCoefficients((1.27, 2.07, 0.18, 0.13), (2.34, 2.75), (1.62e-3, -1.21, -0.147, 2.40, 1.78, -0.030)),
+    6: SheetCoefficients((1.09, 2.23, 0.00, 0.17), (2.33, 3.82), (1.28e-3, -1.24, -0.174, 2.47, 1.77, -0.049)),
+    8: SheetCoefficients((1.07, 2.29, 0.00, 0.19), (2.25, 3.55), (1.33e-3, -1.21, -0.163, 2.43, 1.75, -0.049)),
+    0: SheetCoefficients((1.00, 2.46, 0.00, 0.20), None, None),
+}
+"""The constants by the number of sides; 0 is the circle."""
+
+
+@record
+class SpiralOutline:
+    """What the closed formulas know of a layer: turns, outer diameter across copper edges, width, spacing (m)."""
+
+    turns: float
+    outer_diameter: float
+    width: float
+    spacing: float
+
+    @property
+    def inner_diameter(self) -> float:
+        """d_in = d_out - 2 n w - 2 (n - 1) s, as the paper defines it (m)."""
+        return self.outer_diameter - 2.0 * self.turns * self.width - 2.0 * (self.turns - 1.0) * self.spacing
+
+    @property
+    def mean_diameter(self) -> float:
+        """d_avg = (d_out + d_in) / 2 (m), as the paper defines it."""
+        return 0.5 * (self.outer_diameter + self.inner_diameter)
+
+    @property
+    def fill(self) -> float:
+        """Rho = (d_out - d_in) / (d_out + d_in), as the paper defines it; no unit."""
+        return (self.outer_diameter - self.inner_diameter) / (self.outer_diameter + self.inner_diameter)
+
+    @property
+    def is_covered(self) -> bool:
+        """Whether the outline lies where the fits were made: 1 to 20 turns, s <= 3 w, fill 0.1 to 0.9."""
+        return 1.0 <= self.turns <= 20.0 and self.spacing <= 3.0 * self.width and 0.1 <= self.fill <= 0.9
+
+
+def current_sheet(sides: int, outline: SpiralOutline) -> float:
+    """Equation (4) of Mohan et al. 1999: mu0 n^2 d_avg c1 / 2 (ln(c2/rho) + c3 rho + c4 rho^2) (H); KeyError for other
+    sides.
+    """
+    c1, c2, c3, c4 = COEFFICIENTS[sides].sheet
+    rho = outline.fill
+    bracket = math.log(c2 / rho) + c3 * rho + c4 * rho * rho
+    return 0.5 * MU0 * outline.turns**2 * outline.mean_diameter * c1 * bracket
+
+
+def modified_wheeler(sides: int, outline: SpiralOutline) -> float | None:
+    """Equation (1) of Mohan et al. 1999: K1 mu0 n^2 d_avg / (1 + K2 rho) (H); None where the paper gives no
+    constants.
+    """
+    constants = COEFFICIENTS[sides].wheeler
+    if constants is None:
+        return None
+    return constants[0] * MU0 * outline.turns**2 * outline.mean_diameter / (1.0 + constants[1] * outline.fill)
+
+
+def monomial(sides: int, outline: SpiralOutline) -> float | None:
+    """Equation (5) of Mohan et al. 1999: beta d_out^a1 w^a2 d_avg^a3 n^a4 s^a5 (um, nH), in henries; None without
+    constants.
+    """
+    constants = COEFFICIENTS[sides].monomial
+    if constants is None:
+        return None
+    beta, a1, a2, a3, a4, a5 = constants
+    um = 1e6
+    return 1e-9 * (beta * (outline.outer_diameter * um) ** a1 * (outline.width * um) ** a2
+                   * (outline.mean_diameter * um) ** a3 * outline.turns**a4 * (outline.spacing * um) ** a5)

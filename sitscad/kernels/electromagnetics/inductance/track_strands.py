@@ -1,0 +1,364 @@
+"""One layer's track of straight sides and circular arcs, cut into strands at the Gauss points of its width.
+
+Strands are mitred where sides meet at a corner; pairs of them keep the mean distances of the tracks' rectangles.
+
+Of a coil's turns most repeat, turned about its centre, mirrored, on other layers. A piece is told by how it lies seen
+from its own direction, so that a turn about the centre changes that direction alone; a mirror turns the current's way
+round, and the same piece walked the other way is the same. What two pieces are to each other is both kinds and the
+angle between their directions: each such pair is worked out once.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from sitscad.basics.arrays import Array, Flags, Index, slices
+from sitscad.basics.record import record, replace
+from sitscad.kernels.electromagnetics.inductance.mean_distance import clearance_table, level_heights
+from sitscad.kernels.electromagnetics.special_functions import gauss
+
+FLOOR = 1e-24
+"""Least squared distance over the squared size of the tracks: strands that meet do so without a division by zero."""
+
+THICK = 0.25
+"""Thickness over width from which pieces on two layers are taken at two heights."""
+
+BLOCK = 60_000
+"""Pairs of pieces that are worked on at once: what a processor's cache holds."""
+
+
+@record(eq=False)
+class Track:
+    """One layer's conductor along its current. Metres and radians. Straight sides: `starts`, `ends` (n, 2) and the
+    mitres `before`, `after` (n, 2): how far an end moves per metre of offset to the left. Arcs (m, 6): centre x, y,
+    radius, azimuth of the start, direction (+1 counter-clockwise), angle. `turnings` (k): the angles by which the track
+    turns at its mitred corners.
+    """
+
+    starts: Array
+    ends: Array
+    before: Array
+    after: Array
+    arcs: Array
+    turnings: Array
+    width: float
+    thickness: float
+    z: float
+
+    def shifted(self, dx: float, dy: float) -> Track:
+        """The track moved by (dx, dy) metres."""
+        step = np.array([dx, dy])
+        arcs = self.arcs + np.array([dx, dy, 0.0, 0.0, 0.0, 0.0])
+        return replace(self, starts=self.starts + step, ends=self.ends + step, arcs=arcs)
+
+    def scaled(self, factor: float) -> Track:
+        """The track with every length (m) multiplied."""
+        arcs = self.arcs * np.array([factor, factor, factor, 1.0, 1.0, 1.0])
+        return replace(self, starts=self.starts * factor, ends=self.ends * factor, arcs=arcs, width=self.width * factor,
+                       thickness=self.thickness * factor, z=self.z * factor)
+
+
+@record(eq=False)
+class Pairs:
+    """Pairs of pieces: the first's and the second's numbers (n), and how often each counts (n, 1), or (n, heights) at
+    every height between them.
+    """
+
+    first: Index
+    second: Index
+    times: Array
+
+    def where(self, chosen: Flags | slice) -> Pairs:
+        """Some of the pairs (numbers, no unit)."""
+        return Pairs(self.first[chosen], self.second[chosen], self.times[chosen])
+
+    def parts(self, size: int) -> list[Pairs]:
+        """All pairs (numbers, no unit), so many at a time."""
+        return [self.where(part) for part in slices(len(self.first), size)]
+
+    def at(self, columns: Sequence[int]) -> Pairs:
+        """The pairs that occur in some columns of `times`, and only these columns (numbers, no unit)."""
+        times = self.times[:, columns]
+        return Pairs(self.first, self.second, times).where(np.any(times != 0.0, axis=1))
+
+
+Side = tuple[tuple[float, float], tuple[float, float]]
+BentPiece = tuple[tuple[float, float], float, float, float, float]
+"""An arc: centre, radius, azimuth of the start, direction (+1 counter-clockwise), angle."""
+
+
+def track(pieces: Sequence[Side | BentPiece], width: float, thickness: float, z: float) -> Track:
+    """A track from its pieces in the current's order: (start, end) of a side, or a `BentPiece`, joined smoothly."""
+    sides, arcs, turnings = [], [], []
+    for k, piece in enumerate(pieces):
+        if len(piece) == 5:
+            arcs.append([*piece[0], *piece[1:]])
+            continue
+        tangent = _tangent(piece)
+        previous = pieces[k - 1] if k else piece
+        following = pieces[k + 1] if k + 1 < len(pieces) else piece
+        before = _tangent(previous) if len(previous) == 2 else tangent
+        after = _tangent(following) if len(following) == 2 else tangent
+        sides.append([*piece, _mitre(before, tangent), _mitre(tangent, after)])
+        if len(following) == 2 and following is not piece:
+            turnings.append(math.acos(max(-1.0, min(1.0, float(tangent @ after)))))
+    table = np.array(sides, dtype=float).reshape(-1, 4, 2)
+    return Track(table[:, 0], table[:, 1], table[:, 2], table[:, 3], np.array(arcs, dtype=float).reshape(-1, 6),
+                 np.array(turnings, dtype=float), width, thickness, z)
+
+
+def _tangent(side: Side | BentPiece) -> Array:
+    """Unit vector (2,) along a side."""
+    step = np.subtract(side[1], side[0])
+    return np.asarray(step / np.hypot(*step))
+
+
+def _mitre(one: Array, other: Array) -> Array:
+    """How far (2,; m per metre of offset to the left) the joint of sides along two unit vectors moves: the sum of both
+    normals over 1 + their product (derived here).
+    """
+    left, right = np.array([-one[1], one[0]]), np.array([-other[1], other[0]])
+    return np.asarray((left + right) / (1.0 + left @ right))
+
+
+@record(eq=False)
+class Bundle:
+    """All pairs of strands of two tracks: offsets (m) and shares (k) of the pairs, heights (m) between them.
+    `clearances` are distances (m) and what squared distances are longer by there (m2).
+    """
+
+    offsets: tuple[Array, Array]
+    shares: Array
+    heights: Array
+    clearances: tuple[Array, Array]
+
+    def clearance(self, apart: Array) -> Array:
+        """What squared distances (m2) of pieces `apart` (m) are longer by."""
+        return np.asarray(np.interp(apart, *self.clearances))
+
+    def blocks(self, count: int, points: int = 3) -> list[slice]:
+        """So many pairs of pieces, each of so many points, in parts that a processor's cache holds."""
+        return slices(count, BLOCK // (points * self.shares.size * self.heights.size))
+
+    def ends(self, track: Track, sides: Index, which: int) -> tuple[Array, Array]:
+        """Starts and ends (n, k, 2; m) of the strands of some sides of the first (0) or the second (1) track."""
+        offset = self.offsets[which][:, None]
+        starts = track.starts[sides, None, :] + offset * track.before[sides, None, :]
+        return starts, track.ends[sides, None, :] + offset * track.after[sides, None, :]
+
+    def total(self, values: Array, times: Array) -> float:
+        """The sum of values (n, k, heights), in their unit, by how often pairs count and the strands' shares."""
+        weighed = np.matmul(values, self.at_heights(times)[:, :, None])
+        return float(np.sum(weighed[..., 0], axis=0) @ self.shares)
+
+    def at_heights(self, times: Array) -> Array:
+        """How often pairs count at every height, (n, heights), no unit: all alike where one number is given (n, 1)."""
+        heights = self.heights.size
+        return times if times.shape[1] == heights else np.repeat(times / heights, heights, axis=1)
+
+
+def bundle(one: Track, other: Track, count: int, levels: int) -> Bundle:
+    """All pairs of `count` strands a track, at the Gauss points of its width (m), at so many heights (m), with the
+    clearances of `mean_distance.strand_clearance`.
+    """
+    heights = level_heights(one.z - other.z, (one.thickness, other.thickness), levels)
+    widths, thicknesses = (one.width, other.width), (one.thickness, other.thickness)
+    clearances = clearance_table(abs(one.z - other.z), widths, thicknesses, count, levels)
+    return Bundle(*_strands(*widths, count), np.array(heights), clearances)
+
+
+def distant_bundle(width: float, count: int, squares: Array) -> Bundle:
+    """The pairs of pieces so far apart that the squares of heights (m2) hold all that the thickness does. Of one
+    filament a track the width's second moments, w^2 / 12 each, are taken off: the mean logarithm's first term
+    (`mean_distance`).
+    """
+    less = width**2 / 6.0 if count == 1 else 0.0
+    return Bundle(*_strands(width, width, count), np.sqrt(np.maximum(squares, 0.0)), (np.zeros(1), np.full(1, -less)))
+
+
+def _strands(width: float, other: float, count: int) -> tuple[tuple[Array, Array], Array]:
+    """Offsets (m) of all pairs of `count` strands a track, at the Gauss points of both widths (m), and their shares."""
+    nodes, weights = gauss(count)
+    a, b = np.divmod(np.arange(count * count), count)
+    return (0.5 * width * nodes[a], 0.5 * other * nodes[b]), 0.25 * weights[a] * weights[b]
+
+
+def common_levels(one: Track, other: Track, count: int) -> int:
+    """Heights (m) at which strands of two layers are taken: two where the copper is thick, else one."""
+    thick = max(one.thickness, other.thickness) > THICK * min(one.width, other.width)
+    return 2 if one.z != other.z and count > 1 and thick else 1
+
+
+def directions(steps: Array) -> Array:
+    """Unit vectors (n, 2; no unit) along steps (m)."""
+    return np.asarray(steps / np.hypot(steps[:, 0], steps[:, 1])[:, None])
+
+
+DIGITS = 9
+"""Decimal places, of the coil's size, to which pieces that lie alike agree."""
+
+CIRCLE = 720_720_000
+"""Parts of a circle that directions are told in: those of all regular polygons are whole numbers of them."""
+
+SPACE = 3_000_000
+"""Numbers of pairs up to which all that there may be are counted in one table; beyond they are sorted."""
+
+AT_ONCE = 500_000
+"""Pairs that are numbered at once."""
+
+
+@record(eq=False)
+class Kinds:
+    """What kind each piece is (n), its mirror image's kind (n), which direction it has (n), and whose it is (n)."""
+
+    number: Index
+    mirrored: Index
+    heading: Index
+    owner: Index
+
+    @property
+    def count(self) -> int:
+        """Number of kinds, mirrored ones included; no unit."""
+        return 1 + int(max(self.number.max(), self.mirrored.max()))
+
+
+@record(eq=False)
+class Turns:
+    """Numbers of the angles from one direction (n) to another (n), and of each angle's opposite."""
+
+    between: Index
+    opposite: Index
+
+
+def pool(tracks: Sequence[Track]) -> Track:
+    """All pieces of tracks (m) as one, in one plane, about the origin that they have."""
+    first = tracks[0]
+    starts, ends, before, after, arcs, turnings = (
+        np.concatenate([getattr(track, name) for track in tracks])
+        for name in ("starts", "ends", "before", "after", "arcs", "turnings")
+    )
+    return Track(starts, ends, before, after, arcs, turnings, first.width, first.thickness, 0.0)
+
+
+def kinds(tracks: Sequence[Track]) -> tuple[Kinds, Kinds, Turns]:
+    """The kinds of all sides, and of all arcs, of tracks about their common centre; lengths in their size, no unit."""
+    sides = [_sides(track) for track in tracks]
+    arcs = [_arcs(track) for track in tracks]
+    # Which direction each angle (rad) is, and the turns between directions.
+    angles = np.concatenate([angle for _, _, angle in (*sides, *arcs)])
+    whole = np.round(angles * (CIRCLE / math.tau)).astype(np.int64) % CIRCLE
+    some, headings = np.unique(whole, return_inverse=True)
+    turn, between = np.unique((some[None, :] - some[:, None]) % CIRCLE, return_inverse=True)
+    turns = Turns(between.reshape(some.size, some.size), np.searchsorted(turn, (CIRCLE - turn) % CIRCLE))
+    split = sum(len(angle) for _, _, angle in sides)
+    return _numbered(sides, headings[:split]), _numbered(arcs, headings[split:]), turns
+
+
+def _sides(track: Track) -> tuple[Array, Array, Array]:
+    """Rows (n, 5) of sides seen from their own direction, which a turn about the centre leaves alone, those of the
+    mirror images, and directions (n; rad).
+    """
+    step = track.ends - track.starts
+    along = step / np.hypot(step[:, 0], step[:, 1])[:, None]
+    left = np.stack([-along[:, 1], along[:, 0]], axis=1)
+
+    def seen(points: Array, axis: Array = along) -> Array:
+        return np.asarray(np.sum(points * axis, axis=1))
+
+    start, end, aside = seen(track.starts), seen(track.ends), seen(track.starts, left)
+    before, after = seen(track.before), seen(track.after)
+    rows, mirrored = (start, end, aside, before, after), (-end, -start, aside, -after, -before)
+    return np.stack(rows, axis=1), np.stack(mirrored, axis=1), np.arctan2(along[:, 1], along[:, 0])
+
+
+def _arcs(track: Track) -> tuple[Array, Array, Array]:
+    """Rows (n, 5) of arcs seen from the direction at their middle, which a turn about the centre leaves alone, those of
+    the mirror images, and directions (n; rad).
+    """
+    x, y, radius, start, way, angle = track.arcs.T
+    middle = start + 0.5 * way * angle
+    cosine, sine = np.cos(middle), np.sin(middle)
+    out, aside = x * cosine + y * sine, y * cosine - x * sine
+    # as of a counter-clockwise one: the way is told by its own column
+    return (np.stack([out, aside, radius, way, angle], axis=1), np.stack([out, -aside, radius, way, angle], axis=1),
+            middle + 0.5 * math.pi)
+
+
+def _numbered(found: Sequence[tuple[Array, Array, Array]], headings: Index) -> Kinds:
+    """Kinds of pieces: rows (n, 5) that agree to DIGITS places are one; `found` and `headings` as `kinds` has them."""
+    rows, mirrored = (np.concatenate([part[k] for part in found]) for k in (0, 1))
+    both = np.round(np.concatenate([rows, mirrored]), DIGITS) + 0.0
+    number = np.unique(both, axis=0, return_inverse=True)[1].reshape(-1)
+    owner = np.repeat(np.arange(len(found)), [len(part[0]) for part in found])
+    return Kinds(number[: len(rows)], number[len(rows) :], headings, owner)
+
+
+def distinct_pairs(
+    one: Kinds, other: Kinds, turns: Turns, relations: Sequence[Sequence[tuple[int, int, float]]]
+) -> Pairs:
+    """The pairs of a piece of the one's and a piece of the other's that differ, and how often each occurs: `times` has
+    a column for each of `relations`, which are numbers of layers, the one's and the other's, and how often they count.
+    """
+    plans, others = _plans(one), _plans(other)
+    alike: list[dict[tuple[int, int], float]] = [{} for _ in relations]
+    for layers, count in zip(relations, alike, strict=True):
+        for i, j, often in layers:
+            count[plans[i], others[j]] = count.get((plans[i], others[j]), 0.0) + often
+    tallies = {pair: list(_counted(one, other, turns, *pair)) for pair in dict.fromkeys(k for c in alike for k in c)}
+    found = [(codes, where, often * counts, column) for column, count in enumerate(alike)
+             for pair, often in count.items() for codes, where, counts in tallies[pair]]
+    codes, where, times = (np.concatenate([part[k] for part in found]) for k in range(3))
+    column = np.repeat([part[3] for part in found], [len(part[0]) for part in found])
+    _, first, which = np.unique(codes, return_index=True, return_inverse=True)
+    table = np.bincount(which * len(relations) + column, times, first.size * len(relations)).astype(float)
+    rows, columns = np.divmod(where[first], len(other.number))
+    return Pairs(rows, columns, table.reshape(first.size, len(relations)))
+
+
+def _plans(kinds: Kinds) -> list[int]:
+    """The first layer (no unit) with the same pieces as each layer: many coils repeat every other one."""
+    known: dict[tuple[bytes, ...], int] = {}
+    layers = [kinds.owner == layer for layer in range(int(kinds.owner.max(initial=-1)) + 1)]
+    tables = kinds.number, kinds.mirrored, kinds.heading
+    return [known.setdefault(tuple(one[own].tobytes() for one in tables), k) for k, own in enumerate(layers)]
+
+
+def _counted(one: Kinds, other: Kinds, turns: Turns, first: int, second: int) -> Iterator[tuple[Index, Index, Array]]:
+    """Numbers (no unit) of pairs of two layers' pieces that differ, where each stands in the table of all pairs, and
+    how often it occurs; some rows at a time.
+    """
+    rows, columns = np.nonzero(one.owner == first)[0], np.nonzero(other.owner == second)[0]
+    for part in slices(rows.size, AT_ONCE // max(1, columns.size)):
+        here = rows[part, None]
+        where = (here * len(other.number) + columns).ravel()
+        codes, space = _codes(one, other, turns, here, columns)
+        found, index, counts = _tallied(codes.ravel(), space)
+        yield found, where[index], counts.astype(float)
+
+
+def _codes(one: Kinds, other: Kinds, turns: Turns, i: Index, j: Index) -> tuple[Index, int]:
+    """A number that pairs which lie alike share: the least of those of the pair, its mirror image, and both swapped."""
+    angles = turns.opposite.size
+    turn = turns.between[one.heading[i], other.heading[j]]
+    back = turns.opposite[turn]
+    a, b, c, d = one.number[i], other.number[j], one.mirrored[i], other.mirrored[j]
+    count, others = one.count, other.count
+    codes = np.minimum((a * others + b) * angles + turn, (c * others + d) * angles + back)
+    if one is other:
+        np.minimum(codes, (b * others + a) * angles + back, out=codes)
+        np.minimum(codes, (d * others + c) * angles + turn, out=codes)
+    return codes, count * others * angles
+
+
+def _tallied(codes: Index, space: int) -> tuple[Index, Index, Index]:
+    """What numbers there are, where one of each stands, and how many (no unit)."""
+    if space > SPACE:
+        return np.unique(codes, return_index=True, return_counts=True)
+    counts: Index = np.bincount(codes, minlength=space)
+    index = np.empty(space, dtype=np.intp)
+    index[codes] = np.arange(codes.size)
+    found = np.nonzero(counts)[0]
+    return found, index[found], counts[found]

@@ -1,0 +1,369 @@
+"""Inductance of tracks of straight sides and circular arcs: every filament pair closed or by a few Gauss points.
+
+Partial inductances after Ruehli (IBM J. Res. Dev. 16, 1972), summed over the pairs of a winding.
+
+What a track is stands in `track_strands`, pairs with arcs in `arcs`. Of straight sides strands and heights are as many
+as a pair's distance asks for; what the nearest still miss at open ends and at corners is alike at every size, so it is
+a table.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from sitscad.basics.arrays import Array
+from sitscad.basics.record import record
+from sitscad.kernels.electromagnetics.constants import MU0
+from sitscad.kernels.electromagnetics.inductance.arcs import (
+    CLEAR,
+    arc_distances,
+    arc_side_distances,
+    arcs_with_arcs,
+    arcs_with_sides,
+)
+from sitscad.kernels.electromagnetics.inductance.filaments import inclined_integral, parallel_filaments
+from sitscad.kernels.electromagnetics.inductance.mean_distance import height_nodes, level_heights, nodes_enough
+from sitscad.kernels.electromagnetics.inductance.track_strands import (
+    BLOCK,
+    FLOOR,
+    Bundle,
+    Pairs,
+    Track,
+    bundle,
+    common_levels,
+    directions,
+    distant_bundle,
+    distinct_pairs,
+    kinds,
+    pool,
+)
+
+NEAR = 3.0
+"""Distance, in widths, up to which a pair of straight strands gets the finer set of strands."""
+
+ENDS_AND_CORNERS = np.array([
+    (0.001, -0.00111, -0.00062, -0.00559, -0.0101, -0.02437), (0.002, -0.00121, -0.00069, -0.00562, -0.01016, -0.02452),
+    (0.005, -0.00149, -0.00089, -0.00571, -0.01033, -0.02495), (0.01, -0.00192, -0.0012, -0.00585, -0.01058, -0.02558),
+    (0.02, -0.00270, -0.00172, -0.00607, -0.01099, -0.02661), (0.035, -0.00369, -0.00234, -0.00631, -0.01142, -0.0277),
+    (0.05, -0.00449, -0.00279, -0.00644, -0.01167, -0.02835), (0.075, -0.00550, -0.00322, -0.00649, -0.01177, -0.02865),
+    (0.1, -0.00615, -0.00334, -0.00637, -0.01155, -0.02817), (0.15, -0.00662, -0.00285, -0.00573, -0.01040, -0.02544),
+    (0.2, -0.00621, -0.00163, -0.00471, -0.00857, -0.02100), (0.27, -0.00455, 0.00094, -0.00288, -0.00527, -0.01296),
+    (0.35, -0.00151, 0.00468, -0.00045, -0.00088, -0.00222), (0.5, 0.00635, 0.01299, 0.00451, 0.00803, 0.01968),
+    (0.7, 0.01925, 0.02526, 0.01119, 0.02000, 0.04911), (1.0, 0.04080, 0.04487, 0.02101, 0.03738, 0.09168),
+    (1.5, 0.07873, 0.08012, 0.03784, 0.06658, 0.16214), (2.0, 0.11804, 0.11816, 0.05621, 0.09776, 0.23573),
+    (3.0, 0.19998, 0.19950, 0.09781, 0.16633, 0.39275),
+])
+"""What strands miss, over thickness / width: two at one open end, three at one end and one corner of 45, 60, 90 deg.
+
+In units of mu0/(4 pi) times the width: a corner is alike at every size. Own volume integral over a straight bar and two
+arms of sixteen widths (tests/validation); positive where the strands read low.
+"""
+
+FAR = 150.0
+"""Distance, in widths, from which one filament stands for a straight track: what is left falls with its square."""
+
+WIDE = ((1.0, 4), (6.0, 6), (20.0, 8))
+"""Width over layer distance, and how many strands near sides above each other get from there on."""
+
+_TURNINGS = np.radians((0.0, 45.0, 60.0, 90.0))
+
+
+def distant_sides(track: Track, pairs: Pairs, apart: Array, count: int, squares: Array) -> float:
+    """The integral (m) over pairs of its sides so far `apart` (n; m) that layers differ in squares of heights (m2)
+    alone: `pairs` count differently often at each.
+    """
+    far = apart > FAR * track.width
+    return math.fsum(
+        _sum(track, track, part, distant_bundle(track.width, strands, squares))
+        for chosen, strands in ((~far, count), (far, 1))
+        for part in pairs.where(chosen).parts(BLOCK)
+    )
+
+
+def _levels(one: Track, other: Track, count: int, smooth: bool) -> int:
+    """Ends and corners of tracks above each other need both heights; smooth joints with arcs need all pieces alike. Two
+    where both count, one elsewhere; no unit.
+    """
+    if count > 2 and not smooth:
+        return 1 if one.z == other.z else 2
+    return common_levels(one, other, count)
+
+
+def _part(one: Track, other: Track, pairs: Pairs, strands: tuple[int, int], smooth: bool) -> float:
+    """Sum of t1.t2 / distance (m; Neumann's integral) over pairs of sides, those near each other by more strands."""
+    near = side_distances(one, other, pairs) < NEAR * max(one.width, other.width)
+    usual = _sum(
+        one, other, pairs.where(~near), bundle(one, other, strands[0], _levels(one, other, strands[0], smooth))
+    )
+    return usual + math.fsum(
+        share * _sum(one, other, pairs.where(near), bundle(one, other, count, _levels(one, other, count, smooth)))
+        for count, share in _near_strands(one, other, strands, smooth)
+    )
+
+
+def _sum(one: Track, other: Track, pairs: Pairs, strands: Bundle) -> float:
+    """The sum (m) of Neumann's integrals with one bundle of strands: of parallel sides and of inclined ones; sides at
+    right angles have none.
+    """
+    t1, t2 = directions(one.ends - one.starts)[pairs.first], directions(other.ends - other.starts)[pairs.second]
+    sine, cosine = t1[:, 0] * t2[:, 1] - t1[:, 1] * t2[:, 0], np.sum(t1 * t2, axis=1)
+    parallel = np.abs(sine) < 1e-9
+    total = _parallel_sides(one, other, pairs.where(parallel), t1[parallel], strands)
+    inclined = ~parallel & (np.abs(cosine) > 1e-9)
+    return total + _inclined_sides(one, other, pairs.where(inclined), (t1[inclined], t2[inclined]), strands)
+
+
+def _near_strands(one: Track, other: Track, strands: tuple[int, int], smooth: bool) -> tuple[tuple[int, float], ...]:
+    """Numbers of strands at which near pairs are summed, and how much each sum counts; no unit. Corners above each
+    other: each strand more lessens what is missed where the tracks are wide against their distance, so twice the finer
+    sum less the coarser one goes to the limit (Richardson's extrapolation, its order found here by comparison).
+    """
+    wide = max(one.width, other.width) / max(abs(one.z - other.z), FLOOR)
+    enough = [strands for least, strands in WIDE if wide >= least]
+    if smooth or strands[1] < 3 or one.z == other.z or not enough:
+        return ((strands[0] if smooth else strands[1], 1.0),)
+    return ((enough[-1] + 1, 2.0), (enough[-1], -1.0))
+
+
+def side_distances(one: Track, other: Track, pairs: Pairs) -> Array:
+    """Distances (n; m) in the plane of pairs of sides; where two cross, that of a middle from the other one. Derived
+    here: of two sides that do not cross, one has an end that is nearest; the middles stand for those that do.
+    """
+    i, j = pairs.first, pairs.second
+    p, q = (one.starts[i], one.ends[i]), (other.starts[j], other.ends[j])
+    return np.asarray(np.sqrt(np.minimum(_points_to_sides(*p, *q), _points_to_sides(*q, *p))))
+
+
+def _points_to_sides(start: Array, end: Array, other_start: Array, other_end: Array) -> Array:
+    """Least squared distances (n; m2) of both ends and the middle of one side from the other (all n, 2; m)."""
+    step = other_end - other_start
+    length = np.hypot(step[:, 0], step[:, 1])
+    tx, ty = step[:, 0] / length, step[:, 1] / length
+    least = np.full(len(start), np.inf)
+    for points in (start, end, 0.5 * (start + end)):
+        dx, dy = points[:, 0] - other_start[:, 0], points[:, 1] - other_start[:, 1]
+        along = dx * tx + dy * ty
+        across = dx * ty - dy * tx
+        beyond = np.maximum(np.maximum(-along, along - length), 0.0)
+        least = np.minimum(least, across * across + beyond * beyond)
+    return least
+
+
+def _parallel_sides(one: Track, other: Track, pairs: Pairs, along: Array, strands: Bundle) -> float:
+    """Sum of t1.t2 / distance (m) over pairs of parallel sides, in the closed form of `parallel_filaments`; `along` (n,
+    2) are the first sides' directions.
+    """
+    away = other.starts[pairs.second] - one.starts[pairs.first]
+    lateral = np.abs(along[:, 0] * away[:, 1] - along[:, 1] * away[:, 0])
+    clearance = strands.clearance(lateral)[:, None, None]
+    total = 0.0
+    for part in strands.blocks(len(along)):
+        p0, p1 = strands.ends(one, pairs.first[part], 0)
+        q0, q1 = strands.ends(other, pairs.second[part], 1)
+        axis = along[part, None, :]
+        to_start, to_end = q0 - p0, q1 - p0
+        length, start, end = (np.sum(axis * x, axis=2)[..., None] for x in (p1 - p0, to_start, to_end))
+        gap = (axis[..., 0] * to_start[..., 1] - axis[..., 1] * to_start[..., 0])[..., None]
+        square = np.maximum(gap**2 + strands.heights**2 + clearance[part], FLOOR)
+        total += strands.total(parallel_filaments(length, start, end, square), pairs.times[part])
+    return total * 4.0 * math.pi / MU0
+
+
+def _inclined_sides(one: Track, other: Track, pairs: Pairs, directions: tuple[Array, Array], strands: Bundle) -> float:
+    """Sum of t1.t2 / distance (m) over pairs of inclined sides, in the closed form of `inclined_integral`; `directions`
+    (n, 2 each). Over crossing tracks the mean of 1/distance needs no heights (to 4th order).
+    """
+    extra = np.zeros(pairs.first.size) if one.z != other.z else strands.clearance(side_distances(one, other, pairs))
+    total = 0.0
+    for part in strands.blocks(extra.size):
+        p0, p1 = strands.ends(one, pairs.first[part], 0)
+        q0, q1 = strands.ends(other, pairs.second[part], 1)
+        t1, t2 = (t[part, None, :] for t in directions)
+        c, s = np.sum(t1 * t2, axis=2), t1[..., 0] * t2[..., 1] - t1[..., 1] * t2[..., 0]
+        away = q0 - p0
+        # distances along both axes, from the point where the two lines cross
+        u0 = -(away[..., 0] * t2[..., 1] - away[..., 1] * t2[..., 0]) / s
+        v0 = -(away[..., 0] * t1[..., 1] - away[..., 1] * t1[..., 0]) / s
+        u1, v1 = u0 + np.sum(t1 * (p1 - p0), axis=2), v0 + np.sum(t2 * (q1 - q0), axis=2)
+        square = np.maximum(strands.heights**2 + extra[part, None, None], FLOOR)
+        u0, u1, v0, v1, c, s = (x[..., None] for x in (u0, u1, v0, v1, c, np.abs(s)))
+        total += strands.total(inclined_integral(u0, u1, v0, v1, c, s, square) * c, pairs.times[part])
+    return total
+
+
+def ends_and_corners(one: Track, strands: int) -> float:
+    """What two or three strands miss of a track's own integral (m) at its open ends, three also at its corners: by
+    ENDS_AND_CORNERS, in proportion to the width.
+    """
+    row = ENDS_AND_CORNERS
+    at = [float(np.interp(one.thickness / one.width, row[:, 0], row[:, k])) for k in range(1, 6)]
+    corners = np.interp(one.turnings, _TURNINGS, [0.0, *at[2:]]) if strands == 3 else 0.0
+    return one.width * (2.0 * at[strands - 2] + float(np.sum(corners)))
+
+
+Layers = tuple[int, int, float]
+"""Numbers of two layers, and how often their pair counts."""
+
+DISTANT = 3.0
+"""Distance of pieces, in the height of all layers, from which few heights stand for all that layers differ in."""
+
+FEW = 24
+"""Pieces up to which the ends of a track with arcs weigh so much that more strands are worth their cost."""
+
+OWN = ((8, 5), (48, 3))
+"""Pieces, and how many strands a track with arcs of so many pieces or fewer gets for its own inductance."""
+
+BENT = ((1.0, 3), (8.0, 4))
+"""Width over layer distance, and how many strands a track with arcs gets from there on."""
+
+FEW_CORNERS = (3.0, 3)
+"""Width over layer distance from which a track of few pieces with rounded corners gets so many strands more."""
+
+
+def winding_inductance(tracks: Sequence[Track], strands: tuple[int, int] = (2, 3)) -> float:
+    """Inductance (H) of layers of equal width in series about a common centre, uniform current: Neumann's integral over
+    strands that keep the mean distance (Grover 1946). `strands` across the width: for distant pairs of pieces, and for
+    straight ones that nearly touch. Two or more: as many as tracks with arcs need, which have one number for all their
+    pieces.
+    """
+    layers = [(i, j, 1.0 if i == j else 2.0) for i in range(len(tracks)) for j in range(i, len(tracks))]
+    return _neumann(tracks, layers, strands)
+
+
+def tracks_mutual_inductance(first: Track, second: Track, strands: tuple[int, int] = (2, 3)) -> float:
+    """Mutual inductance (H) of two tracks of equal width (the self one for the same object): see
+    `winding_inductance`.
+    """
+    if first is second:
+        return winding_inductance([first], strands)
+    return _neumann([first, second], [(0, 1, 1.0)], strands)
+
+
+def _neumann(tracks: Sequence[Track], layers: Sequence[Layers], strands: tuple[int, int]) -> float:
+    """The whole stack's inductance (H): mu0 / (4 pi) times Neumann's integral in units of the tracks' size, with what
+    ends and corners add.
+    """
+    size = max(float(np.max(np.abs(x), initial=0.0)) for t in tracks for x in (t.starts, t.ends, t.arcs[:, :3]))
+    scaled = [track.scaled(1.0 / size) for track in tracks]
+    # The relations of layers that are alike, each once, with the heights (m) between them.
+    found: dict[tuple[float, ...], list[Layers]] = {}
+    for i, j, times in layers:
+        one, other = scaled[i], scaled[j]
+        key = round(abs(one.z - other.z) / one.width, 9), *sorted((one.thickness, other.thickness))
+        found.setdefault(key, []).append((i, j, times))
+    relations = list(found.values())
+    heights = [level_heights(scaled[i].z - scaled[j].z, (scaled[i].thickness, scaled[j].thickness), 2)
+               for (i, j, _), *_ in relations]
+    squares, which = np.unique(np.square(heights), return_inverse=True)
+    spread = np.zeros((len(relations), squares.size))
+    np.add.at(spread, (np.arange(len(relations))[:, None], which.reshape(-1, 2)), 0.5)
+    total = math.fsum(_sums(_Stack(scaled, relations, pool(scaled), strands, squares, spread)))
+    if strands[1] in (2, 3):
+        total += math.fsum(times * ends_and_corners(scaled[i], strands[1]) for i, j, times in layers if i == j)
+    return MU0 / (4.0 * math.pi) * size * total
+
+
+@record(eq=False)
+class _Stack:
+    # Layers sorted by how two lie above each other: `relations` are lists of pairs of layers that lie alike, `examples`
+    # the first of each. All their pieces as one are `whole`. `squares` (m2) are all squared heights, with both levels
+    # of the copper's thickness; `spread` (relations, squares) is which of them, and how often, each relation has.
+    tracks: Sequence[Track]
+    relations: Sequence[Sequence[Layers]]
+    whole: Track
+    strands: tuple[int, int]
+    squares: Array
+    spread: Array
+
+    @property
+    def examples(self) -> list[tuple[Track, Track]]:
+        return [(self.tracks[layers[0][0]], self.tracks[layers[0][1]]) for layers in self.relations]
+
+    @property
+    def distant(self) -> float:
+        """Distance (m) from which on layers differ by their heights alone."""
+        return max(CLEAR * self.whole.width, DISTANT * max(abs(one.z - other.z) for one, other in self.examples))
+
+    @property
+    def is_smooth(self) -> bool:
+        return len(self.whole.arcs) > 0
+
+    def pieces(self) -> Iterator[tuple[Track, Track, tuple[int, int]]]:
+        """All pieces (m) of every relation, at the heights of its layers, and their strands."""
+        for one, other in self.examples:
+            strands = self.strands
+            if self.is_smooth and strands[0] > 1:
+                strands = (_bent_strands(one, other),) * 2
+            yield (replace(self.whole, z=one.z, thickness=one.thickness),
+                   replace(self.whole, z=other.z, thickness=other.thickness), strands)
+
+
+def _sums(stack: _Stack) -> Iterator[float]:
+    """The parts of Neumann's integral, t1.t2 / distance (m): sides with sides, arcs with arcs, arcs with sides."""
+    sides, arcs, turns = kinds(stack.tracks)
+    smooth = stack.is_smooth
+    if len(stack.whole.starts):
+        pairs = distinct_pairs(sides, sides, turns, stack.relations)
+        apart = side_distances(stack.whole, stack.whole, pairs)
+        for (one, other, strands), some in zip(stack.pieces(), _near(stack, pairs, apart), strict=True):
+            # `strands` across the width: for distant pairs of sides, and for those that nearly touch. In a `smooth`
+            # track, whose sides continue in arcs, all have the first number, and one height as the arcs have
+            yield math.fsum(_part(one, other, part, strands, smooth) for part in some.parts(BLOCK))
+        for some, away, squares in _distant(stack, pairs, apart):
+            yield distant_sides(stack.whole, some, away, min(stack.strands[0], 2), squares)
+    if smooth:
+        pairs = distinct_pairs(arcs, arcs, turns, stack.relations)
+        yield from _by_points(stack, pairs, arc_distances(stack.whole, stack.whole, pairs), arcs_with_arcs)
+    if smooth and len(stack.whole.starts):
+        both = [[*layers, *((j, i, times) for i, j, times in layers)] for layers in stack.relations]
+        pairs = distinct_pairs(arcs, sides, turns, both)
+        yield from _by_points(stack, pairs, arc_side_distances(stack.whole, stack.whole, pairs), arcs_with_sides)
+
+
+def _by_points(stack: _Stack, pairs: Pairs, apart: Array, summed: Callable[..., float]) -> Iterator[float]:
+    """The parts of the integral (m) over pairs that arcs belong to, `apart` (n; m): near ones by `summed`, distant ones
+    with all layers together.
+    """
+    for (one, other, strands), some in zip(stack.pieces(), _near(stack, pairs, apart), strict=True):
+        yield summed(one, other, some, bundle(one, other, strands[0], common_levels(one, other, strands[0])))
+    for some, _, squares in _distant(stack, pairs, apart):
+        yield summed(stack.whole, stack.whole, some,
+                     distant_bundle(stack.whole.width, min(stack.strands[0], 2), squares))
+
+
+def _near(stack: _Stack, pairs: Pairs, apart: Array) -> Iterator[Pairs]:
+    """Pairs (numbers, no unit) that are not distant, for every relation its own; `apart` (n; m) is how far they lie
+    apart.
+    """
+    near = pairs.where(apart < stack.distant)
+    for k in range(len(stack.relations)):
+        yield near.at([k])
+
+
+def _distant(stack: _Stack, pairs: Pairs, apart: Array) -> Iterator[tuple[Pairs, Array, Array]]:
+    """The distant ones of pairs, with how often they count (no unit) at as few heights as their distance allows, their
+    distances (m), and the squares of those heights (m2).
+    """
+    beyond = apart >= stack.distant
+    enough = np.where(beyond, nodes_enough(stack.squares, apart), 0)
+    for count in np.unique(enough[beyond]).tolist():
+        chosen = enough == count
+        squares, shares = height_nodes(stack.squares, count)
+        times = pairs.times[chosen] @ (stack.spread @ shares)
+        yield Pairs(pairs.first[chosen], pairs.second[chosen], times), apart[chosen], squares
+
+
+def _bent_strands(one: Track, other: Track) -> int:
+    """How many strands (no unit) the tracks of two layers get where they bend."""
+    pieces = len(one.starts) + len(one.arcs)
+    if one.z == other.z:
+        return next((strands for most, strands in OWN if one is other and pieces <= most), 2)
+    wide = max(one.width, other.width) / abs(one.z - other.z)
+    count = max([2, *(strands for least, strands in BENT if wide >= least)])
+    # half circles are none: strands of two layers cross far from their ends, and more would need more points
+    rounded = len(one.arcs) and float(np.max(one.arcs[:, 5])) < 0.9 * math.pi
+    return count + (FEW_CORNERS[1] if pieces <= FEW and rounded and wide >= FEW_CORNERS[0] else 0)

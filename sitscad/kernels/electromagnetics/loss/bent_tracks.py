@@ -1,0 +1,368 @@
+"""Skin and proximity effect of windings made of straight sides and arcs: polygons, rectangles, racetracks.
+
+Sides of one direction lie abreast; they are cut together at the same fractions of their lengths. What drives the eddy
+currents is the vector potential of the whole real path, straight filaments in closed form, so corners and ends count.
+An arc is a few chords, each a side of its own that remembers its curvature.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from functools import lru_cache
+from itertools import pairwise
+
+import numpy as np
+
+from sitscad.basics.arrays import Array, Index
+from sitscad.basics.record import record
+from sitscad.kernels.electromagnetics.constants import MU0
+from sitscad.kernels.electromagnetics.loss.current_modes import ModeSystem, ProximityLoss, joined, losses, mode_system
+from sitscad.kernels.electromagnetics.loss.mode_matrix import NearAndFar, mode_matrix
+from sitscad.kernels.electromagnetics.loss.path_field import Filaments, box_of, path_field
+from sitscad.kernels.electromagnetics.loss.proximity import arc_field, smooth_rings
+from sitscad.kernels.electromagnetics.loss.track_modes import Cut, ModeSet, field_nodes, integrated, points_of
+from sitscad.kernels.electromagnetics.special_functions import gauss
+
+BLOCK = math.radians(30.0)
+"""Arcs are cut once in every such angle of their direction, in the middle one of an odd number of chords."""
+
+ROUND = math.radians(200.0)
+"""Rounded corners and half circles, which turn less, are cut in equal parts from their own beginning, so that no part
+of one counts as abreast of the next; runs of arcs that turn more where their direction passes fixed angles, so that
+those of turns that begin elsewhere lie abreast."""
+
+ABREAST = math.radians(5.0)
+"""Sides whose directions differ by less than this lie abreast."""
+
+DISTANT = 1.5
+"""Distance of a block of arcs from a cut, in its length, from which it is a third of the chords."""
+
+TIGHTEST = 0.7
+"""Radius of the centre line, in widths, below which an arc's current is that of this radius; at a half, its inner edge
+is a point that would take all of it. Tighter arcs between straight sides are corners (`corners.mitred`)."""
+
+CORNER = 0.4
+"""Widths of clearance of sides that are not abreast: the field squared beyond a corner, summed over a side, is then
+that of a filament from half a width on."""
+
+
+@record(eq=False)
+class BentTrack:
+    """One layer: starts and ends (n, 2) of its pieces along the current (m), the angle that each turns by (0: straight,
+    positive to the left; rad), the cross-section and the mid-plane.
+    """
+
+    starts: Array
+    ends: Array
+    turns: Array
+    width: float
+    thickness: float
+    z: float
+
+    @property
+    def length(self) -> float:
+        """Length of the centre line (m): of an arc the chord times half the angle over its sine."""
+        half = np.maximum(0.5 * np.abs(self.turns), 1e-9)
+        return float(np.sum(np.hypot(*(self.ends - self.starts).T) * half / np.sin(half)))
+
+
+@record(eq=False)
+class _Sides:
+    # Straight sides of all tracks: `key` numbers the groups that lie abreast (-1: seen, never cut); `heading` are
+    # their directions (rad, from the first one's); `block` numbers the blocks of arcs, and sides. `chords` are the same
+    # with a third of the chords; `middle` (blocks, 2) and `reach` (blocks; m) say where blocks lie and how long they
+    # are.
+    start: Array
+    end: Array
+    section: Array
+    length: Array
+    curvature: Array
+    key: Index
+    heading: list[float]
+    block: Index
+    chords: _Chords
+    middle: Array
+    reach: Array
+
+
+@record(eq=False)
+class _Chords:
+    # Straight filaments: ends (n, 2), heights and widths (n; m), and the numbers of their blocks.
+    start: Array
+    end: Array
+    height: Array
+    width: Array
+    block: Index
+
+
+def bent_winding_loss(tracks: Sequence[BentTrack], conductivity: float, modes: ModeSet, cuts: int, steps: int,
+                      alike: int = 1) -> ProximityLoss:
+    """Skin and proximity effect (ohm, H) of tracks in series (S/m), every straight side cut `cuts` times (an even
+    number): partial elements of modes (Ruehli 1974; `current_modes`). `alike` parts of the winding are taken as each
+    other's images. With 2, only the sides of the first half turn of direction are solved and stand for the opposite
+    ones too; with 4 so does one half of every side for the other, the half where the current comes from and that where
+    it goes by turns.
+    """
+    sides = _sides(tracks)
+    parts = []
+    for key in range(int(sides.key.max()) + 1):
+        index = np.nonzero(sides.key == key)[0]
+        if alike == 1 or sides.heading[key] < math.pi - 1e-3:
+            parts += _group_losses(sides, index, cuts, conductivity, modes, steps, key % 2 if alike == 4 else None)
+    found = joined(parts)
+    if alike == 1:
+        return found
+    area = sides.section[:, 1] * sides.section[:, 2]
+    whole = float(np.sum((sides.length / area)[sides.key >= 0])) / conductivity
+    return found.scaled(whole)
+
+
+def _group_losses(sides: _Sides, index: Index, cuts: int, conductivity: float, modes: ModeSet,
+                  steps: int, end: int | None) -> list[ProximityLoss]:
+    """Losses (ohm) and inductance (H) of a group of sides; with an `end` (0 or 1) only that half of them is cut."""
+    if sides.curvature[index[0]]:
+        return losses([_cut_system(sides, index, 0.5, 1.0, conductivity, modes, None)], steps)
+    spans = sides.end[index] - sides.start[index]
+    corner = CORNER * float(np.mean(sides.section[index, 1]) / np.mean(np.hypot(spans[:, 0], spans[:, 1])))
+    matrix = mode_matrix(_cut(sides, index, 0.5, 1.0), conductivity, modes)
+    fractions, weights = _crowded(cuts // 2, corner)
+    if end is not None:
+        chosen = (fractions > 0.5) == bool(end)
+        fractions, weights = fractions[chosen], 2.0 * weights[chosen]
+    return losses([
+        _cut_system(sides, index, fraction, weight, conductivity, modes, matrix)
+        for fraction, weight in zip(fractions, weights, strict=True)
+    ], steps)
+
+
+def _crowded(count: int, scale: float) -> tuple[Array, Array]:
+    """Points (2 count) and weights of the mean over [0, 1], no unit, `count` to either half, denser towards the ends:
+    beyond `scale` from them, x = scale sinh(u).
+    """
+    nodes, weights = gauss(count)
+    top = math.asinh(0.5 / scale)
+    u = 0.5 * top * (1.0 + nodes)
+    x, w = scale * np.sinh(u), 0.5 * top * weights * scale * np.cosh(u)
+    return np.concatenate([x, 1.0 - x]), 0.5 * np.concatenate([w, w]) / np.sum(w)
+
+
+def _sides(tracks: Sequence[BentTrack]) -> _Sides:
+    """All tracks as sides with lengths (m), curvatures (1/m) and groups of directions."""
+    rows, keys, block, few, number = [], [], [], [], 0
+    known: list[tuple[float, int]] = []
+    shapes: dict[bytes, list[Block]] = {}
+    for track in tracks:
+        most = 1.0 / (TIGHTEST * track.width)
+        shape = track.starts.tobytes() + track.ends.tobytes() + track.turns.tobytes()
+        if shape not in shapes:  # every other layer repeats
+            shapes[shape] = list(_blocks(track))
+        for nodes, length, turn, heading in shapes[shape]:
+            parts = len(nodes) - 1
+            group = _group(known, heading, 1 if turn else 0)
+            curvature = max(-most, min(turn / length, most))
+            for k in range(parts):
+                keys.append(group if k == parts // 2 else -1)
+                rows.append((*nodes[k], *nodes[k + 1], track.z, track.width, track.thickness, length, curvature))
+            block += [number] * parts
+            some = [nodes[round(parts * k / -(-parts // 3))] for k in range(-(-parts // 3) + 1)]
+            few += [(*one, *other, track.z, track.width, number) for one, other in pairwise(some)]
+            number += 1
+    table, less, of = np.array(rows), np.array(few), np.array(block)
+    headings = [(heading - known[0][0] + 1e-3) % (2.0 * math.pi) for heading, _ in known]
+    first, last = np.searchsorted(of, np.arange(number)), np.searchsorted(of, np.arange(number), side="right") - 1
+    ends = table[first, :2], table[last, 2:4]
+    return _Sides(table[:, :2], table[:, 2:4], table[:, 4:7], table[:, 7], table[:, 8], np.array(keys), headings, of,
+                  _Chords(less[:, :2], less[:, 2:4], less[:, 4], less[:, 5], less[:, 6].astype(np.intp)),
+                  0.5 * (ends[0] + ends[1]), np.hypot(*(ends[1] - ends[0]).T))
+
+
+Block = tuple[Array, float, float, float]
+
+
+def _blocks(track: BentTrack) -> Iterator[Block]:
+    """Straight sides, and runs of arcs in blocks between fixed directions, so that those of all turns lie abreast:
+    nodes (n, 2; m), length (m), turn (rad), direction (rad).
+    """
+    first = 0
+    while first < len(track.turns):
+        last = first + 1
+        if track.turns[first]:
+            while last < len(track.turns) and track.turns[last] * track.turns[first] > 0.0:
+                last += 1
+            yield from _run(track.starts[first:last], track.ends[first:last], track.turns[first:last], track.width)
+        else:
+            span = track.ends[first] - track.starts[first]
+            nodes = np.array([track.starts[first], track.ends[first]])
+            yield nodes, float(np.hypot(*span)), 0.0, math.atan2(span[1], span[0])
+        first = last
+
+
+def _run(starts: Array, ends: Array, turns: Array, width: float) -> Iterator[Block]:
+    """The blocks (m) of a run of arcs; one arc alone is alike in every turn of a polygon."""
+    if len(turns) > 1:
+        yield from _curve(starts, ends, turns, width)
+        return
+    x, y = ((ends[0] - starts[0]) / width).tolist()
+    for nodes, *rest in _alone(round(x, 9), round(y, 9), round(float(turns[0]), 9), width):
+        yield starts[0] + nodes, *rest
+
+
+@lru_cache(maxsize=64)
+def _alone(x: float, y: float, turn: float, width: float) -> tuple[Block, ...]:
+    """The blocks (m) of an arc from the origin to a place (x, y) in widths."""
+    return tuple(_curve(np.zeros((1, 2)), width * np.array([[x, y]]), np.array([turn]), width))
+
+
+def _curve(starts: Array, ends: Array, turns: Array, width: float) -> Iterator[Block]:
+    """Blocks of a run of arcs between directions: nodes (n, 2; m), length (m), turn (rad), direction (rad)."""
+    sign = math.copysign(1.0, turns[0])
+    spans = ends - starts
+    radii = np.hypot(spans[:, 0], spans[:, 1]) / (2.0 * np.sin(0.5 * np.abs(turns)))
+    begin = sign * (math.atan2(spans[0, 1], spans[0, 0]) - 0.5 * turns[0])
+    reached = begin + np.concatenate([[0.0], np.cumsum(np.abs(turns))])
+    end, whole = float(reached[-1]), float(reached[-1]) - begin
+    if whole < ROUND:
+        cuts = np.linspace(begin, end, math.ceil(whole / BLOCK - 1e-3) + 1)
+    else:
+        inner = np.arange(math.ceil(begin / BLOCK + 1e-3), math.floor(end / BLOCK - 1e-3) + 1)
+        cuts = np.array([begin, *(BLOCK * inner), end])
+    for low, high in pairwise(cuts.tolist()):
+        overlap = np.minimum(reached[1:], high) - np.maximum(reached[:-1], low)
+        length = float(np.sum(radii * np.maximum(overlap, 0.0)))
+        # Chords about as long as the track is wide, an odd number so that one is in the middle.
+        parts = min(max(3, math.ceil(length / width)), 9) // 2 * 2 + 1
+        at = np.linspace(low, high, parts + 1)
+        arc = np.clip(np.searchsorted(reached, at, side="right") - 1, 0, len(turns) - 1)
+        nodes = _on_arcs(starts[arc], ends[arc], turns[arc], (at - reached[arc]) / np.abs(turns[arc]))
+        middle = 0.5 * (low + high)
+        heading = middle if whole < ROUND else (math.floor(middle / BLOCK) + 0.5) * BLOCK
+        yield nodes, length, sign * (high - low), sign * heading
+
+
+def _on_arcs(start: Array, end: Array, turn: Array, fraction: Array) -> Array:
+    """Points (n, 2; m) at fractions (n) of arcs, turns in rad: the chord's start turned about the arc's centre (derived
+    here).
+    """
+    span = end - start
+    left = np.stack([-span[:, 1], span[:, 0]], axis=1)
+    centre = 0.5 * (start + end) + left * (0.5 / np.tan(0.5 * turn))[:, None]
+    arm, angle = start - centre, turn * fraction
+    cosine, sine = np.cos(angle), np.sin(angle)
+    turned = np.stack([arm[:, 0] * cosine - arm[:, 1] * sine, arm[:, 0] * sine + arm[:, 1] * cosine], axis=1)
+    return np.asarray(centre + turned)
+
+
+def _group(known: list[tuple[float, int]], heading: float, part: int) -> int:
+    """The number of the group of a direction (rad), for straight sides and arcs apart; a new one when none is near."""
+    for number, (other, kind) in enumerate(known):
+        if kind == part and abs(math.remainder(heading - other, 2.0 * math.pi)) < ABREAST:
+            return number
+    known.append((heading, part))
+    return len(known) - 1
+
+
+def _cut(sides: _Sides, index: Index, fraction: float, weight: float) -> Cut:
+    """The tracks (m) of some sides where a plane crosses them at a fraction of their lengths."""
+    place, tangent = _place(sides, index, fraction)
+    z, width, thickness = sides.section[index].T
+    normal = np.array([tangent[1], -tangent[0]])
+    return Cut(place @ normal, z, width, thickness, sides.length[index] * weight, sides.curvature[index])
+
+
+def _place(sides: _Sides, index: Index, fraction: float) -> tuple[Array, Array]:
+    """Points (n, 2; m) of some sides at a fraction of their lengths, and the first one's unit vector."""
+    span = sides.end[index] - sides.start[index]
+    return sides.start[index] + fraction * span, span[0] / np.hypot(*span[0])
+
+
+def _cut_system(sides: _Sides, index: Index, fraction: float, weight: float, conductivity: float,
+                modes: ModeSet, matrix: Array | NearAndFar | None) -> ModeSystem:
+    """The modes of the sides cut there, and the flux (Wb/m/A) that bends and the rest of the path send through them:
+    Biot and Savart for straight filaments.
+    """
+    place, tangent = _place(sides, index, fraction)
+    cut = _cut(sides, index, fraction, weight)
+    offset, normal = 0.5 * cut.width[:, None] * field_nodes(modes), np.array([tangent[1], -tangent[0]])
+    along = place @ tangent
+    # The normal field of the whole path per ampere (n, points), times the path's length there over that of the centre
+    # line, without what the cut's tracks make as straight ones (Biot and Savart for straight filaments). The field, not
+    # the potential along the track: near corners that would miss half of the flux.
+    point = along[:, None, None] * tangent + (cut.across[:, None] + offset)[..., None] * normal
+    chords, own = _seen(sides, index, along[:, None] * tangent + cut.across[:, None] * normal)
+    filaments = _straight(chords, own, bool(cut.curvature.any()), tangent, 1e-6 * cut.unit)
+    root = np.sqrt(cut.length)
+    total = path_field(filaments, point, cut.height, root[None, :] / root[:, None], sides.block[index])
+    flux = integrated(-MU0 / (4.0 * math.pi) * total * (1.0 + cut.curvature[:, None] * offset), cut, modes)
+    if cut.curvature.any():
+        flux += _bend_flux(cut, 0.5 * np.abs(cut.curvature) * sides.length[index], modes)
+    return mode_system(cut, flux, conductivity, modes, matrix)
+
+
+def _bend_flux(cut: Cut, half: Array, modes: ModeSet) -> Array:
+    """Flux (n, points; Wb/m/A) of arcs as parts of rings through the modes, instead of what straight tracks make:
+    derived here from `smooth_rings` and `arc_field`. `half` (n; rad) is how far each arc reaches to either side of the
+    cut.
+    """
+    # mode_system weighs what straight tracks make with sqrt(1 + curvature x), the flux with 1 + curvature x; and a
+    # track's own arc, +-half (n,) radians about the cut, is a part of a ring.
+    bend = cut.curvature[:, None]
+    offset = points_of(cut, modes)[0] - cut.across[:, None]
+    flux = -bend * integrated(_straight_potential(cut, 0.5 * cut.width[:, None] * field_nodes(modes)), cut, modes)
+    factor = 1.0 + bend * offset
+    flux += (factor - np.sqrt(factor)) * _straight_potential(cut, offset)
+    radius = 1.0 / np.abs(cut.curvature)
+    place = radius[:, None] * factor
+    nodes, share = gauss(modes.points[0] + 1)
+    source = radius[:, None] + 0.5 * cut.width[:, None] * nodes
+    squared = np.maximum((place[..., None] - source[:, None, :]) ** 2, (1e-6 * cut.width[:, None, None]) ** 2)
+    ring = smooth_rings(place[..., None], source[:, None, :], squared, cut.unit) @ (0.5 * share)
+    flux += ring / (2.0 * math.pi * radius[:, None])
+    t, weight = gauss(24)
+    near = radius[:, None] + 0.5 * cut.width[:, None] * np.sign(bend) * field_nodes(modes)
+    field = np.empty_like(near)
+    for i, (r, beta) in enumerate(zip(radius, half, strict=True)):
+        angle = beta + (math.pi - beta) * (0.5 * (1.0 + t)) ** 2
+        both = 2.0 * (math.pi - beta) * 0.5 * (1.0 + t) * weight
+        field[i] = arc_field(near[i], np.full(t.size, r), angle, both, np.zeros(near.shape[1]))
+    return np.asarray(flux - integrated(np.sign(bend) * field * near / radius[:, None], cut, modes))
+
+
+def _seen(sides: _Sides, index: Index, place: Array) -> tuple[_Chords, Index]:
+    """The chords that a cut at places (n, 2; m) sees, fewer where arcs are farther than they are long; and the numbers
+    of the cut's own among them.
+    """
+    near = box_of(place).distance(sides.middle, sides.middle) < DISTANT * sides.reach
+    near[sides.block[index]] = True
+    many, few = near[sides.block], ~near[sides.chords.block]
+    rest = sides.chords
+    return _Chords(*(np.concatenate([one[many], other[few]]) for one, other in (
+        (sides.start, rest.start), (sides.end, rest.end), (sides.section[:, 0], rest.height),
+        (sides.section[:, 1], rest.width), (sides.block, rest.block),
+    ))), np.cumsum(many)[index] - 1
+
+
+def _straight(chords: _Chords, own: Index, is_curved: bool, tangent: Array, least: float) -> Filaments:
+    """The chords as straight filaments in the plane, with the least distance squared (m2) that each counts at."""
+    axis = chords.end - chords.start
+    # Sides round the corner have the width of a track: as filaments they would be too near.
+    turned = np.abs(axis @ tangent) < 0.94 * np.hypot(axis[:, 0], axis[:, 1])
+    clear = np.maximum(turned * CORNER * chords.width, least) ** 2
+    clear[own] = least**2
+    # An arc of the cut is a part of a ring near it, not chords: see `_bend_flux`.
+    block = chords.block if is_curved else np.full(len(axis), -1)
+    return Filaments(chords.start, chords.end, chords.height, clear, own, block)
+
+
+def _straight_potential(cut: Cut, offset: Array) -> Array:
+    """What the other tracks of the cut make along each one as straight filaments (n, points; Wb/m/A): -mu0 / (2 pi)
+    ln(distance / unit), times the root of both lengths' ratio (Jackson, Classical Electrodynamics, chapter 5, for an
+    endless wire).
+    """
+    across = cut.across[:, None, None] + offset[..., None] - cut.across
+    square = across**2 + (cut.height[:, None] - cut.height)[:, None, :] ** 2
+    square = np.maximum(square / cut.unit**2, 1e-20)
+    own = np.arange(cut.across.size)
+    square[own, :, own] = 1.0
+    ratio = np.sqrt(cut.length[None, :] / cut.length[:, None])
+    return np.asarray(-MU0 / (4.0 * math.pi) * np.sum(ratio[:, None, :] * np.log(square), axis=2))

@@ -1,0 +1,175 @@
+"""What direct current at a sharp corner has more than current that is even across both sides, alike at every size.
+
+A loop: forwards on the inside of the corner, back on the outside, gone within a width. Its stream function is known
+from the conformal map of a bent strip, dz/du = tanh(u/2)^(turn / pi), as the resistance is (`bend_squares`; Hall, Thin
+Solid Films 1, 1967, has bends by such maps); the tables are what `python tests/validation/corner_flow.py` finds with
+it. Lengths are in widths of the track.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import lru_cache
+
+import numpy as np
+
+from sitscad.basics.arrays import Array
+from sitscad.basics.record import record
+from sitscad.kernels.electromagnetics.constants import MU0
+
+TURNS = np.radians((0.0, 45.0, 60.0, 90.0))
+"""Angles by which a track turns at the corners of octagons, hexagons and squares, and none."""
+
+TIGHT = (0.0, 0.55, 0.7)
+"""Radii of the centre line, over the width, of the tables of corners: sharp ones, and those that count as sharp."""
+
+MOMENTS = ((0.0, 0.0710, 0.1014, 0.1889), (0.0, 0.0688, 0.0931, 0.1435), (0.0, 0.0681, 0.0915, 0.1391))
+"""Magnetic moment of the loop over current and width squared, at each radius of TIGHT and each of TURNS; within 0.5 %.
+The rounded ones, here and below, by `python tests/validation/corner_flow.py rounded`, the limit of two meshes."""
+
+SQUARES = ((0.0, -0.0890, -0.1666, -0.4413), (0.0, 0.3729, 0.4800, 0.6799), (0.0, 0.4972, 0.6503, 0.9493))
+"""Squares of such a corner beyond its straight sides, likewise (the sharp ones: `bend_squares`)."""
+
+ROUNDED = ((1.0, 1.0, 1.0, 1.0), (1.0, 0.943, 0.884, 0.718), (1.0, 0.911, 0.838, 0.657))
+"""What the loop makes of the corner's inductance, over that of the sharp corner in OWN, likewise."""
+
+INWARDS = ((0.0, 0.0, 0.0, 0.0), (0.0, 0.023, 0.049, 0.152), (0.0, 0.032, 0.068, 0.212))
+"""How much further inside than a sharp corner's the middle of such a loop lies, likewise."""
+
+POINTS = (
+    ((-0.146, 0.169, 0.389), (0.205, 0.569, 0.215), (0.272, 0.151, 0.338), (0.490, 1.149, 0.058)),
+    ((-0.120, 0.155, 0.408), (0.218, 0.550, 0.201), (0.332, 0.164, 0.322), (0.633, 1.026, 0.069)),
+    ((-0.212, 0.133, 0.251), (0.155, 0.264, 0.353), (0.504, 0.204, 0.277), (0.752, 0.790, 0.119)),
+)
+"""Where the moment lies at the turns from the second on: from the centre line's corner along the bisector to the inside
+and to either side of it, and the share. What a field has through these eight points is within 6 % of what it has
+through the loop, from a third of a width off."""
+
+OWN = np.array([
+    (0.001, -0.01075, -0.02033, -0.05558), (0.01, -0.01062, -0.02009, -0.05493), (0.05, -0.01010, -0.01911, -0.05234),
+    (0.1, -0.00954, -0.01806, -0.04951), (0.2, -0.00861, -0.01631, -0.04479), (0.35, -0.00754, -0.01429, -0.03932),
+    (0.5, -0.00672, -0.01274, -0.03510), (0.7, -0.00587, -0.01114, -0.03075), (1.0, -0.00496, -0.00940, -0.02596),
+    (2.0, -0.00328, -0.00623, -0.01719), (3.0, -0.00247, -0.00468, -0.01291),
+])
+"""What the loop makes of the inductance of a corner with long arms, over thickness / width, at the turns from the
+second on, in mu0 times the width: its coupling with both arms, twice, and its own. The limit of two meshes; within 1 %.
+"""
+
+
+RELAXATION = np.array([
+    (0.0, 0.0046, 0.0033, -0.0008, 19.4, 21.4, 4.2), (0.55, 0.0044, 0.0028, -0.0026, 19.4, 23.0, 9.6),
+    (0.7, 0.0043, 0.0027, -0.0037, 19.5, 24.0, 10.6), (1.3, 0.0025, 0.0051, 0.0111, 29.3, 21.2, 17.6),
+    (1.7, 0.0018, 0.0037, 0.0083, 36.4, 24.0, 19.2), (2.5, 0.0012, 0.0019, 0.0040, 110.0, 50.6, 29.0),
+    (4.0, 0.0, 0.0, 0.0, 110.0, 50.6, 29.0),
+])
+"""What alternating current makes of a bend of 45, 60 and 90 degrees beyond what its modes along the sides and arcs say,
+over its radius: how much less its inductance is in the end (mu0 widths), and where half of that is reached
+(mu0 times conductivity, width, thickness and angular frequency; one relaxation). Fitted to triangles less modes, for
+one bend of copper 0.03 to 0.04 times as thick as wide, within 0.0005 (0.001 for 90 degrees of radius 0.6)
+(`python tests/validation/corner_relaxation.py`)."""
+
+THICKER = np.array([
+    (0.027, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0), (0.1, 1.09, 1.06, 1.56, 1.14, 1.13, 1.43),
+    (0.3, 1.20, 1.06, 3.8, 1.54, 1.60, 2.5), (1.0, 0.0, 0.0, 0.0, 1.54, 1.60, 2.5),
+])
+"""How many times the first row of RELAXATION that is for thicker copper, over thickness / width. Beyond 0.3 current is
+not even through the thickness, which the triangles take it to be: what is not known there fades out."""
+
+
+@record(eq=False)
+class Loops:
+    """Small loops of current in the plane of a track: places (n, 2) in metres, moments (n; m2 per ampere of the track,
+    positive upwards), and over how much each is spread (m, a Gaussian's standard deviation).
+    """
+
+    places: Array
+    moments: Array
+    spread: float
+
+
+@lru_cache(maxsize=256)
+def moment(turn: float, radius: float = 0.0) -> float:
+    """Moment of the loop over current and width squared (no unit) for a turn (rad, either way) of a radius over the
+    width, by the tables of `corner_flow.py`.
+    """
+    return _tight(MOMENTS, turn, radius)
+
+
+@lru_cache(maxsize=256)
+def points(turn: float, radius: float = 0.0) -> Array:
+    """Places of the loop's moment (8, 3; widths) for a turn (rad) of a radius over the width: to the inside of where
+    the centre lines meet, to the left of that, and the share; by the tables of `corner_flow.py`.
+    """
+    nearest = POINTS[int(np.argmin(np.abs(TURNS[1:] - abs(turn))))]
+    half = np.array(nearest) * np.array([1.0, 1.0, 0.5]) + np.array([_tight(INWARDS, turn, radius), 0.0, 0.0])
+    found = np.concatenate([half, half * np.array([1.0, -1.0, 1.0])])
+    found.setflags(write=False)
+    return found
+
+
+@lru_cache(maxsize=256)
+def own_inductance(turn: float, width: float, thickness: float, radius: float = 0.0) -> float:
+    """What the loop makes of the inductance (H, negative) of a corner between long arms; metres, radius over width: by
+    the table OWN.
+    """
+    return MU0 * width * _sharp(turn, thickness / width) * _tight(ROUNDED, turn, radius)
+
+
+@lru_cache(maxsize=256)
+def tight_squares(turn: float, radius: float) -> float:
+    """Resistance of a corner beyond its straight sides in squares (ohm over those of a square), for a turn (rad) and a
+    radius over the width up to the last of TIGHT; by the tables of `corner_flow.py`.
+    """
+    return _tight(SQUARES, turn, radius)
+
+
+def gentle_squares(turn: float, radius: float) -> float:
+    """Resistance in squares (no unit) of a wider arc between straight sides; turn in rad, radius over the width.
+
+    Turn over ln of the radii (textbook), and 0.029 radius^-2.6 for the ends, where the current goes over into
+    1 / radius: fitted here to arcs of 45 to 90 degrees and 0.7 to 4.5 widths (`corner_flow.py`), within 0.015 squares.
+    Smaller turns get up to 0.08 squares too many.
+    """
+    return abs(turn) / math.log((radius + 0.5) / (radius - 0.5)) + 0.029 * radius**-2.6
+
+
+@lru_cache(maxsize=256)
+def gentle_inductance(turn: float, width: float, thickness: float, radius: float) -> float:
+    """Inductance (H) of such an arc less the inductance of a current that goes as 1 / radius all along it.
+
+    Turn in rad, width and thickness in m, radius over the width. Fitted likewise: 0.0086 (turn / 90 degrees)^2
+    radius^-2.2 mu0 widths at thickness / width = 0.1, within 0.002 mu0 widths.
+    """
+    profile = _sharp(math.pi / 2, thickness / width) / _sharp(math.pi / 2, 0.1)
+    return -0.0086 * MU0 * width * profile * (2.0 * turn / math.pi) ** 2 * radius**-2.2
+
+
+def relaxation(turn: float, width: float, thickness: float, radius: float, conductivity: float) -> tuple[float, float]:
+    """The inductance (H) that such a bend loses to alternating current, and the relaxation time (s) with which it does:
+    L falls by the one times w2 tau2 / (1 + w2 tau2), by the table RELAXATION. Turn in rad, metres, radius over the
+    width, S/m.
+    """
+    row = [float(np.interp(radius, RELAXATION[:, 0], column)) for column in RELAXATION.T[1:]]
+    thicker = [float(np.interp(math.log(thickness / width), np.log(THICKER[:, 0]), column)) for column in THICKER.T[1:]]
+    if radius > 0.0:  # only how it fades out was found for sharp corners alone
+        thicker[:3] = [min(1.0, factor) for factor in thicker[:3]]
+    lost, half = np.array(row[:3]) * thicker[:3], np.array(row[3:]) * thicker[3:]
+    scale = MU0 * conductivity * width * thickness
+    drop = float(np.interp(abs(turn), TURNS, [0.0, *lost]))
+    return MU0 * width * drop, scale / float(np.interp(abs(turn), TURNS[1:], half))
+
+
+def _sharp(turn: float, aspect: float) -> float:
+    """What a sharp corner's loop makes of its inductance (mu0 widths) for a turn (rad): the table OWN at an aspect
+    ratio.
+    """
+    row = [0.0, *(float(np.interp(math.log(aspect), np.log(OWN[:, 0]), column)) for column in OWN.T[1:])]
+    return float(np.interp(abs(turn), TURNS, row))
+
+
+def _tight(table: Sequence[Sequence[float]], turn: float, radius: float) -> float:
+    """A table of tight corners (one row a radius of TIGHT) at a turn (rad) and a radius over the width, in its own
+    unit.
+    """
+    return float(np.interp(radius, TIGHT, [np.interp(abs(turn), TURNS, row) for row in table]))

@@ -1,0 +1,402 @@
+"""Direct current at the corners of a winding: it crowds to the inside, which lowers resistance and inductance.
+
+An even current, mitred at every corner, plus a loop at each (`corner_excess`). A loop takes from the inductance what it
+makes with its own two arms and itself, a table, and the flux that the rest of the winding sends through it. What
+alternating current does along the sides comes on top (`bent_tracks`), and what it does at a bend besides that as one
+relaxation of each.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from sitscad.basics.arrays import Array, Index, slices
+from sitscad.basics.record import record
+from sitscad.kernels.electromagnetics.constants import MU0
+from sitscad.kernels.electromagnetics.inductance.filaments import distances_in_plane
+from sitscad.kernels.electromagnetics.loss.bent_tracks import BentTrack
+from sitscad.kernels.electromagnetics.loss.corner_excess import (
+    TIGHT,
+    Loops,
+    gentle_inductance,
+    gentle_squares,
+    moment,
+    own_inductance,
+    points,
+    relaxation,
+    tight_squares,
+)
+from sitscad.kernels.electromagnetics.loss.current_modes import ProximityLoss
+from sitscad.kernels.electromagnetics.loss.resistance import bend_squares
+from sitscad.kernels.electromagnetics.special_functions import gauss
+
+LEAST_TURN = 1e-3
+"""Angle (rad) between straight pieces from which on there is a corner."""
+
+MOST_TURN = math.radians(120.0)
+"""Angle (rad) up to which an arc between sides rounds a corner; beyond, it is a curve of its own."""
+
+OPEN = 1.3
+"""Radius, in widths, from which on an arc between sides is one for alternating current too; from TIGHT on to
+it the inner edge draws the current together faster than the modes of a slender arc can tell."""
+
+NEAR = 4.0
+"""Distance, in widths, up to which a loop counts as spread out and a side as wide; beyond, a dipole and a filament."""
+
+STRANDS = 4
+"""Filaments across the width of a near side."""
+
+CHORD = math.radians(15.0)
+"""Arcs send their flux as chords of about this angle."""
+
+FAR_METAL = 1.0
+"""Distance of metal, in widths, from which on a loop counts as one place."""
+
+SPREAD, SPREAD_WHOLE = 0.14, 0.34
+"""How far, in widths, a loop's places are spread and its middle when it stands for all: so that the mutual inductance
+of two loops above each other is that of the map, within 1 % from 0.3 to 1 width (tests/validation/corner_flow.py)."""
+
+BLOCK = 40_000
+"""Pairs of corners and sides that are worked on at once."""
+
+
+@record(eq=False)
+class Corners:
+    """Sharp corners, one row each: the loops' middles (n, 2) and heights (m), the moments (m2) over the current,
+    positive upwards, their places (n, 8, 2) and shares (n, 8), the width (m), what each loop makes with itself and its
+    own two arms (H) and those arms' numbers (n, 2) among the `Filaments`.
+    """
+
+    middle: Array
+    height: Array
+    moment: Array
+    places: Array
+    shares: Array
+    width: Array
+    own: Array
+    arms: Index
+
+
+@record(eq=False)
+class MitredFilaments:
+    """Straight pieces of all tracks, chords of arcs too: ends (n, 2) and mitres as in `Track`, height and width (m)."""
+
+    start: Array
+    end: Array
+    before: Array
+    after: Array
+    height: Array
+    width: Array
+
+
+def with_corners(loss: ProximityLoss, tracks: Sequence[BentTrack], conductivity: float) -> ProximityLoss:
+    """The loss of a winding of straight sides and arcs (S/m), with what its corners change of direct current, and of
+    alternating current beyond its modes. `loss` is that of the `mitred` tracks, `tracks` the real ones.
+    """
+    # What alternating current makes less of the bends' inductance (H), and relaxation times (s), alike ones as one.
+    found: dict[tuple[float, float, float, float], int] = {}
+    for track in tracks:
+        for bend in _bends(track):
+            if bend.is_between_sides:
+                key = round(abs(bend.turn), 6), track.width, track.thickness, round(bend.radius, 6)
+                found[key] = found.get(key, 0) + 1
+    rows = [(count * lost, time) for key, count in found.items() for lost, time in [relaxation(*key, conductivity)]]
+    lost, times = np.array(rows).reshape(-1, 2).T
+    return replace(loss, direct=math.fsum(direct_resistance(track, conductivity) for track in tracks),
+                   direct_change=loss.direct_change + corner_inductance(tracks),
+                   rates=np.concatenate([loss.rates, times]),
+                   strengths=np.concatenate([loss.strengths, lost * times]))
+
+
+def direct_resistance(track: BentTrack, conductivity: float) -> float:
+    """Resistance (ohm) of a track to direct current (S/m), which cuts corners (`corner_excess`) and in arcs goes as 1 /
+    radius: squares a / ln(outer / inner radius) for an angle a (textbook).
+    """
+    length = float(np.sum(_lengths(track)[track.turns == 0.0]))
+    for bend in _bends(track):
+        if bend.radius == 0.0:
+            squares = bend_squares(round(abs(bend.turn), 6))
+        elif bend.is_tight:
+            squares = tight_squares(bend.turn, bend.radius)
+        elif bend.is_between_sides:
+            squares = gentle_squares(bend.turn, bend.radius)
+        else:
+            half = 0.5 / max(bend.radius, TIGHT[-1])
+            squares = abs(bend.turn) * bend.radius * half / math.atanh(half)
+        length += squares * track.width
+    return length / (conductivity * track.width * track.thickness)
+
+
+def mitred(track: BentTrack) -> BentTrack:
+    """The track (m) with arcs so tight that they count as corners replaced by the corners."""
+    starts, ends, kept = track.starts.copy(), track.ends.copy(), np.ones(len(track.turns), dtype=bool)
+    for bend in _bends(track):
+        if bend.is_tight and bend.radius:
+            kept[bend.piece] = False
+            ends[bend.piece - 1] = starts[bend.piece + 1] = bend.corner
+    return replace(track, starts=starts[kept], ends=ends[kept], turns=track.turns[kept])
+
+
+def opened(tracks: Sequence[BentTrack]) -> tuple[float, tuple[BentTrack, ...], tuple[BentTrack, ...]]:
+    """Tracks (m) with every arc between sides that is neither a corner nor open made a corner, and made open; and which
+    share (0 to 1) of the second they are, by their mean radius. Where the sides are too short for open arcs, 0.
+    """
+    between = [[b for b in _bends(track) if b.is_between_sides and TIGHT[-1] <= b.radius < OPEN] for track in tracks]
+    radii = [bend.radius for bends in between for bend in bends]
+    if not radii:
+        return 0.0, tuple(tracks), tuple(tracks)
+    share = (float(np.mean(radii)) - TIGHT[-1]) / (OPEN - TIGHT[-1])
+    cornered = tuple(_rounded(t, bends, TIGHT[-1] * (1.0 - 1e-9)) for t, bends in zip(tracks, between, strict=True))
+    wide = tuple(_rounded(t, bends, OPEN) for t, bends in zip(tracks, between, strict=True))
+    forwards = all(_keeps_its_sides(*pair) for pair in zip(tracks, wide, strict=True))
+    return (share, cornered, wide) if forwards else (0.0, cornered, cornered)
+
+
+def _rounded(track: BentTrack, bends: Sequence[_TrackBend], radius: float) -> BentTrack:
+    """The track (m) with some of its bends rounded with another radius (widths), whose tangents are r tan(turn / 2)
+    long.
+    """
+    starts, ends = track.starts.copy(), track.ends.copy()
+    for bend in bends:
+        k, corner = bend.piece, np.array(bend.corner)
+        onwards = radius * track.width * math.tan(0.5 * abs(bend.turn))
+        one, other = corner - track.starts[k - 1], track.ends[k + 1] - corner
+        ends[k - 1] = starts[k] = corner - onwards * one / np.hypot(*one)
+        starts[k + 1] = ends[k] = corner + onwards * other / np.hypot(*other)
+    return replace(track, starts=starts, ends=ends)
+
+
+def _keeps_its_sides(track: BentTrack, changed: BentTrack) -> bool:
+    """Whether every straight side (m) still runs forwards."""
+    straight = track.turns == 0.0
+    steps = [(t.ends - t.starts)[straight] for t in (track, changed)]
+    return bool(np.all(np.sum(steps[0] * steps[1], axis=1) > 0.0))
+
+
+def corner_inductance(tracks: Sequence[BentTrack]) -> float:
+    """Inductance (H) of direct current in tracks in series less that of a current which is even across the sides: by
+    the loops of `corner_excess`, twice their moments times the field there (reciprocity), and their own.
+    """
+    arcs = math.fsum(gentle_inductance(bend.turn, track.width, track.thickness, bend.radius)
+                     for track in tracks for bend in _bends(track)
+                     if bend.is_between_sides and not bend.is_tight)
+    corners = _corners(tracks)
+    if not len(corners.width):
+        return arcs
+    parts = [_pieces(track) for track in tracks]
+    filaments = MitredFilaments(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
+    field = np.zeros(corners.width.size)
+    pairs: list[tuple[Index, Index]] = []
+    for part in slices(field.size, BLOCK // len(filaments.start)):
+        point = corners.middle[part, None]
+        far = normal_field(point, corners.height[part, None], filaments.start, filaments.end, filaments.height)
+        near = distances_in_plane(point, filaments.start, filaments.end) < NEAR * corners.width[part, None]
+        numbers = np.arange(len(filaments.start))
+        near |= (numbers >= corners.arms[part, :1]) & (numbers <= corners.arms[part, 1:])
+        field[part] = np.sum(np.where(near, 0.0, far), axis=1)
+        i, j = np.nonzero(near)
+        pairs.append((part.start + i, j))
+    first, second = (np.concatenate([pair[k] for pair in pairs]) for k in (0, 1))
+    for part in slices(first.size, BLOCK):
+        i, j = first[part], second[part]
+        np.add.at(field, i, _from_near(filaments, corners, i, j))
+    through = 2.0 * float(np.sum(corners.moment * field))
+    return arcs + float(np.sum(corners.own)) + through + _between(corners)
+
+
+def bend_loops(track: BentTrack, nearest: float) -> Loops:
+    """What direct current has more than an even one at the bends of a track, for metal no nearer than `nearest` (m).
+    Every corner's loop as eight places or, where metal is far enough, as its middle. In an arc the current goes as 1 /
+    radius, which is a moment of width^2 / 12 for every radian, whatever the radius (derived here).
+    """
+    whole, width = nearest > FAR_METAL * track.width, track.width
+    places, moments = [np.zeros((0, 2))], [np.zeros(0)]
+    for bend in _bends(track):
+        if bend.is_tight:
+            middle, _, size, eight, shares, _, _ = _corner(track, bend)
+            places.append(middle[None] if whole else eight)
+            moments.append(np.array([size]) if whole else size * shares)
+        elif bend.radius:
+            k, count = bend.piece, max(1, math.ceil(abs(bend.turn) / CHORD))
+            on = [_on_arc(track.starts[k], track.ends[k], bend.turn, (i + 0.5) / count) for i in range(count)]
+            places.append(np.array(on))
+            moments.append(np.full(count, -bend.turn * width * width / (12.0 * count)))
+    return Loops(np.concatenate(places), np.concatenate(moments), (SPREAD_WHOLE if whole else SPREAD) * width)
+
+
+@record
+class _TrackBend:
+    # A bend of a track: the number of its arc, or of the side after a sharp corner; angle (rad, positive to the left),
+    # radius of the centre line over the width, where its sides would meet, whether it has sides on both ends. Angle and
+    # radius to nine digits: bends that are alike in every turn are looked up once.
+    piece: int
+    turn: float
+    radius: float
+    corner: tuple[float, float]
+    is_between_sides: bool
+
+    @property
+    def is_tight(self) -> bool:
+        return self.is_between_sides and self.radius < TIGHT[-1]
+
+
+def _lengths(track: BentTrack) -> Array:
+    """Lengths (n; m) of a track's pieces, of arcs those of the chords."""
+    return np.asarray(np.hypot(*(track.ends - track.starts).T))
+
+
+def _bends(track: BentTrack) -> list[_TrackBend]:
+    """Where a track bends: at mitred corners and along arcs, with turn (rad) and radius (widths)."""
+    step = track.ends - track.starts
+    heading, straight = np.arctan2(step[:, 1], step[:, 0]), track.turns == 0.0
+    turn = np.remainder(np.diff(heading) + math.pi, 2.0 * math.pi) - math.pi
+    found = []
+    for k in np.nonzero(straight[:-1] & straight[1:] & (np.abs(turn) > LEAST_TURN))[0]:
+        found.append(_TrackBend(int(k) + 1, round(float(turn[k]), 9), 0.0, tuple(track.ends[k].tolist()), True))
+    chords = _lengths(track)
+    for k in np.nonzero(~straight)[0]:
+        angle = float(track.turns[k])
+        radius = float(chords[k]) / (2.0 * math.sin(0.5 * abs(angle)))
+        sides = 0 < k < len(straight) - 1 and bool(straight[k - 1] and straight[k + 1]) and abs(angle) < MOST_TURN
+        onwards = radius * math.tan(0.5 * abs(angle)) if sides else 0.0
+        corner = track.starts[k] + onwards * step[k - 1] / chords[k - 1]
+        found.append(
+            _TrackBend(int(k), round(angle, 9), round(radius / track.width, 9), tuple(corner.tolist()), bool(sides))
+        )
+    return found
+
+
+def _corners(tracks: Sequence[BentTrack]) -> Corners:
+    """All tight bends of the tracks (m) as loops of current."""
+    rows, arms, first = [], [], 0
+    for track in tracks:
+        numbers = first + np.concatenate([[0], np.cumsum(_chords(track))])
+        first = int(numbers[-1])
+        for bend in _bends(track):
+            if bend.is_tight:
+                rows.append(_corner(track, bend))
+                # straight sides are one piece each, the chords of a tight arc lie between them
+                arms.append((numbers[bend.piece - 1], numbers[bend.piece + (1 if bend.radius else 0)]))
+    columns = [np.array(column) for column in zip(*rows, strict=True)] if rows else [np.zeros((0, 2))] * 7
+    return Corners(*[*columns, np.array(arms, dtype=np.intp).reshape(-1, 2)])
+
+
+def _corner(track: BentTrack, bend: _TrackBend) -> tuple[Array, float, float, Array, Array, float, float]:
+    """One bend's loop: middle, height, moment (m2), points, shares, width (m), own inductance (H)."""
+    w, here, after = track.width, np.array(bend.corner), bend.piece + (1 if bend.radius else 0)
+    one, other = here - track.starts[bend.piece - 1], track.ends[after] - here
+    inwards = other / np.hypot(*other) - one / np.hypot(*one)
+    inwards = inwards / np.hypot(*inwards)
+    table = points(bend.turn, bend.radius)
+    places = here + w * (table[:, :1] * inwards + table[:, 1:2] * np.array([-inwards[1], inwards[0]]))
+    # to the left the loop runs clockwise, seen from above
+    size = -math.copysign(moment(bend.turn, bend.radius), bend.turn) * w * w
+    own = own_inductance(bend.turn, w, track.thickness, bend.radius)
+    return table[:, 2] @ places, track.z, size, places, table[:, 2], w, own
+
+
+def _chords(track: BentTrack) -> Index:
+    """How many chords (n; no unit) each piece has: one for each CHORD of its turn."""
+    return np.maximum(1, np.ceil(np.abs(track.turns) / CHORD)).astype(np.intp)
+
+
+def _pieces(track: BentTrack) -> tuple[Array, ...]:
+    """A track's chords (n, 2 each) with the mitres at their ends, height and width (n; m)."""
+    nodes = [track.starts[0]]
+    for start, end, turn, count in zip(track.starts, track.ends, track.turns, _chords(track), strict=True):
+        nodes += [_on_arc(start, end, turn, k / count) for k in range(1, count)]
+        nodes.append(end)
+    line = np.array(nodes)
+    t = np.diff(line, axis=0)
+    t = t / np.hypot(t[:, 0], t[:, 1])[:, None]
+    left = np.stack([-t[:, 1], t[:, 0]], axis=1)
+    inner = (left[:-1] + left[1:]) / (1.0 + np.sum(left[:-1] * left[1:], axis=1))[:, None]
+    mitres = np.concatenate([left[:1], inner, left[-1:]])
+    return line[:-1], line[1:], mitres[:-1], mitres[1:], np.full(len(t), track.z), np.full(len(t), track.width)
+
+
+def _on_arc(start: Array, end: Array, turn: float, fraction: float) -> Array:
+    """The point (2,; m) at a fraction of an arc that turns by an angle (rad), by the chord's length and direction up to
+    there.
+    """
+    span = end - start
+    chord = math.sin(0.5 * turn * fraction) / math.sin(0.5 * turn)
+    angle = 0.5 * turn * (fraction - 1.0)
+    c, s = math.cos(angle), math.sin(angle)
+    return np.asarray(start + chord * np.array([c * span[0] - s * span[1], s * span[0] + c * span[1]]))
+
+
+def _from_near(filaments: MitredFilaments, corners: Corners, i: Index, j: Index) -> Array:
+    """The mean (T/A) over the loops i of the field of the sides j, which are as wide as they are: Biot and Savart for
+    STRANDS filaments, endless ones for a loop's own arms.
+    """
+    total = np.zeros(i.size)
+    incoming, outgoing = (np.nonzero(corners.arms[i, k] == j)[0] for k in (0, 1))
+    within = (corners.arms[i, 0] < j) & (j < corners.arms[i, 1])
+    nodes, weights = gauss(STRANDS)
+    for place, share in zip(np.swapaxes(corners.places, 0, 1), corners.shares.T, strict=True):
+        here = place[i]
+        for x, weight in zip(nodes, weights, strict=True):
+            offset = 0.5 * x * filaments.width[j][:, None]
+            start = filaments.start[j] + offset * filaments.before[j]
+            end = filaments.end[j] + offset * filaments.after[j]
+            field = normal_field(here, corners.height[i], start, end, filaments.height[j])
+            # an endless arm has more, beyond its far end, than the real one; the incoming one's current runs inwards
+            for arms, far, inner, sign in ((incoming, start, end, 1.0), (outgoing, end, start, -1.0)):
+                field[arms] = sign * _onwards(here[arms], far[arms], far[arms] - inner[arms])
+            field[within] = 0.0
+            total += 0.5 * weight * share[i] * field
+    return total
+
+
+def normal_field(point: Array, height: Array, start: Array, end: Array, level: Array) -> Array:
+    """Normal field (T/A) at points (..., 2; m) and heights (m) of straight filaments, all broadcast (Biot and Savart;
+    Jackson, Classical Electrodynamics, section 5.2). Beyond a filament's ends nothing is a difference of nearly equal
+    numbers.
+    """
+    span = end - start
+    length = np.hypot(span[..., 0], span[..., 1])
+    t = span / length[..., None]
+    away = point - start
+    along = np.sum(away * t, axis=-1)
+    lateral = t[..., 0] * away[..., 1] - t[..., 1] * away[..., 0]
+    square = np.maximum(lateral**2 + (height - level) ** 2, 1e-12 * length**2)
+    rest = length - along
+    near, far = np.sqrt(along**2 + square), np.sqrt(rest**2 + square)
+    beside = np.where((along >= 0.0) & (rest >= 0.0), 2.0 / square, 0.0)
+    ends = np.copysign(1.0, along) / (near * (near + np.abs(along)))
+    ends += np.copysign(1.0, rest) / (far * (far + np.abs(rest)))
+    return np.asarray(MU0 / (4.0 * math.pi) * lateral * (beside - ends))
+
+
+def _onwards(point: Array, end: Array, way: Array) -> Array:
+    """The field (n; T/A) in its own plane of an endless filament from `end` (n, 2; m) along `way`, its current along it
+    (Biot and Savart).
+    """
+    t = way / np.hypot(way[:, 0], way[:, 1])[:, None]
+    away = point - end
+    back = -np.sum(away * t, axis=1)
+    lateral = t[:, 0] * away[:, 1] - t[:, 1] * away[:, 0]
+    far = np.sqrt(back**2 + lateral**2)
+    return np.asarray(MU0 / (4.0 * math.pi) * lateral / (far * (far + back)))
+
+
+def _between(corners: Corners) -> float:
+    """Twice the mutual inductances (H) of different loops: dipoles above or beside each other (Jackson, Classical
+    Electrodynamics, equation 5.56), the height between them lengthened so that coaxial ones have what the map has
+    (fitted, tests/validation/corner_flow.py).
+    """
+    total = 0.0
+    for k in range(corners.width.size - 1):
+        rest = slice(k + 1, None)
+        away = np.hypot(*(corners.middle[rest] - corners.middle[k]).T)
+        near = away < NEAR * corners.width[k]
+        away, rise = away[near], np.abs(corners.height[rest][near] - corners.height[k]) / corners.width[k]
+        clear = corners.width[k] * (rise + 0.53 / (1.0 + 0.75 * rise))
+        product = corners.moment[k] * corners.moment[rest][near]
+        total += float(np.sum(product * (2.0 * clear**2 - away**2) / (clear**2 + away**2) ** 2.5))
+    return MU0 / (2.0 * math.pi) * total

@@ -1,0 +1,247 @@
+"""Alternating current in parallel tracks: the density over every cross-section is a sum of Legendre modes.
+
+The first mode carries the current; the others carry none and are driven by the flux between the edges. The
+partial-element equations of the modes (Ruehli 1974) are diagonal in resistance, so a short Lanczos run gives R and L at
+every frequency at once. Modes of different tracks see each other as parallel straight tracks do: they carry no net
+current, so their field is local. What drives them is not local; whoever builds a `Cut` computes it from the real path.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from functools import cached_property
+
+import numpy as np
+
+from sitscad.basics.arrays import Array
+from sitscad.basics.record import record
+from sitscad.kernels.electromagnetics.loss.mode_matrix import NearAndFar, mode_matrix
+from sitscad.kernels.electromagnetics.loss.track_modes import Cut, ModeSet, local_points, mode_conductances, projection
+from sitscad.kernels.electromagnetics.special_functions import gauss, legendre
+
+TRUSTED = 1e-3
+"""Share of a resistance that may rest on negative relaxation times: rounding leaves 1e-20."""
+
+SETTLED, SETTLED_AT, FEWEST_STEPS = 3e-4, 20e6, 4
+"""A Lanczos run ends when a step changes what it finds at that frequency (Hz) by less than this part, after so many
+steps at least: it is then right to a third of that, and to 1e-5 at 10 MHz."""
+
+FEW = 64
+"""Modes up to which all their relaxation times cost less than a Lanczos run."""
+
+
+@record(eq=False)
+class ProximityLoss:
+    """How a winding's resistance (ohm, relative to direct current) and inductance (H) change with frequency.
+
+    `rates` are relaxation times (s), `strengths` the squared couplings (ohm s2): R = R0 + w2 s / (1 + w2 tau2),
+    L = L0 - w2 s tau / (1 + w2 tau2), summed over the modes. `direct_change` (H) is what L0 differs by from the
+    inductance of evenly spread current, because direct current crowds to the inside of a bend. `unresolved`
+    (ohm s2) is what of the strengths belongs to negative relaxation times, which no real track has.
+    """
+
+    direct: float
+    rates: Array
+    strengths: Array
+    direct_change: float = 0.0
+    unresolved: float = 0.0
+
+    def resistance_ratio(self, frequency: float) -> float:
+        """R(f) / R(0) of the winding at a frequency (Hz)."""
+        return float(self.resistance_ratios(np.array([frequency]))[0])
+
+    def resistance_ratios(self, frequencies: Array) -> Array:
+        """R(f) / R(0) at (n,) frequencies (Hz)."""
+        return 1.0 + self._added(frequencies)[0] / self.direct
+
+    def is_resolved(self, frequency: float) -> bool:
+        """Whether modes and points were enough for R at a frequency (Hz): see `unresolved`."""
+        doubt = (2.0 * math.pi * frequency) ** 2 * self.unresolved
+        return doubt <= TRUSTED * self.direct * self.resistance_ratio(frequency)
+
+    def inductance_changes(self, frequencies: Array) -> Array:
+        """L(f) less the inductance of evenly spread current (H), never positive, at each of (n,) frequencies (Hz)."""
+        return self.direct_change - self._added(frequencies)[1]
+
+    def _added(self, frequencies: Array) -> tuple[Array, Array]:
+        """What eddy currents add to R (ohm) and take of L (H) at (n,) frequencies (Hz), the sums of `ProximityLoss`;
+        kept, for coils and states share them.
+        """
+        key = frequencies.tobytes()
+        if key not in self._known:
+            square = (2.0 * math.pi * frequencies[:, None]) ** 2
+            shares = square * self.strengths / (1.0 + square * self.rates**2)
+            self._known[key] = np.sum(shares, axis=1), shares @ self.rates
+        return self._known[key]
+
+    @cached_property
+    def _known(self) -> dict[bytes, tuple[Array, Array]]:
+        return {}
+
+    def scaled(self, direct: float) -> ProximityLoss:
+        """The loss of as much of the same conductor as has another resistance (ohm) to direct current."""
+        part = direct / self.direct
+        return ProximityLoss(
+            direct, self.rates, part * self.strengths, part * self.direct_change, part * self.unresolved
+        )
+
+
+def joined(parts: Sequence[ProximityLoss]) -> ProximityLoss:
+    """Parts (ohm, H) of one winding in series that do not see each other's modes: their sums."""
+    kept = [part for part in parts if part.direct > 0.0]
+    return ProximityLoss(
+        math.fsum(part.direct for part in kept),
+        np.concatenate([part.rates for part in kept]),
+        np.concatenate([part.strengths for part in kept]),
+        math.fsum(part.direct_change for part in kept),
+        math.fsum(part.unresolved for part in kept),
+    )
+
+
+@record(eq=False)
+class ModeSystem:
+    """The modes of a cut, each scaled to unit resistance: what current and flux do to them. `matrix` are relaxation
+    times (s) of all modes among each other, `coupling` what a unit current drives them with, `source` is that current
+    in modes and `shift` what of it is not even; `carrier` (tracks, modes) is each track's direct-current density, a
+    unit vector: currents without it are free. `direct` (ohm), `change` (H) as in `ProximityLoss`.
+    """
+
+    matrix: Array | NearAndFar
+    coupling: Array
+    source: Array
+    shift: Array
+    carrier: Array
+    direct: float
+    change: float
+
+    def project(self, vector: Array) -> Array:
+        """Vectors of modes (n modes, ...) without what carries net current in any track, in the unit they have: the
+        projection across each track's carrier.
+        """
+        tracks, modes = self.carrier.shape
+        table = vector.reshape(tracks, modes, -1)
+        net = np.matmul(self.carrier[:, None, :], table)
+        return np.asarray((table - self.carrier[:, :, None] * net).reshape(vector.shape))
+
+    def loss(self, steps: int) -> ProximityLoss:
+        """R (ohm) and L (H) at every frequency by a Lanczos run of so many steps; few modes are solved whole."""
+        return losses([self], steps)[0]
+
+    def whole(self) -> tuple[Array, Array] | None:
+        """All relaxation times (s) and their strengths (ohm s2); None where a Lanczos run costs less."""
+        if self.coupling.size > FEW or isinstance(self.matrix, NearAndFar):
+            return None
+        rates, vectors = np.linalg.eigh(self.project(self.project(self.matrix).T))
+        return rates, (self.project(self.coupling) @ vectors) ** 2
+
+
+def losses(systems: Sequence[ModeSystem], steps: int) -> list[ProximityLoss]:
+    """R (ohm) and L (H) of systems of one matrix and one carrier, driven otherwise: by Lanczos runs side by side
+    (`_lanczos`), because what they cost is reading the matrix.
+    """
+    known = [system.whole() for system in systems]
+    found = [measure for measure in known if measure is not None]
+    if len(found) < len(systems):
+        driven = np.stack([system.project(system.coupling) for system in systems])
+        found = _lanczos(systems[0].matrix, driven, steps, systems[0].project)
+    return [
+        ProximityLoss(system.direct, np.maximum(rates, 0.0), strengths, system.change,
+                      float(np.sum(strengths[rates < 0.0])))
+        for system, (rates, strengths) in zip(systems, found, strict=True)
+    ]
+
+
+def mode_system(cut: Cut, smooth: Array | None, conductivity: float, modes: ModeSet,
+                matrix: Array | NearAndFar | None = None, current: Array | None = None) -> ModeSystem:
+    """The modes of a cut's tracks in series, with `conductivity` in S/m.
+
+    The tracks drive each other as straight parallel ones do; `smooth` (n, points; Wb/m/A) is what the real path adds:
+    the vector potential along each track per ampere, times the path's length there over that of the centre line, less
+    -mu0 / (2 pi) sum of sqrt(length_j / length_i) ln(distance / `cut.unit`) to the other centre lines. `current` (n,)
+    is +1 or -1 (None: all +1), along one direction in space. Direct current divides as 1 / radius in a curved track.
+    `matrix` is `mode_matrix` of a cut of the same places, when that is known.
+    """
+    current = np.ones(cut.across.size) if current is None else current
+    matrix = mode_matrix(cut, conductivity, modes) if matrix is None else matrix
+    roots = np.array([math.sqrt((2 * a + 1) * (2 * b + 1)) for a, b in modes.orders])
+    amount = np.sqrt(cut.length / (conductivity * cut.width * cut.thickness))[:, None]
+    # Of the modes P / sqrt(1 + curvature x): the current that each carries, and what an even density is made of.
+    nodes, weights = gauss(modes.across + 2)
+    root = np.sqrt(1.0 + 0.5 * (cut.curvature * cut.width)[:, None] * nodes)
+    values = legendre(modes.across, nodes)
+    a, b = np.array(modes.orders).T
+    carried, even = (0.5 * weights / root) @ values, (0.5 * weights * root) @ values
+    carrier, even = (np.where(b == 0, table[:, a], 0.0) * roots for table in (carried, even))
+    size = np.sum(carrier**2, axis=1, keepdims=True)
+    source = (carrier / size * current[:, None] * amount).ravel()
+    shift = source - (even * current[:, None] * amount).ravel()
+    coupling = matrix @ source
+    change = 0.0
+    if smooth is not None:
+        scale = mode_conductances(cut, conductivity, modes) * np.sqrt(cut.length)[:, None]
+        stretch = np.sqrt(1.0 + cut.curvature[:, None] * 0.5 * cut.width[:, None] * local_points(modes)[0])
+        outside = ((smooth / stretch) @ projection(modes).T * scale).ravel()
+        if shift.any():
+            # direct current's inductance s' M s less an even one's, which has s - shift for s; and likewise outside
+            change = float(shift @ (2.0 * coupling - matrix @ shift + 2.0 * outside))
+        coupling = coupling + outside
+    direct = float(np.sum(amount[:, 0] ** 2 / size[:, 0]))
+    return ModeSystem(matrix, coupling, source, shift, carrier / np.sqrt(size), direct, change)
+
+
+def _lanczos(
+    matrix: Array | NearAndFar, vectors: Array, steps: int, project: Callable[[Array], Array]
+) -> list[tuple[Array, Array]]:
+    """Gauss quadrature of the spectral measure of a symmetric matrix on the projector's range, for each vector (k, n):
+    nodes (s) and weights (ohm s2), exact in 2 * steps moments, by Lanczos' recursion with full orthogonalisation (Golub
+    and Meurant, Matrices, Moments and Quadrature with Applications, 2010); fewer steps where what they are for no
+    longer changes.
+    """
+    norms = np.linalg.norm(vectors, axis=1)
+    count, length = min(steps, vectors.shape[1]), np.zeros(len(vectors), dtype=np.intp)
+    basis = np.zeros((len(vectors), count + 1, vectors.shape[1]))
+    basis[:, 0] = vectors / np.maximum(norms, 1e-300)[:, None]
+    diagonal, beside = np.zeros((2, len(vectors), count))
+    going, known = norms > 0.0, np.zeros((2, len(vectors)))
+    for k in range(count):
+        image = np.ascontiguousarray(project(matrix @ np.ascontiguousarray(basis[:, k].T)).T)
+        diagonal[:, k] = np.sum(basis[:, k] * image, axis=1)
+        length[going] = k + 1
+        if k + 2 >= FEWEST_STEPS:
+            before, known = known, _effect(diagonal[:, : k + 1], beside[:, :k])
+            if k + 1 >= FEWEST_STEPS and np.all(np.abs(known - before) <= SETTLED * np.abs(known)):
+                break
+        for kept, own in zip(basis[:, : k + 1], image, strict=True):
+            own -= kept.T @ (kept @ own)
+            own -= kept.T @ (kept @ own)
+        beside[:, k] = np.linalg.norm(image, axis=1)
+        going &= beside[:, k] >= 1e-13 * np.abs(diagonal[:, 0])
+        if not going.any():
+            break
+        basis[going, k + 1] = image[going] / beside[going, k, None]
+    return [_measured(diagonal[i, :m], beside[i, : max(0, m - 1)], float(norms[i])) for i, m in enumerate(length)]
+
+
+def _effect(diagonal: Array, beside: Array) -> Array:
+    """What symmetric tridiagonal matrices (k, n) and (k, n - 1) of relaxation times (s) make of R and of L at
+    `SETTLED_AT`, each of a vector of length one: (2, k), no unit.
+    """
+    size = np.arange(diagonal.shape[1])
+    table = np.zeros((len(diagonal), size.size, size.size))
+    table[:, size, size] = diagonal
+    table[:, size[1:], size[:-1]] = table[:, size[:-1], size[1:]] = beside
+    rates, vectors = np.linalg.eigh(table)
+    omega = 2.0 * math.pi * SETTLED_AT
+    shares = vectors[:, 0] ** 2 / (1.0 + (omega * rates) ** 2)
+    return np.stack([np.sum(shares, axis=1), np.sum(shares * omega * rates, axis=1)])
+
+
+def _measured(diagonal: Array, beside: Array, norm: float) -> tuple[Array, Array]:
+    """Nodes (s) and weights (norm squared) of a symmetric tridiagonal matrix and the vector's norm (Golub and Welsch
+    1969).
+    """
+    if not diagonal.size:
+        return np.zeros(1), np.zeros(1)
+    values, vectors = np.linalg.eigh(np.diag(diagonal) + np.diag(beside, 1) + np.diag(beside, -1))
+    return values, norm**2 * vectors[0] ** 2

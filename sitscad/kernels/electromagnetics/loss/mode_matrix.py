@@ -1,0 +1,235 @@
+"""How the modes of parallel tracks see each other: the logarithm of the distance between all pairs of them.
+
+Modes that carry no net current have local fields: tracks far apart see of each other only the lowest. So the matrix of
+many tracks is kept as full blocks of neighbours and, beyond them, the modes of the lowest orders. Turns lie a pitch
+apart: most pairs lie as others do, and each way that two tracks lie is worked out, and kept, once.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import lru_cache
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sitscad.basics.arrays import Array, Flags, Index, slices
+from sitscad.basics.record import record
+from sitscad.kernels.electromagnetics.constants import MU0
+from sitscad.kernels.electromagnetics.loss.track_modes import Cut, ModeSet, mode_conductances, points_of, projection
+from sitscad.kernels.electromagnetics.special_functions import gauss, legendre
+
+AT_ONCE = 16_000
+"""Distances of points that are worked on at once: as many as stay near the processor."""
+
+MANY = 60
+"""Tracks from which on far ones see only each other's lowest modes."""
+
+REACH = 6.0
+"""Distance of centres, in diagonals of the larger cross-section, up to which tracks see all of each other's modes."""
+
+LOW = 2
+"""Highest order, across and through together, of the modes that far tracks see."""
+
+FAR_POINTS = 3
+"""Points across and, at most, through a track at which far ones see it: exact for the orders of LOW."""
+
+
+SAME = 9
+"""Decimal places, of the narrowest track's width, to which pairs lie alike."""
+
+REPEATED = 8
+"""Pairs for each way that they lie from which on they are multiplied way by way."""
+
+
+@record(eq=False)
+class NearAndFar:
+    """A symmetric matrix of the modes of many tracks, to be multiplied by (n modes,) or (n modes, k) numbers. Near
+    pairs are sorted by how they lie: `blocks` (ways, modes, modes) are those of tracks `first` and `second` from
+    `begins` on; `order` sorts the pairs by their first track, every track there. `far` are the modes `low` of all other
+    pairs (n low, n low), in single precision. Both are multiplied by `scale` (n, modes) on either side.
+    """
+
+    blocks: Array
+    begins: Index
+    first: Index
+    second: Index
+    order: Index
+    low: Index
+    far: NDArray[np.float32]
+    scale: Array
+
+    def __matmul__(self, vector: Array) -> Array:
+        count, modes = self.scale.shape
+        table = vector.reshape(count, modes, -1) * self.scale[:, :, None]
+        rows = np.searchsorted(self.first[self.order], np.arange(count))
+        found = np.swapaxes(np.add.reduceat(self._near(table)[self.order], rows, axis=0), 1, 2)
+        lowest = table[:, self.low].reshape(count * self.low.size, -1)
+        found[:, self.low] += (self.far @ lowest.astype(np.float32)).reshape(count, self.low.size, -1)
+        return np.asarray((found * self.scale[:, :, None]).reshape(vector.shape))
+
+    def _near(self, table: Array) -> Array:
+        """What every near pair's second track does to its first: (pairs, k, modes), in the table's unit."""
+        given = np.ascontiguousarray(np.swapaxes(table, 1, 2))[self.second]
+        turned = np.swapaxes(self.blocks, 1, 2)
+        if len(turned) == len(given):
+            return np.matmul(given, turned)
+        rows, times = given.reshape(-1, given.shape[2]), given.shape[1]
+        found = np.empty_like(rows)
+        ends = (times * np.append(self.begins, len(given))).tolist()
+        for block, (low, high) in zip(turned, pairwise(ends), strict=True):
+            np.matmul(rows[low:high], block, out=found[low:high])
+        return found.reshape(given.shape)
+
+
+def mode_matrix(cut: Cut, conductivity: float, modes: ModeSet) -> Array | NearAndFar:
+    """Relaxation times (s) of all modes of a cut among each other, scaled by resistances: (n modes, n modes). Partial
+    inductances of straight parallel currents, -mu0 / (2 pi) <P_m ln(distance) P_n> (Ruehli 1974; Jackson, Classical
+    Electrodynamics, chapter 5, for an endless wire), which those without net current have alone.
+    """
+    scale = mode_conductances(cut, conductivity, modes)
+    if len(scale) >= MANY:
+        return _near_and_far(cut, modes, scale)
+    flat = scale.ravel()
+    first, second = np.triu_indices(len(scale), 1)
+    mutual = np.empty((len(scale), *scale.shape, scale.shape[1]))  # (tracks, tracks, modes, modes)
+    examples, way = _ways(cut, first, second)
+    for part, block in _each(_mutual_logs(cut, modes, first[examples], second[examples]), way):
+        i, j = first[part], second[part]
+        mutual[i, j] = block
+        mutual[j, i] = np.swapaxes(block, 1, 2)
+    own = np.arange(len(scale))
+    mutual[own, own] = _own_logs(cut, modes)
+    matrix = np.swapaxes(mutual, 1, 2).reshape(flat.size, flat.size)
+    matrix *= (-MU0 / (2.0 * math.pi) * flat)[:, None]
+    matrix *= flat
+    return matrix
+
+
+def _near_and_far(cut: Cut, modes: ModeSet, scale: Array) -> NearAndFar:
+    """The matrix of modes (s) as blocks near each other and a coarse matrix of the rest."""
+    count = len(scale)
+    size = np.hypot(cut.width, cut.thickness)
+    apart = np.hypot(cut.across[:, None] - cut.across, cut.height[:, None] - cut.height)
+    near = apart < REACH * np.maximum(size[:, None], size)
+    few = replace(modes, points=(FAR_POINTS, min(FAR_POINTS, modes.through + 1)))
+    low = np.array([k for k, (a, b) in enumerate(modes.orders) if a + b <= LOW], dtype=np.intp)
+    far = np.zeros((count, low.size, count, low.size), dtype=np.float32)
+    i, j = np.nonzero(np.triu(~near, 1))
+    examples, way = _ways(cut, i, j)
+    for part, block in _each(_mutual_logs(cut, few, i[examples], j[examples], low), way):
+        far[i[part], :, j[part], :] = block
+        far[j[part], :, i[part], :] = np.swapaxes(block, 1, 2)
+    first, second, blocks, begins = _neighbours(cut, modes, near)
+    root = math.sqrt(MU0 / (2.0 * math.pi))
+    return NearAndFar(-blocks, begins, first, second, np.argsort(first, kind="stable"), low,
+                      -far.reshape(count * low.size, -1), root * scale)
+
+
+def _neighbours(cut: Cut, modes: ModeSet, near: Flags) -> tuple[Index, Index, Array, Index]:
+    """The near pairs sorted by how they lie, both ways round and each track with itself: first, second, the block (no
+    unit) of each way and where it begins. Where few lie alike, every pair has its own block.
+    """
+    i, j = np.nonzero(np.triu(near, 1))
+    examples, way = _ways(cut, i, j)
+    own = np.arange(len(near))
+    alone, section = _ways(cut, own, own)
+    if REPEATED * len(examples) > len(i):
+        examples, way, alone, section = (np.arange(size) for size in (len(i), len(i), len(near), len(near)))
+    order, by_section = np.argsort(way, kind="stable"), np.argsort(section, kind="stable")
+    i, j, own = i[order], j[order], own[by_section]
+    begins = np.searchsorted(way[order], np.arange(len(examples)))
+    blocks = _mutual_logs(cut, modes, i[begins], j[begins])
+    own_begins = np.searchsorted(section[by_section], np.arange(len(alone)))
+    own_blocks = _own_logs(cut, modes)[own[own_begins]]
+    return (np.concatenate([i, j, own]), np.concatenate([j, i, own]),
+            np.concatenate([blocks, np.swapaxes(blocks, 1, 2), own_blocks]),
+            np.concatenate([begins, len(i) + begins, 2 * len(i) + own_begins]))
+
+
+def _ways(cut: Cut, i: Index, j: Index) -> tuple[Index, Index]:
+    """How pairs of tracks lie (numbers, no unit): that of one pair of each kind, and which kind every pair is of."""
+    size = float(cut.width.min())
+    sections = np.round(np.stack([cut.width, cut.thickness]) / size, SAME)
+    _, section = np.unique(sections, axis=1, return_inverse=True)
+    code = section[i] * (section.max() + 1) + section[j]
+    for place in (cut.across, cut.height):
+        distinct, number = np.unique(np.round((place[i] - place[j]) / size, SAME) + 0.0, return_inverse=True)
+        code = code * max(distinct.size, 1) + number
+    _, examples, way = np.unique(code, return_index=True, return_inverse=True)
+    return examples, way
+
+
+def _each(blocks: Array, way: Index) -> Iterator[tuple[slice, Array]]:
+    """The block of every pair, of those of all ways that they lie (ways, modes, modes): some at once."""
+    for part in slices(way.size, AT_ONCE // max(blocks[0].size, 1) if len(blocks) else 1):
+        yield part, blocks[way[part]]
+
+
+def _mutual_logs(cut: Cut, modes: ModeSet, i: Index, j: Index, kept: Index | None = None) -> Array:
+    """<P_m ln(distance / unit) P_n> (no unit) of pairs of tracks (pairs, modes, modes), by Gauss points over both;
+    `kept` modes only.
+    """
+    x, z = (table / cut.unit for table in points_of(cut, modes))
+    weights = projection(modes) if kept is None else projection(modes)[kept]
+    points = x.shape[1]
+    found = np.empty((i.size, len(weights), len(weights)))
+    for part in slices(i.size, AT_ONCE // points**2):
+        first, second = i[part], j[part]
+        squared = np.square(x[first][:, :, None] - x[second][:, None, :])
+        squared += np.square(z[first][:, :, None] - z[second][:, None, :])
+        np.log(np.maximum(squared, 1e-30, out=squared), out=squared)
+        half = squared.reshape(-1, points) @ (0.5 * weights.T)
+        found[part] = weights @ half.reshape(first.size, points, -1)
+    return found
+
+
+def _own_logs(cut: Cut, modes: ModeSet) -> Array:
+    """Logarithms (n, modes, modes; no unit) of the distances of every track from itself: `log_block`, the mean one in
+    `unit`.
+    """
+    found = np.empty((cut.across.size, len(modes.orders), len(modes.orders)))
+    for width, thickness in {(float(w), float(t)) for w, t in zip(cut.width, cut.thickness, strict=True)}:
+        block = log_block(thickness / width, replace(modes, points=(1, 1))).copy()
+        block[0, 0] += math.log(width / cut.unit)
+        found[(cut.width == width) & (cut.thickness == thickness)] = block
+    return found
+
+
+@lru_cache(maxsize=32)
+def log_block(aspect: float, modes: ModeSet) -> Array:
+    """Means (no unit) over one rectangle of thickness / width `aspect` of mode times ln(distance / width) times mode.
+    Derived here: the quadruple integral becomes a double one over the differences of both coordinates, whose densities
+    are polynomials; points crowd towards difference zero, where the logarithm is. Within 2e-6 of the closed mean
+    distance. The points of the set are not used.
+    """
+    nodes, weights = gauss(16 + modes.through)
+    t = 0.5 * (1.0 + nodes)
+    dz, wz = 2.0 * t**3, weights * 3.0 * t**2
+    nodes, weights = gauss(18 + 2 * modes.across)
+    t = 0.5 * (1.0 + nodes)
+    scale = np.maximum(aspect * dz, 1e-9)[:, None]
+    top = np.arcsinh(2.0 / scale)
+    u = top * t
+    dx, wx = scale * np.sinh(u), 0.5 * weights * top * scale * np.cosh(u)
+    kernel = 0.5 * np.log(0.25 * (dx**2 + (aspect * dz[:, None]) ** 2)) * wx * wz[:, None]
+    through = _difference_density(dz, modes.through)
+    across = _difference_density(dx.ravel(), modes.across)
+    half = np.einsum("zbd,zx->bdzx", through, kernel).reshape(-1, kernel.size)
+    table = (half @ across.reshape(kernel.size, -1)).reshape(*through.shape[1:], *across.shape[1:])
+    a, b = np.array(modes.orders).T
+    return np.asarray(table[b[:, None], b[None, :], a[:, None], a[None, :]])
+
+
+def _difference_density(gap: Array, order: int) -> Array:
+    """Mean of P_a(x) P_c(x') over the pairs on [-1, 1] that are `gap` apart, either way round: (gaps, a, c), no unit;
+    exact by Gauss points.
+    """
+    nodes, weights = gauss(order + 1)
+    half = 1.0 - 0.5 * gap[:, None]
+    low, high = legendre(order, half * nodes - 0.5 * gap[:, None]), legendre(order, half * nodes + 0.5 * gap[:, None])
+    one = np.swapaxes(low * (0.25 * half * weights)[..., None], 1, 2) @ high
+    return np.asarray(one + np.swapaxes(one, 1, 2))

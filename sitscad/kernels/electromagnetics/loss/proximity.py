@@ -1,0 +1,278 @@
+"""Skin and proximity effect in circular spiral windings.
+
+The half-plane of an azimuth cuts every turn once, at the radius that the real spiral has there: crossing layers are
+met as they are, and averaged over azimuths. What drives the eddy currents is the flux of full coaxial rings through
+those radii, corrected for where the real turns begin and end.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import lru_cache
+from itertools import combinations, pairwise
+
+import numpy as np
+
+from sitscad.basics.arrays import Array
+from sitscad.basics.record import record, replace
+from sitscad.kernels.electromagnetics.constants import MU0, skin_depth
+from sitscad.kernels.electromagnetics.inductance.rings import radii_at
+from sitscad.kernels.electromagnetics.inductance.spirals import SpiralLayer
+from sitscad.kernels.electromagnetics.loss.current_modes import ModeSystem, ProximityLoss, joined, mode_system
+from sitscad.kernels.electromagnetics.loss.track_modes import (
+    Cut,
+    ModeSet,
+    few_points,
+    field_nodes,
+    from_few_points,
+    integrated,
+    points_of,
+    rough_modes,
+    suited_modes,
+)
+from sitscad.kernels.electromagnetics.special_functions import coaxial_rings, gauss
+
+HIGHEST = 10e6
+"""Frequency (Hz) up to which the stated tolerances are kept; the converter's sensors run no higher."""
+
+
+@record
+class LossResolution:
+    """How finely a winding's loss is computed: modes of a track, cuts around a turn, steps of the Lanczos run."""
+
+    modes: ModeSet
+    cuts: int
+    steps: int
+
+
+USUAL = 0.03
+"""Tolerance of R that is kept unless a finer or a rougher one is wanted."""
+
+ROUGH, ROUGH_STEPS = 0.1, 5
+"""Tolerance of R from which on one cut and few modes are enough, and their steps."""
+
+LEAST_CUTS, MOST_CUTS = 3, 40
+"""Cuts around a turn, at least and about at most."""
+
+HARMONICS = np.arange(1, 80)
+"""Harmonics of the azimuth in which crossing layers are looked at."""
+
+UNSEEN = {False: 0.02, True: 0.005}
+"""Share of the extra loss that the cuts of the usual and of the fine resolution may miss: see `missed_crossings`."""
+
+
+def resolution_for(width: float, thickness: float, gap: float, tolerance: float, conductivity: float) -> LossResolution:
+    """The resolution that keeps R within `tolerance` (relative; 3e-2, or 1e-2 when it is below 2e-2) up to 10 MHz, with
+    the least number of cuts. Track width, thickness and least distance in metres.
+    """
+    fine = tolerance < 0.02
+    modes = suited_modes(width, thickness, gap, skin_depth(HIGHEST, conductivity), fine)
+    return LossResolution(modes, LEAST_CUTS, (24 if fine else 14) + modes.across // 2)
+
+
+def winding_loss(layers: Sequence[SpiralLayer], conductivity: float, tolerance: float = USUAL,
+                 resolution: LossResolution | None = None) -> ProximityLoss:
+    """Skin and proximity effect (ohm, H) of spiral layers in series (conductivity in S/m), averaged over azimuths:
+    partial elements of modes (Ruehli 1974; `current_modes`). `tolerance` is that of R (relative) up to 10 MHz: 3e-2, or
+    1e-2 when it is below 2e-2; L is within a tenth of it.
+    """
+    layers = tuple(layers)
+    resolution = resolution or suited_resolution(layers, conductivity, tolerance)
+    return joined([one.system.loss(resolution.steps) for one in winding_cuts(layers, conductivity, resolution)])
+
+
+@record(eq=False)
+class WindingCut:
+    """The turns (m) of a winding in the half-plane of an azimuth, and their modes as the real winding drives them."""
+
+    cut: Cut
+    system: ModeSystem
+
+
+@lru_cache(maxsize=2)
+def winding_cuts(
+    layers: tuple[SpiralLayer, ...], conductivity: float, resolution: LossResolution
+) -> tuple[WindingCut, ...]:
+    """The half-planes that stand for a winding of spiral layers (conductivity in S/m), kept for its states."""
+    if resolution.cuts == 1:
+        return (_mean_cut(layers, conductivity, resolution.modes),)
+    found = []
+    for azimuth, sector in sectors(layers, resolution.cuts):
+        cut = azimuth_cut(layers, azimuth, sector)
+        if cut is not None:
+            found.append(WindingCut(cut, azimuth_system(layers, azimuth, cut, conductivity, resolution.modes)))
+    return tuple(found)
+
+
+def _mean_cut(layers: tuple[SpiralLayer, ...], conductivity: float, modes: ModeSet) -> WindingCut:
+    """One half-plane (m) for all of a winding, chosen here: a whole number of rings a layer, all a little longer or
+    shorter for broken turns, and driven by as much more or less. Crossing turns stand a quarter of a pitch past each
+    other, as they do where what they do to each other is the mean, and layers end nowhere.
+    """
+    senses, angles = [layer.sense for layer in layers], [layer.angle for layer in layers]
+    crossing = next((k for k, sense in enumerate(senses) if sense != senses[0]), None)
+    azimuth = 0.5 * (angles[0] + angles[crossing or 0]) + 0.25 * math.pi
+    radii, rows, parts = [], [], []
+    for layer in layers:
+        count = max(1, round(layer.turns))
+        passed = 0.0 if crossing is None else (layer.sense * (azimuth - layer.angle) / (2.0 * math.pi)) % 1.0 - 0.5
+        middle = layer.radius - 0.5 * layer.pitch * layer.turns
+        radii.append(middle + layer.pitch * (0.5 * (count - 1) - np.arange(count) - passed))
+        rows += [(layer.z, layer.width, layer.thickness)] * count
+        parts += [layer.turns / count] * count
+    across, part = np.concatenate(radii), np.array(parts)
+    height, width, thickness = np.array(rows).T
+    cut = Cut(across, height, width, thickness, 2.0 * math.pi * across * part, 1.0 / across)
+    smooth = ring_flux(cut, modes) / (2.0 * math.pi * across[:, None])
+    system = mode_system(cut, smooth, conductivity, modes)
+    driven = np.repeat(part, len(modes.orders))
+    return WindingCut(cut, replace(system, coupling=system.coupling * driven))
+
+
+def sectors(layers: Sequence[SpiralLayer], cuts: int) -> list[tuple[float, float]]:
+    """Middles and widths (rad) of sectors, about `cuts` in all: none holds the beginning or the end of a layer."""
+    ends = sorted({round((layer.angle + layer.sense * t) % (2.0 * math.pi), 6) for layer in layers
+                   for t in (0.0, layer.span)})
+    found = []
+    for low, high in pairwise([*ends, ends[0] + 2.0 * math.pi]):
+        parts = max(1, math.ceil(cuts * (high - low) / (2.0 * math.pi) - 0.05))
+        width = (high - low) / parts
+        found += [(low + (k + 0.5) * width, width) for k in range(parts) if width > 1e-4]
+    return found
+
+
+def suited_resolution(layers: Sequence[SpiralLayer], conductivity: float, tolerance: float) -> LossResolution:
+    """`resolution_for` of spiral layers (m) of a conductivity (S/m), with as many cuts as the crossing of their turns
+    needs.
+    """
+    first = layers[0]
+    gap = least_gap(first.pitch - first.width, first.width, [layer.z for layer in layers])
+    thickness = max(layer.thickness for layer in layers)
+    if tolerance >= ROUGH:
+        modes = rough_modes(first.width, thickness, gap, skin_depth(HIGHEST, conductivity))
+        return LossResolution(modes, 1, ROUGH_STEPS)
+    found = resolution_for(first.width, thickness, gap, tolerance, conductivity)
+    wanted, cuts = UNSEEN[tolerance < 0.02], found.cuts
+    while cuts < MOST_CUTS and missed_crossings(layers, cuts) > wanted:
+        cuts += 1
+    return replace(found, cuts=cuts)
+
+
+def missed_crossings(layers: Sequence[SpiralLayer], cuts: int) -> float:
+    """Share (no unit) of the extra loss, about at most, by which so many cuts misjudge how turns of crossing layers
+    meet.
+
+    From azimuth to azimuth layers of opposite sense pass each other, by a pitch every half turn: what they do to each
+    other is a sum of even harmonics of the azimuth (of odd ones, too, where turns are few). These fade as the field of
+    a row of tracks does with its distance, exp(-2 pi distance / period), a little faster for wide tracks. What the cuts
+    see of a harmonic should add up to nothing. The numbers are fitted to 60 coils
+    (tests/validation/resistance_designs.py), at 3 to 9 cuts.
+    """
+    first = layers[0]
+    apart = min((abs(a.z - b.z) for a, b in combinations(layers, 2) if a.sense != b.sense), default=math.inf)
+    if math.isinf(apart):
+        return 0.0
+    azimuth, width = np.array(sectors(layers, cuts)).T
+    seen = np.abs(np.exp(1j * np.outer(HARMONICS, azimuth)) @ width) / (2.0 * math.pi)
+    clear = apart + 0.1 * first.width - 0.2 * max(layer.thickness for layer in layers)
+    faded = np.exp(-math.pi * max(clear, 0.0) / first.pitch * HARMONICS)
+    odd = 0.5 * min(1.0, 1.0 / max(layer.turns for layer in layers))
+    missed = float(np.sum(seen * faded * np.where(HARMONICS % 2, odd, 1.0)))
+    return MISSED * missed / (1.0 + missed / MISSED_MOST)
+
+
+MISSED, MISSED_MOST = 2.2, 0.3
+"""Extra loss that is misjudged for each harmonic that is not seen, and what of a harmonic it grows up to."""
+
+
+def least_gap(spacing: float, width: float, heights: Sequence[float]) -> float:
+    """Least distance (m) that counts for the points on a track: to the next layer, or past the spacing (m). Chosen
+    here.
+    """
+    ordered = sorted(heights)
+    return min([spacing + 0.25 * width, *(b - a for a, b in pairwise(ordered))])
+
+
+def azimuth_cut(layers: Sequence[SpiralLayer], azimuth: float, sector: float) -> Cut | None:
+    """The turns in the half-plane of an azimuth, each for a `sector` (rad) of it; None where there are none."""
+    radii = radii_at(layers, azimuth)
+    owner = np.repeat(np.arange(len(layers)), [r.size for r in radii])
+    if not owner.size:
+        return None
+    radius = np.concatenate(radii)
+    height, width, thickness = np.array([(layer.z, layer.width, layer.thickness) for layer in layers]).T[:, owner]
+    slope = layers[0].pitch / (2.0 * math.pi)
+    return Cut(radius, height, width, thickness, np.hypot(radius, slope) * sector, 1.0 / radius)
+
+
+def azimuth_system(layers: Sequence[SpiralLayer], azimuth: float, cut: Cut, conductivity: float,
+                   modes: ModeSet) -> ModeSystem:
+    """The modes of such a cut of a conductivity (S/m), driven by the real winding."""
+    smooth = ring_flux(cut, modes) / (2.0 * math.pi * cut.across[:, None])
+    smooth += _end_flux(layers, azimuth, cut, modes)
+    return mode_system(cut, smooth, conductivity, modes)
+
+
+def ring_flux(cut: Cut, modes: ModeSet) -> Array:
+    """Flux per ampere (n, points; Wb/A) through the circles at every point, of rings that carry the current as
+    filaments (Maxwell 1873, art. 701), without the logarithm that straight tracks have.
+    """
+    r, z = points_of(cut, few_points(modes))
+    squared = (r[..., None] - cut.across) ** 2 + (z[..., None] - cut.height) ** 2
+    own = np.arange(cut.across.size)
+    squared[own, :, own] = 1.0
+    mutual = smooth_rings(r[..., None], cut.across, squared, cut.unit)
+    mutual[own, :, own] = 0.0
+    others = mutual.sum(axis=2) @ from_few_points(modes)
+    # In its own track the kernel's remainder is averaged over the source's width.
+    r, z = points_of(cut, modes)
+    nodes, share = gauss(modes.points[0])
+    source = cut.across[:, None] + 0.5 * cut.width[:, None] * nodes
+    pair = (r[:, :, None] - source[:, None, :]) ** 2 + (z - cut.height[:, None])[:, :, None] ** 2
+    pair = np.maximum(pair, 1e-12 * cut.width[:, None, None] ** 2)
+    self_part = smooth_rings(r[:, :, None], source[:, None, :], pair, cut.unit)
+    return np.asarray(others + self_part @ (0.5 * share), dtype=np.float64)
+
+
+def smooth_rings(radius: Array, other: Array, squared: Array, unit: float) -> Array:
+    """Mutual inductance (H) of coaxial rings (radii in m) at a squared distance (m2) without their logarithm, in units
+    of `unit` (m): near each other M goes to mu0 sqrt(r1 r2) (ln(8 r / distance) - 2), the leading terms of Maxwell's
+    integral (textbook).
+    """
+    return coaxial_rings(radius, other, squared) + MU0 * np.sqrt(radius * other) * 0.5 * np.log(squared / unit**2)
+
+
+def _end_flux(layers: Sequence[SpiralLayer], azimuth: float, cut: Cut, modes: ModeSet) -> Array:
+    """Flux (n, points; Wb/m/A) of what a layer's ends are more or less than full rings. Full rings reach from half a
+    turn before a layer's first passage to half a turn after its last one; what the real layer has more (or less) than
+    that is an arc at either end (Biot and Savart).
+    """
+    radius = cut.across[:, None] + 0.5 * cut.width[:, None] * field_nodes(modes)
+    field = np.zeros_like(radius)
+    nodes, weights = gauss(16)
+    for layer in layers:
+        first = (layer.sense * (azimuth - layer.angle)) % (2.0 * math.pi)
+        last = first + 2.0 * math.pi * math.floor((layer.span - first) / (2.0 * math.pi))
+        ends = ((0.0, first - math.pi), (last + math.pi, layer.span)) if last >= first else ((0.0, layer.span),)
+        clearance = (cut.height - layer.z) ** 2 + (0.2236 * (layer.width + layer.thickness)) ** 2
+        for low, high in ends:
+            # The far end of a missing arc may be near: points crowd there.
+            crowd = 0.5 * (1.0 + nodes) if low == 0.0 else 0.5 * (1.0 - nodes)
+            theta = low + (high - low) * np.where(low == 0.0, crowd**2, 1.0 - crowd**2)
+            weight = (high - low) * weights * crowd
+            source = layer.radius - layer.pitch / (2.0 * math.pi) * np.clip(theta, 0.0, layer.span)
+            field += arc_field(radius, source, theta - first, weight, clearance[:, None])
+    return integrated(field * radius * cut.curvature[:, None], cut, modes)
+
+
+def arc_field(radius: Array, source: Array, angle: Array, weight: Array, clearance: Array) -> Array:
+    """Normal field (n, nodes; T/A) at radii (n, nodes; m) of an arc about the same centre (Biot and Savart; Jackson,
+    Classical Electrodynamics, section 5.2). The arc's quadrature points have radii `source` (m), angles from the places
+    (rad) and weights (rad); `clearance` (n, 1; m2) is added to the squared distances.
+    """
+    r = radius[..., None]
+    squared = (r - source) ** 2 + 4.0 * r * source * np.sin(0.5 * angle) ** 2 + clearance[..., None]
+    return np.asarray(
+        MU0 / (4.0 * math.pi) * np.sum(weight * source * (source - r * np.cos(angle)) / squared**1.5, axis=-1)
+    )

@@ -1,0 +1,82 @@
+"""Resistance of tracks and plated holes, at direct current and of lone or paired straight tracks at any frequency."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import numpy as np
+
+from sitscad.kernels.electromagnetics.constants import skin_depth
+from sitscad.kernels.electromagnetics.loss.current_modes import ProximityLoss, mode_system
+from sitscad.kernels.electromagnetics.loss.track_modes import Cut, suited_modes
+
+COPPER_CONDUCTIVITY = 58.0e6
+"""Annealed copper at 20 C in S/m (NBS Handbook 100: 0.017241 ohm mm2/m)."""
+
+COPPER_TEMPERATURE_COEFFICIENT = 3.93e-3
+"""Rise of copper's resistivity per kelvin about 20 C (NBS Handbook 100)."""
+
+
+LANCZOS_STEPS = 30
+"""Steps of the Lanczos run for tracks alone or in pairs, at most."""
+
+
+def conductivity_at(temperature: float, conductivity: float = COPPER_CONDUCTIVITY,
+                    coefficient: float = COPPER_TEMPERATURE_COEFFICIENT) -> float:
+    """Conductivity (S/m) at a temperature (degrees Celsius) of a metal whose conductivity at 20 C is given, by the
+    linear law of resistivity (NBS Handbook 100). Raises ValueError where the straight line through 20 C leaves no
+    resistivity.
+    """
+    factor = 1.0 + coefficient * (temperature - 20.0)
+    if not factor > 0.0:
+        raise ValueError(f"a temperature of {temperature:g} C is out of range")
+    return conductivity / factor
+
+
+@lru_cache(maxsize=64)
+def bend_squares(turn: float) -> float:
+    """Squares (no unit) by which a sharp bend of a track differs from its centre line's length (negative), for a turn
+    in rad. Direct current cuts the corner: 2/pi (psi((1 + a)/2) - psi(1/2)) - tan(pi a / 2) for a turn of pi a, derived
+    here from the conformal map dz/du = tanh^a(u/2) of a straight strip (Hall, Thin Solid Films 1, 1967, has bends by
+    such maps); -0.441 for a right angle.
+    """
+    a = abs(turn) / math.pi
+    u = np.linspace(0.0, 24.0, 4801)[1:]
+    # 1 - tanh^a(u / 2), from u = s^4 so that the root at 0 does no harm
+    s = u / 24.0
+    rest = (1.0 - np.tanh(12.0 * s**4) ** a) * 96.0 * s**3
+    kappa = float((np.sum(rest) - 0.5 * rest[-1]) * (s[1] - s[0]))
+    return 2.0 * kappa / math.pi - math.tan(0.5 * abs(turn))
+
+
+def via_resistance(length: float, drill: float, plating: float, conductivity: float) -> float:
+    """Resistance (ohm) of a plated hole's barrel between two layers, length over conductivity (S/m) and the ring's area
+    (textbook): drill is its outer diameter, lengths in metres.
+    """
+    plating = min(plating, drill / 2.0)
+    return length / (conductivity * math.pi * plating * (drill - plating))
+
+
+@lru_cache(maxsize=64)
+def lone_track_loss(width: float, thickness: float, conductivity: float) -> ProximityLoss:
+    """Loss (ohm and H per metre) of a lone straight track (width, thickness in metres, conductivity in S/m): a mode
+    solve (`current_modes`), R within 1 % up to 10 MHz.
+    """
+    modes = suited_modes(width, thickness, width, skin_depth(10e6, conductivity), True)
+    one = np.ones(1)
+    cut = Cut(0.0 * one, 0.0 * one, width * one, thickness * one, one, 0.0 * one)
+    return mode_system(cut, None, conductivity, modes).loss(LANCZOS_STEPS)
+
+
+@lru_cache(maxsize=64)
+def pair_loss(width: float, thickness: float, across: float, height: float, conductivity: float) -> ProximityLoss:
+    """Loss (ohm and H per metre) of two equal straight tracks that carry a current there and back, by a mode solve
+    (`current_modes`). `across` and `height` (m) are the distances of their centres along the width and through the
+    board, `conductivity` in S/m.
+    """
+    gap = height if height > 0.0 else max(across - width, 0.1 * width) + 0.25 * width
+    modes = suited_modes(width, thickness, gap, skin_depth(10e6, conductivity), True)
+    two = np.ones(2)
+    cut = Cut(np.array([0.0, across]), np.array([0.0, height]), width * two, thickness * two, two, 0.0 * two)
+    return mode_system(cut, None, conductivity, modes, current=np.array([1.0, -1.0])).loss(LANCZOS_STEPS)

@@ -1,0 +1,187 @@
+"""A flat coil's current resolved into waves exp(i k . r): what conductors before and behind it reflect.
+
+Of a ring it is as in Dodd and Deeds (J. Appl. Phys. 39, 1968). A spiral's harmonics about its axis are integrals along
+a radius in closed integrands; polygons: `polyline_spectrum`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable, Sequence
+from dataclasses import field
+from functools import cached_property
+
+import numpy as np
+
+from sitscad.basics.arrays import Array, ComplexArray, slices
+from sitscad.basics.record import record
+from sitscad.kernels.electromagnetics.inductance.rings import mean_rings
+from sitscad.kernels.electromagnetics.inductance.spirals import SpiralLayer
+from sitscad.kernels.electromagnetics.special_functions import bessel_orders, gauss, j0, j1
+
+LEAST_HARMONICS, MOST_HARMONICS = 3, 8
+"""Harmonics of a spiral's winding that are kept; more than the least only for metal nearer than some pitches."""
+
+
+AT_ONCE = 100_000
+"""Waves at radii that are worked out at once: all of them together took a gigabyte near metal."""
+
+
+@record(eq=False)
+class CurrentSpectrum:
+    """What reflection needs of a coil: wave numbers (k; 1/m), weights (k; 1/m), heights (layers; m) and power spectra
+    (k, layers, layers; m2). `power[n, i, j]` is the mean over directions of the product of layers i and j, scaled so
+    that the mutual inductance is mu0 pi times the weighted sum of power times exp(-k distance) of the layers'
+    mid-planes (Dodd and Deeds 1968, of rings).
+    """
+
+    wave_numbers: Array
+    weights: Array
+    heights: Array
+    power: Array
+    shifts: dict[float, Array] = field(default_factory=dict)
+    returned: dict[Hashable, ComplexArray] = field(default_factory=dict)
+    """What was reflected already: see `half_spaces.reflected_inductances`."""
+
+    def shift(self, distance: float) -> Array:
+        """The mean over directions of waves shifted by a distance (m), J0(k d), for each wave number, no unit; kept.
+        Bessel's integral (Abramowitz and Stegun 9.1.18).
+        """
+        if distance not in self.shifts:
+            self.shifts[distance] = j0(self.wave_numbers * distance)
+        return self.shifts[distance]
+
+    @cached_property
+    def sums(self) -> tuple[Array, Array, Array]:
+        """Power (m2) of all layers together for each wave number: of the waves exp(-k (highest - z)), of products of
+        those with exp(-k (z - lowest)), and of the latter.
+        """
+        k, z, power = self.wave_numbers[:, None], self.heights, self.power
+        up, down = np.exp(-k * (float(z.max()) - z)), np.exp(-k * (z - float(z.min())))
+        one = np.einsum("ki,kij,kj->k", up, power, up)
+        cross = np.einsum("ki,kij,kj->k", up, power, down)
+        two = np.einsum("ki,kij,kj->k", down, power, down)
+        return one, cross, two
+
+
+def wave_numbers(outer: float, nearest: float, is_rough: bool = False) -> tuple[Array, Array]:
+    """Nodes and weights (n; 1/m) of the integral over k for a coil of radius `outer` and distances from `nearest` (m)
+    on: Gauss panels, chosen here by comparison. Up to where exp(-2 k nearest) has died out (6e-6), as dense as products
+    of two waves of the coil's size ask; roughly a third as many, up to 2e-4.
+    """
+    top = (4.2 if is_rough else 6.0) / max(nearest, 1e-3 * outer)
+    panels = 1 + math.ceil(top * outer / 18.0) if is_rough else 3 + math.ceil(top * outer / 12.0)
+    nodes, share = gauss(16)
+    k = top * (np.arange(panels)[:, None] + 0.5 * (1.0 + nodes)) / panels
+    return k.ravel(), np.tile(0.5 * top * share, panels) / panels
+
+
+def spiral_spectrum(layers: Sequence[SpiralLayer], nearest: float, harmonics: int | None = None) -> CurrentSpectrum:
+    """Spectrum of coaxial spiral layers, for reflectors no nearer than `nearest` (m) to any layer's mid-plane.
+
+    A spiral passes every radius once, at the angle phi(r), so harmonic m of its current is exp(-i m phi(r)) / pitch
+    from the inner to the outer radius: across the wave, 1/p times the integral of exp(-i m phi) r J_m'(k r) dr, along
+    it m / (k r) J_m instead, and both for the slope. Harmonic 0 is the current sheet; the others are ends and single
+    turns. The part along the wave vanishes for a closed circuit; kept, the result is the Neumann integral with the
+    images of the open path, as the inductance in free air is (Sommerfeld's horizontal potential). The even current in
+    the track's cross-section enters as the mean over it: sinc(k w / 2) with the bend's share across, and
+    sinh(k t / 2) / (k t / 2) through. `harmonics` is the highest that is wanted, None for what the distance asks.
+    """
+    k, weights = wave_numbers(max(layer.radius for layer in layers), nearest)
+    # The first few hold the slope and the two ends. Harmonic m has waves from 2 pi m / pitch on.
+    asked = math.ceil(0.65 * max(layer.pitch for layer in layers) / nearest)
+    highest = min(MOST_HARMONICS, max(LEAST_HARMONICS, asked)) if harmonics is None else harmonics
+    radii = {_size(layer): _radii(layer, float(k[-1]), highest) for layer in layers}
+    twice = np.where(np.arange(highest + 1) > 0, 2.0, 1.0)
+    power = np.empty((k.size, len(layers), len(layers)))
+    for some in slices(k.size, AT_ONCE // max(r.size for r, _ in radii.values())):
+        # layers of one size share all but angle, sense and way of the current
+        known = {size: _Radial(r, share, *_bessel_slopes(k[some, None] * r, highest))
+                 for size, (r, share) in radii.items()}
+        values = np.array([_spiral_waves(layer, k[some], known[_size(layer)]) for layer in layers])
+        power[some] = np.einsum("idmk,jdmk,m->kij", values, values.conj(), twice).real
+    return CurrentSpectrum(k, weights, np.array([layer.z for layer in layers]), power)
+
+
+def ring_spectrum(layers: Sequence[SpiralLayer], nearest: float) -> CurrentSpectrum:
+    """The spectrum (m2, see `CurrentSpectrum`) of a ring for every turn, where it is on average, for reflectors no
+    nearer than `nearest` (m): what ends and slopes add is left out. A ring of radius r has r J1(k r) (Dodd and Deeds
+    1968).
+    """
+    k, weights = wave_numbers(max(layer.radius for layer in layers), nearest, True)
+    known: dict[tuple[float, ...], Array] = {}
+    for layer in layers:
+        if _size(layer) not in known:
+            rings = mean_rings([layer])
+            across = np.sinc(k * layer.width / (2.0 * math.pi))
+            known[_size(layer)] = across * (j1(k[:, None] * rings.radii) @ (rings.parts * rings.radii))
+    waves = np.array([known[_size(layer)] * layer.circulation for layer in layers]).T
+    return CurrentSpectrum(k, weights, np.array([layer.z for layer in layers]), waves[:, :, None] * waves[:, None, :])
+
+
+def _size(layer: SpiralLayer) -> tuple[float, ...]:
+    """What layers share whose waves differ by angle, sense and way of the current alone: radius, pitch (m) and
+    turns.
+    """
+    return layer.radius, layer.pitch, layer.turns
+
+
+@record(eq=False)
+class _Radial:
+    # Radii between a spiral's ends (r), their weights (m), and J_m and J_m' of every wave there (m, k, r).
+    radii: Array
+    weights: Array
+    values: Array
+    slopes: Array
+
+
+def _radii(layer: SpiralLayer, top: float, highest: int) -> tuple[Array, Array]:
+    """Radii between a spiral's ends (r; m), dense enough for waves up to `top` (1/m), and their weights (r; m)."""
+    low = layer.inner_radius
+    half = 0.5 * (layer.radius - low)
+    nodes, share = gauss(12 + math.ceil(0.6 * (half * top + math.pi * highest * layer.turns)))
+    return low + half * (1.0 + nodes), share * half
+
+
+def _spiral_waves(layer: SpiralLayer, k: Array, radial_part: _Radial) -> ComplexArray:
+    """Harmonics of one layer across and along the waves, (2, highest + 1, k) in m, by the integrals in
+    `spiral_spectrum`.
+    """
+    r, values, slopes = radial_part.radii, radial_part.values, radial_part.slopes
+    angle = layer.angle + layer.sense * 2.0 * math.pi * (layer.radius - r) / layer.pitch
+    m = np.arange(len(values))[:, None]
+    turn = np.exp(-1j * m * angle) * (radial_part.weights / layer.pitch)
+    radial = -layer.sense * layer.pitch / (2.0 * math.pi) * turn
+    around, inwards = (np.einsum("mkr,mr->mk", slopes, part) for part in (turn * r, radial))
+    plain, beside = (np.einsum("mkr,mr->mk", values, part) for part in (turn, radial / r))
+    # The mean of cos(k x) over the width, and half that of x sin(k x): r J_m'(k r) is r times a wave, so its mean
+    # over the width is not quite that of a wave; by the equation y'' + k^2 y = -k J_m that it obeys it lacks so much
+    # of J_m.
+    half = 0.5 * k * layer.width
+    even = np.sinc(half / math.pi)
+    across, bent = np.asarray(even), np.asarray(0.5 * (even - np.cos(half)) / k)
+    order = m * across / k
+    waves = np.stack([1j * (around * across - plain * bent) - beside * order, 1j * inwards * across + plain * order])
+    return np.asarray(layer.circulation * waves * thickness_waves(k, layer.thickness))
+
+
+def thickness_waves(k: Array, thickness: float) -> Array:
+    """The mean of a wave (1/m) that decays with height over a track's thickness (m), over that in its middle: sinh(x) /
+    x with x = k t / 2, no unit (by integration).
+    """
+    up = np.maximum(0.5 * k * thickness, 1e-9)
+    return np.asarray(np.sinh(up) / up)
+
+
+def _bessel_slopes(x: Array, highest: int) -> tuple[Array, Array]:
+    """J_m(x) and J_m'(x), no unit, for m = 0 to `highest`, the order first: upwards from J0 and J1 where x is large
+    enough (Abramowitz and Stegun 9.1.27).
+    """
+    orders = np.empty((highest + 2, *x.shape))
+    orders[0], orders[1] = j0(x), j1(x)
+    inverse = 2.0 / np.maximum(x, 1e-9)
+    for n in range(1, highest + 1):
+        orders[n + 1] = n * inverse * orders[n] - orders[n - 1]
+    small = x < highest + 2.0
+    orders[:, small] = bessel_orders(x[small], highest + 1)
+    return orders[:-1], np.concatenate([-orders[1:2], 0.5 * (orders[:-2] - orders[2:])])

@@ -1,0 +1,60 @@
+"""Any paths cut by boxes, and boxes joined, by shapely: arcs as chords, for drawings and for outlines in files."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+import shapely
+
+from sitscad.kernels.geometry.convex import Box
+from sitscad.kernels.geometry.path import Path, Point, bounding_box, polyline
+
+CHORDS = 2e-6
+"""Distance (m) between an arc and its chords at most."""
+
+
+def parts_inside(path: Path, box: Box) -> list[Path]:
+    """The parts of a path in a box (m), cut where it leaves the box; the path itself where all of it is inside."""
+    if _is_inside(path, box):
+        return [path]
+    line = shapely.LineString(path.flattened(CHORDS))
+    found = shapely.get_parts(line.intersection(_rectangle(path, box)))
+    return [_path(part) for part in found if isinstance(part, shapely.LineString) and part.coords]
+
+
+def areas_inside(path: Path, box: Box) -> list[Path]:
+    """The parts in a box (m) of what a closed path encloses, counter-clockwise; the path itself where all is inside."""
+    if _is_inside(path, box):
+        return [path]
+    area = shapely.Polygon(path.flattened(CHORDS))
+    found = shapely.orient_polygons(shapely.get_parts(area.intersection(_rectangle(path, box))))
+    return [_path(part.exterior) for part in found if isinstance(part, shapely.Polygon) and not part.is_empty]
+
+
+def areas_beyond(path: Path, x: float) -> list[Path]:
+    """The parts beyond a place along x (m) of what a closed path encloses, counter-clockwise."""
+    return areas_inside(path, (x, -math.inf, math.inf, math.inf))
+
+
+def joined_boxes(boxes: Iterable[Box]) -> list[Path]:
+    """The outlines of what upright rectangles cover together: counter-clockwise outside, clockwise round a hole."""
+    joined = shapely.union_all([shapely.box(*box) for box in boxes], grid_size=1e-12)
+    areas = shapely.orient_polygons(shapely.get_parts(joined.simplify(0.0)))
+    return [_path(ring) for area in areas for ring in (area.exterior, *area.interiors)]
+
+
+def _is_inside(path: Path, box: Box) -> bool:
+    x0, y0, x1, y1 = bounding_box([path])
+    return x0 >= box[0] and y0 >= box[1] and x1 <= box[2] and y1 <= box[3]
+
+
+def _rectangle(path: Path, box: Box) -> shapely.Polygon:
+    """The box, where it is endless cut off beyond the path."""
+    x0, y0, x1, y1 = bounding_box([path])
+    wide = 1.0  # metres: more than any path
+    return shapely.box(max(box[0], x0 - wide), max(box[1], y0 - wide), min(box[2], x1 + wide), min(box[3], y1 + wide))
+
+
+def _path(line: shapely.LineString) -> Path:
+    return polyline([Point(x, y) for x, y in line.coords])

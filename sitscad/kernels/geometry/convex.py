@@ -1,0 +1,252 @@
+"""Convex outlines of lines and arcs, cut by straight lines exactly; and plates as discs and rectangles, what two of
+them have in common and how far one hangs over.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import pairwise
+
+from sitscad.basics.record import kept, record
+from sitscad.kernels.geometry.path import (
+    TWO_PI,
+    Arc,
+    Line,
+    Path,
+    Point,
+    Segment,
+    circle,
+    enclosed_area,
+    part_of,
+    polar,
+    rectangle,
+)
+
+_TINY = 1e-12
+
+Box = tuple[float, float, float, float]
+"""x_min, y_min, x_max, y_max in metres."""
+
+Side = tuple[float, float, float, float]
+Round = tuple[float, float, float, float, float]
+
+
+def clipped(outline: Path, edge: Point, normal: Point) -> Path | None:
+    """What lies behind a straight line of a closed path that this line crosses at most twice; None where nothing does.
+    The line runs through `edge`, square to the unit vector `normal`; the part that `normal` points to is cut away.
+    """
+    kept = [part for segment in outline for part in _behind(segment, edge, normal)]
+    segments: list[Segment] = []
+    for part in kept:
+        if segments and segments[-1].end.distance(part.start) > _TINY:
+            segments.append(Line(segments[-1].end, part.start))
+        segments.append(part)
+    if not segments:
+        return None
+    if segments[-1].end.distance(segments[0].start) > _TINY:
+        segments.append(Line(segments[-1].end, segments[0].start))
+    return Path(tuple(segments))
+
+
+def within_box(outline: Path, box: Box) -> Path | None:
+    """The part of a closed path in a box (x_min, y_min, x_max, y_max in metres); each side crosses it twice at most."""
+    x0, y0, x1, y1 = box
+    low, high = Point(x0, y0), Point(x1, y1)
+    found: Path | None = outline
+    for edge, normal in ((low, Point(-1, 0)), (low, Point(0, -1)), (high, Point(1, 0)), (high, Point(0, 1))):
+        found = None if found is None else clipped(found, edge, normal)
+    return found
+
+
+def _behind(segment: Segment, edge: Point, normal: Point) -> Iterator[Segment]:
+    """The parts of a segment on the far side of a line from its normal."""
+    if isinstance(segment, Line):
+        ends = _height(segment.start, edge, normal), _height(segment.end, edge, normal)
+    else:
+        middle = _height(segment.centre, edge, normal)
+        ends = middle - segment.radius, middle + segment.radius
+    if min(ends) > 0.0:
+        return
+    if max(ends) <= 0.0:  # most lie on one side
+        yield segment
+        return
+    cuts = [0.0, *sorted(t for t in _crossings(segment, edge, normal) if _TINY < t < 1.0 - _TINY), 1.0]
+    for first, last in pairwise(cuts):
+        if _height(segment.at((first + last) / 2), edge, normal) > 0.0:
+            continue
+        start, end = segment.at(first), segment.at(last)
+        if start.distance(end) > _TINY or last - first > 0.5:
+            yield part_of(segment, start, end)
+
+
+def _height(point: Point, edge: Point, normal: Point) -> float:
+    return (point.x - edge.x) * normal.x + (point.y - edge.y) * normal.y
+
+
+def _crossings(segment: Segment, edge: Point, normal: Point) -> Iterator[float]:
+    """The fractions of a segment's length at which it meets a line."""
+    if isinstance(segment, Line):
+        first, last = (_height(point, edge, normal) for point in (segment.start, segment.end))
+        if first != last:
+            yield first / (first - last)
+        return
+    share = -_height(segment.centre, edge, normal) / segment.radius
+    if abs(share) >= 1.0 or not segment.sweep:
+        return
+    towards, aside = math.atan2(normal.y, normal.x), math.acos(share)
+    for angle in (towards - aside, towards + aside):
+        turn = angle - segment.start_angle
+        yield (turn % TWO_PI if segment.sweep > 0.0 else -(-turn % TWO_PI)) / segment.sweep
+
+
+def beyond(outline: Path, point: Point) -> float:
+    """How far (m) a point lies outside a closed convex path that runs counter-clockwise; negative inside. The largest
+    of the heights above all its tangents: of a side that is one of them, of an arc or a corner the one that looks at
+    the point.
+    """
+    sides, rounds = kept(outline, "_tangents", lambda: _tangents(outline))
+    px, py = point
+    heights = [(px - x) * nx + (py - y) * ny for x, y, nx, ny in sides]
+    heights += [math.hypot(px - x, py - y) - radius for x, y, radius, first, turn in rounds
+                if (math.atan2(py - y, px - x) - first) % TWO_PI <= turn]
+    return max(heights, default=-math.inf)
+
+
+def _tangents(outline: Path) -> tuple[list[Side], list[Round]]:
+    """The sides of a closed convex path, each by a point (m) and its outward normal; and its arcs and corners by
+    centre, radius (m; none of corners) and the directions that they look in: the first (rad), and on by a turn.
+    """
+
+    def normal(side: Line) -> tuple[float, float]:
+        length = side.length
+        return (side.end.y - side.start.y) / length, (side.start.x - side.end.x) / length
+
+    def direction(segment: Segment, fraction: float) -> float:
+        """Where the outward normal points (rad), at the start (0) or the end (1)."""
+        if isinstance(segment, Arc):
+            return segment.start_angle + fraction * segment.sweep
+        x, y = normal(segment)
+        return math.atan2(y, x)
+
+    segments = outline.segments
+    sides = [(*segment.start, *normal(segment)) for segment in segments if isinstance(segment, Line)]
+    rounds = [(*segment.centre, segment.radius, segment.start_angle, segment.sweep)
+              for segment in segments if isinstance(segment, Arc)]
+    for segment, after in zip(segments, segments[1:] + segments[:1], strict=True):
+        out = direction(segment, 1.0)
+        turn = math.remainder(direction(after, 0.0) - out, TWO_PI)
+        if turn > _TINY:
+            rounds.append((*segment.end, 0.0, out, turn))
+    return sides, rounds
+
+
+def centroid(outline: Path) -> Point:
+    """The centroid of what a closed path encloses, arcs exact (Green's theorem); the start of one without area."""
+    area = x = y = 0.0
+    origin = outline.start  # near the path, so that small shapes far out lose no digits
+    for segment in outline:
+        (ax, ay), (bx, by) = (segment.start - origin), (segment.end - origin)
+        double = ax * by - bx * ay
+        area += double / 2.0
+        x += double * (ax + bx) / 6.0
+        y += double * (ay + by) / 6.0
+        if not isinstance(segment, Arc):
+            continue
+        sweep, radius = abs(segment.sweep), segment.radius
+        beside = sweep - math.sin(sweep)  # what lies between the arc and its chord
+        if beside > 0.0:
+            cap = math.copysign(0.5 * radius**2 * beside, segment.sweep)
+            away = 4.0 * radius * math.sin(sweep / 2.0) ** 3 / (3.0 * beside)
+            out = polar(away, segment.start_angle + segment.sweep / 2.0, segment.centre) - origin
+            area, x, y = area + cap, x + cap * out.x, y + cap * out.y
+    return origin.shifted(x / area, y / area) if abs(area) > 0.0 else origin
+
+
+@record
+class Footprint:
+    """A disc (``is_round``, its diameter the first of its sizes) or a rectangle: sizes along its own x and y (m),
+    centre, and rotation (rad, counter-clockwise).
+    """
+
+    is_round: bool
+    size: tuple[float, float]
+    centre: Point
+    rotation: float = 0.0
+
+    @property
+    def corners(self) -> tuple[Point, ...]:
+        """The four corners of a rectangle, counter-clockwise; none of a disc."""
+        if self.is_round:
+            return ()
+        x, y = self.size[0] / 2, self.size[1] / 2
+        cos, sin = math.cos(self.rotation), math.sin(self.rotation)
+        return tuple(
+            self.centre.shifted(cos * u - sin * v, sin * u + cos * v) for u, v in ((-x, -y), (x, -y), (x, y), (-x, y))
+        )
+
+    @property
+    def reach(self) -> tuple[float, float]:
+        """How far (m) it reaches from its centre along x and along y."""
+        if self.is_round:
+            return self.size[0] / 2, self.size[0] / 2
+        cos, sin = abs(math.cos(self.rotation)), abs(math.sin(self.rotation))
+        x, y = self.size[0] / 2, self.size[1] / 2
+        # a quarter turn is exact although its cosine is not quite zero
+        cos, sin = (0.0 if part < 1e-15 else part for part in (cos, sin))
+        return cos * x + sin * y, sin * x + cos * y
+
+    @property
+    def box(self) -> tuple[float, float, float, float]:
+        """(x_min, y_min, x_max, y_max) in metres."""
+        x, y = self.reach
+        return self.centre.x - x, self.centre.y - y, self.centre.x + x, self.centre.y + y
+
+    def outline(self, margin: float = 0.0) -> Path:
+        """The closed outline, counter-clockwise, grown by `margin` (m) with round corners."""
+        if self.is_round:
+            return circle(self.centre, self.size[0] / 2 + margin)
+        (cx, cy), x, y = self.centre, self.size[0] / 2 + margin, self.size[1] / 2 + margin
+        upright = rectangle(cx - x, cy - y, cx + x, cy + y, margin)
+        return upright.rotated(self.rotation, self.centre) if self.rotation else upright
+
+    def place_of(self, point: Point) -> tuple[float, float]:
+        """A point's coordinates (m) in the plate's own axes, about its centre."""
+        dx, dy = point.x - self.centre.x, point.y - self.centre.y
+        cos, sin = math.cos(self.rotation), math.sin(self.rotation)
+        return cos * dx + sin * dy, cos * dy - sin * dx
+
+    def hangs_over(self, ground: Path) -> float:
+        """How far (m) its farthest point lies outside a convex outline; what is left of room, negative, where it lies
+        inside.
+        """
+        if self.is_round:
+            return beyond(ground, self.centre) + self.size[0] / 2
+        return max(beyond(ground, corner) for corner in self.corners)
+
+    def common(self, other: Footprint) -> Path | None:
+        """The outline of what both cover; None where they do not overlap."""
+        if self.is_round and other.is_round:
+            # two discs: a lens
+            small, large = sorted((self, other), key=lambda disc: disc.size[0])
+            r, big, apart = small.size[0] / 2, large.size[0] / 2, small.centre.distance(large.centre)
+            if apart >= r + big:
+                return None
+            if apart <= big - r:
+                return small.outline()
+            towards = math.atan2(large.centre.y - small.centre.y, large.centre.x - small.centre.x)
+            aside = math.acos(max(-1.0, min(1.0, (apart**2 + r**2 - big**2) / (2.0 * apart * r))))
+            lower, upper = polar(r, towards - aside, small.centre), polar(r, towards + aside, small.centre)
+            return Path((Arc(lower, upper, small.centre), Arc(upper, lower, large.centre)))
+        clip, found = (other, self.outline()) if not other.is_round else (self, other.outline())
+        here: Path | None = found
+        for corner, after in zip(clip.corners, clip.corners[1:] + clip.corners[:1], strict=True):
+            side = corner.distance(after)
+            normal = Point((after.y - corner.y) / side, (corner.x - after.x) / side)
+            here = None if here is None else clipped(here, corner, normal)
+        return here if here is not None and enclosed_area(here) > 0.0 else None
+
+    @property
+    def area(self) -> float:
+        """Area (m2)."""
+        return math.pi / 4.0 * self.size[0] ** 2 if self.is_round else self.size[0] * self.size[1]

@@ -1,0 +1,363 @@
+"""Lines and circular arcs, the paths made of them, and areas; arcs stay arcs down to the machine that draws them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import cached_property
+from itertools import pairwise
+from typing import NamedTuple
+
+from sitscad.basics.record import record
+
+TWO_PI = 2.0 * math.pi
+QUARTER_TURN = 0.5 * math.pi
+
+
+class Point(NamedTuple):
+    """A point of the plane, in metres."""
+
+    x: float
+    y: float
+
+    def __sub__(self, other: Point) -> Point:
+        return Point(self.x - other.x, self.y - other.y)
+
+    def shifted(self, dx: float, dy: float) -> Point:
+        """This point moved by (dx, dy)."""
+        return Point(self.x + dx, self.y + dy)
+
+    def distance(self, other: Point) -> float:
+        """Distance to another point, in metres."""
+        return math.hypot(self.x - other.x, self.y - other.y)
+
+
+def polar(radius: float, angle: float, centre: Point = Point(0.0, 0.0)) -> Point:
+    """The point at a radius (m) and an angle (rad, from +x, counter-clockwise) about a centre."""
+    return Point(centre.x + radius * math.cos(angle), centre.y + radius * math.sin(angle))
+
+
+@record
+class Line:
+    """A straight segment from `start` to `end`."""
+
+    start: Point
+    end: Point
+
+    @property
+    def length(self) -> float:
+        """Length in metres."""
+        return self.start.distance(self.end)
+
+    def reversed(self) -> Line:
+        """This segment walked the other way."""
+        return Line(self.end, self.start)
+
+    def at(self, fraction: float) -> Point:
+        """The point at a fraction (0 to 1) of the length."""
+        return Point(
+            self.start.x + fraction * (self.end.x - self.start.x), self.start.y + fraction * (self.end.y - self.start.y)
+        )
+
+    def flattened(self, tolerance: float) -> list[Point]:
+        """Start and end: a line needs no chords."""
+        return [self.start, self.end]
+
+    @property
+    def box(self) -> tuple[float, float, float, float]:
+        """(x_min, y_min, x_max, y_max) in metres."""
+        (ax, ay), (bx, by) = self.start, self.end
+        return min(ax, bx), min(ay, by), max(ax, bx), max(ay, by)
+
+    def distance(self, point: Point) -> float:
+        """Shortest distance (m) from a point to the segment."""
+        dx, dy = self.end.x - self.start.x, self.end.y - self.start.y
+        square = dx * dx + dy * dy
+        if square == 0.0:
+            return point.distance(self.start)
+        t = ((point.x - self.start.x) * dx + (point.y - self.start.y) * dy) / square
+        return point.distance(self.at(min(1.0, max(0.0, t))))
+
+
+@record
+class Arc:
+    """A circular arc from `start` to `end` about `centre`, counter-clockwise or clockwise; never a full circle."""
+
+    start: Point
+    end: Point
+    centre: Point
+    ccw: bool = True
+
+    @cached_property
+    def radius(self) -> float:
+        """Radius in metres."""
+        return self.centre.distance(self.start)
+
+    @cached_property
+    def start_angle(self) -> float:
+        """Direction from the centre to the start, in radians."""
+        return math.atan2(self.start.y - self.centre.y, self.start.x - self.centre.x)
+
+    @cached_property
+    def sweep(self) -> float:
+        """Signed angle in radians, positive counter-clockwise, of magnitude below 2 pi."""
+        end = math.atan2(self.end.y - self.centre.y, self.end.x - self.centre.x)
+        turn = (end - self.start_angle) % TWO_PI
+        return turn if self.ccw else turn - TWO_PI if turn else 0.0
+
+    @property
+    def length(self) -> float:
+        """Length in metres."""
+        return self.radius * abs(self.sweep)
+
+    def reversed(self) -> Arc:
+        """This arc walked the other way."""
+        return Arc(self.end, self.start, self.centre, not self.ccw)
+
+    def at(self, fraction: float) -> Point:
+        """The point at a fraction (0 to 1) of the length."""
+        if fraction <= 0.0:
+            return self.start
+        if fraction >= 1.0:
+            return self.end
+        return polar(self.radius, self.start_angle + fraction * self.sweep, self.centre)
+
+    def flattened(self, tolerance: float) -> list[Point]:
+        """Points on the arc whose chords stay within `tolerance` (m) of it (sagitta r (1 - cos(step / 2)))."""
+        radius, sweep = self.radius, self.sweep
+        if radius <= tolerance:
+            return [self.start, self.end]
+        step = 2.0 * math.acos(max(-1.0, 1.0 - tolerance / radius))
+        count = max(1, math.ceil(abs(sweep) / step))
+        start = self.start_angle
+        return [self.start, *(polar(radius, start + sweep * i / count, self.centre) for i in range(1, count)), self.end]
+
+    @property
+    def box(self) -> tuple[float, float, float, float]:
+        """(x_min, y_min, x_max, y_max) in metres: the ends', and the compass points that the arc passes."""
+        xs, ys = [self.start.x, self.end.x], [self.start.y, self.end.y]
+        start, sweep, radius = self.start_angle, self.sweep, self.radius
+        low, high = min(start, start + sweep) / QUARTER_TURN, max(start, start + sweep) / QUARTER_TURN
+        for quarter in (turn % 4 for turn in range(math.ceil(low - 1e-9), math.floor(high + 1e-9) + 1)):
+            angle = quarter * math.pi / 2
+            along = (angle - start) % TWO_PI if sweep >= 0 else (start - angle) % TWO_PI
+            if along <= abs(sweep):
+                xs.append(self.centre.x + radius * (1, 0, -1, 0)[quarter])
+                ys.append(self.centre.y + radius * (0, 1, 0, -1)[quarter])
+        return min(xs), min(ys), max(xs), max(ys)
+
+    def distance(self, point: Point) -> float:
+        """Shortest distance (m) from a point to the arc."""
+        angle = math.atan2(point.y - self.centre.y, point.x - self.centre.x)
+        if self.ccw:
+            sweep, along = self.sweep, (angle - self.start_angle) % TWO_PI
+        else:
+            sweep, along = -self.sweep, (self.start_angle - angle) % TWO_PI
+        if along <= sweep:
+            return abs(point.distance(self.centre) - self.radius)
+        return min(point.distance(self.start), point.distance(self.end))
+
+
+Segment = Line | Arc
+
+
+def part_of(segment: Segment, start: Point, end: Point) -> Segment:
+    """What of a segment lies between two points on it."""
+    return Arc(start, end, segment.centre, segment.ccw) if isinstance(segment, Arc) else Line(start, end)
+
+
+@record
+class Path:
+    """Segments that join end to start; closed when the last one ends where the first one starts."""
+
+    segments: tuple[Segment, ...]
+
+    @property
+    def start(self) -> Point:
+        """Where the path begins."""
+        return self.segments[0].start
+
+    @property
+    def end(self) -> Point:
+        """Where the path ends."""
+        return self.segments[-1].end
+
+    @cached_property
+    def length(self) -> float:
+        """Length in metres."""
+        return math.fsum([segment.length for segment in self.segments])
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether the end meets the start within a nanometre."""
+        return self.start.distance(self.end) < 1e-9
+
+    def __iter__(self) -> Iterator[Segment]:
+        return iter(self.segments)
+
+    def __add__(self, other: Path) -> Path:
+        return Path(self.segments + other.segments)
+
+    def reversed(self) -> Path:
+        """This path walked the other way."""
+        return Path(tuple(segment.reversed() for segment in reversed(self.segments)))
+
+    def shifted(self, dx: float, dy: float) -> Path:
+        """The path moved by (dx, dy) metres."""
+        return self.mapped(lambda p: p.shifted(dx, dy))
+
+    def rotated(self, angle: float, centre: Point = Point(0.0, 0.0)) -> Path:
+        """The path turned by `angle` radians, counter-clockwise, about a centre."""
+        cos, sin = math.cos(angle), math.sin(angle)
+
+        def turned(p: Point) -> Point:
+            dx, dy = p.x - centre.x, p.y - centre.y
+            return Point(centre.x + cos * dx - sin * dy, centre.y + sin * dx + cos * dy)
+
+        return self.mapped(turned)
+
+    def mapped(self, move: Callable[[Point], Point], flips: bool = False) -> Path:
+        """The path under a rigid motion of its points; `flips` when that motion is a mirror image."""
+        moved: list[Segment] = []
+        before = start = end = None
+        for s in self.segments:
+            start = end if s.start is before and end is not None else move(s.start)
+            before, end = s.end, move(s.end)
+            if isinstance(s, Arc):
+                moved.append(Arc(start, end, move(s.centre), s.ccw != flips))
+            else:
+                moved.append(Line(start, end))
+        return Path(tuple(moved))
+
+    def flattened(self, tolerance: float) -> list[Point]:
+        """Points whose chords stay within `tolerance` (m) of the path."""
+        points = [self.start]
+        for segment in self.segments:
+            points.extend(segment.flattened(tolerance)[1:])
+        return points
+
+    def distance(self, point: Point) -> float:
+        """Shortest distance (m) from a point to the path."""
+        return min(segment.distance(point) for segment in self.segments)
+
+
+def polyline(points: Iterable[Point]) -> Path:
+    """Straight segments from point to point; repeated points are dropped."""
+    corners = [p if isinstance(p, Point) else Point(*p) for p in points]
+    return Path(tuple([Line(a, b) for a, b in pairwise(corners) if a.distance(b) > 1e-12]))
+
+
+def closed_polygon(points: Iterable[Point]) -> Path:
+    """A closed path of straight sides."""
+    corners = [Point(*p) for p in points]
+    return polyline([*corners, corners[0]])
+
+
+def rectangle(x0: float, y0: float, x1: float, y1: float, corner_radius: float = 0.0) -> Path:
+    """A closed counter-clockwise rectangle with corners rounded by `corner_radius` (m)."""
+    r = min(corner_radius, (x1 - x0) / 2, (y1 - y0) / 2)
+    if r <= 0.0:
+        return closed_polygon([Point(x0, y0), Point(x1, y0), Point(x1, y1), Point(x0, y1)])
+    return rounded([Point(x0, y0), Point(x1, y0), Point(x1, y1), Point(x0, y1)], r)
+
+
+def rounded(corners: list[Point], radius: float | list[float]) -> Path:
+    """A closed polygon whose corners are replaced by tangent arcs; one radius (m) for all corners, or one for each."""
+    count = len(corners)
+    radii = radius if isinstance(radius, list) else [radius] * count
+    starts, ends, arcs = [], [], []
+    for i, corner in enumerate(corners):
+        before, after = corners[i - 1], corners[(i + 1) % count]
+        a, b, arc = fillet(before, corner, after, radii[i])
+        starts.append(a)
+        ends.append(b)
+        arcs.append(arc)
+    segments: list[Segment] = []
+    for i in range(count):
+        if (arc := arcs[i]) is not None:
+            segments.append(arc)
+        nxt = (i + 1) % count
+        if ends[i].distance(starts[nxt]) > 1e-12:
+            segments.append(Line(ends[i], starts[nxt]))
+    return Path(tuple(segments))
+
+
+def fillet(before: Point, corner: Point, after: Point, radius: float) -> tuple[Point, Point, Arc | None]:
+    """The tangent points and the arc that round one corner; no arc where the radius is 0 or the corner straight."""
+    ux, uy = _unit(corner, before)
+    vx, vy = _unit(corner, after)
+    angle = math.acos(max(-1.0, min(1.0, ux * vx + uy * vy)))
+    if radius <= 0.0 or angle > math.pi - 1e-9:
+        return corner, corner, None
+    cut = radius / math.tan(angle / 2)
+    a, b = corner.shifted(cut * ux, cut * uy), corner.shifted(cut * vx, cut * vy)
+    mx, my = ux + vx, uy + vy
+    reach = radius / math.sin(angle / 2) / math.hypot(mx, my)
+    centre = corner.shifted(reach * mx, reach * my)
+    return a, b, Arc(a, b, centre, ccw=ux * vy - uy * vx < 0)
+
+
+def rounded_polyline(corners: list[Point], radius: float | list[float]) -> Path:
+    """An open polyline with its inner corners rounded, each by at most what its shorter side leaves room for. One
+    radius (m) for all corners, or one for each point.
+    """
+    segments: list[Segment] = []
+    here = corners[0]
+    radii = radius if isinstance(radius, list) else [radius] * len(corners)
+    for before, corner, after, wanted in zip(corners, corners[1:], corners[2:], radii[1:], strict=False):
+        ux, uy = _unit(corner, before)
+        vx, vy = _unit(corner, after)
+        half = math.acos(max(-1.0, min(1.0, ux * vx + uy * vy))) / 2
+        room = 0.5 * min(corner.distance(before), corner.distance(after)) * math.tan(half)
+        a, b, arc = fillet(before, corner, after, min(wanted, room))
+        if here.distance(a) > 1e-12:
+            segments.append(Line(here, a))
+        if arc is not None:
+            segments.append(arc)
+        here = b
+    segments.append(Line(here, corners[-1]))
+    return Path(tuple(segments))
+
+
+def circle(centre: Point, radius: float) -> Path:
+    """A full circle as two half arcs."""
+    east, west = centre.shifted(radius, 0.0), centre.shifted(-radius, 0.0)
+    return Path((Arc(east, west, centre), Arc(west, east, centre)))
+
+
+def enclosed_area(path: Path) -> float:
+    """Signed area (m2) inside a closed path, positive counter-clockwise, arcs exact (Green's theorem)."""
+    total = 0.0
+    for s in path:
+        total += 0.5 * (s.start.x * s.end.y - s.end.x * s.start.y)
+        if isinstance(s, Arc):
+            total += 0.5 * s.radius**2 * (s.sweep - math.sin(s.sweep))
+    return total
+
+
+def bounding_box(paths: Iterable[Path]) -> tuple[float, float, float, float]:
+    """(x_min, y_min, x_max, y_max) in metres of the centre lines of some paths, arcs exact."""
+    return box_around([segment.box for path in paths for segment in path.segments])
+
+
+def box_around(boxes: Sequence[tuple[float, float, float, float]]) -> tuple[float, float, float, float]:
+    """The box (x_min, y_min, x_max, y_max; m) that holds some boxes."""
+    return min(b[0] for b in boxes), min(b[1] for b in boxes), max(b[2] for b in boxes), max(b[3] for b in boxes)
+
+
+def _unit(a: Point, b: Point) -> tuple[float, float]:
+    length = a.distance(b)
+    return (b.x - a.x) / length, (b.y - a.y) / length
+
+
+@record
+class Region:
+    """The area inside a closed `outline` and outside its `holes`."""
+
+    outline: Path
+    holes: tuple[Path, ...] = ()
+
+    @property
+    def area(self) -> float:
+        """Area in square metres."""
+        return abs(enclosed_area(self.outline)) - sum(abs(enclosed_area(hole)) for hole in self.holes)

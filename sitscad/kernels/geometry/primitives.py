@@ -1,0 +1,300 @@
+"""Exact distances between many straight and circular track pieces at once, in numpy. Metres and radians.
+
+No arc is flattened: the nearest points of two pieces are either an end of one of them and its nearest point on the
+other, or lie where one line crosses both at right angles (through both centres for two arcs, through the centre and
+square to the line for a line and an arc), or the pieces cross. All of these are looked at.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from functools import cached_property
+
+import numpy as np
+
+from sitscad.basics.arrays import Array, Flags, Index, slices
+from sitscad.basics.record import record
+from sitscad.kernels.geometry.path import Arc, Segment
+
+TWO_PI = 2.0 * np.pi
+_ANGLE_SLACK = 1e-9
+
+
+@record
+class Primitives:
+    """Lines and arcs as arrays of one length: ends (n, 2); for arcs the centre (n, 2), radius, start angle and signed
+    sweep, for lines a sweep of 0 and a radius of 0. A line whose ends agree is a point.
+    """
+
+    start: Array
+    end: Array
+    centre: Array
+    radius: Array
+    angle: Array
+    sweep: Array
+
+    def __len__(self) -> int:
+        return len(self.radius)
+
+    def take(self, index: Index) -> Primitives:
+        """The pieces with these indices."""
+        return Primitives(*(getattr(self, name)[index] for name in _FIELDS))
+
+    def trimmed(self, first: Array, last: Array) -> Primitives:
+        """The pieces between two fractions (0 to 1) of their length, piece by piece."""
+
+        def at(fraction: Array) -> Array:
+            straight = self.start + fraction[:, None] * (self.end - self.start)
+            angle = self.angle + fraction * self.sweep
+            on_arc = self.centre + self.radius[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+            return np.where(self.radius[:, None] > 0.0, on_arc, straight)
+
+        angle, sweep = self.angle + first * self.sweep, (last - first) * self.sweep
+        return Primitives(at(first), at(last), self.centre, self.radius, angle, sweep)
+
+    @property
+    def tangents(self) -> tuple[Array, Array]:
+        """Unit vectors (n, 2) along each piece where it starts and where it ends; zero for a point."""
+
+        def at(point: Array) -> Array:
+            out = point - self.centre
+            turning = np.column_stack([-out[:, 1], out[:, 0]]) * np.sign(self.sweep)[:, None]
+            along = np.where((self.radius > 0.0)[:, None], turning, self.end - self.start)
+            size = np.hypot(along[:, 0], along[:, 1])
+            return along / np.where(size > 0.0, size, 1.0)[:, None]
+
+        return at(self.start), at(self.end)
+
+    @cached_property
+    def boxes(self) -> Array:
+        """Bounding boxes (n, 4): x_min, y_min, x_max, y_max; for arcs of ends and every axis crossing."""
+        low, high = np.minimum(self.start, self.end), np.maximum(self.start, self.end)
+        if not np.any(self.radius > 0.0):
+            return np.hstack([low, high])
+        for quarter, (axis, sign) in enumerate(((0, 1.0), (1, 1.0), (0, -1.0), (1, -1.0))):
+            reached = (self.radius > 0.0) & within_sweep(quarter * np.pi / 2.0, self.angle, self.sweep)
+            extreme = self.centre[:, axis] + sign * self.radius
+            side, choose = (high, np.maximum) if sign > 0 else (low, np.minimum)
+            side[:, axis] = np.where(reached, choose(side[:, axis], extreme), side[:, axis])
+        return np.hstack([low, high])
+
+
+_FIELDS = ("start", "end", "centre", "radius", "angle", "sweep")
+
+
+Row = tuple[float, ...]
+
+
+def line_row(x0: float, y0: float, x1: float, y1: float) -> Row:
+    """The row of a straight segment, or of a point where both ends agree."""
+    return x0, y0, x1, y1, 0.0, 0.0, 0.0, 0.0, 0.0
+
+
+def path_rows(path: Iterable[Segment]) -> Iterator[tuple[Row, float]]:
+    """The rows of a path's segments, each with its length (m)."""
+    for segment in path:
+        if isinstance(segment, Arc):
+            sweep, radius = segment.sweep, segment.radius
+            row = (*segment.start, *segment.end, *segment.centre, radius, segment.start_angle, sweep)
+            yield row, radius * abs(sweep)
+        else:
+            yield line_row(*segment.start, *segment.end), segment.length
+
+
+def from_rows(rows: list[Row]) -> Primitives:
+    """Primitives from rows (x0, y0, x1, y1, xc, yc, radius, start angle, signed sweep)."""
+    table = np.array(rows, dtype=float).reshape(-1, 9)
+    return Primitives(table[:, 0:2], table[:, 2:4], table[:, 4:6], table[:, 6], table[:, 7], table[:, 8])
+
+
+def joined(parts: Sequence[Primitives]) -> Primitives:
+    """All pieces of some, in their order."""
+    if not parts:
+        return from_rows([])
+    return Primitives(*(np.concatenate([getattr(part, name) for part in parts]) for name in _FIELDS))
+
+
+def within_sweep(angle: Array | float, start: Array, sweep: Array) -> Flags:
+    """Whether a direction (rad) lies on arcs that begin at `start` and turn by the signed `sweep`."""
+    along = np.where(sweep >= 0.0, angle - start, start - angle) % TWO_PI
+    return (along <= np.abs(sweep) + _ANGLE_SLACK) | (along >= TWO_PI - _ANGLE_SLACK)
+
+
+def distances(one: Primitives, other: Primitives) -> Array:
+    """Smallest distance (n,) between the centre lines of pieces k of `one` and of `other`; 0 where they cross."""
+    result = np.minimum(
+        np.minimum(to_points(other, one.start), to_points(other, one.end)),
+        np.minimum(to_points(one, other.start), to_points(one, other.end)),
+    )
+    one_arc, other_arc = one.radius > 0.0, other.radius > 0.0
+    for select, between in (
+        (~one_arc & ~other_arc, _line_line), (~one_arc & other_arc, _line_arc),
+        (one_arc & ~other_arc, lambda a, b: _line_arc(b, a)), (one_arc & other_arc, _arc_arc),
+    ):
+        index = np.flatnonzero(select)
+        if index.size:
+            result[index] = np.minimum(result[index], between(one.take(index), other.take(index)))
+    return result
+
+
+def to_points(pieces: Primitives, points: Array) -> Array:
+    """Distance (n,) from piece k to point k of (n, 2)."""
+    result = np.empty(len(pieces))
+    round_ = pieces.radius > 0.0
+    for index, distance in ((np.flatnonzero(~round_), _lines_to_points), (np.flatnonzero(round_), _arcs_to_points)):
+        if index.size == len(pieces):
+            return distance(pieces, points)
+        if index.size:
+            result[index] = distance(pieces.take(index), points[index])
+    return result
+
+
+def _lines_to_points(lines: Primitives, points: Array) -> Array:
+    along = lines.end - lines.start
+    square = _dot(along, along)
+    offset = points - lines.start
+    t = np.clip(_dot(offset, along) / np.where(square > 0.0, square, 1.0), 0.0, 1.0)
+    return np.asarray(np.hypot(*(offset - t[:, None] * along).T))
+
+
+def _arcs_to_points(arcs: Primitives, points: Array) -> Array:
+    """Distances (n,; m) of points from arcs, one to one."""
+    out = points - arcs.centre
+    on = _faces(arcs, out)
+    result = np.abs(np.hypot(out[:, 0], out[:, 1]) - arcs.radius)
+    off = np.flatnonzero(~on)
+    to_start, to_end = points[off] - arcs.start[off], points[off] - arcs.end[off]
+    result[off] = np.minimum(np.hypot(to_start[:, 0], to_start[:, 1]), np.hypot(to_end[:, 0], to_end[:, 1]))
+    return np.asarray(result)
+
+
+def nearest_pairs(boxes: Array, reach: Array, others: Array | None = None, other_reach: Array | None = None) -> Index:
+    """Index pairs (m, 2) whose boxes, grown by `reach` each, touch; within one set (i < j), or between two sets."""
+    same = others is None
+    second = boxes if same else others
+    grown = boxes + np.column_stack([-reach, -reach, reach, reach])
+    margin = reach if same else other_reach
+    assert second is not None and margin is not None
+    other_grown = second + np.column_stack([-margin, -margin, margin, margin])
+    if len(grown) * len(other_grown) <= _FEW:
+        i, j = np.nonzero(_touch(grown, other_grown))
+    else:
+        blocks = _blocks(grown)
+        others_blocks = blocks if same else _blocks(other_grown)
+        around = np.array([_around(other_grown[block]) for block in others_blocks])
+        found = []
+        for block in blocks:
+            near = np.flatnonzero(_touch(_around(grown[block])[None], around)[0])
+            if near.size:
+                beside = np.concatenate([others_blocks[k] for k in near])
+                one, other = np.nonzero(_touch(grown[block], other_grown[beside]))
+                found.append((block[one], beside[other]))
+        i, j = (np.concatenate([pair[k] for pair in found]) if found else np.empty(0, dtype=np.intp) for k in (0, 1))
+    if same:
+        i, j = i[i < j], j[i < j]
+    order = np.lexsort((j, i))
+    return np.column_stack([i[order], j[order]])
+
+
+_BLOCK, _FEW = 128, 500_000
+"""Boxes that are compared at once, and pairs of boxes up to which all are."""
+
+
+def _touch(boxes: Array, others: Array) -> Flags:
+    """Which boxes (n, 4) touch which others (m, 4): (n, m)."""
+    left, low, right, high = boxes.T[:, :, None]
+    other_left, other_low, other_right, other_high = np.ascontiguousarray(others.T)
+    found = left <= other_right
+    found &= right >= other_left
+    found &= low <= other_high
+    found &= high >= other_low
+    return np.asarray(found)
+
+
+def _blocks(boxes: Array) -> list[Index]:
+    """Numbers of boxes that lie together: by the field of a grid that their middles are in."""
+    middle = 0.5 * (boxes[:, :2] + boxes[:, 2:])
+    low, high = middle.min(axis=0), middle.max(axis=0)
+    side = max(1, math.isqrt(len(boxes) // 32))
+    field = np.minimum((side * (middle - low) / np.maximum(high - low, 1e-300)).astype(np.intp), side - 1)
+    order = np.argsort(field[:, 0] * side + field[:, 1], kind="stable")
+    return [order[part] for part in slices(len(order), _BLOCK)]
+
+
+def _around(boxes: Array) -> Array:
+    return np.concatenate([boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)])
+
+
+def _line_line(one: Primitives, other: Primitives) -> Array:
+    """0 where two segments cross, infinite elsewhere."""
+    r, s, q = one.end - one.start, other.end - other.start, other.start - one.start
+    cross = _cross(r, s)
+    # Rounding leaves a trace of an angle between collinear lines, and with it any crossing point at all
+    parallel = np.abs(cross) <= 1e-9 * np.sqrt(_dot(r, r) * _dot(s, s))
+    safe = np.where(parallel, 1.0, cross)
+    t, u = _cross(q, s) / safe, _cross(q, r) / safe
+    hit = ~parallel & (t >= 0.0) & (t <= 1.0) & (u >= 0.0) & (u <= 1.0)
+    return np.where(hit, 0.0, np.inf)
+
+
+def _line_arc(line: Primitives, arc: Primitives) -> Array:
+    """Distance at the foot of the perpendicular from the arc's centre; 0 where line and arc cross; else infinite."""
+    along = line.end - line.start
+    length = np.hypot(along[:, 0], along[:, 1])
+    unit = along / np.where(length > 0.0, length, 1.0)[:, None]
+    foot_at = _dot(arc.centre - line.start, unit)
+    foot = line.start + foot_at[:, None] * unit
+    out = foot - arc.centre
+    height = np.hypot(out[:, 0], out[:, 1])
+    direct = (foot_at >= 0.0) & (foot_at <= length) & _faces(arc, out)
+    result = np.where(direct, np.abs(height - arc.radius), np.inf)
+    half = np.sqrt(np.maximum(0.0, arc.radius**2 - height**2))
+    for sign in (-1.0, 1.0):
+        at = foot_at + sign * half
+        point = line.start + at[:, None] * unit
+        hit = (height <= arc.radius) & (at >= 0.0) & (at <= length) & _faces(arc, point - arc.centre)
+        result = np.where(hit, 0.0, result)
+    return result
+
+
+def _arc_arc(one: Primitives, other: Primitives) -> Array:
+    """Distance along the line through both centres; 0 where the arcs cross; else infinite."""
+    axis = other.centre - one.centre
+    apart = np.hypot(axis[:, 0], axis[:, 1])
+    unit = np.where(apart[:, None] > 1e-15, axis / np.where(apart > 1e-15, apart, 1.0)[:, None], [1.0, 0.0])
+    result = np.full(len(apart), np.inf)
+    signs = (-1.0, 1.0)
+    faces, other_faces = [_faces(one, sign * unit) for sign in signs], [_faces(other, sign * unit) for sign in signs]
+    for s1, on in zip(signs, faces, strict=True):
+        for s2, other_on in zip(signs, other_faces, strict=True):
+            gap = np.abs(apart + s2 * other.radius - s1 * one.radius)
+            result = np.where(on & other_on, np.minimum(result, gap), result)
+    meets = (apart > 1e-15) & (apart <= one.radius + other.radius) & (apart >= np.abs(one.radius - other.radius))
+    index = np.flatnonzero(meets)
+    result[index[_arcs_cross(one.take(index), other.take(index), apart[index], unit[index])]] = 0.0
+    return result
+
+
+def _arcs_cross(one: Primitives, other: Primitives, apart: Array, unit: Array) -> Flags:
+    """Whether arcs cross whose circles do; `apart` (m) and `unit` lead from one centre to the other."""
+    at = (apart**2 + one.radius**2 - other.radius**2) / (2.0 * apart)
+    half = np.sqrt(np.maximum(0.0, one.radius**2 - at**2))
+    normal = np.column_stack([-unit[:, 1], unit[:, 0]])
+    crossed = np.zeros(len(apart), dtype=bool)
+    for sign in (-1.0, 1.0):
+        offset = at[:, None] * unit + (sign * half)[:, None] * normal
+        crossed |= _faces(one, offset) & _faces(other, offset - (other.centre - one.centre))
+    return crossed
+
+
+def _faces(arc: Primitives, direction: Array) -> Flags:
+    return within_sweep(np.arctan2(direction[:, 1], direction[:, 0]), arc.angle, arc.sweep)
+
+
+def _dot(a: Array, b: Array) -> Array:
+    return a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1]
+
+
+def _cross(a: Array, b: Array) -> Array:
+    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]

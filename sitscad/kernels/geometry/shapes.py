@@ -1,0 +1,464 @@
+"""The outlines that a coil may have: a row of `SHAPES` each, and a class for each way to wind.
+
+The other rooms ask an outline for its features, never for its name. A row also declares what is known of its shape:
+which error bounds hold for coils (`bounds`), and how a plate of it is computed and cut (`plate`). A coil
+without `bounds` and a plate without `plate` are refused by name: a class inherits the features of another shape, but
+not what was fitted to that shape.
+
+Lengths are metres, angles radians; a coil's size is [x, y] across its outer copper edges. The centre line of a layer is
+wound exactly as the spec defines it: counter-clockwise about the origin, from the outside in.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from itertools import pairwise
+from typing import ClassVar
+
+from sitscad.basics.record import record
+from sitscad.basics.units import in_mm
+from sitscad.kernels.geometry.path import (
+    TWO_PI,
+    Arc,
+    Line,
+    Path,
+    Point,
+    Segment,
+    circle,
+    polar,
+    rectangle,
+    rounded,
+    rounded_polyline,
+)
+
+CHORD_TOLERANCE = 0.05e-6
+"""What is drawn follows the ideal curve within this distance, in metres (the contract allows 0.1 um)."""
+
+SKETCHED = 10e-6
+"""What is only sketched follows it within this distance (m): an arc for nearly half a turn of a spiral."""
+
+
+@record
+class SpiralDimensions:
+    """Dimensions of one layer of a coil in metres.
+
+    `size` [x, y] is measured across the outer copper edges, `pitch` from turn to turn. `tolerance` is the largest
+    distance of the drawn line from the exact one. A four-sided layer begins and ends in the middle of sides if
+    `is_mid_side`, else at corners.
+    """
+
+    size: tuple[float, float]
+    trace_width: float
+    pitch: float
+    turns: float
+    tolerance: float = CHORD_TOLERANCE
+    is_mid_side: bool = False
+
+    @property
+    def outer_radius(self) -> float:
+        """Distance of the outermost centre line from the coil's centre across y (m)."""
+        return (self.size[1] - self.trace_width) / 2
+
+
+def _arc_through(start: Point, middle: Point, end: Point) -> Arc | Line:
+    ax, ay = middle.x - start.x, middle.y - start.y
+    bx, by = end.x - start.x, end.y - start.y
+    cross = 2.0 * (ax * by - ay * bx)
+    if abs(cross) < 1e-24:
+        return Line(start, end)
+    a2, b2 = ax * ax + ay * ay, bx * bx + by * by
+    centre = Point(start.x + (by * a2 - ay * b2) / cross, start.y + (ax * b2 - bx * a2) / cross)
+    return Arc(start, end, centre, ccw=cross > 0)
+
+
+def crossing(one: tuple[float, float], other: tuple[float, float], step: float) -> Point:
+    """Where two lines cross, each given by the number of its normal's direction and its distance from the origin."""
+    a, b = one[0] * step, other[0] * step
+    determinant = math.sin(b - a)
+    return Point(
+        (one[1] * math.sin(b) - other[1] * math.sin(a)) / determinant,
+        (other[1] * math.cos(a) - one[1] * math.cos(b)) / determinant,
+    )
+
+
+def rounded_corners(path: Path, radius: float, sides: int, pitch: float) -> Path:
+    """An inward polygon spiral with its corners rounded by `radius` (m), less where the sides are too short for it.
+    Outside the inner end the radius grows from turn to turn by at most the pitch (m): more would cut a turn in towards
+    that end, or towards the turn inside it. `sides` is the number of sides a turn.
+    """
+    if radius <= 0.0 or len(path.segments) < 2:
+        return path
+    corners = [path.start, *(segment.end for segment in path)]
+    radii = [radius] * len(corners)
+    for turn, corner in enumerate(range(len(corners) - 1 - sides, 0, -sides), start=1):
+        radii[corner] = min(radius, turn * pitch)
+    return rounded_polyline(corners, radii)
+
+
+Size = tuple[float, float]
+
+PLATE_FORMS = ("disc", "rectangle")
+"""Forms of plates that target response, pad law and laser sheet can compute."""
+
+_SLACK = 1e-9
+_ORIGIN = Point(0.0, 0.0)
+
+
+@record
+class Outline(ABC):
+    """What all outlines have: a name, the adjective for people, and the features that others go by. ``sides`` are the
+    straight sides of a polygon, 0 for the others; ``is_long`` says that x and y may differ, ``is_round`` that it is
+    wound as a spiral about its centre without a straight part.
+
+    ``bounds`` names the shapes whose fitted error bounds hold for coils of this shape: itself, or for a polygon that
+    was not fitted, the fitted ones with fewer and with more sides. ``plate`` is the form by which a target, a pad or a
+    finger of this shape is computed and cut: "disc" or "rectangle". Both are empty if nothing is known.
+    """
+
+    name: str
+    adjective: str
+    sides: int = 0
+    is_long: bool = False
+    bounds: tuple[str, ...] = ()
+    plate: str = ""
+    is_round: ClassVar[bool] = False
+
+    @property
+    def fitted(self) -> tuple[str, ...]:
+        """Names of the shapes whose error bounds hold for coils of this shape.
+
+        Raises ValueError for a shape that declares none.
+        """
+        if not self.bounds:
+            raise ValueError(f"no coil of shape {self.name!r} can be computed: the shape declares no error bounds")
+        return self.bounds
+
+    @property
+    def is_disc(self) -> bool:
+        """Whether a plate of this shape is a disc; it is a rectangle otherwise.
+
+        Raises ValueError for a shape that declares no form of a plate.
+        """
+        if self.plate not in PLATE_FORMS:
+            raise ValueError(f"no plate of shape {self.name!r} can be computed: the shape declares no form of a plate")
+        return self.plate == PLATE_FORMS[0]
+
+    @property
+    def ends(self) -> int | None:
+        """The number of parts into which a turn may be broken; None where any number of turns is defined."""
+        return self.sides or None
+
+    @property
+    def across(self) -> str:
+        """What a drawing says of how its size is measured; empty where that is plain."""
+        if self.is_round:
+            return "in diameter "
+        if self.sides % 2:  # no two flats face each other
+            return "twice from the centre to the flats "
+        return "across flats " if self.sides > 4 else ""
+
+    def size_in_words(self, size: Size) -> str:
+        """A size for people, in millimetres without the unit: a diameter, or both sides."""
+        return f"diameter {in_mm(size[0])}" if self.is_round else f"{in_mm(size[0])} x {in_mm(size[1])}"
+
+    @property
+    def area(self) -> float:
+        """The outline's area over that of the rectangle that its sizes span, corners of any radius not taken off."""
+        return 1.0
+
+    @property
+    def shrinks(self) -> float:
+        """How much shorter a turn gets for each metre that it lies further inside."""
+        return TWO_PI
+
+    @abstractmethod
+    def inwards(self, dimensions: SpiralDimensions, outer_angle: float) -> Path:
+        """A layer wound counter-clockwise about the origin, from the outside in."""
+
+    def start(self, angle: float, sense: int, is_mid_side: bool = False) -> float:
+        """The angle at which a layer asked to begin at `angle` does begin."""
+        return angle
+
+    @abstractmethod
+    def boundary(self, size: Size, offset: float) -> Path:
+        """The closed counter-clockwise curve at `offset` (m) outside the outer copper edge, beginning at +x, y = 0."""
+
+    @abstractmethod
+    def edge(self, size: Size, radius: float) -> Path:
+        """The closed curve that the outer copper edges lie on, the corners of a polygon rounded by `radius` (m)."""
+
+    @abstractmethod
+    def core(self, size: Size) -> tuple[tuple[Point, ...], float]:
+        """The convex core of points, and the radius round it (m), that make the outer copper edge."""
+
+    def corner_radius(self, size: Size, asked: float) -> float:
+        """Radius (m) of what rounds the outer edge of a polygon of that corner radius, or of what ends another."""
+        return asked
+
+    @property
+    def outermost_turns(self) -> float:
+        """Turns at the outer edge before the winding moves inwards: 1 for polygons and racetracks, 0 for circles."""
+        return 1.0
+
+    def inset(self, trace_width: float, pitch: float, turns: float) -> float:
+        """Return the distance (m) from the outer to the inner copper edge of a layer. For a polygon it is the mean over
+        the sides of the innermost turn.
+        """
+        return trace_width + pitch * max(0.0, turns - self.outermost_turns)
+
+    INWARD: ClassVar[tuple[float, float]] = (0.0, 0.0)
+    """Distance (pitches) of the mean of a turn from where the turn begins: of any part of a turn, and of each turn."""
+
+    def wind(
+        self, dimensions: SpiralDimensions, outer_angle: float, sense: int = 1, corner_radius: float = 0.0
+    ) -> Path:
+        """One layer from its outer end inwards, about the origin, its corners rounded by a radius (m). ``outer_angle``
+        is where the outer end stands (polygons: the last corner at or before it, in the direction of winding);
+        ``sense`` is +1 for counter-clockwise, -1 for clockwise.
+        """
+        path = self.inwards(dimensions, sense * outer_angle)
+        path = path if sense > 0 else path.mapped(lambda p: Point(p.x, -p.y), flips=True)
+        if dimensions.is_mid_side:  # no corner stands outside of its inner end
+            corners = [path.start, *(segment.end for segment in path)]
+            return rounded_polyline(corners, [corner_radius] * len(corners)) if corner_radius > 0.0 else path
+        return rounded_corners(path, corner_radius, self.sides, dimensions.pitch) if self.sides else path
+
+    def nearest_turns(self, turns: float) -> float:
+        """The number of turns nearest to `turns` that it allows (at least one part of a turn)."""
+        return turns if self.ends is None else max(1, round(turns * self.ends)) / self.ends
+
+    def is_whole(self, turns: float) -> bool:
+        """Whether the turns end where it defines an end; one part in 10^6 is taken as rounding (2.166667)."""
+        return abs(self.nearest_turns(turns) - turns) <= 1e-6 * max(1.0, turns)
+
+    def most_turns(self, size: Size, trace_width: float, pitch: float) -> float:
+        """Largest number of turns whose innermost trace stays clear of the centre; 0 where none does."""
+        room = (min(size) / 2 - trace_width) / pitch - _SLACK
+        return self._most_in(room) if room > 0 else 0.0
+
+    @abstractmethod
+    def _most_in(self, room: float) -> float:
+        """The most turns in so many pitches from the outermost track to the centre."""
+
+
+@record
+class Round(Outline):
+    """A circle: an Archimedean spiral, that may end anywhere. Its inner edge (D - w)/2 - p N - w/2 stays positive."""
+
+    is_round: ClassVar[bool] = True
+
+    @property
+    def area(self) -> float:
+        """The share of its square that a circle covers."""
+        return math.pi / 4.0
+
+    def inwards(self, dimensions: SpiralDimensions, outer_angle: float) -> Path:
+        """An Archimedean spiral r = (D - w)/2 - p theta / (2 pi), drawn as arcs through three of its points each."""
+        slope = dimensions.pitch / TWO_PI
+        total = TWO_PI * dimensions.turns
+        # an arc through both ends and the middle of a spiral piece departs from it by under slope step^3 / 60
+        longest = math.pi / 4 if dimensions.tolerance <= CHORD_TOLERANCE else 0.95 * math.pi
+        count = max(1, math.ceil(total / min(longest, (60.0 * dimensions.tolerance / slope) ** (1 / 3))))
+        angles = (total * i / (2 * count) for i in range(2 * count + 1))
+        points = [polar(dimensions.outer_radius - slope * theta, outer_angle + theta) for theta in angles]
+        return Path(tuple(_arc_through(points[2 * i], points[2 * i + 1], points[2 * i + 2]) for i in range(count)))
+
+    def boundary(self, size: Size, offset: float) -> Path:
+        """Four quarters of a circle."""
+        radius = size[0] / 2 + offset
+        east, north = Point(radius, 0.0), Point(0.0, radius)
+        west, south = Point(-radius, 0.0), Point(0.0, -radius)
+        return Path(tuple(Arc(a, b, _ORIGIN) for a, b in pairwise((east, north, west, south, east))))
+
+    def edge(self, size: Size, radius: float) -> Path:
+        """A circle: it has no corners."""
+        return circle(_ORIGIN, size[0] / 2)
+
+    def core(self, size: Size) -> tuple[tuple[Point, ...], float]:
+        """The circle's centre, and its radius."""
+        return (_ORIGIN,), size[0] / 2
+
+    @property
+    def outermost_turns(self) -> float:
+        """0: the winding moves inwards from its outer end on."""
+        return 0.0
+
+    INWARD: ClassVar[tuple[float, float]] = (0.0, 0.5)  # a spiral comes inwards steadily
+
+    def _most_in(self, room: float) -> float:
+        return room
+
+
+@record
+class Polygon(Outline):
+    """A regular polygon, one flat facing +x, or a rectangle: turns end at corners, and step in after each whole turn.
+    The flat on which the inner end stands, (D - w)/2 - p floor(N) - w/2 from the centre, stays clear of it.
+    """
+
+    @property
+    def area(self) -> float:
+        """The regular polygon's over that of the square about its inscribed circle."""
+        return 1.0 if self.sides == 4 else self.sides * math.tan(math.pi / self.sides) / 4.0
+
+    @property
+    def shrinks(self) -> float:
+        """Twice the tangent of half a corner's angle for each corner."""
+        return 8.0 if self.sides == 4 else 2.0 * self.sides * math.tan(math.pi / self.sides)
+
+    def inwards(self, dimensions: SpiralDimensions, outer_angle: float) -> Path:
+        """Side m lies floor(m / sides) pitches further in. The step inwards at the end of a whole turn shortens its
+        last side; where less than a track's width would be left of it (in an octagon's small turns less than nothing),
+        the spiral ends a corner earlier. Only a four-sided spiral may be longer one way than the other.
+        """
+        step = TWO_PI / self.sides
+        first = math.floor((outer_angle - (0.0 if dimensions.is_mid_side else step / 2)) / step + 1e-9)
+        first -= dimensions.is_mid_side
+        count = round(dimensions.turns * self.sides)
+
+        def side(m: int, turn: int) -> tuple[float, float]:
+            index = first + 1 + m
+            size = dimensions.size[index % 2 if self.sides == 4 else 1]
+            return index, (size - dimensions.trace_width) / 2 - dimensions.pitch * turn
+
+        if dimensions.is_mid_side:  # from the foot of the perpendicular on the first side to that on the last
+            flats = [side(m, m // self.sides) for m in range(count + 1)]
+            begin, end = (polar(distance, index * step) for index, distance in (flats[0], flats[-1]))
+            points = [begin, *(crossing(one, other, step) for one, other in pairwise(flats)), end]
+            return Path(tuple(Line(a, b) for a, b in pairwise(points)))
+        sides = [side(-1, 0), *(side(m, m // self.sides) for m in range(count))]
+        points = [crossing(one, other, step) for one, other in pairwise(sides)]
+        end, normal = crossing(sides[-1], side(count, count // self.sides), step), sides[-1][0] * step
+        ahead = (end.y - points[-1].y) * math.cos(normal) - (end.x - points[-1].x) * math.sin(normal)
+        if count % self.sides or ahead >= dimensions.trace_width:
+            points.append(end)
+        return Path(tuple(Line(a, b) for a, b in pairwise(points)))
+
+    def start(self, angle: float, sense: int, is_mid_side: bool = False) -> float:
+        """Return the angle of the last corner, or middle of a side, at or before `angle` in winding direction."""
+        step = TWO_PI / self.sides
+        if is_mid_side:
+            return sense * math.floor(sense * angle / step + 1e-9) * step
+        return sense * (math.floor((sense * angle - step / 2) / step + 1e-9) * step + step / 2)
+
+    def boundary(self, size: Size, offset: float) -> Path:
+        """The polygon itself, larger."""
+        flats = [(i, size[i % 2 if self.sides == 4 else 1] / 2 + offset) for i in range(self.sides + 1)]
+        points = [crossing(a, b, TWO_PI / self.sides) for a, b in pairwise(flats)]
+        east = Point(size[0] / 2 + offset, 0.0)
+        segments: list[Segment] = [Line(a, b) for a, b in pairwise([east, *points, east])]
+        return Path(tuple(segments))
+
+    def edge(self, size: Size, radius: float) -> Path:
+        """The polygon, its corners rounded."""
+        x, y = size[0] / 2, size[1] / 2
+        if self.sides == 4:
+            return rectangle(-x, -y, x, y, radius)
+        step = TWO_PI / self.sides
+        reach = x / math.cos(step / 2)
+        return rounded([polar(reach, (i + 0.5) * step) for i in range(self.sides)], radius)
+
+    def core(self, size: Size) -> tuple[tuple[Point, ...], float]:
+        """The polygon's corners."""
+        x, y = size[0] / 2, size[1] / 2
+        if self.is_long:
+            return (Point(x, y), Point(-x, y), Point(-x, -y), Point(x, -y)), 0.0
+        step = math.pi / self.sides
+        reach = x / math.cos(step)
+        corners = ((2 * k + 1) * step for k in range(self.sides))
+        return tuple(Point(reach * math.cos(a), reach * math.sin(a)) for a in corners), 0.0
+
+    def _most_in(self, room: float) -> float:
+        return math.floor(room) + (self.sides - 1) / self.sides
+
+
+@record
+class Racetrack(Outline):
+    """Straight sides along x and half circles: turns end where one goes over into the other. The innermost end, (D -
+    w)/2 - p (N - 1/2) - w/2 from the axis, stays clear of it.
+    """
+
+    @property
+    def ends(self) -> int | None:
+        """A racetrack ends where a straight side does."""
+        return 2
+
+    def inwards(self, dimensions: SpiralDimensions, outer_angle: float) -> Path:
+        """Straight sides along x and half circles: turn joins turn because every other end is moved across by half a
+        pitch. The first end that is walked is concentric about the axis, the other family stands p/2 nearer to the side
+        that the layer began at, with radii p/2 smaller. Begins at the junction of the quadrant that ``outer_angle``
+        lies in.
+        """
+        half = (dimensions.size[0] - dimensions.size[1]) / 2
+        quadrant = math.floor(outer_angle / (math.pi / 2) + 1e-9) % 4
+        up = 1.0 if quadrant < 2 else -1.0
+        side_first = quadrant % 2 == 0
+        y, x = up * dimensions.outer_radius, half if quadrant in (0, 3) else -half
+        segments: list[Segment] = []
+        for piece in range(round(4 * dimensions.turns)):
+            start = Point(x, y)
+            if (piece % 2 == 0) == side_first:
+                x = -x
+                segments.append(Line(start, Point(x, y)))
+                continue
+            # The end that begins the second half of a turn comes back one pitch nearer to the axis.
+            other = -y + (math.copysign(dimensions.pitch, y) if piece % 4 >= 2 else 0.0)
+            segments.append(Arc(start, Point(x, other), Point(x, (y + other) / 2)))
+            y = other
+        return Path(tuple(segments))
+
+    def start(self, angle: float, sense: int, is_mid_side: bool = False) -> float:
+        """A racetrack begins where a straight side does: with angle 0 at +x, +y (clockwise: +x, -y), with half a turn
+        at the opposite junction. Its junctions are named by the middle of their quadrant.
+        """
+        return sense * (math.pi * math.floor(sense * angle / math.pi + 0.5 + 1e-9) + math.pi / 4)
+
+    def boundary(self, size: Size, offset: float) -> Path:
+        """Straight sides that touch both semicircles from outside: roads around a coil are laid side by side."""
+        half, radius, parts = (size[0] - size[1]) / 2, size[1] / 2 + offset, 12
+        step = math.pi / parts
+        reach = radius / math.cos(step / 2)
+        points = [polar(reach, step * (i + 0.5), Point(half, 0.0)) for i in range(parts // 2)]
+        points += [polar(reach, math.pi / 2 + step * (i + 0.5), Point(-half, 0.0)) for i in range(parts)]
+        points += [polar(reach, -math.pi / 2 + step * (i + 0.5), Point(half, 0.0)) for i in range(parts // 2)]
+        east = Point(half + radius, 0.0)
+        return Path(tuple(Line(a, b) for a, b in pairwise([east, *points, east])))
+
+    def edge(self, size: Size, radius: float) -> Path:
+        """Straight sides and half circles."""
+        x, y = size[0] / 2, size[1] / 2
+        return rectangle(-x, -y, x, y, min(x, y))
+
+    def core(self, size: Size) -> tuple[tuple[Point, ...], float]:
+        """The centres of its ends, and their radius."""
+        half = (size[0] - size[1]) / 2
+        return (Point(half, 0.0), Point(-half, 0.0)), size[1] / 2
+
+    def corner_radius(self, size: Size, asked: float) -> float:
+        """A racetrack's ends are half circles."""
+        return 0.5 * min(size)
+
+    INWARD: ClassVar[tuple[float, float]] = (0.25, 0.0)  # by half a pitch in the middle of each turn
+
+    def _most_in(self, room: float) -> float:
+        return max(0.0, math.floor(2 * (room + 0.5)) / 2)
+
+
+SHAPES: dict[str, Outline] = {
+    outline.name: outline
+    for outline in (
+        Round("circle", "circular", bounds=("circle",), plate="disc"),
+        Polygon("square", "square", 4, bounds=("square",), plate="rectangle"),
+        Polygon("rectangle", "rectangular", 4, is_long=True, bounds=("rectangle",), plate="rectangle"),
+        Polygon("hexagon", "hexagonal", 6, bounds=("hexagon",)),
+        Polygon("octagon", "octagonal", 8, bounds=("octagon",)),
+        Racetrack("racetrack", "racetrack", is_long=True, bounds=("racetrack",)),
+    )
+}
+"""Every outline by the name that a spec gives it; a new one is a row."""
+
+PLATES: dict[str, Outline] = {name: SHAPES[name] for name in ("square", "circle", "rectangle")}
+"""The outlines that plates may have: target, elastomer and finger."""
+
+LONG_PLATE = next(name for name, outline in PLATES.items() if outline.is_long)
+"""The plate whose two sides may differ."""

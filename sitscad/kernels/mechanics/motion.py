@@ -1,0 +1,359 @@
+"""A rigid plate's motion over a fixed one, seen from a frame that is turned by a share of its turn; and its balance.
+
+From the frame that is turned half as far as the plate, swapping board and plate turns the pad about an axis in its
+plane and changes nothing else: the energy of a pad that is alike at both faces has no product of shear and tilt there,
+their coupling is in the motion itself. A pad wider than its plate has that frame nearer to the board's. Arrays run over
+the poses first. SI units; rotations are vectors: axis times angle (rad).
+
+What a loaded plate lacks to its balance, and how that changes as it moves, is in closed form. The unknowns are the
+plate's place in the frame and its rotation vector. There the pad's energy is a plain sum, and the work of a force that
+keeps its direction is Rodrigues' formula: f R(t) p = c0 f.p + c1 t.(p x f) + c2 (f.t)(p.t), with the even functions
+c_k(t^2) = sum of (-t^2)^j / (2j + k)!, of which 2 c_k' = k c_(k+2) - c_(k+1) (Stumpff's functions; textbook). Every
+number of it is a float, of one load, or an array over loads: of a single one floats take a third of the time. Lengths
+are in thicknesses there, forces in shear moduli times the loaded area; moments in both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+
+from sitscad.basics.arrays import Array
+from sitscad.basics.record import record
+
+SMALL = 1e-4  # Angle (rad) below which the coefficients of a rotation are taken from their series
+SERIES = 0.25  # Square of the angle below which four more terms of these series are as good as rounding
+
+UNIT = np.eye(3)
+
+
+def rotations(angles: Array) -> Array:
+    """Matrices Rx(rx) Ry(ry) Rz(rz), (n, 3, 3; no unit), of angles (n, 3) in rad: the spec's turn of a target
+    (textbook).
+    """
+    (a, b, c), (p, q, r) = np.cos(angles).T, np.sin(angles).T
+    found = np.empty((len(a), 3, 3))
+    found[:, 0, 0], found[:, 0, 1], found[:, 0, 2] = b * c, -b * r, q
+    found[:, 1, 0], found[:, 1, 1], found[:, 1, 2] = a * r + p * q * c, a * c - p * q * r, -p * b
+    found[:, 2, 0], found[:, 2, 1], found[:, 2, 2] = p * r - a * q * c, p * c + a * q * r, a * b
+    return found
+
+
+def angles(matrices: Array) -> Array:
+    """Angles (n, 3; rad) with Rx Ry Rz of rotation matrices (n, 3, 3), tilts below a right angle: read off the matrix
+    of `rotations`.
+    """
+    turned = np.arctan2(-matrices[:, 1, 2], matrices[:, 2, 2])
+    tilted = np.arcsin(np.clip(matrices[:, 0, 2], -1.0, 1.0))
+    return np.column_stack([turned, tilted, np.arctan2(-matrices[:, 0, 1], matrices[:, 0, 0])])
+
+
+def rotation_vectors(matrices: Array) -> Array:
+    """Axis times angle (n, 3; rad) of rotation matrices (n, 3, 3), by less than half a turn: the odd part is sin t
+    times the axis, the trace 1 + 2 cos t (Rodrigues' formula; textbook).
+    """
+    odd = np.empty((len(matrices), 3))
+    odd[:, 0] = matrices[:, 2, 1] - matrices[:, 1, 2]
+    odd[:, 1] = matrices[:, 0, 2] - matrices[:, 2, 0]
+    odd[:, 2] = matrices[:, 1, 0] - matrices[:, 0, 1]
+    odd *= 0.5
+    sine = np.sqrt(np.einsum("ni,ni->n", odd, odd))
+    angle = np.arctan2(sine, 0.5 * (matrices[:, 0, 0] + matrices[:, 1, 1] + matrices[:, 2, 2] - 1.0))
+    return np.where(sine > SMALL, angle / np.maximum(sine, 1e-30), 1.0 + angle * angle / 6.0)[:, None] * odd
+
+
+def exponentials(vectors: Array) -> Array:
+    """Rotation matrices (n, 3, 3; no unit) of axis times angle (n, 3; rad): Rodrigues' formula (textbook)."""
+    first, second, _ = _coefficients(vectors)
+    turning = crosses(vectors)
+    return UNIT + first[:, None, None] * turning + second[:, None, None] * (turning @ turning)
+
+
+def crosses(vectors: Array) -> Array:
+    """Matrices (n, 3, 3) that take a vector to the cross product of `vectors` (n, 3) with it, in their unit."""
+    found = np.zeros((len(vectors), 3, 3))
+    x, y, z = vectors.T
+    found[:, 2, 1], found[:, 1, 2] = x, -x
+    found[:, 0, 2], found[:, 2, 0] = y, -y
+    found[:, 1, 0], found[:, 0, 1] = z, -z
+    return found
+
+
+def cross(one: Array, other: Array) -> Array:
+    """Cross products of vectors (n, 3), in the product of their units: for a few of them in a fraction of
+    numpy's time.
+    """
+    found = np.empty_like(one)
+    found[:, 0] = one[:, 1] * other[:, 2] - one[:, 2] * other[:, 1]
+    found[:, 1] = one[:, 2] * other[:, 0] - one[:, 0] * other[:, 2]
+    found[:, 2] = one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
+    return found
+
+
+def _coefficients(vectors: Array) -> tuple[Array, Array, Array]:
+    """Sin t / t, (1 - cos t) / t^2 and (t - sin t) / t^3 (n; no unit) of the length t of vectors (n, 3; rad), by their
+    Taylor series where these cancel.
+    """
+    square = np.einsum("ni,ni->n", vectors, vectors)
+    if float(square.max(initial=0.0)) < SERIES:
+        return (
+            1.0 - square / 6.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0 * (1.0 - square / 72.0))),
+            0.5 - square / 24.0 * (1.0 - square / 30.0 * (1.0 - square / 56.0 * (1.0 - square / 90.0))),
+            1.0 / 6.0 - square / 120.0 * (1.0 - square / 42.0 * (1.0 - square / 72.0 * (1.0 - square / 110.0))),
+        )
+    angle = np.sqrt(square)
+    safe, small = np.maximum(angle, SMALL), angle < SMALL
+    return (
+        np.where(small, 1.0 - square / 6.0, np.sin(safe) / safe),
+        np.where(small, 0.5 - square / 24.0, (1.0 - np.cos(safe)) / safe**2),
+        np.where(small, 1.0 / 6.0 - square / 120.0, (safe - np.sin(safe)) / safe**3),
+    )
+
+
+@record(eq=False)
+class Motion:
+    """A plate's place in board axes (n, 3; m), how it is turned (n, 3, 3) and that as a rotation vector (n, 3; rad),
+    the frame that is turned by `share` of it (n, 3, 3), the place in that, and the left Jacobians of frame and plate.
+    """
+
+    place: Array
+    turn: Array
+    vectors: Array
+    share: float
+    frame: Array
+    within: Array
+    frame_jacobians: Array
+    jacobians: Array
+
+    def wrenches(self, slopes: Array, turning: Array) -> Array:
+        """Force (N) and moment about the plate's displaced middle (N m), (n, 6) in board axes, of an energy whose
+        slopes are (n, 3; N) by the place and (n, 3; N m) by the rotation vector, both in the frame.
+
+        Derived here by virtual work: a small turn of the plate turns the frame by its share, and the left Jacobian
+        takes the rotation vector's change to that turn.
+        """
+        force = np.einsum("nij,nj->ni", self.frame, slopes)
+        with np.errstate(invalid="ignore"):  # a pad that is shut: without bound, and its moment is no number
+            lever = cross(self.place, force)
+        followed = self.share * np.einsum("nji,nj->ni", self.frame_jacobians, lever)
+        transposed = np.swapaxes(self.jacobians, 1, 2)
+        moment = np.linalg.solve(transposed, (turning - followed)[:, :, None])[:, :, 0]
+        return np.concatenate([force, moment], axis=1)
+
+
+def relative(poses: Array, height: float, share: float = 0.5) -> Motion:
+    """What a pad feels of poses (n, 6; m and rad, see `sitscad.assembly.places.state`) of a plate at rest `height` (m)
+    above the board. By Rodrigues' formula and the left Jacobian of rotations, 1 + (1 - cos t) / t^2 [t] + (t - sin t) /
+    t^3 [t]^2 (textbook).
+    """
+    count, turn = len(poses), rotations(poses[:, 3:])
+    vectors = rotation_vectors(turn)
+    # frame and plate at once: of a few poses it is the calls that cost
+    both = np.concatenate([share * vectors, vectors])
+    first, second, third = _coefficients(both)
+    turning = crosses(both)
+    twice = turning @ turning
+    jacobians = UNIT + second[:, None, None] * turning + third[:, None, None] * twice
+    frame = UNIT + first[:count, None, None] * turning[:count] + second[:count, None, None] * twice[:count]
+    place = poses[:, :3] + (0.0, 0.0, height)
+    within = np.einsum("nji,nj->ni", frame, place)
+    return Motion(place, turn, vectors, share, frame, within, jacobians[:count], jacobians[count:])
+
+
+Number: TypeAlias = Any  # A float, or an array (n,)
+
+Vector: TypeAlias = Sequence[Number]
+Rows: TypeAlias = list[list[Number]]
+
+SHORT, LARGE = 0.25, 10.0
+"""Squares of a turn's angle up to which the series have `FEW` and all `TERMS`: within rounding of either."""
+
+FEW, TERMS = 7, 13
+
+THREE, PAIRS = range(3), ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+
+
+class Law(NamedTuple):
+    """A pad's law at one compression: pressure and its slope by the strain; the five courses of `courses.Courses` with
+    their first and second slopes; the stiffness of twist. No units.
+    """
+
+    pressure: Number
+    pressed: Number
+    values: Sequence[Number]
+    slopes: Sequence[Number]
+    bends: Sequence[Number]
+    twist: float
+
+
+class Load(NamedTuple):
+    """A force that keeps its direction, where it acts on the plate (from the middle of its near face, in the plate's
+    own axes), and a moment about that point; in board axes but for the point.
+    """
+
+    force: Vector
+    point: Vector
+    moment: Vector
+    is_moment: bool
+
+
+def stumpff(square: Number, largest: float) -> tuple[Number, ...]:
+    """c_0 to c_6 of a square of an angle (rad2), the largest of which is given: no unit. The two highest by their
+    series, the others by c_k = 1 / k! - t^2 c_(k+2) (Stumpff's functions; textbook).
+    """
+    five = six = 1.0
+    for j in range(FEW if largest <= SHORT else TERMS, 0, -1):
+        k = 2 * j
+        five = 1.0 - square * five / ((k + 4) * (k + 5))
+        six = 1.0 - square * six / ((k + 5) * (k + 6))
+    five, six = five / 120.0, six / 720.0
+    four, three = 1.0 / 24.0 - square * six, 1.0 / 6.0 - square * five
+    two, one = 0.5 - square * four, 1.0 - square * three
+    return 1.0 - square * two, one, two, three, four, five, six
+
+
+def balance(
+    law: Law, share: float, place: Vector, turn: Vector, load: Load, largest: float
+) -> tuple[list[Number], Rows]:
+    """What is lacking, by place and by rotation vector (six numbers), and its slopes by both (six rows of six): the
+    gradient and the Hessian of the pad's energy less the load's work (derived here). Lengths in thicknesses, forces in
+    shear moduli times area.
+
+    The frame is turned by `share` of the plate's turn, whose largest squared angle (rad2) is given.
+    """
+    lack, rows = _held(law, place, turn)
+    square = turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2]
+    frame = stumpff(share * share * square, share * share * largest)
+    plate = stumpff(square, largest)
+    carried, carrying = _carried(load.force, share, turn, frame)
+    works = [_work(load.force, place, share, turn, frame), _work(load.force, load.point, 1.0, turn, plate)]
+    # no -= here: of arrays several entries are one
+    for i in THREE:
+        lack[i] = lack[i] - carried[i]
+        lack[3 + i] = lack[3 + i] - works[0][0][i] - works[1][0][i]
+        for j in THREE:
+            rows[i][3 + j] = rows[3 + j][i] = rows[i][3 + j] - carrying[i][j]
+            rows[3 + i][3 + j] = rows[3 + i][3 + j] - works[0][1][i][j] - works[1][1][i][j]
+    if load.is_moment:
+        turned, turning = _turned(load.moment, turn, plate)
+        for i in THREE:
+            lack[3 + i] = lack[3 + i] - turned[i]
+            for j in THREE:
+                rows[3 + i][3 + j] = rows[3 + i][3 + j] - turning[i][j]
+    return lack, rows
+
+
+def _held(law: Law, place: Vector, turn: Vector) -> tuple[list[Number], Rows]:
+    """Slopes (6) and second slopes (6 rows of 6) of the pad's energy by place and rotation vector; units of `balance`.
+    The energy is (along x^2 + across y^2 + tilt_x a^2 + tilt_y b^2 + twist c^2) / 2 + cubic (x^2 + y^2)^2 / 4 and that
+    of the pressure, its courses depending on the strain 1 - z.
+    """
+    (x, y, _), (a, b, c) = place, turn
+    along, across, cubic, tilt_x, tilt_y = law.values
+    along_1, across_1, cubic_1, tilt_x_1, tilt_y_1 = law.slopes
+    along_2, across_2, cubic_2, tilt_x_2, tilt_y_2 = law.bends
+    xx, yy, aa, bb = x * x, y * y, a * a, b * b
+    both = xx + yy
+    hardened, fourth, none = cubic * both, 0.25 * both * both, 0.0 * x
+    coupled = 0.5 * (along_1 * xx + across_1 * yy + tilt_x_1 * aa + tilt_y_1 * bb)
+    bent = 0.5 * (along_2 * xx + across_2 * yy + tilt_x_2 * aa + tilt_y_2 * bb)
+    xy, zx, zy = 2.0 * cubic * x * y, -(along_1 + cubic_1 * both) * x, -(across_1 + cubic_1 * both) * y
+    za, zb = -tilt_x_1 * a, -tilt_y_1 * b
+    lack = [
+        (along + hardened) * x,
+        (across + hardened) * y,
+        -(law.pressure + cubic_1 * fourth + coupled),
+        tilt_x * a,
+        tilt_y * b,
+        law.twist * c,
+    ]
+    return lack, [
+        [along + hardened + 2.0 * cubic * xx, xy, zx, none, none, none],
+        [xy, across + hardened + 2.0 * cubic * yy, zy, none, none, none],
+        [zx, zy, law.pressed + cubic_2 * fourth + bent, za, zb, none],
+        [none, none, za, tilt_x + none, none, none],
+        [none, none, zb, none, tilt_y + none, none],
+        [none, none, none, none, none, law.twist + none],
+    ]
+
+
+def _dot(one: Vector, other: Vector) -> Number:
+    """Scalar product of two vectors, in the product of their units."""
+    return one[0] * other[0] + one[1] * other[1] + one[2] * other[2]
+
+
+def _cross(one: Vector, other: Vector) -> Vector:
+    """Cross product of two vectors, in the product of their units."""
+    (a, b, c), (x, y, z) = one, other
+    return b * z - c * y, c * x - a * z, a * y - b * x
+
+
+def _work(force: Vector, arm: Vector, share: float, turn: Vector, c: tuple[Number, ...]) -> tuple[Vector, Rows]:
+    """Slopes (3) and second slopes (3 rows of 3), by the rotation vector, of a force's work at an arm that turns by a
+    share of it; units of `balance`. The derivatives of the module's f R(t) p, with c_k' by 2 c_k' = k c_(k+2) -
+    c_(k+1).
+    """
+    squared, odd, fd, ad = share * share, _cross(arm, force), _dot(force, turn), _dot(arm, turn)
+    still, across, along = _dot(force, arm), share * _dot(odd, turn), squared * fd * ad
+    one, two = 0.5 * (c[3] - c[2]), c[4] - 0.5 * c[3]
+    first = 2.0 * squared * (one * across + two * along - 0.5 * c[1] * still)
+    one_2, two_2 = 0.75 * (c[5] - c[4]) + 0.25 * c[3], 2.0 * c[6] - 1.25 * c[5] + 0.25 * c[4]
+    second = 4.0 * squared * squared * (one_2 * across + two_2 * along - 0.5 * one * still)
+    lean = [squared * (fd * arm[i] + ad * force[i]) for i in THREE]
+    grown = [2.0 * squared * (one * share * odd[i] + two * lean[i]) for i in THREE]
+    slopes = [first * turn[i] + c[1] * share * odd[i] + c[2] * lean[i] for i in THREE]
+    rows: Rows = [[0.0, 0.0, 0.0] for _ in THREE]
+    both = c[2] * squared
+    for i, j in PAIRS:
+        rows[i][j] = rows[j][i] = (
+            second * turn[i] * turn[j]
+            + turn[i] * grown[j]
+            + turn[j] * grown[i]
+            + both * (force[i] * arm[j] + force[j] * arm[i])
+        )
+    for i in THREE:
+        rows[i][i] = rows[i][i] + first
+    return slopes, rows
+
+
+def _carried(force: Vector, share: float, turn: Vector, c: tuple[Number, ...]) -> tuple[Vector, Rows]:
+    """A force (3) in the axes that are turned by a share of the rotation vector, and its slopes (3 rows of 3) by that;
+    units of `balance`. R(-t) f by Rodrigues' formula, differentiated like `_work`.
+    """
+    squared, fd, odd = share * share, _dot(force, turn), _cross(turn, force)
+    one, two = 0.5 * (c[3] - c[2]), c[4] - 0.5 * c[3]
+    found = [c[0] * force[i] - c[1] * share * odd[i] + c[2] * squared * fd * turn[i] for i in THREE]
+    grown = [
+        2.0 * squared * (-0.5 * c[1] * force[i] - one * share * odd[i] + two * squared * fd * turn[i]) for i in THREE
+    ]
+    spun, both = _spun(force), c[2] * squared
+    rows: Rows = [
+        [grown[i] * turn[j] + c[1] * share * spun[i][j] + both * turn[i] * force[j] for j in THREE] for i in THREE
+    ]
+    for i in THREE:
+        rows[i][i] = rows[i][i] + both * fd
+    return found, rows
+
+
+def _turned(moment: Vector, turn: Vector, c: tuple[Number, ...]) -> tuple[Vector, Rows]:
+    """What a moment does along the rotation vector (3), by the left Jacobian of rotations (`relative`), transposed, and
+    its slopes by that (3 rows of 3); units of `balance`. Differentiated like `_work`.
+    """
+    md, odd, square = _dot(moment, turn), _cross(turn, moment), _dot(turn, turn)
+    two, three = c[4] - 0.5 * c[3], 1.5 * c[5] - 0.5 * c[4]
+    flat = [turn[i] * md - moment[i] * square for i in THREE]
+    found = [moment[i] - c[2] * odd[i] + c[3] * flat[i] for i in THREE]
+    grown = [2.0 * (three * flat[i] - two * odd[i]) - 2.0 * c[3] * moment[i] for i in THREE]
+    spun = _spun(moment)
+    rows: Rows = [[grown[i] * turn[j] + c[2] * spun[i][j] + c[3] * turn[i] * moment[j] for j in THREE] for i in THREE]
+    for i in THREE:
+        rows[i][i] = rows[i][i] + c[3] * md
+    return found, rows
+
+
+def _spun(vector: Vector) -> Sequence[Vector]:
+    """The matrix (3 rows of 3) that takes another vector to its cross product with this one, in its unit."""
+    x, y, z = vector
+    return (0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)

@@ -1,0 +1,423 @@
+"""A soft pad between a board and a rigid target: from a pose of the target to what holds it there, and back.
+
+The energy of `pad_law` in the frame of `motion`; forces are its slopes, so what is put in comes back. SI units, arrays
+over the poses or loads first, board axes as in `sitscad.assembly.places.state`. How the stiffness goes with the
+compression is tabulated once a pad, so that a pose costs a look-up then: pieces of third degree with the law's own
+values and slopes at their ends; the slopes that are handed out are those of the pieces, so that forces keep an energy.
+In these courses lengths are in thicknesses, stresses in shear moduli.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property, lru_cache
+
+import numpy as np
+
+from sitscad.basics.arrays import Array
+from sitscad.basics.record import record
+from sitscad.kernels.mechanics import pad_law
+from sitscad.kernels.mechanics.elastomer import BARE, Face, Surround
+from sitscad.kernels.mechanics.motion import (
+    Law,
+    Load,
+    Motion,
+    angles,
+    balance,
+    cross,
+    exponentials,
+    relative,
+    rotation_vectors,
+    rotations,
+)
+from sitscad.kernels.mechanics.pad_law import NEO_HOOKEAN
+from sitscad.kernels.solve_cache import solved
+
+FIRST, LAST, PIECES = -0.25, 0.45, 560
+"""Strains between which a course is tabulated; beyond, it stays as it is (`pad_law.MOST_STRAIN`), its slope nothing."""
+
+STEP = (LAST - FIRST) / PIECES
+
+SMALL = 1e-6
+"""Step of a strain for the slope of the pressure, which is not tabulated."""
+
+
+@record(eq=False)
+class Courses:
+    """The law of one pad: pressure by strain, and the tabulated courses of shear along x and y, of their cubic term (of
+    both directions alike, so that forces have an energy), and of tilt about x and y; with the stiffness of twist.
+    Stresses in shear moduli, moments in these times the thickness (no unit); `pieces` (pieces, 4, 5) are Hermite's
+    cubics by the part of a piece.
+    """
+
+    squeeze: pad_law.CompressionLaw
+    pieces: Array
+    twist: float
+
+    def at(self, strain: Array) -> tuple[Array, Array]:
+        """The five courses (no unit, as `pad_law` has them) and their slopes at strains (n,), (n, 5) each."""
+        part, (value, first, second, third) = self._piece(strain)
+        return value + part * (first + part * (second + part * third)), (
+            first + part * (2.0 * second + 3.0 * part * third)
+        ) / STEP
+
+    def law(self, strain: Array) -> Law:
+        """The law at strains (n,), its numbers (n,) each; no unit: stresses in shear moduli (`Law`). Values and slopes
+        of Hermite's cubics (textbook), the slope of the pressure as a central difference.
+        """
+        part, (value, first, second, third) = self._piece(strain)
+        values = value + part * (first + part * (second + part * third))
+        slopes = (first + part * (2.0 * second + 3.0 * part * third)) / STEP
+        bends = (2.0 * second + 6.0 * part * third) / STEP**2
+        pressed = (self.squeeze(strain + SMALL) - self.squeeze(strain - SMALL)) / (2.0 * SMALL)
+        return Law(self.squeeze(strain), pressed, [*values.T], [*slopes.T], [*bends.T], self.twist)
+
+    def law_at(self, strain: float) -> Law:
+        """The law at one strain (no unit), in floats: `law` of a single number."""
+        place = (min(max(strain, FIRST), LAST) - FIRST) / STEP
+        piece = min(int(place), PIECES - 1)
+        part, pieces = place - piece, self.pieces[piece].T.tolist()
+        values = [v + part * (p + part * (q + part * r)) for v, p, q, r in pieces]
+        slopes = [(p + part * (2.0 * q + 3.0 * part * r)) / STEP for _, p, q, r in pieces]
+        bends = [(2.0 * q + 6.0 * part * r) / STEP**2 for _, _, q, r in pieces]
+        pressed = (self.squeeze.at(strain + SMALL) - self.squeeze.at(strain - SMALL)) / (2.0 * SMALL)
+        return Law(self.squeeze.at(strain), pressed, values, slopes, bends, self.twist)
+
+    def _piece(self, strain: Array) -> tuple[Array, tuple[Array, Array, Array, Array]]:
+        """How far (n, 1; 0 to 1) strains (n,) have gone into their pieces, and the four terms of these (n, 5 each); no
+        unit.
+        """
+        place = (np.fmin(np.fmax(strain, FIRST), LAST) - FIRST) / STEP
+        piece = np.minimum(place.astype(np.intp), PIECES - 1)
+        one = self.pieces[piece]
+        return (place - piece)[:, None], (one[:, 0], one[:, 1], one[:, 2], one[:, 3])
+
+
+@lru_cache(maxsize=64)
+def courses(block: pad_law.Block, bulk_modulus: float) -> Courses:
+    """The courses of a block, no unit: Hermite's cubics (textbook) through `pad_law`'s values and slopes; the bulk
+    modulus is in shear moduli.
+    """
+    # a turn about y raises one end of x, one about x an end of y
+    across = block.turned
+    (shear_x, cubic_x), (shear_y, cubic_y) = pad_law.shear(block), pad_law.shear(across)
+    tilt_x, tilt_y = pad_law.tilt(across), pad_law.tilt(block)
+
+    def exact(strain: Array) -> Array:
+        cubic = 0.5 * (cubic_x(strain) + cubic_y(strain))
+        return np.stack([shear_x(strain), shear_y(strain), cubic, tilt_x(strain), tilt_y(strain)], axis=1)
+
+    strain, small = np.linspace(FIRST, LAST, PIECES + 1), 1e-5
+    value, more, less = exact(np.concatenate([strain, strain + small, strain - small])).reshape(3, -1, 5)
+    slope = STEP * (more - less) / (2.0 * small)
+    rise = np.diff(value, axis=0)
+    pieces = np.stack(
+        [value[:-1], slope[:-1], 3.0 * rise - 2.0 * slope[:-1] - slope[1:], slope[:-1] + slope[1:] - 2.0 * rise], axis=1
+    )
+    return Courses(pad_law.compression(block, bulk_modulus), pieces, pad_law.twist(block))
+
+
+HELD_STRAIN, HELD_SHEAR, HELD_TILT = 0.35, 0.5, math.radians(5.0)
+"""Compression, shear (travel over thickness) and tilt (rad) up to which the law is held against finite elements."""
+
+TOLERANCE = 2e-6
+"""Where the search for a pose ends: the last step in thicknesses and radians. What is left is of second order in it."""
+
+SQUARE, SETTLED = 0.2, 1e-11
+"""Steps below which each is taken to go with the square of the last, and the next one that is not worth making."""
+
+ROUGHLY = 1e-3
+"""How near the level pose is found from which that search begins, in parts of its strain."""
+
+FEW = 8
+"""Loads up to which each is worked out in floats, by itself: arrays of so few numbers cost more."""
+
+FREE, LEVEL, STUCK = slice(0, 6), slice(0, 3), slice(None, 3)
+"""Which of the six numbers of a pose a load finds: all, those of the place, and of these the height alone."""
+
+SHEAR_STEPS = 4
+"""Parts in which shear and moments are put on, after the normal force: a soft pad is followed, not leapt upon."""
+
+
+@record
+class BondedPad:
+    """A bonded pad under the face of a rigid target.
+
+    Face and thickness in metres, moduli in pascals and at rest; `around` the target are the pad's rim, a film that is
+    bonded to pad, target and board, and webs, of which those of one side alone move the middle from which the pad holds
+    the target; `height` (m) from the target's near face to where loads act. `exponent` is that of Ogden's rubber of one
+    term, 2 being neo-Hookean.
+    """
+
+    face: Face
+    thickness: float
+    shear_modulus: float
+    bulk_modulus: float = math.inf
+    around: Surround = BARE
+    height: float = 0.0
+    exponent: float = NEO_HOOKEAN
+
+    @cached_property
+    def courses(self) -> Courses:
+        """The pad's law, tabulated."""
+        return courses(self.block, self.bulk_modulus / self.shear_modulus)
+
+    @cached_property
+    def block(self) -> pad_law.Block:
+        """The pad in thicknesses and shear moduli (no unit), as it looks along x. Raises ValueError for sizes that none
+        has.
+        """
+        h = self.thickness
+        sizes = (self.face.width_x, self.face.width_y, h, self.shear_modulus, self.bulk_modulus)
+        if not all(value > 0.0 for value in sizes):
+            raise ValueError("a pad needs positive widths, thickness and moduli")
+        if min(self.around.rim, self.around.film, self.around.film_modulus, self.height) < 0.0:
+            raise ValueError("a pad's rim, film and load height are 0 or more")
+        return self.around.block(self.face, h, self.shear_modulus, self.exponent)
+
+    @property
+    def sigma(self) -> float:
+        """One sigma of the forces that the law gives, relative, no unit."""
+        return pad_law.sigma(self.block)
+
+    def pressure(self, strain: Array) -> Array:
+        """Normal force (n,; N, positive for a press) at compressive strains (n,) of a target that stays level:
+        `pad_law.compression` times shear modulus and area.
+        """
+        return self.shear_modulus * self.face.area * self.courses.squeeze(np.asarray(strain, dtype=float))
+
+    def strain(self, force: Array) -> Array:
+        """Compressive strain (n,; no unit) under normal forces (n,) of 0 or more (N), of a target that stays level: the
+        inverse of `pressure`. Raises ValueError for negative forces.
+        """
+        force = np.asarray(force, dtype=float)
+        if not np.all(force >= 0.0):
+            raise ValueError("the compressive force must be 0 or more")
+        whole = self.shear_modulus * self.face.area
+        return np.array([self.courses.squeeze.strain(float(one) / whole) for one in force.ravel()]).reshape(force.shape)
+
+    def force(self, poses: Array) -> Array:
+        """What must hold the target at poses (n, 6; m, rad): force (N) and moment (N m) about the displaced middle of
+        its near face, (n, 6) in board axes. NaN where the target has come down on the board.
+        """
+        poses = np.asarray(poses, dtype=float).reshape(-1, 6)
+        if not self._middle.any():
+            return self._held(relative(poses, self.thickness, self._share))
+        arm = rotations(poses[:, 3:]) @ self._middle
+        moved = np.concatenate([poses[:, :3] + arm - self._middle, poses[:, 3:]], axis=1)
+        held = self._held(relative(moved, self.thickness, self._share))
+        held[:, 3:] += cross(arm, held[:, :3])
+        return held
+
+    @cached_property
+    def _middle(self) -> Array:
+        """Where the middle of what holds the target lies from the target's own (3,; m):
+        `surround_law.Stiffer.aside`.
+        """
+        return self.thickness * np.array([self.block.stiffer.aside, self.block.turned.stiffer.aside, 0.0])
+
+    @cached_property
+    def _share(self) -> float:
+        """Share (no unit) of the plate's turn by which the frame is turned in which shear and tilt stand apart.
+
+        It is a half by symmetry, less where the pad reaches beyond the plate, fitted to our own finite elements
+        (tests/validation/pad_figures.csv).
+        """
+        return 0.5 * math.exp(-self.block.rim / 0.36)
+
+    def _held(self, motion: Motion) -> Array:
+        """Force and moment (n, 6; N, N m) that hold a moved plate, NaN where it has come down on the board."""
+        h = self.thickness
+        with np.errstate(invalid="ignore", divide="ignore"):
+            slopes, turning = self._slopes(motion.within / h, motion.vectors)
+        held = motion.wrenches(slopes, turning * h)
+        held *= self.shear_modulus * self.face.area
+        held[motion.within[:, 2] <= 0.0] = math.nan
+        return held
+
+    def _slopes(self, place: Array, turn: Array) -> tuple[Array, Array]:
+        """Slopes (n, 3 each; no unit) of the energy in `motion._held` by place and by turn, over modulus times area
+        (and thickness).
+        """
+        law = self.courses
+        strain = 1.0 - place[:, 2]
+        value, slope = law.at(strain)
+        squares = place[:, :2] ** 2
+        square = squares[:, 0] + squares[:, 1]
+        slopes, turning = np.empty_like(place), np.empty_like(turn)
+        slopes[:, :2] = (value[:, :2] + (value[:, 2] * square)[:, None]) * place[:, :2]
+        turning[:, :2] = value[:, 3:] * turn[:, :2]
+        turning[:, 2] = law.twist * turn[:, 2]
+        coupled = slope[:, :2] * squares + slope[:, 3:] * turn[:, :2] ** 2
+        slopes[:, 2] = -(law.squeeze(strain) + 0.25 * slope[:, 2] * square**2 + 0.5 * (coupled[:, 0] + coupled[:, 1]))
+        return slopes, turning
+
+    def stiffness(self, poses: Array) -> Array:
+        """How force and moment change with the pose: (n, 6, 6; N/m, N/rad, N, N m/rad), rows as in `force`, columns as
+        in a pose. By central differences of `force`.
+        """
+        poses = np.asarray(poses, dtype=float).reshape(-1, 6)
+        there = poses[:, None, :] + self._aside[1:]
+        held = self.force(there.reshape(-1, 6)).reshape(len(poses), 12, 6)
+        return np.swapaxes((held[:, :6] - held[:, 6:]) / (2.0 * self._steps[:, None]), 1, 2)
+
+    def pose(
+        self,
+        loads: Array,
+        is_held: bool = False,
+        at: Array | None = None,
+        turns: Array | None = None,
+        is_stuck: bool = False,
+    ) -> Array:
+        """Poses (n, 6) under loads (n, 3): normal, towards the board, and shear along +x and +y (N); or (n, 5): with
+        moments about x and y (N m), on the middle of the outermost face; or (n, 6): force along x, y, z and moment.
+
+        Loads act at the middle of the outermost face, or `at` (n, 2; m) beside it; that point moves with the target,
+        and the load keeps its direction. `is_held` keeps the target level, or turned by `turns` (n, 3; rad);
+        `is_stuck` also keeps the middle of the outermost face where it is along x and y, so that shear forces do
+        nothing. NaN where no equilibrium is found: the pad gives way sideways, or shuts. Raises ValueError for loads
+        that are not finite.
+        """
+        whole = self.shear_modulus * self.face.area
+        wanted = _as_wrenches(loads) / (3 * [whole] + 3 * [whole * self.thickness])
+        points = np.full((len(wanted), 3), self.height / self.thickness)
+        points[:, :2] = (0.0 if at is None else np.asarray(at) / self.thickness) - self._middle[:2] / self.thickness
+        turned = np.zeros_like(points)
+        if turns is not None:
+            turned[:] = turns
+        solve = _solved if len(wanted) <= KEPT else _solved.__wrapped__
+        asked = (*(each.tobytes() for each in (wanted, points, turned)), is_held or turns is not None, is_stuck)
+        return solved(lambda: (self, *asked), lambda: (solve(self, *asked),))[0].copy()
+
+    def _posed(self, wanted: Array, points: Array, turned: Array, free: slice) -> Array:
+        """What `pose` says of wrenches, places of the loads and turns (no units: `balance`), the `free` ones found."""
+        squeeze, start = self.courses.squeeze, np.zeros_like(wanted)
+        start[:, 2] = [1.0 - squeeze.strain(max(0.0, -force), ROUGHLY) for force in wanted[:, 2].tolist()]
+        start[:, 3:] = turned
+        found = self._balanced(start, wanted, points, free)
+        lost = np.isnan(found[:, 0])
+        if np.any(lost):
+            found[lost] = self._followed(start[lost], wanted[lost], points[lost], free)
+        found[:, 2] -= 1.0
+        found[:, :3] *= self.thickness
+        if self._middle.any():
+            found[:, :3] += self._middle - rotations(found[:, 3:]) @ self._middle
+        return found
+
+    def _followed(self, start: Array, wanted: Array, points: Array, free: slice) -> Array:
+        """Places (thicknesses) and angles (rad), (n, 6), that `_balanced` finds where shear, moments, turns and places
+        beside the middle come little by little: a soft pad cannot be leapt upon.
+        """
+        whole, turns, there = np.zeros_like(wanted), start[:, 3:].copy(), start.copy()
+        whole[:, 2] = wanted[:, 2]
+        for part in (np.arange(SHEAR_STEPS) + 1.0) / SHEAR_STEPS:
+            if free != FREE:
+                there[:, 3:] = part * turns
+            here = points * [part, part, 1.0]
+            there = self._balanced(there, whole + (wanted - whole) * part, here, free)
+        return there
+
+    def _balanced(self, start: Array, wanted: Array, points: Array, free: slice) -> Array:
+        """Newton's method from places and angles (n, 6) nearby, in the `free` ones of the six numbers of `balance`;
+        NaN for those that do not settle, or where the pad would give way. Lengths in thicknesses, forces in shear
+        moduli times area.
+        """
+        turn = rotations(start[:, 3:])
+        vectors = rotation_vectors(turn)
+        place = start[:, :3].copy()
+        if free == STUCK:
+            place[:, :2] = -points[:, 2:] * turn[:, :2, 2]
+        frame = exponentials(self._share * vectors)
+        there = np.concatenate([np.einsum("nji,nj->ni", frame, place), vectors], axis=1)
+        upright = frame[:, 2]  # the way off the board, in the frame
+        near, last = np.zeros(len(there), dtype=bool), np.full(len(there), math.inf)
+        for _ in range(25):
+            lack, slope = self._lack_and_slope(there, wanted, points)
+            lack, slope = lack[:, free], slope[:, free, free]
+            if free == STUCK:
+                lack = np.einsum("ni,ni->n", upright, lack)[:, None]
+                slope = np.einsum("ni,nij,nj->n", upright, slope, upright)[:, None, None]
+            good = np.isfinite(slope.sum(axis=(1, 2)) + lack.sum(axis=1))
+            if good.all():
+                step = np.linalg.solve(slope, lack[:, :, None])[:, :, 0]
+            else:
+                there[~good], step = math.nan, np.zeros_like(lack)
+                step[good] = np.linalg.solve(slope[good], lack[good][:, :, None])[:, :, 0]
+            size = np.abs(step).max(axis=1, initial=0.0)
+            step *= np.minimum(1.0, 0.2 / np.maximum(size, 1e-30))[:, None]
+            there[:, free] -= step * upright if free == STUCK else step
+            # Newton's steps go with the square of the last: the next is known before it is made
+            near = good & ((size < TOLERANCE) | ((last < SQUARE) & (size**3 < SETTLED * last**2)))
+            last = size
+            if np.all(near | ~good):
+                break
+        stable = near.copy()
+        stable[near] = np.linalg.eigvalsh(0.5 * (slope + np.swapaxes(slope, 1, 2))[near]).min(axis=1) > 0.0
+        found, vectors = np.full_like(there, math.nan), there[stable, 3:]
+        found[stable, :3] = np.einsum("nij,nj->ni", exponentials(self._share * vectors), there[stable, :3])
+        found[stable, 3:] = angles(exponentials(vectors)) if free == FREE else start[stable, 3:]
+        return found
+
+    def _lack_and_slope(self, there: Array, wanted: Array, points: Array) -> tuple[Array, Array]:
+        """What is lacking (n, 6) and how it changes with place and rotation vector (n, 6, 6), no units: `balance`."""
+        is_moment = bool(wanted[:, 3:].any())
+        if len(there) <= FEW:
+            rows = zip(there.tolist(), wanted.tolist(), points.tolist(), strict=True)
+            each = [self._lack_of_one(place, force, arm, is_moment) for place, force, arm in rows]
+            return np.array([lack for lack, _ in each]), np.array([slope for _, slope in each])
+        (x, y, z, *turn), (f_x, f_y, f_z, *moments) = there.T, wanted.T
+        with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+            load = Load((f_x, f_y, f_z), tuple(points.T), moments, is_moment)
+            largest = float(np.fmax.reduce(np.einsum("ni,ni->n", there[:, 3:], there[:, 3:]), initial=0.0))
+            lack, slope = balance(self.courses.law(1.0 - z), self._share, (x, y, z), turn, load, largest)
+        found = np.stack(lack, axis=1)
+        found[z <= 0.0] = math.nan
+        return found, np.moveaxis(np.array(slope), 2, 0)
+
+    def _lack_of_one(
+        self, there: list[float], wanted: list[float], point: list[float], is_moment: bool
+    ) -> tuple[list[float], list[list[float]]]:
+        """Lack (6) and slope (6 rows of 6) of one load, in floats, no units (`balance`): NaN where the plate has come
+        down on the board.
+        """
+        place, turn = there[:3], there[3:]
+        square = turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2]
+        if not place[2] > 0.0 or not math.isfinite(square):
+            return 6 * [math.nan], 6 * [6 * [math.nan]]
+        load = Load(wanted[:3], point, wanted[3:], is_moment)
+        return balance(self.courses.law_at(1.0 - place[2]), self._share, place, turn, load, square)
+
+    @cached_property
+    def _steps(self) -> Array:
+        """The step of each number of a pose for a slope (6; m and rad)."""
+        return np.array(3 * [1e-6 * self.thickness] + 3 * [1e-6])
+
+    @cached_property
+    def _aside(self) -> Array:
+        """A pose and its neighbours (13, 6; m and rad): nowhere, forth and back."""
+        return np.concatenate([np.zeros((1, 6)), np.diag(self._steps), -np.diag(self._steps)])
+
+
+KEPT = 64
+"""Loads at once up to which poses are kept: rules, data sheet and calibration ask alike, and designs of one study."""
+
+
+@lru_cache(maxsize=256)
+def _solved(pad: BondedPad, wanted: bytes, points: bytes, turned: bytes, is_level: bool, is_stuck: bool) -> Array:
+    """`BondedPad._posed` (n, 6; m and rad) of the numbers of arrays, which are exactly those that were asked for."""
+    forces, (places, turns) = np.frombuffer(wanted), (np.frombuffer(each).reshape(-1, 3) for each in (points, turned))
+    free = STUCK if is_stuck else LEVEL if is_level else FREE
+    return pad._posed(forces.reshape(-1, 6), places, turns, free)
+
+
+def _as_wrenches(loads: Array) -> Array:
+    """Loads (n, 3), (n, 5) or (n, 6; N, N m) as wrenches (n, 6) in the target's axes; ValueError for others."""
+    loads = np.array(loads, dtype=float)
+    if loads.ndim != 2 or loads.shape[1] not in (3, 5, 6) or not np.all(np.isfinite(loads)):
+        raise ValueError("loads are finite numbers, (n, 3), (n, 5) or (n, 6)")
+    if loads.shape[1] == 6:
+        return loads
+    found = np.zeros((len(loads), 6))
+    found[:, [2, 0, 1]] = loads[:, :3] * [-1.0, 1.0, 1.0]
+    found[:, 3 : loads.shape[1]] = loads[:, 3:]
+    return found

@@ -1,0 +1,132 @@
+"""A plugin's rules and writers put in force, once they are known to fit; what goes wrong in them is told as theirs."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from types import ModuleType
+from typing import Any, TypeVar
+
+from sitscad.basics.finding import Place, Severity
+from sitscad.checks import add_rules, all_rules
+from sitscad.checks.rules import NEEDS, Rule, Undecided, Verdict, Violation
+from sitscad.estimates.design import Design
+from sitscad.files.writer import STAGES, TAKES, Writer, add_writers, added_writers, marks
+from sitscad.package.plugins.guard import Plugin, PluginError, at_work
+
+Row = TypeVar("Row", Rule, Writer)
+Made = TypeVar("Made")
+
+_ID = re.compile("[A-Z]{2,8}[0-9]{1,4}")
+_NAME = re.compile("[a-z][a-z0-9]*(-[a-z0-9]+)*")
+
+
+def in_force(name: str, module: ModuleType, digest: str) -> Plugin:
+    """A plugin whose rules and writers are now in force; PluginError where it does not fit."""
+    rules = _listed(name, module, "RULES", Rule)
+    writers = _listed(name, module, "WRITERS", Writer)
+    if not rules and not writers:
+        raise PluginError(f"plugin {name}: it has neither RULES nor WRITERS")
+    plugin = Plugin(name, rules, writers, digest)
+    if (name, digest) in marks():
+        return plugin
+    for rule in rules:
+        _require_fit(name, rule)
+    for writer in writers:
+        _require_writable(name, writer)
+    add_rules(tuple(replace(rule, apply=_guarded(name, rule, module.__file__)) for rule in rules))
+    add_writers(tuple(_checked(name, writer, module.__file__) for writer in writers), (name, digest))
+    return plugin
+
+
+def _listed(name: str, module: ModuleType, attribute: str, wanted: type[Row]) -> tuple[Row, ...]:
+    listed = getattr(module, attribute, ())
+    if isinstance(listed, (list, tuple)) and all(isinstance(one, wanted) for one in listed):
+        return tuple(listed)
+    raise PluginError(f"plugin {name}: {attribute} is no list of values of sitscad.{wanted.__name__}")
+
+
+def _require_fit(name: str, rule: Rule) -> None:
+    """Refuse a rule that cannot be told from others, needs what no spec has, or does nothing."""
+    taken = next((other for other in all_rules() if rule.id == other.id or rule.name == other.name), None)
+    texts = (rule.summary, rule.why, rule.mend, rule.source)
+    for is_wrong, why in (
+        (not _ID.fullmatch(str(rule.id)) or str(rule.id).startswith("SIT"), "its id is not like LAB001 (SIT is ours)"),
+        (not _NAME.fullmatch(str(rule.name)), "its name is not like coil-mass"),
+        (taken is not None, f"{taken.id} {taken.name} is there already" if taken else ""),
+        (not isinstance(rule.severity, Severity), "its severity is no sitscad.Severity"),
+        (not all(isinstance(text, str) and text for text in texts), "summary, why, mend and source are texts"),
+        (not set(rule.needs) <= set(NEEDS), f"it may need {', '.join(NEEDS)}"),
+        (not callable(rule.apply), "apply is no function"),
+    ):
+        if is_wrong:
+            raise PluginError(f"plugin {name}: rule {rule.id}: {why}")
+
+
+def _require_writable(name: str, writer: Writer) -> None:
+    """Refuse a writer of a stage or of arguments that there are not."""
+    known = {other.name for other in added_writers()}
+    for is_wrong, why in (
+        (not isinstance(writer.name, str) or not writer.name or writer.name in known, "its name is missing or taken"),
+        (writer.stage not in STAGES, f"its stage is none of {', '.join(STAGES)}"),
+        (
+            not isinstance(writer.takes, tuple) or not set(writer.takes) <= set(TAKES),
+            f"it takes others than {', '.join(TAKES)}",
+        ),
+        (not callable(writer.function), "function is none"),
+    ):
+        if is_wrong:
+            raise PluginError(f"plugin {name}: writer {writer.name}: {why}")
+
+
+def _guarded(name: str, rule: Rule, file: str | None) -> Callable[[Design], list[Verdict]]:
+    """A rule's function; what goes wrong in it is told as the plugin's."""
+
+    def apply(design: Design) -> list[Verdict]:
+        """The rule's verdicts, without searches; PluginError for whatever goes wrong in it."""
+        with at_work(f"plugin {name}: rule {rule.id}", file):
+            return [_fitting(verdict) for verdict in (rule.apply(design) if rule.apply else None) or ()]
+
+    return apply
+
+
+def _fitting(verdict: object) -> Verdict:
+    """A verdict that can be told; TypeError for what is none, or has fields of another kind."""
+    if isinstance(verdict, Undecided) and isinstance(verdict.reason, str):
+        return verdict
+    if not isinstance(verdict, Violation):
+        raise TypeError(f"it gives a {type(verdict).__name__}, no Violation and no Undecided")
+    for field, kinds in _FIELDS.items():
+        value = getattr(verdict, field)
+        if not isinstance(value, kinds) or isinstance(value, bool):
+            raise TypeError(f"the {field} of its Violation is a {type(value).__name__}")
+    return replace(verdict, fixes=())
+
+
+_TEXT, _NUMBER = (str, type(None)), (int, float, type(None))
+_FIELDS: dict[str, Any] = {
+    **{"message": str, "hint": str, "severity": (Severity, type(None)), "place": (Place, type(None))},
+    **dict.fromkeys(("key", "unit", "source"), _TEXT),
+    **dict.fromkeys(("measured", "limit", "sigma"), _NUMBER),
+}
+"""What the fields of a Violation are."""
+
+
+def _checked(name: str, writer: Writer, file: str | None) -> Writer:
+    """A writer whose functions tell what goes wrong in them as the plugin's."""
+
+    def told(function: Callable[..., Made], *values: object) -> Made:
+        with at_work(f"plugin {name}: writer {writer.name}", file):
+            return function(*values)
+
+    def render(*values: object) -> dict[str, bytes]:
+        made = writer.function(*values) if writer.function else {}
+        if not all(isinstance(path, str) and isinstance(content, bytes) for path, content in made.items()):
+            raise TypeError("it gives no dictionary of paths with the bytes of files")
+        return dict(made)
+
+    return replace(
+        writer, module=f"plugin {name}", function=partial(told, render), applies=partial(told, writer.applies)
+    )

@@ -1,0 +1,322 @@
+"""One YAML file to a validated section: text, plain values, the declared keys, and every complaint as a finding with
+its place and a hint.
+
+Reads at most `MAX_BYTES`, and constructs nothing from the text but plain values.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar, cast
+
+from pydantic_core import SchemaValidator, ValidationError
+
+from sitscad.basics.arguments import checked_arguments
+from sitscad.basics.finding import Edit, Finding, Remedy, Severity
+from sitscad.basics.record import record
+from sitscad.data import rows
+from sitscad.spec.format.kinds import described, is_like
+from sitscad.spec.format.section import GATHERED, NAME, WRITTEN, Part, Section, section_of
+from sitscad.spec.yaml.source import MAX_BYTES, SpecSource, TextError, dotted, read_yaml, undotted
+
+if TYPE_CHECKING:
+    from sitscad.spec.sensor import SensorSpec
+
+Form = TypeVar("Form", bound=Section)
+
+RULE_TEXTS = {row["id"]: row for row in rows("rules")}
+"""What every rule asks for, why, and how to mend a breach, by its number; those of the spec itself are SIT0xx."""
+
+RULE_NAMES = {number: row["name"] for number, row in RULE_TEXTS.items() if number.startswith("SIT0")}
+"""The rules of the spec itself: what can be wrong with it while it is read."""
+
+ROOM_RULES = ("SIT014", "SIT016")
+"""The rules of the spec that say that coils or their turns have no room."""
+
+
+class SpecError(ValueError):
+    """The spec cannot be used; `findings` says everything that is wrong with it, in the order of the file.
+
+    The text of the error has the message and the hint of each finding.
+
+    ``texts`` are the texts of other files that findings point into, by path. ``lacking_room`` is the spec as it was
+    read where nothing is wrong with it but that turns or coils lack room (`ROOM_RULES`): it cannot be made, but mended.
+    ``source`` is the text that was read, None where none could be.
+    """
+
+    @checked_arguments
+    def __init__(
+        self, findings: tuple[Finding, ...], texts: Mapping[str, str] | None = None,
+        lacking_room: SensorSpec | None = None, source: SpecSource | None = None,
+    ) -> None:
+        super().__init__("\n".join(finding.advised_message for finding in findings))
+        self.findings = findings
+        self.texts = dict(texts or {})
+        self.lacking_room = lacking_room
+        self.source = source
+
+
+KINDS = {"sitscad": ("spec", "`sitscad new --study` writes a study, whose `base` this spec can be"),
+         "sitscad_study": ("study", "`sitscad design` takes it")}
+"""What a file is by the key that says so, and what is done with it where another is wanted."""
+
+
+@record
+class Flaw:
+    """Something that does not fit, under a dotted key, with the facts of the finding to be, and the edits that mend it
+    where somebody can tell.
+    """
+
+    rule: str
+    key: str
+    message: str
+    hint: str = ""
+    measured: float | None = None
+    limit: float | None = None
+    unit: str | None = None
+    edits: tuple[Edit, ...] = ()
+
+
+@dataclass
+class Remarks:
+    """What resolving has to say besides its values: flaws of the spec, and the defaults it filled in.
+
+    ``findings`` are those about other files that the spec names, ``texts`` what those files hold, by path; ``files``
+    are the bytes of those that were used, by their paths from the spec's folder.
+    """
+
+    flaws: list[Flaw] = field(default_factory=list)
+    defaults: list[str] = field(default_factory=list)
+    findings: list[Finding] = field(default_factory=list)
+    texts: dict[str, str] = field(default_factory=dict)
+    files: dict[str, bytes] = field(default_factory=dict)
+
+    def flaw(self, rule: str, key: str, message: str, hint: str = "", **facts: Any) -> None:
+        """Note something that does not fit."""
+        self.flaws.append(Flaw(rule, key, message, hint, **facts))
+
+    def default(self, key: str, value: str, why: str = "the default") -> None:
+        """Note a value that was filled in."""
+        self.defaults.append(f"{key}: {value}, {why}")
+
+
+def read_file(path: Path, called: str | None = None) -> bytes:
+    """The bytes of a file; raises `TextError` where it is none, cannot be read, or is too large. The message calls it
+    by its path, or as it is `called`.
+    """
+    name = called or str(path)
+    try:
+        if path.exists() and not path.is_file():
+            raise TextError("SIT011", f"{name} is not a file", "name the YAML file itself")
+        with path.open("rb") as stream:
+            content = stream.read(MAX_BYTES + 1)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise TextError("SIT011", f"cannot read {name}: {reason}", "is the path right?") from None
+    if len(content) > MAX_BYTES:
+        raise TextError("SIT010", f"{name} is larger than {MAX_BYTES // 1024} KiB", "is this the right file?")
+    return content
+
+
+def decoded(content: bytes) -> str:
+    """The text of a file's bytes, lines ended by a line feed; raises `TextError` where it is not UTF-8."""
+    try:
+        return content.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
+    except UnicodeDecodeError as error:
+        before = content[: error.start]
+        line = before.count(b"\n") + 1
+        column = len(before[before.rfind(b"\n") + 1 :].decode("utf-8", "replace")) + 1
+        message = f"not UTF-8 text: byte 0x{content[error.start]:02X}"
+        raise TextError("SIT011", message, "save the file as UTF-8", (line, column)) from None
+
+
+def read_section(text: str, path: str, form: type[Form], begins: str) -> tuple[Form, SpecSource]:
+    """What a text says in the form of a section, and where each key of it stands; `begins` is how such a text begins.
+
+    Raises
+    ------
+    SpecError
+        with everything that is wrong with its keys and values.
+    """
+    try:
+        found = read_yaml(text)
+        if not isinstance(found.data, dict):
+            raise TextError("SIT001", "the file is not a mapping of keys to values", f"it begins with `{begins}`")
+        is_other = begins.partition(":")[0] not in found.data
+        for word, (kind, hint) in KINDS.items() if is_other else ():
+            if word in found.data:
+                message = f"the file is a {kind}, where one is wanted that begins with `{begins}`"
+                raise TextError("SIT002", message, hint, found.keys[word])
+    except TextError as error:
+        raise SpecError((finding_from_text(error),)) from None
+    source = SpecSource(path, text, found.keys, found.values)
+    return section_of_data(found.data, source, form, found.flaws), source
+
+
+def section_of_data(data: Any, source: SpecSource, form: type[Form], flaws: Iterable[TextError] = ()) -> Form:
+    """What plain values say in the form of a section; `source` is where they stand, `flaws` what is known of it. Raises
+    `SpecError` as `read_section`.
+    """
+    findings = [finding_from_text(flaw) for flaw in flaws]
+    data, empty = _without_nulls(data, "")
+    for key in empty:
+        place, message = source.keys.get(key, (1, 1)), f"{undotted(key)}: has no value"
+        findings.append(
+            finding_from_text(TextError("SIT004", message, "give it one, or leave the key out", place, key))
+        )
+    document: Any = None
+    try:
+        document = _validator(cast(Hashable, form)).validate_python(data)
+    except ValidationError as error:
+        # of lists with entries that are empty, too, it was said already that something is missing
+        lists = {parent for parent, _, last in (key.rpartition(".") for key in empty) if last.isdigit()}
+        for entry in error.errors(include_url=False, include_context=True):
+            # the dotted key that one of pydantic's errors is about
+            # An unknown key may be called like a tag; nothing else that a person writes stands in a place.
+            *section, last = entry["loc"] or ("",)
+            is_written = entry["type"] == "unexpected_keyword_argument"
+            if (key := (dotted(_key(section), last) if is_written else _key(entry["loc"]))) not in {*empty, *lists}:
+                findings.append(_from_pydantic(entry, key, source, form))
+        findings = [finding for finding in findings if finding.rule == "SIT008"] or findings
+    if isinstance(data, dict) and all(finding.rule != "SIT008" for finding in findings):
+        findings += (one for one in _replaced_key_findings(data, source, form) if one.key not in empty)
+    if findings:
+        raise SpecError(in_order(findings), source=source)
+    return cast(Form, document)
+
+
+def _replaced_key_findings(data: dict[str, Any], source: SpecSource, form: type[Section]) -> Iterable[Finding]:
+    """Yield a finding for each missing or surplus key of sections in which one key replaces another (`stands_in`)."""
+    for name, section in ((name, section_of(key.kind)) for name, key in form.keys.items()):
+        written = data.get(name)
+        if section is None or not section.stands_in[0] or not isinstance(written, dict):
+            continue
+        other, replaced = section.stands_in
+        missing = [key for key in replaced if key not in written]
+        if other in written and not missing:
+            message = f"{name}.{other}: {', '.join(replaced)} and {other} cannot all be written"
+            hint = "remove one of them: it follows from the others"
+            yield _finding("SIT009", message, hint, f"{name}.{other}", source.locate(f"{name}.{other}"))
+        for key in missing if other not in written else missing[1:]:
+            hint = f"add {key}: to {name}" if other in written else f"add {key}: to {name}, or {other}: in its place"
+            hint = hint if len(missing) == 1 or other in written else f"add {key}: to {name}"
+            yield _finding("SIT003", f"{name} has no {key}", hint, f"{name}.{key}", source.keys.get(name, (1, 1)))
+
+
+@cache
+def _validator(form: Hashable) -> SchemaValidator:
+    return SchemaValidator(Part(cast(type[Section], form)).validator())
+
+
+def _without_nulls(data: Any, key: str) -> tuple[Any, list[str]]:
+    # The values without the keys that hold nothing, and the dotted keys of those; entries of lists keep their places,
+    # and so those that hold nothing stay.
+    if not isinstance(data, (dict, list)):
+        return data, []
+    empty: list[str] = []
+    kept: list[tuple[Any, Any]] = []
+    for name, value in data.items() if isinstance(data, dict) else enumerate(data):
+        inner_key = dotted(key, name)
+        inner, inner_empty = _without_nulls(value, inner_key)
+        empty += [inner_key] if value is None else inner_empty
+        if value is not None or isinstance(data, list):
+            kept.append((name, inner))
+    return (dict(kept) if isinstance(data, dict) else [value for _, value in kept]), empty
+
+
+def in_order(findings: list[Finding]) -> tuple[Finding, ...]:
+    """Findings in the order of the text."""
+    return tuple(sorted(findings, key=lambda finding: (finding.line or 0, finding.column or 0, finding.rule)))
+
+
+def finding_from_text(error: TextError) -> Finding:
+    """A complaint about the text itself."""
+    return _finding(error.rule, error.message, error.hint, error.key, error.place)
+
+
+def finding_from_flaw(flaw: Flaw, source: SpecSource) -> Finding:
+    """A complaint about values that do not fit each other."""
+    facts: dict[str, Any] = {"measured": flaw.measured, "limit": flaw.limit, "unit": flaw.unit}
+    facts["fixes"] = (Remedy(flaw.edits),) if flaw.edits else ()
+    message = f"{undotted(flaw.key)}: {flaw.message}"
+    return _finding(flaw.rule, message, flaw.hint, flaw.key, source.locate(flaw.key), **facts)
+
+
+def _finding(
+    rule: str, message: str, hint: str, key: str | None, place: tuple[int | None, int | None], **facts: Any
+) -> Finding:
+    shown = undotted(key) if key else None
+    return Finding(rule, RULE_NAMES[rule], Severity.ERROR, message, hint.strip(), shown, *place, **facts)
+
+
+_TAGS = (NAME, WRITTEN, GATHERED)
+"""What pydantic puts into the place of an error beside keys."""
+
+MOST_LISTED = 16
+"""Keys of a section that a hint lists."""
+
+
+def _key(loc: Iterable[Any]) -> str:
+    found = ""
+    for part in loc:
+        found = found if part in _TAGS else dotted(found, part)
+    return found
+
+
+def _from_pydantic(error: Mapping[str, Any], key: str, source: SpecSource, form: type[Section]) -> Finding:
+    """The finding that one of pydantic's errors becomes; `form` is the section that the whole text is."""
+    kind, context = error["type"], error.get("ctx", {})
+    if kind == "unexpected_keyword_argument":
+        return _unknown_key(error["loc"], key, source, form)
+    if kind == "missing":
+        parent, _, name = key.rpartition(".")
+        where = parent or "the spec"
+        place = source.keys.get(parent, (1, 1)) if parent else (1, 1)
+        return _finding("SIT003", f"{where} has no {name}", f"add {name}: to {where}", key, place)
+    place_of_value = source.locate(key)
+    if kind.startswith("SIT"):
+        facts = {name: context.get(name) for name in ("measured", "limit", "unit")}
+        if context.get("meant") and not isinstance(error["input"], (list, dict)):  # else it was one value of several
+            facts["fixes"] = (Remedy((Edit(key, context["meant"]),), is_sure=context.get("is_sure", True)),)
+        message = context.get("message", error["msg"])
+        hint = context.get("hint", "write a preset's name, or write it out")
+        return _finding(kind, f"{undotted(key)}: {message}", hint, key, place_of_value, **facts)
+    wanted = "a list" if "list" in kind else "a section of keys and values"
+    message = f"{undotted(key)}: {described(error['input'])}, where {wanted} is wanted"
+    return _finding("SIT004", message, "see `sitscad schema` for its form", key, place_of_value)
+
+
+def _unknown_key(loc: tuple[Any, ...], key: str, source: SpecSource, form: type[Section]) -> Finding:
+    import difflib  # loaded for unknown keys only
+
+    section: type[Section] | None = form
+    for part in loc[:-1]:
+        if not isinstance(part, int) and part not in _TAGS:
+            section = section_of(section.keys[part].kind) if section and part in section.keys else None
+    allowed, word, parent = tuple(section.keys) if section else (), str(loc[-1]), _key(loc[:-1])
+    close = difflib.get_close_matches(word[:64].lower().replace("-", "_"), allowed, 1, 0.6)
+    elsewhere = _sections_of_keys(cast(Hashable, form)).get(word) if not close and form.is_whole else None
+    hint = f"did you mean {close[0]}? " if close else f"did you mean {elsewhere}? " if elsewhere else ""
+    message = f"{described(word)} is no key {f'in {parent}' if len(loc) > 1 else 'at the top'}"
+    listed = ", ".join(allowed[:MOST_LISTED]) + (", ... (all: docs/spec.md)" if len(allowed) > MOST_LISTED else "")
+    fixes: tuple[Remedy, ...] = ()
+    if close and dotted(parent, close[0]) not in source.keys:
+        fixes = (Remedy((Edit(key, close[0], what="name"),), is_sure=is_like(word, close[0])),)
+    place = source.keys.get(key, (1, 1))
+    return _finding("SIT002", message, f"{hint}allowed: {listed}", key, place, fixes=fixes)
+
+
+@cache
+def _sections_of_keys(form: Hashable) -> dict[str, str]:
+    """The place of every key that lives in one section only: what a key written in the wrong section is meant for."""
+    homes: dict[str, str] = {}
+    doubled: set[str] = set()
+    for top, key in cast(type[Section], form).keys.items():
+        section = section_of(key.kind)
+        for name in section.keys if section else ():
+            doubled |= {name} & homes.keys()
+            homes[name] = f"{top}.{name}"
+    return {name: home for name, home in homes.items() if name not in doubled}

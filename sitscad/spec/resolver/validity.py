@@ -1,0 +1,176 @@
+"""Whether a spec that was not read from a text can be worked with: values that programs put together in Python.
+
+Types are those of the fields, ranges and words those of the keys that the format has for them, and a coil's turns, size
+and neighbours are held against each other as when a text is resolved. What was read is right, and not looked at.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Hashable, Iterator, Mapping
+from dataclasses import fields, is_dataclass
+from functools import cache
+from types import UnionType
+from typing import Any, Union, cast, get_args, get_origin, get_type_hints
+
+from pydantic_core import PydanticCustomError
+
+from sitscad.basics.units import show
+from sitscad.spec.design_rules import DesignRules, RulesDocument
+from sitscad.spec.format import kinds
+from sitscad.spec.format.kinds import Either, Kind, Layers, NumberOrList, Pair, Quantity, Scalar, Sourced, described
+from sitscad.spec.format.section import Key, Section
+from sitscad.spec.reading import Flaw, Remarks, SpecError, finding_from_flaw
+from sitscad.spec.resolver.coils import MOST_COILS, check_amount, check_cells, check_coil, check_gaps
+from sitscad.spec.sensor import SensorSpec, SpecDocument
+from sitscad.spec.yaml.source import Issue, SpecSource, dotted
+
+DOCUMENTS: dict[type, type[Section]] = {SensorSpec: SpecDocument, Issue: SpecDocument, DesignRules: RulesDocument}
+"""The section of the format that has the keys of a value's fields, where the value is not itself that section."""
+
+FARTHEST = 1.0
+"""The largest distance (m) of a coil's centre from the origin."""
+
+
+def refuse_unusable(spec: SensorSpec) -> None:
+    """Raise `SpecError`, with a finding for each value, where a spec is none that could have been read. A spec just as
+    it was read costs nothing here; of any other all values are looked at.
+    """
+    if not isinstance(spec, SensorSpec):
+        raise TypeError(f"a SensorSpec is wanted, not {described(spec)}")
+    if spec.is_known:
+        return
+    for look in (lambda each: _misfits(each, SensorSpec, ""), _ranges, _fits):
+        flaws = list(look(spec))
+        if flaws:
+            source = spec.source if isinstance(spec.source, SpecSource) else SpecSource("<values>", "")
+            raise SpecError(tuple(finding_from_flaw(flaw, source) for flaw in flaws))
+
+
+def _misfits(value: Any, wanted: Any, key: str) -> Iterator[Flaw]:
+    """What within a value is not of the type that its field wants."""
+    if is_dataclass(wanted) and isinstance(wanted, type):
+        if type(value) is not wanted:
+            yield _mistyped(value, wanted, key)
+        elif wanted is not SpecSource:
+            hints = _hints(cast(Hashable, wanted))
+            for one in fields(wanted):
+                yield from _misfits(getattr(value, one.name), hints[one.name], dotted(key, one.name))
+        return
+    origin, inner = get_origin(wanted), get_args(wanted)
+    if origin in (Union, UnionType):
+        found = [list(_misfits(value, each, key)) for each in inner]
+        if all(found):  # the complaint of the one that came nearest: about what is inside of the value
+            inside = [flaws for flaws in found if all(flaw.key != key for flaw in flaws)]
+            yield from inside[0] if inside else [_mistyped(value, wanted, key)]
+    elif origin is tuple:
+        yield from _tuple_misfits(value, inner, key)
+    elif origin is not None and issubclass(origin, Mapping):
+        if not isinstance(value, Mapping):
+            yield _mistyped(value, wanted, key)
+            return
+        for name, each in value.items():
+            yield from _misfits(name, inner[0], key)
+            yield from _misfits(each, inner[1], dotted(key, name))
+    elif not _is_scalar(value, wanted):
+        yield _mistyped(value, wanted, key)
+
+
+def _tuple_misfits(value: Any, inner: tuple[Any, ...], key: str) -> Iterator[Flaw]:
+    many = len(inner) == 2 and inner[1] is Ellipsis
+    if not isinstance(value, tuple) or (not many and len(value) != len(inner)):
+        yield _mistyped(value, tuple[inner], key)  # type: ignore[valid-type]
+        return
+    for index, each in enumerate(value):
+        yield from _misfits(each, inner[0] if many else inner[index], dotted(key, index))
+
+
+def _is_scalar(value: Any, wanted: Any) -> bool:
+    """Whether a value is of a plain type, numbers finite."""
+    if wanted is float:  # whole numbers may be too large for a float; the comparison fails for what is no number
+        return isinstance(value, (int, float)) and not isinstance(value, bool) and -1e30 < value < 1e30
+    if wanted is int:
+        return isinstance(value, int) and not isinstance(value, bool)
+    return isinstance(value, wanted)
+
+
+def _mistyped(value: Any, wanted: Any, key: str) -> Flaw:
+    name = wanted.__name__ if isinstance(wanted, type) and get_origin(wanted) is None else str(wanted)
+    name = re.sub(r"\bsitscad\.[a-z_.]+\.", "", name).replace("float", "finite number")
+    return Flaw("SIT004", key, f"{described(value)}, where {name} is wanted", "values are in SI units: metres, radians")
+
+
+_hints = cache(get_type_hints)
+
+
+def _ranges(spec: SensorSpec) -> Iterator[Flaw]:
+    """Values that no text could have, out of their kinds' ranges."""
+    yield from _out_of_range(spec, "")
+    for index, layer in enumerate(spec.fpc.stackup.layers):
+        yield from _refused(layer.thickness, _LAYER, f"fpc.stackup.layers.{index}.thickness")
+    if not 1 <= len(spec.array.placements) <= MOST_COILS:
+        yield Flaw("SIT006", "array.placements", f"{len(spec.array.placements)} coils, where 1 to {MOST_COILS} can be")
+    for index, place in enumerate(spec.array.placements):
+        if max(map(abs, place.centre)) > FARTHEST:
+            message = f"farther than {show(FARTHEST, 'm')} from the origin"
+            yield Flaw("SIT006", f"array.placements.{index}.centre", message)
+
+
+_LAYER = Quantity("length", "1 um", "5 mm")
+
+
+def _out_of_range(value: Any, key: str) -> Iterator[Flaw]:
+    """What within a value the keys of the format do not take."""
+    section = type(value) if isinstance(value, Section) else DOCUMENTS.get(type(value))
+    keys: dict[str, Key] = {}
+    if section is not None:
+        keys = {section.attributes[name]: each for name, each in section.keys.items()}
+    for one in fields(value):
+        inside, inner = getattr(value, one.name), dotted(key, one.name)
+        if one.name in keys and inside is not None:
+            yield from _refused(inside, keys[one.name].kind, inner)
+        elif is_dataclass(inside) and not isinstance(inside, SpecSource):
+            yield from _out_of_range(inside, inner)
+
+
+def _refused(value: Any, kind: Kind, key: str) -> Iterator[Flaw]:
+    if is_dataclass(value):
+        yield from _out_of_range(value, key)
+        return
+    while isinstance(kind, (Either, Sourced)):
+        kind = kind.other if isinstance(kind, Either) else kind.figure
+    if isinstance(kind, (Pair, NumberOrList)):
+        each = kind.length if isinstance(kind, Pair) else kind.number
+        for one in value if isinstance(value, tuple) else (value,):
+            yield from _refused(one, each, key)
+    elif isinstance(kind, Quantity):
+        low, high = kind.range
+        if not low * (1 - 1e-12) <= value <= high * (1 + 1e-12):
+            message = f"{value:g} is out of range: {low:g} to {high:g} ({kind.low} to {kind.high})"
+            yield Flaw("SIT006", key, message, "values are in SI units: metres, radians")
+    elif isinstance(kind, Scalar) and type(kind) in (kinds.Choice, kinds.Text, kinds.Number, Layers):
+        try:
+            kind.read(list(value) if isinstance(kind, Layers) else value)
+        except PydanticCustomError as error:
+            context = dict(error.context or {})
+            yield Flaw(error.type, key, context.get("message", ""), context.get("hint", ""))
+
+
+def _fits(spec: SensorSpec) -> Iterator[Flaw]:
+    """What the coils, their layers and places have against each other."""
+    remarks, copper = Remarks(), len(spec.fpc.stackup.copper)
+    if spec.coil.has_unequal_turns and len(spec.coil.layer_turns) != len(spec.coil.layers):
+        message = f"{len(spec.coil.layer_turns)} numbers of turns for {len(spec.coil.layers)} layers"
+        yield Flaw("SIT009", "coil.turns", message, "one number for each layer, or one for all")
+        return
+    if max(spec.coil.layers) > copper:
+        message = f"the coil uses copper layer {max(spec.coil.layers)}, stack-up {spec.fpc.stackup.name} has {copper}"
+        yield Flaw("SIT009", "coil.layers", message, "use fewer layers, or a stack-up with more copper")
+    check_coil(spec.coil, remarks)
+    check_amount(spec.coil, len(spec.array.placements), remarks)
+    if spec.cells is not None:
+        has_plates = spec.target is not None and spec.elastomer is not None
+        check_cells(spec.cells.coils, spec.array.placements, has_plates, remarks)
+    if not remarks.flaws:
+        check_gaps(spec.array, spec.coil, remarks)
+    yield from remarks.flaws

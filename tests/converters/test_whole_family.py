@@ -1,0 +1,185 @@
+"""A family with nothing of TI's: what is printed, judged and chosen for it is its own."""
+
+from __future__ import annotations
+
+import re
+import sys
+from dataclasses import replace
+from types import SimpleNamespace
+
+import pytest
+from tests.bench.conftest import TEMPLATES
+from tests.readout.conftest import forget
+from tests.readout.family import xdc_registers
+from tolerance import approx
+
+import sitscad
+from sitscad.apps.hardware.source import source_of
+from sitscad.checks.reading.drive import _other_code, _too_strong
+from sitscad.checks.reading.readings import readings_of
+from sitscad.cli import crash
+from sitscad.data import DataError
+from sitscad.files.documents import firmware
+from sitscad.files.documents.firmware_driver import addr_pin, render_readme
+from sitscad.files.formats.kicad.schematic import _converter
+from sitscad.files.report.numbers import readout_table
+from sitscad.kernels.converters import ldc_registers
+from sitscad.kernels.converters.converter import Converter
+from sitscad.kernels.converters.figures import ASKED, rows_of, source_in_all
+from sitscad.kernels.converters.registers import REQUIRED, RegisterMap
+from sitscad.spec import presets
+
+
+def design_with(device: Converter, **readout: object) -> sitscad.Design:
+    """The bench's template with another converter."""
+    spec = sitscad.load(TEMPLATES / "bench_7mm.yaml")
+    return sitscad.Design(replace(spec, readout=replace(spec.readout, device=device, **readout)))
+
+
+def test_the_header_has_words_of_its_own_registers_alone(xdc2214):
+    design = design_with(xdc2214)
+    header = firmware.render(design.spec, design.estimates)["firmware/xdc2214_config.h"].decode()
+    assert "after power-up or reset; RUN comes last: it starts the scan." in header
+    assert re.search(r"20 bits, all of them counts \(XAC0001 7.1\)\.\n \* Faults stand in the upper bits", header)
+    assert not re.search("CONFIG comes|ERROR_CONFIG|watchdog|under-range|over-range", header)
+
+
+def test_a_module_of_registers_has_every_name_that_is_asked_of_it(xdc2214, monkeypatch):
+    found: RegisterMap = ldc_registers
+    assert set(REQUIRED) == {"MANUFACTURER_ID", "DEVICE_ID", "STATUS", "MANUFACTURER", "DATA_FLAGS", "ORDER",
+                             "data_addresses", "registers", "said_of_results"} <= set(vars(found))
+    without = {name: value for name, value in vars(xdc_registers).items() if name not in ("STATUS", "registers")}
+    monkeypatch.setitem(sys.modules, "sitscad.kernels.converters.xdc_registers", SimpleNamespace(**without))
+    presets.converter.cache_clear()
+    with pytest.raises(ValueError, match="xdc_registers lacks STATUS, registers, which RegisterMap"):
+        presets.converter("xdc2214")
+
+
+def test_a_drive_code_that_the_converter_lacks_is_found_in_the_spec(xdc2214):
+    """It ended `check` with an IndexError."""
+    text = (TEMPLATES / "bench_7mm.yaml").read_text().replace("device: ldc1614", "device: xdc2214\n  drive_code: {}")
+    assert sitscad.load_text(text.format(15)).readout.drive_code == 15
+    with pytest.raises(sitscad.SpecError, match=r"XDC2214 has the drive codes 0 to 15, and none of 16") as refused:
+        sitscad.load_text(text.format(16))
+    assert [(one.rule, one.key) for one in refused.value.findings] == [("SIT006", "readout.drive_code")]
+
+
+@pytest.mark.slow
+def test_hints_name_drive_codes_of_the_converter_s_own_table(xdc2214):
+    weak = design_with(xdc2214, capacitance=3e-9)
+    assert weak.estimates.readout.drive_code == 15
+    found = next(one for one in sitscad.check(weak.spec).findings if one.rule == "SIT204")
+    assert "too low even for the strongest drive" in found.hint
+    reading = readings_of(weak, "amplitude", True)[0]
+    assert _other_code(weak, reading, 1) == "there is no stronger drive"
+    assert _other_code(weak, reading, -1) == "drive code 14 is the next weaker"
+    loud = replace(readings_of(weak, "amplitude", True)[0], value=2.0)
+    weakest = replace(weak.estimates, readout=replace(weak.estimates.readout, drive_code=0))
+    (said,) = _too_strong(sitscad.Design(weak.spec, given_estimates=weakest), loud)
+    assert said.hint.endswith("put 50 kohm in parallel with the sensor (data sheet XAC0001 8.2)")
+
+
+def test_a_capacitor_is_chosen_that_keeps_the_lowest_frequency(xdc2214):
+    """Of a coil of 24 turns the 100 pF that suit an LDC1614 leave 4.4 MHz."""
+    spec = design_with(xdc2214).spec
+    spec = replace(spec, coil=replace(spec.coil, turns=24.0, trace_width=50e-6, trace_spacing=50e-6))
+    chosen = {}
+    for device in (xdc2214, presets.converter("ldc1614")):
+        design = sitscad.Design(replace(spec, readout=replace(spec.readout, device=device)))
+        chosen[device.part] = (
+            design.estimates.readout.capacitance,
+            min(state.frequency for coil in design.estimates.coils for state in coil.states.values()),
+        )
+    assert chosen["XDC2214"][0] < chosen["LDC1614"][0]
+    assert chosen["LDC1614"][1] < 5e6 <= chosen["XDC2214"][1]
+
+
+@pytest.mark.parametrize(("was", "written", "said"), [
+    ("switch_delay,400e-9,s", "switch_delay,400,ns", "switch_delay: its unit is 'ns', and 's' is asked"),
+    ("switch_delay,400e-9,s", "switch_delay,400,s", "switch_delay: 400 s is not within 0 to 0.001 s"),
+    ("switch_delay,400e-9,s", "switch_delay,nan,s", "switch_delay: nan s is not within"),
+    ("noise_steps,3,", "noise_step,3,", "noise_steps: no such row, and it is asked of every family"),
+    ("noise_steps,3,", "noise_steps,3 4,", "noise_steps: '3 4' is not one number"),
+    ("noise_steps,3,", "supply_current,5e-3,A,verified,again\nnoise_steps,3,", "supply_current: it stands there twice"),
+    ("rcount_min,20,", "rcount_min,20.5,", "rcount_min: 20.5 is not a whole number"),
+    ("rcount_min,20,", "rcount_min,20,1,", "rcount_min: it has more or fewer columns"),
+    ("result_bits,20,", "result_bits,twenty,", "result_bits: 'twenty' is not a number"),
+    ("pin_capacitance,6e-12,F,verified", "pin_capacitance,6e-12,F,seen", "pin_capacitance: its status is 'seen'"),
+    ("clock_min,8e6", "clock_min,88e6", "clock_min: 88e6 is more than clock_max, 80e6"),
+    ("50e-6 100e-6", "100e-6 50e-6", "drive_currents: a larger code has to be a stronger drive"),
+    ("GND VDD SDA SCL", "GND VDD", "address_nets: 2 nets for the 4 addresses of xdc2214"),
+])
+def test_figures_are_checked_when_they_are_read(xdc2214, data, was, written, said, capsys):
+    """400 ns were taken as 400 s; a row that was missing, or one more, ended `check` of every LDC1614 spec."""
+    place = data / "converters/xdc221x.csv"
+    text = place.read_text()
+    assert was in text
+    place.write_text(text.replace(was, written, 1))
+    forget()
+    with pytest.raises(DataError, match=re.escape(f"data/converters/xdc221x.csv, {said}")) as refused:
+        presets.converter("xdc2214")
+    assert crash(refused.value) == 2
+    assert "fault of sitscad" not in (told := capsys.readouterr().err) and said in told
+
+
+@pytest.mark.parametrize(("was", "written", "said"), [
+    ("xdc221x,4,", "xdc221x,four,", "invalid literal for int() with base 10: 'four'"),
+    ("0x10 0x11", "0x10 0x10", "no channel, no address, or one address twice"),
+    ("0x10 0x11", "0x10 0x84", "0x84 cannot be a device's address on an I2C bus"),
+])
+def test_a_converter_s_row_is_checked(xdc2214, data, was, written, said):
+    place = data / "converters.csv"
+    place.write_text(place.read_text().replace(was, written))
+    forget()
+    with pytest.raises(DataError, match=re.escape(f"data/converters.csv, xdc2214: {said}")):
+        presets.converter("xdc2214")
+
+
+def test_a_family_may_have_figures_of_its_own(xdc2214, data):
+    with (data / "converters/xdc221x.csv").open("a") as table:
+        table.write("warm_up_time,4e-5,s,verified,XAC0001 9\nsleep,asleep until RUN,words,verified,XAC0001 9\n")
+    forget()
+    for device in map(presets.converter, ("xdc2214", "ldc1614")):
+        assert device.cited_alone(source_in_all("noise_law")) == device.source_of("noise_law")
+    assert presets.converter("xdc2214").limit("warm_up_time") == 4e-5
+
+
+def test_every_figure_of_a_family_is_asked():
+    for family in ("ldc161x", "ldc131x"):
+        assert set(rows_of(family)) == set(ASKED)
+
+
+def test_four_addresses_are_told_by_what_addr_is_tied_to(xdc2214):
+    """The third ended `build` with an IndexError."""
+    layout = SimpleNamespace(spec=SimpleNamespace(readout=SimpleNamespace(device=xdc2214)),
+                             coils=[SimpleNamespace(name=f"C{k}") for k in range(32)])
+    drawn = [next(pin.net for pin in _converter(layout, number).left if pin.name == "ADDR") for number in range(8)]
+    assert drawn == ["GND", "VDD", "SDA", "SCL", "GND", "VDD", "SDA2", "SCL2"]
+    assert [addr_pin(xdc2214, address) for address in xdc2214.addresses] == ["low", "high", "to SDA", "to SCL"]
+
+
+def test_what_has_no_driver_is_not_read(xdc2214):
+    for text in ("/dev/i2c-1", "serial:/dev/ttyACM0"):
+        with pytest.raises(ValueError, match="cannot be read: sitscad has no driver for XDC2214"):
+            source_of(text, design_with(xdc2214))
+
+
+def test_a_package_says_that_there_is_no_driver(xdc2214):
+    design = design_with(xdc2214)
+    files = render_readme(design.layout, design.estimates, design.bench_estimates)
+    said = " ".join(files["firmware/readme.txt"].decode().split())
+    assert "There is no driver for XDC2214 in this folder" in said and "xdc2214_config.json" in said
+
+
+def test_results_are_read_at_the_family_s_own_clock(xdc2214):
+    """The report said 400 kHz and 1.2 V of any converter."""
+    design = design_with(xdc2214, scan_rate=1e4)
+    assert design.estimates.readout.read_back_time == approx(2 * 2 * 49 / 1e6, rel=1e-9)
+    assert "reading 2 coils over I2C at 1 MHz takes 196 us" in next(
+        one.message for one in sitscad.check(design.spec).findings if one.rule == "SIT209")
+    header = firmware.render(design.spec, design.estimates)["firmware/xdc2214_config.h"].decode()
+    assert "reading all results over I2C: 196 us" in header and "fastest clock of I2C: 1 MHz" in header
+    apart = replace(design.estimates, readout=replace(design.estimates.readout, drive_codes=(3, 4)))
+    rows = dict(readout_table(apart).rows)
+    assert rows["a code for every channel"] == "C1 3, C2 4: one for all leaves a coil below 900 mV"
+    assert rows["fastest clock of I2C"] == "1 MHz" and "reading all results over I2C" in rows

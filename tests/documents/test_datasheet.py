@@ -1,0 +1,447 @@
+"""The data sheet: says what the numbers say, looks the same wherever it is made, and is made where forces are felt."""
+
+from __future__ import annotations
+
+import html
+import json
+import re
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tolerance import approx
+
+import sitscad
+from sitscad import Design
+from sitscad.basics.units import show
+from sitscad.calibration.calibration import foretell
+from sitscad.estimates.loads.pad import soft_pad
+from sitscad.estimates.loads.working_range import held_shear
+from sitscad.estimates.performance.tables import (
+    FROM_UNIT_TO_UNIT,
+    MapFigures,
+    PerformanceReport,
+    axis_table,
+    error_table,
+)
+from sitscad.estimates.performance_values import lasts_tared
+from sitscad.files.documents import PAPERS
+from sitscad.files.documents.datasheet import TARED_AFTER_A_GRASP, TARES, notes, render, sensor
+from sitscad.files.documents.datasheet_plots import (
+    BEYOND,
+    BEYOND_LINES,
+    NARROW,
+    WIDE,
+    difference,
+    figures,
+)
+from sitscad.files.drawing.pdf import pdf
+from sitscad.files.drawing.sheet import Label, Sheet, flattened, plot
+from sitscad.files.drawing.svg import svg
+from sitscad.files.report.page import _performance_section
+from sitscad.package.contents import drawn_calibration
+
+TEMPLATES = Path(__file__).parents[2] / "templates"
+(WRITER,) = (writer for writer in PAPERS if writer.name == "data sheet")
+
+
+@pytest.fixture(scope="module")
+def bench():
+    return Design(sitscad.load(TEMPLATES / "bench_7mm.yaml"))
+
+
+@pytest.fixture(scope="module")
+def files(bench):
+    return render(bench.layout, bench.estimates, bench.response, bench.performance, bench.curves, "",
+                  bench.bench_estimates)
+
+
+def _axes(design, found=None):
+    """The rows of what every axis can do."""
+    reached = None if found is None else MapFigures(found.map.end, found.crosstalk)
+    return axis_table(PerformanceReport(design.performance, design.spec, reached)).rows
+
+
+@pytest.fixture(scope="module")
+def drawn(bench):
+    return bench.curves
+
+
+@pytest.mark.slow
+def test_report_and_data_sheet_have_the_same_rows(bench, files):
+    """Each named and rounded them by itself."""
+    sheet = json.loads(files["datasheet.json"])
+    page, paper = _performance_section(sheet), files["datasheet.html"].decode()
+    tables = PerformanceReport(bench.performance, bench.spec).tables()
+    assert len(tables) == len(sheet["in_words"]) == 4
+    for table in tables:
+        for row in table.rows:
+            assert all(html.escape(cell) in text for cell in row for text in (page, paper)), row
+
+
+@pytest.mark.more
+@pytest.mark.slow
+def test_shear_beyond_the_law_is_said_once():
+    design = Design(sitscad.load(TEMPLATES / "three_axis_triangle.yaml"))
+    found = list(notes(design.performance, foretell(design.response, is_held=True)))
+    assert sum("is extrapolated" in note for note in found) == 1
+
+
+@pytest.mark.more
+@pytest.mark.slow
+def test_it_says_what_the_performance_says(bench, files):
+    page, full = files["datasheet.html"].decode(), bench.performance[-1]
+    for axis in full.axes.values():
+        assert show(axis.resolution, "N", 3) in page and show(axis.range, "N", 3) in page
+        for cause, error in axis.errors.items():
+            assert cause in FROM_UNIT_TO_UNIT or show(error, "N", 3) in page
+    assert show(full.overload, "N", 3) in page
+    assert "C1.A" in page and "each reading means one load" in page
+
+
+@pytest.mark.slow
+def test_errors_from_unit_to_unit_are_those_of_the_calibration_beside_it(bench, files):
+    """Three papers had three errors of manufacture, of different definitions."""
+    made = drawn_calibration(bench)
+    stated = json.loads(made["calibration/calibration.json"])
+    sheet = json.loads(files["datasheet.json"])["unit_to_unit"]
+    assert sheet["rotation"] == stated["rotation"] == "held", "the target is kept level in both"
+    assert [one["of"] for one in sheet["unit_errors"]] == [one["of"] for one in stated["unit_errors"]]
+    for one, other in zip(sheet["unit_errors"], stated["unit_errors"], strict=True):
+        assert one["error_N"] == approx(other["error_N"], rel=1e-5)
+    assert [one["points"] for one in sheet["unit_errors"]] == [None, 0, 3, 5, 8]
+    errors = np.array([list(one["error_N"].values()) for one in stated["unit_errors"]])
+    assert np.all(np.diff(errors, axis=0) <= 0.0), "a tare and every point take something away"
+    assert stated["unit_errors"][1]["error_N"] == stated["error_N"], "one figure for a unit that is tared alone"
+    page, other = files["datasheet.html"].decode(), made["calibration/calibration.html"].decode()
+    for row in foretell(bench.response, is_held=True).error_rows:
+        for cell in row:
+            assert cell in page and cell in other
+    assert "before calibration" not in page
+
+
+def test_crosstalk_is_told_of_the_curved_map_and_of_the_one_that_is_delivered(bench, files):
+    """The sheet had 0.09 % by a polynomial in exact readings alone, where the map in calibration/ left 0.9 %."""
+    told = json.loads(files["datasheet.json"])["map_crosstalk"]["normal"]["shear_x"]
+    found = foretell(bench.response, is_held=True)
+    full, shear = found.map.full_scale
+    loads = [[0.0, 0.0, 0.0], *([0.5 * full, share * shear, 0.0] for share in (0.0, -1.0, -0.5, 0.5, 1.0))]
+    tare, *frequency = sitscad.respond(bench, loads=loads, rotation="held").frequency
+    normal = found.map(frequency, tare)[:, 0]
+    assert told == approx(np.abs(normal - normal[0]).max() / full, rel=0.05)
+    assert bench.performance[1].crosstalk["normal"]["shear_x"] < told < 0.01
+    assert "crosstalk, map to newtons, design as drawn, half load" in files["datasheet.html"].decode()
+
+
+def test_plots_have_letters_of_one_size_on_the_page(files):
+    """Narrow ones were drawn as wide as the page, with letters of twice the size."""
+    curves = files["datasheet.html"].decode().partition("<h2>Curves</h2>")[2].partition("</section>")[0]
+    wide, _, narrow = curves.partition("<div class='narrow'>")
+    sizes = {part: re.findall(r"<svg [^>]*viewBox='0 0 ([0-9.]+)", found)
+             for part, found in (("wide", wide), ("narrow", narrow))}
+    assert sizes["wide"] and set(sizes["wide"]) == {f"{WIDE[0]:g}"}
+    assert sizes["narrow"] and set(sizes["narrow"]) == {f"{NARROW[0]:g}"}
+
+
+def test_figures_of_one_load_name_it_and_crosstalk_is_that_which_is_judged(bench):
+    """Crosstalk and nonlinearity were those at half load and did not say so; SIT403 judged full load, and more."""
+    found = foretell(bench.response, is_held=True)
+    rows = {row[0]: row[1:] for row in _axes(bench, found)}
+    named = [name for name in rows if name.startswith(("crosstalk", "nonlinearity"))]
+    assert len(named) == 4 and all("load" in name for name in named)
+    worst = max(point.crosstalk["normal"]["shear_x"] for point in bench.performance)
+    share = f"{100.0 * worst:.2g} %" if worst >= 1e-4 else "below"
+    assert rows["crosstalk, best polynomial, design as drawn, worst load"][0].startswith(share)
+
+
+def test_the_file_for_programs_has_the_same_figures(bench, files):
+    felt = json.loads(files["datasheet.json"])["performance"]
+    assert [point["at"] for point in felt] == ["rest", "half", "full"]
+    for point, known in zip(felt, bench.performance, strict=True):
+        assert point["axes"]["normal"]["resolution_N"] == approx(known.axes["normal"].resolution, rel=1e-5)
+
+
+def test_the_bandwidth_is_that_of_scans_where_target_and_pad_swing_faster(bench, files):
+    """A copper square of 8 x 8 x 0.2 mm and a third of the pad under it, on the pad's own stiffness."""
+    full, spec = bench.performance[-1], bench.spec
+    layers = 8960.0 * spec.target.thickness + spec.elastomer.material.density * spec.elastomer.thickness / 3.0
+    mass = spec.target.size[0] * spec.target.size[1] * layers
+    stiffness = soft_pad(spec).stiffness(np.zeros((1, 6)))[0, 2, 2]
+    alone = np.sqrt(stiffness / mass) / (2.0 * np.pi)
+    assert bench.performance[0].resonance["normal"] == approx(alone, rel=1e-6)
+    assert full.resonance["normal"] > full.resonance["shear_x"] > full.bandwidth
+    assert full.bandwidth == approx(0.5 * spec.readout.scan_rate, rel=1e-3)
+    assert full.bandwidth_by == "half the scan rate"
+    page = files["datasheet.html"].decode()
+    assert "resonance of target and pad at rest" in page
+    assert f"{show(bench.performance[0].resonance['normal'], 'Hz', 2)} normal" in page  # not that of full load
+
+
+def test_the_page_is_whole_by_itself(files):
+    page = files["datasheet.html"].decode()
+    assert page.count("<svg") == 5  # the drawing, four plots
+    assert not re.search(r"(src|href)\s*=\s*[\"']?(http|//)", page)
+    assert "nan" not in re.sub(r"<[^>]*>", " ", page).lower().split()
+
+
+def test_the_paper_has_the_same_tables(files):
+    text = files["datasheet.pdf"].decode("latin-1")
+    assert text.count("/Type /Page ") == 5
+    assert "CreationDate" not in text and "matplotlib" not in text.lower()
+
+
+@pytest.mark.more
+@pytest.mark.slow
+def test_bytes_are_the_same_in_another_process(tmp_path):
+    """Both as the command has it: one thread for linear algebra."""
+    code = (
+        "import sitscad, sys; from sitscad import Design; from sitscad.files.documents.datasheet import render; "
+        "d = Design(sitscad.load(sys.argv[1])); "
+        "[open(sys.argv[2] + n, 'wb').write(b) for n, b in "
+        "render(d.layout, d.estimates, d.response, d.performance, d.curves, '', d.bench_estimates).items()]"
+    )
+    source = str(Path(sitscad.__file__).parents[1])
+    for seed in ("1", "7"):
+        (tmp_path / seed).mkdir()
+        spec = str(TEMPLATES / "bench_7mm.yaml")
+        subprocess.run([sys.executable, "-c", code, spec, f"{tmp_path / seed}/"], check=True,
+                       env={"PYTHONPATH": source, "PYTHONHASHSEED": seed, "HOME": str(tmp_path),
+                            "OPENBLAS_NUM_THREADS": "1"})
+    names = sorted(path.name for path in (tmp_path / "1").iterdir())
+    assert names == ["datasheet.html", "datasheet.json", "datasheet.pdf"]
+    for name in names:
+        assert (tmp_path / "1" / name).read_bytes() == (tmp_path / "7" / name).read_bytes()
+
+
+@pytest.mark.slow
+def test_a_forced_sheet_says_so(bench):
+    made = render(bench.layout, bench.estimates, bench.response, bench.performance, bench.curves, "why",
+                  bench.bench_estimates)
+    page = made["datasheet.html"].decode()
+    assert "does not meet its own checks" in page
+
+
+def test_the_curves_are_the_response(bench, drawn):
+    loads = np.zeros((1, 3))
+    loads[0, 0] = drawn.normal.forces[-1]
+    last = bench.response.under(loads, np.ones(1, dtype=bool))
+    rest = bench.response.respond(np.zeros((1, 6)))
+    ratio = drawn.normal.inductance[-1] / drawn.normal.inductance[0]
+    assert ratio == approx((rest.frequency[0] / last.frequency[0]) ** 2, rel=2e-4)
+    assert np.all(drawn.normal.sigma[0] < 1e-12), "after the tare nothing is off at rest"
+    assert np.all(drawn.normal.sigma[-1] > 0.0)
+
+
+def test_the_difference_is_that_of_the_thesis(drawn):
+    words, weights = difference(drawn, "shear_x")
+    assert words == "L1 - L2" and list(weights) == [1.0, -1.0]
+
+
+@pytest.mark.more
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [
+    "three_axis_triangle", "fingertip_foil",
+    *(pytest.param(name, marks=pytest.mark.more) for name in ("three_axis_grid", "grasper_4layer")),
+])
+def test_every_kind_of_array_has_one(name):
+    design = Design(sitscad.load(TEMPLATES / f"{name}.yaml"))
+    made = render(design.layout, design.estimates, design.response, design.performance, design.curves, "",
+                  design.bench_estimates)
+    assert set(made) == {"datasheet.html", "datasheet.json", "datasheet.pdf"}
+    # one coil has one curve, neither a sum of several nor a shear
+    assert made["datasheet.html"].decode().count("<svg") == (3 if name == "fingertip_foil" else 5)
+
+
+def test_only_what_feels_has_one(bench):
+    assert WRITER.applies(bench.spec)
+    assert not WRITER.applies(sitscad.load(TEMPLATES / "single_coil.yaml"))
+    assert render(bench.layout, bench.estimates, bench.response, (), None, "", bench.bench_estimates) == {}
+
+
+def test_shear_beyond_the_pad_s_law_is_marked(bench, drawn):
+    """Curves ran on to the pad's thickness as if they were as good there as at half of it."""
+    most = max(float(np.abs(curve.forces).max()) for curve in drawn.shears)
+    for held, is_marked in ((0.6 * most, True), (1.1 * most, False)):
+        plots, texts, captions = figures(replace(drawn, held=held), bench.performance), [], ""
+        for one in plots[:2]:
+            sheet = Sheet("plot", one.size)
+            plot(sheet, (0.0, 0.0, *one.size), one.draw)
+            texts.append({item.text for item in flattened(sheet.items) if isinstance(item, Label)})
+        captions = " ".join(one.caption for one in plots)
+        assert [("extrapolated" in found) for found in texts] == [is_marked] * 2
+        assert (BEYOND in captions) is is_marked and (BEYOND_LINES in captions) is is_marked
+
+
+def test_the_sum_of_errors_is_the_root_of_squares_of_what_a_tare_before_each_grasp_leaves(bench):
+    """Drift, hysteresis, creep, tilt and noise stood side by side, and nothing said what they come to."""
+    rows = dict((row[0], row[1:]) for row in _axes(bench))
+    for name, shown in zip(bench.performance[-1].axes, rows["errors together, full load, a tare before each grasp"],
+                           strict=True):
+        errors = bench.performance[-1].axes[name].errors
+        counted = {"noise", "hysteresis", "creep", "curved map", "drift with a tare before each grasp, 10 K",
+                   "tilt of 1 degree", "twist of 1 degree", "contact 0.1 mm beside the middle"}
+        assert counted < set(errors)
+        assert shown == show(np.sqrt(sum(errors[cause] ** 2 for cause in counted)), "N", 3)
+        assert {cause for cause in errors if lasts_tared(cause)} == counted
+
+
+def test_every_drift_says_since_which_tare_its_kelvins_count(bench):
+    rows = [row[0] for row in (*_axes(bench), *error_table(bench.performance).rows)
+            if re.search(r"drift.* 10 K", row[0])]
+    assert len(rows) == 5
+    for row in rows:
+        assert row.endswith("after the calibration" if "with a tare" in row else "after the one tare")
+    assert {TARES, TARED_AFTER_A_GRASP} < set(notes(bench.performance))
+
+
+def test_the_table_says_up_to_where_the_pad_s_law_was_held(bench):
+    rows = dict((row[0], row[1:]) for row in _axes(bench))
+    assert rows["extrapolated by the pad's law beyond"][-1] == show(held_shear(bench.spec), "N", 3)
+    assert rows["extrapolated by the pad's law beyond"][0] == "-"
+
+
+LONG = """
+sitscad: 1
+name: long
+coil: {shape: circle, outer_diameter: 7, turns: 12, layers: 2, trace_width: 0.1, trace_spacing: 0.1}
+array: {count: 2, pitch: 13}
+target: {shape: rectangle, size: [26, 7.5], thickness: 0.2}
+elastomer: {size: [26, 7.5], thickness: 1, material: ecoflex-00-30}
+mount: {kind: bench-plate, standoff: 3}
+requirements: {normal_force: 5 N, shear_force: 1 N}
+"""
+
+
+@pytest.mark.slow
+def test_a_pad_that_gives_way_is_overloaded_there(bench):
+    """It stood with an overload of 207 N beside a range that ends by instability at 155 N."""
+    design = Design(sitscad.load_text(LONG))
+    full = design.performance[-1]
+    assert full.axes["normal"].limited_by == "instability"
+    assert full.overload == full.axes["normal"].range
+    rows = dict((row[0], row[1:]) for row in sensor(design.performance, design.layout, design.estimates))
+    assert rows["overload, kept level (the pad gives way sideways)"] == (show(full.overload, "N", 3),)
+    usual = dict((row[0], row[1:]) for row in sensor(bench.performance, bench.layout, bench.estimates))
+    assert "overload (30 % strain of the pad)" in usual
+
+
+@pytest.mark.slow
+def test_a_free_target_s_overload_is_said_where_it_gives_way_sooner(bench):
+    """Overload and range are a level target's: a free one was lost at 57 % of the 155 N that stood there."""
+    design = Design(sitscad.load_text(LONG))
+    full, pad = design.performance[-1], soft_pad(design.spec)
+    assert full.free_overload < 0.6 * full.overload
+    near = np.array([[share * full.free_overload, 0.0, 0.0] for share in (0.3, 0.7, 0.999, 1.001, 1.2, 1.6)])
+    assert list(np.isnan(pad.pose(near)[:, 0])) == [False] * 3 + [True] * 3
+    assert not np.isnan(pad.pose(near, is_held=True)).any()
+    rows = dict((row[0], row[1:]) for row in sensor(design.performance, design.layout, design.estimates))
+    said = show(full.free_overload, "N", 3)
+    assert rows["overload, free to tilt (the pad gives way sideways)"] == (said,)
+    (note,) = (note for note in full.notes if "kept level" in note)
+    assert f"free to tilt the pad gives way sideways at {said}" in note
+    assert full.document()["free_overload_N"] == full.free_overload
+    assert bench.performance[-1].free_overload is None
+    assert not any("gives way" in note for note in bench.performance[-1].notes)
+    assert not np.isnan(soft_pad(bench.spec).pose(np.array([[bench.performance[-1].overload, 0.0, 0.0]]))).any()
+
+
+@pytest.mark.more
+@pytest.mark.slow
+def test_two_shears_share_one_limit_in_table_and_notes(bench):
+    """3 N and 3 N stood as full scales; of both together the map in calibration/ read 2.67 N normal for 0.2."""
+    design = Design(sitscad.load(TEMPLATES / "three_axis_pad.yaml"))
+    found = foretell(design.response, is_held=True)
+    sensors, limit = found.sensors, found.sensors.range.shear
+    said = f"{limit:.3g} N in any direction"
+    rows = dict((row[0], row[1:]) for row in _axes(design))
+    words = f"{show(limit, 'N', 3)} ({show(limit / 2**0.5, 'N', 3)} each)"
+    assert rows["calibrated for a resultant shear up to"] == ("-", words, words)
+    assert sum(said in note for note in notes(design.performance, found)) == 1
+    made = drawn_calibration(design)
+    assert said in made["calibration/calibration.h"].decode() and said in made["calibration/plan.txt"].decode()
+    # it is so: on the circle all is read, at the square's corner the normal force is lost
+    loads = np.array([[0.0, 0.0, 0.0], *([0.2, share * limit, -share * limit] for share in (0.7, 1.0))])
+    frequency = sensors.under(np.zeros(len(sensors.known)), loads, exact=True)
+    off = np.abs(found.map(frequency[1:], frequency[0]) - loads[1:])
+    assert np.all(off[0] < 0.01 * limit) and off[1][0] > 0.3 * limit
+    rows = dict((row[0], row[1:]) for row in _axes(bench))
+    assert "calibrated for a resultant shear up to" not in rows
+    assert not any("any direction" in note for note in notes(bench.performance, foretell(bench.response, is_held=True)))
+
+
+def test_every_table_of_errors_says_of_which_loads(bench):
+    """Capacitors, without a tare, at full load stood beside a smaller error of a unit without a tare, over all."""
+    found = foretell(bench.response, is_held=True)
+    assert found.error_rows[0][0] == "error over all loads, of" and "over all loads" in found.errors_are
+    assert "at full load" in error_table(bench.performance).head[0]
+
+
+def test_curves_of_a_cell_name_it_and_one_coil_is_drawn_once(bench, drawn):
+    """The same curve stood twice, once as a sum of coils and a difference over shear that there is none of."""
+    normal = drawn.normal
+    alone = replace(drawn, coils=("C5",), places=drawn.places[:1], shears=(), ranges=(), normal=replace(
+        normal, inductance=normal.inductance[:, :1], sigma=normal.sigma[:, :1]))
+    curve, errors_of = figures(alone, bench.performance, "cell 5")
+    assert curve.caption.startswith("Cell 5") and "shear" not in curve.caption and "worst" in errors_of.caption
+    sheet = Sheet("plot", curve.size)
+    plot(sheet, (0.0, 0.0, *curve.size), curve.draw)
+    assert "cell 5, L5" in [item.text for item in flattened(sheet.items) if isinstance(item, Label)]
+    assert not any(word in one.caption for one in figures(drawn, bench.performance) for word in ("Cell", "worst"))
+
+
+def test_it_says_where_the_map_ends(bench):
+    """121 N stood as range beside a map that reads no more than 9."""
+    found = foretell(bench.response, is_held=True)
+    loads = np.array([[share * found.map.full_scale[0], 0.0, 0.0] for share in (0.0, 1.0, 1.5)])
+    frequency = sitscad.respond(bench, loads=loads, rotation="held").frequency
+    read = found.map(frequency[1:], frequency[0])[:, 0]
+    assert read[0] < found.map.end < loads[2, 0] and read[1] == approx(found.map.end, rel=1e-3)
+    rows = dict((row[0], row[1:]) for row in _axes(bench, found))
+    assert rows["calibrated range: the map to newtons ends at"][0] == f"{show(found.map.end, 'N', 3)}, pressed alone"
+
+
+def test_a_round_target_has_a_diameter(bench):
+    """It stood as 9 x 9 mm beside a drawing that said a diameter of 9 mm."""
+    spec = bench.spec
+    plates = replace(spec.target, shape="circle", size=(9e-3, 9e-3)), replace(spec.elastomer, size=(9.5e-3, 9e-3))
+    layout = replace(bench.layout, spec=replace(spec, target=plates[0], elastomer=plates[1]))
+    rows = dict((row[0], row[1:]) for row in sensor(bench.performance, layout, bench.estimates))
+    assert ", diameter 9 mm, " in rows["target"][0]
+    assert ", 9.5 x 9 mm, " in rows["elastomer"][0]
+
+
+def test_a_plot_is_shapes_and_letters_of_the_sheet():
+    sheet = Sheet("plot", (80.0, 50.0))
+
+    def line(figure):
+        axes = figure.subplots()
+        axes.plot([0.0, 1.0, 2.0], [0.0, 1.0, 5.0], label="curve")
+        axes.set(xlabel="force", ylim=(0.0, 2.0))
+        axes.legend()
+
+    plot(sheet, (0.0, 0.0, 80.0, 50.0), line)
+    texts = [item.text for item in flattened(sheet.items) if isinstance(item, Label)]
+    assert {"force", "curve", "2.0"} <= set(texts)
+    for item in flattened(sheet.items):
+        if not isinstance(item, Label):
+            for path in item.paths:
+                for piece in path.segments:
+                    assert -0.5 < piece.start.x < 80.5 and -0.5 < piece.start.y < 50.5
+    assert svg(sheet) == svg(sheet) and pdf([sheet])
+
+
+def test_many_rows_on_the_first_sheet_end_above_its_frame(bench, monkeypatch):
+    """The note at the foot of skin_strip_6's data sheet ran over the frame."""
+    sheets = []
+    monkeypatch.setattr("sitscad.files.documents.datasheet.pdf", lambda made: sheets.extend(made) or b"")
+    more = [("row", "-", "-")] * 12
+    def longer(report):
+        found = axis_table(report)
+        return found._replace(rows=[*found.rows, *more])
+
+    monkeypatch.setattr("sitscad.files.documents.datasheet.axis_table", longer)
+    render(bench.layout, bench.estimates, bench.response, bench.performance, bench.curves, "", bench.bench_estimates)
+    assert min(item.at.y for item in sheets[0].items if isinstance(item, Label)) > 9.0

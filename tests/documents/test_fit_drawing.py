@@ -1,0 +1,109 @@
+"""The picture of a fit that fails: what is too much to scale and in red, its limit in black; none where it fits."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from legibility import assert_legible
+from tolerance import approx
+
+import sitscad
+from sitscad.assembly.places.fit import pin_gaps
+from sitscad.basics.finding import Finding, Severity
+from sitscad.files.documents.drawings.fit import drawing
+from sitscad.files.drawing.frame import RED
+from sitscad.files.drawing.sheet import Label, flattened
+from sitscad.kernels.geometry.path import bounding_box
+from sitscad.package.stages import failing_fit
+from sitscad.spec import templates
+
+
+def fault(rule, name, key, measured, limit):
+    return Finding(rule, name, Severity.ERROR, "", key=key, measured=measured, limit=limit, unit="m")
+
+
+TALL = fault("SIT303", "stack-height", "mount.standoff", 5.4e-3, 5e-3)
+
+
+@pytest.fixture(scope="module")
+def layout():
+    return sitscad.lay_out(sitscad.load_text(templates.read("grasper_4layer")))
+
+
+def with_changes(layout, **changes):
+    spec = layout.spec
+    for key, value in changes.items():
+        spec = spec.replace(key.replace("__", "."), value)
+    return replace(layout, spec=spec)
+
+
+def words(sheet, colour=RED):
+    return [i.text for i in flattened(sheet.items) if isinstance(i, Label) and i.colour == colour]
+
+
+def test_nothing_is_drawn_of_what_fits_or_is_no_matter_of_sizes(layout):
+    assert drawing(layout, []) is None
+    assert drawing(layout, [fault("SIT312", "elastomer-shear", "elastomer.material", 1.1, 1.0)]) is None
+
+
+def test_the_circle_that_is_needed_is_to_scale_with_the_port(layout):
+    sheet = drawing(layout, [TALL])
+    boxes = {item.name: bounding_box(item.paths) for item in flattened(sheet.items) if getattr(item, "name", "")}
+    needed, port = boxes["fit-needed"], boxes["jaw-port"]
+    assert (needed[2] - needed[0]) / (port[2] - port[0]) == approx(5.4 / 5.0, rel=1e-6)
+    assert words(sheet) == ["needs 5.40"] and "port 5.00" in words(sheet, "#000000")
+
+
+@pytest.mark.parametrize(
+    ("fault", "said"),
+    [
+        (fault("SIT301", "sensor-width", "fpc.margin", 5.2e-3, 4.8e-3), "board 5.20"),
+        (fault("SIT301", "sensor-width", "elastomer.size", 5.2e-3, 4.8e-3), "elastomer 5.20"),
+        (fault("SIT302", "sensor-length", "array.pitch", 10.3e-3, 8e-3), "board {0:.3f}"),
+        (fault("SIT309", "shield-gap", "shield.gap", 3.5e-3, 4e-3), "shield 3.50"),
+        (fault("SIT314", "printed-wall", "mount.standoff", 0.5e-3, 0.6e-3), "mount 0.50"),
+        (fault("SIT321", "solids-in-port", "mount", 2.7e-3, 2.5e-3), "needs 5.40"),
+    ],
+)
+def test_what_is_too_much_stands_in_red(layout, fault, said):
+    sheet = drawing(layout, [fault])
+    assert said.format(1e3 * layout.body_size[0]) in words(sheet)
+    assert_legible(replace(sheet, items=list(flattened(sheet.items))))
+
+
+def test_the_tail_at_the_pin_and_its_end_in_the_tube_are_drawn(layout):
+    changed = with_changes(layout, assembly__hinge_pin="2 mm", assembly__shaft_bore="2.4 mm")
+    (gap, _) = [each for each in pin_gaps(changed) if not each.is_free]
+    faults = [
+        fault("SIT324", "tail-past-hinge", "mount.standoff", gap.away, gap.pin),
+        fault("SIT325", "end-through-shaft", "fpc.tail.connector", 2.518e-3, 2.4e-3),
+        TALL,
+    ]
+    sheet = drawing(changed, faults, True)
+    said = " ".join(words(sheet))
+    assert "from the pivot" in said and "2.518 from corner to corner" in said and "IN SPITE OF" in said
+    assert_legible(replace(sheet, items=list(flattened(sheet.items))))
+
+
+def test_a_pivot_beside_the_middle_is_where_the_tail_passes_it(layout):
+    mount = layout.spec.mount
+    raised = replace(mount, jaw=replace(mount.jaw, pivot_offset=-0.3e-3))
+    moved = replace(layout, spec=replace(layout.spec, mount=raised))
+    closed, before = pin_gaps(moved)[0].away, pin_gaps(layout)[0].away
+    assert closed == approx(before + 0.3e-3, abs=1e-9)
+
+
+@pytest.mark.slow
+def test_a_package_has_the_picture_where_its_findings_ask_for_it():
+    from sitscad.checks.policy import Policy
+    from sitscad.package.stages import contents_of
+
+    spec = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml")
+    assert failing_fit(contents_of(spec, Policy(), None), "") == {}
+    tall = contents_of(spec.replace("elastomer.thickness", 1.6e-3), Policy(), None)
+    made = failing_fit(tall, "")
+    assert list(made) == ["fit.svg"] and b"needs 5.5" in made["fit.svg"]
+    # It named mount/fit-solids.svg in packages that have none
+    assert b"fit-solids" not in made["fit.svg"]
+    assert b"mount/fit-solids.svg has the bodies" in failing_fit(tall, "mount/fit-solids.svg")["fit.svg"]

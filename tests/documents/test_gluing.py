@@ -1,0 +1,220 @@
+"""Glue by amount, time and weight: what the steps say is what the pad's law and the liquid's flow give."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import replace
+
+import handmade
+import numpy as np
+import pytest
+from tolerance import approx
+
+import sitscad
+from sitscad.assembly.places.bodies import BodyRole, elastomer
+from sitscad.assembly.places.column import Toleranced
+from sitscad.assembly.places.tail_path import bends
+from sitscad.assembly.solids.tooling import FOOT_ROOM, PEG, foot_pockets
+from sitscad.estimates.design import Design
+from sitscad.estimates.loads import gluing as physics
+from sitscad.estimates.loads.pad import pushed
+from sitscad.files.documents import gluing
+from sitscad.files.documents.mounting import fastened, jaw_cut, pushed_out, tail_held
+from sitscad.kernels.geometry.convex import Footprint
+from sitscad.kernels.geometry.path import Point, bounding_box
+from sitscad.spec import presets, templates
+from sitscad.spec.places import cell_placements
+
+HERE = Point(0.0, 0.0)
+
+
+def spec_of(name, **changes):
+    return sitscad.load_text(templates.read(name), "t.yaml").replace(changes)
+
+
+def test_a_disc_sinks_in_a_liquid_by_stefan_s_law_and_a_rectangle_by_its_torsion_constant():
+    glue, force, line = presets.adhesive("cyanoacrylate"), 0.5, 30e-6
+    disc, square = Footprint(True, (10e-3, 10e-3), HERE), Footprint(False, (10e-3, 10e-3), HERE)
+    flows = [physics.lying_time(glue, plan, force, line, 2.0) - 2.0 - physics.SPREADING * plan.area
+             for plan in (disc, square)]
+    assert flows[0] == approx(3.0 * math.pi * glue.viscosity * 5e-3**4 / (4.0 * force * line**2), rel=1e-9)
+    assert flows[1] / flows[0] == approx(0.1406 * 10e-3**4 / (math.pi * 5e-3**4 / 2.0), rel=2e-3)
+    strip = Footprint(False, (1.0, 1e-3), HERE)  # J = b h^3 / 3 of a thin one
+    flow = physics.lying_time(glue, strip, force, line, 0.0) - physics.SPREADING * strip.area
+    assert flow == approx(3.0 * glue.viscosity * 1e-9 / 3.0 / (2.0 * force * line**2), rel=1e-3)
+    assert physics.lying_time(presets.adhesive("transfer-tape"), disc, force, line, 2.0) == 0.0
+
+
+@pytest.mark.parametrize("name", ["grasper_4layer", "round_button_12mm", "fingertip_foil", "grasper_3p5mm"])
+def test_the_weight_on_a_piece_presses_the_pad_by_what_the_steps_say(name):
+    spec = replace(spec_of(name), encapsulation=None)
+    press = physics.piece_press(spec, "target")
+    (pose,), _ = pushed(spec, np.array([[press.force, 0.0, 0.0]]), np.array([True]))
+    assert press.travel == approx(-float(pose[2]), rel=1e-3)
+    assert press.travel <= 1.1 * max(physics.PIECE_STRAIN * spec.elastomer.thickness,
+                                     physics.pressed_by(spec, physics.LEAST_MASS * physics.STANDARD_GRAVITY))
+    said = gluing.glued(spec, "target", "the elastomer", Toleranced(1e-3), "")
+    (mass,) = re.findall(r"both weigh ([0-9.]+) g", said)
+    (travel,) = re.findall(r"presses the pad by ([0-9.]+) mm, which comes back", said)
+    assert (float(mass), float(travel)) == approx((1e3 * press.mass, 1e3 * press.travel), rel=0.06)
+    (volume,) = re.findall(r"Spread ([0-9.]+) mm3", said)
+    assert float(volume) == approx(1e9 * spec.assembly.glue_line * physics.glued_area(spec, "target"), rel=0.05)
+
+
+@pytest.mark.parametrize("mass", [5e-3, 45e-3, 67e-3, 0.18, 0.53, 1.4, 2.1])
+def test_a_press_is_loaded_with_washers_only_as_far_as_its_peg_holds_them(mass):
+    """530 g were 85 washers, 17 cm of them on a peg of 15 mm."""
+    diameter, height = PEG
+    count, bar = gluing.washers(mass), gluing.steel_bar(mass)
+    assert (count is None) == (mass > 50e-3)
+    if count is not None:
+        assert count * gluing.WASHER_HEIGHT <= height and count * gluing.WASHER_MASS + gluing.PRESS_MASS >= mass
+        assert f"{count * 1e3 * gluing.WASHER_MASS:.0f}" and "washers" in gluing.loaded("elastomer", mass)
+        return
+    across, high = bar
+    ring = math.pi / 4.0 * (across**2 - gluing.BAR_HOLE**2)
+    assert diameter < gluing.BAR_HOLE and high <= 2.0 * across
+    assert ring * high * 7850.0 + gluing.PRESS_MASS == approx(mass, rel=1e-6)
+    said = gluing.loaded("elastomer", mass)
+    assert "washers" not in said and f"{1e3 * across:g} mm" in said and gluing.grams(mass) in said
+
+
+def test_a_press_on_a_target_without_a_pad_has_a_weight_and_presses_nothing():
+    press = physics.piece_press(spec_of("bench_7mm", elastomer=None, requirements=None), "target")
+    assert press.mass >= physics.LEAST_MASS and press.travel == 0.0
+
+
+@pytest.mark.parametrize(("name", "own", "used"), [
+    ("skin_grid_3x3", "cyanoacrylate", "epoxy"), ("round_button_12mm", "cyanoacrylate", "epoxy"),
+    ("grasper_4layer", "cyanoacrylate", "epoxy"), ("bench_7mm", "silicone-adhesive", "silicone-adhesive"),
+    ("bench_7mm", "transfer-tape", "transfer-tape"),
+])
+def test_hard_faces_have_the_spec_s_glue_only_if_it_flows_long_enough(name, own, used):
+    """Boards of 1 to 21 cm2 had an instant glue, of which some seconds are left once a board lies in its place."""
+    changes = {"elastomer": None, "requirements": None} if own == "transfer-tape" else {}
+    spec = spec_of(name, **changes).replace("assembly.adhesive", own)
+    layout = sitscad.lay_out(spec)
+    glue = physics.hard_adhesive(layout)
+    assert glue.name == used
+    if layout.spec.jaw is None:
+        said, (_, area) = " ".join(fastened(layout)), physics.board_plan(layout)
+        assert (f"Not {spec.assembly.adhesive.product}" in said) == (used != own) and glue.product in said
+        for volume in re.findall(r"Spread ([0-9.]+) mm3", said):
+            assert float(volume) == approx(1e9 * area * spec.assembly.glue_line, rel=0.05)
+        height = layout.spec.mount.standoff + spec.assembly.glue_line + layout.spec.fpc.stackup.thickness
+        assert f"to the board's top face are {1e3 * height:.3f} +-" in said
+
+
+@pytest.mark.cad
+def test_drawn_and_weighed_glue_is_that_of_the_steps():
+    """The board's line was weighed as the pads' glue, and drawn thinner than the steps had it."""
+    spec = spec_of("three_axis_triangle")
+    design = sitscad.design_of(spec) if hasattr(sitscad, "design_of") else Design(spec)
+    lines = {each.name: each for each in design.whole if each.role is BodyRole.GLUE}
+    assert lines["glue-board"].material == "epoxy"
+    assert {lines[f"glue-{part}"].material for part in ("elastomer", "target")} == {"cyanoacrylate"}
+    (volume,) = re.findall(r"Spread ([0-9.]+) mm3", " ".join(fastened(design.layout)))
+    assert lines["glue-board"].volume * 1e9 == approx(float(volume), rel=0.05)
+
+
+@pytest.mark.parametrize("name", ["skin_grid_3x3", "skin_strip_6", "round_button_12mm", "grasper_4layer"])
+def test_the_board_is_pressed_until_its_glue_lies_flat(name):
+    layout = sitscad.lay_out(spec_of(name))
+    mass, glue, (plan, area) = physics.board_press(layout), physics.hard_adhesive(layout), physics.board_plan(layout)
+    takes = physics.lying_time(glue, plan, mass * physics.STANDARD_GRAVITY, layout.spec.assembly.glue_line,
+                               physics.HARD_HANDLING)
+    assert takes <= glue.open_time
+    assert mass * physics.STANDARD_GRAVITY >= 0.95 * physics.HARD_PRESSURE * area
+    said = gluing.pressing(layout, "")
+    assert "jig-board-press" in said and gluing.grams(mass) in said
+    assert ("holes in turn" in pushed_out(layout)) == (len(cell_placements(layout.spec)) > 1)
+
+
+def test_the_board_s_press_leaves_a_cast_skin_its_room():
+    change = {"encapsulation": {"thickness": "0.5 mm"}, "elastomer.size": "6 mm", "target.size": "6 mm"}
+    layouts = [sitscad.lay_out(spec_of("three_axis_triangle", **each))
+               for each in ({**change, "encapsulation": None}, change)]
+    bare, cast = (bounding_box(foot_pockets(layout)) for layout in layouts)
+    pad = elastomer(layouts[1].spec).footprint.box
+    assert cast[0] <= pad[0] - 0.5e-3 - FOOT_ROOM[0] + 1e-9 and cast[0] < bare[0]
+
+
+def test_a_board_without_a_rim_is_pressed_through_foam_alone():
+    layout = sitscad.lay_out(spec_of("three_axis_triangle", **{"elastomer.size": "10 mm", "target.size": "10 mm"}))
+    assert foot_pockets(layout) == ()
+    said = gluing.pressing(layout, "Spread.")
+    assert "jig-board-press" not in said and "foam" in said and "Clamp" in said
+
+
+def test_a_height_on_silicone_names_a_force_that_does_not_press_it_and_what_a_micrometer_does():
+    for name in ("grasper_4layer", "grasper_3p5mm"):
+        spec, said = spec_of(name), gluing.measuring(spec_of(name))
+        assert ("not by a dial gauge" in said) == (physics.force_for(spec, gluing.HEIGHT_ERROR) < gluing.LIGHT_GAUGE)
+        (ratchet,) = re.findall(r"ratchet [^.]*presses the pad by ([0-9.]+) mm", said)
+        assert float(ratchet) == approx(1e3 * physics.pressed_by(spec, gluing.RATCHET), rel=0.06)
+    assert gluing.measuring(handmade.bare().spec) == ""
+
+
+@pytest.mark.parametrize(
+    ("changes", "named"),
+    [({}, "Loctite 770 is an amine"), ({"assembly.adhesive": "silicone-adhesive"}, "tin"),
+     ({"encapsulation": None}, ""), ({"encapsulation.material": {"shear_modulus": "100 kPa"}}, ""),
+     ({"assembly.adhesive": "transfer-tape"}, "")],
+)
+def test_what_may_keep_the_film_liquid_is_said_where_it_is_known(changes, named):
+    said = gluing.inhibited(sitscad.load_text(templates.read("grasper_4layer"), "t.yaml").replace(changes))
+    assert (named in said and "24 h" in said) if named else said == ""
+
+
+def test_a_tail_bent_in_air_has_a_rod_of_twice_its_radius():
+    layout = sitscad.lay_out(spec_of("grasper_4layer"))
+    (rod,) = re.findall(r"rod of ([0-9.]+) mm diameter", tail_held(layout))
+    radius = bends(layout)[0].radius
+    assert 2e3 * radius <= float(rod) <= 2e3 * radius + 0.1 and gluing.rods(None) == ""
+
+
+@pytest.mark.parametrize("kind", ["pins", "dovetail"])
+def test_what_is_cut_into_the_jaw_has_its_place_from_the_tip_and_the_sides(kind):
+    """Holes were "where the STEP file of the jaw has them"."""
+    from sitscad.assembly.places.jaws import jaw_range
+    from sitscad.assembly.places.seating import pin_places
+
+    spec = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml").replace(
+        {"mount.retention": kind, "shield": None})
+    layout = sitscad.lay_out(spec)
+    said, tip = " ".join(jaw_cut(layout)), jaw_range(layout, layout.spec.jaw)[0]
+    assert f"{5e2 * layout.spec.jaw.width:.2f} mm from either side" in said
+    for x, _ in pin_places(layout):
+        assert f"{1e3 * (x - tip):.2f}" in said
+    assert kind == "pins" or re.search(r"from the tip [0-9]+\.[0-9]{2} mm long", said)
+
+
+@pytest.mark.more
+@pytest.mark.slow
+@pytest.mark.cad
+def test_the_jig_is_drawn_with_what_is_glued_in_it():
+    from sitscad.assembly import solids as parts
+    from sitscad.files.documents.mounting import render_jig_picture
+
+    layout = sitscad.lay_out(spec_of("round_button_12mm"))
+    solids, tools = parts.solids(layout), parts.aids(layout)
+    contents = render_jig_picture(layout, solids, tools).values()
+    first = ["jig-base", "board", "jig-elastomer", "elastomer", "jig-elastomer-press"]
+    last = ["jig-base", "board", "elastomer", "jig-target", "target", "jig-target-press"]
+    for content, shown in zip(contents, (first, last), strict=True):
+        for view in ("exploded", "section"):
+            assert re.findall(f"id='{view}-([a-z-]+)'", content.decode()) == shown
+    alone = replace(layout, spec=replace(layout.spec, target=None))
+    (content,) = render_jig_picture(alone, tuple(s for s in solids if s.role != "target"),
+                                    parts.aids(alone)).values()
+    assert "exploded-jig-elastomer-press" in content.decode() and "jig-target" not in content.decode()
+    assert render_jig_picture(layout, solids, ()) == {}
+
+
+def test_webs_between_pads_get_no_glue():
+    """The area of the dose is the pads', and the step did not say whether the webs are glued."""
+    joined_spec = spec_of("skin_strip_6").replace("cells.web", "1 mm")
+    said = gluing.glued(joined_spec, "elastomer", "the board", Toleranced(1e-3), "")
+    assert "the webs between them get none" in said
+    assert "webs" not in gluing.glued(spec_of("grasper_4layer"), "elastomer", "the board", Toleranced(1e-3), "")

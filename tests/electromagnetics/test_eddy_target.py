@@ -1,0 +1,388 @@
+"""A finite target at any pose: against boxes of loops, images and finite elements, and what must hold of any."""
+
+from __future__ import annotations
+
+import math
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tolerance import approx
+
+from sitscad.kernels.electromagnetics.constants import MU0
+from sitscad.kernels.electromagnetics.eddy.box import box
+from sitscad.kernels.electromagnetics.eddy.coil_potential import coil_potentials
+from sitscad.kernels.electromagnetics.eddy.disc import disc, toroidal
+from sitscad.kernels.electromagnetics.eddy.graded_line import gaussian_sum, repeated_integrals
+from sitscad.kernels.electromagnetics.eddy.image import Mirror, _factor, image_modes
+from sitscad.kernels.electromagnetics.eddy.surface import Metal
+from sitscad.kernels.electromagnetics.eddy.target import SolvedTarget, turned
+from sitscad.kernels.electromagnetics.inductance.filaments import PolylineTrack
+from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, reflection
+from sitscad.kernels.electromagnetics.special_functions import gauss, j1
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "validation"))
+from finite_discs import EIGHT, Rings, check_disc, of_disc
+
+COPPER, LOSSLESS, FREQUENCY = 5.8e7, 5.8e17, 5e6
+OMEGA = 2.0 * math.pi * FREQUENCY
+LEAST = 2e-6  # First knots within a body that no field enters: it is as if that lay a third of them deeper
+
+
+def coil(outer, turns, pitch, width, heights):
+    radii = (outer - width) / 2 - pitch * (np.arange(turns) + 0.5)
+    return np.tile(radii, len(heights)), np.repeat(heights, turns)
+
+
+JAW = coil(4e-3, 7, 160e-6, 80e-6, np.array([-15e-6, -64e-6, -142e-6, -191e-6]))
+PLATE = (4.5e-3, 4.2e-3, 0.2e-3)
+CENTRES = np.array([[-2.25e-3, 0.0], [2.25e-3, 0.0]])
+STRAIGHT = np.zeros((1, 3))
+
+
+def a_box(size=PLATE, conductivity=COPPER, fine=1.0, points=24, first=15e-6):
+    surface = box(size, first / fine, 0.5e-3 / fine, (points, points, 5))
+    return SolvedTarget(surface, -0.5 * size[2], Metal(FREQUENCY, conductivity))
+
+
+@pytest.fixture(scope="module")
+def plate():
+    return a_box()
+
+
+@pytest.fixture(scope="module")
+def round_plate():
+    surface = disc(4e-3, 0.2e-3, 15e-6, 0.4e-3, (20, 4), 16)
+    return SolvedTarget(surface, -0.1e-3, Metal(FREQUENCY, COPPER))
+
+
+def change(target, poses, rings=JAW, centres=CENTRES, floor=-math.inf):
+    poses = np.atleast_2d(poses)
+    return target.changes(turned(poses[:, 3:]), poses[:, :3], [Rings(*rings, floor)] * len(centres), centres)
+
+
+def test_a_sum_of_gaussians_is_one_over_the_distance():
+    found = gaussian_sum(1e-6, 1e-2)
+    at = np.geomspace(2e-6, 1e-2, 50)
+    summed = (found.weights * np.exp(-((found.scales * at[:, None]) ** 2))).sum(axis=1)
+    constant = (summed - 1.0 / at)[-1]
+    assert summed - constant == approx(1.0 / at, rel=1e-4)
+
+
+def test_what_a_sum_of_gaussians_lacks_on_a_surface_is_its_tail():
+    found = gaussian_sum(1e-6, 1e-2)
+    edges = np.geomspace(1e-11, 20e-6, 4001)
+    at = np.sqrt(edges[1:] * edges[:-1])
+    summed = (found.weights * np.exp(-((found.scales * at[:, None]) ** 2))).sum(axis=1)
+    lacked = math.fsum((1.0 / at - summed) * math.pi * np.diff(edges**2))
+    assert found.tail == approx(lacked, rel=0.01)
+
+
+def test_currents_with_less_energy_than_none_get_more():
+    turned, _ = np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))
+    energies = np.array([-1e-3, 0.5, 1.0])
+    matrix = turned * energies @ turned.T
+    factor = _factor(matrix)
+    assert np.linalg.eigvalsh(factor @ factor.T) == approx(np.array([2e-3, 0.5, 1.0]), rel=1e-9)
+    assert np.linalg.eigvalsh(factor @ factor.T - matrix)[0] > -1e-12
+
+
+def test_toroidal_functions_are_the_mean_over_circles():
+    excess = np.array([1e-4, 1e-2, 0.04, 0.05, 0.5, 20.0])
+    angle = 2.0 * math.pi * (np.arange(40_000) + 0.5) / 40_000
+    for order in (0, 1, 2, 7, 15):
+        mean = [np.mean(np.cos(order * angle) / np.sqrt(2.0 * (1.0 + x - np.cos(angle)))) for x in excess]
+        assert toroidal(excess, 15)[order] == approx(math.pi * np.array(mean), rel=1e-6, abs=1e-13)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("offset", [0.0, 2.25e-3])
+def test_a_lossless_box_is_a_box_of_loops(offset):
+    from box_of_loops import converged_change
+
+    target = a_box(conductivity=LOSSLESS, first=LEAST)
+    ours = change(target, [0.0, 0.0, 1e-3, 0.0, 0.0, 0.0], centres=np.array([[offset, 0.0]]))[0, 0, 0].real
+    assert ours == approx(converged_change(PLATE[:2], PLATE[2], offset, *JAW, 1e-3), rel=4e-3)
+
+
+def test_finer_splines_and_more_points_change_nothing(plate):
+    poses = [[0.3e-3, -0.2e-3, 0.4e-3, 0.1, -0.08, 0.4], [0.0, 0.0, 1e-3, 0.0, 0.0, 0.0]]
+    coarse, fine = change(plate, poses), change(a_box(fine=2.0, points=36), poses)
+    assert coarse == approx(fine, abs=2e-3 * np.abs(fine).max())
+
+
+@pytest.mark.more
+@pytest.mark.slow
+def test_an_endless_plate_is_the_image():
+    from box_of_loops import endless_change
+
+    size = (22e-3, 22e-3, 0.3e-3)
+    target = SolvedTarget(box(size, LEAST, 0.6e-3, (60, 60, 3)), -0.5 * size[2], Metal(FREQUENCY, LOSSLESS))
+    for gap in (0.5e-3, 1.5e-3):
+        ours = change(target, [0.0, 0.0, gap, 0.0, 0.0, 0.0], centres=np.zeros((1, 2)))[0, 0, 0].real
+        assert ours == approx(endless_change(*JAW, gap), rel=2e-3)
+
+
+@pytest.mark.slow
+def test_an_endless_disc_off_centre_is_the_image():
+    from box_of_loops import endless_change
+
+    surface = disc(24e-3, 0.3e-3, LEAST, 0.6e-3, (48, 3), 30)
+    target = SolvedTarget(surface, -0.15e-3, Metal(FREQUENCY, LOSSLESS))
+    ours = change(target, [3e-3, 1e-3, 1.5e-3, 0.0, 0.0, 0.0], centres=np.zeros((1, 2)))[0, 0, 0].real
+    assert ours == approx(endless_change(*JAW, 1.5e-3), rel=3e-3)
+
+
+# gap, diameter, thickness (m), conductivity (S/m): aluminium, brass, copper; foils
+DISCS = [(1e-3, 8e-3, 0.2e-3, 5.8e7), (0.5e-3, 4e-3, 0.035e-3, 5.8e7), (1e-3, 8e-3, 1e-3, 3.5e7)]
+
+
+@pytest.mark.needs("scipy")
+@pytest.mark.parametrize("case", DISCS, ids=str)
+def test_a_disc_of_any_thickness_is_one_of_finite_elements(case):
+    from disc_of_elements import disc_change
+
+    reference = disc_change(EIGHT[0], *case[:3], case[3], cells=1.0)
+    check_disc(*case, reference, 4e-3, 0.02)
+
+
+# gap, diameter, thickness (m), conductivity (S/m), permeability: steels thick and thin, iron, ferrite
+MAGNETS = [
+    (0.5e-3, 4e-3, 0.2e-3, 1.3e6, 95.0), (0.5e-3, 5e-3, 0.03e-3, 1.3e6, 20.0), (1e-3, 8e-3, 0.5e-3, 6e6, 400.0),
+    (0.5e-3, 4e-3, 0.2e-3, 1.3e6, 2.0), (1e-3, 8e-3, 0.5e-3, 0.01, 150.0),
+]
+
+
+@pytest.mark.needs("scipy")
+@pytest.mark.parametrize("case", MAGNETS, ids=str)
+def test_a_magnetic_disc_is_one_of_finite_elements(case):
+    """Of the size of the complex change: the inductance's own may pass zero."""
+    from disc_of_elements import disc_change
+
+    lower, more = disc_change(EIGHT[0], *case, cells=0.8)
+    ours = of_disc(*case)
+    apart = abs(ours.real - lower), abs(-OMEGA * ours.imag - more) / OMEGA
+    assert max(apart) < 0.02 * abs(complex(lower, more / OMEGA))
+
+
+@pytest.mark.parametrize(
+    ("size", "axes"), [((4e-3, 3e-3, 1e-3), (1.0, -1.0, 0.0)), ((4e-3, 4e-3, 2e-3), (1.0, 1.0, -2.0))]
+)
+def test_the_energy_of_a_harmonic_potential_within_a_box_is_its_own(size, axes):
+    # of x^2 - y^2 and the like the squared gradient's integral is known
+    surface = box(size, 0.1e-3, 0.5e-3, (6, 6, 5))
+    one = next(one for one in surface.classes if one.parity == (1, 1, 1))
+    grid = [line.values[1] for line in surface.lines]
+    fits = [np.linalg.lstsq(v, line.nodes**2, rcond=None)[0] for v, line in zip(grid, surface.lines, strict=True)]
+    ones = [np.linalg.lstsq(v, np.ones(len(v)), rcond=None)[0] for v in grid]
+    whole = sum(
+        axes[k] * np.einsum("a,b,c->abc", *(fits[a] if a == k else ones[a] for a in range(3))) for k in range(3)
+    )
+    on_surface = np.zeros(whole.shape, dtype=bool)
+    on_surface[-1], on_surface[:, -1], on_surface[:, :, -1] = True, True, True
+    values = whole[on_surface][one.functions.kept]
+    values[-1] = 0.0  # a constant is no field, and has an energy of its own for that
+    exact = MU0 * np.prod(size) / 3.0 * sum((a * length) ** 2 for a, length in zip(axes, size, strict=True))
+    assert MU0 * (values @ one.functions.body.vacuum @ values) == approx(exact, rel=2e-3)
+
+
+def test_a_magnetic_square_turned_by_a_quarter_is_the_same():
+    surface = box((3e-3, 3e-3, 0.3e-3), 15e-6, 0.4e-3, (20, 20, 5))
+    square = SolvedTarget(surface, -0.15e-3, Metal(FREQUENCY, 1.3e6, 95.0))
+    pose = [0.3e-3, 0.2e-3, 1e-3, 0.0, 0.0]
+    assert change(square, [*pose, math.pi / 2.0]) == approx(change(square, [*pose, 0.0]), rel=1e-3)
+
+
+@pytest.mark.parametrize(("conductivity", "permeability"), [(1.3e6, 95.0), (0.01, 150.0)])
+def test_an_endless_magnetic_sheet_is_that_of_half_spaces(conductivity, permeability):
+    gap, thickness, metal = 1e-3, 0.3e-3, (conductivity, permeability)
+    k = 7.0 / gap * (1.0 + np.polynomial.legendre.leggauss(500)[0])
+    share = 7.0 / gap * np.polynomial.legendre.leggauss(500)[1]
+    spectrum = (EIGHT[0] * j1(k[:, None] * EIGHT[0])).sum(axis=1)
+    factor = reflection(k, FREQUENCY, [MetalLayer(*metal, thickness)])
+    endless = MU0 * math.pi * complex(np.sum(share * spectrum**2 * np.exp(-2.0 * k * gap) * factor))
+    surface = disc(30e-3, thickness, 20e-6, 0.9e-3, (60, 4), 0)
+    target = SolvedTarget(surface, -0.5 * thickness, Metal(FREQUENCY, conductivity, permeability))
+    ours = change(target, [0.0, 0.0, gap, 0.0, 0.0, 0.0], EIGHT, np.zeros((1, 2)))[0, 0, 0]
+    assert abs(ours - endless) < 0.01 * abs(endless)
+
+
+def test_a_target_far_away_does_nothing(plate):
+    near = change(plate, [0.0, 0.0, 0.5e-3, 0.0, 0.0, 0.0])
+    for pose in ([0.0, 0.0, 40e-3, 0.2, 0.0, 0.0], [40e-3, 0.0, 0.5e-3, 0.0, 0.0, 0.0]):
+        assert np.abs(change(plate, pose)).max() < 1e-5 * np.abs(near).max()
+
+
+def test_mutual_changes_are_reciprocal_and_metal_lowers_l_and_loses(plate, round_plate):
+    pose = [0.7e-3, -0.4e-3, 0.4e-3, 0.1, 0.2, 0.5]
+    for target in (plate, round_plate):
+        found = change(target, pose)[0]
+        assert found[0, 1] == approx(found[1, 0], rel=1e-9)
+        assert np.linalg.eigvalsh(found.real).max() < 0.0
+        assert np.linalg.eigvalsh(-found.imag).min() > 0.0
+
+
+def test_a_mirrored_pose_is_the_same(plate, round_plate):
+    pose = np.array([0.7e-3, 0.4e-3, 0.4e-3, 0.1, 0.2, 0.5])
+    across, along = pose * [1, -1, 1, -1, 1, -1], pose * [-1, 1, 1, 1, -1, -1]
+    for target in (plate, round_plate):
+        found, mirrored, other = (change(target, one)[0] for one in (pose, across, along))
+        assert mirrored == approx(found, rel=1e-6)
+        assert other == approx(found[::-1, ::-1], rel=1e-6)
+
+
+def test_a_disc_turned_about_its_axis_is_the_same(round_plate):
+    pose = np.array([0.7e-3, 0.4e-3, 0.6e-3, 0.1, 0.1])
+    found, after = (change(round_plate, [*pose, turn])[0] for turn in (0.0, 0.7))
+    assert after == approx(found, rel=2e-4)
+
+
+def test_a_turn_about_y_brings_the_target_s_plus_x_side_nearer(plate):
+    point = turned(np.array([[0.0, 0.1, 0.0]]))[0] @ [1.0, 0.0, 0.0]
+    assert point[2] < 0.0
+    left, right = np.diag(change(plate, [0.0, 0.0, 1e-3, 0.0, 0.1, 0.0])[0].real)
+    assert abs(right) > abs(left)
+
+
+@pytest.mark.slow
+def test_nothing_jumps_when_a_pose_is_swept():
+    # Across the doublings of the height at which the table's grids change, too.
+    target, table = a_box(points=20), coil_potentials(LAYERS, 0.15e-3, 5e-3)[0]
+    first, last = (
+        np.array(pose) for pose in ((-1e-3, 0.5e-3, 3e-3, -0.1, 0.0, -0.3), (1e-3, -1e-3, 0.7e-3, 0.1, 0.1, 0.4))
+    )
+    poses = first + np.linspace(0.0, 1.0, 500)[:, None] * (last - first)
+    found = target.changes(turned(poses[:, 3:]), poses[:, :3], [table, table], CENTRES).reshape(500, -1)
+    for part in (found.real, found.imag):
+        jump = np.abs(np.diff(part, n=4, axis=0)).max(axis=0)
+        assert np.all(jump < 1e-3 * np.ptp(part, axis=0))
+
+
+FIELDS_AT = [box(PLATE, 20e-6, 0.5e-3, (12, 12, 5)), disc(4e-3, 0.2e-3, 20e-6, 0.4e-3, (12, 4), 6)]
+
+
+@pytest.mark.parametrize("surface", FIELDS_AT, ids=["box", "disc"])
+def test_slopes_of_a_potential_drive_nothing_for_currents_have_no_end(surface):
+    x, y, z = surface.points.T * 1e3
+    none = np.zeros_like(x)
+    fields = (z, none, x), (y * z, x * z, x * y), (z * z, none, 2.0 * x * z)
+    slopes = np.stack([np.stack(one, axis=1) for one in fields], axis=2)
+    across, up = slopes.copy(), slopes.copy()
+    across[:, 2], up[:, :2] = 0.0, 0.0
+    whole, parts = (
+        np.array([max(np.abs(one.drive(field)).max(initial=0.0) for one in surface.classes) for field in fields])
+        for fields in ([slopes], [across, up])
+    )
+    assert parts.min() > 0.0 and whole.max() < 1e-3 * parts.min()
+
+
+@pytest.mark.slow
+def test_repeated_integrals_are_those_of_a_gaussian_and_of_each_other():
+    scales, u, (nodes, weights) = np.geomspace(1.0, 1e3, 7), np.linspace(0.0, 0.1, 4001), gauss(6)
+    found = repeated_integrals(scales, u)
+    erf = np.array([[math.erf(s * v) for v in u] for s in scales])
+    assert found[0] == approx(0.5 * math.sqrt(math.pi) / scales[:, None] * erf, rel=1e-12, abs=1e-18)
+    between = (u[:-1, None] + 0.5 * np.diff(u)[:, None] * (1.0 + nodes)).ravel()
+    for lower, upper, values in zip(found, found[1:], repeated_integrals(scales, between), strict=False):
+        steps = (values.reshape(len(scales), -1, nodes.size) * weights).sum(axis=2) * 0.5 * np.diff(u)
+        assert np.diff(upper, axis=1) == approx(steps, rel=1e-7, abs=1e-15 * float(np.abs(upper).max()))
+        assert np.all(np.diff(lower, axis=1) >= 0.0)
+
+
+@pytest.mark.parametrize("surface", [box(PLATE, 20e-6, 1e-3, (6, 5, 4)), disc(4e-3, 0.2e-3, 20e-6, 1e-3, (6, 3), 3)])
+def test_currents_of_a_linkage_are_its_transpose(surface):
+    field = np.sin(np.arange(len(surface.points) * 3 * 2)).reshape(-1, 3, 2)
+    for one in surface.classes:
+        some = np.cos(np.arange(len(one.functions.inductance) * 3)).reshape(-1, 3)
+        linked = np.einsum("pcm,pcs->ms", one.spread(some), field)
+        assert linked == approx(some.T @ one.drive(field), rel=1e-9, abs=1e-12)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("floor", "gap"), [(-0.9e-3, 1e-3), (-0.4e-3, 0.4e-3)])
+def test_with_a_mirror_it_is_a_box_of_loops_over_one(floor, gap):
+    from box_of_loops import converged_change
+
+    mirror, near_face = Mirror(floor), -0.5 * PLATE[2]
+    surface, coarse = box(PLATE, LEAST, 0.5e-3, (24, 24, 5)), box(PLATE, LEAST, 0.5e-3, (8, 8, 3))
+    images = image_modes(surface, coarse, near_face, 0.2e-3, mirror)
+    target = SolvedTarget(surface, near_face, Metal(FREQUENCY, LOSSLESS), mirror, images)
+    centres = np.array([[2.25e-3, 0.0]])
+    ours = change(target, [0.0, 0.0, gap, 0.0, 0.0, 0.0], centres=centres, floor=floor)[0, 0, 0].real
+    assert ours == approx(converged_change(PLATE[:2], PLATE[2], 2.25e-3, *JAW, gap, floor=floor), rel=5e-3)
+
+
+def test_few_combinations_carry_the_image():
+    mirror, near_face = Mirror(-0.4e-3), -0.5 * PLATE[2]
+    surface = box(PLATE, 15e-6, 0.5e-3, (24, 24, 5))
+    poses, found = [[0.3e-3, 0.0, 0.3e-3, 0.05, 0.1, 0.2], [0.0, 0.5e-3, 1e-3, -0.2, 0.0, 0.0]], []
+    for points in (8, 11):
+        images = image_modes(surface, box(PLATE, 15e-6, 0.5e-3, (points, points, 4)), near_face, 0.2e-3, mirror)
+        target = SolvedTarget(surface, near_face, Metal(FREQUENCY, COPPER), mirror, images)
+        found.append(change(target, poses, floor=-0.4e-3))
+    assert images.currents.shape[2] < 160
+    assert found[0] == approx(found[1], abs=5e-4 * np.abs(found[1]).max())
+
+
+class Unfolded:
+    """A surface whose planes of symmetry nobody knows of."""
+
+    mirrored = None
+
+    def __init__(self, surface):
+        self.points, self.classes = surface.points, surface.classes
+
+
+@pytest.mark.parametrize(("points", "floor"), [((8, 6, 3), -0.4e-3), ((7, 9, 4), -0.4e-3), ((6, 6, 3), -20e-3)])
+def test_a_folded_target_couples_with_its_image_as_a_whole_one(points, floor):
+    """Of a mirror 20 mm below some symmetries feel nothing."""
+    mirror, near_face = Mirror(floor), -0.5 * PLATE[2]
+    surface, coarse = box(PLATE, 15e-6, 0.5e-3, (16, 16, 4)), box(PLATE, 15e-6, 0.5e-3, points)
+    folded, whole = (image_modes(surface, one, near_face, 0.2e-3, mirror) for one in (coarse, Unfolded(coarse)))
+    assert folded.folding is not None and whole.folding is None
+    for angles in ([0.0, 0.0, 0.0], [0.0, 0.0, 0.4], [0.1, -0.05, 0.2]):
+        turn, place = turned(np.array([angles]))[0], np.array([0.1e-3, 0.2e-3, 0.3e-3])
+        ours, theirs = (np.linalg.eigvalsh(one.coupling(turn, place, mirror)) for one in (folded, whole))
+        assert ours == approx(theirs, abs=1e-9)
+    counts = [count for _, count in folded.parities]
+    assert sum(counts) == folded.currents.shape[2] and (0 in counts) == (floor < -10e-3)
+
+
+def spiral(z, sense, inward, outer=4e-3, width=80e-6, pitch=160e-6, turns=7.25):
+    angle = np.linspace(0.0, 2.0 * math.pi * turns, int(60 * turns) + 1)
+    radius = (outer - width) / 2 - pitch * angle / (2.0 * math.pi)
+    corners = np.stack([radius * np.cos(0.3 + sense * angle), radius * np.sin(0.3 + sense * angle)], axis=1)
+    return PolylineTrack(corners if inward else corners[::-1], width, 35e-6, z)
+
+
+LAYERS = [spiral(-15e-6, 1, True), spiral(-64e-6, -1, False), spiral(-142e-6, 1, True), spiral(-191e-6, -1, False)]
+
+
+def filaments(tracks, points, floor):
+    """The potential of straight filaments in closed form."""
+    found = np.zeros(len(points), dtype=complex)
+    for track in tracks:
+        for offset in (-0.5 / math.sqrt(3.0), 0.5 / math.sqrt(3.0)):
+            corners = track.strand(offset * track.width)
+            a, b = corners[:-1], corners[1:]
+            length = np.hypot(*(b - a).T)
+            for z, sign in ((track.z, 0.5), (2.0 * floor - track.z, -0.5)):
+                if math.isfinite(z):
+                    from_a, from_b = (np.sqrt(((points[:, None, :2] - p) ** 2).sum(-1) + (points[:, 2, None] - z) ** 2)
+                                      for p in (a, b))
+                    along = np.log((from_a + from_b + length) / (from_a + from_b - length)) / length
+                    found += sign * along @ ((b - a) @ np.array([1.0, 1j]))
+    return MU0 / (4.0 * math.pi) * found
+
+
+@pytest.mark.parametrize("floor", [-math.inf, -0.6e-3])
+@pytest.mark.parametrize("height", [0.16e-3, 0.3e-3, 0.9e-3, 2.5e-3])
+def test_a_tabulated_coil_is_its_filaments(floor, height):
+    # A constant potential drives nothing, so it may differ by one.
+    table = coil_potentials(LAYERS, 0.15e-3, 4e-3, floor)[0]
+    generator = np.random.default_rng(1)
+    points = np.column_stack([generator.uniform(-4.5e-3, 4.5e-3, (400, 2)), np.full(400, height - 15e-6)])
+    exact = filaments(LAYERS, points, floor)
+    apart = table(points) - exact
+    assert np.abs(apart - apart.mean()).max() < 1e-3 * np.abs(exact).max()

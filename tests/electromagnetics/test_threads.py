@@ -1,0 +1,139 @@
+"""Solvers limit linear algebra to one thread, and leave the process as it was."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+from sitscad.kernels.electromagnetics.threads import OneThread, _libraries
+
+ROOT = Path(__file__).parents[2]
+
+SOLVE = """
+import time
+import sitscad
+
+sitscad.Design(sitscad.load("templates/bench_7mm.yaml")).estimates
+began = time.process_time()
+for template in ("grasper_4layer", "three_axis_pad"):
+    design = sitscad.Design(sitscad.load(f"templates/{template}.yaml"))
+    design.layout
+    sitscad.respond(design, [[0.0, 0.0, -1e-4, 0.0, 0.0, 0.0]])
+print(time.process_time() - began)
+"""
+
+
+def seconds(threads: str) -> float:
+    """Processor time (s) of all threads of a process that solves two templates."""
+    around = {**os.environ, "PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": threads}
+    command = [sys.executable, "-c", SOLVE]
+    done = subprocess.run(command, env=around, cwd=ROOT, capture_output=True, text=True, check=True, timeout=300)
+    return float(done.stdout)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif((os.cpu_count() or 1) < 2, reason="two threads need two processors")
+def test_solve_with_two_threads_allowed_costs_no_more_than_with_one():
+    """It cost 4 to 10 times as much on a busy machine."""
+    assert min(seconds("2") for _ in range(2)) < 1.3 * max(seconds("1") for _ in range(2))
+
+
+class Library:
+    """A library of linear algebra with two threads, as threadpoolctl shows it."""
+
+    allowed = 2
+
+    def limit(self, limits, user_api):
+        assert user_api == "blas" and self.allowed == 2
+        self.allowed = limits
+        return self
+
+    def restore_original_limits(self):
+        assert self.allowed == 1
+        self.allowed = 2
+
+
+@pytest.fixture
+def library(monkeypatch):
+    found = Library()
+    monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
+    monkeypatch.setattr("sitscad.kernels.electromagnetics.threads._libraries", lambda: found)
+    return found
+
+
+def test_limit_ends_with_the_outermost_block_and_after_an_error(library):
+    limited = OneThread()
+    with limited:
+        with limited:
+            assert library.allowed == 1
+        assert library.allowed == 1
+    assert library.allowed == 2
+    with pytest.raises(ZeroDivisionError), limited:
+        _ = 1 / 0
+    assert library.allowed == 2
+
+
+def test_limit_lasts_until_the_last_thread_leaves(library):
+    limited, entered, leave = OneThread(), threading.Event(), threading.Event()
+
+    def other() -> None:
+        with limited:
+            entered.set()
+            leave.wait(10)
+
+    thread = threading.Thread(target=other)
+    with limited:
+        thread.start()
+        assert entered.wait(10)
+    assert library.allowed == 1
+    leave.set()
+    thread.join(10)
+    assert library.allowed == 2
+
+
+@pytest.mark.skipif(not hasattr(os, "register_at_fork"), reason="processes are forked on POSIX alone")
+@pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
+def test_process_forked_while_another_thread_begins_a_block_enters_its_own(library, monkeypatch):
+    """The child got a lock that nobody would release, and its first solution waited for ever."""
+    limited, held, inside = OneThread(), threading.Event(), []
+
+    def looked_for() -> Library:
+        held.set()
+        time.sleep(0.3)
+        return library
+
+    def other() -> None:
+        with limited:
+            inside.append(library.allowed)
+
+    monkeypatch.setattr("sitscad.kernels.electromagnetics.threads._libraries", looked_for)
+    thread = threading.Thread(target=other)
+    thread.start()
+    assert held.wait(10)
+    child = multiprocessing.get_context("fork").Process(target=limited.__enter__)
+    child.start()
+    child.join(10)
+    is_stuck = child.exitcode is None
+    child.kill()
+    thread.join(10)
+    assert not is_stuck and inside == [1] and library.allowed == 2
+
+
+def test_libraries_are_those_that_numpy_brings():
+    assert [row["user_api"] for row in _libraries().info() if "numpy" in row["filepath"]] == ["blas"]
+
+
+def test_limited_environment_is_left_alone(monkeypatch):
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "1")
+    looked_for = "sitscad.kernels.electromagnetics.threads._libraries"
+    monkeypatch.setattr(looked_for, lambda: pytest.fail("libraries were looked for"))
+    limited = OneThread()
+    with limited:
+        assert limited._limits is None

@@ -1,0 +1,163 @@
+"""`sitscad calibrate --from`: points led through on simulated boards, gone on with, refused; and the map from them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.bench.conftest import TEMPLATES
+from tolerance import approx
+
+import sitscad
+from sitscad.apps.hardware.board import Board
+from sitscad.apps.hardware.leading import Leading, NotTaken, head, taken
+from sitscad.apps.hardware.source import Source, source_of
+from sitscad.calibration.points import Plan
+
+SPEC = TEMPLATES / "bench_7mm.yaml"
+
+
+@pytest.fixture(scope="module")
+def design() -> sitscad.Design:
+    return sitscad.Design(sitscad.load(SPEC))
+
+
+@pytest.fixture(scope="module")
+def planned(design):
+    """A plan of three loads, as much of a calibration as is led by."""
+    loads = np.array([[4.0, 0.5, 0.0], [2.0, 0.0, 0.0], [1.0, -0.5, 0.0]])
+    plan = Plan(loads, np.zeros((4, 2)), np.zeros(2), np.zeros(2))
+    return replace(sitscad.calibrate(design), plan=plan)
+
+
+def _begun(design, source=""):
+    given, _ = source_of(f"sim:{SPEC}?{source}", design)
+    board = Board(design, given.chips)
+    board.set_up()
+    return board, given
+
+
+def _unasked(words: str) -> str:
+    raise AssertionError(words)
+
+
+@pytest.mark.slow
+def test_points_are_taken_and_gone_on_with(design, planned):
+    board, source = _begun(design)
+    said: list[str] = []
+    leading = Leading(board, source, planned, _unasked, said.append)
+    part = [text for text, _ in zip(leading.table(), range(3), strict=False)][-1]
+    *_, whole = leading.table(part)
+    assert whole.startswith(part) and whole.startswith(head(board, planned)) and said[-1] == "6 of 6 taken"
+    rows = np.array([[float(cell) for cell in line.split(",")] for line in whole.splitlines()[3:]])
+    assert rows[:, 0].tolist() == [0, 4, 0, 2, 1, 0] and rows[:, 1].tolist() == [0, 0.5, 0, 0, -0.5, 0]
+    loads = np.insert(rows[:, :2], 2, 0.0, axis=1)
+    true = board.conversion.counts(sitscad.respond(design, loads=loads, rotation="held").frequency)
+    sigma = board.conversion.noise(8e6) / board.frequency(1) / np.sqrt(200)
+    assert np.all(np.abs(rows[:, 2:] - true) < 6.0 * sigma)
+    assert list(leading.table(whole)) == []
+
+
+@pytest.mark.slow
+def test_tables_and_boards_of_another_sensor_are_refused(design, planned):
+    board, source = _begun(design)
+    other = head(board, planned).replace("3 points", "8 points") + "0,0,1,2\n"
+    with pytest.raises(ValueError, match="of another plan"):
+        next(Leading(board, source, planned, _unasked, print).table(other))
+    given, _ = source_of(f"sim:{TEMPLATES / 'jaw_5x20.yaml'}", None)
+    with pytest.raises(ValueError, match="the simulated board is jaw"):
+        next(Leading(Board(design, given.chips), given, planned, _unasked, print).table(""))
+    board = Board(design, given.chips)  # as a bus has it: only its readings say so
+    board.set_up()
+    with pytest.raises(NotTaken, match="C1: watchdog"):
+        taken(board, _by_hand(given), print, range(2))
+
+
+def _by_hand(simulated: Source) -> Source:
+    """The same board, its loads put on by somebody."""
+    wired = Source(simulated.chips)
+    wired.creep, wired.now, wired.wait = 0.0, simulated.now, simulated.wait
+    return wired
+
+
+@pytest.mark.parametrize(
+    ("source", "words"),
+    [("fault=open:C2", "C2: watchdog"), ("fault=lost-layer:C1", "C1: out of band: another sensor"),
+     ("fault=stuck:C1@0.01", "C1: stuck")],
+)
+def test_readings_that_are_not_good_are_not_taken(design, source, words):
+    board, given = _begun(design, source)
+    with pytest.raises(NotTaken, match=words):
+        taken(board, given, print, range(2))
+
+
+def test_it_waits_until_readings_are_at_rest_and_leaves_single_jumps_out(design):
+    board, source = _begun(design, "load=normal:3:0&seconds=3&fault=glitch:C1@4.5")
+    said: list[str] = []
+    found = taken(board, source, said.append, range(2))
+    rest = board.conversion.counts(sitscad.respond(design, loads=[[0, 0, 0]], rotation="held").frequency)[0]
+    assert list(found) == approx(list(rest), rel=2e-6) and len(said) >= 2 and "still moves" in said[0]
+
+
+def _answered(design, planned, *answers: str, fault: str = ""):
+    """A table led by what somebody types, a load put on before each answer where one is given: (load, words). What was
+    asked and said comes in one list.
+    """
+    board, source = _begun(design, fault)
+    said: list[str] = []
+    left = iter(answers)
+
+    def ask(words: str) -> str:
+        said.append(f"? {words}")
+        load, typed = next(left)
+        source.put_on(np.array(load), True)
+        return typed
+
+    return Leading(board, _by_hand(source), planned, ask, said.append).table(), said
+
+
+NOTHING, FOUR = [0.0, 0.0, 0.0], [4.0, 0.5, 0.0]
+
+
+def test_what_is_typed_goes_before_what_was_asked_for(design, planned):
+    on = [3.8, 0.4, 0.0]
+    texts, said = _answered(
+        design, planned, (NOTHING, ""), (on, "three"), (on, "0 0"), (on, "3.8"), (on, "3.8, 0.4")
+    )
+    next(texts)
+    assert next(texts).splitlines()[-1].startswith("3.8,0.4,")
+    assert said[0] == "? 1 of 6: nothing on it" and "? 2 of 6: press 4 N, push +0.5 N along x" in said
+    assert sum(line.startswith("? 2") for line in said) == 4
+    assert "'three' is not normal, shear_x in newtons" in said[-7]
+
+
+def test_a_bad_point_is_said_and_asked_for_again(design, planned):
+    """A weight that was forgotten, a push the wrong way; what somebody insists on is kept."""
+    texts, said = _answered(
+        design, planned, (NOTHING, ""), (NOTHING, ""), ([4.0, -0.5, 0.0], ""), (FOUR, ""), (FOUR, ""), (FOUR, "0 0")
+    )
+    next(texts)
+    second = next(texts)
+    assert second.splitlines()[-1].startswith("4,0.5,")
+    again = [line for line in said if "Once more" in line]
+    assert len(again) == 2 and "reads as about" in again[0] and "-0.5 N shear_x" in again[1]
+    assert next(texts).splitlines()[-1].startswith("0,0,")  # four newtons on it, and typed to be none
+    assert "reads as about 4 N normal" in [line for line in said if "Once more" in line][2]
+
+
+def test_the_point_before_is_taken_again(design, planned):
+    texts, said = _answered(
+        design, planned, (NOTHING, "back"), (NOTHING, ""), (FOUR, ""), (FOUR, "back"), ([3.9, 0.5, 0.0], "3.9 0.5")
+    )
+    first, second, back, again = (next(texts) for _ in range(4))
+    assert "'back' is not 0 for every axis" in said[1] and back == first != second
+    assert again.splitlines()[-1].startswith("3.9,0.5,") and len(again.splitlines()) == len(second.splitlines())
+
+
+def test_points_of_exchanged_coils_are_refused(design, planned):
+    """Nothing else sees them where they are drawn alike."""
+    texts, said = _answered(design, planned, (NOTHING, ""), (FOUR, ""), (FOUR, "4 0.5"), fault="fault=swapped:C1:C2")
+    next(texts)
+    next(texts)
+    assert any("Once more" in line and "-0.5 N shear_x" in line for line in said)

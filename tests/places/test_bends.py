@@ -1,0 +1,103 @@
+"""Every bend of a tail is in one list, and all papers say that list."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import pytest
+from tolerance import approx
+
+from sitscad.assembly.places.tail_path import bends, bends_of_mount, free_from, lip, own_bend, tail_path
+from sitscad.checks.board.tail import RULES
+from sitscad.checks.rules import apply_rule
+from sitscad.estimates.design import Design
+from sitscad.files.documents.drawings import board as board_drawing
+from sitscad.files.drawing.sheet import Label, flattened
+from sitscad.files.formats.kicad.board import board as kicad_board
+from sitscad.files.order_facts.notes import bend_text, bent_text
+from sitscad.layout import lay_out
+from sitscad.layout.bending import bend_stretch, least_bend_radius
+from sitscad.spec import templates
+from sitscad.spec.load import load_text
+
+TEMPLATES = [name for name in templates.names() if name != "single_coil"]
+"""All that have a tail."""
+
+
+def laid(name, *changes):
+    text = templates.read(name)
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    return lay_out(load_text(text, f"{name}.yaml"))
+
+
+@pytest.mark.parametrize("name", TEMPLATES)
+def test_every_bend_lies_where_tracks_are_straight_and_is_wide_enough(name):
+    layout = laid(name)
+    found, (low, high), least = bends(layout), bend_stretch(layout), least_bend_radius(layout.spec.fpc)
+    assert found
+    for bend in found:
+        assert low - 1e-9 <= bend.start < bend.end <= high + 1e-9 and bend.radius >= least - 1e-12
+    assert all(one.end <= other.start + 1e-9 for one, other in pairwise(found))
+    edge = lip(layout)
+    assert edge is None or edge.radius >= least - 1e-12
+
+
+@pytest.mark.parametrize("name", TEMPLATES)
+def test_the_solids_are_bent_where_the_list_says(name):
+    layout = laid(name)
+    here, turned = layout.body[2], []
+    for stretch in tail_path(layout).stretches:
+        if stretch.turn:
+            turned.append((here, here + stretch.length, abs(stretch.turn)))
+        here += stretch.length
+    assert turned == [(bend.start, bend.end, bend.angle) for bend in bends_of_mount(layout)]
+
+
+@pytest.mark.parametrize("name", ["fingertip_foil", "grasper_4layer", "jaw_5x20", "bench_7mm"])
+def test_every_paper_names_every_bend(name):
+    """The S of a grasper's tail stood in STEP and jaw drawing alone, and the cap's lip nowhere."""
+    layout = laid(name)
+    drawing = " ".join(i.text for i in flattened(board_drawing.drawing(layout, "").items) if isinstance(i, Label))
+    for words in (bend_text(layout), bent_text(layout), drawing, kicad_board(layout)):
+        for bend in bends(layout):
+            assert f"{math.degrees(bend.angle):.4g} deg {bend.direction}" in words
+
+
+def test_a_cap_lets_the_tail_down_over_a_lip_of_its_bend_radius():
+    """Readme and drawing asked for 1.16 mm, the cap's lip had 0.5 mm."""
+    layout = laid("fingertip_foil")
+    down, up = bends(layout)
+    edge = lip(layout)
+    assert (down.direction, up.direction) == ("down", "up") and own_bend(layout) is None
+    assert edge.radius == down.radius == least_bend_radius(layout.spec.fpc)
+    assert edge.start == approx(down.start, rel=1e-9)
+    end = tail_path(layout).at(up.end - layout.body[2])
+    assert end.angle == approx(0.0, abs=1e-9)
+    assert tail_path(layout).start.z - end.z == approx(layout.spec.mount.standoff, rel=0.05)
+
+
+def test_a_tail_bends_down_beyond_its_bench_plate_not_into_it():
+    layout = laid("bench_7mm", ("length: 30", "length: 16"))
+    assert own_bend(layout).start >= free_from(layout) - 1e-9
+
+
+def said(layout):
+    return apply_rule(RULES[0], Design(layout.spec, layout))[0]
+
+
+def test_a_tail_too_short_to_be_let_down_is_told():
+    layout = laid("fingertip_foil", ("standoff: 1.2", "standoff: 9"), ("length: 40", "length: 16"))
+    assert any("let down" in finding.message or "the mount bends" in finding.message for finding in said(layout))
+
+
+def test_a_jaw_whose_hinge_is_not_known_asks_for_no_bend_but_those_of_its_mount():
+    """90 degrees were ordered 27 mm behind the heel, within the tube."""
+    layout = laid("grasper_4layer", ("jaw: generic-5mm ", "jaw: {width: 4.8, length: 20, height: 1.3} "))
+    assert own_bend(layout) is None and bends(layout) == bends_of_mount(layout)
+    told = [one.partition(": ") for one in layout.spec.source.defaults if one.startswith("fpc.tail.bend")]
+    assert ("fpc.tail.bend.angle", "0 deg down") in [(key, value.partition(",")[0]) for key, _, value in told]
+    assert len({key for key, _, _ in told}) == len(told), "one line a key"
+    assert own_bend(laid("grasper_4layer")).angle == approx(math.radians(30.0), rel=1e-9)

@@ -1,0 +1,50 @@
+"""The tongue under the tail and the cheeks beside it: they stand where the tail is not, its taper included."""
+
+from __future__ import annotations
+
+import pytest
+from tolerance import approx
+
+import sitscad
+from sitscad.assembly.places.seating import relief
+
+shapely = pytest.importorskip("shapely")
+
+JAW = """
+sitscad: 1
+name: wide
+coil: {{shape: circle, outer_diameter: {diameter}, turns: 4, layers: 2, trace_width: 150 um, trace_spacing: 150 um}}
+array: {{pattern: line, count: 2, pitch: {pitch}}}
+fpc: {{margin: [{margin}, 0], tail: {{length: 60, connector: {connector}}}}}
+mount: {{kind: grasper-pad, jaw: robotic-12mm, standoff: 1.5}}
+"""
+
+
+@pytest.mark.parametrize("connector", ["zif-0.5mm", "solder-pads"])
+@pytest.mark.parametrize(("diameter", "pitch", "margin"), [(8, 8.5, 0), (8, 8.5, 0.5), (7, 7.6, 0.2), (5, 6, 0)])
+def test_cheeks_stand_beside_the_tail_over_their_whole_length(diameter, pitch, margin, connector):
+    """A body of 8.9 mm narrows to its tail of 2.5 mm over 3 mm: cheeks as for the tail's end stood in the taper."""
+    spec = sitscad.load_text(JAW.format(diameter=diameter, pitch=pitch, margin=margin, connector=connector), "jaw.yaml")
+    layout = sitscad.lay_out(spec)
+    found = relief(layout)
+    if found is None or found.cheeks is None:
+        return
+    board = shapely.Polygon([(p.x, p.y) for p in layout.outline.flattened(1e-6)])
+    for inner, outer in ((found.tail[1], found.across[1]), (found.tail[0], found.across[0])):
+        low, high = sorted((inner, outer))
+        cheek = shapely.box(found.cheeks, low, found.along[1], high)
+        assert board.intersection(cheek).area < 1e-10
+
+
+def test_a_taper_that_goes_on_past_the_tongue_leaves_no_room_for_cheeks():
+    text = JAW.format(diameter=8, pitch=8.5, margin=0, connector="zif-0.5mm")
+    layout = sitscad.lay_out(sitscad.load_text(text, "jaw.yaml"))
+    found = relief(layout)
+    assert found is not None and found.cheeks is None
+    assert found.along == approx((layout.body[2], layout.spec.jaw.length / 2 - 0.2e-3), rel=1e-6)
+
+
+def test_some_tongues_have_cheeks():
+    text = JAW.format(diameter=5, pitch=6, margin=0, connector="zif-0.5mm")
+    found = relief(sitscad.lay_out(sitscad.load_text(text, "jaw.yaml")))
+    assert found is not None and found.cheeks is not None

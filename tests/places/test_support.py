@@ -1,0 +1,106 @@
+"""SIT319: how much of the board lies on its mount, for every kind, against areas worked out by hand."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import handmade
+import pytest
+from tolerance import approx
+
+from sitscad.assembly.places.jaws import closed_span, made_to_measure
+from sitscad.assembly.places.stack import ground, support
+from sitscad.basics.finding import Severity
+from sitscad.checks import check
+from sitscad.kernels.geometry.path import enclosed_area
+from sitscad.layout import lay_out
+from sitscad.spec.load import load, load_text
+from sitscad.spec.mount import Finger
+
+LENS = Path(__file__).parents[1] / "report/broken/SIT319.yaml"
+SENSOR = """sitscad: 1
+name: held
+coil: {shape: circle, outer_diameter: 4, turns: 7.75, layers: 4, trace_width: 80 um, trace_spacing: 80 um}
+array: {pattern: line, count: 2, pitch: 4.5}
+fpc: {stackup: flex-4l, rules: generic-fine, tail: {length: 30, connector: zif-0.5mm, layers: 2}}
+elastomer: {shape: rectangle, size: [8, 4], thickness: 0.6}
+"""
+
+
+def pad(**changes):
+    """A hand-made sensor on a jaw, without the shield; its pad is 4 x 4 mm."""
+    mount = handmade.Mount("grasper-pad", handmade.jaw(), 1.0e-3)
+    return handmade.jaw_sensor(shield=None, **{"mount": mount, **changes})
+
+
+def said(mount):
+    result = check(load_text(f"{SENSOR}mount: {mount}\n", "held.yaml"), hints="none")
+    found = [finding for finding in result.findings if finding.rule == "SIT319"]
+    return found, [reason.reason for reason in result.not_checked if reason.rule == "SIT319"]
+
+
+def test_a_seat_carries_what_the_port_leaves_of_it():
+    """A strip about the axis, as wide as the circle is at the board's lower face."""
+    thick = replace(handmade.jaw_sensor().spec.elastomer, thickness=2.4e-3)
+    layout = pad(elastomer=thick)
+    low, high = closed_span(layout.spec)
+    depth = (low + high) / 2 + layout.spec.fpc.stackup.thickness
+    half = math.sqrt(made_to_measure(layout, layout.spec.mount.jaw) ** 2 - depth**2)
+    found = support(layout)
+    assert 2.0 * half < 4.0e-3 and found.name == "elastomer"
+    assert found.carried == approx(4.0e-3 * 2.0 * half, rel=1e-12) and found.pressed == approx(16e-6, rel=1e-6)
+
+
+def test_a_board_on_a_jaw_without_a_seat_lies_on_the_face_beside_its_window():
+    jaw = replace(handmade.jaw(), fenestration=(3e-3, 1.0e-3))
+    found = support(pad(mount=handmade.Mount("grasper-pad", jaw, 0.0)))
+    assert found.carried == approx(16e-6 - 3e-6, rel=1e-12)
+    assert support(pad(mount=handmade.Mount("grasper-pad", jaw, 1e-3))).carried == approx(16e-6, rel=1e-6)
+
+
+def test_plate_and_cap_carry_all_of_the_board_and_a_finger_what_is_flat_of_it():
+    def on(mount):
+        layout = handmade.bench_sensor(mount=mount)
+        found = support(layout)
+        assert found.body == enclosed_area(ground(layout))
+        return found.body_carried / found.body, found.share
+
+    assert on(handmade.Mount("bench-plate", None, 2e-3)) == approx((1.0, 1.0), rel=1e-6)
+    flat, round_one = Finger("rectangle", (4e-3, 4e-3), 8e-3, 2e-3), Finger("circle", (14e-3, 14e-3), 8e-3, 2e-3)
+    for finger in (flat, round_one):
+        assert on(handmade.Mount("fingertip", None, 1e-3, finger=finger)) == approx((1.0, 1.0), rel=1e-6)
+    assert on(handmade.Mount("fingertip", None, 0.0, finger=round_one)) == (0.0, 0.0)
+    assert 0.0 < on(handmade.Mount("fingertip", None, 0.0, finger=flat))[1] < 1.0
+
+
+def test_a_mount_cut_back_to_a_lens_is_an_error_with_both_areas():
+    """Such a mount was called held, and built with --force."""
+    result = check(load(LENS), hints="none")
+    (lens,) = [finding for finding in result.findings if finding.rule == "SIT319"]
+    assert lens.severity is Severity.ERROR and lens.key == "mount.standoff" and lens.unit == "m2"
+    body = enclosed_area(ground(lay_out(load(LENS))))
+    assert lens.limit == approx(0.5 * body, rel=1e-6) and 0.4 * body < lens.measured < lens.limit
+    assert f"of its {body * 1e6:.3g} mm2" in lens.message
+    over = [finding.message for finding in result.findings if finding.rule == "SIT301"]
+    assert all("which the port leaves" in message for message in over)
+
+
+@pytest.mark.parametrize("template", ["bench_7mm", "fingertip_foil", "grasper_4layer", "racetrack_jaw"])
+def test_the_board_of_every_template_is_carried(template):
+    result = check(load(Path(__file__).parents[2] / f"templates/{template}.yaml"), hints="none")
+    assert not [finding for finding in result.findings if finding.rule == "SIT319"]
+    assert not [reason for reason in result.not_checked if reason.rule == "SIT319"]
+
+
+@pytest.mark.slow
+def test_a_warning_where_a_tenth_of_what_is_pressed_on_is_missing():
+    ((finding,), _) = said("{jaw: {based_on: generic-10mm, fenestration: [4, 2]}, standoff: 0}")
+    assert finding.severity is Severity.WARNING and "a seat bridges" in finding.hint
+    assert (finding.measured, finding.limit) == (approx(24e-6, rel=1e-6), approx(0.9 * 32e-6, rel=1e-6))
+    assert said("{jaw: {based_on: generic-10mm, fenestration: [4, 2]}, standoff: 1}") == ([], [])
+
+
+def test_a_mount_that_no_figure_describes_is_not_judged():
+    assert said("{kind: custom}") == ([], ["the mount is not part of the spec: nothing says what the board lies on"])

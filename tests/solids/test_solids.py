@@ -1,0 +1,185 @@
+"""The solids: what there is, how large, where, and that no two claim the same place."""
+
+from __future__ import annotations
+
+import math
+
+import handmade
+import pytest
+from handmade import bounds
+from solid_pairs import interferences
+from tolerance import approx
+
+from sitscad.assembly.places.bodies import BodyRole
+from sitscad.assembly.solids import PartsError, solids
+from sitscad.assembly.solids.solid import face, manifold, tessellate
+from sitscad.kernels.geometry.path import Path, Point, Region, circle, enclosed_area, rectangle
+
+pytestmark = pytest.mark.cad
+
+NAMES = {
+    "jaw": "jaw mount shield mount-spacer stiffener board elastomer target encapsulation",
+    "solder-pads": "jaw mount shield mount-spacer board elastomer target encapsulation",
+    "round": "jaw mount shield mount-spacer stiffener board elastomer target encapsulation",
+    "overhanging": "jaw mount stiffener board elastomer target encapsulation",
+    "oblique": "jaw mount shield mount-spacer stiffener board elastomer target encapsulation",
+    "bench": "mount stiffener board elastomer target",
+    "bench-shielded": "mount shield mount-spacer stiffener board elastomer target",
+    "bare": "stiffener board",
+}
+
+
+def named(sensor: str) -> dict:
+    return {solid.name: solid for solid in handmade.solids(sensor)}
+
+
+@pytest.mark.parametrize("sensor", handmade.SENSORS)
+def test_shapes_are_made_in_place(sensor):
+    """A shape that carries a location is written to STEP as an instance with a running number for a name."""
+    for solid in handmade.solids(sensor):
+        assert solid.shape.wrapped.Location().IsIdentity(), solid.name
+
+
+@pytest.mark.parametrize("sensor", handmade.SENSORS)
+def test_only_what_the_spec_contains_is_built(sensor):
+    assert [solid.name for solid in handmade.solids(sensor)] == NAMES[sensor].split()
+
+
+@pytest.mark.parametrize("sensor", handmade.SENSORS)
+def test_every_solid_is_valid_and_its_mesh_is_closed(sensor):
+    for solid in handmade.solids(sensor):
+        assert solid.shape.is_valid, solid.name
+        body = manifold(tessellate(solid))
+        assert body.volume() * 1e-9 == approx(solid.volume, rel=2e-3), solid.name
+
+
+@pytest.mark.parametrize("sensor", handmade.SENSORS)
+def test_no_two_solids_share_any_volume(sensor):
+    assert interferences(handmade.solids(sensor)) == ()
+
+
+@pytest.mark.parametrize("sensor", ["jaw", "oblique", "bench", "bare"])
+def test_volumes_are_the_spec_s_areas_times_thicknesses(sensor):
+    layout, found = handmade.layout(sensor), named(sensor)
+    spec, thickness = layout.spec, layout.spec.fpc.stackup.thickness
+    assert found["board"].volume == approx(abs(enclosed_area(layout.outline)) * thickness, rel=1e-9)
+    assert found["stiffener"].volume == approx(layout.stiffener.outline.area * 0.15e-3, rel=1e-9)
+    for part in (spec.elastomer, spec.target):
+        if part is not None:
+            name = "elastomer" if part is spec.elastomer else "target"
+            assert found[name].volume == approx(part.size[0] * part.size[1] * part.thickness, rel=1e-9)
+
+
+def test_round_parts_are_round():
+    found = named("round")
+    assert found["elastomer"].volume == approx(math.pi * 2e-3**2 * 1e-3, rel=1e-9)
+    assert found["target"].volume == approx(math.pi * 1.5e-3**2 * 0.2e-3, rel=1e-9)
+
+
+def test_heights_follow_the_stack():
+    found = named("jaw")
+    heights = {name: (bounds(solid)[2], bounds(solid)[5]) for name, solid in found.items()}
+    wanted = {
+        "board": (-0.2e-3, 0.0),
+        "elastomer": (0.0, 1e-3),
+        "target": (1e-3, 1.2e-3),
+        "encapsulation": (0.0, 1.3e-3),
+        "shield": (-0.9e-3, -0.8e-3),
+        "mount-spacer": (-0.8e-3, 0.0),  # its cheeks beside the tail
+        "mount": (-1.2e-3, 0.0),
+        "jaw": (-2.4e-3, -1.2e-3),
+        "stiffener": (-0.35e-3, -0.2e-3),
+    }
+    for name, levels in wanted.items():
+        assert heights[name] == approx(levels, abs=1e-9), name
+
+
+def test_the_pad_stands_over_the_middle_of_the_array():
+    from dataclasses import replace
+
+    layout = handmade.bare(
+        elastomer=handmade.ElastomerPad(handmade.SOFT, "square", (2e-3, 2e-3), 1e-3, 0.0),
+    )
+    coils = (handmade.CoilPlacement("C1", (1e-3, 0.2e-3)), handmade.CoilPlacement("C2", (2e-3, 0.4e-3)))
+    spec = replace(layout.spec, array=handmade.ArraySpec("explicit", coils))
+    pad = next(s for s in solids(replace(layout, spec=spec)) if s.role is BodyRole.ELASTOMER)
+    assert bounds(pad) == approx((0.5e-3, -0.7e-3, 0.0, 2.5e-3, 1.3e-3, 1e-3), abs=1e-9)
+
+
+@pytest.mark.parametrize("sensor", ["jaw", "round", "overhanging", "oblique"])
+def test_the_film_is_nowhere_thinner_than_asked(sensor):
+    """What a ball of the film's radius sweeps over target and pad stays inside film, target, pad and board."""
+    m3 = pytest.importorskip("manifold3d")
+    found = {name: manifold(tessellate(solid)) for name, solid in named(sensor).items()}
+    ball = m3.Manifold.sphere(0.098, 24)
+    inside = found["encapsulation"] + found["target"] + found["elastomer"]
+    for name in ("target", "elastomer"):
+        grown = found[name].minkowski_sum(ball).trim_by_plane((0.0, 0.0, 1.0), 0.0)
+        assert (grown - inside).volume() < 2e-4, name
+
+
+def test_a_turned_target_and_an_offset_pad_stand_where_the_spec_says():
+    """The target's corners, turned by 30 degrees counter-clockwise, seen from the mean of the coils' centres."""
+    found = named("oblique")
+    assert bounds(found["elastomer"])[:2] == approx((-1.9e-3, -1.7e-3), abs=1e-9)
+    at = [(v.X * 1e-3, v.Y * 1e-3) for v in found["target"].shape.vertices()]
+    cos, sin = math.cos(math.radians(30.0)), math.sin(math.radians(30.0))
+    corner = (0.9e-3 + cos * 2e-3 - sin * 0.6e-3, 0.2e-3 + sin * 2e-3 + cos * 0.6e-3)
+    assert min(math.dist(corner, place) for place in at) < 1e-9
+
+
+def test_contacts_on_the_body_stay_open():
+    film, opening = named("solder-pads")["encapsulation"], handmade.layout("solder-pads").top_openings[0]
+    covered = named("jaw")["encapsulation"]
+    assert covered.volume - film.volume == approx(opening.area * 0.1e-3, rel=1e-3)
+
+
+def test_the_film_s_outer_edges_are_rounded():
+    """Rounding four upright and four upper edges takes (1 - pi/4) r^2 of each away: less than the sharp block."""
+    found = named("jaw")
+    sharp = (4.2e-3**2 * 1.3e-3) - found["elastomer"].volume - found["target"].volume
+    layout = handmade.layout("jaw")
+    flange = (abs(enclosed_area(handmade.with_solder_pads(layout).outline)) - 4.2e-3**2) * 0.1e-3
+    assert found["encapsulation"].volume < sharp + flange
+    kinds = {face.geom_type.name for face in found["encapsulation"].shape.faces()}
+    assert kinds & {"TORUS", "SPHERE"}
+
+
+def test_a_shield_that_does_not_fit_the_standoff_is_refused_with_the_number_to_give():
+    layout = handmade.jaw_sensor(mount=handmade.Mount("grasper-pad", handmade.jaw(), 0.5e-3))
+    with pytest.raises(PartsError, match=r"mount\.standoff at least 0\.7 mm"):
+        solids(layout)
+
+
+@pytest.mark.cad
+def test_a_tail_of_fewer_layers_is_drawn_as_thin_as_the_papers_say():
+    """The assembly had a tail of all four layers, 261 um, where two run down it."""
+    import sitscad
+    from sitscad.assembly.places.stack import tail_heights
+    from sitscad.assembly.solids.pieces import board_body, stiffener
+    from sitscad.assembly.solids.solid import manifold, tessellate
+    from sitscad.spec import templates
+
+    layout = sitscad.lay_out(sitscad.load_text(templates.read("grasper_4layer"), "t.yaml"))
+    body = board_body(layout)
+    under = tail_heights(layout)[0]
+    assert -layout.spec.fpc.stackup.thickness < under < 0.0
+    tail = manifold(tessellate(body)).trim_by_plane((1.0, 0.0, 0.0), layout.body[2] * 1e3 + 1e-6)
+    assert tail.bounding_box()[2] == approx(under * 1e3, abs=1e-6)
+    lowest, plate_top = body.shape.bounding_box().min.Z, stiffener(layout).shape.bounding_box().max.Z
+    assert body.shape.is_valid and lowest == approx(-layout.spec.fpc.stackup.thickness * 1e3, abs=1e-6)
+    assert plate_top == approx(under * 1e3, abs=1e-6)
+
+
+def test_corners_are_the_same_to_the_last_bit_wherever_their_edges_lie_in_memory():
+    middle = Point(-2.7712812921102037e-3, 0.0)
+    ring = Region(circle(middle, 2e-3), (circle(middle, 8.4e-4),))
+    kept = [face(ring) for _ in range(40)]
+    assert len({tuple(tuple(vertex) for vertex in each.vertices()) for each in kept}) == 1
+
+
+def test_a_path_that_does_not_join_is_no_face():
+    sides = rectangle(0.0, 0.0, 1e-3, 2e-3).segments
+    apart = Path((sides[0],)).shifted(0.0, -1e-5).segments
+    with pytest.raises(ValueError, match="do not join"):
+        face(Region(Path((*sides[1:3], *apart, sides[3]))))
