@@ -23,7 +23,7 @@ if TYPE_CHECKING:
         map_of as map_of,
     )
     from sitscad.calibration.bench_data import BenchError as BenchError
-    from sitscad.checks import CheckResult as CheckResult, RULES as RULES, check as check, mended as mended
+    from sitscad.checks.judging import CheckResult as CheckResult, RULES as RULES, check as check, mended as mended
     from sitscad.checks.rules import Violation as Violation, Rule as Rule, Undecided as Undecided
     from sitscad.estimates.design import Design as Design, respond as respond
     from sitscad.estimates import Estimates as Estimates, estimate as estimate
@@ -46,12 +46,10 @@ if TYPE_CHECKING:
     )
     from sitscad.layout import lay_out as lay_out
     from sitscad.layout.board import Layout as Layout
-    from sitscad.package import (
-        BuildResult as BuildResult,
-        PackageError as PackageError,
-        build as build,
-        verify as verify,
-    )
+    from sitscad.package.manifest import BuildResult as BuildResult
+    from sitscad.package.folder import PackageError as PackageError
+    from sitscad.package.building import build as build
+    from sitscad.package.verification import verify as verify
     from sitscad.package.contents import write_calibration as write_calibration
     from sitscad.assembly.solids import (
         MissingExtra as MissingExtra,
@@ -77,7 +75,7 @@ _HOMES = {
     "sitscad.apps.hardware.converter": "SimulatedConverter",
     "sitscad.calibration": "Calibration InverseMap calibrate map_of",
     "sitscad.calibration.bench_data": "BenchError",
-    "sitscad.checks": "CheckResult RULES check mended",
+    "sitscad.checks.judging": "CheckResult RULES check mended",
     "sitscad.checks.rules": "Violation Rule Undecided",
     "sitscad.estimates.design": "Design respond",
     "sitscad.estimates": "Estimates estimate",
@@ -90,7 +88,10 @@ _HOMES = {
     "as_cadquery_assembly centre_lines copper_solids current_paths",
     "sitscad.layout": "lay_out",
     "sitscad.layout.board": "Layout",
-    "sitscad.package": "BuildResult PackageError build verify",
+    "sitscad.package.building": "build",
+    "sitscad.package.folder": "PackageError",
+    "sitscad.package.manifest": "BuildResult",
+    "sitscad.package.verification": "verify",
     "sitscad.package.contents": "write_calibration",
     "sitscad.assembly.solids": "MissingExtra PartsError Solid solids",
     "sitscad.assembly.solids.whole": "whole",

@@ -11,8 +11,8 @@ import pytest
 import sitscad
 import sitscad.estimates
 import sitscad.layout
-from sitscad.checks import judged
 from sitscad.checks.board.clearances import copper_in
+from sitscad.checks.judging import judged
 from sitscad.estimates.design import ROOM_TEMPERATURE, Design
 
 TEMPLATES = Path(__file__).parents[1] / "templates"

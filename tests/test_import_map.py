@@ -59,8 +59,7 @@ MODULES = sorted(path for path in PACKAGE.rglob("*.py") if "firmware" not in pat
 
 
 def test_the_top_of_the_package_is_the_wings():
-    left_out = {"py.typed", "__pycache__"}
-    entries = {path.name.removesuffix(".py") for path in PACKAGE.iterdir() if path.name not in left_out}
+    entries = {path.relative_to(PACKAGE).parts[0].removesuffix(".py") for path in PACKAGE.rglob("*.py")}
     assert entries == {*WINGS, "__init__"}
     assert len(entries) <= 15
 

@@ -14,7 +14,7 @@ import pytest
 from click.testing import CliRunner
 
 import sitscad
-from sitscad.checks import all_rules
+from sitscad.checks.judging import all_rules
 from sitscad.checks.rules import NEEDS
 from sitscad.cli import cli, run
 from sitscad.files.writer import STAGES
@@ -41,7 +41,7 @@ WRITERS = [sitscad.Writer("{name}", "", "{stage}", {takes}, function=write)]
 @pytest.fixture(autouse=True)
 def no_plugins_before_and_after(monkeypatch):
     """A plugin is in force for a whole process; here for one test."""
-    for place in ("sitscad.checks._added", "sitscad.files.writer._added", "sitscad.files.writer._marks"):
+    for place in ("sitscad.checks.judging._added", "sitscad.files.writer._added", "sitscad.files.writer._marks"):
         monkeypatch.setattr(place, ())
 
 
@@ -105,7 +105,7 @@ def test_files_of_ones_own_are_in_the_package_and_go_with_the_plugin(tmp_path, s
     assert manifest["configuration"]["plugins"].keys() == {"plugin.py"}
     again = ran("build", spec, "-o", out, "--only", "firmware,report", "--plugin", EXAMPLE)
     assert "(unchanged)" in again.stdout and "LAB001" in again.stderr
-    for place in ("sitscad.checks._added", "sitscad.files.writer._added", "sitscad.files.writer._marks"):
+    for place in ("sitscad.checks.judging._added", "sitscad.files.writer._added", "sitscad.files.writer._marks"):
         monkeypatch.setattr(place, ())
     assert ran("build", spec, "-o", out, "--only", "firmware,report").exit_code == 0
     assert not (package / "field").exists() and "configuration" not in json.loads(

@@ -26,6 +26,7 @@ SOURCES = {
     "Policy": "sitscad.checks.policy reads one",
     "Baseline": "sitscad.checks.policy.read_baseline(path) reads one",
     "SpecSource": "spec.source is one",
+    "Adhesive": "sitscad.spec.presets.adhesive('epoxy') reads one",
     "Fault": "sitscad.apps.hardware.converter.Fault.read('open:C2') makes one",
 }
 """Calls that return a value of each type of sitscad. A TypeError names the call."""

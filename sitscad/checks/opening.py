@@ -37,7 +37,7 @@ def policy_for(path: str) -> Policy:
 
 def _rules() -> Iterator[RuleTexts]:
     """Every rule in force, loaded when the first one is asked for."""
-    from sitscad.checks import all_rules
+    from sitscad.checks.judging import all_rules
 
     yield from all_rules()
 

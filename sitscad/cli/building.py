@@ -58,7 +58,7 @@ def build(
     stopped, 2 a spec cannot be read or a package cannot be written.
     """
     from sitscad.checks.opening import each_of, opened, policy_for
-    from sitscad.package import require_distinct_names
+    from sitscad.package.building import require_distinct_names
 
     if force and strict:
         raise click.UsageError("--force builds in spite of errors, --strict not even with warnings: one of both.")
@@ -88,7 +88,7 @@ def build(
 
 def _made(compares: bool, asked: tuple[SensorSpec, Policy], **how: Any) -> BuildResult:
     """One package, built or compared with what a build would make."""
-    from sitscad.package import stale
+    from sitscad.package.building import stale
 
     spec, policy = asked
     return stale(spec, **how, policy=policy) if compares else sitscad.build(spec, **how, policy=policy)

@@ -89,8 +89,8 @@ def check(
     Exit code: 0 no errors, 1 errors (with --fail-on milder findings, too), 2 a spec cannot be read or wrong usage.
     With --fix it is that of what is left; with --diff at least 1 where there is something to change.
     """
-    from sitscad.checks import HINTS, all_rules
     from sitscad.checks.findings import FINDING_FORMATS
+    from sitscad.checks.judging import HINTS, all_rules
     from sitscad.checks.opening import each_of
     from sitscad.package.inspection import CheckOptions, inspect, mend
 
@@ -161,7 +161,7 @@ def _draw(path: str, inspected: Inspection) -> None:
     if not inspected.drawing:
         say(f"{inspected.checked.path}: nothing to draw, {path} was not written")
         return
-    from sitscad.package import write_file
+    from sitscad.package.folder import write_file
 
     os.makedirs(os.path.dirname(path) or ".", exist_ok=True)
     write_file(path, inspected.drawing.encode("utf-8"))
@@ -197,7 +197,7 @@ def _tell(mended: MendedSpec, writes: bool, unmended: bool) -> None:
     lines = mended.words_of_rolled_back.splitlines()
     if writes and mended.after != mended.before:
         if mended.path != "-":
-            from sitscad.package import write_file
+            from sitscad.package.folder import write_file
 
             write_file(mended.path, mended.after.encode("utf-8"))
         lines = mended.words.splitlines() + lines

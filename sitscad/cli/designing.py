@@ -74,7 +74,7 @@ def sweep(
     """  # noqa: D301 - click asks for the control character itself
     from sitscad.apps.study.space import RangeError
     from sitscad.apps.study.sweeping import SWEEP_FILES, SWEEP_FORMATS, range_of, sweep_as_written
-    from sitscad.package import write_file
+    from sitscad.package.folder import write_file
 
     show, write = row_of(SWEEP_FORMATS, format_name, "--format"), None
     if output:
@@ -193,7 +193,7 @@ def design(
 def _write(answer: StudyAnswer, folder: str) -> None:
     """The files of an answer, in place of those of an earlier one."""
     from sitscad.apps.study.page import answer_files
-    from sitscad.package import write_file
+    from sitscad.package.folder import write_file
 
     os.makedirs(os.path.join(folder, "designs"), exist_ok=True)
     files = answer_files(answer)
@@ -209,7 +209,7 @@ def _write(answer: StudyAnswer, folder: str) -> None:
 def _write_so_far(asked: sitscad.Study, found: Found, folder: str) -> None:
     """Write the page of a search that ends before it is through."""
     from sitscad.apps.study.page import page_so_far
-    from sitscad.package import write_file
+    from sitscad.package.folder import write_file
 
     path, of = os.path.join(folder, SO_FAR), min(found.asked.evaluations, found.asked.space.size)
     write_file(path, page_so_far(asked, found, of).encode("utf-8"))

@@ -231,7 +231,7 @@ def response(
     from sitscad.estimates.design import respond_to
     from sitscad.estimates.performance.tables import PerformanceReport
     from sitscad.files.report.response import RESPONSE_FILES, RESPONSE_FORMATS, response_file
-    from sitscad.package import write_file
+    from sitscad.package.folder import write_file
     from sitscad.package.inspection import as_configured
 
     show = row_of(RESPONSE_FORMATS, format_name, "--format")

@@ -24,7 +24,7 @@ def new(template: str | None, output: str | None, list_them: bool, force: bool, 
     TEMPLATE is grasper_4layer unless another is named; --list names them all. With --study a study of it is written,
     for `sitscad design`.
     """
-    from sitscad.package import list_templates, profile_lines, write_schema, write_study, write_template
+    from sitscad.package.folder import list_templates, profile_lines, write_schema, write_study, write_template
 
     named = {} if template is None else {"name": template}
     if study and not list_them:
@@ -58,10 +58,10 @@ def explain(rules: tuple[str, ...]) -> int:
     A rule is an identifier (SIT103), its number (103) or its name (coil-trace); what several begin with (SIT2) is all
     of them.
     """
-    from sitscad import checks
+    from sitscad.checks import judging
 
     found = dict.fromkeys(rule.id for pattern in rules for rule in rules_for(pattern))
-    print_result("\n\n\n".join(map(checks.explain, found)))
+    print_result("\n\n\n".join(map(judging.explain, found)))
     return 0
 
 
@@ -73,8 +73,8 @@ def rules(format_name: str) -> int:
 
     json and markdown have all its texts.
     """
-    from sitscad.checks import all_rules
     from sitscad.checks.findings.text import RULE_FORMATS
+    from sitscad.checks.judging import all_rules
 
     print_result(row_of(RULE_FORMATS, format_name, "--format")(tuple(all_rules())))
     return 0

@@ -116,7 +116,7 @@ def warn_of_unknown_specs(baseline: Baseline | None, checked: Iterable[CheckedSp
 
 def rules_for(pattern: str) -> list[Any]:
     """The rules that a pattern stands for; a usage error where it is none."""
-    from sitscad.checks import all_rules
+    from sitscad.checks.judging import all_rules
     from sitscad.checks.policy import stands_for
 
     known = all_rules()

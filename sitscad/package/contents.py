@@ -24,10 +24,10 @@ from sitscad.basics.record import record
 from sitscad.basics.units import counted
 from sitscad.basics.version import __version__
 from sitscad.calibration.calibration import Calibration, foretell
-from sitscad.checks import all_rules
-from sitscad.checks import judged as reviewed
 from sitscad.checks.assembly.fit import judged_on_solids, settles
 from sitscad.checks.findings import CheckedSpec, checked_spec, to_json
+from sitscad.checks.judging import all_rules
+from sitscad.checks.judging import judged as reviewed
 from sitscad.checks.policy import Baseline, Policy, ignored_anyway, judged
 from sitscad.estimates.design import Design
 from sitscad.estimates.loads.pad import NoResponse

@@ -10,11 +10,11 @@ from dataclasses import replace
 
 from sitscad.basics.finding import Finding, NotChecked, Remedy, Severity
 from sitscad.basics.record import record
-from sitscad.checks import CheckResult, all_rules, mended
-from sitscad.checks import judged as reviewed
 from sitscad.checks.findings import CheckedSpec, checked_spec, numbered_places
 from sitscad.checks.fixes.mending import Applied, RolledBack, mended_text
 from sitscad.checks.fixes.search import DECISIVE
+from sitscad.checks.judging import CheckResult, all_rules, mended
+from sitscad.checks.judging import judged as reviewed
 from sitscad.checks.opening import STDIN, beginning, opened, policy_for
 from sitscad.checks.policy import Baseline, Policy, chosen_rules, ignored_anyway, judged
 from sitscad.estimates.design import Design

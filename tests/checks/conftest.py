@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from sitscad.basics.finding import Finding, NotChecked
-from sitscad.checks import RULES
 from sitscad.checks.fixes.search import Budget
+from sitscad.checks.judging import RULES
 from sitscad.checks.rules import apply_rule, outcomes
 from sitscad.checks.trials import Trials
 from sitscad.estimates.design import Design

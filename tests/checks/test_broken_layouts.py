@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import pytest
 
 from sitscad.basics.finding import Finding, Severity
-from sitscad.checks import RULES
+from sitscad.checks.judging import RULES
 from sitscad.checks.rules import apply_rule
 from sitscad.estimates.design import Design
 from sitscad.kernels.geometry.path import Path, Point, Region, circle, polyline, rectangle

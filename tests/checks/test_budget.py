@@ -7,8 +7,8 @@ import pytest
 
 import sitscad
 from sitscad.basics.finding import Severity
-from sitscad.checks import HINTS, RULES, check, mended
 from sitscad.checks.fixes.search import LEVELS, NOT_FURTHER, Budget
+from sitscad.checks.judging import HINTS, RULES, check, mended
 from sitscad.checks.rules import outcomes
 from sitscad.checks.trials import Trials
 from sitscad.estimates import estimated

@@ -10,7 +10,7 @@ import sys
 import pytest
 
 from sitscad.basics.finding import Severity
-from sitscad.checks import RULES, check, explain
+from sitscad.checks.judging import RULES, check, explain
 from sitscad.checks.rules import NEEDS
 
 

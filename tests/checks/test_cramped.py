@@ -8,7 +8,7 @@ from ruamel.yaml import YAML
 
 import sitscad
 from sitscad.basics.finding import Missing
-from sitscad.checks import mended
+from sitscad.checks.judging import mended
 from sitscad.layout import lay_out
 from sitscad.spec import templates
 from sitscad.spec.load import load_text

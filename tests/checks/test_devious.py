@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from sitscad.basics.finding import Severity
-from sitscad.checks import RULES, check
+from sitscad.checks.judging import RULES, check
 from sitscad.checks.rules import apply_rule
 from sitscad.checks.usual_ranges import WORKED_OUT, usual_ranges
 from sitscad.estimates.design import Design

@@ -12,9 +12,9 @@ from tolerance import approx
 import sitscad
 from sitscad.basics.finding import Severity
 from sitscad.basics.units import parse_quantity
-from sitscad.checks import RULES, check
 from sitscad.checks.assembly.transduction import STRAIN_ERROR
 from sitscad.checks.fixes.moves import LONGER, longer_coils
+from sitscad.checks.judging import RULES, check
 from sitscad.estimates.circuits.tank import preferred_values
 from sitscad.estimates.values import Spread
 from sitscad.kernels.mechanics.elastomer import VALID_STRAIN

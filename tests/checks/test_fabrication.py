@@ -10,7 +10,7 @@ import pytest
 from tolerance import approx
 
 from sitscad.basics.finding import Missing, Severity, Shortfall
-from sitscad.checks import check
+from sitscad.checks.judging import check
 from sitscad.files.documents import order_notes
 from sitscad.kernels.geometry.path import Line, Path, Point, Region, bounding_box, rectangle
 from sitscad.layout import lay_out

@@ -17,14 +17,14 @@ import sitscad
 from sitscad.apps.study.measures import MEASURES
 from sitscad.basics.finding import Severity
 from sitscad.basics.units import show
-from sitscad.checks import RULES, check, judged
 from sitscad.checks.findings import as_json, as_text
 from sitscad.checks.findings.document import read_findings
+from sitscad.checks.judging import RULES, check, judged
 from sitscad.checks.rules import apply_rule
 from sitscad.estimates.design import Design
 from sitscad.estimates.loads.working_range import held_shear
 from sitscad.estimates.performance.tables import PerformanceReport, axis_table
-from sitscad.package import write_template
+from sitscad.package.folder import write_template
 from sitscad.package.inspection import as_configured
 from sitscad.spec import templates
 from sitscad.spec.load import load_text, rewritten_spec

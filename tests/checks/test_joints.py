@@ -9,7 +9,7 @@ from tolerance import approx
 
 from sitscad.assembly.places.column import print_limit
 from sitscad.basics.finding import Severity
-from sitscad.checks import check
+from sitscad.checks.judging import check
 from sitscad.spec import presets
 from sitscad.spec.load import load_text
 

@@ -7,8 +7,8 @@ import pytest
 from tolerance import approx
 
 from sitscad.basics.finding import Severity
-from sitscad.checks import check
 from sitscad.checks.fixes.moves import fewer_turns, more_turns, whole_turns
+from sitscad.checks.judging import check
 from sitscad.estimates import estimate
 from sitscad.estimates.design import Design
 from sitscad.layout import lay_out

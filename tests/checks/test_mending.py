@@ -18,9 +18,9 @@ from check_times import design as random_design  # noqa: E402
 
 from sitscad.basics.finding import Edit, Finding, NotChecked, Remedy, Severity  # noqa: E402
 from sitscad.basics.record import record  # noqa: E402
-from sitscad.checks import check, mended  # noqa: E402
 from sitscad.checks.fixes.mending import mended_text, worsened  # noqa: E402
 from sitscad.checks.fixes.search import warn  # noqa: E402
+from sitscad.checks.judging import check, mended  # noqa: E402
 from sitscad.spec import templates  # noqa: E402
 from sitscad.spec.load import load_text  # noqa: E402
 from sitscad.spec.reading import SpecError  # noqa: E402

@@ -13,7 +13,7 @@ from shapely import affinity
 from shapely.geometry import Point, Polygon, box
 from tolerance import approx
 
-from sitscad.checks import check
+from sitscad.checks.judging import check
 from sitscad.layout import lay_out
 from sitscad.spec.load import load_text
 

@@ -11,7 +11,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad.basics.finding import Severity
-from sitscad.checks import RULES
+from sitscad.checks.judging import RULES
 from sitscad.checks.reading.response import FEWEST_STEPS, _moved_changes
 from sitscad.checks.rules import apply_rule
 from sitscad.estimates.circuits.moved_target import target_effects

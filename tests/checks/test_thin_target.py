@@ -10,7 +10,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad.basics.finding import Severity
-from sitscad.checks import RULES
+from sitscad.checks.judging import RULES
 from sitscad.checks.reading.thin_target import THICK, _resistance_of_sheet
 from sitscad.checks.rules import apply_rule, own_limits
 from sitscad.estimates import estimated

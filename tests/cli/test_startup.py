@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import sitscad
-from sitscad.package import write_template
+from sitscad.package.folder import write_template
 
 HEAVY = {
     "build123d", "cadquery", "OCP", "gmsh", "manifold3d", "trimesh", "scipy", "matplotlib", "ezdxf", "shapely",

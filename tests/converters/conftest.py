@@ -8,13 +8,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from tests.readout.family import xdc_registers
 
 from sitscad.data import FOLDER
 from sitscad.kernels.converters import figures
 from sitscad.kernels.converters.converter import Converter
 from sitscad.spec import presets
 from sitscad.spec.format.kinds import names
+from tests.converters.family import xdc_registers
 
 FAMILY = Path(__file__).parent / "family"
 OWN_ROW = 'xdc2214,xdc221x,4,0x10 0x11 0x12 0x13,"QFN-24, 5 x 5 mm",verified,"X Corp XDC2214 data sheet, 3"\n'

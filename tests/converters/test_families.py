@@ -7,7 +7,6 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
-from tests.bench.conftest import TEMPLATES
 from tolerance import approx
 
 import sitscad
@@ -16,6 +15,7 @@ from sitscad.files.documents import firmware
 from sitscad.files.formats.kicad.schematic import parts
 from sitscad.kernels.converters import ldc_registers
 from sitscad.spec import presets
+from tests.hardware.conftest import TEMPLATES
 
 
 @pytest.fixture

@@ -144,7 +144,7 @@ def test_beyond_the_result_there_is_no_reading() -> None:
 
 def test_its_texts_cite_its_own_data_sheet() -> None:
     """The rules' texts name both; a finding names the one of its converter."""
-    from sitscad.checks import RULES
+    from sitscad.checks.judging import RULES
 
     texts = [rule.source for rule in RULES if "SNOSC" in rule.source]
     assert len(texts) > 5 and all("SNOSCY9A" in text and "SNOSCZ0A" in text for text in texts)

@@ -8,9 +8,6 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
-from tests.bench.conftest import TEMPLATES
-from tests.readout.conftest import forget
-from tests.readout.family import xdc_registers
 from tolerance import approx
 
 import sitscad
@@ -28,6 +25,9 @@ from sitscad.kernels.converters.converter import Converter
 from sitscad.kernels.converters.figures import ASKED, rows_of, source_in_all
 from sitscad.kernels.converters.registers import REQUIRED, RegisterMap
 from sitscad.spec import presets
+from tests.converters.conftest import forget
+from tests.converters.family import xdc_registers
+from tests.hardware.conftest import TEMPLATES
 
 
 def design_with(device: Converter, **readout: object) -> sitscad.Design:

@@ -17,7 +17,7 @@ from tolerance import approx
 from sitscad.assembly.places.jaws import jaw_range
 from sitscad.assembly.places.tail_path import own_bend, pivot_line, room_for_own, tail_path
 from sitscad.basics.finding import Severity
-from sitscad.checks import check
+from sitscad.checks.judging import check
 from sitscad.files.documents import order_notes as fabrication_notes
 from sitscad.files.documents.drawings import board as board_drawing
 from sitscad.files.documents.drawings import stackup as stackup_drawing

@@ -8,7 +8,8 @@ import pytest
 from tolerance import approx
 
 from sitscad import check, estimate, lay_out, load
-from sitscad.package import build, verify
+from sitscad.package.building import build
+from sitscad.package.verification import verify
 from sitscad.spec import presets
 from sitscad.spec.load import load_text
 

@@ -8,7 +8,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from tests.physics.windings import coil
 from tolerance import approx
 
 from sitscad.kernels.electromagnetics.eddy.target import SolvedTarget
@@ -19,6 +18,7 @@ from sitscad.kernels.electromagnetics.loss.current_modes import mode_system
 from sitscad.kernels.electromagnetics.loss.track_modes import Cut, ModeSet, local_points
 from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, Reflector
 from sitscad.kernels.electromagnetics.metal.near_metal import crowding_near_metal
+from tests.electromagnetics.windings import coil
 
 MM, UM, COPPER = 1e-3, 1e-6, 58e6
 

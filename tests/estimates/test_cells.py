@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.bench.conftest import TEMPLATES
 from tolerance import approx
 
 import sitscad
@@ -20,6 +19,7 @@ from sitscad.estimates.signal import signals
 from sitscad.estimates.states.cells import cell_signals, web_crosstalk
 from sitscad.estimates.targets.finite_target import equivalent_rings
 from sitscad.files.documents.datasheet import figures_for_programs
+from tests.hardware.conftest import TEMPLATES
 from tests.validation.two_targets import change
 
 TWO = """

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from tolerance import approx
 
-from sitscad.checks import check
+from sitscad.checks.judging import check
 from sitscad.estimates import METHODS, estimate
 from sitscad.estimates.circuits.tank import preferred_values
 from sitscad.estimates.targets.assembly import SolvedReflection, assemble

@@ -12,7 +12,7 @@ from tolerance import approx
 import sitscad
 from sitscad.assembly.places.motions import MotionError, read_motions
 from sitscad.calibration.bench_data import BenchError
-from sitscad.checks import check
+from sitscad.checks.judging import check
 from sitscad.estimates.design import Design, respond
 from sitscad.estimates.loads.pad import pushed, soft_pad, tilt_stiffness
 from sitscad.estimates.loads.working_range import axes_felt, required_range, working_range

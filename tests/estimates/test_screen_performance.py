@@ -11,7 +11,7 @@ from tolerance import approx
 import sitscad
 from sitscad import Design
 from sitscad.basics.record import replace
-from sitscad.checks import judged
+from sitscad.checks.judging import judged
 from sitscad.checks.performance import POINTS
 from sitscad.estimates import estimated
 from sitscad.estimates.performance.screen import NEARLY

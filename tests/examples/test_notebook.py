@@ -73,10 +73,10 @@ RULES = (sitscad.Rule("LAB001", "lab-rule", sitscad.Severity.WARNING, "must", "w
     ("def f():\n    return g()\ndef g():\n    return 1 / 0\nf()\n", 4),
 ])
 def test_error_of_a_plugin_names_its_line(text, line, tmp_path, bench, monkeypatch):
-    from sitscad import checks
+    from sitscad.checks import judging
     from sitscad.files import writer
 
-    monkeypatch.setattr(checks, "_added", ())
+    monkeypatch.setattr(judging, "_added", ())
     monkeypatch.setattr(writer, "_marks", (), raising=False)
     path = Path(tmp_path / "own.py")
     path.write_text(text, encoding="utf-8")

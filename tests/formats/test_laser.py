@@ -19,7 +19,7 @@ import pytest
 from tolerance import approx
 
 from sitscad.assembly.places.stack import sheets, shield
-from sitscad.checks import check
+from sitscad.checks.judging import check
 from sitscad.files.documents import laser_notes
 from sitscad.files.drawing.svg import path_data
 from sitscad.files.formats import laser

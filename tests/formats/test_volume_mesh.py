@@ -12,7 +12,6 @@ from pathlib import Path
 import handmade
 import numpy as np
 import pytest
-from tests.bench.conftest import TEMPLATES
 from tolerance import approx
 
 import sitscad
@@ -23,6 +22,7 @@ from sitscad.files.formats import volume_mesh
 from sitscad.kernels.mechanics.elastomer import Face, Surround
 from sitscad.kernels.mechanics.pad import BondedPad
 from sitscad.spec import templates
+from tests.hardware.conftest import TEMPLATES
 
 pytestmark = pytest.mark.cad
 

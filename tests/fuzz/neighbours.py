@@ -172,7 +172,7 @@ def alone(work: Any, *values: Any) -> str:
 
 
 LOADED_ONCE = ("build123d", "cadquery", "ezdxf", "gerbonara", "manifold3d", "matplotlib.figure", "scipy.spatial",
-               "shapely", "sitscad.checks", "sitscad.package.stages", "trimesh")
+               "shapely", "sitscad.checks.judging", "sitscad.package.stages", "trimesh")
 """What every variant's process needs and takes long to load."""
 
 CONTEXT = multiprocessing.get_context("fork")

@@ -15,9 +15,9 @@ import time
 from pathlib import Path
 
 import pytest
-from tests.bench.conftest import TEMPLATES
 
 import sitscad
+from tests.hardware.conftest import TEMPLATES
 
 pytestmark = pytest.mark.slow
 

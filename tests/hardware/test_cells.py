@@ -8,15 +8,15 @@ import subprocess
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from tests.bench.conftest import SANE, STRICT, TEMPLATES, Bench, compiled
-from tests.bench.test_examples import _checked, run_of_the_sketch
-from tests.bench.test_examples import node as node  # a fixture
 from tolerance import approx
 
 import sitscad
 from sitscad.calibration.calibration import foretell
 from sitscad.cli import cli
 from sitscad.files.formats.calibration_header import header
+from tests.hardware.conftest import SANE, STRICT, TEMPLATES, Bench, compiled
+from tests.hardware.test_examples import _checked, run_of_the_sketch
+from tests.hardware.test_examples import node as node  # a fixture
 
 pytestmark = pytest.mark.clients("gcc")
 CELLS, PRESSED = 6, 3

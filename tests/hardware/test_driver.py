@@ -6,13 +6,13 @@ import re
 
 import numpy as np
 import pytest
-from tests.bench.conftest import TEMPLATES, compiled
 
 import sitscad
 from sitscad.data import FOLDER
 from sitscad.estimates.circuits.bands import bands
 from sitscad.estimates.circuits.settings import devices
 from sitscad.kernels.converters import ldc_registers as at
+from tests.hardware.conftest import TEMPLATES, compiled
 
 GOOD, STALE, UNDER, OVER, WATCHDOG, OUT_OF_BAND, AMPLITUDE = range(7)
 OK, OPEN, SHORT, TURNS_MISSING, EXCHANGED, BEYOND, SILENT = range(7)

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.bench.conftest import SANE, TEMPLATES, compiled
 
 import sitscad
 from sitscad.apps.hardware.leading import Leading
 from sitscad.apps.hardware.source import Simulation, source_of
 from sitscad.calibration.unknowns import usual
 from sitscad.files.formats.calibration_header import header
+from tests.hardware.conftest import SANE, TEMPLATES, compiled
 
 pytestmark = [pytest.mark.clients("gcc"), pytest.mark.slow]
 

@@ -11,11 +11,11 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from tests.bench.conftest import HERE, SANE, STRICT
 from tolerance import approx
 
 from sitscad.apps.hardware.converter import NoAnswer
 from sitscad.files.documents import firmware_driver
+from tests.hardware.conftest import HERE, SANE, STRICT
 
 SOURCES = ("sensor.c", "ldc161x.c")
 

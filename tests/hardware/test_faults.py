@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import faults
 import pytest
-from tests.bench.conftest import TEMPLATES, compiled
-from tests.bench.test_driver import BUS, GOOD, LOST, _of_coils, _tested
 
 import sitscad
 from sitscad.apps.hardware.converter import FAULTS
 from sitscad.estimates.design import Design
 from sitscad.spec import presets
+from tests.hardware.conftest import TEMPLATES, compiled
+from tests.hardware.test_driver import BUS, GOOD, LOST, _of_coils, _tested
 
 pytestmark = pytest.mark.clients("gcc")
 

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.bench.conftest import TEMPLATES
 from tolerance import approx
 
 import sitscad
@@ -14,6 +13,7 @@ from sitscad.apps.hardware.board import Board
 from sitscad.apps.hardware.leading import Leading, NotTaken, head, taken
 from sitscad.apps.hardware.source import Source, source_of
 from sitscad.calibration.points import Plan
+from tests.hardware.conftest import TEMPLATES
 
 SPEC = TEMPLATES / "bench_7mm.yaml"
 

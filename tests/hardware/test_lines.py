@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from tests.bench.conftest import STRICT, TEMPLATES, Bench
 from tolerance import approx
 
 import sitscad
@@ -19,6 +18,7 @@ from sitscad.apps.hardware.board import LineBoard
 from sitscad.calibration.inverse_map import InverseMap
 from sitscad.cli import cli
 from sitscad.files.formats.calibration_header import header
+from tests.hardware.conftest import STRICT, TEMPLATES, Bench
 
 SPEC = TEMPLATES / "three_axis_pad.yaml"
 

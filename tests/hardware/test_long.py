@@ -6,12 +6,12 @@ import re
 
 import numpy as np
 import pytest
-from tests.bench.conftest import TEMPLATES, Bench, compiled, sound_boards
 
 import sitscad
 from sitscad.apps.hardware.board import Board, CoilReading
 from sitscad.apps.hardware.diagnosis import MET, diagnosis
 from sitscad.files.formats.calibration_header import header
+from tests.hardware.conftest import TEMPLATES, Bench, compiled, sound_boards
 
 pytestmark = [pytest.mark.clients("gcc"), pytest.mark.slow]
 

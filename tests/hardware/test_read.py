@@ -14,7 +14,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from tests.bench.conftest import TEMPLATES, sound_boards
 from tolerance import approx
 
 import sitscad
@@ -24,6 +23,7 @@ from sitscad.apps.hardware.diagnosis import MET, NOT_EVALUATED, NOT_MET, Forces,
 from sitscad.apps.hardware.source import Simulation, Wired, _ramps, source_of
 from sitscad.cli import cli
 from sitscad.cli.reading import live
+from tests.hardware.conftest import TEMPLATES, sound_boards
 
 SPEC = TEMPLATES / "bench_7mm.yaml"
 

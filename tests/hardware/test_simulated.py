@@ -7,7 +7,6 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from tests.bench.conftest import HERE, SANE, STRICT, TEMPLATES
 from tolerance import approx
 
 import sitscad
@@ -16,6 +15,7 @@ from sitscad.data import FOLDER
 from sitscad.estimates.circuits.settings import devices
 from sitscad.kernels.converters import ldc_registers as at
 from sitscad.spec import presets
+from tests.hardware.conftest import HERE, SANE, STRICT, TEMPLATES
 
 VECTORS = HERE / "converter_vectors.txt"
 

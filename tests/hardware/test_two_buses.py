@@ -9,9 +9,6 @@ import time
 from types import SimpleNamespace
 
 import pytest
-from tests.bench.conftest import STRICT, TEMPLATES, Bench, compiled
-from tests.bench.test_driver import BUS, GOOD, LOST, _of_coils, _tested
-from tests.bench.test_examples import run_of_the_sketch
 
 import sitscad
 from sitscad.apps.hardware.board import Board
@@ -19,6 +16,9 @@ from sitscad.apps.hardware.converter import SimulatedConverter
 from sitscad.apps.hardware.diagnosis import scans
 from sitscad.apps.hardware.source import source_of
 from sitscad.files.documents import firmware_driver
+from tests.hardware.conftest import STRICT, TEMPLATES, Bench, compiled
+from tests.hardware.test_driver import BUS, GOOD, LOST, _of_coils, _tested
+from tests.hardware.test_examples import run_of_the_sketch
 
 pytestmark = [pytest.mark.clients("gcc"), pytest.mark.slow]
 COILS = 9

@@ -9,9 +9,9 @@ import pytest
 from tolerance import approx
 
 from sitscad.basics.finding import Edit, Missing
-from sitscad.checks import RULES
 from sitscad.checks.fixes import moves as room
 from sitscad.checks.fixes.search import GROWTH, Budget, Fix, Growing, Left, search
+from sitscad.checks.judging import RULES
 from sitscad.checks.rules import outcomes
 from sitscad.checks.trials import Trials
 from sitscad.estimates.design import Design

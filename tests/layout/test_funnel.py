@@ -8,7 +8,7 @@ import pytest
 from tolerance import approx
 
 from sitscad.basics.finding import Missing
-from sitscad.checks import RULES
+from sitscad.checks.judging import RULES
 from sitscad.checks.rules import apply_rule
 from sitscad.estimates.design import Design
 from sitscad.kernels.geometry.path import Point

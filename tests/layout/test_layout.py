@@ -9,7 +9,7 @@ import pytest
 from tolerance import approx
 
 from sitscad.basics.finding import Missing
-from sitscad.checks import check
+from sitscad.checks.judging import check
 from sitscad.kernels.geometry.path import Point, bounding_box
 from sitscad.layout import Role, Trace, Via, lay_out
 from sitscad.spec import presets

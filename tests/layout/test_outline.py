@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from tolerance import approx
 
-from sitscad.checks import check
+from sitscad.checks.judging import check
 from sitscad.kernels.geometry.path import Arc, Line, bounding_box, enclosed_area
 from sitscad.layout import lay_out
 from sitscad.layout.tail_frame import Taper

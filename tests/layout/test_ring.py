@@ -7,7 +7,7 @@ from itertools import pairwise
 import pytest
 from tolerance import approx
 
-from sitscad.checks import RULES
+from sitscad.checks.judging import RULES
 from sitscad.checks.rules import apply_rule
 from sitscad.estimates.design import Design
 from sitscad.kernels.geometry.path import Point, polar

@@ -92,7 +92,7 @@ def test_a_track_that_turns_back_is_in_its_own_way(bench):
 
 @pytest.mark.parametrize("template", TEMPLATES, ids=[path.stem for path in TEMPLATES])
 def test_templates_have_teardrops_that_keep_the_rules(template):
-    from sitscad.checks import RULES
+    from sitscad.checks.judging import RULES
     from sitscad.checks.rules import apply_rule
     from sitscad.estimates.design import Design
 

@@ -13,8 +13,9 @@ from pathlib import Path
 import pytest
 
 import sitscad
-from sitscad.package import STAGES, require_distinct_names, stages
-from sitscad.package.building import opened_for_building
+from sitscad.files.writer import STAGES
+from sitscad.package import stages
+from sitscad.package.building import opened_for_building, require_distinct_names
 from sitscad.package.folder import PackageError, list_files
 
 GOOD = """\

@@ -17,7 +17,7 @@ import pytest
 from tolerance import approx
 
 import sitscad
-from sitscad.checks import check
+from sitscad.checks.judging import check
 from sitscad.estimates import estimate
 from sitscad.files.documents import parts_list as bom
 from sitscad.files.documents import parts_list as placement

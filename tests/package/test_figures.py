@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import sitscad
-from sitscad.package import stale
+from sitscad.package.building import stale
 from sitscad.package.manifest import (
     EXACT,
     FIGURES,

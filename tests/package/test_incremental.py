@@ -16,7 +16,8 @@ import pytest
 
 import sitscad
 from sitscad.basics.finding import Edit
-from sitscad.package import stages, stale
+from sitscad.package import stages
+from sitscad.package.building import stale
 from sitscad.package.contents import UNREAD
 from sitscad.package.manifest import read_manifest
 from sitscad.spec import templates

@@ -13,7 +13,7 @@ from tolerance import approx
 from sitscad.assembly.places.jaws import closed_span, made_to_measure
 from sitscad.assembly.places.stack import ground, support
 from sitscad.basics.finding import Severity
-from sitscad.checks import check
+from sitscad.checks.judging import check
 from sitscad.kernels.geometry.path import enclosed_area
 from sitscad.layout import lay_out
 from sitscad.spec.load import load, load_text

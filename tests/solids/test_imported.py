@@ -10,7 +10,7 @@ from tolerance import approx
 from sitscad.assembly.solids import PartsError, solids
 from sitscad.assembly.solids.proof import in_file, prove
 from sitscad.assembly.solids.whole import whole
-from sitscad.checks import check
+from sitscad.checks.judging import check
 from sitscad.layout import lay_out
 from sitscad.spec.load import load
 from sitscad.spec.reading import SpecError

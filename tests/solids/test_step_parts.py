@@ -8,7 +8,6 @@ import os
 import re
 
 import pytest
-from tests.parts.test_imported import SENSOR
 from tolerance import approx
 
 import sitscad
@@ -21,6 +20,7 @@ from sitscad.files.documents import mounting
 from sitscad.layout import lay_out
 from sitscad.spec.load import load
 from sitscad.spec.reading import SpecError
+from tests.solids.test_imported import SENSOR
 
 pytestmark = pytest.mark.cad
 

@@ -19,7 +19,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import sitscad
-from sitscad.checks import RULES
+from sitscad.checks.judging import RULES
 from sitscad.checks.rules import outcomes
 from sitscad.estimates.design import Design
 

@@ -22,7 +22,7 @@ sys.path[:0] = [str(Path(__file__).parents[1] / "benchmarks")]
 from check_times import design  # noqa: E402
 
 from sitscad.basics.finding import Severity  # noqa: E402
-from sitscad.checks import check  # noqa: E402
+from sitscad.checks.judging import check  # noqa: E402
 from sitscad.spec.load import load_text  # noqa: E402
 from sitscad.spec.reading import SpecError  # noqa: E402
 

@@ -26,8 +26,8 @@ from sitscad.assembly.solids import MissingExtra
 from sitscad.basics.check_results import RequirementResult
 from sitscad.basics.finding import Finding, NotChecked, Severity
 from sitscad.basics.record import record, replace
-from sitscad.checks import CheckResult, all_rules
-from sitscad.checks import judged as checked
+from sitscad.checks.judging import CheckResult, all_rules
+from sitscad.checks.judging import judged as checked
 from sitscad.checks.opening import policy_for, processes, processors
 from sitscad.checks.policy import Policy
 from sitscad.checks.rules import NEEDS, NO_REQUIREMENT, Rule, apply_rule

@@ -28,7 +28,7 @@ from sitscad.apps.study.spreads import DRAWS, draws, judge_units
 from sitscad.assembly.solids import MissingExtra
 from sitscad.basics.arrays import Array, Flags
 from sitscad.basics.record import record
-from sitscad.checks import all_rules
+from sitscad.checks.judging import all_rules
 from sitscad.checks.policy import stands_for
 from sitscad.data import rows
 

@@ -19,7 +19,7 @@ from typing import Any
 from sitscad.basics.record import record
 from sitscad.basics.units import UNITS
 from sitscad.basics.version import __version__
-from sitscad.checks import all_rules
+from sitscad.checks.judging import all_rules
 from sitscad.checks.opening import opened, policy_for
 from sitscad.data import PACKAGE
 from sitscad.spec.load import load_text, load_values, meet, put, rewritten_spec

@@ -19,7 +19,7 @@ from sitscad.apps.study.space import Base, Changes
 from sitscad.basics.arrays import Array
 from sitscad.basics.finding import Severity
 from sitscad.basics.record import record
-from sitscad.checks import CheckResult, all_rules
+from sitscad.checks.judging import CheckResult, all_rules
 from sitscad.checks.rules import apply_rule
 from sitscad.estimates.design import Design
 from sitscad.estimates.tolerances.scatter import CAUSES

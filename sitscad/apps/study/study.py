@@ -22,8 +22,8 @@ from sitscad.apps.study.spreads import DRAWS, Yield, yield_of
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.finding import Severity
 from sitscad.basics.record import record
-from sitscad.checks import all_rules
-from sitscad.checks import judged as checked
+from sitscad.checks.judging import all_rules
+from sitscad.checks.judging import judged as checked
 from sitscad.checks.policy import stands_for
 from sitscad.estimates.design import Design
 from sitscad.layout import arrange

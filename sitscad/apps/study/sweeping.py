@@ -22,8 +22,8 @@ from sitscad.basics.arrays import Array, Flags
 from sitscad.basics.record import record, replace
 from sitscad.basics.units import aligned, cell, csv_text, quantity
 from sitscad.basics.version import __version__
-from sitscad.checks import all_rules
 from sitscad.checks.findings import to_json
+from sitscad.checks.judging import all_rules
 from sitscad.spec.load import plain, written_value
 from sitscad.spec.reading import SpecError, finding_from_text
 from sitscad.spec.sensor import SensorSpec

@@ -10,7 +10,7 @@ from types import ModuleType
 from typing import Any, TypeVar
 
 from sitscad.basics.finding import Place, Severity
-from sitscad.checks import add_rules, all_rules
+from sitscad.checks.judging import add_rules, all_rules
 from sitscad.checks.rules import NEEDS, Rule, Undecided, Verdict, Violation
 from sitscad.estimates.design import Design
 from sitscad.files.writer import STAGES, TAKES, Writer, add_writers, added_writers, marks

@@ -9,7 +9,7 @@ import pytest
 from tolerance import approx
 
 from sitscad.basics.finding import Severity
-from sitscad.checks import check
+from sitscad.checks.judging import check
 from sitscad.spec import presets
 from sitscad.spec.load import load_text
 from sitscad.spec.reading import SpecError

@@ -14,8 +14,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from tolerance import approx
 
-from sitscad.checks import check
 from sitscad.checks.findings import as_text, checked_spec
+from sitscad.checks.judging import check
 from sitscad.cli import cli
 from sitscad.data import FOLDER
 from sitscad.estimates.design import without_text

@@ -1,0 +1,146 @@
+"""`check`: every rule that applies to a design, and an honest list of those that could not be applied."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from sitscad.assembly.places.seating import mount_size
+from sitscad.basics.arguments import checked_arguments
+from sitscad.basics.finding import Finding, NotChecked, Severity
+from sitscad.basics.record import record
+from sitscad.basics.units import counted
+from sitscad.checks import performance, usual_ranges
+from sitscad.checks.assembly import fit, mount, overhang, plates, room_in_jaw, transduction
+from sitscad.checks.board import clearances, drawn_form, fabrication, room, tail
+from sitscad.checks.fixes.search import DECISIVE, HINTS, Budget
+from sitscad.checks.reading import drive, electrical, response, thin_target, timing
+from sitscad.checks.rules import Outcome, Rule, outcomes, rule_of
+from sitscad.checks.trials import Trials, of_refused
+from sitscad.estimates.design import Design
+from sitscad.layout.board import Layout
+from sitscad.spec.reading import RULE_NAMES, SpecError
+from sitscad.spec.resolver.validity import refuse_unusable
+from sitscad.spec.sensor import SensorSpec
+
+if TYPE_CHECKING:
+    from sitscad.basics.check_results import Closing, Measure, RequirementResult, Signal
+    from sitscad.estimates import Estimates
+
+__all__ = ["HINTS", "RULES", "CheckResult", "Rule", "add_rules", "all_rules", "check", "explain", "mended"]
+
+_ROOMS = (fit, mount, overhang, plates, room_in_jaw, transduction, clearances, drawn_form, fabrication, room, tail,
+          drive, electrical, response, thin_target, timing, performance, usual_ranges)
+
+RULES: tuple[Rule, ...] = tuple(
+    sorted((*map(rule_of, RULE_NAMES), *(rule for module in _ROOMS for rule in module.RULES)), key=lambda rule: rule.id)
+)
+"""Every rule, in the order of their identifiers; those of the spec itself (SIT0xx) are applied while it is loaded."""
+
+
+_added: tuple[Rule, ...] = ()
+
+
+def add_rules(rules: tuple[Rule, ...]) -> None:
+    """Put rules of a plugin in force for this process."""
+    global _added
+    _added = (*_added, *rules)
+
+
+def all_rules() -> tuple[Rule, ...]:
+    """Every rule in force, those of plugins among them, in the order of their identifiers."""
+    return tuple(sorted((*RULES, *_added), key=lambda rule: rule.id)) if _added else RULES
+
+
+@record
+class CheckResult:
+    """The result of a check: findings in the order of rule and place, and the checks that were not made, with reasons.
+
+    It also holds the change of each coil's reading from rest to the required force, the fit of the sensor in its jaw
+    and how the jaw closes. ``reached`` sets each required figure beside the figure of the design (``felt`` in the text
+    and JSON of `sitscad check`). The board's size is the length and width (m) of its body, of the whole board, and of
+    the plate or cap below it.
+    """
+
+    findings: tuple[Finding, ...]
+    not_checked: tuple[NotChecked, ...]
+    signals: tuple[Signal, ...] = ()
+    fit: tuple[Measure, ...] = ()
+    closing: Closing | None = None
+    reached: tuple[RequirementResult, ...] = ()
+    board: tuple[float, ...] | None = None
+
+    def __repr__(self) -> str:
+        """A line with the verdict and the rules of errors and warnings."""
+        graver = [f"{one.rule} {one.severity}" for one in self.findings if one.severity is not Severity.NOTE]
+        said = ", ".join(dict.fromkeys(graver))
+        notes = counted(len(self.findings) - len(graver), "note")
+        return f"<CheckResult {'ok' if self.ok else 'not ok'}: {said[:160]}{', ' if said else ''}{notes}>"
+
+    @property
+    def ok(self) -> bool:
+        """Whether no error was found."""
+        return not any(finding.severity is Severity.ERROR for finding in self.findings)
+
+
+@checked_arguments
+def check(
+    spec: SensorSpec, layout: Layout | None = None, estimates: Estimates | None = None, hints: str = DECISIVE
+) -> CheckResult:
+    """Apply every rule to a design.
+
+    The spec is laid out and estimated here unless `layout` and `estimates` are given. Nothing of CAD is imported. The
+    result is the same whatever the order of the rules: findings are sorted by rule, line, column and message. Where a
+    hint says that something was tried, the changed design was laid out, estimated and checked. `hints` limits
+    the number of such trials: ``none`` tries nothing, for callers that read no hints; ``decisive`` tries a few changes,
+    for errors first; ``full`` takes minutes. The verdict does not depend on it.
+    Raises ValueError for any other choice, and SpecError for a spec put together in Python that has values which
+    no text could have.
+    """
+    refuse_unusable(spec)
+    return judged(Design(spec, layout, estimates), hints)
+
+
+def judged(
+    design: Design, hints: str = DECISIVE, least: Severity | None = Severity.NOTE,
+    is_ignored: Callable[[Finding], bool] = lambda _: False,
+) -> CheckResult:
+    """What every rule says of a design; its layout and estimates are made when a rule first asks for them. As `check`
+    otherwise, but that no hint is searched for where a finding is milder than the `least` or is ignored, and for none
+    where the `least` is None.
+    """
+    budget = Budget.of(hints)
+    said: list[Outcome] = []
+    not_checked: list[NotChecked] = []
+    for rule in all_rules():
+        found, undecided = outcomes(rule, design, least)
+        said += found
+        not_checked += [reason for reason in undecided if reason not in not_checked]
+    findings = Trials(design, all_rules(), said, not_checked, budget).advised(least, is_ignored)
+    from sitscad.estimates.signal import signals  # loads nothing that the rules have not loaded
+
+    findings.sort(key=lambda finding: (finding.rule, finding.line or 0, finding.column or 0, finding.message))
+    return CheckResult(tuple(findings), tuple(not_checked), signals(design.estimates), design.fit, design.closing,
+                       performance.noted(design),
+                       (*design.layout.body_size, *design.layout.size, *(mount_size(design.layout) or ())))
+
+
+@checked_arguments
+def mended(error: SpecError, hints: str = DECISIVE) -> tuple[Finding, ...]:
+    """Return the findings of a spec that could not be loaded, with fixes after which it can be read.
+
+    If only coils or turns lack room, hints and fixes name changes that give room. These are laid out within the budget
+    of `hints`, as in `check`.
+    """
+    return of_refused(error, all_rules(), hints)
+
+
+def explain(rule_id: str) -> str:
+    """What a rule checks, why, how to mend a breach, and where its limit comes from; KeyError for an unknown rule."""
+    rule = next((rule for rule in all_rules() if rule_id.upper() == rule.id or rule_id.lower() == rule.name), None)
+    if rule is None:
+        raise KeyError(rule_id)
+    return "\n\n".join(
+        (f"{rule.id} {rule.name} ({rule.severities})", rule.summary, f"Why: {rule.why}", f"To mend it: {rule.mend}",
+         f"Source: {rule.source}")
+    )
