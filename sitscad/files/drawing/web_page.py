@@ -91,7 +91,7 @@ ul { padding-left: 1.2rem; }
   border: 2px solid currentColor; border-radius: 1rem; font-weight: 600;
 }
 .banner { margin: 1.2rem 0; padding: .8rem 1rem; border: 2px solid; color: var(--error); font-weight: 600; }
-.tiles { display: grid; grid-template-columns: repeat(auto-fit, minmax(9rem, 1fr)); gap: .8rem; margin: 1.5rem 0; }
+.tiles { display: grid; grid-template-columns: repeat(auto-fit, minmax(9.5rem, 1fr)); gap: .8rem; margin: 1.5rem 0; }
 .tile { background: var(--card); border: 1px solid var(--line); border-radius: .4rem; padding: .7rem; }
 .tile b { display: block; font-size: .95rem; white-space: nowrap; font-variant-numeric: tabular-nums; }
 .tile span { color: var(--soft); font-size: .85rem; }
@@ -146,7 +146,7 @@ button[aria-pressed="true"] { background: var(--note); color: var(--ground); }
 .marks { position: absolute; inset: 0; pointer-events: none; overflow: hidden; }
 .marks i { position: absolute; transform: translate(-50%, -50%); width: 1.3em; height: 1.3em; border-radius: 50%;
   background: var(--error); color: var(--ground); font: 700 .7rem/1.3em inherit; text-align: center; }
-.inputs { display: grid; grid-template-columns: repeat(auto-fit, minmax(18rem, 1fr)); gap: .4rem 1.5rem; }
+.inputs { display: grid; grid-template-columns: repeat(auto-fit, minmax(21rem, 1fr)); gap: .4rem 1.5rem; }
 .inputs label { white-space: nowrap; }
 .inputs input { flex: 1; min-width: 6rem; }
 .inputs output { min-width: 5.5em; text-align: right; font-variant-numeric: tabular-nums; }

@@ -103,12 +103,15 @@
       cut[3] = -cut[axis] * (low + state.at * (high - low));
       return cut;
     }
-    function axes() { // of the screen in the board's axes: right, up, towards the reader
-      var a = state.turn[0], b = state.turn[1], ca = Math.cos(a), sa = Math.sin(a), cb = Math.cos(b), sb = Math.sin(b);
+    function axes(turn) { // of the screen in the board's axes: right, up, towards the reader
+      var a = (turn || state.turn)[0], b = (turn || state.turn)[1], ca = Math.cos(a), sa = Math.sin(a), cb = Math.cos(b), sb = Math.sin(b);
       return [[ca, sa, 0], [-sa * sb, ca * sb, cb], [sa * cb, -ca * cb, sb]];
     }
+    var spans = axes(VIEWS.oblique).map(function (axis) { // width, height and depth of all of it as first seen
+      return [0, 1, 2].reduce(function (sum, k) { return sum + Math.abs(axis[k]) * (data.box[1][k] - data.box[0][k]); }, 0);
+    });
     function scales() {
-      var ratio = canvas.width / canvas.height, one = 1.95 * state.zoom / size;
+      var ratio = canvas.width / canvas.height, one = 1.9 * state.zoom / Math.max(spans[0], spans[1] * ratio);
       return [one, one * ratio];
     }
     function view() {
