@@ -485,13 +485,13 @@ def unseen_shear(design: Design) -> Iterator[Verdict]:
         yield replace(said, message=f"{said.message} ({figure})", measured=error, limit=scale, unit=unit)
     elif share > MUCH_OF_FULL_SCALE:
         reason = "required" if asked.shear_force else "to be expected: friction on tissue, as far as the pad bears it"
-        instead = MORE_COILS
+        instead, less = MORE_COILS, "ask for less shear" if asked.shear_force else "or state requirements.shear_force"
         if found is not None and found.bench.range.has_moments:
-            instead = "leave requirements.moment_x and moment_y out and the array tells shear, or let no shear act"
+            instead = "leave the moments out and the array tells shear, or let no shear act"
         yield Violation(
             f"{show(force, 'N', 3)} of {_along(shear)} ({reason}) are not told: they are read as {_along(axis)}"
             f"{' force' if axis == 'normal' else ''}, {figure}",
-            f"{instead}; or requirements.shear_force: the shear that really acts, if that is less",
+            f"{instead}; {less}, if less acts",
             "requirements.shear_force", error, scale, unit,
         )
 

@@ -50,7 +50,7 @@ def test_a_build_of_what_has_not_changed_loads_neither_rules_nor_numbers(tmp_pat
     assert "(unchanged)" in again.stdout
     *said, imported = again.stderr.splitlines()
     assert said == first.stderr.splitlines()[:-1] and any(line.startswith("signal: ") for line in said)
-    assert not {"numpy", "sitscad.checks", "sitscad.estimates", "sitscad.layout"} & set(imported.split())
+    assert not {"numpy", "sitscad.checks.judging", "sitscad.estimates", "sitscad.layout"} & set(imported.split())
 
 
 def test_importing_sitscad_imports_nothing_else():

@@ -114,7 +114,7 @@ def read_artwork(directory: Path) -> Artwork:
         raise ExtractionError(f"no Gerber file in {directory} calls itself a copper layer")
     if missing := sorted(set(range(1, max(layers) + 1)) - set(layers)):
         raise ExtractionError(f"copper layers {missing} are missing in {directory}")
-    drawn = {path: fields for path, fields in functions.items() if fields[0] != UNLISTED}
+    drawn = {path: fields for path, fields in functions.items() if _is_artwork(fields)}
     files = [(path.name, fields, objects_of(path, fields)) for path, fields in drawn.items()]
     return artwork_of(files, tuple(layers[number] for number in sorted(layers)))
 
@@ -175,6 +175,12 @@ def file_functions(directory: Path) -> Iterator[tuple[Path, list[str]]]:
 
 DRILLED = ("Plated", "NonPlated")
 """First fields of the file functions of drill files."""
+
+
+def _is_artwork(fields: Sequence[str]) -> bool:
+    """Whether `Artwork` is made of a file: not of an outline, a picture, or drills of another program."""
+    words = ",".join(fields)
+    return fields[0] in ("Copper", "Soldermask", *DRILLED) or bool(_EXTENT.fullmatch(words) or _COVER.fullmatch(words))
 
 
 def objects_of(path: Path, fields: Sequence[str]) -> list[Any]:
