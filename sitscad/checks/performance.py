@@ -18,6 +18,7 @@ from sitscad.basics.units import show
 from sitscad.checks.fixes.pads import other_metals, other_silicones, other_thicknesses, slower_scans, smaller_pads
 from sitscad.checks.rules import NEEDS, Rule, Undecided, Verdict, Violation, rule_of
 from sitscad.estimates.design import Design
+from sitscad.estimates.loads.pressing import BESIDE_PAD, rests_on_pad
 from sitscad.kernels.converters.figures import source_in_all
 from sitscad.kernels.mechanics.pad import HELD_TILT
 from sitscad.spec.reading import RULE_TEXTS
@@ -267,6 +268,11 @@ def moment_range(design: Design) -> Iterator[Verdict]:
     """Each moment that is asked for against that which tilts the target as far as the pad's law is trusted."""
     from sitscad.estimates.loads.working_range import FARTHER, moment_at  # loaded by whatever feels
 
+    if not any(design.spec.requirements.moments):
+        return
+    if not rests_on_pad(design.spec):
+        yield Undecided(BESIDE_PAD)
+        return
     most, degrees = moment_at(design.spec, HELD_TILT), float(np.degrees(HELD_TILT))
     for name, value in zip(MOMENTS, design.spec.requirements.moments, strict=True):
         if value > most[name]:

@@ -147,7 +147,8 @@ def ordinates(sheet: Sheet, view: View, axis: int, values: Sequence[float], star
     """Dimensions by coordinates, along x (axis 0) or y (axis 1): lines from the view, which ends at `start`, to
     texts beyond `end`, below the view or left of it.
     """
-    feet = list({mm(value): value for value in sorted(values)}.values())  # edges that read alike are one
+    # edges that read alike are one
+    feet = list({mm(value): value for value in sorted(round(each, 7) for each in values)}.values())
     at = [(view.x, view.y)[axis](value) for value in feet]
     for value, foot, place in zip(feet, at, spread(at, 1.3 * TEXT), strict=True):
         knee = start + (end - start) * 0.5
