@@ -490,23 +490,28 @@ def _steps(spec: SensorSpec, estimates: Estimates, bench: Estimates, found: tupl
         "Assemble the sensor and run the self-test again: it has to say that it read an assembled one. This tests "
         f"noise and rate, too ({rate}):\nsitscad read serial:PORT --design .. --diagnose"
     )
+    yield from _calibrating(spec)
+
+
+def _calibrating(spec: SensorSpec) -> Iterator[str]:
+    """Yield the steps from readings to newtons, or the one that says why there is no map to newtons."""
+    if spec.cells is None and not is_felt(spec):
+        yield "This spec has no target on an elastomer, so there is no map to newtons: sensor_forces says so."
+        yield "Read frequencies; the header of the register table says what inductance they are."
+        return
     if spec.cells is not None:
         yield (
             "Calibrate each cell N, from 1: the command says what to put on and reads it; ../calibration/readme.txt "
             "says how it is done by hand. cells.h takes each cell-N/calibration.h of this folder: build again.\n"
             "sitscad calibrate ../spec/*.yaml --cell N --from serial:PORT -o cell-N"
         )
-        yield "Take the tare without load, 16 readings in a row, again when the temperature has changed; read newtons."
-    elif is_felt(spec):
+    else:
         yield (
             "Calibrate it: the command says what to put on and reads it; ../calibration/plan.txt is the same by hand. "
             "Put the calibration.h that results into this folder, and build again.\n"
             "sitscad calibrate ../spec/*.yaml --from serial:PORT"
         )
-        yield "Take the tare without load, 16 readings in a row, again when the temperature has changed; read newtons."
-    else:
-        yield "This spec has no target on an elastomer, so there is no map to newtons: sensor_forces says so."
-        yield "Read frequencies; the header of the register table says what inductance they are."
+    yield "Take the tare without load, 16 readings in a row, again when the temperature has changed; read newtons."
 
 
 COIN = "bring a flat piece of copper or aluminium (a coin)"
