@@ -15,6 +15,7 @@ from sitscad.basics.version import __version__ as __version__
 if TYPE_CHECKING:
     # A line a module, in the order of the table below.
     # isort: off
+    from sitscad.apps.coil.spiral import Spiral as Spiral, coil as coil
     from sitscad.apps.hardware.converter import SimulatedConverter as SimulatedConverter
     from sitscad.calibration import (
         Calibration as Calibration,
@@ -72,6 +73,7 @@ if TYPE_CHECKING:
     # isort: on
 
 _HOMES = {
+    "sitscad.apps.coil.spiral": "Spiral coil",
     "sitscad.apps.hardware.converter": "SimulatedConverter",
     "sitscad.calibration": "Calibration InverseMap calibrate map_of",
     "sitscad.calibration.bench_data": "BenchError",

@@ -1,1 +1,1 @@
-"""What uses all of it: studies, boards on the bench, the page that follows a spec while it is edited."""
+"""What uses all of it: one coil without a spec, studies, boards on the bench, the page that follows a spec."""

@@ -287,6 +287,31 @@ AT_FREQUENCY = (
 )
 """Quantities of a coil alone at a frequency (`CoilAtFrequency`)."""
 
+LONE_COIL = (
+    Quantity("low_frequency_inductance_H", "inductance, direct current spread evenly"),
+    Quantity("low_frequency_inductance_error", "its error, at most", 2, is_share=True),
+    Quantity("direct_current_resistance_ohm", "resistance, direct current"),
+    Quantity("capacitance_F", "capacitance between turns and layers", 3),
+    Quantity("capacitance_error", "its error", 2, is_share=True),
+    Quantity("self_resonance_Hz", "self-resonance", 3),
+    Quantity("self_resonance_error", "its error", 2, is_share=True),
+    Quantity("track_length_m", "length of the track"),
+)
+"""Quantities of a coil without a sensor (`Spiral`)."""
+
+LONE_COIL_AT_FREQUENCY = (
+    Quantity("frequency_Hz", "frequency"),
+    Quantity("inductance_H", "L"),
+    Quantity("inductance_error", "+-", 2, "winding_inductance_error", is_share=True),
+    Quantity("resistance_ohm", "R"),
+    Quantity("resistance_error", "+-", 2, is_share=True),
+    Quantity("quality_factor", "Q", 3),
+    Quantity("parallel_resistance_ohm", "Rp", 3),
+    Quantity("apparent_inductance_H", "L on an LCR meter"),
+    Quantity("apparent_resistance_ohm", "R there"),
+)
+"""Quantities of such a coil at a frequency (`CoilAtFrequency`)."""
+
 RESPONSE = (
     Quantity("pose", path="poses"),
     Quantity("force_N"),

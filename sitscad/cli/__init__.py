@@ -150,10 +150,10 @@ SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 
 
 MODULES = {
-    "new": "explaining", "check": "checking", "watch": "reading", "estimate": "estimating", "response": "estimating",
-    "calibrate": "estimating", "read": "reading", "sweep": "designing", "design": "designing", "build": "building",
-    "explain": "explaining", "rules": "explaining", "measures": "designing", "schema": "explaining",
-    "verify": "building",
+    "new": "explaining", "check": "checking", "watch": "reading", "coil": "lone_coil", "estimate": "estimating",
+    "response": "estimating", "calibrate": "estimating", "read": "reading", "sweep": "designing", "design": "designing",
+    "build": "building", "explain": "explaining", "rules": "explaining", "measures": "designing",
+    "schema": "explaining", "verify": "building",
 }
 """Modules of the commands, in the order in which they are used."""
 

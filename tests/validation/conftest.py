@@ -7,4 +7,4 @@ from pathlib import Path
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
-sys.path.insert(0, str(HERE.parent / "physics"))
+sys.path.insert(0, str(HERE.parent / "electromagnetics"))

@@ -24,7 +24,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 HERE = Path(__file__).parent
-sys.path[:0] = [str(HERE.parents[1]), str(HERE.parent / "physics"), str(HERE)]
+sys.path[:0] = [str(HERE.parents[1]), str(HERE.parent / "electromagnetics"), str(HERE)]
 
 from corner_windings import COPPER, RATE, bent, rounded_path  # noqa: E402
 from stream_sheet import sheet, solved  # noqa: E402

@@ -25,7 +25,7 @@ from scipy.optimize import linprog
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
-sys.path[:0] = [str(ROOT), str(HERE.parent / "physics"), str(HERE)]
+sys.path[:0] = [str(ROOT), str(HERE.parent / "electromagnetics"), str(HERE)]
 
 import designs  # noqa: E402
 import write_references  # noqa: E402

@@ -12,8 +12,16 @@ pytest.importorskip("scipy", reason="scipy is not installed")
 
 from charged_rings import capacitance
 
+import sitscad
 from sitscad.estimates import estimate
-from sitscad.estimates.windings.own_capacitance import FILLING, PLACES, _turns, _voltages, added_by_metal
+from sitscad.estimates.windings.own_capacitance import (
+    FILLING,
+    PLACES,
+    USUAL_PERMITTIVITY,
+    _turns,
+    _voltages,
+    added_by_metal,
+)
 from sitscad.layout import lay_out
 from sitscad.spec.load import load, load_text
 
@@ -92,3 +100,41 @@ def test_two_turns_near_a_plane_are_a_pair_of_strips_over_it():
     from sitscad.kernels.electromagnetics.capacitance import stacked_strips
 
     assert found == approx(2.0 * stacked_strips(width, 2.0 * height, 1.0), rel=0.01)
+
+
+SHIFTS = np.array([-0.375, -0.125, 0.125, 0.375])
+"""Shifts between the turns of two layers, of a pitch: where spirals of opposite slope cross, all shifts occur."""
+
+
+def by_rings(spiral: sitscad.Spiral, cells: int = 12) -> float:
+    """Capacitance (F) of a round coil, two rings of charge a turn: on the upper and on the lower face of its track."""
+    spec, coil = spiral.layout.spec, spiral.layout.coils[0]
+    radii, heights, voltages = turns(coil, spec)
+    half, layer = 0.5 * coil.windings[0].thickness, np.unique(np.round(heights, 9), return_inverse=True)[1]
+    found = []
+    for shift in SHIFTS * spec.coil.pitch:
+        seen = voltages.copy()
+        moved = radii + np.where(layer % 2 == 1, shift, 0.0)
+        for each in np.unique(layer):
+            own = np.flatnonzero(layer == each)
+            order = own[np.argsort(radii[own])]
+            seen[own] = np.interp(moved[own], radii[order], voltages[order])
+        found.append(capacitance(np.tile(moved, 2), np.concatenate([heights - half, heights + half]),
+                                 np.tile(seen, 2), spec.coil.trace_width, USUAL_PERMITTIVITY, None, None, cells))
+    return float(np.mean(found))
+
+
+@pytest.mark.parametrize(
+    ("layers", "diameter", "turns_a_layer", "width", "spacing", "distance"),
+    [(2, 7, 9, 75, 160, 50), (2, 10, 17, 75, 160, 25), (3, 16, 28, 75, 160, 25), (4, 25, 29, 75, 100, 50),
+     (4, 7, 5, 100, 160, 100), (4, 10, 5, 100, 300, 25), (2, 4, 2, 100, 300, 100)],
+)
+def test_own_capacitance_lies_within_its_stated_error(layers, diameter, turns_a_layer, width, spacing, distance):
+    """Two millimetres of polyimide on both faces stand for the one dielectric of the rings."""
+    between = [{"dielectric": f"{distance} um", "material": "polyimide"}, {"copper": "18 um"}] * (layers - 1)
+    spiral = sitscad.coil(
+        outer_diameter=f"{diameter} mm", turns=turns_a_layer, layers=layers, trace_width=f"{width} um",
+        trace_spacing=f"{spacing} um",
+        stackup=[{"coverlay": "2 mm"}, {"copper": "18 um"}, *between, {"coverlay": "2 mm"}],
+    )
+    assert by_rings(spiral) == approx(spiral.capacitance, rel=spiral.capacitance_error, abs=0)

@@ -55,6 +55,11 @@ class CoilAtFrequency:
         return 2.0 * math.pi * self.frequency * self.winding_inductance / self.winding_resistance
 
     @property
+    def parallel_resistance(self) -> float:
+        """Parallel resistance (ohm) of a tank of the coil and a lossless capacitor that resonates at the frequency."""
+        return self.resistance * (1.0 + self.quality_factor**2)
+
+    @property
     def quality_factor(self) -> float:
         """Quality factor between the contacts."""
         return 2.0 * math.pi * self.frequency * self.inductance / self.resistance
@@ -79,10 +84,11 @@ def coils_at(
         return ()
     wound = wind(layout, None, method, tolerance)
     circuits = coil_circuits(wound.layout, wound.winding, wound.matrix, wound.assembly, NO_SHARES)
-    return tuple(_coil_at(circuit, wound, frequency) for frequency in frequencies for circuit in circuits)
+    return tuple(coil_at(circuit, wound, frequency) for frequency in frequencies for circuit in circuits)
 
 
-def _coil_at(circuit: CoilCircuit, wound: Wound, frequency: float) -> CoilAtFrequency:
+def coil_at(circuit: CoilCircuit, wound: Wound, frequency: float) -> CoilAtFrequency:
+    """Estimate one coil of a layout at a frequency (Hz). Raises FrequencyError as `coils_at` does."""
     limit = self_resonance(circuit)
     if frequency >= limit:
         raise FrequencyError(

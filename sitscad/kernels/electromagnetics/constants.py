@@ -18,3 +18,6 @@ def skin_depth(frequency: float, conductivity: float, permeability: float = 1.0)
     if conductivity <= 0.0:
         return math.inf
     return 1.0 / math.sqrt(math.pi * frequency * MU0 * permeability * conductivity)
+
+SPEED_OF_LIGHT = 299792458.0
+"""Speed of light in vacuum (m/s), exact by the definition of the metre (SI)."""

@@ -1,0 +1,56 @@
+"""The figures of a spiral as text for people and as JSON for programs. A new format is one function and one row."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from sitscad.apps.coil.spiral import Spiral, lumped_limit
+from sitscad.basics.quantities import LONE_COIL, LONE_COIL_AT_FREQUENCY, Table, by_quantity, by_result
+from sitscad.basics.units import quantity, show
+from sitscad.checks.findings import styled, to_json
+from sitscad.files.report.numbers import table_text
+
+
+def as_text(spiral: Spiral, colour: bool = False) -> str:
+    """Return the dimensions, the figures with their errors, and closed formulas of other authors beside them."""
+    coil = spiral.coil
+    outer, inner = (" x ".join(show(each, "m") for each in sorted(set(size), reverse=True))
+                    for size in (coil.size, coil.inner_size))
+    layers = f"{len(coil.layers)} layer{'s in series' if len(coil.layers) > 1 else ''}"
+    lines = (
+        f"{coil.shape}, {coil.turns_in_words} turns, {layers}, {outer} outside, {inner} inside",
+        f"tracks {show(coil.trace_width, 'm')}, gaps {show(coil.trace_spacing, 'm')}, stack-up {spiral.stackup}, "
+        f"{spiral.temperature:g} C; without leads, no metal near",
+    )
+    notes = ["Q and Rp are those of the coil with a lossless capacitor; an LCR meter also sees the coil's capacitance"]
+    rows = by_quantity([spiral], LONE_COIL)
+    if spiral.self_resonance is None:
+        limit = show(lumped_limit(spiral.layout.coils[0]), "Hz", 2)
+        rows = [row for row in rows if not row[0].startswith("self-resonance")]
+        rows.append(["self-resonance", f"above {limit}, where the track is a tenth of a wavelength"])
+    tables = (
+        by_result(spiral.at, LONE_COIL_AT_FREQUENCY)._replace(notes=notes),
+        Table(("", ""), rows, "At every frequency"),
+        formula_table(spiral),
+    )
+    blocks = ["\n".join((styled(lines[0], "bold", colour), lines[1])), *(table_text(each, colour) for each in tables)]
+    return "\n\n".join(blocks) + "\n"
+
+
+def formula_table(spiral: Spiral) -> Table:
+    """Return closed formulas of other authors, for an inductance without crowding of the current."""
+    title = "Closed formulas (Mohan 1999), to compare with"
+    if spiral.no_formula:
+        return Table((), [[spiral.no_formula]], title)
+    rows = [[each.method, quantity(each.inductance, "H"), f"{100.0 * each.deviation:+.1f} %",
+             "yes" if each.is_valid else "no", each.validity] for each in spiral.formulas]
+    return Table(("formula", "inductance", "against ours", "in its range", "range"), rows, title)
+
+
+def as_json(spiral: Spiral, colour: bool = False) -> str:
+    """Return the JSON document of ``sitscad coil``."""
+    return to_json(spiral.document())
+
+
+COIL_FORMATS: Mapping[str, Callable[[Spiral, bool], str]] = {"text": as_text, "json": as_json}
+"""Output formats of ``sitscad coil``."""
