@@ -20,7 +20,8 @@ from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 HERE = Path(__file__).parent
-sys.path[:0] = [str(HERE), *(str(HERE.parent / name) for name in ("", "electromagnetics", "validation")), str(HERE.parents[1])]
+YARDSTICKS = ("", "electromagnetics", "validation")
+sys.path[:0] = [str(HERE), *(str(HERE.parent / name) for name in YARDSTICKS), str(HERE.parents[1])]
 
 import alternating_current  # noqa: E402
 import flex_board  # noqa: E402
