@@ -133,12 +133,18 @@ SETTLED = (
     "coil.layers",
     "fpc.tail.layers",
     "fpc.stackup",
+    "fpc.copper",
+    "fpc.finish",
+    "fpc.boards",
     "fpc.plated",
     "fpc.rules",
     "target.size",
     "elastomer.size",
     "assembly.adhesive",
+    "readout.device",
+    "readout.buses",
     "readout.scan_rate",
+    "requirements",
 )
 """Keys that, like materials, decide what a sensor is and gives, and who makes it: only who designed it changes them."""
 

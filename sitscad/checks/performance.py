@@ -15,6 +15,7 @@ from sitscad.basics.check_results import RequirementResult
 from sitscad.basics.finding import Severity
 from sitscad.basics.record import record, replace
 from sitscad.basics.units import show
+from sitscad.checks.fixes.moves import each_read
 from sitscad.checks.fixes.pads import other_metals, other_silicones, other_thicknesses, slower_scans, smaller_pads
 from sitscad.checks.rules import NEEDS, Rule, Undecided, Verdict, Violation, rule_of
 from sitscad.estimates.design import Design
@@ -532,6 +533,7 @@ def requirements_agree(design: Design) -> Iterator[Verdict]:
                 f"requirements.temperature: {nearest:g} degC, or a temperature_range that contains it",
                 "requirements.temperature" if is_written else "requirements.temperature_range", asked.temperature,
                 nearest, "degC", severity=None if is_written else Severity.NOTE,
+                fixes=(partial(each_read, design.spec, "requirements.temperature", [f"{nearest:g} degC"]),),
             )
     for load in design.spec.loads:
         shear = max(map(abs, load.shear))

@@ -76,7 +76,7 @@ def build(
     # of several specs each has its process; of one its solids have where that is asked for, for it costs a third more
     asked["jobs"] = jobs or 1 if len(loaded) == 1 else 1
     if not check:
-        asked |= {"force": force, "strict": strict, "progress": _progress if alone else None}
+        asked |= {"force": force, "strict": strict, "progress": _progress if alone else _stage_told}
     given = {"-o": output if output != "outputs" else "", "--only": ",".join(only or ()), "--baseline": baseline or ""}
     again = "".join(f" {name} {shlex.quote(value)}" for name, value in given.items() if value)
     fails = Severity.WARNING if strict else Severity.ERROR
@@ -91,7 +91,21 @@ def _made(compares: bool, asked: tuple[SensorSpec, Policy], **how: Any) -> Build
     from sitscad.package.building import stale
 
     spec, policy = asked
-    return stale(spec, **how, policy=policy) if compares else sitscad.build(spec, **how, policy=policy)
+    if compares:
+        return stale(spec, **how, policy=policy)
+    if how["progress"] is _stage_told:
+        how["progress"] = functools.partial(_stage_told, spec.name)
+    return sitscad.build(spec, **how, policy=policy)
+
+
+LONG_STAGES = ("check", "mount", "mesh", "assembly", "datasheet", "calibration", "report")
+"""Stages that take seconds."""
+
+
+def _stage_told(name: str, stage: str, outcome: str, _: float) -> None:
+    """Say which long stage of a package begins, a line each: for pipes, and where several packages are built."""
+    if outcome == "start" and stage in LONG_STAGES:
+        say(f"{name}: {stage} ...")
 
 
 def _progress(stage: str, outcome: str, seconds: float) -> None:

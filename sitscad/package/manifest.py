@@ -291,7 +291,9 @@ NOT_WRITTEN = "\nLeft out, because it cannot be written:"
 """The line with which a forced package's note goes on where something is missing."""
 
 Progress = Callable[[str, str, float], None]
-"""Called with a stage, what happens (``start``; ``made``, ``kept``, ``dropped``, ``none``, ``stopped``), seconds."""
+"""Called with a stage, what happens, and seconds: ``start`` if it has to be made, then what became of it (``made``,
+``kept``, ``dropped``, ``none``, ``stopped``).
+"""
 
 
 @record

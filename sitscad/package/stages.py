@@ -148,13 +148,11 @@ def _made(
     new: dict[str, dict[str, bytes]] = {stage: {} for stage in ORDER}
     failures: dict[str, list[str]] = {stage: [] for stage in ORDER}
     spent, kept_parts, entries, theirs = dict.fromkeys(ORDER, 0.0), [], dict[str, Entry](), dict[str, str]()
-    by_value: list[str] = []
+    by_value, begun = list[str](), {CHECK_STAGE}
     aside = _begun_aside(contents, directory, old, wanted) if jobs > 1 else None
     try:
         for stage, numbers in PARTS:
             began = time.perf_counter()
-            if stage != CHECK_STAGE and not numbers:
-                progress(stage, "start", 0.0)
             so_far = {name: content for each in ORDER for name, content in new[each].items()}
             failed = [words for each in ORDER for words in failures[each]]
             there = _stages_there(wanted, entries, old) if (stage, numbers) == ("assembly", True) else frozenset()
@@ -162,6 +160,9 @@ def _made(
             made = _kept(directory, old, stage, made_of)
             if made is not None and stage in wanted and NOTES in made and not is_current(made[NOTES].decode(), there):
                 made = None  # the steps say that other files are lacking than those that are
+            if made is None and stage in wanted and stage not in begun:
+                progress(stage, "start", 0.0)
+                begun.add(stage)
             if made is not None:
                 kept_parts.append((stage, numbers))
             elif stage not in wanted:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import pytest
 from tolerance import approx
@@ -39,7 +40,7 @@ def test_a_tongue_s_neck_is_its_width_less_both_flanks():
     (thin,) = joint("{kind: dovetail, width: 1.2, depth: 0.8}", jaw="{based_on: generic-10mm, height: 4}")
     assert thin.measured == approx(1.2e-3 - 1.6e-3 / math.tan(math.radians(60.0)), rel=1e-6)
     assert thin.limit == print_limit("resin", "wall").value and "wide at its neck" in thin.message
-    wider = float(thin.hint.split("width: ")[1].split(",")[0])
+    wider = float(re.search(r"width: ([\d.]+)", thin.hint)[1])
     retention = f"{{kind: dovetail, width: {wider}, depth: 0.8}}"
     assert joint(retention, jaw="{based_on: generic-10mm, height: 4}") == []
 

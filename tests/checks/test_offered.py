@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from sitscad.spec import presets
@@ -74,6 +76,25 @@ def test_an_odd_number_of_boards_warns_and_says_how_many_to_order(judge):
 def test_the_hint_names_the_stack_up_that_is_offered(judge):
     hints = {f.hint for f in judge("SIT131", spec(THIN))}
     assert all(hint.startswith("fpc.stackup: flex-2l-osh-park is offered") for hint in hints)
+
+
+@pytest.mark.parametrize(("fpc", "key", "new"), [
+    (THIN, "fpc.stackup", "flex-2l-osh-park"),
+    (f"{OWN}, boards: 10, {PADS}", "fpc.boards", "12"),
+    (f"{OWN}, finish: osp, {PADS}", "fpc.finish", "enig"),
+    (f"{OWN}, {PLUG}", "fpc.tail.connector", "solder-pads"),
+])
+def test_what_the_hint_names_is_tried_and_can_be_written(advised, fpc, key, new):
+    """Hints named a stack-up that is offered, and `--fix` said that no fix is known."""
+    found = advised("SIT131", spec(fpc))
+    assert found and all((edit.key, edit.new) == (key, new) for one in found for edit in one.fixes[0].edits)
+    assert all(one.hint.count(f"{key}: {new} (tried)") == 1 and one.hint.count(new) == 1 for one in found)
+
+
+def test_offered_stack_ups_have_the_layers_of_the_coil(judge):
+    text = f"stackup: flex-4l, rules: rehan-2l, {PADS}"
+    four = replace(spec(text), coil=replace(spec(text).coil, layers=(1, 2, 3, 4)))
+    assert all("fpc.stackup" not in one.hint for one in judge("SIT131", four))
 
 
 @pytest.mark.parametrize("name", presets.names("stackup"))

@@ -32,7 +32,7 @@ def test_build_says_where_the_package_is_and_verify_reads_it_back(run, tmp_path)
     assert done.code == 0
     assert done.out.startswith("outputs/good-coil: ")
     assert "made gerber, kicad" in done.out
-    assert "\r" not in done.err, "progress is for terminals"
+    assert "\r" not in done.err, "progress on one line is for terminals"
     assert run("build", "good.yaml", "--only", LIGHT).out.endswith("files (unchanged)\n")
     pytest.importorskip("gerbonara", reason="reading Gerber files back needs gerbonara")
     verified = run("verify", "outputs/good-coil")
@@ -162,6 +162,14 @@ def test_a_terminal_sees_progress_and_colours_unless_no_color_is_set(run, monkey
     assert "\r  gerber    made" in re.sub(r"\x1b\[[\d;]*m", "", done.err)
     assert ("\x1b[" in done.err) is coloured
     assert "\x1b" not in done.out, "only standard error is a terminal here"
+
+
+def test_a_pipe_sees_a_line_when_a_long_stage_begins(run):
+    """A build into a pipe said nothing for up to a minute."""
+    done = run("build", "good.yaml", "--only", "gerber")
+    told = [line for line in done.err.splitlines() if line.endswith(" ...")]
+    assert told == ["sitscad: good-coil: check ..."], "gerber is made at once, and nothing else is wanted"
+    assert " ..." not in run("build", "good.yaml", "--only", "gerber").err, "nothing is made anew"
 
 
 def test_the_version_is_printed(run):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -32,6 +33,15 @@ readout: {capacitance: 47 pF}   # too fast
 MENDED = (
     SLIPS.replace("circel", "circle").replace("Um", "um").replace("conector", "connector").replace("47 pF", "150 pF")
 )
+
+
+LATE = """\
+sitscad: 1
+name: late
+coil: {shape: circle, outer_diameter: 8, turns: 12, layers: 2, trace_width: 100 um, trace_spacing: 100 um}
+fpc: {tail: {length: 30, connector: zif-0.5mm, bend: dynamic}}
+readout: {capacitance: 47 pF}
+"""
 
 
 @pytest.fixture
@@ -65,6 +75,16 @@ def test_text_says_how_many_findings_can_be_mended(run, slips):
     slips.write_text(SLIPS.replace("  turns: 12\n", '  turns: "12"\n'))
     lines = run("check", "slips.yaml").out.splitlines()
     assert f"{safe}, for 1 finding more (SIT004) by check --fix --unsafe-fixes" in lines
+
+
+def test_fixes_of_full_hints_are_promised_of_the_command_that_finds_them(run, tmp_path):
+    """A capacitor was promised to `check --fix`, whose few trials went to the six findings before it."""
+    path = tmp_path / "late.yaml"
+    path.write_text(LATE)
+    promised = next(line for line in run("check", "--hints", "full", "late.yaml").out.splitlines() if "fixes: " in line)
+    rules, command = re.fullmatch(r"fixes: for \d+ findings? \((.*?)\) by (check --fix.*?)(?:, .*)?", promised).groups()
+    done = run(*command.split(), "late.yaml")
+    assert all(f"{rule} mended: " in done.err for rule in rules.split(", "))
 
 
 def test_diff_prints_a_patch_and_writes_nothing(run, slips, tmp_path):

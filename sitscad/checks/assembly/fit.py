@@ -100,6 +100,7 @@ def _moving(spec: SensorSpec, tail: Tail) -> Iterator[Violation]:
             f"the tail bends at every grasp (dynamic), and its foil is {spec.fpc.copper}, which cracks after fewer "
             "bends", "fpc.copper: rolled-annealed, its grain along the tail"
             f"{'' if in_hinge else '; or bend it once (bend: static)'}", "fpc.copper", severity=Severity.WARNING,
+            fixes=(lambda: read_anew(spec, "fpc.copper", "rolled-annealed"),),
         )
 
 
@@ -111,10 +112,12 @@ def _bend_radius(spec: SensorSpec, tail: Tail, field: str, ratio: float) -> Iter
     if room is None:
         yield Undecided("no jaw: the room for the tail's bend is not known")
     elif stated > max(radius, room + ROUNDING):
+        tightest = round(1e3 * max(radius, min(stated, room)), 6)
         yield Violation(
             f"a bend of {show(stated, 'm', 3)} inside radius is wanted; inside the port there are {show(room, 'm', 3)}",
-            f"fpc.tail.bend.radius: {show(max(radius, min(stated, room)), 'm', 3)}, or leave it out",
+            f"fpc.tail.bend.radius: {tightest:.6g}, or leave it out",
             "fpc.tail.bend.radius", stated, room, "m", severity=Severity.WARNING,
+            fixes=(lambda: read_anew(spec, "fpc.tail.bend.radius", tightest),),
         )
     elif radius > room + ROUNDING:
         hint = ("a thinner tail, of fewer copper layers (fpc.tail.layers) or plated in its holes alone (fpc.plated: "

@@ -28,6 +28,7 @@ from sitscad.basics.finding import Severity
 from sitscad.basics.units import show
 from sitscad.checks.assembly.fit import jaw_of, pad_of, unverified
 from sitscad.checks.fixes.moves import each_read
+from sitscad.checks.fixes.search import Family
 from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, own_limits, rule_of
 from sitscad.estimates.design import Design
 from sitscad.estimates.loads.gluing import (
@@ -73,10 +74,11 @@ def mount_joint(design: Design) -> Iterator[Verdict]:
         yield from (_dovetail if found.kind == "dovetail" else _pins)(design, mount.process, jaw, found)
 
 
-def _too_little(limit: PrintLimit, have: float, what: str, hint: str, key: str, detail: str = "") -> Violation:
+def _too_little(limit: PrintLimit, have: float, what: str, hint: str, key: str, detail: str = "",
+                fixes: tuple[Family, ...] = ()) -> Violation:
     """The complaint about a length (m), in words, below the least that a process makes or that is left of metal."""
     return Violation(f"{what}: {show(limit.value, 'm', 3)} at least", hint, key, have, limit.value, "m",
-                     source=limit.source, detail=detail)
+                     source=limit.source, detail=detail, fixes=fixes)
 
 
 def _stands_on_metal(spec: SensorSpec) -> bool:
@@ -101,11 +103,12 @@ def _dovetail(design: Design, process: str, jaw: Jaw, found: Retention) -> Itera
             across, "m",
         )
     elif narrow < wall.value - ROUNDING:
+        wide = _written(found.width + wall.value - narrow)
         yield _too_little(
             wall, narrow,
             f"the dovetail's tongue is {show(narrow, 'm', 3)} wide at its neck, which {process} does not make",
-            f"mount.retention.width: {(found.width + wall.value - narrow) * 1e3:.6g}, a smaller depth, or steeper "
-            "flanks", "mount.retention.width",
+            f"mount.retention.width: {wide:.6g}, a smaller depth, or steeper flanks", "mount.retention.width",
+            fixes=(partial(each_read, design.spec, "mount.retention.width", [wide]),),
         )
     left = metal_below(design.layout)
     if left is not None and left < metal.value - ROUNDING:
@@ -176,24 +179,31 @@ def printed_wall(design: Design) -> Iterator[Verdict]:
     for name, (lower, upper) in zip(MOUNT_PIECES, spans, strict=False):
         is_spacer = sheet is not None and lower > sheet[0]
         if upper - lower < limit.value - ROUNDING and (is_spacer or mount.kind != "bench-plate"):
+            key = "shield.gap" if is_spacer else "mount.standoff"
+            hint, lengths = _thicker(spec.shield, is_spacer, limit.value)
             yield _too_little(
                 limit, upper - lower,
-                f"the {name} is {show(upper - lower, 'm', 3)} thick, which {mount.process} does not make",
-                _thicker(spec.shield, is_spacer, limit.value), "shield.gap" if is_spacer else "mount.standoff",
+                f"the {name} is {show(upper - lower, 'm', 3)} thick, which {mount.process} does not make", hint, key,
+                fixes=(partial(each_read, spec, key, lengths),),
             )
 
 
-def _thicker(shield: Shield | None, is_spacer: bool, wall: float) -> str:
-    """How the piece is made thick enough, or left out."""
+def _thicker(shield: Shield | None, is_spacer: bool, wall: float) -> tuple[str, list[float]]:
+    """Return how the piece is made thick enough, or left out, in words and as lengths of its key (mm)."""
+    thick = _written(wall)
     if shield is None:
-        return f"mount.standoff: {wall * 1e3:.6g}, or 0: the board on the metal itself (SIT201 to SIT203 judge that)"
+        return (f"mount.standoff: {thick:.6g}, or 0: the board on the metal itself (SIT201 to SIT203 judge that)",
+                [thick, 0.0])
     if is_spacer:
-        return f"shield.gap: {wall * 1e3:.6g} or more"
-    on_metal = shield.gap + shield.thickness
-    return (
-        f"mount.standoff: {on_metal * 1e3:.6g} lays the shield on the metal, {(on_metal + wall) * 1e3:.6g} leaves room "
-        "for a piece that can be made"
-    )
+        return f"shield.gap: {thick:.6g} or more", [thick]
+    on_metal, over_a_piece = (_written(shield.gap + shield.thickness + more) for more in (0.0, wall))
+    return (f"mount.standoff: {on_metal:.6g} lays the shield on the metal, {over_a_piece:.6g} leaves room for a piece "
+            "that can be made", [on_metal, over_a_piece])
+
+
+def _written(length: float) -> float:
+    """Return a length in mm, rounded up to the digits that a hint writes."""
+    return round(math.ceil(length * 1e6 - 1e-3) * 1e-3, 3)
 
 
 def carried(design: Design) -> Iterator[Verdict]:

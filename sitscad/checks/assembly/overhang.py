@@ -8,6 +8,7 @@ import math
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 
 from sitscad.assembly.places.bodies import Body, elastomer, film_thickness, target
 from sitscad.assembly.places.jaws import PartsError
@@ -26,7 +27,7 @@ from sitscad.checks.assembly.plates import (
     pad_under_target,
     pair,
 )
-from sitscad.checks.fixes.moves import larger_body
+from sitscad.checks.fixes.moves import each_read, larger_body
 from sitscad.checks.fixes.search import Family, Fix
 from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, rule_of
 from sitscad.estimates.design import Design
@@ -159,8 +160,8 @@ def laser_sheet(design: Design) -> Iterator[Verdict]:
             yield Violation(
                 f"copies of the {plate.part} lie so near each other that their cuts are {show(cutting.gap, 'm')} "
                 f"apart, and the beam takes {show(plate.kerf, 'm')}: nothing stays between them, and an edge is cut "
-                "twice", "leave sheet between them that holds: cutting.gap 1.5 or more", "cutting.gap", cutting.gap,
-                plate.kerf, "m",
+                "twice", "cutting.gap: 1.5 or more leaves sheet between them that holds", "cutting.gap", cutting.gap,
+                plate.kerf, "m", fixes=(partial(each_read, spec, "cutting.gap", [1.5]),),
             )
 
 
@@ -176,6 +177,7 @@ def _uncut_target(spec: SensorSpec) -> Iterator[Violation]:
         f"{show(most, 'm', 3)} (unverified)",
         f"have it etched or punched (laser/readme.txt says how), ask the shop, or target.thickness: {1e3 * most:.3g}",
         "target.thickness", plate.thickness, most, "m", severity=Severity.NOTE,
+        fixes=(partial(each_read, spec, "target.thickness", [float(f"{1e3 * most:.3g}")]),),
     )
 
 

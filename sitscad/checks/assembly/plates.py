@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from itertools import combinations
 from typing import Any
 
@@ -16,7 +17,7 @@ from sitscad.basics.finding import Edit, Severity
 from sitscad.basics.record import record
 from sitscad.basics.units import parse_quantity, show
 from sitscad.checks.assembly.fit import GRAIN
-from sitscad.checks.fixes.moves import Plate, carrying, larger_target, resized
+from sitscad.checks.fixes.moves import Plate, carrying, each_read, larger_target, over_the_middle, resized
 from sitscad.checks.fixes.search import Family, Fix, setting
 from sitscad.checks.rules import ROUNDING, Undecided, Verdict, Violation, own_limits, rule_of
 from sitscad.data import rows
@@ -325,7 +326,7 @@ def _aside(spec: SensorSpec, target: Target, coil: tuple[float, float]) -> Itera
             f"the target is offset by {pair(target.offset)} mm: {words}{'s' * (len(names) > 1)} {', '.join(names)} "
             "lies beside it, and so does the field there",
             "target.offset: [0, 0] stands over the middle of the coils (move elastomer.offset with it), or make the "
-            "target larger", "target.offset", over, 0.0, "m",
+            "target larger", "target.offset", over, 0.0, "m", fixes=(partial(over_the_middle, spec),),
         )
 
 
@@ -369,8 +370,9 @@ def plates_apart(design: Design) -> Iterator[Verdict]:
     if joints(spec) and spec.web is not None and spec.web < finest:
         yield Violation(
             f"webs {show(spec.web, 'm', 3)} wide are narrower than the {show(finest, 'm')} that lasers leave of "
-            "silicone (unverified)", f"cells.web: {show(finest, 'm')} or more; or cast the pads", "cells.web",
+            "silicone (unverified)", f"cells.web: {1e3 * finest:.6g} or more; or cast the pads", "cells.web",
             spec.web, finest, "m", severity=Severity.WARNING, source="data/laser_cutting.csv",
+            fixes=(partial(each_read, spec, "cells.web", [1e3 * finest]),),
         )
     for bodies, least in ((elastomers(spec), beside), (targets(spec), wall)):
         pairs = combinations(bodies, 2)

@@ -20,7 +20,7 @@ from sitscad.basics.finding import Severity
 from sitscad.basics.units import show
 from sitscad.checks.assembly.fit import GRAIN, jaw_of, unverified
 from sitscad.checks.assembly.plates import pair as in_brackets
-from sitscad.checks.fixes.moves import narrower, other_ends
+from sitscad.checks.fixes.moves import each_read, narrower, other_ends
 from sitscad.checks.fixes.search import Family, Fix, setting
 from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, joined, rule_of
 from sitscad.estimates.design import Design
@@ -144,6 +144,7 @@ def _in_pocket(design: Design, jaw: Jaw, long: float, wide: float) -> Iterator[V
             f"the rims of the jaw's pocket, which leaves {show(room, 'm')}",
             f"mount.standoff: {jaw.recess * 1e3:.6g} or more lays it over the rims, or a narrower board",
             "mount.standoff", wide, room, "m", detail=unverified(jaw),
+            fixes=(partial(each_read, design.spec, "mount.standoff", [jaw.recess * 1e3]),),
         )
 
 

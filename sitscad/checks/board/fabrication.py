@@ -12,7 +12,7 @@ from itertools import combinations, islice
 
 from sitscad.basics.finding import Place, Severity
 from sitscad.basics.units import show
-from sitscad.checks.fixes.moves import finer_fabricators, plated_in_holes_alone, read_anew, wider
+from sitscad.checks.fixes.moves import each_read, finer_fabricators, plated_in_holes_alone, read_anew, wider
 from sitscad.checks.fixes.search import Family, Fix
 from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, rule_of
 from sitscad.data import is_unverified
@@ -81,7 +81,9 @@ def part_size(design: Design) -> Iterator[Verdict]:
         if rules.one_process:  # nothing can be asked for there
             severity, hint = Severity.WARNING, "fpc.panel: auto puts it in a panel, held by bridges"
         own = f"{said}; because of fpc.panel: none the order asks for delivery in the fabricator's own panel"
-        found = Violation(own, hint, "fpc.panel", *short, "m", severity, rules.source_of("part_size"))
+        in_a_panel = partial(each_read, design.spec, "fpc.panel", ["auto"])
+        found = Violation(own, hint, "fpc.panel", *short, "m", severity, rules.source_of("part_size"),
+                          fixes=(in_a_panel,) if rules.one_process else ())
         name = design.spec.name
         yield found if not in_panel else replace(
             found, message=f"{said}; a panel is ordered instead, in which it is put", key="fpc.rules",
@@ -113,10 +115,12 @@ def _too_few_bridges(design: Design) -> Iterator[Verdict]:
         yield Violation(
             f"{held} the part in its panel: the edge has no more places for bridges {show(width, 'm')} wide off "
             f"contacts, stiffener and bend; {FEWEST_BRIDGES} are needed",
-            f"fpc.panel.bridge: {least * 1e3:.1f} mm finds places enough (it was tried)" if least
+            f"fpc.panel.bridge: {least * 1e3:.1f}, which finds places enough" if least
             else "no narrower bridge finds places enough either: a larger board, or fpc.panel: none",
             "fpc.panel.bridge", float(count), float(FEWEST_BRIDGES), severity=Severity.ERROR,
             source="two bridges are a hinge, three hold a part in its plane",
+            fixes=(partial(each_read, design.spec, "fpc.panel.bridge", [round(least * 1e3, 1)] if least else []),
+                   partial(each_read, design.spec, "fpc.panel", ["none"])),
         )
 
 
@@ -316,36 +320,42 @@ def offered(design: Design) -> Iterator[Verdict]:
     if all(each is None for each in stated) and rules.order_multiple == 1:
         yield Undecided(f"{rules.name} does not state which stack-ups, finishes and stiffeners are offered")
         return
+    other = partial(each_read, spec)
     refused = list(_refused(fpc.stackup, rules))
-    alike = presets.stackups_of(1, presets.is_rigid(fpc.stackup))
+    alike = presets.stackups_of(max(spec.coil.layers), presets.is_rigid(fpc.stackup))
     good = [name for name in alike if not any(_refused(presets.stackup(name), rules))]
     hint = (f"fpc.stackup: {' or '.join(good)} is offered; or {ANOTHER}" if good else ANOTHER) if refused else ""
     for field, word, measured, asked in refused:
-        yield _complaint(rules, "fpc.stackup", field, f"{word}: {asked}", hint, measured)
+        yield _complaint(rules, "fpc.stackup", field, f"{word}: {asked}", hint, measured,
+                         fixes=(partial(other, "fpc.stackup", good),))
     if rules.finishes is not None and fpc.finish not in rules.finishes:
         hint = f"fpc.finish: {rules.finishes[0]}, or another fabricator" if rules.finishes else ANOTHER
-        yield _complaint(rules, "fpc.finish", "finishes", f"contacts: {fpc.finish}", hint)
+        yield _complaint(rules, "fpc.finish", "finishes", f"contacts: {fpc.finish}", hint,
+                         fixes=(partial(other, "fpc.finish", rules.finishes),))
     plate = design.layout.stiffener
     if plate is not None and rules.stiffeners is not None and plate.material not in rules.stiffeners:
         yield _complaint(rules, "fpc.tail", "stiffeners", f"stiffener: {plate.material}",
-                         f"contacts for solder need none (fpc.tail.connector: solder-pads); or take {ANOTHER}")
+                         f"contacts for solder need none (fpc.tail.connector: solder-pads); or take {ANOTHER}",
+                         fixes=(partial(other, "fpc.tail.connector", ["solder-pads"]),))
     if fpc.boards is not None and fpc.boards % rules.order_multiple:
         more = -(-fpc.boards // rules.order_multiple) * rules.order_multiple
         yield Violation(
             f"{fpc.boards} boards are wanted; {house(rules, 'order_multiple')} sells them in multiples of "
             f"{rules.order_multiple}", f"fpc.boards: {more}", "fpc.boards", float(fpc.boards), float(more),
             severity=Severity.WARNING, source=rules.source_of("order_multiple"),
+            fixes=(partial(other, "fpc.boards", [more]),),
         )
 
 
 def _complaint(
-    rules: DesignRules, key: str, field: str, asked: str, hint: str, measured: float | None = None
+    rules: DesignRules, key: str, field: str, asked: str, hint: str, measured: float | None = None,
+    fixes: tuple[Family, ...] = (),
 ) -> Violation:
     """What is asked, in words, and what the fabricator lists of that field instead."""
     listed = (show(each, "m") if isinstance(each, float) else str(each) for each in getattr(rules, field))
     unit = None if measured is None or field == "layer_counts" else "m"
     return Violation(f"{asked}; {house(rules, field)} offers {', '.join(listed) or 'none'}", hint, key, measured, None,
-                     unit, source=rules.source_of(field))
+                     unit, source=rules.source_of(field), fixes=fixes)
 
 
 def _refused(stackup: Stackup, rules: DesignRules) -> Iterator[tuple[str, str, float | None, str]]:
@@ -454,7 +464,15 @@ def coverlay_adhesive(design: Design) -> Iterator[Verdict]:
             Severity.ERROR if 0.0 < layer.adhesive < gaps * copper.thickness - ROUNDING else Severity.WARNING,
             detail="" if layer.adhesive else
             f"the adhesive is not stated; the thinnest film in stock, {show(thinnest, 'm')}, leaves that",
+            fixes=(partial(_with_film, design.spec, key, film, adhesive) if not is_preset else tuple,
+                   partial(plated_in_holes_alone, design.spec)),
         )
+
+
+def _with_film(spec: SensorSpec, key: str, film: float, adhesive: float) -> Iterator[Fix]:
+    """Yield a coverlay of a film and an adhesive (m) in place of the layer that stands at a key."""
+    for thick in read_anew(spec, f"{key}.coverlay", show(film + adhesive, "m")):
+        yield from map(thick.with_also, read_anew(thick.spec, f"{key}.adhesive", show(adhesive, "m")))
 
 
 RULES: tuple[Rule, ...] = (

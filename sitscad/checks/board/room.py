@@ -162,7 +162,10 @@ def _wide_tail(layout: Layout, largest: BodySpec) -> Iterator[Violation]:
         f"{fewer}a finer connector (fpc.tail.connector: zif-0.3mm), fewer coils, or contacts that stay outside"
         if has_end else "fewer coils on the tail, or finer tracks (fpc.rules)",
         "fpc.tail.connector" if has_end else "fpc.tail", end[0] if has_end else widest, limit, "m",
-        severity=Severity.NOTE,
+        severity=Severity.NOTE, fixes=(
+            partial(moves.each_read, layout.spec, "fpc.tail.contacts", [used] * (count > used)),
+            partial(moves.each_read, layout.spec, "fpc.tail.connector", ["zif-0.3mm"]),
+        ) if has_end else (),
     )
 
 

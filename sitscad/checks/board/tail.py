@@ -361,6 +361,7 @@ def insertion_thickness(design: Design) -> Iterator[Verdict]:
             fixes = partial(each_read, spec, "fpc.tail.stiffener", plate_of), others
         elif presets.is_rigid(spec.fpc.stackup):
             hint = "fpc.tail.connector: solder-pads, for wires or a soldered connector: FR4 is too thick for plugs"
+            fixes = (partial(each_read, spec, "fpc.tail.connector", ["solder-pads"]),)
         else:
             hint = ("it is too thick without any stiffener: fewer copper layers down the tail (fpc.tail.layers), a "
                     "thinner fpc.stackup, or another fpc.tail.connector")
@@ -479,23 +480,24 @@ def contact_finish(design: Design) -> Iterator[Verdict]:
     layout, fpc = design.layout, design.spec.fpc
     chosen = finish(fpc.finish)
     is_plugged = fpc.tail is not None and fpc.tail.connector.kind != "pads"
+    as_enig = partial(each_read, design.spec, "fpc.finish", ["enig"])
     if not (chosen.is_for_plugs if is_plugged else chosen.is_for_solder):
         why = "plugged in: it wears off" if is_plugged else "soldered to: so much gold makes the joints brittle"
-        yield Violation(f"{fpc.finish} is not for contacts that are {why}", "finish: enig serves both", "fpc.finish",
-                        severity=Severity.WARNING, source=chosen.source)
+        yield Violation(f"{fpc.finish} is not for contacts that are {why}", "fpc.finish: enig serves both",
+                        "fpc.finish", severity=Severity.WARNING, source=chosen.source, fixes=(as_enig,))
     if chosen.is_electrolytic and layout.pads:
         apart = max(_to_the_edge(layout.outline, pad) for pad in layout.pads)
         is_long = apart > LONGEST_BAR + ROUNDING
         bars = (
             "order and drawing ask the fabricator to add bars there and to cut them off with the outline: have it "
-            "confirmed; finish: enig needs none and serves a socket that is mated seldom"
+            "confirmed; fpc.finish: enig needs none and serves a socket that is mated seldom"
         )
-        long = f"bars of more than {show(LONGEST_BAR, 'm')} leave copper at the cut: finish: enig needs none"
+        long = f"bars of more than {show(LONGEST_BAR, 'm')} leave copper at the cut; fpc.finish: enig needs none"
         yield Violation(
             f"{chosen.words} is plated by a current, for which all {len(layout.pads)} contacts have to be joined to "
             f"the panel: plating bars are not drawn; the contacts end {show(apart, 'm')} before the board's edge",
             long if is_long else bars, "fpc.finish", severity=Severity.ERROR if is_long else Severity.WARNING,
-            source=chosen.source, place=Place(*layout.pads[0].centre, 1),
+            source=chosen.source, place=Place(*layout.pads[0].centre, 1), fixes=(as_enig,),
         )
 
 

@@ -100,7 +100,7 @@ def as_text(checked: Sequence[CheckedSpec], output: OutputOptions = _BRIEF) -> s
         words = {Severity.NOTE: "notes", Severity.WARNING: "hints"}
         told = " and ".join(word for severity, word in words.items() if severity in milder)
         said = verdict(checked, colour) + (f" (check -v shows {told})" if told else "")
-    last += [name + line for line in (*_fixes_text(checked), said)]
+    last += [name + line for line in (*_fixes_text(checked, output.hints), said)]
     return "\n\n".join("\n".join(group) for group in (*groups, last) if group) + "\n"
 
 
@@ -114,15 +114,18 @@ def _findings_text(spec: CheckedSpec, output: OutputOptions) -> list[list[str]]:
     return [*full, [line for finding in milder for line in _head(spec, finding, output)]]
 
 
-def _fixes_text(checked: Sequence[CheckedSpec]) -> list[str]:
-    """The findings that `check --fix` can mend, by number and rules; empty if there is none."""
+def _fixes_text(checked: Sequence[CheckedSpec], are_all_tried: bool) -> list[str]:
+    """The findings that `check --fix` can mend, by number and rules; empty if there is none. The command has the hints
+    for which `are_all_tried` changes: without them it finds fewer.
+    """
+    command = "check --fix --hints full" if are_all_tried else "check --fix"
     rules: dict[bool, list[str]] = {True: [], False: []}
     for finding in (finding for spec in checked for finding in spec.findings):
         if fixes := [fix for fix in finding.fixes if not fix.brings]:
             rules[any(fix.is_safe for fix in fixes)].append(finding.rule)
     told = {is_safe: f" ({', '.join(sorted(set(found)))})" for is_safe, found in rules.items()}
     safe, unsafe = rules[True], rules[False]
-    words = [f"for {counted(len(safe), 'finding')}{told[True]} by check --fix"] if safe else []
+    words = [f"for {counted(len(safe), 'finding')}{told[True]} by {command}"] if safe else []
     if unsafe:
         more = " more" if safe else ""
         words.append(f"for {counted(len(unsafe), 'finding')}{more}{told[False]} by check --fix --unsafe-fixes")

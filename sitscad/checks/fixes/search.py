@@ -7,6 +7,7 @@ the hint. It counts trials and takes no times, so every machine finds the same h
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import replace
 from typing import Any
@@ -245,10 +246,19 @@ def hint_text(otherwise: str, found: Search, already: Collection[str]) -> str:
         tried = f"{fix.words} helps {left.gain:.2g} times and is not enough (tried)"
     else:
         tried = ""
-    hint = "; ".join(filter(None, (tried, otherwise)))
+    named = _place_of(found.mending[0][0], otherwise) if len(words) == 1 else None
+    if named is not None:  # the change is the advice itself, which has its place there
+        hint = f"{otherwise[: named.start()]}{tried}{otherwise[named.end() :]}"
+    else:
+        hint = "; ".join(filter(None, (tried, otherwise)))
     if not found.mending and (vain := _in_vain(found.vain)):
         hint += f" (tried in vain: {vain})"
     return f"{hint} ({NOT_FURTHER})" if found.is_cut_short else hint
+
+
+def _place_of(fix: Fix, advice: str) -> re.Match[str] | None:
+    """Return the place in an advice where the words of a fix stand. None if they do not."""
+    return re.search(rf"(?<![\w.]){re.escape(fix.words)}(?![\w.])", advice)
 
 
 def _in_vain(tried: Iterable[tuple[Fix, Left]]) -> str:

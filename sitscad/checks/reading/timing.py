@@ -6,11 +6,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from functools import partial
 from itertools import combinations
 
 from sitscad.basics.finding import Severity
 from sitscad.basics.units import show
-from sitscad.checks.fixes.moves import scans
+from sitscad.checks.fixes.moves import each_read, scans
 from sitscad.checks.fixes.search import setting
 from sitscad.checks.reading.readings import worst_of
 from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, own_limits, rule_of
@@ -107,8 +108,8 @@ def channels(design: Design) -> Iterator[Verdict]:
     each, most = device.channels, device.most_coils * buses
     if len(names) > most:
         parts = (presets.converter(name) for name in presets.names("converter"))
-        others = " or ".join(part.part.lower() for part in parts if part.most_coils * buses >= len(names))
-        enough = f" (readout.device: {others} has enough)" if others else ""
+        others = [part.part.lower() for part in parts if part.most_coils * buses >= len(names)]
+        enough = f" (readout.device: {' or '.join(others)} has enough)" if others else ""
         is_two_enough = buses == 1 and len(names) <= 2 * most
         second = "readout.buses: 2, where the controller has a second I2C bus for the further converters; or "
         yield Violation(
@@ -119,6 +120,8 @@ def channels(design: Design) -> Iterator[Verdict]:
             "bus of its own; three axes take no more than three coils under one target (pattern triangle) or four "
             "(pattern grid, 2 x 2)", key,
             float(len(names)), float(most), source=_channel_sources(device.family),
+            fixes=(partial(each_read, design.spec, "readout.device", others),
+                   partial(each_read, design.spec, "readout.buses", [2] * is_two_enough)),
         )
     elif len(names) > each:
         # The largest coupling of two coils of different converters, and their names
