@@ -19,9 +19,9 @@ from sitscad.spec.format.section import Readable
 from sitscad.spec.sensor import SensorSpec, SpecDocument
 
 ELSEWHERE = (
-    ("sitscad", "nothing: the version of the format is always 1"),
+    ("sitscad", "no attribute: the version of the format is always 1"),
     ("array.centres.0", "`spec.array.placements[0].centre`"),
-    ("assembly.tolerances.board", "`spec.assembly.tolerance('board')`: None if the part's process says it"),
+    ("assembly.tolerances.board", "`spec.assembly.tolerance('board')`: None if the tolerance comes from the part's process"),
     ("fpc.stackup.0.copper", "`spec.fpc.stackup.layers[0].thickness`, `.kind`, `.material`"),
     ("fpc.tail.bend.at, .angle, .direction, .radius", "`spec.fpc.tail.bend_at`, `.bend_angle`, `.bend_direction`, "
      "`.bend_radius`; `.bend` is the kind"),
@@ -29,12 +29,12 @@ ELSEWHERE = (
     ("fpc.rules.trace_width_18um", "`spec.fpc.rules.track_lines`, `.coil_lines`"),
     ("loads.press.normal", "`spec.loads[0].normal`: load cases by their `name`"),
     ("mount.holes.0.diameter", "`spec.mount.holes.holes[0].diameter`"),
-    ("mount.datum, mount.jaw.datum", "as written; as it holds, `spec.mount.step.datum`"),
+    ("mount.datum, mount.jaw.datum", "as written; `spec.mount.step.datum` has the value in use"),
 )
 """Keys whose values lie in tuples and other objects, and where each is read."""
 
 HELD = {
-    "source": "`text`, `path`, `defaults`: as it was read",
+    "source": "`text`, `path`, `defaults`: the file as read",
     "issue": "`revision`, `part_number`, `date`",
     "loads": "load cases: `name`, `normal` (N), `shear` (N), `offset` (m), `opening` (rad)",
 }
@@ -49,9 +49,9 @@ def tables() -> str:
     parts = (
         ("Attributes of a spec", "Every key of [the format](spec.md) is an attribute under its own name, in SI units, "
          "unless the next table names it. A section that is left out is None.", _of_spec()),
-        ("Keys that are read elsewhere", "Python's error for such an attribute says so, too.", _elsewhere()),
-        ("Attributes of a layout", "Lengths are metres.", _of_layout()),
-        ("Attributes of what a layout holds", "Docstrings have their units.", _of_drawn()),
+        ("Keys that are read elsewhere", "These keys have another attribute. Python's error for the expected name also states it.", _elsewhere()),
+        ("Attributes of a layout", "Lengths are in metres.", _of_layout()),
+        ("Attributes of the parts of a layout", "The docstrings state the units.", _of_drawn()),
     )
     return "\n".join(f"## {title}\n\n{about}\n\n{_table(rows)}" for title, about, rows in parts)
 

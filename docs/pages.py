@@ -117,7 +117,7 @@ class Making:
         if self.page.stem == "rules":
             return self._ran("sitscad rules --format markdown").partition("\n")[2].lstrip()
         paths = sorted((ROOT / "templates").glob("*.yaml"))
-        heads = "| template | normal force told apart | L | Rp | amplitude | to spare in the jaw | study |\n"
+        heads = "| template | resolution of the normal force | L | Rp | amplitude | margin in the jaw | study |\n"
         heads += 7 * "|---" + "|\n"
         page = heads + "".join((*map(self._row, paths), *map(self._template, paths)))
         self.written[self.page.parent / "pictures" / "gallery.svg"] = gallery(self.written)

@@ -47,8 +47,8 @@ def _presets_in_figures() -> Iterator[str]:
     silicones = [presets.elastomer(name) for name in presets.names("elastomer")]
     yield _figures(
         "Silicones with a preset",
-        "The mean of data sheet and measurement where both were found, the softest first. For `elastomer.material` and "
-        "`encapsulation.material`.",
+        "Names for `elastomer.material` and `encapsulation.material`, the softest first. The modulus is the mean of "
+        "data sheet and measurement if both were found.",
         ("name", "shear modulus", "one sigma", "Ogden exponent", "Shore hardness"),
         [(m.name, show(m.shear_modulus, "Pa", 3), f"{100.0 * m.shear_modulus_sigma:.0f} %",
           f"{m.ogden_exponent:.2f}", m.hardness)
@@ -57,9 +57,9 @@ def _presets_in_figures() -> Iterator[str]:
     stackups = [presets.stackup(name) for name in presets.names("stackup")]
     yield _figures(
         "Stack-ups with a preset",
-        "From the top; finished copper is that of the plain build, its outer layers plated once over the whole panel, "
-        "or the foil where holes and pads alone are plated. OSH Park does not say whether its 35 um contain plating. "
-        "For `fpc.stackup`.",
+        "Names for `fpc.stackup`, with their layers from the top. Finished copper assumes the plain build: its outer "
+        "layers are plated once over the whole panel. If only holes and pads are plated, it is the foil. OSH Park does "
+        "not state whether its 35 um include plating.",
         ("name", "foil", "finished copper", "dielectric between", "in all"),
         [(s.name, _foils(s), _thicknesses(s, LayerKind.COPPER), _thicknesses(s, LayerKind.DIELECTRIC),
           show(s.thickness, "m", 4))
@@ -68,10 +68,11 @@ def _presets_in_figures() -> Iterator[str]:
     houses = [installed_rules(name) for name in presets.names("rules")]
     yield _figures(
         "Fabricators with a profile",
-        "Read on the pages named, on that day; ask before you order. Least track and gap are for the thinnest copper "
-        "listed, those of coils by copper (SIT103: an error where it binds, else a warning); what a house does not "
-        "state comes from generic-flex. SIT131 judges what is offered where that is stated; every finding names the "
-        "source of its figure. For `fpc.rules`.",
+        "Names for `fpc.rules`. The figures were read from the named pages on the stated day; ask before you order. "
+        "Minimum track and gap apply to the thinnest listed copper. The column for coils lists its minimum for each "
+        "copper (SIT103: an error if it is binding, else a warning). Figures that a fabricator does not state come "
+        "from generic-flex. SIT131 compares the board with the offer of the fabricator if the page states it. Every "
+        "finding names the source of its figure.",
         ("name", "who", "made in", "track / gap", "in coils", "copper layers", "copper", "cover, stiffener, finish",
          "read on"),
         [_house(rules) for rules in houses],
@@ -79,7 +80,7 @@ def _presets_in_figures() -> Iterator[str]:
     jaws = [presets.jaw(name) for name in presets.names("jaw")]
     yield _figures(
         "Jaws with a preset",
-        "Usual figures, not those of yours: measure it. For `mount.jaw`.",
+        "Names for `mount.jaw`. The figures are typical: measure your own jaw.",
         ("name", "width", "length", "height", "port", "metal"),
         [(j.name, *(show(size, "m") for size in (j.width, j.length, j.height, j.port_diameter)), j.material.name)
          for j in jaws],
@@ -94,8 +95,8 @@ def _house(rules: DesignRules) -> tuple[str, ...]:
     copper = "-" if foils is None else ", ".join(f"{foil * 1e6:g}" for foil in foils) + " um"
     listed = (rules.covers, rules.stiffeners, rules.finishes)
     said = ["no stiffener" if each == () else " or ".join(each) for each in listed if each is not None]
-    who = rules.house or "no house: figures that several of them publish"
-    where = f"{rules.sources['house'] if rules.house else 'each its own'}, {rules.checked_on}"
+    who = rules.house or "no fabricator: figures that several fabricators publish"
+    where = f"{rules.sources['house'] if rules.house else 'one page for each figure'}, {rules.checked_on}"
     return rules.name, who, rules.country or "-", lines, _in_coils(rules), layers, copper, "; ".join(said) or "-", where
 
 
