@@ -21,7 +21,7 @@ from sitscad.spec.sensor import SensorSpec, SpecDocument
 ELSEWHERE = (
     ("sitscad", "no attribute: the version of the format is always 1"),
     ("array.centres.0", "`spec.array.placements[0].centre`"),
-    ("assembly.tolerances.board", "`spec.assembly.tolerance('board')`: None if the tolerance comes from the part's process"),
+    ("assembly.tolerances.board", "`spec.assembly.tolerance('board')`: None if the part's process sets it"),
     ("fpc.stackup.0.copper", "`spec.fpc.stackup.layers[0].thickness`, `.kind`, `.material`"),
     ("fpc.tail.bend.at, .angle, .direction, .radius", "`spec.fpc.tail.bend_at`, `.bend_angle`, `.bend_direction`, "
      "`.bend_radius`; `.bend` is the kind"),
@@ -49,7 +49,8 @@ def tables() -> str:
     parts = (
         ("Attributes of a spec", "Every key of [the format](spec.md) is an attribute under its own name, in SI units, "
          "unless the next table names it. A section that is left out is None.", _of_spec()),
-        ("Keys that are read elsewhere", "These keys have another attribute. Python's error for the expected name also states it.", _elsewhere()),
+        ("Keys that are read elsewhere", "These keys have another attribute. Python's error for the expected name "
+         "also states it.", _elsewhere()),
         ("Attributes of a layout", "Lengths are in metres.", _of_layout()),
         ("Attributes of the parts of a layout", "The docstrings state the units.", _of_drawn()),
     )
