@@ -1,14 +1,15 @@
-"""The soft pad under load: a bonded rubber block, its shape factor and its compression. SI units throughout.
+"""Compression of a bonded soft pad: strain, gap, shape factor and apparent modulus. SI units.
 
-A target that covers only part of its pad loads that part. Two bonded blocks enclose what the pad then does, because by
-the principle of minimum potential energy no elastic body becomes stiffer when material is cut away or a surface let go:
+A target that covers only a part of its pad loads this part. Two bonded blocks bound the strain of the pad: by the
+principle of minimum potential energy, an elastic body does not become stiffer if material is cut away or a surface is
+released.
 
-* the part under the target, cut out of the pad, gives way more than the real pad, whose surround hinders the bulging;
-* the whole pad under a rigid plate gives way less than the real pad, whose surface beside the target is free.
+* The loaded part, cut out of the pad, is softer than the real pad, because the material around it hinders the bulging.
+* The whole pad under a rigid plate is stiffer than the real pad, whose surface beside the target is free.
 
-The strain that is stated is that of the first block: too large rather than too small. `least_strain` is the second's.
-The law of a block is `pad_law`'s: within a few percent of finite elements (`pad_law.sigma`). The surround adds 18 to
-116 % to the stiffness of the first block (discs of 1 to 2 pad thicknesses' radius, small strains).
+The stated strain is that of the first block, an upper bound. `least_strain` is that of the second. The law of a block
+is that of `pad_law`, within a few per cent of finite elements (`pad_law.sigma`). The surrounding material adds 18 to
+116 % to the stiffness of the first block (discs with radii of 1 to 2 pad thicknesses, small strains).
 """
 
 from __future__ import annotations
@@ -22,19 +23,25 @@ from sitscad.kernels.mechanics.pad_law import NEO_HOOKEAN
 from sitscad.kernels.mechanics.surround_law import NO_WEBS, Webs
 
 VALID_STRAIN = 0.30
-"""Compressive strain that a pad should not pass: it creeps, and what was held against finite elements ends at 35 %."""
+"""Largest compressive strain (1) for a pad in use: a pad creeps beyond, and validation by finite elements ends at 35
+%.
+"""
 
 VALID_SHEAR = 1.0
-"""Shear strain (travel over thickness) up to which F = G A gamma is trusted. A conservative figure, unverified: what
-EN 1337-3 allows laminated bearings for horizontal movement (from memory); the principal stretch is then 1.62. Soft
-silicones stretch further, but their bond to board and target peels, edges lift, and the target comes down as it goes.
+"""Largest shear strain (displacement over thickness) for which F = G A gamma is trusted.
+
+It is a conservative value, unverified: EN 1337-3 allows it for horizontal movement of laminated bearings (from memory).
+The principal stretch is then 1.62. Soft silicones stretch further, but their bonds to board and target peel, edges
+lift, and the target comes down.
 """
 
 DOUBTED = 0.10  # Share of the strain by which the two blocks may differ before the formula counts as out of its range
 
 BESIDE = 0.01
-"""How far a force may act beside the middle of a face, in parts of the face's length, before that counts as tilting it:
-the far edge of a level block would then give way by 6 % more (1 + 6 e / a, as in a beam's section)."""
+"""Distance of a force from the middle of a face, over the face's length, that counts as tilting the target.
+
+The far edge of a level block would then yield by 6 % more (1 + 6 e / a, as in the section of a beam).
+"""
 
 SOURCE = (
     "pressure between bonded plates by the torsion function (Gent & Lindley 1959, Gent & Meinecke 1970), large strain "
@@ -53,10 +60,10 @@ WITHIN = "bonded block, within the range of its law"  # What to think of a strai
 
 @record
 class Face:
-    """A loaded face, about the same centre as any other: widths along x and y (m), and how `round` it is.
+    """A loaded face: widths along x and y (m), and a roundness.
 
-    0 is a rectangle, 1 an ellipse; between them lies what two crossing outlines have in common: of the area that an
-    ellipse lacks of its rectangle it lacks this share.
+    `round` is 0 for a rectangle and 1 for an ellipse. For the intersection of two outlines it is the fraction of the
+    area between ellipse and rectangle that is missing.
     """
 
     width_x: float
@@ -65,16 +72,16 @@ class Face:
 
     @property
     def area(self) -> float:
-        """Area (m2): of the rectangle, less a share of the 1 - pi / 4 of it that an ellipse lacks."""
+        """Area (m2)."""
         return (1.0 - (1.0 - math.pi / 4.0) * self.round) * self.width_x * self.width_y
 
     @property
     def oblongness(self) -> float:
-        """Length over width, no unit."""
+        """Length over width."""
         return max(self.width_x, self.width_y) / min(self.width_x, self.width_y)
 
     def grown(self, width: float) -> Face:
-        """The face wider by so much (m) both ways, never less than a twentieth of it."""
+        """Return the face with both widths changed by `width` (m), to at least a twentieth of each."""
         return Face(
             max(0.05 * self.width_x, self.width_x + width), max(0.05 * self.width_y, self.width_y + width), self.round
         )
@@ -82,9 +89,11 @@ class Face:
 
 @record
 class Surround:
-    """What is around a loaded face: by how much the pad reaches beyond it (m; see `even_rim`), and the thickness (m),
-    shear modulus (Pa) and Ogden's exponent of a film that is bonded round pad and target, and the webs (their width in
-    m) that join the pad to its neighbours.
+    """Material around a loaded face.
+
+    `rim` (m) is the width by which the pad is wider than the face (see `even_rim`). `film`, `film_modulus` and
+    `film_exponent` are thickness (m), shear modulus (Pa) and Ogden exponent of a film that is bonded to pad and target.
+    `webs` join the pad to its neighbours (width in m).
     """
 
     rim: float = 0.0
@@ -94,8 +103,9 @@ class Surround:
     webs: Webs = NO_WEBS
 
     def block(self, face: Face, thickness: float, shear_modulus: float, exponent: float = NEO_HOOKEAN) -> pad_law.Block:
-        """The face with its surround in thicknesses (m) and shear moduli (Pa), as it looks along x; `exponent` is
-        Ogden's, of the pad (no unit).
+        """Return face and surround in thicknesses and shear moduli, seen along x.
+
+        `thickness` (m), `shear_modulus` (Pa) and `exponent` (Ogden's) are those of the pad.
         """
         widths, rim = (face.width_x / thickness, face.width_y / thickness), self.rim / thickness
         film = self.film / thickness, self.film_modulus / shear_modulus
@@ -106,14 +116,15 @@ class Surround:
 BARE = Surround()
 
 EVEN = 0.2
-"""Thicknesses by which the rims of a pad to the four sides of its target may differ, as far as the law was held."""
+"""Largest difference (thicknesses) between the rims on the four sides for which the law was validated."""
 
 
 def even_rim(pad: Face, face: Face, aside: tuple[float, float], thickness: float) -> float | None:
-    """Width (m) by which a pad reaches beyond a face whose middle lies `aside` (m; x, y) from its own; None where that
-    is not nearly the same on all sides, so that no law was held against it. Rims wider than the thickness count as
-    alike: what is beyond it counts, and comes in without a step, as the narrowest rim nears the thickness. Derived
-    here, by comparison with finite elements (tests/validation/pad_figures.csv).
+    """Return the mean width (m) of the rim of a pad around a face. None if its sides differ by more than `EVEN`.
+
+    `aside` (m; x, y) is the distance of the face's middle from the pad's middle. Rims wider than the thickness count as
+    equal. The part beyond the thickness enters continuously as the narrowest rim nears the thickness. The rule is
+    derived here by comparison with finite elements (tests/validation/pad_figures.csv).
     """
     spare = 0.5 * (pad.width_x - face.width_x), 0.5 * (pad.width_y - face.width_y)
     rooms = [max(0.0, room + way * off) for room, off in zip(spare, aside, strict=True) for way in (-1, 1)]
@@ -126,11 +137,22 @@ def even_rim(pad: Face, face: Face, aside: tuple[float, float], thickness: float
 
 @record
 class Compression:
-    """A pad under a force: engineering strain (0 to 1), the thickness that is left (m), the shape factor, the apparent
-    modulus (Pa), and whether the formula is within its range; `note` says so in words.
+    """A pad under a normal force.
 
-    `least_strain` is what the strain can be at least (the same where the whole pad is loaded), `loaded_share` the
-    loaded share of the pad's area, `loaded_area` that area (m2), to which shape factor and modulus belong.
+    Attributes
+    ----------
+    strain : float
+        engineering strain (0 to 1)
+    gap : float
+        remaining thickness (m)
+    shape_factor, apparent_modulus : float
+        those of the loaded area; the modulus in Pa
+    valid : bool
+        the law is within its range; `note` gives the reason if not
+    least_strain : float
+        lower bound of the strain; equal to the strain if the whole pad is loaded
+    loaded_area, loaded_share : float
+        loaded area (m2), and its fraction of the pad's area
     """
 
     strain: float
@@ -145,20 +167,20 @@ class Compression:
 
     @property
     def doubt(self) -> float:
-        """One sigma (no unit, as the strain) by which the strain is too large where part of the pad is loaded.
+        """One standard deviation by which the strain may be too large, if a part of the pad is loaded.
 
-        All strains from the least to the stated one being as likely as each other, this is their root mean square
-        distance from the stated one: the difference over sqrt 3 (of an even distribution, textbook).
+        All strains between the lower bound and the stated one are taken as equally likely. Their root mean square
+        distance from the stated strain is the difference over sqrt 3 (uniform distribution, textbook).
         """
         return (self.strain - self.least_strain) / math.sqrt(3.0)
 
 
 def shape_factor(face: Face, thickness: float) -> float:
-    """Loaded area over force-free area (no unit) of a face on a pad of a thickness (m): ab/(2h(a + b)) for a rectangle,
-    d/(4h) for a disc (Gent and Lindley 1959).
+    """Return loaded area over free area of a face on a pad of a `thickness` (m).
 
-    Of a face that is partly round the perimeter lies between both like its area (an octagon's: within 0.1 %); that of
-    an ellipse is Ramanujan's (1914, error below 5e-4).
+    It is ab/(2h(a + b)) for a rectangle and d/(4h) for a disc (Gent and Lindley 1959). For a partly round face the
+    perimeter is interpolated like the area (an octagon's is within 0.1 %). The perimeter of an ellipse is Ramanujan's
+    (1914, error below 5e-4).
     """
     both = face.width_x + face.width_y
     h = ((face.width_x - face.width_y) / both) ** 2
@@ -172,11 +194,31 @@ def compress(
     face: Face, thickness: float, shear_modulus: float, bulk_modulus: float, force: float, around: Surround = BARE,
     exponent: float = NEO_HOOKEAN,
 ) -> Compression:
-    """How far a bonded pad gives way under a normal force, with what is `around` the loaded face.
+    """Return the compression of a bonded pad under a normal force on its whole face.
 
-    Thickness in metres, moduli in pascals, force in newtons (0 or more, compressive). `pad_law.compression`:
-    F = Ea A e for small strains e, and the neo-Hookean bar for slender pads, or Ogden's of one term and its
-    exponent. Raises ValueError for sizes or moduli that are not positive or a negative force.
+    Parameters
+    ----------
+    face : Face
+        loaded face (m)
+    thickness : float
+        thickness of the pad (m)
+    shear_modulus, bulk_modulus : float
+        moduli of the pad (Pa)
+    force : float
+        normal force (N), 0 or more
+    around : Surround
+        material around the face
+    exponent : float
+        Ogden exponent of the pad; 2 is neo-Hookean
+
+    Raises
+    ------
+    ValueError
+        if a size or modulus is not positive, or the force is negative
+
+    Notes
+    -----
+    The law is `pad_law.compression`: F = Ea A e for small strains e, and the law of a bar for slender pads.
     """
     if not all(value > 0.0 for value in (face.width_x, face.width_y, thickness, shear_modulus, bulk_modulus)):
         raise ValueError("a pad needs positive widths, thickness and moduli")
@@ -195,12 +237,11 @@ def press_part(
     pad: Face, face: Face, thickness: float, shear_modulus: float, bulk_modulus: float, force: float,
     beside: float = 0.0, around: Surround | None = None, exponent: float = NEO_HOOKEAN,
 ) -> Compression:
-    """How far the loaded part of a pad gives way, `face` being that part and `beside` how far (m) the force acts from
-    its middle; units as in `compress`.
+    """Return the compression of a pad that is loaded on a part of its face.
 
-    With what is `around` the face the law says the strain. Where that is not known (None), the stated strain is that of
-    the loaded part cut out of the pad, an upper bound as far as the law holds, and the whole pad under a rigid plate
-    gives `least_strain`.
+    `face` is the loaded part and `beside` (m) the distance of the force from its middle; other parameters as in
+    `compress`. If `around` is given, the law gives the strain. If it is None, the strain is that of the loaded part cut
+    out of the pad, an upper bound, and `least_strain` is that of the whole pad under a rigid plate.
     """
     found = compress(face, thickness, shear_modulus, bulk_modulus, force, around or BARE, exponent)
     share = min(1.0, face.area / pad.area)
@@ -227,8 +268,9 @@ def force_for_strain(
     strain: float, face: Face, thickness: float, shear_modulus: float, bulk_modulus: float, around: Surround = BARE,
     exponent: float = NEO_HOOKEAN,
 ) -> float:
-    """The force (N) that compresses the pad by an engineering strain (0 to below 1): the inverse of `compress`, whose
-    units it has. Raises ValueError for other strains.
+    """Return the force (N) for an engineering strain (0 to below 1): the inverse of `compress`.
+
+    Raises ValueError for other strains.
     """
     if not 0.0 <= strain < 1.0:
         raise ValueError("a compressive strain lies from 0 to below 1")
@@ -237,7 +279,7 @@ def force_for_strain(
 
 
 def _beyond(strain: float, face: Face, thickness: float) -> list[str]:
-    """Why the law is not within its range for a strain of a face on a pad (m); empty where it is."""
+    """Return the reasons why the law is outside its range for a strain of a face. Empty if it is inside."""
     reasons = []
     if strain > VALID_STRAIN:
         reasons.append(

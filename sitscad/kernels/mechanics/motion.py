@@ -1,16 +1,21 @@
-"""A rigid plate's motion over a fixed one, seen from a frame that is turned by a share of its turn; and its balance.
+"""Motion of a rigid plate over a fixed board, and the balance of forces on the plate.
 
-From the frame that is turned half as far as the plate, swapping board and plate turns the pad about an axis in its
-plane and changes nothing else: the energy of a pad that is alike at both faces has no product of shear and tilt there,
-their coupling is in the motion itself. A pad wider than its plate has that frame nearer to the board's. Arrays run over
-the poses first. SI units; rotations are vectors: axis times angle (rad).
+The energy of a pad between board and plate is written in a frame that turns by a share of the plate's rotation. In the
+frame that turns half as far as the plate, a pad with equal faces has no product of shear and tilt in its energy. There,
+a half turn of the pad about an axis in its plane exchanges board and plate. A pad wider than its plate has this frame
+nearer to the board.
 
-What a loaded plate lacks to its balance, and how that changes as it moves, is in closed form. The unknowns are the
-plate's place in the frame and its rotation vector. There the pad's energy is a plain sum, and the work of a force that
-keeps its direction is Rodrigues' formula: f R(t) p = c0 f.p + c1 t.(p x f) + c2 (f.t)(p.t), with the even functions
-c_k(t^2) = sum of (-t^2)^j / (2j + k)!, of which 2 c_k' = k c_(k+2) - c_(k+1) (Stumpff's functions; textbook). Every
-number of it is a float, of one load, or an array over loads: of a single one floats take a third of the time. Lengths
-are in thicknesses there, forces in shear moduli times the loaded area; moments in both.
+Arrays have the poses as their first axis. Units are SI. Rotations are rotation vectors: axis times angle (rad).
+
+Notes
+-----
+`balance` returns the gradient and the Hessian of the energy in closed form. The unknowns are the plate's place in the
+frame and its rotation vector. In the frame the energy of the pad is a sum of squares. The work of a force f of constant
+direction at a point p is Rodrigues' formula: f R(t) p = c0 f.p + c1 t.(p x f) + c2 (f.t)(p.t). Here c_k are Stumpff's
+functions, the even functions c_k(t^2) = sum of (-t^2)^j / (2j + k)!, with 2 c_k' = k c_(k+2) - c_(k+1) (textbook). Each
+number is a float for one load, or an array over loads: for one load, floats take a third of the time. `balance`
+measures lengths in pad thicknesses, forces in shear modulus times loaded area, and moments in this force times the
+thickness.
 """
 
 from __future__ import annotations
@@ -30,8 +35,9 @@ UNIT = np.eye(3)
 
 
 def rotations(angles: Array) -> Array:
-    """Matrices Rx(rx) Ry(ry) Rz(rz), (n, 3, 3; no unit), of angles (n, 3) in rad: the spec's turn of a target
-    (textbook).
+    """Return rotation matrices Rx(rx) Ry(ry) Rz(rz), (n, 3, 3), of angles (n, 3; rad).
+
+    The order is that of a spec's poses (textbook).
     """
     (a, b, c), (p, q, r) = np.cos(angles).T, np.sin(angles).T
     found = np.empty((len(a), 3, 3))
@@ -42,8 +48,9 @@ def rotations(angles: Array) -> Array:
 
 
 def angles(matrices: Array) -> Array:
-    """Angles (n, 3; rad) with Rx Ry Rz of rotation matrices (n, 3, 3), tilts below a right angle: read off the matrix
-    of `rotations`.
+    """Return angles (n, 3; rad) of rotation matrices (n, 3, 3).
+
+    It is the inverse of `rotations` for tilts below a right angle.
     """
     turned = np.arctan2(-matrices[:, 1, 2], matrices[:, 2, 2])
     tilted = np.arcsin(np.clip(matrices[:, 0, 2], -1.0, 1.0))
@@ -51,8 +58,9 @@ def angles(matrices: Array) -> Array:
 
 
 def rotation_vectors(matrices: Array) -> Array:
-    """Axis times angle (n, 3; rad) of rotation matrices (n, 3, 3), by less than half a turn: the odd part is sin t
-    times the axis, the trace 1 + 2 cos t (Rodrigues' formula; textbook).
+    """Return rotation vectors (n, 3; rad) of rotation matrices (n, 3, 3), for rotations by less than half a turn.
+
+    The odd part of the matrix is sin t times the axis, and its trace is 1 + 2 cos t (Rodrigues' formula; textbook).
     """
     odd = np.empty((len(matrices), 3))
     odd[:, 0] = matrices[:, 2, 1] - matrices[:, 1, 2]
@@ -65,14 +73,14 @@ def rotation_vectors(matrices: Array) -> Array:
 
 
 def exponentials(vectors: Array) -> Array:
-    """Rotation matrices (n, 3, 3; no unit) of axis times angle (n, 3; rad): Rodrigues' formula (textbook)."""
+    """Return rotation matrices (n, 3, 3) of rotation vectors (n, 3; rad), by Rodrigues' formula (textbook)."""
     first, second, _ = _coefficients(vectors)
     turning = crosses(vectors)
     return UNIT + first[:, None, None] * turning + second[:, None, None] * (turning @ turning)
 
 
 def crosses(vectors: Array) -> Array:
-    """Matrices (n, 3, 3) that take a vector to the cross product of `vectors` (n, 3) with it, in their unit."""
+    """Return matrices (n, 3, 3) for which M b is the cross product of `vectors` (n, 3) and b."""
     found = np.zeros((len(vectors), 3, 3))
     x, y, z = vectors.T
     found[:, 2, 1], found[:, 1, 2] = x, -x
@@ -82,9 +90,7 @@ def crosses(vectors: Array) -> Array:
 
 
 def cross(one: Array, other: Array) -> Array:
-    """Cross products of vectors (n, 3), in the product of their units: for a few of them in a fraction of
-    numpy's time.
-    """
+    """Return cross products of vectors (n, 3). For a few vectors it takes a fraction of the time of `numpy.cross`."""
     found = np.empty_like(one)
     found[:, 0] = one[:, 1] * other[:, 2] - one[:, 2] * other[:, 1]
     found[:, 1] = one[:, 2] * other[:, 0] - one[:, 0] * other[:, 2]
@@ -93,8 +99,9 @@ def cross(one: Array, other: Array) -> Array:
 
 
 def _coefficients(vectors: Array) -> tuple[Array, Array, Array]:
-    """Sin t / t, (1 - cos t) / t^2 and (t - sin t) / t^3 (n; no unit) of the length t of vectors (n, 3; rad), by their
-    Taylor series where these cancel.
+    """Return sin t / t, (1 - cos t) / t^2 and (t - sin t) / t^3, (n,) each, for the lengths t of vectors (n, 3; rad).
+
+    Small lengths use the Taylor series, because the differences cancel.
     """
     square = np.einsum("ni,ni->n", vectors, vectors)
     if float(square.max(initial=0.0)) < SERIES:
@@ -114,8 +121,20 @@ def _coefficients(vectors: Array) -> tuple[Array, Array, Array]:
 
 @record(eq=False)
 class Motion:
-    """A plate's place in board axes (n, 3; m), how it is turned (n, 3, 3) and that as a rotation vector (n, 3; rad),
-    the frame that is turned by `share` of it (n, 3, 3), the place in that, and the left Jacobians of frame and plate.
+    """Position and rotation of plates, and the frames in which a pad's energy is written.
+
+    Attributes
+    ----------
+    place : array (n, 3)
+        position of the plate in board axes (m)
+    turn, vectors : arrays (n, 3, 3) and (n, 3)
+        rotation of the plate as a matrix and as a rotation vector (rad)
+    share : float
+        rotation of the frame over that of the plate
+    frame, within : arrays (n, 3, 3) and (n, 3)
+        rotation matrix of the frame, and the place in axes of the frame (m)
+    frame_jacobians, jacobians : arrays (n, 3, 3)
+        left Jacobians of the rotation of frame and plate
     """
 
     place: Array
@@ -128,11 +147,17 @@ class Motion:
     jacobians: Array
 
     def wrenches(self, slopes: Array, turning: Array) -> Array:
-        """Force (N) and moment about the plate's displaced middle (N m), (n, 6) in board axes, of an energy whose
-        slopes are (n, 3; N) by the place and (n, 3; N m) by the rotation vector, both in the frame.
+        """Return forces (N) and moments (N m), (n, 6) in board axes, from derivatives of the energy.
 
-        Derived here by virtual work: a small turn of the plate turns the frame by its share, and the left Jacobian
-        takes the rotation vector's change to that turn.
+        Moments are about the displaced middle of the plate.
+
+        `slopes` (n, 3; N) are derivatives by the place and `turning` (n, 3; N m) by the rotation vector, both in the
+        frame.
+
+        Notes
+        -----
+        Derived here by virtual work: a small rotation of the plate rotates the frame by its share, and the left
+        Jacobian maps the change of the rotation vector to this rotation.
         """
         force = np.einsum("nij,nj->ni", self.frame, slopes)
         with np.errstate(invalid="ignore"):  # a pad that is shut: without bound, and its moment is no number
@@ -144,9 +169,12 @@ class Motion:
 
 
 def relative(poses: Array, height: float, share: float = 0.5) -> Motion:
-    """What a pad feels of poses (n, 6; m and rad, see `sitscad.assembly.places.state`) of a plate at rest `height` (m)
-    above the board. By Rodrigues' formula and the left Jacobian of rotations, 1 + (1 - cos t) / t^2 [t] + (t - sin t) /
-    t^3 [t]^2 (textbook).
+    """Return the motion at poses (n, 6; m and rad) of a plate `height` (m) above the board.
+
+    Poses are those of `sitscad.assembly.places.state`.
+
+    The matrices follow from Rodrigues' formula, and from the left Jacobian of rotations, 1 + (1 - cos t) / t^2 [t] + (t
+    - sin t) / t^3 [t]^2 (textbook).
     """
     count, turn = len(poses), rotations(poses[:, 3:])
     vectors = rotation_vectors(turn)
@@ -168,7 +196,7 @@ Vector: TypeAlias = Sequence[Number]
 Rows: TypeAlias = list[list[Number]]
 
 SHORT, LARGE = 0.25, 10.0
-"""Squares of a turn's angle up to which the series have `FEW` and all `TERMS`: within rounding of either."""
+"""Squared rotation angles (rad2) up to which `FEW` and `TERMS` terms of the series are exact to rounding."""
 
 FEW, TERMS = 7, 13
 
@@ -176,8 +204,10 @@ THREE, PAIRS = range(3), ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
 
 class Law(NamedTuple):
-    """A pad's law at one compression: pressure and its slope by the strain; the five courses of `courses.Courses` with
-    their first and second slopes; the stiffness of twist. No units.
+    """Stiffness law of a pad at one compression, without units.
+
+    `pressure` and `pressed` are the pressure and its derivative by the strain. `values`, `slopes` and `bends` hold the
+    five stiffness curves of `pad.Courses`, their first and their second derivatives. `twist` is the twist stiffness.
     """
 
     pressure: Number
@@ -189,8 +219,9 @@ class Law(NamedTuple):
 
 
 class Load(NamedTuple):
-    """A force that keeps its direction, where it acts on the plate (from the middle of its near face, in the plate's
-    own axes), and a moment about that point; in board axes but for the point.
+    """A force of constant direction, the point where it acts, and a moment about this point.
+
+    Force and moment are in board axes. The point is in axes of the plate, from the middle of its near face.
     """
 
     force: Vector
@@ -200,8 +231,10 @@ class Load(NamedTuple):
 
 
 def stumpff(square: Number, largest: float) -> tuple[Number, ...]:
-    """c_0 to c_6 of a square of an angle (rad2), the largest of which is given: no unit. The two highest by their
-    series, the others by c_k = 1 / k! - t^2 c_(k+2) (Stumpff's functions; textbook).
+    """Return Stumpff's functions c_0 to c_6 of squared angles (rad2).
+
+    `largest` is the largest square, which decides the number of terms. The two highest functions come from their
+    series, the others from c_k = 1 / k! - t^2 c_(k+2) (textbook).
     """
     five = six = 1.0
     for j in range(FEW if largest <= SHORT else TERMS, 0, -1):
@@ -217,11 +250,26 @@ def stumpff(square: Number, largest: float) -> tuple[Number, ...]:
 def balance(
     law: Law, share: float, place: Vector, turn: Vector, load: Load, largest: float
 ) -> tuple[list[Number], Rows]:
-    """What is lacking, by place and by rotation vector (six numbers), and its slopes by both (six rows of six): the
-    gradient and the Hessian of the pad's energy less the load's work (derived here). Lengths in thicknesses, forces in
-    shear moduli times area.
+    """Return gradient (6) and Hessian (6 rows of 6) of the pad's energy less the work of the load.
 
-    The frame is turned by `share` of the plate's turn, whose largest squared angle (rad2) is given.
+    The first three numbers belong to the place of the plate in the frame, the last three to its rotation vector.
+
+    Parameters
+    ----------
+    law : Law
+        the pad at its compression
+    share : float
+        rotation of the frame over that of the plate
+    place, turn : vectors of 3
+        place in the frame (thicknesses) and rotation vector (rad) of the plate
+    load : Load
+        forces in shear modulus times loaded area
+    largest : float
+        largest squared angle of `turn` (rad2)
+
+    Notes
+    -----
+    Derived here. In equilibrium the gradient is zero.
     """
     lack, rows = _held(law, place, turn)
     square = turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2]
@@ -246,9 +294,10 @@ def balance(
 
 
 def _held(law: Law, place: Vector, turn: Vector) -> tuple[list[Number], Rows]:
-    """Slopes (6) and second slopes (6 rows of 6) of the pad's energy by place and rotation vector; units of `balance`.
-    The energy is (along x^2 + across y^2 + tilt_x a^2 + tilt_y b^2 + twist c^2) / 2 + cubic (x^2 + y^2)^2 / 4 and that
-    of the pressure, its courses depending on the strain 1 - z.
+    """Return gradient (6) and Hessian (6 rows of 6) of the pad's energy by place and rotation vector.
+
+    The units are those of `balance`. The energy is (along x^2 + across y^2 + tilt_x a^2 + tilt_y b^2 + twist c^2) / 2 +
+    cubic (x^2 + y^2)^2 / 4, plus the energy of the pressure. All coefficients but twist depend on the strain 1 - z.
     """
     (x, y, _), (a, b, c) = place, turn
     along, across, cubic, tilt_x, tilt_y = law.values
@@ -280,20 +329,21 @@ def _held(law: Law, place: Vector, turn: Vector) -> tuple[list[Number], Rows]:
 
 
 def _dot(one: Vector, other: Vector) -> Number:
-    """Scalar product of two vectors, in the product of their units."""
+    """Return scalar product of two vectors of 3."""
     return one[0] * other[0] + one[1] * other[1] + one[2] * other[2]
 
 
 def _cross(one: Vector, other: Vector) -> Vector:
-    """Cross product of two vectors, in the product of their units."""
+    """Return cross product of two vectors of 3."""
     (a, b, c), (x, y, z) = one, other
     return b * z - c * y, c * x - a * z, a * y - b * x
 
 
 def _work(force: Vector, arm: Vector, share: float, turn: Vector, c: tuple[Number, ...]) -> tuple[Vector, Rows]:
-    """Slopes (3) and second slopes (3 rows of 3), by the rotation vector, of a force's work at an arm that turns by a
-    share of it; units of `balance`. The derivatives of the module's f R(t) p, with c_k' by 2 c_k' = k c_(k+2) -
-    c_(k+1).
+    """Return gradient (3) and Hessian (3 rows of 3) of the work of a force, by the rotation vector.
+
+    The arm of the force turns by `share` of the rotation vector, and the units are those of `balance`. These are the
+    derivatives of f R(t) p in the notes of the module, with 2 c_k' = k c_(k+2) - c_(k+1).
     """
     squared, odd, fd, ad = share * share, _cross(arm, force), _dot(force, turn), _dot(arm, turn)
     still, across, along = _dot(force, arm), share * _dot(odd, turn), squared * fd * ad
@@ -319,8 +369,9 @@ def _work(force: Vector, arm: Vector, share: float, turn: Vector, c: tuple[Numbe
 
 
 def _carried(force: Vector, share: float, turn: Vector, c: tuple[Number, ...]) -> tuple[Vector, Rows]:
-    """A force (3) in the axes that are turned by a share of the rotation vector, and its slopes (3 rows of 3) by that;
-    units of `balance`. R(-t) f by Rodrigues' formula, differentiated like `_work`.
+    """Return force (3) in the axes of the frame, and its derivatives (3 rows of 3) by the rotation vector.
+
+    The frame turns by `share` of the rotation vector. R(-t) f by Rodrigues' formula, with derivatives as in `_work`.
     """
     squared, fd, odd = share * share, _dot(force, turn), _cross(turn, force)
     one, two = 0.5 * (c[3] - c[2]), c[4] - 0.5 * c[3]
@@ -338,8 +389,9 @@ def _carried(force: Vector, share: float, turn: Vector, c: tuple[Number, ...]) -
 
 
 def _turned(moment: Vector, turn: Vector, c: tuple[Number, ...]) -> tuple[Vector, Rows]:
-    """What a moment does along the rotation vector (3), by the left Jacobian of rotations (`relative`), transposed, and
-    its slopes by that (3 rows of 3); units of `balance`. Differentiated like `_work`.
+    """Return the generalised moment (3) along the rotation vector, and its derivatives (3 rows of 3).
+
+    It is the transposed left Jacobian of rotations (see `relative`) times the moment, with derivatives as in `_work`.
     """
     md, odd, square = _dot(moment, turn), _cross(turn, moment), _dot(turn, turn)
     two, three = c[4] - 0.5 * c[3], 1.5 * c[5] - 0.5 * c[4]
@@ -354,6 +406,6 @@ def _turned(moment: Vector, turn: Vector, c: tuple[Number, ...]) -> tuple[Vector
 
 
 def _spun(vector: Vector) -> Sequence[Vector]:
-    """The matrix (3 rows of 3) that takes another vector to its cross product with this one, in its unit."""
+    """Return matrix (3 rows of 3) for which M b is the cross product of `vector` and b."""
     x, y, z = vector
     return (0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)

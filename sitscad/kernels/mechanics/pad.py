@@ -1,10 +1,14 @@
-"""A soft pad between a board and a rigid target: from a pose of the target to what holds it there, and back.
+"""A soft bonded pad between a board and a rigid target: force from pose, and pose from force.
 
-The energy of `pad_law` in the frame of `motion`; forces are its slopes, so what is put in comes back. SI units, arrays
-over the poses or loads first, board axes as in `sitscad.assembly.places.state`. How the stiffness goes with the
-compression is tabulated once a pad, so that a pose costs a look-up then: pieces of third degree with the law's own
-values and slopes at their ends; the slopes that are handed out are those of the pieces, so that forces keep an energy.
-In these courses lengths are in thicknesses, stresses in shear moduli.
+The energy of the pad is that of `pad_law` in the frame of `motion`. Forces are derivatives of this energy, so a closed
+path returns the work that was put in. Units are SI, arrays have the poses or loads as their first axis, and axes are
+those of the board as in `sitscad.assembly.places.state`.
+
+Notes
+-----
+The stiffness of each pad is tabulated against compression once, so that a pose costs a look-up. The tables are cubic
+pieces with the law's own values and slopes at their ends. Slopes that are returned are those of the pieces, so that
+forces still derive from one energy. In these tables lengths are in thicknesses and stresses in shear moduli.
 """
 
 from __future__ import annotations
@@ -34,20 +38,25 @@ from sitscad.kernels.mechanics.pad_law import NEO_HOOKEAN
 from sitscad.kernels.solve_cache import solved
 
 FIRST, LAST, PIECES = -0.25, 0.45, 560
-"""Strains between which a course is tabulated; beyond, it stays as it is (`pad_law.MOST_STRAIN`), its slope nothing."""
+"""First and last strain of the stiffness curves, and number of their pieces.
+
+Beyond these strains a curve is constant (`pad_law.MOST_STRAIN`).
+"""
 
 STEP = (LAST - FIRST) / PIECES
 
 SMALL = 1e-6
-"""Step of a strain for the slope of the pressure, which is not tabulated."""
+"""Step of the strain for the numerical derivative of the pressure, which is not tabulated."""
 
 
 @record(eq=False)
 class Courses:
-    """The law of one pad: pressure by strain, and the tabulated courses of shear along x and y, of their cubic term (of
-    both directions alike, so that forces have an energy), and of tilt about x and y; with the stiffness of twist.
-    Stresses in shear moduli, moments in these times the thickness (no unit); `pieces` (pieces, 4, 5) are Hermite's
-    cubics by the part of a piece.
+    """Stiffness curves of one pad, tabulated against the strain.
+
+    The five curves are shear along x and along y, the cubic term of shear, and tilt about x and about y. Both
+    directions share one cubic term, so that forces derive from an energy. Stresses are in shear moduli, moments in this
+    times the thickness. `squeeze` is the pressure by strain, `twist` the twist stiffness. `pieces` (pieces, 4, 5) are
+    coefficients of Hermite's cubics by the fraction of a piece.
     """
 
     squeeze: pad_law.CompressionLaw
@@ -55,15 +64,16 @@ class Courses:
     twist: float
 
     def at(self, strain: Array) -> tuple[Array, Array]:
-        """The five courses (no unit, as `pad_law` has them) and their slopes at strains (n,), (n, 5) each."""
+        """Return values and slopes of the five stiffness curves at strains (n,), (n, 5) each."""
         part, (value, first, second, third) = self._piece(strain)
         return value + part * (first + part * (second + part * third)), (
             first + part * (2.0 * second + 3.0 * part * third)
         ) / STEP
 
     def law(self, strain: Array) -> Law:
-        """The law at strains (n,), its numbers (n,) each; no unit: stresses in shear moduli (`Law`). Values and slopes
-        of Hermite's cubics (textbook), the slope of the pressure as a central difference.
+        """Return law at strains (n,), each number an array (n,), without units.
+
+        Values and slopes are those of Hermite's cubics (textbook). The slope of the pressure is a central difference.
         """
         part, (value, first, second, third) = self._piece(strain)
         values = value + part * (first + part * (second + part * third))
@@ -73,7 +83,7 @@ class Courses:
         return Law(self.squeeze(strain), pressed, [*values.T], [*slopes.T], [*bends.T], self.twist)
 
     def law_at(self, strain: float) -> Law:
-        """The law at one strain (no unit), in floats: `law` of a single number."""
+        """Return law at one strain, in floats: `law` for a single number."""
         place = (min(max(strain, FIRST), LAST) - FIRST) / STEP
         piece = min(int(place), PIECES - 1)
         part, pieces = place - piece, self.pieces[piece].T.tolist()
@@ -84,8 +94,8 @@ class Courses:
         return Law(self.squeeze.at(strain), pressed, values, slopes, bends, self.twist)
 
     def _piece(self, strain: Array) -> tuple[Array, tuple[Array, Array, Array, Array]]:
-        """How far (n, 1; 0 to 1) strains (n,) have gone into their pieces, and the four terms of these (n, 5 each); no
-        unit.
+        """Return fraction (n, 1) of strains (n,) within their pieces, and the four coefficients (n, 5) of the
+        pieces.
         """
         place = (np.fmin(np.fmax(strain, FIRST), LAST) - FIRST) / STEP
         piece = np.minimum(place.astype(np.intp), PIECES - 1)
@@ -95,8 +105,9 @@ class Courses:
 
 @lru_cache(maxsize=64)
 def courses(block: pad_law.Block, bulk_modulus: float) -> Courses:
-    """The courses of a block, no unit: Hermite's cubics (textbook) through `pad_law`'s values and slopes; the bulk
-    modulus is in shear moduli.
+    """Tabulate the stiffness curves of a block, without units; the bulk modulus is in shear moduli.
+
+    Hermite's cubics (textbook) pass through the values and slopes of `pad_law`.
     """
     # a turn about y raises one end of x, one about x an end of y
     across = block.turned
@@ -118,35 +129,54 @@ def courses(block: pad_law.Block, bulk_modulus: float) -> Courses:
 
 
 HELD_STRAIN, HELD_SHEAR, HELD_TILT = 0.35, 0.5, math.radians(5.0)
-"""Compression, shear (travel over thickness) and tilt (rad) up to which the law is held against finite elements."""
+"""Compression, shear (displacement over thickness) and tilt (rad) up to which the law was validated by finite
+elements.
+"""
 
 TOLERANCE = 2e-6
-"""Where the search for a pose ends: the last step in thicknesses and radians. What is left is of second order in it."""
+"""Largest last step (thicknesses and radians) with which the search for a pose ends.
+
+The remaining error is of second order in this step.
+"""
 
 SQUARE, SETTLED = 0.2, 1e-11
-"""Steps below which each is taken to go with the square of the last, and the next one that is not worth making."""
+"""Step below which Newton's method converges quadratically, and step below which the next one is not made."""
 
 ROUGHLY = 1e-3
-"""How near the level pose is found from which that search begins, in parts of its strain."""
+"""Relative tolerance of the strain with which the search for a pose begins."""
 
 FEW = 8
-"""Loads up to which each is worked out in floats, by itself: arrays of so few numbers cost more."""
+"""Number of loads up to which each is solved by itself in floats. Arrays of so few numbers take longer."""
 
 FREE, LEVEL, STUCK = slice(0, 6), slice(0, 3), slice(None, 3)
-"""Which of the six numbers of a pose a load finds: all, those of the place, and of these the height alone."""
+"""Numbers of a pose that a load changes: all, the place, or the height only."""
 
 SHEAR_STEPS = 4
-"""Parts in which shear and moments are put on, after the normal force: a soft pad is followed, not leapt upon."""
+"""Steps in which shear and moments are applied after the normal force.
+
+A soft pad needs more than one step to converge.
+"""
 
 
 @record
 class BondedPad:
-    """A bonded pad under the face of a rigid target.
+    """A soft pad that is bonded to a board and to the face of a rigid target.
 
-    Face and thickness in metres, moduli in pascals and at rest; `around` the target are the pad's rim, a film that is
-    bonded to pad, target and board, and webs, of which those of one side alone move the middle from which the pad holds
-    the target; `height` (m) from the target's near face to where loads act. `exponent` is that of Ogden's rubber of one
-    term, 2 being neo-Hookean.
+    Attributes
+    ----------
+    face : Face
+        loaded face (m)
+    thickness : float
+        thickness of the pad (m)
+    shear_modulus, bulk_modulus : float
+        moduli at rest (Pa)
+    around : Surround
+        rim of the pad around the target, film bonded to pad, target and board, and webs. Webs on one side only move the
+        centre of the pad's reaction
+    height : float
+        distance (m) from the near face of the target to the face on which loads act
+    exponent : float
+        exponent of Ogden's law with one term; 2 is neo-Hookean
     """
 
     face: Face
@@ -159,13 +189,14 @@ class BondedPad:
 
     @cached_property
     def courses(self) -> Courses:
-        """The pad's law, tabulated."""
+        """Tabulated stiffness curves."""
         return courses(self.block, self.bulk_modulus / self.shear_modulus)
 
     @cached_property
     def block(self) -> pad_law.Block:
-        """The pad in thicknesses and shear moduli (no unit), as it looks along x. Raises ValueError for sizes that none
-        has.
+        """The pad in thicknesses and shear moduli, seen along x.
+
+        Raises ValueError for sizes or moduli that are not positive.
         """
         h = self.thickness
         sizes = (self.face.width_x, self.face.width_y, h, self.shear_modulus, self.bulk_modulus)
@@ -177,18 +208,20 @@ class BondedPad:
 
     @property
     def sigma(self) -> float:
-        """One sigma of the forces that the law gives, relative, no unit."""
+        """One relative standard deviation of the forces of the law."""
         return pad_law.sigma(self.block)
 
     def pressure(self, strain: Array) -> Array:
-        """Normal force (n,; N, positive for a press) at compressive strains (n,) of a target that stays level:
-        `pad_law.compression` times shear modulus and area.
+        """Return normal force (n,; N, positive for a press) at compressive strains (n,) of a level target.
+
+        It is `pad_law.compression` times shear modulus and area.
         """
         return self.shear_modulus * self.face.area * self.courses.squeeze(np.asarray(strain, dtype=float))
 
     def strain(self, force: Array) -> Array:
-        """Compressive strain (n,; no unit) under normal forces (n,) of 0 or more (N), of a target that stays level: the
-        inverse of `pressure`. Raises ValueError for negative forces.
+        """Return compressive strain (n,) of a level target under normal forces (n,; N): the inverse of `pressure`.
+
+        Raises ValueError for negative forces.
         """
         force = np.asarray(force, dtype=float)
         if not np.all(force >= 0.0):
@@ -197,8 +230,9 @@ class BondedPad:
         return np.array([self.courses.squeeze.strain(float(one) / whole) for one in force.ravel()]).reshape(force.shape)
 
     def force(self, poses: Array) -> Array:
-        """What must hold the target at poses (n, 6; m, rad): force (N) and moment (N m) about the displaced middle of
-        its near face, (n, 6) in board axes. NaN where the target has come down on the board.
+        """Return force (N) and moment (N m), (n, 6) in board axes, that hold the target at poses (n, 6; m, rad).
+
+        The moment is about the displaced middle of the near face. The result is NaN if the target touches the board.
         """
         poses = np.asarray(poses, dtype=float).reshape(-1, 6)
         if not self._middle.any():
@@ -211,22 +245,23 @@ class BondedPad:
 
     @cached_property
     def _middle(self) -> Array:
-        """Where the middle of what holds the target lies from the target's own (3,; m):
-        `surround_law.Stiffer.aside`.
+        """Distance (3,; m) from the middle of the target to the centre of the pad's reaction.
+
+        It is `surround_law.Stiffer.aside`.
         """
         return self.thickness * np.array([self.block.stiffer.aside, self.block.turned.stiffer.aside, 0.0])
 
     @cached_property
     def _share(self) -> float:
-        """Share (no unit) of the plate's turn by which the frame is turned in which shear and tilt stand apart.
+        """Rotation of the frame over the plate's rotation at which shear and tilt decouple.
 
-        It is a half by symmetry, less where the pad reaches beyond the plate, fitted to our own finite elements
+        It is 1/2 by symmetry, and less if the pad is wider than the plate; fitted to our own finite elements
         (tests/validation/pad_figures.csv).
         """
         return 0.5 * math.exp(-self.block.rim / 0.36)
 
     def _held(self, motion: Motion) -> Array:
-        """Force and moment (n, 6; N, N m) that hold a moved plate, NaN where it has come down on the board."""
+        """Return force and moment (n, 6; N, N m) that hold a moved plate. NaN if the plate touches the board."""
         h = self.thickness
         with np.errstate(invalid="ignore", divide="ignore"):
             slopes, turning = self._slopes(motion.within / h, motion.vectors)
@@ -236,8 +271,9 @@ class BondedPad:
         return held
 
     def _slopes(self, place: Array, turn: Array) -> tuple[Array, Array]:
-        """Slopes (n, 3 each; no unit) of the energy in `motion._held` by place and by turn, over modulus times area
-        (and thickness).
+        """Return derivatives of the energy by place and by rotation vector, (n, 3) each.
+
+        They are in units of shear modulus times area, and of this times the thickness.
         """
         law = self.courses
         strain = 1.0 - place[:, 2]
@@ -253,8 +289,9 @@ class BondedPad:
         return slopes, turning
 
     def stiffness(self, poses: Array) -> Array:
-        """How force and moment change with the pose: (n, 6, 6; N/m, N/rad, N, N m/rad), rows as in `force`, columns as
-        in a pose. By central differences of `force`.
+        """Return the derivatives of `force` by the pose, (n, 6, 6; N/m, N/rad, N, N m/rad).
+
+        They are central differences. Rows are components of `force`, columns are components of a pose.
         """
         poses = np.asarray(poses, dtype=float).reshape(-1, 6)
         there = poses[:, None, :] + self._aside[1:]
@@ -269,14 +306,32 @@ class BondedPad:
         turns: Array | None = None,
         is_stuck: bool = False,
     ) -> Array:
-        """Poses (n, 6) under loads (n, 3): normal, towards the board, and shear along +x and +y (N); or (n, 5): with
-        moments about x and y (N m), on the middle of the outermost face; or (n, 6): force along x, y, z and moment.
+        """Return the poses (n, 6; m, rad) of the target under loads.
 
-        Loads act at the middle of the outermost face, or `at` (n, 2; m) beside it; that point moves with the target,
-        and the load keeps its direction. `is_held` keeps the target level, or turned by `turns` (n, 3; rad);
-        `is_stuck` also keeps the middle of the outermost face where it is along x and y, so that shear forces do
-        nothing. NaN where no equilibrium is found: the pad gives way sideways, or shuts. Raises ValueError for loads
-        that are not finite.
+        Parameters
+        ----------
+        loads : array (n, 3), (n, 5) or (n, 6)
+            normal force towards the board and shear along +x and +y (N); or with moments about x and y (N m);
+            or force along x, y, z and moment
+        is_held : bool
+            the target stays level, or at the rotation `turns`
+        at : array (n, 2), optional
+            distance (m) of the point of load from the middle of the outermost face. The point moves with the
+            target, and the load keeps its direction
+        turns : array (n, 3), optional
+            angles (rad) at which the target is kept
+        is_stuck : bool
+            the middle of the outermost face also keeps its place along x and y, so that shear forces have no effect
+
+        Returns
+        -------
+        array (n, 6)
+            NaN if there is no stable equilibrium: the pad buckles sideways, or the target touches the board
+
+        Raises
+        ------
+        ValueError
+            if a load is not finite or the array has another shape
         """
         whole = self.shear_modulus * self.face.area
         wanted = _as_wrenches(loads) / (3 * [whole] + 3 * [whole * self.thickness])
@@ -290,7 +345,10 @@ class BondedPad:
         return solved(lambda: (self, *asked), lambda: (solve(self, *asked),))[0].copy()
 
     def _posed(self, wanted: Array, points: Array, turned: Array, free: slice) -> Array:
-        """What `pose` says of wrenches, places of the loads and turns (no units: `balance`), the `free` ones found."""
+        """Return poses of `pose` for wrenches, load points and angles in the units of `balance`.
+
+        The `free` numbers are solved for.
+        """
         squeeze, start = self.courses.squeeze, np.zeros_like(wanted)
         start[:, 2] = [1.0 - squeeze.strain(max(0.0, -force), ROUGHLY) for force in wanted[:, 2].tolist()]
         start[:, 3:] = turned
@@ -305,8 +363,9 @@ class BondedPad:
         return found
 
     def _followed(self, start: Array, wanted: Array, points: Array, free: slice) -> Array:
-        """Places (thicknesses) and angles (rad), (n, 6), that `_balanced` finds where shear, moments, turns and places
-        beside the middle come little by little: a soft pad cannot be leapt upon.
+        """Return places (thicknesses) and angles (rad), (n, 6), of `_balanced`, with the load applied in steps.
+
+        Shear, moments, rotations and the distance of the load from the middle grow from step to step.
         """
         whole, turns, there = np.zeros_like(wanted), start[:, 3:].copy(), start.copy()
         whole[:, 2] = wanted[:, 2]
@@ -318,9 +377,10 @@ class BondedPad:
         return there
 
     def _balanced(self, start: Array, wanted: Array, points: Array, free: slice) -> Array:
-        """Newton's method from places and angles (n, 6) nearby, in the `free` ones of the six numbers of `balance`;
-        NaN for those that do not settle, or where the pad would give way. Lengths in thicknesses, forces in shear
-        moduli times area.
+        """Solve for equilibrium by Newton's method, from places and angles (n, 6).
+
+        Only the `free` numbers of `balance` change. The result is NaN if the method does not converge, or if the
+        equilibrium is unstable. Lengths are in thicknesses, forces in shear moduli times area.
         """
         turn = rotations(start[:, 3:])
         vectors = rotation_vectors(turn)
@@ -359,7 +419,7 @@ class BondedPad:
         return found
 
     def _lack_and_slope(self, there: Array, wanted: Array, points: Array) -> tuple[Array, Array]:
-        """What is lacking (n, 6) and how it changes with place and rotation vector (n, 6, 6), no units: `balance`."""
+        """Return gradient (n, 6) and Hessian (n, 6, 6) of the energy by place and rotation vector, as in `balance`."""
         is_moment = bool(wanted[:, 3:].any())
         if len(there) <= FEW:
             rows = zip(there.tolist(), wanted.tolist(), points.tolist(), strict=True)
@@ -377,8 +437,9 @@ class BondedPad:
     def _lack_of_one(
         self, there: list[float], wanted: list[float], point: list[float], is_moment: bool
     ) -> tuple[list[float], list[list[float]]]:
-        """Lack (6) and slope (6 rows of 6) of one load, in floats, no units (`balance`): NaN where the plate has come
-        down on the board.
+        """Return gradient (6) and Hessian (6 rows of 6) for one load, in floats, as in `balance`.
+
+        NaN if the plate touches the board.
         """
         place, turn = there[:3], there[3:]
         square = turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2]
@@ -389,29 +450,38 @@ class BondedPad:
 
     @cached_property
     def _steps(self) -> Array:
-        """The step of each number of a pose for a slope (6; m and rad)."""
+        """Steps (6; m and rad) of the numerical derivatives by the numbers of a pose."""
         return np.array(3 * [1e-6 * self.thickness] + 3 * [1e-6])
 
     @cached_property
     def _aside(self) -> Array:
-        """A pose and its neighbours (13, 6; m and rad): nowhere, forth and back."""
+        """Changes of a pose (13, 6; m and rad) for central differences.
+
+        First none, then each step forth, then each step back.
+        """
         return np.concatenate([np.zeros((1, 6)), np.diag(self._steps), -np.diag(self._steps)])
 
 
 KEPT = 64
-"""Loads at once up to which poses are kept: rules, data sheet and calibration ask alike, and designs of one study."""
+"""Number of loads in one call up to which poses are cached.
+
+Rules, data sheet, calibration and the designs of a study ask for equal loads.
+"""
 
 
 @lru_cache(maxsize=256)
 def _solved(pad: BondedPad, wanted: bytes, points: bytes, turned: bytes, is_level: bool, is_stuck: bool) -> Array:
-    """`BondedPad._posed` (n, 6; m and rad) of the numbers of arrays, which are exactly those that were asked for."""
+    """Return `BondedPad._posed` (n, 6; m and rad), cached.
+
+    Arrays are given by their bytes, so equal arguments have equal numbers.
+    """
     forces, (places, turns) = np.frombuffer(wanted), (np.frombuffer(each).reshape(-1, 3) for each in (points, turned))
     free = STUCK if is_stuck else LEVEL if is_level else FREE
     return pad._posed(forces.reshape(-1, 6), places, turns, free)
 
 
 def _as_wrenches(loads: Array) -> Array:
-    """Loads (n, 3), (n, 5) or (n, 6; N, N m) as wrenches (n, 6) in the target's axes; ValueError for others."""
+    """Return loads (n, 3), (n, 5) or (n, 6; N, N m) as wrenches (n, 6). Raises ValueError for other shapes."""
     loads = np.array(loads, dtype=float)
     if loads.ndim != 2 or loads.shape[1] not in (3, 5, 6) or not np.all(np.isfinite(loads)):
         raise ValueError("loads are finite numbers, (n, 3), (n, 5) or (n, 6)")

@@ -1,16 +1,17 @@
-"""What a bonded pad's energy depends on: compression, shear, tilt and twist of a rigid plate, from its measures alone.
+"""Stiffness of a bonded pad under a rigid plate: compression, shear, tilt and twist, from the dimensions of the pad.
 
-Textbook terms carry it: the pressure of incompressible rubber between bonded plates (the torsion function of the face,
-Gent & Lindley 1959, Gent & Meinecke 1970), Lindley's large-strain law, shear and bending of a short column. What they
-leave open is fitted to our own finite elements (tests/oracles/pad_elements.py, pad_figures.csv): neo-Hookean,
-incompressible, faces of one to six thicknesses (fourteen across one of them), strain up to 35 %. Lengths are in
-thicknesses, stresses in shear moduli, unless a docstring says otherwise.
+The basis are textbook terms: the pressure of incompressible rubber between bonded plates (torsion function of the face,
+Gent and Lindley 1959, Gent and Meinecke 1970), Lindley's law for large strain, and shear and bending of a short column.
+The remaining factors are fitted to our own finite elements (tests/oracles/pad_elements.py,
+tests/validation/pad_figures.csv): neo-Hookean, incompressible, faces one to six thicknesses wide (one side up to
+fourteen), strain up to 35 %. Lengths are in thicknesses and stresses in shear moduli, unless a docstring states another
+unit.
 
-A silicone of another exponent than 2 has factors on it (`Ogden`): W = (2 mu / alpha^2) (sum of the stretches to the
-power alpha - 3) (Ogden 1972); 2 is neo-Hookean. Two terms are textbook: a bar's -(alpha - 2)/4 of the strain, and
-(alpha^2 - 4)/24 of the square of a shear. What a flat pad squeezes out is sheared by three (disc) to six (strip) times
-strain and place over thickness, whence 13 to 14 times the square of the shape factor. What they leave open is fitted to
-our own finite elements of exponents 2 to 4 (tests/validation/ogden_figures.csv).
+`Ogden` holds factors for a silicone whose Ogden exponent alpha is not 2. Its energy is W = (2 mu / alpha^2) (sum of
+stretch^alpha - 3) (Ogden 1972); 2 is neo-Hookean. Two terms are textbook: -(alpha - 2)/4 of the strain for a bar, and
+(alpha^2 - 4)/24 of the squared shear. In a flat pad, material that is squeezed out is sheared by strain times place
+over thickness, times a factor from three (disc) to six (strip). This gives 13 to 14 times the squared shape factor. The
+remaining factors are fitted to our own finite elements with exponents 2 to 4 (tests/validation/ogden_figures.csv).
 """
 
 from __future__ import annotations
@@ -43,8 +44,10 @@ MOST_OBLONG = 1.0 / 3.0  # Oblongness (two to one) up to which the fit was made;
 
 @record
 class Ogden:
-    """How a pad of an exponent in a film of another differs by strain, from the pad's shape factor, how `round` and how
-    oblong (-1 to 1, see `pad_law.Block`) its face is, and how much of a wide rim it has (`rimmed`, 0 to 1).
+    """Strain-dependent factors on the neo-Hookean law, for a pad and a film with other Ogden exponents.
+
+    `round`, `oblong` and `rimmed` describe the loaded face: 0 to 1 from rectangle to ellipse, -1 to 1 as in `Block`,
+    and 0 to 1 from a pad without rim to a pad with a wide rim.
     """
 
     exponent: float
@@ -56,43 +59,50 @@ class Ogden:
 
     @property
     def hardening(self) -> float:
-        """What the square of a shear adds to the force per shear: (alpha^2 - 4)/24, no unit; the second term of Ogden's
-        (1972) law in simple shear (textbook).
+        """Factor of the squared shear in the force per shear, (alpha^2 - 4)/24.
+
+        It is the second term of Ogden's law (1972) in simple shear (textbook).
         """
         return (self.exponent * self.exponent - 4.0) / 24.0
 
     @property
     def film_hardening(self) -> float:
-        """`hardening` of the film: what the square of a shear adds to its force per shear; no unit."""
+        """`hardening` for the film."""
         return (self.skin_exponent * self.skin_exponent - 4.0) / 24.0
 
     def pressure(self, strain: Number) -> Number:
-        """Factor (no unit) on the pad's pressure at a strain; fitted to our own finite elements
-        (tests/validation/ogden_figures.csv).
+        """Return factor on the pad's pressure at a strain.
+
+        It is fitted to our own finite elements (tests/validation/ogden_figures.csv).
         """
         flat = 15.1 * self.shape_factor**2 * (1.0 - 0.215 * self.round + 2.28 * self.oblong**2)
         linear = 0.272 * (1.0 - 0.22 * self.rimmed)
         return 1.0 + self._more(strain, linear, 1.0 + flat + 5.6 * strain)
 
     def shear(self, strain: Number) -> Number:
-        """What is added to the pad's stiffness of shear at a strain, in parts of that at rest (no unit); fitted to our
-        own finite elements (tests/validation/ogden_figures.csv).
+        """Return addition to the shear stiffness at a strain, relative to the stiffness at rest.
+
+        It is fitted to our own finite elements (tests/validation/ogden_figures.csv).
         """
         flat = 8.7 * self.shape_factor**2 * (1.0 - 2.5 * self.oblong)
         given_way = 1.0 - (strain / 0.43) ** 6
         return self._more(strain, 0.29 * (1.0 - 0.43 * self.rimmed), (5.0 + flat + 3.3 * self.rimmed) * given_way)
 
     def tilt(self, strain: Number) -> Number:
-        """Factor (no unit) on the pad's stiffness of tilt at a strain: that of the slope of the pressure rather than
-        its own; fitted to our own finite elements (tests/validation/ogden_figures.csv).
+        """Return factor on the tilt stiffness at a strain.
+
+        It follows the slope of the pressure rather than the pressure. It is fitted to our own finite elements
+        (tests/validation/ogden_figures.csv).
         """
         square = self.shape_factor**2
         flat = 29.3 * square * (1.0 - 0.43 * self.oblong - 0.15 * self.round)
         return 1.0 + self._more(strain, 0.465, 4.9 + flat + (15.9 - 30.4 * square) * strain)
 
     def _more(self, strain: Number, linear: float, square: Number) -> Number:
-        """What an exponent adds to 1 at a strain, no unit. Softer at first, like a bar, by (alpha - 2) of `linear` (a
-        bar's is 1/4, textbook), then stiffer; below 2 stiffer, then softer, and never by all that there is.
+        """Return change of a factor from 1 at a strain.
+
+        For exponents above 2 a pad is softer at first, by (alpha - 2) times `linear` (1/4 for a bar, textbook), and
+        stiffer at larger strain. For exponents below 2 the signs are opposite, and the factor stays above 0.
         """
         more = self.hardening * square * strain * strain
         if self.hardening < 0.0:
@@ -101,44 +111,61 @@ class Ogden:
 
 
 MOST_STRAIN, LEAST_STRAIN = 0.40, -0.20
-"""Compression beyond which the fitted courses stay where they are: an extrapolation that cannot turn back."""
+"""Strains beyond which the fitted stiffness curves are constant, so that an extrapolation cannot reverse."""
 
 FIT_SIGMA = 0.025
-"""One sigma, relative, of a bare pad's force (tests/mechanics/test_pad.py, of tests/validation/pad_figures.csv)."""
+"""Relative standard deviation of a bare pad's force (tests/mechanics/test_pad.py with
+tests/validation/pad_figures.csv).
+"""
 
 DOUBTED_SHAPES, DOUBTED_OBLONG = (1.0, 1.6), (2.0, 3.5)
-"""Shape factors, and lengths over width, between which that sigma doubles: pads of 1.5 are held within 4.5 % root mean
-square, faces of three to one within 3.2 %. It stays so beyond: a square of ten thicknesses is 3 % off finite elements
-of third degree."""
+"""Shape factors, and ratios of length to width, between which `FIT_SIGMA` doubles.
+
+Pads with a shape factor of 1.5 agree with finite elements within 4.5 % root mean square, faces of three to one within
+3.2 %. The doubled value holds beyond: a square of ten thicknesses differs by 3 % from finite elements of third degree.
+"""
 
 RIM_SIGMA, FILM_SIGMA = 0.03, 0.08
-"""Relative sigma beside that one, no unit: for a pad that reaches beyond its target, and of what a film carries.
-Elements of third degree, to which films were fitted, bear up to 8 % more than those of fourth where a thin stiff film
-has buckled."""
+"""Further relative standard deviations: for a pad that is wider than its target, and for the part of the force in a
+film.
+
+Films were fitted to elements of third degree, which are up to 8 % stiffer than elements of fourth degree after a thin
+stiff film has buckled.
+"""
 
 RIM_COUNTS = 0.1
-"""Thicknesses of rim within which its sigma sets in: the narrowest that was held, 0.25, has nearly all of it."""
+"""Width of a rim (thicknesses) over which `RIM_SIGMA` sets in.
+
+The narrowest validated rim, 0.25, has nearly all of it.
+"""
 
 RIM_HIDES = 0.36
-"""Thicknesses of rim within which a film beyond it ceases to count for the target: an assumption, unverified."""
+"""Width of a rim (thicknesses) over which the effect of a film beyond it fades: an assumption, unverified."""
 
 OGDEN_SIGMA = 0.01
-"""What an exponent's factors leave of the force (one sigma, relative) a unit of it, up to a shape factor of one; more
-with its third power beyond."""
+"""Relative standard deviation of the force per unit of the exponent's difference from 2, for shape factors up to 1.
+
+It grows with the third power of larger shape factors.
+"""
 
 OGDEN_RIM = 0.3  # Thicknesses of rim within which the factors of an exponent go over into those of a wide rim
 OBLONG = 3.5  # Length over width up to which the law was held against finite elements
 
 FLATTEST = 2.0
-"""Shape factor (a square of eight thicknesses) up to which the fitted courses are taken; flatter pads have its own."""
+"""Shape factor up to which the stiffness curves were fitted (a square of eight thicknesses).
+
+Flatter pads use its curves.
+"""
 
 
 @record
 class Block:
-    """A loaded face on its pad, in thicknesses: its length along the axis looked at and across it, how `round` it is
-    (0 a rectangle, 1 an ellipse), by how much the pad reaches beyond it on the average (`rim`), and the film round it:
-    `skin` its thickness, `skin_modulus` its shear modulus in the pad's. `exponent` and `skin_exponent` are Ogden's;
-    `webs` hold the pad of a rectangle.
+    """A loaded face on its pad, with lengths in thicknesses and moduli in shear moduli of the pad.
+
+    `along` and `across` are the lengths along the axis of interest and across it. `round` is 0 for a rectangle and 1
+    for an ellipse. `rim` is the mean width by which the pad is wider than the face. `skin` and `skin_modulus` are
+    thickness and shear modulus of the film around the face. `exponent` and `skin_exponent` are Ogden exponents. `webs`
+    join a rectangular pad to its neighbours.
     """
 
     along: float
@@ -153,7 +180,7 @@ class Block:
 
     @property
     def ogden(self) -> Ogden | None:
-        """How pad and film differ from neo-Hookean ones (no unit); None where they do not."""
+        """Factors for Ogden exponents of pad and film. None if both are neo-Hookean."""
         exponents = self.exponent, self.skin_exponent if self.skin else NEO_HOOKEAN
         if exponents == (NEO_HOOKEAN, NEO_HOOKEAN):
             return None
@@ -162,46 +189,47 @@ class Block:
 
     @property
     def turned(self) -> Block:
-        """The face, looked at along the other axis; no unit."""
+        """The block with the other axis as the axis of interest."""
         return replace(self, along=self.across, across=self.along, webs=self.webs.turned)
 
     @cached_property
     def stiffer(self) -> Stiffer:
-        """What webs make of the pad's stiffness; no unit."""
+        """Factors of the webs on the pad's stiffness."""
         return stiffened(self.along, self.across, self.rim, self.webs)
 
     @cached_property
     def films(self) -> tuple[Film, Film, Film]:
-        """What the film adds to pressure, shear and tilt (shear moduli, no unit); less where it stands beyond a rim."""
+        """Additions of the film to pressure, shear and tilt, in shear moduli. They fade with the width of the rim."""
         faded = math.exp(-self.rim / RIM_HIDES)
         face = self.along, self.across, self.shape_factor, self.oblongness, self.round
         return films(*face, self.skin, self.skin_modulus, faded)
 
     @property
     def area(self) -> float:
-        """Area in squares of the thickness, no unit: as `elastomer.Face.area`."""
+        """Area in squared thicknesses, as `elastomer.Face.area`."""
         return (1.0 - (1.0 - math.pi / 4.0) * self.round) * self.along * self.across
 
     @property
     def shape_factor(self) -> float:
-        """Loaded over free area (no unit) of the rectangle, a b / 2 (a + b) (of an ellipse nearly the same)."""
+        """Loaded area over free area of a rectangle, a b / 2 (a + b); nearly equal for an ellipse."""
         return 0.5 * self.along * self.across / (self.along + self.across)
 
     @property
     def flatness(self) -> float:
-        """The shape factor (no unit), as far as the courses were fitted."""
+        """Shape factor, at most `FLATTEST`."""
         return min(self.shape_factor, FLATTEST)
 
     @property
     def oblongness(self) -> float:
-        """Oblongness from -1, all across, to 1, all along; no unit."""
+        """Difference of the lengths over their sum: -1 is all across, 1 is all along."""
         return (self.along - self.across) / (self.along + self.across)
 
 
 def pressure_stiffness(block: Block) -> float:
-    """Share of the modulus of compression, in shear moduli, that comes from the pressure between bonded plates: 12 /
-    h^2 times the mean of the torsion function, 3 J / A (Gent and Meinecke 1970; J of a rectangle: Roark's formula,
-    within 0.5 %; of an ellipse exact, Timoshenko and Goodier, Theory of Elasticity).
+    """Return part of the compression modulus that comes from the pressure between bonded plates, in shear moduli.
+
+    It is 12 / h^2 times the mean of the torsion function, 3 J / A (Gent and Meinecke 1970). J of a rectangle is that of
+    Roark's formula, within 0.5 %. J of an ellipse is exact (Timoshenko and Goodier, Theory of Elasticity).
     """
     long, wide = max(block.along, block.across), min(block.along, block.across)
     edged = long * wide**3 * (1.0 / 3.0 - 0.21 * wide / long * (1.0 - (wide / long) ** 4 / 12.0)) / (long * wide)
@@ -210,10 +238,10 @@ def pressure_stiffness(block: Block) -> float:
 
 
 def compression_modulus(block: Block) -> float:
-    """Modulus of compression at rest over the shear modulus, no unit.
+    """Return compression modulus at rest over the shear modulus.
 
-    Of rubber that shears alone it would be Gent & Meinecke's (1970), from 3 (square) to 4 (endless); bonded edges add
-    0.3, fitted to our own finite elements (tests/validation/pad_figures.csv).
+    The shear part is Gent and Meinecke's (1970), from 3 (square) to 4 (infinite strip). Bonded edges add 0.3, fitted to
+    our own finite elements (tests/validation/pad_figures.csv).
     """
     a, b = block.along, block.across
     sheared = 4.0 - 2.0 * (a * b + 1.0) / (a * a + b * b + 2.0)
@@ -221,22 +249,25 @@ def compression_modulus(block: Block) -> float:
 
 
 def _bonded(block: Block) -> float:
-    """How far (0 to 1, no unit) bonded ends make a pad differ from a bar: not at all where it is many times as high as
-    wide. Fitted as `compression_modulus`.
+    """Return weight (0 to 1) of the effects of bonded ends.
+
+    It is near 0 for a pad that is many times as high as wide.
+
+    It is fitted with `compression_modulus`.
     """
     return -math.expm1(-block.shape_factor / 0.1)
 
 
 def sigma(block: Block) -> float:
-    """One sigma, relative, of a bare pad's force: what the law was held against, and twice that for flat and oblong
-    faces, without a step.
+    """Return relative standard deviation of the pad's force.
 
-    Finite elements of 22 pads, 132 forces: 1.6 % root mean square of the converged, 2.5 % of all;
-    pads left out of the fit 3 %. Rims, what a film bears and an exponent other than 2 add theirs.
+    It doubles smoothly for flat and for oblong faces. Finite elements of 22 pads (132 forces) differ by 1.6 % root mean
+    square if they have converged, all by 2.5 %, and pads left out of the fit by 3 %. Rims, films, webs and Ogden
+    exponents add their own.
     """
 
     def part(value: float, bounds: tuple[float, float]) -> float:
-        """How far (0 to 1, no unit) a value has gone from one bound to the other."""
+        """Return position (0 to 1) of a value between two bounds."""
         return min(max((value - bounds[0]) / (bounds[1] - bounds[0]), 0.0), 1.0)
 
     oblong = max(block.along, block.across) / min(block.along, block.across)
@@ -252,8 +283,10 @@ def sigma(block: Block) -> float:
 
 
 def rimmed(block: Block, most: float, power: float, reach: float) -> float:
-    """What a surround makes of a stiffness (no unit): 1 without one, more by up to `most` (at a shape factor of one),
-    within `reach` (thicknesses). Fitted to finite elements (tests/validation/pad_figures.csv).
+    """Return factor of a rim on a stiffness: 1 without rim, up to 1 + `most` at a shape factor of one.
+
+    The rim takes effect over the width `reach` (thicknesses). It is fitted to finite elements
+    (tests/validation/pad_figures.csv).
     """
     if block.rim <= 0.0:
         return 1.0
@@ -261,8 +294,9 @@ def rimmed(block: Block, most: float, power: float, reach: float) -> float:
 
 
 def _lindley(strain: Number) -> Number:
-    """(1 / lambda^2 - lambda) / 3, no unit, of the stretch lambda = 1 - strain, without cancellation (Lindley's law,
-    the bar's in neo-Hookean rubber; textbook).
+    """Return strain measure (1 / lambda^2 - lambda) / 3 of the stretch lambda = 1 - strain, without cancellation.
+
+    It is Lindley's law, which holds for a neo-Hookean bar (textbook).
     """
     left = 1.0 - strain
     return strain * (3.0 - 3.0 * strain + strain * strain) / (3.0 * left * left)
@@ -270,8 +304,9 @@ def _lindley(strain: Number) -> Number:
 
 @record
 class CompressionLaw:
-    """Normal pressure by strain, in shear moduli: modulus, course (1 + first e + second e^2) over Lindley's law, and
-    that of the film beside it.
+    """Normal pressure against strain, in shear moduli.
+
+    The pressure is Lindley's strain measure times modulus (1 + first e + second e^2), plus the part of the film.
     """
 
     modulus: float
@@ -282,22 +317,23 @@ class CompressionLaw:
 
     @property
     def at_rest(self) -> float:
-        """Pressure over strain where that is small, film and all, in shear moduli: no unit."""
+        """Pressure over strain at small strain, including the film."""
         return self.modulus + self.film.rest
 
     def __call__(self, strain: Array) -> Array:
-        """Force over the loaded area in shear moduli (no unit), positive for a press; any pull, strains below 1."""
+        """Return force over loaded area at strains below 1, positive for a press."""
         bound = np.clip(strain, LEAST_STRAIN, MOST_STRAIN)
         return np.asarray(self._course(bound, self.film(bound)) * _lindley(strain))
 
     def at(self, strain: float) -> float:
-        """The force at one strain; no unit."""
+        """Return force over loaded area at one strain."""
         bound = min(max(strain, LEAST_STRAIN), MOST_STRAIN)
         return self._course(bound, self.film.at(bound)) * _lindley(strain)
 
     def _course(self, bound: Number, film: Number) -> Number:
-        """The pressure over Lindley's strain, in shear moduli, at strains within the bounds, with what a film adds
-        there.
+        """Return pressure over Lindley's strain measure, at strains within the bounds.
+
+        `film` is the part of the film.
         """
         pad = self.modulus * (1.0 + self.first * bound + self.second * bound * bound)
         if self.ogden is None:
@@ -306,8 +342,9 @@ class CompressionLaw:
         return pad * self.ogden.pressure(bound) + film * (1.0 + more * bound * bound)
 
     def strain(self, load: float, within: float = 1e-14) -> float:
-        """The strain (no unit) under a force of 0 or more over the loaded area, in shear moduli; `within` so much of it
-        (no unit), as a rule to rounding. By secants, kept between bounds that are halved (textbook).
+        """Return the strain under a force of 0 or more over the loaded area, with relative tolerance `within`.
+
+        The method is the secant method within bounds that are halved (textbook).
         """
         low, high = 0.0, 1.0
         strain, slope, before = min(load / self.at_rest, 0.5), self.at_rest, (0.0, -load)
@@ -328,8 +365,9 @@ class CompressionLaw:
 
 
 def compression(block: Block, bulk_modulus: float = math.inf) -> CompressionLaw:
-    """The course of compression of a block, no unit; the bulk modulus is in shear moduli, too. Fitted to finite
-    elements (tests/validation/pad_figures.csv) over Lindley's law.
+    """Return the compression law of a block; the bulk modulus is in shear moduli.
+
+    It is fitted to finite elements over Lindley's law (tests/validation/pad_figures.csv).
     """
     flat = block.flatness
     modulus = compression_modulus(block) * rimmed(block, 0.75, 0.71, 0.65) * block.stiffer.press
@@ -342,11 +380,16 @@ def compression(block: Block, bulk_modulus: float = math.inf) -> CompressionLaw:
 
 
 def shear(block: Block) -> tuple[Callable[[Array], Array], Callable[[Array], Array]]:
-    """The course of shear along the block's first axis by compression (n,), in shear moduli: force over area and shear
-    strain where that is small, and the part over the cube of the shear strain.
+    """Return two functions of compression (n,): shear stiffness along the first axis, and its cubic term.
 
-    At rest a short column's shear and bending in series (textbook); compression takes from it what a column's axial
-    force does. Constants are fitted to our own finite elements (tests/validation/pad_figures.csv, ogden_figures.csv).
+    Both are in shear moduli: force over area and small shear strain, and force over area and the cube of the shear
+    strain.
+
+    Notes
+    -----
+    At rest shear and bending of a short column are in series (textbook). Compression reduces the stiffness, as the
+    axial force of a column does. Constants are fitted to our own finite elements (tests/validation/pad_figures.csv,
+    ogden_figures.csv).
     """
     a, b, film, ogden, flat = block.along, block.across, block.films[1], block.ogden, min(block.along, 6.0)
     bent = (0.191 + 0.175 / a + 0.054 * (1.0 / b - 1.0 / a)) / a
@@ -359,7 +402,7 @@ def shear(block: Block) -> tuple[Callable[[Array], Array], Callable[[Array], Arr
     of_film = film_hardening(block.skin_modulus) * film.rest
 
     def course(strain: Array) -> Array:
-        """Force over area and shear strain where that is small, at compressions (n,), in shear moduli."""
+        """Return force over area and small shear strain at compressions (n,), in shear moduli."""
         e = np.clip(strain, LEAST_STRAIN, MOST_STRAIN)
         softened = 1.0 - first * e * (1.0 + second * e + third * e * e)
         if ogden is None:
@@ -369,7 +412,7 @@ def shear(block: Block) -> tuple[Callable[[Array], Array], Callable[[Array], Arr
         return np.asarray(stiffness * (softened + ogden.shear(e)) + film(e) * in_film)
 
     def cubic(strain: Array) -> Array:
-        """Force over area and the cube of the shear strain, at compressions (n,), in shear moduli."""
+        """Return force over area and cubed shear strain at compressions (n,), in shear moduli."""
         pressed = np.clip(strain, 0.0, MOST_STRAIN)
         found = hardening + hardening_by * pressed**3 + of_film * (1.0 + 4.0 * pressed)
         if ogden is None:
@@ -380,12 +423,15 @@ def shear(block: Block) -> tuple[Callable[[Array], Array], Callable[[Array], Arr
 
 
 def tilt(block: Block) -> Callable[[Array], Array]:
-    """The course of tilt by which the block's first axis is raised at one end and lowered at the other: moment over
-    area, thickness and angle, in shear moduli, by compression (n,).
+    """Return the tilt stiffness as a function of compression (n,): moment over area, thickness and angle.
 
-    At rest 3 mu I (1.13 + pressure), the pressure being that of an endless strip along either axis, summed as
-    resistances: a^2 / 15 where it is short along the axis, b^2 / 3.6 where it is short across. The form is derived
-    here, constants are fitted to our own finite elements (tests/validation/pad_figures.csv).
+    It is in shear moduli. The tilt raises one end of the first axis and lowers the other.
+
+    Notes
+    -----
+    At rest it is 3 mu I (1.13 + pressure). The pressure is that of an infinite strip along either axis, added as
+    resistances: a^2 / 15 for a face that is short along the axis, b^2 / 3.6 for a face that is short across. The form
+    is derived here, constants are fitted to our own finite elements (tests/validation/pad_figures.csv).
     """
     a, b, flat, oblong, ogden = block.along, block.across, block.flatness, block.oblongness, block.ogden
     moment = (4.0 - block.round) / 48.0 * a * a
@@ -396,7 +442,7 @@ def tilt(block: Block) -> Callable[[Array], Array]:
     film = block.films[2]
 
     def course(strain: Array) -> Array:
-        """Moment over area, thickness and angle at compressions (n,), in shear moduli."""
+        """Return moment over area, thickness and angle at compressions (n,), in shear moduli."""
         e = np.clip(strain, LEAST_STRAIN, MOST_STRAIN)
         grown = (1.0 - e) ** -power * (1.0 + 0.844 * e - 1.407 * e * e)
         if ogden is None:
@@ -408,10 +454,10 @@ def tilt(block: Block) -> Callable[[Array], Array]:
 
 
 def twist(block: Block) -> float:
-    """Moment over area, thickness and angle of a turn in the face's own plane, in shear moduli.
+    """Return the twist stiffness: moment over area, thickness and angle of a rotation in the plane of the face.
 
-    Bonded faces do not warp: the polar moment of area of a flat pad, Saint-Venant's torsion constant of a tall one
-    (textbook); between them by a plain weight. Not held against finite elements.
+    Bonded faces do not warp. A flat pad has the polar moment of area, a tall pad Saint-Venant's torsion constant
+    (textbook), and a weight interpolates between them. It was not validated by finite elements.
     """
     a, b = block.along, block.across
     polar = (4.0 - block.round) / 48.0 * (a * a + b * b)

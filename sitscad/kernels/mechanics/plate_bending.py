@@ -1,11 +1,10 @@
-"""A thin plate on a soft pad: how far it bends where less than all of it is pressed.
+"""Bending of a thin plate on a soft pad under a load on a part of the plate. SI units.
 
-Kirchhoff's plate with free edges on springs side by side (Winkler), which stand for the pad with its stiffness under
-the whole plate. A bonded pad of silicone also passes pressure on sideways, within about its own thickness, so that
-plates bend less than is found: near a tenth of the way strips by a tenth, squares twice as long as what presses by two
-fifths, and a square hardly longer than that by two thirds and more (finite elements,
-tests/validation/test_foil_on_pad.py). What is pressed evenly all over is not told: there the pad's rim gives way
-first. SI units.
+The model is Kirchhoff's plate with free edges on independent springs (Winkler), which have the stiffness of the pad. A
+bonded silicone pad also spreads pressure sideways within about its thickness, so real plates bend less: near a tenth of
+the displacement, strips bend 10 % less, squares twice as long as the loaded part 40 % less, and squares hardly longer
+than the loaded part 65 % less or more (finite elements, tests/validation/test_foil_on_pad.py). An even load on the
+whole plate gives no bending here; in reality the rim of the pad yields first.
 """
 
 from __future__ import annotations
@@ -19,27 +18,44 @@ from numpy.polynomial import legendre
 from sitscad.basics.arrays import Array
 
 ORDER, NODES = 9, 28
-"""Even polynomials along each side, and places of integration along each: the bending of the plates that are asked
-about (a few hundredths to one) stands still within 1e-4 from 7 on."""
+"""Number of even polynomials along each side, and of integration points along each side.
+
+The bending of plates in use (a few hundredths to one) is converged within 1e-4 from 7 polynomials on.
+"""
 
 POISSON = 0.3  # Of metals 0.29 to 0.34; rigidity and shape go with it by a few hundredths
 
 
 def rigidity(young_modulus: float, thickness: float) -> float:
-    """The flexural rigidity (N m) of a plate: Young's modulus in Pa, thickness in m (Timoshenko, Woinowsky-Krieger,
-    Theory of Plates and Shells, 1959, equation 3).
+    """Return the flexural rigidity (N m) of a plate of a Young's modulus (Pa) and thickness (m).
+
+    Timoshenko, Woinowsky-Krieger, Theory of Plates and Shells, 1959, equation 3.
     """
     return young_modulus * thickness**3 / (12.0 * (1.0 - POISSON**2))
 
 
 def bending(size: tuple[float, float], is_round: bool, pressed: tuple[float, float], stiffness: Array) -> Array:
-    """How much more the middle of plates goes down than their outermost place, over what a rigid one does: (n,), no
-    unit.
+    """Return the displacement of a plate's middle less that of its outermost point.
 
-    `size` and `pressed` are the sides (m) of the plates and of the part of their middle that is pressed evenly,
-    ellipses where `is_round`; `stiffness` (n,) is the rigidity over the springs' stiffness per area (m4). By Ritz's
-    method (Timoshenko, Woinowsky-Krieger, Theory of Plates and Shells, 1959): the least of the energy of bending,
-    springs and load over even polynomials, the edges free.
+    It is relative to the displacement of a rigid plate.
+
+    Parameters
+    ----------
+    size, pressed : pairs of float
+        sides (m) of the plate, and of the part of its middle with an even load
+    is_round : bool
+        both are ellipses
+    stiffness : array (n,)
+        flexural rigidity over stiffness of the springs per area (m4)
+
+    Returns
+    -------
+    array (n,)
+
+    Notes
+    -----
+    Ritz's method (Timoshenko, Woinowsky-Krieger, Theory of Plates and Shells, 1959): the minimum of the energy of
+    bending, springs and load over even polynomials, with free edges.
     """
     half = 0.5 * np.array(size)
     places, weights = _places(is_round)
@@ -61,8 +77,9 @@ def bending(size: tuple[float, float], is_round: bool, pressed: tuple[float, flo
 
 
 def _places(is_round: bool) -> tuple[Array, Array]:
-    """Places (n, 2) and weights (n,), no unit, of an integral over the square from -1 to 1, or the circle within it:
-    Gauss points along sides and radius, even ones along the angle.
+    """Return points (n, 2) and weights (n,) of an integral over the square from -1 to 1, or over the circle in it.
+
+    They are Gauss points along sides and radius, and even points along the angle.
     """
     nodes, weights = legendre.leggauss(NODES)
     if not is_round:
@@ -76,15 +93,17 @@ def _places(is_round: bool) -> tuple[Array, Array]:
 
 @lru_cache(maxsize=16)
 def _polynomials(places: bytes) -> tuple[list[list[Any]], ...]:
-    """Even Legendre polynomials, their slopes and second slopes (no unit) by axis at places (n, 2; float64)."""
+    """Return even Legendre polynomials, their first and second derivatives by axis, at points (n, 2; float64 bytes)."""
     even, columns = np.eye(2 * ORDER)[::2], np.frombuffer(places).reshape(-1, 2).T
     return tuple([[legendre.legval(column, legendre.legder(one, order)) for one in even] for column in columns]
                  for order in (0, 1, 2))
 
 
 def _shapes(places: Array, half: Array) -> tuple[Array, Array, Array, Array]:
-    """Products of even Legendre polynomials at places (n, 2) of the unit square, (n, terms), and their second slopes
-    along x, along y and across (1/m2); terms of a total order no circle can tell apart are left out.
+    """Return products of even Legendre polynomials at points (n, 2) of the unit square, and their second derivatives.
+
+    The derivatives (1/m2) are along x, along y and mixed; each array is (n, terms). Products beyond a total order are
+    left out, because a circle cannot distinguish them.
     """
     values, slopes, bends = _polynomials(np.ascontiguousarray(places).tobytes())
     pairs = [(i, j) for i in range(ORDER) for j in range(ORDER) if i + j < ORDER]

@@ -1,16 +1,18 @@
-"""What surrounds a pad adds to its stiffness: a film round pad and target, and webs to its neighbours.
+"""Contributions of a film and of webs to a pad's stiffness.
 
-A film of thickness t and modulus m (of the pad's) is a wall that bears like t m times the length of its foot, hinders
-the bulging and, thin and stiff, buckles; what that leaves open goes smoothly with the logarithms of m, t and the shape
-factor. The terms are data, `sitscad/data/pad_films.csv`, fitted by tests/validation/fit_films.py to finite elements of
-films (tests/validation/pad_figures.csv) and, for a film of the pad's own rubber, to the wider pad that it is.
+A film of thickness t and relative modulus m around pad and target is a wall. It bears in proportion to t m and the
+length of its foot, hinders the bulging of the pad, and buckles if it is thin and stiff. The remaining factors are
+smooth functions of the logarithms of m, t and the shape factor. Their terms are data, `sitscad/data/pad_films.csv`,
+fitted by tests/validation/fit_films.py to finite elements of films (tests/validation/pad_figures.csv). A film of the
+pad's own rubber was fitted to a wider pad.
 
-Webs are strips of the pad's own rubber, as thick as it, from its sides to its neighbours'. A web hinders the bulging of
-the side that it holds, and is itself pulled and sheared. That goes with its width, and of a long one not with its
-length. Constants are fitted to finite elements at small strain of pads with one web
-(tests/validation/web_figures.csv); several add up.
+Webs are strips of the pad's own rubber and thickness that join a pad to its neighbours. A web hinders the bulging of
+its side, and is pulled and sheared itself. Its effect is proportional to its width, and independent of its length if it
+is long. Constants are fitted to finite elements of pads with one web at small strain
+(tests/validation/web_figures.csv). Effects of several webs are added.
 
-Lengths in thicknesses, stresses in shear moduli; what webs add is in parts of the bare pad's own.
+Lengths are in thicknesses and stresses in shear moduli. Contributions of webs are relative to the stiffness of the bare
+pad.
 """
 
 from __future__ import annotations
@@ -26,7 +28,7 @@ from sitscad.data import rows
 
 COURSES = ("press", "shear", "tilt")
 MODULI, SKINS, SHAPES = (1.0, 40.0), (0.03, 0.4), (0.35, 1.6)
-"""Ratios of moduli, thicknesses of the film and shape factors between which the fit was made; held beyond."""
+"""Ranges of the fit: relative moduli, thicknesses of the film, and shape factors. Values are clipped to them."""
 
 MOST = 0.35  # Strain from which on a film's share stays as it is
 GRID = np.linspace(0.0, MOST, 351)  # Strains at which the least share of a film is worked out
@@ -34,9 +36,11 @@ GRID = np.linspace(0.0, MOST, 351)  # Strains at which the least share of a film
 
 @record
 class Film:
-    """What a film adds to a stiffness (in shear moduli): `rest` at rest, and its `course` by strain (no unit); `pulled`
-    is the slope of a small pull, which a pad that shear draws down feels. `floor` is the least share at even strains
-    from 0 to `MOST`: what a film bears never falls. Fitted, see the module.
+    """Contribution of a film to one stiffness, in shear moduli.
+
+    `rest` is the contribution at rest and `course` the coefficients of its change with strain. `pulled` is the slope
+    for a small pull, which occurs if shear draws the pad down. `floor` is the least relative contribution at evenly
+    spaced strains from 0 to `MOST`, with which the force in the film never decreases.
     """
 
     rest: float = 0.0
@@ -45,7 +49,7 @@ class Film:
     floor: tuple[float, ...] = ()
 
     def __call__(self, strain: Array) -> Array:
-        """The addition at strains (n,), in shear moduli; of a pull it goes straight on for a little."""
+        """Return the contribution at strains (n,), in shear moduli. It is linear for a small pull."""
         if not self.rest:
             return np.zeros_like(strain)
         e = np.minimum(np.maximum(strain, 0.0), MOST)
@@ -55,7 +59,7 @@ class Film:
         return np.asarray(self.rest * share)
 
     def at(self, strain: float) -> float:
-        """The addition at one strain, in shear moduli, as `__call__` has it."""
+        """Return the contribution at one strain, in shear moduli, as `__call__`."""
         if not self.rest:
             return 0.0
         e = min(max(strain, 0.0), MOST)
@@ -71,9 +75,7 @@ class Film:
 
 
 def _shares(course: tuple[float, float, float, float], e: Array) -> Array:
-    """What is left at strains (n,) of what a film bears at rest, as fitted: 1 - q (exp(-e / QUICK) - 1) and a cubic; no
-    unit.
-    """
+    """Return the contribution at strains (n,) relative to rest: 1 - q (exp(-e / QUICK) - 1) and a cubic, as fitted."""
     quick, one, two, three = course
     return np.asarray(1.0 - quick * np.expm1(-e / QUICK) + e * (one + e * (two + e * three)))
 
@@ -83,16 +85,19 @@ LEAST_PULL = -0.05  # Strain of a pull from which on a film's share stays as it 
 
 
 def film_hardening(modulus: float) -> float:
-    """How a film's shear force grows with the cube of the shear strain, over its stiffness at rest (no unit): 0.35 ln m
-    for a ratio of moduli m, read from our own finite elements' poses at a shear of 0.4 within 25 %; a film of the pad's
-    own rubber has none of its own.
+    """Return the cubic coefficient of a film's shear force over its shear stiffness at rest.
+
+    It is 0.35 ln m for a relative modulus m, within 25 % of our own finite elements at a shear of 0.4. A film of the
+    pad's own rubber has none.
     """
     return 0.35 * math.log(_within(modulus, MODULI))
 
 
 def units(along: float, across: float, shape: float, film: float) -> dict[str, float]:
-    """Plain statics (textbook) of a wall of `film` = t m (thicknesses times moduli) round a face: its bearing over the
-    face's area, the shear of the two walls along the force, and the second moment of all four; in shear moduli.
+    """Return the plain statics (textbook) of a wall around a face by name, in shear moduli.
+
+    `film` is t m, thickness times relative modulus. The values are the bearing over the area of the face, the shear of
+    the two walls along the force, and the second moment of all four walls.
     """
     return {
         "press": film / shape,
@@ -102,7 +107,10 @@ def units(along: float, across: float, shape: float, film: float) -> dict[str, f
 
 
 def terms(skin: float, modulus: float, shape: float, oblong: float, circular: float) -> dict[str, float]:
-    """What the factors on `units` are sums of, by name: no unit. `skin` in thicknesses, `modulus` in the pad's."""
+    """Return the terms of the fitted factors on `units` by name.
+
+    `skin` is the thickness of the film in thicknesses of the pad, `modulus` its relative modulus.
+    """
     u = 0.5 * math.log(_within(modulus, MODULI) / 10.0)
     v = math.log(_within(skin, SKINS) / 0.1)
     s = math.log(_within(shape, SHAPES) / 0.7)
@@ -128,11 +136,22 @@ def terms(skin: float, modulus: float, shape: float, oblong: float, circular: fl
 def films(
     along: float, across: float, shape: float, oblong: float, circular: float, skin: float, modulus: float, faded: float
 ) -> tuple[Film, Film, Film]:
-    """What a film adds to the pressure, to shear along the first axis and to tilt of it: all over the face's area, in
-    shear moduli. `units` times the exponential of the fitted sum of `terms`.
+    """Return the contributions of a film to pressure, to shear along the first axis, and to tilt of this axis.
 
-    `skin` is its thickness (thicknesses of the pad) and `modulus` its shear modulus over the pad's, `oblong` from -1,
-    all across, to 1, all along, `circular` 1 for an ellipse, `faded` what is left of it beyond a rim.
+    They are over the area of the face, in shear moduli: `units` times the exponential of the fitted sum of `terms`.
+
+    Parameters
+    ----------
+    along, across, shape : float
+        lengths of the face (thicknesses) and its shape factor
+    oblong : float
+        from -1, all across, to 1, all along
+    circular : float
+        0 for a rectangle, 1 for an ellipse
+    skin, modulus : float
+        thickness of the film (thicknesses of the pad) and its relative shear modulus
+    faded : float
+        factor for the width of the rim
     """
     if not skin * modulus:
         return Film(), Film(), Film()
@@ -152,15 +171,13 @@ def films(
 
 @cache
 def _rows(names: tuple[str, ...]) -> Array:
-    """The rows of `table` of these terms as one array: (courses, terms, 5), no unit."""
+    """Return the coefficients of these terms as an array (curves, terms, 5)."""
     return np.array([[table()[course].get(name, (0.0,) * 5) for name in names] for course in COURSES])
 
 
 @cache
 def table() -> dict[str, dict[str, tuple[float, ...]]]:
-    """Coefficients by course and term, no unit: of the logarithm at rest, and of the four parts of the course by
-    strain.
-    """
+    """Return the fitted coefficients by curve and term: the logarithm at rest, then four coefficients of the strain."""
     found: dict[str, dict[str, tuple[float, ...]]] = {name: {} for name in COURSES}
     for row in rows("pad_films"):
         values = tuple(float(row[name]) for name in ("rest", "quick", "first", "second", "third"))
@@ -169,20 +186,21 @@ def table() -> dict[str, dict[str, tuple[float, ...]]]:
 
 
 def _within(value: float, bounds: tuple[float, float]) -> float:
-    """A value between bounds, in its unit: beyond them the fit is held."""
+    """Return a value clipped to bounds."""
     return min(max(value, bounds[0]), bounds[1])
 
 
 WEB_SIGMA = 0.2
-"""One sigma, relative, of what webs add to a pad's force. At rest the law is within 15 % of the elements; pressed by a
-tenth, a neo-Hookean square owes its webs the same within 2 %, and what it owes them beyond is taken to stay so."""
+"""Relative standard deviation of the contribution of webs to a pad's force.
+
+At rest the law is within 15 % of finite elements. For a neo-Hookean square, the contribution at 10 % compression equals
+that at rest within 2 %. It is assumed constant beyond.
+"""
 
 
 @record
 class Webs:
-    """Webs of one width (thicknesses) at the sides -x, +x, -y and +y of a pad: what `grip` says of each (no unit), or
-    0.
-    """
+    """Webs of one width (thicknesses) at the sides -x, +x, -y and +y of a pad: `grip` of each side, 0 without web."""
 
     width: float = 0.0
     left: float = 0.0
@@ -192,7 +210,7 @@ class Webs:
 
     @property
     def turned(self) -> Webs:
-        """The webs looked at along the other axis (width in thicknesses): those at -y and +y are the first."""
+        """The webs with the other axis as the first."""
         return Webs(self.width, self.front, self.back, self.left, self.right)
 
 
@@ -201,8 +219,9 @@ NO_WEBS = Webs()
 
 @record
 class Stiffer:
-    """Factors on a bare pad's stiffness: of pressure, of shear along its first axis, of tilt that raises the ends of
-    this, and of twist; no unit. `aside` is how far (thicknesses) its centre of pressure moves along that axis.
+    """Factors of webs on the stiffness of a bare pad: pressure, shear and tilt along the first axis, and twist.
+
+    `aside` is the displacement (thicknesses) of the centre of pressure along this axis.
     """
 
     press: float = 1.0
@@ -213,18 +232,19 @@ class Stiffer:
 
 
 def grip(length: float) -> float:
-    """How much (no unit) a web of a length (thicknesses) holds in comparison with a long one: the pad at its other end
-    is bonded to a target, too, and near it holds the web. Fitted to our own finite elements
+    """Return the effect of a web of a `length` (thicknesses) relative to that of a long web.
+
+    The other end of a short web is held by the bonded target there. It is fitted to our own finite elements
     (tests/validation/web_figures.csv).
     """
     return 1.0 + 1.1 * math.exp(-length / 0.6)
 
 
 def stiffened(along: float, across: float, rim: float, webs: Webs) -> Stiffer:
-    """What webs make of the stiffness (`Stiffer`, no unit) of a loaded rectangle, beyond which its pad reaches by a rim
-    on all sides; lengths in thicknesses. Its form is from here and its constants are fitted to our own finite elements
-    (tests/validation/web_figures.csv): `press` for the hindered bulging, `shear` for pull and shear of the webs, `tilt`
-    and `twist` for their levers.
+    """Return the factors of webs on the stiffness of a rectangular pad with a rim on all sides; lengths in thicknesses.
+
+    The form is derived here and the constants are fitted to our own finite elements (tests/validation/web_figures.csv):
+    `press` for the hindered bulging, `shear` for pull and shear of the webs, `tilt` and `twist` for their levers.
     """
     if not webs.width:
         return Stiffer()
