@@ -44,6 +44,7 @@ def record(cls: Any = None, /, *, eq: bool = True) -> Any:
         for name, method in methods.items():
             if name not in cls.__dict__ or cls.__dict__[name] is None:
                 setattr(cls, name, method)
+        cls.__doc__ = cls.__doc__ or cls.__name__
         return cls
 
     return made if cls is None else made(cls)
@@ -58,7 +59,7 @@ _LOCK = RLock()
 
 
 class _FieldsOnFirstUse:
-    """The fields of a record, found when they are first asked for."""
+    """The fields of a record as a dataclass has them, found when they are first asked for: most records never are."""
 
     def __init__(self, cls: type) -> None:
         self._cls = cls
@@ -73,7 +74,6 @@ class _FieldsOnFirstUse:
 
     @staticmethod
     def _complete(cls: type) -> None:
-        cls.__doc__ = cls.__doc__ or cls.__name__  # a dataclass without a docstring is given one, at some cost
         stated = get_annotations(cls)
         # A text may stand for a ClassVar, which a dataclass looks for with patterns: a fifth of its time
         cls.__annotations__ = {n: kind if "Var" in str(kind) else object for n, kind in stated.items()}
@@ -81,6 +81,24 @@ class _FieldsOnFirstUse:
         cls.__annotations__ = stated
         for one in fields(cls):
             one.type = stated.get(one.name, one.type)
+
+
+@cache
+def _own_fields(cls: type) -> dict[str, Field[Any]]:
+    """Fields of a record by name, those of its bases first. Only their defaults and flags are set: to complete them as
+    the standard library does takes ten times as long, and constructors, equality and copies need no more.
+    """
+    found: dict[str, Field[Any]] = {}
+    for base in reversed(cls.__mro__):
+        stated = base.__dict__.get(_FIELDS)
+        if isinstance(stated, dict):
+            found |= {one.name: one for one in fields(base)}
+        elif stated is not None:
+            for name, kind in get_annotations(base).items():
+                if "Var" not in str(kind):
+                    given = base.__dict__.get(name, MISSING)
+                    found[name] = given if isinstance(given, Field) else field(default=given)
+    return found
 
 
 def _init_on_first_use(cls: type) -> Callable[..., None]:
@@ -96,8 +114,9 @@ def _init_on_first_use(cls: type) -> Callable[..., None]:
 
 def _compiled_init(cls: type) -> Callable[..., None]:
     """The constructor of a record, as a dataclass would write it."""
-    own = fields(cls)
-    names = [one.name for one in own]
+    names, own = list(_own_fields(cls)), list(_own_fields(cls).values())
+    if "__match_args__" not in cls.__dict__:
+        setattr(cls, "__match_args__", tuple(names))  # noqa: B010 - an assignment is no business of a type checker
     factories = {k: one.default_factory for k, one in enumerate(own) if one.default_factory is not MISSING}
     pattern = _init_pattern(len(own), tuple(factories))
     called = dict(zip(_numbered(len(own)), names, strict=True))
@@ -133,7 +152,7 @@ def _comparing_on_first_use(cls: type) -> dict[str, Callable[..., Any]]:
     """Equality and hash of a record, made when one of both is first asked for."""
 
     def real(name: str) -> Callable[..., Any]:
-        for key, method in _comparing(fields(cls)).items():
+        for key, method in _comparing(_own_fields(cls)).items():
             if cls.__dict__[key] is early[key]:
                 setattr(cls, key, method)
         return cast(Callable[..., Any], cls.__dict__[name])
@@ -144,10 +163,10 @@ def _comparing_on_first_use(cls: type) -> dict[str, Callable[..., Any]]:
     return early
 
 
-def _comparing(own: tuple[Field[Any], ...]) -> dict[str, Callable[..., Any]]:
+def _comparing(own: dict[str, Field[Any]]) -> dict[str, Callable[..., Any]]:
     """Equality and hash of a record by its fields."""
-    compared = _values_of([one.name for one in own if one.compare])
-    hashed = _values_of([one.name for one in own if (one.compare if one.hash is None else one.hash)])
+    compared = _values_of([name for name, one in own.items() if one.compare])
+    hashed = _values_of([name for name, one in own.items() if (one.compare if one.hash is None else one.hash)])
 
     def __eq__(self: Any, other: Any) -> bool:
         if other.__class__ is not self.__class__:
@@ -174,7 +193,7 @@ def _without_hash(self: Any) -> dict[str, Any]:
 
 def replace(one: Made, /, **changes: Any) -> Made:
     """The record with other values of some fields, as `dataclasses.replace` makes it at four times the cost."""
-    inside, names = cast(Any, one).__dict__, _names_of(cast(type, type(one)))
+    inside, names = cast(Any, one).__dict__, _own_fields(cast(type, type(one)))
     found = object.__new__(type(one))
     own = found.__dict__
     for name in names:
@@ -183,11 +202,6 @@ def replace(one: Made, /, **changes: Any) -> Made:
         raise TypeError(f"{type(one).__name__} has no field {', '.join(changes.keys() - own.keys())}")
     own.update(changes)
     return found
-
-
-@cache
-def _names_of(cls: type) -> tuple[str, ...]:
-    return tuple(one.name for one in fields(cls))
 
 
 class FrozenDict(dict[Any, Any]):
@@ -209,7 +223,7 @@ class FrozenDict(dict[Any, Any]):
 def with_frozen_mappings(one: Made) -> Made:
     """Return the record with each of its mappings as a `FrozenDict`."""
     inside = cast(Any, one).__dict__
-    names = _names_of(cast(type, type(one)))
+    names = _own_fields(cast(type, type(one)))
     changes = {name: FrozenDict(inside[name]) for name in names if type(inside[name]) is dict}
     return replace(one, **changes) if changes else one
 

@@ -195,8 +195,13 @@ def figure_source(family: str, name: str) -> str:
 @cache
 def source_in_all(name: str) -> str:
     """The sources of a figure of one name in all families that have it, as one text."""
-    families = dict.fromkeys(row["family"] for row in rows("converters"))
-    return "; ".join(dict.fromkeys(figure_source(family, name) for family in families if name in rows_of(family)))
+    return "; ".join(dict.fromkeys(figure_source(family, name) for family in _families() if name in rows_of(family)))
+
+
+@cache
+def _families() -> tuple[str, ...]:
+    """Return the families of all converters. The table is read once."""
+    return tuple(dict.fromkeys(row["family"] for row in rows("converters")))
 
 
 @cache
