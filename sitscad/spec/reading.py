@@ -12,14 +12,12 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
-from pydantic_core import SchemaValidator, ValidationError
-
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.finding import Edit, Finding, Remedy, Severity
 from sitscad.basics.record import record
 from sitscad.data import rows
-from sitscad.spec.format.kinds import described, is_like
-from sitscad.spec.format.section import GATHERED, NAME, WRITTEN, Part, Section, section_of
+from sitscad.spec.format.kinds import Misfit, described, is_like
+from sitscad.spec.format.section import Part, Section, section_of
 from sitscad.spec.yaml.source import MAX_BYTES, SpecSource, TextError, dotted, read_yaml, undotted
 
 if TYPE_CHECKING:
@@ -167,19 +165,12 @@ def section_of_data(data: Any, source: SpecSource, form: type[Form], flaws: Iter
         findings.append(
             finding_from_text(TextError("SIT004", message, "give it one, or leave the key out", place, key))
         )
-    document: Any = None
-    try:
-        document = _validator(cast(Hashable, form)).validate_python(data)
-    except ValidationError as error:
+    misfits: list[Misfit] = []
+    document = Part(form).read_at("", data, misfits)
+    if misfits:
         # of lists with entries that are empty, too, it was said already that something is missing
         lists = {parent for parent, _, last in (key.rpartition(".") for key in empty) if last.isdigit()}
-        for entry in error.errors(include_url=False, include_context=True):
-            # the dotted key that one of pydantic's errors is about
-            # An unknown key may be called like a tag; nothing else that a person writes stands in a place.
-            *section, last = entry["loc"] or ("",)
-            is_written = entry["type"] == "unexpected_keyword_argument"
-            if (key := (dotted(_key(section), last) if is_written else _key(entry["loc"]))) not in {*empty, *lists}:
-                findings.append(_from_pydantic(entry, key, source, form))
+        findings += [_misfit_finding(one, source, form) for one in misfits if one.key not in {*empty, *lists}]
         findings = [finding for finding in findings if finding.rule == "SIT008"] or findings
     if isinstance(data, dict) and all(finding.rule != "SIT008" for finding in findings):
         findings += (one for one in _replaced_key_findings(data, source, form) if one.key not in empty)
@@ -204,11 +195,6 @@ def _replaced_key_findings(data: dict[str, Any], source: SpecSource, form: type[
             hint = f"add {key}: to {name}" if other in written else f"add {key}: to {name}, or {other}: in its place"
             hint = hint if len(missing) == 1 or other in written else f"add {key}: to {name}"
             yield _finding("SIT003", f"{name} has no {key}", hint, f"{name}.{key}", source.keys.get(name, (1, 1)))
-
-
-@cache
-def _validator(form: Hashable) -> SchemaValidator:
-    return SchemaValidator(Part(cast(type[Section], form)).validator())
 
 
 def _without_nulls(data: Any, key: str) -> tuple[Any, list[str]]:
@@ -252,55 +238,35 @@ def _finding(
     return Finding(rule, RULE_NAMES[rule], Severity.ERROR, message, hint.strip(), shown, *place, **facts)
 
 
-_TAGS = (NAME, WRITTEN, GATHERED)
-"""What pydantic puts into the place of an error beside keys."""
-
 MOST_LISTED = 16
 """Keys of a section that a hint lists."""
 
 
-def _key(loc: Iterable[Any]) -> str:
-    found = ""
-    for part in loc:
-        found = found if part in _TAGS else dotted(found, part)
-    return found
-
-
-def _from_pydantic(error: Mapping[str, Any], key: str, source: SpecSource, form: type[Section]) -> Finding:
-    """The finding that one of pydantic's errors becomes; `form` is the section that the whole text is."""
-    kind, context = error["type"], error.get("ctx", {})
-    if kind == "unexpected_keyword_argument":
-        return _unknown_key(error["loc"], key, source, form)
-    if kind == "missing":
-        parent, _, name = key.rpartition(".")
-        where = parent or "the spec"
-        place = source.keys.get(parent, (1, 1)) if parent else (1, 1)
+def _misfit_finding(misfit: Misfit, source: SpecSource, form: type[Section]) -> Finding:
+    """The finding about a key that cannot be read; `form` is the section that the whole text is."""
+    key, refusal = misfit.key, misfit.refusal
+    parent, _, name = key.rpartition(".")
+    if misfit.section is not None:
+        return _unknown_key(misfit, parent, source, form)
+    if refusal is None:
+        where, place = parent or "the spec", source.keys.get(parent, (1, 1))
         return _finding("SIT003", f"{where} has no {name}", f"add {name}: to {where}", key, place)
-    place_of_value = source.locate(key)
-    if kind.startswith("SIT"):
-        facts = {name: context.get(name) for name in ("measured", "limit", "unit")}
-        if context.get("meant") and not isinstance(error["input"], (list, dict)):  # else it was one value of several
-            facts["fixes"] = (Remedy((Edit(key, context["meant"]),), is_sure=context.get("is_sure", True)),)
-        message = context.get("message", error["msg"])
-        hint = context.get("hint", "write a preset's name, or write it out")
-        return _finding(kind, f"{undotted(key)}: {message}", hint, key, place_of_value, **facts)
-    wanted = "a list" if "list" in kind else "a section of keys and values"
-    message = f"{undotted(key)}: {described(error['input'])}, where {wanted} is wanted"
-    return _finding("SIT004", message, "see `sitscad schema` for its form", key, place_of_value)
+    facts = {name: refusal.facts.get(name) for name in ("measured", "limit", "unit")}
+    meant, is_sure = refusal.facts.get("meant"), refusal.facts.get("is_sure", True)
+    if meant and not isinstance(misfit.value, (list, dict)):  # else it was one value of several
+        facts["fixes"] = (Remedy((Edit(key, meant),), is_sure=is_sure),)
+    message = f"{undotted(key)}: {refusal.message}"
+    return _finding(refusal.rule, message, refusal.hint, key, source.locate(key), **facts)
 
 
-def _unknown_key(loc: tuple[Any, ...], key: str, source: SpecSource, form: type[Section]) -> Finding:
+def _unknown_key(misfit: Misfit, parent: str, source: SpecSource, form: type[Section]) -> Finding:
     import difflib  # loaded for unknown keys only
 
-    section: type[Section] | None = form
-    for part in loc[:-1]:
-        if not isinstance(part, int) and part not in _TAGS:
-            section = section_of(section.keys[part].kind) if section and part in section.keys else None
-    allowed, word, parent = tuple(section.keys) if section else (), str(loc[-1]), _key(loc[:-1])
+    key, word, allowed = misfit.key, str(misfit.value), tuple(cast(type[Section], misfit.section).keys)
     close = difflib.get_close_matches(word[:64].lower().replace("-", "_"), allowed, 1, 0.6)
     elsewhere = _sections_of_keys(cast(Hashable, form)).get(word) if not close and form.is_whole else None
     hint = f"did you mean {close[0]}? " if close else f"did you mean {elsewhere}? " if elsewhere else ""
-    message = f"{described(word)} is no key {f'in {parent}' if len(loc) > 1 else 'at the top'}"
+    message = f"{described(word)} is no key {f'in {parent}' if parent else 'at the top'}"
     listed = ", ".join(allowed[:MOST_LISTED]) + (", ... (all: docs/spec.md)" if len(allowed) > MOST_LISTED else "")
     fixes: tuple[Remedy, ...] = ()
     if close and dotted(parent, close[0]) not in source.keys:

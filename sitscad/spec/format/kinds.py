@@ -16,18 +16,42 @@ from importlib import import_module
 from itertools import pairwise
 from typing import Any, NoReturn
 
-from pydantic_core import PydanticCustomError, core_schema
-
 from sitscad.basics.record import record
 from sitscad.basics.units import EXAMPLES, SI_UNITS, UNITS, UnitError, parse_quantity, show
 from sitscad.data import FOLDER, rows
 
 
-def refuse(rule: str, message: str, hint: str = "", **facts: Any) -> NoReturn:
-    """Refuse a value under a rule; `facts` are the finding's measured, limit and unit, and ``meant``, the value that
-    may have been meant, as it is written, with ``is_sure``, whether it cannot have been anything else.
+class Refusal(ValueError):
+    """A value breaks a rule of the format.
+
+    `facts` are the finding's measured, limit and unit, and ``meant``, the value that may have been meant, as it is
+    written, with ``is_sure``, whether it cannot have been anything else.
     """
-    raise PydanticCustomError(rule, "{message}", {"message": message, "hint": hint, **facts})
+
+    def __init__(self, rule: str, message: str, hint: str, facts: Mapping[str, Any]) -> None:
+        super().__init__(message)
+        self.rule, self.message, self.hint, self.facts = rule, message, hint, facts
+
+    def with_hint(self, more: str) -> Refusal:
+        """The refusal with a hint that says more."""
+        return Refusal(self.rule, self.message, self.hint + more, self.facts)
+
+
+def refuse(rule: str, message: str, hint: str = "", **facts: Any) -> NoReturn:
+    """Raise a `Refusal`."""
+    raise Refusal(rule, message, hint, facts)
+
+
+@record(eq=False)
+class Misfit:
+    """A key of a text that cannot be read: its dotted key, and the value and its refusal. Without a refusal the key is
+    missing in its section, or no key of the section if ``section`` is set.
+    """
+
+    key: str
+    value: Any = None
+    refusal: Refusal | None = None
+    section: type | None = None
 
 
 def described(value: Any) -> str:
@@ -62,15 +86,15 @@ def is_like(word: Any, meant: str) -> bool:
 
 
 class Kind(ABC):
-    """A kind of value: how pydantic's core reads it, and the JSON Schema of what may be written."""
+    """A kind of value: how it is read, and the JSON Schema of what may be written."""
 
     @abstractmethod
     def schema(self) -> dict[str, Any]:
         """JSON Schema of what may be written."""
 
     @abstractmethod
-    def validator(self) -> core_schema.CoreSchema:
-        """How pydantic's core reads such a value."""
+    def read_at(self, key: str, value: Any, misfits: list[Misfit]) -> Any:
+        """The value for the spec of what is written at a dotted key; whatever cannot be read is added to `misfits`."""
 
 
 class Scalar(Kind):
@@ -80,9 +104,12 @@ class Scalar(Kind):
     def read(self, value: Any) -> Any:
         """The value for the spec; refuses by raising."""
 
-    def validator(self) -> core_schema.CoreSchema:
-        """How pydantic's core reads such a value."""
-        return core_schema.no_info_plain_validator_function(self.read)
+    def read_at(self, key: str, value: Any, misfits: list[Misfit]) -> Any:
+        try:
+            return self.read(value)
+        except Refusal as refusal:
+            misfits.append(Misfit(key, value, refusal))
+            return None
 
 
 @record
@@ -462,10 +489,10 @@ class ProfileName(Scalar):
             return str(Text(200).read(value))
         try:
             return self._choice.read(value)
-        except PydanticCustomError as error:
+        except Refusal as refusal:
             word = value if isinstance(value, str) and value.isidentifier() else "ourshop"
             own = f"a profile of your own: write the name of its file beside the spec with the ending, like {word}.yaml"
-            raise with_hint(error, f"; or {own}") from None
+            raise refusal.with_hint(f"; or {own}") from None
 
     def schema(self) -> dict[str, Any]:
         file = {"type": "string", "maxLength": 200, "pattern": r"\.[yY][aA]?[mM][lL]$", "examples": ["ourshop.yaml"]}
@@ -474,13 +501,6 @@ class ProfileName(Scalar):
     @property
     def _choice(self) -> Choice:
         return Choice((*names("rules"), "none") if self.or_none else names("rules"))
-
-
-def with_hint(error: PydanticCustomError, more: str) -> PydanticCustomError:
-    """A refusal whose hint says more."""
-    context = dict(error.context or {})
-    context["hint"] = f"{context.get('hint', '')}{more}"
-    return PydanticCustomError(error.type, error.message_template, context)
 
 
 @record

@@ -1,11 +1,11 @@
-"""Sections of the spec: classes whose attributes declare keys, read by pydantic's core.
+"""Sections of the spec: classes whose attributes declare keys, and how they are read.
 
 One declaration serves everything: what is read and refused, the value that the spec holds where nothing has to be
 worked out (a section that is a record is that value), the JSON Schema, the tables of docs/spec.md, and the ranges that
 values of programs are held against.
 
-pydantic's model layer is left out on purpose: it more than doubles the start-up time of `check`, and the core alone
-validates, collects every error at once, and says where each one is.
+Every value is read by its kind. A section looks for its keys and collects all that does not fit. A library for this
+(pydantic's core) took a quarter of numpy's start-up time.
 """
 # ruff: noqa: D102 - `Kind` says what a schema is
 
@@ -16,8 +16,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import Field, field, replace
 from typing import TYPE_CHECKING, Any, ClassVar, NoReturn
 
-from pydantic_core import PydanticCustomError, SchemaValidator, core_schema
-
 from sitscad.basics.record import record
 from sitscad.basics.units import SI_UNITS, exact_text
 from sitscad.spec.format.kinds import (
@@ -25,23 +23,21 @@ from sitscad.spec.format.kinds import (
     Either,
     Kind,
     Layers,
+    Misfit,
     NumberOrList,
     Pair,
     Preset,
     ProfileName,
     Quantity,
+    Refusal,
     Several,
     Sourced,
     Special,
     described,
     names,
-    with_hint,
 )
 from sitscad.spec.yaml.source import TextError, dotted, undotted
 
-NAME = "<name>"
-WRITTEN = "<written out>"
-GATHERED = "<keys alike>"
 REQUIRED: Any = object()
 WRITTEN_SOURCE = "the spec"
 """Where a figure comes from that the user wrote."""
@@ -68,7 +64,7 @@ class Key:
 
     def usual(self) -> Any:
         """The default as it is read."""
-        return SchemaValidator(self.kind.validator()).validate_python(self.default)
+        return self.kind.read_at("", self.default, [])
 
 
 def key(kind: Kind, about: str, default: Any = REQUIRED, written: str = "") -> Any:
@@ -89,13 +85,6 @@ class KeysLike:
     example: str
     kind: Kind
     about: str
-
-    def gathered(self, value: Any) -> Any:
-        """A section's values with these keys under one."""
-        if not isinstance(value, dict):
-            return value
-        own = {name: each for name, each in value.items() if self.pattern.fullmatch(str(name))}
-        return {**{name: each for name, each in value.items() if name not in own}, GATHERED: own} if own else value
 
 
 def keys_like(pattern: re.Pattern[str], example: str, kind: Kind, about: str) -> Any:
@@ -159,6 +148,11 @@ class Section(Readable):
         return (cls.__doc__ or "").partition("\n\n")[0]
 
 
+def _refuse_form(key: str, value: Any, form: str, misfits: list[Misfit]) -> None:
+    message = f"{described(value)}, where {form} is wanted"
+    misfits.append(Misfit(key, value, Refusal("SIT004", message, "see `sitscad schema` for its form", {})))
+
+
 @record
 class Part(Kind):
     """A section inside another one; `made` makes the spec's value of it where that is not itself."""
@@ -166,26 +160,31 @@ class Part(Kind):
     section: type[Section]
     made: Callable[[Any], Any] | None = None
 
-    def validator(self) -> core_schema.CoreSchema:
+    def read_at(self, key: str, value: Any, misfits: list[Misfit]) -> Any:
         """An instance of the section; unknown keys are refused."""
-        section, declared = self.section, []
+        if not isinstance(value, dict):
+            return _refuse_form(key, value, "a section of keys and values", misfits)
+        section, before, found = self.section, len(misfits), {}
         for written, name in section.attributes.items():
-            own, alias = section.keys[written], written if written != name else None
-            inner, usual = own.kind.validator(), own.default
-            if not own.is_required:
-                inner = core_schema.with_default_schema(inner, default=usual, validate_default=usual is not None)
-            declared.append(core_schema.dataclass_field(name, inner, validation_alias=alias))
+            own, inner = section.keys[written], dotted(key, written)
+            if written not in value and own.is_required:
+                misfits.append(Misfit(inner))
+            elif written in value or own.default is not None:
+                found[name] = own.kind.read_at(inner, value.get(written, own.default), misfits)
+            else:
+                found[name] = None
+        alike: set[Any] = set()
         for name, like in section.alike.items():
-            each = core_schema.dict_schema(values_schema=like.kind.validator())
-            empty = core_schema.with_default_schema(each, default_factory=dict)
-            declared.append(core_schema.dataclass_field(name, empty, validation_alias=GATHERED))
-        arguments = core_schema.dataclass_args_schema(section.__name__, declared)
-        config = core_schema.CoreConfig(extra_fields_behavior="forbid")
-        names = [*section.attributes.values(), *section.alike]
-        read: core_schema.CoreSchema = core_schema.dataclass_schema(section, arguments, names, config=config)
-        for like in section.alike.values():
-            read = core_schema.no_info_before_validator_function(like.gathered, read)
-        return read if self.made is None else core_schema.no_info_after_validator_function(self.made, read)
+            matching = {each: value[each] for each in value if like.pattern.fullmatch(str(each))}
+            found[name] = {each: like.kind.read_at(dotted(key, each), one, misfits) for each, one in matching.items()}
+            alike |= matching.keys()
+        unknown = [each for each in value if each not in section.keys and each not in alike]
+        misfits += [Misfit(dotted(key, each), each, section=section) for each in unknown]
+        if len(misfits) > before:
+            return None
+        read = object.__new__(section)
+        read.__dict__.update(found)
+        return read if self.made is None else self.made(read)
 
     def schema(self) -> dict[str, Any]:
         return {"$ref": f"#/$defs/{self.section.form}"}
@@ -197,9 +196,11 @@ class ListOf(Kind):
 
     entry: Kind
 
-    def validator(self) -> core_schema.CoreSchema:
+    def read_at(self, key: str, value: Any, misfits: list[Misfit]) -> Any:
         """A list, each entry read on its own."""
-        return core_schema.list_schema(self.entry.validator(), strict=True)
+        if not isinstance(value, list):
+            return _refuse_form(key, value, "a list", misfits)
+        return [self.entry.read_at(dotted(key, k), one, misfits) for k, one in enumerate(value)]
 
     def schema(self) -> dict[str, Any]:
         return {"type": "array", "items": self.entry.schema()}
@@ -212,23 +213,21 @@ class NameOr(Kind):
     preset: Preset | Choice | ProfileName | Quantity
     written: Kind
 
-    def validator(self) -> core_schema.CoreSchema:
+    def read_at(self, key: str, value: Any, misfits: list[Misfit]) -> Any:
         """Decides by what is written, so that complaints are about the form that was meant."""
-        form = "a list" if isinstance(self.written, ListOf) else "a section"
-        return core_schema.tagged_union_schema(
-            {NAME: core_schema.no_info_plain_validator_function(self._read_name), WRITTEN: self.written.validator()},
-            lambda value: WRITTEN if isinstance(value, (dict, list)) else
-            NAME if isinstance(value, str) or isinstance(self.preset, Quantity) else None,
-            custom_error_type="SIT004",
-            custom_error_message=f"neither a preset's name nor {form} that writes it out",
-        )
-
-    def _read_name(self, value: str) -> Any:
-        """What the name stands for; where there is none like it, the hint also says how to write the thing out."""
+        if isinstance(value, (dict, list)):
+            return self.written.read_at(key, value, misfits)
         try:
-            return self.preset.read(value)
-        except PydanticCustomError as error:
-            raise with_hint(error, f"; or write it out: {self._form()} (examples: docs/spec.md)") from None
+            if isinstance(value, str) or isinstance(self.preset, Quantity):
+                return self.preset.read(value)
+        except Refusal as refusal:
+            more = f"; or write it out: {self._form()} (examples: docs/spec.md)"
+            misfits.append(Misfit(key, value, refusal.with_hint(more)))
+            return None
+        form = "a list" if isinstance(self.written, ListOf) else "a section"
+        message = f"neither a preset's name nor {form} that writes it out"
+        misfits.append(Misfit(key, value, Refusal("SIT004", message, "write a preset's name, or write it out", {})))
+        return None
 
     def _form(self) -> str:
         """The keys of the written form: those that it must have, then those that it may have."""

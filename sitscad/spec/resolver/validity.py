@@ -13,12 +13,21 @@ from functools import cache
 from types import UnionType
 from typing import Any, Union, cast, get_args, get_origin, get_type_hints
 
-from pydantic_core import PydanticCustomError
-
 from sitscad.basics.units import show
 from sitscad.spec.design_rules import DesignRules, RulesDocument
 from sitscad.spec.format import kinds
-from sitscad.spec.format.kinds import Either, Kind, Layers, NumberOrList, Pair, Quantity, Scalar, Sourced, described
+from sitscad.spec.format.kinds import (
+    Either,
+    Kind,
+    Layers,
+    NumberOrList,
+    Pair,
+    Quantity,
+    Refusal,
+    Scalar,
+    Sourced,
+    described,
+)
 from sitscad.spec.format.section import Key, Section
 from sitscad.spec.reading import Flaw, Remarks, SpecError, finding_from_flaw
 from sitscad.spec.resolver.coils import MOST_COILS, check_amount, check_cells, check_coil, check_gaps
@@ -151,9 +160,8 @@ def _refused(value: Any, kind: Kind, key: str) -> Iterator[Flaw]:
     elif isinstance(kind, Scalar) and type(kind) in (kinds.Choice, kinds.Text, kinds.Number, Layers):
         try:
             kind.read(list(value) if isinstance(kind, Layers) else value)
-        except PydanticCustomError as error:
-            context = dict(error.context or {})
-            yield Flaw(error.type, key, context.get("message", ""), context.get("hint", ""))
+        except Refusal as refusal:
+            yield Flaw(refusal.rule, key, refusal.message, refusal.hint)
 
 
 def _fits(spec: SensorSpec) -> Iterator[Flaw]:

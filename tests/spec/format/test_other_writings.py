@@ -7,7 +7,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad import SpecError
-from sitscad.spec.format.kinds import Layers, Number, NumberOrList, Quantity, Truth, is_like
+from sitscad.spec.format.kinds import Layers, Number, NumberOrList, Quantity, Refusal, Truth, is_like
 from sitscad.spec.yaml.rewriting import rewritten
 from sitscad.spec.yaml.source import TextError, read_yaml
 
@@ -109,10 +109,10 @@ def test_a_number_is_read_by_yaml_1_2_or_refused(written, kind):
     value, wanted = read_yaml(f"a: {written}\n").data["a"], READ[written]
     try:
         found = kind.read(value)
-    except ValueError as error:  # pydantic's
-        meant = error.context.get("meant")
+    except Refusal as error:
+        meant = error.facts.get("meant")
         assert wanted is None or kind is FORCE, "it is a number"
-        if meant and error.context.get("is_sure", True):
+        if meant and error.facts.get("is_sure", True):
             digits = written.replace("_", "").replace(",", ".").strip('"')
             assert kind.read(read_yaml(f"a: {meant}\n").data["a"]) == kind.read(read_yaml(f"a: {digits}\n").data["a"])
         return
@@ -136,11 +136,11 @@ def test_yaml_1_2_may_be_stated():
     ("2-1", None), ("0-3", None), ("1-99", None), ("two", None),
 ])
 def test_a_range_of_layers_as_text_says_how_it_is_written(written, meant):
-    with pytest.raises(ValueError) as caught:
+    with pytest.raises(Refusal) as caught:
         Layers().read(written)
-    assert caught.value.type == "SIT004"
-    assert (caught.value.context.get("meant") or None) == meant
-    assert not (meant and caught.value.context["is_sure"]), "1-4 may be all four, or two"
+    assert caught.value.rule == "SIT004"
+    assert (caught.value.facts.get("meant") or None) == meant
+    assert not (meant and caught.value.facts["is_sure"]), "1-4 may be all four, or two"
 
 
 def test_layers_as_a_range_are_found_where_they_stand():
@@ -150,14 +150,14 @@ def test_layers_as_a_range_are_found_where_they_stand():
 
 
 def test_numbers_with_commas_where_a_list_may_stand_say_how_a_list_is_written():
-    with pytest.raises(ValueError) as caught:
+    with pytest.raises(Refusal) as caught:
         NumberOrList(NUMBER).read("8,7")
-    assert "[8, 7]" in caught.value.context["hint"] and not caught.value.context.get("meant")
+    assert "[8, 7]" in caught.value.hint and not caught.value.facts.get("meant")
 
 
 @pytest.mark.parametrize(("written", "meant"), [("yes", "true"), ("On", "true"), ("NO", "false"), ("off", "false"),
                                                 ("maybe", ""), ("1", "")])
 def test_booleans_of_yaml_1_1_are_refused_with_their_meaning(written, meant):
-    with pytest.raises(ValueError) as caught:
+    with pytest.raises(Refusal) as caught:
         Truth().read(read_yaml(f"a: {written}\n").data["a"])
-    assert (caught.value.context.get("meant") or "") == meant
+    assert (caught.value.facts.get("meant") or "") == meant
