@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ast
+import inspect
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
@@ -12,8 +14,13 @@ import sitscad
 import sitscad.estimates
 import sitscad.layout
 from sitscad.checks.board.clearances import copper_in
-from sitscad.checks.judging import judged
+from sitscad.checks.judging import RULES, judged
+from sitscad.checks.performance import noted
+from sitscad.checks.rules import outcomes
+from sitscad.estimates import estimated
 from sitscad.estimates.design import ROOM_TEMPERATURE, Design
+from sitscad.estimates.windings.losses import SCREENING
+from sitscad.files.order_facts.incoming import incoming
 
 TEMPLATES = Path(__file__).parents[1] / "templates"
 WORKED_EXAMPLE = "grasper_3p5mm"
@@ -34,8 +41,8 @@ def made(monkeypatch):
 
     arrange = counting(sitscad.layout.arrange)
     monkeypatch.setattr("sitscad.layout.arrange", arrange)
-    monkeypatch.setattr("sitscad.layout.arrange", arrange)
-    monkeypatch.setattr(sitscad.estimates, "estimated", counting(sitscad.estimates.estimated))
+    monkeypatch.setattr("sitscad.estimates.design.arrange", arrange)
+    monkeypatch.setattr("sitscad.estimates.design.estimated", counting(sitscad.estimates.estimated))
     return count
 
 
@@ -46,7 +53,7 @@ def template(name: str) -> Design:
 def test_nothing_is_made_before_it_is_asked_for(made):
     design = template("single_coil")
     assert not made
-    assert design.layout is design.layout and design.scene is design.scene
+    assert design.layout is design.layout and design.fit is design.fit
     assert made == {"arrange": 1}
 
 
@@ -99,3 +106,55 @@ def test_designs_with_one_board_measure_its_copper_once_and_are_judged_as_ever()
     assert copper_in(stricter) is not copper_in(design)
     said = {finding.rule for finding in judged(stricter, hints="none").findings}
     assert said > {finding.rule for finding in judged(design, hints="none").findings}
+
+
+def members_of(cls: ast.ClassDef) -> set[str]:
+    """The names that a class defines in its body, apart from dunders."""
+    targets = {node.target.id for node in cls.body if isinstance(node, ast.AnnAssign)}
+    functions = {node.name for node in cls.body if isinstance(node, ast.FunctionDef)}
+    return {name for name in targets | functions if not name.startswith("__")}
+
+
+def test_design_has_at_most_fifteen_members():
+    tree = ast.parse(Path(inspect.getfile(Design)).read_text(encoding="utf-8"))
+    (cls,) = (node for node in tree.body if isinstance(node, ast.ClassDef) and node.name == "Design")
+    assert 10 < len(members_of(cls)) <= 15
+
+
+def test_what_a_module_works_out_of_a_design_it_has_once():
+    design = template("single_coil")
+    assert incoming(design) is incoming(design) and incoming(design).board is incoming(design).board
+    assert design.sensing is design.bare.sensing and design.solids is design.solids
+
+
+@pytest.fixture(scope="module")
+def felt():
+    """A sensor whose forces are judged at the screen level, which takes a part of a second."""
+    spec = sitscad.load(TEMPLATES / "bench_7mm.yaml")
+    asked = {"normal_resolution": "1 mN", "crosstalk": 0.01, "tilt": "1 deg", "tilt_error": "1 mN"}
+    for key, value in asked.items():
+        spec = spec.replace(f"requirements.{key}", value)
+    layout = sitscad.lay_out(spec)
+    estimates = estimated(layout, tolerance=SCREENING)
+    return lambda: Design(spec, layout, estimates)
+
+
+def said(rule, design):
+    found, undecided = outcomes(rule, design, least=None)
+    return [replace(each.finding, hint=None) for each in found], undecided
+
+
+def test_rules_find_the_same_in_any_order_and_alone(felt):
+    forwards, backwards = felt(), felt()
+    rules = [rule for rule in RULES if rule.id.startswith("SIT4")]
+    first = {rule.id: said(rule, forwards) for rule in rules}
+    assert first == {rule.id: said(rule, backwards) for rule in reversed(rules)}
+    assert first == {rule.id: said(rule, felt()) for rule in rules}
+    assert sum(bool(findings) for findings, _ in first.values()) > 2
+
+
+def test_figures_beside_requirements_do_not_wait_for_rules_to_run(felt):
+    untouched, judged_before = felt(), felt()
+    reached = judged(judged_before, hints="none").reached
+    assert noted(untouched) == reached
+    assert {"normal_resolution", "crosstalk", "tilt_error"} <= {result.requirement for result in reached}

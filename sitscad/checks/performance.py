@@ -13,7 +13,7 @@ import numpy as np
 
 from sitscad.basics.check_results import RequirementResult
 from sitscad.basics.finding import Severity
-from sitscad.basics.record import record, replace
+from sitscad.basics.record import kept, record, replace
 from sitscad.basics.units import show
 from sitscad.checks.fixes.moves import each_read
 from sitscad.checks.fixes.pads import other_metals, other_silicones, other_thicknesses, slower_scans, smaller_pads
@@ -53,14 +53,13 @@ def judged(
     design: Design, rule: str, key: str, most: Worst, words: str, unit: str = "N",
     told: str = "", slows: bool = False, limit: float | None = None, shrinks: bool = False,
 ) -> Iterator[Verdict]:
-    """Record a figure beside the requirement `key`, and yield a finding if the figure exceeds the requirement.
+    """Yield a figure beside the requirement `key`, and a finding if the figure exceeds the requirement.
 
     `told` is the requirement in words. `limit` is the requirement of one axis, if the key has a value for each axis.
     With `slows` the figure improves at a lower scan rate; with `shrinks` the search also tries smaller pads.
     """
     asked = getattr(design.spec.requirements, key) if limit is None else limit
-    result = RequirementResult(key, rule, most.value, asked, unit, most.axis, most.at)
-    design.once("reached", dict[str, RequirementResult])[key] = result
+    yield RequirementResult(key, rule, most.value, asked, unit, most.axis, most.at)
     found = Violation("", "", f"requirements.{key}", most.value, asked, unit or None)
     told = told or show(asked, unit, 3)
     if most.value > asked:
@@ -73,10 +72,19 @@ def judged(
         yield replace(found, message=f"{words}; {told} is required", hint=hint, fixes=fixes)
 
 
+def requirement_results(rule: Rule, design: Design) -> tuple[RequirementResult, ...]:
+    """Figures of a sensor without cells that one of the `RULES` sets beside requirements. Empty if the rule does not
+    apply.
+    """
+    if rule.apply is None or not all(NEEDS[need][0](design.spec) for need in rule.needs):
+        return ()
+    return tuple(each for each in rule.apply(design) if isinstance(each, RequirementResult))
+
+
 def noted(design: Design) -> tuple[RequirementResult, ...]:
-    """Return what was kept, in the order of the rules; for cells the worst by requirement, with the cell's name."""
+    """Figures beside requirements in the order of the rules; for cells the worst by requirement, with its cell."""
     worst: dict[str, RequirementResult] = {}
-    for number, cell in design.extremes.items():
+    for number, cell in design.cells.extremes.items():
         for one in _noted(cell):
             if one.requirement not in worst or one.measured > worst[one.requirement].measured:
                 worst[one.requirement] = replace(one, at=f"{one.at}{f', cell {number}' * (cell is not design)}")
@@ -84,15 +92,15 @@ def noted(design: Design) -> tuple[RequirementResult, ...]:
 
 
 def _noted(design: Design) -> tuple[RequirementResult, ...]:
-    """Return what was kept of one cell. If something was, what sensors are mostly off by follows, asked or not: the
-    drift with temperature at rest, at full load and with a tare before each grasp, hysteresis and creep of the pad, and
-    its modulus if nobody has measured it.
+    """Figures of one cell. If one has a requirement, what sensors are mostly off by follows, asked or not: the drift
+    with temperature at rest, at full load and with a tare before each grasp, hysteresis and creep of the pad, and its
+    modulus if nobody has measured it.
     """
-    kept = sorted(design.once("reached", dict[str, RequirementResult]).values(), key=lambda each: each.rule)
+    results = [result for rule in RULES for result in requirement_results(rule, design)]
     needs = design.spec.requirements
-    found = design.felt if any(one.limit is not None for one in kept) else None
+    found = design.sensing.felt if any(one.limit is not None for one in results) else None
     if found is None or not found.held[0]:
-        return tuple(kept)
+        return tuple(results)
     from sitscad.estimates.performance.causes import farthest  # loaded by whatever feels
     from sitscad.estimates.performance_values import unit_of
 
@@ -102,7 +110,7 @@ def _noted(design: Design) -> tuple[RequirementResult, ...]:
     if found.held[-1]:
         full, at, pad = found.warmed[-1], POINTS[-1], design.spec.elastomer
         assert pad is not None
-        if all(one.requirement != "temperature_error" for one in kept):
+        if all(one.requirement != "temperature_error" for one in results):
             told.append(("drift", "SIT406", full.drift, f"{at}{warm}"))
         told += [
             ("tared_drift", "SIT406", full.tared_drift, f"{at}, left by a tare before each grasp{warm}"),
@@ -114,8 +122,8 @@ def _noted(design: Design) -> tuple[RequirementResult, ...]:
     for name, rule, errors, where in told:
         k = int(np.argmax(errors / found.bench.range.full_scales))
         axis = found.bench.range.axes[k]
-        kept.append(RequirementResult(name, rule, float(errors[k]), None, unit_of(axis), _along(axis), where))
-    return tuple(kept)
+        results.append(RequirementResult(name, rule, float(errors[k]), None, unit_of(axis), _along(axis), where))
+    return tuple(results)
 
 
 def _along(axis: str) -> str:
@@ -137,7 +145,7 @@ def where_felt(rule: FeltRule) -> Callable[[Design], Iterator[Verdict]]:
 
     @wraps(rule)
     def apply(design: Design) -> Iterator[Verdict]:
-        found = design.felt
+        found = design.sensing.felt
         if found is None:
             yield _unfelt(design)
         else:
@@ -405,7 +413,7 @@ BESIDE_NOISE = 10.0
 @where_held
 def two_loads_one_reading(found: Felt, design: Design) -> Iterator[Verdict]:
     """Whether two loads within what is required read alike."""
-    twins = design.twins
+    twins = design.sensing.twins
     if twins is not None:
         from sitscad.estimates.performance_values import AXES, unit_of  # loaded by whatever feels
 
@@ -472,7 +480,7 @@ def unseen_shear(design: Design) -> Iterator[Verdict]:
         if is_lone and asked.shear_force:
             yield said
         return
-    most, found = None, design.felt
+    most, found = None, design.sensing.felt
     if found is not None and found.held[-1]:
         most = _read_as(found, design)
     if most is None:
@@ -484,8 +492,7 @@ def unseen_shear(design: Design) -> Iterator[Verdict]:
     share, error, axis, shear, force = most
     unit = "N m" if axis in MOMENTS else "N"
     where = f"{POINTS[-1]}, {show(force, 'N', 3)} of {_along(shear)}"
-    design.once("reached", dict[str, RequirementResult])["unmeasured_shear"] = RequirementResult(
-        "unmeasured_shear", "SIT409", error, None, unit, _along(axis), where)
+    yield RequirementResult("unmeasured_shear", "SIT409", error, None, unit, _along(axis), where)
     figure = f"{show(error, unit, 3)}, {100.0 * share:.3g} % of its full scale"
     scale = error / share
     if is_lone and asked.shear_force:
@@ -548,9 +555,14 @@ def requirements_agree(design: Design) -> Iterator[Verdict]:
                 )
 
 
+def _once(number: str, apply: Callable[[Design], Iterable[Verdict]]) -> Callable[[Design], Iterable[Verdict]]:
+    """A rule that is applied once a design: its findings and its figures are asked for apart."""
+    return lambda design: kept(design, f"verdicts of {number}", lambda: tuple(apply(design)))
+
+
 def _felt_rule(number: str, apply: Callable[[Design], Iterator[Verdict]], need: str) -> Rule:
     figures = {"felt": FELT_SOURCE, "beside_noise": BESIDE_NOISE}
-    return rule_of(number, apply, "target", "elastomer", need, **figures)
+    return rule_of(number, _once(number, apply), "target", "elastomer", need, **figures)
 
 
 RULES: tuple[Rule, ...] = (
@@ -562,7 +574,7 @@ RULES: tuple[Rule, ...] = (
     _felt_rule("SIT406", temperature_error, "temperature error"),
     _felt_rule("SIT407", two_loads_one_reading, "feeling"),
     _felt_rule("SIT408", tilt_beside_noise, "feeling"),
-    rule_of("SIT409", unseen_shear, "target", "elastomer", "force", felt=FELT_SOURCE,
+    rule_of("SIT409", _once("SIT409", unseen_shear), "target", "elastomer", "force", felt=FELT_SOURCE,
             much=f"{100.0 * MUCH_OF_FULL_SCALE:.0f} %"),
     rule_of("SIT410", requirements_agree),
     rule_of("SIT411", moments_told, "target", "elastomer"),

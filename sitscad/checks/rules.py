@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Sequence
 from functools import cache, partial
 from string import Formatter
 
+from sitscad.basics.check_results import RequirementResult
 from sitscad.basics.finding import Finding, NotChecked, Place, Severity
 from sitscad.basics.record import record, replace
 from sitscad.checks.fixes.search import Family
@@ -60,7 +61,8 @@ def joined(*words: str) -> str:
     return "; ".join(filter(None, words))
 
 
-Verdict = Violation | Undecided
+Verdict = Violation | Undecided | RequirementResult
+"""What a rule yields: what it finds, what it cannot decide, and figures beside their requirements, met or not."""
 
 
 @record
@@ -199,8 +201,8 @@ def outcomes(
     for verdict in rule.apply(design) if rule.apply else ():
         if isinstance(verdict, Undecided):
             undecided.append(NotChecked(rule.id, verdict.reason))
-        else:
-            found.append(Outcome(finding_of(rule, verdict, design.converter, least), verdict.fixes))
+        elif isinstance(verdict, Violation):
+            found.append(Outcome(finding_of(rule, verdict, design.spec.readout.device, least), verdict.fixes))
     return found, undecided
 
 
@@ -208,7 +210,7 @@ def _of_worst_cell(rule: Rule, design: Design, least: Severity | None) -> tuple[
     """What a rule finds of the cell that it finds most of, which is named: of two extremes, those with the softest pad
     and with the least signal, the rule's own first where they are as bad.
     """
-    order = list(design.extremes.items())[:: -1 if rule.id in OF_THE_SOFTEST else 1]
+    order = list(design.cells.extremes.items())[:: -1 if rule.id in OF_THE_SOFTEST else 1]
     each = [(number, *outcomes(rule, cell, least)) for number, cell in order]
 
     number, said, unsaid = max(each, key=lambda one: max((_weight(found.finding) for found in one[1]), default=()))

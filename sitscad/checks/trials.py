@@ -13,7 +13,7 @@ from sitscad.checks.fixes.mending import Applied, is_better, is_further, worsene
 from sitscad.checks.fixes.moves import roomy
 from sitscad.checks.fixes.search import NOT_FURTHER, Budget, Fix, Left, Search, hint_text, search
 from sitscad.checks.rules import Outcome, Rule, located, outcomes
-from sitscad.estimates.design import Design
+from sitscad.estimates.design import Design, has_same_board
 from sitscad.layout.routing.escape import SearchLimit
 from sitscad.spec.load import load_text
 from sitscad.spec.reading import SpecError
@@ -86,7 +86,7 @@ class Trials:
             if tried.says(rule, is_estimated=False) and (fails := self._broken(finding, tried, rule)):
                 return Left(fails)
         if tried.asks and not tried.is_estimated:
-            if not self.budget.estimates_one(self._design.has_board_of(fix.spec)):
+            if not self.budget.estimates_one(has_same_board(self._design.spec, fix.spec)):
                 return None
             tried.is_estimated = True
         broken: tuple[str, ...] = ()
@@ -146,7 +146,7 @@ class Trials:
         if self.budget.is_spent:
             return None
         design: Design | None = None
-        if self._design.has_board_of(changed):
+        if has_same_board(self._design.spec, changed):
             design = self._design.drawn(changed)
         elif self.budget.lays_out(len(changed.array.placements)):
             most = self.budget.board_branches

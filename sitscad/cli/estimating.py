@@ -144,9 +144,9 @@ def estimate(
     checked = as_configured(loaded, result)
     design = sitscad.Design(loaded, layout, estimates)
     felt = PerformanceReport(design.performance, design.spec) if performance else None
-    if performance and (reason := design.no_performance):
+    if performance and (reason := design.sensing.no_performance):
         say(f"no performance: {reason}")
-    cells = design.cell_table.document() if performance else None
+    cells = design.cells.skin.table.document() if performance else None
     print_result(show(spec, estimates, checked, coloured(sys.stdout), felt, cells, coils))
     missed = () if tolerance is None else missed_tolerance(estimates, tolerance, method)
     for note in missed:
@@ -256,7 +256,7 @@ def response(
     except sitscad.NoResponse as error:
         raise click.UsageError(f"{spec}: {error}") from error
     felt = PerformanceReport(design.performance, design.spec) if performance else None
-    if performance and (reason := design.no_performance):
+    if performance and (reason := design.sensing.no_performance):
         say(f"no performance: {reason}")
     if output:
         write_file(output, response_file(spec, found, ending, felt))
@@ -270,7 +270,7 @@ def response(
 def _of_cell(whole: sitscad.Design, number: int | None) -> sitscad.Design:
     """The design of the cell that is asked for, of all where none is. Raises click.BadParameter where it has none."""
     try:
-        return whole if number is None else whole.cell(number)
+        return whole if number is None else whole.cells.by_number(number)
     except ValueError as error:
         raise click.BadParameter(str(error), param_hint="--cell") from error
 

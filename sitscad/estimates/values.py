@@ -331,7 +331,7 @@ class Estimates:
     nothing); `no_cross_check` why there is no closed formula beside the estimate;
     `states` are those that the sensor has, with the target's pose in each; `target_band` are the frequencies (Hz) at
     which the target was solved for them, None if its effect is by shares of an endless plate's; `metered` is what a
-    meter reads of the bare board, empty where it was not asked for (`Design.bench_estimates`); `is_rough` says that
+    meter reads of the bare board, empty where it was not asked for (`Incoming.board`); `is_rough` says that
     they were made for screening.
     """
 

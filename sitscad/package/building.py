@@ -362,7 +362,7 @@ def _made_anew(asked: BuildRequest, contents: Contents, report: Progress, jobs: 
     # Stages without a file because the target's response cannot be solved
     none = [stage.name for stage in made.results
             if stage.outcome == "none" and stage.name in asked.wanted & {"datasheet", "calibration"}]
-    reason = contents.design.no_performance if none and is_felt(contents.spec) else ""
+    reason = contents.design.sensing.no_performance if none and is_felt(contents.spec) else ""
     return BuildResult(directory, contents.checked, True, made.results, kept_aside,
                        left_out=dict.fromkeys(none, reason) if reason else {})
 

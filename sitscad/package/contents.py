@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import field, replace
 from functools import cached_property
@@ -20,7 +21,7 @@ from typing import TYPE_CHECKING
 from sitscad.assembly.places.motions import ROTATIONS
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.finding import Severity
-from sitscad.basics.record import record
+from sitscad.basics.record import kept, record
 from sitscad.basics.units import counted
 from sitscad.basics.version import __version__
 from sitscad.calibration.calibration import Calibration, foretell
@@ -33,6 +34,7 @@ from sitscad.estimates.design import Design
 from sitscad.estimates.loads.pad import NoResponse
 from sitscad.files.drawing.frame import FORCED
 from sitscad.files.formats.calibration_header import header, program
+from sitscad.files.order_facts.incoming import incoming
 from sitscad.files.report.calibration import calibration_page, plan_card, plan_table, plan_words
 from sitscad.files.writer import is_felt
 from sitscad.kernels.geometry.path import bounding_box
@@ -77,8 +79,7 @@ class Contents:
 
     def value(self, name: str) -> object:
         """One of the arguments that a writer may take; the response is that of the weakest cell."""
-        design = self.design.bare.one if name == "response" else self.design.bare
-        return self.forced if name == "forced" else getattr(design, name)
+        return self.forced if name == "forced" else VALUES[name](self.design.bare)
 
     @cached_property
     def checked(self) -> CheckedSpec:
@@ -86,8 +87,8 @@ class Contents:
         # kept by the design: what is measured on the solids later changes nothing that the rules look at
         source = self.design.spec.source
         is_ignored = ignored_anyway(source, all_rules(), self.policy)
-        result = self.design.once(
-            f"reviewed with {self.hints} hints by {self.policy}",
+        result = kept(
+            self.design, f"reviewed with {self.hints} hints by {self.policy}",
             lambda: reviewed(self.design, self.hints, is_ignored=is_ignored),
         )
         document = json.loads(self.measured) if self.measured else {}
@@ -131,6 +132,23 @@ class Contents:
         """The spec's file name without its folder."""
         return Path(self.design.spec.source.path).name
 
+
+VALUES: dict[str, Callable[[Design], object]] = {
+    "spec": lambda design: design.spec,
+    "layout": lambda design: design.layout,
+    "estimates": lambda design: design.estimates,
+    "solids": lambda design: design.solids.alone,
+    "whole": lambda design: design.solids.whole,
+    "aids": lambda design: design.solids.aids,
+    "panel": lambda design: incoming(design).panel,
+    "coupon_estimates": lambda design: incoming(design).coupon,
+    "bench_estimates": lambda design: incoming(design).board,
+    "response": lambda design: design.cells.weakest.response,
+    "performance": lambda design: design.performance,
+    "curves": lambda design: design.sensing.curves,
+    "cell_table": lambda design: design.cells.skin.table,
+}
+"""The arguments that a writer may take of a design, by name (`Writer.takes`)."""
 
 _ELECTRICAL = ("requirements", "readout", "source")
 

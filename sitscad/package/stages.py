@@ -444,6 +444,7 @@ def page_of(contents: Contents, files: Mapping[str, bytes], is_built: bool = Tru
     """The report on a design with what some files of its package say; its pictures are handed in, because a report must
     not depend on writers. `is_built` is False for a design that is watched.
     """
+    from sitscad.files.order_facts.incoming import incoming
     from sitscad.files.report.page import render
     from sitscad.layout.tail_tracks import contact_rows
 
@@ -452,7 +453,7 @@ def page_of(contents: Contents, files: Mapping[str, bytes], is_built: bool = Tru
     sizes = {name: len(content) for name, content in files.items()}
     page = render(
         contents.checked, design.spec, contents.estimates, drawn, sizes, contact_rows(contents.layout), felt,
-        design.bench_estimates, _moving(contents, files, felt), is_built,
+        incoming(design).board, _moving(contents, files, felt), is_built,
     )
     return page.encode("utf-8")
 
@@ -466,10 +467,11 @@ def _moving(contents: Contents, files: Mapping[str, bytes], felt: Mapping[str, A
     if "mount/assembly.glb" in files:
         found["solids"] = solids_document(files["mount/assembly.glb"], contents.layout)
     design, has_cells = contents.design.bare, contents.spec.cells is not None
-    text = files.get(f"calibration/{f'cell-{design.weakest_cell}/' if has_cells else ''}calibration.json")
+    text = files.get(f"calibration/{f'cell-{design.cells.weakest_number}/' if has_cells else ''}calibration.json")
     known = None if text is None else json.loads(text)
-    if (pushed := pushed_document(design.one.layout, design.one.estimates, felt, known)) is not None:
-        cells = {"cells": live_cells(design.spec, design.estimates, design.crosstalk)} if has_cells else {}
+    weakest = design.cells.weakest
+    if (pushed := pushed_document(weakest.layout, weakest.estimates, felt, known)) is not None:
+        cells = {"cells": live_cells(design.spec, design.estimates, design.cells.skin.crosstalk)} if has_cells else {}
         found["pushed"] = pushed | cells
     return found
 

@@ -190,6 +190,12 @@ class ArraySpec(Readable):
         x, y = (math.fsum(place.centre[axis] for place in self.placements) / len(self.placements) for axis in (0, 1))
         return x, y
 
+    @property
+    def distance_key(self) -> str:
+        """Key of the spec for the distance between coils; for a coil alone, the key for its size."""
+        keys = {"single": "coil.outer_diameter", "explicit": "array.centres"}
+        return keys.get(self.pattern, "array.pitch")
+
 
 def _count(value: Any) -> tuple[int, ...]:
     entries = value if isinstance(value, list) else [value]

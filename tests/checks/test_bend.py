@@ -193,7 +193,7 @@ def test_no_tail_is_tried_where_the_leads_found_no_room(advised, monkeypatch):
     layout = lay_out(crowded)
     assert {lack.what for lack in layout.shortfalls} == {Missing.LEAD_ROOM}
     tried = []
-    monkeypatch.setattr("sitscad.layout.arrange", lambda *given, **named: tried.append(given) or layout)
+    monkeypatch.setattr("sitscad.estimates.design.arrange", lambda *given, **named: tried.append(given) or layout)
     (found,) = [finding for finding in advised("SIT123", crowded, layout) if finding.key == "fpc.tail.length"]
     assert not found.fixes and tried == []
 

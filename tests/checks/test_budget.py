@@ -41,15 +41,15 @@ def test_the_verdict_does_not_depend_on_what_is_tried_for_hints():
 def test_without_hints_nothing_is_tried_and_every_hint_says_so(monkeypatch):
     spec = spec_of(readout=REFUSED)
     layout = lay_out(spec)
-    monkeypatch.setattr("sitscad.layout.arrange", lambda *_: pytest.fail("another board was laid out"))
+    monkeypatch.setattr("sitscad.estimates.design.arrange", lambda *_: pytest.fail("another board was laid out"))
     errors = [f for f in check(spec, layout, hints="none").findings if f.severity is Severity.ERROR]
     assert errors and all(NOT_FURTHER in finding.hint and "tried" not in finding.hint for finding in errors)
 
 
 def test_decisive_hints_estimate_no_more_than_their_budget(monkeypatch):
     spec, made = spec_of("octagon", turns=9.125, layers=4, size=9.0, readout=REFUSED), []
-    monkeypatch.setattr("sitscad.estimates.estimated", lambda *given, **named: made.append(1) or estimated(*given,
-                                                                                                     **named))
+    monkeypatch.setattr("sitscad.estimates.design.estimated",
+                        lambda *given, **named: made.append(1) or estimated(*given, **named))
     check(spec)
     assert 1 < len(made) <= 1 + LEVELS["decisive"][1]
 

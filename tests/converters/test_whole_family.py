@@ -19,6 +19,7 @@ from sitscad.data import DataError
 from sitscad.files.documents import firmware
 from sitscad.files.documents.firmware_driver import addr_pin, render_readme
 from sitscad.files.formats.kicad.schematic import _converter
+from sitscad.files.order_facts.incoming import incoming
 from sitscad.files.report.numbers import readout_table
 from sitscad.kernels.converters import ldc_registers
 from sitscad.kernels.converters.converter import Converter
@@ -166,7 +167,7 @@ def test_what_has_no_driver_is_not_read(xdc2214):
 
 def test_a_package_says_that_there_is_no_driver(xdc2214):
     design = design_with(xdc2214)
-    files = render_readme(design.layout, design.estimates, design.bench_estimates)
+    files = render_readme(design.layout, design.estimates, incoming(design).board)
     said = " ".join(files["firmware/readme.txt"].decode().split())
     assert "There is no driver for XDC2214 in this folder" in said and "xdc2214_config.json" in said
 

@@ -37,6 +37,7 @@ from sitscad.files.documents.assembly_notes import WIDTH, render
 from sitscad.files.documents.gluing import line_areas, piece_sizes
 from sitscad.files.documents.mounting import LENGTHS, in_place
 from sitscad.files.documents.preparing import STAGE_OF, is_current
+from sitscad.files.order_facts.incoming import incoming
 from sitscad.files.writer import Package
 from sitscad.kernels.geometry.path import bounding_box
 from sitscad.package.inspection import as_configured
@@ -51,7 +52,7 @@ MOUNTED = [name for name in templates.names() if sitscad.load_text(templates.rea
 
 def text(layout) -> str:
     """The page of a layout, with the figures of the grasper: what is glued to what does not hang on them."""
-    return assembly_notes.text(layout, SENSOR.estimates, SENSOR.bench_estimates)
+    return assembly_notes.text(layout, SENSOR.estimates, incoming(SENSOR).board)
 
 
 def in_one_line(layout) -> str:
@@ -102,7 +103,7 @@ def test_the_heaviest_pieces_are_named_and_their_densities_marked():
     sensor = {"mass_kg": 6.7e-5, "centre_m": [0, 0, 0], "not_weighed": []}
     files = {"mount/assembly.json": json.dumps({"sensor": sensor, "pieces": pieces}).encode()}
     (content,) = render(
-        GRASPER, SENSOR.estimates, SENSOR.bench_estimates, "", Package(files, frozenset(STAGE_OF.values()))).values()
+        GRASPER, SENSOR.estimates, incoming(SENSOR).board, "", Package(files, frozenset(STAGE_OF.values()))).values()
     rows = [" ".join(row.split()) for row in content.decode().splitlines()[-4:]]
     assert rows[0] == "mount resin 60 mg *" and rows[1] == "board films and copper 7 mg"
     assert rows[2] == "2 targets copper 2 mg" and rows[3] == "* by a density that is unverified"
@@ -154,7 +155,7 @@ def test_the_weight_says_what_is_of_the_mount():
 
 def test_without_a_mount_there_is_no_page_and_without_a_pad_no_mould():
     bare = handmade.bare()
-    assert render(bare, SENSOR.estimates, SENSOR.bench_estimates, "", {}) == {}
+    assert render(bare, SENSOR.estimates, incoming(SENSOR).board, "", {}) == {}
     none = replace(GRASPER, spec=replace(GRASPER.spec, elastomer=None))
     assert "mould-" not in text(none) and "jig-elastomer" not in text(none)
 
@@ -261,7 +262,7 @@ def test_the_tail_is_glued_to_the_tongue_once_the_board_lies_on_the_mount():
 
 
 def test_the_bare_board_is_tested_before_any_glue_and_the_sensor_at_the_end():
-    said, coil = in_one_line(GRASPER), SENSOR.bench_estimates.coils[0]
+    said, coil = in_one_line(GRASPER), incoming(SENSOR).board.coils[0]
     free, rest = (f"{show(coil.states[name].inductance, 'H', 4)} +-" for name in ("free", "rest"))
     direct = f"{show(coil.terminal_resistance_dc, 'ohm', 4)} +-"
     assert in_order(
@@ -273,14 +274,14 @@ def test_the_bare_board_is_tested_before_any_glue_and_the_sensor_at_the_end():
 def test_the_bare_board_has_a_drive_code_that_does_not_clamp_it():
     """What was a note of every check of an assembled sensor stands here, and in the report."""
     (told,) = re.findall(r"use drive code (\d+) for the bare board; the assembled sensor has 27", in_one_line(GRASPER))
-    bare = [coil.states["free"].parallel_resistance for coil in SENSOR.bench_estimates.coils]
-    assert SENSOR.converter.amplitude(max(bare), int(told)) < SENSOR.converter.limit("amplitude_max")
-    assert SENSOR.converter.amplitude(max(bare), 27) > SENSOR.converter.limit("amplitude_max")
+    bare = [coil.states["free"].parallel_resistance for coil in incoming(SENSOR).board.coils]
+    device = SENSOR.spec.readout.device
+    assert device.amplitude(max(bare), int(told)) < device.limit("amplitude_max") < device.amplitude(max(bare), 27)
 
 
 def test_a_usual_meter_has_figures_for_the_bare_board():
     said = in_one_line(GRASPER)
-    for read in SENSOR.bench_estimates.metered:
+    for read in incoming(SENSOR).board.metered:
         figures = f"at 100 kHz {show(read.inductance, 'H', 4)} +- {show(read.inductance_sigma, 'H', 2)}"
         assert f"{figures} and {show(read.resistance, 'ohm', 4)} +- " in said
 
@@ -289,7 +290,7 @@ def test_a_drive_code_that_serves_bare_and_assembled_boards_is_named_once(monkey
     """Use drive code 25 for the bare board; the assembled sensor has 25, it said."""
     used = str(SENSOR.estimates.readout.drive_code)
     monkeypatch.setattr(firmware_driver, "bare_board_code", lambda *_: int(used))
-    said = firmware_driver.bare_drive(SENSOR.layout.spec, SENSOR.estimates, SENSOR.bench_estimates)
+    said = firmware_driver.bare_drive(SENSOR.layout.spec, SENSOR.estimates, incoming(SENSOR).board)
     assert said.endswith(f"use drive code {used} for the bare board as for the assembled sensor.")
 
 
@@ -395,7 +396,7 @@ PIECES = Package({
 
 
 def test_every_piece_to_be_made_is_listed_with_its_size_and_use():
-    said = assembly_notes.text(GRASPER, SENSOR.estimates, SENSOR.bench_estimates, PIECES)
+    said = assembly_notes.text(GRASPER, SENSOR.estimates, incoming(SENSOR).board, PIECES)
     rows = {line.split()[0]: line for line in said.partition(" 1. ")[0].splitlines() if line.startswith("  ")}
     assert {"mount", "jig-target-press", "mould-lid", "jaw"} <= set(rows)
     assert all("10.0 x 20.0 x 3.0" in row for name, row in rows.items() if name in ("mount", "mould-lid"))
@@ -408,7 +409,7 @@ def test_every_piece_to_be_made_is_listed_with_its_size_and_use():
 def test_files_that_the_steps_name_and_the_package_lacks_have_their_command(stages, lacks):
     """`--only mount` writes steps that name bom.csv, laser/ and fpc/, and nothing said where those are."""
     package = Package(PIECES.files, PIECES.stages | stages)
-    (content,) = render(GRASPER, SENSOR.estimates, SENSOR.bench_estimates, "", package).values()
+    (content,) = render(GRASPER, SENSOR.estimates, incoming(SENSOR).board, "", package).values()
     assert re.findall(r"--only\s+([a-z]+)", content.decode()) == lacks
     assert is_current(content.decode(), package.stages) and not is_current(content.decode(), frozenset({"firmware"}))
 
@@ -637,7 +638,7 @@ def test_a_part_of_the_user_s_own_is_not_printed_and_places_the_board():
     layout = sitscad.lay_out(bench.replace({"mount": {"kind": "custom"}}))
     spec = replace(layout.spec, mount=replace(layout.spec.mount, step=part))
     own = replace(layout, spec=spec)
-    said = assembly_notes.text(own, SENSOR.estimates, SENSOR.bench_estimates, PIECES)
+    said = assembly_notes.text(own, SENSOR.estimates, incoming(SENSOR).board, PIECES)
     (row,) = (line for line in said.splitlines() if line.startswith("  mount "))
     assert "block.step" in row and "10.0 x" not in row
     flat = " ".join(said.split())

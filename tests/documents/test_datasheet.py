@@ -41,6 +41,7 @@ from sitscad.files.documents.datasheet_plots import (
 from sitscad.files.drawing.pdf import pdf
 from sitscad.files.drawing.sheet import Label, Sheet, flattened, plot
 from sitscad.files.drawing.svg import svg
+from sitscad.files.order_facts.incoming import incoming
 from sitscad.files.report.page import _performance_section
 from sitscad.package.contents import drawn_calibration
 
@@ -55,8 +56,8 @@ def bench():
 
 @pytest.fixture(scope="module")
 def files(bench):
-    return render(bench.layout, bench.estimates, bench.response, bench.performance, bench.curves, "",
-                  bench.bench_estimates)
+    return render(bench.layout, bench.estimates, bench.response, bench.performance, bench.sensing.curves, "",
+                  incoming(bench).board)
 
 
 def _axes(design, found=None):
@@ -67,7 +68,7 @@ def _axes(design, found=None):
 
 @pytest.fixture(scope="module")
 def drawn(bench):
-    return bench.curves
+    return bench.sensing.curves
 
 
 @pytest.mark.slow
@@ -201,7 +202,7 @@ def test_bytes_are_the_same_in_another_process(tmp_path):
         "import sitscad, sys; from sitscad import Design; from sitscad.files.documents.datasheet import render; "
         "d = Design(sitscad.load(sys.argv[1])); "
         "[open(sys.argv[2] + n, 'wb').write(b) for n, b in "
-        "render(d.layout, d.estimates, d.response, d.performance, d.curves, '', d.bench_estimates).items()]"
+        "render(d.layout, d.estimates, d.response, d.performance, d.sensing.curves, '', incoming(d).board).items()]"
     )
     source = str(Path(sitscad.__file__).parents[1])
     for seed in ("1", "7"):
@@ -218,8 +219,8 @@ def test_bytes_are_the_same_in_another_process(tmp_path):
 
 @pytest.mark.slow
 def test_a_forced_sheet_says_so(bench):
-    made = render(bench.layout, bench.estimates, bench.response, bench.performance, bench.curves, "why",
-                  bench.bench_estimates)
+    made = render(bench.layout, bench.estimates, bench.response, bench.performance, bench.sensing.curves, "why",
+                  incoming(bench).board)
     page = made["datasheet.html"].decode()
     assert "does not meet its own checks" in page
 
@@ -248,8 +249,8 @@ def test_the_difference_is_that_of_the_thesis(drawn):
 ])
 def test_every_kind_of_array_has_one(name):
     design = Design(sitscad.load(TEMPLATES / f"{name}.yaml"))
-    made = render(design.layout, design.estimates, design.response, design.performance, design.curves, "",
-                  design.bench_estimates)
+    made = render(design.layout, design.estimates, design.response, design.performance, design.sensing.curves, "",
+                  incoming(design).board)
     assert set(made) == {"datasheet.html", "datasheet.json", "datasheet.pdf"}
     # one coil has one curve, neither a sum of several nor a shear
     assert made["datasheet.html"].decode().count("<svg") == (3 if name == "fingertip_foil" else 5)
@@ -258,7 +259,7 @@ def test_every_kind_of_array_has_one(name):
 def test_only_what_feels_has_one(bench):
     assert WRITER.applies(bench.spec)
     assert not WRITER.applies(sitscad.load(TEMPLATES / "single_coil.yaml"))
-    assert render(bench.layout, bench.estimates, bench.response, (), None, "", bench.bench_estimates) == {}
+    assert render(bench.layout, bench.estimates, bench.response, (), None, "", incoming(bench).board) == {}
 
 
 def test_shear_beyond_the_pad_s_law_is_marked(bench, drawn):
@@ -443,5 +444,6 @@ def test_many_rows_on_the_first_sheet_end_above_its_frame(bench, monkeypatch):
         return found._replace(rows=[*found.rows, *more])
 
     monkeypatch.setattr("sitscad.files.documents.datasheet.axis_table", longer)
-    render(bench.layout, bench.estimates, bench.response, bench.performance, bench.curves, "", bench.bench_estimates)
+    render(bench.layout, bench.estimates, bench.response, bench.performance, bench.sensing.curves, "",
+           incoming(bench).board)
     assert min(item.at.y for item in sheets[0].items if isinstance(item, Label)) > 9.0

@@ -111,7 +111,7 @@ def test_drawn_and_weighed_glue_is_that_of_the_steps():
     """The board's line was weighed as the pads' glue, and drawn thinner than the steps had it."""
     spec = spec_of("three_axis_triangle")
     design = sitscad.design_of(spec) if hasattr(sitscad, "design_of") else Design(spec)
-    lines = {each.name: each for each in design.whole if each.role is BodyRole.GLUE}
+    lines = {each.name: each for each in design.solids.whole if each.role is BodyRole.GLUE}
     assert lines["glue-board"].material == "epoxy"
     assert {lines[f"glue-{part}"].material for part in ("elastomer", "target")} == {"cyanoacrylate"}
     (volume,) = re.findall(r"Spread ([0-9.]+) mm3", " ".join(fastened(design.layout)))

@@ -26,6 +26,7 @@ from sitscad.files.drawing.sheet import Label
 from sitscad.files.formats import gerber, ipc356, laser
 from sitscad.files.formats.gerber import panel
 from sitscad.files.formats.kicad import board as kicad_board
+from sitscad.files.order_facts.incoming import incoming
 from sitscad.files.writer import Package
 from sitscad.layout.laser_sheet import laser_sheets
 from sitscad.layout.panel import plan
@@ -94,7 +95,7 @@ def test_papers_of_the_assembly_and_the_cut_sheets_name_it(issued):
     layout, title = replace(design.layout, spec=spec), "Part number TS-104 (a), revision B.2, 2026-11-22."
     (cut,) = laser_notes.render(layout).values()
     package = Package({}, frozenset())
-    (steps,) = assembly_notes.render(layout, design.estimates, design.bench_estimates, "", package).values()
+    (steps,) = assembly_notes.render(layout, design.estimates, incoming(design).board, "", package).values()
     assert cut.decode().splitlines()[1] == steps.decode().splitlines()[1] == title
     files = drawn_calibration(Design(spec, layout, design.estimates))
     assert files["calibration/plan.txt"].decode().splitlines()[1] == title

@@ -31,6 +31,7 @@ from sitscad.files.drawing.sheet import Group, Label, Sheet, text_width
 from sitscad.files.drawing.svg import svg
 from sitscad.files.formats import gerber, kicad
 from sitscad.files.order_facts import notes as _flex_facts
+from sitscad.files.order_facts.incoming import incoming
 from sitscad.kernels.geometry.path import bounding_box
 from sitscad.layout import lay_out
 from sitscad.layout.bending import Where, finished_thickness
@@ -488,8 +489,8 @@ def test_every_naming_of_the_profiles_is_known():
 def test_order_notes_ask_for_inspection_and_resistance_limits():
     """A short between turns of one coil joins two places of one net."""
     design = sitscad.Design(ordered("rules: generic-fine", 4).spec)
-    text = " ".join(fabrication_notes.readme(design.layout, None, design.bench_estimates).split())
-    read = design.bench_estimates.metered[0]
+    text = " ".join(fabrication_notes.readme(design.layout, None, incoming(design).board).split())
+    read = incoming(design).board.metered[0]
     ends = [show(read.direct + side * 3.0 * read.direct_sigma, "ohm", 3) for side in (-1, 1)]
     assert f"{read.coil} {show(read.direct, 'ohm', 3)} ({ends[0]} to {ends[1]})" in text
     assert "copper 2, 3 before lamination, the outer copper before the coverlay is laid" in text

@@ -52,11 +52,11 @@ def test_a_cell_reads_as_the_same_sensor_alone(two):
     for coil in two.estimates.coils:
         for state, own in alone.estimates.coils[0].states.items():
             if state != "free":
-                assert coil.states[state].target_change == approx(own.target_change, rel=two.crosstalk.total)
+                assert coil.states[state].target_change == approx(own.target_change, rel=two.cells.skin.crosstalk.total)
     load = [[4.0, 0.0, 0.0]]
-    found, own = (respond(one, loads=load, rotation="held") for one in (two.cell(2), alone))
+    found, own = (respond(one, loads=load, rotation="held") for one in (two.cells.by_number(2), alone))
     assert found.coils == ("C2",) and np.array_equal(found.poses, own.poses)
-    assert found.target_change == approx(own.target_change, rel=two.crosstalk.total)
+    assert found.target_change == approx(own.target_change, rel=two.cells.skin.crosstalk.total)
 
 
 @pytest.mark.slow
@@ -67,9 +67,9 @@ def test_a_cell_of_a_skin_reads_as_the_same_sensor_alone(template):
     skin = Design(sitscad.load(TEMPLATES / f"{template}.yaml"))
     array = replace(skin.spec.array, pattern="single", placements=skin.spec.array.placements[:1], pitch=None)
     alone = Design(replace(skin.spec, cells=None, array=array, readout=replace(skin.spec.readout, capacitance=100e-12)))
-    loads, most = [[8.0, 0.0, 0.0], [4.0, 0.5, 0.0]], skin.crosstalk.total
+    loads, most = [[8.0, 0.0, 0.0], [4.0, 0.5, 0.0]], skin.cells.skin.crosstalk.total
     own = respond(alone, loads=loads, rotation="held", frequency=7.5e6).target_change
-    for cell in (skin.cells[0], skin.cells[4], skin.cells[-1]):
+    for cell in map(skin.cells.by_number, (1, 5, 9)):
         found = respond(cell, loads=loads, rotation="held", frequency=7.5e6).target_change
         assert found == approx(own, rel=most)
     assert most < 2e-4
@@ -90,7 +90,7 @@ def test_metal_crosstalk_is_that_of_boxes_of_loops_and_an_upper_bound(two, pitch
         return after - before
 
     own, other, both = step(x=0.0), step(x=1e-3 * pitch), step((0.0, gap), x=1e-3 * pitch)
-    assert cells.crosstalk.target == approx(other / own, rel=0.1)
+    assert cells.cells.skin.crosstalk.target == approx(other / own, rel=0.1)
     assert abs(both) < 0.5 * abs(other)
 
 
@@ -119,21 +119,21 @@ def test_the_pad_of_a_cell_is_as_stiff_as_its_webs_make_it():
     """
     array = "{pattern: line, count: 3, pitch: 12}"
     webs, apart = design(array, "cells: {web: 2 mm}"), design(array)
-    bare = soft_pad(apart.cell(1).spec)
-    ways = [pushed(webs.cell(k).spec, [[0.1, 0.0, 0.0]], np.array([True]))[0][0, 2] for k in (1, 2, 3)]
+    bare = soft_pad(apart.cells.by_number(1).spec)
+    ways = [pushed(webs.cells.by_number(k).spec, [[0.1, 0.0, 0.0]], np.array([True]))[0][0, 2] for k in (1, 2, 3)]
     free = bare.pose(np.array([[0.1, 0.0, 0.0]]), is_held=True)[0, 2]
     assert [free / way - 1.0 for way in ways] == approx([0.03, 0.059, 0.03], rel=0.05)
-    assert list(webs.extremes) == [2, 1] and len(apart.extremes) == 1
+    assert list(webs.cells.extremes) == [2, 1] and len(apart.cells.extremes) == 1
     # how far a pad is pressed is judged of the cell with the least webs: of the other one it passed
     thin = sitscad.check(webs.spec.replace("cells.web", "0.3 mm"), hints="none").findings
     assert any(found.rule == "SIT328" and found.key == "cells.web" for found in thin)  # the laser's notes refused it
     far = webs.spec.replace("requirements.normal_force", "100 N")
     (strained,) = (found for found in sitscad.check(far, hints="none").findings if found.rule == "SIT304")
     assert strained.message.startswith("cell 1: ")
-    stated, middle, end = pressed(webs.spec).strain, *(pressed(webs.cell(k).spec).strain for k in (2, 1))
+    stated, middle, end = pressed(webs.spec).strain, *(pressed(webs.cells.by_number(k).spec).strain for k in (2, 1))
     assert middle < stated < end < pressed(apart.spec).strain
-    assert formula_sigma(webs.spec) > formula_sigma(webs.cell(2).spec) > formula_sigma(apart.spec)
-    most, least = (normal_at(one.cell(2).spec, 0.3) for one in (webs, apart))
+    assert formula_sigma(webs.spec) > formula_sigma(webs.cells.by_number(2).spec) > formula_sigma(apart.spec)
+    most, least = (normal_at(one.cells.by_number(2).spec, 0.3) for one in (webs, apart))
     assert most / least == approx(1.059, rel=1e-3)
 
 
@@ -147,15 +147,15 @@ def row() -> Design:
 @pytest.mark.slow
 def test_every_figure_is_that_of_the_cell_worst_in_it_and_each_is_told(row):
     """Figures of the cell with the least signal alone had more range and less error by tilt than its neighbours."""
-    ends, middle = row.cell_table.groups
+    ends, middle = row.cells.skin.table.groups
     assert (ends.numbers, middle.numbers, middle.coils) == ((1, 3), (2,), ("C2",))
-    full, each = row.performance[-1], [row.cell(k).performance[-1] for k in (1, 2, 3)]
+    full, each = row.performance[-1], [row.cells.by_number(k).performance[-1] for k in (1, 2, 3)]
     assert full.overload == full.axes["normal"].range == min(one.overload for one in each) < each[1].overload
     assert full.axes["normal"].resolution == each[1].axes["normal"].resolution > each[0].axes["normal"].resolution
     tilts = [one.tilt_error["normal"]["ry"] for one in each]
     assert full.tilt_error["normal"]["ry"] == max(tilts) > 1.2 * tilts[1]
     told = json.loads(figures_for_programs(
-        PerformanceReport(row.performance, row.spec), None, cells=row.cell_table.document()
+        PerformanceReport(row.performance, row.spec), None, cells=row.cells.skin.table.document()
     ))
     assert [one["cell"] for one in told["cells"]["each"]] == [1, 2, 3] and told["cells"]["pushed_of"] == 2
     for cell, own in zip(told["cells"]["each"], each, strict=True):
@@ -169,7 +169,7 @@ def test_every_figure_is_that_of_the_cell_worst_in_it_and_each_is_told(row):
 def test_production_limits_of_a_skin_have_every_coil_at_every_point():
     """Half and full load had only the coils of the two cells that were solved, of three alike ones."""
     skin = design("{pattern: line, count: 3, pitch: 12}")
-    assert len(skin.cell_groups) == 1
+    assert len(skin.cells.skin.groups) == 1
     assert [set(point.production) for point in skin.performance] == 3 * [{"C1", "C2", "C3"}]
 
 
@@ -178,11 +178,12 @@ def test_each_cell_is_judged_with_its_own_webs_and_the_worst_named(row):
     """The signal was that of a mean pad; the error by tilt that of the cell that tilts least."""
     ends, middle, _ = signals(row.estimates)
     loads = [[0.0, 0.0, 0.0], [8.0, 0.0, 0.0]]
-    found = [respond(row.cell(k), loads=loads, rotation="held").frequency[:, 0] for k in (1, 2)]
+    found = [respond(row.cells.by_number(k), loads=loads, rotation="held").frequency[:, 0] for k in (1, 2)]
     one, other = (after / before - 1.0 for before, after in found)
     assert ends.frequency_share / middle.frequency_share == approx(one / other, rel=2e-3) and one > 1.02 * other
     asked = row.spec.replace("requirements.normal_force", "1 N").replace("requirements.tilt", "1 deg")
-    wanted = [Design(asked).cell(k).felt.points[-1].tilt_errors(math.radians(1.0)).max() for k in (1, 2)]
+    cells = Design(asked).cells
+    wanted = [cells.by_number(k).sensing.felt.points[-1].tilt_errors(math.radians(1.0)).max() for k in (1, 2)]
     assert wanted[0] > 1.1 * wanted[1]
     asked = asked.replace("requirements.tilt_error", f"{0.5 * sum(wanted):.5f} N")
     result = sitscad.check(asked, hints="none")
@@ -195,12 +196,13 @@ def test_each_cell_is_judged_with_its_own_webs_and_the_worst_named(row):
 def test_other_cells_read_in_proportion_to_the_one_that_a_page_solves(row):
     """Each solved by itself, with its own webs, within 2 % of the change; what it reads of its neighbours adds up."""
     signals, load = cell_signals(row.spec, row.estimates), [[6.0, 0.0, 0.0]]
-    found = [respond(row.cell(k), loads=[[0.0, 0.0, 0.0], *load], rotation="held").frequency[:, 0] for k in (1, 2)]
+    found = [respond(row.cells.by_number(k), loads=[[0.0, 0.0, 0.0], *load], rotation="held").frequency[:, 0]
+             for k in (1, 2)]
     one, other = (math.log(after / before) for before, after in found)
     assert one / other == approx(signals[0] / signals[1], rel=0.02) and one > other
-    assert [(a, b) for a, b, _ in row.crosstalk.pairs] == [(1, 2), (2, 1), (2, 3), (3, 2)]
-    of_middle = math.fsum(part for a, _, part in row.crosstalk.pairs if a == 2)
-    assert of_middle == approx(row.crosstalk.total, rel=1e-2)
+    assert [(a, b) for a, b, _ in row.cells.skin.crosstalk.pairs] == [(1, 2), (2, 1), (2, 3), (3, 2)]
+    of_middle = math.fsum(part for a, _, part in row.cells.skin.crosstalk.pairs if a == 2)
+    assert of_middle == approx(row.cells.skin.crosstalk.total, rel=1e-2)
 
 
 @pytest.mark.slow
@@ -252,7 +254,7 @@ def test_what_has_a_response_of_its_own_asks_for_a_cell(two):
     with pytest.raises(sitscad.NoResponse, match="2 cells"):
         respond(two, loads=[[1.0, 0.0, 0.0]])
     with pytest.raises(ValueError, match="no cell 3"):
-        two.cell(3)
+        two.cells.by_number(3)
 
 
 @pytest.mark.slow

@@ -18,7 +18,7 @@ from sitscad.estimates.circuits import uncertainty
 from sitscad.estimates.loads.pressing import GLUE, MODULUS, PAD, PAD_SIZE
 from sitscad.estimates.performance.causes import readings_of, root_sum_of_mean_squares
 from sitscad.estimates.tolerances import scatter
-from sitscad.estimates.tolerances.scatter import CAPACITOR
+from sitscad.estimates.tolerances.scatter import CAPACITOR, manufacturing_scatter
 from sitscad.layout.board import as_made
 from tests.validation import scatter_of_units
 
@@ -31,13 +31,13 @@ def grasper():
 
 
 def _sigmas(design):
-    return {one.name: one.sigma for one in design.scatter}
+    return {one.name: one.sigma for one in manufacturing_scatter(design.spec, design.estimates)}
 
 
 def test_every_cause_has_a_unit_a_source_and_a_name_of_its_own(grasper):
-    names = [one.name for one in grasper.scatter]
+    names = [one.name for one in manufacturing_scatter(grasper.spec, grasper.estimates)]
     assert len(set(names)) == len(names)
-    for one in grasper.scatter:
+    for one in manufacturing_scatter(grasper.spec, grasper.estimates):
         assert one.sigma > 0.0
         assert one.unit in ("m", "rad", "1")
         assert one.per in (scatter.UNIT, scatter.COIL)
@@ -117,15 +117,15 @@ KNOWN_AS = {PAD: "gap", GLUE: "glue", MODULUS: "modulus", scatter.OFFSET_X: "off
 def _changed_by(design, cause, loads):
     """Change of the readings since the tare by one sigma of a cause, on the three levels of simulated units."""
     sensors, sigma = sensors_of(design.response), cause.sigma(design.spec)
-    drawn = _readings(design.solved.bench, loads)
-    (one,) = readings_of(design.solved.bench, scatter.scatter(design.spec)[cause.name], loads)
+    drawn = _readings(design.sensing.solved.bench, loads)
+    (one,) = readings_of(design.sensing.solved.bench, scatter.scatter(design.spec)[cause.name], loads)
     yield one[0] - drawn
     errors = np.array([sigma if one.name == KNOWN_AS[cause.name] else 0.0 for one in sensors.known])
     read = [np.log(sensors.under(off, np.vstack([np.zeros((1, 3)), loads]))) for off in (errors, 0.0 * errors)]
     yield (read[0][1:] - read[0][0]) - (read[1][1:] - read[1][0])
     capacitor = design.estimates.readout.capacitance
     spec = cause.moved(replace(design.spec, readout=replace(design.spec.readout, capacitance=capacitor)), sigma)
-    yield _readings(Design(spec, replace(design.layout, spec=spec)).solved.bench, loads) - drawn
+    yield _readings(Design(spec, replace(design.layout, spec=spec)).sensing.solved.bench, loads) - drawn
 
 
 def _readings(bench, loads):
@@ -139,7 +139,7 @@ def test_three_levels_of_simulated_units_read_alike(name):
     is worked out anew, of what all causes together do.
     """
     design = Design(sitscad.load(TEMPLATES / f"{name}.yaml"))
-    full, shear = design.solved.bench.range.normal, design.solved.bench.range.shear
+    full, shear = design.sensing.solved.bench.range.normal, design.sensing.solved.bench.range.shear
     loads = np.array([[0.5 * full, 0.0, 0.0], [full, 0.0, 0.0], [0.5 * full, 0.5 * shear, 0.0], [full, -shear, 0.0]])
     found = {cause.name: list(_changed_by(design, cause, loads))
              for cause in scatter.CAUSES if cause.name in KNOWN_AS}
@@ -157,9 +157,9 @@ def test_errors_by_cause_add_up_to_those_of_simulated_units(name):
     """What one map reads of units after their tare, over one range: to first order, and of 24 that are drawn."""
     design = Design(sitscad.load(TEMPLATES / f"{name}.yaml"))
     found = foretell(design.response, is_held=True)
-    scope, bench = found.sensors.range, design.felt.bench
+    scope, bench = found.sensors.range, design.sensing.felt.bench
     loads, square = scope.inside(40), 0.0
-    for cause in design.scatter:
+    for cause in manufacturing_scatter(design.spec, design.estimates):
         ways = [[found.map(np.exp(one), np.ones(one.shape[1])) - loads[:, scope.columns] for one in each]
                 for each in readings_of(bench, cause, loads)]
         square += root_sum_of_mean_squares(ways) ** 2 if ways else 0.0

@@ -25,7 +25,7 @@ def test_states_of_templates_equal_the_response_at_their_poses(name):
     out.
     """
     sensor = Design(sitscad.load(FOLDER / f"{name}.yaml"))
-    design, within = (sensor, 1e-9) if sensor.spec.cells is None else (sensor.cell(2), 1e-3)
+    design, within = (sensor, 1e-9) if sensor.spec.cells is None else (sensor.cells.by_number(2), 1e-3)
     estimates = design.estimates
     assert estimates.is_solved
     states = [state for state in estimates.states if state.pose is not None]

@@ -66,7 +66,7 @@ from sitscad.estimates.design import Design
 from sitscad.files.formats import meshes, step
 from sitscad.spec.load import load
 design = Design(load(sys.argv[1]))
-spec, pieces, aids, whole = design.spec, design.solids, design.aids, design.whole
+spec, pieces, aids, whole = design.spec, design.solids.alone, design.solids.aids, design.solids.whole
 files = {}
 for render in (step.render, meshes.render_3mf, meshes.render_stl):
     files |= render(pieces, spec, aids)

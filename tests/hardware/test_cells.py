@@ -26,7 +26,7 @@ CELLS, PRESSED = 6, 3
 def maps():
     """The headers of all cells by their paths: the maps of two cells, because each takes seconds."""
     design = sitscad.Design(sitscad.load(TEMPLATES / "skin_strip_6.yaml"))
-    own, other = (foretell(design.cell(k).response) for k in (PRESSED, 1))
+    own, other = (foretell(design.cells.by_number(k).response) for k in (PRESSED, 1))
     found = {k: own if k == PRESSED else other for k in range(1, CELLS + 1)}
     return {f"cell-{k}/calibration.h": header(one.map, one.sensors.conversion, cell=k) for k, one in found.items()}
 
@@ -45,7 +45,7 @@ def built(folder):
 
 def test_driver_gives_the_force_on_each_cell_by_its_own_map(skin):
     """The driver took one map of all coils, and refused that of a cell."""
-    cell = skin.design.cell(PRESSED)
+    cell = skin.design.cells.by_number(PRESSED)
     frequency = sitscad.respond(cell, loads=[[5.0, 0.0, 0.0]]).frequency[0, 0]
     ohms = cell.estimates.coils[0].states["rest"].parallel_resistance
     words = [f"coil {PRESSED - 1} {frequency:.17g} {ohms:.17g}", "settle 6", "forces"]
@@ -108,7 +108,7 @@ def test_cells_of_several_coils_have_their_axes_in_the_line(tmp_path):
     spec = sitscad.load(TEMPLATES / "skin_strip_6.yaml").replace(
         {"cells.coils": 2, "target.size": "20 mm", "elastomer.size": "20 mm"})
     design = sitscad.Design(spec)
-    one = foretell(design.cell(1).response)
+    one = foretell(design.cells.by_number(1).response)
     own = {f"cell-{k}/calibration.h": header(one.map, one.sensors.conversion, cell=k) for k in (1, 2, 3)}
     folder = compiled(design, tmp_path, SANE, own).folder
     subprocess.run(built(tmp_path), cwd=folder, check=True)

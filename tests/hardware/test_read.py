@@ -173,7 +173,7 @@ def test_cells_are_read_each_by_its_own_map(tmp_path):
     for k in (1, 2):
         folder = tmp_path / f"cell-{k}"
         folder.mkdir()
-        (folder / "calibration.json").write_text(json.dumps(sitscad.calibrate(skin.cell(k)).document()))
+        (folder / "calibration.json").write_text(json.dumps(sitscad.calibrate(skin.cells.by_number(k)).document()))
     source = f"sim:{tmp_path / 'two.yaml'}?load=normal:5&seconds=0.05"
     for unit, least, most in (("", 0.0, 0.05), ("&unit=2", 0.05, 1.0)):  # a unit has errors of its own
         asked = ["read", f"{source}&cell=2{unit}", "--tare", "--calibration", str(tmp_path)]
@@ -182,8 +182,8 @@ def test_cells_are_read_each_by_its_own_map(tmp_path):
         assert done.exit_code == 0 and abs(one) < 0.05 and least <= abs(two - 5.0) < most
     assert "say on which, like cell=1" in CliRunner().invoke(cli, ["read", source]).output
     ours = ["read", f"sim:{SPEC}?seconds=0.05", "--calibration", str(tmp_path / "cell-2")]
-    (tmp_path / "cell-2" / "calibration.json").write_text(json.dumps(sitscad.calibrate(skin.cell(2)).document())
-                                                          .replace('"C2"', '"C9"'))
+    document = json.dumps(sitscad.calibrate(skin.cells.by_number(2)).document())
+    (tmp_path / "cell-2" / "calibration.json").write_text(document.replace('"C2"', '"C9"'))
     assert "its coils C9 are not" in CliRunner().invoke(cli, ours).output
 
 

@@ -95,7 +95,8 @@ def _results(chip: sitscad.SimulatedConverter, count: int) -> list[tuple[int, in
         for channel in range(4):
             if status & at.UNREAD >> channel:
                 upper, lower = chip.read(2 * channel), chip.read(2 * channel + 1)
-                found.append((chip.time, channel, (upper & DESIGN.converter.result_mask) << 16 | lower, upper >> 12))
+                high = upper & DESIGN.spec.readout.device.result_mask
+                found.append((chip.time, channel, high << 16 | lower, upper >> 12))
     return found
 
 

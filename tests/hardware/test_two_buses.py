@@ -16,6 +16,7 @@ from sitscad.apps.hardware.converter import SimulatedConverter
 from sitscad.apps.hardware.diagnosis import scans
 from sitscad.apps.hardware.source import source_of
 from sitscad.files.documents import firmware_driver
+from sitscad.files.order_facts.incoming import incoming
 from tests.hardware.conftest import STRICT, TEMPLATES, Bench, compiled
 from tests.hardware.test_driver import BUS, GOOD, LOST, _of_coils, _tested
 from tests.hardware.test_examples import run_of_the_sketch
@@ -40,7 +41,7 @@ def test_the_driver_reads_all_and_tells_which_converter_is_lost(grid):
 
 def test_the_readme_names_the_same_buses_in_every_step(grid):
     design = grid.design
-    files = firmware_driver.render_readme(design.layout, design.estimates, design.bench_estimates)
+    files = firmware_driver.render_readme(design.layout, design.estimates, incoming(design).board)
     text = " ".join(files["firmware/readme.txt"].decode().split())
     assert set(re.findall("/dev/i2c-([0-9]+)", text)) == set(re.findall("i2cdetect -y ([0-9]+)", text)) == {"1", "3"}
     shown = dict(re.findall("i2cdetect -y ([0-9]+)` shows ([0-9a-f]+(?: and [0-9a-f]+)?)", text))

@@ -123,11 +123,11 @@ def test_cells_have_forces_each_by_its_own_map(tmp_path):
     """A reading in which the second alone is pressed; a map of one coil was laid over the counts of all."""
     text = (TEMPLATE.parent / "skin_strip_6.yaml").read_text(encoding="utf-8").replace("count: 6", "count: 2")
     design = sitscad.Design(sitscad.load_text(text))
-    found = [sitscad.calibrate(design.cell(k)) for k in (1, 2)]
+    found = [sitscad.calibrate(design.cells.by_number(k)) for k in (1, 2)]
     path = tmp_path / "live.html"
     path.write_bytes(live_page(design.spec, design.estimates, [one.document() for one in found]))
     (rest, pushed), idle = (one.sensors.conversion.counts(sitscad.respond(
-        design.cell(k), loads=[[0.0, 0, 0], [3.0, 0, 0]], rotation="held").frequency)[:, 0].round()
+        design.cells.by_number(k), loads=[[0.0, 0, 0], [3.0, 0, 0]], rotation="held").frequency)[:, 0].round()
         for k, one in ((2, found[1]), (1, found[0])))
     counts = [[int(idle[0]), int(rest)], [int(idle[0]), int(pushed)]]
     with Browser() as page:

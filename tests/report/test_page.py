@@ -18,6 +18,7 @@ from sitscad.checks.findings import CheckedSpec, checked_spec, numbered_places
 from sitscad.checks.findings.measures import NO_SIGNAL, OTHERS_MEANING, OTHERS_TITLE, headline, signal_table
 from sitscad.estimates.design import Design
 from sitscad.estimates.signal import signals
+from sitscad.files.order_facts.incoming import incoming
 from sitscad.files.report import numbers
 from sitscad.files.report.page import findings_part, render
 from sitscad.layout.tail_tracks import contact_rows, contacts
@@ -302,9 +303,9 @@ def test_a_racetrack_s_size_is_both_of_its_sides():
 def test_boards_that_come_are_tested_with_a_usual_meter_and_a_drive_of_their_own(design):
     spec, estimates, found = design
     whole = Design(spec)
-    page = render(found, spec, estimates, {}, {}, bench=whole.bench_estimates)
+    page = render(found, spec, estimates, {}, {}, bench=incoming(whole).board)
     part = page[page.index("Incoming test") :].partition("</section>")[0]
-    for read, coil in zip(whole.bench_estimates.metered, estimates.coils, strict=True):
+    for read, coil in zip(incoming(whole).board.metered, estimates.coils, strict=True):
         # at 100 kHz less crowds than at the tank's frequency, and the coil's own capacitance counts for nothing
         free = coil.states["free"]
         assert free.inductance < read.inductance < 1.03 * free.inductance < free.apparent_inductance * 1.03
@@ -312,8 +313,9 @@ def test_boards_that_come_are_tested_with_a_usual_meter_and_a_drive_of_their_own
         assert read.direct == approx(coil.terminal_resistance_dc, rel=1e-12)
         assert f"{quantity(read.inductance, 'H')} +- {quantity(read.inductance_sigma, 'H', 2)}" in part
     (code,) = re.findall(r"use drive code (\d+) for the bare board", part)
-    swing = max(whole.converter.amplitude(c.states["free"].parallel_resistance, int(code)) for c in estimates.coils)
-    assert "100 kHz" in part and 1.2 < swing < whole.converter.limit("amplitude_max")
+    device = whole.spec.readout.device
+    swing = max(device.amplitude(coil.states["free"].parallel_resistance, int(code)) for coil in estimates.coils)
+    assert "100 kHz" in part and 1.2 < swing < device.limit("amplitude_max")
     assert "Incoming test" not in render(found, spec, estimates, {}, {})
 
 

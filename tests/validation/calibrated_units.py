@@ -67,7 +67,7 @@ def designs(names: list[str]) -> Iterator[tuple[str, sitscad.Design]]:
     for name in names:
         design = sitscad.Design(sitscad.load_text(templates.read(name), f"{name}.yaml"))
         if design.spec.target is not None and design.spec.elastomer is not None:
-            yield name, design.cell(1)
+            yield name, design.cells.by_number(1)
 
 
 def main() -> None:

@@ -102,7 +102,7 @@ def test_states_of_templates_are_the_response(name):
     sensor = Design(sitscad.load(Path(__file__).parents[2] / "templates" / f"{name}.yaml"))
     if sensor.spec.target is None:
         return
-    found = sensor if sensor.spec.cells is None else sensor.cell(2)
+    found = sensor if sensor.spec.cells is None else sensor.cells.by_number(2)
     for one in apart(found):
         assert one.of_stated_change < 0.5 and one.of_stated_resistance < 0.3, one
     if found.estimates.normal_force:

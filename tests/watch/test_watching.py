@@ -19,7 +19,6 @@ from urllib.request import urlopen
 
 import pytest
 
-import sitscad.layout
 from sitscad.apps.watch.server import MAX_CONNECTIONS, PageServer, Showing, server
 from sitscad.apps.watch.watching import changes, stamp, words
 from sitscad.apps.watch.work import Before, Event, worked_out
@@ -118,10 +117,10 @@ def test_another_readout_neither_draws_nor_solves_nor_models_anew(tmp_path, monk
         raise AssertionError("drawn anew")
 
     monkeypatch.setattr("sitscad.checks.trials.Trials.mending", lambda *_: Search())  # which draws other boards
-    monkeypatch.setattr("sitscad.layout.arrange", drawn)
+    monkeypatch.setattr("sitscad.estimates.design.arrange", drawn)
     monkeypatch.setattr("sitscad.kernels.mechanics.pad.BondedPad._posed", drawn)
     monkeypatch.setattr("sitscad.estimates.states.plate.SolvedTarget", drawn)
-    monkeypatch.setattr(sitscad.layout, "lay_out", drawn)
+    monkeypatch.setattr("sitscad.estimates.design.lay_out", drawn)
     path.write_text(rewritten(own, [Edit("readout.scan_rate", "60 Hz")]), encoding="utf-8")
     second = list(worked_out(str(path), before, serves=True))
     assert [event.stage for event in second] == [event.stage for event in first]

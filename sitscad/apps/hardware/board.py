@@ -61,8 +61,8 @@ class Board:
         conversion = design.estimates.readout.conversion
         assert conversion is not None
         self.conversion = conversion
-        self.at = cast(DriverRegisters, design.converter.register_map)
-        self.places = design.converter.places(len(self.bands))
+        self.at = cast(DriverRegisters, design.spec.readout.device.register_map)
+        self.places = design.spec.readout.device.places(len(self.bands))
         self.idle = [0] * len(chips)
         self.past: dict[int, tuple[int, int, int | None]] = {}
 

@@ -65,7 +65,7 @@ def _line(board: LineBoard) -> Verdict:
 
 
 def _identity(board: Board) -> Verdict:
-    wanted = (at.MANUFACTURER, board.design.converter.device_id)
+    wanted = (at.MANUFACTURER, board.design.spec.readout.device.device_id)
     found = board.identities()
     words = ", ".join(f"0x{maker:04X} 0x{device:04X}" for maker, device in found)
     is_so = all(one == wanted for one in found)

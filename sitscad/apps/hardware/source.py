@@ -157,9 +157,9 @@ def source_of(text: str, design: Design | None, tares: int = 0) -> tuple[Source,
         return _simulated(own, query, tares), design or own
     if design is None:
         raise ValueError("--design says which design the board is of")
-    if text.startswith((BUS, SERIAL)) and not design.converter.has_driver:
-        raise ValueError(f"{text} cannot be read: sitscad has no driver for {design.converter.part} (for LDC1612 and "
-                         "LDC1614 it has one); firmware/ of its package has the settings")
+    if text.startswith((BUS, SERIAL)) and not design.spec.readout.device.has_driver:
+        raise ValueError(f"{text} cannot be read: sitscad has no driver for {design.spec.readout.device.part} (for "
+                         "LDC1612 and LDC1614 it has one); firmware/ of its package has the settings")
     if text.startswith(BUS):
         try:
             import smbus2
@@ -224,7 +224,7 @@ def _simulated(design: Design, query: str, tares: int) -> Simulation:
     before = BEGUN + (tares + 1) / rate if tares and rate else 0.0
     times = np.linspace(before, before + seconds, RAMP)
     loads = np.column_stack([times, _ramps(value for name, value in pairs if name == "load")])
-    if "load" not in given or not required_range(design.cell(1).spec).has_moments:
+    if "load" not in given or not required_range(design.cells.by_number(1).spec).has_moments:
         if np.any(loads[:, 1 + len(FORCES) :]):
             raise ValueError("sim: load of a moment: the target is taken as kept level; requirements.moment_x and "
                              "moment_y ask for one that is free to tilt")
@@ -233,7 +233,7 @@ def _simulated(design: Design, query: str, tares: int) -> Simulation:
         none = np.zeros((2, loads.shape[1]))
         none[1, 0] = before - 1e-6
         loads = np.vstack([none, loads])
-    number = design.converter.needed(len(design.estimates.coils))
+    number = design.spec.readout.device.needed(len(design.estimates.coils))
     faults = [value for name, value in pairs if name == "fault"]
     if "load" in given and "cell" not in given and len(design.cells) > 1:
         raise ValueError(f"sim: a load is on one of the {len(design.cells)} cells: say on which, like cell=1")

@@ -23,12 +23,12 @@ from sitscad.apps.study.measures import MEASURES, AbsentError
 from sitscad.apps.study.space import Base, Changes, code_version
 from sitscad.assembly.places.state import PRESSED, REST
 from sitscad.assembly.solids import MissingExtra
-from sitscad.basics.check_results import RequirementResult
 from sitscad.basics.finding import Finding, NotChecked, Severity
 from sitscad.basics.record import record, replace
 from sitscad.checks.judging import CheckResult, all_rules
 from sitscad.checks.judging import judged as checked
 from sitscad.checks.opening import policy_for, processes, processors
+from sitscad.checks.performance import requirement_results
 from sitscad.checks.policy import Policy
 from sitscad.checks.rules import NEEDS, NO_REQUIREMENT, Rule, apply_rule
 from sitscad.data import rows
@@ -242,8 +242,8 @@ def _grave(findings: Sequence[Finding]) -> list[Severity]:
 def _is_near(rule: Rule, design: Design) -> bool:
     """Whether what is felt lies within its error of what is asked."""
     error = screen_errors()["resolution.normal"]
-    asked = design.once("reached", dict[str, RequirementResult]).values()
-    return any(one.limit and one.rule == rule.id and abs(one.measured / one.limit - 1.0) < error for one in asked)
+    results = (each for cell in design.cells.extremes.values() for each in requirement_results(rule, cell))
+    return any(each.limit and abs(each.measured / each.limit - 1.0) < error for each in results)
 
 
 def shifted(estimates: Estimates, side: float, errors: Mapping[str, float]) -> Estimates:

@@ -131,7 +131,7 @@ def _signal(design: Design) -> Figure:
 
 
 def _felt(design: Design) -> Felt:
-    found = design.felt
+    found = design.sensing.felt
     if found is None:
         raise AbsentError("it takes a target on its pad and tanks that oscillate at rest")
     if not all(found.held):
@@ -191,7 +191,7 @@ def _range(axis: str) -> Reader:
             raise AbsentError(f"the coils do not tell {axis} apart")
         from sitscad.estimates.performance.points import COURSE
 
-        apart = design.solved.bench.farthest[axis] / (COURSE - 1)  # of the loads that are looked at
+        apart = design.sensing.solved.bench.farthest[axis] / (COURSE - 1)  # of the loads that are looked at
         return points[0].axes[axis].range, apart
 
     return read
@@ -309,8 +309,9 @@ def _rows() -> Iterator[DesignMeasure]:
     yield DesignMeasure("crosstalk", "", "largest error of an axis, of its full scale, while another goes over its "
                         "own, by the best polynomial of the design as drawn", (*PADDED, TWO_COILS), _crosstalk, (FULL,))
     yield DesignMeasure("crosstalk.cells", "", "share of a cell's full signal that all neighbours pressed at once "
-                        "change, at most", (CELLS,), _exact(lambda design: getattr(design.crosstalk, "total", None),
-                                                            "it takes cells that have a signal"), (FULL,))
+                        "change, at most", (CELLS,), _exact(
+                            lambda design: getattr(design.cells.skin.crosstalk, "total", None),
+                            "it takes cells that have a signal"), (FULL,))
     yield DesignMeasure("error.gap", "N", "one sigma at full load of what glue lines and pad thickness differ by from "
                         "unit to unit, tared and not calibrated, on the worst axis", PADDED, _by_gap, (FULL,))
     yield DesignMeasure("fit.closed_pair", "m", "diameter of the circle that the closed jaws need at worst", (JAW,),

@@ -100,7 +100,7 @@ def worked_out(path: str, before: Before, serves: bool) -> Iterator[Event]:
         yield event("feeling", {"numbers": _felt(points[-1])})
     if serves and feeling:
         files |= _kept(before, "pushed", made_of, spec.name,
-                       lambda: _performance_figures(design.bare, design.bare.one.response))
+                       lambda: _performance_figures(design.bare, design.bare.cells.weakest.response))
         yield event("pushed", {"bytes": len(files[DATA_SHEET])})
     if serves and spec.mount is not None:
         files |= _kept(before, "solids", read_by("assembly", design.bare.spec), spec.name, lambda: _solids(design))
@@ -153,7 +153,7 @@ def _performance_figures(design: Design, pushed: ResponseModel | None = None) ->
     report = PerformanceReport(design.performance, design.spec)
     if not report.points:
         return {}
-    return {DATA_SHEET: figures_for_programs(report, pushed, cells=design.cell_table.document())}
+    return {DATA_SHEET: figures_for_programs(report, pushed, cells=design.cells.skin.table.document())}
 
 
 def _solids(design: Design) -> dict[str, bytes]:
@@ -162,7 +162,7 @@ def _solids(design: Design) -> dict[str, bytes]:
     from sitscad.files.formats.meshes import render_glb
 
     try:
-        return render_glb(design.bare.whole, design.bare.spec)
+        return render_glb(design.bare.solids.whole, design.bare.spec)
     except (MissingExtra, PartsError):
         return {}
 

@@ -18,7 +18,7 @@ import math
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import replace
-from functools import cache
+from functools import cache, cached_property
 from itertools import pairwise
 from typing import Any
 
@@ -35,6 +35,7 @@ from sitscad.assembly.places.bodies import (
 from sitscad.assembly.places.column import GLUE, column, levels
 from sitscad.assembly.places.state import Vector
 from sitscad.assembly.places.tail_path import BentStretch, Station, TailPath, tail_path
+from sitscad.assembly.solids import aids
 from sitscad.assembly.solids.pieces import assemble, encapsulation, opposing
 from sitscad.assembly.solids.plates import metal_below
 from sitscad.assembly.solids.solid import MM, PartsError, Solid, face, prism, raised, require, upwards
@@ -387,6 +388,32 @@ def whole(
     glue = glue_lines(layout, tuple(kept), hard_glue)
     found = [*kept, *board, *glue, *([plate] if plate else []), *([cover] if cover else [])]
     return tuple(upwards(found))
+
+
+@record(eq=False)
+class Solids:
+    """The solids of a board's sensor, each made when it is first asked for, and once (importing a CAD kernel).
+
+    ``hard_glue`` is the adhesive of the lines up to the board, the spec's if None.
+    """
+
+    layout: Layout
+    hard_glue: Adhesive | None = None
+
+    @cached_property
+    def alone(self) -> tuple[Solid, ...]:
+        """Every solid that the spec contains, without glue."""
+        return assemble(self.layout)
+
+    @cached_property
+    def whole(self) -> tuple[Solid, ...]:
+        """Every piece of the assembly as it is glued and closed."""
+        return whole(self.layout, self.alone, self.hard_glue)
+
+    @cached_property
+    def aids(self) -> tuple[Solid, ...]:
+        """The solids of what the sensor is put together with: jig and moulds."""
+        return aids(self.layout)
 
 
 CARRIERS = (BodyRole.JAW, BodyRole.OPPOSING_JAW, BodyRole.OPPOSING_PAD)

@@ -382,19 +382,19 @@ def plates_apart(design: Design) -> Iterator[Verdict]:
         if gap <= 0.0:
             how = f"overlap by {show(-gap, 'm', 3)}" if gap < -1e-9 else "touch"
             yield Violation(
-                f"the {what}s of cells {one} and {other} {how}", "", design.distance_key, gap,
+                f"the {what}s of cells {one} and {other} {how}", "", design.spec.array.distance_key, gap,
                 0.0, "m", severity=Severity.ERROR,
             )
         elif gap <= kerf and joints(spec):
             yield Violation(
                 f"the {what}s of cells {one} and {other} stand {show(gap, 'm', 3)} apart, where a beam of "
                 f"{show(kerf, 'm', 3)} does not pass: joined by webs they would be cut as one plate",
-                "", design.distance_key, gap, kerf, "m", severity=Severity.ERROR,
+                "", design.spec.array.distance_key, gap, kerf, "m", severity=Severity.ERROR,
             )
         elif gap < least:
             yield Violation(
                 f"the {what}s of cells {one} and {other} stand {show(gap, 'm', 3)} apart; {show(least, 'm', 3)} are "
-                "wanted", "", design.distance_key, gap, least, "m", severity=Severity.WARNING,
+                "wanted", "", design.spec.array.distance_key, gap, least, "m", severity=Severity.WARNING,
                 detail=f"the jig's wall between them and its clearances take {show(wall, 'm', 3)} (nearer, one well "
                 "takes both and places neither against the other); both pads pressed bulge by "
                 f"{show(2.0 * bulge, 'm', 3)}",

@@ -135,8 +135,8 @@ def _in_pocket(design: Design, jaw: Jaw, long: float, wide: float) -> Iterator[V
     if long > length + ROUNDING:
         yield Violation(
             f"the board's body is {show(long, 'm')} long, and what lies under it has {show(length, 'm')} in the jaw's "
-            "pocket", "a shorter board (fewer or smaller coils), or a jaw with a longer pocket", design.distance_key,
-            long, length, "m", detail=unverified(jaw),
+            "pocket", "a shorter board (fewer or smaller coils), or a jaw with a longer pocket",
+            design.spec.array.distance_key, long, length, "m", detail=unverified(jaw),
         )
     if mount.standoff <= jaw.recess - ROUNDING and wide > room + ROUNDING:
         yield Violation(
@@ -191,7 +191,7 @@ def sensor_length(design: Design) -> Iterator[Verdict]:
     yield Violation(
         f"the board's body is {show(measure.nominal, 'm')} long{_with_tolerances(measure)}, the jaw "
         f"{show(jaw.length, 'm')}", too_much + ("a smaller margin" if less else f"fewer or smaller coils{pitch}"),
-        "fpc.margin" if less else design.distance_key, measure.measured, jaw.length, "m", severity=severity,
+        "fpc.margin" if less else design.spec.array.distance_key, measure.measured, jaw.length, "m", severity=severity,
         fixes=(lambda: _less_margins(design.spec, 0, excess),) if less else (),
         detail=unverified(jaw),
     )

@@ -9,7 +9,7 @@ from functools import cache
 
 from sitscad.assembly.places.stack import ground
 from sitscad.basics.finding import Severity
-from sitscad.basics.record import record
+from sitscad.basics.record import kept, record
 from sitscad.basics.units import show
 from sitscad.checks.assembly.fit import pad_of
 from sitscad.checks.assembly.plates import lies
@@ -70,7 +70,7 @@ def elastomer_strain(design: Design) -> Iterator[Verdict]:
     )
 
     def stiffer() -> _Stiffer:
-        return design.once("stiffer pad", lambda: _stiffer(design.spec, force))
+        return kept(design, "stiffer pad", lambda: _stiffer(design.spec, force))
 
     beyond = f"; beyond {100.0 * valid:.0f} % the pad's law is extrapolated" if nominal.strain > valid else ""
     yield Violation(

@@ -19,7 +19,7 @@ from sitscad.checks.fixes.moves import larger_connectors, wider
 from sitscad.checks.fixes.search import setting
 from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, rule_of
 from sitscad.data import is_unverified
-from sitscad.estimates.design import Design
+from sitscad.estimates.design import Design, cached_per_board
 from sitscad.kernels.geometry.path import Arc, Line, Path, Point
 from sitscad.kernels.geometry.primitives import Primitives, distances, from_rows, nearest_pairs, path_rows, to_points
 from sitscad.layout.board import Layout, Pad, Role, Trace, Via
@@ -127,7 +127,7 @@ def edge_of(outline: Path) -> Primitives:
 
 def copper_in(design: Design) -> Copper:
     """The copper of the design, made once for all rules."""
-    return design.once_a_board("copper", lambda: copper_of(design.layout))
+    return cached_per_board(design, "copper", lambda: copper_of(design.layout))
 
 
 def edge_gaps(copper: Copper, edge: Primitives, asked: float) -> Iterator[tuple[int, float]]:
@@ -145,7 +145,7 @@ def _worst_of_each_kind(design: Design, of_vias: bool, key: str) -> Iterator[Vio
     kinds: dict[tuple[object, ...], list[Nearness]] = {}
     spacing = design.spec.fpc.rules.trace_spacing
     winding = min(spacing, design.spec.coil.trace_spacing)
-    for near in design.once_a_board("near copper", lambda: tuple(
+    for near in cached_per_board(design, "near copper", lambda: tuple(
             too_near(copper_in(design), spacing - ALLOWED_SHORTFALL, winding - ALLOWED_SHORTFALL))):
         if (isinstance(near.one, Via) or isinstance(near.other, Via)) is of_vias:
             words = sorted((_kind(near.one), _kind(near.other)))

@@ -19,7 +19,7 @@ from sitscad.checks.board.clearances import ALLOWED_SHORTFALL, copper_in
 from sitscad.checks.board.fabrication import gap_asked_by
 from sitscad.checks.fixes.moves import other_ends
 from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, rule_of
-from sitscad.estimates.design import Design
+from sitscad.estimates.design import Design, cached_per_board
 from sitscad.kernels.geometry.path import Point, Segment
 from sitscad.kernels.geometry.primitives import from_rows, nearest_pairs, path_rows, to_points
 from sitscad.layout.board import Layout, Pad, Trace
@@ -320,7 +320,7 @@ def unconnected(design: Design) -> Iterator[Verdict]:
 
 
 def _graph(design: Design) -> TrackGraph:
-    return design.once_a_board("track graph", lambda: TrackGraph(design.layout))
+    return cached_per_board(design, "track graph", lambda: TrackGraph(design.layout))
 
 
 # ------------------------------------------------------------------------------------------------------------- corners

@@ -45,7 +45,7 @@ def _complaint(design: Design, lack: Shortfall) -> Violation:
     is_sized = body is not None and body.size is not None
     of_rules = f"and spacing of the rules {spec.fpc.rules.name}"
     at_contacts = "a connector of wider pitch" + ("" if lack.need else ", fewer coils on one tail, or a longer tail")
-    between = design.distance_key if len(spec.array.placements) > 1 else "coil.start_angle"
+    between = design.spec.array.distance_key if len(spec.array.placements) > 1 else "coil.start_angle"
     said = {
         Missing.WAY_OUT: (f"take {len(spec.coil.layers) + 1} layers, or a stack-up with one more copper layer",
                           "coil.layers", ""),

@@ -20,7 +20,7 @@ from sitscad.checks.reading.readings import (
     worst_of,
 )
 from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, joined, rule_of
-from sitscad.estimates.design import Design
+from sitscad.estimates.design import Design, at_room_temperature
 
 CODE_KEY = "readout.drive_code"
 """Where a finding points that another drive code mends; where the code is chosen and too weak, it points at the turns,
@@ -55,7 +55,8 @@ def drive_amplitude(design: Design) -> Iterator[Verdict]:
 def _copper_ends(design: Design) -> Iterator[Violation]:
     # The amplitude with the thinnest and the thickest copper that is delivered, where one of them leaves the window
     # although the board as drawn keeps it: no test of the bare board tells such copper from any other.
-    low, high = design.converter.limit("amplitude_optimum_min"), design.converter.limit("amplitude_max")
+    limit = design.spec.readout.device.limit
+    low, high = limit("amplitude_optimum_min"), limit("amplitude_max")
     states = [
         (state.amplitude, state.amplitude * state.spread.thickest_copper / state.parallel_resistance, reading)
         for coil in design.estimates.coils
@@ -88,7 +89,7 @@ def _too_strong(design: Design, largest: Reading | None) -> Iterator[Violation]:
     """The largest amplitude against what clamps, and the same drive code when the sensor is switched on at room
     temperature; also where it keeps the limit by little.
     """
-    converter, readout = design.converter, design.spec.readout
+    converter, readout = design.spec.readout.device, design.spec.readout
     high, source = converter.limit("amplitude_max"), converter.limits["amplitude_max"].source
     clamps = f"above {show(high, 'V')} the input clamps and shifts the frequency"
     if largest is not None and largest.value > high * (1.0 + 1e-9):
@@ -106,7 +107,7 @@ def _too_strong(design: Design, largest: Reading | None) -> Iterator[Violation]:
         return
     if largest is not None:
         yield from near_limit(largest, high, "V", "amplitude", _other_code(design, largest, -1), CODE_KEY)
-    cold = design.at_room_temperature
+    cold = at_room_temperature(design)
     if cold is design:
         return
     resistances = readings_of(cold, "parallel_resistance", True)
@@ -124,7 +125,7 @@ def _too_strong(design: Design, largest: Reading | None) -> Iterator[Violation]:
 
 def _too_weak(design: Design, smallest: Reading | None) -> Iterator[Violation]:
     """The smallest amplitude against the low-noise window and what lets the tank stop; as `_too_strong`."""
-    limit = design.converter.limit
+    limit = design.spec.readout.device.limit
     optimum, high = limit("amplitude_optimum_min"), limit("amplitude_max")
     if smallest is None:
         return
@@ -141,7 +142,7 @@ def _too_weak(design: Design, smallest: Reading | None) -> Iterator[Violation]:
         f"with drive code {code} the tank of {where(smallest)} swings only {show(smallest.value, 'V', 3)} peak; "
         f"{window}", _weak_advice(design, smallest),
         "coil.turns" if design.spec.readout.drive_code is None else CODE_KEY, smallest.value, limit(name), "V",
-        severity, design.converter.limits[name].source, sigma=sigmas_between(smallest, limit(name)),
+        severity, design.spec.readout.device.limits[name].source, sigma=sigmas_between(smallest, limit(name)),
         detail=in_sigmas(smallest, limit(name), "V"),
     )
 
@@ -155,7 +156,7 @@ def _code(design: Design, reading: Reading) -> int:
 
 def _high_current_amplitude(design: Design) -> Iterator[Verdict]:
     """The maker's texts disagree on the high-current drive: say what amplitudes they lead to, judge what is certain."""
-    converter, (low_current, high_current) = design.converter, design.converter.high_current_range
+    converter, (low_current, high_current) = design.spec.readout.device, design.spec.readout.device.high_current_range
     values = [reading.value for reading in readings_of(design, "parallel_resistance", True)]
     if not values:
         yield Undecided("no parallel resistance was estimated")
@@ -177,7 +178,7 @@ def _other_code(design: Design, reading: Reading, step: int) -> str:
     """Which drive code lies next to a reading's, and of which coil where each has its own; or that there is none."""
     code, how = _code(design, reading) + step, "stronger" if step > 0 else "weaker"
     whose = f" for coil {reading.coil}" if design.estimates.readout.drive_codes else ""
-    is_there = 0 <= code < len(design.converter.drive_currents)
+    is_there = 0 <= code < len(design.spec.readout.device.drive_currents)
     return f"drive code {code} is the next {how}{whose}" if is_there else f"there is no {how} drive{whose}"
 
 
@@ -190,9 +191,9 @@ def _weak_advice(design: Design, smallest: Reading) -> str:
     values = readings_of(design, "parallel_resistance", True)
     own = [r.value for r in values if r.coil == smallest.coil]
     most = max(values, key=lambda r: r.value)
-    if _code(design, smallest) == len(design.converter.drive_currents) - 1:
+    if _code(design, smallest) == len(design.spec.readout.device.drive_currents) - 1:
         # the amplitude is the drive's current times R_P
-        asked = min(own) * design.converter.limit("amplitude_optimum_min") / smallest.value
+        asked = min(own) * design.spec.readout.device.limit("amplitude_optimum_min") / smallest.value
         is_short = is_short_alone(design, smallest, "parallel_resistance", asked)
         larger = "take more turns or a larger coil, for the coil misses the limit in free air, too"
         ways = larger if is_short else distance

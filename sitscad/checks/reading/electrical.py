@@ -51,7 +51,7 @@ def _resistance_floor(design: Design) -> str:
 
 def inductance_floor(design: Design) -> Iterator[Verdict]:
     """The smallest inductance over all coils and states."""
-    floor, limit = design.converter.limit("inductance_min"), design.converter.limit
+    floor, limit = design.spec.readout.device.limit("inductance_min"), design.spec.readout.device.limit
     yield from undecided(design, "inductance")
     worst = worst_of(design, "inductance", min)
     if worst is None:
@@ -77,9 +77,9 @@ def inductance_floor(design: Design) -> Iterator[Verdict]:
         found = replace(
             found, message=f"the inductance of {where(worst)} is {show(worst.value, 'H')}; below {show(floor, 'H')} "
             "the converter was found wanting", severity=Severity.WARNING,
-            detail=joined(f"the figure is of {design.converter.source_of('inductance_min')}; here frequency and "
-                          "parallel resistance keep their limits, and leads and contacts are a good part of so small "
-                          "an inductance", found.detail),
+            detail=joined(f"the figure is of {design.spec.readout.device.source_of('inductance_min')}; here "
+                          "frequency and parallel resistance keep their limits, and leads and contacts are a good "
+                          "part of so small an inductance", found.detail),
         )
     yield found
 
@@ -91,7 +91,8 @@ def _beside(design: Design, worst: Reading, attribute: str, limit: float, unit: 
 
 def frequency_ceiling(design: Design) -> Iterator[Verdict]:
     """Highest and lowest sensor frequency over all coils and states."""
-    low, high = design.converter.limit("sensor_frequency_min"), design.converter.limit("sensor_frequency_max")
+    limit = design.spec.readout.device.limit
+    low, high = limit("sensor_frequency_min"), limit("sensor_frequency_max")
     yield from undecided(design, "frequency")
     worst, lowest = (worst_of(design, "frequency", choose) for choose in (max, min))
     if worst is not None and worst.value > high:
@@ -99,7 +100,7 @@ def frequency_ceiling(design: Design) -> Iterator[Verdict]:
         whole = next(coil.capacitance for coil in design.estimates.coils if coil.name == worst.coil)
         # f = 1 / (2 pi sqrt(L C)), so the whole capacitance grows with the square of what the frequency is to fall by
         wanted = now + whole * ((worst.value / (0.95 * high)) ** 2 - 1.0)
-        fitting = [value for value in preferred_values(design.converter) if value >= wanted]
+        fitting = [value for value in preferred_values(design.spec.readout.device) if value >= wanted]
         yield Violation(
             f"the tank of {where(worst)} runs at {show(worst.value, 'Hz')}; the converter stops at {show(high, 'Hz')}",
             f"a larger capacitor than {show(now, 'F', 3)}, more turns or layers, or a larger coil",
@@ -125,7 +126,8 @@ def parallel_resistance(design: Design) -> Iterator[Verdict]:
     if worst is None:
         return
     floor_name, name = _resistance_floor(design), "parallel_resistance_min"
-    specified = design.converter.limit(name)
+    device = design.spec.readout.device
+    specified = device.limit(name)
     if worst.value >= specified:
         away = more_distance(design.spec) if worst.state != FREE else ""
         way = f"a little {away} makes it safe, or more turns" if away else "a few more turns make it safe,"
@@ -133,16 +135,16 @@ def parallel_resistance(design: Design) -> Iterator[Verdict]:
                               f"measure the first boards; {way} where the coil has room for them", "coil.layers")
         return
     severity, needs = Severity.WARNING, f"the data sheet specifies from {show(specified, 'ohm')} up"
-    if worst.value < design.converter.limit(floor_name):
+    if worst.value < device.limit(floor_name):
         name, severity, strong = floor_name, Severity.ERROR, "high-current " * floor_name.endswith("high_current")
-        needs = f"the strongest {strong}drive needs {show(design.converter.limit(name), 'ohm')}"
-    asked, growth = design.converter.limit(name), (specified / worst.value) ** (1.0 / 3.0)
+        needs = f"the strongest {strong}drive needs {show(device.limit(name), 'ohm')}"
+    asked, growth = device.limit(name), (specified / worst.value) ** (1.0 / 3.0)
     grows = "R_P = (omega L)^2 / R grows with about the cube of turns and layers"
     away = _distance_advice(design, worst, "parallel_resistance", asked)
     yield Violation(
         f"the parallel resistance of {where(worst)} is {show(worst.value, 'ohm', 3)}; {needs}",
         f"{grows}: more of them, a larger coil or a finer pitch; {away}", "coil.layers", worst.value, asked, "ohm",
-        severity, design.converter.limits[name].source, sigma=sigmas_between(worst, asked),
+        severity, device.limits[name].source, sigma=sigmas_between(worst, asked),
         fixes=more_copper(design.spec, growth, growth**3),
         detail=_beside(design, worst, "parallel_resistance", asked, "ohm"),
     )
@@ -151,7 +153,7 @@ def parallel_resistance(design: Design) -> Iterator[Verdict]:
 def quality_factor(design: Design) -> Iterator[Verdict]:
     """The smallest Q over all coils and states."""
     yield from undecided(design, "quality_factor")
-    floor, worst = design.converter.limit("quality_factor_min"), worst_of(design, "quality_factor", min)
+    floor, worst = design.spec.readout.device.limit("quality_factor_min"), worst_of(design, "quality_factor", min)
     if worst is not None and worst.value < floor:
         yield Violation(
             f"the quality factor of {where(worst)} is {worst.value:.3g}; below {floor:g} the frequency follows losses, "
@@ -175,7 +177,7 @@ def self_resonance(design: Design) -> Iterator[Verdict]:
         yield Undecided("no self-resonance was estimated")
         return
     share, worst, resonance = max(shares, key=lambda entry: entry[0])
-    limits = design.converter.limits
+    limits = design.spec.readout.device.limits
     limit, severity = limits["self_resonance_fraction"], Severity.ERROR
     if share <= limit.value:
         limit, severity = limits["self_resonance_fraction_strict"], Severity.WARNING
@@ -191,7 +193,7 @@ def self_resonance(design: Design) -> Iterator[Verdict]:
 def tank_capacitor(design: Design) -> Iterator[Verdict]:
     """The capacitor within the range of TI's reference designs."""
     value = design.estimates.readout.capacitance
-    low, high = design.converter.limit("capacitor_min"), design.converter.limit("capacitor_max")
+    low, high = design.spec.readout.device.limit("capacitor_min"), design.spec.readout.device.limit("capacitor_max")
     if not math.isfinite(value):
         yield Undecided("no capacitor was chosen: no state of the coils could be estimated")
         return

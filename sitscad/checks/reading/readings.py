@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from sitscad.assembly.places.state import FREE, in_words
 from sitscad.basics.finding import Severity
-from sitscad.basics.record import record
+from sitscad.basics.record import kept, record
 from sitscad.basics.units import show
 from sitscad.checks.fixes.moves import capacitor, longer_coils, more_layers, more_turns
 from sitscad.checks.fixes.search import Family
@@ -35,7 +35,7 @@ class Reading:
 
 def readings_of(design: Design, attribute: str, working: bool = False) -> list[Reading]:
     """Every finite value of a state estimate's attribute; `working`: of the assembled sensor where there is one."""
-    return design.once(f"readings of {attribute}, {working}", lambda: _readings_of(design, attribute, working))
+    return kept(design, f"readings of {attribute}, {working}", lambda: _readings_of(design, attribute, working))
 
 
 def _readings_of(design: Design, attribute: str, working: bool) -> list[Reading]:
@@ -153,7 +153,8 @@ def overdamped_tank(design: Design) -> Iterator[Verdict]:
     value, name, state = min(found)
     now = design.estimates.readout.capacitance
     # Q goes with the root of L/C: capacitors with which it would come to 10 or more, far from overdamped
-    below = [each for each in reversed(preferred_values(design.converter)) if each <= now * (value / 10.0) ** 2]
+    device = design.spec.readout.device
+    below = [each for each in reversed(preferred_values(device)) if each <= now * (value / 10.0) ** 2]
     yield Violation(
         f"the tank of {where(Reading(name, state, value))} does not oscillate: it is overdamped, Q {value:.2g} with "
         f"{show(now, 'F', 3)}", _LESS_DAMPED, "readout.capacitance", value, 1.0, severity=Severity.ERROR,

@@ -229,7 +229,7 @@ _MORE_CHANGE = (
 
 def _more_change(design: Design, steps: float) -> str:
     """What gives more change, and what a finer step: longer conversions only where results show them whole."""
-    conversion, device = design.estimates.readout.conversion, design.converter
+    conversion, device = design.estimates.readout.conversion, design.spec.readout.device
     states = [state.frequency for coil in design.estimates.coils for state in coil.states.values()]
     rate = _slower(design, steps)
     finer = f"fewer scans a second (readout.scan_rate{f': {rate:g} Hz, in proportion' if rate else ''})"
@@ -250,7 +250,7 @@ def _slower(design: Design, steps: float) -> float | None:
     conversion = design.estimates.readout.conversion
     if conversion is None or conversion.rcount * FEWEST_STEPS > MOST_RCOUNT * steps:
         return None
-    readable = 1.0 / design.converter.read_back_time(len(design.spec.array.placements))
+    readable = 1.0 / design.spec.readout.device.read_back_time(len(design.spec.array.placements))
     rate = math.floor(min(readable, design.spec.readout.scan_rate * steps / FEWEST_STEPS))
     return float(rate) if rate >= 1 else None
 

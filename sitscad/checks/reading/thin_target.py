@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from sitscad.assembly.places.state import REST
 from sitscad.basics.finding import Severity
-from sitscad.basics.record import record
+from sitscad.basics.record import kept, record
 from sitscad.basics.units import show
 from sitscad.checks.fixes.moves import thicker_target
 from sitscad.checks.reading.readings import readings_of, where
@@ -137,7 +137,7 @@ def _faster(design: Design, thickness: float) -> str:
     top = max((reading.value for reading in readings_of(design, "frequency")), default=0.0)
     # a skin depth falls with the square root of the frequency
     faster = (thickness / _target(design.spec.target).thickness) ** 2
-    return ", or a higher frequency" if faster * top <= design.converter.limit("sensor_frequency_max") else ""
+    return ", or a higher frequency" if faster * top <= design.spec.readout.device.limit("sensor_frequency_max") else ""
 
 
 def _poor_conductor(design: Design, depth: float, frequency: float) -> Iterator[Verdict]:
@@ -172,7 +172,7 @@ def _effects(design: Design, other: Design) -> dict[str, float]:
     force = other.spec.requirements.normal_force
     if force:
         return {coil.name: found[0] for coil in other.estimates.coils if (found := coil.sensitivity(force))}
-    bare = design.once("without its target", lambda: _compared(design, replace(design.spec, target=None)))
+    bare = kept(design, "without its target", lambda: _compared(design, replace(design.spec, target=None)))
     without = {r.coil: r.value for r in readings_of(bare, "inductance", True)}
     rest = [r for r in readings_of(other, "inductance") if r.state == REST and r.coil in without]
     return {r.coil: r.value - without[r.coil] for r in rest}

@@ -33,7 +33,7 @@ frequencies come within half of it, about what tolerances part.
 
 def input_frequency(design: Design) -> Iterator[Verdict]:
     """f_IN below a quarter of f_REF, with the divider that fast sensors need."""
-    converter, readout = design.converter, design.estimates.readout
+    converter, readout = design.spec.readout.device, design.estimates.readout
     worst, divider, reference = worst_of(design, "frequency", max), readout.input_divider, readout.reference_frequency
     if worst is None or divider is None:
         yield Undecided("no sensor frequency was estimated")
@@ -70,7 +70,7 @@ def scan_rate(design: Design) -> Iterator[Verdict]:
 def read_back(design: Design) -> Iterator[Verdict]:
     """Whether the results of a scan can be read over I2C before the next one is done."""
     channels, wanted = len(design.spec.array.placements), design.spec.readout.scan_rate
-    converter = design.converter
+    converter = design.spec.readout.device
     sure, hopeful = 1.0 / converter.read_back_time(channels), 1.0 / converter.read_back_time_optimistic(channels)
     if wanted > sure:
         impossible = wanted > hopeful
@@ -169,8 +169,8 @@ def idle_neighbour(design: Design) -> Iterator[Verdict]:
             f"{one} and {other} are coupled: while one is read, the other is grounded and takes {100.0 * share:.2g} % "
             "off its inductance",
             "keep the coils apart, and leave no coil over another; the estimate's rest and pressed states contain "
-            "this, the free state is the coil alone", design.distance_key, share, 0.05 if share >= 0.05 else 1e-3,
-            severity=Severity.WARNING if share >= 0.05 else Severity.NOTE,
+            "this, the free state is the coil alone", design.spec.array.distance_key, share,
+            0.05 if share >= 0.05 else 1e-3, severity=Severity.WARNING if share >= 0.05 else Severity.NOTE,
         )
 
 
@@ -182,7 +182,7 @@ def crosstalk(design: Design) -> Iterator[Verdict]:
     """What neighbouring cells change of a cell's reading, in parts of its full signal: stated, and held to a limit."""
     if design.spec.cells is None:
         return
-    found, limit = design.crosstalk, own_limits()["cell_crosstalk"]
+    found, limit = design.cells.skin.crosstalk, own_limits()["cell_crosstalk"]
     if found is None:
         yield Undecided("no cell has a signal of its own to hold its neighbours' against")
         return
@@ -192,11 +192,11 @@ def crosstalk(design: Design) -> Iterator[Verdict]:
     total, targets, target, coils, webs = (show(100.0 * getattr(found, name), "%", 2) for name in names)
     each = "; ".join(
         f"{one.words} by {show(100.0 * one.stiffer, '%', 2)}, pressed by {show(100.0 * one.strain, '%', 3)}"
-        for one in design.cell_groups)
+        for one in design.cells.skin.groups)
     yield Violation(
         f"cells read each other: with all around it pressed, a cell changes by at most {total} of its own full signal",
         f"cells farther apart (array.pitch), {'narrower webs (cells.web), ' if found.webs else ''}or smaller targets",
-        design.distance_key, found.total, limit.value,
+        design.spec.array.distance_key, found.total, limit.value,
         severity=Severity.WARNING if found.total > limit.value else Severity.NOTE,
         source=limit.source, keeps_limit=found.total <= limit.value,
         detail=f"through the targets of all neighbours at most {targets} (of one {target}), as if the cell had no "
@@ -210,7 +210,7 @@ def crosstalk(design: Design) -> Iterator[Verdict]:
 def clock(design: Design) -> Iterator[Verdict]:
     """The external clock within the converter's range."""
     value = design.spec.readout.clock
-    low, high = design.converter.limit("clock_min"), design.converter.limit("clock_max")
+    low, high = design.spec.readout.device.limit("clock_min"), design.spec.readout.device.limit("clock_max")
     if not low <= value <= high:
         fastest = setting(design.spec, "readout.clock", high, show(high, "Hz", 6))
         yield Violation(

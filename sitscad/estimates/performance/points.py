@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from sitscad.assembly.places.state import FREE, PRESSED
+from sitscad.assembly.places.state import PRESSED
 from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
 from sitscad.estimates import estimated
@@ -37,7 +37,7 @@ from sitscad.estimates.performance_values import (
     unit_of,
 )
 from sitscad.estimates.response.model import ResponseModel
-from sitscad.estimates.tolerances.scatter import ACCEPTED_SIGMAS, manufacturing_scatter
+from sitscad.estimates.tolerances.scatter import manufacturing_scatter, production_limits
 from sitscad.estimates.values import Estimates
 from sitscad.estimates.windings.losses import SCREENING
 from sitscad.kernels.electromagnetics.threads import one_thread
@@ -205,7 +205,7 @@ def _at(at: str, point: Disturbed, felt: Felt, model: ResponseModel, twins: tupl
         bandwidth_by=HALF_SCANS if scans <= min(swings.values(), default=scans) else RESONANCE, resonance=swings,
         condition_number=condition, invertible=felt.is_range_held and twins is None, ambiguous=twins,
         overload=overload, free_overload=free, map_degree=working.map.degree,
-        production=production_limits(bench.estimates), notes=_notes(felt, courses, free),
+        production=production_limits(bench.estimates.coils), notes=_notes(felt, courses, free),
     )
 
 
@@ -236,22 +236,6 @@ def _row(names: Sequence[str], values: Array) -> dict[str, float]:
 
 def _table(names: Sequence[str], columns: Sequence[str], values: Array) -> dict[str, dict[str, float]]:
     return {name: _row(columns, values[k]) for k, name in enumerate(names)}
-
-
-def production_limits(estimates: Estimates) -> dict[str, dict[str, float]]:
-    """Limits of every coil's L and f before assembly: a coil outside is faulty even if it oscillates."""
-    found = {}
-    for coil in estimates.coils:
-        free = coil.states.get(FREE)
-        if free is None or free.spread is None:
-            continue
-        found[coil.name] = {
-            "inductance_min_H": free.inductance - ACCEPTED_SIGMAS * free.spread.inductance,
-            "inductance_max_H": free.inductance + ACCEPTED_SIGMAS * free.spread.inductance,
-            "frequency_min_Hz": free.frequency - ACCEPTED_SIGMAS * free.spread.frequency,
-            "frequency_max_Hz": free.frequency + ACCEPTED_SIGMAS * free.spread.frequency,
-        }
-    return found
 
 
 FREE_TARGET = (

@@ -11,7 +11,7 @@ causes do within 1 %.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from sitscad.assembly.places.bodies import (
     lines_below_target,
@@ -346,3 +346,19 @@ def behind_scatter(estimates: Estimates) -> tuple[float, float]:
             inductances.append(math.hypot(*shifts) / rest.inductance)
             signals.append(math.hypot(*(signal_share(coil, one) for one in causes)))
     return max(inductances), max(signals)
+
+
+def production_limits(coils: Sequence[CoilEstimate]) -> dict[str, dict[str, float]]:
+    """Limits of every coil's L and f before assembly: a coil outside is faulty even if it oscillates."""
+    found = {}
+    for coil in coils:
+        free = coil.states.get(FREE)
+        if free is None or free.spread is None:
+            continue
+        found[coil.name] = {
+            "inductance_min_H": free.inductance - ACCEPTED_SIGMAS * free.spread.inductance,
+            "inductance_max_H": free.inductance + ACCEPTED_SIGMAS * free.spread.inductance,
+            "frequency_min_Hz": free.frequency - ACCEPTED_SIGMAS * free.spread.frequency,
+            "frequency_max_Hz": free.frequency + ACCEPTED_SIGMAS * free.spread.frequency,
+        }
+    return found

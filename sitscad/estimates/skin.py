@@ -1,0 +1,81 @@
+"""What the cells of a skin have in common and do to each other, each thing worked out when it is first asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cached_property
+from typing import Protocol
+
+from sitscad.basics.record import record
+from sitscad.estimates.performance_values import Performance, worst_of
+from sitscad.estimates.states.cells import (
+    NO_CELLS,
+    CellCrosstalk,
+    CellGroup,
+    CellTable,
+    cell_crosstalk,
+    cell_groups,
+    weakest_cell,
+)
+from sitscad.estimates.tolerances.scatter import production_limits
+from sitscad.estimates.values import Estimates
+from sitscad.layout.board import Layout
+
+
+class Cell(Protocol):
+    """A cell as a sensor of its own."""
+
+    @property
+    def performance(self) -> tuple[Performance, ...]:
+        """What the cell feels at rest, half and full load."""
+
+
+@record(eq=False)
+class Skin:
+    """The cells of a sensor together. Empty if it has none."""
+
+    layout: Layout
+    estimates: Estimates
+    cells: Sequence[Cell]
+
+    @property
+    def _has_cells(self) -> bool:
+        return self.layout.spec.cells is not None
+
+    @cached_property
+    def weakest(self) -> int:
+        """The number of the cell with the least signal: of the longest leads, or the most webs."""
+        return weakest_cell(self.layout.spec, self.estimates) if self._has_cells else 1
+
+    @cached_property
+    def crosstalk(self) -> CellCrosstalk | None:
+        """What cells read of each other; None without cells, and where they have no signal."""
+        return cell_crosstalk(self.layout, self.estimates) if self._has_cells else None
+
+    @cached_property
+    def groups(self) -> tuple[CellGroup, ...]:
+        """Cells grouped by identical pads and drive, without performance; empty without cells."""
+        return cell_groups(self.layout, self.estimates, self.crosstalk) if self._has_cells else ()
+
+    @cached_property
+    def table(self) -> CellTable:
+        """The cell groups with their performance, which takes seconds of processor time for each group.
+
+        It has no groups without cells, and if a cell has no performance.
+        """
+        groups = []
+        for group in self.groups:
+            extremes = [self.cells[number - 1].performance for number in group.extremes]
+            if not all(extremes):
+                return NO_CELLS
+            groups.append(replace(group, felt=tuple(map(worst_of, zip(*extremes, strict=True)))))
+        count = len(self.layout.coils) // len(self.cells)
+        weakest = self.layout.coils[(self.weakest - 1) * count : self.weakest * count]
+        return CellTable(tuple(groups), self.weakest, tuple(coil.name for coil in weakest))
+
+    @property
+    def performance(self) -> tuple[Performance, ...]:
+        """Each figure the worst of all cells; limits of production are those of all coils."""
+        points = map(worst_of, zip(*(group.felt for group in self.table.groups), strict=True))
+        return tuple(replace(point, production=production_limits(self.estimates.coils)) for point in points)
