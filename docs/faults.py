@@ -45,7 +45,7 @@ class Bus(ctypes.Structure):
 
 def boards(design: sitscad.Design, fault: str) -> list[SimulatedConverter]:
     """The converters of a board on which a fault begins."""
-    number = design.converter.needed(len(design.estimates.coils))
+    number = design.spec.readout.device.needed(len(design.estimates.coils))
     return [SimulatedConverter(design, faults=[fault] if fault else [], number=k) for k in range(number)]
 
 
@@ -81,7 +81,7 @@ class Driver:
 
     def said(self, fault: str) -> list[str]:
         """All that begin, polls and self-test say of a board that is not good."""
-        chips, addresses = boards(self.design, fault), self.design.converter.addresses
+        chips, addresses = boards(self.design, fault), self.design.spec.readout.device.addresses
 
         def moved(context, address, out, count, into, wanted):
             chip = chips[addresses.index(address)]
