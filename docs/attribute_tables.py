@@ -41,7 +41,7 @@ HELD = {
 """Contents of fields of a spec that are no section."""
 
 DRAWN: tuple[type, ...] = (Coil, Winding, CoilPlacement, Trace, Via, Pad, Capacitor, Stiffener)
-"""Classes of what a layout holds."""
+"""Classes of the parts of a layout."""
 
 
 def tables() -> str:

@@ -1,9 +1,9 @@
-"""Every fault on a simulated board: what the compiled driver says of it, what `read --diagnose` says, whether it is so.
+"""Report each fault of a simulated board by the compiled driver and by `read --diagnose`.
 
     python docs/faults.py templates/three_axis_pad.yaml
 
-The driver is the package's own C, compiled by `cc` and run on the simulated converters. Right: what is wrong is
-named, and no sound coil is accused.
+The driver is the C code of the package. `cc` compiles it, and it runs on the simulated converters. "right" means that
+the report names the fault and no working coil.
 """
 
 import ctypes
@@ -27,10 +27,10 @@ NAMED = {
     "swapped": ("exchanged",), "nack": ("no answer", "no acknowledge"), "stuck": ("stale", "stuck"), "reset": ("lost",),
     "glitch": ("stale", "far off"),
 }
-"""Words one of which names what is wrong."""
+"""Words that name each fault. A right report has at least one word of its fault."""
 
 SCANS, BEGINS, EVERY = 300, 0.1, 0.25
-"""How long a board is read, when its fault begins (s), and how often it has a glitch (s)."""
+"""Number of scans, start of the fault (s), and period of glitches (s)."""
 Call = ctypes.CFUNCTYPE(
     ctypes.c_int, ctypes.c_void_p, ctypes.c_uint8, ctypes.POINTER(ctypes.c_uint8), ctypes.c_size_t,
     ctypes.POINTER(ctypes.c_uint8), ctypes.c_size_t,
@@ -38,24 +38,24 @@ Call = ctypes.CFUNCTYPE(
 
 
 class Bus(ctypes.Structure):
-    """ldc161x_bus; of `write` the last two arguments are not there."""
+    """The C struct ldc161x_bus. Its `write` does not have the last two arguments."""
 
     _fields_ = (("context", ctypes.c_void_p), ("write", Call), ("write_read", Call))
 
 
 def boards(design: sitscad.Design, fault: str) -> list[SimulatedConverter]:
-    """The converters of a board on which a fault begins."""
+    """Return the converters of a board with a fault."""
     number = design.spec.readout.device.needed(len(design.estimates.coils))
     return [SimulatedConverter(design, faults=[fault] if fault else [], number=k) for k in range(number)]
 
 
 def seconds(design: sitscad.Design) -> float:
-    """How long a board is read."""
+    """Return the duration (s) of the readings."""
     return SCANS / design.estimates.readout.scan_rate
 
 
 class Driver:
-    """A design's driver, compiled into a folder."""
+    """The compiled driver of a design."""
 
     def __init__(self, design: sitscad.Design, folder: Path) -> None:
         self.design, self.coils = design, [coil.name for coil in design.estimates.coils]
@@ -80,7 +80,7 @@ class Driver:
             ("counts", words), ("inductance", ctypes.c_int16 * number)]})
 
     def said(self, fault: str) -> list[str]:
-        """All that begin, polls and self-test say of a board that is not good."""
+        """Return all reports of start, polls and self-test, except good readings."""
         chips, addresses = boards(self.design, fault), self.design.spec.readout.device.addresses
 
         def moved(context, address, out, count, into, wanted):
@@ -122,20 +122,20 @@ class Driver:
         return self.c.sensor_text(error).decode()
 
     def _tested(self, report: ctypes.Structure) -> Iterator[str]:
-        """What the self-test says of coils that are not good."""
+        """Yield the report of the self-test for each coil with a fault."""
         for name, one in zip(self.coils, report.coil, strict=True):
             if one:
                 yield f"self-test: {name} {self.c.sensor_coil_text(one).decode()}"
 
 
 def off(counts: list[int]) -> int:
-    """How many counts are not near the middle one of all."""
+    """Return the number of counts that differ from the median by more than 1e-3."""
     middle = sorted(counts)[len(counts) // 2]
     return sum(abs(one / middle - 1.0) > 1e-3 for one in counts)
 
 
 def diagnosed(design: sitscad.Design, fault: str) -> list[str]:
-    """What `read --diagnose` says that is not met."""
+    """Return the items that `read --diagnose` reports as not met."""
     source = Simulation(design, boards(design, fault))
     board = source.board(design)
     try:
@@ -148,7 +148,7 @@ def diagnosed(design: sitscad.Design, fault: str) -> list[str]:
 
 
 def judged(fault: str, said: list[str]) -> str:
-    """Whether what is wrong is named, and no sound coil."""
+    """Return whether the report names the fault and no working coil."""
     if not said:
         return "not seen" if fault else "right"
     name, is_of_one = fault.partition(":")[0].partition("@")[0], fault.count(":") == 1
@@ -158,7 +158,7 @@ def judged(fault: str, said: list[str]) -> str:
 
 
 def table(design: sitscad.Design) -> Iterator[tuple[str, str, str, str]]:
-    """Fault, who says it, what is said, and whether it is right; the board without a fault first."""
+    """Yield fault, reporter, report and verdict. The board without a fault comes first."""
     on = {name: f"{name}@{BEGINS}" for name in ("nack", "reset")}
     on |= {"swapped": "swapped:C1:C2", "glitch": f"glitch:C2@{EVERY}"}
     with tempfile.TemporaryDirectory() as folder:
@@ -166,7 +166,7 @@ def table(design: sitscad.Design) -> Iterator[tuple[str, str, str, str]]:
         for name in ("", *FAULTS):
             fault = on.get(name, f"{name}:C2@{BEGINS}") if name else ""
             for who, said in (("driver", driver.said(fault)), ("diagnose", diagnosed(design, fault))):
-                yield fault or "none", who, "; ".join(said) or "nothing", judged(fault, said)
+                yield fault or "none", who, "; ".join(said) or "no report", judged(fault, said)
 
 
 if __name__ == "__main__":

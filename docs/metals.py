@@ -1,7 +1,7 @@
-"""What the target is made of: the same sensor with a target of every installed metal.
+"""Compare targets of all installed metals in one sensor.
 
-For each: its conductivity and relative permeability, its skin depth at the sensor's frequency, how far the reading of
-the first coil changes from rest to the required force, and its parallel resistance at rest.
+Print conductivity, relative permeability and skin depth at the sensor's frequency. Also print the change of the first
+coil's reading from rest to the required force, and the parallel resistance at rest.
 """
 
 from pathlib import Path
@@ -17,7 +17,7 @@ found = []
 for name in presets.names("conductor"):
     metal = presets.conductor(name)
     if metal.conductivity < 1e5:
-        continue  # no metal: it draws the field in
+        continue  # ferrite is no metal: it attracts the field
     estimates = sitscad.Design(spec.replace("target.material", name)).estimates
     rest = estimates.coils[0].states["rest"]
     depth = skin_depth(rest.frequency, metal.conductivity, metal.relative_permeability)

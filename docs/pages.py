@@ -1,20 +1,24 @@
-"""Writes what the pages show of the program: outputs of commands, files, pictures, tables of keys, rules, templates.
+"""Write the program's output into the pages: results of commands, files, pictures, tables of keys, rules, templates.
 
-    python docs/pages.py                     every page anew
-    python docs/pages.py tutorial README     these
+    python docs/pages.py                     all pages
+    python docs/pages.py tutorial README     only these pages
 
-A page is whole as it is committed, so that it reads on a code host as on the site. What is made in it:
+Pages are committed with the output, so they read equally on a code host and on the site. These parts are written:
 
-* a ``console`` block whose lines begin with ``$ sitscad`` or ``$ python``: each command is run, its output follows it.
-  The page asks for less than all of it, or for another exit code than 0, in the line before:
-  ``<!-- exit 1, first 12, last 2 -->`` (lines);
-* a block after ``<!-- file NAME -->`` is written under that name, for the commands below it; a block after
-  ``<!-- shows PATH -->`` is that file's text;
-* a picture after ``<!-- picture PATH -->`` is that file, copied to where the page looks for it;
-* ``<!-- run COMMAND -->`` is run and shows nothing;
-* everything below the mark in ``library.md``, ``rules.md``, ``templates.md`` and ``spec.md``.
+* A ``console`` block whose lines begin with ``$ sitscad`` or ``$ python``. Each command is run, and its output follows.
+  The line before the block can limit the output, or set an exit code other than 0:
+  ``<!-- exit 1, first 12, last 2 -->`` (lines).
 
-Commands run in an empty folder, one a page, in which ``templates`` and ``docs`` lead into the repository.
+* A block after ``<!-- file NAME -->`` is stored as a file for the commands below. A block after ``<!-- shows PATH -->``
+  contains the text of this file.
+
+* A picture after ``<!-- picture PATH -->`` is a copy of this file.
+
+* ``<!-- run COMMAND -->`` is run without output.
+
+* Everything below the mark in ``library.md``, ``rules.md``, ``templates.md`` and ``spec.md``.
+
+The commands of a page run in an empty folder. Its links ``templates`` and ``docs`` lead into the repository.
 """
 
 from __future__ import annotations
@@ -39,9 +43,9 @@ ROOT = Path(__file__).parents[1]
 PAGES = {path.stem: path for path in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))}
 MARK = "<!-- Below this line the page is written by docs/pages.py. -->\n"
 REFUSED = {"grasper_3p5mm"}
-"""Templates that are there to be refused."""
+"""Templates that `check` must refuse."""
 LONGEST = 600.0
-"""Seconds after which a command has gone astray."""
+"""Time limit (s) of a command."""
 RUN = r"^<!-- run (?P<run>[^\n]+) -->$"
 COMMENT = r"(?:<!-- (?P<told>(?:exit|first|last|file|shows|picture) [^\n]*?) -->\n)?"
 FENCE = r"^```(?P<language>\w+)\n(?P<text>.*?)^```$"
@@ -51,14 +55,14 @@ MADE = re.compile(f"{RUN}|{COMMENT}(?:{FENCE}|{PICTURE})", re.DOTALL | re.MULTIL
 
 @dataclass(frozen=True)
 class Making:
-    """One page being made: the folder in which its commands run, and what becomes of files beside it."""
+    """One page in progress: the folder of its commands, and the files to write beside the page."""
 
     page: Path
     folder: Path
     written: dict[Path, bytes] = field(default_factory=dict)
 
     def whole(self) -> dict[Path, bytes]:
-        """The page and its pictures, made anew."""
+        """Return the page and its pictures with new output."""
         for name in ("templates", "docs"):
             (self.folder / name).symlink_to(ROOT / name)
         kept, mark, _ = self.page.read_text(encoding="utf-8").partition(MARK)
@@ -66,7 +70,7 @@ class Making:
         return {self.page: text.encode(), **self.written}
 
     def _made(self, found: re.Match[str]) -> str:
-        """One block or picture with what it shows now."""
+        """Return one block or picture with its new content."""
         told = found["told"] or ""
         what, _, path = told.partition(" ")
         if found["run"]:
@@ -84,7 +88,7 @@ class Making:
         return found[0]
 
     def _session(self, text: str, told: str) -> Iterator[str]:
-        """Each command of a block with the lines of its output that are asked for."""
+        """Yield each command of a block with the selected lines of its output."""
         asked = {word: int(number) for word, number in re.findall(r"(exit|first|last) (\d+)", told)}
         for line in re.findall(r"^\$ (.+)$", text, re.MULTILINE):
             said = self._ran(line, asked.get("exit", 0)).splitlines(keepends=True)
@@ -96,7 +100,7 @@ class Making:
             yield from said[max(first, len(said) - last) :]
 
     def _ran(self, line: str, exit_code: int = 0) -> str:
-        """What a command of sitscad, or a program, prints as on a terminal of 100 columns, messages included."""
+        """Return the output of a command, with its messages, on a terminal of 100 columns."""
         words = shlex.split(line)
         python = [sys.executable, *(("-m", "sitscad") if words[0] == "sitscad" else ())]
         environment = {**os.environ, "NO_COLOR": "1", "COLUMNS": "100", "MPLBACKEND": "Agg", "PYTHONPATH": str(ROOT)}
@@ -109,7 +113,7 @@ class Making:
         return ran.stdout
 
     def _below(self) -> str:
-        """What follows the mark."""
+        """Return the text below the mark."""
         if self.page.stem == "spec":
             return spec_reference.reference()
         if self.page.stem == "library":
@@ -124,7 +128,7 @@ class Making:
         return page
 
     def _row(self, path: Path) -> str:
-        """One template's five numbers, and the study that searches around it."""
+        """Return the row of a template: five figures, and the studies around it."""
         measures = ("resolution.normal", "inductance", "rp", "amplitude", "fit.spare")
         spec = load(path)
         found = measure(spec, level="full", measures=measures).values
@@ -134,7 +138,7 @@ class Making:
         return f"| [{path.stem}](#{path.stem}) | {' | '.join(told)} | {', '.join(studies) or '-'} |\n"
 
     def _template(self, path: Path) -> str:
-        """One template's heading, first line, verdict and board."""
+        """Return the section of a template: heading, first line, verdict and board."""
         about = path.read_text(encoding="utf-8").splitlines()[0].removeprefix("#").strip()
         spec, name = f"templates/{path.name}", path.stem.replace("_", "-")
         said = self._ran(f"sitscad check --hints none {spec}", int(path.stem in REFUSED)).splitlines(keepends=True)
@@ -147,11 +151,11 @@ class Making:
 
 
 COLUMNS, WIDTH, HEIGHT, WORDS = 4, 300, 240, 34
-"""Of the gallery: boards in a row, room for each, and for its name below."""
+"""Boards in a row of the gallery, size of each, and height of its name below."""
 
 
 def gallery(pictures: dict[Path, bytes]) -> bytes:
-    """All boards in one picture, each as large as its room lets it be."""
+    """Return one picture of all boards, each scaled to its cell."""
     rooms = []
     for number, (path, content) in enumerate(sorted(pictures.items())):
         # the board without its legend, to a whole unit of 1200: finer than it is shown here
@@ -172,16 +176,16 @@ def gallery(pictures: dict[Path, bytes]) -> bytes:
 
 
 def made(name: str) -> dict[Path, bytes]:
-    """A page and its pictures as they are to be, by path.
+    """Return a page and its pictures with new output, by path.
 
-    Raises ValueError where a command ends with another exit code than the page says.
+    Raises ValueError if the exit code of a command differs from the page.
     """
     with tempfile.TemporaryDirectory() as folder:
         return Making(PAGES[name], Path(folder)).whole()
 
 
 def stale(name: str) -> list[str]:
-    """What of a page differs from what the program shows now: names of files."""
+    """Return the names of the files of a page that differ from the program's present output."""
     return [path.name for path, data in made(name).items() if not path.is_file() or path.read_bytes() != data]
 
 

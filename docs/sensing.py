@@ -1,8 +1,8 @@
-"""Draws how such a sensor feels: the coil's field at rest and pressed, in section.
+"""Draw the field of a coil at rest and pressed, in section.
 
     python docs/sensing.py templates/bench_7mm.yaml PICTURE.svg
 
-Field lines are of the coil's turns as rings before a plate that conducts perfectly; the figures are the design's own.
+The field lines belong to rings before a perfect conductor. The printed figures belong to the design.
 """
 
 from __future__ import annotations
@@ -20,25 +20,25 @@ from sitscad.kernels.electromagnetics.special_functions import coaxial_rings
 from sitscad.kernels.geometry.path import Path, Point, polyline, rectangle
 
 SIZE, MIDDLES, BOARD = (210.0, 62.0), (52.0, 158.0), 26.0
-"""The sheet, the middles of both pictures, and where the board's top face lies on it (mm)."""
+"""Size of the sheet, centres of both pictures, and height of the board's top face on the sheet (mm)."""
 HALF, LOW, SCALE = 6.0, -2.3, 7.2
-"""Half the width that is shown and how far below the board (mm of the sensor); mm of paper to a mm of the sensor."""
+"""Half of the visible width and the lowest visible height (mm of the sensor); scale (mm of paper per mm)."""
 TURN, THINNEST = 0.09, 0.2
-"""Half the size at which a turn is drawn, and the thinnest plate that is seen (mm)."""
+"""Half the drawn width of a turn, and the smallest drawn thickness of a plate (mm)."""
 FIELD, EDGE, ARROW = Pen(0.25, "#2471a3"), Pen(0.15, "#2c3e50", round_corners=False), Pen(0.9, "#c0392b")
 LEVELS = np.linspace(0.1, 0.9, 7)
-"""Of the largest flux through any ring of the board."""
+"""Levels of the field lines, relative to the largest flux through a ring in the board."""
 
 
 NAMES = {"target": 2.9, "soft pad": 1.4, "coil on": 0.25, "its board": -0.4}
-"""What stands between both pictures, each at its height (mm of the sensor)."""
+"""Labels between the pictures, with their heights (mm of the sensor)."""
 
 
 def flux(turns: list[tuple[float, float]], plate: float, r: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """Flux (arbitrary) through a ring of radius r at z: its contours are field lines; zero from the plate upwards.
+    """Return the flux (arbitrary unit) through a ring of radius r at z; its contours are field lines.
 
-    The mutual inductance of the ring with every turn, and with the turns' images behind the plate, which carry the
-    opposite current.
+    The flux is the mutual inductance of the ring with every turn, and with the images of the turns behind the plate,
+    which carry the opposite current. It is zero above the plate.
     """
     found = np.zeros(np.broadcast(r, z).shape)
     for radius, height in turns:
@@ -49,7 +49,7 @@ def flux(turns: list[tuple[float, float]], plate: float, r: np.ndarray, z: np.nd
 
 
 def panel(sheet: Sheet, design: sitscad.Design, middle: float, newtons: float) -> None:
-    """One state in section: board, turns, pad, plate, field, and below what is read."""
+    """Draw one state in section: board, turns, pad, plate and field, with the readings below."""
 
     def at(x: float, z: float) -> Point:
         return Point(middle + x * SCALE, BOARD + z * SCALE)
@@ -88,7 +88,7 @@ def panel(sheet: Sheet, design: sitscad.Design, middle: float, newtons: float) -
 
 
 def picture(spec: sitscad.SensorSpec) -> Sheet:
-    """Both states, and what the pieces are."""
+    """Return the sheet with both states and the labels."""
     sheet = Sheet("A press brings the target nearer, and the coil's field has less room", SIZE, decimals=2)
     design = sitscad.Design(spec)
     for middle, newtons in zip(MIDDLES, (0.0, spec.requirements.normal_force), strict=True):

@@ -34,7 +34,7 @@ from sitscad.spec.sensor import SpecDocument
 
 
 def reference() -> str:
-    """The tables of keys: sections that every user needs, what the names of presets stand for, deeper sections."""
+    """Return the tables of keys: main sections, the figures of presets, then deeper sections."""
     places = places_of(SpecDocument)
     parts = {section: f"## {_title(section, places)}\n\n{_about(section, paths)}\n\n{_table(section, places)}\n"
              for section, paths in places.items()}
@@ -43,7 +43,7 @@ def reference() -> str:
 
 
 def _presets_in_figures() -> Iterator[str]:
-    """What the names of silicones, stack-ups and jaws stand for, one table each."""
+    """Yield one table of figures for each kind of preset: silicones, stack-ups, fabricators and jaws."""
     silicones = [presets.elastomer(name) for name in presets.names("elastomer")]
     yield _figures(
         "Silicones with a preset",
@@ -88,7 +88,7 @@ def _presets_in_figures() -> Iterator[str]:
 
 
 def _house(rules: DesignRules) -> tuple[str, ...]:
-    """One fabricator's row; a dash for what is not stated."""
+    """Return the row of one fabricator, with a dash for each figure that its page does not state."""
     lines = f"{show(rules.trace_width, 'm', 3)} / {show(rules.trace_spacing, 'm', 3)}"
     counts, foils = rules.layer_counts, rules.foils
     layers = "-" if counts is None else f"{counts[0]} to {counts[-1]}" if len(counts) > 1 else f"{counts[0]}"
@@ -162,14 +162,14 @@ def _table(section: type[Section], places: Places) -> str:
 
 
 def _usually(name: str, paths: list[str]) -> str:
-    """The range beyond which SIT134 asks whether a value is meant."""
+    """Return the usual range of a key. SIT134 warns of values outside of this range."""
     keys = {f"{path}.{name}".strip(".") for path in paths}
     words = [row.words for row in usual_ranges() if row.key in keys and row.value not in WORKED_OUT]
     return f"; usually {words[0]}" if words else ""
 
 
 def _stand_in(section: type[Section], name: str) -> str:
-    """The key that may be written in place of another; empty if there is none."""
+    """Return the key that can replace another key. Empty if there is none."""
     other, replaced = section.stands_in
     return other if name in replaced else ""
 
@@ -183,7 +183,7 @@ def _default(key: Key, stand_in: str) -> str:
 
 
 def _value(kind: Kind, places: Places) -> str:
-    """What may be written, in words."""
+    """Return the permitted values of a key as text."""
     if isinstance(kind, Quantity):
         return f"{kind.dimension}, {kind.low} to {kind.high}"
     if isinstance(kind, Pair):

@@ -1,9 +1,8 @@
-"""A sensor in a model of one's own: sitscad's solids in build123d and in CadQuery, copper among them.
+"""Place a sensor with its copper in your own CAD model, in build123d and in CadQuery.
 
     python docs/examples/cad_model.py [SPEC] [FOLDER]
 
-The model here is a housing with a pocket for the whole sensor. Solids are in millimetres; z = 0 is the board's top
-face.
+The model is a housing with a pocket for the whole sensor. Solids are in millimetres. The board's top face is z = 0.
 """
 
 import sys
@@ -16,11 +15,11 @@ import cadquery as cq
 import sitscad
 
 ROOM = 0.3
-"""Room (mm) left around the sensor."""
+"""Clearance (mm) around the sensor."""
 
 
 def housing(solids: tuple[sitscad.Solid, ...]) -> Any:
-    """A block with a pocket, open above, that is larger all round than the sensor by `ROOM`."""
+    """Return a block with an open pocket, which is larger than the sensor by `ROOM` on all sides."""
     box = bd.Compound([solid.shape for solid in solids]).bounding_box()
     with bd.BuildPart() as block:
         with bd.Locations((box.center().X, box.center().Y, box.min.Z - 2.0)):
@@ -32,7 +31,7 @@ def housing(solids: tuple[sitscad.Solid, ...]) -> Any:
 
 
 def in_build123d(layout: sitscad.Layout) -> tuple[Any, Any]:
-    """The housing, and an assembly of it with everything in it; names and colours are kept."""
+    """Return the housing, and an assembly of housing and sensor with names and colours."""
     solids = sitscad.solids(layout)
     block = housing(solids)
     sensor = sitscad.as_build123d((*solids, *sitscad.copper_solids(layout, 20e-6)), name=layout.spec.name)
@@ -40,7 +39,7 @@ def in_build123d(layout: sitscad.Layout) -> tuple[Any, Any]:
 
 
 def in_cadquery(layout: sitscad.Layout) -> Any:
-    """The sensor on a base plate drawn with CadQuery, as an assembly with names."""
+    """Return an assembly: the sensor on a base plate drawn with CadQuery."""
     sensor = sitscad.as_cadquery_assembly(sitscad.solids(layout), name=layout.spec.name)
     lowest = sensor.toCompound().BoundingBox().zmin
     base = cq.Workplane("XY", origin=(0, 0, lowest)).box(40, 20, 2, centered=(True, True, False)).translate((0, 0, -2))

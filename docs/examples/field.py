@@ -1,10 +1,10 @@
-"""A coil handed to a field program: its current as polylines, and what Biot and Savart make of them.
+"""Pass a coil to a field program as polylines, and compute its field by Biot and Savart's law.
 
     python docs/examples/field.py [SPEC]
 
-The field program here is twenty lines of numpy. What it finds is held against the estimate of the same winding: the
-mutual inductance of neighbouring coils as the flux of one's field through the other, and a coil's own inductance by
-Neumann's integral, whose filaments are taken apart by the mean distance of the copper's points.
+The field program is twenty lines of numpy. The script compares two results with sitscad's estimate: the mutual
+inductance of neighbouring coils, and the inductance of one coil. Both use Neumann's integral over filaments. For one
+coil, the filaments are separated by the mean distance between points of the copper's cross-section.
 """
 
 import sys
@@ -20,7 +20,7 @@ MU0 = 4e-7 * np.pi
 
 
 def field(paths: tuple[sitscad.CurrentPath, ...], places: Array) -> Array:
-    """Flux density (n, 3) in tesla at places (n, 3) in metres, of straight pieces of current (Biot and Savart)."""
+    """Return the flux density (n, 3; T) at places (n, 3; m) of straight current segments (Biot and Savart)."""
     found = np.zeros_like(places)
     for path in paths:
         for start, end in pairwise(path.points):
@@ -33,7 +33,7 @@ def field(paths: tuple[sitscad.CurrentPath, ...], places: Array) -> Array:
 
 
 def neumann(one: Array, other: Array, apart: float = 0.0) -> float:
-    """Neumann's double integral (H) of two polylines of points (n, 3), their filaments `apart` (m) where they meet."""
+    """Return Neumann's double integral (H) of two polylines (n, 3; m) whose filaments are separated by `apart` (m)."""
     middles, steps = ([0.5 * (p[1:] + p[:-1]), np.diff(p, axis=0)] for p in (one, other))
     total = 0.0
     for place, step in zip(*middles, strict=True):
@@ -43,7 +43,7 @@ def neumann(one: Array, other: Array, apart: float = 0.0) -> float:
 
 
 def cut(points: Array, longest: float) -> Array:
-    """A polyline with pieces no longer than so much (m)."""
+    """Return the polyline with segments no longer than `longest` (m)."""
     rows = [points[:1]]
     for a, b in pairwise(points):
         count = max(1, int(np.ceil(np.linalg.norm(b - a) / longest)))
@@ -52,7 +52,7 @@ def cut(points: Array, longest: float) -> Array:
 
 
 def inductances(layout: sitscad.Layout) -> tuple[float, float]:
-    """Own inductance of the first coil and mutual inductance with the second (H), by filaments."""
+    """Return the inductance of the first coil and its mutual inductance with the second (H), by filaments."""
     paths = sitscad.current_paths(layout, leads=False, tolerance=2e-7)
     lines = {(line.coil, line.layer): line for line in sitscad.centre_lines(layout)}
     first, second = (coil.name for coil in layout.coils[:2])
@@ -69,7 +69,7 @@ def inductances(layout: sitscad.Layout) -> tuple[float, float]:
 
 
 def main() -> dict[str, float]:
-    """Compare, and print."""
+    """Print both results beside the estimate."""
     spec = sitscad.load(sys.argv[1] if len(sys.argv) > 1 else "templates/grasper_3p5mm.yaml")
     layout = sitscad.lay_out(spec)
     own, mutual = inductances(layout)

@@ -1,11 +1,11 @@
-"""The pad's mesh in a finite-element solver: pressed by its target, beside the law that sitscad computes with.
+"""Press the pad's mesh in a finite-element solver, and compare the force with sitscad's law.
 
     pip install 'sitscad[all]' ngsolve
     python docs/examples/pad_compression.py [SPEC] [SIZE]
 
-The mesh is what a package has as `mesh/NAME-elastomer.msh`, here with elements of SIZE (mm). The solver is NGSolve:
-displacements of second degree, pressures of first (Taylor and Hood's elements), a neo-Hookean solid at large strain,
-W = mu/2 (J^(-2/3) I1 - 3) + p (J - 1) - p^2 / (2 K), Newton's method.
+The mesh is the package's `mesh/NAME-elastomer.msh`, with elements of SIZE (mm). The solver is NGSolve with Taylor-Hood
+elements: displacements of degree 2, pressures of degree 1. The material is a neo-Hookean solid at large strain,
+W = mu/2 (J^(-2/3) I1 - 3) + p (J - 1) - p^2 / (2 K). Newton's method solves the equations.
 """
 
 import sys
@@ -22,11 +22,11 @@ import sitscad
 
 STRAINS = (0.05, 0.1, 0.2)
 BULK = 1e4
-"""Bulk over shear modulus: rubber is all but incompressible."""
+"""Ratio of bulk modulus to shear modulus. Rubber is nearly incompressible."""
 
 
 def read(content: bytes, scale: float) -> Any:
-    """A mesh file as the solver takes it, its lengths divided by `scale` (m)."""
+    """Read a mesh file for the solver, with lengths divided by `scale` (m)."""
     with tempfile.TemporaryDirectory() as folder, redirect_stdout(StringIO()):
         path = Path(folder) / "pad.msh"
         path.write_bytes(content)
@@ -36,7 +36,7 @@ def read(content: bytes, scale: float) -> Any:
 
 
 def forces(mesh: Any) -> list[float]:
-    """What the target must be pressed with at each of `STRAINS`; lengths in thicknesses, stresses in shear moduli."""
+    """Return the pressing forces at `STRAINS`. Lengths are in pad thicknesses, stresses in shear moduli."""
     bonded = "bonded_bottom|bonded_top"
     space = ng.VectorH1(mesh, order=2, dirichlet=bonded) * ng.H1(mesh, order=1)
     u, p = space.TrialFunction()
@@ -61,7 +61,7 @@ def forces(mesh: Any) -> list[float]:
 
 
 def newton(form: Any, space: Any, state: Any) -> Any:
-    """Bring a state to equilibrium where nothing holds it; what holds the rest is what is left."""
+    """Solve for equilibrium of the free nodes. Return the reaction forces of the fixed nodes."""
     residual, step = state.vec.CreateVector(), state.vec.CreateVector()
     for _ in range(20):
         form.Apply(state.vec, residual)
@@ -75,7 +75,7 @@ def newton(form: Any, space: Any, state: Any) -> Any:
 
 
 def main() -> dict[str, list[float]]:
-    """Press the pad both ways, in newtons, and print the two."""
+    """Print the force (N) by finite elements and by the law."""
     named = [*sys.argv[1:], *("templates/bench_7mm.yaml", "1")[len(sys.argv) - 1 :]][:2]
     spec = sitscad.load(named[0])
     layout, thick = sitscad.lay_out(spec), spec.elastomer.thickness

@@ -1,4 +1,4 @@
-"""A plugin: a rule of one's own laboratory, and a file that its field program reads.
+"""A plugin with a rule of a laboratory, and with a file for its field program.
 
 sitscad check sensor.yaml --plugin docs/examples/plugin.py
 sitscad build sensor.yaml --plugin docs/examples/plugin.py
@@ -10,11 +10,11 @@ from collections.abc import Iterator
 import sitscad
 
 LONGEST = 0.5
-"""Track (m) that our coil winder can follow without a pause."""
+"""Longest track (m) that our coil winder winds without a pause."""
 
 
 def track_length(design: sitscad.Design) -> Iterator[sitscad.Violation]:
-    """A complaint about each coil whose track is too long; a rule may look at all that a design has."""
+    """Yield a finding for each coil whose track is too long."""
     for coil in design.layout.coils:
         length = sum(winding.path.length for winding in coil.windings)
         if length > LONGEST:
@@ -25,7 +25,7 @@ def track_length(design: sitscad.Design) -> Iterator[sitscad.Violation]:
 
 
 def filaments(layout: sitscad.Layout, estimates: sitscad.Estimates) -> dict[str, bytes]:
-    """The coils' layers as polylines with their inductance, in metres and henries."""
+    """Return a file with the layers of the coils as polylines (m) and their inductance (H)."""
     coils = [
         {
             "name": estimate.name,
@@ -46,9 +46,9 @@ RULES = (
         id="LAB001",
         name="winder-track",
         severity=sitscad.Severity.WARNING,
-        summary="A coil's track is no longer than our winder can follow.",
-        why="It stops to be filled again, and the joint is seen in the resistance.",
-        mend="Fewer turns or layers.",
+        summary="A coil's track must not be longer than our winder's limit.",
+        why="The winder stops to be refilled, and the joint increases the resistance.",
+        mend="Use fewer turns or layers.",
         source="our winder's manual, page 12",
         apply=track_length,
     ),

@@ -1,8 +1,8 @@
-"""A sweep: how inductance, its change under the required force and the resonant resistance go with turns and width.
+"""Sweep turns and track width, and plot inductance, its change under the required force, and Rp.
 
     python docs/examples/sweep.py [SPEC] [PICTURE.png]
 
-Every point is a spec of its own, checked as a file is; what cannot be wound is left out with its reason.
+Every point is a separate spec. Designs that cannot be wound are omitted, and their reason is printed.
 """
 
 import sys
@@ -14,7 +14,7 @@ WIDTHS = ("80 um", "100 um", "120 um")
 
 
 def swept(spec: sitscad.SensorSpec) -> list[dict[str, float | str]]:
-    """One row a design that can be wound: its keys, inductance at rest, its change under force, parallel resistance."""
+    """Return a row for each valid design: keys, inductance at rest, its change under force, parallel resistance."""
     rows: list[dict[str, float | str]] = []
     for width in WIDTHS:
         for turns in TURNS:
@@ -38,7 +38,7 @@ def swept(spec: sitscad.SensorSpec) -> list[dict[str, float | str]]:
 
 
 def plotted(rows: list[dict[str, float | str]], picture: str) -> None:
-    """Three curves a track width over the turns."""
+    """Plot three curves over the turns for each track width."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -59,7 +59,7 @@ def plotted(rows: list[dict[str, float | str]], picture: str) -> None:
 
 
 def main() -> list[dict[str, float | str]]:
-    """Sweep the spec that is named and draw it."""
+    """Sweep the spec of the command line and plot the result."""
     path, picture = [*sys.argv[1:], *("templates/three_axis_pad.yaml", "sweep.png")[len(sys.argv) - 1 :]][:2]
     rows = swept(sitscad.load(path))
     plotted(rows, picture)
