@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sitscad.assembly.places.state import WORKING_POINTS
 from sitscad.basics.check_results import RequirementResult
 from sitscad.basics.finding import Severity
 from sitscad.basics.record import kept, record, replace
@@ -170,7 +171,7 @@ def where_held(rule: FeltRule) -> FeltRule:
     return apply
 
 
-POINTS = ("at rest", "at half load", "at full load")
+POINTS = tuple(point.text for point in WORKING_POINTS)
 """The working points, in words."""
 
 

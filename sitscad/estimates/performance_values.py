@@ -92,7 +92,7 @@ class AxisPerformance:
 
 @record
 class Performance:
-    """The sensor at a working point `at` (rest, half, full) under `load` (N).
+    """The sensor at a working point `at` (`WORKING_POINTS`: rest, half, full) under `load` (N).
 
     Figures of moments are in N m in place of N. `tilt_stiffness` (N m/rad) by the turn (rx, ry) is how the pad holds a
     target that is free to move against a moment on its outermost face, NaN if the pad gives way;

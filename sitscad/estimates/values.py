@@ -366,6 +366,11 @@ class Estimates:
         return self.target_band is not None
 
     @property
+    def failed_states(self) -> dict[str, str]:
+        """Why a state has no numbers, by its name. Empty if all states have numbers."""
+        return {state: reason for coil in self.coils for state, reason in coil.failed_states.items()}
+
+    @property
     def pressed_place(self) -> float | None:
         """The place along z (m) of the target in the state pressed; None without that state."""
         return next((s.pose.z for s in self.states if s.name == PRESSED and s.pose is not None), None)

@@ -21,7 +21,7 @@ from typing import Any, Protocol, TypeVar
 from sitscad.apps.study.evaluation import FULL, SCREEN, Breach, Evaluation
 from sitscad.apps.study.measures import MEASURES, AbsentError
 from sitscad.apps.study.space import Base, Changes, code_version
-from sitscad.assembly.places.state import PRESSED, REST
+from sitscad.assembly.places.state import FREE, REST
 from sitscad.assembly.solids import MissingExtra
 from sitscad.basics.finding import Finding, NotChecked, Severity
 from sitscad.basics.record import record, replace
@@ -262,11 +262,11 @@ def _shifted(coil: CoilEstimate, side: float, errors: Mapping[str, float]) -> Co
         return replace(one, frequency=one.frequency * by_f, resistance=one.resistance / by_r, **more)
 
     states = {name: state(one) for name, one in coil.states.items()}
-    if REST in states and PRESSED in states:
+    for pressed in [name for name in states if name not in (FREE, REST) and REST in states]:
         part = 1.0 + side * errors["signal.normal"]  # of the change from rest
-        pairs = {name: (getattr(states[REST], name), getattr(states[PRESSED], name))
+        pairs = {name: (getattr(states[REST], name), getattr(states[pressed], name))
                  for name in ("inductance", "frequency", "converter_inductance")}
-        states[PRESSED] = replace(states[PRESSED], **{
+        states[pressed] = replace(states[pressed], **{
             name: before + part * (after - before) for name, (before, after) in pairs.items()
             if before is not None and after is not None})
     return replace(

@@ -10,6 +10,7 @@ import numpy as np
 
 from sitscad.apps.study.evaluation import FULL, SCREEN
 from sitscad.assembly.places.fit import CLOSED_PAIR
+from sitscad.assembly.places.state import MOVED_SIDEWAYS, PRESSED, REST
 from sitscad.basics.check_results import Measure as FitMeasure
 from sitscad.basics.quantities import TANK
 from sitscad.basics.record import record
@@ -65,7 +66,7 @@ class DesignMeasure:
 
 def _states(design: Design) -> Iterator[tuple[CoilEstimate, StateEstimate]]:
     """Every coil in every state that it has."""
-    failed = next((why for coil in design.estimates.coils for why in coil.failed_states.values()), None)
+    failed = next((why for why in design.estimates.failed_states.values() if why != MOVED_SIDEWAYS), None)
     if failed is not None:
         raise AbsentError(failed)
     for coil in design.estimates.coils:
@@ -114,7 +115,6 @@ def _sigma(pick: Callable[..., Any], name: str) -> Reader:
 
 
 def _signal(design: Design) -> Figure:
-    from sitscad.assembly.places.state import PRESSED, REST
     from sitscad.estimates.circuits.uncertainty import SHARE
     from sitscad.estimates.signal import signals
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 from sitscad.basics.record import record
 
@@ -51,11 +52,82 @@ class Pose:
 REST_POSE = Pose()
 
 FREE, REST, PRESSED = "free", "rest", "pressed"
+"""States that the physics refers to: the coil alone, the assembled sensor without a load, and the required force."""
 
-_WORDS = {FREE: "alone in free air", REST: "at rest", PRESSED: "pressed"}
-_TITLES = {FREE: "free (coil alone)", REST: "at rest (assembled)", PRESSED: "pressed (required force)"}
+TANK, SIGNAL = "tank", "signal"
 
-NAMED = tuple(_TITLES)  # The states that every sensor of these parts has, in the order in which they are shown
+
+@record
+class StateKind:
+    """A row of `STATES`: a state's names, its load and what judges it.
+
+    `text` names the state in a sentence, `title` at the head of a row. `load` are the parts of the required normal
+    force and of the required shear along x and y that act on the target; the pad's law turns them into a pose and the
+    scatter of the pose. It is None for a coil without target, jaw and neighbours. `judged_by` holds `TANK` if the
+    rules of frequency, parallel resistance and amplitude count the state, and `SIGNAL` if each coil has to read the
+    change from rest to the state.
+    """
+
+    name: str
+    text: str
+    title: str
+    load: tuple[float, float, float] | None
+    judged_by: tuple[str, ...]
+
+    @property
+    def is_pressed(self) -> bool:
+        """Whether a load acts on the target."""
+        return self.load is not None and any(self.load)
+
+    @property
+    def is_straight(self) -> bool:
+        """Whether the target stays straight over its place: no shear acts on it."""
+        return self.load is None or not any(self.load[1:])
+
+
+
+
+def within_requirements(kinds: tuple[StateKind, ...]) -> tuple[StateKind, ...]:
+    """Return states. Raise ValueError if a load exceeds what strain, range, calibration and driver are judged for."""
+    for kind in kinds:
+        if kind.load is not None and not (0.0 <= kind.load[0] <= 1.0 and math.hypot(*kind.load[1:]) <= 1.0):
+            raise ValueError(f"state {kind.name}: its load {kind.load} exceeds the required forces, which are 1")
+    return kinds
+
+
+STATES = within_requirements((
+    StateKind(FREE, "alone in free air", "free (coil alone)", None, ()),
+    StateKind(REST, "at rest", "at rest (assembled)", (0.0, 0.0, 0.0), (TANK,)),
+    StateKind(PRESSED, "pressed", "pressed (required force)", (1.0, 0.0, 0.0), (TANK, SIGNAL)),
+))
+"""The states of every sensor that has their parts, in the order in which they are shown."""
+
+_KINDS = {kind.name: kind for kind in STATES}
+
+BEHIND_THE_BOARD = "behind_the_board"
+"""Name of the gap that is not a state's: between the board and the metal behind it."""
+
+MOVED_SIDEWAYS = "no numbers for this state: shear moves its target sideways; `response` computes such loads"
+"""Why a state with shear is refused: scatter and shares of an endless plate's effect are known for straight presses."""
+
+
+@record
+class WorkingPoint:
+    """A normal load, as a part of the full one, at which a sensor's performance is stated."""
+
+    name: str
+    text: str
+    share: float
+
+
+WORKING_POINTS = tuple(sorted((
+    WorkingPoint("rest", "at rest", 0.0),
+    WorkingPoint("half", "at half load", 0.5),
+    WorkingPoint("full", "at full load", 1.0),
+    *(WorkingPoint(kind.name, kind.text, kind.load[0])
+      for kind in STATES if kind.load is not None and kind.is_straight and kind.name not in (REST, PRESSED)),
+), key=lambda point: (point.share, point.name == "full")))
+"""Rest is the first of them, full load the last; the loads of further states stand between."""
 
 
 @record
@@ -75,11 +147,17 @@ class State:
         return self.pose is None
 
 
+def working_states(names: Iterable[str]) -> list[str]:
+    """Names of the states in which the sensor works. They are all names if none of the states is assembled."""
+    every = list(names)
+    return [name for name in every if name not in _KINDS or TANK in _KINDS[name].judged_by] or every
+
+
 def in_words(state: str) -> str:
     """A state as a sentence names it: at rest."""
-    return _WORDS.get(state, state)
+    return _KINDS[state].text if state in _KINDS else state
 
 
 def titled(state: str) -> str:
     """A state as the head of a row names it: at rest (assembled)."""
-    return _TITLES.get(state, state.replace("_", " "))
+    return _KINDS[state].title if state in _KINDS else state.replace("_", " ")

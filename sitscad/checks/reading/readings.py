@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from typing import TYPE_CHECKING
 
-from sitscad.assembly.places.state import FREE, in_words
+from sitscad.assembly.places.state import FREE, in_words, working_states
 from sitscad.basics.finding import Severity
 from sitscad.basics.record import kept, record
 from sitscad.basics.units import show
@@ -39,13 +39,14 @@ def readings_of(design: Design, attribute: str, working: bool = False) -> list[R
 
 
 def _readings_of(design: Design, attribute: str, working: bool) -> list[Reading]:
-    # any state but the coil's own exists, also one in which the model failed
-    assembled = any(name != FREE for coil in design.estimates.coils for name in (*coil.states, *coil.failed_states))
+    # a state in which the model failed is one of an assembled sensor, too
+    names = [name for coil in design.estimates.coils for name in (*coil.states, *coil.failed_states)]
+    counted = working_states(dict.fromkeys(names)) if working else names
     return [
         Reading(coil.name, name, float(value), *_scatter(state, attribute))
         for coil in design.estimates.coils
         for name, state in coil.states.items()
-        if not (working and assembled and name == FREE)
+        if name in counted
         and (value := getattr(state, attribute)) is not None
         and math.isfinite(value)
     ]
@@ -127,8 +128,7 @@ def undecided(design: Design, attribute: str) -> Iterator[Verdict]:
 
 def failed_states(design: Design, words: str) -> Iterator[Undecided]:
     """A reason for every state that is absent because the model fails there."""
-    failed = {state: reason for coil in design.estimates.coils for state, reason in coil.failed_states.items()}
-    for state, reason in failed.items():
+    for state, reason in design.estimates.failed_states.items():
         yield Undecided(f"the {words} {in_words(state)} is unknown: {reason}")
 
 

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 
-from sitscad.assembly.places.state import PRESSED, REST
+from sitscad.assembly.places.state import PRESSED, REST, SIGNAL, STATES
 from sitscad.basics.check_results import Signal
 from sitscad.basics.finding import Severity
 from sitscad.basics.record import record
@@ -69,11 +69,11 @@ class SignalChange:
         return self.steps < TOLD_FROM_NOISE * self.noise
 
 
-def responses(design: Design) -> list[SignalChange]:
-    """The response of every coil that has both states."""
+def responses(design: Design, state: str = PRESSED) -> list[SignalChange]:
+    """The response to a state of every coil that has it and rest."""
     found, conversion = [], design.estimates.readout.conversion
     for coil in design.estimates.coils:
-        rest, pressed = coil.states.get(REST), coil.states.get(PRESSED)
+        rest, pressed = coil.states.get(REST), coil.states.get(state)
         if rest is None or pressed is None or conversion is None:
             continue
         before, after = rest.converter_inductance, pressed.converter_inductance
@@ -87,16 +87,27 @@ def responses(design: Design) -> list[SignalChange]:
 
 def coil_response(design: Design) -> Iterator[Verdict]:
     """Every coil's change against the converter's step and against the coil that changes most; where no force is
-    required, whether any coil feels full load.
+    required, whether any coil feels full load. Of the states that a signal is asked for, the largest load comes first,
+    and one finding is enough.
     """
     required = design.spec.requirements.normal_force
     if not required:
         yield from _unasked(design)
         return
-    found = responses(design)
     yield from failed_states(design, "change from rest to pressed")
+    asked = {kind.name: kind.load[0] for kind in STATES if kind.load is not None and SIGNAL in kind.judged_by}
+    for state, part in sorted(asked.items(), key=lambda each: -each[1]):
+        verdicts = list(_change_to(design, state, part * required))
+        yield from verdicts
+        if any(isinstance(verdict, Violation) for verdict in verdicts):
+            return
+
+
+def _change_to(design: Design, state: str, required: float) -> Iterator[Verdict]:
+    """Every coil's change from rest to a state, under its force (N)."""
+    found = responses(design, state)
     if len(found) < len(design.estimates.coils):
-        yield Undecided("no change from rest to pressed was estimated")
+        yield Undecided(f"no change from rest to {state} was estimated")
         if not found:
             return
     best = max(found, key=lambda response: abs(response.change))
@@ -114,7 +125,7 @@ def coil_response(design: Design) -> Iterator[Verdict]:
     said = Violation(
         f"{hardly} {force}: {which} changes by {worst.steps:.2g} steps of the converter{_in_vain(found, untold)}",
         severity=Severity.ERROR if is_needed else Severity.WARNING,
-        detail=f"from rest to pressed {_changes(deaf)}{against}; asked are {FEWEST_STEPS:.0f} steps and "
+        detail=f"from rest to {state} {_changes(deaf)}{against}; asked are {FEWEST_STEPS:.0f} steps and "
         f"{100.0 * LEAST_SHARE:.0f} % of the best coil's change",
     )
     yield replace(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from sitscad.assembly.places.state import FREE
+from sitscad.assembly.places.state import FREE, working_states
 from sitscad.basics.record import record, replace
 from sitscad.estimates.values import CoilEstimate, Estimates, ReadoutEstimate, StateEstimate
 from sitscad.kernels.converters.converter import Converter
@@ -41,9 +41,9 @@ def driven(
     if spec.drive_code is not None:
         codes = (spec.drive_code,) * len(coils)
     else:
-        working = [[s for name, s in c.states.items() if name != FREE] or list(c.states.values()) for c in coils]
+        by_coil = [[c.states[name] for name in working_states(c.states)] for c in coils]
         swings = [Swing(min(state.parallel_resistance for state in states), max(map(_careful, states)))
-                  for states in working]
+                  for states in by_coil]
         codes = drive_codes(swings, converter)
     current = converter.drive_current(max(codes))
     # a channel is not driven while the next is switched in

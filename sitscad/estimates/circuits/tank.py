@@ -9,7 +9,7 @@ from itertools import islice
 
 import numpy as np
 
-from sitscad.assembly.places.state import FREE
+from sitscad.assembly.places.state import working_states
 from sitscad.basics.arrays import Array, Index
 from sitscad.basics.record import record, replace
 from sitscad.basics.units import show
@@ -235,12 +235,6 @@ def oscillations(
         np.tile(plain, (1, len(states), 1)), ROUGHLY if is_rough else EXACTLY)
 
 
-def working_states(circuit: CoilCircuit) -> list[str]:
-    """The states in which the sensor works: all but free when it is assembled."""
-    states = list(circuit.reflections)
-    return [state for state in states if state != FREE] or states
-
-
 def state_estimates(circuit: CoilCircuit, tank: Tank, readout: ReadoutEstimate) -> dict[str, StateEstimate]:
     """Every state of a coil with its tank and the converter's settings."""
     if readout.drive_code is None or readout.rcount is None:
@@ -277,7 +271,7 @@ def choose_capacitor(
     values = preferred_values(converter)
     tanks, some = [Tank(value, readout) for value in values], _distinct(circuits)
     each = iter(oscillations(some, tanks[0], np.array(values), is_rough).one_by_one())
-    every = [(list(islice(each, len(values))), state in working_states(circuit))
+    every = [(list(islice(each, len(values))), state in working_states(circuit.reflections))
              for circuit in some for state in circuit.reflections]
     scored = [(_trespass([(found[k], works) for found, works in every], tanks[k], self_resonance), value)
               for k, value in enumerate(values)]
@@ -385,7 +379,7 @@ def settle(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, capacitor: flo
     found = {(c.name, state): tank.oscillation(c, state) for c in circuits for state in c.reflections}
     if not found:
         return unset
-    working = [found[c.name, state].parallel_resistance for c in circuits for state in working_states(c)]
+    working = [found[c.name, state].parallel_resistance for c in circuits for state in working_states(c.reflections)]
     code = device.drive_code(max(working))
     # several converters scan at the same time, each its own coils; the first of them has the most
     channels = device.shares(count)[0]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import field
-from functools import lru_cache
+from functools import lru_cache, partial
 
 from sitscad.assembly.places.bodies import elastomer, target
 from sitscad.basics.record import kept, record, replace
@@ -64,12 +64,12 @@ def _shares(one: Footprint, other: Footprint) -> bool:
 
 def pressed(
     spec: SensorSpec, modulus: float = 1.0, thicker: float = 0.0, wider: float = 0.0, film: float = 1.0,
-    thicker_film: float = 0.0,
+    thicker_film: float = 0.0, load: float = 1.0,
 ) -> Compression:
     """The pad under the required normal force, carried by the target where there is one, with what is around that.
 
-    For scatter: the shear modulus times a factor, the pad thicker and wider by so much (m), the film's modulus times a
-    factor, and the film thicker by so much (m).
+    `load` is the part of that force that acts. For scatter: the shear modulus times a factor, the pad thicker and wider
+    by so much (m), the film's modulus times a factor, and the film thicker by so much (m).
     """
     pad = spec.elastomer
     assert pad is not None
@@ -77,7 +77,7 @@ def pressed(
     whole = Face(*pad.size, pad.outline.is_disc).grown(wider)
     thickness = max(LEAST * pad.thickness, pad.thickness + thicker)
     stiffness = max(LEAST, modulus) * pad.material.shear_modulus
-    force = spec.requirements.normal_force or 0.0
+    force = load * (spec.requirements.normal_force or 0.0)
     around = surround(spec, wider, film, thicker_film)
     material = pad.material
     return press_part(
@@ -171,35 +171,40 @@ def _loaded(pad: Footprint, over: Footprint | None, wider: float) -> tuple[Face,
     return max(faces, key=lambda face: face[0])[1], beside
 
 
-def pressed_cases(spec: SensorSpec, sigmas: Mapping[str, float]) -> dict[str, tuple[Compression, Compression]]:
-    """The pressed pad one sigma to either side, by cause; of PART from the stated strain to two sigma less."""
+def pressed_cases(
+    spec: SensorSpec, sigmas: Mapping[str, float], load: float = 1.0
+) -> dict[str, tuple[Compression, Compression]]:
+    """The pad under a part of the required force one sigma to either side, by cause; of PART from the stated strain to
+    two sigma less.
+    """
     assert spec.elastomer is not None
     material, around, formula = spec.elastomer.material, surround(spec), formula_sigma(spec)
+    press = partial(pressed, spec, load=load)
 
     def modulus(sigma: float) -> tuple[Compression, Compression]:
-        return pressed(spec, modulus=1.0 - sigma), pressed(spec, modulus=1.0 + sigma)
+        return press(modulus=1.0 - sigma), press(modulus=1.0 + sigma)
 
     found = {MODULUS: modulus(material.shear_modulus_sigma)}
     if around is not None and around.film:
         film = spec.encapsulation.material.shear_modulus_sigma if spec.encapsulation is not None else 0.0
-        found[FILM] = pressed(spec, film=1.0 - film), pressed(spec, film=1.0 + film)
+        found[FILM] = press(film=1.0 - film), press(film=1.0 + film)
         if thicker := sigmas.get(FILM_THICKNESS):
-            found[FILM_THICKNESS] = pressed(spec, thicker_film=-thicker), pressed(spec, thicker_film=thicker)
+            found[FILM_THICKNESS] = press(thicker_film=-thicker), press(thicker_film=thicker)
     found[BLOCK] = modulus(formula)
     if pad := sigmas.get(PAD):
-        found[PAD] = pressed(spec, thicker=-pad), pressed(spec, thicker=pad)
+        found[PAD] = press(thicker=-pad), press(thicker=pad)
     if size := sigmas.get(PAD_SIZE):
-        found[PAD_SIZE] = pressed(spec, wider=-size), pressed(spec, wider=size)
+        found[PAD_SIZE] = press(wider=-size), press(wider=size)
     plate = spec.target
     if (size := sigmas.get(TARGET_SIZE)) and plate is not None:
         less, more = (replace(spec, target=replace(plate, size=(plate.size[0] + by, plate.size[1] + by)))
                       for by in (-size, size))
-        found[TARGET_SIZE] = pressed(less), pressed(more)
-    return found | _of_part(pressed(spec), spec.elastomer.thickness)
+        found[TARGET_SIZE] = pressed(less, load=load), pressed(more, load=load)
+    return found | _of_part(press(), spec.elastomer.thickness)
 
 
 def straight_cases(
-    spec: SensorSpec, sigmas: Mapping[str, float], stated: Compression
+    spec: SensorSpec, sigmas: Mapping[str, float], stated: Compression, load: float = 1.0
 ) -> dict[str, tuple[Compression, Compression]]:
     """`pressed_cases` roughly, from the pad as it is pressed, by straight lines through it: of modulus and thickness.
     The formula's error acts as the modulus does.
@@ -215,11 +220,11 @@ def straight_cases(
         less, more = ({name: getattr(stated, name) + side * way for name, way in ways.items()} for side in (1, -1))
         return replace(stated, **less), replace(stated, **more)
 
-    softer = pressed(spec, modulus=1.0 - modulus)
+    softer = pressed(spec, modulus=1.0 - modulus, load=load)
     found = {MODULUS: straight(softer, material.shear_modulus_sigma / modulus),
              BLOCK: straight(softer, formula / modulus)}
     if sigmas.get(PAD):
-        found[PAD] = straight(pressed(spec, thicker=-sigmas[PAD]), 1.0)
+        found[PAD] = straight(pressed(spec, thicker=-sigmas[PAD], load=load), 1.0)
     return found | _of_part(stated, spec.elastomer.thickness)
 
 

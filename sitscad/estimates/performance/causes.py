@@ -18,7 +18,7 @@ from itertools import product
 import numpy as np
 
 from sitscad.assembly.places.bodies import film_thickness
-from sitscad.assembly.places.state import REST
+from sitscad.assembly.places.state import REST, WORKING_POINTS
 from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
 from sitscad.data import rows
@@ -148,9 +148,6 @@ def warming(needs: Requirements) -> float:
     """By how many kelvin the sensor is warmed or cooled after the tare, in the budget of errors and in checks."""
     return abs(farthest(needs) - needs.temperature)
 
-
-DRIFTS = ("zero drift", "drift at half load", "drift at full load")
-"""Names of the drift with temperature at each working point."""
 
 TARED_DRIFT = "drift with a tare before each grasp"
 """Name of the drift with temperature that such a tare leaves."""
@@ -307,7 +304,8 @@ class Disturbed:
     @property
     def warmed_by(self) -> str:
         """The name of `drift`, in words: drift differs with the load."""
-        return f"{DRIFTS[self.number]}, {self.warming:.3g} K"
+        drift = f"drift {WORKING_POINTS[self.number].text}" if self.number else "zero drift"
+        return f"{drift}, {self.warming:.3g} K"
 
     @property
     def drift(self) -> Array:

@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from sitscad.assembly.places.state import PRESSED
+from sitscad.assembly.places.state import PRESSED, WORKING_POINTS
 from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
 from sitscad.estimates import estimated
@@ -44,7 +44,6 @@ from sitscad.kernels.electromagnetics.threads import one_thread
 from sitscad.layout.board import Layout
 
 HALF_SCANS, RESONANCE = "half the scan rate", "resonance of target and pad"  # What a bandwidth is limited by
-POINTS = (("rest", 0.0), ("half", 0.5), ("full", 1.0))  # The working points, and their share of the full normal force
 COURSE = 9  # Loads along an axis that are looked at
 
 
@@ -85,22 +84,22 @@ class Felt:
 
     @cached_property
     def points(self) -> tuple[Disturbed, ...]:
-        """Rest, half and full load, what metal does left out."""
+        """The working points, what metal does left out."""
         bench, loads, found = self.bench, working_loads(self.bench), []
         poses = bench.poses(loads)
         slopes, tilts, cold = bench.slopes(poses), Tilts(bench, loads, poses), np.zeros(len(bench.rest))
         gives = bench.compliance(loads, poses)
-        for k, (_, share) in enumerate(POINTS):
+        for k, point in enumerate(WORKING_POINTS):
             # newtons per reading, (axes, coils), by least squares weighted with the noise
             by_load = slopes[k] @ gives[k]
             inverse = np.asarray(np.linalg.pinv(by_load / bench.noise[:, None]) / bench.noise)
             found.append(Disturbed(
-                bench, loads[k], share, poses[k], slopes[k], by_load, inverse, cold, tilts, k, slopes[0], cold))
+                bench, loads[k], point.share, poses[k], slopes[k], by_load, inverse, cold, tilts, k, slopes[0], cold))
         return tuple(found)
 
     @cached_property
     def warmed(self) -> tuple[Disturbed, ...]:
-        """Rest, half and full load with what copper and other metal do."""
+        """The working points with what copper and other metal do."""
         warm = self.estimates.temperature + WARMER
         rough = SCREENING if self.estimates.is_rough else None
         warmer = estimated(self.layout, tolerance=rough, temperature=warm, is_solved=self.estimates.is_solved)
@@ -130,7 +129,7 @@ class Felt:
         """One sigma (N, N m) of every axis at full load by the pad's modulus, before a calibration."""
         scatter = manufacturing_scatter(self.layout.spec, self.estimates)
         modulus = tuple(cause for cause in scatter if cause.name == MODULUS)
-        return units_of(self.working, modulus).by_modulus(POINTS[-1][1], self.bench.full["normal"])
+        return units_of(self.working, modulus).by_modulus(WORKING_POINTS[-1].share, self.bench.full["normal"])
 
     def friction(self, shear: str) -> dict[str, float]:
         """Errors of shear over normal at full load by cause (`Disturbed.friction`)."""
@@ -168,12 +167,13 @@ def performance(
     if not all(felt.held):
         return ()
     alike = twins()
-    return tuple(_at(at, point, felt, model, alike) for (at, _), point in zip(POINTS, felt.warmed, strict=True))
+    return tuple(_at(at.name, point, felt, model, alike)
+                 for at, point in zip(WORKING_POINTS, felt.warmed, strict=True))
 
 
 def working_loads(bench: Bench) -> Array:
-    """The loads (3, 3 or 5; N, N m) of the working points."""
-    return np.array([bench.range.pressed(share * bench.full["normal"]) for _, share in POINTS])
+    """The loads (points, 3 or 5; N, N m) of the working points."""
+    return np.array([bench.range.pressed(point.share * bench.full["normal"]) for point in WORKING_POINTS])
 
 
 def _at(at: str, point: Disturbed, felt: Felt, model: ResponseModel, twins: tuple[Loads, Loads] | None) -> Performance:
@@ -273,6 +273,7 @@ def _notes(felt: Felt, courses: Mapping[str, tuple[float, str]], free: float | N
         "how fast the silicone follows is in no data: its hysteresis, measured slowly, stands for its lag; the "
         "resonance is that of target and pad with nothing on them, and tissue lowers it",
     ]
+    found += [f"{name}: {reason}" for name, reason in bench.estimates.failed_states.items()]
     pressed, held = bench.estimates.compression, held_shear(bench.spec)
     if pressed is not None and not pressed.valid:
         found.append(f"every force here hangs on a law that is not within its range: {pressed.note}")

@@ -34,7 +34,9 @@ class MapFigures:
 
 @record(eq=False)
 class PerformanceReport:
-    """What a sensor feels at rest, half and full load (``points``; empty if it cannot be felt with), for all forms."""
+    """What a sensor feels at the working points, rest to full load, for all forms. ``points`` is empty if it cannot be
+    felt with.
+    """
 
     points: Sequence[Performance]
     spec: SensorSpec
@@ -55,7 +57,7 @@ class PerformanceReport:
 def axis_table(found: PerformanceReport) -> Table:
     """Return what every axis can do, the ends of the map to newtons too if they are known."""
     felt, spec, newtons = found.points, found.spec, found.map
-    rest, half, full = felt
+    rest, full, half = felt[0], felt[-1], next(point for point in felt if point.at == "half")
     has_cells, names = spec.cells is not None, list(full.axes)
     rows: list[tuple[str, ...]] = []
 
@@ -77,7 +79,7 @@ def axis_table(found: PerformanceReport) -> Table:
             *(f"{_newtons(newtons.end)}, pressed alone" if name == "normal" else NONE for name in names))
     if any(max(full.axes[name].full_scale, full.axes[name].range) > held for name in shears):
         row("extrapolated by the pad's law beyond", *(_newtons(held) if name in shears else NONE for name in names))
-    for point in (rest, half, full):
+    for point in felt:
         row(f"resolution {point.at}: the noise alone",
             *(amount(point.axes[name].resolution, name) for name in names))
     lasting = [largest_lasting(axis.errors) for axis in axes]

@@ -99,6 +99,7 @@ def tune(wound: Wound, target: TargetShares | SolvedStates) -> Tuned:
     capacitor, reason = choose_capacitor(circuits, readout, min(map(self_resonance, circuits)), wound.winding.is_rough)
     tank = Tank(capacitor, readout)
     damped = overdamped(circuits, tank, target)
+    failed |= wound.assembly.refused
     failed |= {
         state: f"no numbers for this state: overdamped: Q {quality:.2g}; with {show(capacitor, 'F', 3)} the tank does "
                "not oscillate" for state, quality in damped.items()
@@ -163,8 +164,7 @@ def read(tuned: Tuned) -> Estimates:
     gap_sigmas, deviations = {}, sigmas(spec)
     if spec.elastomer is not None and spec.target is not None:  # the glue below the target in all
         gap_sigmas[REST] = math.hypot(deviations[PAD], deviations[GLUE])
-        if assembly.scatter is not None:
-            gap_sigmas[PRESSED] = math.hypot(assembly.scatter.gap, deviations[GLUE])
+        gap_sigmas |= {name: math.hypot(scatter.gap, deviations[GLUE]) for name, scatter in assembly.scatters.items()}
     checks = () if rough else cross_checks(coils[0].name, wound.winding.geometry, wound.winding.inductance)
     return Estimates(
         coils=coils,
@@ -172,7 +172,7 @@ def read(tuned: Tuned) -> Estimates:
         readout=readout,
         inductance_matrix_error=tuple(map(tuple, wound.matrix_errors.tolist())),
         compression=assembly.compression,
-        compression_scatter=assembly.scatter,
+        compression_scatter=assembly.scatters.get(PRESSED),
         gaps=assembly.gaps,
         gap_sigmas=gap_sigmas,
         cross_checks=checks,

@@ -10,7 +10,16 @@ from typing import Any
 import numpy as np
 
 from sitscad.assembly.places.bodies import Body, metal_face, room_behind, shield_span, target, target_lines
-from sitscad.assembly.places.state import FREE, PRESSED, REST, REST_POSE, Pose, State
+from sitscad.assembly.places.state import (
+    BEHIND_THE_BOARD,
+    MOVED_SIDEWAYS,
+    PRESSED,
+    REST,
+    REST_POSE,
+    STATES,
+    Pose,
+    State,
+)
 from sitscad.basics.arrays import Array, ComplexArray
 from sitscad.basics.record import record, replace
 from sitscad.basics.units import show
@@ -53,32 +62,40 @@ class Surroundings:
 
 @record
 class AssemblyStates:
-    """The states that exist with what is round the coils in each, the gaps (m) by name, the compression, and what is
-    worth saying about the model.
+    """The states that exist with what is round the coils in each, the gaps (m) by name, and what is worth saying about
+    the model.
 
-    `ranges` are states by their names with one sigma less and one more of what scatters the gap (see `pressing`), and
-    `scatter` is that of the pressed pad.
+    `ranges` are states by their names with one sigma less and one more of what scatters the gap (see `pressing`).
+    `compressions` are the pads of the pressed states and `scatters` their scatter. `refused` holds why a state of the
+    table `STATES` is absent though the sensor has its parts.
     """
 
     states: tuple[Surroundings, ...]
     gaps: dict[str, float]
-    compression: Compression | None
     notes: tuple[str, ...]
     ranges: Mapping[tuple[str, str], tuple[Surroundings, Surroundings]] = field(default_factory=dict)
-    scatter: PressingScatter | None = None
+    compressions: Mapping[str, Compression] = field(default_factory=dict)
+    scatters: Mapping[str, PressingScatter] = field(default_factory=dict)
+    refused: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def compression(self) -> Compression | None:
+        """The pad under the required force. None without one."""
+        return self.compressions.get(PRESSED)
 
 
 def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None, is_rough: bool = False) -> AssemblyStates:
-    """The states of the sensor: free (coil alone), rest, pressed to the required normal force.
+    """The states of the sensor, by the table `STATES`.
 
     `sigmas` are the standard deviations (m) of what scatters by its name (`scatter.CAUSES`), none when left out;
     roughly, the pressed pad's scatter by straight lines.
     """
     sigmas, over, behind = sigmas or {}, target(spec), metal_behind(spec)
-    around, left = [Surroundings(State(FREE))], {}
+    around, left, refused = list[Surroundings](), dict[str, float](), dict[str, str]()
     ranges: dict[tuple[str, str], tuple[Surroundings, Surroundings]] = {}
-
+    compressions, scatters = dict[str, Compression](), dict[str, PressingScatter]()
     force, lines = spec.requirements.normal_force or 0.0, target_lines(spec)
+    is_loaded = over is not None and force > 0.0 and rests_on_pad(spec)
 
     def at_gap(name: str, gap: float, pushed: float = 0.0) -> Surroundings:
         """The target let down straight, by a force (N), until so much of the pad's thickness (m) is left."""
@@ -89,31 +106,44 @@ def assemble(spec: SensorSpec, sigmas: Mapping[str, float] | None = None, is_rou
     def between(state: str, cause: str, less: float, more: float) -> None:
         ranges[state, cause] = at_gap(state, less), at_gap(state, more)
 
-    if over is not None or behind is not None:
-        around.append(_around(over, lines, State(REST, REST_POSE), behind))
-    if over is not None:
-        left[REST] = over.lower
-    if over is not None and spec.elastomer is not None and sigmas.get(PAD):
-        thickness = spec.elastomer.thickness
-        between(REST, PAD, max(LEAST * thickness, thickness - sigmas[PAD]), thickness + sigmas[PAD])
-    compression = scatter = None
-    if over is not None and spec.requirements.normal_force and rests_on_pad(spec):
-        compression = pressed(spec)
-        around.append(at_gap(PRESSED, compression.gap, force))
-        left[PRESSED] = compression.gap
-        cases = straight_cases(spec, sigmas, compression) if is_rough else pressed_cases(spec, sigmas)
-        scatter = scatter_of(cases)
-        for cause, (less, more) in cases.items():
-            between(PRESSED, cause, less.gap, more.gap)
+    for kind in STATES:
+        name = kind.name
+        if kind.load is None:
+            around.append(Surroundings(State(name)))
+        elif not kind.is_straight:
+            refused |= {name: MOVED_SIDEWAYS} if is_loaded else {}
+        elif not kind.is_pressed:
+            if over is not None or behind is not None:
+                around.append(_around(over, lines, State(name, REST_POSE), behind))
+            if over is not None:
+                left[name] = over.lower
+            if over is not None and spec.elastomer is not None and sigmas.get(PAD):
+                thickness = spec.elastomer.thickness
+                between(name, PAD, max(LEAST * thickness, thickness - sigmas[PAD]), thickness + sigmas[PAD])
+        elif is_loaded:
+            compressions[name], cases = _pressed_pad(spec, sigmas, kind.load[0], is_rough)
+            around.append(at_gap(name, compressions[name].gap, kind.load[0] * force))
+            left[name], scatters[name] = compressions[name].gap, scatter_of(cases)
+            for cause, (less, more) in cases.items():
+                between(name, cause, less.gap, more.gap)
     gaps = {name: gap + lines for name, gap in left.items()}
     if sigmas.get(GLUE):
-        for name, gap in gaps.items():  # what is left of the pad, and the glue, together
-            gap -= lines
+        for name, gap in left.items():  # what is left of the pad, and the glue, together
             between(name, GLUE, gap - sigmas[GLUE], gap + sigmas[GLUE])
-    ranges |= _metal_ranges(spec, sigmas, around[1:], (HEIGHT,) if is_rough else (*BEHIND, TARGET))
+    assembled = [one for one in around if not one.state.is_free]
+    ranges |= _metal_ranges(spec, sigmas, assembled, (HEIGHT,) if is_rough else (*BEHIND, TARGET))
     if behind is not None:
-        gaps["behind_the_board"] = room_behind(spec)
-    return AssemblyStates(tuple(around), gaps, compression, tuple(_notes(spec, compression)), ranges, scatter)
+        gaps[BEHIND_THE_BOARD] = room_behind(spec)
+    notes = tuple(_notes(spec, compressions.get(PRESSED)))
+    return AssemblyStates(tuple(around), gaps, notes, ranges, compressions, scatters, refused)
+
+
+def _pressed_pad(
+    spec: SensorSpec, sigmas: Mapping[str, float], load: float, is_rough: bool
+) -> tuple[Compression, dict[str, tuple[Compression, Compression]]]:
+    """The pad under a part of the required force, and its cases one sigma to either side."""
+    stated = pressed(spec, load=load)
+    return stated, straight_cases(spec, sigmas, stated, load) if is_rough else pressed_cases(spec, sigmas, load)
 
 
 def _metal_ranges(

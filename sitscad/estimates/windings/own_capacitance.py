@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from sitscad.assembly.places.state import PRESSED, REST
+from sitscad.assembly.places.state import BEHIND_THE_BOARD
 from sitscad.basics.arrays import Array, Flags
 from sitscad.basics.units import show
 from sitscad.kernels.electromagnetics.capacitance import (
@@ -96,8 +96,8 @@ def added_by_metal(coil: Coil, spec: SensorSpec, gap: float | None, behind: floa
 
 def metal_notes(coil: Coil, spec: SensorSpec, gaps: Mapping[str, float], own: float, tank: float) -> list[str]:
     """A note where metal may add more to the own capacitance (F) than that is good to; `tank` is the whole (F)."""
-    gap = min((gaps[state] for state in (REST, PRESSED) if state in gaps), default=None)
-    behind = gaps.get("behind_the_board")
+    behind = gaps.get(BEHIND_THE_BOARD)
+    gap = min((gap for state, gap in gaps.items() if state != BEHIND_THE_BOARD), default=None)
     if gap is None and behind is None:
         return []
     most = added_by_metal(coil, spec, gap, behind)

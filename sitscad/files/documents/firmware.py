@@ -6,7 +6,7 @@ import json
 from collections.abc import Sequence
 from typing import Any
 
-from sitscad.assembly.places.state import FREE, PRESSED, REST
+from sitscad.assembly.places.state import FREE, PRESSED, REST, in_words
 from sitscad.basics.quantities import LONE_TIMES, READOUT, SCAN_TIMES, by_quantity, document
 from sitscad.basics.units import show
 from sitscad.estimates.circuits.settings import Device, devices
@@ -165,12 +165,13 @@ def header(spec: SensorSpec, estimates: Estimates, found: Sequence[Device], forc
         lines += _device(converter, number, device)
     lines += _coils(converter, estimates.coils)
     lines += _force_macros(converter, estimates.coils, spec.requirements.normal_force)
+    lines += _further_states(converter, estimates)
     return "\n".join([*lines, "", "#endif", ""])
 
 
 def _expected(spec: SensorSpec, estimates: Estimates) -> list[str]:
     """What the settings are meant for: timing, and every coil's frequency, R_P and amplitude in every state."""
-    force, device = spec.requirements.normal_force, spec.readout.device
+    device = spec.readout.device
     part, result = device.part, "COUNTS" if device.has_gains else "DATA"
     pins, delay = show(device.limit("pin_capacitance"), "F"), show(device.limit("drive_delay"), "s")
     lines = [*_timing(estimates, device), "", "Expected (estimates; compare with what the first board gives):"]
@@ -184,10 +185,10 @@ def _expected(spec: SensorSpec, estimates: Estimates) -> list[str]:
             )
     if any(name != FREE for coil in estimates.coils for name in coil.states):
         lines.append("Free is the board before assembly; the drive current is chosen for the other states.")
-    if force and any(PRESSED in coil.states for coil in estimates.coils):
-        lines.append(
-            f"Free and rest are without force, pressed is with {show(force, 'N')} on the middle of the target."
-        )
+    if loaded := _loads(estimates):
+        loads = ", ".join(f"{state} is with {show(force, 'N')}" for state, force in loaded.items())
+        lines.append(f"Free and rest are without force, {loads} on the middle of the target.")
+    lines += [f"{comment_text(state)}: {comment_text(why)}" for state, why in estimates.failed_states.items()]
     return [
         *lines,
         "",
@@ -294,6 +295,27 @@ def _count_macros(converter: Converter, readout: ReadoutEstimate) -> list[str]:
         f"    (((uint32_t)((data) & {macro}_DATA_MASK) << {macro}_DATA_SHIFT) + {name}_offsets[coil])",
         f"static const uint16_t {name}_offsets[] = {{{offsets}}};",
     ]
+
+
+def _loads(estimates: Estimates) -> dict[str, float]:
+    """Forces (N) of the pressed states that have numbers, by name."""
+    named = {name for coil in estimates.coils for name in coil.states}
+    return {state.name: state.force for state in estimates.states if state.force and state.name in named}
+
+
+def _further_states(converter: Converter, estimates: Estimates) -> list[str]:
+    """Force and expected inductance by the formula in every pressed state but that under the required force."""
+    lines = []
+    for name, force in _loads(estimates).items():
+        if name == PRESSED:
+            continue
+        lines += ["", f"/* Expected inductance by the formula (H) {comment_text(in_words(name))}, by this force (N) on "
+                      "the middle of the target. */", f"#define {converter.part}_FORCE_{name.upper()}_N {force:.9e}"]
+        values = {k: coil.states[name].converter_inductance for k, coil in enumerate(estimates.coils)
+                  if name in coil.states}
+        lines += [f"#define {converter.part}_COIL{k}_L_{name.upper()}_H {value:.9e}"
+                  for k, value in values.items() if value is not None]
+    return lines
 
 
 def _force_macros(converter: Converter, coils: Sequence[CoilEstimate], force: float | None) -> list[str]:

@@ -16,7 +16,7 @@ from sitscad.assembly.places.bodies import (
     shield_heights,
     top_height,
 )
-from sitscad.assembly.places.state import FREE, in_words
+from sitscad.assembly.places.state import FREE, in_words, working_states
 from sitscad.basics.finding import Finding, Severity
 from sitscad.basics.quantities import Table
 from sitscad.basics.record import record
@@ -181,9 +181,8 @@ def _head(checked: CheckedSpec, spec: SensorSpec, estimates: Estimates, failed: 
 
 def _tiles(checked: CheckedSpec, estimates: Estimates, sheet: Document) -> str:
     """The numbers that decide: what the sensor tells and with what, and what is left of its room."""
-    every = [state for coil in estimates.coils for state in coil.states.values()]
-    alone = [state for state in every if state.state == FREE]
-    states = [state for state in every if state.state != FREE] or alone
+    states = [coil.states[name] for coil in estimates.coils for name in working_states(coil.states)]
+    alone = [coil.states[FREE] for coil in estimates.coils if FREE in coil.states]
     if not states:
         return _incomplete(estimates)
     felt = sheet.get("performance", ())
