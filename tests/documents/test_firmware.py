@@ -57,6 +57,7 @@ def estimates(coils=2, **changes):
         ],
         readout=SimpleNamespace(**(readout | changes)),
         states=(State("free"), State("pressed", force=4.0)),
+        failed_states={},
     )
 
 
