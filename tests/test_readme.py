@@ -40,6 +40,19 @@ def test_every_link_into_the_repository_leads_somewhere(page):
         assert (page.parent / target).exists(), target
 
 
+def anchors(page):
+    """Anchors of a page's headings, as code hosts and the site make them."""
+    text = re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+    titles = re.findall(r"^#+ (.+)$", text, re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_link_to_a_heading_finds_the_heading(page):
+    for target, anchor in re.findall(r"\]\(([\w./-]*\.md|)#([^)]+)\)", page.read_text(encoding="utf-8")):
+        assert anchor in anchors(page.parent / target if target else page), f"{target}#{anchor}"
+
+
 def test_the_readme_is_read_in_three_minutes():
     told = re.sub(r"^```.*?^```|^<!--.*?-->", "", TEXT, flags=re.DOTALL | re.MULTILINE)
     assert len(told.split()) < 1100
