@@ -84,7 +84,7 @@ def read() -> dict[str, list[str]]:
         return {line[0]: line for line in list(csv.reader(file))[1:]}
 
 
-HEAD = "| comparison | designs | error, middle | error, largest | worst of bound | bound over error, middle |"
+HEAD = "| comparison | designs | median error | largest error | worst of bound | median of bound over error |"
 BEGINS, ENDS = "<!-- accuracy.csv begins -->\n", "<!-- accuracy.csv ends -->"
 
 

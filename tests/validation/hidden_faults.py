@@ -35,7 +35,8 @@ ROOT = Path(__file__).parents[2]
 PAGE, BLOCK = ROOT / "docs" / "calibration.md", "hidden_faults.py"
 TEMPLATE = "grasper_4layer"
 SEED, USUAL, ASKED, SKIPPED = 77, 0.7, 25, 700
-HEAD = "hidden", "true error, normal", "shear", "stated, normal", "shear", "what is said"
+HEAD = ("hidden fault", "true error, normal", "true error, shear", "stated error, normal", "stated error, shear",
+        "message")
 G = 9.80665
 
 

@@ -43,8 +43,8 @@ FOUND = ("own", "mutual", "loss", "own_over_stated", "mutual_over_stated", "fine
 """Columns of the file: what was looked at, and what was found at each pose."""
 
 PAGE, BLOCK = ROOT / "docs" / "accuracy.md", "random_poses.csv"
-HEAD = ("board", "behind it", "poses", "change of L, worst (95 %)", "mutual", "loss", "worst of stated",
-        "finer levels apart", "state 1 % or less")
+HEAD = ("board", "behind the board", "poses", "change of L, worst (95 %)", "mutual", "loss", "worst of stated",
+        "difference of references", "states at most 1 %")
 
 
 def boards() -> dict[str, sitscad.Layout]:
