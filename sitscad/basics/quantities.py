@@ -312,6 +312,19 @@ LONE_COIL_AT_FREQUENCY = (
 )
 """Quantities of such a coil at a frequency (`CoilAtFrequency`)."""
 
+DRAWN_COIL = (
+    Quantity("low_frequency_inductance_H", "inductance, direct current"),
+    Quantity("low_frequency_inductance_error", "its error, at most", 2, is_share=True),
+    Quantity("direct_current_resistance_ohm", "resistance, direct current"),
+    Quantity("track_length_m", "length of the track"),
+)
+"""Quantities of a coil that somebody drew (`DrawnCoil`)."""
+
+DRAWN_COIL_AT_FREQUENCY = LONE_COIL_AT_FREQUENCY[:2] + (
+    Quantity("inductance_error", "+-", 2, is_share=True), *LONE_COIL_AT_FREQUENCY[3:7]
+)
+"""Quantities of a drawn coil at a frequency (`DrawnAtFrequency`)."""
+
 RESPONSE = (
     Quantity("pose", path="poses"),
     Quantity("force_N"),

@@ -83,7 +83,7 @@ def winding_geometry(spec: CoilSpec, coil: Coil) -> WindingGeometry:
         return WindingGeometry(spec, spirals)
     width, home = spec.trace_width, (-coil.centre.x, -coil.centre.y)
     layers = [replace(w, path=mitred_path(w.path.shifted(*home), width)) for w in coil.windings]
-    drawn = tuple(track(_pieces(w.path), width, w.thickness, w.z) for w in layers)
+    drawn = tuple(track_of(w.path, width, w.thickness, w.z) for w in layers)
     return WindingGeometry(spec, (), drawn, tuple(bent_track(w, width) for w in layers))
 
 
@@ -121,6 +121,11 @@ def mitred_path(path: Path, width: float) -> Path:
         low, high = k - isinstance(before, Line), k + 1 + isinstance(after, Line)
         segments[low:high] = [Line(segments[low].start, corner), Line(corner, segments[high - 1].end)]
     return Path(tuple(segments))
+
+
+def track_of(path: Path, width: float, thickness: float, z: float) -> Track:
+    """Return a path as a track for the integrals of inductance: width, thickness and mid-plane in metres."""
+    return track(_pieces(path), width, thickness, z)
 
 
 def _pieces(path: Path) -> list[Side | BentPiece]:

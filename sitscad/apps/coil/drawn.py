@@ -1,0 +1,367 @@
+"""The electrical figures of a coil that somebody drew: a KiCad board's net, or a footprint."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from sitscad.basics.quantities import DRAWN_COIL, DRAWN_COIL_AT_FREQUENCY, document
+from sitscad.basics.record import record
+from sitscad.basics.units import show
+from sitscad.basics.version import __version__
+from sitscad.estimates.states.at_frequency import FrequencyError
+from sitscad.estimates.windings.losses import bent_loss
+from sitscad.estimates.windings.methods import bent_path, mitred_path, track_of
+from sitscad.kernels.electromagnetics.inductance.filaments import via_inductance
+from sitscad.kernels.electromagnetics.inductance.tracks import winding_inductance
+from sitscad.kernels.electromagnetics.loss.current_modes import ProximityLoss
+from sitscad.kernels.electromagnetics.loss.proximity import least_gap, resolution_for
+from sitscad.kernels.electromagnetics.loss.resistance import conductivity_at
+from sitscad.kernels.electromagnetics.threads import one_thread
+from sitscad.kernels.geometry.path import Arc, Line, Path, Point, Segment
+from sitscad.layout.drawn.copper import CopperHeight, DrawnCoilError, DrawnCopper
+from sitscad.layout.drawn.follow import DrawnConductor, follow
+from sitscad.layout.drawn.kicad import read_kicad
+from sitscad.spec import presets
+
+INDUCTANCE_ERROR, RESISTANCE_ERROR = 0.005, 0.05
+"""Relative error bounds of a drawn coil's inductance and resistance (tests/coil/test_drawn_coil.py: coils that are
+written by a spec and read back, and coils of other generators beside an independent solver)."""
+
+TOLERANCE = 3e-2
+"""Tolerance of the resistance with which the current within the tracks is resolved."""
+
+CUTS = 8
+"""Places along each straight side at which the current within the tracks is solved."""
+
+
+@record
+class DrawnAtFrequency:
+    """A drawn coil at a `frequency` (Hz): inductance (H) and resistance (ohm) in series, with relative error bounds."""
+
+    frequency: float
+    inductance: float
+    resistance: float
+    inductance_error: float = INDUCTANCE_ERROR
+    resistance_error: float = RESISTANCE_ERROR
+
+    @property
+    def quality_factor(self) -> float:
+        """Quality factor, 2 pi f L / R."""
+        return 2.0 * math.pi * self.frequency * self.inductance / self.resistance
+
+    @property
+    def parallel_resistance(self) -> float:
+        """Parallel resistance (ohm) of a tank that resonates at the frequency."""
+        return self.resistance * (1.0 + self.quality_factor**2)
+
+
+@record
+class DrawnCoil:
+    """A coil that was read from a drawing, between two terminals and without metal near it.
+
+    Attributes
+    ----------
+    conductor : DrawnConductor
+        the conductor as it was followed
+    heights : tuple of CopperHeight
+        copper layers of the board
+    temperature : float
+        temperature of the copper in degrees Celsius
+    low_frequency_inductance, direct_current_resistance : float
+        H and ohm
+    at : tuple of DrawnAtFrequency
+    notes : tuple of str
+        remarks on the drawing: layers that turn the other way, dead ends, unequal turns, assumed heights
+    """
+
+    conductor: DrawnConductor
+    heights: tuple[CopperHeight, ...]
+    temperature: float
+    low_frequency_inductance: float
+    direct_current_resistance: float
+    at: tuple[DrawnAtFrequency, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def inductance(self) -> float:
+        """Inductance (H) at the first frequency."""
+        return self.at[0].inductance
+
+    @property
+    def resistance(self) -> float:
+        """Resistance (ohm) at the first frequency."""
+        return self.at[0].resistance
+
+    @property
+    def track_length(self) -> float:
+        """Length (m) of the conductor on all layers."""
+        return self.conductor.length
+
+    @property
+    def low_frequency_inductance_error(self) -> float:
+        """Relative error bound of the low-frequency inductance."""
+        return INDUCTANCE_ERROR
+
+    def document(self) -> dict[str, Any]:
+        """Return the JSON document of ``sitscad coil FILE``."""
+        runs = [{"layer": layer, "turns": turns} for layer, turns in self.conductor.turns()]
+        return {
+            "sitscad": __version__, "terminals": list(self.conductor.ends), "runs": runs,
+            "trace_width_m": self.conductor.width, "vias": len(self.conductor.vias), "temperature_C": self.temperature,
+            **document(self, DRAWN_COIL),
+            "at_frequency": [document(each, DRAWN_COIL_AT_FREQUENCY) for each in self.at], "notes": list(self.notes),
+        }
+
+
+def read_drawn_coil(path: str, net: str = "", start: str = "", end: str = "") -> tuple[DrawnCopper, DrawnConductor]:
+    """Read a coil from a KiCad file: the copper of its net, and the conductor between its terminals.
+
+    Without a net all copper is followed from the pad `start` to the pad `end`; a board needs one of both.
+
+    Raises
+    ------
+    DrawnCoilError
+        if the file cannot be read, or its copper is no single conductor
+    OSError
+        if the file cannot be opened
+    """
+    copper = read_kicad(path)
+    if not copper.is_footprint and not net and not (start and end):
+        nets = sorted({track.net for track in copper.tracks if track.net})
+        raise DrawnCoilError(f"{path} is a board: name the coil's net with --net, or two pads with --from and --to; nets "
+                             f"with tracks: {', '.join(nets[:12]) or 'none'}")
+    return copper, follow(copper.of_net(net) if net else copper, start, end)
+
+
+@one_thread
+def estimate_drawn_coil(
+    conductor: DrawnConductor, heights: Sequence[CopperHeight], frequencies: Sequence[float], temperature: float = 20.0,
+    notes: Sequence[str] = (),
+) -> DrawnCoil:
+    """Estimate a drawn coil at each frequency (Hz).
+
+    Runs become tracks of the width of most of their length. Chords that stand for arcs become arcs of equal area. Raises
+    DrawnCoilError for a layer without a height, FrequencyError if the losses at a frequency cannot be resolved.
+    """
+    conductivity, width = conductivity_at(temperature), conductor.width
+    of_layer = {each.name: each for each in heights}
+    if missing := [run.layer for run in conductor.runs if run.layer not in of_layer]:
+        raise DrawnCoilError(f"the stack-up has no layer {missing[0]}: it has {', '.join(of_layer) or 'none'}")
+    centre = conductor.centre
+    paths = [with_arcs(run.path.shifted(-centre.x, -centre.y)) for run in conductor.runs]
+    sections = [of_layer[run.layer] for run in conductor.runs]
+    tracks = [track_of(mitred_path(path, width), width, layer.thickness, layer.z)
+              for path, layer in zip(paths, sections, strict=True)]
+    barrels = math.fsum(
+        via_inductance(abs(a.z - b.z), min(via.size)) for via, (a, b) in zip(conductor.vias, pairwise(sections), strict=True)
+        if a.z != b.z
+    )
+    inductance = winding_inductance(tracks) + barrels
+    wound = [(core, layer) for path, layer in zip(paths, sections, strict=True) if (core := without_stubs(path, width))]
+    if not wound:
+        raise DrawnCoilError("the copper is shorter than six times its width: there is no coil")
+    bent = [bent_path(path, width, layer.thickness, layer.z) for path, layer in wound]
+    gap = least_gap(_spacing(conductor), width, sorted({layer.z for layer in sections}))
+    resolution = resolution_for(width, max(layer.thickness for layer in sections), gap, TOLERANCE, conductivity)
+    loss = bent_loss(bent, conductivity, resolution.modes, CUTS, resolution.steps)
+    # stubs, and pieces of another width, carry the same current through their own cross-section
+    direct = loss.direct + math.fsum(
+        segment.length / (conductivity * layer.thickness * own) for run, layer in zip(conductor.runs, sections, strict=True)
+        for segment, own in zip(run.path, run.widths, strict=True)
+    ) - math.fsum(path.length / (conductivity * layer.thickness * width) for path, layer in wound)
+    return DrawnCoil(
+        conductor, tuple(heights), temperature, inductance + loss.direct_change, direct,
+        tuple(_at(loss, inductance, direct, frequency) for frequency in frequencies),
+        (*_remarks(conductor), *notes),
+    )
+
+
+STUB = 6.0
+"""Length of a straight piece, in widths, below which it is a stub if it lies at an end of a run."""
+
+
+def without_stubs(path: Path, width: float) -> Path | None:
+    """Return a run without short straight pieces at its ends, which lead to pads and vias. None if nothing is left.
+
+    The current within the tracks is solved for pieces that lie beside each other. Stubs lie in line with each other.
+    """
+    segments = list(path.segments)
+    for end in (0, -1):
+        while segments and isinstance(segments[end], Line) and segments[end].length < STUB * width:
+            del segments[end]
+    return Path(tuple(segments)) if segments else None
+
+
+def _at(loss: ProximityLoss, inductance: float, direct: float, frequency: float) -> DrawnAtFrequency:
+    if not loss.is_resolved(frequency):
+        raise FrequencyError(f"the current within the tracks cannot be resolved at {show(frequency, 'Hz')}: their spacing "
+                             "is far smaller than their width or thickness")
+    change = float(loss.inductance_changes(np.array([frequency]))[0])
+    added = loss.direct * (loss.resistance_ratio(frequency) - 1.0)
+    return DrawnAtFrequency(frequency, inductance + change, direct + added)
+
+
+def _remarks(conductor: DrawnConductor) -> list[str]:
+    """Return remarks on the drawing, the classic fault first: a layer that turns the other way."""
+    turns = [(layer, count) for layer, count in conductor.turns() if abs(count) >= LEAST_TURNS]
+    found = []
+    main = math.copysign(1.0, math.fsum(count for _, count in turns)) if turns else 1.0
+    for layer, count in turns:
+        if count * main < 0.0:
+            found.append(f"layer {layer} turns the other way ({count:+.2f} turns): its field cancels that of the others")
+    if len({round(abs(count), 1) for _, count in turns}) > 1 and len(found) == 0:
+        each = ", ".join(f"{layer} {abs(count):.2f}" for layer, count in turns)
+        found.append(f"layers have unequal turns: {each}")
+    found += [f"a dead end is left out: {stub}" for stub in conductor.stubs]
+    width = conductor.width
+    others = math.fsum(segment.length for run in conductor.runs
+                       for segment, own in zip(run.path, run.widths, strict=True) if own != width)
+    if others > OTHER_WIDTHS * conductor.length:
+        found.append(f"{others / conductor.length:.0%} of the length is not {show(width, 'm')} wide; the inductance is "
+                     "computed with this width")
+    return found
+
+
+LEAST_TURNS = 0.5
+"""Turns from which on a run is a part of the winding."""
+
+OTHER_WIDTHS = 0.02
+"""Share of the length with another width that is remarked on."""
+
+
+def _spacing(conductor: DrawnConductor) -> float:
+    """Return the least gap (m) between turns of one layer, by points along the conductor."""
+    width, least = conductor.width, math.inf
+    for layer in {run.layer for run in conductor.runs}:
+        rows, way = [], 0.0
+        for run in conductor.runs:
+            if run.layer == layer:
+                for segment in run.path:
+                    count = max(1, min(60, math.ceil(segment.length / (2.0 * width))))
+                    rows += [(*segment.at((k + 0.5) / count), way + segment.length * (k + 0.5) / count)
+                             for k in range(count)]
+                    way += segment.length
+        table = np.array(rows[:: max(1, len(rows) // MOST_POINTS)])
+        for part in np.array_split(table, max(1, len(table) // 500)):
+            apart = np.hypot(part[:, None, 0] - table[:, 0], part[:, None, 1] - table[:, 1])
+            apart[np.abs(part[:, None, 2] - table[:, 2]) < FURTHER * width] = math.inf
+            least = min(least, float(apart.min()))
+    return max(least - width, 0.02 * width) if math.isfinite(least) else width
+
+
+MOST_POINTS = 6000
+"""Points of a layer between which gaps are measured."""
+
+FURTHER = 12.0
+"""Distance along the conductor, in widths, from which on copper belongs to another turn."""
+
+GENTLE = math.radians(16.0)
+"""Angle between chords of equal length up to which they stand for an arc."""
+
+
+def with_arcs(path: Path) -> Path:
+    """Return a path with arcs in place of chords that turn gently, three points each.
+
+    Generators write a curve as chords between points on it. The copper is that of the chords, whose mean radius is smaller
+    by a third of the sagitta, so the points are moved inwards by it.
+    """
+    segments = in_line(path)
+    found: list[Segment] = []
+    k = 0
+    while k < len(segments):
+        last = k
+        while last + 1 < len(segments) and _is_curve(segments[last], segments[last + 1], segments[max(k, last - 1)]):
+            last += 1
+        if last - k < 2:
+            found.append(segments[k])
+            k += 1
+            continue
+        found += _arcs(segments[k : last + 1])
+        k = last + 1
+    return Path(tuple(found))
+
+
+def in_line(path: Path) -> list[Segment]:
+    """Return the segments of a path, straight ones that continue each other as one."""
+    found: list[Segment] = []
+    for segment in path:
+        before = found[-1] if found else None
+        if isinstance(segment, Line) and isinstance(before, Line) and abs(_turn(before, segment)) < STRAIGHT:
+            found[-1] = Line(before.start, segment.end)
+        else:
+            found.append(segment)
+    return found
+
+
+STRAIGHT = 1e-4
+"""Angle (rad) between straight pieces below which they are one."""
+
+
+def _turn(one: Segment, other: Segment) -> float:
+    """Return the angle (rad) from one chord to the next, positive to the left."""
+    (ax, ay), (bx, by) = one.end - one.start, other.end - other.start
+    return math.atan2(ax * by - ay * bx, ax * bx + ay * by)
+
+
+def _is_curve(one: Segment, other: Segment, before: Segment) -> bool:
+    """Whether two chords, and the one before them, turn gently and the same way, with similar lengths."""
+    if not (isinstance(one, Line) and isinstance(other, Line) and isinstance(before, Line)):
+        return False
+    turn = _turn(one, other)
+    if not STRAIGHT < abs(turn) <= GENTLE or not 0.5 < one.length / other.length < 2.0:
+        return False
+    earlier = _turn(before, one) if before is not one else turn
+    return earlier * turn > 0.0 and 0.5 < earlier / turn < 2.0
+
+
+def _arcs(chords: Sequence[Segment]) -> list[Segment]:
+    points = [chords[0].start, *(chord.end for chord in chords)]
+    moved = [points[0]]
+    for before, point, after in zip(points, points[1:], points[2:], strict=False):
+        (ax, ay), (bx, by) = point - before, after - point
+        length, turn = 0.5 * (math.hypot(ax, ay) + math.hypot(bx, by)), math.atan2(ax * by - ay * bx, ax * bx + ay * by)
+        inwards = length * math.tan(turn / 4.0) / 2.0 / 3.0  # a third of the sagitta
+        along = math.hypot(ax + bx, ay + by)
+        moved.append(point.shifted(-(ay + by) / along * inwards, (ax + bx) / along * inwards))
+    moved.append(points[-1])
+    found: list[Segment] = []
+    for k in range(0, len(moved) - 2, 2):
+        found.append(_arc(moved[k], moved[k + 1], moved[k + 2]))
+    if len(moved) % 2 == 0:
+        found.append(Line(moved[-2], moved[-1]))
+    return found
+
+
+def _arc(start: Point, middle: Point, end: Point) -> Segment:
+    (ax, ay), (bx, by) = middle - start, end - start
+    cross = 2.0 * (ax * by - ay * bx)
+    if abs(cross) < 1e-9 * start.distance(end) ** 2:
+        return Line(start, end)
+    a2, b2 = ax * ax + ay * ay, bx * bx + by * by
+    centre = Point(start.x + (by * a2 - ay * b2) / cross, start.y + (ax * b2 - bx * a2) / cross)
+    return Arc(start, end, centre, ccw=cross > 0)
+
+
+def heights_of(copper: DrawnCopper, stackup: str = "") -> tuple[CopperHeight, ...]:
+    """Return the copper layers of a preset stack-up under the names of a file, or those of the file if none is named.
+
+    Raises DrawnCoilError if the stack-up has another number of layers, or if neither has heights.
+    """
+    if not stackup:
+        if not copper.heights:
+            raise DrawnCoilError("the file has no stack-up: name one with --stackup, like flex-2l-30um")
+        return tuple(copper.heights)
+    preset = presets.stackup(stackup)
+    layers = list(copper.layers)
+    if len(preset.copper) != len(layers):
+        used = {track.layer for track in copper.tracks}
+        if copper.is_footprint and len(preset.copper) > len(layers) and used <= {"F.Cu", "B.Cu"}:
+            layers = ["F.Cu", *(f"In{k}.Cu" for k in range(1, len(preset.copper) - 1)), "B.Cu"]
+        else:
+            raise DrawnCoilError(f"stack-up {stackup} has {len(preset.copper)} copper layers, the file {len(layers)}")
+    return tuple(CopperHeight(name, layer.z, layer.thickness) for name, layer in zip(layers, preset.copper, strict=True))

@@ -1,0 +1,97 @@
+"""Copper of a board as it is drawn: tracks, vias, pads and zones, with their nets. Metres, y upwards."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from sitscad.basics.record import record
+from sitscad.kernels.geometry.path import Point, Segment
+
+
+class DrawnCoilError(ValueError):
+    """A drawn coil that cannot be computed. The text says why, with the place."""
+
+
+@record
+class DrawnTrack:
+    """A straight or round track: centre line, width (m), copper layer and net."""
+
+    line: Segment
+    width: float
+    layer: str
+    net: str = ""
+
+
+@record
+class DrawnPad:
+    """A pad or a via: outline about its centre, copper layers, net, and its name (``J1.2``; empty for a via).
+
+    The outline is a rectangle of `size` (m) with corners of a `radius` (m), turned by `angle` (rad).
+    """
+
+    centre: Point
+    size: tuple[float, float]
+    layers: frozenset[str]
+    net: str = ""
+    name: str = ""
+    radius: float = 0.0
+    angle: float = 0.0
+    is_plated: bool = False
+
+    def distance(self, point: Point) -> float:
+        """Distance (m) of a point from the pad's copper; 0 inside."""
+        dx, dy = point.x - self.centre.x, point.y - self.centre.y
+        cos, sin = math.cos(self.angle), math.sin(self.angle)
+        x, y = abs(cos * dx + sin * dy), abs(cos * dy - sin * dx)
+        out_x, out_y = x - self.size[0] / 2 + self.radius, y - self.size[1] / 2 + self.radius
+        return max(0.0, math.hypot(max(out_x, 0.0), max(out_y, 0.0)) - self.radius)
+
+
+@record
+class DrawnZone:
+    """A poured area: its net, layers and a corner."""
+
+    net: str
+    layers: frozenset[str]
+    corner: Point
+
+
+@record
+class CopperHeight:
+    """Name, mid-plane and thickness (m) of a copper layer."""
+
+    name: str
+    z: float
+    thickness: float
+
+
+@record
+class DrawnCopper:
+    """All copper of a file. `heights` are empty if the file has no stack-up."""
+
+    tracks: Sequence[DrawnTrack]
+    pads: Sequence[DrawnPad]
+    zones: Sequence[DrawnZone]
+    layers: Sequence[str]
+    heights: Sequence[CopperHeight] = ()
+    is_footprint: bool = False
+
+    def of_net(self, net: str) -> DrawnCopper:
+        """Return the copper of one net. Raises DrawnCoilError if there is none."""
+        tracks, pads, zones = ([each for each in all_ if each.net == net]
+                               for all_ in (self.tracks, self.pads, self.zones))
+        if not tracks:
+            named = sorted({track.net for track in self.tracks if track.net})
+            some = ", ".join(named[:MOST_NAMED]) + (", ..." if len(named) > MOST_NAMED else "")
+            raise DrawnCoilError(f"no track has the net {net!r}; nets with tracks: {some or 'none'}")
+        return DrawnCopper(tracks, pads, zones, self.layers, self.heights, self.is_footprint)
+
+
+MOST_NAMED = 12
+"""Nets that a message lists."""
+
+
+def place_text(point: Point, layer: str = "") -> str:
+    """Return a place as KiCad shows it: millimetres, y downwards."""
+    return f"({point.x * 1e3:.4g}, {-point.y * 1e3:.4g}) mm{f' on {layer}' if layer else ''}"

@@ -1,0 +1,424 @@
+"""Follow the conductor of a drawn coil from terminal to terminal, through tracks, vias and pads.
+
+Tracks are edges of a graph. Their ends are its nodes, and each via or pad is one node for all ends on its copper. Dead
+ends are left out. What remains has to be one chain: a branch or a loop is refused with its place.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+from sitscad.basics.record import record
+from sitscad.kernels.geometry.path import Line, Path, Point, Segment, part_of
+from sitscad.kernels.geometry.primitives import distances, from_rows, nearest_pairs, path_rows
+from sitscad.layout.drawn.copper import DrawnCoilError, DrawnCopper, DrawnPad, DrawnTrack, place_text
+
+MOST_TRACKS = 20_000
+"""Tracks of a net that are followed at most."""
+
+JOINED = 1e-6
+"""Distance (m) up to which ends count as one point: files round to 1 um at most."""
+
+OVERLAP = 0.25
+"""Distance of two ends, in widths of the narrower track, up to which their copper joins them."""
+
+
+@record
+class Run:
+    """A stretch of the conductor on one layer, in the direction of the current. `widths` (m) belong to its segments."""
+
+    layer: str
+    path: Path
+    widths: tuple[float, ...]
+
+
+@record
+class DrawnConductor:
+    """The conductor of a drawn coil: runs in series, the vias between them, and the dead ends that are left out."""
+
+    runs: tuple[Run, ...]
+    vias: tuple[DrawnPad, ...]
+    stubs: tuple[str, ...]
+    ends: tuple[str, str]
+
+    @property
+    def length(self) -> float:
+        """Length (m) of all runs."""
+        return math.fsum(run.path.length for run in self.runs)
+
+    @property
+    def width(self) -> float:
+        """Width (m) of most of the length."""
+        lengths: dict[float, float] = defaultdict(float)
+        for run in self.runs:
+            for segment, width in zip(run.path, run.widths, strict=True):
+                lengths[width] += segment.length
+        return max(lengths, key=lambda width: (lengths[width], -width))
+
+    @property
+    def centre(self) -> Point:
+        """Centroid (m) of the tracks, weighted by length."""
+        total = x = y = 0.0
+        for run in self.runs:
+            for a, b in pairwise(run.path.flattened(SAMPLED)):
+                length = a.distance(b)
+                total, x, y = total + length, x + length * (a.x + b.x) / 2, y + length * (a.y + b.y) / 2
+        return Point(x / total, y / total)
+
+    def turns(self) -> list[tuple[str, float]]:
+        """Return layer and turns of each run about the centre, counter-clockwise positive, in the current's direction."""
+        centre, found = self.centre, []
+        for run in self.runs:
+            points = [point - centre for point in run.path.flattened(SAMPLED)]
+            angle = math.fsum(math.atan2(a.x * b.y - a.y * b.x, a.x * b.x + a.y * b.y) for a, b in pairwise(points))
+            found.append((run.layer, angle / (2.0 * math.pi)))
+        return found
+
+
+SAMPLED = 10e-6
+"""Distance (m) of chords from the arcs that they stand for when turns are counted."""
+
+Edge = tuple[int, int, DrawnTrack]
+
+
+def follow(copper: DrawnCopper, start: str = "", end: str = "") -> DrawnConductor:
+    """Return the conductor between two terminals.
+
+    Parameters
+    ----------
+    copper : DrawnCopper
+        copper of one net, or of all nets that the coil joins
+    start, end : str
+        names of pads, like ``J1.1``. If they are left out, the two pads of the copper are the terminals (of a footprint
+        pads 1 and 2), or the two free ends of its tracks
+
+    Raises
+    ------
+    DrawnCoilError
+        if there are no two terminals, or the copper between them has a gap, branch, loop, short or zone
+    """
+    if len(copper.tracks) > MOST_TRACKS:
+        raise DrawnCoilError(f"the copper has {len(copper.tracks)} tracks; at most {MOST_TRACKS} are followed")
+    graph = _Graph(copper)
+    first, last = graph.terminals(start, end)
+    graph.require_connected(first, last)
+    stubs = graph.prune(first, last)
+    chain = graph.chain(first, last)
+    if not chain:
+        raise DrawnCoilError("there is no track between the two terminals")
+    conductor = _conductor(graph, chain, tuple(stubs), (graph.name(first), graph.name(last)))
+    _require_no_zone(copper, chain)
+    _require_no_short(graph, chain)
+    return conductor
+
+
+class _Graph:
+    """Tracks as edges between nodes; nodes are pads and vias, or the joined ends of tracks."""
+
+    def __init__(self, copper: DrawnCopper) -> None:
+        self.pads = list(copper.pads)
+        self.is_footprint = copper.is_footprint
+        self.places: list[tuple[Point, str]] = [(pad.centre, "") for pad in self.pads]
+        self.owner = self._joined_pads()
+        self.layered: dict[str, list[int]] = defaultdict(list)
+        for number, pad in enumerate(self.pads):
+            for layer in pad.layers:
+                self.layered[layer].append(number)
+        self.cells: dict[tuple[str, int, int], list[int]] = defaultdict(list)
+        self.edges: dict[int, Edge] = {}
+        self.at: dict[int, set[int]] = defaultdict(set)
+        for track in _without_copies(copper.tracks):
+            self._add(track)
+        self._join_ends_on_tracks()
+
+    def _joined_pads(self) -> list[int]:
+        """Return for each pad the first pad with which its copper is one: a via in a pad."""
+        owner = list(range(len(self.pads)))
+        by_place = sorted(range(len(self.pads)), key=lambda k: self.pads[k].centre.x)
+        for position, k in enumerate(by_place):
+            for other in by_place[position + 1 :]:
+                one, two = self.pads[k], self.pads[other]
+                if two.centre.x - one.centre.x > max(*one.size, *two.size):
+                    break
+                if one.layers & two.layers and (one.distance(two.centre) <= 0.0 or two.distance(one.centre) <= 0.0):
+                    old, new = owner[other], owner[k]
+                    owner = [new if each == old else each for each in owner]
+        return owner
+
+    def _node(self, point: Point, layer: str, width: float) -> int:
+        """Return the node of a track's end: a pad that holds it, an end that is joined to it, or a new one."""
+        for number in self.layered[layer]:
+            if self.pads[number].distance(point) <= JOINED:
+                return self.owner[number]
+        reach = max(JOINED, OVERLAP * width)
+        column, row = math.floor(point.x / CELL), math.floor(point.y / CELL)
+        nearest, least = -1, reach
+        for i in (column - 1, column, column + 1):
+            for j in (row - 1, row, row + 1):
+                for node in self.cells[layer, i, j]:
+                    distance = self.places[node][0].distance(point)
+                    if distance <= least:
+                        nearest, least = node, distance
+        if nearest >= 0:
+            return nearest
+        self.places.append((point, layer))
+        self.cells[layer, column, row].append(len(self.places) - 1)
+        return len(self.places) - 1
+
+    def _add(self, track: DrawnTrack) -> None:
+        a, b = (self._node(point, track.layer, track.width) for point in (track.line.start, track.line.end))
+        if a == b and track.line.length <= 2.0 * track.width:
+            return  # within a pad, or shorter than wide
+        number = len(self.edges) + 1
+        while number in self.edges:
+            number += 1
+        self.edges[number] = a, b, track
+        self.at[a].add(number)
+        self.at[b].add(number)
+
+    def _remove(self, number: int) -> Edge:
+        a, b, track = self.edges.pop(number)
+        self.at[a].discard(number)
+        self.at[b].discard(number)
+        return a, b, track
+
+    def _join_ends_on_tracks(self) -> None:
+        """Split tracks on whose centre line another track ends."""
+        for node in [node for node, edges in self.at.items() if len(edges) == 1 and node >= len(self.pads)]:
+            (own,) = self.at[node] or {0}
+            point, layer = self.places[node]
+            for number, (a, b, track) in list(self.edges.items()):
+                if number == own or track.layer != layer or node in (a, b):
+                    continue
+                x0, y0, x1, y1 = track.line.box
+                half = track.width / 2
+                if not (x0 - half <= point.x <= x1 + half and y0 - half <= point.y <= y1 + half):
+                    continue
+                if track.line.distance(point) <= half:
+                    self._split(number, node, point)
+                    break
+
+    def _split(self, number: int, node: int, point: Point) -> None:
+        a, b, track = self._remove(number)
+        near = _nearest(track.line, point)
+        for first, last, start, end in ((a, node, track.line.start, near), (node, b, near, track.line.end)):
+            if start.distance(end) > 1e-9:
+                new = max(self.edges, default=0) + 1
+                self.edges[new] = first, last, replace(track, line=part_of(track.line, start, end))
+                self.at[first].add(new)
+                self.at[last].add(new)
+
+    def name(self, node: int) -> str:
+        """Return the name of a pad's node, or the place of another."""
+        if node < len(self.pads) and self.pads[node].name:
+            return f"pad {self.pads[node].name}"
+        return place_text(*self.places[node])
+
+    def terminals(self, start: str, end: str) -> tuple[int, int]:
+        """Return the nodes of the two terminals. Raises DrawnCoilError if there are no two."""
+        named = {pad.name: self.owner[k] for k, pad in reversed(list(enumerate(self.pads))) if pad.name}
+        if start or end:
+            for name in (start, end):
+                if name not in named:
+                    some = ", ".join(sorted(named)[:MOST_NAMED])
+                    raise DrawnCoilError(f"there is no pad {name!r}; pads: {some or 'none'}")
+            return named[start], named[end]
+        if self.is_footprint and {"1", "2"} <= named.keys():
+            return named["1"], named["2"]
+        pads = sorted({node for node in named.values() if self.at[node]})
+        if len(pads) == 2:
+            return pads[0], pads[1]
+        free = sorted(node for node, edges in self.at.items() if len(edges) == 1 and node not in pads)
+        if not pads and len(free) == 2:
+            return free[0], free[1]
+        if len(pads) == 1 and len(free) == 1:
+            return pads[0], free[0]
+        found = [self.name(node) for node in (*pads, *free)][:MOST_NAMED]
+        raise DrawnCoilError(f"the coil's two terminals are not plain: {', '.join(found) or 'there are no ends'}; name two "
+                             "pads with --from and --to")
+
+    def _reached(self, first: int) -> set[int]:
+        reached, todo = {first}, [first]
+        while todo:
+            for number in self.at[todo.pop()]:
+                for node in self.edges[number][:2]:
+                    if node not in reached:
+                        reached.add(node)
+                        todo.append(node)
+        return reached
+
+    def require_connected(self, first: int, last: int) -> None:
+        """Raise DrawnCoilError with the place of the gap if no copper joins the terminals."""
+        reached = self._reached(first)
+        if last in reached:
+            return
+        ends = [node for node in reached if len(self.at[node]) <= 1 and node != first] or [first]
+        others = [node for node, edges in self.at.items() if edges and node not in reached] or [last]
+        here, there = min(((a, b) for a in ends for b in others),
+                          key=lambda pair: self.places[pair[0]][0].distance(self.places[pair[1]][0]))
+        (point, layer), (other, other_layer) = self.places[here], self.places[there]
+        gap = point.distance(other)
+        what = f"the nearest other copper is {gap * 1e3:.3g} mm away, at {place_text(other, other_layer)}"
+        if gap <= JOINED and layer != other_layer:
+            what = f"a track of {other_layer} ends there, too: a via is missing"
+        raise DrawnCoilError(f"the copper from {self.name(first)} ends at {place_text(point, layer)}; {what}")
+
+    def prune(self, first: int, last: int) -> Iterator[str]:
+        """Remove dead ends. Yield a text for each."""
+        reached, stubs = self._reached(first), []
+        for number in [n for n, (a, _, _) in self.edges.items() if a not in reached]:
+            self._remove(number)
+        todo = [node for node, edges in self.at.items() if len(edges) == 1 and node not in (first, last)]
+        lengths: dict[int, tuple[float, int]] = {}
+        while todo:
+            node = todo.pop()
+            if len(self.at[node]) != 1 or node in (first, last):
+                continue
+            (number,) = self.at[node]
+            a, b, track = self._remove(number)
+            on = b if a == node else a
+            length, begin = lengths.pop(node, (0.0, node))
+            lengths[on] = length + track.line.length, begin
+            todo.append(on)
+        for length, begin in lengths.values():
+            stubs.append(f"{length * 1e3:.3g} mm ending at {place_text(*self.places[begin])}")
+        return iter(stubs)
+
+    def chain(self, first: int, last: int) -> list[tuple[int, int, DrawnTrack]]:
+        """Return the edges from terminal to terminal, in order. Raises DrawnCoilError if the copper branches."""
+        found, node, before = [], first, 0
+        while node != last:
+            onwards = sorted(self.at[node] - {before})
+            if len(onwards) > 1:
+                raise DrawnCoilError(f"the copper branches at {self.name(node)}: branches in parallel, and loops, are not "
+                                     "computed")
+            if not onwards:
+                raise DrawnCoilError(f"the copper ends at {self.name(node)}")
+            (before,) = onwards
+            a, b, track = self.edges[before]
+            if b == node:
+                a, b, track = b, a, replace(track, line=track.line.reversed())
+            found.append((a, b, track))
+            node = b
+        if self.at[last] - {before}:
+            raise DrawnCoilError(f"the copper branches at {self.name(last)}: branches in parallel, and loops, are not "
+                                 "computed")
+        return found
+
+
+CELL = 0.2e-3
+"""Side (m) of the squares by which ends of tracks are found; `OVERLAP` of a wider track is cut off at it."""
+
+MOST_NAMED = 12
+"""Pads that a message lists."""
+
+
+def _without_copies(tracks: Sequence[DrawnTrack]) -> Iterator[DrawnTrack]:
+    """Yield tracks once that are drawn twice."""
+    seen = set()
+    for track in tracks:
+        middle = track.line.at(0.5)
+        key = (track.layer, *sorted((round(p.x, 8), round(p.y, 8)) for p in (track.line.start, track.line.end)),
+               round(middle.x, 8), round(middle.y, 8))
+        if key not in seen:
+            seen.add(key)
+            yield track
+
+
+def _nearest(line: Segment, point: Point) -> Point:
+    """Return the point of a segment nearest to another point, among 200."""
+    return min((line.at(k / 200.0) for k in range(201)), key=point.distance)
+
+
+def _conductor(graph: _Graph, chain: Sequence[Edge], stubs: tuple[str, ...], ends: tuple[str, str]) -> DrawnConductor:
+    """Return the chain as runs. Inside pads and vias a straight piece joins the ends of the tracks."""
+    runs: list[tuple[str, list[Segment], list[float]]] = []
+    vias = []
+    for before, (a, _, track) in zip((None, *chain), chain, strict=False):
+        if before is None or before[2].layer != track.layer:
+            if before is not None:
+                hub = graph.pads[a] if a < len(graph.pads) else None
+                if hub is None:
+                    raise DrawnCoilError(f"tracks of two layers meet at {graph.name(a)} without a via")
+                _link(runs[-1], hub.centre, before[2].width)
+                vias.append(hub)
+                runs.append((track.layer, [], []))
+                _start(runs[-1], hub.centre, track)
+            else:
+                runs.append((track.layer, [], []))
+        else:
+            _link(runs[-1], track.line.start, track.width)
+        runs[-1][1].append(track.line)
+        runs[-1][2].append(track.width)
+    return DrawnConductor(tuple(Run(layer, Path(tuple(lines)), tuple(widths)) for layer, lines, widths in runs if lines),
+                          tuple(vias), stubs, ends)
+
+
+def _link(run: tuple[str, list[Segment], list[float]], point: Point, width: float) -> None:
+    """Add a straight piece from the end of a run to a point, if there is a distance."""
+    if run[1] and run[1][-1].end.distance(point) > 1e-9:
+        run[1].append(Line(run[1][-1].end, point))
+        run[2].append(width)
+
+
+def _start(run: tuple[str, list[Segment], list[float]], centre: Point, track: DrawnTrack) -> None:
+    if centre.distance(track.line.start) > 1e-9:
+        run[1].append(Line(centre, track.line.start))
+        run[2].append(track.width)
+
+
+def _require_no_zone(copper: DrawnCopper, chain: Sequence[Edge]) -> None:
+    nets, layers = {track.net for _, _, track in chain}, {track.layer for _, _, track in chain}
+    for zone in copper.zones:
+        if zone.net in nets and zone.net and zone.layers & layers:
+            raise DrawnCoilError(f"the zone at {place_text(zone.corner, min(zone.layers & layers))} has the coil's net "
+                                 f"{zone.net}: current in an area is not computed")
+
+
+def _require_no_short(graph: _Graph, chain: Sequence[Edge]) -> None:
+    """Raise DrawnCoilError if copper of the conductor touches copper further along it."""
+    import numpy as np  # the following needs none of it
+
+    by_layer: dict[str, list[int]] = defaultdict(list)
+    for k, (_, _, track) in enumerate(chain):
+        by_layer[track.layer].append(k)
+    along = np.cumsum([0.0, *(track.line.length for _, _, track in chain)])
+    for layer, numbers in by_layer.items():
+        pieces = from_rows([row for k in numbers for row, _ in path_rows([chain[k][2].line])])
+        half = np.array([chain[k][2].width / 2 for k in numbers])
+        pairs = nearest_pairs(pieces.boxes, half)
+        if not len(pairs):
+            continue
+        first, second = np.array(numbers)[pairs[:, 0]], np.array(numbers)[pairs[:, 1]]
+        reach = half[pairs[:, 0]] + half[pairs[:, 1]]
+        between = along[second] - along[first + 1]
+        chosen = between > NEIGHBOURS * reach
+        apart = distances(pieces.take(pairs[chosen, 0]), pieces.take(pairs[chosen, 1]))
+        touching = np.flatnonzero(apart < reach[chosen] - JOINED)
+        if touching.size:
+            one, other = (chain[index[chosen][touching[0]]][2].line for index in (first, second))
+            place = min((one.at(k / 50.0) for k in range(51)), key=other.distance)
+            raise DrawnCoilError(f"turns touch at {place_text(place, layer)}: the current takes a short way there")
+    for k, (a, _, _) in enumerate(chain):
+        if a >= len(graph.pads):
+            continue
+        pad = graph.pads[a]
+        for other, (_, _, track) in enumerate(chain):
+            away = abs(along[other] - along[k]) if other >= k else abs(along[other + 1] - along[k])
+            if track.layer in pad.layers and away > NEIGHBOURS * max(pad.size):
+                x0, y0, x1, y1 = track.line.box
+                reach = max(pad.size) + track.width
+                if not (x0 - reach <= pad.centre.x <= x1 + reach and y0 - reach <= pad.centre.y <= y1 + reach):
+                    continue
+                nearest = _nearest(track.line, pad.centre)
+                if pad.distance(nearest) < track.width / 2 - JOINED:
+                    raise DrawnCoilError(f"a turn touches {graph.name(a)} at {place_text(nearest, track.layer)}: the "
+                                         "current takes a short way there")
+
+
+NEIGHBOURS = 2.0
+"""Distance along the conductor, in widths, up to which pieces are neighbours that may touch."""
