@@ -15,6 +15,7 @@ from sitscad.basics.version import __version__ as __version__
 if TYPE_CHECKING:
     # A line a module, in the order of the table below.
     # isort: off
+    from sitscad.apps.coil.drawn import DrawnCoil as DrawnCoil, drawn_coil as drawn_coil
     from sitscad.apps.coil.spiral import Spiral as Spiral, coil as coil
     from sitscad.apps.hardware.converter import SimulatedConverter as SimulatedConverter
     from sitscad.calibration import (
@@ -73,6 +74,7 @@ if TYPE_CHECKING:
     # isort: on
 
 _HOMES = {
+    "sitscad.apps.coil.drawn": "DrawnCoil drawn_coil",
     "sitscad.apps.coil.spiral": "Spiral coil",
     "sitscad.apps.hardware.converter": "SimulatedConverter",
     "sitscad.calibration": "Calibration InverseMap calibrate map_of",

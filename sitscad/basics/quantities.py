@@ -320,8 +320,8 @@ DRAWN_COIL = (
 )
 """Quantities of a coil that somebody drew (`DrawnCoil`)."""
 
-DRAWN_COIL_AT_FREQUENCY = LONE_COIL_AT_FREQUENCY[:2] + (
-    Quantity("inductance_error", "+-", 2, is_share=True), *LONE_COIL_AT_FREQUENCY[3:7]
+DRAWN_COIL_AT_FREQUENCY = (
+    *LONE_COIL_AT_FREQUENCY[:2], Quantity("inductance_error", "+-", 2, is_share=True), *LONE_COIL_AT_FREQUENCY[3:7]
 )
 """Quantities of a drawn coil at a frequency (`DrawnAtFrequency`)."""
 

@@ -46,17 +46,21 @@ OPTION = re.compile(r"\b(?:coil|fpc)\.(\w+)")
 
 @click.command(cls=Example,
                example="sitscad coil --outer-diameter 8 --turns 14 --trace-width 100um --trace-spacing 100um --at 5MHz")
-@click.option("--outer-diameter", type=Size(), required=True,
-              help="Across the outer copper edges; of a rectangle or racetrack x,y like 12,8.")
+@click.argument("file", required=False, type=click.Path(dir_okay=False))
+@click.option("--net", default="", metavar="NAME", help="The coil's net on the board FILE.")
+@click.option("--from", "start", default="", metavar="PAD", help="The pad at which the coil of FILE begins, like J1.1.")
+@click.option("--to", "end", default="", metavar="PAD", help="The pad at which it ends.")
+@click.option("--outer-diameter", type=Size(),
+              help="Across the outer copper edges; rectangles and racetracks: x,y like 12,8.")
 @click.option("--turns", type=Counts(), help="Turns on each layer, or one number for each layer: 8,7.")
 @click.option("--inner-diameter", type=Size(),
               help="Across the inner copper edges, in place of turns, trace width or trace spacing.")
 @click.option("--trace-width", type=Size(), help="Width of the track.")
 @click.option("--trace-spacing", type=Size(), help="Gap between turns.")
-@click.option("--shape", default="circle", show_default=True, metavar="NAME",
-              help="circle, square, rectangle, hexagon, octagon or racetrack.")
-@click.option("--layers", type=Counts(), default="1", show_default=True,
-              help="Number of copper layers in series, or their numbers from the top: 1,3.")
+@click.option("--shape", metavar="NAME", help="circle, square, rectangle, hexagon, octagon or racetrack.  [default: "
+                                                "circle]")
+@click.option("--layers", type=Counts(),
+              help="Number of copper layers in series, or their numbers from the top: 1,3.  [default: 1]")
 @click.option("--stackup", metavar="NAME",
               help="Stack-up of the board, like flex-2l-30um (default: the usual one for so many layers).")
 @click.option("--at", "frequencies", multiple=True, metavar="FREQUENCY", default=("1MHz",), show_default=True,
@@ -67,14 +71,23 @@ OPTION = re.compile(r"\b(?:coil|fpc)\.(\w+)")
 @click.option("--svg", type=click.Path(dir_okay=False), help="Write a picture of the coil to this file.")
 @click.option("--kicad-mod", type=click.Path(dir_okay=False), help="Write the coil as a KiCad footprint to this file.")
 def coil(
-    stackup: str | None, frequencies: tuple[str, ...], temperature: float, format_name: str, svg: str | None,
-    kicad_mod: str | None, **section: object,
+    file: str | None, net: str, start: str, end: str, stackup: str | None, frequencies: tuple[str, ...],
+    temperature: float, format_name: str, svg: str | None, kicad_mod: str | None, **section: object,
 ) -> int:
-    """Print inductance, resistance, quality factor and self-resonance of one planar coil.
+    """Print inductance, resistance and quality factor of one planar coil.
 
+    The coil is given by its dimensions, or it is drawn in FILE, a KiCad board (.kicad_pcb) or footprint (.kicad_mod).
     No spec is needed. A bare number is a length in millimetres; units may be written (100um, 4mil, 8mm). The figures
-    are those of the winding without leads and without metal near it. Each stands with its error, and Mohan's closed
-    formula stands beside the inductance as a check by others.
+    are those of the coil without metal near it, each with its error.
+
+    \b
+    Of dimensions, without leads:
+      sitscad coil --outer-diameter 8 --turns 14 --trace-width 100um
+                   --trace-spacing 100um --layers 2
+    Of a drawing, from terminal to terminal:
+      sitscad coil board.kicad_pcb --net COIL
+      sitscad coil board.kicad_pcb --from J1.1 --to J1.2
+      sitscad coil footprint.kicad_mod --stackup flex-2l-30um
 
     \b
     Figures:
@@ -89,6 +102,15 @@ def coil(
 
     Exit code: 0 the figures are printed, 2 there is no such coil.
     """  # noqa: D301 - click asks for the control character itself
+    dimensions = {key: value for key, value in section.items() if value is not None}
+    if file is not None:
+        return _print_drawn(file, net, start, end, dimensions, stackup, frequencies, temperature, format_name, svg,
+                            kicad_mod)
+    if net or start or end:
+        raise click.UsageError("--net, --from and --to go with a FILE: sitscad coil board.kicad_pcb --net COIL")
+    if "outer_diameter" not in dimensions:
+        raise click.UsageError("give the coil's dimensions (--outer-diameter 8 --turns 14 ...), or a FILE in which it "
+                               "is drawn")
     from sitscad.apps.coil.spiral import spiral
     from sitscad.apps.coil.text import COIL_FORMATS
     from sitscad.estimates.states.at_frequency import FrequencyError
@@ -96,21 +118,55 @@ def coil(
 
     show = row_of(COIL_FORMATS, format_name, "--format")
     try:
-        found = spiral({key: value for key, value in section.items() if value is not None}, stackup, frequencies,
-                       temperature)
-        files = {svg: found.picture, kicad_mod: found.footprint}
-        drawn = {path: draw() for path, draw in files.items() if path is not None}
+        found = spiral({"shape": "circle", "layers": 1, **dimensions}, stackup, frequencies, temperature)
+        wanted = (svg, found.picture), (kicad_mod, found.footprint)
+        drawn = {path: draw() for path, draw in wanted if path is not None}
     except SpecError as error:
         for finding in error.findings:
             say(OPTION.sub(lambda key: "--" + key[1].replace("_", "-"), finding.advised_message))
         return 2
     except FrequencyError as error:
         raise click.BadParameter(str(error), param_hint="--at") from error
+    except ValueError as error:
+        raise click.BadParameter(str(error), param_hint="--kicad-mod") from error
     print_result(show(found, coloured(sys.stdout)))
-    if drawn:
-        from sitscad.package.folder import write_file
-
-        for path, text in drawn.items():
-            write_file(path, text.encode("utf-8"))
-            say(f"wrote {path}")
+    _write(drawn)
     return 0
+
+
+def _print_drawn(
+    file: str, net: str, start: str, end: str, dimensions: dict[str, object], stackup: str | None,
+    frequencies: tuple[str, ...], temperature: float, format_name: str, svg: str | None, kicad_mod: str | None,
+) -> int:
+    """Print the figures of a coil that is drawn in a file; the exit code."""
+    from sitscad.apps.coil.drawn import drawn_coil
+    from sitscad.apps.coil.text import DRAWN_COIL_FORMATS
+    from sitscad.estimates.states.at_frequency import FrequencyError
+    from sitscad.layout.drawn.copper import DrawnCoilError
+
+    if dimensions or kicad_mod:
+        options = [*dimensions, *(["kicad_mod"] if kicad_mod else [])]
+        names = ", ".join("--" + name.replace("_", "-") for name in options)
+        raise click.UsageError(f"{names} cannot change the coil that is drawn in {file}")
+    if bool(start) != bool(end):
+        raise click.UsageError("--from and --to go together")
+    show = row_of(DRAWN_COIL_FORMATS, format_name, "--format")
+    try:
+        found = drawn_coil(file, net=net, start=start, end=end, stackup=stackup or "", frequency=list(frequencies),
+                           temperature=temperature)
+    except DrawnCoilError as error:
+        say(f"{file}: {error}" if not str(error).startswith(file) else str(error))
+        return 2
+    except FrequencyError as error:
+        raise click.BadParameter(str(error), param_hint="--at") from error
+    print_result(show(found, coloured(sys.stdout)))
+    _write({} if svg is None else {svg: found.picture()})
+    return 0
+
+
+def _write(files: dict[str, str]) -> None:
+    from sitscad.package.folder import write_file
+
+    for path, text in files.items():
+        write_file(path, text.encode("utf-8"))
+        say(f"wrote {path}")

@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from sitscad.apps.coil.spiral import USUAL_FREQUENCY, hertz_of
+from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.quantities import DRAWN_COIL, DRAWN_COIL_AT_FREQUENCY, document
 from sitscad.basics.record import record
 from sitscad.basics.units import show
@@ -107,6 +109,12 @@ class DrawnCoil:
         """Relative error bound of the low-frequency inductance."""
         return INDUCTANCE_ERROR
 
+    def picture(self) -> str:
+        """Return a picture of the conductor as SVG text, seen from the top, each layer in its colour."""
+        from sitscad.apps.coil.picture import conductor_svg  # pictures are drawn on demand only
+
+        return conductor_svg(self.conductor)
+
     def document(self) -> dict[str, Any]:
         """Return the JSON document of ``sitscad coil FILE``."""
         runs = [{"layer": layer, "turns": turns} for layer, turns in self.conductor.turns()]
@@ -133,8 +141,8 @@ def read_drawn_coil(path: str, net: str = "", start: str = "", end: str = "") ->
     copper = read_kicad(path)
     if not copper.is_footprint and not net and not (start and end):
         nets = sorted({track.net for track in copper.tracks if track.net})
-        raise DrawnCoilError(f"{path} is a board: name the coil's net with --net, or two pads with --from and --to; nets "
-                             f"with tracks: {', '.join(nets[:12]) or 'none'}")
+        raise DrawnCoilError(f"{path} is a board: name the coil's net with --net, or two pads with --from and --to; "
+                             f"nets with tracks: {', '.join(nets[:12]) or 'none'}")
     return copper, follow(copper.of_net(net) if net else copper, start, end)
 
 
@@ -145,8 +153,8 @@ def estimate_drawn_coil(
 ) -> DrawnCoil:
     """Estimate a drawn coil at each frequency (Hz).
 
-    Runs become tracks of the width of most of their length. Chords that stand for arcs become arcs of equal area. Raises
-    DrawnCoilError for a layer without a height, FrequencyError if the losses at a frequency cannot be resolved.
+    Runs become tracks of the width of most of their length. Chords that stand for arcs become arcs of equal area.
+    Raises DrawnCoilError for a layer without a height, FrequencyError if the losses at a frequency cannot be resolved.
     """
     conductivity, width = conductivity_at(temperature), conductor.width
     of_layer = {each.name: each for each in heights}
@@ -157,11 +165,9 @@ def estimate_drawn_coil(
     sections = [of_layer[run.layer] for run in conductor.runs]
     tracks = [track_of(mitred_path(path, width), width, layer.thickness, layer.z)
               for path, layer in zip(paths, sections, strict=True)]
-    barrels = math.fsum(
-        via_inductance(abs(a.z - b.z), min(via.size)) for via, (a, b) in zip(conductor.vias, pairwise(sections), strict=True)
-        if a.z != b.z
-    )
-    inductance = winding_inductance(tracks) + barrels
+    steps = zip(conductor.vias, pairwise(sections), strict=True)
+    barrels = [via_inductance(abs(a.z - b.z), min(via.size)) for via, (a, b) in steps if a.z != b.z]
+    inductance = winding_inductance(tracks) + math.fsum(barrels)
     wound = [(core, layer) for path, layer in zip(paths, sections, strict=True) if (core := without_stubs(path, width))]
     if not wound:
         raise DrawnCoilError("the copper is shorter than six times its width: there is no coil")
@@ -171,7 +177,8 @@ def estimate_drawn_coil(
     loss = bent_loss(bent, conductivity, resolution.modes, CUTS, resolution.steps)
     # stubs, and pieces of another width, carry the same current through their own cross-section
     direct = loss.direct + math.fsum(
-        segment.length / (conductivity * layer.thickness * own) for run, layer in zip(conductor.runs, sections, strict=True)
+        segment.length / (conductivity * layer.thickness * own)
+        for run, layer in zip(conductor.runs, sections, strict=True)
         for segment, own in zip(run.path, run.widths, strict=True)
     ) - math.fsum(path.length / (conductivity * layer.thickness * width) for path, layer in wound)
     return DrawnCoil(
@@ -199,8 +206,8 @@ def without_stubs(path: Path, width: float) -> Path | None:
 
 def _at(loss: ProximityLoss, inductance: float, direct: float, frequency: float) -> DrawnAtFrequency:
     if not loss.is_resolved(frequency):
-        raise FrequencyError(f"the current within the tracks cannot be resolved at {show(frequency, 'Hz')}: their spacing "
-                             "is far smaller than their width or thickness")
+        raise FrequencyError(f"the current within the tracks cannot be resolved at {show(frequency, 'Hz')}: their "
+                             "spacing is far smaller than their width or thickness")
     change = float(loss.inductance_changes(np.array([frequency]))[0])
     added = loss.direct * (loss.resistance_ratio(frequency) - 1.0)
     return DrawnAtFrequency(frequency, inductance + change, direct + added)
@@ -213,7 +220,7 @@ def _remarks(conductor: DrawnConductor) -> list[str]:
     main = math.copysign(1.0, math.fsum(count for _, count in turns)) if turns else 1.0
     for layer, count in turns:
         if count * main < 0.0:
-            found.append(f"layer {layer} turns the other way ({count:+.2f} turns): its field cancels that of the others")
+            found.append(f"layer {layer} turns the other way ({count:+.2f} turns) and cancels the field of the others")
     if len({round(abs(count), 1) for _, count in turns}) > 1 and len(found) == 0:
         each = ", ".join(f"{layer} {abs(count):.2f}" for layer, count in turns)
         found.append(f"layers have unequal turns: {each}")
@@ -267,8 +274,8 @@ GENTLE = math.radians(16.0)
 def with_arcs(path: Path) -> Path:
     """Return a path with arcs in place of chords that turn gently, three points each.
 
-    Generators write a curve as chords between points on it. The copper is that of the chords, whose mean radius is smaller
-    by a third of the sagitta, so the points are moved inwards by it.
+    Generators write a curve as chords between points on it. The mean radius of chords is smaller than that of the
+    points by a third of the sagitta, so the points are moved inwards by a third of it.
     """
     segments = in_line(path)
     found: list[Segment] = []
@@ -330,11 +337,23 @@ def _arcs(chords: Sequence[Segment]) -> list[Segment]:
         moved.append(point.shifted(-(ay + by) / along * inwards, (ax + bx) / along * inwards))
     moved.append(points[-1])
     found: list[Segment] = []
-    for k in range(0, len(moved) - 2, 2):
-        found.append(_arc(moved[k], moved[k + 1], moved[k + 2]))
-    if len(moved) % 2 == 0:
-        found.append(Line(moved[-2], moved[-1]))
+    turns = [abs(_turn(one, other)) for one, other in pairwise(chords)]
+    # chords of an arc: arcs that are shorter than the track is wide are solved less well
+    each = 2 * max(1, round(ARC / (2.0 * max(turns))))
+    first = 0
+    while first < len(moved) - 1:
+        last = len(moved) - 1 if len(moved) - 1 - first < 2 * each else first + each
+        if (last - first) % 2:
+            found.append(Line(moved[first], moved[first + 1]))
+            first += 1
+        if last > first:
+            found.append(_arc(moved[first], moved[(first + last) // 2], moved[last]))
+        first = last
     return found
+
+
+ARC = math.radians(24.0)
+"""Angle of an arc that stands for several chords, about: a spiral of usual pitch leaves it by less than 0.1 um."""
 
 
 def _arc(start: Point, middle: Point, end: Point) -> Segment:
@@ -347,6 +366,43 @@ def _arc(start: Point, middle: Point, end: Point) -> Segment:
     return Arc(start, end, centre, ccw=cross > 0)
 
 
+@checked_arguments
+def drawn_coil(
+    path: str, *, net: str = "", start: str = "", end: str = "", stackup: str = "",
+    frequency: str | float | Sequence[str | float] = USUAL_FREQUENCY, temperature: float = 20.0,
+) -> DrawnCoil:
+    """Estimate a coil that is drawn in a KiCad board or footprint.
+
+    Parameters
+    ----------
+    path
+        File ``.kicad_pcb`` or ``.kicad_mod`` of KiCad 6 to 10.
+    net
+        Net of the coil on a board. Without it, all copper between `start` and `end` is followed.
+    start, end
+        Names of the pads at the coil's terminals, like ``"J1.1"``. If they are left out: the two pads of the net, pads
+        1 and 2 of a footprint, or the two free ends of the tracks.
+    stackup
+        Name of a stack-up, like ``"flex-2l-30um"``. If left out, that of the board; a footprint has none.
+    frequency
+        One or more frequencies: a text like ``"5 MHz"``, or a number in hertz.
+    temperature
+        Temperature of the copper in degrees Celsius.
+
+    Raises
+    ------
+    DrawnCoilError
+        (a ValueError) if the file cannot be read, or its copper between the terminals is no single conductor
+    FrequencyError
+        (a ValueError) if a frequency lies outside 10 kHz to 100 MHz or its losses cannot be resolved
+    OSError
+        if the file cannot be opened
+    """
+    frequencies = hertz_of(frequency)
+    copper, conductor = read_drawn_coil(path, net, start, end)
+    return estimate_drawn_coil(conductor, heights_of(copper, stackup), frequencies, temperature)
+
+
 def heights_of(copper: DrawnCopper, stackup: str = "") -> tuple[CopperHeight, ...]:
     """Return the copper layers of a preset stack-up under the names of a file, or those of the file if none is named.
 
@@ -356,6 +412,9 @@ def heights_of(copper: DrawnCopper, stackup: str = "") -> tuple[CopperHeight, ..
         if not copper.heights:
             raise DrawnCoilError("the file has no stack-up: name one with --stackup, like flex-2l-30um")
         return tuple(copper.heights)
+    known = presets.names("stackup")
+    if stackup not in known:
+        raise DrawnCoilError(f"there is no stack-up {stackup!r}; known: {', '.join(known)}")
     preset = presets.stackup(stackup)
     layers = list(copper.layers)
     if len(preset.copper) != len(layers):
@@ -364,4 +423,5 @@ def heights_of(copper: DrawnCopper, stackup: str = "") -> tuple[CopperHeight, ..
             layers = ["F.Cu", *(f"In{k}.Cu" for k in range(1, len(preset.copper) - 1)), "B.Cu"]
         else:
             raise DrawnCoilError(f"stack-up {stackup} has {len(preset.copper)} copper layers, the file {len(layers)}")
-    return tuple(CopperHeight(name, layer.z, layer.thickness) for name, layer in zip(layers, preset.copper, strict=True))
+    pairs = zip(layers, preset.copper, strict=True)
+    return tuple(CopperHeight(name, layer.z, layer.thickness) for name, layer in pairs)

@@ -224,11 +224,16 @@ def spiral(
     section: Mapping[str, Any], stackup: Any, frequency: str | float | Sequence[str | float], temperature: float
 ) -> Spiral:
     """Estimate a spiral from section ``coil`` of a spec, as a YAML file has it. See `coil`."""
-    frequencies = tuple(map(_hertz, [frequency] if isinstance(frequency, (str, float, int)) else frequency))
+    frequencies = hertz_of(frequency)
     board = {} if stackup is None else {"fpc": {"stackup": stackup}}
     spec = SensorSpec.from_mapping(
         {"name": "coil", "coil": dict(section), **board}, requirements={"temperature": f"{temperature:g} degC"})
     return estimate_spiral(lay_out(spec), frequencies)
+
+
+def hertz_of(frequency: str | float | Sequence[str | float]) -> tuple[float, ...]:
+    """Return frequencies (Hz) that are given as texts or numbers. Raises FrequencyError for others."""
+    return tuple(map(_hertz, [frequency] if isinstance(frequency, (str, float, int)) else frequency))
 
 
 def _hertz(frequency: str | float) -> float:

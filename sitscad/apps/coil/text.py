@@ -4,10 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
+from sitscad.apps.coil.drawn import DrawnCoil
 from sitscad.apps.coil.spiral import Spiral, lumped_limit
-from sitscad.basics.quantities import LONE_COIL, LONE_COIL_AT_FREQUENCY, Table, by_quantity, by_result
-from sitscad.basics.units import quantity, show
-from sitscad.checks.findings import styled, to_json
+from sitscad.basics.quantities import (
+    DRAWN_COIL,
+    DRAWN_COIL_AT_FREQUENCY,
+    LONE_COIL,
+    LONE_COIL_AT_FREQUENCY,
+    Table,
+    by_quantity,
+    by_result,
+)
+from sitscad.basics.units import counted, quantity, show
+from sitscad.checks.findings import printable, styled, to_json
 from sitscad.files.report.numbers import table_text
 
 
@@ -51,6 +60,30 @@ def as_json(spiral: Spiral, colour: bool = False) -> str:
     """Return the JSON document of ``sitscad coil``."""
     return to_json(spiral.document())
 
+
+def drawn_as_text(drawn: DrawnCoil, colour: bool = False) -> str:
+    """Return the conductor as it was followed, remarks on it, and its figures."""
+    conductor = drawn.conductor
+    vias = counted(len(conductor.vias), "via")
+    runs = [[layer, f"{turns:+.2f}"] for layer, turns in conductor.turns()]
+    first = f"from {conductor.ends[0]} to {conductor.ends[1]}: {vias}, tracks {show(conductor.width, 'm')}"
+    remarks = "\n".join(styled(f"note: {printable(note)}", "yellow", colour) for note in drawn.notes)
+    tables = (
+        Table(("layer", "turns"), runs, notes=["counter-clockwise positive, seen from the top, along the current"]),
+        by_result(drawn.at, DRAWN_COIL_AT_FREQUENCY),
+        Table(("", ""), by_quantity([drawn], DRAWN_COIL), f"At {drawn.temperature:g} C"),
+    )
+    blocks = [styled(printable(first), "bold", colour), remarks, *(table_text(each, colour) for each in tables)]
+    return "\n\n".join(block for block in blocks if block) + "\n"
+
+
+def drawn_as_json(drawn: DrawnCoil, colour: bool = False) -> str:
+    """Return the JSON document of ``sitscad coil FILE``."""
+    return to_json(drawn.document())
+
+
+DRAWN_COIL_FORMATS: Mapping[str, Callable[[DrawnCoil, bool], str]] = {"text": drawn_as_text, "json": drawn_as_json}
+"""Output formats of ``sitscad coil FILE``."""
 
 COIL_FORMATS: Mapping[str, Callable[[Spiral, bool], str]] = {"text": as_text, "json": as_json}
 """Output formats of ``sitscad coil``."""

@@ -79,12 +79,12 @@ class DrawnCopper:
 
     def of_net(self, net: str) -> DrawnCopper:
         """Return the copper of one net. Raises DrawnCoilError if there is none."""
-        tracks, pads, zones = ([each for each in all_ if each.net == net]
-                               for all_ in (self.tracks, self.pads, self.zones))
+        tracks = [track for track in self.tracks if track.net == net]
         if not tracks:
             named = sorted({track.net for track in self.tracks if track.net})
             some = ", ".join(named[:MOST_NAMED]) + (", ..." if len(named) > MOST_NAMED else "")
             raise DrawnCoilError(f"no track has the net {net!r}; nets with tracks: {some or 'none'}")
+        pads, zones = [pad for pad in self.pads if pad.net == net], [zone for zone in self.zones if zone.net == net]
         return DrawnCopper(tracks, pads, zones, self.layers, self.heights, self.is_footprint)
 
 

@@ -70,7 +70,7 @@ class DrawnConductor:
         return Point(x / total, y / total)
 
     def turns(self) -> list[tuple[str, float]]:
-        """Return layer and turns of each run about the centre, counter-clockwise positive, in the current's direction."""
+        """Return layer and turns of each run about the centre, counter-clockwise positive, along the current."""
         centre, found = self.centre, []
         for run in self.runs:
             points = [point - centre for point in run.path.flattened(SAMPLED)]
@@ -238,8 +238,8 @@ class _Graph:
         if len(pads) == 1 and len(free) == 1:
             return pads[0], free[0]
         found = [self.name(node) for node in (*pads, *free)][:MOST_NAMED]
-        raise DrawnCoilError(f"the coil's two terminals are not plain: {', '.join(found) or 'there are no ends'}; name two "
-                             "pads with --from and --to")
+        raise DrawnCoilError(f"the coil's two terminals are not plain: {', '.join(found) or 'there are no ends'}; name "
+                             "two pads with --from and --to")
 
     def _reached(self, first: int) -> set[int]:
         reached, todo = {first}, [first]
@@ -294,8 +294,8 @@ class _Graph:
         while node != last:
             onwards = sorted(self.at[node] - {before})
             if len(onwards) > 1:
-                raise DrawnCoilError(f"the copper branches at {self.name(node)}: branches in parallel, and loops, are not "
-                                     "computed")
+                raise DrawnCoilError(f"the copper branches at {self.name(node)}: branches in parallel, and loops, are "
+                                     "not computed")
             if not onwards:
                 raise DrawnCoilError(f"the copper ends at {self.name(node)}")
             (before,) = onwards
@@ -305,8 +305,8 @@ class _Graph:
             found.append((a, b, track))
             node = b
         if self.at[last] - {before}:
-            raise DrawnCoilError(f"the copper branches at {self.name(last)}: branches in parallel, and loops, are not "
-                                 "computed")
+            raise DrawnCoilError(f"the copper branches at {self.name(last)}: branches in parallel, and loops, are "
+                                 "not computed")
         return found
 
 
@@ -354,8 +354,8 @@ def _conductor(graph: _Graph, chain: Sequence[Edge], stubs: tuple[str, ...], end
             _link(runs[-1], track.line.start, track.width)
         runs[-1][1].append(track.line)
         runs[-1][2].append(track.width)
-    return DrawnConductor(tuple(Run(layer, Path(tuple(lines)), tuple(widths)) for layer, lines, widths in runs if lines),
-                          tuple(vias), stubs, ends)
+    whole = tuple(Run(layer, Path(tuple(lines)), tuple(widths)) for layer, lines, widths in runs if lines)
+    return DrawnConductor(whole, tuple(vias), stubs, ends)
 
 
 def _link(run: tuple[str, list[Segment], list[float]], point: Point, width: float) -> None:

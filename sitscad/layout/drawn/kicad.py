@@ -171,7 +171,8 @@ def _copper(parts: Iterable[Node], nets: dict[str, str], layers: Iterable[str], 
         home, turn = (Point(at[0] * 1e-3, -at[1] * 1e-3), math.radians(at[2]) if len(at) > 2 else 0.0) if len(
             at) > 1 else (Point(0.0, 0.0), 0.0)
         move = partial(_moved, home=home, turn=turn)
-        tracks += [track for node in _children(part, "segment", "arc", *GRAPHICS) for track in _tracks(node, nets, move)]
+        lines = _children(part, "segment", "arc", *GRAPHICS)
+        tracks += [track for node in lines for track in _tracks(node, nets, move)]
         pads += [_via(node, nets, known) for node in _children(part, "via")]
         name = _reference(part)
         for node in _children(part, "pad"):
@@ -202,7 +203,7 @@ def _net(node: Node, nets: dict[str, str]) -> str:
     child = _child(node, "net")
     if len(child) < 2:
         return ""
-    return child[2] if len(child) > 2 else nets.get(child[1], child[1])
+    return str(child[2] if len(child) > 2 else nets.get(child[1], child[1]))
 
 
 def _tracks(node: Node, nets: dict[str, str], move: Any) -> Iterator[DrawnTrack]:
@@ -223,8 +224,8 @@ def _line_of(node: Node, move: Any) -> Segment | None:
     start, end = move(_point(node, "start")), move(_point(node, "end"))
     if node[0].endswith("arc"):
         if not _child(node, "mid"):
-            raise DrawnCoilError(f"an arc at {place_text(start)} has no point in its middle: save the file with KiCad 6 "
-                                 "or a later version")
+            raise DrawnCoilError(f"an arc at {place_text(start)} has no point in its middle: save the file with KiCad "
+                                 "6 or a later version")
         return _arc(start, move(_point(node, "mid")), end)
     return Line(start, end) if start.distance(end) > 1e-9 else None
 
@@ -277,8 +278,10 @@ def _primitives(node: Node, nets: dict[str, str], known: tuple[str, ...], home: 
         return
     centre = _moved(Point(at[0] * 1e-3, -at[1] * 1e-3), home, turn)
     move = partial(_moved, home=centre, turn=math.radians(at[2]) if len(at) > 2 else 0.0)
-    for layers, form in [(_layers(node, known), _child(node, "primitives")), *(
-            (frozenset({str(row[1])}), _child(row, "primitives")) for row in _children(_child(node, "padstack"), "layer"))]:
+    forms = [(_layers(node, known), _child(node, "primitives"))]
+    forms += [(frozenset({str(row[1])}), _child(row, "primitives"))
+              for row in _children(_child(node, "padstack"), "layer")]
+    for layers, form in forms:
         for each in _children(form or ["primitives"], "gr_line", "gr_arc"):
             line, width = _line_of(each, move), _length(each, "width")
             if line is not None and width > 0.0:
@@ -293,5 +296,5 @@ def _zone(node: Node, nets: dict[str, str], known: tuple[str, ...], move: Any) -
         return
     name = _child(node, "net_name")
     corner = next(_children(points, "xy"), ["xy", "0", "0"])
-    x, y = (_numbers(corner) + [0.0, 0.0])[:2]
+    x, y = [*_numbers(corner), 0.0, 0.0][:2]
     yield DrawnZone(name[1] if len(name) > 1 else _net(node, nets), layers, move(Point(x * 1e-3, -y * 1e-3)))

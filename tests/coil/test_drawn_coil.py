@@ -1,0 +1,246 @@
+"""Coils that somebody drew: KiCad boards and footprints, followed and computed."""
+
+from __future__ import annotations
+
+import json
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from tolerance import approx
+
+import sitscad
+from sitscad.apps.coil.drawn import estimate_drawn_coil, heights_of, read_drawn_coil
+from sitscad.cli import cli
+from sitscad.layout.drawn.copper import DrawnCoilError
+
+SPIRAL = {"outer_diameter": "8 mm", "turns": 14, "trace_width": "100 um", "trace_spacing": "100 um"}
+TWO = {**SPIRAL, "layers": 2}
+STACK = """(setup (stackup (layer "F.SilkS" (type "Top Silk Screen"))
+(layer "F.Mask" (type "Top Solder Mask") (thickness 0.01))
+(layer "F.Cu" (type "copper") (thickness 0.03)) (layer "dielectric 1" (type "core") (thickness 0.025) (material "PI"))
+(layer "B.Cu" (type "copper") (thickness 0.03)) (layer "B.Mask" (type "Bottom Solder Mask") (thickness 0.01))))"""
+
+
+def coil_file(path, **section):
+    path.write_text(sitscad.coil(**section).footprint())
+    return str(path)
+
+
+def spiral_points(radius, pitch, turns, sense=1, start=0.0, corners=72):
+    """Points (mm) of an Archimedean spiral from the outside inwards, with y downwards as KiCad has it."""
+    angle = np.linspace(0.0, 2.0 * math.pi * turns, round(corners * turns) + 1)
+    r = radius - pitch * angle / (2.0 * math.pi)
+    return np.column_stack([r * np.cos(start + sense * angle), -r * np.sin(start + sense * angle)])
+
+
+def segments(points, layer, net="(net 1)", width=0.1):
+    return "".join(
+        f'(segment (start {a[0]:.6f} {a[1]:.6f}) (end {b[0]:.6f} {b[1]:.6f}) (width {width}) (layer "{layer}") {net})\n'
+        for a, b in pairwise(points)
+    )
+
+
+def pad(name, x, y, layer="F.Cu", reference="J1", net='(net 1 "COIL")'):
+    return (f'(footprint "x" (layer "{layer}") (at {x} {y}) (property "Reference" "{reference}")'
+            f'(pad "{name}" smd rect (at 0 0) (size 0.1 0.1) (layers "{layer}") {net}))\n')
+
+
+def via(x, y, net="(net 1)"):
+    return f'(via (at {x} {y}) (size 0.4) (drill 0.2) (layers "F.Cu" "B.Cu") {net})\n'
+
+
+def board(*parts, stack=STACK):
+    return (f'(kicad_pcb (version 20240108) (generator "x") (layers (0 "F.Cu" signal) (31 "B.Cu" signal))\n{stack}\n'
+            f'(net 0 "") (net 1 "COIL") (net 2 "GND")\n{"".join(parts)})')
+
+
+RADIUS, PITCH, TURNS = 3.95, 0.2, 14.0
+TOP = spiral_points(RADIUS, PITCH, TURNS)
+INNER = TOP[-1]
+
+
+NARROW = spiral_points(RADIUS, 0.09, TURNS)
+"""Turns that overlap: tracks of 0.1 mm on a pitch of 0.09 mm."""
+
+
+def two_layers(sense=1, cut=None, more=""):
+    """A board of two spirals in series: inwards on the top, through a via, outwards on the bottom."""
+    bottom = spiral_points(RADIUS, PITCH, TURNS, sense=-sense)[::-1]
+    top = TOP if cut is None else np.delete(TOP, cut, axis=0)
+    parts = segments(top, "F.Cu") if cut is None else segments(TOP[:cut], "F.Cu") + segments(TOP[cut + 1 :], "F.Cu")
+    return board(parts, via(INNER[0] - 0.4, INNER[1]), segments([INNER, (INNER[0] - 0.4, INNER[1])], "F.Cu"),
+                 segments([(INNER[0] - 0.4, INNER[1]), bottom[0]], "B.Cu"), segments(bottom, "B.Cu"),
+                 pad("1", *TOP[0]), pad("2", *bottom[-1], layer="B.Cu"), more)
+
+
+@pytest.mark.parametrize(
+    "section",
+    [
+        TWO, SPIRAL, {**TWO, "layers": 4, "turns": 9, "stackup": "flex-4l"}, {**TWO, "shape": "square"},
+        {**TWO, "shape": "racetrack", "outer_diameter": ["12 mm", "8 mm"]}, {**TWO, "shape": "octagon", "turns": 10},
+        {**TWO, "shape": "hexagon", "turns": 6}, {**SPIRAL, "turns": 3, "layers": 2, "trace_width": "300 um",
+                                                  "trace_spacing": "300 um"},
+    ],
+)
+def test_footprint_that_is_read_back_has_the_figures_of_its_spec(section, tmp_path):
+    spiral = sitscad.coil(**section, frequency=["100 kHz", "5 MHz"])
+    (tmp_path / "coil.kicad_mod").write_text(spiral.footprint())
+    drawn = sitscad.drawn_coil(str(tmp_path / "coil.kicad_mod"), stackup=spiral.stackup, frequency=["100 kHz", "5 MHz"])
+    assert [abs(turns) for _, turns in drawn.conductor.turns()] == approx(
+        [float(spiral.coil.most_turns)] * len(spiral.coil.layers), rel=0.02, abs=0)
+    for ours, theirs in zip(drawn.at, spiral.at, strict=True):  # the drawing has the stubs to the vias as well
+        assert ours.inductance == approx(theirs.inductance, rel=2.5e-3, abs=0)
+        assert ours.resistance == approx(theirs.resistance, rel=1.5e-2, abs=0)
+
+
+@pytest.mark.parametrize("corners", [36, 72, 180])
+def test_chords_of_a_curve_are_computed_as_the_curve(corners, tmp_path):
+    points = spiral_points(RADIUS, PITCH, TURNS, corners=corners)
+    file = tmp_path / "board.kicad_pcb"
+    file.write_text(board(segments(points, "F.Cu"), pad("1", *points[0]), pad("2", *points[-1])))
+    spiral = sitscad.coil(**SPIRAL, frequency="5 MHz")
+    drawn = sitscad.drawn_coil(str(file), net="COIL", frequency="5 MHz")
+    # the mean radius of chords is smaller by (pi / corners)^2 / 6, and L goes with its power of about 1.3
+    smaller = 1.0 - 1.3 * (2.0 * math.pi / corners) ** 2 / 24.0
+    assert drawn.inductance == approx(spiral.inductance * smaller, rel=1.5e-3, abs=0)
+    assert drawn.resistance == approx(spiral.resistance, rel=0.01, abs=0)
+
+
+def test_board_with_two_layers_is_followed_through_its_via(tmp_path):
+    file = tmp_path / "board.kicad_pcb"
+    file.write_text(two_layers())
+    drawn = sitscad.drawn_coil(str(file), net="COIL", frequency="5 MHz")
+    assert drawn.conductor.ends == ("pad J1.1", "pad J1.2")
+    assert len(drawn.conductor.vias) == 1
+    assert [layer for layer, _ in drawn.conductor.turns()] == ["F.Cu", "B.Cu"]
+    assert drawn.inductance == approx(sitscad.coil(**TWO, frequency="5 MHz").inductance, rel=3e-3, abs=0)
+    assert not drawn.notes
+
+
+def test_layer_that_turns_the_other_way_is_remarked_on_and_cancels(tmp_path):
+    file = tmp_path / "board.kicad_pcb"
+    file.write_text(two_layers(sense=-1))
+    drawn = sitscad.drawn_coil(str(file), net="COIL", frequency="5 MHz")
+    (first, one), (second, other) = drawn.conductor.turns()
+    assert one * other < 0.0
+    assert any(second in note or first in note for note in drawn.notes)
+    assert drawn.inductance < 0.1 * sitscad.coil(**TWO).inductance
+
+
+def test_half_a_turn_lost_is_remarked_on(tmp_path):
+    bottom = spiral_points(RADIUS, PITCH, TURNS, sense=-1)[:35:-1]
+    jump = segments([INNER, (INNER[0] - 0.4, INNER[1])], "F.Cu") + via(INNER[0] - 0.4, INNER[1])
+    jump += segments([(INNER[0] - 0.4, INNER[1]), bottom[0]], "B.Cu")
+    file = tmp_path / "board.kicad_pcb"
+    file.write_text(board(segments(TOP, "F.Cu"), jump, segments(bottom, "B.Cu"), pad("1", *TOP[0]),
+                          pad("2", *bottom[-1], layer="B.Cu")))
+    drawn = sitscad.drawn_coil(str(file), net="COIL")
+    turns = [abs(count) for _, count in drawn.conductor.turns()]
+    assert max(turns) - min(turns) > 0.4
+    assert any("unequal" in note for note in drawn.notes)
+
+
+@pytest.mark.parametrize(
+    ("text", "place"),
+    [
+        (two_layers(cut=500), "mm away"),
+        (two_layers().replace("(via ", "(text "), "via is missing"),
+        (two_layers(more=segments([(TOP[100][0], TOP[100][1]), (TOP[172][0], TOP[172][1])], "F.Cu")), "branches"),
+        (two_layers(more='(zone (net 1) (net_name "COIL") (layer "F.Cu") (polygon (pts (xy 0 0) (xy 1 0) (xy 1 1))))'),
+         "zone"),
+        (board(segments([(6.0, 0.0), *NARROW, (0.0, 0.0)], "F.Cu"), pad("1", 6.0, 0.0), pad("2", 0.0, 0.0)), "touch"),
+    ],
+)
+def test_fault_of_a_generator_is_refused_with_its_place(text, place, tmp_path):
+    (tmp_path / "board.kicad_pcb").write_text(text)
+    with pytest.raises(DrawnCoilError, match=place) as caught:
+        sitscad.drawn_coil(str(tmp_path / "board.kicad_pcb"), net="COIL")
+    assert " mm" in str(caught.value)
+
+
+def test_dead_end_is_left_out_and_named(tmp_path):
+    file = tmp_path / "board.kicad_pcb"
+    file.write_text(two_layers(more=segments([TOP[0], (TOP[0][0] + 3.0, TOP[0][1])], "F.Cu")))
+    plain = tmp_path / "plain.kicad_pcb"
+    plain.write_text(two_layers())
+    with_end, without = (sitscad.drawn_coil(str(path), net="COIL") for path in (file, plain))
+    assert with_end.inductance == approx(without.inductance, rel=1e-9, abs=0)
+    assert any("3 mm" in note for note in with_end.notes)
+
+
+def test_pads_name_the_terminals_across_nets(tmp_path):
+    text = two_layers().replace('"1" smd rect (at 0 0) (size 0.1 0.1) (layers "F.Cu") (net 1 "COIL")',
+                                '"1" smd rect (at 0 0) (size 0.1 0.1) (layers "F.Cu") (net 2 "GND")')
+    (tmp_path / "board.kicad_pcb").write_text(text)
+    drawn = sitscad.drawn_coil(str(tmp_path / "board.kicad_pcb"), start="J1.1", end="J1.2")
+    assert len(drawn.conductor.vias) == 1
+    with pytest.raises(DrawnCoilError, match="J9"):
+        sitscad.drawn_coil(str(tmp_path / "board.kicad_pcb"), start="J1.1", end="J9.2")
+
+
+@pytest.mark.parametrize(
+    "content",
+    [b"", b"hello", b"(kicad_pcb", b"(kicad_pcb))", b"\xff\xfe(kicad_pcb)", b"(kicad_sch (version 1))",
+     b"(kicad_pcb (layers (0 \"F.Cu\" signal)) (segment (start 0 nan) (end 1 1) (width 0.1) (layer \"F.Cu\") (net 1)))",
+     b"(" * 100_000, two_layers().encode()[:3000]],
+)
+def test_other_files_are_refused_in_a_sentence(content, tmp_path):
+    file = tmp_path / "some.kicad_pcb"
+    file.write_bytes(content)
+    run = CliRunner().invoke(cli, ["coil", str(file), "--net", "COIL", "--svg", str(tmp_path / "a.svg")],
+                             standalone_mode=False)
+    assert run.return_value == 2
+    assert str(file) in run.stderr
+    assert not (tmp_path / "a.svg").exists()
+
+
+def test_net_of_too_many_tracks_is_refused(tmp_path):
+    points = [(0.001 * k, 0.0) for k in range(20_002)]
+    (tmp_path / "board.kicad_pcb").write_text(board(segments(points, "F.Cu")))
+    with pytest.raises(DrawnCoilError, match="20000"):
+        sitscad.drawn_coil(str(tmp_path / "board.kicad_pcb"), net="COIL")
+
+
+def test_board_needs_a_net_and_heights(tmp_path):
+    file = tmp_path / "board.kicad_pcb"
+    file.write_text(two_layers().replace(STACK, ""))
+    with pytest.raises(DrawnCoilError, match="COIL"):
+        sitscad.drawn_coil(str(file))
+    with pytest.raises(DrawnCoilError, match="other"):
+        sitscad.drawn_coil(str(file), net="other")
+    with pytest.raises(DrawnCoilError, match="stack-up"):
+        sitscad.drawn_coil(str(file), net="COIL")
+    named = sitscad.drawn_coil(str(file), net="COIL", stackup="flex-2l-30um")
+    assert [layer.name for layer in named.heights] == ["F.Cu", "B.Cu"]
+
+
+def test_heights_of_a_board_are_read_from_its_stack(tmp_path):
+    file = tmp_path / "board.kicad_pcb"
+    file.write_text(two_layers())
+    copper, conductor = read_drawn_coil(str(file), "COIL")
+    front, back = heights_of(copper)
+    assert front.z - back.z == approx(55e-6, rel=1e-9, abs=0)
+    assert (front.thickness, back.thickness) == approx((30e-6, 30e-6), rel=1e-9, abs=0)
+    thick = estimate_drawn_coil(conductor, [front, back], (1e6,))
+    assert thick.direct_current_resistance == approx(
+        conductor.length / (5.8e7 * 100e-6 * 30e-6), rel=5e-3, abs=0)
+
+
+def test_command_prints_writes_and_draws(tmp_path):
+    file, svg = tmp_path / "board.kicad_pcb", tmp_path / "coil.svg"
+    file.write_text(two_layers())
+    arguments = ["coil", str(file), "--net", "COIL", "--at", "5MHz", "--svg", str(svg), "--format", "json"]
+    run = CliRunner().invoke(cli, arguments, standalone_mode=False)
+    assert run.return_value == 0
+    document = json.loads(run.stdout)
+    assert [row["layer"] for row in document["runs"]] == ["F.Cu", "B.Cu"]
+    inductance = sitscad.drawn_coil(str(file), net="COIL", frequency=5e6).inductance
+    assert document["at_frequency"][0]["inductance_H"] == inductance
+    assert svg.read_text().count("<path") > 100
+    text = CliRunner().invoke(cli, ["coil", str(file), "--net", "COIL"], standalone_mode=False)
+    assert "from pad J1.1 to pad J1.2" in text.output
+    refused = CliRunner().invoke(cli, ["coil", str(file), "--turns", "3"])
+    assert refused.exit_code != 0
