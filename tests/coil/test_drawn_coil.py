@@ -79,10 +79,12 @@ def two_layers(sense=1, cut=None, more=""):
 @pytest.mark.parametrize(
     "section",
     [
-        TWO, SPIRAL, {**TWO, "layers": 4, "turns": 9, "stackup": "flex-4l"}, {**TWO, "shape": "square"},
-        {**TWO, "shape": "racetrack", "outer_diameter": ["12 mm", "8 mm"]}, {**TWO, "shape": "octagon", "turns": 10},
-        {**TWO, "shape": "hexagon", "turns": 6}, {**SPIRAL, "turns": 3, "layers": 2, "trace_width": "300 um",
-                                                  "trace_spacing": "300 um"},
+        SPIRAL, {**TWO, "shape": "octagon", "turns": 10},
+        *(pytest.param(each, marks=pytest.mark.slow) for each in (
+            TWO, {**TWO, "layers": 4, "turns": 9, "stackup": "flex-4l"}, {**TWO, "shape": "square"},
+            {**TWO, "shape": "racetrack", "outer_diameter": ["12 mm", "8 mm"]}, {**TWO, "shape": "hexagon", "turns": 6},
+            {**TWO, "turns": 3, "trace_width": "300 um", "trace_spacing": "300 um"},
+        )),
     ],
 )
 def test_footprint_that_is_read_back_has_the_figures_of_its_spec(section, tmp_path):
@@ -96,7 +98,7 @@ def test_footprint_that_is_read_back_has_the_figures_of_its_spec(section, tmp_pa
         assert ours.resistance == approx(theirs.resistance, rel=1.5e-2, abs=0)
 
 
-@pytest.mark.parametrize("corners", [36, 72, 180])
+@pytest.mark.parametrize("corners", [36, *(pytest.param(each, marks=pytest.mark.slow) for each in (72, 180))])
 def test_chords_of_a_curve_are_computed_as_the_curve(corners, tmp_path):
     points = spiral_points(RADIUS, PITCH, TURNS, corners=corners)
     file = tmp_path / "board.kicad_pcb"
@@ -130,6 +132,7 @@ def test_layer_that_turns_the_other_way_is_remarked_on_and_cancels(tmp_path):
     assert drawn.inductance < 0.1 * sitscad.coil(**TWO).inductance
 
 
+@pytest.mark.slow
 def test_half_a_turn_lost_is_remarked_on(tmp_path):
     bottom = spiral_points(RADIUS, PITCH, TURNS, sense=-1)[:35:-1]
     jump = segments([INNER, (INNER[0] - 0.4, INNER[1])], "F.Cu") + via(INNER[0] - 0.4, INNER[1])
@@ -161,6 +164,7 @@ def test_fault_of_a_generator_is_refused_with_its_place(text, place, tmp_path):
     assert " mm" in str(caught.value)
 
 
+@pytest.mark.slow
 def test_dead_end_is_left_out_and_named(tmp_path):
     file = tmp_path / "board.kicad_pcb"
     file.write_text(two_layers(more=segments([TOP[0], (TOP[0][0] + 3.0, TOP[0][1])], "F.Cu")))
