@@ -152,7 +152,7 @@ def _about(section: type[Section], paths: list[str]) -> str:
 
 
 def _table(section: type[Section], places: Places) -> str:
-    rows = ["| key | value | default | what it is |", "| --- | --- | --- | --- |"]
+    rows = ["| key | value | default | meaning |", "| --- | --- | --- | --- |"]
     for name, key in section.keys.items():
         value = _value(key.kind, places).replace("|", "\\|") + _usually(name, places[section])
         rows.append(f"| `{name}` | {value} | {_default(key, _stand_in(section, name))} | {key.about} |")
