@@ -21,7 +21,7 @@ coil: {shape: circle, outer_diameter: 6, turns: 10, layers: 2, trace_width: 120 
 fpc: {rules: our-house}
 array: {count: 2, pitch: 6.5}
 target: {material: copper, size: [12.5, 6], thickness: 0.3}
-elastomer: {material: ecoflex-00-30, size: [12.5, 6], thickness: 1}
+elastomer: {material: our-silicone, size: [12.5, 6], thickness: 1}
 requirements: {normal_force: 2 N, shear_force: 0.5 N, normal_resolution: 50 mN}
 """
 
@@ -29,6 +29,18 @@ PENTAGON = """sitscad: 1
 name: pentagon
 coil: {shape: SHAPE, outer_diameter: 10, turns: 6, layers: 2, trace_width: 200 um, trace_spacing: 200 um}
 """
+
+JAW = """
+fpc: {tail: {length: 20, connector: our-plug}}
+mount: {kind: grasper-pad, jaw: our-jaw}
+"""
+"""Added to the text of a pentagon."""
+
+COPIES = {
+    "data/connectors/our-plug.csv": "data/connectors/zif-0.5mm.csv",
+    "data/jaws/our-jaw.csv": "data/jaws/robotic-12mm.csv",
+}
+"""Files of the copy that stand there under another name, too."""
 
 NEW_FILES = {
     "data/fabricators/our-house.yaml": 'based_on: generic-flex\nvia_drill: {value: 0.25 mm, source: "our drills"}\n',
@@ -63,6 +75,10 @@ INSERTIONS = {
         ('    rule_of("SIT207"', '    rule_of("SIT290", wound_by_us),\n'),
     ),
     "data/rules.csv": (("SIT301,", "SIT290,our-winder,warning,,Our winder takes it.,It has to.,Smaller.,us\n"),),
+    "data/elastomers.csv": (
+        ("ecoflex-00-30,", "our-silicone,00-40,platinum,1070,30 kPa,12 kPa,,1.5 GPa,2.42,0.1,0.1,0.05,3411 ppm/K,"
+                           "300 ppm/K,verified,our test,unverified,our test\n"),
+    ),
     "files/formats/__init__.py": (
         ('    Writer("kicad",', '    Writer("centres", "files.formats.centres", "gerber"),\n'),
     ),
@@ -97,6 +113,7 @@ report = PerformanceReport(design.performance, design.spec)
 result = judged(design, "none")
 files = firmware.render(design.spec, design.estimates)
 pentagon = load_text(sys.argv[2].replace("SHAPE", "pentagon"), "pentagon.yaml")
+jaw = load_text(sys.argv[2].replace("SHAPE", "pentagon") + sys.argv[3], "jaw.yaml")
 try:
     heptagon = repr(sitscad.estimate(sitscad.lay_out(load_text(sys.argv[2].replace("SHAPE", "heptagon"), "h.yaml"))))
 except Exception as error:
@@ -116,6 +133,7 @@ print(json.dumps({
     "notes": list(design.performance[-1].notes),
     "firmware": {name: data.decode() for name, data in files.items() if name.endswith((".h", ".json"))},
     "rules": [design.spec.fpc.rules.name, design.spec.fpc.rules.via_drill],
+    "names": [design.spec.elastomer.material.name, jaw.fpc.tail.connector.name, jaw.jaw.preset],
     "working_ends_Hz": [[band.working.low, band.working.high] for band in bands(design.estimates, 0.0)],
     "pentagon": [coil.winding_inductance for coil in sitscad.estimate(sitscad.lay_out(pentagon)).coils],
     "written": sitscad.build(pentagon, "out", only=("gerber",)).written,
@@ -132,6 +150,8 @@ def changed(tmp_path_factory):
     shutil.copytree(PACKAGE, copy)  # with its compiled modules, which hold for the copies of their sources
     for path, text in NEW_FILES.items():
         (copy / path).write_text(text, encoding="utf-8")
+    for path, other in COPIES.items():
+        shutil.copy(copy / other, copy / path)
     for path, insertions in INSERTIONS.items():
         source = (copy / path).read_text(encoding="utf-8")
         for place, text in insertions:
@@ -139,7 +159,7 @@ def changed(tmp_path_factory):
             source = source.replace(place, text + place)
         (copy / path).write_text(source, encoding="utf-8")
     done = subprocess.run(
-        [sys.executable, "-c", PROGRAM, SPEC, PENTAGON], cwd=folder, capture_output=True, text=True, check=False,
+        [sys.executable, "-c", PROGRAM, SPEC, PENTAGON, JAW], cwd=folder, capture_output=True, text=True, check=False,
         env={"PATH": "", "PYTHONPATH": str(folder), "OPENBLAS_NUM_THREADS": "1"},
     )
     assert done.returncode == 0, done.stderr
@@ -149,8 +169,9 @@ def changed(tmp_path_factory):
     return found | {"format": table.read_text(encoding="utf-8").splitlines()}
 
 
-def test_a_fabricator_is_one_file(changed):
+def test_a_fabricator_a_connector_and_a_jaw_are_a_file_each_and_a_material_is_a_row(changed):
     assert changed["rules"] == ["our-house", approx(0.25e-3, rel=1e-9)]
+    assert changed["names"] == ["our-silicone", "our-plug", "our-jaw"]
 
 
 def test_a_rule_is_a_function_and_a_row_of_texts(changed):
