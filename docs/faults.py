@@ -15,7 +15,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import sitscad
-from sitscad.apps.hardware.board import AMPLITUDE, GOOD
+from sitscad.apps.hardware.bench_board import AMPLITUDE, GOOD
 from sitscad.apps.hardware.converter import FAULTS, SimulatedConverter
 from sitscad.apps.hardware.diagnosis import NOT_MET, diagnosis, scans
 from sitscad.apps.hardware.source import Simulation

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from sitscad.estimates import Estimates as Estimates, estimate as estimate
     from sitscad.estimates.performance_values import Performance as Performance
     from sitscad.estimates.loads.pad import NoResponse as NoResponse
-    from sitscad.estimates.response.values import Response as Response
+    from sitscad.estimates.response.response_arrays import Response as Response
     from sitscad.basics.finding import Finding as Finding, NotChecked as NotChecked, Severity as Severity
     from sitscad.files.formats.volume_mesh import field_mesh as field_mesh, pad_mesh as pad_mesh
     from sitscad.files.export import (
@@ -85,7 +85,7 @@ _HOMES = {
     "sitscad.estimates": "Estimates estimate",
     "sitscad.estimates.performance_values": "Performance",
     "sitscad.estimates.loads.pad": "NoResponse",
-    "sitscad.estimates.response.values": "Response",
+    "sitscad.estimates.response.response_arrays": "Response",
     "sitscad.basics.finding": "Finding NotChecked Severity",
     "sitscad.files.formats.volume_mesh": "field_mesh pad_mesh",
     "sitscad.files.export": "Area CentreLine CurrentPath areas as_build123d as_cadquery "

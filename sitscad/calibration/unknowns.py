@@ -12,6 +12,7 @@ from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
 from sitscad.data import rows
 from sitscad.estimates.circuits.uncertainty import sigmas
+from sitscad.estimates.coil_estimates import Estimates
 from sitscad.estimates.loads.pad import soft_pad
 from sitscad.estimates.loads.pressing import GLUE, MODULUS, PAD
 from sitscad.estimates.states.plate import USUAL as CHANGE_SIGMA
@@ -26,7 +27,6 @@ from sitscad.estimates.tolerances.scatter import (
     behind_scatter,
     coil_scatter,
 )
-from sitscad.estimates.values import Estimates
 from sitscad.spec.sensor import SensorSpec
 
 POSE_ERRORS = ("gap", "glue", "offset_x", "offset_y", "tilt_x", "tilt_y", "twist")

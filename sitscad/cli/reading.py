@@ -20,7 +20,7 @@ import sitscad
 from sitscad.cli.terminal import DAY, Example, InRange, print_result, say
 
 if TYPE_CHECKING:
-    from sitscad.apps.hardware.board import Board
+    from sitscad.apps.hardware.bench_board import Board
     from sitscad.apps.hardware.diagnosis import Forces, Scan
     from sitscad.apps.watch.server import PageServer, Showing
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from sitscad.basics.arguments import checked_arguments
+from sitscad.estimates.coil_estimates import CoilEstimate, CrossCheck, Estimates, ReadoutEstimate, StateEstimate
 from sitscad.estimates.states.steps import read, wind, with_target
-from sitscad.estimates.values import CoilEstimate, CrossCheck, Estimates, ReadoutEstimate, StateEstimate
 from sitscad.estimates.windings.methods import METHODS, Method
 from sitscad.kernels.electromagnetics.threads import one_thread
 from sitscad.layout.board import Layout

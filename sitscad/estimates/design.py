@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from sitscad.estimates import Estimates
     from sitscad.estimates.performance_values import Performance
     from sitscad.estimates.response.model import ResponseModel
-    from sitscad.estimates.response.values import Response
+    from sitscad.estimates.response.response_arrays import Response
     from sitscad.estimates.sensing import Sensing
     from sitscad.estimates.skin import Skin
     from sitscad.layout.board import Layout

@@ -6,12 +6,12 @@ from functools import cached_property
 from typing import Protocol
 
 from sitscad.basics.record import record
+from sitscad.estimates.coil_estimates import Estimates
 from sitscad.estimates.loads.pad import NoResponse
 from sitscad.estimates.performance.curves import Curves, curves
 from sitscad.estimates.performance.points import Felt, feel, performance
 from sitscad.estimates.performance_values import Loads, Performance
 from sitscad.estimates.response.model import ResponseModel
-from sitscad.estimates.values import Estimates
 from sitscad.layout.board import Layout
 
 

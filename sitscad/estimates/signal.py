@@ -9,7 +9,7 @@ from sitscad.assembly.places.state import PRESSED, REST
 from sitscad.basics.check_results import Signal
 
 if TYPE_CHECKING:
-    from sitscad.estimates.values import CoilEstimate, Estimates, ReadoutEstimate
+    from sitscad.estimates.coil_estimates import CoilEstimate, Estimates, ReadoutEstimate
 
 
 def signals(estimates: Estimates) -> tuple[Signal, ...]:

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Protocol
 
 from sitscad.basics.record import record
+from sitscad.estimates.coil_estimates import Estimates
 from sitscad.estimates.performance_values import Performance, worst_of
 from sitscad.estimates.states.cells import (
     NO_CELLS,
@@ -19,7 +20,6 @@ from sitscad.estimates.states.cells import (
     weakest_cell,
 )
 from sitscad.estimates.tolerances.scatter import production_limits
-from sitscad.estimates.values import Estimates
 from sitscad.layout.board import Layout
 
 

@@ -93,7 +93,7 @@ def _inspected(
     checked = judged(checked, spec.source, all_rules(), policy, options.baseline)
     drawn, picture = fit_drawing(design, checked) if draws_fit else "", ""
     if draws:  # the board in letters with the findings' numbers at their places
-        from sitscad.files.drawing.pictures.board import PicturePoint, dot_picture
+        from sitscad.files.drawing.pictures.layout_picture import PicturePoint, dot_picture
 
         numbered = ((number, finding.place) for number, finding in numbered_places(checked.findings))
         marks = [PicturePoint(place.x, place.y, str(number), "") for number, place in numbered if place is not None]

@@ -490,7 +490,7 @@ def _pictures(contents: Contents, files: Mapping[str, bytes]) -> dict[str, str]:
     """Drawings for the report by their captions; those of the solids only where the package has them."""
     from sitscad.files.documents.drawings import plan_view
     from sitscad.files.documents.drawings import stackup as stackup_drawing
-    from sitscad.files.drawing.pictures.board import PicturePoint, picture
+    from sitscad.files.drawing.pictures.layout_picture import PicturePoint, picture
     from sitscad.files.drawing.svg import svg
 
     layout = contents.layout

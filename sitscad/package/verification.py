@@ -305,7 +305,7 @@ def _panel_differences(folder: Path, manifest: Manifest) -> tuple[int | None, tu
     if not _has_panel(manifest):
         return None, ()
     from sitscad.files.extraction.limits import ExtractionError, reading
-    from sitscad.files.extraction.panel import compare_panel
+    from sitscad.files.extraction.panel_comparison import compare_panel
 
     try:
         with reading("they cannot be read"):

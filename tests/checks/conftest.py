@@ -12,8 +12,8 @@ from sitscad.checks.fixes.search import Budget
 from sitscad.checks.judging import RULES
 from sitscad.checks.rules import apply_rule, outcomes
 from sitscad.checks.trials import Trials
+from sitscad.estimates.coil_estimates import CoilEstimate, Estimates, ReadoutEstimate, StateEstimate
 from sitscad.estimates.design import Design
-from sitscad.estimates.values import CoilEstimate, Estimates, ReadoutEstimate, StateEstimate
 from sitscad.layout.board import Layout
 from sitscad.spec import presets
 from sitscad.spec.load import load_text

@@ -11,7 +11,7 @@ from tolerance import approx
 from sitscad.basics.finding import Missing, Severity
 from sitscad.basics.units import show
 from sitscad.files.documents import order_notes as fabrication_notes
-from sitscad.files.documents.drawings import board as board_drawing
+from sitscad.files.documents.drawings import board_drawing
 from sitscad.files.documents.drawings import stackup as stackup_drawing
 from sitscad.files.drawing.frame import mm
 from sitscad.files.drawing.sheet import Label

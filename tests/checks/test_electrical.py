@@ -16,7 +16,7 @@ from sitscad.checks.assembly.transduction import STRAIN_ERROR
 from sitscad.checks.fixes.moves import LONGER, longer_coils
 from sitscad.checks.judging import RULES, check
 from sitscad.estimates.circuits.tank import preferred_values
-from sitscad.estimates.values import Spread
+from sitscad.estimates.coil_estimates import Spread
 from sitscad.kernels.mechanics.elastomer import VALID_STRAIN
 from sitscad.spec import presets
 

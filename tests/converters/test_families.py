@@ -10,7 +10,7 @@ import pytest
 from tolerance import approx
 
 import sitscad
-from sitscad.apps.hardware.board import GOOD, Board
+from sitscad.apps.hardware.bench_board import GOOD, Board
 from sitscad.files.documents import firmware
 from sitscad.files.formats.kicad.schematic import parts
 from sitscad.kernels.converters import ldc_registers

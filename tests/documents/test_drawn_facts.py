@@ -19,13 +19,13 @@ from sitscad.assembly.places.tail_path import own_bend, pivot_line, room_for_own
 from sitscad.basics.finding import Severity
 from sitscad.checks.judging import check
 from sitscad.files.documents import order_notes as fabrication_notes
-from sitscad.files.documents.drawings import board as board_drawing
+from sitscad.files.documents.drawings import board_drawing
 from sitscad.files.documents.drawings import stackup as stackup_drawing
-from sitscad.files.documents.drawings.board import COPPER, contact_sheet
-from sitscad.files.drawing.pictures import board as board_picture
-from sitscad.files.drawing.pictures.board import coil_extent
+from sitscad.files.documents.drawings.board_drawing import COPPER, contact_sheet
+from sitscad.files.drawing.pictures import layout_picture as board_picture
+from sitscad.files.drawing.pictures.layout_picture import coil_extent
 from sitscad.files.drawing.sheet import Label, Shape, text_width
-from sitscad.files.formats.kicad import board as kicad_board
+from sitscad.files.formats.kicad import pcb as kicad_board
 from sitscad.files.order_facts.board_end import bare_size, board_end, end_tolerance, tail_width
 from sitscad.kernels.geometry.path import Line, Point, bounding_box
 from sitscad.layout import lay_out

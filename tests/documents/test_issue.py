@@ -17,15 +17,14 @@ from sitscad.estimates.design import Design
 from sitscad.files.documents import assembly_notes, laser_notes
 from sitscad.files.documents import order_notes as fabrication_notes
 from sitscad.files.documents import parts_list as bom
-from sitscad.files.documents.drawings import board as board_drawing
-from sitscad.files.documents.drawings import panel as panel_drawing
+from sitscad.files.documents.drawings import board_drawing, panel_drawing
 from sitscad.files.documents.drawings import stackup as stackup_drawing
-from sitscad.files.documents.drawings.board import contact_sheet
-from sitscad.files.drawing.pictures import board as board_picture
+from sitscad.files.documents.drawings.board_drawing import contact_sheet
+from sitscad.files.drawing.pictures import layout_picture as board_picture
 from sitscad.files.drawing.sheet import Label
 from sitscad.files.formats import gerber, ipc356, laser
-from sitscad.files.formats.gerber import panel
-from sitscad.files.formats.kicad import board as kicad_board
+from sitscad.files.formats.gerber import panel_files as panel
+from sitscad.files.formats.kicad import pcb as kicad_board
 from sitscad.files.order_facts.incoming import incoming
 from sitscad.files.writer import Package
 from sitscad.layout.laser_sheet import laser_sheets

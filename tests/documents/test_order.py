@@ -22,10 +22,9 @@ import sitscad
 from sitscad.basics.units import show
 from sitscad.files.documents import archive as order_archive
 from sitscad.files.documents import order_notes as fabrication_notes
-from sitscad.files.documents.drawings import board as board_drawing
-from sitscad.files.documents.drawings import panel as panel_drawing
+from sitscad.files.documents.drawings import board_drawing, panel_drawing
 from sitscad.files.documents.drawings import stackup as stackup_drawing
-from sitscad.files.documents.drawings.board import contact_sheet
+from sitscad.files.documents.drawings.board_drawing import contact_sheet
 from sitscad.files.drawing import frame as _drawing
 from sitscad.files.drawing.sheet import Group, Label, Sheet, text_width
 from sitscad.files.drawing.svg import svg

@@ -14,10 +14,10 @@ from tolerance import approx
 
 from sitscad.basics.finding import Missing, Shortfall
 from sitscad.files.documents import order_notes as fabrication_notes
-from sitscad.files.documents.drawings import board as board_pictures
+from sitscad.files.documents.drawings import board_drawing as board_pictures
 from sitscad.files.documents.drawings import stackup as stackup_drawing
-from sitscad.files.drawing.pictures import board as board_legend
-from sitscad.files.drawing.pictures import board as board_picture
+from sitscad.files.drawing.pictures import layout_picture as board_legend
+from sitscad.files.drawing.pictures import layout_picture as board_picture
 from sitscad.files.drawing.sheet import text_width
 from sitscad.files.drawing.svg import svg as as_svg
 from sitscad.files.formats import gerber, ipc356

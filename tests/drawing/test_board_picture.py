@@ -8,7 +8,7 @@ import pytest
 
 import sitscad
 from sitscad.files.documents.drawings import plan_view
-from sitscad.files.drawing.pictures.board import colour, picture
+from sitscad.files.drawing.pictures.layout_picture import colour, picture
 from sitscad.files.drawing.svg import svg
 from sitscad.spec import templates
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import sitscad
-from sitscad.files.drawing.pictures.board import COLUMNS, PicturePoint, dot_picture
+from sitscad.files.drawing.pictures.layout_picture import COLUMNS, PicturePoint, dot_picture
 
 SPEC = """\
 sitscad: 1

@@ -10,7 +10,7 @@ from tolerance import approx
 
 from sitscad.basics.units import quantity
 from sitscad.estimates import estimate
-from sitscad.estimates.values import PARTS
+from sitscad.estimates.coil_estimates import PARTS
 from sitscad.files.report import numbers
 from sitscad.layout import lay_out
 from sitscad.layout.board import Role, Trace

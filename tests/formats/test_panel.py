@@ -13,7 +13,7 @@ from tolerance import approx
 
 from sitscad.basics.units import show
 from sitscad.estimates import estimate
-from sitscad.files.documents.drawings import panel as panel_drawing
+from sitscad.files.documents.drawings import panel_drawing
 from sitscad.kernels.geometry.path import Point, bounding_box, circle, rectangle
 from sitscad.layout import lay_out
 from sitscad.layout.panel import bridges, cut_lines, is_wanted, plan

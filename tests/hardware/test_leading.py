@@ -9,7 +9,7 @@ import pytest
 from tolerance import approx
 
 import sitscad
-from sitscad.apps.hardware.board import Board
+from sitscad.apps.hardware.bench_board import Board
 from sitscad.apps.hardware.leading import Leading, NotTaken, head, taken
 from sitscad.apps.hardware.source import Source, source_of
 from sitscad.calibration.points import Plan

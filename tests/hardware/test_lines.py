@@ -14,7 +14,7 @@ from click.testing import CliRunner
 from tolerance import approx
 
 import sitscad
-from sitscad.apps.hardware.board import LineBoard
+from sitscad.apps.hardware.bench_board import LineBoard
 from sitscad.calibration.inverse_map import InverseMap
 from sitscad.cli import cli
 from sitscad.files.formats.calibration_header import header

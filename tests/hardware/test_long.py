@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import sitscad
-from sitscad.apps.hardware.board import Board, CoilReading
+from sitscad.apps.hardware.bench_board import Board, CoilReading
 from sitscad.apps.hardware.diagnosis import MET, diagnosis
 from sitscad.files.formats.calibration_header import header
 from tests.hardware.conftest import TEMPLATES, Bench, compiled, sound_boards

@@ -17,7 +17,7 @@ from click.testing import CliRunner
 from tolerance import approx
 
 import sitscad
-from sitscad.apps.hardware.board import GOOD, Board, CoilReading
+from sitscad.apps.hardware.bench_board import GOOD, Board, CoilReading
 from sitscad.apps.hardware.converter import SimulatedConverter
 from sitscad.apps.hardware.diagnosis import MET, NOT_EVALUATED, NOT_MET, Forces, _noise, diagnosis, scans
 from sitscad.apps.hardware.source import Simulation, Wired, _ramps, source_of

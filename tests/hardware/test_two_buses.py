@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import pytest
 
 import sitscad
-from sitscad.apps.hardware.board import Board
+from sitscad.apps.hardware.bench_board import Board
 from sitscad.apps.hardware.converter import SimulatedConverter
 from sitscad.apps.hardware.diagnosis import scans
 from sitscad.apps.hardware.source import source_of

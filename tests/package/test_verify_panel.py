@@ -16,7 +16,7 @@ from sitscad.cli import main
 
 pytest.importorskip("gerbonara", reason="reading Gerber files back needs gerbonara")
 from sitscad.files.extraction.artwork import ExtractionError
-from sitscad.files.extraction.panel import compare_panel
+from sitscad.files.extraction.panel_comparison import compare_panel
 
 SPEC = """
 sitscad: 1

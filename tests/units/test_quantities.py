@@ -10,9 +10,9 @@ import pytest
 from sitscad.basics import quantities
 from sitscad.basics.check_results import Measure, Share, Signal
 from sitscad.basics.quantities import NONE, Quantity, by_quantity, by_result, document
-from sitscad.estimates.response.values import Response
+from sitscad.estimates.coil_estimates import CoilEstimate, Metered, ReadoutEstimate, StateEstimate
+from sitscad.estimates.response.response_arrays import Response
 from sitscad.estimates.states.at_frequency import CoilAtFrequency
-from sitscad.estimates.values import CoilEstimate, Metered, ReadoutEstimate, StateEstimate
 
 RESULTS = [
     (quantities.COIL, CoilEstimate), (quantities.STATE, StateEstimate), (quantities.BARE_TANK, StateEstimate),

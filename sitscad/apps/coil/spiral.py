@@ -15,10 +15,10 @@ from sitscad.basics.record import record, replace
 from sitscad.basics.version import __version__
 from sitscad.estimates.circuits.coils import coil_circuits, self_resonance
 from sitscad.estimates.circuits.tank import CoilCircuit
+from sitscad.estimates.coil_estimates import CrossCheck
 from sitscad.estimates.states.at_frequency import CoilAtFrequency, FrequencyError, coil_at
 from sitscad.estimates.states.steps import wind
 from sitscad.estimates.targets.finite_target import NO_SHARES
-from sitscad.estimates.values import CrossCheck
 from sitscad.estimates.windings.leads import NO_LEADS
 from sitscad.estimates.windings.methods import cross_checks, no_cross_check
 from sitscad.estimates.windings.own_capacitance import (
@@ -124,7 +124,10 @@ class Spiral:
 
     def picture(self) -> str:
         """Return a picture of the coil as SVG text."""
-        from sitscad.files.drawing.pictures.board import coil_extent, picture  # files are written on demand only
+        from sitscad.files.drawing.pictures.layout_picture import (  # files are written on demand only
+            coil_extent,
+            picture,
+        )
 
         return picture(self.layout, self.coil.layers, coil_extent(self.coil, self.layout.coils[0]), name="coil")
 

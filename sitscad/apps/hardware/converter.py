@@ -18,8 +18,8 @@ from numpy.typing import ArrayLike
 from sitscad.assembly.places.state import FREE, REST
 from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.record import record
+from sitscad.estimates.coil_estimates import StateEstimate
 from sitscad.estimates.design import Design, respond
-from sitscad.estimates.values import StateEstimate
 from sitscad.kernels.converters import ldc_registers as at
 from sitscad.kernels.converters.converter import Converter
 from sitscad.spec.sensor import SensorSpec

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from sitscad.apps.hardware.board import STALE, WATCHDOG, Board, CoilReading, LineBoard
+from sitscad.apps.hardware.bench_board import STALE, WATCHDOG, Board, CoilReading, LineBoard
 from sitscad.apps.hardware.source import Source
 from sitscad.basics.arrays import Array
 from sitscad.basics.record import record

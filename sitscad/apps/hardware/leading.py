@@ -7,7 +7,7 @@ from contextlib import suppress
 
 import numpy as np
 
-from sitscad.apps.hardware.board import OUT_OF_BAND, Board
+from sitscad.apps.hardware.bench_board import OUT_OF_BAND, Board
 from sitscad.apps.hardware.diagnosis import JUMP, Scan, scans
 from sitscad.apps.hardware.source import Simulation, Source
 from sitscad.basics.arrays import Array

@@ -11,7 +11,7 @@ from urllib.parse import parse_qsl
 
 import numpy as np
 
-from sitscad.apps.hardware.board import Board, BusConverter, LineBoard, Port
+from sitscad.apps.hardware.bench_board import Board, BusConverter, LineBoard, Port
 from sitscad.apps.hardware.converter import LONGEST, SimulatedConverter
 from sitscad.assembly.places.motions import motion_number
 from sitscad.calibration.calibration import sensors_of

@@ -33,8 +33,8 @@ from sitscad.checks.policy import Policy
 from sitscad.checks.rules import NEEDS, NO_REQUIREMENT, Rule, apply_rule
 from sitscad.data import rows
 from sitscad.estimates import Estimates, estimated
+from sitscad.estimates.coil_estimates import CoilEstimate, StateEstimate
 from sitscad.estimates.design import Design
-from sitscad.estimates.values import CoilEstimate, StateEstimate
 from sitscad.estimates.windings.losses import SCREENING
 from sitscad.layout import sketch
 from sitscad.layout.routing.routes import in_line

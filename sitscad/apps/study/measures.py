@@ -14,14 +14,14 @@ from sitscad.assembly.places.state import MOVED_SIDEWAYS, PRESSED, REST
 from sitscad.basics.check_results import Measure as FitMeasure
 from sitscad.basics.quantities import TANK
 from sitscad.basics.record import record
+from sitscad.estimates.coil_estimates import crowding_error
 from sitscad.estimates.design import Design
 from sitscad.estimates.performance_values import AXES, AXIS_WORDS, FORCES, MOMENTS, unit_of
-from sitscad.estimates.values import crowding_error
 from sitscad.spec.places import cell_placements
 
 if TYPE_CHECKING:
+    from sitscad.estimates.coil_estimates import CoilEstimate, StateEstimate
     from sitscad.estimates.performance.points import Felt
-    from sitscad.estimates.values import CoilEstimate, StateEstimate
     from sitscad.spec.sensor import SensorSpec
 
 Figure = tuple[float, float]

@@ -41,7 +41,7 @@ from sitscad.apps.study.sweeping import scale_of, shown, titled
 from sitscad.assembly.places import bodies
 from sitscad.basics.record import record
 from sitscad.basics.units import counted
-from sitscad.files.drawing.pictures.board import picture
+from sitscad.files.drawing.pictures.layout_picture import picture
 from sitscad.files.drawing.sheet import COLOURS, Pen, Sheet
 from sitscad.files.drawing.svg import svg
 from sitscad.files.drawing.web_page import figure, page, part

@@ -6,8 +6,8 @@ import math
 
 from sitscad.assembly.places.state import FREE, PRESSED, REST
 from sitscad.basics.record import record
+from sitscad.estimates.coil_estimates import Estimates, StateEstimate
 from sitscad.estimates.tolerances.scatter import CAPACITOR
-from sitscad.estimates.values import Estimates, StateEstimate
 
 SIGMAS = 5.0  # Half width of a band, in standard deviations of manufacture: one sound coil in two million lies outside
 

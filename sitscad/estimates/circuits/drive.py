@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from sitscad.assembly.places.state import FREE, working_states
 from sitscad.basics.record import record, replace
-from sitscad.estimates.values import CoilEstimate, Estimates, ReadoutEstimate, StateEstimate
+from sitscad.estimates.coil_estimates import CoilEstimate, Estimates, ReadoutEstimate, StateEstimate
 from sitscad.kernels.converters.converter import Converter
 from sitscad.spec.sensor import ReadoutSpec
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 from sitscad.basics.record import record
-from sitscad.estimates.values import Estimates
+from sitscad.estimates.coil_estimates import Estimates
 from sitscad.kernels.converters.registers import ChannelSettings, Register
 from sitscad.spec.sensor import ReadoutSpec, SensorSpec
 

@@ -16,9 +16,9 @@ from sitscad.assembly.places.state import FREE
 from sitscad.basics.arrays import Array
 from sitscad.basics.record import record, replace
 from sitscad.estimates.circuits.tank import CoilCircuit
+from sitscad.estimates.coil_estimates import StateEstimate
 from sitscad.estimates.loads.pressing import GLUE, PAD, PAD_SIZE
 from sitscad.estimates.targets.assembly import AssemblyStates
-from sitscad.estimates.values import StateEstimate
 from sitscad.estimates.windings.losses import (
     ALIKE_ROUNDED,
     POLYGONS_NEAR_METAL,

@@ -13,8 +13,8 @@ from sitscad.assembly.places.state import working_states
 from sitscad.basics.arrays import Array, Index
 from sitscad.basics.record import record, replace
 from sitscad.basics.units import show
+from sitscad.estimates.coil_estimates import CoilEstimate, ReadoutEstimate, StateEstimate
 from sitscad.estimates.targets.assembly import Reflection
-from sitscad.estimates.values import CoilEstimate, ReadoutEstimate, StateEstimate
 from sitscad.estimates.windings.leads import LeadEstimate
 from sitscad.estimates.windings.neighbours import Circuit
 from sitscad.kernels.converters.conversion import shown

@@ -14,6 +14,7 @@ from sitscad.basics.record import kept, record, replace
 from sitscad.estimates.circuits.solved_winding import SolvedWinding
 from sitscad.estimates.circuits.tank import CoilCircuit, Tank
 from sitscad.estimates.circuits.track_slopes import inductance_slopes, lead_slopes
+from sitscad.estimates.coil_estimates import Spread, StateEstimate
 from sitscad.estimates.targets.assembly import AssemblyStates, Reflection, Surroundings, mirror
 from sitscad.estimates.tolerances.scatter import (
     BEHIND,
@@ -28,7 +29,6 @@ from sitscad.estimates.tolerances.scatter import (
     WIDTH,
     scatter,
 )
-from sitscad.estimates.values import Spread, StateEstimate
 from sitscad.kernels.electromagnetics.constants import skin_depth
 from sitscad.kernels.electromagnetics.inductance.spirals import SpiralLayer
 from sitscad.kernels.electromagnetics.loss.current_modes import ProximityLoss

@@ -9,10 +9,10 @@ import numpy as np
 
 from sitscad.basics.arrays import Array, Flags
 from sitscad.basics.record import record
+from sitscad.estimates.coil_estimates import Estimates
 from sitscad.estimates.loads.pad import compliance, slopes, soft_pad, straight
 from sitscad.estimates.loads.working_range import WorkingRange, moment_at, normal_at, shear_at
 from sitscad.estimates.performance_values import FORCES
-from sitscad.estimates.values import Estimates
 from sitscad.kernels.mechanics.elastomer import VALID_SHEAR, VALID_STRAIN
 from sitscad.kernels.mechanics.pad import HELD_TILT, BondedPad
 from sitscad.spec.sensor import SensorSpec

@@ -23,6 +23,7 @@ from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
 from sitscad.data import rows
 from sitscad.estimates.circuits.uncertainty import sigmas
+from sitscad.estimates.coil_estimates import Estimates
 from sitscad.estimates.loads.pad import soft_pad
 from sitscad.estimates.loads.pressing import FILM, FILM_THICKNESS, MODULUS, PAD, PAD_SIZE, TARGET_SIZE, loaded_face
 from sitscad.estimates.performance.bench import Bench
@@ -39,7 +40,6 @@ from sitscad.estimates.tolerances.scatter import (
     Scatter,
     signal_share,
 )
-from sitscad.estimates.values import Estimates
 from sitscad.kernels.mechanics.motion import rotations
 from sitscad.spec.sensor import Requirements
 

@@ -7,12 +7,12 @@ import numpy as np
 from sitscad.assembly.places.state import REST
 from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
+from sitscad.estimates.coil_estimates import Estimates
 from sitscad.estimates.loads.working_range import held_shear
 from sitscad.estimates.performance.causes import readings_of, root_sum_of_mean_squares
 from sitscad.estimates.performance.points import Felt
 from sitscad.estimates.performance_values import along
 from sitscad.estimates.tolerances.scatter import manufacturing_scatter
-from sitscad.estimates.values import Estimates
 from sitscad.kernels.electromagnetics.threads import one_thread
 
 STEPS, LINES = 15, 9  # Loads along a curve, and lines of constant load in the map of the working range

@@ -17,6 +17,7 @@ from sitscad.assembly.places.state import PRESSED, WORKING_POINTS
 from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
 from sitscad.estimates import estimated
+from sitscad.estimates.coil_estimates import Estimates
 from sitscad.estimates.loads.pad import TOO_SOFT, NoResponse, pushed, tilt_stiffness, tilt_stiffness_error
 from sitscad.estimates.loads.pressing import MODULUS, rests_on_pad
 from sitscad.estimates.loads.working_range import beyond_held_shear, held_shear, required_range
@@ -38,7 +39,6 @@ from sitscad.estimates.performance_values import (
 )
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.tolerances.scatter import manufacturing_scatter, production_limits
-from sitscad.estimates.values import Estimates
 from sitscad.estimates.windings.losses import SCREENING
 from sitscad.kernels.electromagnetics.threads import one_thread
 from sitscad.layout.board import Layout

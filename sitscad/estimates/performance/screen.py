@@ -15,11 +15,11 @@ import numpy as np
 from sitscad.assembly.places.state import PRESSED, REST
 from sitscad.basics.arrays import Array
 from sitscad.estimates.circuits.moved_target import target_effects
+from sitscad.estimates.coil_estimates import Estimates
 from sitscad.estimates.loads.pad import NoResponse
 from sitscad.estimates.loads.working_range import required_range
 from sitscad.estimates.performance.bench import Bench
 from sitscad.estimates.targets.assembly import warmed
-from sitscad.estimates.values import Estimates
 from sitscad.kernels.electromagnetics.polynomials import Interpolant, chebyshev_points
 from sitscad.kernels.electromagnetics.threads import one_thread
 from sitscad.kernels.mechanics.elastomer import VALID_STRAIN

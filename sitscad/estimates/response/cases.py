@@ -15,7 +15,7 @@ from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
 from sitscad.estimates.loads.pad import GIVES_WAY, TOO_SOFT, NoResponse, compliance, slopes, soft_pad, straight
 from sitscad.estimates.response.model import ResponseModel
-from sitscad.estimates.response.values import Response, joined
+from sitscad.estimates.response.response_arrays import Response, joined
 from sitscad.spec.sensor import LoadCase, SensorSpec
 
 Progress = Callable[[int, int], None]

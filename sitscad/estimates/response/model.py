@@ -14,10 +14,11 @@ from sitscad.basics.arrays import Array, ComplexArray, Flags
 from sitscad.basics.record import record
 from sitscad.estimates.circuits.tank import Tank
 from sitscad.estimates.circuits.wound import Wound
+from sitscad.estimates.coil_estimates import Estimates
 from sitscad.estimates.loads.pad import NoResponse, holding, pushed
 from sitscad.estimates.loads.pressing import rests_on_pad
 from sitscad.estimates.loads.working_range import normal_at, required_range, shear_at
-from sitscad.estimates.response.values import Response, joined
+from sitscad.estimates.response.response_arrays import Response, joined
 from sitscad.estimates.states.near import NearTarget, at_frequencies
 from sitscad.estimates.states.placed import Cover, Placed, at_rest, level_poses
 from sitscad.estimates.states.plate import (
@@ -30,7 +31,6 @@ from sitscad.estimates.states.plate import (
 from sitscad.estimates.states.scan import FEW, Changes, Exact, mapped
 from sitscad.estimates.states.steps import BAND, wind
 from sitscad.estimates.targets.assembly import metal_behind
-from sitscad.estimates.values import Estimates
 from sitscad.kernels.electromagnetics.metal.half_spaces import Reflector
 from sitscad.kernels.electromagnetics.resonator import Network
 from sitscad.kernels.electromagnetics.threads import one_thread

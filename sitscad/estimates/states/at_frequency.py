@@ -14,9 +14,9 @@ from sitscad.basics.units import show
 from sitscad.estimates.circuits.coils import coil_circuits, self_resonance
 from sitscad.estimates.circuits.tank import CoilCircuit
 from sitscad.estimates.circuits.wound import Wound
+from sitscad.estimates.coil_estimates import crowding_error
 from sitscad.estimates.states.steps import NO_STATE, wind
 from sitscad.estimates.targets.finite_target import NO_SHARES
-from sitscad.estimates.values import crowding_error
 from sitscad.kernels.electromagnetics.resonator import apparent_impedance
 from sitscad.kernels.electromagnetics.threads import one_thread
 from sitscad.layout.board import Layout

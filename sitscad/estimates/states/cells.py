@@ -14,11 +14,11 @@ from sitscad.assembly.places.state import REST
 from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
 from sitscad.basics.units import show
+from sitscad.estimates.coil_estimates import Estimates
 from sitscad.estimates.loads.pressing import joined, pressed, web_stiffness
 from sitscad.estimates.loads.working_range import USUAL_STRAIN
 from sitscad.estimates.performance_values import Performance, by_unit
 from sitscad.estimates.states.solved_target import own_changes
-from sitscad.estimates.values import Estimates
 from sitscad.kernels.electromagnetics.threads import one_thread
 from sitscad.kernels.mechanics.surround_law import WEB_SIGMA
 from sitscad.layout.board import Layout

@@ -34,10 +34,7 @@ from sitscad.estimates.circuits.uncertainty import (
     track_moves,
 )
 from sitscad.estimates.circuits.wound import Wound
-from sitscad.estimates.loads.pressing import GLUE, PAD
-from sitscad.estimates.targets.assembly import assemble, warmed
-from sitscad.estimates.targets.finite_target import NO_SHARES, TargetShares, target_shares
-from sitscad.estimates.values import (
+from sitscad.estimates.coil_estimates import (
     METER_FREQUENCY,
     PARTS,
     CoilEstimate,
@@ -46,6 +43,9 @@ from sitscad.estimates.values import (
     ReadoutEstimate,
     StateEstimate,
 )
+from sitscad.estimates.loads.pressing import GLUE, PAD
+from sitscad.estimates.targets.assembly import assemble, warmed
+from sitscad.estimates.targets.finite_target import NO_SHARES, TargetShares, target_shares
 from sitscad.estimates.windings.leads import missing_leads
 from sitscad.estimates.windings.losses import is_rough, near_metal_notes
 from sitscad.estimates.windings.methods import cross_checks, no_cross_check

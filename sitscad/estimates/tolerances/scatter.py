@@ -36,9 +36,9 @@ from sitscad.assembly.places.column import (
 from sitscad.assembly.places.state import FREE, PRESSED, REST
 from sitscad.basics.record import record
 from sitscad.data import UNVERIFIED, is_unverified
+from sitscad.estimates.coil_estimates import CoilEstimate, Estimates
 from sitscad.estimates.loads.pressing import FILM, FILM_THICKNESS, GLUE, MODULUS, PAD, PAD_SIZE, TARGET_SIZE
 from sitscad.estimates.tolerances import units_made as made
-from sitscad.estimates.values import CoilEstimate, Estimates
 from sitscad.spec.circuit import LayerKind
 from sitscad.spec.sensor import SensorSpec
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from sitscad.basics.record import record
 from sitscad.data import rows
-from sitscad.estimates.values import CrossCheck
+from sitscad.estimates.coil_estimates import CrossCheck
 from sitscad.kernels.electromagnetics.inductance.rings import mean_ring_inductance
 from sitscad.kernels.electromagnetics.inductance.spirals import (
     COEFFICIENTS,

@@ -15,11 +15,12 @@ PAPERS: tuple[Writer, ...] = (
         "order notes", "files.documents.order_notes", "gerber",
         ("layout", "panel", "bench_estimates", "files", "forced"),
     ),
-    Writer("board pictures", "files.documents.drawings.board:render_pictures", "gerber"),
-    Writer("board drawing", "files.documents.drawings.board", "gerber", ("layout", "forced", "files")),
+    Writer("board pictures", "files.documents.drawings.board_drawing:render_pictures", "gerber"),
+    Writer("board drawing", "files.documents.drawings.board_drawing", "gerber", ("layout", "forced", "files")),
     Writer("stack-up drawing", "files.documents.drawings.stackup", "gerber", ("layout", "forced", "files")),
     Writer(
-        "panel drawing", "files.documents.drawings.panel", "gerber", ("panel", "coupon_estimates", "forced", "files"),
+        "panel drawing", "files.documents.drawings.panel_drawing", "gerber",
+        ("panel", "coupon_estimates", "forced", "files"),
     ),
     Writer("order archive", "files.documents.archive", "gerber", ("layout", "panel", "forced", "files")),
     Writer(

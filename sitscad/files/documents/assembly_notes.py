@@ -17,9 +17,9 @@ from sitscad.assembly.solids.tooling import pour, skin_pour
 from sitscad.basics.units import in_mm, show
 from sitscad.data import is_unverified
 from sitscad.estimates.circuits.uncertainty import direct_resistance_sigma
+from sitscad.estimates.coil_estimates import METER_FREQUENCY, CoilEstimate, Estimates
 from sitscad.estimates.loads.gluing import hard_adhesive
 from sitscad.estimates.tolerances.scatter import ACCEPTED_SIGMAS
-from sitscad.estimates.values import METER_FREQUENCY, CoilEstimate, Estimates
 from sitscad.files.documents.firmware_driver import bare_drive
 from sitscad.files.documents.gluing import (
     against_stop,

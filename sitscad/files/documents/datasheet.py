@@ -12,6 +12,7 @@ from typing import Any
 from sitscad.basics.quantities import METERED, Table, by_result
 from sitscad.basics.units import NONE, counted, show
 from sitscad.calibration.calibration import Calibration, foretell
+from sitscad.estimates.coil_estimates import Estimates
 from sitscad.estimates.loads.pad import NoResponse
 from sitscad.estimates.performance.curves import Curves
 from sitscad.estimates.performance.tables import (
@@ -33,7 +34,6 @@ from sitscad.estimates.performance_values import (
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.table import response_table
 from sitscad.estimates.states.cells import NO_CELLS, CellTable
-from sitscad.estimates.values import Estimates
 from sitscad.files.documents.datasheet_plots import NAMES, WIDE, Plot, figures
 from sitscad.files.documents.drawings.plan_view import drawing, plan, plan_scale
 from sitscad.files.drawing.frame import fitting_paragraph, new_sheet, numbered, scale_text, table

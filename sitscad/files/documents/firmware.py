@@ -10,7 +10,7 @@ from sitscad.assembly.places.state import FREE, PRESSED, REST, in_words
 from sitscad.basics.quantities import LONE_TIMES, READOUT, SCAN_TIMES, by_quantity, document
 from sitscad.basics.units import show
 from sitscad.estimates.circuits.settings import Device, devices
-from sitscad.estimates.values import CoilEstimate, Estimates, ReadoutEstimate, StateEstimate
+from sitscad.estimates.coil_estimates import CoilEstimate, Estimates, ReadoutEstimate, StateEstimate
 from sitscad.files.documents.firmware_driver import addr_pin, driver_files
 from sitscad.files.drawing.frame import FORCED
 from sitscad.files.writer import comment_text

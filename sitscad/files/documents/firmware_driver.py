@@ -13,9 +13,9 @@ from sitscad.data import FOLDER
 from sitscad.estimates.circuits.bands import LEAP, SIGMAS, Band, CoilBands, bands
 from sitscad.estimates.circuits.drive import bare_board_code
 from sitscad.estimates.circuits.settings import Device, identity, serial_settings
+from sitscad.estimates.coil_estimates import CoilEstimate, Estimates
 from sitscad.estimates.performance_values import AXES
 from sitscad.estimates.tolerances.scatter import ACCEPTED_SIGMAS
-from sitscad.estimates.values import CoilEstimate, Estimates
 from sitscad.files.drawing.frame import FORCED
 from sitscad.files.order_facts.board_end import socket_pad
 from sitscad.files.order_facts.notes import hanging

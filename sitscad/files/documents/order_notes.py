@@ -7,8 +7,8 @@ from textwrap import wrap
 
 from sitscad.assembly.places.column import usual_tolerances
 from sitscad.basics.units import aligned, counted, show
+from sitscad.estimates.coil_estimates import Estimates
 from sitscad.estimates.tolerances.scatter import ACCEPTED_SIGMAS
-from sitscad.estimates.values import Estimates
 from sitscad.files.drawing.frame import FORCED
 from sitscad.files.order_facts import notes
 from sitscad.files.order_facts.board_end import contact_text, end_tolerance, plug_text

@@ -32,8 +32,8 @@ from sitscad.assembly.solids.whole import SOFT_LINES
 from sitscad.basics.record import record
 from sitscad.basics.units import counted, csv_text, in_mm, show
 from sitscad.data import is_unverified
+from sitscad.estimates.coil_estimates import Estimates
 from sitscad.estimates.loads.gluing import board_press, hard_adhesive, piece_press
-from sitscad.estimates.values import Estimates
 from sitscad.files.documents.gluing import BAR_HOLE, film_rooms, grams, steel_bar, washers
 from sitscad.files.documents.mounting import cures_badly, doses, nut_screw, screw_length, set_screw
 from sitscad.files.documents.preparing import Order, capacitor, connector_order, order_of, pours

@@ -9,7 +9,7 @@ WRITERS: tuple[Writer, ...] = (
     Writer("excellon", "files.formats.gerber:render_drills", "gerber"),
     Writer("drill map", "files.formats.gerber:render_drill_map", "gerber"),
     Writer("ipc356", "files.formats.ipc356", "gerber"), Writer("job file", "files.formats.gerber:render_job", "gerber"),
-    Writer("panel", "files.formats.gerber.panel", "gerber", ("panel", "files")),
+    Writer("panel", "files.formats.gerber.panel_files", "gerber", ("panel", "files")),
     Writer("kicad", "files.formats.kicad", "kicad"),
     Writer("wiring", "files.formats.kicad.schematic", "firmware", ("layout", "estimates")),
     Writer("laser dxf", "files.formats.laser:render_dxf", "laser", ("layout", "forced"), is_cut),

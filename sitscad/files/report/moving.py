@@ -23,7 +23,7 @@ from sitscad.estimates.circuits.bands import STATUS, bands
 from sitscad.estimates.circuits.settings import devices, identity, serial_settings
 from sitscad.estimates.performance_values import AXIS_WORDS, MOMENTS
 from sitscad.files.drawing.frame import FORCED
-from sitscad.files.drawing.pictures.board import coil_extent
+from sitscad.files.drawing.pictures.layout_picture import coil_extent
 from sitscad.files.drawing.web_page import page, part
 from sitscad.layout.board import Layout
 from sitscad.spec.places import map_columns

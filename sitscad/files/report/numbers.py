@@ -37,9 +37,9 @@ from sitscad.checks.findings.measures import OTHERS_MEANING, OTHERS_TITLE, signa
 
 if TYPE_CHECKING:
     from sitscad.estimates import Estimates
+    from sitscad.estimates.coil_estimates import StateEstimate
     from sitscad.estimates.performance.tables import PerformanceReport
     from sitscad.estimates.states.at_frequency import CoilAtFrequency
-    from sitscad.estimates.values import StateEstimate
 
 
 def as_text(

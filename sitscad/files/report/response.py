@@ -18,7 +18,7 @@ from sitscad.files.report.numbers import performance_blocks, table
 
 if TYPE_CHECKING:
     from sitscad.estimates.performance.tables import PerformanceReport
-    from sitscad.estimates.response.values import Response
+    from sitscad.estimates.response.response_arrays import Response
 
 SHOWN = 60  # Points at most that the text shows
 
@@ -89,7 +89,7 @@ def response_json(path: str, response: Response, colour: bool = False, felt: Per
 
 def response_csv(path: str, response: Response, colour: bool = False, felt: PerformanceReport | None = None) -> str:
     """One row a point, columns named like ``inductance_H.C1``."""
-    from sitscad.estimates.response.values import POSE_NAMES
+    from sitscad.estimates.response.response_arrays import POSE_NAMES
 
     coils = response.coils
     columns: dict[str, Array] = {}

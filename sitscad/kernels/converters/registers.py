@@ -70,8 +70,8 @@ class RegisterMap(Protocol):
 
 
 class DriverRegisters(RegisterMap, Protocol):
-    """What the driver's twin in Python (``apps/hardware/board.py``) takes of a module beside: addresses, and the bit of
-    STATUS for an unread result of channel 0.
+    """What the driver's twin in Python (``apps/hardware/bench_board.py``) takes of a module beside: addresses, and the
+    bit of STATUS for an unread result of channel 0.
     """
 
     RESET_DEV: int

@@ -34,7 +34,7 @@ from sitscad.files.drawing.frame import (
     table,
 )
 from sitscad.files.drawing.pdf import pdf
-from sitscad.files.drawing.pictures.board import coil_extent, draw_coil, pad_outline, picture
+from sitscad.files.drawing.pictures.layout_picture import coil_extent, draw_coil, pad_outline, picture
 from sitscad.files.drawing.sheet import Pen, Sheet, text_width
 from sitscad.files.drawing.svg import svg
 from sitscad.files.order_facts.board_end import (

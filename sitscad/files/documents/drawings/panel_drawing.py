@@ -8,7 +8,7 @@ from textwrap import wrap
 
 from sitscad.assembly.places.state import FREE
 from sitscad.basics.units import show
-from sitscad.estimates.values import Estimates
+from sitscad.estimates.coil_estimates import Estimates
 from sitscad.files.drawing.frame import (
     FORCED,
     HIDDEN,

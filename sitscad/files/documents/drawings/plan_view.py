@@ -29,7 +29,7 @@ from sitscad.files.drawing.frame import (
     table,
 )
 from sitscad.files.drawing.pdf import pdf
-from sitscad.files.drawing.pictures.board import draw_coil
+from sitscad.files.drawing.pictures.layout_picture import draw_coil
 from sitscad.files.drawing.sheet import Pen, Sheet, text_width
 from sitscad.kernels.geometry.areas import parts_inside
 from sitscad.kernels.geometry.convex import Box

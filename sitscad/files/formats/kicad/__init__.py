@@ -7,9 +7,9 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from sitscad.files.formats.kicad.board import board as board_text
 from sitscad.files.formats.kicad.coil import coil_footprints
 from sitscad.files.formats.kicad.library import library_footprints, library_table, symbol_library
+from sitscad.files.formats.kicad.pcb import board as board_text
 from sitscad.files.formats.kicad.sexpr import length
 from sitscad.layout.board import Layout
 from sitscad.spec.design_rules import DesignRules

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator
 
 from sitscad.basics.record import record
 from sitscad.basics.units import decimal, show
-from sitscad.estimates.values import Estimates
+from sitscad.estimates.coil_estimates import Estimates
 from sitscad.files.drawing.sheet import Pen, Sheet
 from sitscad.files.drawing.svg import svg
 from sitscad.files.formats.kicad.library import library_table
