@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from io import BytesIO
 
 import handmade
@@ -30,6 +31,17 @@ def test_every_piece_is_there_in_metres_with_y_upwards():
         merged = trimesh.Trimesh(mesh.vertices, mesh.faces)
         merged.merge_vertices()
         assert merged.volume == approx(solid.volume, rel=0.02), solid.name
+
+
+def test_a_sensor_named_as_one_of_its_pieces_keeps_every_piece_in_the_viewer_s_file():
+    import trimesh
+
+    solids, spec = handmade.solids("jaw"), handmade.layout("jaw").spec
+    (data,) = meshes.render_glb(solids, replace(spec, name="jaw")).values()
+    scene = trimesh.load(BytesIO(data), file_type="glb")
+    names = {solid.name for solid in solids}
+    assert {scene.graph[node][1] for node in scene.graph.nodes_geometry} == names
+    assert not [child for child in names if scene.graph.transforms.parents.get(child) in names]
 
 
 def test_the_file_is_gltf_2_and_the_same_twice():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import handmade
@@ -50,6 +51,17 @@ def test_the_assembly_holds_every_solid_in_place_valid_named_and_coloured(files,
         assert tuple(theirs.max) == approx(tuple(ours.max), abs=1e-5)
         linear = tuple(child.color)[:3]
         assert tuple(_display(value) for value in linear) == approx(solid.rgb, abs=0.01)
+
+
+@pytest.mark.parametrize("name", ["jaw", "target", "elastomer"])
+def test_a_sensor_named_as_one_of_its_pieces_keeps_every_piece_in_the_assembly(name, tmp_path):
+    """The build ended with "Unique name is required" after all other work was done."""
+    solids, spec = handmade.solids("jaw"), replace(handmade.layout("jaw").spec, name=name)
+    assert name in {solid.name for solid in solids}
+    data = step.render_whole(solids, spec)["mount/assembly.step"]
+    assert {child.label for child in read(data, tmp_path).children} == {solid.name for solid in solids}
+    products = re.findall(rb"= PRODUCT\('([^']*)'", data)
+    assert len(products) == len(set(products)) == len(solids) + 1
 
 
 def test_a_part_is_its_solid(files, tmp_path):

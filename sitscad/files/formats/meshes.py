@@ -101,7 +101,7 @@ SEE_THROUGH = {
 def render_glb(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
     """The file; raises `MissingExtra` without trimesh."""
     trimesh = require("trimesh")
-    scene = trimesh.Scene(base_frame=spec.name)
+    scene = trimesh.Scene(base_frame=f"{spec.name}-assembly")
     for solid, triangles in zip(solids, seen(solids), strict=True):
         # A mesh with its colour, turned so that y is up
         corners: Array = triangles.vertices[triangles.triangles.reshape(-1)] * 1e-3

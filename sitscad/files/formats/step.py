@@ -39,7 +39,7 @@ def render(solids: tuple[Solid, ...], spec: SensorSpec, aids: tuple[Solid, ...] 
 
 def render_whole(solids: tuple[Solid, ...], spec: SensorSpec) -> dict[str, bytes]:
     """``mount/assembly.step``: every piece as it is glued and closed, in place."""
-    return {"mount/assembly.step": assembly(solids, spec.name)}
+    return {"mount/assembly.step": assembly(solids, f"{spec.name}-assembly")}
 
 
 def part(solid: Solid, title: str) -> bytes:
@@ -53,7 +53,10 @@ def part(solid: Solid, title: str) -> bytes:
 
 
 def assembly(solids: tuple[Solid, ...], title: str) -> bytes:
-    """All solids as one STEP assembly in place, millimetres: named products, coloured, written by cadquery."""
+    """All solids as one STEP assembly in place, millimetres: named products, coloured, written by cadquery.
+
+    `title` must differ from the names of the solids.
+    """
     cq = require("cadquery")
     whole = cq.Assembly(name=title)
     for solid in solids:
