@@ -14,6 +14,7 @@ from sitscad.kernels.geometry.path import Point, polar
 from sitscad.kernels.geometry.shapes import SHAPES, Polygon
 from sitscad.layout import lay_out
 from sitscad.layout.board import Role
+from sitscad.layout.copper import copper_of, too_near
 from sitscad.layout.lanes import Ring
 from sitscad.spec.coil import CoilPlacement
 from sitscad.spec.load import load_text
@@ -111,3 +112,13 @@ def test_a_ring_reaches_as_far_as_its_farther_corner(sensor, monkeypatch, turn):
     points = [pentagon.at(2.0 * math.pi * k / 720) for k in range(720)]
     reach = max(abs(point.x) for point in points), max(abs(point.y) for point in points)
     assert pentagon.half_size == approx(reach, rel=1e-4)
+
+
+@pytest.mark.parametrize("coils, shape, turns", [(3, "racetrack", 3.0), (4, "racetrack", 3.5), (3, "rectangle", 3.0)])
+def test_leads_of_long_coils_in_a_line_never_cross_their_own_winding(sensor, coils, shape, turns):
+    """A lead that left its ring on the side turned away from its lane was drawn straight across the coil's turns."""
+    spec = sensor(shape=shape, size=(11.2e-3, 2.2e-3), turns=turns, width=76e-6, spacing=76e-6, coils=coils,
+                  pitch=12.1e-3)
+    layout = lay_out(spec)
+    assert not layout.shortfalls
+    assert not list(too_near(copper_of(layout), 75e-6, 75e-6))

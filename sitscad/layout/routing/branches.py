@@ -30,6 +30,7 @@ from sitscad.kernels.geometry.path import TWO_PI, Line, Path, Point
 from sitscad.layout.board import Coil, Role, Trace
 from sitscad.layout.clearance import (
     Breadth,
+    Obstacles,
     TrackToPlace,
     ViaToPlace,
     hole_distance,
@@ -146,6 +147,13 @@ class BranchGround:
         """The ring's smallest radius (m): angles are turned into distances with it, on the safe side."""
         return min(self.spec.coil.size) / 2 + self.bus.ring_offset
 
+    @cached_property
+    def own_turns(self) -> Obstacles:
+        """The coil's own outermost turns, on all of its layers."""
+        found = Obstacles(self.spec.fpc.rules, self.bus.spacing)
+        found.add(outermost_turns(self.spec.coil, self.placement))
+        return found
+
     def via_places(self) -> Iterator[ViaToPlace]:
         """Holes where the outline has room: next outside the coil, and farther out so that the ring road stays free."""
         rules, beyond = self.spec.fpc.rules, self.bus.ring_offset + self.bus.width / 2 + self.keep_out
@@ -165,6 +173,14 @@ class BranchGround:
     def stand(self, hole: ViaToPlace) -> tuple[float, float]:
         """Where the ring road passes one of the via places (rad), and how far from it (m)."""
         return self._stands[hole.centre]
+
+
+def outermost_turns(coil: CoilSpec, placement: CoilPlacement) -> Iterator[TrackToPlace]:
+    """Yield a closed track on the outermost turn of a coil, for each of the coil's layers."""
+    boundary = coil.outline.boundary(coil.size, -coil.trace_width / 2)
+    path = boundary.rotated(placement.rotation).shifted(*placement.centre)
+    for layer in coil.layers:
+        yield TrackToPlace(path, coil.trace_width, layer)
 
 
 @lru_cache(maxsize=64)

@@ -301,9 +301,12 @@ class _Search:
         self._searches.left -= 1
 
     def lets_out(self, around: BranchGround, out: Exit) -> bool:
-        """Whether the way from ring to tail that leads share is free: if not, that is one trial instead of one each."""
+        """Whether the way from ring to tail that leads share is free, of the coil's own turns as well: if not, that is
+        one trial instead of one each.
+        """
         way = polyline([around.ring.at(out.angle), *out.way])
-        is_free = not way.segments or self._obstacles.admits([TrackToPlace(way, around.bus.width, out.layer)])
+        track = TrackToPlace(way, around.bus.width, out.layer)
+        is_free = not way.segments or (around.own_turns.admits([track]) and self._obstacles.admits([track]))
         if not is_free:
             self._spend()
         return is_free

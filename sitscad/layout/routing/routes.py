@@ -13,7 +13,7 @@ from sitscad.kernels.geometry.path import Point
 from sitscad.layout.clearance import Breadth, Obstacles, TrackToPlace, hole_keep_out, joined_hole, via_room
 from sitscad.layout.lanes import Bus, Exit, Lane, Ring, assign_lanes, exits, lane_height, rows_of_lanes
 from sitscad.layout.outline import body_breadth, breadth_of, edge_of_body, ends, far_end, given_box, roots, walls
-from sitscad.layout.routing.branches import BranchGround, OuterEnd
+from sitscad.layout.routing.branches import BranchGround, OuterEnd, outermost_turns
 from sitscad.layout.routing.escape import SPARED, TRIALS_OF_A_WAVE, Escape, Joined, SearchLimit, escape
 from sitscad.layout.tail_frame import TailFrame, frame, pair_height, turn_lag
 from sitscad.layout.tail_tracks import Run, runs, stretched, ways_down
@@ -245,13 +245,12 @@ def _lead_out(
     board: _BoardToRoute, index: int, choices: Iterable[tuple[Exit, Exit]], laid: Obstacles, first: bool = False
 ) -> Escape | None:
     """One coil's escape among the other coils and what is laid on the board already."""
-    coil, wound = board.spec.coil, board.wound[index]
-    boundary = coil.outline.boundary(coil.size, -coil.trace_width / 2)
+    wound = board.wound[index]
     others = [
-        TrackToPlace(boundary.rotated(placement.rotation).shifted(*placement.centre), coil.trace_width, layer)
+        turn
         for i, placement in enumerate(board.spec.array.placements)
-        for layer in coil.layers
         if i != index
+        for turn in outermost_turns(board.spec.coil, placement)
     ]
     ends = [OuterEnd(w.path.start if w.inward else w.path.end, w.layer) for w in wound.windings]
     joins, passed = list(zip(ends[1:-1:2], ends[2::2], strict=False)), []
