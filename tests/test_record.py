@@ -9,6 +9,7 @@ import pickle
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -172,6 +173,15 @@ def test_a_constructor_of_the_same_pattern_has_its_own_names_and_defaults():
     with pytest.raises(TypeError, match=r"Inner.__init__\(\) missing 1 required positional argument: 'missing'"):
         Inner()
     assert [one.type for one in dataclasses.fields(Inner)] == ["int", "int", "dict"]
+
+
+def test_a_field_whose_type_is_named_variable_is_a_field():
+    @record
+    class Space:
+        variables: tuple[Variable, ...]  # noqa: F821 - annotations are texts
+        names: ClassVar[int] = 2
+
+    assert Space((1,)) == Space(variables=(1,)) and list(vars(Space((1,)))) == ["variables"]
 
 
 def test_fields_may_have_any_name():

@@ -76,7 +76,7 @@ class _FieldsOnFirstUse:
     def _complete(cls: type) -> None:
         stated = get_annotations(cls)
         # A text may stand for a ClassVar, which a dataclass looks for with patterns: a fifth of its time
-        cls.__annotations__ = {n: kind if "Var" in str(kind) else object for n, kind in stated.items()}
+        cls.__annotations__ = {n: kind if "ClassVar" in str(kind) else object for n, kind in stated.items()}
         dataclass(init=False, repr=False, eq=False)(cls)
         cls.__annotations__ = stated
         for one in fields(cls):
@@ -95,7 +95,7 @@ def _own_fields(cls: type) -> dict[str, Field[Any]]:
             found |= {one.name: one for one in fields(base)}
         elif stated is not None:
             for name, kind in get_annotations(base).items():
-                if "Var" not in str(kind):
+                if "ClassVar" not in str(kind):
                     given = base.__dict__.get(name, MISSING)
                     found[name] = given if isinstance(given, Field) else field(default=given)
     return found
