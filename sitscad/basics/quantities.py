@@ -173,10 +173,11 @@ COIL = (
 )
 """Quantities of a coil (`CoilEstimate`)."""
 
+FREQUENCY = Quantity("frequency_Hz", "frequency", sigma="spread.frequency")
 TANK = (
     Quantity("inductance_H", "inductance", sigma="spread.inductance"),
     Quantity("resistance_ohm", "resistance", sigma="spread.resistance"),
-    Quantity("frequency_Hz", "frequency", sigma="spread.frequency"),
+    FREQUENCY,
     Quantity("parallel_resistance_ohm", "Rp", sigma="spread.parallel_resistance"),
     Quantity("quality_factor", "Q", 3),
     Quantity("amplitude_V", "amplitude", 3, sigma="spread.amplitude"),

@@ -388,7 +388,7 @@ def friction_error(found: Felt, design: Design) -> Iterator[Verdict]:
 @where_felt
 def temperature_error(found: Felt, design: Design) -> Iterator[Verdict]:
     """Drift of every axis of force at full load between the temperature of the tare and the range's farther end."""
-    from sitscad.estimates.performance.causes import warming
+    from sitscad.estimates.performance.causes import farthest, warming
 
     needs = design.spec.requirements
     apart = warming(needs)
@@ -403,7 +403,8 @@ def temperature_error(found: Felt, design: Design) -> Iterator[Verdict]:
         f"{axis} drifts by {show(float(drift[k]), 'N', 3)} over {apart:.3g} K from the tare at {needs.temperature:.3g} "
         f"degC (full load, most by {max(causes, key=lambda one: causes[one])})"
     )
-    yield from judged(design, "SIT406", "temperature_error", Worst(float(drift[k]), axis, "at full load"), words)
+    at = f"at full load, {needs.temperature:.3g} to {farthest(needs):.3g} degC"
+    yield from judged(design, "SIT406", "temperature_error", Worst(float(drift[k]), axis, at), words)
 
 
 BESIDE_NOISE = 10.0

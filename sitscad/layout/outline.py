@@ -266,7 +266,7 @@ def body_of(spec: SensorSpec, far: float, needed: Breadth, tail: TailFrame) -> B
     if (edge := edge_of_body(spec)) is not None:
         return BodyExtent(*ends(spec, far, tail.body_end), low, high, edge)
     body = BodyExtent(ends(spec, far, tail.body_end - tail.ahead)[0], tail.body_end, low, high)
-    is_ahead = tail.ahead > 0.0 and not tail.taper.narrows
+    is_ahead = tail.ahead > tail.waiting and not tail.taper.narrows
     is_astride = max(-low, high) > tail.half_width > min(-low, high)
     for side in (-1, 1):
         taper = replace(tail.taper, near=body.half_width(side))

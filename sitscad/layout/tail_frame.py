@@ -167,11 +167,17 @@ class TailFrame:
     """Between a capacitor's pads and the vias behind and the bends before them (m)."""
     ahead: float = 0.0
     """How much farther (m) the body reaches than coils and leads need it to."""
+    waiting: float = 0.0
+    """How much of that (m) leads run on before they part to a wider tail."""
 
-    def reaching(self, ahead: float) -> TailFrame:
-        """The tail of a body that reaches so much (m) farther: the leads come to their lanes where they did."""
+    def reaching(self, ahead: float, leads_wait: bool = False) -> TailFrame:
+        """The tail of a body that reaches so much (m) farther: the leads come to their lanes where they did, or as much
+        later if they wait.
+        """
         begin, start, end = self.body_end + ahead, self.start + ahead, self.end + ahead
-        return replace(self, body_end=begin, start=start, end=end, ahead=self.ahead + ahead)
+        later = ahead if leads_wait else 0.0
+        return replace(self, body_end=begin, start=start, end=end, ahead=self.ahead + ahead,
+                       funnel=self.funnel + later, waiting=self.waiting + later)
 
     @property
     def pad_start(self) -> float:

@@ -15,13 +15,15 @@ import pytest
 from tolerance import approx
 
 from sitscad.assembly.places.state import State
+from sitscad.basics.quantities import FREQUENCY
 from sitscad.basics.units import show
 from sitscad.estimates import estimate
 from sitscad.estimates.circuits.bands import Band, CoilBands
+from sitscad.estimates.design import Design
 from sitscad.files.documents import firmware, firmware_driver
-from sitscad.files.report.numbers import other_table
+from sitscad.files.report.numbers import estimate_tables, other_table
 from sitscad.layout import lay_out
-from sitscad.spec import presets
+from sitscad.spec import presets, templates
 from sitscad.spec.load import load_text
 
 SPEC = layouts.sensor_spec()
@@ -46,6 +48,7 @@ def estimates(coils=2, **changes):
     }
     states = {"free": SimpleNamespace(frequency=8.0e6, **other), "pressed": SimpleNamespace(frequency=9.0e6, **other)}
     return SimpleNamespace(
+        temperature=20.0,
         coils=[
             SimpleNamespace(
                 name=f"C{i + 1}",
@@ -319,3 +322,18 @@ def test_every_state_has_the_force_that_presses_the_target_there():
     for coil in rendered(found)[1]["coils"]:
         forces = {name: one["force_N"] for name, one in coil["expected"].items()}
         assert forces == {"free": 0.0, "pressed": 4.0, "half": 2.0}
+
+
+def test_printed_frequencies_name_their_temperature_and_share_their_digits():
+    """The readme had 7.6702 MHz at 37 degC, the assembly notes 7.677 MHz at 20 degC."""
+    spec = load_text(templates.read("single_coil")).replace("requirements.temperature", "37 degC")
+    design = Design(spec)
+    readme = firmware_driver.render_readme(design.layout, design.estimates, design.bench_estimates)[
+        firmware_driver.README].decode()
+    header = firmware.render(spec, design.estimates)[HEADER].decode()
+    shown = FREQUENCY.plain(design.estimates.coils[0].states["free"])
+    assert "at 37 degC" in readme and "Expected at 37 degC" in header
+    assert re.search(rf"bare board +{re.escape(shown)} ", readme) and "C1 free: " in header
+    tables = estimate_tables(design.estimates)
+    named = {table.title for table in tables if {"frequency", "C1"} & set(table.head)}
+    assert sum("at 37 degC" in title for title in named) >= 2

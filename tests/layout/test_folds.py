@@ -5,6 +5,8 @@ import math
 import pytest
 from tolerance import approx
 
+from sitscad.checks.board.drawn_form import acute_angle, sliver
+from sitscad.estimates.design import Design
 from sitscad.kernels.geometry.path import Line, Point, polar
 from sitscad.layout import lay_out
 from sitscad.layout.copper import conductor_notches, copper_of
@@ -57,6 +59,33 @@ def test_lead_beside_corner_of_ring_leaves_no_narrow_notch(name):
     asked = min(spec.fpc.rules.trace_spacing, spec.coil.trace_spacing)
     assert layout.shortfalls == ()
     assert [near.gap for near in conductor_notches(copper_of(layout), asked - 1 * UM)] == []
+
+
+ACUTE = {
+    "racetracks": f"""
+coil: {{shape: racetrack, outer_diameter: [16, 1.99], turns: 3.5, layers: 4, {FINE}}}
+array: {{pattern: line, count: 3, pitch: 18}}
+fpc:
+  stackup: flex-4l
+  rules: generic-fine
+  largest: {{shape: rectangle, size: [60, 3]}}
+  tail: {{length: 30, connector: zif-0.3mm, contacts: 7, bend: none}}
+""",
+    "squares": f"""
+coil: {{shape: square, outer_diameter: 5.22, turns: 4.5, layers: 4, {FINE}}}
+array: {{pattern: line, count: 3, pitch: 7.38}}
+fpc: {{stackup: flex-4l, rules: generic-fine, tail: {{length: 30, connector: zif-0.5mm}}}}
+""",
+}
+"""Boards whose leads turned back at 45 degrees where they left the ring."""
+
+
+@pytest.mark.parametrize("name", ACUTE)
+def test_lead_that_turns_back_leaves_its_ring_at_a_right_angle(name):
+    layout = lay_out(load_text(HEAD + ACUTE[name], "acute.yaml"))
+    assert layout.shortfalls == ()
+    for rule in (acute_angle, sliver):
+        assert list(rule(Design(layout.spec, layout))) == []
 
 
 @pytest.mark.parametrize("opening", [20, 45, 80])

@@ -10,7 +10,9 @@ from pathlib import Path
 import pytest
 from tolerance import approx
 
+from sitscad.checks.board.clearances import copper_to_edge
 from sitscad.checks.judging import check
+from sitscad.estimates.design import Design
 from sitscad.kernels.geometry.path import Arc, Line, bounding_box, enclosed_area
 from sitscad.layout import lay_out
 from sitscad.layout.tail_frame import Taper
@@ -169,3 +171,21 @@ def test_a_board_without_a_tail_has_the_strip_that_the_page_says():
         strip = bounding_box((layout.outline,))[2] - layout.body[2]
         assert strip == approx(layout.tail_length, rel=1e-9) == approx(length, rel=5e-3)
         assert len(layout.pads) == 2 and min(pad.centre.x for pad in layout.pads) > layout.body[2]
+
+
+@pytest.mark.parametrize("angle", [0, 90, 180])
+def test_body_is_no_wider_for_contacts_that_are_wider_whatever_the_start_angle(angle):
+    """A body of 3.0 mm was 6.5 mm wide with the coils begun at their other end: it had grown by 0.1 mm at the tail."""
+    layout = lay_out(load_text(STRIP.format(angle=angle), "strip.yaml"))
+    assert layout.shortfalls == () and layout.body_size[1] < 3.1e-3 < 6e-3 < layout.size[1]
+    assert not list(copper_to_edge(Design(layout.spec, layout)))
+
+
+STRIP = """\
+sitscad: 1
+name: strip
+coil: {{shape: racetrack, outer_diameter: [16, 1.99], turns: 3.5, layers: 4, trace_width: 76 um, trace_spacing: 76 um,
+       start_angle: {angle} deg}}
+array: {{pattern: line, count: 3, pitch: 18}}
+fpc: {{stackup: flex-4l, rules: generic-fine, tail: {{length: 40, connector: solder-pads, bend: none}}}}
+"""

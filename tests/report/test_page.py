@@ -173,7 +173,7 @@ def test_each_inductance_says_what_it_is_for(design):
     text = numbers.as_text("a.yaml", estimates, checked)
     titles = [line for line in text.splitlines() if line and not line.startswith(" ")]
     assert titles[1].startswith("Signal from rest") and titles[2].startswith("At the contacts")
-    assert titles.index(OTHERS_TITLE) > titles.index("Coils, at 20 C")
+    assert titles.index(numbers.at_temperature(OTHERS_TITLE, estimates)) > titles.index("Coils, at 20 degC")
     assert all(words in text for words in OTHERS_MEANING)
     (state,) = [s for s in estimates.coils[1].states.values() if s.state == "pressed"]
     others = numbers.other_table(estimates).rows

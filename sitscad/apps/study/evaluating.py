@@ -213,23 +213,24 @@ def _decided(design: Design) -> tuple[list[Finding], set[str]]:
     unknown: set[str] = set()
     errors = screen_errors(design.spec.fpc.body is not None)
     corners = [Design(design.spec, design.layout, shifted(design.estimates, side, errors)) for side in (-1.0, 1.0)]
+    wider = Design(design.spec, sketch(design.spec, WIDER), design.estimates) if _is_sized(design.spec) else design
     for rule in all_rules():
         if rule.apply is not None and all(NEEDS[need][0](design.spec) for need in rule.needs):
-            said = _said(rule, design, corners)
+            others = corners if rule.id in BY_TANK else [wider] if rule.id in BY_BODY else []
+            said = _said(rule, design, others)
             found += said or ()
             unknown |= {rule.id} if said is None else set()
     return found, unknown
 
 
-def _said(rule: Rule, design: Design, corners: Sequence[Design]) -> list[Finding] | None:
-    """What a rule finds; None where that is not known."""
+def _said(rule: Rule, design: Design, others: Sequence[Design]) -> list[Finding] | None:
+    """What a rule finds; None where that is not known, or one of the `others` that the design may be differs."""
     if rule.id not in ASKED and not (rule.id in BY_BODY and _is_sized(design.spec)):
         return None
     found, undecided = apply_rule(rule, design, least=None)
     if undecided or (rule.id in BY_FEELING and _is_near(rule, design)):
         return None
-    others = (apply_rule(rule, corner, least=None)[0] for corner in corners if rule.id in BY_TANK)
-    if any(_grave(other) != _grave(found) for other in others):
+    if any(_grave(apply_rule(rule, other, least=None)[0]) != _grave(found) for other in others):
         return None
     return found
 

@@ -145,7 +145,7 @@ def _sheets(
     if own is not None:
         table(own, LEFT, TOP, _widths(incoming(bench), 66.0, 140.0), incoming(bench), 2.2)
     low = TOP
-    for rows in (_lines(error_table(felt)), production(felt), [] if own is not None else incoming(bench),
+    for rows in (_lines(error_table(felt)), production(felt, estimates), [] if own is not None else incoming(bench),
                  contact_rows(layout)):
         low = table(last, LEFT, low, _widths(rows, 66.0, 140.0), rows, 2.2) - 5.0 if rows else low
     fitting_paragraph(last, 165.0, TOP, 118.0, 42.0, numbered(notes(felt, found)), 2.3)
@@ -202,7 +202,7 @@ def _page(
         part("Curves", f"{''.join(wide)}<div class='narrow'>{''.join(narrow)}</div>" if plots else ""),
         part("Errors", units + _table(_lines(error_table(felt))) + _table(_lines(drift_table(felt)))),
         part("Contacts", _table(contact_rows(layout))),
-        part("Production", _table(production(felt)) + _table(incoming(bench))
+        part("Production", _table(production(felt, estimates)) + _table(incoming(bench))
               + "<p class='soft'>Three sigma of manufacture: reject a coil "
               "outside, even if it oscillates. L is that at the contacts at the tank's frequency; an LCR meter reads "
               "more there, by the coil's own capacitance: the report has both. The meter's figures are at 20 degC, +- "
@@ -296,9 +296,10 @@ TARED_AFTER_A_GRASP = (
 )
 
 
-def production(felt: Sequence[Performance]) -> Rows:
+def production(felt: Sequence[Performance], estimates: Estimates) -> Rows:
     """The limits of inductance and frequency between which a bare coil is sound."""
-    rows: Rows = [("bare coil, before assembly", "L from", "L to", "f from", "f to")]
+    head = f"bare coil, before assembly, at {estimates.temperature:g} degC"
+    rows: Rows = [(head, "L from", "L to", "f from", "f to")]
     for coil, limits in felt[0].production.items():
         low, high = (show(limits[f"inductance_{end}_H"], "H", 4) for end in ("min", "max"))
         slow, fast = (show(limits[f"frequency_{end}_Hz"], "Hz", 4) for end in ("min", "max"))
@@ -308,7 +309,10 @@ def production(felt: Sequence[Performance]) -> Rows:
 
 def incoming(bench: Estimates) -> Rows:
     """Return what a usual meter reads of the bare board at 20 degrees Celsius. Empty if no coil was asked for."""
-    return _lines(by_result(bench.metered, METERED)) if bench.metered else []
+    if not bench.metered:
+        return []
+    (first, *others), *rows = _lines(by_result(bench.metered, METERED))
+    return [(f"{first} at {bench.temperature:g} degC", *others), *rows]
 
 
 def notes(felt: Sequence[Performance], found: Calibration | None = None) -> Iterator[str]:

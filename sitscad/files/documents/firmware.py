@@ -174,7 +174,8 @@ def _expected(spec: SensorSpec, estimates: Estimates) -> list[str]:
     device = spec.readout.device
     part, result = device.part, "COUNTS" if device.has_gains else "DATA"
     pins, delay = show(device.limit("pin_capacitance"), "F"), show(device.limit("drive_delay"), "s")
-    lines = [*_timing(estimates, device), "", "Expected (estimates; compare with what the first board gives):"]
+    expected = f"Expected at {estimates.temperature:g} degC (estimates; compare with what the first board gives):"
+    lines = [*_timing(estimates, device), "", expected]
     for coil in estimates.coils:
         for name, state in coil.states.items():
             lines.append(

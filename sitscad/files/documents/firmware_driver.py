@@ -7,6 +7,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from sitscad.assembly.places.state import REST
+from sitscad.basics.quantities import FREQUENCY
 from sitscad.basics.units import show
 from sitscad.calibration.unknowns import usual
 from sitscad.data import FOLDER
@@ -316,7 +317,7 @@ def render_readme(layout: Layout, estimates: Estimates, bench: Estimates, forced
         f"The sensor {spec.name}: from the board on the bench to newtons",
         *([f"{spec.issue.title}."] if spec.issue.rows else []),
         "", "WIRING", "", *_wiring(layout, estimates),
-        "", "WHAT EACH COIL READS", "", *_readings(spec, found, bench),
+        "", "WHAT EACH COIL READS", "", *_readings(spec, found, estimates.temperature, bench),
         "", "THE FIRST TEN STEPS", "", *steps,
         "", "IN A PROGRAM OF YOUR OWN", "",
         *(line for name, text in PROGRAM for line in hanging(
@@ -371,19 +372,22 @@ def _wiring(layout: Layout, estimates: Estimates) -> Iterator[str]:
     yield from hanging("", said, WIDTH)
 
 
-def _readings(spec: SensorSpec, found: tuple[CoilBands, ...], bench: Estimates) -> Iterator[str]:
-    """Every coil's frequencies with the bands of manufacture, and what a meter reads of the bare board."""
+def _readings(
+    spec: SensorSpec, found: tuple[CoilBands, ...], temperature: float, bench: Estimates
+) -> Iterator[str]:
+    """Every coil's frequencies at a temperature (degrees Celsius) with the bands of manufacture, and what a meter reads
+    of the bare board.
+    """
     said = (
-        f"Frequency at the converter, with the limits of the self-test ({SIGMAS:g} sigma of manufacture: it reports no "
-        f"board that is sound). Reject a bare board with a coil more than {ACCEPTED_SIGMAS:g} sigma off: the data "
-        "sheet "
-        "has these limits."
+        f"Frequency at the converter at {temperature:g} degC, with the limits of the self-test ({SIGMAS:g} sigma of "
+        "manufacture: it reports no board that is sound). Reject a bare board with a coil more than "
+        f"{ACCEPTED_SIGMAS:g} sigma off: the data sheet has these limits."
     )
     yield from hanging("", said, WIDTH)
     for one in found:
         for name, band in (("bare board", one.bare), ("assembled", one.assembled)):
-            ends = f"{show(band.low, 'Hz', 4)} to {show(band.high, 'Hz', 4)}"
-            yield f"  {one.coil:<6}{name:<12}{show(band.design, 'Hz', 5):<12} {ends}"
+            ends = f"{FREQUENCY.shown(band.low)} to {FREQUENCY.shown(band.high)}"
+            yield f"  {one.coil:<6}{name:<12}{FREQUENCY.shown(band.design):<12} {ends}"
     yield from hanging("", _too_fast(spec.readout.device, found), WIDTH)
     if bench.metered:
         meter = f"An LCR meter at {show(bench.metered[0].frequency, 'Hz')}"

@@ -117,7 +117,7 @@ def coil_table(estimates: Estimates) -> Table:
         either = [" (either sign)" if c and c[1] > abs(c[0]) else "" for c in changes]
         words = [plus_minus(*c, "ohm") + more if c else NONE for c, more in zip(changes, either, strict=True)]
         rows.append([RESISTANCE_CHANGE, *words])
-    return Table(["", *(coil.name for coil in estimates.coils)], rows, f"Coils, at {estimates.temperature:g} C")
+    return Table(["", *(coil.name for coil in estimates.coils)], rows, at_temperature("Coils", estimates))
 
 
 RESISTANCE_CHANGE = "resistance at the contacts, change from rest to pressed"
@@ -161,7 +161,13 @@ def _by_state(
     """Return one row a coil and state, of states that have the field `needed`."""
     rows = [[coil.name, titled(state.state), *(text(each, state) for each in quantities)]
             for coil in estimates.coils for state in coil.states.values() if getattr(state, needed) is not None]
-    return Table(("coil", "state", *(each.label for each in quantities)), rows, title)
+    return Table(("coil", "state", *(each.label for each in quantities)), rows, at_temperature(title, estimates))
+
+
+def at_temperature(title: str, estimates: Estimates) -> str:
+    """Return a title that says for which temperature its numbers are computed."""
+    head, colon, rest = title.partition(":")
+    return f"{head}, at {estimates.temperature:g} degC{colon}{rest}"
 
 
 AT_TITLE = "Coil alone at a frequency, no metal near: first the winding without leads, then between the contacts"

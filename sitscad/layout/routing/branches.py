@@ -38,7 +38,7 @@ from sitscad.layout.clearance import (
     joined_hole,
     off_stretch,
 )
-from sitscad.layout.lanes import Bus, Ring
+from sitscad.layout.lanes import Bus, Ring, straightness
 from sitscad.spec.coil import CoilPlacement, CoilSpec
 from sitscad.spec.sensor import SensorSpec
 
@@ -223,6 +223,34 @@ def fold_chord(one: Line, other: Line, apart: float) -> Line | None:
     return Line(one.end.shifted(-back * ax, -back * ay), other.start.shifted(onward * bx, onward * by))
 
 
+def square_fold(one: Line, short: Line, other: Line) -> tuple[Line, Line, Line] | None:
+    """Return three stretches of a way that turns back, with a right angle in place of an acute one at either end of the
+    `short` one. None if both corners are wider than acute, or if the stretch beside one is too short.
+
+    Both stretches become shorter, so that the way claims no ground that it did not have.
+    """
+    if straightness(one.start, one.end, short.end) < -ACUTE:
+        foot = one.start.shifted(*_along(one, short.end))
+        if 1e-9 < foot.distance(one.start) < one.length:
+            return Line(one.start, foot), Line(foot, short.end), other
+    if straightness(short.start, other.start, other.end) < -ACUTE:
+        foot = other.start.shifted(*_along(other, short.start))
+        if 1e-9 < foot.distance(other.end) < other.length:
+            return one, Line(short.start, foot), Line(foot, other.end)
+    return None
+
+
+ACUTE = math.cos(math.radians(60.0)) + 1e-9
+"""Cosine of the least angle between two legs of a track; an etchant eats a sharper corner."""
+
+
+def _along(line: Line, point: Point) -> tuple[float, float]:
+    """Return the way (m, m) from a line's start to the foot of the perpendicular from a point."""
+    x, y = line.end.x - line.start.x, line.end.y - line.start.y
+    part = ((point.x - line.start.x) * x + (point.y - line.start.y) * y) / (x * x + y * y)
+    return part * x, part * y
+
+
 @record
 class Leg:
     """One track: from `begin` to the ring at `angle`, round it by `sweep` (rad, signed), and on through `finish`."""
@@ -257,18 +285,20 @@ class Leg:
         return TrackToPlace(self._unfolded(path + beyond), self.around.bus.width, self.layer)
 
     def _unfolded(self, path: Path) -> Path:
-        """Return a way without narrow notches, with a chord in place of each short stretch on which it turns back.
-        On the coil's own layers, chords stay outside the ring.
+        """Return a way without narrow notches and acute corners, with a chord or a right angle in place of each short
+        stretch on which it turns back. On the coil's own layers, chords stay outside the ring.
         """
         segments, apart = list(path), self.around.bus.pitch
         is_free = self.layer not in self.around.spec.coil.layers
         for k in range(len(segments) - 2):
             one, short, other = segments[k : k + 3]
-            if not isinstance(one, Line) or not isinstance(other, Line) or short.length >= 2.0 * apart:
+            if not isinstance(one, Line) or not isinstance(short, Line) or not isinstance(other, Line):
                 continue
-            chord = fold_chord(one, other, apart)
+            chord = fold_chord(one, other, apart) if short.length < 2.0 * apart else None
             if chord is not None and (is_free or self.around.ring.is_outside(chord)):
                 segments[k : k + 3] = Line(one.start, chord.start), chord, Line(chord.end, other.end)
+            elif chord is None and (squared := square_fold(one, short, other)) is not None:
+                segments[k : k + 3] = squared
         return Path(tuple(segments))
 
     @cached_property

@@ -226,9 +226,11 @@ def _routing(board: _BoardToRoute, escapes: dict[int, Escape], tail: TailFrame) 
     """The answer of the search once every coil is led out: the tail made as long as that takes, and its tracks."""
     spec, bus, lanes = board.spec, board.bus, board.lanes
     ways = tuple(escapes[i] for i in range(len(lanes)))
-    down = ways_down(spec.array.placements, bus, tail, lanes, [way.entries for way in ways])
     pieces = [branch for way in ways for branch in way.branches]
     far = far_end(spec, (t for b in pieces for t in b.tracks), (h for b in pieces for h in b.holes))
+    if _leads_wait(spec, tail):
+        tail = reaching_ahead(spec, far, tail)
+    down = ways_down(spec.array.placements, bus, tail, lanes, [way.entries for way in ways])
     long = reaching_ahead(spec, far, stretched(spec.fpc.rules, bus, tail, down))
     laid = tuple(runs(spec.fpc, bus, long, lane, both) for lane, both in zip(lanes, down, strict=True))
     return Routing(bus, ways, laid, board.breadth, far, long)
@@ -397,8 +399,15 @@ def body_frame(spec: SensorSpec, bus: Bus, front: float, needed: Breadth) -> Tai
 
 def reaching_ahead(spec: SensorSpec, far: float, tail: TailFrame) -> TailFrame:
     """The tail, begun later where the body needs a margin, or more length for the coils to be in its middle."""
-    ahead = ends(spec, far, tail.body_end)[1] - tail.body_end
-    return tail.reaching(ahead) if ahead > 0.0 else tail
+    ahead = ends(spec, far, tail.body_end - tail.ahead)[1] - tail.body_end
+    return tail.reaching(ahead, _leads_wait(spec, tail)) if ahead > 1e-12 else tail
+
+
+def _leads_wait(spec: SensorSpec, tail: TailFrame) -> bool:
+    """Whether leads may run on beyond the coils before they part to a tail that is wider than the body. Lanes beside
+    coils in line do; leads through a maze end where they part.
+    """
+    return in_line(spec) and not tail.taper.narrows
 
 
 FURTHER = 1_500  # So many trials more may be spent where leads run farther round their coils than they must
