@@ -201,25 +201,24 @@ OTHERS = (
 STATE = (*TANK, COMPUTED_WITHIN, Quantity("target_change_H"), Quantity("target_change_error"), *OTHERS, *STEPS)
 """All quantities of one state."""
 
-READOUT = (
+TANK_AND_DRIVE = (
     Quantity("capacitance_F", "tank capacitor"),
     Quantity("capacitance_reason", "why this one"),
     Quantity("capacitor_tolerance", "its tolerance, assumed", 2, is_share=True),
     Quantity("conversion_capacitance_F", "C in L = 1 / (C (2 pi f)^2): capacitor, pins, cable"),
     Quantity("drive_current_A", "drive current"),
     Quantity("drive_code", "drive code"),
-    Quantity("reference_frequency_Hz", "reference frequency f_REF"),
-    Quantity("reference_divider", "its divider, of the clock f_CLK"),
-    Quantity("input_divider", "input divider"),
-    Quantity("rcount", "RCOUNT"),
-    Quantity("settle_count", "SETTLECOUNT"),
+)
+"""The tank's capacitor and the drive (`ReadoutEstimate`). The settings of the family's conversion follow them."""
+
+RATES = (
     Quantity("scan_rate_Hz", "complete scans, of all coils"),
     Quantity("readable_rate_Hz", "scans that I2C can carry"),
     Quantity("read_back_time_s", "reading all results over I2C", 3),
     Quantity("high_current", "high-current drive"),
     Quantity("supply_current_A", "supply current, about", 3),
 )
-"""Settings of the converter (`ReadoutEstimate`) but for its times."""
+"""Rates of the readout (`ReadoutEstimate`), and its supply."""
 
 SCAN_TIMES = (
     Quantity("dwell_time_s", "time on one coil, of every scan"),

@@ -232,7 +232,7 @@ def turned_otherwise(found: Calibration, errors: Array) -> tuple[tuple[str, floa
 def sensors_of(model: ResponseModel, is_held: bool = True) -> Sensors:
     """The sensors of a design, charted once; raises NoResponse without a tank that oscillates or a pad that holds."""
     sensors = Sensors(model, is_held and not working_range(model.spec).has_moments)
-    if model.estimates.readout.rcount is None:
+    if model.estimates.readout.conversion is None:
         raise NoResponse("the converter cannot be set for these coils, so nothing is read")
     drawn, corners = np.zeros(len(sensors.known)), sensors.range.corners
     lost = corners[sensors.gives_way(drawn, corners)]

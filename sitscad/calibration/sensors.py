@@ -304,16 +304,23 @@ class Sensors:
         assert found is not None
         return found
 
+    @property
+    def rest_frequencies(self) -> list[float]:
+        """Frequencies (Hz) of the coils at rest, at which readings have their noise."""
+        states = (coil.states.get(REST) or next(iter(coil.states.values())) for coil in self.model.estimates.coils)
+        return [state.frequency for state in states]
+
     @cached_property
     def rounding(self) -> Array:
         """One sigma of what rounding takes from readings and their means, relative to the frequency (coils)."""
-        states = [coil.states.get(REST) or next(iter(coil.states.values())) for coil in self.model.estimates.coils]
-        return np.array([self.conversion.rounding(state.frequency) / state.frequency for state in states])
+        return np.array([self.conversion.rounding(each) / each for each in self.rest_frequencies])
 
     @cached_property
-    def counting(self) -> float:
-        """One sigma of the noise of counting in one reading, relative to the frequency; means of many have less."""
-        return self.conversion.device.count_noise(1.0, self.conversion.rcount)
+    def counting(self) -> Array:
+        """One sigma of the noise of counting in one reading, relative to the frequency (coils); means of many have
+        less.
+        """
+        return np.array([self.conversion.counting_noise(each) / each for each in self.rest_frequencies])
 
     @property
     def noise(self) -> Array:

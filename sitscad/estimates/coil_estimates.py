@@ -11,10 +11,11 @@ from sitscad.assembly.places.state import PRESSED, REST, State
 from sitscad.basics.quantities import (
     COIL,
     COMPRESSION,
-    READOUT,
+    RATES,
     SCAN_TIMES,
     STATE,
     TANK,
+    TANK_AND_DRIVE,
     deviations,
     document,
     finite,
@@ -241,15 +242,15 @@ class CoilEstimate:
 
 @record
 class ReadoutEstimate:
-    """How the converter is set: tank capacitor (F) and why, the drive code for all coils and working states, clocks
-    (Hz), counts, the time on one coil (s) and the complete scans a second that follow. Where channels have codes of
-    their own `drive_codes` holds one a coil, and `drive_code` and `drive_current` are the strongest of them.
+    """How the converter is set: tank capacitor (F) and why, the drive code for all coils and working states, the
+    reference clock (Hz), the settings of its conversion, the time on one coil (s) and the complete scans a second that
+    follow. Where channels have codes of their own `drive_codes` holds one a coil, and `drive_code` and `drive_current`
+    are the strongest of them.
 
     `dwell_time` is `settle_time`, `conversion_time` and `switch_time`; `read_back_time` is that of all results over I2C
     at its fastest clock; `supply_current` (A) that of all converters with their drive; `capacitor_tolerance` is the
     part's, relative. `conversion_capacitance` (F) turns a measured frequency into inductance: capacitor, pins and
-    cable, not the coil's own. `output_gain` and `offsets` (one a coil) bring results of few bits where the frequencies
-    are: see `Conversion`. Where no coil has a state left, what follows from states is None or NaN.
+    cable, not the coil's own. Where no coil has a state left, what follows from states is None or NaN.
     """
 
     device: Converter
@@ -257,11 +258,8 @@ class ReadoutEstimate:
     capacitance_reason: str
     drive_code: int | None
     drive_current: float
-    reference_divider: int
-    reference_frequency: float
-    input_divider: int | None
-    rcount: int | None
-    settle_count: int | None
+    clock: float
+    conversion: Conversion | None
     dwell_time: float
     scan_rate: float
     high_current: bool
@@ -273,30 +271,10 @@ class ReadoutEstimate:
     supply_current: float | None = None
     conversion_capacitance: float | None = None
     drive_codes: tuple[int, ...] = ()
-    output_gain: int = 0
-    offsets: tuple[int, ...] = ()
 
     def code_of(self, coil: int) -> int | None:
         """The drive code of the coil of that number, from 0."""
         return self.drive_codes[coil] if self.drive_codes else self.drive_code
-
-    @property
-    def conversion(self) -> Conversion | None:
-        """How the converters count; None where they are not set."""
-        if self.rcount is None or self.input_divider is None:
-            return None
-        return Conversion(
-            self.device, self.reference_frequency, self.input_divider, self.rcount, self.output_gain, self.offsets
-        )
-
-    @property
-    def result_in_words(self) -> str:
-        """Which part of a conversion results show; empty where they show all."""
-        conversion, device = self.conversion, self.device
-        if conversion is None or not device.has_gains:
-            return ""
-        step, gain = show(conversion.resolution, "Hz", 3), 2 ** device.gains[self.output_gain]
-        return f"{device.bits} of {device.count_bits} bits, a step of {step} (gain {gain})"
 
     @property
     def result_interval(self) -> float | None:
@@ -378,9 +356,10 @@ class Estimates:
     def part(self, first: int, last: int) -> Estimates:
         """Estimates of the coils from one number up to before another (from 0): converters are set as for all."""
         own, readout = slice(first, last), self.readout
+        conversion = None if readout.conversion is None else readout.conversion.part(own)
         matrices = self.inductance_matrix, self.inductance_matrix_error
         matrix, errors = (tuple(row[own] for row in each[own]) for each in matrices)
-        readout = replace(readout, drive_codes=readout.drive_codes[own], offsets=readout.offsets[own])
+        readout = replace(readout, drive_codes=readout.drive_codes[own], conversion=conversion)
         return replace(self, coils=self.coils[own], inductance_matrix=matrix, inductance_matrix_error=errors,
                        readout=readout, metered=self.metered[own])
 
@@ -461,5 +440,9 @@ def _state_document(state: StateEstimate) -> dict[str, Any]:
 
 def _readout_document(readout: ReadoutEstimate) -> dict[str, Any]:
     """Return the converter's settings for JSON."""
-    gains = {"output_gain": readout.output_gain, "offsets": list(readout.offsets)} if readout.device.has_gains else {}
-    return {**document(readout, (*READOUT, *SCAN_TIMES)), "drive_codes": list(readout.drive_codes) or None, **gains}
+    conversion = readout.conversion
+    part = {} if conversion is None else conversion.result_settings
+    return {
+        **document(readout, TANK_AND_DRIVE), **document(conversion, readout.device.law.SETTINGS),
+        **document(readout, (*RATES, *SCAN_TIMES)), "drive_codes": list(readout.drive_codes) or None, **part,
+    }

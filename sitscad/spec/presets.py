@@ -20,6 +20,7 @@ from sitscad.basics.units import parse_quantity, show
 from sitscad.data import UNVERIFIED, DataError, Row, cited, cited_by_field
 from sitscad.data import is_unverified as is_unseen
 from sitscad.data import rows as read_rows
+from sitscad.kernels.converters.conversion import conversion_law
 from sitscad.kernels.converters.converter import Converter
 from sitscad.spec.circuit import MASK, Chip, Connector, LayerKind, Plating, StackLayer, Stackup
 from sitscad.spec.design_rules import DesignRules
@@ -135,7 +136,7 @@ BUS_ADDRESSES = range(0x08, 0x78)
 
 @cache
 def converter(name: str) -> Converter:
-    """A converter. Raises `DataError` where its row, its family's figures and its register map do not go together."""
+    """A converter. Raises `DataError` where its row, its family's figures and modules do not go together."""
     row = _table("converters")[name]
     try:
         channels, addresses = int(row["channels"]), tuple(int(each, 16) for each in row["bus_addresses"].split())
@@ -149,7 +150,8 @@ def converter(name: str) -> Converter:
     if len(addresses) > len(found.address_nets):
         raise DataError(f"data/converters/{found.family}.csv, address_nets: {len(found.address_nets)} nets for the "
                         f"{len(addresses)} addresses of {name} in data/converters.csv")
-    if found.covered_flags:
+    conversion_law(found.source_of("conversion"))
+    if found.has_registers and found.covered_flags:
         raise DataError(f"{found.part}: results of {found.bits} bits take the bits of {', '.join(found.covered_flags)}"
                         f": {found.source_of('register_map')} is not the register map of {found.family}")
     return found

@@ -10,7 +10,7 @@ from tolerance import approx
 
 from sitscad.calibration.bench_data import BenchError, frequencies_of, points_of, read_table
 from sitscad.calibration.refusals import require_plausible
-from sitscad.kernels.converters.conversion import Conversion
+from sitscad.kernels.converters.reference_counter import ReferenceCounter
 from sitscad.spec import presets
 
 COILS = ("C1", "C2")
@@ -55,7 +55,7 @@ def test_what_cannot_be_read_is_told_with_its_place(tmp_path, text, place, words
 
 def test_counts_that_no_result_makes_are_refused(tmp_path):
     """Results of twelve bits as they are read, instead of counts, were taken for a tank at half its frequency."""
-    conversion = Conversion(presets.converter("ldc1314"), 40e6, 2, 9471, 3, (5443, 5510))
+    conversion = ReferenceCounter(presets.converter("ldc1314"), 2, 40e6, 1, 2, 9471, 8, 3, (5443, 5510))
     readout = SimpleNamespace(conversion_capacitance=104e-12)
     model = SimpleNamespace(estimates=SimpleNamespace(readout=readout))
     sensors = SimpleNamespace(conversion=conversion, coils=COILS, model=model)

@@ -14,6 +14,7 @@ from sitscad.checks.rules import apply_rule, outcomes
 from sitscad.checks.trials import Trials
 from sitscad.estimates.coil_estimates import CoilEstimate, Estimates, ReadoutEstimate, StateEstimate
 from sitscad.estimates.design import Design
+from sitscad.kernels.converters.reference_counter import ReferenceCounter
 from sitscad.layout.board import Layout
 from sitscad.spec import presets
 from sitscad.spec.load import load_text
@@ -99,7 +100,7 @@ def estimates(
     settings = {
         "device": spec.readout.device,
         "capacitance": 220e-12, "capacitance_reason": "", "drive_code": code, "drive_current": 1e-3,
-        "reference_divider": 1, "reference_frequency": 40e6, "input_divider": 1, "rcount": 2400, "settle_count": 8,
+        "clock": 40e6, "conversion": ReferenceCounter(spec.readout.device, count, 40e6, 1, 1, 2400, 8),
         "dwell_time": 1e-3, "scan_rate": 500.0, "high_current": False,
     } | readout
     return Estimates(coils, matrix, ReadoutEstimate(**settings), None, {}, (), ())

@@ -17,6 +17,7 @@ from sitscad.checks.fixes.moves import LONGER, longer_coils
 from sitscad.checks.judging import RULES, check
 from sitscad.estimates.circuits.tank import preferred_values
 from sitscad.estimates.coil_estimates import Spread
+from sitscad.kernels.converters.reference_counter import ReferenceCounter
 from sitscad.kernels.mechanics.elastomer import VALID_STRAIN
 from sitscad.spec import presets
 
@@ -218,9 +219,11 @@ def test_input_frequency(judge, design, estimates) -> None:
     spec = design()
     assert judge("SIT207", spec, None, estimates(spec, frequency=8.74e6)) == []
     (found,) = judge("SIT207", spec, None, estimates(spec, frequency=8.75e6))
-    assert "FIN_DIVIDER 2" in found.hint
-    (found,) = judge("SIT207", spec, None, estimates(spec, frequency=9e6, reference_frequency=2e6, input_divider=15))
-    assert "no divider" in found.hint and "2.4 MHz" in found.hint
+    assert (found.measured, found.limit, found.hint) == (8.75e6, 8.75e6, "A faster clock, or a slower tank.")
+    slow = ReferenceCounter(spec.readout.device, 2, 2e6, 1, 15, 2400, 8)
+    (found,) = judge("SIT207", spec, None, estimates(spec, frequency=9e6, clock=2e6, conversion=slow))
+    assert (found.key, found.measured, found.limit) == ("readout.clock", 9e6, 7.5e6)
+    assert "2.4 MHz" in found.hint
 
 
 def test_scan_rate(judge, design, estimates) -> None:

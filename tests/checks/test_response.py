@@ -37,7 +37,7 @@ def answers(estimates, spec, steps):
     coils = []
     for coil, many in zip(numbers.coils, steps, strict=True):
         rest = replace(coil.states["rest"], converter_inductance=2.5e-6)
-        higher = rest.frequency + many * numbers.readout.conversion.quantum(rest.frequency)
+        higher = rest.frequency + many * numbers.readout.conversion.resolution(rest.frequency)
         less = 2.5e-6 * (rest.frequency / higher) ** 2
         pressed = replace(coil.states["pressed"], frequency=higher, converter_inductance=less)
         coils.append(replace(coil, states=coil.states | {"rest": rest, "pressed": pressed}))
@@ -181,7 +181,7 @@ def test_steps_are_those_of_the_frequency():
     design = sitscad.Design(sitscad.load_text(SMALL.replace("MATERIAL", "ecoflex-00-30"), "small.yaml"))
     (coil,), (signal,), (judged,) = design.estimates.coils, signals(design.estimates), responses(design)
     rest, pressed = coil.states["rest"], coil.states["pressed"]
-    wanted = (pressed.frequency - rest.frequency) / design.estimates.readout.conversion.quantum(rest.frequency)
+    wanted = (pressed.frequency - rest.frequency) / design.estimates.readout.conversion.resolution(rest.frequency)
     assert signal.steps == approx(wanted, rel=1e-9) and judged.steps == approx(wanted, rel=1e-9)
     assert abs(judged.change) / judged.step == approx(wanted, rel=0.03), "but for the curve of f over L"
     assert rest.converter_inductance > 1.02 * rest.inductance, "or both ways are alike"

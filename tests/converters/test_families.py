@@ -14,6 +14,7 @@ from sitscad.apps.hardware.bench_board import GOOD, Board
 from sitscad.files.documents import firmware
 from sitscad.files.formats.kicad.schematic import parts
 from sitscad.kernels.converters import ldc_registers
+from sitscad.kernels.converters import reference_counter as law
 from sitscad.spec import presets
 from tests.hardware.conftest import TEMPLATES
 
@@ -64,7 +65,7 @@ def test_header_and_bench_take_the_bits_that_the_family_has(add_family, monkeypa
     conversion = design.estimates.readout.conversion
     rest = [coil.states["rest"].frequency for coil in design.estimates.coils]
     offsets = conversion.offsets or (0, 0)
-    results = [round(float(conversion.counts(frequency)) - offset) >> conversion.shift
+    results = [round(float(conversion.counts(frequency)) - offset) // conversion.counts_per_step
                for frequency, offset in zip(rest, offsets, strict=True)]
     held = {ldc_registers.STATUS: ldc_registers.UNREAD | ldc_registers.UNREAD >> 1}
     for channel, result in enumerate(results):
@@ -74,14 +75,14 @@ def test_header_and_bench_take_the_bits_that_the_family_has(add_family, monkeypa
     read = board.poll(0.0)
     assert [read[coil].status for coil in (0, 1)] == [GOOD, GOOD]
     for coil, frequency in enumerate(rest):
-        assert abs(board.frequency(read[coil].counts) - frequency) <= conversion.resolution
+        assert abs(board.frequency(read[coil].counts) - frequency) <= conversion.result_step
 
 
 def test_pins_and_delay_are_the_family_s_own(add_family):
     """The schematic drew TI's pins for any family."""
     pins = "VDD:power_in GND:power_in SDA:bidirectional SCL:input"
     device = add_family("ldc161x", "other_pins", pins=pins, switch_delay=1e-6)
-    assert device.switch_time(20e6) == approx(1.25e-6, rel=1e-9, abs=0)
+    assert law.switch_time(device, 20e6) == approx(1.25e-6, rel=1e-9, abs=0)
     spec = sitscad.load(TEMPLATES / "bench_7mm.yaml")
     design = sitscad.Design(replace(spec, readout=replace(spec.readout, device=device)))
     drawn = next(part for part in parts(design.layout, design.estimates) if part.reference == "U1")

@@ -10,16 +10,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tolerance import approx
 
-from sitscad.kernels.converters.conversion import Conversion, shown
+from sitscad.kernels.converters import reference_counter as law
+from sitscad.kernels.converters.ldc_registers import registers
 from sitscad.kernels.converters.registers import ChannelSettings
 from sitscad.spec import presets
+from tests.converters.conftest import counter
 
 LDC1314 = presets.converter("ldc1314")
 GAINS = range(4)
 
 
 def test_what_the_data_sheet_says_of_the_part() -> None:
-    assert (LDC1314.bits, LDC1314.gains, LDC1314.count_bits, LDC1314.device_id) == (12, (0, 2, 3, 4), 16, 0x3054)
+    assert (LDC1314.bits, law.gains(LDC1314), law.count_bits(LDC1314)) == (12, (0, 2, 3, 4), 16)
+    assert LDC1314.device_id == 0x3054
     assert [LDC1314.data_addresses(channel) for channel in range(4)] == [(0x00,), (0x02,), (0x04,), (0x06,)]
     assert presets.converter("ldc1312").channels == 2
     with pytest.raises(ValueError, match="must lie"):
@@ -37,7 +40,7 @@ RECOMMENDED = {
 
 
 def test_recommended_configuration() -> None:
-    written = {r.address: r.value for r in LDC1314.registers((EXAMPLE, EXAMPLE), 2.4e6)}
+    written = {r.address: r.value for r in registers((EXAMPLE, EXAMPLE), 2.4e6, output_gain=0)}
     own = RECOMMENDED | {0x19: 0xF801}  # the maker's leaves all errors off
     assert {address: written.pop(address) for address in RECOMMENDED} == own
     assert written == {0x0C: 0, 0x0D: 0, 0x1C: 0}
@@ -46,24 +49,24 @@ def test_recommended_configuration() -> None:
 def test_gain_and_offset_are_packed_before_the_device_wakes() -> None:
     """OUTPUT_GAIN in bits 10:9 of RESET_DEV (7.6.26), OFFSETx 0x0C to 0x0F; by hand."""
     settings = tuple(ChannelSettings(1238, 10, 1, 2, 18, offset) for offset in (0, 1, 0x1543, 0xFFFF))
-    written = LDC1314.registers(settings, 2.4e6, output_gain=3)
+    written = registers(settings, 2.4e6, output_gain=3)
     values = {r.name: (r.address, r.value) for r in written}
     assert [values[f"OFFSET{n}"] for n in range(4)] == [(0x0C, 0), (0x0D, 1), (0x0E, 0x1543), (0x0F, 0xFFFF)]
     assert values["RESET_DEV"] == (0x1C, 0x0600) and written[-1].name == "CONFIG"
-    gains = [LDC1314.registers(settings, 2.4e6, output_gain=code)[-6].value for code in GAINS]
+    gains = [registers(settings, 2.4e6, output_gain=code)[-6].value for code in GAINS]
     assert gains == [0, 0x200, 0x400, 0x600]
     for wrong in (ChannelSettings(1238, 10, 1, 2, 18, -1), ChannelSettings(1238, 10, 1, 2, 18, 1 << 16)):
         with pytest.raises(ValueError, match="OFFSET"):
-            LDC1314.registers((wrong,), 2.4e6)
+            registers((wrong,), 2.4e6)
     with pytest.raises(ValueError, match="OUTPUT_GAIN"):
-        LDC1314.registers(settings, 2.4e6, output_gain=4)
-    assert "RESET_DEV" not in {r.name for r in presets.converter("ldc1614").registers(settings, 2.4e6)}
+        registers(settings, 2.4e6, output_gain=4)
+    assert "RESET_DEV" not in {r.name for r in registers(settings, 2.4e6)}
 
 
 @pytest.mark.parametrize(("code", "reported"), [(0, 0x07A), (3, 0x7A3)])
 def test_the_part_of_a_conversion_that_a_result_shows(code: int, reported: int) -> None:
     """SNOSCZ0A 8.1.3.2: of the conversion 0x07A3 results are 0x07A without gain and 0x7A3 with the highest."""
-    conversion = Conversion(LDC1314, 40e6, 1, 9471, code, (0,))
+    conversion = counter(LDC1314, gain=code, offsets=(0,))
     frequency = 40e6 * (reported << conversion.shift) / 2.0**16
     assert conversion.read(np.array([[frequency]]))[0, 0] == reported << conversion.shift
     assert (reported << conversion.shift) >> conversion.shift == reported
@@ -79,14 +82,14 @@ def by_the_data_sheet(data: int, code: int, offset: int, divider: int, reference
 def test_every_result_is_counts_and_a_frequency_and_back(
     data: int, code: int, offset: int, divider: int, reference: float
 ) -> None:
-    conversion = Conversion(LDC1314, reference, divider, 9471, code, (offset,))
+    conversion = counter(LDC1314, 9471, divider, code, (offset,), reference)
     counts = (data << conversion.shift) + offset
     frequency = by_the_data_sheet(data, code, offset, divider, reference)
     assert float(conversion.frequencies(np.array(counts))) == approx(frequency, rel=1e-12)
     assert conversion.read(np.array([[frequency]]))[0, 0] == counts
     least, most = conversion.ends(0)
     assert least < counts < most and most - least == 0xFFF << conversion.shift
-    assert conversion.resolution == approx(
+    assert conversion.result_step == approx(
         by_the_data_sheet(data + 1, code, offset, divider, reference) - frequency, rel=1e-6
     )
 
@@ -95,10 +98,10 @@ def test_every_result_is_counts_and_a_frequency_and_back(
 def test_offset_and_gain_keep_results_off_both_ends(bands: list[tuple[float, float]], reference: float) -> None:
     """Whatever the frequencies are, each has its result, a quarter of the range from its ends where there is gain."""
     ends = [(low, low * (1.0 + wide)) for low, wide in bands]
-    divider = max(LDC1314.input_divider(high, reference) for _, high in ends)
-    gain, offsets = shown(LDC1314, divider * reference, ends)
-    conversion = Conversion(LDC1314, reference, divider, 9471, gain, offsets)
-    margin = 0.24 * 2**12 if LDC1314.gains[gain] else 0.0
+    divider = max(law.input_divider(LDC1314, high, reference) for _, high in ends)
+    gain, offsets = law.choose_gain(LDC1314, divider * reference, ends)
+    conversion = counter(LDC1314, 9471, divider, gain, offsets, reference)
+    margin = 0.24 * 2**12 if law.gains(LDC1314)[gain] else 0.0
     for coil, (low, high) in enumerate(ends):
         least, most = conversion.ends(coil)
         below, above = (conversion.counts(np.array(f)) for f in (low, high))
@@ -112,32 +115,32 @@ def test_offset_and_gain_keep_results_off_both_ends(bands: list[tuple[float, flo
 )
 def test_the_finest_gain_that_has_room_is_taken(width: float, bits: int) -> None:
     """Half of 6.25, 12.5 and 25 % of full scale: the output ranges of SNOSCZ0A 8.1.3.2."""
-    gain, _ = shown(LDC1314, 40e6, [(5e6, 5e6), (5e6, 5e6 + width * 40e6)])
-    assert LDC1314.gains[gain] == bits
+    gain, _ = law.choose_gain(LDC1314, 40e6, [(5e6, 5e6), (5e6, 5e6 + width * 40e6)])
+    assert law.gains(LDC1314)[gain] == bits
 
 
 def test_a_converter_without_gain_has_none() -> None:
-    assert shown(presets.converter("ldc1614"), 40e6, [(5e6, 6e6)]) == (0, ())
+    assert law.choose_gain(presets.converter("ldc1614"), 40e6, [(5e6, 6e6)]) == (0, ())
 
 
 def test_a_step_is_the_coarser_of_result_and_counting() -> None:
     """At 2.8 uH and 5 MHz a step was told as 25 pH, which is the counting's; without gain it is 11 nH."""
     settings = (9471, 0), (9471, 3), (50, 3)
-    plain, gained, short = (Conversion(LDC1314, 40e6, 1, rcount, gain) for rcount, gain in settings)
-    assert 2.0 * 2.8e-6 * plain.quantum(5e6) / 5e6 == approx(10.94e-9, rel=1e-3)
-    assert plain.quantum(5e6) == 40e6 / 2**12 and gained.quantum(5e6) == 40e6 / 2**16
-    assert short.quantum(5e6) == 5e6 / (16 * 50)
+    plain, gained, short = (counter(LDC1314, rcount, gain=gain) for rcount, gain in settings)
+    assert 2.0 * 2.8e-6 * plain.resolution(5e6) / 5e6 == approx(10.94e-9, rel=1e-3)
+    assert plain.resolution(5e6) == 40e6 / 2**12 and gained.resolution(5e6) == 40e6 / 2**16
+    assert short.resolution(5e6) == 5e6 / (16 * 50)
 
 
 def test_rounding_comes_on_top_of_the_noise_of_counting() -> None:
-    coarse, fine = Conversion(LDC1314, 40e6, 1, 9471, 3), Conversion(LDC1314, 40e6, 1, 50, 3)
+    coarse, fine = counter(LDC1314, gain=3), counter(LDC1314, 50, gain=3)
     counted = 1.2 * 5e6 / (32 * 9471)
     assert coarse.noise(5e6) == approx(math.hypot(counted, 40e6 / 2**16 / math.sqrt(12.0)), rel=1e-9)
     assert fine.noise(5e6) == approx(1.2 * 5e6 / (32 * 50), rel=1e-9)
 
 
 def test_beyond_the_result_there_is_no_reading() -> None:
-    conversion = Conversion(LDC1314, 40e6, 1, 9471, 3, (6000, 0))
+    conversion = counter(LDC1314, gain=3, offsets=(6000, 0))
     read = conversion.read(np.array([[6000, 4095], [6001, 4094], [10094, 1], [10095, 0]]) * 40e6 / 2**16)
     assert np.array_equal(np.isnan(read), [[True, True], [False, False], [False, False], [True, True]])
 

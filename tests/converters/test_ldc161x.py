@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tolerance import approx
 
-from sitscad.kernels.converters.conversion import Conversion
-from sitscad.kernels.converters.registers import ChannelSettings
+from sitscad.kernels.converters import reference_counter as law
 from sitscad.spec import presets
+from tests.converters.conftest import counter
 
 LDC1614 = presets.converter("ldc1614")
 
@@ -90,7 +90,7 @@ def test_the_high_current_drive_is_stronger_and_its_range_is_admitted() -> None:
     ],
 )
 def test_reference_divider(clock: float, channels: int, external: bool, divider: int) -> None:
-    assert LDC1614.reference_divider(clock, channels, external) == divider
+    assert law.reference_divider(LDC1614, clock, channels, external) == divider
 
 
 @pytest.mark.parametrize(
@@ -106,47 +106,50 @@ def test_reference_divider(clock: float, channels: int, external: bool, divider:
     ],
 )
 def test_input_divider(frequency: float, reference: float, divider: int) -> None:
-    assert LDC1614.input_divider(frequency, reference) == divider
-    assert LDC1614.is_input_in_range(frequency, divider, reference)
-    assert divider == 1 or not LDC1614.is_input_in_range(frequency, divider - 1, reference)
+    assert law.input_divider(LDC1614, frequency, reference) == divider
+    assert frequency < counter(LDC1614, divider=divider, reference=reference).highest_frequency
+    if divider > 1:
+        assert frequency >= counter(LDC1614, divider=divider - 1, reference=reference).highest_frequency
 
 
 def test_no_divider_helps_a_clock_that_is_far_too_slow() -> None:
-    divider = LDC1614.input_divider(9e6, 2e6)
+    divider = law.input_divider(LDC1614, 9e6, 2e6)
     assert divider > 15
-    assert not LDC1614.is_input_in_range(9e6, divider, 2e6)
-    assert [LDC1614.is_input_in_range(1e6, divider, 40e6) for divider in (0, 1, 15, 16)] == [False, True, True, False]
+    slow = counter(LDC1614, divider=divider, reference=2e6)
+    assert slow.highest_frequency == 15 * 0.25 * 2e6 < 9e6
+    assert slow.slowest_clock(9e6) == 9e6 / 15 / 0.25
 
 
 def test_settle_count_of_the_data_sheet_example() -> None:
     assert approx(5.2, abs=0.01) == 10.0 * 20e6 / (16.0 * 2.4e6)
-    assert LDC1614.settle_count(10.0, 20e6, 2.4e6) == 6
-    assert LDC1614.settle_time(10, 20e6) == approx(8e-6, rel=1e-6)
-    assert LDC1614.settle_count(0.5, 20e6, 9e6) == 4
-    assert LDC1614.settle_time(0, 20e6) == LDC1614.settle_time(1, 20e6) == 32 / 20e6
+    assert law.settle_count(LDC1614, 10.0, 20e6, 2.4e6) == 6
+    assert counter(LDC1614, settle_count=10, reference=20e6).settle_time == approx(8e-6, rel=1e-6)
+    assert law.settle_count(LDC1614, 0.5, 20e6, 9e6) == 4
+    assert law.settle_periods(0) == law.settle_periods(1) == 32.0
 
 
 def test_conversion_time_of_the_data_sheet_example() -> None:
-    assert LDC1614.conversion_time(1238, 20e6) == approx(991e-6, rel=1e-3)
-    assert LDC1614.switch_time(20e6) == approx(0.942e-6, rel=1e-6)
+    example = counter(LDC1614, 1238, reference=20e6)
+    assert example.conversion_time == approx(991e-6, rel=1e-3)
+    assert example.switch_time == approx(0.942e-6, rel=1e-6)
 
 
 @pytest.mark.parametrize(
     ("rcount", "rate"), [(500, 1225.0), (1024, 604.0), (2000, 311.0), (4000, 156.0), (8000, 78.0), (32768, 19.07)]
 )
 def test_scan_rate_of_four_channels(rcount: int, rate: float) -> None:
-    assert 1.0 / LDC1614.scan_time(rcount, 8, 40e6, 4) == approx(rate, rel=2e-3)
+    assert 1.0 / law.scan_time(LDC1614, rcount, 8, 40e6, 4) == approx(rate, rel=2e-3)
 
 
 @given(st.floats(10.0, 2000.0), st.integers(4, 400), st.integers(1, 4))
 def test_the_reference_count_is_the_largest_that_reaches_the_rate(rate: float, count: int, channels: int) -> None:
     f_ref = 40e6 if channels > 1 else 20e6
-    rcount = LDC1614.reference_count(rate, count, f_ref, channels)
+    rcount = law.reference_count(LDC1614, rate, count, f_ref, channels)
     assert 9 <= rcount <= 0xFFFF
     if rcount > 9:
-        assert 1.0 / LDC1614.scan_time(rcount, count, f_ref, channels) >= rate * (1.0 - 1e-9)
+        assert 1.0 / law.scan_time(LDC1614, rcount, count, f_ref, channels) >= rate * (1.0 - 1e-9)
     if rcount < 0xFFFF:
-        assert 1.0 / LDC1614.scan_time(rcount + 1, count, f_ref, channels) < rate
+        assert 1.0 / law.scan_time(LDC1614, rcount + 1, count, f_ref, channels) < rate
 
 
 def test_read_back_bounds() -> None:
@@ -155,16 +158,12 @@ def test_read_back_bounds() -> None:
     assert LDC1614.read_back_time(4) > LDC1614.read_back_time_optimistic(4)
 
 
-def counting(rcount: int = 9471, divider: int = 1) -> Conversion:
-    return Conversion(LDC1614, 40e6, divider, rcount)
-
-
 @pytest.mark.parametrize(
     ("data", "frequency", "inductance"), [(16_644_000, 2.480e6, 4.118e-6), (18_840_000, 2.807e6, 3.214e-6)]
 )
 def test_result_of_ti_spring_example(data: int, frequency: float, inductance: float) -> None:
     """SSZTCH7: 1 nF at 40 MHz."""
-    found = float(counting().frequencies(np.array(data)))
+    found = float(counter(LDC1614).frequencies(np.array(data)))
     assert found == approx(frequency, rel=2e-4)
     assert LDC1614.inductance(found, 1e-9) == approx(inductance, rel=2e-4)
 
@@ -175,23 +174,24 @@ def test_inductance_of_the_data_sheet_example() -> None:
 
 def test_the_divider_scales_the_result() -> None:
     data = np.array(1 << 24)
-    assert counting(divider=2).frequencies(data) == 2.0 * counting().frequencies(data) == 5e6
+    assert counter(LDC1614, divider=2).frequencies(data) == 2.0 * counter(LDC1614).frequencies(data) == 5e6
 
 
 def test_noise_model_agrees_with_the_anchors() -> None:
     """By quantisation alone 35 Hz at 4 MHz and RCOUNT 0x800, against 32 Hz by the 8e-7 of f_REF that Duet3D's firmware
     quotes; 3.3 ppm as measured at RCOUNT 9471.
     """
-    assert counting(0x800).quantum(4e6) / math.sqrt(12.0) == approx(8e-7 * 40e6, rel=0.15)
-    assert counting(3049).quantum(3.15e6) == approx(64.5, rel=2e-3)
-    assert counting().noise(5e6) == approx(3.96e-6 * 5e6, rel=1e-3) and counting().rounding(5e6) == 0.0
+    assert counter(LDC1614, 0x800).resolution(4e6) / math.sqrt(12.0) == approx(8e-7 * 40e6, rel=0.15)
+    assert counter(LDC1614, 3049).resolution(3.15e6) == approx(64.5, rel=2e-3)
+    assert counter(LDC1614).noise(5e6) == approx(3.96e-6 * 5e6, rel=1e-3) and counter(LDC1614).rounding(5e6) == 0.0
 
 
 def test_supply_current_is_the_converter_and_the_drive_while_it_flows():
-    assert LDC1614.supply_current(1.5e-3, 0xFFFF, 0x100, 35e6, 1) == approx(3.6e-3, rel=1e-6)
-    scanned = LDC1614.supply_current(1.5e-3, 9, 4, 40e6, 4)
-    driven = LDC1614.settle_time(4, 40e6) + LDC1614.conversion_time(9, 40e6)
-    assert scanned == approx(2.1e-3 + 1.5e-3 * driven / LDC1614.dwell_time(9, 4, 40e6), rel=1e-6)
+    alone = counter(LDC1614, 0xFFFF, settle_count=0x100, reference=35e6, channels=1)
+    assert alone.supply_current(1.5e-3) == approx(3.6e-3, rel=1e-6)
+    scan = counter(LDC1614, 9, settle_count=4)
+    scanned, driven = scan.supply_current(1.5e-3), scan.settle_time + scan.conversion_time
+    assert scanned == approx(2.1e-3 + 1.5e-3 * driven / scan.dwell_time, rel=1e-6)
     assert 2.1e-3 < scanned < 3.6e-3
 
 
@@ -201,7 +201,7 @@ def test_converters_share_coils_alike():
     assert [shares(coils) for coils in (1, 4, 5, 6, 8, 9, 10, 13)] == [
         (1,), (4,), (3, 2), (3, 3), (4, 4), (3, 3, 3), (4, 3, 3), (4, 3, 3, 3),
     ]
-    assert [LDC1614.reference_divider(40e6, shares(coils)[-1]) for coils in (1, 5, 9)] == [2, 1, 1]
+    assert [law.reference_divider(LDC1614, 40e6, shares(coils)[-1]) for coils in (1, 5, 9)] == [2, 1, 1]
     assert presets.converter("ldc1612").shares(3) == (2, 1)
 
 
@@ -217,5 +217,5 @@ def test_every_converter_has_a_family_with_addresses_for_its_channels(name):
     device = presets.converter(name)
     addresses = [device.data_addresses(channel) for channel in range(device.channels)]
     assert len(set(addresses)) == device.channels
-    settings = (ChannelSettings(1238, 6, 1, 2, 18),) * device.channels
-    assert device.registers(settings, 2.4e6)[-1].name == "CONFIG"
+    written = counter(device, 1238).registers(slice(0, device.channels), (18,) * device.channels, 2.4e6, False)
+    assert written[-1].name == "CONFIG"

@@ -21,10 +21,17 @@ from sitscad.files.documents.firmware_driver import addr_pin, render_readme
 from sitscad.files.formats.kicad.schematic import _converter
 from sitscad.files.order_facts.incoming import incoming
 from sitscad.files.report.numbers import readout_table
-from sitscad.kernels.converters import ldc_registers
+from sitscad.kernels.converters import ldc_registers, reference_counter
 from sitscad.kernels.converters.converter import Converter
-from sitscad.kernels.converters.figures import ASKED, rows_of, source_in_all
-from sitscad.kernels.converters.registers import REQUIRED, RegisterMap
+from sitscad.kernels.converters.figures import (
+    ASKED,
+    ASKED_WITH_REGISTERS,
+    HIGH_CURRENT,
+    names_of,
+    rows_of,
+    source_in_all,
+)
+from sitscad.kernels.converters.registers import RegisterMap
 from sitscad.spec import presets
 from tests.converters.conftest import forget
 from tests.converters.family import xdc_registers
@@ -47,12 +54,13 @@ def test_the_header_has_words_of_its_own_registers_alone(xdc2214):
 
 def test_a_module_of_registers_has_every_name_that_is_asked_of_it(xdc2214, monkeypatch):
     found: RegisterMap = ldc_registers
-    assert set(REQUIRED) == {"MANUFACTURER_ID", "DEVICE_ID", "STATUS", "MANUFACTURER", "DATA_FLAGS", "ORDER",
-                             "data_addresses", "registers", "said_of_results"} <= set(vars(found))
+    names = {"MANUFACTURER_ID", "DEVICE_ID", "STATUS", "MANUFACTURER", "DATA_FLAGS", "ORDER", "data_addresses",
+             "registers", "said_of_results"}
+    assert set(names_of(RegisterMap)) == names <= set(vars(found))
     without = {name: value for name, value in vars(xdc_registers).items() if name not in ("STATUS", "registers")}
     monkeypatch.setitem(sys.modules, "sitscad.kernels.converters.xdc_registers", SimpleNamespace(**without))
     presets.converter.cache_clear()
-    with pytest.raises(ValueError, match="xdc_registers lacks STATUS, registers, which RegisterMap"):
+    with pytest.raises(ValueError, match="xdc_registers lacks STATUS, registers, which a module of register_map"):
         presets.converter("xdc2214")
 
 
@@ -99,7 +107,7 @@ def test_a_capacitor_is_chosen_that_keeps_the_lowest_frequency(xdc2214):
     ("switch_delay,400e-9,s", "switch_delay,400,ns", "switch_delay: its unit is 'ns', and 's' is asked"),
     ("switch_delay,400e-9,s", "switch_delay,400,s", "switch_delay: 400 s is not within 0 to 0.001 s"),
     ("switch_delay,400e-9,s", "switch_delay,nan,s", "switch_delay: nan s is not within"),
-    ("noise_steps,3,", "noise_step,3,", "noise_steps: no such row, and it is asked of every family"),
+    ("noise_steps,3,", "noise_step,3,", "noise_steps: no such row, and it is asked of this family"),
     ("noise_steps,3,", "noise_steps,3 4,", "noise_steps: '3 4' is not one number"),
     ("noise_steps,3,", "supply_current,5e-3,A,verified,again\nnoise_steps,3,", "supply_current: it stands there twice"),
     ("rcount_min,20,", "rcount_min,20.5,", "rcount_min: 20.5 is not a whole number"),
@@ -146,8 +154,9 @@ def test_a_family_may_have_figures_of_its_own(xdc2214, data):
 
 
 def test_every_figure_of_a_family_is_asked():
+    asked = {*ASKED, *ASKED_WITH_REGISTERS, *HIGH_CURRENT, *reference_counter.ASKED}
     for family in ("ldc161x", "ldc131x"):
-        assert set(rows_of(family)) == set(ASKED)
+        assert set(rows_of(family)) == asked
 
 
 def test_four_addresses_are_told_by_what_addr_is_tied_to(xdc2214):

@@ -22,6 +22,7 @@ from sitscad.estimates.circuits.bands import Band, CoilBands
 from sitscad.estimates.design import Design
 from sitscad.files.documents import firmware, firmware_driver
 from sitscad.files.report.numbers import estimate_tables, other_table
+from sitscad.kernels.converters.reference_counter import ReferenceCounter
 from sitscad.layout import lay_out
 from sitscad.spec import presets, templates
 from sitscad.spec.load import load_text
@@ -30,14 +31,24 @@ SPEC = layouts.sensor_spec()
 HEADER, TABLE = (firmware.config_path(SPEC.readout.device, ending) for ending in ("h", "json"))
 
 
+@pytest.fixture(autouse=True)
+def without_driver(monkeypatch):
+    """Hand-made estimates have no bands for the driver's self-test."""
+    monkeypatch.setattr(firmware, "driver_files", lambda *_: {})
+
+
+def counted(rcount):
+    """Settings of a converter for some coils, as far as the registers need them."""
+    return ReferenceCounter(SPEC.readout.device, 2, 40e6, 1, 1, rcount, 10)
+
+
 def estimates(coils=2, **changes):
     """Estimates of a sensor at 8 MHz, 40 MHz reference, as far as the registers need them."""
     readout = {
-        "capacitance": 330e-12, "drive_code": 17, "drive_codes": (), "drive_current": 2e-4, "reference_divider": 1,
-        "reference_frequency": 40e6, "input_divider": 1, "rcount": 2000, "settle_count": 10, "scan_rate": 500.0,
+        "capacitance": 330e-12, "drive_code": 17, "drive_codes": (), "drive_current": 2e-4, "scan_rate": 500.0,
         "high_current": False, "settle_time": 4e-6, "conversion_time": 8e-4, "switch_time": 8e-7,
         "read_back_time": 4.9e-4, "supply_current": 2.3e-3, "conversion_capacitance": 334e-12,
-        "output_gain": 0, "offsets": (), "conversion": None, "dwell_time": 8.048e-4, "result_interval": 8.008e-4,
+        "conversion": counted(2000), "dwell_time": 8.048e-4, "result_interval": 8.008e-4,
     }
     other = {
         "parallel_resistance": 4e3,
@@ -146,7 +157,7 @@ def test_header_compiles(language, tmp_path):
     ("found", "reason"),
     [
         (estimates(drive_code=None), "drive_code is unknown"),
-        (estimates(rcount=3), "RCOUNT is 3"),
+        (estimates(conversion=counted(3)), "RCOUNT is 3"),
         (estimates(high_current=True), "single-channel"),
         (estimates(9), "3 LDC1614"),
     ],

@@ -66,9 +66,7 @@ def test_states_and_current_are_those_of_the_code(unlike):
             relative = state.spread.parallel_resistance / state.parallel_resistance
             assert state.spread.amplitude == approx(relative * state.amplitude, rel=1e-6)
     readout = unlike.readout
-    supply = LDC1614.supply_current(
-        readout.drive_current, readout.rcount, readout.settle_count, readout.reference_frequency, 4
-    )
+    supply = readout.conversion.supply_current(readout.drive_current)
     assert readout.supply_current == approx(2 * supply, rel=1e-6)
 
 

@@ -320,7 +320,7 @@ def test_times_of_a_channel_add_up(mounted):
 def test_what_one_count_means(mounted):
     for coil in mounted.coils:
         for state in coil.states.values():
-            step = LDC1614.count_step(state.frequency, mounted.readout.rcount)
+            step = state.frequency / (16.0 * mounted.readout.conversion.rcount)
             lower = state.inductance * (state.frequency / (state.frequency + step)) ** 2
             assert state.inductance - lower == approx(state.quantum, rel=1e-3)
             assert state.noise == approx(state.quantum / math.sqrt(12.0), rel=1e-6)

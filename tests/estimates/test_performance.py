@@ -15,9 +15,6 @@ from sitscad import Design
 from sitscad.estimates.loads.working_range import WorkingRange, axes_told_apart
 from sitscad.estimates.performance.inversion import _alike, best_fitted, fitted
 from sitscad.estimates.performance_values import FORCES
-from sitscad.spec import presets
-
-LDC1614 = presets.converter("ldc1614")
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
 
@@ -46,7 +43,7 @@ def test_resolution_is_the_converter_s_noise_through_the_map(bench):
     """Of two alike coils: normal force by their sum, shear by their difference, so noise falls by the root of two."""
     point, readout = bench.performance[1], bench.estimates.readout
     reading = bench.response.under(np.array([point.load]))
-    noise = LDC1614.count_noise(float(reading.frequency.mean()), readout.rcount)
+    noise = 1.2 * float(reading.frequency.mean()) / (32.0 * readout.conversion.rcount)
     for axis in point.axes.values():
         by_hand = noise / math.sqrt(2.0) / np.mean(np.abs(axis.sensitivity))
         assert axis.resolution == approx(by_hand, rel=0.02)

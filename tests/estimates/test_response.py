@@ -162,8 +162,8 @@ def test_a_target_just_below_the_limit_takes_about_the_time_that_is_told():
 
 
 def test_counts_are_the_converter_s(plain):
-    found, readout = respond(plain, [POSE]), plain.estimates.readout
-    back = found.counts / 2.0**28 * readout.input_divider * readout.reference_frequency
+    found, counter = respond(plain, [POSE]), plain.estimates.readout.conversion
+    back = found.counts / 2.0**28 * counter.input_divider * counter.reference_frequency
     assert back == approx(found.frequency, rel=1e-7)
 
 

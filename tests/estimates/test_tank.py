@@ -73,10 +73,10 @@ def test_the_input_divider_suits_fast_specimens_too(clock, divider):
     text = (ROOT / "templates/grasper_4layer.yaml").read_text(encoding="utf-8")
     found = estimate(lay_out(load_text(text.replace("clock: 40 MHz", f"clock: {clock}"), "t.yaml")))
     states = [state for coil in found.coils for state in coil.states.values()]
-    ceiling = 0.25 * found.readout.reference_frequency
+    ceiling = 0.25 * found.readout.conversion.reference_frequency
     assert all(state.frequency < ceiling for state in states)
     assert any(state.frequency + 2.0 * state.spread.frequency > ceiling for state in states) == (divider == 2)
-    assert found.readout.input_divider == divider
+    assert found.readout.conversion.input_divider == divider
 
 
 @pytest.mark.parametrize(("diameter", "turns", "strong"), [(4.5, 4, False), (5, 4, True), (6, 5, True), (7, 8, False)])

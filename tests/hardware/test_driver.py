@@ -88,7 +88,8 @@ def test_what_is_new_is_given_out_and_what_is_old_is_stale(pad):
     counts = pad.design.estimates.readout.conversion.counts(
         np.array([coil.states["rest"].frequency for coil in pad.design.estimates.coils])
     )
-    assert np.abs(np.array(all_new[1]) / counts - 1.0).max() < 6 * 1.2 / 32 / pad.design.estimates.readout.rcount
+    rcount = pad.design.estimates.readout.conversion.rcount
+    assert np.abs(np.array(all_new[1]) / counts - 1.0).max() < 6 * 1.2 / 32 / rcount
 
 
 def test_a_coil_is_stale_once_others_were_read_twice_since(pad):

@@ -13,10 +13,13 @@ from sitscad.basics.quantities import NONE, Quantity, by_quantity, by_result, do
 from sitscad.estimates.coil_estimates import CoilEstimate, Metered, ReadoutEstimate, StateEstimate
 from sitscad.estimates.response.response_arrays import Response
 from sitscad.estimates.states.at_frequency import CoilAtFrequency
+from sitscad.kernels.converters import reference_counter
+from sitscad.kernels.converters.reference_counter import ReferenceCounter
 
 RESULTS = [
     (quantities.COIL, CoilEstimate), (quantities.STATE, StateEstimate), (quantities.BARE_TANK, StateEstimate),
-    (quantities.READOUT, ReadoutEstimate), (quantities.SCAN_TIMES, ReadoutEstimate),
+    (quantities.TANK_AND_DRIVE, ReadoutEstimate), (quantities.RATES, ReadoutEstimate),
+    (reference_counter.SETTINGS, ReferenceCounter), (quantities.SCAN_TIMES, ReadoutEstimate),
     (quantities.LONE_TIMES, ReadoutEstimate), (quantities.METERED, Metered),
     (quantities.AT_FREQUENCY, CoilAtFrequency), (quantities.RESPONSE, Response),
     (quantities.SIGNAL, Signal), (quantities.FIT, Measure),

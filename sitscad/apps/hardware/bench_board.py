@@ -122,12 +122,12 @@ class Board:
 
     def _result(self, coil: int, chip: BusConverter) -> tuple[int, int]:
         """The upper register of a coil's result, where its flags are, and the counts of the whole."""
-        device, offsets = self.conversion.device, self.conversion.offsets
+        device, offsets = self.design.spec.readout.device, self.conversion.offsets
         upper, *lower = (chip.read(address) for address in device.data_addresses(self.places[coil].number))
         result = upper & device.result_mask
         for word in lower:
             result = result << 16 | word
-        return upper, (result << self.conversion.shift) + (offsets[coil] if offsets else 0)
+        return upper, result * self.conversion.counts_per_step + (offsets[coil] if offsets else 0)
 
     def _believed(self, coil: int, counts: int, status: str) -> str:
         """The status of a result, stale where it leaps by more than noise and motion explain and the next has yet to
@@ -151,7 +151,7 @@ class Board:
 
     def frequency(self, counts: float) -> float:
         """Hz."""
-        return counts / 2.0**self.conversion.device.count_bits * self.conversion.full_scale
+        return counts * self.conversion.hertz_per_count
 
     def status(self, coil: int, counts: int, flags: int) -> str:
         """What is said of a result with the flags of its upper register."""

@@ -21,6 +21,7 @@ from sitscad.basics.record import record
 from sitscad.estimates.coil_estimates import StateEstimate
 from sitscad.estimates.design import Design, respond
 from sitscad.kernels.converters import ldc_registers as at
+from sitscad.kernels.converters import reference_counter as law
 from sitscad.kernels.converters.converter import Converter
 from sitscad.spec.sensor import SensorSpec
 
@@ -112,8 +113,8 @@ class Registers:
         if not dividers & 0x3FF or not dividers >> 12 or self._of(at.RCOUNT, channel) <= 4:
             self.due = NEVER
             return
-        settling = 16.0 * max(2, self._of(at.SETTLECOUNT, channel)) if is_settling else 0.0
-        periods = settling + 16.0 * self._of(at.RCOUNT, channel) + 4.0
+        settling = law.settle_periods(self._of(at.SETTLECOUNT, channel)) if is_settling else 0.0
+        periods = settling + law.conversion_periods(self._of(at.RCOUNT, channel))
         dead = RECOVERY if self._amplitude(channel) < self.device.limit(DEAD) else 0
         self.due = self.time + after + int(periods * 1e9 / self._reference(channel)) + dead
 
@@ -129,7 +130,7 @@ class Registers:
     def _converted(self, channel: int) -> int:
         full = (self._of(at.CLOCK_DIVIDERS, channel) >> 12) * self._reference(channel)
         count = self.tank(channel, self.time)[0] / full * 2.0**self.device.bits
-        sigma = self.noise_steps / (32.0 * self._of(at.RCOUNT, channel))
+        sigma = law.counting_noise(self.noise_steps, 1.0, self._of(at.RCOUNT, channel))
         drawn = [self._drawn() for _ in range(6)]  # of which twelve even deviates, added, are nearly a normal one
         normal = (sum((word >> 16) + (word & 0xFFFF) for word in drawn) + 6.0) / 65536.0 - 6.0
         found = count + count * sigma * normal - 4096.0 * self._of(at.OFFSET, channel)

@@ -10,6 +10,7 @@ import numpy as np
 from sitscad.apps.hardware.bench_board import STALE, WATCHDOG, Board, CoilReading, LineBoard
 from sitscad.apps.hardware.source import Source
 from sitscad.basics.arrays import Array
+from sitscad.basics.quantities import document as settings
 from sitscad.basics.record import record
 from sitscad.basics.units import csv_text, show
 from sitscad.basics.version import __version__
@@ -313,8 +314,10 @@ def document(board: Board, source: str) -> bytes:
     conversion, readout = board.conversion, board.design.estimates.readout
     value = {
         "sitscad": __version__, "source": source, "sensor": board.design.spec.name,
-        "coils": [one.coil for one in board.bands], "full_scale_Hz": conversion.full_scale,
-        "count_bits": conversion.device.count_bits, "rcount": conversion.rcount, "scan_rate_Hz": readout.scan_rate,
+        "coils": [one.coil for one in board.bands],
+        "full_scale_Hz": conversion.hertz_per_count * 2.0**conversion.count_bits, "count_bits": conversion.count_bits,
+        **settings(conversion, conversion.device.law.SETTINGS),
+        "scan_rate_Hz": readout.scan_rate,
         "conversion_capacitance_F": readout.conversion_capacitance,
     }
     return (json.dumps(value, indent=2) + "\n").encode("utf-8")

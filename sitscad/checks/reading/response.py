@@ -30,7 +30,6 @@ from sitscad.checks.rules import (
     rule_of,
 )
 from sitscad.estimates.design import Design
-from sitscad.kernels.converters.converter import MOST_RCOUNT
 from sitscad.spec import presets
 from sitscad.spec.materials import Target
 from sitscad.spec.places import breadth_from, cell_placements, coils_from, shared_middles
@@ -78,7 +77,7 @@ def responses(design: Design, state: str = PRESSED) -> list[SignalChange]:
             continue
         before, after = rest.converter_inductance, pressed.converter_inductance
         if before is not None and after is not None and math.isfinite(after - before):
-            noise = conversion.noise(rest.frequency) / conversion.quantum(rest.frequency)
+            noise = conversion.noise(rest.frequency) / conversion.resolution(rest.frequency)
             step = conversion.inductance_step(before, rest.frequency)
             steps = conversion.steps(rest.frequency, pressed.frequency)
             found.append(SignalChange(coil.name, after - before, step, steps, noise))
@@ -246,7 +245,8 @@ def _more_change(design: Design, steps: float) -> str:
     finer = f"fewer scans a second (readout.scan_rate{f': {rate:g} Hz, in proportion' if rate else ''})"
     if conversion is not None and any(map(conversion.rounding, states)):
         others = map(presets.converter, presets.names("converter"))
-        names = [o.name for o in others if o.bits > device.bits and o.channels >= device.channels]
+        names = [o.name for o in others
+                 if o.law is device.law and o.bits > device.bits and o.channels >= device.channels]
         finer = f"a converter with more bits (readout.device: {' or '.join(names) or 'none is known'})"
     return (
         f"no coil feels it enough: {_back_over_the_coils(design.spec.target)}"
@@ -259,7 +259,7 @@ def _slower(design: Design, steps: float) -> float | None:
     than can be read back; None if conversions cannot be so long.
     """
     conversion = design.estimates.readout.conversion
-    if conversion is None or conversion.rcount * FEWEST_STEPS > MOST_RCOUNT * steps:
+    if conversion is None or conversion.conversion_time * FEWEST_STEPS > conversion.longest_conversion * steps:
         return None
     readable = 1.0 / design.spec.readout.device.read_back_time(len(design.spec.array.placements))
     rate = math.floor(min(readable, design.spec.readout.scan_rate * steps / FEWEST_STEPS))

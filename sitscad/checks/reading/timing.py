@@ -32,21 +32,18 @@ frequencies come within half of it, about what tolerances part.
 
 
 def input_frequency(design: Design) -> Iterator[Verdict]:
-    """f_IN below a quarter of f_REF, with the divider that fast sensors need."""
-    converter, readout = design.spec.readout.device, design.estimates.readout
-    worst, divider, reference = worst_of(design, "frequency", max), readout.input_divider, readout.reference_frequency
-    if worst is None or divider is None:
+    """Whether the converter, as it is set, counts the fastest tank rightly."""
+    readout = design.estimates.readout
+    worst, conversion = worst_of(design, "frequency", max), readout.conversion
+    if worst is None or conversion is None:
         yield Undecided("no sensor frequency was estimated")
-    elif not converter.is_input_in_range(worst.value, divider, reference):
-        wanted, lacks = converter.input_divider(worst.value, reference), ""
-        clock = f"no divider up to 15 helps: a clock of at least {show(4.0 * worst.value / 15.0, 'Hz')} is needed"
-        if divider < 2:
-            fast = show(converter.limit("input_divider_2_from"), "Hz")
-            lacks = f", or lacks the divider of 2 that {fast} and more need"
+    elif worst.value >= conversion.highest_frequency:
+        slowest = conversion.slowest_clock(worst.value)
         yield Violation(
-            f"the sensor frequency {show(worst.value, 'Hz')} divided by {divider} is not below a quarter of the "
-            f"reference {show(reference, 'Hz')}{lacks}", f"FIN_DIVIDER {wanted} would do" if wanted <= 15 else clock,
-            "readout.clock", worst.value / divider, 0.25 * reference, "Hz",
+            f"the sensor frequency {show(worst.value, 'Hz')} is not below {show(conversion.highest_frequency, 'Hz')}, "
+            f"up to which {conversion.device.part} counts as it is set",
+            f"a clock of at least {show(slowest, 'Hz')}" if slowest and slowest > readout.clock else "",
+            "readout.clock" if slowest else "readout.capacitance", worst.value, conversion.highest_frequency, "Hz",
         )
 
 

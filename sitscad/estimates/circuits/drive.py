@@ -45,17 +45,14 @@ def driven(
         swings = [Swing(min(state.parallel_resistance for state in states), max(map(_careful, states)))
                   for states in by_coil]
         codes = drive_codes(swings, converter)
-    current = converter.drive_current(max(codes))
-    # a channel is not driven while the next is switched in
-    idle = readout.switch_time if len(coils) > 1 and readout.dwell_time else None
-    duty = 1.0 if idle is None else 1.0 - idle / readout.dwell_time
-    more = spec.device.needed(len(coils)) * (current - readout.drive_current) * duty
+    current, conversion = converter.drive_current(max(codes)), readout.conversion
     settings = replace(
         readout,
         drive_code=max(codes),
         drive_codes=codes if len(set(codes)) > 1 else (),
         drive_current=current,
-        supply_current=None if readout.supply_current is None else readout.supply_current + more,
+        supply_current=(None if conversion is None
+                        else converter.needed(len(coils)) * conversion.supply_current(current)),
     )
     louder = []
     for coil, code in zip(coils, codes, strict=True):

@@ -9,7 +9,7 @@ from itertools import pairwise
 
 from sitscad.basics.record import record
 from sitscad.estimates.coil_estimates import Estimates
-from sitscad.kernels.converters.registers import ChannelSettings, Register
+from sitscad.kernels.converters.registers import Register
 from sitscad.spec.sensor import ReadoutSpec, SensorSpec
 
 
@@ -28,19 +28,18 @@ class Device:
 def devices(asked: ReadoutSpec, estimates: Estimates) -> tuple[Device, ...]:
     """The converters, which share the coils alike, on each bus in the order of their addresses.
 
-    Raises ValueError where a setting is unknown or does not fit its field, and where the buses have not as many
-    addresses.
+    Raises ValueError where a setting is unknown or does not fit its field, where sitscad knows no registers of the
+    family, and where the buses have not as many addresses.
     """
     converter, coils, readout = asked.device, estimates.coils, estimates.readout
     needed, most = converter.needed(len(coils)), asked.buses * len(converter.addresses)
     if needed > most:
         buses = "one I2C bus has" if asked.buses == 1 else f"{asked.buses} I2C buses have"
         raise ValueError(f"{needed} {converter.part} are needed, and {buses} addresses for {most}")
-    settings = {name: getattr(readout, name) for name in (
-        "rcount", "settle_count", "input_divider", "reference_divider", "drive_code")}
-    for name, value in settings.items():
-        if value is None:
-            raise ValueError(f"{name} is unknown: the converter cannot be set up for this sensor")
+    conversion, code = readout.conversion, readout.drive_code
+    if conversion is None or code is None:
+        unknown = "conversion" if conversion is None else "drive_code"
+        raise ValueError(f"{unknown} is unknown: the converter cannot be set up for this sensor")
     places, found = converter.places(len(coils)), []
     firsts = [k for k, at in enumerate(places) if at.number == 0]
     for first, end in pairwise([*firsts, len(coils)]):
@@ -48,12 +47,8 @@ def devices(asked: ReadoutSpec, estimates: Estimates) -> tuple[Device, ...]:
         frequencies = [state.frequency for coil in group for state in coil.states.values()]
         if not frequencies:
             raise ValueError("no sensor frequency is known: the converter cannot be set up")
-        codes = readout.drive_codes[first:end] or (settings["drive_code"],) * len(group)
-        offsets = readout.offsets[first:end] or (0,) * len(group)
-        channels = tuple(ChannelSettings(**settings | {"drive_code": code}, offset=offset)
-                         for code, offset in zip(codes, offsets, strict=True))
-        registers = converter.registers(channels, max(frequencies), high_current=readout.high_current,
-                                        output_gain=readout.output_gain)
+        codes = readout.drive_codes[first:end] or (code,) * len(group)
+        registers = conversion.registers(slice(first, end), codes, max(frequencies), readout.high_current)
         found.append(Device(places[first].bus, places[first].address, tuple(coil.name for coil in group), registers))
     return tuple(found)
 

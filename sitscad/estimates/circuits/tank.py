@@ -17,7 +17,7 @@ from sitscad.estimates.coil_estimates import CoilEstimate, ReadoutEstimate, Stat
 from sitscad.estimates.targets.assembly import Reflection
 from sitscad.estimates.windings.leads import LeadEstimate
 from sitscad.estimates.windings.neighbours import Circuit
-from sitscad.kernels.converters.conversion import shown
+from sitscad.kernels.converters.conversion import Demand
 from sitscad.kernels.converters.converter import Converter
 from sitscad.kernels.electromagnetics.loss.current_modes import ProximityLoss
 from sitscad.kernels.electromagnetics.polynomials import chebyshev_points, shares
@@ -237,7 +237,7 @@ def oscillations(
 
 def state_estimates(circuit: CoilCircuit, tank: Tank, readout: ReadoutEstimate) -> dict[str, StateEstimate]:
     """Every state of a coil with its tank and the converter's settings."""
-    if readout.drive_code is None or readout.rcount is None:
+    if readout.drive_code is None:
         return {}
     found, converter = {}, tank.converter
     for state in circuit.reflections:
@@ -362,52 +362,47 @@ def _reason(value: float, trespass: tuple[float, bool], windows: tuple[float, fl
 
 
 def settle(circuits: Sequence[CoilCircuit], readout: ReadoutSpec, capacitor: float, reason: str) -> ReadoutEstimate:
-    """Dividers and counts for all coils and states with that capacitor; None and NaN where none is left.
+    """The converter's settings for all coils and states with that capacitor; None and NaN where none is left.
 
     The drive code is the strongest below the largest amplitude: `drive.driven` makes it careful once the scatter is
     known.
     """
     tank, device, count = Tank(capacitor, readout), readout.device, len(circuits)
-    divider = device.reference_divider(readout.clock, device.shares(count)[-1])
-    reference = readout.clock / divider
     unset = ReadoutEstimate(
-        device, capacitor, reason, drive_code=None, drive_current=math.nan, reference_divider=divider,
-        reference_frequency=reference, input_divider=None, rcount=None, settle_count=None, dwell_time=math.nan,
-        scan_rate=math.nan, high_current=False, capacitor_tolerance=device.limit("capacitor_tolerance"),
-        read_back_time=device.read_back_time(count),
+        device, capacitor, reason, drive_code=None, drive_current=math.nan, clock=readout.clock, conversion=None,
+        dwell_time=math.nan, scan_rate=math.nan, high_current=False,
+        capacitor_tolerance=device.limit("capacitor_tolerance"), read_back_time=device.read_back_time(count),
     )
     found = {(c.name, state): tank.oscillation(c, state) for c in circuits for state in c.reflections}
     if not found:
         return unset
     working = [found[c.name, state].parallel_resistance for c in circuits for state in working_states(c.reflections)]
     code = device.drive_code(max(working))
-    # several converters scan at the same time, each its own coils; the first of them has the most
-    channels = device.shares(count)[0]
     highest = max(at.parallel_resistance for at in found.values())
     strong = (
-        count == 1 and readout.drive_code is None
+        device.has_high_current and count == 1 and readout.drive_code is None
         and device.limit("parallel_resistance_high_current") <= min(working)
         and min(working) < device.limit("parallel_resistance_driveable")
-        # with the least high current that TI's texts give, no state may pass the limit for certain
+        # with the least high current that the maker's texts give, no state may pass the limit for certain
         and device.amplitude_at(highest, device.high_current_range[0]) <= device.limit("amplitude_max")
     )
-    settle_count = max(device.settle_count(at.quality_factor, reference, at.frequency) for at in found.values())
-    rcount = device.reference_count(readout.scan_rate, settle_count, reference, channels)
+    # several converters scan at the same time, each its own coils; the first of them has the most
+    shares = device.shares(count)
+    tanks = tuple((at.frequency, at.quality_factor) for at in found.values())
+    conversion = device.set_up(Demand(readout.clock, readout.scan_rate, shares[0], shares[-1], tanks))
     current = device.drive_current(code, strong)
     return replace(
         unset,
         drive_code=code,
         drive_current=current,
-        input_divider=max(device.input_divider(at.frequency, reference) for at in found.values()),
-        rcount=rcount,
-        settle_count=settle_count,
-        dwell_time=device.dwell_time(rcount, settle_count, reference),
-        scan_rate=1.0 / device.scan_time(rcount, settle_count, reference, channels),
+        conversion=conversion,
+        dwell_time=conversion.dwell_time,
+        scan_rate=1.0 / conversion.scan_time,
         high_current=strong,
-        settle_time=device.settle_time(settle_count, reference),
-        conversion_time=device.conversion_time(rcount, reference),
-        switch_time=device.switch_time(reference),
-        supply_current=device.needed(count) * device.supply_current(current, rcount, settle_count, reference, channels),
+        settle_time=conversion.settle_time,
+        conversion_time=conversion.conversion_time,
+        switch_time=conversion.switch_time,
+        supply_current=device.needed(count) * conversion.supply_current(current),
         conversion_capacitance=tank.conversion_capacitance,
     )
 
@@ -417,23 +412,19 @@ SIGMAS = 2.0
 
 
 def with_margin(readout: ReadoutEstimate, coils: Sequence[CoilEstimate]) -> ReadoutEstimate:
-    """The settings with the input divider that fast specimens need too, and results that show what the frequencies of
-    all need: those of every state and two sigma to both sides.
+    """The settings that suit fast specimens too, with results that show what the frequencies of all need: those of
+    every state and two sigma to both sides.
     """
-    if readout.input_divider is None:
+    if readout.conversion is None:
         return readout
     ends = [
         [(state.frequency - more, state.frequency + more)
          for state in coil.states.values() for more in (SIGMAS * state.spread.frequency if state.spread else 0.0,)]
         for coil in coils
     ]
-    device, reference = readout.device, readout.reference_frequency
-    dividers = [device.input_divider(high, reference) for coil in ends for _, high in coil]
-    divider = max(readout.input_divider, *dividers)
     everywhere = [each for coil in ends for each in coil]
     bands = [(min(low for low, _ in own or everywhere), max(high for _, high in own or everywhere)) for own in ends]
-    gain, offsets = shown(device, divider * reference, bands)
-    return replace(readout, input_divider=divider, output_gain=gain, offsets=offsets)
+    return replace(readout, conversion=readout.conversion.covering(bands))
 
 
 def with_steps(coil: CoilEstimate, tank: Tank, readout: ReadoutEstimate) -> CoilEstimate:

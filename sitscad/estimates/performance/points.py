@@ -147,7 +147,7 @@ def feel(layout: Layout, estimates: Estimates, model: ResponseModel | None = Non
     spec = layout.spec
     if spec.target is None or spec.elastomer is None or not rests_on_pad(spec):
         raise NoResponse("nothing is felt without a target on its pad")
-    if estimates.readout.rcount is None:
+    if estimates.readout.conversion is None:
         raise NoResponse("nothing is felt by tanks that the converter cannot count")
     if model is None:
         return Felt(layout, estimates, screen_bench(layout, estimates))

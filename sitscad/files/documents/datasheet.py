@@ -239,12 +239,13 @@ def sensor(
     """What belongs to the sensor as a whole."""
     readout, pad, target = estimates.readout, layout.spec.elastomer, layout.spec.target
     assert pad is not None and target is not None
+    result = "" if readout.conversion is None else readout.conversion.result_text
     return [
         ("sensor", ""),
         *_cells(cells),
         *sensor_rows([point.document() for point in felt]),
         ("converter", f"{readout.device.part}, {counted(len(estimates.coils), 'channel')}"),
-        *([("its result", readout.result_in_words)] if readout.result_in_words else []),
+        *([("its result", result)] if result else []),
         ("tank capacitor", show(readout.capacitance, "F", 3)),
         ("target", f"{target.material.name}, {_size(target)}, {show(target.thickness, 'm')}"),
         ("elastomer", f"{pad.material.name}, {_size(pad)}, {show(pad.thickness, 'm')}"),

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from sitscad.assembly.places.state import FREE, PRESSED, REST, in_words
-from sitscad.basics.quantities import LONE_TIMES, READOUT, SCAN_TIMES, by_quantity, document
+from sitscad.basics.quantities import LONE_TIMES, RATES, SCAN_TIMES, TANK_AND_DRIVE, by_quantity, document
 from sitscad.basics.units import show
 from sitscad.estimates.circuits.settings import Device, devices
 from sitscad.estimates.coil_estimates import CoilEstimate, Estimates, ReadoutEstimate, StateEstimate
@@ -15,6 +15,7 @@ from sitscad.files.documents.firmware_driver import addr_pin, driver_files
 from sitscad.files.drawing.frame import FORCED
 from sitscad.files.writer import comment_text
 from sitscad.kernels.converters.converter import Converter
+from sitscad.kernels.converters.registers import FirmwareText
 from sitscad.spec.sensor import SensorSpec
 
 
@@ -30,18 +31,19 @@ def render(spec: SensorSpec, estimates: Estimates, forced: str = "") -> dict[str
     Where a setting is unknown or does not fit its field the sensor cannot be read out: then the header is an ``#error``
     and the JSON a ``refused`` with the reason, so that a forced build carries no settings that look right.
     """
-    converter = spec.readout.device
+    converter, conversion = spec.readout.device, estimates.readout.conversion
     try:
         found = devices(spec.readout, estimates)
-        driver = driver_files(spec, estimates, found, bool(forced))
+        text = None if conversion is None else conversion.firmware_text(spec.readout.clock)
+        if conversion is None or text is None:
+            raise ValueError(f"sitscad has no firmware for {converter.part}")
+        files = {
+            config_path(converter, "h"): header(spec, estimates, found, text, bool(forced)),
+            config_path(converter, "json"): table(spec, estimates, found, text, bool(forced)),
+            **driver_files(spec, estimates, found, bool(forced)),
+        }
     except ValueError as error:
         files = refusal(spec, str(error))
-    else:
-        files = {
-            config_path(converter, "h"): header(spec, estimates, found, bool(forced)),
-            config_path(converter, "json"): table(spec, estimates, found, bool(forced)),
-            **driver,
-        }
     return {path: text.encode("utf-8") for path, text in files.items()}
 
 
@@ -56,23 +58,19 @@ def refusal(spec: SensorSpec, reason: str) -> dict[str, str]:
     }
 
 
-SETTINGS = ("reference_divider", "reference_frequency_Hz", "input_divider", "capacitance_F", "conversion_capacitance_F",
-            "scan_rate_Hz", "supply_current_A")
-"""Keys of the readout that the JSON has."""
+SETTINGS = ("capacitance_F", "conversion_capacitance_F", "scan_rate_Hz", "supply_current_A")
+"""Keys of the readout that the JSON has, beside those of the converter's formula."""
 
 TIMES = ("settle_time_s", "conversion_time_s", "switch_time_s", "read_back_time_s")
 """Keys of the readout that the JSON has under ``timing``."""
 
 
-def table(spec: SensorSpec, estimates: Estimates, found: Sequence[Device], forced: bool = False) -> str:
+def table(
+    spec: SensorSpec, estimates: Estimates, found: Sequence[Device], text: FirmwareText, forced: bool = False
+) -> str:
     """The JSON: SI units in the keys' suffixes, registers as numbers, in the order of writing."""
-    converter = spec.readout.device
-    registers, conversion, counted = converter.register_map, estimates.readout.conversion, {}
-    if converter.has_gains and conversion is not None:  # what makes counts of results
-        counted = {
-            "result_bits": converter.bits, "count_bits": converter.count_bits,
-            "output_gain": estimates.readout.output_gain, "result_shift": conversion.shift,
-        }
+    converter, readout = spec.readout.device, estimates.readout
+    registers = converter.register_map
     value: dict[str, Any] = {
         **({"warning": FORCED} if forced else {}),
         "name": spec.name,
@@ -81,9 +79,11 @@ def table(spec: SensorSpec, estimates: Estimates, found: Sequence[Device], force
         "manufacturer_id": registers.MANUFACTURER,
         "device_id": converter.device_id,
         "clock_Hz": spec.readout.clock,
-        **counted,
-        **document(estimates.readout, (each for each in READOUT if each.key in SETTINGS)),
-        "timing": document(estimates.readout, (each for each in (*SCAN_TIMES, *READOUT) if each.key in TIMES)),
+        **text.part,
+        **document(readout, (each for each in TANK_AND_DRIVE if each.key in SETTINGS)),
+        **document(readout.conversion, (each for each in converter.law.SETTINGS if each.key in text.keys)),
+        **document(readout, (each for each in RATES if each.key in SETTINGS)),
+        "timing": document(readout, (each for each in (*SCAN_TIMES, *RATES) if each.key in TIMES)),
         "coils": [_coil_document(spec, estimates, index) for index in range(len(estimates.coils))],
         "converters": [
             {
@@ -105,6 +105,7 @@ def table(spec: SensorSpec, estimates: Estimates, found: Sequence[Device], force
 def _coil_document(spec: SensorSpec, estimates: Estimates, index: int) -> dict[str, Any]:
     """One coil as it stands in the JSON: its channel and place, and what is expected of it."""
     coil, channel = estimates.coils[index], spec.readout.device.places(len(estimates.coils))[index]
+    offsets = () if estimates.readout.conversion is None else estimates.readout.conversion.offsets
     force = spec.requirements.normal_force
     change, sigma = coil.converter_sensitivity(force) or (None, None)
     forces = {state.name: state.force for state in estimates.states}
@@ -114,7 +115,7 @@ def _coil_document(spec: SensorSpec, estimates: Estimates, index: int) -> dict[s
         "channel": channel.number,
         "i2c_bus": channel.bus,
         "i2c_address": channel.address,
-        **({"offset": estimates.readout.offsets[index]} if estimates.readout.offsets else {}),
+        **({"offset": offsets[index]} if offsets else {}),
         "centre_m": list(coil.centre),
         "expected": {
             name: {
@@ -130,7 +131,9 @@ def _coil_document(spec: SensorSpec, estimates: Estimates, index: int) -> dict[s
     }
 
 
-def header(spec: SensorSpec, estimates: Estimates, found: Sequence[Device], forced: bool = False) -> str:
+def header(
+    spec: SensorSpec, estimates: Estimates, found: Sequence[Device], text: FirmwareText, forced: bool = False
+) -> str:
     """The C header (C99 and C++): one constant table of writes a converter."""
     readout, converter = estimates.readout, spec.readout.device
     macro, name = converter.part, converter.name
@@ -140,10 +143,9 @@ def header(spec: SensorSpec, estimates: Estimates, found: Sequence[Device], forc
         f" * Register settings of the {converter.part} for the sensor {comment_text(spec.name)}.",
         *([f" * {spec.issue.title}."] if spec.issue.rows else []),
         f" * Write them in this order after power-up or reset; {converter.register_map.ORDER}.",
-        f" * Clock f_CLK {show(spec.readout.clock, 'Hz')} at CLKIN; FREF_DIVIDER {readout.reference_divider} makes "
-        f"of it f_REF {_shown(readout.reference_frequency, 'Hz')}. Capacitor {_shown(readout.capacitance, 'F')}.",
+        f" * {text.clock} Capacitor {_shown(readout.capacitance, 'F')}.",
         " * Each value is 16 bits, sent most significant byte first.",
-        *(f" * {line}".rstrip() for line in _expected(spec, estimates)),
+        *(f" * {line}".rstrip() for line in _expected(spec, estimates, text.frequency)),
         " */",
         f"#ifndef {macro}_CONFIG_H",
         f"#define {macro}_CONFIG_H",
@@ -153,8 +155,8 @@ def header(spec: SensorSpec, estimates: Estimates, found: Sequence[Device], forc
         f"#define {macro}_MANUFACTURER_ID 0x{converter.register_map.MANUFACTURER:04X}u",
         f"#define {macro}_DEVICE_ID 0x{converter.device_id:04X}u",
         f"#define {macro}_CONVERTERS {len(found)}u",
-        *_conversion(spec, readout),
-        *_result_macros(converter, readout),
+        *_formula_macros(spec, readout, text),
+        *_result_macros(converter, readout, text),
         "",
         "typedef struct {",
         "    uint8_t address;",
@@ -169,10 +171,10 @@ def header(spec: SensorSpec, estimates: Estimates, found: Sequence[Device], forc
     return "\n".join([*lines, "", "#endif", ""])
 
 
-def _expected(spec: SensorSpec, estimates: Estimates) -> list[str]:
-    """What the settings are meant for: timing, and every coil's frequency, R_P and amplitude in every state."""
+def _expected(spec: SensorSpec, estimates: Estimates, frequency: str) -> list[str]:
+    """Timing, frequency, R_P and amplitude of every coil in every state, and the formula of the `frequency`."""
     device = spec.readout.device
-    part, result = device.part, "COUNTS" if device.has_gains else "DATA"
+    part = device.part
     pins, delay = show(device.limit("pin_capacitance"), "F"), show(device.limit("drive_delay"), "s")
     expected = f"Expected at {estimates.temperature:g} degC (estimates; compare with what the first board gives):"
     lines = [*_timing(estimates, device), "", expected]
@@ -193,8 +195,7 @@ def _expected(spec: SensorSpec, estimates: Estimates) -> list[str]:
     return [
         *lines,
         "",
-        f"f_SENSOR = FIN_DIVIDER * f_REF * {result} / 2^{device.count_bits} ({device.source_of('cite_frequency')}), "
-        "where f_REF = f_CLK / FREF_DIVIDER;",
+        f"f_SENSOR = {frequency};",
         f"L = 1 / (C (2 pi f_SENSOR)^2) ({device.source_of('cite_inductance')}), where C = {part}_CAPACITANCE_F: "
         f"the tank capacitor, {pins} of the",
         f"converter's pins ({device.source_of('cite_pins')}) and the cable. "
@@ -208,7 +209,7 @@ def _expected(spec: SensorSpec, estimates: Estimates) -> list[str]:
 def _timing(estimates: Estimates, device: Converter) -> list[str]:
     """Return what a scan takes, and the supply's current."""
     readout, times = estimates.readout, LONE_TIMES if len(estimates.coils) == 1 else SCAN_TIMES
-    scans = [each for each in READOUT if each.key in SCANS]
+    scans = [each for each in RATES if each.key in SCANS]
     rows = by_quantity([readout], (*times, *scans))
     clock = [["fastest clock of I2C", device.serial_clock_in_words]]
     return [f"{label.removeprefix('- ')}: {text}" for label, text in (*rows, *clock)]
@@ -232,15 +233,10 @@ def _step(readout: ReadoutEstimate, state: StateEstimate) -> str:
     return f"{step} {size}; one sigma of f {100.0 * state.spread.frequency / state.frequency:.2g} %"
 
 
-def _conversion(spec: SensorSpec, readout: ReadoutEstimate) -> list[str]:
-    """What turns DATA into frequency and inductance, as macros of doubles (Hz, F); none for what is unknown."""
-    values = (
-        ("F_CLK_HZ", spec.readout.clock),
-        ("FREF_DIVIDER", readout.reference_divider),
-        ("F_REF_HZ", readout.reference_frequency),
-        ("FIN_DIVIDER", readout.input_divider),
-        ("CAPACITANCE_F", readout.conversion_capacitance),
-    )
+def _formula_macros(spec: SensorSpec, readout: ReadoutEstimate, text: FirmwareText) -> list[str]:
+    """Constants of the formulas of frequency and inductance, as macros (Hz, F). None for what is unknown."""
+    clock, capacitance = ("F_CLK_HZ", spec.readout.clock), ("CAPACITANCE_F", readout.conversion_capacitance)
+    values = (clock, *text.constants, capacitance)
     return [
         f"#define {spec.readout.device.part}_{name} " + (f"{value}u" if isinstance(value, int) else f"{value:.9e}")
         for name, value in values
@@ -248,7 +244,7 @@ def _conversion(spec: SensorSpec, readout: ReadoutEstimate) -> list[str]:
     ]
 
 
-def _result_macros(converter: Converter, readout: ReadoutEstimate) -> list[str]:
+def _result_macros(converter: Converter, readout: ReadoutEstimate, text: FirmwareText) -> list[str]:
     """Addresses, mask and flags of the results."""
     registers, macro, words = converter.register_map, converter.part, converter.result_words
     upper = f"DATA_{words[0]}" if len(words) > 1 else "DATA"
@@ -274,24 +270,24 @@ def _result_macros(converter: Converter, readout: ReadoutEstimate) -> list[str]:
         f"#define {macro}_STATUS 0x{registers.STATUS:02X}u",
         f"#define {macro}_MANUFACTURER_ID_ADDRESS 0x{registers.MANUFACTURER_ID:02X}u",
         f"#define {macro}_DEVICE_ID_ADDRESS 0x{registers.DEVICE_ID:02X}u",
-        *_count_macros(converter, readout),
+        *_count_macros(converter, readout, text.part_by),
     ]
 
 
-def _count_macros(converter: Converter, readout: ReadoutEstimate) -> list[str]:
-    """What makes counts of results that show a part of a conversion; nothing where they show all."""
+def _count_macros(converter: Converter, readout: ReadoutEstimate, part_by: str) -> list[str]:
+    """Macros that make counts of results that show a part of a conversion. Empty if they show all."""
     conversion = readout.conversion
-    if not converter.has_gains or conversion is None:
+    if conversion is None or not conversion.is_partial:
         return []
     macro, name = converter.part, converter.name
-    offsets = ", ".join(f"{offset}u" for offset in readout.offsets)
+    offsets = ", ".join(f"{offset}u" for offset in conversion.offsets)
     return [
         "",
-        f"/* A conversion has {converter.count_bits} bits, a result {converter.bits} of them: OUTPUT_GAIN and OFFSETx "
+        f"/* A conversion has {conversion.count_bits} bits, a result {converter.bits} of them: {part_by} "
         "of the settings below say which.",
         f" * COUNTS makes a conversion of a coil's DATA (coil: its place in {name}_coils), which calibration.h takes:",
         " * counts of one coil are to each other as its frequencies. */",
-        f"#define {macro}_DATA_SHIFT {conversion.shift}u",
+        f"#define {macro}_DATA_SHIFT {conversion.counts_per_step.bit_length() - 1}u",
         f"#define {macro}_COUNTS(coil, data) \\",
         f"    (((uint32_t)((data) & {macro}_DATA_MASK) << {macro}_DATA_SHIFT) + {name}_offsets[coil])",
         f"static const uint16_t {name}_offsets[] = {{{offsets}}};",

@@ -21,14 +21,12 @@ from sitscad.files.drawing.frame import FORCED
 from sitscad.files.order_facts.board_end import socket_pad
 from sitscad.files.order_facts.notes import hanging
 from sitscad.files.writer import comment_text, is_felt
-from sitscad.kernels.converters.conversion import Conversion
+from sitscad.kernels.converters.conversion import Conversion, ConverterPart
 from sitscad.kernels.converters.converter import Channel, Converter
+from sitscad.kernels.converters.reference_counter import REGISTER_BITS
 from sitscad.layout.board import Layout
 from sitscad.layout.tail_tracks import contacts
 from sitscad.spec.sensor import SensorSpec
-
-READ_TIME = 122.5e-6
-"""Shortest time (s) that a register takes over I2C at 400 kHz, by which the self-test waits for results."""
 
 RECOVERY = 5.2e-3
 """Time (s) that a channel takes which does not oscillate (SNOSCY9A, 6.5: sensor recovery after a watchdog timeout)."""
@@ -65,7 +63,7 @@ def driver_files(
 
 def _counts(band: Band, conversion: Conversion) -> tuple[int, ...]:
     """A band in counts: the design's, lowest and highest."""
-    scale, most = 2.0**conversion.device.count_bits / conversion.full_scale, 2**conversion.device.bits - 2
+    scale, most = 1.0 / conversion.hertz_per_count, 2**conversion.device.bits - 2
     return tuple(min(max(round(value * scale), 1), most) for value in (band.design, band.low, band.high))
 
 
@@ -80,11 +78,13 @@ def _config(
     conversion: Conversion, forced: bool,
 ) -> str:
     """``sensor_config.h``: sizes, and initialisers of the tables of ``sensor.c``."""
-    readout, scale = estimates.readout, 2.0**conversion.device.count_bits / conversion.full_scale
+    readout, scale = estimates.readout, 1.0 / conversion.hertz_per_count
     places = spec.readout.device.places(len(found))
     scan = 1.0 / readout.scan_rate if readout.scan_rate else 0.0
     serial = serial_settings(spec, readout.scan_rate or 0.0)
     waited = _self_test_time(len(found), readout.scan_rate)
+    register = REGISTER_BITS / conversion.device.limit("serial_clock_max")
+    full_scale = conversion.hertz_per_count * 2.0**conversion.count_bits
     rows = [
         f"{{{number}u, 0x{register.address:02X}u, 0x{register.value:04X}u}}, /* {register.name} */"
         for number, device in enumerate(devices)
@@ -95,7 +95,7 @@ def _config(
         *([f" * {FORCED}."] if forced else []),
         f" * The sensor {_plain(spec.name)}: what its driver (sensor.c) knows of it.",
         *([f" * {spec.issue.title}."] if spec.issue.rows else []),
-        f" * Counts are f_SENSOR / {conversion.full_scale:.9g} Hz * 2^{conversion.device.count_bits}.",
+        f" * Counts are f_SENSOR / {full_scale:.9g} Hz * 2^{conversion.count_bits}.",
         " */",
         "#ifndef SENSOR_CONFIG_H",
         "#define SENSOR_CONFIG_H",
@@ -108,7 +108,7 @@ def _config(
         f"#define SENSOR_BUSES {devices[-1].bus + 1}",
         f"#define SENSOR_HZ_PER_COUNT {1.0 / scale:.9e}f",
         f"#define SENSOR_SCAN_US {round(scan * 1e6)}u /* a scan of all coils */",
-        f"#define SENSOR_POLLS {math.ceil(waited / READ_TIME)}u /* at 400 kHz they take longer than four scans */",
+        f"#define SENSOR_POLLS {math.ceil(waited / register)}u /* at 400 kHz they take longer than four scans */",
         f"#define SENSOR_BAUD {serial.baud} /* bits per second of the serial port */",
         f"#define SENSOR_LINE_EVERY {serial.scans_per_line} /* scans of all coils for each line of text */",
         f"#define SENSOR_WAKE_MS {_wake(conversion.device)} /* milliseconds from SD low to the first answer */",
@@ -204,8 +204,7 @@ def _cells_header(cells: int) -> str:
 
 def _coil(place: Channel, found: CoilBands, conversion: Conversion) -> str:
     _, low, high = _counts(found.working, conversion)
-    scale = 2.0**conversion.device.count_bits / conversion.full_scale
-    leap = math.ceil(LEAP * conversion.noise(found.assembled.design) * scale)
+    leap = math.ceil(LEAP * conversion.noise(found.assembled.design) * (1.0 / conversion.hertz_per_count))
     states = ", ".join(
         "{" + ", ".join(f"{value}u" for value in _counts(band, conversion)) + "}"
         for band in (found.bare, found.assembled)
@@ -243,7 +242,7 @@ def _python_config(
     for place, one in zip(spec.readout.device.places(len(found)), found, strict=True):
         _, low, high = _counts(one.working, conversion)
         lines.append(f'    ("{_plain(one.coil)}", {place.converter}, {place.number}, {low}, {high}),')
-    lines += [")", f"HZ_PER_COUNT = {conversion.full_scale / 2.0**conversion.device.count_bits!r}"]
+    lines += [")", f"HZ_PER_COUNT = {conversion.hertz_per_count!r}"]
     return "\n".join([*lines, f"WAKE_MS = {_wake(conversion.device)}  # from SD low to the first answer", ""])
 
 
@@ -252,7 +251,7 @@ def _self_test_time(coils: int, scan_rate: float) -> float:
     return (4.0 / scan_rate if scan_rate else 0.0) + 2 * coils * RECOVERY + 2e-3
 
 
-def _wake(device: Converter) -> int:
+def _wake(device: ConverterPart) -> int:
     """Return the time from SD low to a converter's first answer, in milliseconds rounded up."""
     return math.ceil(1e3 * device.limit("wake_time"))
 
@@ -284,6 +283,12 @@ def _without_driver(device: Converter) -> Iterator[str]:
     """What the readme says for a converter that no driver is written for."""
     yield (f"There is no driver for {device.part} in this folder: sitscad has one for LDC1612 and LDC1614 alone. Nor "
            f"do `sitscad read` and the simulated converter know {device.part}.")
+    if not device.has_circuit:
+        yield f"There is no wiring, either: sitscad draws no circuit for the pins of {device.part}."
+    if not device.has_registers:
+        yield (f"sitscad knows no registers of {device.part}: {device.name}_config.h and {device.name}_config.json say "
+               "so. What sets up the converter, reads it and looks after faults is yours to write and to test.")
+        return
     yield (f"{device.name}_config.h and {device.name}_config.json have every register to write, in order, where "
            "results stand, and what makes frequency and inductance of them. What sets up the converter, reads it and "
            "looks after faults is yours to write and to test.")
@@ -426,11 +431,13 @@ def bare_drive(spec: SensorSpec, estimates: Estimates, bench: Estimates, folder:
     used = ", ".join(map(str, readout.drive_codes or (readout.drive_code,)))  # of each channel, where they differ
     if used == str(code):
         return f" With {device.part} use drive code {code} for the bare board as for the assembled sensor."
+    codes = f" With {device.part} use drive code {code} for the bare board; the assembled sensor has {used}."
+    if not device.has_driver:
+        return codes
     return (
-        f" With {device.part} use drive code {code} for the bare board; the assembled sensor has {used}. Write "
-        f"0x{code << 11:04X} (the code times 2048) in the lines DRIVE_CURRENT of {folder}sensor_config.h, or of "
-        f"{folder}micropython/sensor_config.py, for this test, and put back what was there: in a copy of the package, "
-        "not in the package itself."
+        f"{codes} Write 0x{code << 11:04X} (the code times 2048) in the lines DRIVE_CURRENT of "
+        f"{folder}sensor_config.h, or of {folder}micropython/sensor_config.py, for this test, and put back what was "
+        "there: in a copy of the package, not in the package itself."
     )
 
 

@@ -49,7 +49,7 @@ from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.mount import HolePattern, Mount
 from sitscad.spec.places import place_in_words
 from sitscad.spec.presets import board_kind
-from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.sensor import ReadoutSpec, SensorSpec
 
 USUAL_CHIP = "chip-0603"  # What a tank capacitor is where the spec names no package: it can still be soldered by hand
 
@@ -152,7 +152,8 @@ def _converter(layout: Layout, estimates: Estimates) -> Iterator[Item]:
         references = ", ".join(each.reference for each in layout.capacitors)
         place = f"soldered to the tail: {references}, places in fpc/{layout.spec.name}-placement.csv"
     else:
-        place = "at the coil" if readout.capacitor_at == "coil" else "at the converter, across INxA and INxB"
+        across = " and ".join(readout.device.coil_pins())
+        place = "at the coil" if readout.capacitor_at == "coil" else f"at the converter, across {across}"
     reason = estimates.readout.capacitance_reason
     item = Item(
         "capacitor", coils, capacitance_text(chosen), "C0G", chip,
@@ -163,7 +164,22 @@ def _converter(layout: Layout, estimates: Estimates) -> Iterator[Item]:
     used = f"{device.channels} channels each, {coils} used"
     item = Item("converter", device.needed(coils), device.part, "", device.package, used)
     yield _ordered(item, order_of("converter", device.name))
-    oscillator = f"{show(readout.clock, 'Hz')} oscillator"
+    yield from _converter_circuit(readout, coils)
+    runs = "firmware/: Arduino, MicroPython or Linux" if readout.device.has_driver else "a program of your own"
+    yield Item("controller", 1, "with I2C", "", "", f"runs {runs}")
+    if readout.cable is not None:
+        size = f"{in_mm(readout.cable.length)} mm"
+        yield Item("cable", coils, "conductor pair", "", size, "one pair a coil, between tail and converter")
+
+
+def _converter_circuit(readout: ReadoutSpec, coils: int) -> Iterator[Item]:
+    """Parts around the converters, of the circuit that sitscad draws."""
+    device, oscillator = readout.device, f"{show(readout.clock, 'Hz')} oscillator"
+    if not device.has_circuit:
+        yield Item("clock", 1, oscillator, "", "", "it is what frequencies are measured by")
+        yield Item("converter board", 1, "", "", "", f"of your own, by the data sheet of {device.part}: sitscad draws "
+                   "no circuit for its pins")
+        return
     yield Item("clock", 1, oscillator, "", "", "to CLKIN: it is what frequencies are measured by")
     number = device.needed(coils)
     yield Item("decoupling", number + 1, "100 nF", "ceramic", "", "beside VDD of every converter and of the clock")
@@ -174,10 +190,6 @@ def _converter(layout: Layout, estimates: Estimates) -> Iterator[Item]:
     yield Item("SD pull-up", 1, "10 kohm", "", "", "SD to VDD: off until the controller drives it low")
     board = "of your own from firmware/wiring, or an evaluation board (firmware/readme.txt)"
     yield Item("converter board", 1, "", "", "", f"carries the parts above; {board}; not in this package")
-    yield Item("controller", 1, "with I2C", "", "", "runs firmware/: Arduino, MicroPython or Linux")
-    if readout.cable is not None:
-        size = f"{in_mm(readout.cable.length)} mm"
-        yield Item("cable", coils, "conductor pair", "", size, "one pair a coil, between tail and converter")
 
 
 def _soft_parts(layout: Layout) -> Iterator[Item]:

@@ -58,9 +58,9 @@ def _comment(found: InverseMap, conversion: Conversion, remarks: Sequence[str]) 
     shown = ", ".join(f"{name} {error:.3g} {unit_of(name)} of {full:.3g}"
                       for name, error, full in zip(found.axes, found.error, found.full_scale, strict=True))
     device, coils = conversion.device, ", ".join(map(comment_text, found.coils))
-    if device.has_gains:
+    if conversion.is_partial:
         counts = [f"of the coils {coils}, in this order, as {device.part}_COUNTS of {device.name}_config.h",
-                  f"   makes them of results: {device.count_bits} bits, of which a result shows some."]
+                  f"   makes them of results: {conversion.count_bits} bits, of which a result shows some."]
     else:
         counts = [f"{device.bits}-bit results of the coils {coils}, in this order."]
     axes = ", ".join(map(comment_text, found.axes))
@@ -135,7 +135,7 @@ def _tables(found: InverseMap) -> list[str]:
 
 def _ends(found: InverseMap, conversion: Conversion) -> list[str]:
     """The ends of every coil's counts, where they are not alike: a result is a part of a conversion."""
-    if not conversion.device.has_gains:
+    if not conversion.is_partial:
         return []
     least, most = zip(*(conversion.ends(coil) for coil in range(len(found.coils))), strict=True)
     return [
@@ -149,7 +149,7 @@ def _changes(found: InverseMap, conversion: Conversion) -> list[str]:
     """C that begins the function: what every coil sees, by its counts over the tare's."""
     most = f"0x{conversion.ends(0)[1]:08X}u"
     beyond = f"now == 0u || now >= {most} || rest == 0u || rest >= {most}"
-    if conversion.device.has_gains:
+    if conversion.is_partial:
         ends = (f"{name} <= sitscad_least[coil] || {name} >= sitscad_most[coil]" for name in ("now", "rest"))
         beyond = " || ".join(ends)
     return [

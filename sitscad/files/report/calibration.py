@@ -287,12 +287,21 @@ def plan_table(found: Calibration, plan: Plan) -> bytes:
     return ("\n".join([*table_head(sensors), *map(",".join, rows)]) + "\n").encode("ascii")
 
 
+READ_BY_FIRMWARE = (
+    "   `sitscad read SOURCE --design SPEC --log FOLDER` writes the readings of a board that runs firmware/ to",
+    "   FOLDER/readings.csv. Frequencies may be filled in, too: in Hz, in columns C1_Hz, C2_Hz, ... in place of",
+    "   counts.",
+)
+"""Lines of the plan for a converter whose driver is in the package."""
+
+
 def plan_words(found: Calibration, plan: Plan) -> bytes:
     """What to do, and what each point buys."""
     issue = found.sensors.model.spec.issue
     scope, readings = found.sensors.range, int(usual("readings"))
-    rotation, device = found.sensors.rotation, found.sensors.conversion.device
-    made = f": {device.part}_COUNTS of results, firmware/{device.name}_config.h" if device.has_gains else ""
+    rotation, conversion = found.sensors.rotation, found.sensors.conversion
+    device = found.sensors.model.spec.readout.device
+    made = f": {device.part}_COUNTS of results, firmware/{device.name}_config.h" if conversion.is_partial else ""
     (other,) = (one for one in ROTATIONS if one != rotation)
     of, units = "" if found.cell is None else f" --cell {found.cell}", "N, N mm" if scope.has_moments else "N"
     lines = [
@@ -304,9 +313,8 @@ def plan_words(found: Calibration, plan: Plan) -> bytes:
         *(f"   {line}" for line in (*LOADING[rotation], *(MOMENTS if scope.has_moments else ()))),
         *(f"   {line}" for line in place_words(found, plan)),
         *(f"   {line}" for line in (*directions(scope.axes), *held_by(found.sensors.model.spec))),
-        "   `sitscad read SOURCE --design SPEC --log FOLDER` writes the readings of a board that runs firmware/ to",
-        "   FOLDER/readings.csv. Frequencies may be filled in, too: in Hz, in columns C1_Hz, C2_Hz, ... in place of",
-        "   counts.",
+        *(READ_BY_FIRMWARE if device.has_driver else ("   Frequencies may be filled in, too: in Hz, in columns C1_Hz, "
+                                                      "C2_Hz, ... in place of counts.",)),
         *([] if scope.has_moments else [
             "   The first line of plan.csv, `# rotation:`, says whether the target is held level or free to tilt:",
             "   `sitscad calibrate` fits the map for that, and warns if the readings look like the other."]),

@@ -124,7 +124,7 @@ def pushed_document(
     known = None if calibration is None else calibration["map"] | {"least": LEAST, "beyond": BEYOND}
     return {
         "table": table, "map": known,
-        "conversion": {"counts_per_Hz": float(conversion.counts(np.array(1.0))), "step": 2**conversion.shift,
+        "conversion": {"counts_per_Hz": float(conversion.counts(np.array(1.0))), "step": conversion.counts_per_step,
                        "offsets": list(conversion.offsets)},
         "shape": {"axes": axes, "pad_mm": MM * spec.elastomer.thickness if spec.elastomer else math.nan,
                   "target_mm": MM * target.thickness},
@@ -189,7 +189,7 @@ def _document(spec: SensorSpec, estimates: Estimates, known: Sequence[Document])
     conversion, found = estimates.readout.conversion, bands(estimates, usual("coil_inductance"))
     if conversion is None:
         raise ValueError(f"{spec.name} has no converter that is set")
-    per_hz = 2.0**conversion.device.count_bits / conversion.full_scale
+    per_hz = 1.0 / conversion.hertz_per_count
     coils = [
         {
             "name": one.coil, "rest": round(one.assembled.design * per_hz),

@@ -18,10 +18,11 @@ from sitscad.basics.quantities import (
     LONE_TIMES,
     METERED,
     OTHERS,
-    READOUT,
+    RATES,
     SCAN_TIMES,
     STEPS,
     TANK,
+    TANK_AND_DRIVE,
     Quantity,
     Table,
     by_quantity,
@@ -220,14 +221,16 @@ def readout_table(estimates: Estimates) -> Table:
     least = show(r.device.limit("amplitude_optimum_min"), "V")
     codes = ", ".join(f"{coil.name} {code}" for coil, code in zip(estimates.coils, r.drive_codes, strict=False))
     rows = [
-        *by_quantity([r], (*READOUT, *(LONE_TIMES if len(estimates.coils) == 1 else SCAN_TIMES))),
-        ["clock f_CLK", quantity(r.reference_frequency * r.reference_divider, "Hz")],
+        *by_quantity([r], TANK_AND_DRIVE),
+        *by_quantity([r.conversion], r.device.law.SETTINGS),
+        *by_quantity([r], (*RATES, *(LONE_TIMES if len(estimates.coils) == 1 else SCAN_TIMES))),
+        ["clock f_CLK", quantity(r.clock, "Hz")],
         ["fastest clock of I2C", r.device.serial_clock_in_words],
     ]
     if r.drive_codes:
         rows.append(["a code for every channel", f"{codes}: one for all leaves a coil below {least}"])
-    if r.result_in_words:
-        rows.append(["result", f"{r.result_in_words}, OFFSETx {', '.join(map(str, r.offsets))}"])
+    if r.conversion is not None and r.conversion.result_text:
+        rows.append(["result", f"{r.conversion.result_text}, offsets {', '.join(map(str, r.conversion.offsets))}"])
     return Table(("setting", "value"), rows, f"Readout ({r.device.part})")
 
 

@@ -1,5 +1,7 @@
 """The figures of converters, read from ``data/converters``: a file a family, and ``bench.csv`` for what is none's own.
-What a family has to state, in which unit and within what a figure can be stands in `ASKED`; it may state more.
+
+`ASKED` has the rows of every family with unit and range. The module of its conversion asks further rows, registers
+those of `ASKED_WITH_REGISTERS`. A family may state more.
 """
 
 from __future__ import annotations
@@ -7,6 +9,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from functools import cache
+from importlib import import_module
+from types import ModuleType
 
 from sitscad.basics.record import record
 from sitscad.data import DataError, Row, rows
@@ -39,52 +43,31 @@ class RowForm:
 
 
 _SAYING = RowForm(WORDS)
-_FREQUENCY, _CURRENT, _VOLTAGE = RowForm("Hz", 1.0, 1e10), RowForm("A", 1e-6, 1.0), RowForm("V", 0.01, 20.0)
-_RESISTANCE, _SHARE = RowForm("ohm", 1.0, 1e7), RowForm("1", 0.01, 1.0)
+FREQUENCY, SHARE = RowForm("Hz", 1.0, 1e10), RowForm("1", 0.01, 1.0)
+_CURRENT, _VOLTAGE, _RESISTANCE = RowForm("A", 1e-6, 1.0), RowForm("V", 0.01, 20.0), RowForm("ohm", 1.0, 1e7)
 
 ASKED: dict[str, RowForm] = {
+    **dict.fromkeys(("conversion", "pins", "coil_pins", "address_nets", "cite_drive", "scan_timing", "idle_channels",
+                     "noise_law"), _SAYING),
     "result_bits": RowForm("bit", 8, 32, whole=True),
-    "output_gains": RowForm("bit", 0, 16, whole=True, several=True),
-    "result_registers": _SAYING,
-    "register_map": _SAYING,
-    "pins": _SAYING,
-    "address_nets": _SAYING,
-    "device_id": RowForm("1", 0, 0xFFFF, whole=True),
     "drive_currents": RowForm("A", 1e-7, 0.1, several=True),
-    **dict.fromkeys(("cite_address", "cite_frequency", "cite_inductance", "cite_pins", "cite_drive", "cite_results",
-                     "cite_errors", "scan_timing", "idle_channels", "noise_law"), _SAYING),
-    "sensor_frequency_min": _FREQUENCY,
-    "sensor_frequency_max": _FREQUENCY,
+    "sensor_frequency_min": FREQUENCY,
+    "sensor_frequency_max": FREQUENCY,
     "parallel_resistance_min": _RESISTANCE,
     "parallel_resistance_max": _RESISTANCE,
     "parallel_resistance_driveable": _RESISTANCE,
-    "parallel_resistance_high_current": _RESISTANCE,
-    "high_current_max": _CURRENT,
-    "high_current_typical": _CURRENT,
     "amplitude_max": _VOLTAGE,
     "amplitude_optimum_min": _VOLTAGE,
     "amplitude_stable_min": _VOLTAGE,
-    "reference_multi_external_max": _FREQUENCY,
-    "reference_multi_internal_max": _FREQUENCY,
-    "reference_single_max": _FREQUENCY,
-    "clock_min": _FREQUENCY,
-    "clock_max": _FREQUENCY,
-    "input_to_reference_max": _SHARE,
-    "input_divider_2_from": _FREQUENCY,
-    "rcount_min": RowForm("1", 1, 0xFFFF, whole=True),
-    "settle_count_min": RowForm("1", 0, 0xFFFF, whole=True),
-    "switch_delay": RowForm("s", 0.0, 1e-3),
-    "wake_time": RowForm("s", 0.0, 1.0),
+    "clock_min": FREQUENCY,
+    "clock_max": FREQUENCY,
     "pin_capacitance": RowForm("F", 0.0, 1e-9),
     "serial_clock_max": RowForm("Hz", 1e3, 1e8),
-    "single_channel_rate_max": RowForm("Hz", 1.0, 1e7),
-    "read_back_four_channels": RowForm("s", 1e-7, 1.0),
-    "self_resonance_fraction": _SHARE,
+    "self_resonance_fraction": SHARE,
     "supply_current": _CURRENT,
     "idle_pin_resistance": RowForm("ohm", 0.0, 1e4),
     "drive_delay": RowForm("s", 0.0, 1e-6),
-    "noise_steps": RowForm("1", 0.0, 1e3),
-    "self_resonance_fraction_strict": _SHARE,
+    "self_resonance_fraction_strict": SHARE,
     "quality_factor_min": RowForm("1", 0.0, 1e3),
     "inductance_min": RowForm("H", 1e-9, 1e-3),
     "capacitor_min": RowForm("F", 1e-13, 1e-6),
@@ -94,7 +77,22 @@ ASKED: dict[str, RowForm] = {
     "clock_tolerance": RowForm("1", 0.0, 0.1),
     "capacitor_temperature": RowForm("1/K", 0.0, 1e-2),
 }
-"""Every figure that is asked of a family, the bench's own among them."""
+"""Rows that every family has, the bench's own among them."""
+
+ASKED_WITH_REGISTERS: dict[str, RowForm] = {
+    **dict.fromkeys(("register_map", "result_registers", "cite_address", "cite_frequency", "cite_inductance",
+                     "cite_pins", "cite_results", "cite_errors"), _SAYING),
+    "device_id": RowForm("1", 0, 0xFFFF, whole=True),
+    "wake_time": RowForm("s", 0.0, 1.0),
+}
+"""Rows of a family with registers that sitscad writes: it states all of them, or no ``register_map``."""
+
+HIGH_CURRENT: dict[str, RowForm] = {
+    "parallel_resistance_high_current": _RESISTANCE,
+    "high_current_max": _CURRENT,
+    "high_current_typical": _CURRENT,
+}
+"""Rows of a family with a stronger drive for a single channel: it states all of them or none."""
 
 _RISING = (
     ("sensor_frequency_min", "sensor_frequency_max"), ("clock_min", "clock_max"), ("capacitor_min", "capacitor_max"),
@@ -107,35 +105,63 @@ _RISING = (
 @cache
 def rows_of(family: str) -> dict[str, Row]:
     """The rows of a family's figures by name, the bench's own among them. Raises `DataError`, which names file and row,
-    where one is missing or is not what it has to be.
+    if one is missing or is not what it has to be.
     """
-    found: dict[str, Row] = {}
-    for table in ("bench", family):
-        own: dict[str, Row] = {}
-        for row in rows(f"converters/{table}"):
-            flaws = list(_flaws(row))
-            if row["name"] in own:
-                flaws = ["it stands there twice"]
-            if flaws:
+    tables = {table: rows(f"converters/{table}") for table in ("bench", family)}
+    named = {row["name"]: row for own in tables.values() for row in own}
+    asked = _asked_of(family, named)
+    for table, own in tables.items():
+        names = [row["name"] for row in own]
+        for row in own:
+            if names.count(row["name"]) > 1:
+                raise _error(table, row["name"], "it stands there twice")
+            if flaws := list(_flaws(row, asked)):
                 raise _error(table, row["name"], flaws[0])
-            own[row["name"]] = row
-        found |= own
-    if lacking := [name for name in ASKED if name not in found]:
-        raise _error(family, ", ".join(lacking), "no such row, and it is asked of every family")
+    if lacking := [name for name in asked if name not in named]:
+        raise _error(family, ", ".join(lacking), "no such row, and it is asked of this family")
     for low, high in _RISING:
-        if float(found[low]["value"]) > float(found[high]["value"]):
-            raise _error(family, low, f"{found[low]['value']} is more than {high}, {found[high]['value']}")
-    currents = [float(each) for each in found["drive_currents"]["value"].split()]
+        if low in named and float(named[low]["value"]) > float(named[high]["value"]):
+            raise _error(family, low, f"{named[low]['value']} is more than {high}, {named[high]['value']}")
+    currents = [float(each) for each in named["drive_currents"]["value"].split()]
     if currents != sorted(currents):
         raise _error(family, "drive_currents", "a larger code has to be a stronger drive")
-    return found
+    return named
+
+
+def _asked_of(family: str, named: Mapping[str, Row]) -> dict[str, RowForm]:
+    """Rows that a family has to state. Raises `DataError` if it names no module of its conversion."""
+    if "conversion" not in named:
+        raise _error(family, "conversion", "no such row, and it is asked of every family")
+    law: dict[str, RowForm] = family_module("conversion", named["conversion"]["value"], ("ASKED",)).ASKED
+    registers = ASKED_WITH_REGISTERS if "register_map" in named else {}
+    high_current = HIGH_CURRENT if HIGH_CURRENT.keys() & named else {}
+    return {**ASKED, **law, **registers, **high_current}
+
+
+def family_module(row: str, name: str, required: tuple[str, ...]) -> ModuleType:
+    """A module of this folder that a row of a family names. Raises `DataError` if there is none, or it lacks a name."""
+    place = f"sitscad.kernels.converters.{name}"
+    try:
+        module = import_module(place)
+    except ModuleNotFoundError as error:
+        if error.name != place:
+            raise
+        raise DataError(f"there is no module {place}, which {row} names") from error
+    if lacking := [wanted for wanted in required if not hasattr(module, wanted)]:
+        raise DataError(f"{place} lacks {', '.join(lacking)}, which a module of {row} has to have")
+    return module
+
+
+def names_of(protocol: type) -> tuple[str, ...]:
+    """The names that a protocol of modules declares."""
+    return *protocol.__annotations__, *(name for name in vars(protocol) if not name.startswith("_"))
 
 
 def _error(table: str, name: str, flaw: str) -> DataError:
     return DataError(f"data/converters/{table}.csv, {name}: {flaw}")
 
 
-def _flaws(row: Row) -> Iterator[str]:
+def _flaws(row: Row, asked_of: Mapping[str, RowForm]) -> Iterator[str]:
     """What is wrong with a row, the first of it foremost."""
     if None in row or None in row.values():
         yield "it has more or fewer columns than name, value, unit, status, source"
@@ -144,7 +170,7 @@ def _flaws(row: Row) -> Iterator[str]:
         yield f"its status is {row['status']!r}, neither verified nor unverified"
     if not row["value"].strip() or not row["source"].strip():
         yield "value or source is empty"
-    asked = ASKED.get(row["name"], RowForm(row["unit"], several=True))
+    asked = asked_of.get(row["name"], RowForm(row["unit"], several=True))
     if row["unit"] != asked.unit:
         yield f"its unit is {row['unit']!r}, and {asked.unit!r} is asked"
         return
@@ -206,7 +232,13 @@ def _families() -> tuple[str, ...]:
 
 @cache
 def cited_alone(family: str, text: str) -> str:
-    """A text that cites all families (`source_in_all`), with what it says of one alone."""
+    """A text that cites all families (`source_in_all`), with the sources of one family alone. If that has none of the
+    cited figures, the source of its conversion.
+    """
+    families = dict.fromkeys(row["family"] for row in rows("converters"))
+    others = dict.fromkeys(name for other in families for name in rows_of(other) if name not in rows_of(family))
     for name in rows_of(family):
         text = text.replace(source_in_all(name), figure_source(family, name))
-    return text
+    for name in others:
+        text = text.replace(source_in_all(name), "")
+    return "; ".join(filter(None, text.split("; "))) or rows_of(family)["conversion"]["source"]

@@ -4,11 +4,11 @@
 
 from __future__ import annotations
 
-from importlib import import_module
+from collections.abc import Mapping
 from typing import Protocol, cast
 
 from sitscad.basics.record import record
-from sitscad.data import DataError
+from sitscad.kernels.converters.figures import family_module, names_of
 
 
 @record
@@ -31,6 +31,23 @@ class Register:
     name: str
     value: int
     meaning: str
+
+
+@record
+class FirmwareText:
+    """Wording of a conversion for the firmware's header.
+
+    `clock` is a sentence about the clock; `frequency` the formula of the sensor's frequency; `constants` the numbers in
+    it by name; `keys` the settings that the JSON has. `part` has the sizes of results that show a part of a conversion,
+    by their JSON keys, and `part_by` the registers that choose it.
+    """
+
+    clock: str
+    frequency: str
+    constants: tuple[tuple[str, float], ...]
+    keys: tuple[str, ...]
+    part: Mapping[str, int]
+    part_by: str
 
 
 class RegisterMap(Protocol):
@@ -80,19 +97,6 @@ class DriverRegisters(RegisterMap, Protocol):
     UNREAD: int
 
 
-REQUIRED = (*RegisterMap.__annotations__, *(name for name in vars(RegisterMap) if not name.startswith("_")))
-"""The names that a module of registers must have."""
-
-
 def register_map(name: str) -> RegisterMap:
     """A module of registers of this room. Raises `DataError` where there is none, or it lacks a name."""
-    place = f"sitscad.kernels.converters.{name}"
-    try:
-        found = import_module(place)
-    except ModuleNotFoundError as error:
-        if error.name != place:
-            raise
-        raise DataError(f"there is no module {place}, which register_map names") from error
-    if lacking := [wanted for wanted in REQUIRED if not hasattr(found, wanted)]:
-        raise DataError(f"{place} lacks {', '.join(lacking)}, which RegisterMap in readout/registers.py asks for")
-    return cast(RegisterMap, found)
+    return cast(RegisterMap, family_module("register_map", name, names_of(RegisterMap)))

@@ -79,9 +79,11 @@ class SchematicPart:
 
 
 def render(layout: Layout, estimates: Estimates) -> dict[str, bytes]:
-    """Schematic, symbols, project and picture; none where the sensor takes more converters than its buses can have."""
+    """Schematic, symbols, project and picture; none where the sensor takes more converters than its buses can have, or
+    where the converter's pins are not those of the circuit.
+    """
     asked, count = layout.spec.readout, len(estimates.coils)
-    if count > asked.device.most_coils * asked.buses or not layout.pads:
+    if count > asked.device.most_coils * asked.buses or not layout.pads or not asked.device.has_circuit:
         return {}
     found = parts(layout, estimates)
     # whether KiCad's libraries of footprints are installed is no matter of the circuit; the board's editor says it
@@ -143,7 +145,7 @@ def parts(layout: Layout, estimates: Estimates) -> tuple[SchematicPart, ...]:
 
 
 def _converter(layout: Layout, number: int) -> SchematicPart:
-    """A converter: the pins of its family, then INxA and INxB of its channels and the die pad."""
+    """A converter: the pins of its family, then those of its channels' coils and the die pad."""
     device = layout.spec.readout.device
     own = [(at, coil.name) for at, coil in zip(device.places(len(layout.coils)), layout.coils, strict=True)
            if at.converter == number]
@@ -155,7 +157,8 @@ def _converter(layout: Layout, number: int) -> SchematicPart:
     right = []
     for channel in range(device.channels):
         coil = names.get(channel)
-        right += [(f"IN{channel}{end}", f"{coil}.{end}" if coil else "") for end in "AB"]
+        right += [(pin, f"{coil}.{end}" if coil else "")
+                  for end, pin in zip("AB", device.coil_pins(channel), strict=True)]
     right.append(("DAP", "GND"))
     pins = tuple(Pin(len(left) + k, name, "passive", net) for k, (name, net) in enumerate(right, 1))
     return SchematicPart(f"U{number + 1}", device.part, device.part, left, pins, (14, 4 + 24 * number))

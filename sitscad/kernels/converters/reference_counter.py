@@ -1,0 +1,373 @@
+"""Conversion of TI's multi-channel inductance converters (LDC1312 to LDC1614): a tank's frequency is compared with a
+reference clock over RCOUNT times 16 of its periods.
+
+Sections are those of the data sheet SNOSCY9A if no other is named. SI units throughout.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from sitscad.basics.quantities import Quantity
+from sitscad.basics.record import record, replace
+from sitscad.basics.units import show
+from sitscad.kernels.converters.conversion import Conversion, ConverterPart, Demand
+from sitscad.kernels.converters.figures import FREQUENCY, SHARE, WORDS, RowForm, numbers
+from sitscad.kernels.converters.registers import ChannelSettings, FirmwareText, Register
+
+ASKED: Mapping[str, RowForm] = {
+    "output_gains": RowForm("bit", 0, 16, whole=True, several=True),
+    "result_registers": RowForm(WORDS),
+    "reference_multi_external_max": FREQUENCY,
+    "reference_multi_internal_max": FREQUENCY,
+    "reference_single_max": FREQUENCY,
+    "input_to_reference_max": SHARE,
+    "input_divider_2_from": FREQUENCY,
+    "rcount_min": RowForm("1", 1, 0xFFFF, whole=True),
+    "settle_count_min": RowForm("1", 0, 0xFFFF, whole=True),
+    "switch_delay": RowForm("s", 0.0, 1e-3),
+    "single_channel_rate_max": RowForm("Hz", 1.0, 1e7),
+    "read_back_four_channels": RowForm("s", 1e-7, 1.0),
+    "noise_steps": RowForm("1", 0.0, 1e3),
+}
+"""Rows that a family of such converters has in its figures."""
+
+SETTINGS = (
+    Quantity("reference_frequency_Hz", "reference frequency f_REF"),
+    Quantity("reference_divider", "its divider, of the clock f_CLK"),
+    Quantity("input_divider", "input divider"),
+    Quantity("rcount", "RCOUNT"),
+    Quantity("settle_count", "SETTLECOUNT"),
+)
+"""Settings of such a converter, as results name them."""
+
+MAX_COUNT = 0xFFFF
+"""Largest RCOUNT and SETTLECOUNT: the registers have 16 bits."""
+
+MAX_INPUT_DIVIDER = 15
+"""Largest FIN_DIVIDER: its field has 4 bits."""
+
+REGISTER_BITS = 49.0
+"""Bits that reading a register takes over I2C: five frames of nine bits each plus start, repeated start, stop and
+bus-free time, which is what the 4.08 kSPS at 400 kHz of a result in two registers come to (figure 12, 6.5).
+"""
+
+FREE_PART = 0.5
+"""Part of a result's range that the expected frequencies may take, in its middle. The rest is for loads beside those
+of the states.
+"""
+
+
+# --------------------------------------------------------------------------------------------------------------- clocks
+
+
+def reference_divider(device: ConverterPart, clock: float, channels: int, external: bool = True) -> int:
+    """FREF_DIVIDER for a clock (Hz): the smallest that brings f_REF within its limit for that many active channels.
+
+    For several converters with one divider give the fewest channels of any: a single channel has the lowest limit.
+    """
+    source = "single" if channels == 1 else "multi_external" if external else "multi_internal"
+    return max(1, math.ceil(clock / device.limit(f"reference_{source}_max") - 1e-9))
+
+
+def input_divider(device: ConverterPart, sensor_frequency: float, reference_frequency: float = 40e6) -> int:
+    """FIN_DIVIDER: the smallest with f_IN < f_REF/4, at least 2 from 8.75 MHz. Frequencies in Hz.
+
+    May exceed `MAX_INPUT_DIVIDER`: then no setting counts the frequency (`ReferenceCounter.highest_frequency`).
+    """
+    ceiling = device.limit("input_to_reference_max") * reference_frequency
+    divider = math.floor(sensor_frequency / ceiling * (1.0 + 1e-12)) + 1
+    return max(divider, 2) if sensor_frequency >= device.limit("input_divider_2_from") else divider
+
+
+# --------------------------------------------------------------------------------------------------------------- timing
+
+
+def settle_count(
+    device: ConverterPart, quality_factor: float, reference_frequency: float, sensor_frequency: float
+) -> int:
+    """Smallest SETTLECOUNT: Q f_REF / (16 f_SENSOR) rounded up (8.1.4.1), and above 3."""
+    needed = math.ceil(quality_factor * reference_frequency / (16.0 * sensor_frequency) - 1e-9)
+    return min(MAX_COUNT, max(int(device.limit("settle_count_min")), needed))
+
+
+def settle_periods(count: int) -> float:
+    """Reference periods for the amplitude to settle: 16 SETTLECOUNT (8.1.4.1); 32 for 0 and 1."""
+    return max(2, count) * 16.0
+
+
+def conversion_periods(rcount: int) -> float:
+    """Reference periods of one conversion: 16 RCOUNT + 4 (8.1.4)."""
+    return 16.0 * rcount + 4.0
+
+
+def switch_time(device: ConverterPart, reference_frequency: float) -> float:
+    """Typical time (s) from one channel's conversion to the next channel: 692 ns + 5 / f_REF (8.1.4)."""
+    return device.limit("switch_delay") + 5.0 / reference_frequency
+
+
+def scan_time(device: ConverterPart, rcount: int, count: int, reference_frequency: float, channels: int) -> float:
+    """Time (s) of one scan of `channels` channels that are set the same, with a SETTLECOUNT of `count`.
+
+    One channel alone converts without settling again (figure 54); the switch delay stands in for the pause between
+    two conversions, which TI does not state.
+    """
+    conversion = conversion_periods(rcount) / reference_frequency
+    if channels == 1:
+        return conversion + switch_time(device, reference_frequency)
+    settling = settle_periods(count) / reference_frequency
+    return channels * (settling + conversion + switch_time(device, reference_frequency))
+
+
+def reference_count(
+    device: ConverterPart, scan_rate: float, count: int, reference_frequency: float, channels: int
+) -> int:
+    """Largest RCOUNT whose scans of `channels` channels come at least `scan_rate` (Hz) times a second.
+
+    Kept within its least and 0xFFFF: at the lower end the wanted rate is not reached, at the upper end it is
+    exceeded; `scan_time` tells.
+    """
+    overhead = scan_time(device, 0, count, reference_frequency, channels) / channels
+    periods = (1.0 / (scan_rate * channels) - overhead) * reference_frequency
+    return min(MAX_COUNT, max(int(device.limit("rcount_min")), math.floor(periods / 16.0 + 1e-9)))
+
+
+def read_back_time(device: ConverterPart, channels: int) -> float:
+    """Time (s) to read the results of some channels over I2C at its fastest clock."""
+    return channels * len(device.result_words) * REGISTER_BITS / device.limit("serial_clock_max")
+
+
+def read_back_time_optimistic(device: ConverterPart, channels: int) -> float:
+    """Time (s) to read some channels at that clock by the maker's more hopeful figure: fewer bits than it shows."""
+    return channels * device.limit("read_back_four_channels") / 4.0
+
+
+# ---------------------------------------------------------------------------------------------- amplitude, noise, gains
+
+
+def amplitude(parallel_resistance: float, current: float) -> float:
+    """Peak voltage across the tank: V_P = 4 R_P I / pi (8.1.5), R_P in ohm, I the peak (A) of a square wave."""
+    return 4.0 * parallel_resistance * current / math.pi
+
+
+def counting_noise(noise_steps: float, frequency: float, rcount: int) -> float:
+    """Standard deviation (Hz) of a conversion of a frequency (Hz), as measured sensors have it: some steps of half a
+    reference period in 16 RCOUNT of them, so 3.3 ppm at RCOUNT 9471.
+    """
+    return noise_steps * frequency / (32.0 * rcount)
+
+
+def gains(device: ConverterPart) -> tuple[int, ...]:
+    """Bits by which a result is shifted to the left before its upper bits are dropped, by the code of OUTPUT_GAIN."""
+    return tuple(map(int, numbers(device.family, "output_gains")))
+
+
+def count_bits(device: ConverterPart) -> int:
+    """Bits of a conversion, of which the result shows all or some."""
+    return device.bits + max(gains(device))
+
+
+def choose_gain(
+    device: ConverterPart, full_scale: float, bands: Sequence[tuple[float, float]]
+) -> tuple[int, tuple[int, ...]]:
+    """The code of OUTPUT_GAIN and the offset of each coil with the finest results whose range has the expected
+    frequencies, `bands` (Hz; lowest and highest of each coil). 0 and none for a converter without gains.
+
+    The upper bits of a conversion that a result does not show have to be the same for all (SNOSCZ0A 8.1.3.2): the
+    offset brings the middle of a band to the middle of the result. As f_IN stays below f_REF/4 all fits without gain.
+    """
+    bits = gains(device)
+    if len(bits) == 1:
+        return 0, ()
+    scale = 2.0 ** count_bits(device) / full_scale
+    gain = max(
+        (code for code, more in enumerate(bits)
+         if all((high - low) * scale <= FREE_PART * 2.0 ** (count_bits(device) - more) for low, high in bands)),
+        default=0, key=lambda code: bits[code],
+    )
+    if not bits[gain]:
+        return gain, (0,) * len(bands)
+    width, step = 2 ** (count_bits(device) - bits[gain]), 2 ** (max(bits) - bits[gain])
+    return gain, tuple(max(0, round((0.5 * (low + high) * scale - 0.5 * width) / step) * step) for low, high in bands)
+
+
+# ------------------------------------------------------------------------------------------------------------- settings
+
+
+@record
+class ReferenceCounter(Conversion):
+    """Settings of such a converter. A count is f / (FIN_DIVIDER f_REF) 2^`count_bits`.
+
+    A result of fewer bits shows a part of a conversion: `gain` is the code of OUTPUT_GAIN, `coil_offsets` are what is
+    taken off before, for each coil. Both are 0 or empty if a result shows all.
+    """
+
+    reference_frequency: float
+    reference_divider: int
+    input_divider: int
+    rcount: int
+    settle_count: int
+    gain: int = 0
+    coil_offsets: tuple[int, ...] = ()
+
+    @property
+    def full_scale(self) -> float:
+        """Frequency (Hz) whose binary fractions are the counts: FIN_DIVIDER f_REF."""
+        return self.input_divider * self.reference_frequency
+
+    @property
+    def hertz_per_count(self) -> float:
+        """Frequency (Hz) of one count."""
+        return float(self.full_scale / 2.0**self.count_bits)
+
+    def counting_step(self, frequency: float) -> float:
+        """Step (Hz) of a counted frequency: one reference period in 16 RCOUNT of them. Derived here, not TI's."""
+        return frequency / (16.0 * self.rcount)
+
+    def counting_noise(self, frequency: float) -> float:
+        """Standard deviation (Hz) of one conversion."""
+        return counting_noise(self.device.limit("noise_steps"), frequency, self.rcount)
+
+    @property
+    def settle_time(self) -> float:
+        """Time (s) for the amplitude to settle: 16 SETTLECOUNT / f_REF."""
+        return settle_periods(self.settle_count) / self.reference_frequency
+
+    @property
+    def conversion_time(self) -> float:
+        """Time (s) of one conversion: (16 RCOUNT + 4) / f_REF."""
+        return conversion_periods(self.rcount) / self.reference_frequency
+
+    @property
+    def switch_time(self) -> float:
+        """Typical time (s) from one channel's conversion to the next channel."""
+        return switch_time(self.device, self.reference_frequency)
+
+    @property
+    def scan_time(self) -> float:
+        """Time (s) of one scan of all channels."""
+        return scan_time(self.device, self.rcount, self.settle_count, self.reference_frequency, self.channels)
+
+    @property
+    def longest_conversion(self) -> float:
+        """Time (s) of a conversion with the largest RCOUNT."""
+        return conversion_periods(MAX_COUNT) / self.reference_frequency
+
+    @property
+    def highest_frequency(self) -> float:
+        """Frequency (Hz) below which f_IN is below f_REF/4, and that needs no larger FIN_DIVIDER (table 43)."""
+        ceiling = self.device.limit("input_to_reference_max") * self.reference_frequency
+        if self.input_divider < 2:
+            return min(ceiling, self.device.limit("input_divider_2_from"))
+        return ceiling * min(self.input_divider, MAX_INPUT_DIVIDER)
+
+    def slowest_clock(self, frequency: float) -> float | None:
+        """Slowest reference clock (Hz) at which the largest FIN_DIVIDER is enough for a frequency (Hz)."""
+        return frequency / (self.device.limit("input_to_reference_max") * MAX_INPUT_DIVIDER)
+
+    def supply_current(self, drive: float) -> float:
+        """Current (A) from VDD while converting without pause: I_DD and the drive current (A) for the time it flows.
+
+        I_DD does not include the sensor's (6.5); a sensor is driven while its channel settles and converts, and
+        grounded while the next is switched in (8.1.5.1). TI's typical curves lie about 0.5 mA below such a sum.
+        """
+        driven = self.settle_time + self.conversion_time
+        duty = 1.0 if self.channels == 1 else driven / (driven + self.switch_time)
+        return self.device.limit("supply_current") + duty * drive
+
+    def covering(self, bands: Sequence[tuple[float, float]]) -> ReferenceCounter:
+        """Settings with the input divider, the gain and the offsets that the expected frequencies need."""
+        highest = (input_divider(self.device, high, self.reference_frequency) for _, high in bands)
+        divider = max(self.input_divider, *highest)
+        gain, offsets = choose_gain(self.device, divider * self.reference_frequency, bands)
+        return replace(self, input_divider=divider, gain=gain, coil_offsets=offsets)
+
+    # -------------------------------------------------------------------- results that show a part of a conversion
+
+    @property
+    def count_bits(self) -> int:
+        """Bits of a conversion."""
+        return count_bits(self.device)
+
+    @property
+    def shift(self) -> int:
+        """Bits at a conversion's end that its result does not show."""
+        return self.count_bits - self.device.bits - gains(self.device)[self.gain]
+
+    @property
+    def counts_per_step(self) -> int:
+        """Counts between two results that follow each other."""
+        return 1 << self.shift
+
+    @property
+    def offsets(self) -> tuple[int, ...]:
+        """Counts taken from each coil's conversions."""
+        return self.coil_offsets
+
+    @property
+    def is_partial(self) -> bool:
+        """Whether gain and offset choose the part of a conversion that is the result."""
+        return len(gains(self.device)) > 1
+
+    @property
+    def result_settings(self) -> Mapping[str, Any]:
+        """Code of OUTPUT_GAIN and the offsets. Empty if results show all."""
+        return {"output_gain": self.gain, "offsets": list(self.offsets)} if self.is_partial else {}
+
+    @property
+    def result_text(self) -> str:
+        """Which part of a conversion results show. Empty if they show all."""
+        if not self.is_partial:
+            return ""
+        step, gain = show(self.result_step, "Hz", 3), 2 ** gains(self.device)[self.gain]
+        return f"{self.device.bits} of {self.count_bits} bits, a step of {step} (gain {gain})"
+
+    def part(self, coils: slice) -> ReferenceCounter:
+        """The settings as some of the sensor's coils have them."""
+        return replace(self, coil_offsets=self.coil_offsets[coils])
+
+    # ------------------------------------------------------------------------------------------------------ firmware
+
+    def firmware_text(self, clock: float) -> FirmwareText:
+        """Wording of this conversion for the firmware's header, with a clock (Hz)."""
+        result = "COUNTS" if self.is_partial else "DATA"
+        return FirmwareText(
+            clock=f"Clock f_CLK {show(clock, 'Hz')} at CLKIN; FREF_DIVIDER {self.reference_divider} makes of it f_REF "
+            f"{show(self.reference_frequency, 'Hz', 4)}.",
+            frequency=f"FIN_DIVIDER * f_REF * {result} / 2^{self.count_bits} "
+            f"({self.device.source_of('cite_frequency')}), where f_REF = f_CLK / FREF_DIVIDER",
+            constants=(("FREF_DIVIDER", self.reference_divider), ("F_REF_HZ", self.reference_frequency),
+                       ("FIN_DIVIDER", self.input_divider)),
+            keys=("reference_frequency_Hz", "reference_divider", "input_divider"),
+            part={
+                "result_bits": self.device.bits, "count_bits": self.count_bits, "output_gain": self.gain,
+                "result_shift": self.shift,
+            } if self.is_partial else {},
+            part_by="OUTPUT_GAIN and OFFSETx",
+        )
+
+    def registers(
+        self, coils: slice, codes: Sequence[int], highest_frequency: float, high_current: bool
+    ) -> tuple[Register, ...]:
+        """Registers of the converter that reads `coils` of the sensor, in the order of writing."""
+        channels = tuple(
+            ChannelSettings(self.rcount, self.settle_count, self.input_divider, self.reference_divider, code, offset)
+            for code, offset in zip(codes, self.offsets[coils] or (0,) * len(codes), strict=True)
+        )
+        gain = self.gain if self.is_partial else None
+        return self.device.register_map.registers(
+            channels, highest_frequency, high_current=high_current, output_gain=gain)
+
+
+def set_up(device: ConverterPart, demand: Demand) -> ReferenceCounter:
+    """Dividers and counts for all tanks: the longest conversions that reach the wanted scan rate."""
+    divider = reference_divider(device, demand.clock, demand.fewest)
+    reference = demand.clock / divider
+    settling = max(settle_count(device, quality, reference, frequency) for frequency, quality in demand.tanks)
+    return ReferenceCounter(
+        device, demand.most, reference, divider,
+        max(input_divider(device, frequency, reference) for frequency, _ in demand.tanks),
+        reference_count(device, demand.scan_rate, settling, reference, demand.most), settling,
+    )
