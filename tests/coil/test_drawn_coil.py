@@ -14,6 +14,7 @@ from tolerance import approx
 import sitscad
 from sitscad.apps.coil.drawn import estimate_drawn_coil, heights_of, read_drawn_coil
 from sitscad.cli import cli
+from sitscad.files.formats.kicad import render
 from sitscad.layout.drawn.copper import DrawnCoilError
 
 SPIRAL = {"outer_diameter": "8 mm", "turns": 14, "trace_width": "100 um", "trace_spacing": "100 um"}
@@ -164,6 +165,21 @@ def test_fault_of_a_generator_is_refused_with_its_place(text, place, tmp_path):
     assert " mm" in str(caught.value)
 
 
+def test_third_run_without_arcs_leads_back_to_the_top(tmp_path):
+    """The coil's outer end goes back to the top through a second via, as many generators draw it."""
+    bottom = spiral_points(RADIUS, PITCH, TURNS, sense=-1)[::-1]
+    out = (bottom[-1][0] + 1.0, bottom[-1][1] + 1.0)
+    file = tmp_path / "board.kicad_pcb"
+    file.write_text(board(
+        segments(TOP, "F.Cu"), segments([INNER, (INNER[0] - 0.4, INNER[1])], "F.Cu"), via(INNER[0] - 0.4, INNER[1]),
+        segments([(INNER[0] - 0.4, INNER[1]), *bottom, out], "B.Cu"), via(*out),
+        segments([out, (out[0] + 1.0, out[1])], "F.Cu"), pad("1", *TOP[0]), pad("2", out[0] + 1.0, out[1]),
+    ))
+    drawn = sitscad.drawn_coil(str(file), net="COIL", frequency="5 MHz")
+    assert [layer for layer, _ in drawn.conductor.turns()] == ["F.Cu", "B.Cu", "F.Cu"]
+    assert drawn.inductance == approx(sitscad.coil(**TWO, frequency="5 MHz").inductance, rel=5e-3, abs=0)
+
+
 @pytest.mark.slow
 def test_dead_end_is_left_out_and_named(tmp_path):
     file = tmp_path / "board.kicad_pcb"
@@ -248,3 +264,18 @@ def test_command_prints_writes_and_draws(tmp_path):
     assert "from pad J1.1 to pad J1.2" in text.output
     refused = CliRunner().invoke(cli, ["coil", str(file), "--turns", "3"])
     assert refused.exit_code != 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["single_coil", "grasper_4layer", "racetrack_jaw", "three_axis_pad", "skin_strip_6"])
+def test_boards_that_we_write_are_read_back_from_contact_to_contact(name, root, tmp_path):
+    """Leads, tail and vias are followed as well, so the sum of all parts of the terminal inductance is compared."""
+    layout = sitscad.lay_out(sitscad.load(root / "templates" / f"{name}.yaml"))
+    coil = sitscad.estimate(layout).coils[0]
+    files = render(layout)
+    (board_file,) = (path for path in files if path.endswith(".kicad_pcb"))
+    (tmp_path / "board.kicad_pcb").write_bytes(files[board_file])
+    drawn = sitscad.drawn_coil(str(tmp_path / "board.kicad_pcb"), net="C1")
+    parts = math.fsum(value for part, value in coil.inductance_parts.items() if part != "crowding")
+    assert drawn.low_frequency_inductance == approx(parts, rel=2.5e-3, abs=0)
+    assert drawn.direct_current_resistance == approx(coil.terminal_resistance_dc, rel=0.015, abs=0)

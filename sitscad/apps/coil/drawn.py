@@ -26,7 +26,7 @@ from sitscad.kernels.electromagnetics.loss.resistance import conductivity_at
 from sitscad.kernels.electromagnetics.threads import one_thread
 from sitscad.kernels.geometry.path import Arc, Line, Path, Point, Segment
 from sitscad.layout.drawn.copper import CopperHeight, DrawnCoilError, DrawnCopper
-from sitscad.layout.drawn.follow import DrawnConductor, follow
+from sitscad.layout.drawn.follow import GENTLE, DrawnConductor, follow
 from sitscad.layout.drawn.kicad import read_kicad
 from sitscad.spec import presets
 
@@ -168,9 +168,11 @@ def estimate_drawn_coil(
     steps = zip(conductor.vias, pairwise(sections), strict=True)
     barrels = [via_inductance(abs(a.z - b.z), min(via.size)) for via, (a, b) in steps if a.z != b.z]
     inductance = winding_inductance(tracks) + math.fsum(barrels)
-    wound = [(core, layer) for path, layer in zip(paths, sections, strict=True) if (core := without_stubs(path, width))]
+    reach = conductor.winding_circle[1]
+    wound = [(part, layer) for path, layer, (_, turns) in zip(paths, sections, conductor.turns(), strict=True)
+             if abs(turns) >= LEAST_TURNS for part in winding_parts(path, width, reach)]
     if not wound:
-        raise DrawnCoilError("the copper is shorter than six times its width: there is no coil")
+        raise DrawnCoilError("the copper makes less than one turn about its centre: there is no coil")
     bent = [bent_path(path, width, layer.thickness, layer.z) for path, layer in wound]
     gap = least_gap(_spacing(conductor), width, sorted({layer.z for layer in sections}))
     resolution = resolution_for(width, max(layer.thickness for layer in sections), gap, TOLERANCE, conductivity)
@@ -192,16 +194,23 @@ STUB = 6.0
 """Length of a straight piece, in widths, below which it is a stub if it lies at an end of a run."""
 
 
-def without_stubs(path: Path, width: float) -> Path | None:
-    """Return a run without short straight pieces at its ends, which lead to pads and vias. None if nothing is left.
+def winding_parts(path: Path, width: float, reach: float) -> list[Path]:
+    """Return the parts of a run that lie within a distance of the origin, without short straight pieces at their ends.
 
-    The current within the tracks is solved for pieces that lie beside each other. Stubs lie in line with each other.
+    The current within the tracks is solved for pieces that lie beside each other. Short pieces to vias and pads lie in
+    line with each other, and leads beyond the turns are far from them.
     """
-    segments = list(path.segments)
-    for end in (0, -1):
-        while segments and isinstance(segments[end], Line) and segments[end].length < STUB * width:
-            del segments[end]
-    return Path(tuple(segments)) if segments else None
+    parts: list[list[Segment]] = [[]]
+    for segment in path:
+        if math.hypot(*segment.at(0.5)) <= reach:
+            parts[-1].append(segment)
+        elif parts[-1]:
+            parts.append([])
+    for segments in parts:
+        for end in (0, -1):
+            while segments and isinstance(segments[end], Line) and segments[end].length < STUB * width:
+                del segments[end]
+    return [Path(tuple(segments)) for segments in parts if segments]
 
 
 def _at(loss: ProximityLoss, inductance: float, direct: float, frequency: float) -> DrawnAtFrequency:
@@ -221,7 +230,8 @@ def _remarks(conductor: DrawnConductor) -> list[str]:
     for layer, count in turns:
         if count * main < 0.0:
             found.append(f"layer {layer} turns the other way ({count:+.2f} turns) and cancels the field of the others")
-    if len({round(abs(count), 1) for _, count in turns}) > 1 and len(found) == 0:
+    counts = [abs(count) for _, count in turns]
+    if not found and counts and max(counts) - min(counts) > UNEQUAL:
         each = ", ".join(f"{layer} {abs(count):.2f}" for layer, count in turns)
         found.append(f"layers have unequal turns: {each}")
     found += [f"a dead end is left out: {stub}" for stub in conductor.stubs]
@@ -234,8 +244,11 @@ def _remarks(conductor: DrawnConductor) -> list[str]:
     return found
 
 
-LEAST_TURNS = 0.5
+LEAST_TURNS = 0.75
 """Turns from which on a run is a part of the winding."""
+
+UNEQUAL = 0.3
+"""Difference of turns between layers that is remarked on; the pieces to vias make some hundredths."""
 
 OTHER_WIDTHS = 0.02
 """Share of the length with another width that is remarked on."""
@@ -266,10 +279,6 @@ MOST_POINTS = 6000
 
 FURTHER = 12.0
 """Distance along the conductor, in widths, from which on copper belongs to another turn."""
-
-GENTLE = math.radians(16.0)
-"""Angle between chords of equal length up to which they stand for an arc."""
-
 
 def with_arcs(path: Path) -> Path:
     """Return a path with arcs in place of chords that turn gently, three points each.

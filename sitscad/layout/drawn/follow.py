@@ -10,10 +10,11 @@ import math
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import cached_property
 from itertools import pairwise
 
 from sitscad.basics.record import record
-from sitscad.kernels.geometry.path import Line, Path, Point, Segment, part_of
+from sitscad.kernels.geometry.path import Arc, Line, Path, Point, Segment, part_of
 from sitscad.kernels.geometry.primitives import distances, from_rows, nearest_pairs, path_rows
 from sitscad.layout.drawn.copper import DrawnCoilError, DrawnCopper, DrawnPad, DrawnTrack, place_text
 
@@ -59,15 +60,33 @@ class DrawnConductor:
                 lengths[width] += segment.length
         return max(lengths, key=lambda width: (lengths[width], -width))
 
+    @cached_property
+    def winding_circle(self) -> tuple[Point, float]:
+        """Centre and radius (m) of a circle about the turns; leads to far pads reach beyond it.
+
+        The centre is the median of the centres of curvature of runs with a turn or more. If these are mostly straight,
+        it is the centroid of the area that they enclose, each place counted as often as turns go round it. The radius
+        is 1.2 times that within which nine tenths of the tracks lie that are no farther away than twice the median.
+        """
+        wound = [run.path for run in self.runs if abs(_bent(run.path)) >= LEAST_BEND] or [r.path for r in self.runs]
+        bends = [bend for path in wound for bend in _bends(path)]
+        if math.fsum(length for length, _ in bends) > 0.5 * math.fsum(path.length for path in wound):
+            centre = Point(_quantile(sorted((at.x, length) for length, at in bends), 0.5),
+                           _quantile(sorted((at.y, length) for length, at in bends), 0.5))
+        else:
+            areas = [_enclosed(path.flattened(SAMPLED)) for path in wound]
+            total = math.fsum(area for area, _ in areas) or 1.0
+            centre = Point(math.fsum(area * at.x for area, at in areas) / total,
+                           math.fsum(area * at.y for area, at in areas) / total)
+        pieces = sorted((centre.distance(Point((a.x + b.x) / 2, (a.y + b.y) / 2)), a.distance(b)) for run in self.runs
+                        for a, b in pairwise(run.path.flattened(SAMPLED)))
+        near = 2.0 * _quantile(pieces, 0.5)
+        return centre, 1.2 * _quantile([piece for piece in pieces if piece[0] <= near], 0.9)
+
     @property
     def centre(self) -> Point:
-        """Centroid (m) of the tracks, weighted by length."""
-        total = x = y = 0.0
-        for run in self.runs:
-            for a, b in pairwise(run.path.flattened(SAMPLED)):
-                length = a.distance(b)
-                total, x, y = total + length, x + length * (a.x + b.x) / 2, y + length * (a.y + b.y) / 2
-        return Point(x / total, y / total)
+        """Centre (m) of the turns."""
+        return self.winding_circle[0]
 
     def turns(self) -> list[tuple[str, float]]:
         """Return layer and turns of each run about the centre, counter-clockwise positive, along the current."""
@@ -81,6 +100,60 @@ class DrawnConductor:
 
 SAMPLED = 10e-6
 """Distance (m) of chords from the arcs that they stand for when turns are counted."""
+
+
+
+LEAST_BEND = 1.5 * math.pi
+"""Angle (rad) by which a run bends in all, from which on it is a part of the winding."""
+
+
+def _bent(path: Path) -> float:
+    """Return the angle (rad) by which a path bends from its start to its end, positive to the left."""
+    points = path.flattened(SAMPLED)
+    headings = [math.atan2(b.y - a.y, b.x - a.x) for a, b in pairwise(points) if a.distance(b) > 1e-9]
+    return math.fsum(math.remainder(b - a, 2.0 * math.pi) for a, b in pairwise(headings))
+
+
+def _bends(path: Path) -> Iterator[tuple[float, Point]]:
+    """Yield length (m) and centre of curvature of arcs, and of chords that turn gently like an arc."""
+    before: Segment | None = None
+    for segment in path:
+        if isinstance(segment, Arc):
+            yield segment.length, segment.centre
+        elif isinstance(before, Line):
+            (ax, ay), (bx, by) = before.end - before.start, segment.end - segment.start
+            turn = math.atan2(ax * by - ay * bx, ax * bx + ay * by)
+            if 1e-4 < abs(turn) < GENTLE:
+                radius = segment.length / (2.0 * math.tan(turn / 2.0)) / segment.length
+                middle = segment.at(0.5)
+                yield segment.length, middle.shifted(-by * radius, bx * radius)
+        before = segment
+
+
+GENTLE = math.radians(16.0)
+"""Angle between chords up to which they stand for an arc."""
+
+
+def _enclosed(points: Sequence[Point]) -> tuple[float, Point]:
+    """Return the area (m2) that a closed polyline encloses, turn by turn, and its centroid (Green's theorem)."""
+    origin = points[0]
+    area = x = y = 0.0
+    for a, b in pairwise([*points, origin]):
+        (ax, ay), (bx, by) = a - origin, b - origin
+        cross = ax * by - bx * ay
+        area, x, y = area + cross / 2.0, x + cross * (ax + bx) / 6.0, y + cross * (ay + by) / 6.0
+    return abs(area), origin.shifted(x / area, y / area) if area else origin
+
+
+def _quantile(pieces: Sequence[tuple[float, float]], part: float) -> float:
+    """Return the distance within which a part of the length lies, of sorted distances and lengths."""
+    wanted, within = part * math.fsum(length for _, length in pieces), 0.0
+    for distance, length in pieces:
+        within += length
+        if within >= wanted:
+            return distance
+    return pieces[-1][0]
+
 
 Edge = tuple[int, int, DrawnTrack]
 

@@ -302,7 +302,8 @@ def distinct_pairs(
     """The pairs of a piece of the one's and a piece of the other's that differ, and how often each occurs: `times` has
     a column for each of `relations`, which are numbers of layers, the one's and the other's, and how often they count.
     """
-    plans, others = _plans(one), _plans(other)
+    layers_in_all = 1 + max(max(i, j) for layers in relations for i, j, _ in layers)
+    plans, others = _plans(one, layers_in_all), _plans(other, layers_in_all)
     alike: list[dict[tuple[int, int], float]] = [{} for _ in relations]
     for layers, count in zip(relations, alike, strict=True):
         for i, j, often in layers:
@@ -318,10 +319,13 @@ def distinct_pairs(
     return Pairs(rows, columns, table.reshape(first.size, len(relations)))
 
 
-def _plans(kinds: Kinds) -> list[int]:
-    """The first layer (no unit) with the same pieces as each layer: many coils repeat every other one."""
+def _plans(kinds: Kinds, count: int) -> list[int]:
+    """Return for each of `count` layers the first layer with the same pieces: many coils repeat every other layer.
+
+    Layers may be without pieces, such as a track that leads to a pad has no arcs.
+    """
     known: dict[tuple[bytes, ...], int] = {}
-    layers = [kinds.owner == layer for layer in range(int(kinds.owner.max(initial=-1)) + 1)]
+    layers = [kinds.owner == layer for layer in range(count)]
     tables = kinds.number, kinds.mirrored, kinds.heading
     return [known.setdefault(tuple(one[own].tobytes() for one in tables), k) for k, own in enumerate(layers)]
 
