@@ -21,6 +21,7 @@ from sitscad.estimates import estimate
 from sitscad.estimates.circuits.bands import Band, CoilBands
 from sitscad.estimates.design import Design
 from sitscad.files.documents import firmware, firmware_driver
+from sitscad.files.order_facts.incoming import incoming
 from sitscad.files.report.numbers import estimate_tables, other_table
 from sitscad.kernels.converters.reference_counter import ReferenceCounter
 from sitscad.layout import lay_out
@@ -339,7 +340,7 @@ def test_printed_frequencies_name_their_temperature_and_share_their_digits():
     """The readme had 7.6702 MHz at 37 degC, the assembly notes 7.677 MHz at 20 degC."""
     spec = load_text(templates.read("single_coil")).replace("requirements.temperature", "37 degC")
     design = Design(spec)
-    readme = firmware_driver.render_readme(design.layout, design.estimates, design.bench_estimates)[
+    readme = firmware_driver.render_readme(design.layout, design.estimates, incoming(design).board)[
         firmware_driver.README].decode()
     header = firmware.render(spec, design.estimates)[HEADER].decode()
     shown = FREQUENCY.plain(design.estimates.coils[0].states["free"])

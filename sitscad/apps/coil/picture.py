@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from sitscad.basics.units import show
 from sitscad.files.drawing.frame import View
-from sitscad.files.drawing.pictures.board import COLOURS, RING
+from sitscad.files.drawing.pictures.layout_picture import COLOURS, RING
 from sitscad.files.drawing.sheet import Pen, Sheet
 from sitscad.files.drawing.svg import svg
 from sitscad.kernels.geometry.path import Path, Point, bounding_box, circle
