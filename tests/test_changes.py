@@ -53,6 +53,7 @@ def render(layout):
     return {"fpc/centres.csv": "\\n".join(["coil,x_m,y_m", *rows, ""]).encode()}
 ''',
 }
+NEW_FILES["files/documents/centres.py"] = NEW_FILES["files/formats/centres.py"].replace(".csv", ".txt")
 """Files that a change adds to the copy."""
 
 RULE = '''LARGEST_COIL = 5e-3  # of our winder (m)
@@ -81,6 +82,9 @@ INSERTIONS = {
     ),
     "files/formats/__init__.py": (
         ('    Writer("kicad",', '    Writer("centres", "files.formats.centres", "gerber"),\n'),
+    ),
+    "files/documents/__init__.py": (
+        ('    Writer("stack-up drawing",', '    Writer("centres", "files.documents.centres", "gerber"),\n'),
     ),
     "kernels/geometry/shapes.py": (
         ('        Polygon("hexagon",', '        Polygon("pentagon", "pentagonal", 5, bounds=("square", "hexagon")),\n'),
@@ -165,8 +169,9 @@ def changed(tmp_path_factory):
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
     assert Path(found["package"]).is_relative_to(folder)
-    table = folder / "out" / "pentagon" / "fpc" / "centres.csv"
-    return found | {"format": table.read_text(encoding="utf-8").splitlines()}
+    written = folder / "out" / "pentagon" / "fpc"
+    return found | {name: (written / name).read_text(encoding="utf-8").splitlines()
+                    for name in ("centres.csv", "centres.txt")}
 
 
 def test_a_fabricator_a_connector_and_a_jaw_are_a_file_each_and_a_material_is_a_row(changed):
@@ -178,8 +183,9 @@ def test_a_rule_is_a_function_and_a_row_of_texts(changed):
     assert "SIT290" in changed["findings"]
 
 
-def test_a_format_is_a_module_and_a_row(changed):
-    assert changed["format"][0] == "coil,x_m,y_m" and changed["format"][1].startswith("C1,")
+@pytest.mark.parametrize("name", ["centres.csv", "centres.txt"])
+def test_a_format_or_a_document_is_a_module_and_a_row(changed, name):
+    assert changed[name][0] == "coil,x_m,y_m" and changed[name][1].startswith("C1,")
 
 
 def test_a_shape_is_a_row_and_one_without_error_bounds_is_refused_by_name(changed):
