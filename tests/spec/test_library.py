@@ -73,6 +73,23 @@ def test_every_template_is_the_same_from_a_mapping(name):
     refuse_unusable(replace(read))  # values put together in Python, and right
 
 
+@pytest.mark.parametrize("own", [
+    "fpc: {rules: {based_on: generic-fine, trace_width: 70 um}}",
+    "fpc: {stackup: [{coverlay: 27.5 um}, {copper: 18 um}, {dielectric: 25 um}, {copper: 18 um}, {coverlay: 27.5 um}]}",
+    "elastomer: {size: 8, thickness: 1, material: {name: own, shear_modulus: 50 kPa}}\n"
+    "target: {size: 8, thickness: 0.2, material: {name: own, conductivity: 30 MS/m}}",
+    "mount: {kind: grasper-pad, standoff: 0.7, jaw: {based_on: generic-5mm, height: 2}}",
+])
+def test_section_written_out_is_as_usable_in_python_as_in_its_text(own):
+    """Rules of one's own have no date; `lay_out` of a changed spec refused their empty `checked_on`."""
+    text = f"sitscad: 1\nname: own\ncoil: {{shape: circle, outer_diameter: 8, turns: 5, layers: 2, {TRACKS}}}\n{own}\n"
+    read = sitscad.load_text(text)
+    refuse_unusable(replace(read, coil=replace(read.coil, turns=6.0)))
+
+
+TRACKS = "trace_width: 150 um, trace_spacing: 150 um"
+
+
 def test_numbers_of_numpy_serve():
     coil = COIL | {"turns": np.array([12.0, 11.0]), "outer_diameter": np.float64(7.0), "layers": np.int64(2)}
     assert SensorSpec.from_mapping(name="small", coil=coil).coil.layer_turns == (12.0, 11.0)

@@ -136,7 +136,9 @@ def _out_of_range(value: Any, key: str) -> Iterator[Flaw]:
         keys = {section.attributes[name]: each for name, each in section.keys.items()}
     for one in fields(value):
         inside, inner = getattr(value, one.name), dotted(key, one.name)
-        if one.name in keys and inside is not None:
+        if inside is None or (isinstance(inside, str) and inside == one.default):
+            continue  # a text that leaves the key out gives it
+        if one.name in keys:
             yield from _refused(inside, keys[one.name].kind, inner)
         elif is_dataclass(inside) and not isinstance(inside, SpecSource):
             yield from _out_of_range(inside, inner)
