@@ -14,7 +14,7 @@ from sitscad.basics.units import SI_UNITS
 from sitscad.layout.board import Capacitor, Coil, Layout, Pad, Stiffener, Trace, Via, Winding
 from sitscad.spec.coil import ArraySpec, CoilPlacement
 from sitscad.spec.design_rules import DesignRules
-from sitscad.spec.format.kinds import Kind, Pair, Quantity
+from sitscad.spec.format.kinds import Kind, Pair, UnitValue
 from sitscad.spec.format.section import Readable
 from sitscad.spec.sensor import SensorSpec, SpecDocument
 
@@ -83,7 +83,7 @@ def _unit(kind: Kind) -> str:
     inner = getattr(kind, "other", kind)
     inner = getattr(inner, "entry", None) or inner
     inner = inner.length if isinstance(inner, Pair) else inner
-    return f" ({SI_UNITS[inner.dimension]})" if isinstance(inner, Quantity) else ""
+    return f" ({SI_UNITS[inner.dimension]})" if isinstance(inner, UnitValue) else ""
 
 
 def _elsewhere() -> Iterator[tuple[str, ...]]:

@@ -21,12 +21,12 @@ from sitscad.spec.format.kinds import (
     Pair,
     Preset,
     ProfileName,
-    Quantity,
     Several,
     Sourced,
     Special,
     Text,
     Truth,
+    UnitValue,
 )
 from sitscad.spec.format.section import Key, ListOf, NameOr, Part, Section, section_of
 from sitscad.spec.profiles import installed_rules
@@ -184,7 +184,7 @@ def _default(key: Key, stand_in: str) -> str:
 
 def _value(kind: Kind, places: Places) -> str:
     """Return the permitted values of a key as text."""
-    if isinstance(kind, Quantity):
+    if isinstance(kind, UnitValue):
         return f"{kind.dimension}, {kind.low} to {kind.high}"
     if isinstance(kind, Pair):
         lengths = f"{kind.length.low} to {kind.length.high} each"

@@ -65,7 +65,7 @@ def checked_arguments(function: Function) -> Function:
 
     The check raises a TypeError that names the function, the argument, the wanted type and a call that returns it.
     """
-    parameters: list[tuple[str, str, tuple[_Kind, ...]]] = []
+    parameters: list[tuple[str, str, tuple[_AnnotatedType, ...]]] = []
 
     @wraps(function)
     def call(*values: Any, **named: Any) -> Any:
@@ -81,14 +81,15 @@ def checked_arguments(function: Function) -> Function:
     return cast(Function, call)
 
 
-class _Kind:
+class _AnnotatedType:
     """One type of an annotation, such as ``tuple[Solid, ...]``: its name, and the types of its elements."""
 
     def __init__(self, annotation: str) -> None:
         found = re.fullmatch(r"([\w.]+)(?:\[(.*)\])?", annotation.strip())
         self.name, self.inner = (found[1], found[2] or "") if found else ("Any", "")
         names = [part for part in re.split(r"\s*\|\s*", self.inner.removesuffix(", ...")) if part not in ("", "Any")]
-        self.parts = [] if self.name in ("Mapping", "os.PathLike", "Callable") else [_Kind(name) for name in names]
+        is_opaque = self.name in ("Mapping", "os.PathLike", "Callable")
+        self.parts = [] if is_opaque else [_AnnotatedType(name) for name in names]
         self.is_ours = self.name in SOURCES
         self.test = TYPES[self.name][1] if self.name in TYPES else lambda value: True
 
@@ -109,17 +110,17 @@ class _Kind:
         return f"{words} of {' or '.join(part.text for part in self.parts)}" if self.parts else words
 
 
-def _parameters_of(function: Callable[..., Any]) -> Iterable[tuple[str, str, tuple[_Kind, ...]]]:
+def _parameters_of(function: Callable[..., Any]) -> Iterable[tuple[str, str, tuple[_AnnotatedType, ...]]]:
     """Yield the name, the annotation and the allowed types of each parameter of a function, in order."""
     code, annotations = function.__code__, function.__annotations__
     for name in code.co_varnames[: code.co_argcount + code.co_kwonlyargcount]:
         annotation = str(annotations.get(name, "Any"))
         parts = re.split(r"\s*\|\s*(?![^\[]*\])", annotation)
-        yield name, annotation, tuple(_Kind(part) for part in parts)
+        yield name, annotation, tuple(_AnnotatedType(part) for part in parts)
 
 
 def _require(
-    function: Callable[..., Any], name: str, annotation: str, kinds: tuple[_Kind, ...], value: Any
+    function: Callable[..., Any], name: str, annotation: str, kinds: tuple[_AnnotatedType, ...], value: Any
 ) -> None:
     if any(kind.holds(value) for kind in kinds):
         return

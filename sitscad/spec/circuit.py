@@ -22,9 +22,9 @@ from sitscad.spec.format.kinds import (
     Offset,
     Pair,
     Preset,
-    Quantity,
     Run,
     Special,
+    UnitValue,
     described,
     refuse,
 )
@@ -184,7 +184,7 @@ class Stackup:
         return self.layers[indices[upper - 1] + 1 : indices[lower - 1]]
 
 
-TurnRadius = Quantity("length", "0.1 mm", "100 mm")
+TurnRadius = UnitValue("length", "0.1 mm", "100 mm")
 
 
 @record
@@ -239,7 +239,7 @@ class BendDocument(Section):
     )
     direction: str = key(Choice(("down", "up")), "down: away from the face with the coils; up: towards it", "down")
     angle: float | None = key(
-        Quantity("angle", "1 deg", "180 deg"),
+        UnitValue("angle", "1 deg", "180 deg"),
         "out of the plane; if left out, half of the opening of a jaw with a hinge, 0 on a finger's cap, else 90 deg",
         None,
     )
@@ -265,7 +265,7 @@ class Tail(Section):
         Number(2, 200, whole=True), "of the connector that is bought: the fewest that are enough if left out", None
     )
     stiffener: float | None = key(
-        Quantity("length", "10 um", "2 mm"),
+        UnitValue("length", "10 um", "2 mm"),
         "thickness with its adhesive, under contacts that are plugged in: the best of the stock ones if left out", None,
     )
     layers: int = key(
@@ -291,15 +291,15 @@ class Tail(Section):
 class LayerDocument(Section):
     """One layer of a stack-up: exactly one of coverlay, copper and dielectric, with its thickness."""
 
-    coverlay: float | None = key(Quantity("length", "1 um", "2 mm"), "thickness", None)
-    copper: float | None = key(Quantity("length", "1 um", "1 mm"), "finished thickness, foil and plating", None)
-    dielectric: float | None = key(Quantity("length", "1 um", "5 mm"), "thickness", None)
+    coverlay: float | None = key(UnitValue("length", "1 um", "2 mm"), "thickness", None)
+    copper: float | None = key(UnitValue("length", "1 um", "1 mm"), "finished thickness, foil and plating", None)
+    dielectric: float | None = key(UnitValue("length", "1 um", "5 mm"), "thickness", None)
     material: str | None = key(
         Preset("dielectric"), "of a dielectric or coverlay; polyimide and polyimide-coverlay if left out", None
     )
     permittivity: float | None = key(Number(1, 100), "relative, if not the material's", None)
     adhesive: float | None = key(
-        Quantity("length", "1 um", "2 mm"), "part of a coverlay's thickness that is adhesive (SIT138)", None
+        UnitValue("length", "1 um", "2 mm"), "part of a coverlay's thickness that is adhesive (SIT138)", None
     )
 
 
@@ -326,9 +326,9 @@ class PanelSpec(Section):
         Either("auto", Special(_columns_and_rows, PAIR_OF_COUNTS)),
         "[columns, rows] of at most 500 boards, or auto: as many as fit the fabricator's panel", "auto",
     )
-    gap: float = key(Quantity("length", "0.5 mm", "20 mm"), "between parts", 2)
-    rail: float = key(Quantity("length", "3 mm", "30 mm"), "width of the frame", 5)
-    bridge: float = key(Quantity("length", "0.2 mm", "3 mm"), "width of what holds a part in its place", 0.5)
+    gap: float = key(UnitValue("length", "0.5 mm", "20 mm"), "between parts", 2)
+    rail: float = key(UnitValue("length", "3 mm", "30 mm"), "width of the frame", 5)
+    bridge: float = key(UnitValue("length", "0.2 mm", "3 mm"), "width of what holds a part in its place", 0.5)
 
 
 PLAIN_CORNER = 0.5e-3
@@ -348,11 +348,11 @@ class BodySpec(Section):
         "rectangle: corners of 0.5 mm; rounded: of corner_radius; dxf: as drawn in file",
     )
     size: tuple[float, float] | None = key(
-        Pair(Quantity("length", "1 mm", "500 mm"), single=True),
+        Pair(UnitValue("length", "1 mm", "500 mm"), single=True),
         "diameter of a circle, or side; [x, y] along and across, of a rectangle; must be there but for a dxf", None,
     )
     corner_radius: float | None = key(
-        Quantity("length", "0.1 mm", "250 mm"), "of shape rounded: 1 mm if left out", None
+        UnitValue("length", "0.1 mm", "250 mm"), "of shape rounded: 1 mm if left out", None
     )
     file: str | None = key(
         FileName("DXF", r"\.[dD][xX][fF]$", "body.dxf"), "of shape dxf: one closed outline of lines and arcs, in the "
@@ -405,7 +405,7 @@ class FpcSpec(Section):
         "flex-8l, after the coil's layers, if left out", None,
     )
     plating: float | None = key(
-        Quantity("length", "1 um", "100 um"),
+        UnitValue("length", "1 um", "100 um"),
         "in the holes, one step of it: a preset's foils get thicker by it, of copper that is written out it is a part; "
         "the preset's own, or 12 um, if left out", None,
     )
@@ -428,7 +428,7 @@ class FpcSpec(Section):
         "how many are wanted: the papers of the order then say how many panels that takes", None,
     )
     margin: tuple[float, float] = key(
-        Pair(Quantity("length", "0 mm", "100 mm"), single=True),
+        Pair(UnitValue("length", "0 mm", "100 mm"), single=True),
         "by how much the body is larger on each side than coils and leads need it; along and across: [x, y]. The body "
         "also grows until the mean of the coils' centres is its middle, as far as a jaw is long and wide", 0,
     )

@@ -18,15 +18,15 @@ from sitscad.spec.format.kinds import (
     Number,
     NumberOrList,
     Pair,
-    Quantity,
     Size,
     Special,
+    UnitValue,
     described,
     refuse,
 )
 from sitscad.spec.format.section import ListOf, Readable, Section, key
 
-Trace = Quantity("length", "1 um", "20 mm")
+Trace = UnitValue("length", "1 um", "20 mm")
 LayerTurns = Number(0.25, 200)
 TURNS, INNER = "coil.turns", "coil.inner_diameter"
 """Keys of a coil's turns and inner diameter. A spec may write one in place of the other."""
@@ -101,7 +101,7 @@ class CoilSpec(Section):
         "corner", written="start",
     )
     clockwise: bool = key(Sense(), "how layer 1 winds inward, seen from the top", "counter-clockwise", written="sense")
-    corner_radius: float = key(Quantity("length", "0 mm", "100 mm"), "of polygons; 0: mitred corners", 0)
+    corner_radius: float = key(UnitValue("length", "0 mm", "100 mm"), "of polygons; 0: mitred corners", 0)
 
     @property
     def outline(self) -> Outline:
@@ -217,11 +217,11 @@ class ArrayDocument(Section):
         "line: a number; grid: [nx, ny], numbered up each column, the far column first; 2 or [2, 2] if left out", None,
     )
     pitch: float | None = key(
-        Quantity("length", "0.1 mm", "1000 mm"),
+        UnitValue("length", "0.1 mm", "1000 mm"),
         "distance of neighbouring centres; 0.5 mm more than the coils need if left out", None,
     )
     centres: list[tuple[float, float]] | None = key(
-        ListOf(Pair(Quantity("length", "-1000 mm", "1000 mm"))),
+        ListOf(Pair(UnitValue("length", "-1000 mm", "1000 mm"))),
         "explicit: [x, y] of every coil, in the order of the converter's channels; the tail leaves at their mean's y",
         None,
     )

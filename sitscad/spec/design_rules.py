@@ -19,11 +19,11 @@ from sitscad.spec.format.kinds import (
     Pair,
     Preset,
     ProfileName,
-    Quantity,
     Several,
     Sourced,
     Text,
     Truth,
+    UnitValue,
 )
 from sitscad.spec.format.section import ListOf, NameOr, Part, Readable, Section, key, keys_like
 
@@ -185,9 +185,9 @@ class DesignRules(Readable):
         return self.via_drill + 2.0 * self.annular_ring
 
 
-Feature = Sourced(Quantity("length", "5 um", "10 mm"))
-Foil = Quantity("length", "1 um", "500 um")
-Tolerance = Sourced(Quantity("length", "1 um", "1 mm"))
+Feature = Sourced(UnitValue("length", "5 um", "10 mm"))
+Foil = UnitValue("length", "1 um", "500 um")
+Tolerance = Sourced(UnitValue("length", "1 um", "1 mm"))
 BendRatio = Sourced(Number(1, 1000))
 COVERS = ("film", "solder-mask")
 """What covers the copper: a film bonded on with adhesive, or a mask that is printed."""
@@ -195,7 +195,7 @@ FINISHES = ("enig", "hard-gold", "immersion-tin", "immersion-silver", "osp")
 STIFFENERS = ("polyimide", "fr4")
 
 Words = Sourced(Text(100))
-Sides = Sourced(Pair(Quantity("length", "1 mm", "1000 mm")))
+Sides = Sourced(Pair(UnitValue("length", "1 mm", "1000 mm")))
 
 Written = Figure | None
 
@@ -276,7 +276,7 @@ class RulesDocument(Section):
     )
     foils: Written = key(Sourced(Several(Foil)), "copper that they offer, like [18 um, 35 um]", None)
     cores: Written = key(
-        Sourced(Several(Quantity("length", "5 um", "1 mm"))), "polyimide between copper that they offer", None
+        Sourced(Several(UnitValue("length", "5 um", "1 mm"))), "polyimide between copper that they offer", None
     )
     covers: Written = key(Sourced(Several(Choice(COVERS))), "what they cover the copper with", None)
     stiffeners: Written = key(Sourced(Several(Choice(STIFFENERS))), "what stiffeners are made of; []: none", None)

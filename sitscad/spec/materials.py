@@ -9,10 +9,10 @@ from dataclasses import replace
 
 from sitscad.basics.record import record
 from sitscad.kernels.geometry.shapes import PLATES, Outline
-from sitscad.spec.format.kinds import Angle, Choice, Gap, Kerf, Label, Number, Offset, Pair, Quantity, Size, Thickness
+from sitscad.spec.format.kinds import Angle, Choice, Gap, Kerf, Label, Number, Offset, Pair, Size, Thickness, UnitValue
 from sitscad.spec.format.section import WRITTEN_SOURCE, Section, key, preset_or
 
-TemperatureCoefficient = Quantity("temperature coefficient", "-0.005 1/K", "0.012 1/K")  # conducts from -60 to 200 degC
+TemperatureCoefficient = UnitValue("temperature coefficient", "-0.005 1/K", "0.012 1/K")  # conducts, -60 to 200 degC
 
 
 @record
@@ -24,11 +24,11 @@ class Conductor(Section):
     """
 
     name: str = key(Label, "what to call it", "written out")
-    conductivity: float = key(Quantity("conductivity", "0 S/m", "100 MS/m"), "at 20 C, like 58 MS/m")
+    conductivity: float = key(UnitValue("conductivity", "0 S/m", "100 MS/m"), "at 20 C, like 58 MS/m")
     relative_permeability: float = key(Number(1, 100000), "1 for non-magnetic metals", 1)
     temperature_coefficient: float = key(TemperatureCoefficient, "of the resistivity, like 3930 ppm/K", "0 1/K")
     young_modulus: float | None = key(
-        Quantity("pressure", "1 MPa", "1000 GPa"), "for how far a thin target bends, like 69 GPa", None
+        UnitValue("pressure", "1 MPa", "1000 GPa"), "for how far a thin target bends, like 69 GPa", None
     )
     source: str = ""
 
@@ -50,10 +50,11 @@ class ElastomerMaterial(Section):
 
     name: str = key(Label, "what to call it", "written out")
     shear_modulus: float = key(
-        Quantity("pressure", "100 Pa", "100 MPa"), "at small strain, like 24 kPa; a third of Young's modulus"
+        UnitValue("pressure", "100 Pa", "100 MPa"), "at small strain, like 24 kPa; a third of Young's modulus"
     )
     shear_modulus_sigma: float = key(Number(0, 2), "relative, one sigma", 0.3, written="uncertainty")
-    bulk_modulus: float = key(Quantity("pressure", "1 MPa", "100 GPa"), "stiffness against change of volume", "1.5 GPa")
+    bulk_modulus: float = key(
+        UnitValue("pressure", "1 MPa", "100 GPa"), "stiffness against change of volume", "1.5 GPa")
     hardness: str = key(Label, "Shore hardness, for the bill of materials", "")
     ogden_exponent: float = key(
         Number(1, 8), "alpha of a one-term Ogden material, whose modulus is that at small strain; 2 is neo-Hookean", 2
@@ -64,7 +65,7 @@ class ElastomerMaterial(Section):
     creep: float = key(Number(0, 1), "drift of the first minutes under a load, in parts of full scale", 0.05)
     modulus_temperature_coefficient: float = key(TemperatureCoefficient, "of the modulus", "3411 ppm/K")
     expansion: float = key(
-        Quantity("temperature coefficient", "0 1/K", "0.002 1/K"), "linear, by temperature", "300 ppm/K"
+        UnitValue("temperature coefficient", "0 1/K", "0.002 1/K"), "linear, by temperature", "300 ppm/K"
     )
     hysteresis_shear: float = 0.1
     density: float | None = None

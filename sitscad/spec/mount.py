@@ -15,10 +15,10 @@ from sitscad.spec.format.kinds import (
     Label,
     Pair,
     Preset,
-    Quantity,
     Size,
     Special,
     Thickness,
+    UnitValue,
     described,
     refuse,
 )
@@ -29,9 +29,9 @@ PROCESSES = ("resin", "powder", "filament", "machined")
 KINDS = ("grasper-pad", "bench-plate", "fingertip", "custom")
 RETENTIONS = ("glue", "dovetail", "pins")
 
-Joint = Quantity("length", "0.1 mm", "20 mm")
-Tolerance = Quantity("length", "0 mm", "5 mm")
-Coordinate = Quantity("length", "-1000 mm", "1000 mm")
+Joint = UnitValue("length", "0.1 mm", "20 mm")
+Tolerance = UnitValue("length", "0 mm", "5 mm")
+Coordinate = UnitValue("length", "-1000 mm", "1000 mm")
 Axis = Choice(("x", "-x", "y", "-y", "z", "-z"))
 
 
@@ -102,11 +102,11 @@ class Jaw(Section):
     opposing_pocket: tuple[float, float] | None = key(Pair(Size), "as pocket, of the other jaw", None)
     hinge: float | None = key(Gap, "from the face's heel to the pivot, along the jaw", None)
     pivot_offset: float = key(
-        Quantity("length", "-50 mm", "50 mm"),
+        UnitValue("length", "-50 mm", "50 mm"),
         "of the pivot from the closed pair's middle, towards this jaw; negative: towards the other one", None,
     )
     opening: float | None = key(
-        Quantity("angle", "1 deg", "180 deg"), "between the faces, wide open, like 60 deg", None
+        UnitValue("angle", "1 deg", "180 deg"), "between the faces, wide open, like 60 deg", None
     )
     fenestration: tuple[float, float] | None = key(
         Pair(Size), "[length, width] of a window through the middle of the face; none if left out", None
@@ -138,7 +138,7 @@ class Retention(Section):
     )
     width: float = key(Joint, "of a dovetail's tongue where it is widest, at its bottom", 1.6)
     depth: float = key(Joint, "of a dovetail's tongue, or how long pins are, below the mount", 0.4)
-    angle: float = key(Quantity("angle", "45 deg", "75 deg"), "between a dovetail's flanks and the face", "60 deg")
+    angle: float = key(UnitValue("angle", "45 deg", "75 deg"), "between a dovetail's flanks and the face", "60 deg")
     diameter: float = key(Joint, "of pins", 1)
     spacing: float | None = key(Joint, "of pins along the jaw: half of the board's body if left out", None)
 
@@ -148,7 +148,7 @@ class Hole(Section):
     """One hole through a bench plate."""
 
     at: tuple[float, float] = key(
-        Pair(Quantity("length", "-500 mm", "500 mm")), "[x, y] from the middle of the board's body"
+        Pair(UnitValue("length", "-500 mm", "500 mm")), "[x, y] from the middle of the board's body"
     )
     diameter: float = key(Joint, "clearance for the screw: 2.4 for M2, 6.6 for M6", 2.4)
     head: float = key(Joint, "of the screw's head, which needs the room", 3.8)
@@ -178,8 +178,8 @@ class Finger(Section):
     size: tuple[float, float] = key(
         Pair(Size, single=True), "across: [width, height], the height away from the sensor; or a diameter", [16, 10]
     )
-    grip: float = key(Quantity("length", "3 mm", "100 mm"), "how far the cap reaches over it, behind the board", 8)
-    screw: float = key(Quantity("length", "1.6 mm", "6 mm"), "of the two screws that clamp it: 2 for M2", 2)
+    grip: float = key(UnitValue("length", "3 mm", "100 mm"), "how far the cap reaches over it, behind the board", 8)
+    screw: float = key(UnitValue("length", "1.6 mm", "6 mm"), "of the two screws that clamp it: 2 for M2", 2)
     material: Conductor | None = key(
         ConductorChoice, "its metal, which the coils see at mount.standoff; not of metal if left out", None
     )
@@ -322,7 +322,7 @@ class Assembly(Section):
         Preset("adhesive", up=True), "what the pieces are glued with: cyanoacrylate if left out", None
     )
     glue_line: float = key(
-        Quantity("length", "0 mm", "1 mm"), "thickness of each glue line; the adhesive's if left out", None
+        UnitValue("length", "0 mm", "1 mm"), "thickness of each glue line; the adhesive's if left out", None
     )
     glue_tolerance: float = key(Tolerance, "of each glue line; the adhesive's if left out", None)
     shaft_bore: float | None = key(

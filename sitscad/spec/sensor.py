@@ -20,12 +20,12 @@ from sitscad.spec.format.kinds import (
     Number,
     Pair,
     Preset,
-    Quantity,
     Rate,
     Run,
     Size,
     Special,
     Text,
+    UnitValue,
     described,
     refuse,
 )
@@ -44,15 +44,15 @@ class Cable(Section):
 
     length: float = key(Run, "of the cable", 300)
     inductance: float = key(
-        Quantity("inductance", "0 nH", "1 mH"),
+        UnitValue("inductance", "0 nH", "1 mH"),
         "of one pair, whole length, like 180 nH; 600 nH a metre if left out: measure yours", None,
     )
     capacitance: float = key(
-        Quantity("capacitance", "0 pF", "1 uF"),
+        UnitValue("capacitance", "0 pF", "1 uF"),
         "of one pair, whole length, like 30 pF; 100 pF a metre if left out: measure yours", None,
     )
     resistance: float = key(
-        Quantity("resistance", "0 ohm", "1 kohm"),
+        UnitValue("resistance", "0 ohm", "1 kohm"),
         "of one pair, there and back, like 0.3 ohm; 1 ohm a metre if left out: measure yours", None,
     )
 
@@ -67,7 +67,7 @@ class ReadoutSpec(Section):
 
     device: Converter = key(Preset("converter", up=True), "the converter", "ldc1614")
     capacitance: float | None = key(
-        Either("auto", Quantity("capacitance", "1 pF", "1 uF")),
+        Either("auto", UnitValue("capacitance", "1 pF", "1 uF")),
         "of the tank, like 330 pF; auto: chosen, with reasons", "auto",
     )
     capacitor_at: str = key(
@@ -78,7 +78,7 @@ class ReadoutSpec(Section):
         written="capacitors_on_board",
     )
     cable: Cable | None = key(Part(Cable), "none: the tail plugs into the converter's board", None)
-    clock: float = key(Quantity("frequency", "100 kHz", "1 GHz"), "reference clock", "40 MHz")
+    clock: float = key(UnitValue("frequency", "100 kHz", "1 GHz"), "reference clock", "40 MHz")
     scan_rate: float = key(Rate, "complete scans of all coils per second", "100 Hz")
     drive_code: int | None = key(
         Either("auto", Number(0, 31, whole=True)),
@@ -87,9 +87,9 @@ class ReadoutSpec(Section):
     buses: int = key(Number(1, 2, whole=True), "I2C buses of the controller, each for two converters", 1)
 
 
-Force = Quantity("force", "0 N", "10 kN")
-Shear = Quantity("force", "-10 kN", "10 kN")
-LeverArm = Quantity("length", "0.1 mm", "100 mm")
+Force = UnitValue("force", "0 N", "10 kN")
+Shear = UnitValue("force", "-10 kN", "10 kN")
+LeverArm = UnitValue("length", "0.1 mm", "100 mm")
 NORMAL = "towards the board; requirements.normal_force if left out"
 
 
@@ -113,7 +113,7 @@ class ShearDocument(Section):
 class ScissorDocument(Section):
     """The face of the other jaw comes down inclined and turns the target until it lies flush."""
 
-    opening: float = key(Quantity("angle", "0 deg", "15 deg"), "between the faces, nearest at the tail, like 10 deg")
+    opening: float = key(UnitValue("angle", "0 deg", "15 deg"), "between the faces, nearest at the tail, like 10 deg")
     normal: float | None = key(Force, NORMAL, None)
     face: str = key(
         Choice(("sticks", "slides")),
@@ -126,7 +126,7 @@ class EdgeDocument(Section):
 
     normal: float | None = key(Force, NORMAL, None)
     offset: tuple[float, float] = key(
-        Pair(Quantity("length", "-100 mm", "100 mm")), "[x, y] from the middle of the outermost face, like [1, 0]"
+        Pair(UnitValue("length", "-100 mm", "100 mm")), "[x, y] from the middle of the outermost face, like [1, 0]"
     )
 
 
@@ -139,17 +139,17 @@ class Mechanism(Section):
 
     shaft_tension: float = key(Force, "the pull on the shaft that closes the jaws, like 20 N")
     theta0: float = key(
-        Quantity("angle", "0.1 deg", "89.9 deg"),
+        UnitValue("angle", "0.1 deg", "89.9 deg"),
         "of lever A from the shaft's axis when the face lies along it, like 21.80 deg",
     )
     lever: float = key(LeverArm, "lever A, from the pivot to the link's pin, like 3.770", written="LA")
     link: float = key(LeverArm, "link B, from lever A's pin to the shaft's, like 3.200", written="LB")
     reach: float = key(
-        Quantity("length", "1 mm", "200 mm"),
+        UnitValue("length", "1 mm", "200 mm"),
         "from the pivot to where the jaw presses; the tip of mount.jaw if left out", None, written="LJ",
     )
     theta: float = key(
-        Quantity("angle", "-5 deg", "7.5 deg"), "of a jaw's face from the axis; the faces are open by twice that",
+        UnitValue("angle", "-5 deg", "7.5 deg"), "of a jaw's face from the axis; the faces are open by twice that",
         "0 deg",
     )
 
@@ -186,9 +186,9 @@ class LoadCase:
 
 
 VERSION = 1
-Temperature = Quantity("temperature", "-60 degC", "200 degC")
-Resolution = Quantity("force", "1 uN", "10 kN")
-Moment = Quantity("moment", "0.001 mN mm", "1000 N m")
+Temperature = UnitValue("temperature", "-60 degC", "200 degC")
+Resolution = UnitValue("force", "1 uN", "10 kN")
+Moment = UnitValue("moment", "0.001 mN mm", "1000 N m")
 LONGEST_NAME = 64
 """Characters of a sensor's name."""
 
@@ -268,7 +268,7 @@ class Requirements(Section):
         Number(0, 10), "error of an axis per full scale of another, over its own full scale, by the best polynomial in "
         "the readings", None
     )
-    tilt: float | None = key(Quantity("angle", "0 deg", "15 deg"), "that the contact may have, like 2 deg", None)
+    tilt: float | None = key(UnitValue("angle", "0 deg", "15 deg"), "that the contact may have, like 2 deg", None)
     tilt_error: float | TiltErrors | None = key(
         NameOr(Resolution, Part(TiltErrors)),
         "what that may cost on the axes of force that are asked for, like 100 mN; or axis by axis", None,

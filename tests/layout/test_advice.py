@@ -18,7 +18,7 @@ from sitscad.estimates.design import Design
 from sitscad.kernels.geometry.path import Point, polyline
 from sitscad.layout import _attempt, lay_out
 from sitscad.layout.clearance import Breadth, Obstacles, TrackToPlace, ViaToPlace
-from sitscad.layout.routing.escape import BUDGET, SearchLimit, _Search
+from sitscad.layout.routing.escape import BUDGET, SearchLimit, _BranchSearch
 from sitscad.spec import presets
 from sitscad.spec.load import load_text
 
@@ -198,7 +198,7 @@ def test_what_is_closed_of_a_ring_road_spares_trials_and_changes_no_way(monkeypa
     spec = load_text(CLOSED, "closed.yaml")
     proved, tried = SearchLimit(), SearchLimit()
     found = _attempt(spec, proved)
-    monkeypatch.setattr(_Search, "_runs_into", lambda *_: False)
+    monkeypatch.setattr(_BranchSearch, "_runs_into", lambda *_: False)
     other = _attempt(spec, tried)
     assert found.routing is not None and found.routing.escapes == other.routing.escapes
     assert BUDGET - proved.left < 0.75 * (BUDGET - tried.left)

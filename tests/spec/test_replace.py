@@ -15,7 +15,7 @@ import sitscad
 from sitscad import SensorSpec, SpecError
 from sitscad.basics.units import SI_UNITS, exact_text, parse_quantity
 from sitscad.spec import templates
-from sitscad.spec.format.kinds import Quantity
+from sitscad.spec.format.kinds import UnitValue
 from sitscad.spec.format.section import Section, kind_at, section_of
 from sitscad.spec.load import attribute
 from sitscad.spec.sensor import SpecDocument
@@ -87,7 +87,7 @@ def test_replace_of_every_number_by_a_text_of_its_unit_changes_nothing(name):
     spec = sitscad.load_text(templates.read(name))
     for key, value in readable_keys(spec):
         kind = kind_at(SpecDocument, key)
-        if isinstance(kind, Quantity) and isinstance(value, float) and key in spec.source.keys:
+        if isinstance(kind, UnitValue) and isinstance(value, float) and key in spec.source.keys:
             text = f"{value!r} {SI_UNITS[kind.dimension]}"
             assert values_of(spec.replace(key, text)) == values_of(spec), key
 

@@ -257,7 +257,22 @@ def judged_on_solids(document: Mapping[str, Any], spec: SensorSpec) -> tuple[Fin
 
 
 def _fault(each: Mapping[str, Any]) -> Violation:
-    first, second, value, limit, when = each["first"], each["second"], each["value"], each["limit"], each["when"]
+    """Return the finding of one measure of the solids."""
+    found = _contact_finding(each) or _file_finding(each)
+    if found is not None:
+        return found
+    first, value, limit = each["first"], each["value"], each["limit"]
+    under = f"the {BODY}" if first == BODY else f"the board under the {first}"
+    return Violation(
+        f"{under} is carried on {1e6 * value:.3g} mm2, as far as the solids go; it takes {1e6 * limit:.3g} mm2",
+        "more of the mount under the board: a STEP file's datum is the middle of the face that the board is glued on",
+        severity=Severity.WARNING if each["what"] == "support" else Severity.ERROR,
+    )
+
+
+def _contact_finding(each: Mapping[str, Any]) -> Violation | None:
+    """Return the finding of two parts that meet or of one that stands out. None if the measure is another."""
+    first, second, value, limit = each["first"], each["second"], each["value"], each["limit"]
     x, y, z = (1e3 * along for along in each["where_m"])
     match each["what"]:
         case "interference":
@@ -289,6 +304,18 @@ def _fault(each: Mapping[str, Any]) -> Violation:
                 f"under {each['when']} the {first} comes to lie on the {second}, which does not give way: the force "
                 "beyond that is not felt", "more room beside the pad, a smaller target, or a stiffer pad",
             )
+        case "bulge":
+            return Violation(
+                f"under {each['when']} the elastomer's sides bulge against the {second}, and the pad is stiffer than "
+                "computed", "a smaller pad, or more room beside it", severity=Severity.WARNING,
+            )
+    return None
+
+
+def _file_finding(each: Mapping[str, Any]) -> Violation | None:
+    """Return the finding of a STEP file that is not what the spec says. None if the measure is another."""
+    value, limit, when = each["value"], each["limit"], each["when"]
+    match each["what"]:
         case "step file":
             lacks_datum = each.get("key", "").endswith("datum")
             return Violation(when, "write the name as the file has it, or datum: [x, y, z]" if lacks_datum else "")
@@ -308,17 +335,7 @@ def _fault(each: Mapping[str, Any]) -> Violation:
                 f"{1e6 * limit:.3g} mm2", "write the window as mount.jaw.fenestration, or mend datum, along and up",
                 detail=when, severity=Severity.WARNING if each["what"] == "jaw metal" else Severity.ERROR,
             )
-        case "bulge":
-            return Violation(
-                f"under {each['when']} the elastomer's sides bulge against the {second}, and the pad is stiffer than "
-                "computed", "a smaller pad, or more room beside it", severity=Severity.WARNING,
-            )
-    under = f"the {BODY}" if first == BODY else f"the board under the {first}"
-    return Violation(
-        f"{under} is carried on {1e6 * value:.3g} mm2, as far as the solids go; it takes {1e6 * limit:.3g} mm2",
-        "more of the mount under the board: a STEP file's datum is the middle of the face that the board is glued on",
-        severity=Severity.WARNING if each["what"] == "support" else Severity.ERROR,
-    )
+    return None
 
 
 def _to_round(piece: str, excess: float) -> str:

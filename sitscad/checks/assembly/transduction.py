@@ -69,7 +69,7 @@ def elastomer_strain(design: Design) -> Iterator[Verdict]:
         f"a larger {larger} gives way less. Measure a coupon: data sheets differ from measurements by 1.1 to 3.7 times"
     )
 
-    def stiffer() -> _Stiffer:
+    def stiffer() -> _StifferPad:
         return kept(design, "stiffer pad", lambda: _stiffer(design.spec, force))
 
     beyond = f"; beyond {100.0 * valid:.0f} % the pad's law is extrapolated" if nominal.strain > valid else ""
@@ -390,14 +390,14 @@ def _softest(sigma: float) -> float:
 
 
 @record
-class _Stiffer:
+class _StifferPad:
     """A pad that bears the force: in words, and as changes."""
 
     words: str = ""
     fixes: tuple[Fix, ...] = ()
 
 
-def _stiffer(spec: SensorSpec, force: float) -> _Stiffer:
+def _stiffer(spec: SensorSpec, force: float) -> _StifferPad:
     # The softest silicone, and the shear modulus, that keep even the softest case within the valid strain, by bisection
     # of the pad's law; none if bulk limits it.
     pad, face = pad_of(spec), loaded_face(spec)[0]
@@ -410,7 +410,7 @@ def _stiffer(spec: SensorSpec, force: float) -> _Stiffer:
 
     low, high = 1.0, pad.material.bulk_modulus
     if not bears(pad.material, high):
-        return _Stiffer()
+        return _StifferPad()
     while high > 1.0005 * low:
         middle = math.sqrt(low * high)
         low, high = (low, middle) if bears(pad.material, middle) else (middle, high)
@@ -419,7 +419,7 @@ def _stiffer(spec: SensorSpec, force: float) -> _Stiffer:
     change = setting(spec, "elastomer.material.shear_modulus", least, written, f"a shear modulus of {written} or more")
     known = f", known to +- {100.0 * sigma:.0f} % as here," if sigma > 0.0 else ""
     result = f"keeps the softest case within {100.0 * strain:.0f} %"
-    return _Stiffer(f"{change.words}{known} {result}{_named_preset(enough)}; ", (*_taking(spec, enough), change))
+    return _StifferPad(f"{change.words}{known} {result}{_named_preset(enough)}; ", (*_taking(spec, enough), change))
 
 
 def _softest_enough(bears: Callable[[ElastomerMaterial, float], bool]) -> ElastomerMaterial | None:

@@ -167,7 +167,7 @@ def escape(
     they must; None where the search finds none. `known` are joins of boards that were tried before.
     """
     places = obstacles.admitted(list(around.via_places()))
-    search = _Search(obstacles, searches)
+    search = _BranchSearch(obstacles, searches)
     known = {} if known is None else known
     stands = tuple(hole.centre for hole in places)
     best: Escape | None = None
@@ -203,7 +203,7 @@ def cheapest_first(branches: Iterable[Branch]) -> list[Branch]:
     return sorted(branches, key=lambda branch: round(branch.cost, 9))
 
 
-class _Search:
+class _BranchSearch:
     """A search in depth over the connections' branches, cheapest first, on sets of those that have room yet."""
 
     def __init__(self, obstacles: Obstacles, searches: SearchLimit) -> None:

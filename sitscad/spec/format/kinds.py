@@ -288,7 +288,7 @@ _UNIT_RULES = {"unit": "SIT005", "number": "SIT004", "range": "SIT006", "type": 
 
 
 @record
-class Quantity(Scalar):
+class UnitValue(Scalar):
     """A dimensional value within a range that is itself written with units; the result is SI."""
 
     dimension: str
@@ -329,7 +329,7 @@ class Quantity(Scalar):
 class Pair(Scalar):
     """Two lengths [x, y]; with `single`, one length stands for both."""
 
-    length: Quantity
+    length: UnitValue
     single: bool = False
 
     def read(self, value: Any) -> tuple[float, float]:
@@ -542,13 +542,13 @@ class Sourced(Scalar):
 
 # Kinds that several sections share.
 Label = Text(64)
-Size = Quantity("length", "0.1 mm", "500 mm")
-Thickness = Quantity("length", "1 um", "100 mm")
-Gap = Quantity("length", "0 mm", "100 mm")
-Kerf = Quantity("length", "0 mm", "2 mm")
-Run = Quantity("length", "1 mm", "5000 mm")
-Offset = Quantity("length", "-500 mm", "500 mm")
-Angle = Quantity("angle", "-360 deg", "360 deg")
-Rate = Quantity("frequency", "0.01 Hz", "1 MHz")
+Size = UnitValue("length", "0.1 mm", "500 mm")
+Thickness = UnitValue("length", "1 um", "100 mm")
+Gap = UnitValue("length", "0 mm", "100 mm")
+Kerf = UnitValue("length", "0 mm", "2 mm")
+Run = UnitValue("length", "1 mm", "5000 mm")
+Offset = UnitValue("length", "-500 mm", "500 mm")
+Angle = UnitValue("angle", "-360 deg", "360 deg")
+Rate = UnitValue("frequency", "0.01 Hz", "1 MHz")
 InRow = Number(1, 64, whole=True)
 PAIR_OF_COUNTS = {"type": "array", "items": InRow.schema(), "minItems": 2, "maxItems": 2}

@@ -28,11 +28,11 @@ from sitscad.spec.format.kinds import (
     Pair,
     Preset,
     ProfileName,
-    Quantity,
     Refusal,
     Several,
     Sourced,
     Special,
+    UnitValue,
     described,
     names,
 )
@@ -210,7 +210,7 @@ class ListOf(Kind):
 class NameOr(Kind):
     """The name of a preset (or a word out of a list, or one quantity), or the same thing written out."""
 
-    preset: Preset | Choice | ProfileName | Quantity
+    preset: Preset | Choice | ProfileName | UnitValue
     written: Kind
 
     def read_at(self, key: str, value: Any, misfits: list[Misfit]) -> Any:
@@ -218,7 +218,7 @@ class NameOr(Kind):
         if isinstance(value, (dict, list)):
             return self.written.read_at(key, value, misfits)
         try:
-            if isinstance(value, str) or isinstance(self.preset, Quantity):
+            if isinstance(value, str) or isinstance(self.preset, UnitValue):
                 return self.preset.read(value)
         except Refusal as refusal:
             more = f"; or write it out: {self._form()} (examples: docs/spec.md)"
@@ -351,7 +351,7 @@ def as_written(value: Any, kind: Kind | None, key: str) -> Any:
         inner = as_written(value["value"] if is_section else getattr(value, "value", value), kind.figure, key)
         return {**value, "value": inner} if is_section else inner
     if isinstance(kind, NameOr):
-        if isinstance(kind.preset, Quantity) and isinstance(value, (int, float, str)):
+        if isinstance(kind.preset, UnitValue) and isinstance(value, (int, float, str)):
             return as_written(value, kind.preset, key)
         name, presets = getattr(value, "name", None), "rules" if isinstance(kind.preset, ProfileName) else ""
         presets = kind.preset.kind if isinstance(kind.preset, Preset) else presets
@@ -360,7 +360,7 @@ def as_written(value: Any, kind: Kind | None, key: str) -> Any:
         return getattr(value, "name", value)
     if isinstance(kind, Part):
         return _section(value, kind.section, key)
-    if isinstance(kind, Quantity):
+    if isinstance(kind, UnitValue):
         return _quantity(value, kind, key)
     if isinstance(value, (list, tuple)) and isinstance(kind, (Pair, ListOf, Several, Special, Layers, NumberOrList)):
         return [as_written(one, _entry(kind), dotted(key, index)) for index, one in enumerate(value)]
@@ -385,7 +385,7 @@ def _section(value: Any, section: type[Section], key: str) -> Any:
             for name, one in value.items()}
 
 
-def _quantity(value: Any, kind: Quantity, key: str) -> Any:
+def _quantity(value: Any, kind: UnitValue, key: str) -> Any:
     """Return a quantity as a text with its unit; `value` is a number in SI units, or a text already."""
     dimension = kind.dimension
     if isinstance(value, str) and dimension == "length" and BARE_NUMBER.fullmatch(value):

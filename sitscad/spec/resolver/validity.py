@@ -22,10 +22,10 @@ from sitscad.spec.format.kinds import (
     Layers,
     NumberOrList,
     Pair,
-    Quantity,
     Refusal,
     Scalar,
     Sourced,
+    UnitValue,
     described,
 )
 from sitscad.spec.format.section import Key, Section
@@ -125,7 +125,7 @@ def _ranges(spec: SensorSpec) -> Iterator[Flaw]:
             yield Flaw("SIT006", f"array.placements.{index}.centre", message)
 
 
-_LAYER = Quantity("length", "1 um", "5 mm")
+_LAYER = UnitValue("length", "1 um", "5 mm")
 
 
 def _out_of_range(value: Any, key: str) -> Iterator[Flaw]:
@@ -154,7 +154,7 @@ def _refused(value: Any, kind: Kind, key: str) -> Iterator[Flaw]:
         each = kind.length if isinstance(kind, Pair) else kind.number
         for one in value if isinstance(value, tuple) else (value,):
             yield from _refused(one, each, key)
-    elif isinstance(kind, Quantity):
+    elif isinstance(kind, UnitValue):
         low, high = kind.range
         if not low * (1 - 1e-12) <= value <= high * (1 + 1e-12):
             message = f"{value:g} is out of range: {low:g} to {high:g} ({kind.low} to {kind.high})"

@@ -7,7 +7,7 @@ from tolerance import approx
 
 import sitscad
 from sitscad import SpecError
-from sitscad.spec.format.kinds import Layers, Number, NumberOrList, Quantity, Refusal, Truth, is_like
+from sitscad.spec.format.kinds import Layers, Number, NumberOrList, Refusal, Truth, UnitValue, is_like
 from sitscad.spec.yaml.rewriting import rewritten
 from sitscad.spec.yaml.source import TextError, read_yaml
 
@@ -94,7 +94,7 @@ def test_a_text_with_tabs_is_mended_in_its_place():
     assert rewritten(text, ()) == text
 
 
-NUMBER, LENGTH, FORCE = Number(1, 100), Quantity("length", "1 um", "500 mm"), Quantity("force", "1 mN", "100 N")
+NUMBER, LENGTH, FORCE = Number(1, 100), UnitValue("length", "1 um", "500 mm"), UnitValue("force", "1 mN", "100 N")
 READ = {
     "012": 12, "+7": 7, "1e1": 10, "0o17": 15, "0x1F": 31, "12.": 12, ".5e1": 5, "-0": None, "1_0": None, "0b11": None,
     "1:30": None, ".inf": None, ".nan": None, "~": None, "yes": None, "on": None, "1,5": None, "1.000,5": None,

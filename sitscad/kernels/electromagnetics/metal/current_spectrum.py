@@ -96,7 +96,7 @@ def spiral_spectrum(layers: Sequence[SpiralLayer], nearest: float, harmonics: in
     power = np.empty((k.size, len(layers), len(layers)))
     for some in slices(k.size, AT_ONCE // max(r.size for r, _ in radii.values())):
         # layers of one size share all but angle, sense and way of the current
-        known = {size: _Radial(r, share, *_bessel_slopes(k[some, None] * r, highest))
+        known = {size: _RadialSamples(r, share, *_bessel_slopes(k[some, None] * r, highest))
                  for size, (r, share) in radii.items()}
         values = np.array([_spiral_waves(layer, k[some], known[_size(layer)]) for layer in layers])
         power[some] = np.einsum("idmk,jdmk,m->kij", values, values.conj(), twice).real
@@ -127,7 +127,7 @@ def _size(layer: SpiralLayer) -> tuple[float, ...]:
 
 
 @record(eq=False)
-class _Radial:
+class _RadialSamples:
     # Radii between a spiral's ends (r), their weights (m), and J_m and J_m' of every wave there (m, k, r).
     radii: Array
     weights: Array
@@ -143,7 +143,7 @@ def _radii(layer: SpiralLayer, top: float, highest: int) -> tuple[Array, Array]:
     return low + half * (1.0 + nodes), share * half
 
 
-def _spiral_waves(layer: SpiralLayer, k: Array, radial_part: _Radial) -> ComplexArray:
+def _spiral_waves(layer: SpiralLayer, k: Array, radial_part: _RadialSamples) -> ComplexArray:
     """Harmonics of one layer across and along the waves, (2, highest + 1, k) in m, by the integrals in
     `spiral_spectrum`.
     """
