@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import MISSING, Field, FrozenInstanceError, dataclass, field, fields
 from functools import cache
 from inspect import get_annotations
+from itertools import takewhile
 from operator import attrgetter
 from threading import RLock
 from types import CodeType, FunctionType
@@ -83,6 +84,9 @@ class _FieldsOnFirstUse:
             one.type = stated.get(one.name, one.type)
 
 
+_WITHOUT_DEFAULT: Field[Any] = field()
+
+
 @cache
 def _own_fields(cls: type) -> dict[str, Field[Any]]:
     """Fields of a record by name, those of its bases first. Only their defaults and flags are set: to complete them as
@@ -96,7 +100,7 @@ def _own_fields(cls: type) -> dict[str, Field[Any]]:
         elif stated is not None:
             for name, kind in get_annotations(base).items():
                 if "ClassVar" not in str(kind):
-                    given = base.__dict__.get(name, MISSING)
+                    given = base.__dict__.get(name, _WITHOUT_DEFAULT)
                     found[name] = given if isinstance(given, Field) else field(default=given)
     return found
 
@@ -114,7 +118,7 @@ def _init_on_first_use(cls: type) -> Callable[..., None]:
 
 def _compiled_init(cls: type) -> Callable[..., None]:
     """The constructor of a record, as a dataclass would write it."""
-    names, own = list(_own_fields(cls)), list(_own_fields(cls).values())
+    names, own = _own_fields(cls).keys(), _own_fields(cls).values()
     if "__match_args__" not in cls.__dict__:
         setattr(cls, "__match_args__", tuple(names))  # noqa: B010 - an assignment is no business of a type checker
     factories = {k: one.default_factory for k, one in enumerate(own) if one.default_factory is not MISSING}
@@ -126,9 +130,12 @@ def _compiled_init(cls: type) -> Callable[..., None]:
         co_qualname=f"{cls.__qualname__}.__init__",
     )
     scope = {"missing": MISSING} | {f"new_{k}": make for k, make in factories.items()}
-    needed = [k for k, one in enumerate(own) if one.default is MISSING and one.default_factory is MISSING]
-    defaults = tuple(one.default for one in own[max(needed, default=-1) + 1 :])  # none before one that is needed
+    defaults = tuple(one.default for one in takewhile(_has_default, reversed(own)))[::-1]  # none before one needed
     return FunctionType(code, scope, "__init__", defaults)
+
+
+def _has_default(one: Field[Any]) -> bool:
+    return one.default is not MISSING or one.default_factory is not MISSING
 
 
 @cache

@@ -29,8 +29,8 @@ from sitscad.kernels.electromagnetics.polynomials import (
     spread,
 )
 from sitscad.kernels.electromagnetics.resonator import oscillate_alike
+from sitscad.kernels.mechanics.elastomer import HELD_SHEAR, HELD_STRAIN
 from sitscad.kernels.mechanics.motion import angles, rotations
-from sitscad.kernels.mechanics.pad import HELD_SHEAR, HELD_STRAIN
 from sitscad.spec.sensor import SensorSpec
 
 WEIGHTS, DEGREE = (1.0, 1.0, 1.5, 2.0, 2.0, 3.0), 6.0

@@ -7,7 +7,6 @@ No rule is loaded for that unless a configuration names one: a package that has 
 from __future__ import annotations
 
 import os
-import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -149,6 +148,8 @@ def processes(count: int, undisturbed: bool = False) -> ProcessPoolExecutor:
 
 def _ready(undisturbed: bool) -> None:
     if undisturbed:
+        import signal  # only in a process of several
+
         signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 

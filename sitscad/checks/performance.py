@@ -22,7 +22,7 @@ from sitscad.checks.rules import NEEDS, Rule, Undecided, Verdict, Violation, rul
 from sitscad.estimates.design import Design
 from sitscad.estimates.loads.pressing import BESIDE_PAD, rests_on_pad
 from sitscad.kernels.converters.figures import source_in_all
-from sitscad.kernels.mechanics.pad import HELD_TILT
+from sitscad.kernels.mechanics.elastomer import HELD_TILT
 from sitscad.spec.reading import RULE_TEXTS
 
 if TYPE_CHECKING:

@@ -8,7 +8,6 @@ and without it come the same bytes.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -47,6 +46,8 @@ class Solutions:
 
     def as_bytes(self, by: str) -> bytes:
         """A file of all of them: a hash of what follows, a line of JSON, and the numbers."""
+        import json  # only builds keep a file
+
         index = {key: [[part.dtype.str, *part.shape] for part in answer] for key, answer in self.known.items()}
         head = json.dumps({"by": _setting(by), "solutions": index}).encode("ascii")
         content = b"".join([head, b"\n", *(part.tobytes() for answer in self.known.values() for part in answer)])
@@ -55,6 +56,8 @@ class Solutions:
 
 def read(file: bytes, by: str) -> Solutions:
     """The answers in a file; none where it is damaged, or its answers come from other code."""
+    import json  # only builds keep a file
+
     digest, _, content = file.partition(b"\n")
     if _sha256(content).hexdigest().encode("ascii") != digest:
         return Solutions()

@@ -20,7 +20,7 @@ from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, 
 from sitscad.estimates.design import ROOM_TEMPERATURE, Design
 from sitscad.estimates.loads.pressing import BESIDE_PAD, loaded_face, pressed, rests_on_pad, surround
 from sitscad.kernels.mechanics import elastomer
-from sitscad.kernels.mechanics.pad import HELD_SHEAR
+from sitscad.kernels.mechanics.elastomer import HELD_SHEAR
 from sitscad.spec.circuit import LayerKind
 from sitscad.spec.materials import ElastomerMaterial
 from sitscad.spec.presets import elastomer as elastomer_preset

@@ -9,7 +9,6 @@ What was known before: the JSON of an earlier ``check``. Its findings do not fai
 
 from __future__ import annotations
 
-import json
 import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -111,6 +110,8 @@ def read_baseline(path: str) -> Baseline:
             content = stream.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:
         raise PolicyError(f"cannot read the baseline {path}: {getattr(error, 'strerror', None) or error}") from error
+    import json  # only where there is a baseline
+
     try:
         folder = os.path.dirname(os.path.abspath(path))
         known = {(_place(s["spec"], folder), str(s["name"] or "")): _entries(s) for s in json.loads(content)["specs"]}

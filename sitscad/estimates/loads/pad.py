@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,8 +12,10 @@ from sitscad.assembly.places.bodies import film_thickness
 from sitscad.basics.arrays import Array, Flags
 from sitscad.estimates.loads.pressing import loaded_face, rests_on_pad, surround
 from sitscad.kernels.mechanics.elastomer import BARE
-from sitscad.kernels.mechanics.pad import BondedPad
 from sitscad.spec.sensor import SensorSpec
+
+if TYPE_CHECKING:
+    from sitscad.kernels.mechanics.pad import BondedPad
 
 STEPS = np.array([5e-6, 5e-6, 5e-6, 5e-4, 5e-4, 5e-4])
 """Steps (m, rad) of the differences: a thousandth of what matters, far above rounding."""
@@ -36,6 +39,8 @@ def soft_pad(spec: SensorSpec, modulus: float = 1.0) -> BondedPad:
     pad = spec.elastomer
     if pad is None or not rests_on_pad(spec):
         raise NoResponse("a load needs an elastomer under the target")
+    from sitscad.kernels.mechanics.pad import BondedPad  # rules ask for its refusals alone
+
     above = film_thickness(spec.encapsulation) + (spec.target.thickness if spec.target is not None else 0.0)
     return BondedPad(loaded_face(spec)[0], pad.thickness, modulus * pad.material.shear_modulus,
                      pad.material.bulk_modulus, surround(spec) or BARE, above, pad.material.ogden_exponent)

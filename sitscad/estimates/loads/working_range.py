@@ -14,8 +14,8 @@ from sitscad.basics.record import record
 from sitscad.estimates.loads.pad import NoResponse, soft_pad
 from sitscad.estimates.performance_values import AXES, FORCES, MOMENTS
 from sitscad.kernels.electromagnetics.polynomials import spread
-from sitscad.kernels.mechanics.elastomer import VALID_SHEAR
-from sitscad.kernels.mechanics.pad import HELD_SHEAR, HELD_TILT, BondedPad
+from sitscad.kernels.mechanics.elastomer import HELD_SHEAR, HELD_TILT, VALID_SHEAR
+from sitscad.kernels.mechanics.pad import BondedPad
 from sitscad.spec.coil import CoilPlacement
 from sitscad.spec.places import cell_placements
 from sitscad.spec.sensor import SensorSpec

@@ -13,8 +13,8 @@ from sitscad.estimates.coil_estimates import Estimates
 from sitscad.estimates.loads.pad import compliance, slopes, soft_pad, straight
 from sitscad.estimates.loads.working_range import WorkingRange, moment_at, normal_at, shear_at
 from sitscad.estimates.performance_values import FORCES
-from sitscad.kernels.mechanics.elastomer import VALID_SHEAR, VALID_STRAIN
-from sitscad.kernels.mechanics.pad import HELD_TILT, BondedPad
+from sitscad.kernels.mechanics.elastomer import HELD_TILT, VALID_SHEAR, VALID_STRAIN
+from sitscad.kernels.mechanics.pad import BondedPad
 from sitscad.spec.sensor import SensorSpec
 
 

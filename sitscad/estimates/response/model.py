@@ -34,8 +34,7 @@ from sitscad.estimates.targets.assembly import metal_behind
 from sitscad.kernels.electromagnetics.metal.half_spaces import Reflector
 from sitscad.kernels.electromagnetics.resonator import Network
 from sitscad.kernels.electromagnetics.threads import one_thread
-from sitscad.kernels.mechanics.elastomer import VALID_SHEAR, VALID_STRAIN
-from sitscad.kernels.mechanics.pad import HELD_SHEAR, HELD_TILT
+from sitscad.kernels.mechanics.elastomer import HELD_SHEAR, HELD_TILT, VALID_SHEAR, VALID_STRAIN
 from sitscad.layout.board import Coil, Layout
 from sitscad.spec.sensor import SensorSpec
 

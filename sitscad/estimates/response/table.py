@@ -18,7 +18,7 @@ from sitscad.estimates.loads.working_range import WorkingRange, working_range
 from sitscad.estimates.performance_values import MOMENTS
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.kernels.electromagnetics.polynomials import POINTS_A_TERM, Polynomial, exponents, least_squares, spread
-from sitscad.kernels.mechanics.pad import HELD_TILT
+from sitscad.kernels.mechanics.elastomer import HELD_TILT
 
 FORCE_INPUTS = ("normal_N", "shear_x_N", "shear_y_N")
 INPUTS = {"held": (*FORCE_INPUTS, "rx_rad", "ry_rad"), "free": (*FORCE_INPUTS, "moment_x_Nm", "moment_y_Nm")}

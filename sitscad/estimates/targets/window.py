@@ -24,7 +24,6 @@ from sitscad.estimates.targets.finite_target import FREQUENCY, like_a_conductor
 from sitscad.estimates.windings.methods import bent_track, reflected_by, winding_geometry
 from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
 from sitscad.kernels.electromagnetics.metal.opening import Opening, gained_inductance
-from sitscad.kernels.electromagnetics.metal.polyline_spectrum import chorded
 from sitscad.layout.board import Coil, Layout
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.mount import Jaw
@@ -115,6 +114,8 @@ def _missing(
     jaw, `between` how far (m) above the board's top face the target's is at rest (None without one), how far below it
     the jaw's, and the target's `echo` as in `gained_inductance`.
     """
+    from sitscad.kernels.electromagnetics.metal.polyline_spectrum import chorded  # only for a jaw with a window
+
     (roof, floor, echo), size, metal = between, jaw.fenestration, jaw.material
     assert size is not None
     shift = place[0] - coil.centre.x, place[1] - coil.centre.y

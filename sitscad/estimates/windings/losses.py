@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -28,10 +29,12 @@ from sitscad.kernels.electromagnetics.loss.proximity import (
 from sitscad.kernels.electromagnetics.loss.resistance import lone_track_loss, pair_loss
 from sitscad.kernels.electromagnetics.loss.track_modes import ModeSet
 from sitscad.kernels.electromagnetics.metal.half_spaces import Reflector
-from sitscad.kernels.electromagnetics.metal.near_metal import ROUGH_STEPS, STEPS, CrowdingNearMetal, crowding_near_metal
 from sitscad.kernels.solve_cache import solved
 from sitscad.layout.board import Coil
 from sitscad.spec.coil import CoilSpec
+
+if TYPE_CHECKING:
+    from sitscad.kernels.electromagnetics.metal.near_metal import CrowdingNearMetal
 
 USUAL_TOLERANCE = 3e-2  # Of R up to 10 MHz, where nobody asks for more
 
@@ -121,6 +124,8 @@ class LossesNearMetal:
     @cached_property
     def crowding(self) -> CrowdingNearMetal:
         """The winding's modes, and what they are to the waves that metal returns."""
+        from sitscad.kernels.electromagnetics.metal.near_metal import ROUGH_STEPS, STEPS, crowding_near_metal
+
         resolution = suited_resolution(self.spirals, self.conductivity, wanted_tolerance(self.tolerance))
         cuts = winding_cuts(self.spirals, self.conductivity, resolution)
         steps = ROUGH_STEPS if is_rough(self.tolerance) else STEPS

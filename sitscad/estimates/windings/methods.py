@@ -27,11 +27,9 @@ from sitscad.kernels.electromagnetics.inductance.spirals import (
     spiral_inductance_matrix,
 )
 from sitscad.kernels.electromagnetics.inductance.track_strands import BentPiece, Side, Track, track
-from sitscad.kernels.electromagnetics.inductance.tracks import winding_inductance
 from sitscad.kernels.electromagnetics.loss.bent_tracks import BentTrack
 from sitscad.kernels.electromagnetics.loss.corners import MOST_TURN, bend_loops
 from sitscad.kernels.electromagnetics.metal.current_spectrum import CurrentSpectrum, ring_spectrum, spiral_spectrum
-from sitscad.kernels.electromagnetics.metal.polyline_spectrum import chorded, polyline_spectrum
 from sitscad.kernels.geometry.path import Arc, Line, Path, Point
 from sitscad.kernels.geometry.shapes import SHAPES, Outline
 from sitscad.layout.board import Coil, Winding
@@ -161,6 +159,8 @@ def reflected_by(geometry: WindingGeometry, nearest: float, is_rough: bool = Fal
         return ring_spectrum(geometry.spirals, nearest)
     if geometry.spirals:
         return spiral_spectrum(geometry.spirals, nearest)
+    from sitscad.kernels.electromagnetics.metal.polyline_spectrum import chorded, polyline_spectrum  # no round coil's
+
     tracks = [chorded(track, nearest) for track in geometry.bent]
     return polyline_spectrum(tracks, nearest, [bend_loops(track, nearest) for track in geometry.bent])
 
@@ -348,6 +348,12 @@ def tabulated(outline: Outline) -> bool:
     return outline.sides in COEFFICIENTS and not outline.is_long
 
 
+def _strands(geometry: WindingGeometry) -> float:
+    from sitscad.kernels.electromagnetics.inductance.tracks import winding_inductance  # no round coil's
+
+    return winding_inductance(geometry.drawn, (2, 3))
+
+
 METHODS: tuple[Method, ...] = (
     Method("spiral-neumann", lambda shape: shape.is_round, _neumann,
            _bound("spiral-neumann"), lambda g: True, "0.5 to 200 turns, 1 to 8 layers, any fraction of a turn", 5e-3,
@@ -356,7 +362,7 @@ METHODS: tuple[Method, ...] = (
            lambda g: 0.012 + 0.45 / g.fewest_turns**2.5, lambda g: True,
            "thousands of designs; a broken turn weighs much where turns are few", 3e-4,
            "Maxwell's coaxial rings, one a turn at its mean radius, by mean logarithms of their distances"),
-    Method("strands", lambda shape: not shape.is_round, lambda g: winding_inductance(g.drawn, (2, 3)),
+    Method("strands", lambda shape: not shape.is_round, _strands,
            _bound("strands"), lambda g: True, "sides, arcs, any angle, 0.5 to 200 turns, 1 to 8 layers", 1e-2,
            "Neumann's closed forms for parallel and inclined filaments (Grover 1946), points along arcs, corner terms"),
     _formula("current-sheet", 0.15),

@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from itertools import product
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,15 +15,13 @@ from sitscad.basics.arrays import Array, ComplexArray
 from sitscad.estimates.windings.methods import WindingGeometry
 from sitscad.kernels.electromagnetics.constants import MU0
 from sitscad.kernels.electromagnetics.inductance.rings import mean_rings
-from sitscad.kernels.electromagnetics.inductance.side_by_side import (
-    SideBySide,
-    spirals_side_by_side,
-    tracks_side_by_side,
-)
 from sitscad.kernels.electromagnetics.inductance.spirals import SpiralLayer
 from sitscad.layout.board import Coil
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.sensor import ReadoutSpec
+
+if TYPE_CHECKING:
+    from sitscad.kernels.electromagnetics.inductance.side_by_side import SideBySide
 
 Placed = tuple[Coil, WindingGeometry]  # A coil and its winding about its own centre
 FAR_ERROR, NEAR_ERROR = 4e-5, 1e-4  # Relative error of a mutual inductance far away, and what nearness adds to it
@@ -94,6 +93,8 @@ def rings_beside_each_other(
 
 def side_by_side(one: Placed, other: Placed) -> SideBySide:
     """Two coils for currents that enter each at its outer end on layer 1."""
+    from sitscad.kernels.electromagnetics.inductance.side_by_side import spirals_side_by_side, tracks_side_by_side
+
     (first, a), (second, b) = one, other
     displacement = (second.centre.x - first.centre.x, second.centre.y - first.centre.y)
     if a.spirals:

@@ -35,6 +35,11 @@ The principal stretch is then 1.62. Soft silicones stretch further, but their bo
 lift, and the target comes down.
 """
 
+HELD_STRAIN, HELD_SHEAR, HELD_TILT = 0.35, 0.5, math.radians(5.0)
+"""Compression, shear (displacement over thickness) and tilt (rad) up to which the law of `pad` was validated by finite
+elements.
+"""
+
 DOUBTED = 0.10  # Share of the strain by which the two blocks may differ before the formula counts as out of its range
 
 BESIDE = 0.01

@@ -128,11 +128,6 @@ def courses(block: pad_law.Block, bulk_modulus: float) -> Courses:
     return Courses(pad_law.compression(block, bulk_modulus), pieces, pad_law.twist(block))
 
 
-HELD_STRAIN, HELD_SHEAR, HELD_TILT = 0.35, 0.5, math.radians(5.0)
-"""Compression, shear (displacement over thickness) and tilt (rad) up to which the law was validated by finite
-elements.
-"""
-
 TOLERANCE = 2e-6
 """Largest last step (thicknesses and radians) with which the search for a pose ends.
 

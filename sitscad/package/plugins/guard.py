@@ -4,19 +4,17 @@ takes long is told by name.
 
 from __future__ import annotations
 
-import signal
 import threading
-import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 from typing import TYPE_CHECKING
 
 from sitscad.basics.record import record
-from sitscad.files.writer import Writer
 
 if TYPE_CHECKING:
     from sitscad.checks.rules import Rule
+    from sitscad.files.writer import Writer
 
 
 class PluginError(RuntimeError):
@@ -71,6 +69,8 @@ def _line_in(file: str | None, error: BaseException) -> int | None:
     """Return the last line of a file that was at work when an error was raised. None if there was none."""
     if isinstance(error, SyntaxError) and error.filename == file:
         return error.lineno
+    import traceback  # only where a plugin failed
+
     lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
     return lines[-1] if lines else None
 
@@ -89,6 +89,8 @@ def _tell(what: str, done: threading.Event) -> None:
 @contextmanager
 def _own_interruption() -> Iterator[None]:
     """Have the user's interruption raise `Interrupted`, where Python's own handler is in force."""
+    import signal  # only where a plugin is at work
+
     is_ours = threading.current_thread() is threading.main_thread()
     if not is_ours or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
         yield
