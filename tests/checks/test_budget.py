@@ -7,7 +7,7 @@ import pytest
 
 import sitscad
 from sitscad.basics.finding import Severity
-from sitscad.checks.fixes.search import LEVELS, NOT_FURTHER, Budget
+from sitscad.checks.fixes.search import LEVELS, NOT_FURTHER, Budget, Costly, Growing, search
 from sitscad.checks.judging import HINTS, RULES, check, mended
 from sitscad.checks.rules import outcomes
 from sitscad.checks.trials import Trials
@@ -74,6 +74,30 @@ def test_exhausted_budget_suggests_no_fix():
     said = [outcome for rule in RULES for outcome in outcomes(rule, subject)[0]]
     found = {f.rule: f for f in Trials(subject, RULES, said, (), Budget(0, 0, 0)).advised()}
     assert all(NOT_FURTHER in found[rule].hint and not found[rule].fixes for rule in ("SIT101", "SIT202"))
+
+
+@pytest.mark.parametrize("family", [
+    Costly(lambda: pytest.fail("it was asked")),
+    Growing(lambda amount: pytest.fail("it was asked"), 1e-3, is_costly=True),
+], ids=["costly", "growing"])
+def test_spent_budget_asks_no_family_that_winds_coils_to_find_its_changes(family):
+    found = search((family,), lambda fix: None, Budget(0, 0, 0))
+    assert found.is_cut_short and not found.mending and not found.vain
+
+
+def test_coils_are_wound_for_hints_only_if_something_can_be_tried(monkeypatch):
+    """Seven turns too many of fine tracks: room for the vias inside was looked for after the last trial."""
+    spec = spec_of(turns=20, layers=4, size=7.0, width=80)
+    subject = Design(spec)
+    said = [outcome for rule in RULES for outcome in outcomes(rule, subject)[0]]
+    assert "SIT112" in {outcome.finding.rule for outcome in said}
+    budget, tried = Budget(1, 1, 0), []
+    trials = Trials(subject, RULES, said, (), budget)
+    trials._tried.append((spec, None))  # something was tried, and nothing is left
+    budget.layouts = 0
+    monkeypatch.setattr("sitscad.checks.fixes.moves.wind_all", lambda *_: tried.append(1) or pytest.fail("wound"))
+    found = {f.rule: f for f in trials.advised()}
+    assert NOT_FURTHER in found["SIT112"].hint and not tried
 
 
 def test_a_change_is_tried_once_for_all_findings(monkeypatch):

@@ -15,7 +15,7 @@ from sitscad.assembly.places.stack import ground
 from sitscad.basics.finding import Missing, Place, Severity, Shortfall
 from sitscad.basics.units import show
 from sitscad.checks.fixes import moves
-from sitscad.checks.fixes.search import GROWTH, Family, Fix, Growing, setting
+from sitscad.checks.fixes.search import GROWTH, Costly, Family, Fix, Growing, setting
 from sitscad.checks.rules import ROUNDING, Rule, Verdict, Violation, rule_of
 from sitscad.estimates.design import Design
 from sitscad.kernels.geometry.convex import beyond
@@ -84,8 +84,8 @@ def _room(spec: SensorSpec, lack: Shortfall) -> tuple[Family, ...]:
     match lack.what:
         case Missing.INNER_ROOM:
             more = max(missing or 0.0, 0.5 * spec.fpc.rules.via_pad)
-            return (partial(moves.roomy_turns, spec, spec.coil.most_turns, FEWER),
-                    Growing(partial(moves.larger_coils, spec), more, fits=moves.inner_vias_fit))
+            return (Costly(partial(moves.roomy_turns, spec, spec.coil.most_turns, FEWER)),
+                    Growing(partial(moves.larger_coils, spec), more, fits=moves.inner_vias_fit, is_costly=True))
         case Missing.LEAD_ROOM if body is not None and body.size is not None:
             return partial(moves.other_ends, spec), wider
         case Missing.LEAD_ROOM if len(spec.array.placements) > 1:
@@ -220,7 +220,7 @@ def _fitting(spec: SensorSpec, largest: BodySpec, over: float, have: tuple[float
         also = smaller(as_asked.spec, less)
         return as_asked.with_also(also) if also.edits else also
 
-    return lambda: [as_asked], Growing(partial(smaller, spec), by), Growing(both, by)
+    return lambda: [as_asked], Growing(partial(smaller, spec), by, is_costly=True), Growing(both, by, is_costly=True)
 
 
 RULES: tuple[Rule, ...] = (

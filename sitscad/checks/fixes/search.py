@@ -10,7 +10,7 @@ import math
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import replace
-from typing import Any
+from typing import Any, ClassVar
 
 from sitscad.basics.finding import Edit
 from sitscad.basics.record import record
@@ -110,6 +110,20 @@ Family = Callable[[], Iterable[Fix]]
 """Changes of one kind, the best first. They are made when a search asks for them."""
 
 
+@record
+class Costly:
+    """A family whose changes take as long to find as to try, because coils are wound for them. A search with a spent
+    budget leaves it out.
+    """
+
+    changes: Family
+    is_costly: ClassVar[bool] = True
+
+    def __call__(self) -> Iterable[Fix]:
+        """Return the changes."""
+        return self.changes()
+
+
 GROWTH, AMOUNTS = 1.7, 4
 """Factor from one amount that is tried to the next, and how many are tried."""
 
@@ -120,13 +134,14 @@ HALVINGS = 5
 @record
 class Growing:
     """A family of changes by an amount (m), from the `first` on. Amounts are rounded up to the `grain` (m). Changes of
-    which `fits` is false are not tried.
+    which `fits` is false are not tried. `is_costly` is that of `Costly`.
     """
 
     move: Callable[[float], Fix]
     first: float
     grain: float = 10e-6
     fits: Callable[[SensorSpec], bool] = lambda _: True
+    is_costly: bool = False
 
     def rounded(self, amount: float) -> float:
         """Return an amount rounded up."""
@@ -208,6 +223,9 @@ def search(families: Iterable[Family], trial: Trial, budget: Budget) -> Search:
     vain: list[tuple[Fix, Left]] = []
     is_cut_short = False
     for family in families:
+        if budget.is_spent and getattr(family, "is_costly", False):
+            is_cut_short = True
+            continue
         found: list[tuple[Fix, Left]] = []
         for fix in family():
             left = trial(fix)
