@@ -16,11 +16,13 @@ from sitscad.assembly.places.bodies import BodyRole, elastomer
 from sitscad.assembly.places.column import Toleranced
 from sitscad.assembly.places.tail_path import bends
 from sitscad.assembly.solids.tooling import FOOT_ROOM, PEG, foot_pockets
+from sitscad.estimates import estimate
 from sitscad.estimates.design import Design
 from sitscad.estimates.loads import gluing as physics
 from sitscad.estimates.loads.pad import pushed
 from sitscad.files.documents import gluing
 from sitscad.files.documents.mounting import fastened, jaw_cut, pushed_out, tail_held
+from sitscad.files.documents.parts_list import items
 from sitscad.kernels.geometry.convex import Footprint
 from sitscad.kernels.geometry.path import Point, bounding_box
 from sitscad.spec import presets, templates
@@ -202,14 +204,29 @@ def test_the_jig_is_drawn_with_what_is_glued_in_it():
     contents = render_jig_picture(layout, solids, tools).values()
     first = ["jig-base", "board", "jig-elastomer", "elastomer", "jig-elastomer-press"]
     last = ["jig-base", "board", "elastomer", "jig-target", "target", "jig-target-press"]
-    for content, shown in zip(contents, (first, last), strict=True):
+    press = ["mount", "board", "elastomer", "target", "jig-board-press"]
+    for content, shown in zip(contents, (first, last, press), strict=True):
         for view in ("exploded", "section"):
             assert re.findall(f"id='{view}-([a-z-]+)'", content.decode()) == shown
     alone = replace(layout, spec=replace(layout.spec, target=None))
-    (content,) = render_jig_picture(alone, tuple(s for s in solids if s.role != "target"),
+    content, _ = render_jig_picture(alone, tuple(s for s in solids if s.role != "target"),
                                     parts.aids(alone)).values()
     assert "exploded-jig-elastomer-press" in content.decode() and "jig-target" not in content.decode()
     assert render_jig_picture(layout, solids, ()) == {}
+
+
+def test_load_too_heavy_to_stand_on_a_press_is_a_clamp_over_a_spring():
+    """A bar of 80 mm and 164 mm high was asked for, on a board of 46 mm."""
+    layout = sitscad.lay_out(spec_of("skin_grid_3x3"))
+    mass = physics.board_press(layout)
+    is_clamped, spring, pressing = gluing.is_clamped, gluing.spring, gluing.pressing
+    assert is_clamped(mass) and not is_clamped(physics.board_press(sitscad.lay_out(spec_of("skin_strip_6"))))
+    force = float(re.match(r"(\d+) N", spring(mass))[1])
+    assert force == approx(mass * 9.80665, abs=0, rel=0.02)
+    assert re.search(r"becomes ([\d.]+) mm", spring(mass))[1] == f"{force / 10.0:.2g}"
+    parts = {item.item: item.size for item in items(layout, estimate(layout))}
+    assert spring(mass) in parts["jig clamp"] and "jig bar" not in parts
+    assert spring(mass) in pressing(layout, "Spread.")
 
 
 def test_webs_between_pads_get_no_glue():

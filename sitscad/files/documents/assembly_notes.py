@@ -13,7 +13,7 @@ from sitscad.assembly.places.bodies import BodyRole, glued_pieces, joined
 from sitscad.assembly.places.column import Levels, Toleranced, column, levels, on_board, plate_thickness
 from sitscad.assembly.places.fit import measures
 from sitscad.assembly.places.state import FREE, REST
-from sitscad.assembly.solids.tooling import pour, skin_pour
+from sitscad.assembly.solids.tooling import BOARD_PRESS, foot_pockets, pour, skin_pour
 from sitscad.basics.units import in_mm, show
 from sitscad.data import is_unverified
 from sitscad.estimates.circuits.uncertainty import direct_resistance_sigma
@@ -101,7 +101,10 @@ def text(layout: Layout, estimates: Estimates, bench: Estimates, package: Packag
     mount = spec.mount
     jaws = "" if mount is None or mount.jaw is None else f", mount/{spec.name}-jaw-drawing.pdf the closed pair"
     frames = [jig_picture(f"jig-{part}") for part in ("elastomer", "target") if getattr(spec, part) is not None]
-    pictures = f", {' and '.join(frames)} the jig at each use" if frames else ""
+    if frames and foot_pockets(layout):
+        frames.append(jig_picture(BOARD_PRESS))
+    *others, last = frames or [""]
+    pictures = f", {', '.join(others)}{' and ' if others else ''}{last} the jig at each use" if frames else ""
     jig = (
         "Wax the jig, or wipe it with mould release, so that no glue holds it, but keep the feet of its presses clean: "
         "they lie on faces that are glued later. "

@@ -27,6 +27,7 @@ from sitscad.basics.units import in_mm, show
 from sitscad.estimates.loads.gluing import (
     HARD_HANDLING,
     HARD_PRESSURE,
+    STANDARD_GRAVITY,
     board_plan,
     board_press,
     force_for,
@@ -168,8 +169,31 @@ def steel_bar(mass: float) -> tuple[float, float]:
     return next((bar for bar in bars if bar[1] <= 2.0 * bar[0]), bars[-1])
 
 
+def is_clamped(mass: float) -> bool:
+    """Whether a clamp over a spring takes the place of a mass (kg): a bar so heavy would be too high to stand."""
+    return washers(mass) is None and steel_bar(mass)[1] > steel_bar(mass)[0]
+
+
+SPRING_RATE = 10e3
+"""Rate (N/m) of a compression spring under a clamp: usual, and some millimetres of travel are read easily."""
+
+
+def spring(mass: float) -> str:
+    """The force of a mass (kg), and by how much a spring becomes shorter under it."""
+    force = mass * STANDARD_GRAVITY
+    travel = force / SPRING_RATE
+    return (f"{show(force, 'N', 2)}: a spring of {1e-3 * SPRING_RATE:g} N/mm, at least "
+            f"{1e3 * (PEG[1] + 2.0 * travel):.0f} mm long, becomes {1e3 * travel:.2g} mm shorter")
+
+
 def loaded(part: str, mass: float) -> str:
     """Instruction to load the press of a part to a mass (kg); the beginning of a sentence."""
+    if is_clamped(mass):
+        return (
+            f"Have a bar clamp and a compression spring ready, which goes over the peg of jig-{part}-press: so large a "
+            f"board takes the weight of {grams(mass)}, too much to stand on it. With a washer on the spring, tighten "
+            f"the clamp from under the mount, over the peg, to {spring(mass)} (another rate: force by rate)"
+        )
     if washers(mass) is not None:
         weight = f"M8 washers (ISO 7093, {1e3 * WASHER_MASS:g} g each) on its peg"
     else:
@@ -519,6 +543,15 @@ def pushed_ways(layout: Layout, part: str) -> tuple[str, ...]:
     return (
         f"On the left {end} is at the lower right.", f"Push the frame towards {end},",
         f"and the {part} in its well away from {end}.", *([] if row[0].footprint.is_round else [film]),
+    )
+
+
+def press_words(layout: Layout) -> tuple[str, ...]:
+    """What the picture of the board's press has below it: its place, the foam that is not drawn, and the force."""
+    return (
+        f"The feet stand on the board's rim, {in_mm(FOOT_INSET)} mm inside its edges.",
+        f"Foam of {in_mm(FOAM)} mm fills each pocket (not drawn).",
+        f"Pressed by {grams(board_press(layout))}, the press with it.",
     )
 
 

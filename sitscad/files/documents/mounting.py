@@ -53,6 +53,7 @@ from sitscad.files.documents.gluing import (
     inhibited,
     line_areas,
     on_own,
+    press_words,
     pushed_ways,
     rods,
     toleranced,
@@ -553,7 +554,9 @@ def render_picture(layout: Layout, solids: tuple[Solid, ...]) -> dict[str, bytes
 
 
 def render_jig_picture(layout: Layout, solids: tuple[Solid, ...], tools: tuple[Solid, ...]) -> dict[str, bytes]:
-    """``mount/jig-PART.svg`` for each part that is glued in the jig: the jig with all that is in it then."""
+    """``mount/jig-PART.svg`` for each part that is glued in the jig: the jig with all that is in it then; and
+    ``mount/jig-board-press.svg``, the press on the board with what is below it.
+    """
     spec, jig = layout.spec, of_role(tools, BodyRole.JIG)
     if spec.mount is None or not jig:
         return {}
@@ -566,6 +569,10 @@ def render_jig_picture(layout: Layout, solids: tuple[Solid, ...], tools: tuple[S
         picture = assembly_svg(shown_with, replace(spec, mount=None), frame.name, words)  # without a port
         files[jig_picture(frame.name)] = picture.encode("utf-8")
         shown = (*shown, *pieces)
+    if (press := next((each for each in jig if each.name == BOARD_PRESS), None)) is not None:
+        below = (*of_role(solids, BodyRole.MOUNT), *of_role(solids, BodyRole.SHIELD))
+        picture = assembly_svg((*below, *shown, press), replace(spec, mount=None), BOARD_PRESS, press_words(layout))
+        files[jig_picture(BOARD_PRESS)] = picture.encode("utf-8")
     return files
 
 

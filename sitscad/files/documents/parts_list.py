@@ -34,7 +34,7 @@ from sitscad.basics.units import counted, csv_text, in_mm, show
 from sitscad.data import is_unverified
 from sitscad.estimates.coil_estimates import Estimates
 from sitscad.estimates.loads.gluing import board_press, hard_adhesive, piece_press
-from sitscad.files.documents.gluing import BAR_HOLE, film_rooms, grams, steel_bar, washers
+from sitscad.files.documents.gluing import BAR_HOLE, film_rooms, grams, is_clamped, spring, steel_bar, washers
 from sitscad.files.documents.mounting import cures_badly, doses, nut_screw, screw_length, set_screw
 from sitscad.files.documents.preparing import Order, capacitor, connector_order, order_of, pours
 from sitscad.files.drawing.frame import FORCED
@@ -293,7 +293,10 @@ def _weights(layout: Layout, parts: Sequence[str]) -> Iterator[Item]:
     masses = {*(piece_press(layout.spec, part).mass for part in parts), *([board] if pockets else [])}
     if counts := [count for mass in masses if (count := washers(mass)) is not None]:
         yield Item("jig weight", max(counts), "washer M8, ISO 7093", "steel", "", note)
-    if heavy := sorted(mass for mass in masses if washers(mass) is None):
+    if clamped := sorted(mass for mass in masses if is_clamped(mass)):
+        sizes = "; ".join(spring(mass) for mass in clamped)
+        yield Item("jig clamp", 1, "bar clamp, compression spring and washer for a peg of 8 mm", "steel", sizes, note)
+    if heavy := sorted(mass for mass in masses if washers(mass) is None and not is_clamped(mass)):
         bars = [(grams(mass), *steel_bar(mass)) for mass in heavy]
         sizes = [f"{in_mm(across)} mm across, about {1e3 * high:.0f} mm high" for _, across, high in bars]
         part = f"round bar, {' and '.join(mass for mass, *_ in bars)} with the press"
