@@ -22,7 +22,7 @@ from sitscad.apps.hardware.converter import SimulatedConverter
 from sitscad.apps.hardware.source import source_of
 from sitscad.calibration.calibration import sensors_of
 from sitscad.cli import run
-from sitscad.data import DataError, rows
+from sitscad.data import PACKAGE, DataError, rows
 from sitscad.estimates.design import respond
 from sitscad.kernels.converters.figures import rows_of, source_in_all
 from sitscad.spec import presets
@@ -38,6 +38,20 @@ OF_TI = re.compile(
     r"RCOUNT|SETTLECOUNT|FIN_DIVIDER|FREF|f_REF|INx|CLKIN|SNOS|LDC1\d1\d|\bTI\b|DRIVE_CURRENT|OUTPUT_GAIN"
 )
 """Words that are of TI's converters."""
+
+
+SETTINGS_OF_TI = re.compile(r"rcount|settle_?count|(input|reference|fin|fref)_divider|noise_steps", re.IGNORECASE)
+"""Settings and figures of TI's counter."""
+
+OWN = ("kernels/converters/", "apps/hardware/converter.py", "files/documents/firmware_driver.py")
+"""Its conversion, the simulated chip and the tables of its driver."""
+
+
+def test_settings_of_one_kind_of_converter_stand_in_its_own_modules():
+    modules = {path.relative_to(PACKAGE).as_posix(): path for path in PACKAGE.rglob("*.py")}
+    others = [path for name, path in modules.items() if not name.startswith(OWN)]
+    assert len(others) > 300
+    assert [path.name for path in others if SETTINGS_OF_TI.search(path.read_text(encoding="utf-8"))] == []
 
 
 @pytest.fixture
