@@ -217,25 +217,31 @@ class _StubRoom:
         off = np.hypot(points[:, 0] - end.point.x, points[:, 1] - end.point.y) > 1.7 * self.wanted
         if off.any() and _nearer(turns[_beside(turns, points[off], self.wanted)], points[off], self.wanted).any():
             return False
-        steps = np.hypot(*np.diff(points, axis=0, prepend=[end.point]).T)
         beside = _beside(turns, points[~off], self.asked)
+        near = _nearer(turns[beside], points[~off], self.asked)
+        if not near.any():
+            return True
+        steps = np.hypot(*(points - np.concatenate([[end.point], points[:-1]])).T)
         way = self._ways[end.layer][beside, None] + np.cumsum(steps)[~off]
-        return not np.any(_nearer(turns[beside], points[~off], self.asked) & (way >= ALONG * self.asked))
+        return not np.any(near & (way >= ALONG * self.asked))
 
 
 def _beside(points: Array, others: Array, reach: float) -> Index:
     """Which points lie in the box round others, grown by a reach (m): only they can be as near as that."""
     if not len(others):
         return np.empty(0, dtype=np.intp)
-    low, high = others.min(axis=0) - reach, others.max(axis=0) + reach
+    (low_x, low_y), (high_x, high_y) = (others.min(axis=0) - reach).tolist(), (others.max(axis=0) + reach).tolist()
     x, y = points.T
-    return np.flatnonzero((x >= low[0]) & (x <= high[0]) & (y >= low[1]) & (y <= high[1]))
+    return np.flatnonzero((x >= low_x) & (x <= high_x) & (y >= low_y) & (y <= high_y))
 
 
 def _nearer(one: Array, other: Array, distance: float) -> Flags:
     """Which points (n, m) are nearer to each other than a distance (m), by more than `ROUNDING`."""
-    squares = np.square(one[:, :1] - other[:, 0]) + np.square(one[:, 1:] - other[:, 1])
-    return np.asarray(squares < (distance - ROUNDING) ** 2)
+    across, up = (one[:, axis, None] - other[:, axis] for axis in (0, 1))
+    across *= across
+    up *= up
+    across += up
+    return np.asarray(across < (distance - ROUNDING) ** 2)
 
 
 def _ways(end: InnerEnd, place: Point, keep: float) -> Iterator[list[Point]]:
@@ -258,10 +264,15 @@ def _spread(corners: list[Point]) -> Array:
     """Points (n, 2) on a stub, no farther apart than those on the turns, eight at least on every straight piece."""
     found = []
     for start, end in pairwise(corners):
-        count = max(8, math.ceil(start.distance(end) / SAMPLE))
-        along = np.arange(1, count + 1)[:, None] / count
-        found.append(np.array(start) + along * (np.array(end) - np.array(start)))
-    return np.concatenate(found)
+        along = _shares(max(8, math.ceil(start.distance(end) / SAMPLE)))
+        found.append(np.array(start) + along * np.array((end.x - start.x, end.y - start.y)))
+    return np.concatenate(found) if len(found) > 1 else found[0]
+
+
+@lru_cache(maxsize=256)
+def _shares(count: int) -> Array:
+    """Shares (n, 1; no unit) of a length at the ends of so many equal parts of it."""
+    return np.asarray(np.arange(1, count + 1)[:, None] / count)
 
 
 class _Candidates:
