@@ -1,8 +1,8 @@
-"""Skin and proximity effect of windings made of straight sides and arcs: polygons, rectangles, racetracks.
+"""Skin and proximity effect of windings of straight sides and arcs: polygons, rectangles, racetracks.
 
-Sides of one direction lie abreast; they are cut together at the same fractions of their lengths. What drives the eddy
-currents is the vector potential of the whole real path, straight filaments in closed form, so corners and ends count.
-An arc is a few chords, each a side of its own that remembers its curvature.
+Sides of one direction lie abreast and are cut together, at the same fractions of their lengths. The field of the whole
+real path, as straight filaments in closed form, drives the eddy currents, so corners and ends are included. An arc is
+divided into a few chords, each a side of its own with the curvature of the arc.
 """
 
 from __future__ import annotations
@@ -25,32 +25,42 @@ from sitscad.kernels.electromagnetics.loss.track_modes import Cut, ModeSet, fiel
 from sitscad.kernels.electromagnetics.special_functions import gauss
 
 BLOCK = math.radians(30.0)
-"""Arcs are cut once in every such angle of their direction, in the middle one of an odd number of chords."""
+"""Angle (rad) of arc that one cut represents. The cut is in the middle chord of an odd number of chords."""
 
 ROUND = math.radians(200.0)
-"""Rounded corners and half circles, which turn less, are cut in equal parts from their own beginning, so that no part
-of one counts as abreast of the next; runs of arcs that turn more where their direction passes fixed angles, so that
-those of turns that begin elsewhere lie abreast."""
+"""Angle (rad) of a run of arcs that decides how it is divided.
+
+Runs that turn less, such as rounded corners and half circles, are divided into equal parts from their beginning, so
+that parts of one run are not abreast of each other. Runs that turn more are divided at fixed directions, so that turns
+with other beginnings lie abreast.
+"""
 
 ABREAST = math.radians(5.0)
-"""Sides whose directions differ by less than this lie abreast."""
+"""Difference of directions (rad) below which sides lie abreast."""
 
 DISTANT = 1.5
-"""Distance of a block of arcs from a cut, in its length, from which it is a third of the chords."""
+"""Distance of a block of arcs from a cut, in lengths of the block, from which a third of its chords suffices."""
 
 TIGHTEST = 0.7
-"""Radius of the centre line, in widths, below which an arc's current is that of this radius; at a half, its inner edge
-is a point that would take all of it. Tighter arcs between straight sides are corners (`corners.mitred`)."""
+"""Radius of the centre line, in widths, below which an arc has the current of this radius.
+
+At 0.5 the inner edge is a point that would take all of the current. Tighter arcs between straight sides are corners
+(`corners.mitred`).
+"""
 
 CORNER = 0.4
-"""Widths of clearance of sides that are not abreast: the field squared beyond a corner, summed over a side, is then
-that of a filament from half a width on."""
+"""Least distance, in widths, of sides that are not abreast.
+
+With it, the squared field beyond a corner, summed over a side, is that of a filament from half a width on.
+"""
 
 
 @record(eq=False)
 class BentTrack:
-    """One layer: starts and ends (n, 2) of its pieces along the current (m), the angle that each turns by (0: straight,
-    positive to the left; rad), the cross-section and the mid-plane.
+    """One layer as pieces along the current.
+
+    `starts` and `ends` (n, 2; m) of the pieces, and `turns`, the angle (rad) by which each turns: 0 for straight
+    pieces, positive to the left. `width`, `thickness` and `z`, the mid-plane, are in metres.
     """
 
     starts: Array
@@ -62,7 +72,7 @@ class BentTrack:
 
     @property
     def length(self) -> float:
-        """Length of the centre line (m): of an arc the chord times half the angle over its sine."""
+        """Length of the centre line (m). For an arc it is the chord times half the angle over its sine."""
         half = np.maximum(0.5 * np.abs(self.turns), 1e-9)
         return float(np.sum(np.hypot(*(self.ends - self.starts).T) * half / np.sin(half)))
 
@@ -98,11 +108,28 @@ class _Chords:
 
 def bent_winding_loss(tracks: Sequence[BentTrack], conductivity: float, modes: ModeSet, cuts: int, steps: int,
                       alike: int = 1) -> ProximityLoss:
-    """Skin and proximity effect (ohm, H) of tracks in series (S/m), every straight side cut `cuts` times (an even
-    number): partial elements of modes (Ruehli 1974; `current_modes`). `alike` parts of the winding are taken as each
-    other's images. With 2, only the sides of the first half turn of direction are solved and stand for the opposite
-    ones too; with 4 so does one half of every side for the other, the half where the current comes from and that where
-    it goes by turns.
+    """Return the skin and proximity effect (ohm, H) of tracks in series.
+
+    Parameters
+    ----------
+    tracks : sequence of BentTrack
+        layers of the winding
+    conductivity : float
+        S/m
+    modes : ModeSet
+        modes of each cross-section
+    cuts : int
+        cuts of each straight side, an even number
+    steps : int
+        largest number of steps of the Lanczos runs
+    alike : int
+        number of parts of the winding that are images of each other. With 2, sides of the first half turn of direction
+        represent the opposite sides as well. With 4, one half of each side also represents the other half: the half at
+        the start and the half at the end alternately
+
+    Notes
+    -----
+    Partial elements of modes (Ruehli 1974; `current_modes`).
     """
     sides = _sides(tracks)
     parts = []
@@ -120,7 +147,7 @@ def bent_winding_loss(tracks: Sequence[BentTrack], conductivity: float, modes: M
 
 def _group_losses(sides: _Sides, index: Index, cuts: int, conductivity: float, modes: ModeSet,
                   steps: int, end: int | None) -> list[ProximityLoss]:
-    """Losses (ohm) and inductance (H) of a group of sides; with an `end` (0 or 1) only that half of them is cut."""
+    """Return losses (ohm, H) of a group of sides. With an `end` (0 or 1), only this half of the sides is cut."""
     if sides.curvature[index[0]]:
         return losses([_cut_system(sides, index, 0.5, 1.0, conductivity, modes, None)], steps)
     spans = sides.end[index] - sides.start[index]
@@ -137,8 +164,9 @@ def _group_losses(sides: _Sides, index: Index, cuts: int, conductivity: float, m
 
 
 def _crowded(count: int, scale: float) -> tuple[Array, Array]:
-    """Points (2 count) and weights of the mean over [0, 1], no unit, `count` to either half, denser towards the ends:
-    beyond `scale` from them, x = scale sinh(u).
+    """Return points (2 count,) and weights of the mean over [0, 1], `count` on either half, denser towards the ends.
+
+    Beyond `scale` from an end, x = scale sinh(u).
     """
     nodes, weights = gauss(count)
     top = math.asinh(0.5 / scale)
@@ -148,7 +176,7 @@ def _crowded(count: int, scale: float) -> tuple[Array, Array]:
 
 
 def _sides(tracks: Sequence[BentTrack]) -> _Sides:
-    """All tracks as sides with lengths (m), curvatures (1/m) and groups of directions."""
+    """Return all tracks as sides with lengths (m), curvatures (1/m) and groups of directions."""
     rows, keys, block, few, number = [], [], [], [], 0
     known: list[tuple[float, int]] = []
     shapes: dict[bytes, list[Block]] = {}
@@ -181,8 +209,9 @@ Block = tuple[Array, float, float, float]
 
 
 def _blocks(track: BentTrack) -> Iterator[Block]:
-    """Straight sides, and runs of arcs in blocks between fixed directions, so that those of all turns lie abreast:
-    nodes (n, 2; m), length (m), turn (rad), direction (rad).
+    """Yield straight sides, and runs of arcs in blocks: nodes (n, 2; m), length (m), turn and direction (rad).
+
+    Blocks end at fixed directions, so that those of all turns lie abreast.
     """
     first = 0
     while first < len(track.turns):
@@ -199,7 +228,7 @@ def _blocks(track: BentTrack) -> Iterator[Block]:
 
 
 def _run(starts: Array, ends: Array, turns: Array, width: float) -> Iterator[Block]:
-    """The blocks (m) of a run of arcs; one arc alone is alike in every turn of a polygon."""
+    """Return blocks of a run of arcs. A single arc is cached, because it is equal in every turn of a polygon."""
     if len(turns) > 1:
         yield from _curve(starts, ends, turns, width)
         return
@@ -210,12 +239,12 @@ def _run(starts: Array, ends: Array, turns: Array, width: float) -> Iterator[Blo
 
 @lru_cache(maxsize=64)
 def _alone(x: float, y: float, turn: float, width: float) -> tuple[Block, ...]:
-    """The blocks (m) of an arc from the origin to a place (x, y) in widths."""
+    """Return blocks of an arc from the origin to a place (x, y), in widths."""
     return tuple(_curve(np.zeros((1, 2)), width * np.array([[x, y]]), np.array([turn]), width))
 
 
 def _curve(starts: Array, ends: Array, turns: Array, width: float) -> Iterator[Block]:
-    """Blocks of a run of arcs between directions: nodes (n, 2; m), length (m), turn (rad), direction (rad)."""
+    """Yield blocks of a run of arcs: nodes (n, 2; m), length (m), turn and direction (rad)."""
     sign = math.copysign(1.0, turns[0])
     spans = ends - starts
     radii = np.hypot(spans[:, 0], spans[:, 1]) / (2.0 * np.sin(0.5 * np.abs(turns)))
@@ -241,8 +270,9 @@ def _curve(starts: Array, ends: Array, turns: Array, width: float) -> Iterator[B
 
 
 def _on_arcs(start: Array, end: Array, turn: Array, fraction: Array) -> Array:
-    """Points (n, 2; m) at fractions (n) of arcs, turns in rad: the chord's start turned about the arc's centre (derived
-    here).
+    """Return points (n, 2; m) at fractions (n,) of arcs with turns in rad.
+
+    The start of the chord is turned about the centre of the arc (derived here).
     """
     span = end - start
     left = np.stack([-span[:, 1], span[:, 0]], axis=1)
@@ -254,7 +284,10 @@ def _on_arcs(start: Array, end: Array, turn: Array, fraction: Array) -> Array:
 
 
 def _group(known: list[tuple[float, int]], heading: float, part: int) -> int:
-    """The number of the group of a direction (rad), for straight sides and arcs apart; a new one when none is near."""
+    """Return number of the group of a direction (rad), separate for straight sides and arcs.
+
+    A new group if none is near.
+    """
     for number, (other, kind) in enumerate(known):
         if kind == part and abs(math.remainder(heading - other, 2.0 * math.pi)) < ABREAST:
             return number
@@ -263,7 +296,7 @@ def _group(known: list[tuple[float, int]], heading: float, part: int) -> int:
 
 
 def _cut(sides: _Sides, index: Index, fraction: float, weight: float) -> Cut:
-    """The tracks (m) of some sides where a plane crosses them at a fraction of their lengths."""
+    """Return tracks (m) of some sides where a plane crosses them at a fraction of their lengths."""
     place, tangent = _place(sides, index, fraction)
     z, width, thickness = sides.section[index].T
     normal = np.array([tangent[1], -tangent[0]])
@@ -271,14 +304,15 @@ def _cut(sides: _Sides, index: Index, fraction: float, weight: float) -> Cut:
 
 
 def _place(sides: _Sides, index: Index, fraction: float) -> tuple[Array, Array]:
-    """Points (n, 2; m) of some sides at a fraction of their lengths, and the first one's unit vector."""
+    """Return points (n, 2; m) of some sides at a fraction of their lengths, and the unit vector of the first side."""
     span = sides.end[index] - sides.start[index]
     return sides.start[index] + fraction * span, span[0] / np.hypot(*span[0])
 
 
 def _cut_system(sides: _Sides, index: Index, fraction: float, weight: float, conductivity: float,
                 modes: ModeSet, matrix: Array | NearAndFar | None) -> ModeSystem:
-    """The modes of the sides cut there, and the flux (Wb/m/A) that bends and the rest of the path send through them:
+    """Return modes of the sides at a cut, driven by the flux (Wb/m/A) of bends and of the rest of the path.
+
     Biot and Savart for straight filaments.
     """
     place, tangent = _place(sides, index, fraction)
@@ -300,9 +334,9 @@ def _cut_system(sides: _Sides, index: Index, fraction: float, weight: float, con
 
 
 def _bend_flux(cut: Cut, half: Array, modes: ModeSet) -> Array:
-    """Flux (n, points; Wb/m/A) of arcs as parts of rings through the modes, instead of what straight tracks make:
-    derived here from `smooth_rings` and `arc_field`. `half` (n; rad) is how far each arc reaches to either side of the
-    cut.
+    """Return flux (n, points; Wb/m/A) of arcs as parts of rings, in place of the flux of straight tracks.
+
+    `half` (n; rad) is the angle of the arc on either side of the cut. Derived here from `smooth_rings` and `arc_field`.
     """
     # mode_system weighs what straight tracks make with sqrt(1 + curvature x), the flux with 1 + curvature x; and a
     # track's own arc, +-half (n,) radians about the cut, is a part of a ring.
@@ -329,8 +363,9 @@ def _bend_flux(cut: Cut, half: Array, modes: ModeSet) -> Array:
 
 
 def _seen(sides: _Sides, index: Index, place: Array) -> tuple[_Chords, Index]:
-    """The chords that a cut at places (n, 2; m) sees, fewer where arcs are farther than they are long; and the numbers
-    of the cut's own among them.
+    """Return chords that act on a cut at places (n, 2; m), and the indices of the cut's own chords.
+
+    Distant arcs have fewer chords.
     """
     near = box_of(place).distance(sides.middle, sides.middle) < DISTANT * sides.reach
     near[sides.block[index]] = True
@@ -343,7 +378,7 @@ def _seen(sides: _Sides, index: Index, place: Array) -> tuple[_Chords, Index]:
 
 
 def _straight(chords: _Chords, own: Index, is_curved: bool, tangent: Array, least: float) -> Filaments:
-    """The chords as straight filaments in the plane, with the least distance squared (m2) that each counts at."""
+    """Return chords as straight filaments in the plane, each with its squared least distance (m2)."""
     axis = chords.end - chords.start
     # Sides round the corner have the width of a track: as filaments they would be too near.
     turned = np.abs(axis @ tangent) < 0.94 * np.hypot(axis[:, 0], axis[:, 1])
@@ -355,9 +390,10 @@ def _straight(chords: _Chords, own: Index, is_curved: bool, tangent: Array, leas
 
 
 def _straight_potential(cut: Cut, offset: Array) -> Array:
-    """What the other tracks of the cut make along each one as straight filaments (n, points; Wb/m/A): -mu0 / (2 pi)
-    ln(distance / unit), times the root of both lengths' ratio (Jackson, Classical Electrodynamics, chapter 5, for an
-    endless wire).
+    """Return potential (n, points; Wb/m/A) of the other tracks of a cut as straight filaments.
+
+    It is -mu0 / (2 pi) ln(distance / unit) times the square root of the ratio of both lengths (Jackson, Classical
+    Electrodynamics, chapter 5, for an infinite wire).
     """
     across = cut.across[:, None, None] + offset[..., None] - cut.across
     square = across**2 + (cut.height[:, None] - cut.height)[:, None, :] ** 2

@@ -1,9 +1,9 @@
-"""What direct current at a sharp corner has more than current that is even across both sides, alike at every size.
+"""Direct current at a sharp corner, less a current that is even across both sides. It scales with the track width.
 
-A loop: forwards on the inside of the corner, back on the outside, gone within a width. Its stream function is known
-from the conformal map of a bent strip, dz/du = tanh(u/2)^(turn / pi), as the resistance is (`bend_squares`; Hall, Thin
-Solid Films 1, 1967, has bends by such maps); the tables are what `python tests/validation/corner_flow.py` finds with
-it. Lengths are in widths of the track.
+The difference is a loop: forwards on the inside of the corner, back on the outside, and zero beyond about a width. Its
+stream function follows from the conformal map of a bent strip, dz/du = tanh(u/2)^(turn / pi), as the resistance does
+(`bend_squares`; Hall, Thin Solid Films 1, 1967, has bends by such maps). The tables are results of `python
+tests/validation/corner_flow.py`. Lengths are in widths of the track.
 """
 
 from __future__ import annotations
@@ -19,32 +19,40 @@ from sitscad.basics.record import record
 from sitscad.kernels.electromagnetics.constants import MU0
 
 TURNS = np.radians((0.0, 45.0, 60.0, 90.0))
-"""Angles by which a track turns at the corners of octagons, hexagons and squares, and none."""
+"""Angles (rad) by which a track turns at corners of octagons, hexagons and squares, and zero."""
 
 TIGHT = (0.0, 0.55, 0.7)
-"""Radii of the centre line, over the width, of the tables of corners: sharp ones, and those that count as sharp."""
+"""Radii of the centre line, over the width, of the tables of corners: sharp corners, and bends that count as sharp."""
 
 MOMENTS = ((0.0, 0.0710, 0.1014, 0.1889), (0.0, 0.0688, 0.0931, 0.1435), (0.0, 0.0681, 0.0915, 0.1391))
-"""Magnetic moment of the loop over current and width squared, at each radius of TIGHT and each of TURNS; within 0.5 %.
-The rounded ones, here and below, by `python tests/validation/corner_flow.py rounded`, the limit of two meshes."""
+"""Magnetic moment of the loop over current and squared width, for each radius of `TIGHT` and each of `TURNS`.
+
+The error is below 0.5 %. Rows for rounded corners, here and below, come from `corner_flow.py rounded`, the limit of two
+meshes.
+"""
 
 SQUARES = ((0.0, -0.0890, -0.1666, -0.4413), (0.0, 0.3729, 0.4800, 0.6799), (0.0, 0.4972, 0.6503, 0.9493))
-"""Squares of such a corner beyond its straight sides, likewise (the sharp ones: `bend_squares`)."""
+"""Resistance of a corner in squares beyond its straight sides, for each of `TIGHT` and `TURNS` (sharp:
+`bend_squares`).
+"""
 
 ROUNDED = ((1.0, 1.0, 1.0, 1.0), (1.0, 0.943, 0.884, 0.718), (1.0, 0.911, 0.838, 0.657))
-"""What the loop makes of the corner's inductance, over that of the sharp corner in OWN, likewise."""
+"""Inductance of the corner's loop over that of the sharp corner in `OWN`, for each of `TIGHT` and `TURNS`."""
 
 INWARDS = ((0.0, 0.0, 0.0, 0.0), (0.0, 0.023, 0.049, 0.152), (0.0, 0.032, 0.068, 0.212))
-"""How much further inside than a sharp corner's the middle of such a loop lies, likewise."""
+"""Distance (widths) by which the middle of the loop moves inwards from that of a sharp corner, likewise."""
 
 POINTS = (
     ((-0.146, 0.169, 0.389), (0.205, 0.569, 0.215), (0.272, 0.151, 0.338), (0.490, 1.149, 0.058)),
     ((-0.120, 0.155, 0.408), (0.218, 0.550, 0.201), (0.332, 0.164, 0.322), (0.633, 1.026, 0.069)),
     ((-0.212, 0.133, 0.251), (0.155, 0.264, 0.353), (0.504, 0.204, 0.277), (0.752, 0.790, 0.119)),
 )
-"""Where the moment lies at the turns from the second on: from the centre line's corner along the bisector to the inside
-and to either side of it, and the share. What a field has through these eight points is within 6 % of what it has
-through the loop, from a third of a width off."""
+"""Places and weights of the moment, for each turn from the second on.
+
+A row has the distance from the corner of the centre lines along the bisector to the inside, the distance to either side
+of the bisector, and the weight. The flux of a field through these eight points is within 6 % of that through the loop,
+from a third of a width on.
+"""
 
 OWN = np.array([
     (0.001, -0.01075, -0.02033, -0.05558), (0.01, -0.01062, -0.02009, -0.05493), (0.05, -0.01010, -0.01911, -0.05234),
@@ -52,8 +60,10 @@ OWN = np.array([
     (0.5, -0.00672, -0.01274, -0.03510), (0.7, -0.00587, -0.01114, -0.03075), (1.0, -0.00496, -0.00940, -0.02596),
     (2.0, -0.00328, -0.00623, -0.01719), (3.0, -0.00247, -0.00468, -0.01291),
 ])
-"""What the loop makes of the inductance of a corner with long arms, over thickness / width, at the turns from the
-second on, in mu0 times the width: its coupling with both arms, twice, and its own. The limit of two meshes; within 1 %.
+"""Inductance of the loop of a corner with long arms, in mu0 times the width, over thickness / width.
+
+Columns are the turns from the second on. It is twice the coupling with both arms plus the self-inductance, the limit of
+two meshes, within 1 %.
 """
 
 
@@ -63,24 +73,30 @@ RELAXATION = np.array([
     (1.7, 0.0018, 0.0037, 0.0083, 36.4, 24.0, 19.2), (2.5, 0.0012, 0.0019, 0.0040, 110.0, 50.6, 29.0),
     (4.0, 0.0, 0.0, 0.0, 110.0, 50.6, 29.0),
 ])
-"""What alternating current makes of a bend of 45, 60 and 90 degrees beyond what its modes along the sides and arcs say,
-over its radius: how much less its inductance is in the end (mu0 widths), and where half of that is reached
-(mu0 times conductivity, width, thickness and angular frequency; one relaxation). Fitted to triangles less modes, for
-one bend of copper 0.03 to 0.04 times as thick as wide, within 0.0005 (0.001 for 90 degrees of radius 0.6)
-(`python tests/validation/corner_relaxation.py`)."""
+"""Inductance that a bend loses to alternating current beyond the modes of its sides and arcs, over its radius.
+
+Columns, for bends of 45, 60 and 90 degrees: the final loss of inductance (mu0 widths), then the place of half of this
+loss (mu0 times conductivity, width, thickness and angular frequency; one relaxation). Fitted to meshes of triangles
+less the modes, for one bend of copper 0.03 to 0.04 times as thick as wide, within 0.0005 (0.001 for 90 degrees of
+radius 0.6) (`python tests/validation/corner_relaxation.py`).
+"""
 
 THICKER = np.array([
     (0.027, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0), (0.1, 1.09, 1.06, 1.56, 1.14, 1.13, 1.43),
     (0.3, 1.20, 1.06, 3.8, 1.54, 1.60, 2.5), (1.0, 0.0, 0.0, 0.0, 1.54, 1.60, 2.5),
 ])
-"""How many times the first row of RELAXATION that is for thicker copper, over thickness / width. Beyond 0.3 current is
-not even through the thickness, which the triangles take it to be: what is not known there fades out."""
+"""Factors on the first row of `RELAXATION` for thicker copper, over thickness / width.
+
+Beyond 0.3 the current is not even through the thickness, which the meshes assume. The unknown part fades out there.
+"""
 
 
 @record(eq=False)
 class Loops:
-    """Small loops of current in the plane of a track: places (n, 2) in metres, moments (n; m2 per ampere of the track,
-    positive upwards), and over how much each is spread (m, a Gaussian's standard deviation).
+    """Small loops of current in the plane of a track.
+
+    `places` (n, 2; m), `moments` (n; m2 per ampere of the track, positive upwards), and `spread`, the standard
+    deviation (m) of a Gaussian over which each moment is distributed.
     """
 
     places: Array
@@ -90,16 +106,19 @@ class Loops:
 
 @lru_cache(maxsize=256)
 def moment(turn: float, radius: float = 0.0) -> float:
-    """Moment of the loop over current and width squared (no unit) for a turn (rad, either way) of a radius over the
-    width, by the tables of `corner_flow.py`.
+    """Return moment of the loop over current and squared width, for a turn (rad) and a radius over the width.
+
+    By the tables of `corner_flow.py`.
     """
     return _tight(MOMENTS, turn, radius)
 
 
 @lru_cache(maxsize=256)
 def points(turn: float, radius: float = 0.0) -> Array:
-    """Places of the loop's moment (8, 3; widths) for a turn (rad) of a radius over the width: to the inside of where
-    the centre lines meet, to the left of that, and the share; by the tables of `corner_flow.py`.
+    """Return places and weights of the loop's moment (8, 3; widths), for a turn (rad) and a radius over the width.
+
+    Columns are the distance to the inside of the corner of the centre lines, the distance to the left of this
+    direction, and the weight. By the tables of `corner_flow.py`.
     """
     nearest = POINTS[int(np.argmin(np.abs(TURNS[1:] - abs(turn))))]
     half = np.array(nearest) * np.array([1.0, 1.0, 0.5]) + np.array([_tight(INWARDS, turn, radius), 0.0, 0.0])
@@ -110,45 +129,50 @@ def points(turn: float, radius: float = 0.0) -> Array:
 
 @lru_cache(maxsize=256)
 def own_inductance(turn: float, width: float, thickness: float, radius: float = 0.0) -> float:
-    """What the loop makes of the inductance (H, negative) of a corner between long arms; metres, radius over width: by
-    the table OWN.
+    """Return inductance (H, negative) of the loop of a corner between long arms, by the table `OWN`.
+
+    Width and thickness in metres, the radius over the width.
     """
     return MU0 * width * _sharp(turn, thickness / width) * _tight(ROUNDED, turn, radius)
 
 
 @lru_cache(maxsize=256)
 def tight_squares(turn: float, radius: float) -> float:
-    """Resistance of a corner beyond its straight sides in squares (ohm over those of a square), for a turn (rad) and a
-    radius over the width up to the last of TIGHT; by the tables of `corner_flow.py`.
+    """Return the resistance of a corner in squares beyond its straight sides.
+
+    The turn is in rad; the radius is over the width, up to the last of `TIGHT`. By the tables of `corner_flow.py`.
     """
     return _tight(SQUARES, turn, radius)
 
 
 def gentle_squares(turn: float, radius: float) -> float:
-    """Resistance in squares (no unit) of a wider arc between straight sides; turn in rad, radius over the width.
+    """Return resistance in squares of a wider arc between straight sides; turn in rad, radius over the width.
 
-    Turn over ln of the radii (textbook), and 0.029 radius^-2.6 for the ends, where the current goes over into
-    1 / radius: fitted here to arcs of 45 to 90 degrees and 0.7 to 4.5 widths (`corner_flow.py`), within 0.015 squares.
-    Smaller turns get up to 0.08 squares too many.
+    Notes
+    -----
+    Turn over ln of the ratio of radii (textbook), plus 0.029 radius^-2.6 for the ends, where the current changes to a 1
+    / radius profile. This term is fitted here to arcs of 45 to 90 degrees and 0.7 to 4.5 widths (`corner_flow.py`),
+    within 0.015 squares. For smaller turns the result is up to 0.08 squares too large.
     """
     return abs(turn) / math.log((radius + 0.5) / (radius - 0.5)) + 0.029 * radius**-2.6
 
 
 @lru_cache(maxsize=256)
 def gentle_inductance(turn: float, width: float, thickness: float, radius: float) -> float:
-    """Inductance (H) of such an arc less the inductance of a current that goes as 1 / radius all along it.
+    """Return inductance (H) of a wider arc less that of a current with a 1 / radius profile all along it.
 
-    Turn in rad, width and thickness in m, radius over the width. Fitted likewise: 0.0086 (turn / 90 degrees)^2
-    radius^-2.2 mu0 widths at thickness / width = 0.1, within 0.002 mu0 widths.
+    Turn in rad, width and thickness in m, radius over the width. It is 0.0086 (turn / 90 degrees)^2 radius^-2.2 mu0
+    widths at thickness / width = 0.1, fitted by `corner_flow.py` within 0.002 mu0 widths.
     """
     profile = _sharp(math.pi / 2, thickness / width) / _sharp(math.pi / 2, 0.1)
     return -0.0086 * MU0 * width * profile * (2.0 * turn / math.pi) ** 2 * radius**-2.2
 
 
 def relaxation(turn: float, width: float, thickness: float, radius: float, conductivity: float) -> tuple[float, float]:
-    """The inductance (H) that such a bend loses to alternating current, and the relaxation time (s) with which it does:
-    L falls by the one times w2 tau2 / (1 + w2 tau2), by the table RELAXATION. Turn in rad, metres, radius over the
-    width, S/m.
+    """Return inductance (H) that a bend loses to alternating current, and the relaxation time (s).
+
+    L falls by the inductance times w2 tau2 / (1 + w2 tau2), by the table `RELAXATION`. Turn in rad, width and thickness
+    in m, radius over the width, conductivity in S/m.
     """
     row = [float(np.interp(radius, RELAXATION[:, 0], column)) for column in RELAXATION.T[1:]]
     thicker = [float(np.interp(math.log(thickness / width), np.log(THICKER[:, 0]), column)) for column in THICKER.T[1:]]
@@ -161,15 +185,11 @@ def relaxation(turn: float, width: float, thickness: float, radius: float, condu
 
 
 def _sharp(turn: float, aspect: float) -> float:
-    """What a sharp corner's loop makes of its inductance (mu0 widths) for a turn (rad): the table OWN at an aspect
-    ratio.
-    """
+    """Return the inductance of a sharp corner's loop (mu0 widths) at a turn (rad) and an aspect ratio."""
     row = [0.0, *(float(np.interp(math.log(aspect), np.log(OWN[:, 0]), column)) for column in OWN.T[1:])]
     return float(np.interp(abs(turn), TURNS, row))
 
 
 def _tight(table: Sequence[Sequence[float]], turn: float, radius: float) -> float:
-    """A table of tight corners (one row a radius of TIGHT) at a turn (rad) and a radius over the width, in its own
-    unit.
-    """
+    """Return value of a table with one row for each radius of `TIGHT`, at a turn (rad) and a radius over the width."""
     return float(np.interp(radius, TIGHT, [np.interp(abs(turn), TURNS, row) for row in table]))

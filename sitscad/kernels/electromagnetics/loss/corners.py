@@ -1,9 +1,9 @@
 """Direct current at the corners of a winding: it crowds to the inside, which lowers resistance and inductance.
 
-An even current, mitred at every corner, plus a loop at each (`corner_excess`). A loop takes from the inductance what it
-makes with its own two arms and itself, a table, and the flux that the rest of the winding sends through it. What
-alternating current does along the sides comes on top (`bent_tracks`), and what it does at a bend besides that as one
-relaxation of each.
+The model is an even current, mitred at every corner, plus a loop of current at each corner (`corner_excess`). The loop
+changes the inductance by its coupling with itself and its two arms, a table, and by the flux of the rest of the winding
+through it. Alternating current along the sides is added by `bent_tracks`. Its further effect at a bend is one
+relaxation for each bend.
 """
 
 from __future__ import annotations
@@ -35,40 +35,51 @@ from sitscad.kernels.electromagnetics.loss.resistance import bend_squares
 from sitscad.kernels.electromagnetics.special_functions import gauss
 
 LEAST_TURN = 1e-3
-"""Angle (rad) between straight pieces from which on there is a corner."""
+"""Angle (rad) between straight pieces from which they form a corner."""
 
 MOST_TURN = math.radians(120.0)
-"""Angle (rad) up to which an arc between sides rounds a corner; beyond, it is a curve of its own."""
+"""Angle (rad) up to which an arc between sides counts as a rounded corner. Larger arcs are curves of their own."""
 
 OPEN = 1.3
-"""Radius, in widths, from which on an arc between sides is one for alternating current too; from TIGHT on to
-it the inner edge draws the current together faster than the modes of a slender arc can tell."""
+"""Radius, in widths, from which an arc between sides is treated as an arc for alternating current too.
+
+From the last of `TIGHT` up to it, current crowds to the inner edge faster than the modes of a slender arc can follow.
+"""
 
 NEAR = 4.0
-"""Distance, in widths, up to which a loop counts as spread out and a side as wide; beyond, a dipole and a filament."""
+"""Distance, in widths, up to which a loop is distributed and a side has a width.
+
+Beyond, they are a dipole and a filament.
+"""
 
 STRANDS = 4
 """Filaments across the width of a near side."""
 
 CHORD = math.radians(15.0)
-"""Arcs send their flux as chords of about this angle."""
+"""Angle (rad) of the chords by which arcs contribute flux, about."""
 
 FAR_METAL = 1.0
-"""Distance of metal, in widths, from which on a loop counts as one place."""
+"""Distance of metal, in widths, from which one place represents a loop."""
 
 SPREAD, SPREAD_WHOLE = 0.14, 0.34
-"""How far, in widths, a loop's places are spread and its middle when it stands for all: so that the mutual inductance
-of two loops above each other is that of the map, within 1 % from 0.3 to 1 width (tests/validation/corner_flow.py)."""
+"""Standard deviation, in widths, of each of a loop's eight places, and of the one place that represents all.
+
+With it, the mutual inductance of two loops above each other is that of the conformal map, within 1 % from 0.3 to 1
+width (tests/validation/corner_flow.py).
+"""
 
 BLOCK = 40_000
-"""Pairs of corners and sides that are worked on at once."""
+"""Number of pairs of corners and sides evaluated at once."""
 
 
 @record(eq=False)
 class Corners:
-    """Sharp corners, one row each: the loops' middles (n, 2) and heights (m), the moments (m2) over the current,
-    positive upwards, their places (n, 8, 2) and shares (n, 8), the width (m), what each loop makes with itself and its
-    own two arms (H) and those arms' numbers (n, 2) among the `Filaments`.
+    """Sharp corners, one row each.
+
+    `middle` (n, 2) and `height` (m) are those of the loops, `moment` (m2) their moments over the current, positive
+    upwards. `places` (n, 8, 2) and `shares` (n, 8) distribute the moments. `width` is that of the track (m). `own` is
+    the inductance of each loop with itself and its two arms (H), and `arms` (n, 2) are the indices of these arms among
+    the filaments.
     """
 
     middle: Array
@@ -83,7 +94,10 @@ class Corners:
 
 @record(eq=False)
 class MitredFilaments:
-    """Straight pieces of all tracks, chords of arcs too: ends (n, 2) and mitres as in `Track`, height and width (m)."""
+    """Straight pieces of all tracks, with arcs as chords.
+
+    They have ends (n, 2; m), mitres as in `Track`, height and width (m).
+    """
 
     start: Array
     end: Array
@@ -94,8 +108,9 @@ class MitredFilaments:
 
 
 def with_corners(loss: ProximityLoss, tracks: Sequence[BentTrack], conductivity: float) -> ProximityLoss:
-    """The loss of a winding of straight sides and arcs (S/m), with what its corners change of direct current, and of
-    alternating current beyond its modes. `loss` is that of the `mitred` tracks, `tracks` the real ones.
+    """Return loss of a winding with the effect of its corners on direct and on alternating current.
+
+    `loss` is that of the `mitred` tracks, `tracks` are the real ones. The conductivity is in S/m.
     """
     # What alternating current makes less of the bends' inductance (H), and relaxation times (s), alike ones as one.
     found: dict[tuple[float, float, float, float], int] = {}
@@ -113,8 +128,10 @@ def with_corners(loss: ProximityLoss, tracks: Sequence[BentTrack], conductivity:
 
 
 def direct_resistance(track: BentTrack, conductivity: float) -> float:
-    """Resistance (ohm) of a track to direct current (S/m), which cuts corners (`corner_excess`) and in arcs goes as 1 /
-    radius: squares a / ln(outer / inner radius) for an angle a (textbook).
+    """Return resistance (ohm) of a track for direct current, with corners by `corner_excess`.
+
+    In arcs the current is proportional to 1 / radius: a / ln(outer / inner radius) squares for an angle a (textbook).
+    The conductivity is in S/m.
     """
     length = float(np.sum(_lengths(track)[track.turns == 0.0]))
     for bend in _bends(track):
@@ -132,7 +149,7 @@ def direct_resistance(track: BentTrack, conductivity: float) -> float:
 
 
 def mitred(track: BentTrack) -> BentTrack:
-    """The track (m) with arcs so tight that they count as corners replaced by the corners."""
+    """Return the track (m) with arcs that are tight enough to count as corners replaced by corners."""
     starts, ends, kept = track.starts.copy(), track.ends.copy(), np.ones(len(track.turns), dtype=bool)
     for bend in _bends(track):
         if bend.is_tight and bend.radius:
@@ -142,8 +159,10 @@ def mitred(track: BentTrack) -> BentTrack:
 
 
 def opened(tracks: Sequence[BentTrack]) -> tuple[float, tuple[BentTrack, ...], tuple[BentTrack, ...]]:
-    """Tracks (m) with every arc between sides that is neither a corner nor open made a corner, and made open; and which
-    share (0 to 1) of the second they are, by their mean radius. Where the sides are too short for open arcs, 0.
+    """Return two variants of tracks (m) that enclose arcs between `TIGHT` and `OPEN`, and the weight of the second.
+
+    In the first, each such arc is a corner. In the second, it has the radius `OPEN`. The weight (0 to 1) follows from
+    the mean radius. It is 0 if the sides are too short for open arcs.
     """
     between = [[b for b in _bends(track) if b.is_between_sides and TIGHT[-1] <= b.radius < OPEN] for track in tracks]
     radii = [bend.radius for bends in between for bend in bends]
@@ -157,8 +176,9 @@ def opened(tracks: Sequence[BentTrack]) -> tuple[float, tuple[BentTrack, ...], t
 
 
 def _rounded(track: BentTrack, bends: Sequence[_TrackBend], radius: float) -> BentTrack:
-    """The track (m) with some of its bends rounded with another radius (widths), whose tangents are r tan(turn / 2)
-    long.
+    """Return the track (m) with some bends rounded by another radius (widths).
+
+    The tangents of a bend are r tan(turn / 2) long.
     """
     starts, ends = track.starts.copy(), track.ends.copy()
     for bend in bends:
@@ -171,15 +191,21 @@ def _rounded(track: BentTrack, bends: Sequence[_TrackBend], radius: float) -> Be
 
 
 def _keeps_its_sides(track: BentTrack, changed: BentTrack) -> bool:
-    """Whether every straight side (m) still runs forwards."""
+    """Whether every straight side still runs forwards."""
     straight = track.turns == 0.0
     steps = [(t.ends - t.starts)[straight] for t in (track, changed)]
     return bool(np.all(np.sum(steps[0] * steps[1], axis=1) > 0.0))
 
 
 def corner_inductance(tracks: Sequence[BentTrack]) -> float:
-    """Inductance (H) of direct current in tracks in series less that of a current which is even across the sides: by
-    the loops of `corner_excess`, twice their moments times the field there (reciprocity), and their own.
+    """Return the inductance (H) of direct current in tracks less that of an even current.
+
+    The tracks are in series, and the current of the second is even across the sides.
+
+    Notes
+    -----
+    For the loops of `corner_excess` it is twice their moments times the field at their places (reciprocity), plus their
+    own inductance.
     """
     arcs = math.fsum(gentle_inductance(bend.turn, track.width, track.thickness, bend.radius)
                      for track in tracks for bend in _bends(track)
@@ -209,9 +235,10 @@ def corner_inductance(tracks: Sequence[BentTrack]) -> float:
 
 
 def bend_loops(track: BentTrack, nearest: float) -> Loops:
-    """What direct current has more than an even one at the bends of a track, for metal no nearer than `nearest` (m).
-    Every corner's loop as eight places or, where metal is far enough, as its middle. In an arc the current goes as 1 /
-    radius, which is a moment of width^2 / 12 for every radian, whatever the radius (derived here).
+    """Return loops of direct current at the bends of a track, for metal no nearer than `nearest` (m).
+
+    Each corner has eight places, or one if the metal is far enough. In an arc the current is proportional to 1 /
+    radius, which is a moment of width^2 / 12 for every radian, independent of the radius (derived here).
     """
     whole, width = nearest > FAR_METAL * track.width, track.width
     places, moments = [np.zeros((0, 2))], [np.zeros(0)]
@@ -245,12 +272,12 @@ class _TrackBend:
 
 
 def _lengths(track: BentTrack) -> Array:
-    """Lengths (n; m) of a track's pieces, of arcs those of the chords."""
+    """Return lengths (n; m) of the pieces of a track; for arcs those of the chords."""
     return np.asarray(np.hypot(*(track.ends - track.starts).T))
 
 
 def _bends(track: BentTrack) -> list[_TrackBend]:
-    """Where a track bends: at mitred corners and along arcs, with turn (rad) and radius (widths)."""
+    """Return bends of a track: mitred corners and arcs, each with its turn (rad) and radius (widths)."""
     step = track.ends - track.starts
     heading, straight = np.arctan2(step[:, 1], step[:, 0]), track.turns == 0.0
     turn = np.remainder(np.diff(heading) + math.pi, 2.0 * math.pi) - math.pi
@@ -271,7 +298,7 @@ def _bends(track: BentTrack) -> list[_TrackBend]:
 
 
 def _corners(tracks: Sequence[BentTrack]) -> Corners:
-    """All tight bends of the tracks (m) as loops of current."""
+    """Return loops of all tight bends of the tracks."""
     rows, arms, first = [], [], 0
     for track in tracks:
         numbers = first + np.concatenate([[0], np.cumsum(_chords(track))])
@@ -286,7 +313,7 @@ def _corners(tracks: Sequence[BentTrack]) -> Corners:
 
 
 def _corner(track: BentTrack, bend: _TrackBend) -> tuple[Array, float, float, Array, Array, float, float]:
-    """One bend's loop: middle, height, moment (m2), points, shares, width (m), own inductance (H)."""
+    """Return loop of one bend: middle, height, moment (m2), places, weights, width (m) and own inductance (H)."""
     w, here, after = track.width, np.array(bend.corner), bend.piece + (1 if bend.radius else 0)
     one, other = here - track.starts[bend.piece - 1], track.ends[after] - here
     inwards = other / np.hypot(*other) - one / np.hypot(*one)
@@ -300,12 +327,12 @@ def _corner(track: BentTrack, bend: _TrackBend) -> tuple[Array, float, float, Ar
 
 
 def _chords(track: BentTrack) -> Index:
-    """How many chords (n; no unit) each piece has: one for each CHORD of its turn."""
+    """Return number of chords (n,) of each piece: one for each `CHORD` of its turn."""
     return np.maximum(1, np.ceil(np.abs(track.turns) / CHORD)).astype(np.intp)
 
 
 def _pieces(track: BentTrack) -> tuple[Array, ...]:
-    """A track's chords (n, 2 each) with the mitres at their ends, height and width (n; m)."""
+    """Return chords of a track (n, 2 each) with the mitres at their ends, height and width (n; m)."""
     nodes = [track.starts[0]]
     for start, end, turn, count in zip(track.starts, track.ends, track.turns, _chords(track), strict=True):
         nodes += [_on_arc(start, end, turn, k / count) for k in range(1, count)]
@@ -320,8 +347,9 @@ def _pieces(track: BentTrack) -> tuple[Array, ...]:
 
 
 def _on_arc(start: Array, end: Array, turn: float, fraction: float) -> Array:
-    """The point (2,; m) at a fraction of an arc that turns by an angle (rad), by the chord's length and direction up to
-    there.
+    """Return the point (2,; m) at a fraction of an arc with a total turn (rad).
+
+    It follows from length and direction of the chord up to the point.
     """
     span = end - start
     chord = math.sin(0.5 * turn * fraction) / math.sin(0.5 * turn)
@@ -331,8 +359,9 @@ def _on_arc(start: Array, end: Array, turn: float, fraction: float) -> Array:
 
 
 def _from_near(filaments: MitredFilaments, corners: Corners, i: Index, j: Index) -> Array:
-    """The mean (T/A) over the loops i of the field of the sides j, which are as wide as they are: Biot and Savart for
-    STRANDS filaments, endless ones for a loop's own arms.
+    """Return mean field (T/A) over the loops i of the sides j, which have the width of the track.
+
+    Biot and Savart for `STRANDS` filaments. A loop's own arms are infinite filaments.
     """
     total = np.zeros(i.size)
     incoming, outgoing = (np.nonzero(corners.arms[i, k] == j)[0] for k in (0, 1))
@@ -354,9 +383,10 @@ def _from_near(filaments: MitredFilaments, corners: Corners, i: Index, j: Index)
 
 
 def normal_field(point: Array, height: Array, start: Array, end: Array, level: Array) -> Array:
-    """Normal field (T/A) at points (..., 2; m) and heights (m) of straight filaments, all broadcast (Biot and Savart;
-    Jackson, Classical Electrodynamics, section 5.2). Beyond a filament's ends nothing is a difference of nearly equal
-    numbers.
+    """Return normal field (T/A) at points (..., 2; m) and heights (m) of straight filaments; all arguments broadcast.
+
+    Biot and Savart; Jackson, Classical Electrodynamics, section 5.2. Beyond the ends of a filament no difference of
+    nearly equal numbers occurs.
     """
     span = end - start
     length = np.hypot(span[..., 0], span[..., 1])
@@ -374,8 +404,9 @@ def normal_field(point: Array, height: Array, start: Array, end: Array, level: A
 
 
 def _onwards(point: Array, end: Array, way: Array) -> Array:
-    """The field (n; T/A) in its own plane of an endless filament from `end` (n, 2; m) along `way`, its current along it
-    (Biot and Savart).
+    """Return field (n; T/A) in its own plane of a half-infinite filament from `end` (n, 2; m) along `way`.
+
+    The current runs along `way` (Biot and Savart).
     """
     t = way / np.hypot(way[:, 0], way[:, 1])[:, None]
     away = point - end
@@ -386,9 +417,10 @@ def _onwards(point: Array, end: Array, way: Array) -> Array:
 
 
 def _between(corners: Corners) -> float:
-    """Twice the mutual inductances (H) of different loops: dipoles above or beside each other (Jackson, Classical
-    Electrodynamics, equation 5.56), the height between them lengthened so that coaxial ones have what the map has
-    (fitted, tests/validation/corner_flow.py).
+    """Return twice the mutual inductances (H) of different loops, as dipoles.
+
+    The height between dipoles (Jackson, Classical Electrodynamics, equation 5.56) is lengthened so that coaxial loops
+    have the value of the conformal map (fitted, tests/validation/corner_flow.py).
     """
     total = 0.0
     for k in range(corners.width.size - 1):

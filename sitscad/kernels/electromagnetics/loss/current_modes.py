@@ -1,9 +1,11 @@
-"""Alternating current in parallel tracks: the density over every cross-section is a sum of Legendre modes.
+"""Alternating current in parallel tracks, with the current density over each cross-section as a sum of Legendre modes.
 
-The first mode carries the current; the others carry none and are driven by the flux between the edges. The
-partial-element equations of the modes (Ruehli 1974) are diagonal in resistance, so a short Lanczos run gives R and L at
-every frequency at once. Modes of different tracks see each other as parallel straight tracks do: they carry no net
-current, so their field is local. What drives them is not local; whoever builds a `Cut` computes it from the real path.
+The first mode carries the net current. The other modes carry none, and the magnetic flux between the edges of a track
+drives them. The partial-element equations of the modes (Ruehli 1974) are diagonal in resistance, so one short Lanczos
+run gives R and L at every frequency.
+
+Modes of different tracks interact as in straight parallel tracks: they carry no net current, so their field is local.
+The flux that drives them is not local. The module that makes a `Cut` computes it from the real path.
 """
 
 from __future__ import annotations
@@ -21,24 +23,38 @@ from sitscad.kernels.electromagnetics.loss.track_modes import Cut, ModeSet, loca
 from sitscad.kernels.electromagnetics.special_functions import gauss, legendre
 
 TRUSTED = 1e-3
-"""Share of a resistance that may rest on negative relaxation times: rounding leaves 1e-20."""
+"""Largest fraction of a resistance that may come from negative relaxation times. Rounding alone leaves 1e-20."""
 
 SETTLED, SETTLED_AT, FEWEST_STEPS = 3e-4, 20e6, 4
-"""A Lanczos run ends when a step changes what it finds at that frequency (Hz) by less than this part, after so many
-steps at least: it is then right to a third of that, and to 1e-5 at 10 MHz."""
+"""A Lanczos run ends when a step changes R and L at this frequency (Hz) by less than this fraction, after at least this
+number of steps.
+
+The result is then right to a third of the fraction, and to 1e-5 at 10 MHz.
+"""
 
 FEW = 64
-"""Modes up to which all their relaxation times cost less than a Lanczos run."""
+"""Number of modes up to which a full eigenvalue decomposition takes less time than a Lanczos run."""
 
 
 @record(eq=False)
 class ProximityLoss:
-    """How a winding's resistance (ohm, relative to direct current) and inductance (H) change with frequency.
+    """Resistance and inductance of a winding against frequency.
 
-    `rates` are relaxation times (s), `strengths` the squared couplings (ohm s2): R = R0 + w2 s / (1 + w2 tau2),
-    L = L0 - w2 s tau / (1 + w2 tau2), summed over the modes. `direct_change` (H) is what L0 differs by from the
-    inductance of evenly spread current, because direct current crowds to the inside of a bend. `unresolved`
-    (ohm s2) is what of the strengths belongs to negative relaxation times, which no real track has.
+    Each mode adds w2 s / (1 + w2 tau2) to the resistance and subtracts w2 s tau / (1 + w2 tau2) from the inductance,
+    where w2 is the squared angular frequency.
+
+    Attributes
+    ----------
+    direct : float
+        resistance for direct current (ohm)
+    rates : array (n,)
+        relaxation times tau (s)
+    strengths : array (n,)
+        squared couplings s (ohm s2)
+    direct_change : float
+        inductance for direct current less that of an evenly spread current (H): it crowds to the inside of bends
+    unresolved : float
+        part of the strengths (ohm s2) that belongs to negative relaxation times, which no real track has
     """
 
     direct: float
@@ -48,25 +64,26 @@ class ProximityLoss:
     unresolved: float = 0.0
 
     def resistance_ratio(self, frequency: float) -> float:
-        """R(f) / R(0) of the winding at a frequency (Hz)."""
+        """Return R(f) / R(0) of the winding at a frequency (Hz)."""
         return float(self.resistance_ratios(np.array([frequency]))[0])
 
     def resistance_ratios(self, frequencies: Array) -> Array:
-        """R(f) / R(0) at (n,) frequencies (Hz)."""
+        """Return R(f) / R(0) at (n,) frequencies (Hz)."""
         return 1.0 + self._added(frequencies)[0] / self.direct
 
     def is_resolved(self, frequency: float) -> bool:
-        """Whether modes and points were enough for R at a frequency (Hz): see `unresolved`."""
+        """Whether modes and points resolve the resistance at a frequency (Hz): `unresolved` is then small."""
         doubt = (2.0 * math.pi * frequency) ** 2 * self.unresolved
         return doubt <= TRUSTED * self.direct * self.resistance_ratio(frequency)
 
     def inductance_changes(self, frequencies: Array) -> Array:
-        """L(f) less the inductance of evenly spread current (H), never positive, at each of (n,) frequencies (Hz)."""
+        """Return L(f) less the inductance of an evenly spread current (H), never positive, at (n,) frequencies (Hz)."""
         return self.direct_change - self._added(frequencies)[1]
 
     def _added(self, frequencies: Array) -> tuple[Array, Array]:
-        """What eddy currents add to R (ohm) and take of L (H) at (n,) frequencies (Hz), the sums of `ProximityLoss`;
-        kept, for coils and states share them.
+        """Return the resistance (ohm) that eddy currents add and the inductance (H) that they subtract.
+
+        Both are at (n,) frequencies (Hz). The result is cached, because coils and states share it.
         """
         key = frequencies.tobytes()
         if key not in self._known:
@@ -80,7 +97,7 @@ class ProximityLoss:
         return {}
 
     def scaled(self, direct: float) -> ProximityLoss:
-        """The loss of as much of the same conductor as has another resistance (ohm) to direct current."""
+        """Return loss of another length of the same conductor, given by its resistance (ohm) for direct current."""
         part = direct / self.direct
         return ProximityLoss(
             direct, self.rates, part * self.strengths, part * self.direct_change, part * self.unresolved
@@ -88,7 +105,7 @@ class ProximityLoss:
 
 
 def joined(parts: Sequence[ProximityLoss]) -> ProximityLoss:
-    """Parts (ohm, H) of one winding in series that do not see each other's modes: their sums."""
+    """Return loss of parts of one winding in series whose modes do not interact: the sum of all parts."""
     kept = [part for part in parts if part.direct > 0.0]
     return ProximityLoss(
         math.fsum(part.direct for part in kept),
@@ -101,10 +118,22 @@ def joined(parts: Sequence[ProximityLoss]) -> ProximityLoss:
 
 @record(eq=False)
 class ModeSystem:
-    """The modes of a cut, each scaled to unit resistance: what current and flux do to them. `matrix` are relaxation
-    times (s) of all modes among each other, `coupling` what a unit current drives them with, `source` is that current
-    in modes and `shift` what of it is not even; `carrier` (tracks, modes) is each track's direct-current density, a
-    unit vector: currents without it are free. `direct` (ohm), `change` (H) as in `ProximityLoss`.
+    """Equations of the modes of a cut, each mode scaled to unit resistance.
+
+    Attributes
+    ----------
+    matrix : array (modes, modes) or NearAndFar
+        relaxation times (s) of all modes with each other
+    coupling : array (modes,)
+        drive of each mode by a unit current
+    source : array (modes,)
+        the unit current in modes
+    shift : array (modes,)
+        difference of the unit current from an even current
+    carrier : array (tracks, modes)
+        density of direct current in each track, a unit vector. Currents orthogonal to it are free
+    direct, change : float
+        resistance (ohm) and change of inductance (H) for direct current, as in `ProximityLoss`
     """
 
     matrix: Array | NearAndFar
@@ -116,8 +145,9 @@ class ModeSystem:
     change: float
 
     def project(self, vector: Array) -> Array:
-        """Vectors of modes (n modes, ...) without what carries net current in any track, in the unit they have: the
-        projection across each track's carrier.
+        """Return vectors of modes (modes, ...) without their net current in any track.
+
+        It is the projection orthogonal to the carriers.
         """
         tracks, modes = self.carrier.shape
         table = vector.reshape(tracks, modes, -1)
@@ -125,11 +155,14 @@ class ModeSystem:
         return np.asarray((table - self.carrier[:, :, None] * net).reshape(vector.shape))
 
     def loss(self, steps: int) -> ProximityLoss:
-        """R (ohm) and L (H) at every frequency by a Lanczos run of so many steps; few modes are solved whole."""
+        """Return R (ohm) and L (H) at every frequency, by a Lanczos run of at most `steps` steps.
+
+        Few modes are solved in full.
+        """
         return losses([self], steps)[0]
 
     def whole(self) -> tuple[Array, Array] | None:
-        """All relaxation times (s) and their strengths (ohm s2); None where a Lanczos run costs less."""
+        """Return all relaxation times (s) and their strengths (ohm s2). None if a Lanczos run takes less time."""
         if self.coupling.size > FEW or isinstance(self.matrix, NearAndFar):
             return None
         rates, vectors = np.linalg.eigh(self.project(self.project(self.matrix).T))
@@ -137,8 +170,9 @@ class ModeSystem:
 
 
 def losses(systems: Sequence[ModeSystem], steps: int) -> list[ProximityLoss]:
-    """R (ohm) and L (H) of systems of one matrix and one carrier, driven otherwise: by Lanczos runs side by side
-    (`_lanczos`), because what they cost is reading the matrix.
+    """Return R (ohm) and L (H) of systems with one matrix and one carrier but different drives.
+
+    Their Lanczos runs go side by side, because reading the matrix takes most of the time.
     """
     known = [system.whole() for system in systems]
     found = [measure for measure in known if measure is not None]
@@ -154,13 +188,28 @@ def losses(systems: Sequence[ModeSystem], steps: int) -> list[ProximityLoss]:
 
 def mode_system(cut: Cut, smooth: Array | None, conductivity: float, modes: ModeSet,
                 matrix: Array | NearAndFar | None = None, current: Array | None = None) -> ModeSystem:
-    """The modes of a cut's tracks in series, with `conductivity` in S/m.
+    """Return equations of the modes of a cut's tracks in series.
 
-    The tracks drive each other as straight parallel ones do; `smooth` (n, points; Wb/m/A) is what the real path adds:
-    the vector potential along each track per ampere, times the path's length there over that of the centre line, less
-    -mu0 / (2 pi) sum of sqrt(length_j / length_i) ln(distance / `cut.unit`) to the other centre lines. `current` (n,)
-    is +1 or -1 (None: all +1), along one direction in space. Direct current divides as 1 / radius in a curved track.
-    `matrix` is `mode_matrix` of a cut of the same places, when that is known.
+    Parameters
+    ----------
+    cut : Cut
+        tracks where a plane crosses them
+    smooth : array (tracks, points) or None
+        flux (Wb/m/A) that the real path adds to that of straight parallel tracks: the vector potential along each track
+        per ampere, times the length of the path there over that of the centre line, less
+        -mu0 / (2 pi) sum of sqrt(length_j / length_i) ln(distance / `cut.unit`) to the other centre lines
+    conductivity : float
+        S/m
+    modes : ModeSet
+        modes of each cross-section
+    matrix : optional
+        `mode_matrix` of a cut of the same places, if it is known
+    current : array (tracks,), optional
+        +1 or -1 along one direction in space; all +1 if left out
+
+    Notes
+    -----
+    In a curved track direct current is proportional to 1 / radius.
     """
     current = np.ones(cut.across.size) if current is None else current
     matrix = mode_matrix(cut, conductivity, modes) if matrix is None else matrix
@@ -193,10 +242,11 @@ def mode_system(cut: Cut, smooth: Array | None, conductivity: float, modes: Mode
 def _lanczos(
     matrix: Array | NearAndFar, vectors: Array, steps: int, project: Callable[[Array], Array]
 ) -> list[tuple[Array, Array]]:
-    """Gauss quadrature of the spectral measure of a symmetric matrix on the projector's range, for each vector (k, n):
-    nodes (s) and weights (ohm s2), exact in 2 * steps moments, by Lanczos' recursion with full orthogonalisation (Golub
-    and Meurant, Matrices, Moments and Quadrature with Applications, 2010); fewer steps where what they are for no
-    longer changes.
+    """Return nodes (s) and weights (ohm s2) of the spectral measure of a symmetric matrix, for each vector (k, n).
+
+    They are a Gauss quadrature on the range of the projector, exact in 2 * steps moments. The method is Lanczos'
+    recursion with full orthogonalisation (Golub and Meurant, Matrices, Moments and Quadrature with Applications, 2010).
+    It ends early if R and L no longer change (`SETTLED`).
     """
     norms = np.linalg.norm(vectors, axis=1)
     count, length = min(steps, vectors.shape[1]), np.zeros(len(vectors), dtype=np.intp)
@@ -224,8 +274,9 @@ def _lanczos(
 
 
 def _effect(diagonal: Array, beside: Array) -> Array:
-    """What symmetric tridiagonal matrices (k, n) and (k, n - 1) of relaxation times (s) make of R and of L at
-    `SETTLED_AT`, each of a vector of length one: (2, k), no unit.
+    """Return R and L at `SETTLED_AT` (2, k) from symmetric tridiagonal matrices of relaxation times (s).
+
+    The matrices have diagonals (k, n) and off-diagonals (k, n - 1). Both results are relative to a vector of length 1.
     """
     size = np.arange(diagonal.shape[1])
     table = np.zeros((len(diagonal), size.size, size.size))
@@ -238,8 +289,9 @@ def _effect(diagonal: Array, beside: Array) -> Array:
 
 
 def _measured(diagonal: Array, beside: Array, norm: float) -> tuple[Array, Array]:
-    """Nodes (s) and weights (norm squared) of a symmetric tridiagonal matrix and the vector's norm (Golub and Welsch
-    1969).
+    """Return nodes (s) and weights of a symmetric tridiagonal matrix, for a vector of this norm.
+
+    Golub and Welsch 1969.
     """
     if not diagonal.size:
         return np.zeros(1), np.zeros(1)

@@ -1,8 +1,8 @@
-"""How the modes of parallel tracks see each other: the logarithm of the distance between all pairs of them.
+"""Interaction of the modes of parallel tracks: means of the logarithm of the distance over all pairs of tracks.
 
-Modes that carry no net current have local fields: tracks far apart see of each other only the lowest. So the matrix of
-many tracks is kept as full blocks of neighbours and, beyond them, the modes of the lowest orders. Turns lie a pitch
-apart: most pairs lie as others do, and each way that two tracks lie is worked out, and kept, once.
+Modes without net current have local fields, so distant tracks see only the lowest modes of each other. The matrix of
+many tracks therefore has full blocks for neighbours, and the modes of the lowest orders beyond them. Turns are one
+pitch apart, so most pairs of tracks have the same relative position as others. Each relative position is computed once.
 """
 
 from __future__ import annotations
@@ -23,34 +23,36 @@ from sitscad.kernels.electromagnetics.loss.track_modes import Cut, ModeSet, mode
 from sitscad.kernels.electromagnetics.special_functions import gauss, legendre
 
 AT_ONCE = 16_000
-"""Distances of points that are worked on at once: as many as stay near the processor."""
+"""Number of distances evaluated at once: these fit into the processor's cache."""
 
 MANY = 60
-"""Tracks from which on far ones see only each other's lowest modes."""
+"""Number of tracks from which distant tracks see only the lowest modes of each other."""
 
 REACH = 6.0
-"""Distance of centres, in diagonals of the larger cross-section, up to which tracks see all of each other's modes."""
+"""Distance of centres, in diagonals of the larger cross-section, up to which tracks see all modes of each other."""
 
 LOW = 2
-"""Highest order, across and through together, of the modes that far tracks see."""
+"""Highest order, across and through together, of the modes that distant tracks see."""
 
 FAR_POINTS = 3
-"""Points across and, at most, through a track at which far ones see it: exact for the orders of LOW."""
+"""Points across, and at most through, a track at which distant tracks see it: exact for the orders of `LOW`."""
 
 
 SAME = 9
-"""Decimal places, of the narrowest track's width, to which pairs lie alike."""
+"""Decimal places, relative to the narrowest width, to which relative positions are compared."""
 
 REPEATED = 8
-"""Pairs for each way that they lie from which on they are multiplied way by way."""
+"""Number of pairs per relative position from which the matrix is multiplied position by position."""
 
 
 @record(eq=False)
 class NearAndFar:
-    """A symmetric matrix of the modes of many tracks, to be multiplied by (n modes,) or (n modes, k) numbers. Near
-    pairs are sorted by how they lie: `blocks` (ways, modes, modes) are those of tracks `first` and `second` from
-    `begins` on; `order` sorts the pairs by their first track, every track there. `far` are the modes `low` of all other
-    pairs (n low, n low), in single precision. Both are multiplied by `scale` (n, modes) on either side.
+    """Symmetric matrix of the modes of many tracks, for products with vectors (n modes,) or (n modes, k).
+
+    Near pairs are sorted by relative position. `blocks` (positions, modes, modes) belong to tracks `first` and `second`
+    from the indices `begins` on. `order` sorts the pairs by their first track, and every track occurs. `far` (n low, n
+    low; single precision) holds the modes `low` of all other pairs. Both are multiplied by `scale` (n, modes) on either
+    side.
     """
 
     blocks: Array
@@ -72,7 +74,7 @@ class NearAndFar:
         return np.asarray((found * self.scale[:, :, None]).reshape(vector.shape))
 
     def _near(self, table: Array) -> Array:
-        """What every near pair's second track does to its first: (pairs, k, modes), in the table's unit."""
+        """Return product of each near pair's block with the vector of its second track, (pairs, k, modes)."""
         given = np.ascontiguousarray(np.swapaxes(table, 1, 2))[self.second]
         turned = np.swapaxes(self.blocks, 1, 2)
         if len(turned) == len(given):
@@ -86,9 +88,14 @@ class NearAndFar:
 
 
 def mode_matrix(cut: Cut, conductivity: float, modes: ModeSet) -> Array | NearAndFar:
-    """Relaxation times (s) of all modes of a cut among each other, scaled by resistances: (n modes, n modes). Partial
-    inductances of straight parallel currents, -mu0 / (2 pi) <P_m ln(distance) P_n> (Ruehli 1974; Jackson, Classical
-    Electrodynamics, chapter 5, for an endless wire), which those without net current have alone.
+    """Return the relaxation times (s) of all modes of a cut with each other, (n modes, n modes).
+
+    They are scaled by the resistances of the modes.
+
+    Notes
+    -----
+    Partial inductances of straight parallel currents, -mu0 / (2 pi) <P_m ln(distance) P_n> (Ruehli 1974; Jackson,
+    Classical Electrodynamics, chapter 5, for an infinite wire). Modes without net current have no other inductance.
     """
     scale = mode_conductances(cut, conductivity, modes)
     if len(scale) >= MANY:
@@ -110,7 +117,7 @@ def mode_matrix(cut: Cut, conductivity: float, modes: ModeSet) -> Array | NearAn
 
 
 def _near_and_far(cut: Cut, modes: ModeSet, scale: Array) -> NearAndFar:
-    """The matrix of modes (s) as blocks near each other and a coarse matrix of the rest."""
+    """Return the matrix of modes (s) as blocks of near pairs and a coarse matrix of all others."""
     count = len(scale)
     size = np.hypot(cut.width, cut.thickness)
     apart = np.hypot(cut.across[:, None] - cut.across, cut.height[:, None] - cut.height)
@@ -130,8 +137,10 @@ def _near_and_far(cut: Cut, modes: ModeSet, scale: Array) -> NearAndFar:
 
 
 def _neighbours(cut: Cut, modes: ModeSet, near: Flags) -> tuple[Index, Index, Array, Index]:
-    """The near pairs sorted by how they lie, both ways round and each track with itself: first, second, the block (no
-    unit) of each way and where it begins. Where few lie alike, every pair has its own block.
+    """Return near pairs sorted by relative position, in both orders, and each track with itself.
+
+    The results are the first and second tracks, the block of each position, and the index where its pairs begin. If few
+    positions repeat, every pair has its own block.
     """
     i, j = np.nonzero(np.triu(near, 1))
     examples, way = _ways(cut, i, j)
@@ -151,7 +160,7 @@ def _neighbours(cut: Cut, modes: ModeSet, near: Flags) -> tuple[Index, Index, Ar
 
 
 def _ways(cut: Cut, i: Index, j: Index) -> tuple[Index, Index]:
-    """How pairs of tracks lie (numbers, no unit): that of one pair of each kind, and which kind every pair is of."""
+    """Return one example of each relative position of pairs of tracks, and the number of the position of every pair."""
     size = float(cut.width.min())
     sections = np.round(np.stack([cut.width, cut.thickness]) / size, SAME)
     _, section = np.unique(sections, axis=1, return_inverse=True)
@@ -164,14 +173,15 @@ def _ways(cut: Cut, i: Index, j: Index) -> tuple[Index, Index]:
 
 
 def _each(blocks: Array, way: Index) -> Iterator[tuple[slice, Array]]:
-    """The block of every pair, of those of all ways that they lie (ways, modes, modes): some at once."""
+    """Yield slices of the pairs with the block (modes, modes) of every pair, some pairs at once."""
     for part in slices(way.size, AT_ONCE // max(blocks[0].size, 1) if len(blocks) else 1):
         yield part, blocks[way[part]]
 
 
 def _mutual_logs(cut: Cut, modes: ModeSet, i: Index, j: Index, kept: Index | None = None) -> Array:
-    """<P_m ln(distance / unit) P_n> (no unit) of pairs of tracks (pairs, modes, modes), by Gauss points over both;
-    `kept` modes only.
+    """Return means <P_m ln(distance / unit) P_n> of pairs of tracks (pairs, modes, modes), by Gauss points on both.
+
+    Only the modes `kept` are used, if given.
     """
     x, z = (table / cut.unit for table in points_of(cut, modes))
     weights = projection(modes) if kept is None else projection(modes)[kept]
@@ -188,8 +198,9 @@ def _mutual_logs(cut: Cut, modes: ModeSet, i: Index, j: Index, kept: Index | Non
 
 
 def _own_logs(cut: Cut, modes: ModeSet) -> Array:
-    """Logarithms (n, modes, modes; no unit) of the distances of every track from itself: `log_block`, the mean one in
-    `unit`.
+    """Return means of the logarithm of distances within each track (n, modes, modes), in `cut.unit`.
+
+    See `log_block`.
     """
     found = np.empty((cut.across.size, len(modes.orders), len(modes.orders)))
     for width, thickness in {(float(w), float(t)) for w, t in zip(cut.width, cut.thickness, strict=True)}:
@@ -201,10 +212,13 @@ def _own_logs(cut: Cut, modes: ModeSet) -> Array:
 
 @lru_cache(maxsize=32)
 def log_block(aspect: float, modes: ModeSet) -> Array:
-    """Means (no unit) over one rectangle of thickness / width `aspect` of mode times ln(distance / width) times mode.
-    Derived here: the quadruple integral becomes a double one over the differences of both coordinates, whose densities
-    are polynomials; points crowd towards difference zero, where the logarithm is. Within 2e-6 of the closed mean
-    distance. The points of the set are not used.
+    """Return means over one rectangle of mode times ln(distance / width) times mode, for `aspect` thickness / width.
+
+    Notes
+    -----
+    Derived here. The quadruple integral becomes a double integral over the differences of both coordinates, whose
+    densities are polynomials. Points crowd towards difference zero, where the logarithm is singular. The result is
+    within 2e-6 of the closed mean distance. The numbers of points of the mode set are not used.
     """
     nodes, weights = gauss(16 + modes.through)
     t = 0.5 * (1.0 + nodes)
@@ -225,8 +239,9 @@ def log_block(aspect: float, modes: ModeSet) -> Array:
 
 
 def _difference_density(gap: Array, order: int) -> Array:
-    """Mean of P_a(x) P_c(x') over the pairs on [-1, 1] that are `gap` apart, either way round: (gaps, a, c), no unit;
-    exact by Gauss points.
+    """Return mean of P_a(x) P_c(x') over pairs on [-1, 1] with a difference of `gap`, both ways: (gaps, a, c).
+
+    Gauss points make it exact.
     """
     nodes, weights = gauss(order + 1)
     half = 1.0 - 0.5 * gap[:, None]

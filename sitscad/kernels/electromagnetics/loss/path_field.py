@@ -1,8 +1,8 @@
-"""The normal field of a path of straight filaments at tracks that a cut meets: far parts by Chebyshev interpolation.
+"""Normal field of a path of straight filaments at the tracks of a cut, with distant filaments by interpolation.
 
-The points of a cut lie along a line of its plane, at the heights of the layers. Seen from a filament that is farther
-than they are spread, its field is a polynomial in their places: it is worked out at a few nodes of their box. The rest
-is passed on to the halves of the box (Fong and Darve, J. Comput. Phys. 228, 2009).
+The points of a cut lie along a line of its plane, at the heights of the layers. The field of a filament that is farther
+away than the size of a box of points is nearly a polynomial in the box. So it is evaluated at a few nodes. Nearer
+filaments are passed on to the two halves of the box (Fong and Darve, J. Comput. Phys. 228, 2009).
 """
 
 from __future__ import annotations
@@ -21,28 +21,29 @@ from sitscad.kernels.electromagnetics.polynomials import chebyshev_points, node_
 Single = NDArray[np.float32]
 
 AT_ONCE = 60_000
-"""Points and filaments that are worked on at once: as many as stay near the processor."""
+"""Number of pairs of points and filaments evaluated at once: these fit into the processor's cache."""
 
 APART = 1.0
-"""Distance of a filament from a box of points, in the box's half side, from which on it is seen at the nodes."""
+"""Distance of a filament from a box of points, in half sides of the box, from which the nodes are used."""
 
 ORDER = 5
-"""Nodes along a box's longest side: with APART, the field is right to 1e-3 of the nearest such filaments' part."""
+"""Nodes along the longest side of a box. With `APART`, the error is 1e-3 of the field of the nearest such filaments."""
 
 LINE = 5
-"""Points of a box's middle line from which distances are told."""
+"""Points on the middle line of a box from which distances are measured."""
 
 WORTH = 3.0
-"""Points for every node from which on interpolation pays."""
+"""Number of points per node from which interpolation saves time."""
 
 LEAST = 100_000
-"""Points times filaments up to which all are summed."""
+"""Product of points and filaments up to which all are summed directly."""
 
 
 @record(eq=False)
 class Filaments:
-    """Straight filaments: starts and ends (n, 2), heights (m); the square (m2) of the least distance from each; which
-    of them are a cut's own tracks, and the blocks of arcs that they belong to (-1: none).
+    """Straight filaments: starts and ends (n, 2), heights (m), and the squared least distance (m2) of each.
+
+    `own` are the indices of a cut's own tracks. `block` numbers the block of arcs of each filament, -1 for none.
     """
 
     start: Array
@@ -53,16 +54,30 @@ class Filaments:
     block: Index
 
     def some(self, chosen: Flags) -> Filaments:
-        """Some of them (no unit), none of which is a cut's own."""
+        """Return the chosen filaments. None of them counts as a cut's own."""
         return Filaments(self.start[chosen], self.end[chosen], self.height[chosen], self.clear[chosen],
                          np.zeros(0, dtype=np.intp), self.block[chosen])
 
 
 def path_field(filaments: Filaments, point: Array, level: Array, ratio: Array, block: Index) -> Array:
-    """Normal field per ampere (tracks, nodes; 1/m, without the factor of Biot and Savart) of straight filaments at
-    points (tracks, nodes, 2; m) of heights (tracks; m), far ones by interpolation (Fong and Darve 2009). Less 2 `ratio`
-    (tracks, own) straight ones without end for the cut's own tracks; nothing of filaments of the tracks' own `block`
-    (tracks).
+    """Return the normal field per ampere (tracks, nodes; 1/m), without the factor of Biot and Savart.
+
+    Parameters
+    ----------
+    filaments : Filaments
+        the path
+    point : array (tracks, nodes, 2)
+        places (m)
+    level : array (tracks,)
+        heights (m)
+    ratio : array (tracks, own)
+        factor of each own track. The field of an infinite straight filament, times 2 `ratio`, is subtracted
+    block : array (tracks,)
+        block of arcs of each track, whose filaments are left out
+
+    Notes
+    -----
+    Distant filaments by interpolation (Fong and Darve 2009).
     """
     nodes = point.shape[1]
     where = np.column_stack([point.reshape(-1, 2), np.repeat(level, nodes)])
@@ -78,7 +93,7 @@ def path_field(filaments: Filaments, point: Array, level: Array, ratio: Array, b
 
 
 def _spread(filaments: Filaments, where: Array, index: Index, total: Array) -> None:
-    """Add the field (1/m) of filaments to that of some of the points (n, 3; m)."""
+    """Add the field (1/m) of filaments to the totals of the points (n, 3; m) with these indices."""
     points = where[index]
     count = len(filaments.block)
     if not count:
@@ -98,7 +113,7 @@ def _spread(filaments: Filaments, where: Array, index: Index, total: Array) -> N
 
 @record(eq=False)
 class PointBox:
-    """A box of points: centre (m), axes from the longest one (rows, no unit), heights last, half sides (m)."""
+    """A box of points: centre (m), axes as rows from the longest one, heights last, and half sides (m)."""
 
     centre: Array
     axes: Array
@@ -106,24 +121,27 @@ class PointBox:
 
     @cached_property
     def counts(self) -> tuple[int, ...]:
-        """Nodes along every axis (no unit): `node_counts`."""
+        """Number of nodes along every axis: `node_counts`."""
         return node_counts(self.half.tolist(), float(self.half[0]), ORDER, APART)
 
     @property
     def nodes(self) -> Array:
-        """Chebyshev's, (n, 3; m)."""
+        """Chebyshev nodes (n, 3; m)."""
         axes = [chebyshev_points(-1.0, 1.0, count) for count in self.counts]
         local = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
         return np.asarray(self.centre + (local.reshape(-1, 3) * self.half) @ self.axes)
 
     def weights(self, points: Array) -> Array:
-        """What the nodes weigh at points (n, 3; m): (n, nodes), no unit."""
+        """Return interpolation weights (n, nodes) of the nodes at points (n, 3; m)."""
         at = (points - self.centre) @ self.axes.T / np.maximum(self.half, 1e-300)
         x, y, z = (shares(chebyshev_points(-1.0, 1.0, count), at[:, k]) for k, count in enumerate(self.counts))
         return np.asarray(np.einsum("na,nb,nc->nabc", x, y, z).reshape(len(at), -1))
 
     def distance(self, start: Array, end: Array) -> Array:
-        """Distances (n; m) in the plane of straight filaments (n, 2; m) from the box's middle line, at least."""
+        """Return a lower bound (n; m) of the distance between filaments (n, 2; m) and the middle line of the box.
+
+        Distances are in the plane.
+        """
         lean, half = self.axes[0, :2], float(self.half[0])
         first, last = start - self.centre[:2], end - self.centre[:2]
         span = last - first
@@ -137,7 +155,7 @@ class PointBox:
 
 
 def box_of(points: Array) -> PointBox:
-    """The box of points (n, 3; m), or (n, 2), along their longest direction in the plane."""
+    """Return box of points (n, 3; m), or (n, 2), along their longest direction in the plane."""
     if points.shape[1] == 2:
         points = np.column_stack([points, np.zeros(len(points))])
     away = points[:, :2] - points[:, :2].mean(axis=0)
@@ -151,9 +169,10 @@ def box_of(points: Array) -> PointBox:
 
 
 def _summed(filaments: Filaments, where: Array, twice: Single | None = None, block: Index | None = None) -> Array:
-    """The field (n; 1/m) at points (n, 3; m), of all filaments: Biot and Savart, integrated along each. For each its
-    distance to the right, where the field points down (the current's own normal is to the right), over the squared
-    distance, times the difference of the cosines at its ends.
+    """Return field (n; 1/m) of all filaments at points (n, 3; m): Biot and Savart, integrated along each filament.
+
+    It is the distance to the right of the filament over the squared distance, times the difference of the cosines at
+    both ends. To the right of the current the field points down.
     """
     # Where they lie to the points in double precision, the rest in single.
     axis = (filaments.end - filaments.start).T

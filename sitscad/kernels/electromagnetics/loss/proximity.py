@@ -1,8 +1,8 @@
-"""Skin and proximity effect in circular spiral windings.
+"""Skin and proximity effect in windings of circular spirals.
 
-The half-plane of an azimuth cuts every turn once, at the radius that the real spiral has there: crossing layers are
-met as they are, and averaged over azimuths. What drives the eddy currents is the flux of full coaxial rings through
-those radii, corrected for where the real turns begin and end.
+The half-plane at an azimuth cuts every turn once, at the radius of the real spiral there. So crossing layers enter with
+their real distances, and the loss is averaged over azimuths. The flux of full coaxial rings through these radii drives
+the eddy currents. It is corrected for the places where the real turns begin and end.
 """
 
 from __future__ import annotations
@@ -34,12 +34,12 @@ from sitscad.kernels.electromagnetics.loss.track_modes import (
 from sitscad.kernels.electromagnetics.special_functions import coaxial_rings, gauss
 
 HIGHEST = 10e6
-"""Frequency (Hz) up to which the stated tolerances are kept; the converter's sensors run no higher."""
+"""Frequency (Hz) up to which the stated tolerances hold. Sensors of the converter do not exceed it."""
 
 
 @record
 class LossResolution:
-    """How finely a winding's loss is computed: modes of a track, cuts around a turn, steps of the Lanczos run."""
+    """Resolution of a winding's loss: modes of a track, cuts around a turn, and steps of the Lanczos run."""
 
     modes: ModeSet
     cuts: int
@@ -47,24 +47,29 @@ class LossResolution:
 
 
 USUAL = 0.03
-"""Tolerance of R that is kept unless a finer or a rougher one is wanted."""
+"""Tolerance of R unless another is asked for."""
 
 ROUGH, ROUGH_STEPS = 0.1, 5
-"""Tolerance of R from which on one cut and few modes are enough, and their steps."""
+"""Tolerance of R from which one cut and few modes suffice, and the steps of the Lanczos run for them."""
 
 LEAST_CUTS, MOST_CUTS = 3, 40
-"""Cuts around a turn, at least and about at most."""
+"""Least number, and approximate largest number, of cuts around a turn."""
 
 HARMONICS = np.arange(1, 80)
-"""Harmonics of the azimuth in which crossing layers are looked at."""
+"""Harmonics of the azimuth at which crossing layers are evaluated."""
 
 UNSEEN = {False: 0.02, True: 0.005}
-"""Share of the extra loss that the cuts of the usual and of the fine resolution may miss: see `missed_crossings`."""
+"""Fraction of the added loss that the cuts may miss, at the usual (False) and the fine (True) resolution.
+
+See `missed_crossings`.
+"""
 
 
 def resolution_for(width: float, thickness: float, gap: float, tolerance: float, conductivity: float) -> LossResolution:
-    """The resolution that keeps R within `tolerance` (relative; 3e-2, or 1e-2 when it is below 2e-2) up to 10 MHz, with
-    the least number of cuts. Track width, thickness and least distance in metres.
+    """Return the resolution that keeps R within a relative `tolerance` up to 10 MHz, with the fewest cuts.
+
+    Tolerances below 2e-2 give 1e-2, others 3e-2. Track width, thickness and least distance are in metres, the
+    conductivity in S/m.
     """
     fine = tolerance < 0.02
     modes = suited_modes(width, thickness, gap, skin_depth(HIGHEST, conductivity), fine)
@@ -73,9 +78,22 @@ def resolution_for(width: float, thickness: float, gap: float, tolerance: float,
 
 def winding_loss(layers: Sequence[SpiralLayer], conductivity: float, tolerance: float = USUAL,
                  resolution: LossResolution | None = None) -> ProximityLoss:
-    """Skin and proximity effect (ohm, H) of spiral layers in series (conductivity in S/m), averaged over azimuths:
-    partial elements of modes (Ruehli 1974; `current_modes`). `tolerance` is that of R (relative) up to 10 MHz: 3e-2, or
-    1e-2 when it is below 2e-2; L is within a tenth of it.
+    """Return the skin and proximity effect of spiral layers in series, averaged over azimuths.
+
+    Parameters
+    ----------
+    layers : sequence of SpiralLayer
+        layers of the winding
+    conductivity : float
+        S/m
+    tolerance : float
+        relative error of R up to 10 MHz: 1e-2 if below 2e-2, else 3e-2. The error of L is a tenth of it
+    resolution : LossResolution, optional
+        found from the tolerance if left out
+
+    Notes
+    -----
+    Partial elements of modes (Ruehli 1974; `current_modes`).
     """
     layers = tuple(layers)
     resolution = resolution or suited_resolution(layers, conductivity, tolerance)
@@ -84,7 +102,7 @@ def winding_loss(layers: Sequence[SpiralLayer], conductivity: float, tolerance: 
 
 @record(eq=False)
 class WindingCut:
-    """The turns (m) of a winding in the half-plane of an azimuth, and their modes as the real winding drives them."""
+    """Turns of a winding in the half-plane of an azimuth (m), and their modes with the drive by the real winding."""
 
     cut: Cut
     system: ModeSystem
@@ -94,7 +112,7 @@ class WindingCut:
 def winding_cuts(
     layers: tuple[SpiralLayer, ...], conductivity: float, resolution: LossResolution
 ) -> tuple[WindingCut, ...]:
-    """The half-planes that stand for a winding of spiral layers (conductivity in S/m), kept for its states."""
+    """Return the half-planes that represent a winding, cached for all states. The conductivity is in S/m."""
     if resolution.cuts == 1:
         return (_mean_cut(layers, conductivity, resolution.modes),)
     found = []
@@ -106,9 +124,11 @@ def winding_cuts(
 
 
 def _mean_cut(layers: tuple[SpiralLayer, ...], conductivity: float, modes: ModeSet) -> WindingCut:
-    """One half-plane (m) for all of a winding, chosen here: a whole number of rings a layer, all a little longer or
-    shorter for broken turns, and driven by as much more or less. Crossing turns stand a quarter of a pitch past each
-    other, as they do where what they do to each other is the mean, and layers end nowhere.
+    """Return one half-plane that represents a whole winding for screening.
+
+    Each layer is a whole number of rings, slightly longer or shorter to account for fractions of a turn, and driven in
+    proportion. Turns of crossing layers are a quarter of a pitch apart, which gives the mean interaction. Ends of
+    layers are neglected.
     """
     senses, angles = [layer.sense for layer in layers], [layer.angle for layer in layers]
     crossing = next((k for k, sense in enumerate(senses) if sense != senses[0]), None)
@@ -131,7 +151,10 @@ def _mean_cut(layers: tuple[SpiralLayer, ...], conductivity: float, modes: ModeS
 
 
 def sectors(layers: Sequence[SpiralLayer], cuts: int) -> list[tuple[float, float]]:
-    """Middles and widths (rad) of sectors, about `cuts` in all: none holds the beginning or the end of a layer."""
+    """Return middles and widths (rad) of about `cuts` sectors.
+
+    No sector contains the beginning or the end of a layer.
+    """
     ends = sorted({round((layer.angle + layer.sense * t) % (2.0 * math.pi), 6) for layer in layers
                    for t in (0.0, layer.span)})
     found = []
@@ -143,8 +166,9 @@ def sectors(layers: Sequence[SpiralLayer], cuts: int) -> list[tuple[float, float
 
 
 def suited_resolution(layers: Sequence[SpiralLayer], conductivity: float, tolerance: float) -> LossResolution:
-    """`resolution_for` of spiral layers (m) of a conductivity (S/m), with as many cuts as the crossing of their turns
-    needs.
+    """Return `resolution_for` with the number of cuts that the crossing of the layers' turns needs.
+
+    The conductivity is in S/m.
     """
     first = layers[0]
     gap = least_gap(first.pitch - first.width, first.width, [layer.z for layer in layers])
@@ -160,14 +184,14 @@ def suited_resolution(layers: Sequence[SpiralLayer], conductivity: float, tolera
 
 
 def missed_crossings(layers: Sequence[SpiralLayer], cuts: int) -> float:
-    """Share (no unit) of the extra loss, about at most, by which so many cuts misjudge how turns of crossing layers
-    meet.
+    """Estimate the fraction of the added loss by which `cuts` cuts misjudge crossing layers.
 
-    From azimuth to azimuth layers of opposite sense pass each other, by a pitch every half turn: what they do to each
-    other is a sum of even harmonics of the azimuth (of odd ones, too, where turns are few). These fade as the field of
-    a row of tracks does with its distance, exp(-2 pi distance / period), a little faster for wide tracks. What the cuts
-    see of a harmonic should add up to nothing. The numbers are fitted to 60 coils
-    (tests/validation/resistance_designs.py), at 3 to 9 cuts.
+    Notes
+    -----
+    Layers of opposite sense shift against each other by one pitch in half a turn. Their interaction is a sum of even
+    harmonics of the azimuth, and of odd harmonics for few turns. Harmonics decay like the field of a row of tracks,
+    exp(-2 pi distance / period), slightly faster for wide tracks. Exact cuts average every harmonic to zero. The
+    constants are fitted to 60 coils with 3 to 9 cuts (tests/validation/resistance_designs.py).
     """
     first = layers[0]
     apart = min((abs(a.z - b.z) for a, b in combinations(layers, 2) if a.sense != b.sense), default=math.inf)
@@ -183,19 +207,20 @@ def missed_crossings(layers: Sequence[SpiralLayer], cuts: int) -> float:
 
 
 MISSED, MISSED_MOST = 2.2, 0.3
-"""Extra loss that is misjudged for each harmonic that is not seen, and what of a harmonic it grows up to."""
+"""Misjudged loss for each missed harmonic, and its limit for a large one."""
 
 
 def least_gap(spacing: float, width: float, heights: Sequence[float]) -> float:
-    """Least distance (m) that counts for the points on a track: to the next layer, or past the spacing (m). Chosen
-    here.
+    """Return least distance (m) that sets the number of points on a track: to the next layer, or past the spacing (m).
+
+    The rule was chosen here.
     """
     ordered = sorted(heights)
     return min([spacing + 0.25 * width, *(b - a for a, b in pairwise(ordered))])
 
 
 def azimuth_cut(layers: Sequence[SpiralLayer], azimuth: float, sector: float) -> Cut | None:
-    """The turns in the half-plane of an azimuth, each for a `sector` (rad) of it; None where there are none."""
+    """Return turns in the half-plane of an azimuth, each representing a `sector` (rad). None if there are none."""
     radii = radii_at(layers, azimuth)
     owner = np.repeat(np.arange(len(layers)), [r.size for r in radii])
     if not owner.size:
@@ -208,15 +233,16 @@ def azimuth_cut(layers: Sequence[SpiralLayer], azimuth: float, sector: float) ->
 
 def azimuth_system(layers: Sequence[SpiralLayer], azimuth: float, cut: Cut, conductivity: float,
                    modes: ModeSet) -> ModeSystem:
-    """The modes of such a cut of a conductivity (S/m), driven by the real winding."""
+    """Return modes of a cut at an azimuth, driven by the real winding; conductivity in S/m."""
     smooth = ring_flux(cut, modes) / (2.0 * math.pi * cut.across[:, None])
     smooth += _end_flux(layers, azimuth, cut, modes)
     return mode_system(cut, smooth, conductivity, modes)
 
 
 def ring_flux(cut: Cut, modes: ModeSet) -> Array:
-    """Flux per ampere (n, points; Wb/A) through the circles at every point, of rings that carry the current as
-    filaments (Maxwell 1873, art. 701), without the logarithm that straight tracks have.
+    """Return flux per ampere (tracks, points; Wb/A) of filament rings through the circles at every point.
+
+    It is Maxwell's (1873, art. 701), without the logarithm of straight tracks.
     """
     r, z = points_of(cut, few_points(modes))
     squared = (r[..., None] - cut.across) ** 2 + (z[..., None] - cut.height) ** 2
@@ -236,17 +262,19 @@ def ring_flux(cut: Cut, modes: ModeSet) -> Array:
 
 
 def smooth_rings(radius: Array, other: Array, squared: Array, unit: float) -> Array:
-    """Mutual inductance (H) of coaxial rings (radii in m) at a squared distance (m2) without their logarithm, in units
-    of `unit` (m): near each other M goes to mu0 sqrt(r1 r2) (ln(8 r / distance) - 2), the leading terms of Maxwell's
-    integral (textbook).
+    """Return the mutual inductance (H) of coaxial rings without its logarithm.
+
+    Radii are in m, squared distances in m2, `unit` in m. For close rings M tends to mu0 sqrt(r1 r2) (ln(8 r / distance)
+    - 2), the leading terms of Maxwell's integral (textbook).
     """
     return coaxial_rings(radius, other, squared) + MU0 * np.sqrt(radius * other) * 0.5 * np.log(squared / unit**2)
 
 
 def _end_flux(layers: Sequence[SpiralLayer], azimuth: float, cut: Cut, modes: ModeSet) -> Array:
-    """Flux (n, points; Wb/m/A) of what a layer's ends are more or less than full rings. Full rings reach from half a
-    turn before a layer's first passage to half a turn after its last one; what the real layer has more (or less) than
-    that is an arc at either end (Biot and Savart).
+    """Return flux (tracks, points; Wb/m/A) of the difference between the real ends of layers and full rings.
+
+    Full rings reach from half a turn before the first passage of a layer to half a turn after its last one. The
+    difference is an arc at either end (Biot and Savart).
     """
     radius = cut.across[:, None] + 0.5 * cut.width[:, None] * field_nodes(modes)
     field = np.zeros_like(radius)
@@ -267,9 +295,11 @@ def _end_flux(layers: Sequence[SpiralLayer], azimuth: float, cut: Cut, modes: Mo
 
 
 def arc_field(radius: Array, source: Array, angle: Array, weight: Array, clearance: Array) -> Array:
-    """Normal field (n, nodes; T/A) at radii (n, nodes; m) of an arc about the same centre (Biot and Savart; Jackson,
-    Classical Electrodynamics, section 5.2). The arc's quadrature points have radii `source` (m), angles from the places
-    (rad) and weights (rad); `clearance` (n, 1; m2) is added to the squared distances.
+    """Return normal field (tracks, nodes; T/A) of a concentric arc at radii (tracks, nodes; m).
+
+    The arc is given by quadrature points: radii `source` (m), angles from the places (rad) and weights (rad).
+    `clearance` (tracks, 1; m2) is added to the squared distances. Biot and Savart; Jackson, Classical Electrodynamics,
+    section 5.2.
     """
     r = radius[..., None]
     squared = (r - source) ** 2 + 4.0 * r * source * np.sin(0.5 * angle) ** 2 + clearance[..., None]

@@ -1,4 +1,4 @@
-"""Resistance of tracks and plated holes, at direct current and of lone or paired straight tracks at any frequency."""
+"""Resistance of tracks and plated holes for direct current, and of straight tracks and pairs at any frequency."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from sitscad.kernels.electromagnetics.loss.current_modes import ProximityLoss, m
 from sitscad.kernels.electromagnetics.loss.track_modes import Cut, suited_modes
 
 COPPER_CONDUCTIVITY = 58.0e6
-"""Annealed copper at 20 C in S/m (NBS Handbook 100: 0.017241 ohm mm2/m)."""
+"""Conductivity of annealed copper at 20 C (S/m; NBS Handbook 100: 0.017241 ohm mm2/m)."""
 
 COPPER_TEMPERATURE_COEFFICIENT = 3.93e-3
-"""Rise of copper's resistivity per kelvin about 20 C (NBS Handbook 100)."""
+"""Relative rise of copper's resistivity per kelvin about 20 C (NBS Handbook 100)."""
 
 
 LANCZOS_STEPS = 30
-"""Steps of the Lanczos run for tracks alone or in pairs, at most."""
+"""Largest number of steps of the Lanczos run for single tracks and pairs."""
 
 
 def conductivity_at(temperature: float, conductivity: float = COPPER_CONDUCTIVITY,
                     coefficient: float = COPPER_TEMPERATURE_COEFFICIENT) -> float:
-    """Conductivity (S/m) at a temperature (degrees Celsius) of a metal whose conductivity at 20 C is given, by the
-    linear law of resistivity (NBS Handbook 100). Raises ValueError where the straight line through 20 C leaves no
-    resistivity.
+    """Return conductivity (S/m) of a metal at a temperature (degrees Celsius), from that at 20 C.
+
+    The law is that resistivity is linear (NBS Handbook 100). Raises ValueError if it gives no positive resistivity.
     """
     factor = 1.0 + coefficient * (temperature - 20.0)
     if not factor > 0.0:
@@ -36,10 +36,13 @@ def conductivity_at(temperature: float, conductivity: float = COPPER_CONDUCTIVIT
 
 @lru_cache(maxsize=64)
 def bend_squares(turn: float) -> float:
-    """Squares (no unit) by which a sharp bend of a track differs from its centre line's length (negative), for a turn
-    in rad. Direct current cuts the corner: 2/pi (psi((1 + a)/2) - psi(1/2)) - tan(pi a / 2) for a turn of pi a, derived
-    here from the conformal map dz/du = tanh^a(u/2) of a straight strip (Hall, Thin Solid Films 1, 1967, has bends by
-    such maps); -0.441 for a right angle.
+    """Return the resistance of a sharp bend in squares, less that of its centre line (negative).
+
+    Notes
+    -----
+    Direct current cuts the corner. For a turn (rad) of pi a it is 2/pi (psi((1 + a)/2) - psi(1/2)) - tan(pi a / 2),
+    -0.441 for a right angle. Derived here from the conformal map dz/du = tanh^a(u/2) of a straight strip (Hall, Thin
+    Solid Films 1, 1967, has bends by such maps).
     """
     a = abs(turn) / math.pi
     u = np.linspace(0.0, 24.0, 4801)[1:]
@@ -51,8 +54,10 @@ def bend_squares(turn: float) -> float:
 
 
 def via_resistance(length: float, drill: float, plating: float, conductivity: float) -> float:
-    """Resistance (ohm) of a plated hole's barrel between two layers, length over conductivity (S/m) and the ring's area
-    (textbook): drill is its outer diameter, lengths in metres.
+    """Return the resistance (ohm) of a plated hole's barrel.
+
+    It is the length over conductivity (S/m) and area of the ring (textbook). `drill` is the outer diameter of the
+    barrel; lengths are in metres.
     """
     plating = min(plating, drill / 2.0)
     return length / (conductivity * math.pi * plating * (drill - plating))
@@ -60,8 +65,9 @@ def via_resistance(length: float, drill: float, plating: float, conductivity: fl
 
 @lru_cache(maxsize=64)
 def lone_track_loss(width: float, thickness: float, conductivity: float) -> ProximityLoss:
-    """Loss (ohm and H per metre) of a lone straight track (width, thickness in metres, conductivity in S/m): a mode
-    solve (`current_modes`), R within 1 % up to 10 MHz.
+    """Return loss per metre (ohm, H) of a single straight track, with R within 1 % up to 10 MHz.
+
+    Width and thickness are in metres, the conductivity in S/m. The modes are solved (`current_modes`).
     """
     modes = suited_modes(width, thickness, width, skin_depth(10e6, conductivity), True)
     one = np.ones(1)
@@ -71,9 +77,10 @@ def lone_track_loss(width: float, thickness: float, conductivity: float) -> Prox
 
 @lru_cache(maxsize=64)
 def pair_loss(width: float, thickness: float, across: float, height: float, conductivity: float) -> ProximityLoss:
-    """Loss (ohm and H per metre) of two equal straight tracks that carry a current there and back, by a mode solve
-    (`current_modes`). `across` and `height` (m) are the distances of their centres along the width and through the
-    board, `conductivity` in S/m.
+    """Return loss per metre (ohm, H) of two equal straight tracks that carry a current there and back.
+
+    `across` and `height` (m) are the distances of their centres along the width and through the board. The modes are
+    solved (`current_modes`).
     """
     gap = height if height > 0.0 else max(across - width, 0.1 * width) + 0.25 * width
     modes = suited_modes(width, thickness, gap, skin_depth(10e6, conductivity), True)
