@@ -10,7 +10,7 @@ from sitscad.basics.arguments import checked_arguments
 from sitscad.basics.finding import Finding, NotChecked, Severity
 from sitscad.basics.record import record
 from sitscad.basics.units import counted
-from sitscad.checks import performance, usual_ranges
+from sitscad.checks import moments, performance, usual_ranges
 from sitscad.checks.assembly import fit, mount, overhang, plates, room_in_jaw, transduction
 from sitscad.checks.board import clearances, drawn_form, fabrication, room, tail
 from sitscad.checks.fixes.search import DECISIVE, HINTS, Budget
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 __all__ = ["HINTS", "RULES", "CheckResult", "Rule", "add_rules", "all_rules", "check", "explain", "mended"]
 
 _ROOMS = (fit, mount, overhang, plates, room_in_jaw, transduction, clearances, drawn_form, fabrication, room, tail,
-          drive, electrical, response, thin_target, timing, performance, usual_ranges)
+          drive, electrical, response, thin_target, timing, performance, moments, usual_ranges)
 
 RULES: tuple[Rule, ...] = tuple(
     sorted((*map(rule_of, RULE_NAMES), *(rule for module in _ROOMS for rule in module.RULES)), key=lambda rule: rule.id)

@@ -1,4 +1,4 @@
-"""SIT401 to SIT413: resolution and errors of the forces against the requirements of the spec.
+"""SIT401 to SIT410, SIT412 and SIT414: resolution and errors of the forces against the requirements of the spec.
 
 The figures are those of the data sheet. Other rules here refuse readings from which no force can be told.
 """
@@ -20,9 +20,7 @@ from sitscad.checks.fixes.moves import each_read
 from sitscad.checks.fixes.pads import other_metals, other_silicones, other_thicknesses, slower_scans, smaller_pads
 from sitscad.checks.rules import NEEDS, Rule, Undecided, Verdict, Violation, rule_of
 from sitscad.estimates.design import Design
-from sitscad.estimates.loads.pressing import BESIDE_PAD, rests_on_pad
 from sitscad.kernels.converters.figures import source_in_all
-from sitscad.kernels.mechanics.elastomer import HELD_TILT
 from sitscad.spec.reading import RULE_TEXTS
 
 if TYPE_CHECKING:
@@ -94,15 +92,15 @@ def noted(design: Design) -> tuple[RequirementResult, ...]:
 
 def _noted(design: Design) -> tuple[RequirementResult, ...]:
     """Figures of one cell. If one has a requirement, what sensors are mostly off by follows, asked or not: the drift
-    with temperature at rest, at full load and with a tare before each grasp, hysteresis and creep of the pad, and its
-    modulus if nobody has measured it.
+    with temperature at rest, at full load and with a tare before each grasp, hysteresis and creep of the pad, a tilt of
+    one degree, and the pad's modulus if nobody has measured it.
     """
     results = [result for rule in RULES for result in requirement_results(rule, design)]
     needs = design.spec.requirements
     found = design.sensing.felt if any(one.limit is not None for one in results) else None
     if found is None or not found.held[0]:
         return tuple(results)
-    from sitscad.estimates.performance.causes import farthest  # loaded by whatever feels
+    from sitscad.estimates.performance.causes import DEGREE, farthest  # loaded by whatever feels
     from sitscad.estimates.performance_values import unit_of
 
     end = farthest(needs)
@@ -118,16 +116,19 @@ def _noted(design: Design) -> tuple[RequirementResult, ...]:
             ("hysteresis", "SIT405", full.hysteresis, f"{at}, by the pad's data"),
             ("creep", "SIT405", pad.material.creep * full.carried, f"{at}, by the pad's data"),
         ]
+        if all(one.requirement != "tilt_error" for one in results):
+            told.append(("tilt_of_one_degree", "SIT408", full.tilt_errors(DEGREE).max(axis=1), at))
         if found.is_range_held:
             told.append(("modulus", "SIT405", found.modulus_error, f"{at}, of a pad that was not measured"))
     for name, rule, errors, where in told:
         k = int(np.argmax(errors / found.bench.range.full_scales))
         axis = found.bench.range.axes[k]
-        results.append(RequirementResult(name, rule, float(errors[k]), None, unit_of(axis), _along(axis), where))
+        results.append(RequirementResult(name, rule, float(errors[k]), None, unit_of(axis), axis_text(axis), where))
     return tuple(results)
 
 
-def _along(axis: str) -> str:
+def axis_text(axis: str) -> str:
+    """Name of an axis of force or moment for people."""
     from sitscad.estimates.performance_values import AXIS_WORDS  # loaded by whatever feels
 
     return AXIS_WORDS[axis]
@@ -190,7 +191,7 @@ def worst(found: Felt, axes: Iterable[str], of: Callable[[int, int], float]) -> 
     """
     names = found.bench.range.axes
     each = [
-        Worst(of(point, names.index(axis)), _along(axis), where)
+        Worst(of(point, names.index(axis)), axis_text(axis), where)
         for point, where in enumerate(POINTS)
         if found.held[point]
         for axis in axes
@@ -232,68 +233,9 @@ def moment_resolution(found: Felt, design: Design) -> Iterator[Verdict]:
 
 
 MOMENT_OR_SHEAR = (
-    "leave requirements.moment_x and moment_y out and the array tells shear, or requirements.shear_resolution and "
-    "friction_error and it tells moments"
+    "leave requirements.moment_x and moment_y out and the array tells shear, or requirements.shear_resolution, "
+    "shear_error and friction_error and it tells moments"
 )
-
-
-def moments_told(design: Design) -> Iterator[Verdict]:
-    """The moments that are asked for: told by coils on both sides, and not where the shear that reads as they do is
-    asked for as well.
-    """
-    spec, asked = design.spec, design.spec.requirements
-    if not any(asked.moments):
-        wanted = "moment_resolution" if asked.moment_resolution is not None else next(
-            (f"tilt_error.{name}" for name in MOMENTS if name in asked.tilt_limits()), "")
-        if wanted:
-            yield Violation(
-                f"requirements.{wanted} is about moments, and none is asked for",
-                "requirements.moment_x and moment_y: the largest moments, like 5 N mm", f"requirements.{wanted}",
-            )
-        return
-    from sitscad.estimates.loads.working_range import INSTEAD, axes_felt  # loaded by whatever feels
-
-    axes, count = axes_felt(spec), len(spec.array.placements)
-    is_shear_asked = asked.shear_resolution is not None or asked.friction_error is not None
-    for name, value in zip(MOMENTS, asked.moments, strict=True):
-        across = "y" if name == "moment_x" else "x"
-        if value and name not in axes:
-            have = "one coil alone tells no moment"
-            if count > 1:
-                have = f"the coils stand in a line, none beside it in {across}"
-            yield Violation(
-                f"the array cannot tell a {_along(name)}: {have}",
-                f"three or four coils, some of them apart along {across} (array.pattern: triangle or grid)"
-                + (", or two in a line along it" if count == 1 else ""), f"requirements.{name}", value, None, "N m",
-            )
-        elif value and is_shear_asked:
-            shear = next(one for one, other in INSTEAD.items() if other == name)
-            yield Violation(
-                f"a {_along(name)} and {_along(shear)} change the readings alike: the array tells one of them, and "
-                "both are asked for", MOMENT_OR_SHEAR, f"requirements.{name}", value, None, "N m",
-            )
-
-
-def moment_range(design: Design) -> Iterator[Verdict]:
-    """Each moment that is asked for against that which tilts the target as far as the pad's law is trusted."""
-    from sitscad.estimates.loads.working_range import FARTHER, moment_at  # loaded by whatever feels
-
-    if not any(design.spec.requirements.moments):
-        return
-    if not rests_on_pad(design.spec):
-        yield Undecided(BESIDE_PAD)
-        return
-    most, degrees = moment_at(design.spec, HELD_TILT), float(np.degrees(HELD_TILT))
-    for name, value in zip(MOMENTS, design.spec.requirements.moments, strict=True):
-        if value > most[name]:
-            borne = show(0.95 * most[name], "N m", 2)
-            yield Violation(
-                f"{show(most[name], 'N m', 3)} of {_along(name)} tilt the target by {degrees:.2g} degrees, as far as "
-                f"the pad's law is known; {show(value, 'N m', 3)} are required",
-                f"requirements.{name}: {borne}, or a stiffer, thinner or larger pad",
-                f"requirements.{name}", value, most[name], "N m",
-                severity=Severity.ERROR if value > FARTHER * most[name] else None,
-            )
 
 
 def _resolution(
@@ -360,7 +302,7 @@ def tilt_error(found: Felt, design: Design) -> Iterator[Verdict]:
     if not isinstance(design.spec.requirements.tilt_error, float):
         untold = [name for name in limits if name not in told]
     if untold:
-        yield Undecided(f"tilt_error: the array does not tell {' and '.join(map(_along, untold))}")
+        yield Undecided(f"tilt_error: the array does not tell {' and '.join(map(axis_text, untold))}")
 
 
 @where_felt
@@ -397,7 +339,7 @@ def temperature_error(found: Felt, design: Design) -> Iterator[Verdict]:
     is_force = np.array([name in FORCES for name in found.bench.range.axes])
     drift = np.where(is_force, found.warmed[-1].drift, 0.0)
     k = int(np.argmax(drift))
-    axis = _along(found.bench.range.axes[k])
+    axis = axis_text(found.bench.range.axes[k])
     causes = {name: abs(float(value[k])) for name, value in found.warmed[-1].by_kelvin.items()}
     words = (
         f"{axis} drifts by {show(float(drift[k]), 'N', 3)} over {apart:.3g} K from the tare at {needs.temperature:.3g} "
@@ -419,7 +361,7 @@ def two_loads_one_reading(found: Felt, design: Design) -> Iterator[Verdict]:
     if twins is not None:
         from sitscad.estimates.performance_values import AXES, unit_of  # loaded by whatever feels
 
-        words = [" and ".join(f"{show(load[k], unit_of(name), 3)} of {_along(name)}"
+        words = [" and ".join(f"{show(load[k], unit_of(name), 3)} of {axis_text(name)}"
                               for k, name in enumerate(AXES) if name in found.bench.range.axes)
                  for load in twins]
         yield Violation(
@@ -439,7 +381,7 @@ def tilt_beside_noise(found: Felt, design: Design) -> Iterator[Verdict]:
         found.points[point].tilt_errors(DEGREE)[axis].max() / found.points[point].noise[axis]))
     if most is not None and most.value > BESIDE_NOISE:
         point = found.points[POINTS.index(most.at)]
-        k = list(map(_along, found.bench.range.axes)).index(most.axis)
+        k = list(map(axis_text, found.bench.range.axes)).index(most.axis)
         unit = unit_of(found.bench.range.axes[k])
         yield Violation(
             f"one degree of tilt is read as {show(float(point.tilt_errors(DEGREE)[k].max()), unit, 2)} of {most.axis} "
@@ -463,6 +405,48 @@ def _against_tilt(asked: Requirements, axis: str) -> str:
     if absent:
         ways.append(f"{' and '.join(absent)}, so that it is judged")
     return ", or ".join(ways)
+
+
+@where_felt
+@where_held
+def errors_together(found: Felt, design: Design) -> Iterator[Verdict]:
+    """Errors together of every axis at full load: against the allowed error, or else against the resolution."""
+    needs, names, causes = design.spec.requirements, found.bench.range.axes, found.lasting_errors
+    where = TOGETHER + ", with the shear that is not told" * any(_unseen_axis(cause) for cause in causes)
+    for kind, axes, unit in (("normal", ("normal",), "N"), ("shear", SHEARS, "N"), ("moment", MOMENTS, "N m")):
+        allowed, resolution = (getattr(needs, f"{kind}_{what}") for what in ("error", "resolution"))
+        told = [name for name in axes if name in names]
+        if not told and allowed is not None and kind == "shear":
+            lone = len(names) == 1
+            yield Violation(
+                "the array tells no shear, so all of it is an error", MORE_COILS if lone else MOMENT_OR_SHEAR,
+                "requirements.shear_error", None, allowed, unit)
+        if not told or (allowed is None and resolution is None):
+            continue
+        value, name = max((float(np.hypot.reduce([error[k] for error in causes.values()])), name)
+                          for k, name in enumerate(names) if name in told)
+        part, cause = max((float(error[names.index(name)]), cause) for cause, error in causes.items())
+        unseen, most = _unseen_axis(cause), Worst(value, axis_text(name), where)
+        words = (f"{most.axis}: all errors together are {show(value, unit, 3)} at full load (one sigma, most by "
+                 f"{f'{axis_text(unseen)}, which is not told' if unseen else cause}: {show(part, unit, 3)})")
+        if allowed is not None:
+            yield from judged(design, "SIT414", f"{kind}_error", most, words, unit)
+            continue
+        yield RequirementResult(f"{kind}_error", "SIT414", value, None, unit, most.axis, most.at)
+        if value > resolution:
+            yield Violation(
+                f"{words}; the required resolution, {show(resolution, unit, 3)}, holds for the noise alone",
+                f"requirements.{kind}_error: the error that you allow, like {show(1.1 * value, unit, 2)}; or less of "
+                "that cause", f"requirements.{kind}_resolution", value, resolution, unit,
+            )
+
+
+TOGETHER = "at full load, errors together, a tare before each grasp"
+
+
+def _unseen_axis(cause: str) -> str:
+    """The axis of shear of a cause of errors if the array does not tell it, else nothing."""
+    return next((axis for axis in SHEARS if cause.startswith(f"{axis} ")), "")
 
 
 MUCH_OF_FULL_SCALE = 0.5
@@ -493,8 +477,8 @@ def unseen_shear(design: Design) -> Iterator[Verdict]:
         return
     share, error, axis, shear, force = most
     unit = "N m" if axis in MOMENTS else "N"
-    where = f"{POINTS[-1]}, {show(force, 'N', 3)} of {_along(shear)}"
-    yield RequirementResult("unmeasured_shear", "SIT409", error, None, unit, _along(axis), where)
+    where = f"{POINTS[-1]}, {show(force, 'N', 3)} of {axis_text(shear)}"
+    yield RequirementResult("unmeasured_shear", "SIT409", error, None, unit, axis_text(axis), where)
     figure = f"{show(error, unit, 3)}, {100.0 * share:.3g} % of its full scale"
     scale = error / share
     if is_lone and asked.shear_force:
@@ -505,7 +489,7 @@ def unseen_shear(design: Design) -> Iterator[Verdict]:
         if found is not None and found.bench.range.has_moments:
             instead = "leave the moments out and the array tells shear, or let no shear act"
         yield Violation(
-            f"{show(force, 'N', 3)} of {_along(shear)} ({reason}) are not told: they are read as {_along(axis)}"
+            f"{show(force, 'N', 3)} of {axis_text(shear)} ({reason}) are not told: they are read as {axis_text(axis)}"
             f"{' force' if axis == 'normal' else ''}, {figure}",
             f"{instead}; {less}, if less acts",
             "requirements.shear_force", error, scale, unit,
@@ -518,7 +502,7 @@ def _read_as(found: Felt, design: Design) -> tuple[float, float, str, str, float
     """
     asked, axes = design.spec.requirements, found.bench.range.axes
     wanted = {"normal": asked.normal_force, "moment_x": asked.moments[0], "moment_y": asked.moments[1],
-              **dict.fromkeys(SHEARS, asked.shear_force or asked.shear_resolution or asked.friction_error)}
+              **dict.fromkeys(SHEARS, asked.shear_force or asked.is_shear_told)}
     each = [
         (float(error / scale), float(error), axis, shear, found.bench.full[shear])
         for shear, errors in found.points[-1].unmeasured().items()
@@ -579,7 +563,6 @@ RULES: tuple[Rule, ...] = (
     rule_of("SIT409", _once("SIT409", unseen_shear), "target", "elastomer", "force", felt=FELT_SOURCE,
             much=f"{100.0 * MUCH_OF_FULL_SCALE:.0f} %"),
     rule_of("SIT410", requirements_agree),
-    rule_of("SIT411", moments_told, "target", "elastomer"),
     _felt_rule("SIT412", moment_resolution, "moment resolution"),
-    rule_of("SIT413", moment_range, "target", "elastomer", tilt=f"{np.degrees(HELD_TILT):.2g}"),
+    _felt_rule("SIT414", errors_together, "errors"),
 )

@@ -108,7 +108,8 @@ _ASKED = {"normal force": ("normal_force",), "shear force": ("shear_force",), "b
 """Needs of single requirements."""
 
 _FEELING = {"normal resolution": ("normal_resolution",), "shear resolution": ("shear_resolution",),
-            "moment resolution": ("moment_resolution",),
+            "moment resolution": ("moment_resolution",), "normal error": ("normal_error",),
+            "shear error": ("shear_error",), "moment error": ("moment_error",),
             "crosstalk": ("crosstalk",), "tilt error": ("tilt", "tilt_error"), "friction error": ("friction_error",),
             "temperature error": ("temperature_range", "temperature_error")}
 """Needs of SIT4xx, and the requirements that each takes."""
@@ -147,6 +148,9 @@ NEEDS: dict[str, tuple[Callable[[SensorSpec], bool], str]] = {
     **{need: (partial(_states, keys=keys), _unstated(keys)) for need, keys in _REQUIRED.items()},
     "force": (lambda s: bool(s.requirements.normal_force or s.requirements.shear_force),
               _unstated(("normal_force", "shear_force"))),
+    "errors": (lambda s: any(getattr(s.requirements, f"{kind}_{what}") is not None
+                             for kind in ("normal", "shear", "moment") for what in ("error", "resolution")),
+               "no requirements.normal_error or normal_resolution in the spec, nor those of shear and moments"),
     "feeling": (lambda s: any(_states(s, keys) for keys in _FEELING.values()),
                 "the spec does not ask how finely the sensor feels (requirements.normal_resolution and others)"),
 }
@@ -162,7 +166,7 @@ class Outcome:
 
 
 OF_ONE_CELL = {"SIT218", "SIT304", "SIT306", "SIT310", "SIT312", "SIT313", "SIT327",
-               *(f"SIT40{k}" for k in range(1, 10)), "SIT411", "SIT412", "SIT413"}
+               *(f"SIT40{k}" for k in range(1, 10)), "SIT411", "SIT412", "SIT413", "SIT414"}
 """Rules about a target, its pad and what is felt, which judge a cell: that of which they find most. Nothing
 is tried for their hints, for what is tried is a whole sensor.
 """

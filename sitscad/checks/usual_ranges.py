@@ -83,8 +83,9 @@ def _asked(design: Design) -> list[float]:
     moments = [each for each in asked.moments if each]
     tilts = {"normal": normal, "shear_x": asked.shear_force, "shear_y": asked.shear_force, "moment_x": asked.moment_x,
              "moment_y": asked.moment_y}
-    pairs = [(asked.normal_resolution, normal), (asked.temperature_error, normal),
-             (asked.shear_resolution, asked.shear_force), (asked.moment_resolution, min(moments, default=None)),
+    pairs = [(asked.normal_resolution, normal), (asked.normal_error, normal), (asked.temperature_error, normal),
+             (asked.shear_resolution, asked.shear_force), (asked.shear_error, asked.shear_force),
+             (asked.moment_resolution, min(moments, default=None)), (asked.moment_error, min(moments, default=None)),
              *((error, normal if isinstance(asked.tilt_error, float) else tilts[name])
                for name, error in asked.tilt_limits().items())]
     return [error / force for error, force in pairs if error is not None and force]

@@ -264,6 +264,12 @@ class Requirements(Section):
     )
     shear_resolution: float | None = key(Resolution, "the same of every shear axis", None)
     moment_resolution: float | None = key(Moment, "the same of every moment, like 0.1 N mm", None)
+    normal_error: float | None = key(
+        Resolution, "one sigma of all errors together at full load, of a calibrated unit that is tared before each "
+        "grasp, as in the data sheet, like 0.5 N; if left out normal_resolution is compared with that", None
+    )
+    shear_error: float | None = key(Resolution, "the same of every shear axis", None)
+    moment_error: float | None = key(Moment, "the same of every moment, like 1 N mm", None)
     crosstalk: float | None = key(
         Number(0, 10), "error of an axis per full scale of another, over its own full scale, by the best polynomial in "
         "the readings", None
@@ -288,15 +294,20 @@ class Requirements(Section):
         """Moments (N m) about x and y that are asked for; 0 of those that are not."""
         return self.moment_x or 0.0, self.moment_y or 0.0
 
+    @property
+    def is_shear_told(self) -> bool:
+        """Whether a resolution or an error of shear is required."""
+        return any(each is not None for each in (self.shear_resolution, self.shear_error, self.friction_error))
+
     def tilt_limits(self) -> dict[str, float]:
         """What a tilt may cost on each axis that is asked for (N, N m). One value stands for all axes of force."""
         if isinstance(self.tilt_error, TiltErrors):
             return self.tilt_error.written()
         if self.tilt_error is None:
             return {}
-        is_shear = any(each is not None for each in (self.shear_force, self.shear_resolution, self.friction_error))
-        is_normal = self.normal_force is not None or self.normal_resolution is not None or not is_shear
-        names = ["normal"] * is_normal + ["shear_x", "shear_y"] * is_shear
+        is_shear = self.shear_force is not None or self.is_shear_told
+        is_normal = any(each is not None for each in (self.normal_force, self.normal_resolution, self.normal_error))
+        names = ["normal"] * (is_normal or not is_shear) + ["shear_x", "shear_y"] * is_shear
         return dict.fromkeys(names, self.tilt_error)
 
 

@@ -20,10 +20,12 @@ from sitscad.basics.units import show
 from sitscad.checks.findings import as_json, as_text
 from sitscad.checks.findings.document import read_findings
 from sitscad.checks.judging import RULES, check, judged
+from sitscad.checks.performance import noted
 from sitscad.checks.rules import apply_rule
 from sitscad.estimates.design import Design
 from sitscad.estimates.loads.working_range import held_shear
 from sitscad.estimates.performance.tables import PerformanceReport, axis_table
+from sitscad.estimates.performance_values import combined_error
 from sitscad.package.folder import write_template
 from sitscad.package.inspection import as_configured
 from sitscad.spec import templates
@@ -38,6 +40,7 @@ ASKED = {
     "SIT404": {"tilt": (0.05, 0.05), "tilt_error": (1e-3, 1.0)},
     "SIT405": {"friction_error": (1e-4, 1.0)},
     "SIT406": {"temperature_range": ((15.0, 45.0), (15.0, 45.0)), "temperature_error": (1e-3, 100.0)},
+    "SIT414": {"normal_error": (0.3, 0.4)},
 }
 """By rule its requirements: what bench_7mm misses, and what it meets."""
 
@@ -67,13 +70,41 @@ def test_too_large_tilt_error_is_mended_by_smaller_target_and_pad(monkeypatch):
     assert found.severity is Severity.ERROR and keys == {"target.size", "elastomer.size"}
 
 
+@pytest.mark.parametrize("kind, together", [("normal", 0.369), ("shear", 0.0658)])
+def test_a_resolution_that_errors_exceed_is_warned_of_until_an_error_is_allowed(bench, kind, together):
+    """`check` said ok to 500 mN of resolution where tilt alone was read as 2.6 N."""
+    key = f"requirements.{kind}_resolution"
+    (found,), _ = _judged("SIT414", bench, **{f"{kind}_resolution": 0.5 * together})
+    assert (found.severity, found.key) == (Severity.WARNING, key)
+    assert found.measured == approx(together, rel=0.02) and found.limit == 0.5 * together
+    assert _judged("SIT414", bench, **{f"{kind}_resolution": 2.0 * together}) == ([], [])
+    allowed = {f"{kind}_resolution": 0.5 * together, f"{kind}_error": 1.1 * together}
+    assert _judged("SIT414", bench, **allowed) == ([], [])
+
+
+def test_errors_together_are_those_of_the_data_sheet_and_count_required_shear_that_is_not_told(bench):
+    def together(**needs):
+        asked = replace(bench.spec, requirements=replace(bench.spec.requirements, normal_resolution=1.0, **needs))
+        design = Design(asked, replace(bench.layout, spec=asked), bench.estimates)
+        return {one.requirement: one for one in noted(design)}
+
+    alone, full = together(), bench.sensing.performance[-1]
+    assert alone["normal_error"].measured == approx(combined_error(full.axes["normal"].errors), rel=0.02)
+    assert alone["tilt_of_one_degree"].limit is None and alone["tilt_of_one_degree"].measured > 0.01
+    with_shear = together(shear_force=0.5)
+    both = alone["normal_error"].measured, with_shear["unmeasured_shear"].measured
+    assert with_shear["normal_error"].measured == approx(np.hypot(*both), rel=1e-4)
+    assert with_shear["normal_error"].measured > both[0]
+    assert "tilt_of_one_degree" not in together(tilt=0.01, tilt_error=1.0)
+
+
 @pytest.mark.parametrize("rule_id", ASKED)
 def test_a_requirement_is_missed_or_met(bench, rule_id):
     missed, met = ({name: pair[k] for name, pair in ASKED[rule_id].items()} for k in (0, 1))
     (finding,), skipped = _judged(rule_id, bench, **missed)
     assert not skipped and finding.measured > finding.limit
     assert finding.key.removeprefix("requirements.") in ASKED[rule_id]
-    assert finding.severity is (Severity.WARNING if rule_id in ("SIT405", "SIT406") else Severity.ERROR)
+    assert finding.severity is (Severity.WARNING if rule_id in ("SIT405", "SIT406", "SIT414") else Severity.ERROR)
     assert _judged(rule_id, bench, **met) == ([], [])
 
 
@@ -98,7 +129,7 @@ def test_what_is_reached_stands_beside_what_is_asked(bench):
     found = {each.requirement: each for each in result.reached}
     asked_for = ["normal_resolution", "crosstalk", "tilt_error"]
     assert list(found) == [
-        *asked_for, "unmeasured_shear", "zero_drift", "drift", "tared_drift", "hysteresis", "creep", "modulus"]
+        *asked_for, "unmeasured_shear", "normal_error", "zero_drift", "drift", "tared_drift", "hysteresis", "creep", "modulus"]
     found = {name: found[name] for name in asked_for}
     assert all(0.0 < each.measured < each.limit == wanted[name] for name, each in found.items())
     checked = as_configured(asked, result)
@@ -106,7 +137,7 @@ def test_what_is_reached_stands_beside_what_is_asked(bench):
     assert re.search(f"^{line}", as_text([checked]), re.MULTILINE)
     document = json.loads(as_json([checked]))["specs"][0]
     assert [each["rule"] for each in document["felt"]] == [
-        "SIT401", "SIT403", "SIT404", "SIT409", *["SIT406"] * 3, *["SIT405"] * 3]
+        "SIT401", "SIT403", "SIT404", "SIT409", "SIT414", *["SIT406"] * 3, *["SIT405"] * 3]
     assert read_findings(as_json([checked]).encode(), "", "").reached == result.reached
 
 

@@ -361,14 +361,15 @@ class Disturbed:
                 (readings[1:] - readings[0]) @ self.inverse.T).max(axis=0)
         return found
 
-    def errors(self, units: Units, map_errors: Array) -> dict[str, Array]:
-        """One sigma (N) of every axis by cause; tilts of one degree, the worse of both ways. Infinite on an axis
-        that no reading tells: nothing is known of it.
+    def errors_of_any_unit(self, map_errors: Array) -> dict[str, Array]:
+        """One sigma (N, N m) of every axis by each cause that does not differ from unit to unit.
+
+        Tilts are of one degree, the worse of both ways. Infinite on an axis that no reading tells.
         """
         pad = self.bench.spec.elastomer
         assert pad is not None
-        material, normal, scattered = pad.material, self.bench.full["normal"], sigmas(self.bench.spec)
-        found = {
+        material = pad.material
+        return self._if_told({
             "noise": self.noise,
             "hysteresis": self.hysteresis,
             "creep": material.creep * self.carried,
@@ -379,13 +380,22 @@ class Disturbed:
             "twist of 1 degree": DEGREE * np.abs(self.tilts[:, 2]),
             "contact 0.1 mm beside the middle": 0.1 * np.hypot(*self.contact.T),
             **{f"{name} {UNMEASURED}": error for name, error in self.unmeasured().items()},
+        })
+
+    def errors(self, units: Units, map_errors: Array) -> dict[str, Array]:
+        """One sigma (N, N m) of every axis by each cause, also by those that differ from unit to unit."""
+        normal, scattered = self.bench.full["normal"], sigmas(self.bench.spec)
+        return self.errors_of_any_unit(map_errors) | self._if_told({
             "modulus, before calibration": units.by_modulus(self.share, normal),
             "manufacture, before calibration": units.at(self.share, normal, False),
             "manufacture, after calibration": units.at(self.share, normal, True),
             # what would be off in a map in hertz
             "clock, without a tare": scattered[CLOCK] * np.abs(self.inverse.sum(axis=1)),
             "capacitors, without a tare": 0.5 * scattered[CAPACITOR] * np.sqrt(np.sum(self.inverse**2, axis=1)),
-        }
+        })
+
+    def _if_told(self, found: Mapping[str, Array]) -> dict[str, Array]:
+        """Errors by cause, infinite on an axis that no reading tells: nothing is known of it."""
         untold = np.isinf(self.noise)
         return {name: np.where(untold, np.inf, np.nan_to_num(error, posinf=np.inf)) for name, error in found.items()}
 

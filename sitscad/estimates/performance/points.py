@@ -30,11 +30,13 @@ from sitscad.estimates.performance_values import (
     FORCES,
     INSTABILITY,
     MOMENTS,
+    UNMEASURED,
     AxisPerformance,
     Loads,
     Performance,
     along,
     amount_text,
+    lasts_tared,
     unit_of,
 )
 from sitscad.estimates.response.model import ResponseModel
@@ -130,6 +132,15 @@ class Felt:
         scatter = manufacturing_scatter(self.layout.spec, self.estimates)
         modulus = tuple(cause for cause in scatter if cause.name == MODULUS)
         return units_of(self.working, modulus).by_modulus(WORKING_POINTS[-1].share, self.bench.full["normal"])
+
+    @cached_property
+    def lasting_errors(self) -> dict[str, Array]:
+        """One sigma (N, N m) of every axis at full load, by each cause that neither a calibration nor a tare before
+        each grasp takes away. Shear that the array does not tell is a cause if the spec requires shear.
+        """
+        is_shear_required = self.bench.spec.requirements.shear_force is not None
+        return {cause: error for cause, error in self.warmed[-1].errors_of_any_unit(self.working.map_errors).items()
+                if lasts_tared(cause) or (is_shear_required and UNMEASURED in cause)}
 
     def friction(self, shear: str) -> dict[str, float]:
         """Errors of shear over normal at full load by cause (`Disturbed.friction`)."""

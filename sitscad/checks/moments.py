@@ -1,0 +1,80 @@
+"""SIT411 and SIT413: moments that the spec requires, against what array and pad can tell."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from sitscad.basics.finding import Severity
+from sitscad.basics.units import show
+from sitscad.checks.performance import MOMENT_OR_SHEAR, MOMENTS, axis_text
+from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, rule_of
+from sitscad.estimates.design import Design
+from sitscad.estimates.loads.pressing import BESIDE_PAD, rests_on_pad
+from sitscad.kernels.mechanics.elastomer import HELD_TILT
+
+
+def moments_told(design: Design) -> Iterator[Verdict]:
+    """The moments that are asked for: told by coils on both sides, and not where the shear that reads as they do is
+    asked for as well.
+    """
+    spec, asked = design.spec, design.spec.requirements
+    if not any(asked.moments):
+        stated = [key for key in ("moment_resolution", "moment_error") if getattr(asked, key) is not None]
+        stated += [f"tilt_error.{name}" for name in MOMENTS if name in asked.tilt_limits()]
+        wanted = stated[0] if stated else ""
+        if wanted:
+            yield Violation(
+                f"requirements.{wanted} is about moments, and none is asked for",
+                "requirements.moment_x and moment_y: the largest moments, like 5 N mm", f"requirements.{wanted}",
+            )
+        return
+    from sitscad.estimates.loads.working_range import INSTEAD, axes_felt  # loaded by whatever feels
+
+    axes, count = axes_felt(spec), len(spec.array.placements)
+    for name, value in zip(MOMENTS, asked.moments, strict=True):
+        across = "y" if name == "moment_x" else "x"
+        if value and name not in axes:
+            have = "one coil alone tells no moment"
+            if count > 1:
+                have = f"the coils stand in a line, none beside it in {across}"
+            yield Violation(
+                f"the array cannot tell a {axis_text(name)}: {have}",
+                f"three or four coils, some of them apart along {across} (array.pattern: triangle or grid)"
+                + (", or two in a line along it" if count == 1 else ""), f"requirements.{name}", value, None, "N m",
+            )
+        elif value and asked.is_shear_told:
+            shear = next(one for one, other in INSTEAD.items() if other == name)
+            yield Violation(
+                f"a {axis_text(name)} and {axis_text(shear)} change the readings alike: the array tells one of them, "
+                "and both are asked for", MOMENT_OR_SHEAR, f"requirements.{name}", value, None, "N m",
+            )
+
+
+def moment_range(design: Design) -> Iterator[Verdict]:
+    """Each moment that is asked for against that which tilts the target as far as the pad's law is trusted."""
+    from sitscad.estimates.loads.working_range import FARTHER, moment_at  # loaded by whatever feels
+
+    if not any(design.spec.requirements.moments):
+        return
+    if not rests_on_pad(design.spec):
+        yield Undecided(BESIDE_PAD)
+        return
+    most, degrees = moment_at(design.spec, HELD_TILT), float(np.degrees(HELD_TILT))
+    for name, value in zip(MOMENTS, design.spec.requirements.moments, strict=True):
+        if value > most[name]:
+            borne = show(0.95 * most[name], "N m", 2)
+            yield Violation(
+                f"{show(most[name], 'N m', 3)} of {axis_text(name)} tilt the target by {degrees:.2g} degrees, as far "
+                f"as the pad's law is known; {show(value, 'N m', 3)} are required",
+                f"requirements.{name}: {borne}, or a stiffer, thinner or larger pad",
+                f"requirements.{name}", value, most[name], "N m",
+                severity=Severity.ERROR if value > FARTHER * most[name] else None,
+            )
+
+
+RULES: tuple[Rule, ...] = (
+    rule_of("SIT411", moments_told, "target", "elastomer"),
+    rule_of("SIT413", moment_range, "target", "elastomer", tilt=f"{np.degrees(HELD_TILT):.2g}"),
+)
