@@ -128,8 +128,8 @@ def test_what_is_reached_stands_beside_what_is_asked(bench):
     result = check(asked, replace(bench.layout, spec=asked), bench.estimates, "none")
     found = {each.requirement: each for each in result.reached}
     asked_for = ["normal_resolution", "crosstalk", "tilt_error"]
-    assert list(found) == [
-        *asked_for, "unmeasured_shear", "normal_error", "zero_drift", "drift", "tared_drift", "hysteresis", "creep", "modulus"]
+    assert list(found) == [*asked_for, "unmeasured_shear", "normal_error", "zero_drift", "drift", "tared_drift",
+                           "hysteresis", "creep", "modulus"]
     found = {name: found[name] for name in asked_for}
     assert all(0.0 < each.measured < each.limit == wanted[name] for name, each in found.items())
     checked = as_configured(asked, result)
