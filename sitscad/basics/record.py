@@ -12,7 +12,6 @@ from collections.abc import Callable
 from dataclasses import MISSING, Field, FrozenInstanceError, dataclass, field, fields
 from functools import cache
 from inspect import get_annotations
-from itertools import takewhile
 from operator import attrgetter
 from threading import RLock
 from types import CodeType, FunctionType
@@ -130,12 +129,11 @@ def _compiled_init(cls: type) -> Callable[..., None]:
         co_qualname=f"{cls.__qualname__}.__init__",
     )
     scope = {"missing": MISSING} | {f"new_{k}": make for k, make in factories.items()}
-    defaults = tuple(one.default for one in takewhile(_has_default, reversed(own)))[::-1]  # none before one needed
+    defaults: tuple[Any, ...] = ()
+    for one in own:  # a default before a field without one cannot be used
+        has_none = one.default is MISSING and one.default_factory is MISSING
+        defaults = () if has_none else (*defaults, one.default)
     return FunctionType(code, scope, "__init__", defaults)
-
-
-def _has_default(one: Field[Any]) -> bool:
-    return one.default is not MISSING or one.default_factory is not MISSING
 
 
 @cache
