@@ -7,6 +7,7 @@ those of `ASKED_WITH_REGISTERS`. A family may state more.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib import import_module
@@ -111,9 +112,9 @@ def rows_of(family: str) -> dict[str, Row]:
     named = {row["name"]: row for own in tables.values() for row in own}
     asked = _asked_of(family, named)
     for table, own in tables.items():
-        names = [row["name"] for row in own]
+        times = Counter(row["name"] for row in own)
         for row in own:
-            if names.count(row["name"]) > 1:
+            if times[row["name"]] > 1:
                 raise _error(table, row["name"], "it stands there twice")
             if flaws := list(_flaws(row, asked)):
                 raise _error(table, row["name"], flaws[0])
