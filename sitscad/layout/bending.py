@@ -232,6 +232,12 @@ class Bend:
     is_dynamic: bool
     why: str = ""
 
+    @property
+    def angle_text(self) -> str:
+        """The angle; one that the mount sets in whole degrees, nearer than a hand bends."""
+        degrees = math.degrees(self.angle)
+        return f"about {degrees:.0f} deg" if self.why else f"{degrees:.4g} deg"
+
 
 def bend_figure(fpc: FpcSpec) -> tuple[str, float] | None:
     """Which figure of the fabricator's is the tail's smallest bend radius, and that radius by its thickness."""

@@ -341,7 +341,7 @@ def test_a_mount_that_nothing_places_is_said_how_to_be_placed():
         found = sitscad.estimate(layout)
         pages[jaw] = " ".join(assembly_notes.text(layout, found, found).split())
         assert "mount/assembly.svg shows the pieces apart, mount/placed-jaw-drawing.pdf the closed pair" in pages[jaw]
-        assert "frequency with the tank's capacitor of" in pages[jaw] and "by 30 deg down" in pages[jaw]
+        assert "frequency with the tank's capacitor of" in pages[jaw] and " 30 deg down" in pages[jaw]
     assert "straight waxed strips upright against the jaw's sides" in pages["generic-5mm"]
     assert "waxed strips" not in pages["toothless-5mm"]  # its pocket places the mount
     bare = sitscad.lay_out(sitscad.load_text(JAW.format(jaw="generic-5mm", tail=""), "jaw.yaml"))

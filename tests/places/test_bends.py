@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from itertools import pairwise
 
 import pytest
@@ -63,7 +64,13 @@ def test_every_paper_names_every_bend(name):
     drawing = " ".join(i.text for i in flattened(board_drawing.drawing(layout, "").items) if isinstance(i, Label))
     for words in (bend_text(layout), bent_text(layout), drawing, kicad_board(layout)):
         for bend in bends(layout):
-            assert f"{math.degrees(bend.angle):.4g} deg {bend.direction}" in words
+            assert f"{bend.angle_text} {bend.direction}" in words
+
+
+def test_an_angle_of_the_mount_is_rounded_to_degrees_and_the_specs_own_is_not():
+    *mounts, own = bends(laid("jaw_5x20", ("bend: static", "bend: {kind: static, angle: 22.5 deg}")))
+    assert [re.findall(r"\d+\.\d", bend.angle_text) for bend in mounts] == [[], []]
+    assert own.angle_text.startswith("22.5 ")
 
 
 def test_a_cap_lets_the_tail_down_over_a_lip_of_its_bend_radius():

@@ -19,7 +19,7 @@ from sitscad.assembly.solids.clash import carried, under_bend
 from sitscad.assembly.solids.whole import whole
 from sitscad.basics.finding import Severity
 from sitscad.checks.assembly.fit import judged_on_solids, settles
-from sitscad.files.documents import mounting
+from sitscad.files.documents import mounting, tail_steps
 from sitscad.layout import lay_out
 from sitscad.spec import presets
 from sitscad.spec.load import load
@@ -110,7 +110,7 @@ def test_a_part_under_the_tail_s_bend_is_found_by_how_much(tmp_path):
     document = {"measured": [mounting._measured(measured)]}
     (finding,) = judged_on_solids(document, layout.spec)
     assert (finding.rule, finding.severity, finding.key) == ("SIT320", Severity.WARNING, "mount")
-    assert f"{1e3 * (first.start - rod - layout.body[2]):.2f}".rstrip("0") in mounting._own_end(layout)
+    assert f"{1e3 * (first.start - rod - layout.body[2]):.2f}".rstrip("0") in tail_steps.own_end(layout)
 
 
 def built(tmp_path, size):

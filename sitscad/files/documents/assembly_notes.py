@@ -49,7 +49,6 @@ from sitscad.files.documents.mounting import (
     jig_picture,
     pushed_out,
     skin,
-    tail_held,
 )
 from sitscad.files.documents.preparing import (
     MADE,
@@ -65,6 +64,7 @@ from sitscad.files.documents.preparing import (
     tools,
     waits,
 )
+from sitscad.files.documents.tail_steps import tail_formed, tail_held
 from sitscad.files.drawing.frame import FORCED
 from sitscad.files.order_facts.files import panel_path
 from sitscad.files.order_facts.notes import hanging
@@ -262,6 +262,8 @@ def _into_jaw(layout: Layout, at: Levels) -> Iterator[str]:
             "with a blade: clean both faces, rub a mount that is too thick down below (step 1), and glue it with less."
             f"{strips_off(layout, stiff)}"
         )
+    if said := tail_formed(layout):
+        yield said
     # where the board lies on metal or shield alone, nothing of the mount places it
     place = f"{against_stop(layout)}{floor_grooves(layout)} " if any(part.startswith("mount") for part in stiff) else ""
     spread = f"Spread {hard_dose(layout, areas['board'])}.{'' if stiff else why}"

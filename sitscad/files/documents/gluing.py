@@ -305,17 +305,6 @@ def pressing(layout: Layout, spread: str) -> str:
     )
 
 
-def rods(radius: float | None) -> str:
-    """What a tail is bent over where no edge of the mount is below it; empty without a radius (m)."""
-    if radius is None or radius <= 0.0:
-        return ""
-    across = math.ceil(2e4 * radius - 1e-6) / 10.0
-    return (
-        f" Where no round edge of the mount lies below such a line, lay a rod of {across:g} mm diameter (or a little "
-        "more) along it and bend the tail over that, by hand and slowly."
-    )
-
-
 INHIBITION = (
     "Amines, nitriles, tin and sulphur keep platinum silicone liquid where it touches them (lists of techsil.co.uk and "
     "siliconesandmore.com; Smooth-On's bulletin on Dragon Skin names epoxies)"

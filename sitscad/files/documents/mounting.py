@@ -29,13 +29,12 @@ from sitscad.assembly.places.seating import (
     metal_free_distance,
     pin_places,
     plate_floor,
-    relief,
     retention,
     screw_spacing,
     tongue_across,
 )
 from sitscad.assembly.places.state import Pose
-from sitscad.assembly.places.tail_path import ROD, bends, lip, rod_clear, tail_path
+from sitscad.assembly.places.tail_path import bends, tail_path
 from sitscad.assembly.solids.clash import at_pin, carried, clashes, under_bend
 from sitscad.assembly.solids.plates import metal_below
 from sitscad.assembly.solids.proof import Measured, PadLoad, Proof, as_json, in_file, printable, prove
@@ -48,26 +47,22 @@ from sitscad.estimates.loads.gluing import board_plan, glued_area, hard_adhesive
 from sitscad.estimates.loads.pad import NoResponse, pushed
 from sitscad.files.documents.gluing import (
     board_glued,
-    hard_dose,
     in_recess,
     inhibited,
     line_areas,
     on_own,
     press_words,
     pushed_ways,
-    rods,
     toleranced,
 )
 from sitscad.files.documents.preparing import amount, cured, mixed
+from sitscad.files.documents.tail_steps import tail_bent, tail_fixed, tail_formed
 from sitscad.files.drawing.pictures.rendered import assembly_svg, clash_svg
-from sitscad.files.order_facts.notes import bent_text
 from sitscad.files.writer import json_bytes
 from sitscad.layout.board import Layout
 from sitscad.spec.materials import Encapsulation
 from sitscad.spec.mount import Mount
 from sitscad.spec.sensor import SensorSpec
-
-LEAST_FIXED = 3e-3  # How much of a tail (m) is glued to the jaw where nothing else holds it
 
 
 def doses(layout: Layout) -> tuple[float, ...]:
@@ -105,53 +100,14 @@ def jaw_cut(layout: Layout) -> Iterator[str]:
             )
 
 
-def tail_fixed(layout: Layout) -> tuple[float, float] | None:
-    """Length and width (m) of the tail that is glued to a mount's tongue or to a jaw's face; None if none is."""
-    tongue, edge, path, jaw = relief(layout), lip(layout), tail_path(layout), layout.spec.jaw
-    if jaw is None or path is None:
-        return None
-    if tongue is not None:
-        end = tongue.along[1] if edge is None else edge.start
-        return end - tongue.along[0], tongue.tail[1] - tongue.tail[0]
-    low, high = layout.reach_at(path.last.x)
-    return (LEAST_FIXED, high - low) if jaw_range(layout, jaw)[1] - path.last.x >= LEAST_FIXED else None
-
-
-def tail_held(layout: Layout) -> str:
-    """How the tail is bent, and where a pull on it ends: on the mount's tongue, else on the jaw's face, else behind."""
-    said, tongue, edge = _bent(layout), relief(layout), lip(layout)
-    fixed = tail_fixed(layout)
-    if tongue is not None and fixed is not None:
-        upto = "over the tongue's whole length" if edge is None else "up to where its end is round"
-        return (
-            f"Glue the tail down with {hard_dose(layout, fixed[0] * fixed[1])}, on the mount's tongue behind the body, "
-            f"over {in_mm(fixed[0], 2)} mm, {upto}: a pull on it ends there. {said}"
-        )
-    # From which x (m) on the tail lies on the jaw's face, and over what length (m) up to the jaw's heel
-    path, jaw = tail_path(layout), layout.spec.jaw
-    assert path is not None and jaw is not None
-    begin, room = path.last.x, jaw_range(layout, jaw)[1] - path.last.x
-    if fixed is not None:
-        return (
-            f"{said} Fix the tail with {hard_dose(layout, fixed[0] * fixed[1])}, to the jaw's metal from "
-            f"{in_mm(begin - layout.body[2], 2)} mm behind "
-            f"the body on, over at least {in_mm(LEAST_FIXED)} mm, so that a pull on it does not reach the glue of the "
-            "sensor (the mount has no tongue for it)."
-        )
-    return (
-        f"{said} Nothing is left behind the body to glue the tail to: the mount has no tongue, and of the jaw's face "
-        f"the tail lies on {in_mm(max(0.0, room), 2)} mm. Lead it behind the jaw in a slack loop and fix it to the "
-        "shaft, so that a pull on it does not reach the glue of the sensor."
-    )
-
-
 def fastened(layout: Layout) -> Iterator[str]:
     """How the board is glued to a plate, a cap or a part of the user's own, and how the tail is bent over it."""
     mount = layout.spec.mount
     if mount is None:
         return
-    has_tail = layout.spec.fpc.tail is not None
-    slot = ", tail in the slot" if has_tail else ""
+    if said := tail_formed(layout):
+        yield said
+    slot = ", tail in the slot" if layout.spec.fpc.tail is not None else ""
     glued = f"Glue the board into the mount's recess{slot}.{in_recess(layout)} {board_glued(layout)}{_seated(layout)}"
     if mount.finger is not None:
         yield f"Tap both holes in the cap's sides M{in_mm(mount.finger.screw)}. {glued}"
@@ -160,8 +116,8 @@ def fastened(layout: Layout) -> Iterator[str]:
         yield f"Put the board on your own mount and glue it down.{own} {board_glued(layout)}"
     elif mount.holes is not None:
         yield glued
-    if has_tail:
-        yield _bent(layout)
+    if said := tail_bent(layout):
+        yield said
 
 
 def _own_height(layout: Layout) -> str:
@@ -311,39 +267,7 @@ def _room_below(layout: Layout) -> str:
     )
 
 
-def _bent(layout: Layout) -> str:
-    """How the tail is bent, and over what."""
-    found = bends(layout)
-    said, mount = bent_text(layout) + (rods(found[0].radius) if found else ""), layout.spec.mount
-    is_raised = mount is not None and mount.kind in ("bench-plate", "custom")
-    if not is_raised or not any(bend.direction == "down" for bend in found):
-        return said
-    said += " The rod needs room below: lay the mount at a table's edge, with the line beyond it."
-    if mount is not None and mount.kind == "custom":
-        return f"{said} {_own_end(layout)}"
-    clear, start = rod_clear(layout), min(bend.start for bend in found if bend.direction == "down")
-    if start < clear - LEAST_MET:
-        met = in_mm(clear - start, 1)
-        said += f" It meets the mount's lower edge there by {met} mm: chamfer that edge by as much with a file first."
-    return said
-
-
-def _own_end(layout: Layout) -> str:
-    """Where a mount of the user's own has to end, so that the rod for the first bend down is clear of it."""
-    first = min((bend for bend in bends(layout) if bend.direction == "down"), key=lambda bend: bend.start)
-    end = first.start - (first.radius or 0.0) - ROD - layout.body[2]
-    side = "behind" if end >= 0.0 else "before"
-    return (
-        f"Your own part must end at most {in_mm(abs(end), 2)} mm {side} the body's end at the tail, or be cut away "
-        "from there on as deep as the rod is thick: rod and tail go down there."
-    )
-
-
 SAME = 1e-6  # Lengths (m) that differ by less are the same
-
-LEAST_MET = 0.05e-3
-"""Overlap (m) of rod and mount that is worth a word."""
-
 
 def _seated(layout: Layout) -> str:
     """How high the board's top face is above the face under the mount; nothing over a shield, which is glued itself."""

@@ -147,7 +147,13 @@ WAYS = {"down": "away from the face with the coils", "up": "towards the face wit
 
 def bend_words(bend: Bend) -> str:
     """Angle and direction of a bend."""
-    return f"{math.degrees(bend.angle):.4g} deg {bend.direction} ({WAYS[bend.direction]})"
+    return f"{bend.angle_text} {bend.direction} ({WAYS[bend.direction]})"
+
+
+def bend_place(layout: Layout, bend: Bend) -> str:
+    """Angle, direction and line of a bend, as they are read at the bench."""
+    why = f" ({bend.why})" if bend.why else ""
+    return f"{bend_words(bend)} about the line {in_mm(bend.line - layout.body[2], 1)} mm behind the body{why}"
 
 
 def bent_text(layout: Layout) -> str:
@@ -155,19 +161,22 @@ def bent_text(layout: Layout) -> str:
     found = bends(layout)
     if not found:
         return "Do not bend the tail."
-    lines = [
-        f"by {bend_words(bend)} about the line {in_mm(bend.line - layout.body[2], 2)} mm behind the body"
-        f"{f' ({bend.why})' if bend.why else ''}"
-        for bend in found
-    ]
+    lines = ", then by ".join(bend_place(layout, bend) for bend in found)
     radius = "" if found[0].radius is None else f", inside radius {in_mm(found[0].radius)} mm or more"
-    said = f"Bend the tail {', then '.join(lines)}{radius}, and nowhere else: the drawing of the board has these lines."
+    return (
+        f"Bend the tail by {lines}{radius}, and nowhere else: the drawing of the board has these lines."
+        f"{hinge_text(layout)}"
+    )
+
+
+def hinge_text(layout: Layout) -> str:
+    """What a jaw that moves asks of the bend at its hinge; empty if it asks for nothing."""
     own = own_bend(layout)
     if own is None or own.is_dynamic or not bends_at_every_grasp(layout.spec):
-        return said
+        return ""
     return (
-        f"{said} In a jaw that moves against the shaft the last one bends at every grasp: that wants fpc.tail.bend: "
-        "dynamic."
+        " In a jaw that moves against the shaft, the bend farthest from the body moves at every grasp: this needs "
+        "fpc.tail.bend: dynamic."
     )
 
 

@@ -260,7 +260,7 @@ def _bend(sheet: Sheet, layout: Layout, view: View, below: float) -> float:
 
 def _bend_words(found: Sequence[Bend], room: float) -> tuple[str, ...]:
     """How the tail is bent, from the body on, in two lines where one is wider than so much (mm of paper)."""
-    ways = ", ".join(f"{math.degrees(bend.angle):.4g} deg {bend.direction}" for bend in found)
+    ways = ", ".join(f"{bend.angle_text} {bend.direction}" for bend in found)
     words = f"bend{'s' * (len(found) > 1)} {ways}"
     if found[0].radius is None:
         return (words,)

@@ -127,7 +127,7 @@ def legend_keys(layout: Layout, shown: list[int], view: View, marks: list[Pictur
     if plate is not None and sees(plate.outline.outline.start.x):
         keys.append((_swatch(PLATE), f"stiffener {show(plate.thickness, 'm')}"))
     seen = [bend for bend in bends(layout) if sees(bend.line)]
-    words = dict.fromkeys(f"bend {math.degrees(bend.angle):.4g} deg {bend.direction}" for bend in seen)
+    words = dict.fromkeys(f"bend {bend.angle_text} {bend.direction}" for bend in seen)
     keys += [(_line(BEND, BEND_DASHES), each) for each in words]
     if any(bend.end > bend.start for bend in seen):
         keys.append((_swatch(TAKEN), "taken by bends" if len(seen) > 1 else "taken by the bend"))

@@ -1,0 +1,168 @@
+"""Steps of the assembly that bend the tail and hold it: which bends are made before the board is glued, which after."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from sitscad.assembly.places.jaws import jaw_range
+from sitscad.assembly.places.seating import relief
+from sitscad.assembly.places.tail_path import ROD, bends, lip, rod_clear, tail_path
+from sitscad.basics.units import in_mm
+from sitscad.files.documents.gluing import hard_dose
+from sitscad.files.order_facts.notes import bend_place, hinge_text
+from sitscad.layout.bending import Bend
+from sitscad.layout.board import Layout
+
+LEAST_FIXED = 3e-3
+"""How much of a tail (m) is glued to the jaw where nothing else holds it."""
+
+LEAST_MET = 0.05e-3
+"""Overlap (m) of rod and mount that is worth a word."""
+
+
+def tail_fixed(layout: Layout) -> tuple[float, float] | None:
+    """Length and width (m) of the tail that is glued to a mount's tongue or to a jaw's face; None if none is."""
+    tongue, edge, path, jaw = relief(layout), lip(layout), tail_path(layout), layout.spec.jaw
+    if jaw is None or path is None:
+        return None
+    if tongue is not None:
+        end = tongue.along[1] if edge is None else edge.start
+        return end - tongue.along[0], tongue.tail[1] - tongue.tail[0]
+    low, high = layout.reach_at(path.last.x)
+    return (LEAST_FIXED, high - low) if jaw_range(layout, jaw)[1] - path.last.x >= LEAST_FIXED else None
+
+
+def early_bends(layout: Layout) -> tuple[Bend, ...]:
+    """Bends that are made before the board is glued: those whose rod has no room once a jaw lies under the tail.
+
+    A bend of the mount over a round edge is made later, over this edge. A bend up needs no room below. Empty without a
+    jaw.
+    """
+    if layout.spec.jaw is None:
+        return ()
+    has_edge = lip(layout) is not None
+    return tuple(bend for bend in bends(layout) if (not has_edge if bend.why else bend.direction == "down"))
+
+
+def tail_formed(layout: Layout) -> str:
+    """The step that bends the tail of a loose board; empty if no bend is made before the board is glued."""
+    early = early_bends(layout)
+    if not early:
+        return ""
+    below = ""
+    if any(bend.why for bend in early) and (path := tail_path(layout)) is not None:
+        drop = in_mm(path.start.z - path.last.z, 1, 1)
+        below = f" Seen from the side, the tail is parallel to the body then, and {drop} mm lower."
+    if any(not bend.why for bend in early):
+        below = below.replace("then", "between bends 2 and 3")
+    return (
+        "Bend the tail while the board is loose: once the board is glued, there is no room for a rod between the tail "
+        f"and the jaw. Hold the board by its edges, never by the {_piece(layout)}. {_listed(layout, early)}{below} A "
+        f"tail springs back: bend it on until it stays so.{hinge_text(layout)}"
+    )
+
+
+def _piece(layout: Layout) -> str:
+    """The piece on the board that a hand must not hold."""
+    return "target" if layout.spec.target is not None else "elastomer" if layout.spec.elastomer is not None else "coils"
+
+
+def tail_bent(layout: Layout) -> str:
+    """How the tail of the glued board is bent; empty without a tail, or if all bends were made before."""
+    if layout.spec.fpc.tail is None:
+        return ""
+    found, early = bends(layout), early_bends(layout)
+    late = tuple(bend for bend in found if bend not in early)
+    if not found:
+        return "Do not bend the tail."
+    if not late:
+        return ""
+    hinge = "" if early else hinge_text(layout)
+    return f"Bend the tail now. {_listed(layout, late)}{hinge}{_room_for_rod(layout, late)}"
+
+
+def _listed(layout: Layout, found: Sequence[Bend]) -> str:
+    """Bends in their order, each with the side on which its rod lies, and the rod's diameter; whole sentences."""
+    has_edge = lip(layout) is not None
+    said, needs_rod = [], False
+    for number, bend in enumerate(found, 1):
+        start = f"({number}) " * (len(found) > 1) + bend_place(layout, bend)
+        if bend.why and bend.direction == "down" and has_edge:
+            said.append(f"{start}; this edge takes the place of a rod.")
+            continue
+        needs_rod = True
+        side = "under the tail, on the face without the coils" if bend.direction == "down" else (
+            "over the tail, on the face with the coils")
+        said.append(f"{start}; rod {side}.")
+    radius = found[0].radius
+    order = "in this order, from the body outwards, and nowhere else. " if len(found) > 1 else "and nowhere else: "
+    rod = _rod(radius) if needs_rod else ""
+    return f"Bend by hand, slowly, {order}{' '.join(said)}{rod} The drawing of the board has the lines."
+
+
+def _rod(radius: float | None) -> str:
+    """The rod that the tail is bent round; empty without a radius (m)."""
+    if radius is None or radius <= 0.0:
+        return ""
+    across = math.ceil(2e4 * radius - 1e-6) / 10.0
+    return (
+        f" Lay a rod of {across:g} mm diameter, or a little more, across the tail at each line, and bend the tail "
+        f"round it: the inside radius is {in_mm(radius)} mm or more."
+    )
+
+
+def _room_for_rod(layout: Layout, late: Sequence[Bend]) -> str:
+    """Room below a plate, or below a part of the user's own, for the rod of a bend down; empty if none is needed."""
+    mount, down = layout.spec.mount, [bend for bend in late if bend.direction == "down"]
+    if mount is None or mount.kind not in ("bench-plate", "custom") or not down:
+        return ""
+    said = " The rod needs room below: lay the mount at a table's edge, with the line beyond it."
+    if mount.kind == "custom":
+        return f"{said} {own_end(layout)}"
+    clear, start = rod_clear(layout), min(bend.start for bend in down)
+    if start < clear - LEAST_MET:
+        met = in_mm(clear - start, 1)
+        said += f" It meets the mount's lower edge there by {met} mm: chamfer that edge by as much with a file first."
+    return said
+
+
+def own_end(layout: Layout) -> str:
+    """Where a mount of the user's own has to end, so that the rod for the first bend down is clear of it."""
+    first = min((bend for bend in bends(layout) if bend.direction == "down"), key=lambda bend: bend.start)
+    end = first.start - (first.radius or 0.0) - ROD - layout.body[2]
+    side = "behind" if end >= 0.0 else "before"
+    return (
+        f"Your own part must end at most {in_mm(abs(end), 2)} mm {side} the body's end at the tail, or be cut away "
+        "from there on as deep as the rod is thick: rod and tail go down there."
+    )
+
+
+def tail_held(layout: Layout) -> str:
+    """Where a pull on the tail ends: on the mount's tongue, else on the jaw's face, else behind the jaw; and the bends
+    that are made on the glued board.
+    """
+    said, tongue, edge = tail_bent(layout), relief(layout), lip(layout)
+    fixed = tail_fixed(layout)
+    if tongue is not None and fixed is not None:
+        upto = "over the tongue's whole length" if edge is None else "up to where its end is round"
+        return (
+            f"Glue the tail down with {hard_dose(layout, fixed[0] * fixed[1])}, on the mount's tongue behind the body, "
+            f"over {in_mm(fixed[0], 2)} mm, {upto}: a pull on it ends there. {said}"
+        ).rstrip()
+    # From which x (m) on the tail lies on the jaw's face, and over what length (m) up to the jaw's heel
+    path, jaw = tail_path(layout), layout.spec.jaw
+    assert path is not None and jaw is not None
+    begin, room = path.last.x, jaw_range(layout, jaw)[1] - path.last.x
+    if fixed is not None:
+        return (
+            f"{said} Fix the tail with {hard_dose(layout, fixed[0] * fixed[1])}, to the jaw's metal from "
+            f"{in_mm(begin - layout.body[2], 2)} mm behind "
+            f"the body on, over at least {in_mm(LEAST_FIXED)} mm, so that a pull on it does not reach the glue of the "
+            "sensor (the mount has no tongue for it)."
+        ).lstrip()
+    return (
+        f"{said} Nothing is left behind the body to glue the tail to: the mount has no tongue, and of the jaw's face "
+        f"the tail lies on {in_mm(max(0.0, room), 2)} mm. Lead it behind the jaw in a slack loop and fix it to the "
+        "shaft, so that a pull on it does not reach the glue of the sensor."
+    ).lstrip()
