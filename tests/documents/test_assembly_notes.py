@@ -20,6 +20,7 @@ from sitscad.assembly.places.jaws import jaw_range, section
 from sitscad.assembly.places.seating import cap_size, is_near_metal, plate_floor, screw_spacing, stop_place
 from sitscad.assembly.places.tail_path import ROD, bends, rod_clear
 from sitscad.assembly.solids import tooling
+from sitscad.basics.quantities import FREQUENCY, plus_minus
 from sitscad.basics.units import show
 from sitscad.checks.findings import as_json, as_text
 from sitscad.checks.findings.document import read_findings
@@ -263,12 +264,35 @@ def test_the_tail_is_glued_to_the_tongue_once_the_board_lies_on_the_mount():
 
 def test_the_bare_board_is_tested_before_any_glue_and_the_sensor_at_the_end():
     said, coil = in_one_line(GRASPER), incoming(SENSOR).board.coils[0]
-    free, rest = (f"{show(coil.states[name].inductance, 'H', 4)} +-" for name in ("free", "rest"))
-    direct = f"{show(coil.terminal_resistance_dc, 'ohm', 4)} +-"
+    free, rest = (FREQUENCY.shown(coil.states[name].frequency).split()[0] for name in ("free", "rest"))
+    direct = show(coil.terminal_resistance_dc, "ohm", 4).split()[0]
     assert in_order(
-        said, "Test the bare board", free, direct, "jig-elastomer on", "Plug the tail", "Measure each coil again", rest
+        said, "Test the bare board", direct, free, "jig-elastomer on", "Plug the tail", "Measure each coil again", rest
     )
-    assert said.count(rest) == said.count(free) == 1
+
+
+def table_below(words):
+    """Rows of the table below the step that begins with some words, each by its first cell."""
+    _, _, after = text(GRASPER).partition(words)
+    lines = [line.strip() for line in after.partition("\n\n")[0].splitlines()]
+    (head,) = (k for k, line in enumerate(lines) if line.startswith("coil  "))
+    return {row[0]: row[1:] for row in (re.split(r"\s{2,}", line) for line in lines[head:])}
+
+
+def test_each_figure_of_a_test_has_the_instrument_that_reads_it():
+    """An inductance without the coil's capacitance, which no instrument reads, stood first in every line."""
+    bench = incoming(SENSOR).board
+    bare, finished = table_below("Test the bare board"), table_below("Measure each coil again")
+    for coil, read in zip(bench.coils, bench.metered, strict=True):
+        free, rest = coil.states["free"], coil.states["rest"]
+        *_, inductance, resistance, frequency = bare[coil.name]
+        assert inductance.startswith(show(read.inductance, "H", 4)) and frequency.startswith(
+            show(free.frequency, "Hz", 4).split()[0])
+        assert resistance.startswith(show(read.resistance, "ohm", 4).split()[0])
+        assert finished[coil.name][1:] == [
+            show(rest.converter_inductance, "H", 4), show(rest.apparent_inductance, "H", 4)]
+        assert show(free.inductance, "H", 4) not in " ".join(bare[coil.name])
+    assert len(bare["coil"]) == len(bare["C1"]) and "100 kHz" in bare["coil"][2] + bare["coil"][1]
 
 
 def test_the_bare_board_has_a_drive_code_that_does_not_clamp_it():
@@ -280,10 +304,9 @@ def test_the_bare_board_has_a_drive_code_that_does_not_clamp_it():
 
 
 def test_a_usual_meter_has_figures_for_the_bare_board():
-    said = in_one_line(GRASPER)
+    rows = table_below("Test the bare board")
     for read in incoming(SENSOR).board.metered:
-        figures = f"at 100 kHz {show(read.inductance, 'H', 4)} +- {show(read.inductance_sigma, 'H', 2)}"
-        assert f"{figures} and {show(read.resistance, 'ohm', 4)} +- " in said
+        assert plus_minus(read.inductance, read.inductance_sigma, "H", digits=4) in rows[read.coil]
 
 
 def test_a_drive_code_that_serves_bare_and_assembled_boards_is_named_once(monkeypatch):
@@ -341,7 +364,7 @@ def test_a_mount_that_nothing_places_is_said_how_to_be_placed():
         found = sitscad.estimate(layout)
         pages[jaw] = " ".join(assembly_notes.text(layout, found, found).split())
         assert "mount/assembly.svg shows the pieces apart, mount/placed-jaw-drawing.pdf the closed pair" in pages[jaw]
-        assert "frequency with the tank's capacitor of" in pages[jaw] and " 30 deg down" in pages[jaw]
+        assert "its tank's capacitor of" in pages[jaw] and " 30 deg down" in pages[jaw]
     assert "straight waxed strips upright against the jaw's sides" in pages["generic-5mm"]
     assert "waxed strips" not in pages["toothless-5mm"]  # its pocket places the mount
     bare = sitscad.lay_out(sitscad.load_text(JAW.format(jaw="generic-5mm", tail=""), "jaw.yaml"))

@@ -14,7 +14,8 @@ from sitscad.assembly.places.column import Levels, Toleranced, column, levels, o
 from sitscad.assembly.places.fit import measures
 from sitscad.assembly.places.state import FREE, REST
 from sitscad.assembly.solids.tooling import BOARD_PRESS, foot_pockets, pour, skin_pour
-from sitscad.basics.units import in_mm, show
+from sitscad.basics.quantities import plus_minus
+from sitscad.basics.units import NONE, aligned, in_mm, show
 from sitscad.data import is_unverified
 from sitscad.estimates.circuits.uncertainty import direct_resistance_sigma
 from sitscad.estimates.coil_estimates import METER_FREQUENCY, CoilEstimate, Estimates
@@ -350,55 +351,48 @@ def _weights(content: bytes) -> list[str]:
     return lines
 
 
-UNKNOWN = "nothing estimated"
-
-READ = "inductance (in brackets what a meter at the tank's frequency reads, the coil's own capacitance across it)"
-"""What the first figure of each coil's line is."""
-
-
 def bare_board(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
-    """What a bare board shows at the contacts at 20 degrees Celsius (``bench``), a line a coil, and its drive code."""
-    relative = direct_resistance_sigma(layout.spec)
-    lines = []
+    """The test of a bare board at 20 degrees Celsius (``bench``): readings by instrument and coil, and a drive code."""
+    relative, metered = direct_resistance_sigma(layout.spec), {read.coil: read for read in bench.metered}
+    meter = f"LCR, {show(METER_FREQUENCY, 'Hz')}:"
+    rows = [("coil", "contacts", "ohmmeter", f"{meter} L", "R", "converter")]
     for coil in bench.coils:
-        direct = _with_sigma(coil.terminal_resistance_dc, relative * coil.terminal_resistance_dc, "ohm")
-        inductance, frequency = _readings(coil, FREE)
-        figures = [inductance, direct, frequency]
-        figures += [
-            f"at {show(read.frequency, 'Hz')} {_with_sigma(read.inductance, read.inductance_sigma, 'H')} and "
-            f"{_with_sigma(read.resistance, read.resistance_sigma, 'ohm')}"
-            for read in bench.metered
-            if read.coil == coil.name
-        ]
         nets = {each.net for each in layout.coils if each.name == coil.name}
         numbers = sorted(pad.number for pad in layout.pads if pad.net in nets)
-        contacts = f"contacts {', '.join(map(str, numbers))}" if numbers else "no contacts"
-        lines.append(f"{coil.name} ({contacts}): {', '.join(figures)}")
+        direct, read = coil.terminal_resistance_dc, metered.get(coil.name)
+        rows.append((
+            coil.name, ", ".join(map(str, numbers)) or NONE, _with_sigma(direct, relative * direct, "ohm"),
+            NONE if read is None else _with_sigma(read.inductance, read.inductance_sigma, "H"),
+            NONE if read is None else _with_sigma(read.resistance, read.resistance_sigma, "ohm"),
+            _tank_frequency(coil, FREE),
+        ))
     said = (
         "Test the bare board before any glue, at 20 degC, far from metal, by short wires from a spare connector or by "
-        f"probes; zero the meter with them shorted. Between the contacts of each coil: {READ}, "
-        f"resistance to direct current, frequency with the tank's capacitor of {show(bench.readout.capacitance, 'F')}, "
-        f"and what a meter of {show(METER_FREQUENCY, 'Hz')} reads, inductance and resistance in series; "
-        f"+- is one sigma of manufacture. Reject a board with a coil that is more than {ACCEPTED_SIGMAS:g} sigma off. "
-        "Frequencies are read by the converter with the programs in firmware/; "
-        f"without these the meter's figures are enough.{bare_drive(layout.spec, estimates, bench)}"
+        "probes; zero the meter with them shorted. The table has the reading of each instrument between the contacts "
+        "of each coil: an ohmmeter; an LCR meter, for L and R in series; the converter with its tank's capacitor of "
+        f"{show(bench.readout.capacitance, 'F')} and the programs in firmware/. The LCR meter alone is enough. +- is "
+        f"one sigma of manufacture. Reject a board with a coil that is more than {ACCEPTED_SIGMAS:g} sigma off."
+        f"{bare_drive(layout.spec, estimates, bench)}"
     )
-    return "\n".join([said, *lines])
+    return "\n".join([said, *aligned(rows)])
 
 
 def assembled(bench: Estimates, closes: str, unseen: Sequence[str] = ()) -> str:
-    """What the finished sensor shows at rest at 20 degC, a line a coil, with the unverified metals about it."""
-    lines = [f"{coil.name}: {', '.join(_readings(coil, REST))}{_converted(coil)}" for coil in bench.coils
-             if REST in coil.states]
-    if not lines:
+    """The test of the finished sensor at rest at 20 degC: a table of instruments and coils; unverified metals."""
+    coils = [coil for coil in bench.coils if REST in coil.states]
+    if not coils:
         return f"{closes}Measure each coil again."
+    rows = [("coil", "converter", "inductance by firmware/", "LCR meter at the converter's frequency")]
+    rows += [(coil.name, _tank_frequency(coil, REST), _shown(coil.states[REST].converter_inductance),
+              _shown(coil.states[REST].apparent_inductance)) for coil in coils]
     leaning = f" They lean on unverified figures of metals near the coils: {', '.join(unseen)}." if unseen else ""
     said = (
-        f"{closes}Measure each coil again at 20 degC, with nothing on it. At rest: {READ}, frequency with the tank's "
-        "capacitor, inductance that firmware/ computes from that (coil's capacitance and losses are in it); +- is one "
-        f"sigma of manufacture.{leaning}"
+        f"{closes}Measure each coil again at 20 degC, with nothing on it. The table has the reading of each instrument "
+        "at rest: the converter with its tank's capacitor, whose frequency firmware/ shows as an inductance; or an LCR "
+        "meter that reaches this frequency. Their inductances differ, because each counts the coil's own capacitance "
+        f"and losses in its own way. +- is one sigma of manufacture.{leaning}"
     )
-    return "\n".join([said, *lines])
+    return "\n".join([said, *aligned(rows)])
 
 
 def plugged(layout: Layout) -> str:
@@ -423,25 +417,17 @@ def plugged(layout: Layout) -> str:
     )
 
 
-def _readings(coil: CoilEstimate, state: str) -> tuple[str, str]:
-    """Inductance at the contacts, with what a meter there reads, and the tank's frequency, each with one sigma."""
+def _tank_frequency(coil: CoilEstimate, state: str) -> str:
+    """The tank's frequency in a state, with one sigma."""
     found = coil.states.get(state)
     if found is None:
-        return UNKNOWN, UNKNOWN
-    spread, meter = found.spread, found.apparent_inductance
-    inductance = _with_sigma(found.inductance, None if spread is None else spread.inductance, "H")
-    read = f" ({show(meter, 'H', 4)})" if meter is not None and math.isfinite(meter) else ""
-    return inductance + read, _with_sigma(found.frequency, None if spread is None else spread.frequency, "Hz")
+        return NONE
+    return _with_sigma(found.frequency, None if found.spread is None else found.spread.frequency, "Hz")
 
 
-def _converted(coil: CoilEstimate) -> str:
-    """The inductance at rest that firmware/ computes from the converter's reading; empty if it is not known."""
-    value = coil.states[REST].converter_inductance
-    return "" if value is None or not math.isfinite(value) else f", {show(value, 'H', 4)} by firmware/"
+def _shown(inductance: float | None) -> str:
+    return NONE if inductance is None or not math.isfinite(inductance) else show(inductance, "H", 4)
 
 
 def _with_sigma(value: float, sigma: float | None, unit: str) -> str:
-    if not math.isfinite(value):
-        return UNKNOWN
-    scatter = f" +- {show(sigma, unit, 2)}" if sigma is not None and math.isfinite(sigma) else ""
-    return f"{show(value, unit, 4)}{scatter}"
+    return plus_minus(value, sigma, unit, digits=4) if math.isfinite(value) else NONE

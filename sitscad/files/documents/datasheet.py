@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from html import escape
 from typing import Any
 
-from sitscad.basics.quantities import METERED, Table, by_result
+from sitscad.basics.quantities import Table
 from sitscad.basics.units import NONE, counted, show
 from sitscad.calibration.calibration import Calibration, foretell
 from sitscad.estimates.coil_estimates import Estimates
@@ -34,6 +34,7 @@ from sitscad.estimates.performance_values import (
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.estimates.response.table import response_table
 from sitscad.estimates.states.cells import NO_CELLS, CellTable
+from sitscad.estimates.tolerances.scatter import ACCEPTED_SIGMAS, production_limits
 from sitscad.files.documents.datasheet_plots import NAMES, WIDE, Plot, figures
 from sitscad.files.documents.drawings.plan_view import drawing, plan, plan_scale
 from sitscad.files.drawing.frame import fitting_paragraph, new_sheet, numbered, scale_text, table
@@ -141,14 +142,14 @@ def _sheets(
     drifts = _lines(drift_table(felt))
     table(beyond, LEFT, 70.0, _widths(drifts, 44.0, 130.0), drifts, 2.2)
     last = _new(layout.spec, "data sheet, contacts and limits", forced)
-    own = _new(layout.spec, "data sheet, incoming test", forced) if len(bench.metered) > MOST_BESIDE else None
+    accepted = acceptance(bench)
+    own = _new(layout.spec, "data sheet, incoming test", forced) if len(accepted) > MOST_BESIDE + 1 else None
     if own is not None:
-        table(own, LEFT, TOP, _widths(incoming(bench), 66.0, 140.0), incoming(bench), 2.2)
+        table(own, LEFT, TOP, _widths(accepted, 66.0, 190.0), accepted, 2.2)
     low = TOP
-    for rows in (_lines(error_table(felt)), production(felt, estimates), [] if own is not None else incoming(bench),
-                 contact_rows(layout)):
-        low = table(last, LEFT, low, _widths(rows, 66.0, 140.0), rows, 2.2) - 5.0 if rows else low
-    fitting_paragraph(last, 165.0, TOP, 118.0, 42.0, numbered(notes(felt, found)), 2.3)
+    for rows in (_lines(error_table(felt)), [] if own is not None else accepted, contact_rows(layout)):
+        low = table(last, LEFT, low, _widths(rows, 66.0, 146.0), rows, 2.2) - 5.0 if rows else low
+    fitting_paragraph(last, 165.0, TOP, 118.0, 42.0, numbered([*notes(felt, found), ACCEPT]), 2.3)
     return [sheet for sheet in (first, each, assembly, curved, beyond, last, own) if sheet is not None]
 
 
@@ -202,11 +203,7 @@ def _page(
         part("Curves", f"{''.join(wide)}<div class='narrow'>{''.join(narrow)}</div>" if plots else ""),
         part("Errors", units + _table(_lines(error_table(felt))) + _table(_lines(drift_table(felt)))),
         part("Contacts", _table(contact_rows(layout))),
-        part("Production", _table(production(felt, estimates)) + _table(incoming(bench))
-              + "<p class='soft'>Three sigma of manufacture: reject a coil "
-              "outside, even if it oscillates. L is that at the contacts at the tank's frequency; an LCR meter reads "
-              "more there, by the coil's own capacitance: the report has both. The meter's figures are at 20 degC, +- "
-              "one sigma of manufacture.</p>"),
+        part("Production", _table(acceptance(bench)) + soft(ACCEPT)),
         part("Notes", "<ul>" + "".join(f"<li>{escape(note)}</li>" for note in notes(felt, found)) + "</ul>"),
     ]
     return page(f"{spec.name}: data sheet", parts)
@@ -285,6 +282,13 @@ def _cells(cells: CellTable) -> Rows:
     ]
 
 
+ACCEPT = (
+    "Bare coils: the limits are three sigma of manufacture. Reject a coil with a reading outside, even if it oscillates. One of "
+    "converter and LCR meter is enough. An LCR meter at the tank's frequency reads another inductance: the report has "
+    "it."
+)
+"""How the limits of bare coils are used."""
+
 TARES = (
     "The one tare is taken at rest before the temperature changes: its drift counts from there. A tare before each "
     "grasp is taken after that change: what is left of it counts from the temperature at which the unit was calibrated."
@@ -297,23 +301,39 @@ TARED_AFTER_A_GRASP = (
 )
 
 
-def production(felt: Sequence[Performance], estimates: Estimates) -> Rows:
-    """The limits of inductance and frequency between which a bare coil is sound."""
-    head = f"bare coil, before assembly, at {estimates.temperature:g} degC"
-    rows: Rows = [(head, "L from", "L to", "f from", "f to")]
-    for coil, limits in felt[0].production.items():
-        low, high = (show(limits[f"inductance_{end}_H"], "H", 4) for end in ("min", "max"))
-        slow, fast = (show(limits[f"frequency_{end}_Hz"], "Hz", 4) for end in ("min", "max"))
-        rows.append((coil, low, high, slow, fast))
+def acceptance(bench: Estimates) -> Rows:
+    """The readings by instrument between which a bare coil at 20 degrees Celsius (`bench`) is sound: three sigma of
+    manufacture about the design's. Inductance and resistance only if `bench` has an LCR meter's readings.
+    """
+    limits = production_limits(bench.coils)
+    if not limits:
+        return []
+    meter = f"LCR {show(bench.metered[0].frequency, 'Hz')}" if bench.metered else ""
+    columns = (f"L, {meter}", f"R, {meter}", "R, ohmmeter") if meter else ()
+    rows: Rows = [(f"bare coil, {bench.temperature:g} degC", "f, converter", *columns)]
+    metered = {read.coil: read for read in bench.metered}
+    for coil, ends in limits.items():
+        frequency = _between(ends["frequency_min_Hz"], ends["frequency_max_Hz"], "Hz")
+        read = metered.get(coil)
+        values = () if read is None else (
+            _within_sigmas(read.inductance, read.inductance_sigma, "H"),
+            _within_sigmas(read.resistance, read.resistance_sigma, "ohm"),
+            _within_sigmas(read.direct, read.direct_sigma, "ohm"),
+        )
+        rows.append((coil, frequency, *values, *([NONE] * (len(columns) - len(values)))))
     return rows
 
 
-def incoming(bench: Estimates) -> Rows:
-    """Return what a usual meter reads of the bare board at 20 degrees Celsius. Empty if no coil was asked for."""
-    if not bench.metered:
-        return []
-    (first, *others), *rows = _lines(by_result(bench.metered, METERED))
-    return [(f"{first} at {bench.temperature:g} degC", *others), *rows]
+def _within_sigmas(value: float, sigma: float, unit: str) -> str:
+    """The range of a reading that is accepted."""
+    return _between(max(0.0, value - ACCEPTED_SIGMAS * sigma), value + ACCEPTED_SIGMAS * sigma, unit)
+
+
+def _between(low: float, high: float, unit: str) -> str:
+    """A range; the unit once if both ends have it."""
+    first, last = show(low, unit, 4), show(high, unit, 4)
+    same = first.partition(" ")[2] == last.partition(" ")[2]
+    return f"{first.partition(' ')[0] if same else first} to {last}"
 
 
 def notes(felt: Sequence[Performance], found: Calibration | None = None) -> Iterator[str]:

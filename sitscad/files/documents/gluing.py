@@ -166,7 +166,7 @@ def washers(mass: float) -> int | None:
 def steel_bar(mass: float) -> tuple[float, float]:
     """Diameter and height (m) of a bar with a hole that brings a press to a mass (kg)."""
     bars = [(across, (mass - PRESS_MASS) / (STEEL * math.pi / 4.0 * (across**2 - BAR_HOLE**2))) for across in BARS]
-    return next((bar for bar in bars if bar[1] <= 2.0 * bar[0]), bars[-1])
+    return next((bar for bar in bars if bar[1] <= bar[0]), bars[-1])
 
 
 def is_clamped(mass: float) -> bool:
