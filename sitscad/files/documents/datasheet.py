@@ -283,9 +283,9 @@ def _cells(cells: CellTable) -> Rows:
 
 
 ACCEPT = (
-    "Bare coils: the limits are three sigma of manufacture. Reject a coil with a reading outside, even if it oscillates. One of "
-    "converter and LCR meter is enough. An LCR meter at the tank's frequency reads another inductance: the report has "
-    "it."
+    "Bare coils: the limits are three sigma of manufacture. Reject a coil with a reading outside, even if it oscillates. "
+    "One of converter and LCR meter is enough. An LCR meter at the tank's frequency reads another inductance: the report "
+    "has it."
 )
 """How the limits of bare coils are used."""
 
