@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from html import escape
 from typing import Any
@@ -283,9 +284,9 @@ def _cells(cells: CellTable) -> Rows:
 
 
 ACCEPT = (
-    "Bare coils: the limits are three sigma of manufacture. Reject a coil with a reading outside, even if it oscillates. "
-    "One of converter and LCR meter is enough. An LCR meter at the tank's frequency reads another inductance: the report "
-    "has it."
+    "Bare coils: the limits are three sigma of manufacture. Reject a coil with a reading outside, even if it "
+    "oscillates. One of converter and LCR meter is enough. An LCR meter at the tank's frequency reads another "
+    "inductance: the report has it."
 )
 """How the limits of bare coils are used."""
 
@@ -330,10 +331,10 @@ def _within_sigmas(value: float, sigma: float, unit: str) -> str:
 
 
 def _between(low: float, high: float, unit: str) -> str:
-    """A range; the unit once if both ends have it."""
-    first, last = show(low, unit, 4), show(high, unit, 4)
-    same = first.partition(" ")[2] == last.partition(" ")[2]
-    return f"{first.partition(' ')[0] if same else first} to {last}"
+    """A range, both ends in the unit of the higher one."""
+    last = show(high, unit, 4)
+    scale = 10.0 ** round(math.log10(float(last.partition(" ")[0]) / high))
+    return f"{float(f'{low * scale:.4g}'):.7g} to {last}"
 
 
 def notes(felt: Sequence[Performance], found: Calibration | None = None) -> Iterator[str]:
