@@ -493,9 +493,9 @@ def render_jig_picture(layout: Layout, solids: tuple[Solid, ...], tools: tuple[S
         picture = assembly_svg(shown_with, replace(spec, mount=None), frame.name, words)  # without a port
         files[jig_picture(frame.name)] = picture.encode("utf-8")
         shown = (*shown, *pieces)
-    if (press := next((each for each in jig if each.name == BOARD_PRESS), None)) is not None:
+    if jig[-1].name == BOARD_PRESS:
         below = (*of_role(solids, BodyRole.MOUNT), *of_role(solids, BodyRole.SHIELD))
-        picture = assembly_svg((*below, *shown, press), replace(spec, mount=None), BOARD_PRESS, press_words(layout))
+        picture = assembly_svg((*below, *shown, jig[-1]), replace(spec, mount=None), BOARD_PRESS, press_words(layout))
         files[jig_picture(BOARD_PRESS)] = picture.encode("utf-8")
     return files
 

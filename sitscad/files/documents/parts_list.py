@@ -294,8 +294,8 @@ def _weights(layout: Layout, parts: Sequence[str]) -> Iterator[Item]:
     if counts := [count for mass in masses if (count := washers(mass)) is not None]:
         yield Item("jig weight", max(counts), "washer M8, ISO 7093", "steel", "", note)
     if clamped := sorted(mass for mass in masses if is_clamped(mass)):
-        sizes = "; ".join(spring(mass) for mass in clamped)
-        yield Item("jig clamp", 1, "bar clamp, compression spring and washer for a peg of 8 mm", "steel", sizes, note)
+        forces = "; ".join(map(spring, clamped))
+        yield Item("jig clamp", 1, "bar clamp, compression spring and washer for a peg of 8 mm", "steel", forces, note)
     if heavy := sorted(mass for mass in masses if washers(mass) is None and not is_clamped(mass)):
         bars = [(grams(mass), *steel_bar(mass)) for mass in heavy]
         sizes = [f"{in_mm(across)} mm across, about {1e3 * high:.0f} mm high" for _, across, high in bars]
