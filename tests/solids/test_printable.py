@@ -14,10 +14,10 @@ from tolerance import approx
 
 from sitscad.assembly.places.bodies import BodyRole
 from sitscad.assembly.places.column import print_limit
-from sitscad.assembly.solids import aids
+from sitscad.assembly.solids import aids, proof
 from sitscad.assembly.solids import pieces as mounts
 from sitscad.assembly.solids.proof import printable
-from sitscad.assembly.solids.solid import Solid
+from sitscad.assembly.solids.solid import Solid, tessellate
 from sitscad.files.documents import mounting
 from sitscad.files.formats import meshes
 from sitscad.spec import presets
@@ -215,3 +215,24 @@ def test_the_jaw_is_cut_a_clearance_larger_than_what_goes_in(kind):
     assert 0.02e-3 < gap.gap <= joint_clearance(layout.spec) + 0.03e-3
     assert metal.shape.is_valid and metal.volume < jaw(handmade.jaw_sensor(
         mount=handmade.Mount("grasper-pad", JAW, 1.2e-3), shield=None)).volume
+
+
+def test_rays_through_a_large_plate_with_many_holes_meet_what_is_near_alone(monkeypatch):
+    """The print check of a jig's base of 300 x 300 mm, with 361 holes, took minutes: each ray met every triangle."""
+    import build123d as bd
+
+    pairs, real = [], proof._first_hits
+
+    def counted(origins, directions, corners):
+        pairs.append(len(origins) * len(corners))
+        return real(origins, directions, corners)
+
+    holes = [placed(bd.Solid.make_cylinder(1.25, 5.0), 6.0 + 8.0 * i, 6.0 + 8.0 * k, -1.0)
+             for i in range(6) for k in range(6)]
+    plate = block(52, 52, 3).cut(*holes, placed(block(3, 3, 5), 8.5, 8.5, 0.9)).solids()[0]
+    piece = solid(plate)
+    monkeypatch.setattr(proof, "_first_hits", counted)
+    found = printable(piece, "resin")
+    triangles = len(tessellate(piece, *proof.COARSE).triangles)
+    assert found.wall == approx(0.9e-3, abs=2e-6)
+    assert sum(pairs) < 0.35 * triangles**2

@@ -339,11 +339,16 @@ def printable(solid: Solid, process: str) -> Printable:
                 found.append(2e-3 * float(face.radius))
     # The shortest way (m) through the piece between two faces that look away from each other
     middles = corners.mean(axis=1) - 1e-6 * normals
-    best = math.inf
-    for start in range(0, len(middles), CHUNK):
-        chosen = slice(start, start + CHUNK)
-        distance, hit = _first_hits(middles[chosen], -normals[chosen], corners)
-        faces = np.einsum("ij,ij->i", normals[chosen], normals[hit])
+    best, low, high = math.inf, corners.min(axis=1), corners.max(axis=1)
+    order = np.lexsort((middles[:, 2], *(np.floor(middles[:, k] / CELL) for k in (1, 0))))
+    for start in range(0, len(order), CHUNK):
+        chosen = order[start : start + CHUNK]
+        # what is farther from all these rays than the shortest way so far makes none that is shorter
+        reach = best + 1e-3
+        ahead, behind = middles[chosen].max(axis=0) + reach, middles[chosen].min(axis=0) - reach
+        near = np.flatnonzero(np.all((low <= ahead) & (high >= behind), axis=1))
+        distance, hit = _first_hits(middles[chosen], -normals[chosen], corners[near])
+        faces = np.einsum("ij,ij->i", normals[chosen], normals[near[hit]])
         through = distance[faces < -FACING]
         best = min(best, float(through.min(initial=math.inf)))
     wall, hole = (best * 1e-3 if math.isfinite(best) else None), min(found, default=None)
@@ -370,7 +375,9 @@ def printable(solid: Solid, process: str) -> Printable:
     return Printable(solid.name, size, solid.volume, wall, hole, bed, unsupported, tuple(faults))
 
 
-CHUNK = 128  # Rays that are traced at once: each meets every triangle
+CHUNK = 128  # Rays that are traced at once: each meets every triangle that is near
+
+CELL = 8.0  # Rays are traced by squares of so many millimetres, so that those of a chunk lie near each other
 
 
 def _first_hits(origins: Array, directions: Array, corners: Array) -> tuple[Array, NDArray[np.int64]]:
