@@ -14,6 +14,7 @@ import sitscad
 from sitscad.assembly.places.column import print_limit
 from sitscad.assembly.places.seating import CORNER_SCREW, adapter_needed, corner_holes, plate_plan
 from sitscad.basics.finding import Severity
+from sitscad.checks.fixes.moves import narrower_plugs
 from sitscad.estimates.circuits.tank import E12, E24, neighbour_values, preferred_values
 from sitscad.estimates.loads.gluing import PIECE_HANDLING, glued_plan, lying_time, may_set_first, piece_press
 from sitscad.layout import lay_out
@@ -288,6 +289,23 @@ def test_contacts_wider_than_the_largest_outline_are_noted_with_their_width(judg
     for each in found:
         assert each.key == "fpc.tail.connector" and each.limit == approx(1e-3 * float(width), rel=1e-9)
         assert each.measured == approx(lay_out(spec).size[1], rel=1e-6)
+
+
+@pytest.mark.parametrize(("end", "edits"), [
+    ("connector: zif-0.3mm", {"fpc.tail.connector": "zif-0.5mm"}), ("connector: zif-0.5mm", {}),
+    ("connector: zif-0.3mm, contacts: 12", {"fpc.tail.connector": "zif-0.5mm", "fpc.tail.contacts": "6"}),
+    ("connector: zif-0.5mm, contacts: 12", {"fpc.tail.contacts": "6"}),
+])
+def test_a_wide_tail_is_offered_plugs_that_are_made_and_narrower(judge, end, edits):
+    """A spec with zif-0.3mm was told to write zif-0.3mm, and a number of contacts that nobody is known to make."""
+    spec = strip(end, "3")
+    (found,) = [each for each in judge("SIT136", spec) if each.severity is Severity.NOTE]
+    offered = narrower_plugs(spec, found.measured)
+    assert [{edit.key: edit.new for edit in fix.edits} for _, fix in offered[:1]] == [edits] * bool(edits)
+    assert all(value in found.hint for value in edits.values()) and ("fpc.tail" in found.hint) == bool(edits)
+    for width, fix in offered:
+        assert lay_out(fix.spec).size[1] == approx(width, rel=1e-6) and width < found.measured
+        assert not [each for each in judge("SIT127", fix.spec) if each.severity is not Severity.NOTE]
 
 
 @pytest.mark.parametrize(("mount", "told"), [

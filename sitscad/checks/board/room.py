@@ -153,19 +153,16 @@ def _wide_tail(layout: Layout, largest: BodySpec) -> Iterator[Violation]:
     if widest <= limit + ROUNDING:
         return
     has_end = end[0] > limit + ROUNDING
-    count, used = len(layout.pads), len([pad for pad in layout.pads if not pad.is_unused])
-    what = f"the tail's end, with {count} contacts of {tail.connector.name}," if has_end else "the tail"
-    fewer = f"fpc.tail.contacts: {used}, which are enough; " if count > used else ""
+    plugs = moves.narrower_plugs(layout.spec, end[0]) if has_end else []
+    what = f"the tail's end, with {len(layout.pads)} contacts of {tail.connector.name}," if has_end else "the tail"
+    narrower = "".join(f"{fix.words} ({show(width, 'm')} wide), " for width, fix in plugs[:1])
     yield Violation(
         f"{what} is {show(end[0] if has_end else widest, 'm')} wide, and the outline that is asked for is "
         f"{show(limit, 'm')} wide ({largest.written}): it holds for the body alone",
-        f"{fewer}a finer connector (fpc.tail.connector: zif-0.3mm), fewer coils, or contacts that stay outside"
+        f"{narrower}fewer coils, or contacts that stay outside"
         if has_end else "fewer coils on the tail, or finer tracks (fpc.rules)",
         "fpc.tail.connector" if has_end else "fpc.tail", end[0] if has_end else widest, limit, "m",
-        severity=Severity.NOTE, fixes=(
-            partial(moves.each_read, layout.spec, "fpc.tail.contacts", [used] * (count > used)),
-            partial(moves.each_read, layout.spec, "fpc.tail.connector", ["zif-0.3mm"]),
-        ) if has_end else (),
+        severity=Severity.NOTE, fixes=(lambda: [fix for _, fix in plugs],) if plugs else (),
     )
 
 

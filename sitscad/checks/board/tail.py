@@ -448,12 +448,14 @@ def connector_positions(design: Design) -> Iterator[Verdict]:
     row, made, mark = contact_row(design.spec, connector), connector.positions, plug_mark(connector, "positions")
     if made and row.count not in made:
         written = tail is not None and tail.contacts is not None
+        others = [name for name in presets.names("connector") if row.count in presets.connector(name).positions]
+        other = f"fpc.tail.connector: {' or '.join(others)}, made with {row.count}, or " if others else ""
         yield Violation(
             f"{connector.name} is not known to be made with {row.count} contacts (its list has {made[0]} to "
             f"{made[-1]}){mark}",
-            "compare with the drawing of what you buy" if written else "another connector, or fewer coils",
+            f"{other}compare with the drawing of what you buy" if written else f"{other}fewer coils",
             "fpc.tail.contacts" if written else "fpc.tail.connector", float(row.count), float(made[-1]),
-            severity=Severity.NOTE if written else None, source=connector.source,
+            severity=Severity.WARNING if written else None, source=connector.source,
         )
     elif made and row.count > row.used:
         yield Violation(

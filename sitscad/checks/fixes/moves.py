@@ -499,6 +499,24 @@ def larger_connectors(spec: SensorSpec, length: str) -> Iterator[Fix]:
             yield setting(spec, "fpc.tail.connector", known[name], name)
 
 
+def narrower_plugs(spec: SensorSpec, width: float) -> list[tuple[float, Fix]]:
+    """Return plugs that are made with enough contacts and end a tail narrower than `width` (m), with their widths (m),
+    the narrowest first. Empty without a tail.
+    """
+    tail, used, found = spec.fpc.tail, 2 * len(spec.array.placements), []
+    for name in names("connector") if tail is not None else ():
+        plug = connector(name)
+        count = min((count for count in plug.positions if count >= used), default=0)
+        across = (count - 1) * plug.pitch + 2.0 * plug.edge_margin
+        if tail is None or not count or across > width - SAME:
+            continue
+        edits = [setting(spec, "fpc.tail.connector", plug, name)] * (name != tail.connector.name)
+        if tail.contacts not in (None, count):
+            edits.append(setting(edits[0].spec if edits else spec, "fpc.tail.contacts", count, str(count)))
+        found.append((across, edits[0] if len(edits) == 1 else edits[0].with_also(edits[1])))
+    return sorted(found, key=lambda each: each[0])
+
+
 MOST_COILS = 4
 """Coils up to which a spec that could not be read is mended by trials."""
 
