@@ -165,7 +165,7 @@ class Outcome:
     fixes: tuple[Family, ...] = ()
 
 
-OF_ONE_CELL = {"SIT218", "SIT304", "SIT306", "SIT310", "SIT312", "SIT313", "SIT327",
+OF_ONE_CELL = {"SIT218", "SIT221", "SIT304", "SIT306", "SIT310", "SIT312", "SIT313", "SIT327",
                *(f"SIT40{k}" for k in range(1, 10)), "SIT411", "SIT412", "SIT413", "SIT414"}
 """Rules about a target, its pad and what is felt, which judge a cell: that of which they find most. Nothing
 is tried for their hints, for what is tried is a whole sensor.

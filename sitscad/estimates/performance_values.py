@@ -249,6 +249,10 @@ def _farthest(numbers: Sequence[float]) -> float:
     return max(numbers, key=abs)
 
 
+OTHER_JAW_CAUSES = tuple(f"other jaw's metal with {what} in the jaws, without a tare there"
+                         for what in ("nothing", "1 mm", "2 mm"))
+"""Names of what the other jaw's metal is read as, by what lies between it and the sensor (`other_jaw.GRASPED`)."""
+
 UNMEASURED = "at full scale, which is not measured"
 """What causes of errors say of axes of force that the array does not tell."""
 

@@ -12,10 +12,10 @@ from tolerance import approx
 
 from sitscad.kernels.electromagnetics.constants import MU0
 from sitscad.kernels.electromagnetics.eddy.box import box
-from sitscad.kernels.electromagnetics.eddy.coil_potential import coil_potentials
+from sitscad.kernels.electromagnetics.eddy.coil_potential import Plane, coil_potentials
 from sitscad.kernels.electromagnetics.eddy.disc import disc, toroidal
 from sitscad.kernels.electromagnetics.eddy.graded_line import gaussian_sum, repeated_integrals
-from sitscad.kernels.electromagnetics.eddy.image import Mirror, _factor, image_modes
+from sitscad.kernels.electromagnetics.eddy.image import Mirror, Roof, _factor, image_modes
 from sitscad.kernels.electromagnetics.eddy.surface import Metal
 from sitscad.kernels.electromagnetics.eddy.target import SolvedTarget, turned
 from sitscad.kernels.electromagnetics.inductance.filaments import PolylineTrack
@@ -359,15 +359,22 @@ def spiral(z, sense, inward, outer=4e-3, width=80e-6, pitch=160e-6, turns=7.25):
 LAYERS = [spiral(-15e-6, 1, True), spiral(-64e-6, -1, False), spiral(-142e-6, 1, True), spiral(-191e-6, -1, False)]
 
 
-def filaments(tracks, points, floor):
-    """The potential of straight filaments in closed form."""
+def filaments(tracks, points, floor, roof=math.inf):
+    """The potential of straight filaments in closed form, with their images in perfect mirrors."""
+    images = [(1.0, 0.0), (-1.0, 2.0 * floor), (-1.0, 2.0 * roof)]
+    if math.isfinite(floor) and math.isfinite(roof):
+        apart = 2.0 * (roof - floor)
+        images += [(1.0, sign * n * apart) for n in range(1, 13) for sign in (1, -1)]
+        images += [(-1.0, 2.0 * floor - n * apart) for n in range(1, 13)]
+        images += [(-1.0, 2.0 * roof + n * apart) for n in range(1, 13)]
     found = np.zeros(len(points), dtype=complex)
     for track in tracks:
         for offset in (-0.5 / math.sqrt(3.0), 0.5 / math.sqrt(3.0)):
             corners = track.strand(offset * track.width)
             a, b = corners[:-1], corners[1:]
             length = np.hypot(*(b - a).T)
-            for z, sign in ((track.z, 0.5), (2.0 * floor - track.z, -0.5)):
+            for way, shift in images:
+                z, sign = way * track.z + shift, 0.5 * way
                 if math.isfinite(z):
                     from_a, from_b = (np.sqrt(((points[:, None, :2] - p) ** 2).sum(-1) + (points[:, 2, None] - z) ** 2)
                                       for p in (a, b))
@@ -376,13 +383,68 @@ def filaments(tracks, points, floor):
     return MU0 / (4.0 * math.pi) * found
 
 
-@pytest.mark.parametrize("floor", [-math.inf, -0.6e-3])
+@pytest.mark.parametrize("floor", [-math.inf, -0.6e-3, -20e-3])
 @pytest.mark.parametrize("height", [0.16e-3, 0.3e-3, 0.9e-3, 2.5e-3])
 def test_a_tabulated_coil_is_its_filaments(floor, height):
     # A constant potential drives nothing, so it may differ by one.
-    table = coil_potentials(LAYERS, 0.15e-3, 4e-3, floor)[0]
+    table = coil_potentials(LAYERS, 0.15e-3, 4e-3, None if math.isinf(floor) else Plane(floor))[0]
     generator = np.random.default_rng(1)
     points = np.column_stack([generator.uniform(-4.5e-3, 4.5e-3, (400, 2)), np.full(400, height - 15e-6)])
     exact = filaments(LAYERS, points, floor)
     apart = table(points) - exact
     assert np.abs(apart - apart.mean()).max() < 1e-3 * np.abs(exact).max()
+
+
+@pytest.mark.parametrize("planes", [(-math.inf, 1.1e-3), (-0.6e-3, 1.1e-3), (-0.6e-3, 9e-3)])
+@pytest.mark.parametrize("height", [0.16e-3, 0.9e-3])
+def test_a_coil_between_mirrors_has_the_field_of_its_images(planes, height):
+    floor, roof = planes
+    table = coil_potentials(LAYERS, 0.15e-3, 4e-3, None if math.isinf(floor) else Plane(floor), Plane(roof))[0]
+    generator = np.random.default_rng(2)
+    points = np.column_stack([generator.uniform(-4.5e-3, 4.5e-3, (12, 2)), np.full(12, height - 15e-6)])
+    exact = filaments(LAYERS, points, floor, roof)
+    apart = table(points) - exact
+    # at a mirror the field all but vanishes, so what it is without one is the measure
+    assert np.abs(apart - apart.mean()).max() < 1e-3 * np.abs(filaments(LAYERS, points, floor)).max()
+
+
+@pytest.mark.parametrize("planes", [(-60e-3, None), (-0.6e-3, 20e-3)])
+def test_a_mirror_far_away_changes_nothing_of_a_coil_s_field(planes):
+    """The field of far images, which the grid repeats, is taken off it again."""
+    floor, roof = planes
+    generator = np.random.default_rng(3)
+    points = np.column_stack([generator.uniform(-4e-3, 4e-3, (60, 2)), np.full(60, 0.6e-3)])
+    near = None if roof is None else Plane(floor)
+    without = coil_potentials(LAYERS, 0.15e-3, 4e-3, near)[0](points)
+    far = coil_potentials(LAYERS, 0.15e-3, 4e-3, Plane(floor), None if roof is None else Plane(roof))[0](points)
+    apart = far - without
+    assert np.abs(apart - apart.mean()).max() < 1e-4 * np.abs(without).max()
+
+
+def in_front(z, strength=1.0 + 0.0j):
+    return Roof(((z, strength),), (z, strength.real))
+
+
+def test_a_target_couples_with_a_roof_as_with_a_floor_so_far_away():
+    """Turned upside down, one is the other."""
+    surface, coarse = box(PLATE, 15e-6, 0.5e-3, (16, 16, 4)), box(PLATE, 15e-6, 0.5e-3, (8, 6, 3))
+    near_face, place = -0.5 * PLATE[2], np.array([0.0, 0.0, 0.3e-3])
+    floor, roof = Mirror(-0.4e-3), Mirror(-math.inf, 0.0, in_front(0.3e-3 + PLATE[2] + 0.7e-3))
+    sizes = [np.linalg.eigvalsh(image_modes(surface, coarse, near_face, 0.3e-3, one).coupling(np.eye(3), place, one))
+             for one in (floor, roof)]
+    most = np.abs(sizes[0]).max()
+    kept = min(map(len, sizes))
+    largest = [np.sort(np.abs(size))[::-1][: kept // 2] for size in sizes]
+    assert largest[0] == approx(largest[1], abs=1e-6 * most)
+
+
+def test_changes_between_metals_are_reciprocal():
+    near_face, gap = -0.5 * PLATE[2], 0.5e-3
+    mirror = Mirror(-0.8e-3, 1.0, in_front(gap + PLATE[2] + 0.4e-3, 0.9 - 0.2j))
+    surface, coarse = box(PLATE, 15e-6, 0.5e-3, (16, 16, 4)), box(PLATE, 15e-6, 0.5e-3, (8, 8, 3))
+    images = image_modes(surface, coarse, near_face, gap, mirror)
+    target = SolvedTarget(surface, near_face, Metal(FREQUENCY, COPPER), mirror, images)
+    found = change(target, [0.3e-3, 0.0, gap, 0.0, 0.0, 0.0], floor=-0.8e-3)[0]
+    assert found == approx(found.T, abs=1e-12 * np.abs(found).max())
+    alone = SolvedTarget(surface, near_face, Metal(FREQUENCY, COPPER))
+    assert abs(found[0, 0] / change(alone, [0.3e-3, 0.0, gap, 0.0, 0.0, 0.0], floor=-0.8e-3)[0][0, 0] - 1.0) > 0.02

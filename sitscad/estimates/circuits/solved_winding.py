@@ -183,6 +183,19 @@ def solve_winding(
     """The winding of the first of alike coils, its copper of a conductivity (S/m); see `sitscad.estimates.estimate`."""
     bare, rough = replace(first, series=()), is_rough(tolerance)
     geometry, chosen, inductance = _solved(spec, bare, method, tolerance)
+    nearest = nearest_metal(geometry, assembly)
+    spirals, crowding, spectrum = equivalent_spirals(geometry, first), None, None
+    if nearest is not None:
+        known = _known(nearest)
+        crowding = losses_near_metal(spirals, conductivity, known, tolerance, bool(geometry.spirals))
+        spectrum = _spectrum(geometry, known, rough)
+    bound = resistance_bound(spec, first, geometry.spirals, conductivity, wanted_tolerance(tolerance))
+    return SolvedWinding(geometry, spirals, inductance, chosen, conductivity,
+                         _loss(spec, bare, conductivity, tolerance), nearest, crowding, spectrum, bound, rough)
+
+
+def nearest_metal(geometry: WindingGeometry, assembly: AssemblyStates) -> float | None:
+    """The least distance (m) of metal to a layer's mid-plane in any state; None without metal."""
     heights = [layer.z for layer in geometry.spirals or geometry.drawn]
     # a pad or glue thinner, or a pad smaller, by one sigma is not much nearer, and only a difference is taken of it
     small = (PAD, PAD_SIZE, GLUE)
@@ -190,16 +203,19 @@ def solve_winding(
     states = [*assembly.states, *ranges]
     metal = [s.above.distance - max(heights) for s in states if s.above]
     metal += [s.below.distance + min(heights) for s in states if s.below]
-    spirals, nearest, crowding, spectrum = equivalent_spirals(geometry, first), None, None, None
-    if metal:
-        nearest = max(min(metal), LEAST_DISTANCE)
-        # up to a fifth less, the same for many: waves are found once for boards with metal about there
-        known = float(NO_NEARER ** math.floor(math.log(nearest, NO_NEARER) + 1e-9))
-        crowding = losses_near_metal(spirals, conductivity, known, tolerance, bool(geometry.spirals))
-        spectrum = _spectrum(geometry, known, rough)
-    bound = resistance_bound(spec, first, geometry.spirals, conductivity, wanted_tolerance(tolerance))
-    return SolvedWinding(geometry, spirals, inductance, chosen, conductivity,
-                         _loss(spec, bare, conductivity, tolerance), nearest, crowding, spectrum, bound, rough)
+    return max(min(metal), LEAST_DISTANCE) if metal else None
+
+
+def _known(nearest: float) -> float:
+    """The distance (m) for which waves are found: up to a fifth less, one for many boards with metal about there."""
+    return float(NO_NEARER ** math.floor(math.log(nearest, NO_NEARER) + 1e-9))
+
+
+def spectrum_near_metal(spec: CoilSpec, first: Coil, assembly: AssemblyStates) -> CurrentSpectrum | None:
+    """The spectrum of `solve_winding` (m2) alone, which is found done after it; None without metal."""
+    geometry = winding_geometry(spec, replace(first, series=()))
+    nearest = nearest_metal(geometry, assembly)
+    return None if nearest is None else _spectrum(geometry, _known(nearest), False)
 
 
 @lru_cache(maxsize=4)

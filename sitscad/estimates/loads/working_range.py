@@ -25,8 +25,9 @@ DIRECTIONS = 16  # Directions of the full shear at the edge of a range in which 
 USUAL_STRAIN = 0.2  # Strain of the pad at full scale where no normal force is required
 
 OTHER_JAW = (
-    "the other jaw's metal is in no figure: closed, it changes the readings, by more the less of the coils the target "
-    "covers; see what force is read when it comes as near as in use and touches nothing"
+    "the map is of open jaws: closed, the other jaw's metal takes inductance from what the target leaves open of the "
+    "coils, and that is read as force (SIT221; in newtons in the data sheet's rows of the other jaw's metal); tare "
+    "with the jaws as near as in use, or see what force is read when it comes as near and touches nothing"
 )
 """What is said of every sensor in a jaw."""
 

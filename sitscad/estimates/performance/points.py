@@ -7,6 +7,7 @@ crosstalk and manufacture go through the curved map of the whole working range.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
@@ -30,6 +31,7 @@ from sitscad.estimates.performance_values import (
     FORCES,
     INSTABILITY,
     MOMENTS,
+    OTHER_JAW_CAUSES,
     UNMEASURED,
     AxisPerformance,
     Loads,
@@ -177,9 +179,26 @@ def performance(
     """
     if not all(felt.held):
         return ()
-    alike = twins()
-    return tuple(_at(at.name, point, felt, model, alike)
-                 for at, point in zip(WORKING_POINTS, felt.warmed, strict=True))
+    alike, metal = twins(), other_jaw_errors(felt, model)
+    return tuple(_at(at.name, point, felt, model, alike, more)
+                 for at, point, more in zip(WORKING_POINTS, felt.warmed, metal, strict=True))
+
+
+def other_jaw_errors(felt: Felt, model: ResponseModel) -> tuple[dict[str, Array], ...]:
+    """Errors (N, N m) of every axis at each working point by the other jaw's metal, by `OTHER_JAW_CAUSES`, for a
+    tare with open jaws; empty without such a jaw. Readings between rest and full load are straight between these two.
+    """
+    from sitscad.estimates.states.other_jaw import GRASPED, changes_in_front, front_plate
+
+    if front_plate(model.spec) is None:
+        return ({},) * len(felt.points)
+    ends = np.array([felt.points[0].pose, felt.points[-1].pose])
+    change = changes_in_front(model.wound, math.sqrt(model.band[0] * model.band[1]), ends[:, 2].tolist(), GRASPED)
+    # the tanks run at 1 / (2 pi sqrt(L C)), so a reading changes by half of what the inductance does
+    read = -0.5 * change / model.on_pad(ends).inductance[:, None, :]
+    each = [(1.0 - point.share) * read[0] + point.share * read[1] for point in felt.points]
+    return tuple({cause: np.abs(point.inverse @ reading) for cause, reading in zip(OTHER_JAW_CAUSES, at, strict=True)}
+                 for point, at in zip(felt.points, each, strict=True))
 
 
 def working_loads(bench: Bench) -> Array:
@@ -187,11 +206,16 @@ def working_loads(bench: Bench) -> Array:
     return np.array([bench.range.pressed(point.share * bench.full["normal"]) for point in WORKING_POINTS])
 
 
-def _at(at: str, point: Disturbed, felt: Felt, model: ResponseModel, twins: tuple[Loads, Loads] | None) -> Performance:
-    """What the sensor feels at one working point, a normal load (N) of the full one."""
+def _at(
+    at: str, point: Disturbed, felt: Felt, model: ResponseModel, twins: tuple[Loads, Loads] | None,
+    more: Mapping[str, Array],
+) -> Performance:
+    """What the sensor feels at one working point, a normal load (N) of the full one; `more` are errors (N) by causes
+    that are worked out for all points together.
+    """
     bench, names, working = point.bench, point.bench.range.axes, felt.working
     courses = {name: course(bench, model, point.load, name) for name in names}
-    errors = point.errors(felt.units, working.map_errors)
+    errors = {**point.errors(felt.units, working.map_errors), **more}
     curved, straight = crosstalk(working, point.load, point.inverse)
     singular = np.linalg.svd(point.by_load * bench.range.full_scales, compute_uv=False)
     condition = float(singular[0] / max(singular[-1], 1e-300))

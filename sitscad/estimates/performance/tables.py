@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import product
 from typing import Any
 
 from sitscad.basics.quantities import Table
@@ -15,6 +16,7 @@ from sitscad.estimates.performance_values import (
     FORCES,
     INSTABILITY,
     MOMENTS,
+    OTHER_JAW_CAUSES,
     UNMEASURED,
     Performance,
     combined_error,
@@ -91,6 +93,9 @@ def axis_table(found: PerformanceReport) -> Table:
     if any(UNMEASURED in cause for cause in axes[0].errors):
         row("these, and full scale of each axis that is not measured",
             *(amount(_with_unmeasured(axis.errors), name) for name, axis in zip(names, axes, strict=True)))
+    metal = [cause for cause in axes[0].errors if cause in OTHER_JAW_CAUSES]
+    for point, cause in product((rest, full), metal):
+        row(f"{cause}, {point.at}", *(amount(point.axes[name].errors[cause], name) for name in names))
     for cause, point in ((drifts(rest)[0], rest), *((cause, full) for cause in drifts(full))):
         row(_since(cause), *(amount(point.axes[name].errors[cause], name) for name in names))
     row(

@@ -17,10 +17,11 @@ from sitscad.estimates.states.placed import Cover, tabled
 from sitscad.estimates.targets.assembly import conductivity_of, depth_in, metal_behind, sheet_of
 from sitscad.estimates.targets.window import WindowEffect, missing_parts
 from sitscad.estimates.windings.methods import bent_track
+from sitscad.kernels.electromagnetics.constants import MU0
 from sitscad.kernels.electromagnetics.eddy.box import Box, box
-from sitscad.kernels.electromagnetics.eddy.coil_potential import CoilPotential, Returned, coil_potentials
+from sitscad.kernels.electromagnetics.eddy.coil_potential import CoilPotential, Plane, coil_potentials
 from sitscad.kernels.electromagnetics.eddy.disc import Disc, disc
-from sitscad.kernels.electromagnetics.eddy.image import Mirror, image_modes
+from sitscad.kernels.electromagnetics.eddy.image import Mirror, Roof, image_modes
 from sitscad.kernels.electromagnetics.eddy.surface import Metal, Surface
 from sitscad.kernels.electromagnetics.eddy.target import SolvedTarget, changes_at
 from sitscad.kernels.electromagnetics.metal.half_spaces import Reflector, reflection
@@ -45,6 +46,13 @@ SQUEEZED = 0.8
 """Length of the waves that count between target and mirror, over their distance, at most: without it boxes and discs
 over coils that are long against that were off by up to 0.5 and 0.8 % of the change (tests/validation/random_poses.py).
 """
+
+FRONT_WAVES = 0.1
+"""Length of the waves that count between target and what is in front of it, in the coils' width, at least."""
+
+ROOF, ROOF_MAGNETIC, ROOF_WAVES = (0.3, 0.6, 1.5), (0.0, 0.5, 1.5), 24
+"""Depths of the planes that are like metal in front, in its skin depth times its permeability, and waves at which they
+are: 0.5 to 2 % off of what comes back from steels, brass and copper, 5 to 10 % of magnetic steels'."""
 
 MOST_ORDERS = 44
 """Orders of currents round a disc, at most."""
@@ -105,9 +113,9 @@ def with_points(whole: Box | Disc, distance: float) -> Surface:
 
 @record
 class Solving:
-    """A target of metal or ferrite, coils over it and what is behind them: all that its currents hang on, at some
-    frequencies (Hz), for heights (m) over the coils down to the `lowest` and coils seen from as far as `reach` (m);
-    `finer` as in `Detail`. What is solved is solved when it is asked for.
+    """A target of metal or ferrite, coils over it, what is behind them and what is in front of the target: all that its
+    currents hang on, at some frequencies (Hz), for heights (m) over the coils down to the `lowest` and coils seen from
+    as far as `reach` (m); `finer` as in `Detail`. What is solved is solved when it is asked for.
     """
 
     target: Target
@@ -118,6 +126,7 @@ class Solving:
     lowest: float
     reach: float
     finer: float
+    front: Reflector | None = None
 
     @property
     def middle(self) -> float:
@@ -127,7 +136,18 @@ class Solving:
     @cached_property
     def mirror(self) -> Mirror | None:
         """What the image of the target's own currents is taken in."""
-        return None if self.behind is None else mirror_like(self.behind, self.middle, self.lowest)
+        found = None if self.behind is None else mirror_like(self.behind, self.middle, self.lowest)
+        if self.front is None:
+            return found
+        found = found or Mirror(-math.inf, 0.0)
+        return replace(found, roof=roof_like(self.front, self.middle, self._room, found.floor))
+
+    @property
+    def _room(self) -> float:
+        """Length (m) of the waves that count between target and front: what the target leaves is not much shorter."""
+        assert self.front is not None
+        room = self.front.distance - self.lowest - self.target.thickness
+        return max(room, FRONT_WAVES * min(self.coil.size))
 
     @cached_property
     def mirror_error(self) -> float:
@@ -145,15 +165,15 @@ class Solving:
     @cached_property
     def is_lossy(self) -> bool:
         """Whether what is behind the coils returns part of the field out of phase that counts."""
-        if self.behind is None:
-            return False
-        returned = _returned(self.behind, self.middle)(np.geomspace(1e2, 0.5 / self.seen.height, 9))
-        return bool(np.abs(returned.imag).max() >= OUT_OF_PHASE)
+        waves = np.geomspace(1e2, 0.5 / self.seen.height, 9)
+        found = [_returned(metal, self.middle)(waves) for metal in (self.behind, self.front) if metal is not None]
+        return any(np.abs(returned.imag).max() >= OUT_OF_PHASE for returned in found)
 
     @cached_property
     def potentials(self) -> tuple[CoilPotential, ...]:
         """Potentials of all coils; after them what comes back out of phase, in the same order, where that counts."""
-        return _potentials(self.seen, self.behind, None if self.behind is None else self.middle, self.is_lossy)
+        frequency = None if self.behind is None and self.front is None else self.middle
+        return _potentials(self.seen, self.behind, frequency, self.is_lossy, self.front)
 
     @cached_property
     def targets(self) -> tuple[SolvedTarget, ...]:
@@ -162,7 +182,8 @@ class Solving:
         whole = _resolved(*asked)[1]
         near_face, images, smooth = -0.5 * self.target.thickness, None, None
         if self.mirror is not None:
-            away = (self.lowest - self.mirror.floor) / self.finer
+            away = self.lowest - self.mirror.floor
+            away = (away if self.front is None else min(away, self._room)) / self.finer
             images = image_modes(whole, with_points(whole, 2.0 * away), near_face, self.lowest, self.mirror)
             smooth = with_points(whole, away)
         metal = conductivity_of(self.target.material), self.target.material.relative_permeability
@@ -247,13 +268,15 @@ def plate_over_jaw(layout: Layout, frequencies: Sequence[float], cover: Cover, f
 
 def solved_plate(
     spec: SensorSpec, coils: Sequence[Coil], frequencies: Sequence[float], behind: Reflector | None, cover: Cover,
-    finer: float = 1.0,
+    finer: float = 1.0, front: Reflector | None = None,
 ) -> TargetPlate:
-    """The target solved at frequencies (Hz), for the poses of `cover`; `finer` as in `Detail`."""
+    """The target solved at frequencies (Hz), for the poses of `cover`; `finer` as in `Detail`. With metal in `front`
+    of it, whose distance (m) counts from the board's top face, the cover's lowest height is that of the one pose.
+    """
     bare, reach = tuple(replace(coil, series=()) for coil in coils), tabled(spec.coil, cover.reach)
     part = cover.part(spec).target
     assert part is not None
-    found = _solving(part, spec.coil, bare, tuple(frequencies), behind, cover.lowest, reach, finer)
+    found = _solving(part, spec.coil, bare, tuple(frequencies), behind, cover.lowest, reach, finer, front)
     return TargetPlate(found, found.mirror_error)
 
 
@@ -331,6 +354,24 @@ def mirror_like(behind: Reflector, frequency: float, height: float) -> Mirror:
     return Mirror(-behind.distance - deeper, strength)
 
 
+def roof_like(front: Reflector, frequency: float, room: float, floor: float) -> Roof:
+    """The planes whose waves together are like those that come back from what is in front of a target, of waves from
+    three over the `room` (m) between both on: least squares, each as much as it is left after that way. `floor` (m) is
+    that of the mirror behind.
+    """
+    k = np.linspace(0.02, 1.0, ROOF_WAVES) * 3.0 / room
+    first = front.plates[0]
+    depth = first.permeability / math.sqrt(math.pi * frequency * MU0 * first.permeability * first.conductivity)
+    depths = np.array(ROOF_MAGNETIC if first.permeability > 1.5 else ROOF) * depth
+    left = np.exp(-k * room)
+    waves = np.exp(-2.0 * k[:, None] * depths) * left[:, None]
+    strengths = np.linalg.lstsq(waves.astype(complex), -reflection(k, frequency, front.plates) * left, rcond=None)[0]
+    planes = tuple((front.distance + float(down), complex(part)) for down, part in zip(depths, strengths, strict=True))
+    height = max(room, front.distance - floor) if math.isfinite(floor) else room
+    far = mirror_like(front, frequency, height - front.distance)
+    return Roof(planes, (-far.floor, far.strength))
+
+
 def mirror_error(behind: Reflector, mirror: Mirror, frequency: float, height: float, size: float) -> float:
     """How unlike the mirror is to what is behind, as far as it matters to a target at a height (m) or a few times that:
     relative difference of the waves that go to and fro, about as long as the coils' size (m). The changes differ by
@@ -354,7 +395,7 @@ class _Coils:
     reach: float
 
     def potentials(
-        self, floor: float = -math.inf, returned: Returned | None = None, is_lossy: bool = False
+        self, floor: Plane | None = None, roof: Plane | None = None, is_lossy: bool = False
     ) -> tuple[CoilPotential, ...]:
         """The potentials of every coil, then what comes back of each out of phase, where that is lossy; coils that are
         not turned against each other have them in common.
@@ -366,19 +407,23 @@ class _Coils:
                 x, y = coil.placement.centre
                 paths = [replace(w, path=w.path.shifted(-x, -y)) for w in coil.windings]
                 tracks = [chorded(bent_track(w, self.width), self.height) for w in paths]
-                known[turn] = coil_potentials(tracks, self.height, self.reach, floor, returned, is_lossy)
+                known[turn] = coil_potentials(tracks, self.height, self.reach, floor, roof, is_lossy)
         return tuple(known[coil.placement.rotation][part] for part in range(1 + is_lossy) for coil in self.coils)
 
 
 @lru_cache(maxsize=1)
 def _potentials(
-    seen: _Coils, behind: Reflector | None, frequency: float | None, is_lossy: bool
+    seen: _Coils, behind: Reflector | None, frequency: float | None, is_lossy: bool, front: Reflector | None = None
 ) -> tuple[CoilPotential, ...]:
-    """The coils' potentials, with what comes back from behind in phase, and out of phase where that loses."""
-    # with nothing behind them they are the same at all frequencies, and for every target at that height
-    if behind is None or frequency is None:
+    """The coils' potentials, with what comes back from behind and from the front in phase, and out of phase where that
+    loses.
+    """
+    # with no metal about them they are the same at all frequencies, and for every target at that height
+    if frequency is None:
         return seen.potentials()
-    return seen.potentials(-behind.distance, _returned(behind, frequency), is_lossy)
+    floor = None if behind is None else Plane(-behind.distance, _returned(behind, frequency))
+    roof = None if front is None else Plane(front.distance, _returned(front, frequency))
+    return seen.potentials(floor, roof, is_lossy)
 
 
 def _returned(behind: Reflector, frequency: float) -> Callable[[Array], ComplexArray]:

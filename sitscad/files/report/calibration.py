@@ -263,8 +263,10 @@ def held_by(spec: SensorSpec) -> tuple[str, ...]:
     if mount.jaw is not None or mount.kind == "grasper-pad":
         return (
             "Hold the sensor by its jaw, glued in as in use: clamp the jaw's metal behind the tail's fixing in a vice,",
-            "its face level. Open the other jaw: no figure counts its metal. After the last row let it come as near as",
-            "in use, touching nothing: the force that is then read is an error in use.",
+            "its face level. Open the other jaw: the map is of open jaws. After the last row let it come as near as",
+            "in use, touching nothing: the force that is then read is an error in use. The data sheet foretells it",
+            "(other jaw's metal). If the same thing is grasped each time, fix a plate of the jaw's metal over the",
+            "target, as far away as in use, so that it moves with the loads: the tare and all rows then have it.",
         )
     what = {"bench-plate": "Screw the plate down by all its holes,",
             "fingertip": "Slip the cap on its finger, tighten both screws, and clamp the finger,"}

@@ -12,6 +12,7 @@ import math
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 from itertools import product
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,6 +43,14 @@ is 4 zeta(3/2) beta(3/2) = 9.0336)."""
 AT_ONCE = 8192
 """Points that are looked up at once: what is worked out for them on the way stays in a processor's cache."""
 
+REPEATED = 14
+"""Images of images between two mirrors, on each side, that stand for the field far away."""
+
+FAR, FAR_BETWEEN, WAVES = 0.5, 0.25, 6
+"""Height over a dipole, in the grid's side, from which the field of its repetitions is taken as waves; between two
+mirrors, where many images are about there, already from half of that on; and how many waves along x and y, each way:
+the next one is exp(-2 pi x 7 x 0.25) of a dipole, 2e-5. Nearer, the even field is off by up to 5e-4 of the coil's."""
+
 SMOOTH = 24
 """Points along a side from which the smooth field of the repeated coils is interpolated."""
 
@@ -58,8 +67,9 @@ class _Dipole:
 @record(eq=False)
 class _Octave:
     # One octave of heights over grids of a spacing (m) on a side (m): `waves` are the potential's at the top mid-plane
-    # (m; spline coefficients), `dipoles` the coil's, which repeat beyond the grid. `values` (levels, side, side) are
-    # potentials at the heights that were asked for, `known` (single precision: 1e-7 of them is far below their error).
+    # (m; spline coefficients), and at a mirror `above` that (m) those which it returns; `dipoles` the coil's, which
+    # repeat beyond the grid. `values` (levels, side, side) are potentials at the heights that were asked for, `known`
+    # (single precision: 1e-7 of them is far below their error).
     lowest: float
     spacing: float
     side: float
@@ -68,6 +78,8 @@ class _Octave:
     dipoles: tuple[_Dipole, ...]
     values: Table
     known: set[int]
+    above: float = math.inf
+    falling: ComplexArray | None = None
 
     def table(self, wanted: Sequence[int]) -> Table:
         """Potentials (Wb/m) on grids, those of the levels that are wanted worked out."""
@@ -76,35 +88,30 @@ class _Octave:
         k, whole = _wave_numbers(count, self.spacing)
         for level in missing:
             height = self.lowest * 2.0 ** ((level - 1.0) / LEVELS)
-            # the grid's repeated coils: eight nearby dipoles, and the even field of all others
             place = 0.5 * self.side * gauss(SMOOTH)[0]
             x, y = (part.ravel() for part in np.meshgrid(place, place))
-            around = self.side * np.array([[i, j, 0.0] for i, j in product((-1, 0, 1), repeat=2) if i or j])
-            points = (np.stack([x, y, np.full_like(x, self.top + height)], axis=1) - around[:, None]).reshape(-1, 3)
-            found = np.zeros(x.size, dtype=complex)
-            for dipole in self.dipoles:
-                found += _dipole_potential(points, dipole).reshape(-1, x.size).sum(axis=0)
-                # an even field B along z has the potential B x r / 2, that is i B (x + i y) / 2
-                even = -MU0 * dipole.moment / (4.0 * math.pi) * LATTICE_REST / self.side**3
-                found += 0.5j * even * (x + 1j * y)
+            points = np.stack([x, y, np.full_like(x, self.top + height)], axis=1)
+            far = FAR * self.side if self.falling is None else FAR_BETWEEN * self.side
+            found = _repeated(points, place, self.dipoles, self.side, far)
             to_grid = _to_grid(count)
             repeated = np.asarray(to_grid @ found.reshape(SMOOTH, SMOOTH) @ to_grid.T)
-            self.values[level] = np.fft.ifft2(self.waves * np.exp(-k * height)[whole]) - repeated
+            waves = self.waves * np.exp(-k * height)[whole]
+            if self.falling is not None:  # the last levels, through which cubics go, are above the mirror
+                waves += self.falling * np.exp(-k * max(self.above - height, -self.above))[whole]
+            self.values[level] = np.fft.ifft2(waves) - repeated
             self.known.add(level)
         return self.values
 
 
 @record(eq=False)
 class CoilPotential:
-    """Potential of a coil with 1 A at any place above it, its centre at x = y = 0. `floor` (m, below the coil; -inf:
-    none) is that of the mirror, whose image is in it; `nearest` is the least height (m) over the top track's mid-plane
-    at which it holds.
+    """Potential of a coil with 1 A at any place above it, its centre at x = y = 0, with its images in mirrors below and
+    above; `nearest` is the least height (m) over the top track's mid-plane at which it holds.
     """
 
     top: float
     side: float
     nearest: float
-    floor: float
     octaves: tuple[_Octave, ...]
     dipoles: tuple[_Dipole, ...]
 
@@ -128,15 +135,29 @@ class CoilPotential:
         return found
 
 
+@record(eq=False)
+class Plane:
+    """A mirror at a height `z` (m): the factor (no unit) by which waves of wave numbers (1/m) come back. It is -1, as
+    of a perfect conductor, where `returned` is None.
+    """
+
+    z: float
+    returned: Returned | None = None
+
+    def factor(self, k: Array) -> ComplexArray:
+        """The factor of each wave number (1/m)."""
+        return np.full(k.shape, -1.0 + 0.0j) if self.returned is None else self.returned(k)
+
+
 def coil_potentials(
-    tracks: Sequence[PolylineTrack], nearest: float, reach: float, floor: float = -math.inf,
-    returned: Returned | None = None, is_lossy: bool = False,
+    tracks: Sequence[PolylineTrack], nearest: float, reach: float, floor: Plane | None = None,
+    roof: Plane | None = None, is_lossy: bool = False,
 ) -> tuple[CoilPotential, ...]:
     """The potential (Wb/m) of tracks in series, layers one above the other, currents along their corners. It holds from
     `nearest` (m) over the top mid-plane and is finest within `reach` (m) of the centre. A wave of sheet current makes
-    mu0 / 2 k of it, which falls with height like exp(-k z) (Laplace's equation, textbook). A mirror at z = `floor` (m)
-    returns waves of wave number k (1/m) by the factor `returned`: -1, as a perfect conductor does, where that is None.
-    Of a lossy one that is the real part, and a second potential is what it returns out of phase.
+    mu0 / 2 k of it, which falls with height like exp(-k z) (Laplace's equation, textbook). A mirror below (`floor`)
+    returns waves by its factor, and so does one above (`roof`), below which the potential holds; between both they go
+    to and fro. Of lossy mirrors that is the real part, and a second potential is what they return out of phase.
     """
     top = max(track.z for track in tracks)
     extent = 2.0 * max(float(np.abs(track.corners).max()) for track in tracks)
@@ -144,31 +165,54 @@ def coil_potentials(
     count = 2 * math.ceil(0.5 * side / (FINE * nearest))
     spacing = side / count
     quarter, whole = _wave_numbers(count, spacing)
-    factor, parts = np.full(quarter.shape, -1.0 + 0.0j), 1 + is_lossy
-    if returned is not None and math.isfinite(floor):
-        factor = returned(quarter)
+    parts = 1 + is_lossy
+    factor = None if floor is None else floor.factor(quarter)
     with np.errstate(divide="ignore"):
         each_wave = np.where(quarter > 0.0, 0.5 * MU0 / quarter, 0.0)
+    again, falls = _between(quarter, top, floor, roof)
     rising = np.zeros((parts, count, count), dtype=complex)
+    falling = np.zeros((parts * (roof is not None), count, count), dtype=complex)
     for track in tracks:
         layer = _spread_spectrum(track.corners.tobytes(), track.width, count, spacing)
         through = each_wave * (1.0 + (quarter * track.thickness) ** 2 / 24.0)
-        up, back = np.exp(-quarter * (top - track.z)), np.zeros_like(quarter)
-        if math.isfinite(floor):
-            back = np.exp(-quarter * (top + track.z - 2.0 * floor))
-        rising[0] += layer * (through * (up + factor.real * back))[whole]
-        if is_lossy:
-            rising[1] += layer * (through * factor.imag * back)[whole]
+        up = np.exp(-quarter * (top - track.z))
+        back = np.zeros_like(quarter) if floor is None else np.exp(-quarter * (top + track.z - 2.0 * floor.z))
+        if roof is None:
+            rising[0] += layer * (through * (up if factor is None else up + factor.real * back))[whole]
+            if is_lossy and factor is not None:
+                rising[1] += layer * (through * factor.imag * back)[whole]
+            continue
+        both = through * (up if factor is None else up + factor * back) * again
+        for part, of in enumerate((np.real, np.imag)[:parts]):
+            rising[part] += layer * of(both)[whole]
+            falling[part] += layer * of(both * falls)[whole]
     found: list[CoilPotential] = []
-    for part, longest in zip(rising, (float(factor[0, 1].real), float(factor[0, 1].imag)), strict=False):
-        dipoles = _dipoles(tracks, floor, longest, direct=not found)
-        octaves = tuple(_octave(part, side, nearest * 2.0**n, top, dipoles, n) for n in range(OCTAVES))
-        found.append(CoilPotential(top, side, nearest, floor, octaves, dipoles))
+    for part, of in enumerate((np.real, np.imag)[:parts]):
+        dipoles = _dipoles(tracks, _images(float(quarter[0, 1]), floor, roof), of)
+        octaves = tuple(
+            _octave(rising[part], falling[part] if roof is not None else None, side, nearest * 2.0**n, top,
+                    math.inf if roof is None else roof.z - top, dipoles, n) for n in range(OCTAVES))
+        found.append(CoilPotential(top, side, nearest, octaves, dipoles))
     return tuple(found)
 
 
+def _between(k: Array, top: float, floor: Plane | None, roof: Plane | None) -> tuple[ComplexArray, ComplexArray]:
+    """How many times (no unit) waves of wave numbers (1/m) rise at the top mid-plane's height (m) for once without a
+    roof, the geometric series of what goes to and fro; and what part of them falls from the roof, there.
+    """
+    if roof is None:
+        return np.ones(k.shape, dtype=complex), np.zeros(k.shape, dtype=complex)
+    falls = roof.factor(k) * np.exp(-k * (roof.z - top))
+    if floor is None:
+        return np.ones(k.shape, dtype=complex), falls
+    away = np.exp(-k * (roof.z - top + 2.0 * (top - floor.z)))
+    left = 1.0 - floor.factor(k) * falls * away
+    return np.asarray(1.0 / np.where(k > 0.0, left, 1.0)), falls
+
+
 def _octave(
-    rising: ComplexArray, side: float, lowest: float, top: float, dipoles: tuple[_Dipole, ...], number: int
+    rising: ComplexArray, falling: ComplexArray | None, side: float, lowest: float, top: float, above: float,
+    dipoles: tuple[_Dipole, ...], number: int
 ) -> _Octave:
     """A coil's potential (Wb/m) on grids over one octave of heights, without the dipoles that repeat beyond the grid;
     the spline's own values at the nodes, (2 + cos) / 3 of a wave, are divided out.
@@ -176,12 +220,17 @@ def _octave(
     whole = rising.shape[0]
     count = min(max(2 * math.ceil(0.5 * whole / 2**number), 64), whole)
     kept = np.r_[0 : count // 2, whole - count // 2 : whole]  # the longest waves, as a spectrum of fewer points
-    waves, spacing = rising[np.ix_(kept, kept)], side / count
+    spacing = side / count
     along = (2.0 + np.cos(2.0 * math.pi * np.fft.fftfreq(count))) / 3.0
     along[1::2] *= -1.0  # which moves the coil to the middle of the grid
-    waves = waves / (along[:, None] * along) * (count / whole) ** 2
+
+    def coarse(waves: ComplexArray) -> ComplexArray:
+        """Fewer waves, as a spline's coefficients."""
+        return np.asarray(waves[np.ix_(kept, kept)] / (along[:, None] * along) * (count / whole) ** 2)
+
     values = np.empty((LEVELS + 3, count, count), dtype=np.complex64)
-    return _Octave(lowest, spacing, side, top, waves, dipoles, values, set())
+    returned = None if falling is None else coarse(falling)
+    return _Octave(lowest, spacing, side, top, coarse(rising), dipoles, values, set(), above, returned)
 
 
 def _wave_numbers(count: int, spacing: float) -> tuple[Array, tuple[Index, Index]]:
@@ -268,17 +317,40 @@ def _looked_up(octave: _Octave, points: Array, height: Array, half: float) -> Co
     return np.asarray(real + 1j * imaginary)
 
 
-def _dipoles(tracks: Sequence[PolylineTrack], floor: float, returned: float, direct: bool) -> tuple[_Dipole, ...]:
-    """The coil as dipoles (areas in m2 by Gauss's shoelace formula, ends in m), and its image below the floor."""
+def _images(k: float, floor: Plane | None, roof: Plane | None) -> tuple[tuple[float, float, complex], ...]:
+    """What waves of a wave number (1/m) see of a coil: itself and its images by `way`, shift (m) and strength (no
+    unit; images of horizontal currents), what is at z being seen at way z + shift.
+    """
+    at, found = np.array([k]), [(1.0, 0.0, 1.0 + 0.0j)]
+    ends = [None if plane is None else complex(plane.factor(at)[0]) for plane in (floor, roof)]
+    for plane, end in zip((floor, roof), ends, strict=True):
+        if plane is not None and end is not None:
+            found.append((-1.0, 2.0 * plane.z, end))
+    (low, high) = ends
+    if floor is None or roof is None or low is None or high is None:
+        return tuple(found)
+    apart = 2.0 * (roof.z - floor.z)
+    for n in range(1, REPEATED + 1):
+        both = (low * high) ** n
+        found += [(1.0, n * apart, both), (1.0, -n * apart, both),
+                  (-1.0, 2.0 * floor.z - n * apart, low * both), (-1.0, 2.0 * roof.z + n * apart, high * both)]
+    return tuple(found)
+
+
+def _dipoles(
+    tracks: Sequence[PolylineTrack], images: Sequence[tuple[float, float, complex]], of: Callable[[Any], Any]
+) -> tuple[_Dipole, ...]:
+    """The coil and its images as dipoles (areas in m2 by Gauss's shoelace formula, ends in m), those parts of their
+    strengths: real or imaginary.
+    """
     areas, ends = [], []
     for track in tracks:
         x, y = track.corners.T
         areas.append(0.5 * float(np.sum(x[:-1] * y[1:] - x[1:] * y[:-1])))
         ends.append(complex(x[-1] - x[0], y[-1] - y[0]))
     total, height = math.fsum(areas), sum(track.z for track in tracks) / len(tracks)
-    coil = (_Dipole(total, height, sum(ends)),) if direct else ()
-    image = _Dipole(returned * total, 2.0 * floor - height, returned * sum(ends))
-    return coil if math.isinf(floor) else (*coil, image)
+    return tuple(_Dipole(float(of(strength)) * total, way * height + shift, float(of(strength)) * sum(ends))
+                 for way, shift, strength in images if of(strength))
 
 
 def _dipole_potential(points: Array, dipole: _Dipole) -> ComplexArray:
@@ -288,6 +360,41 @@ def _dipole_potential(points: Array, dipole: _Dipole) -> ComplexArray:
     square = points[:, 0] ** 2 + points[:, 1] ** 2 + (points[:, 2] - dipole.height) ** 2
     around = dipole.moment * 1j * (points[:, 0] + 1j * points[:, 1]) / (square * np.sqrt(square))
     return np.asarray(MU0 / (4.0 * math.pi) * (around + dipole.ends / np.sqrt(square)))
+
+
+def _repeated(
+    points: Array, place: Array, dipoles: Sequence[_Dipole], side: float, height: float
+) -> ComplexArray:
+    """A_x + i A_y (n; Wb/m) that a grid with a side (m) makes of loops beside the loops' own, at points (n, 3; m) of
+    one height over a square of `place` (m) along x and y: that of all others, repeated in steps of the side. Near to
+    the plane of a loop these are eight dipoles, and the even field of all the rest; from a `height` (m) on all of them
+    together are a few waves (Fourier's series of 1 / r), so that the grid makes next to nothing of the loop's own.
+    Derived here.
+    """
+    found = np.zeros(len(points), dtype=complex)
+    far = []
+    for dipole in dipoles:
+        if abs(float(points[0, 2]) - dipole.height) >= height:
+            far.append(dipole)
+            continue
+        around = side * np.array([[i, j, 0.0] for i, j in product((-1, 0, 1), repeat=2) if i or j])
+        neighbours = (points - around[:, None]).reshape(-1, 3)
+        found += _dipole_potential(neighbours, dipole).reshape(-1, len(points)).sum(axis=0)
+        # an even field B along z has the potential B x r / 2, that is i B (x + i y) / 2
+        even = -MU0 * dipole.moment / (4.0 * math.pi) * LATTICE_REST / side**3
+        found += 0.5j * even * (points[:, 0] + 1j * points[:, 1])
+    if not far:
+        return found
+    along = 2.0 * math.pi / side * np.arange(-WAVES, WAVES + 1)
+    k = np.hypot(along[:, None], along)
+    k[WAVES, WAVES] = math.inf  # no even part: a potential that is everywhere the same drives nothing
+    every = np.zeros(k.shape, dtype=complex)
+    for dipole in far:
+        decay = np.exp(-k * abs(float(points[0, 2]) - dipole.height)) / k
+        every += decay * (dipole.moment * (along + 1j * along[:, None]) + dipole.ends)
+        found -= _dipole_potential(points, dipole)
+    waves = np.exp(1j * place[:, None] * along)
+    return np.asarray(found + (0.5 * MU0 / side**2) * (waves @ every @ waves.T).ravel())
 
 
 @lru_cache(maxsize=OCTAVES)

@@ -9,14 +9,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from functools import cached_property
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from sitscad.basics.arrays import Array, ComplexArray, Flags, Index
-from sitscad.basics.record import record
+from sitscad.basics.record import record, replace
 from sitscad.kernels.electromagnetics.constants import MU0
 from sitscad.kernels.electromagnetics.eddy.surface import CurrentClass, Surface
+
+Kernels: TypeAlias = tuple[Array, Array]
 
 
 @record(eq=False)
@@ -37,12 +40,14 @@ class Folding:
         """The quarter's own points (n), by number."""
         return np.asarray(self.numbers[0])
 
-    def kernels(self, points: Array, floor: float) -> Array:
-        """Inverse distances (1/m) of the points (all, 3; m) to images below z = `floor` (m), by which of their mirrored
-        ones they are the images of: (4, n, n), points in a plane by their share.
+    def kernels(self, points: Array, mirror: Mirror) -> Kernels:
+        """`inverse_distances` (1/m) of the points (all, 3; m), by which of their mirrored ones they are to the images
+        of: each (4, n, n), points in a plane by their share.
         """
         shares = 0.25 * self.share[:, None] * self.share
-        return np.stack([shares * inverse_distance(points[self.kept], points[one], floor) for one in self.numbers])
+        each = [inverse_distances(points[self.kept], points[one], mirror) for one in self.numbers]
+        along = np.stack([shares * one for one, _ in each])
+        return along, along if mirror.roof is None else np.stack([shares * one for _, one in each])
 
 
 def folding(surface: Surface) -> Folding | None:
@@ -69,14 +74,36 @@ def signs(parity: tuple[int, int]) -> Array:
     return np.stack([np.ones(3), across_x, across_y, across_x * across_y])
 
 
-def by_axis(kernels: Array, parity: tuple[int, int]) -> Sequence[Array]:
+def by_axis(kernels: Kernels, parity: tuple[int, int]) -> Sequence[Array]:
     """Sums (1/m) of the `Folding.kernels` for the x, y and z components of currents of a parity: (n, n) each."""
-    return list(np.tensordot(signs(parity).T, kernels, axes=1))
+    along, across = kernels
+    if along is across:
+        return list(np.tensordot(signs(parity).T, along, axes=1))
+    return [*np.tensordot(signs(parity).T[:2], along, axes=1), np.tensordot(signs(parity).T[2], across, axes=1)]
 
 
-def inverse_distance(points: Array, others: Array, floor: float) -> Array:
-    """1 over the distance (m) of points (n, 3) from the images of others (m, 3) below z = `floor`, (n, m) in 1/m."""
-    image = others * np.array([1.0, 1.0, -1.0]) + np.array([0.0, 0.0, 2.0 * floor])
+def inverse_distances(points: Array, others: Array, mirror: Mirror) -> Kernels:
+    """Sums of 1 over the distance (m) of points (n, 3) from the images of others (m, 3), (n, m) in 1/m: for currents
+    along the mirrors, and for those across them, each with the sign that `MIRRORED` has for one image. Between two
+    mirrors images of images have the currents' own sign. The only image of a single mirror counts in full.
+    """
+    if mirror.roof is None:
+        found = inverse_distance(points, others, *mirror.images[0][:2])
+        return found, found
+    is_real = all(strength.imag == 0.0 for _, _, strength in mirror.images)
+    along, across = np.zeros((2, len(points), len(others)), dtype=float if is_real else complex)
+    for way, shift, strength in mirror.images:
+        one = (strength.real if strength.imag == 0.0 else strength) * inverse_distance(points, others, way, shift)
+        along -= way * one
+        across += one
+    return along, across
+
+
+def inverse_distance(points: Array, others: Array, way: float, shift: float) -> Array:
+    """1 over the distance (m) of points (n, 3) from others (m, 3) whose z is taken `way` (1 or -1) times and then
+    shifted (m), (n, m) in 1/m.
+    """
+    image = others * np.array([1.0, 1.0, way]) + np.array([0.0, 0.0, shift])
     square = np.zeros((len(points), len(image)))
     for axis in range(3):
         away = points[:, None, axis] - image[:, axis]
@@ -96,6 +123,9 @@ AMONG = 64
 """Combinations of one symmetry among which they are looked for; twice as many where more than a third of them count,
 and so on: what that leaves out is below 1e-11 of a change (templates, against all combinations)."""
 
+FURTHER = 6
+"""Images of images between two mirrors, on each side: the next ones leave out 1e-4 of what a front plate changes."""
+
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 MIRRORED = np.array([-1.0, -1.0, 1.0])
@@ -103,11 +133,57 @@ MIRRORED = np.array([-1.0, -1.0, 1.0])
 
 
 @record
+class Roof:
+    """What is in front of a target: planes at z (m) that return fields as a perfect conductor does, each times a
+    strength (no unit, complex), which together are like one metal; and one plane with a real strength, like it for what
+    has gone to and fro between both mirrors.
+    """
+
+    planes: tuple[tuple[float, complex], ...]
+    far: tuple[float, float]
+
+
+@record
 class Mirror:
-    """A plane at z = `floor` (m) that returns fields as a perfect conductor does, times `strength`."""
+    """A plane at z = `floor` (m; -inf: none) that returns fields as a perfect conductor does, times `strength`, and
+    what is in front of the target.
+    """
 
     floor: float
     strength: float = 1.0
+    roof: Roof | None = None
+
+    @property
+    def scale(self) -> float:
+        """Factor (no unit) of a single mirror's image; 1 of two mirrors, whose `images` have their own strengths."""
+        return self.strength if self.roof is None else 1.0
+
+    @cached_property
+    def images(self) -> tuple[tuple[float, float, complex], ...]:
+        """The images by `way`, shift (m) and strength (no unit): what is at z has one at way z + shift. Between two
+        mirrors every image has one in the other mirror (textbook); those `FURTHER` on are left out.
+        """
+        floor: list[tuple[float, float, complex]] = [(-1.0, 2.0 * self.floor, self.strength)]
+        if self.roof is None:
+            return tuple(floor)
+        found = [(-1.0, 2.0 * z, strength) for z, strength in self.roof.planes]
+        if math.isinf(self.floor):
+            return tuple(found)
+        (z, strength), found = self.roof.far, floor + found
+        apart, both = 2.0 * (z - self.floor), self.strength * strength
+        for n in range(1, FURTHER + 1):
+            found += [(1.0, n * apart, both**n), (1.0, -n * apart, both**n)]
+            found.append((-1.0, 2.0 * self.floor - n * apart, self.strength * both**n))
+            found.append((-1.0, 2.0 * z + n * apart, strength * both**n))
+        return tuple(found)
+
+    @property
+    def in_phase(self) -> Mirror:
+        """The mirror without what it returns out of phase."""
+        if self.roof is None:
+            return self
+        planes = tuple((z, complex(strength.real)) for z, strength in self.roof.planes)
+        return replace(self, roof=replace(self.roof, planes=planes))
 
 
 @record(eq=False)
@@ -132,25 +208,27 @@ class ImageModes:
         if fold is None or turn[2, 2] != 1.0:
             points = self.points @ turn.T + place
             currents = np.tensordot(turn, self.currents, axes=(1, 1))
-            return _coupling([inverse_distance(points, points, mirror.floor)] * 3, currents) * mirror.strength
+            along, across = inverse_distances(points, points, mirror)
+            return _coupling([along, along, across], currents) * mirror.scale
         # a level target's symmetries stay apart: turned about z it is what it was
-        kernels = fold.kernels(self.points + place, mirror.floor)
-        found, start = np.zeros((self.currents.shape[2],) * 2), 0
+        kernels = fold.kernels(self.points + place, mirror)
+        found, start = np.zeros((self.currents.shape[2],) * 2, dtype=kernels[1].dtype), 0
         for parity, count in self.parities:
             own = slice(start, start + count)
             currents = self.currents[fold.kept, :, own] * fold.share[:, None, None]
             found[own, own] = _coupling(by_axis(kernels, parity), np.moveaxis(currents, 1, 0))
             start += count
-        return found * mirror.strength
+        return found * mirror.scale
 
 
 def image_modes(surface: Surface, coarse: Surface, near_face: float, closest: float, mirror: Mirror) -> ImageModes:
-    """The combinations that matter no nearer to the mirror than with the near face at z = `closest` (m). `coarse` is
+    """The combinations that matter no nearer to the floor than with the near face at z = `closest` (m). `coarse` is
     the same surface with as few points as resolve a field from there; `near_face` (m) is that face's height in it.
     """
     points = coarse.points - np.array([0.0, 0.0, near_face])
     high, fold = points + np.array([0.0, 0.0, closest]), folding(coarse)
-    kernels = inverse_distance(high, high, mirror.floor) if fold is None else fold.kernels(high, mirror.floor)
+    seen_in = mirror.in_phase
+    kernels = inverse_distances(high, high, seen_in) if fold is None else fold.kernels(high, seen_in)
     groups: dict[Any, list[int]] = {}
     for number, one in enumerate(surface.classes):
         groups.setdefault(one.in_plane, []).append(number)
@@ -158,7 +236,7 @@ def image_modes(surface: Surface, coarse: Surface, near_face: float, closest: fl
     for parity, group in groups.items():
         classes, seen = [surface.classes[k] for k in group], [coarse.classes[k] for k in group]
         if fold is None:
-            found.append(_modes(classes, seen, [kernels] * 3))
+            found.append(_modes(classes, seen, [kernels[0], *kernels]))
         else:
             within, quarter = _modes(classes, seen, by_axis(kernels, parity), fold)
             found.append((within, _unfolded(quarter, fold, parity)))

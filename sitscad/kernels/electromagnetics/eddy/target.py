@@ -80,7 +80,10 @@ class SolvedTarget:
         if driven is None or among is None:
             return total
         for pose, coupling in enumerate(couplings):
-            both = coupling @ among.real + 1j * (coupling @ among.imag)
+            if np.iscomplexobj(coupling):
+                both = coupling @ among
+            else:  # two products of real numbers cost half
+                both = coupling @ among.real + 1j * (coupling @ among.imag)
             both[np.diag_indices(len(both))] += 1.0
             total[pose] += driven[:, pose].T @ np.linalg.solve(both, coupling @ driven[:, pose])
         return total

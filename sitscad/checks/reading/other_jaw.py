@@ -1,0 +1,54 @@
+"""SIT221: what the other jaw's metal does to the coils when the jaws close, against the sensor's own signal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from sitscad.assembly.places.state import PRESSED, REST
+from sitscad.basics.finding import Severity
+from sitscad.basics.units import show
+from sitscad.checks.rules import Rule, Undecided, Verdict, Violation, rule_of
+from sitscad.estimates.design import Design
+
+MUCH, LITTLE = 0.1, 0.01
+"""Change by the other jaw's metal, over that by the required force: with `THIN` grasped it warns from the first on, and
+with nothing grasped there is a note from the second on."""
+
+THIN = 1e-3  # Thickness (m) of what is grasped, where the metal's effect is judged
+
+
+def other_jaw_metal(design: Design) -> Iterator[Verdict]:
+    """The change of the worst coil by the other jaw's metal, jaws closed, over its change by the required force."""
+    if design.estimates.is_rough:
+        return
+    one = design.one
+    states = {coil.name: coil.states for coil in one.estimates.coils}
+    signal = {name: abs(each[PRESSED].inductance - each[REST].inductance)
+              for name, each in states.items() if PRESSED in each and REST in each}
+    if not signal:
+        yield Undecided("no signal was estimated: it takes a required normal force and tanks that oscillate")
+        return
+    from sitscad.estimates.states.other_jaw import estimated_change  # loaded for jaws alone
+
+    near, closed = (estimated_change(one.layout, one.estimates, grasped) for grasped in (THIN, 0.0))
+    names = [name for name in signal if name in near and signal[name] > 0.0]
+    if not names:
+        return
+    worst = max(names, key=lambda name: abs(near[name]) / signal[name])
+    shares = [abs(change[worst]) / signal[worst] for change in (closed, near)]
+    if shares[0] < LITTLE:
+        return
+    force = design.spec.requirements.normal_force or 0.0
+    taken = " and ".join(f"{show(abs(change[worst]), 'H', 2)} ({100.0 * share:.0f} % of the signal of "
+                         f"{show(force, 'N')})" for change, share in zip((closed, near), shares, strict=True))
+    yield Violation(
+        f"coil {worst}: the other jaw's metal takes about {taken} with nothing and with {show(THIN, 'm')} in closed "
+        "jaws; after a tare with open jaws it is read as force",
+        "mount.jaw.opposing_pad_thickness: 1 mm or more, or a target.size that covers the coils; or tare with the jaws "
+        "as near as in use",
+        "mount.jaw", shares[1], MUCH, severity=None if shares[1] > MUCH else Severity.NOTE,
+        detail="`sitscad estimate --performance` and the data sheet have it in newtons, solved with the target between",
+    )
+
+
+RULES: tuple[Rule, ...] = (rule_of("SIT221", other_jaw_metal, "target", "jaw", much=f"{100.0 * MUCH:.0f} %"),)
