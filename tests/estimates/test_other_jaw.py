@@ -61,7 +61,7 @@ def by_front(size, room):
 
 
 @pytest.mark.parametrize(("size", "room", "exact"), [
-    (4.1e-3, 0.05e-3, -3.778e-9), (2.8e-3, 2.05e-3, -1.260e-9),
+    pytest.param(4.1e-3, 0.05e-3, -3.778e-9, marks=pytest.mark.slow), (2.8e-3, 2.05e-3, -1.260e-9),
 ])
 def test_metal_in_front_of_a_disc_is_that_of_recorded_finite_elements(size, room, exact):
     """`validation/front_of_elements.py` has them."""

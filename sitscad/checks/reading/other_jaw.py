@@ -21,7 +21,7 @@ def other_jaw_metal(design: Design) -> Iterator[Verdict]:
     """The change of the worst coil by the other jaw's metal, jaws closed, over its change by the required force."""
     if design.estimates.is_rough:
         return
-    one = design.one
+    one = design.cells.weakest
     states = {coil.name: coil.states for coil in one.estimates.coils}
     signal = {name: abs(each[PRESSED].inductance - each[REST].inductance)
               for name, each in states.items() if PRESSED in each and REST in each}

@@ -19,10 +19,10 @@ from sitscad.basics.record import replace
 from sitscad.estimates.circuits.solved_winding import spectrum_near_metal
 from sitscad.estimates.circuits.uncertainty import sigmas
 from sitscad.estimates.circuits.wound import Wound
+from sitscad.estimates.coil_estimates import Estimates
 from sitscad.estimates.states.placed import Placed, at_rest
 from sitscad.estimates.states.plate import solved_plate
 from sitscad.estimates.targets.assembly import LEAST_CONDUCTIVITY, assemble, metal_behind, sheet_of, warmed
-from sitscad.estimates.values import Estimates
 from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, Reflector, reflected_inductances
 from sitscad.layout.board import Layout
 from sitscad.spec.sensor import SensorSpec
