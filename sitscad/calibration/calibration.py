@@ -22,7 +22,15 @@ from sitscad.calibration.unknowns import PAD_ERRORS, POSE_ERRORS, SURELY, WIDEST
 from sitscad.estimates.loads.pad import NoResponse
 from sitscad.estimates.loads.working_range import working_range
 from sitscad.estimates.performance.inversion import Crosstalk, axis_sweeps, crosstalk_of
-from sitscad.estimates.performance_values import AXES, AXIS_WORDS, FORCES, amount_text, by_unit, of_full_scale
+from sitscad.estimates.performance_values import (
+    AXES,
+    AXIS_WORDS,
+    FORCES,
+    amount_text,
+    by_unit,
+    load_words,
+    of_full_scale,
+)
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.kernels.electromagnetics.threads import one_thread
 
@@ -133,12 +141,11 @@ class Calibration:
             words = ", ".join(
                 f"{force:.3g} N of {AXIS_WORDS[name]} as {read:.3g} N" for name, force, read in self.turned
             )
-            found.append(f"made for a target that is {ROTATIONS[this]}: of one {ROTATIONS[other]} it reads {words} "
-                         f"(half of the normal force on it); `sitscad calibrate --rotation {other}` makes the other map"
-                         )
+            found.append(f"made for a target that is {ROTATIONS[this]}. If the target is {ROTATIONS[other]}, the map "
+                         f"reads {words} (under half of the full normal force). `sitscad calibrate --rotation {other}` "
+                         "makes the other map")
         if not set(FORCES) <= set(self.map.axes):
-            measured = ", ".join(AXIS_WORDS[axis] for axis in self.map.axes)
-            found.append(f"only {measured} force is measured: forces along other axes appear as it")
+            found.append(f"measured: {load_words(self.map.axes)} alone; forces along other axes appear as these")
         if self.fit is not None:
             found += far_off(self.sensors, self.fit)
         if self.points is not None and np.sum(self.points.at_rest) < TARES:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import field
 from typing import Any
 
@@ -21,6 +21,14 @@ AXES = (*FORCES, *MOMENTS)
 
 AXIS_WORDS = {"normal": "normal", "shear_x": "shear along x", "shear_y": "shear along y", "moment_x": "moment about x",
               "moment_y": "moment about y"}
+
+
+def load_words(axes: Iterable[str]) -> str:
+    """Forces and moments by their names: ``normal force, shear force along x and moment about y``."""
+    words = (AXIS_WORDS[name] for name in axes)
+    *others, last = (each.replace("normal", "normal force").replace("shear", "shear force") for each in words)
+    return f"{', '.join(others)} and {last}" if others else last
+
 
 INSTABILITY = "instability"
 """End of an axis if no shape of the pad bears the load: it gives way sideways."""

@@ -153,7 +153,7 @@ def test_the_other_way_of_loading_is_told_with_what_it_reads(sensors, foretold):
 
 
 @pytest.mark.parametrize(("mount", "held"), [
-    (None, "no metal"), ("{kind: bench-plate}", "Screw the plate down"), ("{kind: custom}", "Fasten your mount"),
+    (None, "no metal"), ("{kind: bench-plate}", "Screw the mount down"), ("{kind: custom}", "Fasten your mount"),
     ("{kind: fingertip, standoff: 1.2 mm}", "both screws"), ("{kind: grasper-pad}", "vice"),
 ])
 def test_a_plan_says_which_way_x_is_and_what_holds_the_sensor(mount, held):

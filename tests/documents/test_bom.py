@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
+import re
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -15,7 +16,7 @@ from tolerance import approx
 from sitscad.assembly.places.bodies import shield_heights
 from sitscad.assembly.places.jaws import closed_span, made_to_measure
 from sitscad.estimates.loads.gluing import board_press, piece_press
-from sitscad.files.documents import gluing, mounting
+from sitscad.files.documents import gluing, mounting, preparing
 from sitscad.files.documents import parts_list as bom
 from sitscad.files.report.page import stack_section
 from sitscad.layout import lay_out
@@ -237,6 +238,20 @@ def test_the_parts_list_has_every_weight_that_the_steps_ask_for(name):
             assert listed["washer M8, ISO 7093"] >= count
         else:
             assert any(gluing.grams(mass) in part for part in listed)
+
+
+@pytest.mark.parametrize(("name", "ways"), [
+    ("skin_strip_6", {"elastomer": "cut", "target": "etched or punched"}),
+    ("round_button_12mm", {"elastomer": "cut", "target": "cut"}),
+])
+def test_a_sheet_is_cut_one_way_in_the_list_and_in_the_steps(name, ways):
+    """A target that no known laser cuts was to be "etched or punched" in the list and "cut" in the steps."""
+    spec = load_text(templates.read(name), "t.yaml")
+    listed = {row.item: row.note for row in bom.items(lay_out(spec), ESTIMATES)}
+    assert {part: preparing.cutting(getattr(spec, part)) for part in ways} == ways
+    assert listed["target"].startswith(f"{ways['target']} by ")
+    steps = preparing._cut(spec)
+    assert all(re.search(rf"{part}( and \w+)* {way} by", steps) for part, way in ways.items())
 
 
 @pytest.mark.parametrize("template", ["bench_7mm", "fingertip_cell"])

@@ -29,7 +29,7 @@ from sitscad.estimates.performance.tables import (
 )
 from sitscad.estimates.performance_values import lasts_tared
 from sitscad.files.documents import PAPERS
-from sitscad.files.documents.datasheet import TARED_AFTER_A_GRASP, TARES, acceptance, notes, render, sensor
+from sitscad.files.documents.datasheet import TARED_AFTER_A_GRASP, TARES, _converters, acceptance, notes, render, sensor
 from sitscad.files.documents.datasheet_plots import (
     BEYOND,
     BEYOND_LINES,
@@ -44,6 +44,7 @@ from sitscad.files.drawing.svg import svg
 from sitscad.files.order_facts.incoming import incoming
 from sitscad.files.report.page import _performance_section
 from sitscad.package.contents import drawn_calibration
+from sitscad.spec import presets
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
 (WRITER,) = (writer for writer in PAPERS if writer.name == "data sheet")
@@ -296,6 +297,13 @@ def test_every_drift_says_since_which_tare_its_kelvins_count(bench):
     for row in rows:
         assert row.endswith("after the calibration" if "with a tare" in row else "after the one tare")
     assert {TARES, TARED_AFTER_A_GRASP} < set(notes(bench.performance))
+
+
+@pytest.mark.parametrize(("coils", "number"), [(1, 1), (4, 1), (5, 2), (6, 2), (9, 3)])
+def test_a_sensor_names_as_many_converters_as_its_coils_need(coils, number):
+    """Six channels were said of one LDC1614, which has four."""
+    said = _converters(presets.converter("ldc1614"), coils)
+    assert int(re.match(r"(\d+) x |", said)[1] or 1) == number and f"{coils} channel" in said
 
 
 def test_a_bare_coil_at_the_design_s_middle_passes_every_limit_with_three_sigma_to_spare(bench):

@@ -47,7 +47,7 @@ enum {
     SENSOR_UNDER_RANGE, /* the result is the smallest */
     SENSOR_OVER_RANGE,  /* the result is the largest */
     SENSOR_WATCHDOG,    /* the coil does not oscillate */
-    SENSOR_OUT_OF_BAND, /* beyond the design's frequencies by more than manufacture explains */
+    SENSOR_OUT_OF_BAND, /* the frequency is farther from the design's than manufacture explains */
     SENSOR_AMPLITUDE    /* a warning: the oscillation is outside of 1.2 to 1.8 V */
 };
 

@@ -39,6 +39,7 @@ from sitscad.estimates.performance_values import (
     along,
     amount_text,
     lasts_tared,
+    load_words,
     unit_of,
 )
 from sitscad.estimates.response.model import ResponseModel
@@ -317,7 +318,6 @@ def _notes(felt: Felt, courses: Mapping[str, tuple[float, str]], free: float | N
     if not felt.is_range_held:
         found.append("the pad gives way sideways within the full scales: no reading there is known to be of one load")
     if not set(FORCES) <= set(names):
-        measured = ", ".join(AXIS_WORDS[name] for name in names)
-        found.append(f"only {measured} force is measured; each other force, at its full scale, has a row of its own "
+        found.append(f"measured: {load_words(names)} alone; each other force, at its full scale, has a row of its own "
                      "among the errors and does not count in errors together")
     return tuple(found)

@@ -44,6 +44,7 @@ from sitscad.files.drawing.sheet import Sheet, plot
 from sitscad.files.drawing.svg import svg
 from sitscad.files.drawing.web_page import figure, page, part, soft
 from sitscad.files.drawing.web_page import table as html_table
+from sitscad.kernels.converters.converter import Converter
 from sitscad.kernels.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
 from sitscad.layout.tail_tracks import contact_rows
@@ -242,7 +243,7 @@ def sensor(
         ("sensor", ""),
         *_cells(cells),
         *sensor_rows([point.document() for point in felt]),
-        ("converter", f"{readout.device.part}, {counted(len(estimates.coils), 'channel')}"),
+        ("converter", _converters(readout.device, len(estimates.coils))),
         *([("its result", result)] if result else []),
         ("tank capacitor", show(readout.capacitance, "F", 3)),
         ("target", f"{target.material.name}, {_size(target)}, {show(target.thickness, 'm')}"),
@@ -251,6 +252,13 @@ def sensor(
         ("shear modulus of it", f"{show(pad.material.shear_modulus, 'Pa', 3)} +- "
                                 f"{100.0 * pad.material.shear_modulus_sigma:.0f} %"),
     ]
+
+
+def _converters(device: Converter, coils: int) -> str:
+    """Number and part of the converters, with the channels that the coils take."""
+    number = device.needed(coils)
+    several = f"{number} x " if number > 1 else ""
+    return f"{several}{device.part}, {counted(coils, 'channel')}{' in all' if several else ''}"
 
 
 def _metal_behind(spec: SensorSpec) -> Rows:

@@ -524,7 +524,8 @@ def in_well(layout: Layout, part: str) -> str:
         f" Frame and well have {in_mm(room, 3)} mm of room on each side. Push the frame straight towards {end} and "
         f"keep it there: its round holes on the round pins hold it in the middle across. {back} {across} Try it dry "
         f"first: put the {part} {by_hand}, lift the frame off without moving the {part}, and measure under the "
-        f"microscope. From the body's edges to the {part}'s are, in mm, to {near(layout)}: {edges}."
+        f"microscope. The distances from the body's edges to the {part}'s edges must be, in mm (each {near(layout)}): "
+        f"{edges}."
     )
 
 

@@ -72,7 +72,8 @@ def readme(
         notes.section("What the sensor depends on", _care(layout)), notes.section("Test", _test(layout, bench)),
         *([notes.section("Questions", notes.questions(layout.spec.fpc))] if layout.spec.fpc.rules.one_process else ()),
         notes.headed("Contacts, for whoever wires the sensor (numbered as in the drawing)", wired) if wired else [],
-        notes.section("Files", _files(layout, panel)),
+        notes.section("Files in the archive", _files(layout, panel)),
+        notes.section("Files in the package only", _not_sent(layout, panel)),
         _fingerprint(layout.spec, panel, files) if files else []
     ]
     title = f"{layout.spec.name}: {board_kind(layout.spec.fpc.stackup)} printed circuit of an inductive sensor"
@@ -295,8 +296,8 @@ def _care(layout: Layout) -> Iterator[tuple[str, str]]:
     )
     wide = usual_tolerances()["trace width"].band
     yield "Tracks", (
-        "Width and copper thickness set the coils' resistance. Widths in the files are finished widths, within "
-        f"{show(100.0 * wide, '%')}: compensate the artwork for your etching process as usual."
+        "Width and copper thickness set the coils' resistance. Widths in the files are those of the finished tracks, "
+        f"which may be off by {show(100.0 * wide, '%')}: compensate the artwork for your etching process as usual."
     )
     if layout.copper_layers > 1:
         film = "laminate" if is_rigid(layout.spec.fpc.stackup) else "film"
@@ -340,23 +341,36 @@ def _test(layout: Layout, bench: Estimates | None) -> Iterator[tuple[str, str]]:
 
 
 def _files(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
-    yield from (file.row for file in (*gerber_files(layout), *drill_files(layout)))
+    """The files of the board that the archive holds."""
+    if panel is None:
+        yield from _images(layout)
+    else:
+        readme, drawing = (_panel_name(layout.spec, ending) for ending in ("-readme.txt", "-drawing.pdf"))
+        yield readme, f"list of the panel's files, from which the boards are made; its drawing is {drawing}"
     yield _name(layout.spec, "netlist.d356"), "netlist for the bare-board test (IPC-D-356A, micrometres)"
+    yield _name(layout.spec, "drawing.pdf"), "drawing with dimensions; contacts and their table on the second page"
+    yield _name(layout.spec, "stackup.pdf"), "drawing of the stack-up"
+    yield "Coordinates", "millimetres, one origin for all files" if panel is None else (
+        "millimetres, one origin for all files of the board; the panel's files have their own")
+
+
+def _images(layout: Layout) -> Iterator[tuple[str, str]]:
+    """Images, drill files and job file of the single board."""
+    yield from (file.row for file in (*gerber_files(layout), *drill_files(layout)))
     yield _name(layout.spec, "job.gbrjob"), "Gerber job file: the stack-up and the list of files for CAM"
     if layout.vias:
         yield _name(layout.spec, "Drill_Map.gbr"), "drill map (Gerber drawing)"
-    words = "board drawing with dimensions, contacts with their table on its second page (in the package also as SVG)"
-    yield _name(layout.spec, "drawing.pdf"), words
-    yield _name(layout.spec, "stackup.pdf"), "drawing of the stack-up (in the package also as SVG)"
+
+
+def _not_sent(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
+    """The files that stay in the package, and the archive itself."""
+    yield _name(layout.spec, "order.zip"), "the archive that is sent, with this text; files have the fabricator's names"
     if panel is not None:
-        readme, drawing = (_panel_name(layout.spec, ending) for ending in ("-readme.txt", "-drawing.pdf"))
-        words = f"holds the panel's images, listed in {readme}; those of the single board listed here stay in the"
-        yield "Archive", f"{words} package"
-        yield "panel", f"folder of the panel's own images, drill files, drawing and readme ({drawing})"
-    yield _name(layout.spec, "order.zip"), "the archive that is sent: the files above under the fabricator's names"
-    yield _name(layout.spec, "board.svg"), "picture of the whole board; not in the archive"
-    yield _name(layout.spec, "body.svg"), "picture of the part with the coils; not in the archive"
-    yield "Coordinates", "millimetres, one origin for all files"
+        yield "panel", "folder of the panel's files, which are in the archive"
+        yield from _images(layout)
+    yield _name(layout.spec, "board.svg"), "picture of the whole board"
+    yield _name(layout.spec, "body.svg"), "picture of the part with the coils"
+    yield "Drawings", "also as SVG"
 
 
 def _name(spec: SensorSpec, ending: str) -> str:

@@ -36,7 +36,7 @@ from sitscad.estimates.coil_estimates import Estimates
 from sitscad.estimates.loads.gluing import board_press, hard_adhesive, piece_press
 from sitscad.files.documents.gluing import BAR_HOLE, film_rooms, grams, is_clamped, spring, steel_bar, washers
 from sitscad.files.documents.mounting import cures_badly, doses, nut_screw, screw_length, set_screw
-from sitscad.files.documents.preparing import Order, capacitor, connector_order, order_of, pours
+from sitscad.files.documents.preparing import Order, capacitor, connector_order, cutting, order_of, pours
 from sitscad.files.drawing.frame import FORCED
 from sitscad.files.order_facts.board_end import contact_text
 from sitscad.files.order_facts.files import fabrication_path
@@ -44,7 +44,7 @@ from sitscad.files.order_facts.notes import stiffener_text
 from sitscad.kernels.geometry.path import bounding_box
 from sitscad.kernels.geometry.shapes import PLATES
 from sitscad.layout.board import Layout
-from sitscad.layout.laser_sheet import is_laser_cut, joined_part
+from sitscad.layout.laser_sheet import joined_part
 from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.mount import HolePattern, Mount
 from sitscad.spec.places import place_in_words
@@ -219,8 +219,7 @@ def _soft_parts(layout: Layout) -> Iterator[Item]:
     if spec.target is not None:
         target = spec.target
         size = _plate_size(target.shape, target.size, target.thickness)
-        how = "cut with" if is_laser_cut(target.material.name, target.thickness) else "etched or punched by"
-        note = f"{how} laser/{spec.name}-target.dxf{_place(target)}"
+        note = f"{cutting(target)} by laser/{spec.name}-target.dxf{_place(target)}"
         yield Item("target", len(targets(spec)), target.shape, target.material.name, size, note)
     if spec.encapsulation is not None:
         film = spec.encapsulation
@@ -246,7 +245,7 @@ def _carriers(layout: Layout) -> Iterator[Item]:
             size = f"diameter {in_mm(x1 - x0)}, {in_mm(spec.shield.thickness)} mm"
         narrowed = ", narrower than the circuit's body to pass the port" if y1 - y0 < layout.body_size[1] - 1e-9 else ""
         note = f"{shield_gap_text(spec)} under the circuit's bottom face{narrowed}"
-        note += f"; cut with laser/{spec.name}-shield.dxf"
+        note += f"; {cutting(spec.shield)} by laser/{spec.name}-shield.dxf"
         yield Item("shield", 1, "sheet", spec.shield.material.name, size, note)
     yield from _glue(layout)
     if spec.mount is None:

@@ -19,9 +19,10 @@ from sitscad.files.documents.gluing import duration
 from sitscad.files.order_facts.notes import hanging
 from sitscad.files.writer import Package
 from sitscad.layout.board import Layout
+from sitscad.layout.laser_sheet import is_laser_cut
 from sitscad.spec import presets
 from sitscad.spec.circuit import Connector
-from sitscad.spec.materials import ElastomerMaterial
+from sitscad.spec.materials import ElastomerMaterial, ElastomerPad, Shield, Target
 from sitscad.spec.sensor import SensorSpec
 
 TOOLS = (
@@ -136,9 +137,17 @@ def to_make(spec: SensorSpec, package: Package, width: int) -> Iterator[str]:
 
 
 def _cut(spec: SensorSpec) -> str:
-    """The parts that are cut from sheets, in words that follow the board's; empty without any."""
-    parts = [part for part in ("elastomer", "target", "shield") if getattr(spec, part) is not None]
-    return f", {' and '.join(parts)} cut by laser/" if parts else ""
+    """The parts that are cut from sheets, and how each is cut, in words that follow the board's; empty without any."""
+    ways: dict[str, list[str]] = {}
+    for part in ("elastomer", "target", "shield"):
+        if (sheet := getattr(spec, part)) is not None:
+            ways.setdefault(cutting(sheet), []).append(part)
+    return "".join(f", {' and '.join(parts)} {way} by laser/" for way, parts in ways.items())
+
+
+def cutting(sheet: ElastomerPad | Target | Shield) -> str:
+    """How a piece is cut from its sheet: by a laser, unless the metal is too thick for lasers that are known."""
+    return "cut" if is_laser_cut(sheet.material.name, sheet.thickness) else "etched or punched"
 
 
 def _lacking(said: str, stages: frozenset[str]) -> list[str]:

@@ -159,11 +159,10 @@ def figure(found: Calibration) -> str:
 
 
 LOADING = {
-    "held": ("a stiff flat plate of plastic or glass presses on all of it and on nothing else (of cells, on one target",
-             "at a time), guided so that it stays parallel to the board (a linear stage, a press stand), a load cell",
-             "behind it; shear is a push on the plate, which is stuck to the target by thin double-sided tape: laid "
-             "on,",
-             "it slips where shear is much. Weights and threads do not keep it level."),
+    "held": ("a stiff flat plate of plastic or glass presses on the whole target and on nothing else (of cells, on one",
+             "target at a time), guided so that it stays parallel to the board (a linear stage, a press stand), a load",
+             "cell behind it; shear is a push on the plate, which is stuck to the target by thin double-sided tape:",
+             "laid on, it slips where shear is much. Weights and threads do not keep it level."),
     "free": (
         "a weight falls off a plate that tilts, so it stands on a rod of plastic (polyamide, about 3 mm), whose lower",
         "end is a ball of about 1 mm and touches the target's outermost face. Two holes one above the other in a guide",
@@ -268,7 +267,7 @@ def held_by(spec: SensorSpec) -> tuple[str, ...]:
             "(other jaw's metal). If the same thing is grasped each time, fix a plate of the jaw's metal over the",
             "target, as far away as in use, so that it moves with the loads: the tare and all rows then have it.",
         )
-    what = {"bench-plate": "Screw the plate down by all its holes,",
+    what = {"bench-plate": "Screw the mount down by all its holes,",
             "fingertip": "Slip the cap on its finger, tighten both screws, and clamp the finger,"}
     return (
         f"{what.get(mount.kind, 'Fasten your mount as in use,')} so that nothing gives way but the pad. Metal near the",
@@ -308,6 +307,7 @@ def plan_words(found: Calibration, plan: Plan) -> bytes:
     of, units = "" if found.cell is None else f" --cell {found.cell}", "N, N mm" if scope.has_moments else "N"
     lines = [
         f"Calibration of the sensor {found.map.sensor}", *([f"{issue.title}."] if issue.rows else []), "",
+        "SPEC in the commands is the sensor's YAML file. A package has it in its folder spec/.", "",
         "1. Let board and converter run for ten minutes, and load the sensor fully and unload it five to ten times:",
         "   raw readings drift after start, and silicones soften on the first pulls.",
         "2. Fill in plan.csv: for every row put the load on, wait ten seconds, write down the mean of",

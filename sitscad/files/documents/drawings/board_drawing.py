@@ -186,7 +186,9 @@ def _stiffener(sheet: Sheet, layout: Layout, view: View) -> float:
 
 
 def _tail_words(layout: Layout, found: tuple[float, float, float]) -> str:
-    return f"tail {mm(found[2] - found[1])} +/- {_outline(layout.spec.fpc.rules)}"
+    usual, end = _outline(layout.spec.fpc.rules), mm(end_tolerance(layout.spec.fpc))
+    at_contacts = "" if end == usual else f", +/- {end} at the contacts"
+    return f"tail {mm(found[2] - found[1])} +/- {usual}{at_contacts}"
 
 
 def _stations(layout: Layout) -> Iterator[float]:
