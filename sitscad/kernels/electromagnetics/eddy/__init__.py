@@ -1,5 +1,6 @@
-"""Eddy currents on the closed surface of a target of finite size, and what they change of coils at any pose.
+"""Eddy currents on the closed surface of a target of finite size, and the changes that they make in nearby coils.
 
-Unknown is a stream function on the surface, as Kameari (J. Comput. Phys. 42, 1981) has it on thin shells: of currents
-that stand for the body outside of it. What its metal does within, in all of its volume, answers the field along it.
+The unknown is a stream function on the surface (Kameari, J. Comput. Phys. 42, 1981, uses one on thin shells). Seen from
+outside, the surface currents stand for the whole body. `body` computes how the metal inside responds to the tangential
+field.
 """

@@ -1,19 +1,25 @@
-"""What the metal within a target's surface does: fields that diffuse through its whole volume, of any thickness,
-conductivity and permeability.
+"""Response of the metal inside a target's surface: fields that diffuse through its whole volume.
 
-On the surface the field along it is the slope of a potential phi (no current leaves the body), which the body answers
-with a field T phi through the surface; vacuum in its place would with S phi. The jump of potential that stands for the
-body, seen from outside, is (1/T - 1/S) T phi (Calderon's relations: Steinbach, Numerical Approximation Methods for
-Elliptic Boundary Value Problems, 2008, chapter 6). Within, the field is the slope of phi carried on harmonically and
-what the currents add, which has nothing along the surface. In a box that is sines along two edges and cosines along the
-third for each component; every one of them decays by itself, with the square of its wave number lambda against g = j
-omega mu0 mu sigma, so that
+Any thickness, conductivity and permeability is allowed.
 
-    T = mu (S - D),    D = the sum of g / (lambda + g) times the square of what phi's slope has of it,
+Notes
+-----
+On the surface the tangential field is the gradient of a potential phi, because no current leaves the body. The body's
+response is a normal field T phi through the surface. Vacuum in its place would respond with S phi.
 
-without what is itself a slope of something, for that is no current. With sines and cosines that is exact; those used
-are splines with the same relations (`LineModes`; of the kind in Arnold, Falk and Winther, Acta Numerica 15, 2006), and
-T is stationary about the true field. Derived here.
+The body seen from outside is a jump of potential, (1/T - 1/S) T phi (Calderon's relations: Steinbach, Numerical
+Approximation Methods for Elliptic Boundary Value Problems, 2008, chapter 6).
+
+Inside, the field has two parts. The first is the gradient of the harmonic extension of phi. The second comes from the
+currents and has no tangential component on the surface. In a box, each component of the second part is a series of
+sines along two edges and cosines along the third. Each term decays on its own: the square of its wave number, lambda,
+competes with g = j omega mu0 mu sigma. So
+
+    T = mu (S - D),    D = sum over terms of g / (lambda + g) times the squared coefficient of grad phi,
+
+without the terms that are gradients themselves, because gradients carry no current. The formula is exact for sines and
+cosines. Here splines with the same relations are used (`LineModes`; of the kind in Arnold, Falk and Winther, Acta
+Numerica 15, 2006). T is stationary about the true field. Derived here.
 """
 
 from __future__ import annotations
@@ -31,31 +37,37 @@ from sitscad.kernels.electromagnetics.eddy.graded_line import PARITIES, LineMode
 
 @record(eq=False)
 class BodyEnergies:
-    """Energies (m) of a body's surface functions: `vacuum` (n, n) as potentials of vacuum within, S; and D `within` for
-    a g (1/m2), real and imaginary part, (2, n, n).
+    """Energies (m) of a body's surface functions.
+
+    `vacuum` (n, n) is S, the energy of the functions as potentials in vacuum. `within` takes a g (1/m2) and returns D,
+    its real and imaginary part (2, n, n).
     """
 
     vacuum: Array
     within: Callable[[complex], Array]
 
     def jump(self, square: complex, permeability: float) -> Array:
-        """S - T for g = `square` (1/m2) and a relative permeability: real and imaginary part, (2, n, n; m)."""
+        """Return S - T (2, n, n; m; real and imaginary part) for g = `square` (1/m2) and a relative permeability."""
         found = permeability * self.within(square)
         found[0] += (1.0 - permeability) * self.vacuum
         return found
 
 
 CONSTANT = 1e-9
-"""Stiffness, in parts of what a straight line has, below which a function is a constant."""
+"""Stiffness of a function, relative to a straight line's, below which the function counts as a constant."""
 
 
 def _is_constant(lines: Sequence[LineModes]) -> bool:
-    """Whether the product of the lines' last functions is a constant."""
+    """Whether the product of the last functions of all lines is a constant."""
     return all(line.stiffness * line.mass < CONSTANT for line in lines)
 
 
 def _unfelt(body: BodyEnergies, number: int) -> BodyEnergies:
-    """The body that answers one function, a constant, with nothing: no field, and kept from every other (m)."""
+    """Return a body (m) in which function `number`, a constant, has no response and no coupling to other functions.
+
+    A constant potential has no gradient and so no field. Its own energy is set to the mean diagonal of S, which keeps
+    the matrices invertible.
+    """
     vacuum = body.vacuum.copy()
     vacuum[number, number] = np.trace(vacuum) / len(vacuum)
 
@@ -68,15 +80,20 @@ def _unfelt(body: BodyEnergies, number: int) -> BodyEnergies:
 
 
 KINDS = tuple(kind for kind in product((0, 1), repeat=3) if any(kind))
-"""Functions of a box's surface by the axes along which they are those of the ends: of faces, edges and corners."""
+"""Kinds of surface functions of a box: for each axis, 1 if the factor along it is the function that is 1 at the end.
+
+A triple with one 1 is a function of a face, with two of an edge, with three of a corner.
+"""
 
 PAIRS = tuple((one, two) for k, one in enumerate(KINDS) for two in KINDS[k:])
-"""Every two kinds once."""
+"""All unordered pairs of kinds."""
 
 
 def on_surface(counts: Sequence[int]) -> Index:
-    """Numbers of products of so many functions along x, y and z that are not 0 on a box's surface, for the last along
-    each is not 0 at its end; -1 of others: no unit.
+    """Return numbers of the products of functions along x, y and z that are not zero on a box's surface.
+
+    `counts` are the numbers of functions along x, y and z. The last function along each axis is not 0 at the end of the
+    axis. The result (of shape `counts`, no unit) is -1 for products that are zero on the surface.
     """
     number = np.full(counts, -1)
     kept = np.zeros(number.shape, dtype=bool)
@@ -87,8 +104,13 @@ def on_surface(counts: Sequence[int]) -> Index:
 
 @record(eq=False)
 class _Axis:
-    # What functions along an axis are to each other (`LineModes`): by parities along x, y and z, then by functions
-    # along these, of length 1 but for its own axis. Where fewer are odd than even, they are filled up.
+    """Relations of the functions along one axis (`LineModes`), as arrays that broadcast over all products.
+
+    The first three dimensions are the parities along x, y and z, the last three are the functions along x, y and z.
+    Dimensions other than the own axis have length 1. If a parity has fewer functions than the other, the array is
+    padded.
+    """
+
     squares: Array
     ends: Array
     mass: Array
@@ -96,7 +118,7 @@ class _Axis:
 
     @classmethod
     def of(cls, modes: Mapping[int, LineModes], axis: int) -> _Axis:
-        """Those (1/m2, m, m, 1/m) of both parities along an axis."""
+        """Return the relations (1/m2, m, m, 1/m) of both parities along an axis."""
         both = [modes[parity] for parity in PARITIES]
         count = max(one.squares.size for one in both)
 
@@ -113,14 +135,22 @@ class _Axis:
 
 @record(eq=False)
 class _Driven:
-    # What two kinds of functions drive within (m): amounts by wave, to be summed `over` some axes, and of what has no
-    # wave along one of these by that.
+    """Squared coefficients (m) with which two kinds of functions drive fields inside the body.
+
+    `amounts` are by wave and are summed over the axes `over`. `level` holds, for an axis, the coefficients of fields
+    that do not vary along it.
+    """
+
     over: tuple[int, ...]
     amounts: Array
     level: Mapping[int, Array]
 
     def summed(self, waves: Array, level: Sequence[Array]) -> Array:
-        """D (m) by what waves and those with none along each axis are answered with (no unit): real and imaginary."""
+        """Return D (m; real and imaginary part) for one pair of kinds.
+
+        `waves` are the factors g / (lambda + g) (no unit) of all waves. `level` are the factors of fields that do not
+        vary along each axis.
+        """
         over = tuple(4 + axis for axis in self.over)
         found = (self.amounts * waves).sum(axis=over, keepdims=True)
         for axis, amounts in self.level.items():
@@ -130,23 +160,35 @@ class _Driven:
 
 @record(eq=False)
 class _Entries:
-    # Where values of pairs that are `used` stand in the matrix of a parity's functions.
+    """Positions of the pairs that are `used` in the matrix of one parity's functions."""
+
     size: int
     rows: Index
     columns: Index
     used: Flags
 
     def filled(self, values: Array) -> Array:
-        """The symmetric matrices (n, size, size) of values (n, pairs), in their unit."""
+        """Return symmetric matrices (n, size, size) from values (n, pairs), in their unit."""
         found = np.zeros((len(values), self.size, self.size))
         found[:, self.rows, self.columns] = found[:, self.columns, self.rows] = values[:, self.used]
         return found
 
 
 def box_bodies(lines: Sequence[Mapping[int, LineModes]], kept: Flags) -> list[BodyEnergies]:
-    """Boxes of every parity along x, y and z, whose functions are products of those along these by parity. Each has
-    those `kept` (parities, functions) of all that `on_surface` numbers, if along every axis as many were odd as are
-    even.
+    """Return the bodies of a box, one for each parity along x, y and z.
+
+    Parameters
+    ----------
+    lines : sequence of mapping of int to LineModes
+        relations of the functions along x, y and z, by parity. Surface functions are products of functions along the
+        axes.
+    kept : array of bool
+        flags (parities, functions) of the functions in use, in the numbers of `on_surface`. Those numbers assume as
+        many odd functions as even ones along every axis.
+
+    Returns
+    -------
+    One `BodyEnergies` (m) for each parity, in the order of `kept`.
     """
     axes = [_Axis.of(line, axis) for axis, line in enumerate(lines)]
     number = on_surface([axis.squares.shape[3 + k] + 1 for k, axis in enumerate(axes)])
@@ -169,7 +211,7 @@ def box_bodies(lines: Sequence[Mapping[int, LineModes]], kept: Flags) -> list[Bo
 
     @lru_cache(maxsize=1)
     def answers(square: complex) -> Array:
-        """D (m) of every pair for a g (1/m2): real and imaginary part, (2, parities, pairs)."""
+        """Return D (m) of every pair for a g (1/m2): real and imaginary part, (2, parities, pairs)."""
         x, y, z = (axis.squares for axis in axes)
         answered = (_parts(np.asarray(square / (some + square))) for some in (total, y + z, x + z, x + y))
         to_waves, *to_level = answered
@@ -185,7 +227,7 @@ def box_bodies(lines: Sequence[Mapping[int, LineModes]], kept: Flags) -> list[Bo
 def _of_parity(
     number: int, kept: Flags, vacuum: Array, pairs: Index, answers: Callable[[complex], Array]
 ) -> BodyEnergies:
-    """The body of one parity's kept functions, by energies and answers (m) of pairs of functions."""
+    """Return the body of one parity's kept functions from the energies and D (m) of all pairs of functions."""
     place, used = np.cumsum(kept) - 1, kept[pairs[0]] & kept[pairs[1]]
     rows, columns = place[pairs[:, used]]
     entries = _Entries(int(np.count_nonzero(kept)), rows, columns, used)
@@ -193,7 +235,7 @@ def _of_parity(
 
 
 def _product(factors: Sequence[Array]) -> Array:
-    """The product of arrays, in that of their units."""
+    """Return the product of arrays that broadcast together, in the product of their units."""
     found = factors[0]
     for one in factors[1:]:
         found = found * one
@@ -201,13 +243,16 @@ def _product(factors: Sequence[Array]) -> Array:
 
 
 def _parts(values: ComplexArray) -> Array:
-    """Real and imaginary parts along a first axis, in the values' unit."""
+    """Return real and imaginary parts along a new first axis, in the values' unit."""
     return np.stack([values.real, values.imag])
 
 
 def _own(axes: Sequence[_Axis], shared: Sequence[int]) -> Array:
-    """The integral (m) of the product of the slopes of two functions, `shared` being how many of both are those of the
-    end along each axis: where both are, over that axis; elsewhere by the place of the one that is not.
+    """Return the integral (m) of the product of the gradients of two functions.
+
+    `shared` counts, for each axis, how many of the two have the end function as their factor. If both have, the factor
+    is one number for the axis. Otherwise the result keeps the axis, by the number of the function that is not the end
+    function.
     """
     total, masses = np.zeros((1,) * 6), np.ones((1,) * 6)
     for axis, count in zip(axes, shared, strict=True):
@@ -218,10 +263,19 @@ def _own(axes: Sequence[_Axis], shared: Sequence[int]) -> Array:
 
 
 def disc_body(radial: LineModes, turning: tuple[Array, Array], wall: LineModes, around: float) -> BodyEnergies:
-    """A disc's functions of one order round the axis and one parity across it, integrated `around` (rad): those of the
-    face, of which the last is 1 at the edge, and those of the `wall` without that. `turning` are currents that run
-    along the faces with no potential in their plane: their squares (1/m2), and the squares (no unit) of what the last
-    radial function drives of them.
+    """Return the body (m) of a disc's functions of one order round the axis and one parity across the disc.
+
+    Parameters
+    ----------
+    radial : LineModes
+        relations of the face's functions along the radius. The last one is 1 at the edge.
+    turning : tuple[array, array]
+        squares (1/m2) of the currents that run along the faces with no potential in their plane, and the squared
+        coefficients (no unit) with which the last radial function drives them.
+    wall : LineModes
+        relations of the wall's functions along the height. Its last function is joined with the last radial one.
+    around : float
+        integral (rad) of the squared azimuthal function.
     """
     inner, through = radial.squares[:, None], wall.squares[None]
     edge, count = inner.size, inner.size + 1 + through.size
@@ -241,7 +295,7 @@ def disc_body(radial: LineModes, turning: tuple[Array, Array], wall: LineModes, 
 
     @lru_cache(maxsize=1)
     def within(square: complex) -> Array:
-        """D (m) for a g (1/m2), of both phases: real and imaginary part."""
+        """Return D (m) for a g (1/m2): real and imaginary part."""
         found = np.zeros((count, count), dtype=complex)
         waves, level, turned = (square / (one + square) for one in (total, inner, squares))
         found[face, face] = (both * up**2 * waves).sum(axis=1) + (steady * level)[:, 0]

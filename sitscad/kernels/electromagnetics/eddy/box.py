@@ -1,8 +1,8 @@
-"""Eddy currents on a box: rectangular targets, side walls and edges included.
+"""Eddy currents on a box: rectangular targets with side walls and edges.
 
-Stream functions are products of splines along two edges, continuous over the box's edges; its three mirror planes part
-them into eight classes. The inductance of two of them is the sum over Gaussians of products of one-dimensional
-integrals (`GaussianSum`), so the double integrals over the surface cost no more than matrix products and have no
+Stream functions are products of splines along two edges and are continuous over the box's edges. The box's three mirror
+planes divide them into eight classes. The inductance of two functions is a sum over Gaussians of products of
+one-dimensional integrals (`GaussianSum`). So the double integrals over the surface are matrix products and have no
 singular points.
 """
 
@@ -33,18 +33,23 @@ from sitscad.kernels.electromagnetics.special_functions import gauss
 Parity = tuple[int, int, int]
 
 ACROSS = ((1, 2), (0, 2), (0, 1))
-"""The two axes along a face, by the axis across it."""
+"""The two axes in the plane of a face, by the axis normal to the face."""
 
 TURN = (1.0, -1.0, 1.0)
-"""Sign of n x grad psi along those axes: -dpsi/db along a and dpsi/da along b, the other way on faces across y."""
+"""Sign of n x grad psi along the axes a and b of a face, by the axis normal to the face.
+
+n x grad psi is -dpsi/db along a and dpsi/da along b. Faces normal to y have the opposite sign.
+"""
 
 THICKNESS = 2
 
 
 @record(eq=False)
 class BoxFunctions:
-    """Stream functions of one parity along x, y and z, of all of them those that are `kept`. `numbers` say which one of
-    a face is, (functions along a, along b) by the axis across the face; `inductance` is in H.
+    """Stream functions of one parity along x, y and z.
+
+    `numbers` (functions along a, along b) are the numbers of each face's functions, by the axis normal to the face.
+    `kept` flags the functions in use among all. `inductance` is in H.
     """
 
     parity: Parity
@@ -55,29 +60,29 @@ class BoxFunctions:
 
     @cached_property
     def energies(self) -> Energies:
-        """Energies within the body and outside: see `StreamFunctions`."""
+        """Energies inside the body and outside (see `StreamFunctions`)."""
         return energies(self.inductance, self.body)
 
 
 @record(eq=False)
 class BoxClass:
-    """Currents (A) of one parity; `projections` by axis (see `GradedLine.projections`)."""
+    """Currents (A) of one parity. `projections` are by axis (see `GradedLine.projections`)."""
 
     functions: BoxFunctions
     projections: tuple[tuple[Array, Array], ...]
 
     @property
     def parity(self) -> Parity:
-        """Parity along x, y and z, no unit."""
+        """Parity along x, y and z (no unit)."""
         return self.functions.parity
 
     @property
     def in_plane(self) -> tuple[int, int]:
-        """The class's parities along x and y, no unit."""
+        """Parities along x and y (no unit)."""
         return self.parity[:2]
 
     def drive(self, potential: Array) -> Array:
-        """Flux linkages (Wb): see `CurrentClass`."""
+        """Return flux linkages (Wb; see `CurrentClass`)."""
         found = np.zeros((self.functions.kept.size, potential.shape[-1]))
         for across, (a, b) in enumerate(ACROSS):
             both = self._face(potential, across)
@@ -90,7 +95,7 @@ class BoxClass:
         return found[self.functions.kept]
 
     def spread(self, functions: Array) -> Array:
-        """What linkages make of potentials (m), and currents (A m): see `CurrentClass`."""
+        """Return the weights (m) of potentials in the linkages, which are also currents (A m; see `CurrentClass`)."""
         pieces, whole = [], np.zeros((self.functions.kept.size, functions.shape[1]))
         whole[self.functions.kept] = functions
         for across, (a, b) in enumerate(ACROSS):
@@ -104,7 +109,7 @@ class BoxClass:
         return np.concatenate(pieces)
 
     def _face(self, potential: Array, across: int) -> Array:
-        """Both faces' potentials across an axis: (2, points along a, along b, 3, fields; Wb/m)."""
+        """Return the potentials (2, points along a, along b, 3, fields; Wb/m) on both faces normal to an axis."""
         counts = [self.projections[axis][0].shape[1] for axis in range(3)]
         sizes = [2 * counts[a] * counts[b] for a, b in ACROSS]
         a, b = ACROSS[across]
@@ -114,8 +119,11 @@ class BoxClass:
 
 @record(eq=False)
 class Box:
-    """A box about its middle, how many points fields are taken at along x, y and z, and the wave number (1/m) beyond
-    which currents need not go along two edges at once: only at edges do they change faster, and along these no more.
+    """A box centred on the origin.
+
+    `counts` are the numbers of field points along x, y and z. `shortest` is a wave number (1/m): functions that vary
+    faster along two edges at once are left out. Currents change faster than that only near an edge and across it, not
+    along it.
     """
 
     lines: tuple[GradedLine, ...]
@@ -124,7 +132,7 @@ class Box:
 
     @cached_property
     def points(self) -> Array:
-        """Points (m) of the faces across x, y and z, the upper one of each first: see `Surface`."""
+        """Field points (m) on the faces normal to x, y and z, the upper face of each pair first (see `Surface`)."""
         places = [line.half * gauss(count)[0] for line, count in zip(self.lines, self.counts, strict=True)]
         pieces = []
         for across, (a, b) in enumerate(ACROSS):
@@ -137,13 +145,13 @@ class Box:
 
     @property
     def largest(self) -> int:
-        """How many functions the largest class has, no unit: the one even along x, y and z."""
+        """Number of functions of the largest class, which is even along x, y and z (no unit)."""
         number = _numbers(self.lines)
         return int(np.count_nonzero(_of_parity(self.lines, (1, 1, 1), number, self.shortest)[1]))
 
     @cached_property
     def mirrored(self) -> tuple[Index, Index]:
-        """Numbers (points,; no unit) of the points mirrored across x = 0 and y = 0: see `Surface`."""
+        """Numbers (points; no unit) of the points mirrored across x = 0 and y = 0 (see `Surface`)."""
         pieces: tuple[list[Index], list[Index]] = [], []
         start = 0
         for across, (a, b) in enumerate(ACROSS):
@@ -156,7 +164,7 @@ class Box:
 
     @cached_property
     def classes(self) -> tuple[BoxClass, ...]:
-        """The eight parities, with inductances in H: see `Surface`."""
+        """Current classes of the eight parities, with inductances in H (see `Surface`)."""
         sizes = zip(self.lines, self.counts, strict=True)
         known = [line.projections(count) for line, count in sizes]
         return tuple(
@@ -167,7 +175,10 @@ class Box:
 
 @lru_cache(maxsize=1)
 def _functions(lines: tuple[GradedLine, ...], shortest: float) -> tuple[BoxFunctions, ...]:
-    """The functions of every parity, waves up to a number (1/m) along two edges."""
+    """Return the functions of every parity.
+
+    Functions whose wave numbers exceed `shortest` (1/m) along two edges at once are left out.
+    """
     reach = 2.0 * math.hypot(*(line.half for line in lines))
     finest = min(float(line.steps.min()) for line in lines)
     gaussians = gaussian_sum(0.25 * finest, reach)
@@ -184,15 +195,20 @@ def _functions(lines: tuple[GradedLine, ...], shortest: float) -> tuple[BoxFunct
 
 
 def _numbers(lines: Sequence[GradedLine]) -> Index:
-    """Numbers (no unit) of all products of functions along the lines, as if along each as many were odd as are even."""
+    """Return numbers (no unit) of all products of functions along the lines that are not zero on the surface.
+
+    Along each line, the parity with more functions sets the count.
+    """
     return on_surface([max(one.squares.size for one in line.modes.values()) + 1 for line in lines])
 
 
 def _of_parity(
     lines: Sequence[GradedLine], parity: Parity, number: Index, shortest: float
 ) -> tuple[tuple[Index, ...], Flags]:
-    """Which functions the faces of a parity have, by the `number` of all (no unit), and which are kept: those that do
-    not go along two edges at once with waves beyond the `shortest` (1/m).
+    """Return the numbers (no unit) of the functions on the faces of one parity, and flags of the kept functions.
+
+    `number` holds the numbers of all products. Functions that vary along two edges at once with wave numbers beyond
+    `shortest` (1/m) are not kept.
     """
     modes = [line.modes[one] for line, one in zip(lines, parity, strict=True)]
     places = [np.append(np.arange(one.squares.size), count - 1) for one, count in zip(modes, number.shape, strict=True)]
@@ -205,8 +221,11 @@ def _of_parity(
 
 @record(eq=False)
 class _Folded:
-    # A line's integrals of one parity by Gaussian and, as the last one, its tail, of every two functions once: `mass`
-    # (m2), `slope` (no unit); `end` as in `LineIntegrals`; `which` of them are those of two functions (n, n).
+    """Integrals of a line's functions of one parity, by Gaussian and with the tail last, each pair of functions once.
+
+    `mass` is in m2, `slope` has no unit, `end` is as in `LineIntegrals`. `which` (n, n) is the number of each pair.
+    """
+
     mass: Array
     slope: Array
     end: Array
@@ -214,7 +233,7 @@ class _Folded:
 
 
 def _folded(line: GradedLine, scales: Array) -> dict[int, _Folded]:
-    """A line's integrals (m2, no unit), by parity."""
+    """Return a line's integrals (m2, no unit), by parity."""
     found = {}
     for parity, own in line.integrals(scales).items():
         upper = np.triu_indices(own.mass.shape[1])
@@ -230,14 +249,18 @@ def _inductance(
     lines: Sequence[GradedLine], parity: Parity, gaussians: GaussianSum, own: Sequence[_Folded],
     numbers: Sequence[Index], kept: Flags,
 ) -> Array:
-    """The inductance matrix (n, n; H) of the kept functions. Derived here: Neumann's integral of n x grad psi with 1/R
-    as `GaussianSum`, which is a product of one-dimensional integrals for every Gaussian.
+    """Return the inductance matrix (n, n; H) of the kept functions.
+
+    Notes
+    -----
+    Neumann's integral of n x grad psi, with 1/R as a `GaussianSum`: for every Gaussian it is a product of
+    one-dimensional integrals. Derived here.
     """
     place = np.where(kept, np.cumsum(kept) - 1, -1)
     count = int(np.count_nonzero(kept))
     inductance = np.zeros((count, count))
     for across in range(3):
-        # the two faces across an axis, each with itself and with the other (m; times mu0 / (4 pi) H)
+        # the two faces normal to an axis, each with itself and with the other (m; times mu0 / (4 pi): H)
         first, second = ACROSS[across]
         one, two = own[first], own[second]
         other = np.exp(-((2.0 * lines[across].half * gaussians.scales) ** 2))
@@ -247,7 +270,7 @@ def _inductance(
         inductance[np.ix_(at, at)] += found[one.which[i[:, None], i], two.which[j[:, None], j]]
         ends = gaussians.weights[:, None] * two.end
         both = (ends[:, :, None] * one.end[:, None]).reshape(len(ends), -1)
-        # and those of faces at right angles to each other
+        # couplings of faces at right angles to each other
         between = -4.0 * own[across].mass[:-1].T @ both
         rows, (i, b) = _kept_of(place[_with_axis(numbers[first], across, first)])
         columns, (j, a) = _kept_of(place[_with_axis(numbers[second], across, second)])
@@ -260,7 +283,7 @@ def _inductance(
 
 
 def _kept_of(places: Index) -> tuple[Index, tuple[Index, ...]]:
-    """Places of a face's kept functions, those above -1, and their numbers along its edges: no unit."""
+    """Return the places (no unit) of a face's kept functions, those above -1, and their numbers along its edges."""
     at = np.nonzero(places >= 0)
     return places[at], at
 
@@ -268,8 +291,18 @@ def _kept_of(places: Index) -> tuple[Index, tuple[Index, ...]]:
 def box(
     size: tuple[float, float, float], first: float, widest: float, counts: tuple[int, int, int], finer: int = FINER
 ) -> Box:
-    """A box of that size along x, y and z (m), knots `first` apart at edges and `widest` in faces (m), and how many
-    points fields are taken at along its edges; `finer` as in `graded_line`.
+    """Return a box with its spline mesh.
+
+    Parameters
+    ----------
+    size : tuple[float, float, float]
+        lengths along x, y and z (m)
+    first, widest : float
+        distances of the knots at the edges and in the middle of the faces (m)
+    counts : tuple[int, int, int]
+        numbers of field points along x, y and z
+    finer : int, optional
+        nodes for each knot (see `graded_line`)
     """
     through = min(first, 0.22 * size[THICKNESS]), max(0.25 * size[THICKNESS], first)
     steps = (first, widest), (first, widest), through
@@ -278,18 +311,21 @@ def box(
 
 
 SHORTEST = 3.0
-"""Wave number of currents along both edges of a face, over one by the distance of knots in its middle: with all of them
-changes of L differ by 2e-4 of themselves at most, losses by 4e-4."""
+"""Wave number of currents along both edges of a face, times the distance of knots in its middle.
+
+With all functions, changes of L differ by at most 2e-4 of themselves, losses by 4e-4.
+"""
 
 
 def _with_axis(numbers: Index, first: int, across: int) -> Index:
-    """A face's numbers with that axis first."""
+    """Return a face's numbers with axis `first` as the first dimension."""
     return numbers if ACROSS[across][0] == first else numbers.T
 
 
 def _projected(field: Array, along_a: Array, along_b: Array) -> Array:
-    """A field's integrals (functions along a, along b, ...) from its values at points (along a, along b, ...): of a
-    pose's few fields einsum would take longer to find its way than to go it.
+    """Return a field's integrals (functions along a, along b, ...) from its values at points (along a, along b, ...).
+
+    Two matrix products are faster here than einsum, whose search for a path costs more than the few fields of a pose.
     """
     half = along_a @ field.reshape(field.shape[0], -1)
     return along_b @ half.reshape(len(along_a), *field.shape[1:])

@@ -1,9 +1,12 @@
-"""The vector potential above a flat coil of any shape, tabulated once from its real tracks.
+"""Vector potential above a flat coil of any shape, tabulated once from its real tracks.
 
-Currents of every layer are spread on a grid by cubic splines, taken to wave numbers, and carried upwards like
-exp(-k z) (particles on a mesh; Hockney and Eastwood 1988). A mirror behind the coil returns every wave by its own
-factor. Grids get coarser with every doubling of the height; between their nodes cubic splines serve, between heights
-cubics in the height's logarithm. The grid repeats the coil; the repeated ones are dipoles by then, and taken off.
+Cubic splines assign the currents of every layer to a grid. Their Fourier transform is continued upwards by exp(-k z)
+(particle-mesh method; Hockney and Eastwood 1988). A mirror reflects every wave by its own factor. A mirror can lie
+behind the coil, in front of it, or both.
+
+The grid is twice as coarse for every doubling of the height. Cubic splines interpolate between its nodes, and cubics in
+the logarithm of the height between heights. The grid repeats the coil periodically. The repeated coils are far enough
+to be dipoles, and their field is subtracted.
 """
 
 from __future__ import annotations
@@ -28,37 +31,48 @@ Table = NDArray[np.complex64]
 Returned = Callable[[Array], ComplexArray]
 
 FINE, ROOM = 0.36, 3.6
-"""Grid's spacing over the lowest height, and its side over the coil's diameter and the reach together."""
+"""Grid spacing over the lowest height, and side of the grid over the coil's diameter.
+
+If half the diameter plus the reach is larger than the diameter, it takes the diameter's place.
+"""
 
 LEVELS, OCTAVES = 5, 7
-"""Heights tabulated for each doubling, and how often the lowest height is doubled."""
+"""Heights tabulated per octave, and number of octaves (doublings of the lowest height)."""
 
 STRANDS = 2
 """Filaments across a track, at the Gauss points of its width."""
 
 LATTICE_REST = 9.0336217 - 4.0 - math.sqrt(2.0)
-"""Sum of 1/n^3 over the square lattice without its origin and the eight neighbours (Borwein et al. 2013: the whole sum
-is 4 zeta(3/2) beta(3/2) = 9.0336)."""
+"""Sum of 1/n^3 over the square lattice without its origin and the eight neighbours.
+
+The whole sum is 4 zeta(3/2) beta(3/2) = 9.0336 (Borwein et al. 2013).
+"""
 
 AT_ONCE = 8192
-"""Points that are looked up at once: what is worked out for them on the way stays in a processor's cache."""
+"""Points interpolated at once, so that intermediate arrays stay in a processor's cache."""
 
 REPEATED = 14
-"""Images of images between two mirrors, on each side, that stand for the field far away."""
+"""Images of images between two mirrors, on each side, that represent the field far away."""
 
 FAR, FAR_BETWEEN, WAVES = 0.5, 0.25, 6
-"""Height over a dipole, in the grid's side, from which the field of its repetitions is taken as waves; between two
-mirrors, where many images are about there, already from half of that on; and how many waves along x and y, each way:
-the next one is exp(-2 pi x 7 x 0.25) of a dipole, 2e-5. Nearer, the even field is off by up to 5e-4 of the coil's."""
+"""Height above a dipole, in sides of the grid, from which the field of its repetitions is a sum of waves.
+
+FAR_BETWEEN is that height between two mirrors, where many images lie near it. WAVES is the number of waves along x and
+y in each direction. The next wave is exp(-2 pi x 7 x 0.25) of a dipole, 2e-5. At lower heights, the uniform field is in
+error by up to 5e-4 of the coil's field.
+"""
 
 SMOOTH = 24
-"""Points along a side from which the smooth field of the repeated coils is interpolated."""
+"""Points along a side of the grid from which the smooth field of the repeated coils is interpolated."""
 
 
 @record
 class _Dipole:
-    # A small loop for the whole coil: moment (m2), height of its middle (m); `ends` (x + i y; m) leads from the first
-    # end of the tracks to the last, for a winding alone is open.
+    """A small loop that stands for the whole coil: moment (m2) and height of its middle (m).
+
+    `ends` (x + i y; m) is the vector from the first end of the tracks to the last, because a winding alone is open.
+    """
+
     moment: float
     height: float
     ends: complex
@@ -66,10 +80,14 @@ class _Dipole:
 
 @record(eq=False)
 class _Octave:
-    # One octave of heights over grids of a spacing (m) on a side (m): `waves` are the potential's at the top mid-plane
-    # (m; spline coefficients), and at a mirror `above` that (m) those which it returns; `dipoles` the coil's, which
-    # repeat beyond the grid. `values` (levels, side, side) are potentials at the heights that were asked for, `known`
-    # (single precision: 1e-7 of them is far below their error).
+    """Potentials on grids at the heights of one octave.
+
+    The grid has a `spacing` and a `side` (m). `waves` is the transform of the potential (m; spline coefficients) at the
+    mid-plane `top` of the top layer. `falling` is the transform of the waves that a mirror at a distance `above` (m)
+    reflects, or None. `dipoles` are the coil's, which repeat beyond the grid. `values` (levels, side, side) are
+    potentials at the levels in `known`. Single precision is enough: its 1e-7 is far below their error.
+    """
+
     lowest: float
     spacing: float
     side: float
@@ -82,7 +100,7 @@ class _Octave:
     falling: ComplexArray | None = None
 
     def table(self, wanted: Sequence[int]) -> Table:
-        """Potentials (Wb/m) on grids, those of the levels that are wanted worked out."""
+        """Return potentials (Wb/m) on the grids, after computing the `wanted` levels that are missing."""
         missing = sorted({*wanted} - self.known)
         count = len(self.waves)
         k, whole = _wave_numbers(count, self.spacing)
@@ -96,7 +114,7 @@ class _Octave:
             to_grid = _to_grid(count)
             repeated = np.asarray(to_grid @ found.reshape(SMOOTH, SMOOTH) @ to_grid.T)
             waves = self.waves * np.exp(-k * height)[whole]
-            if self.falling is not None:  # the last levels, through which cubics go, are above the mirror
+            if self.falling is not None:  # the last levels serve the cubics alone, above the mirror
                 waves += self.falling * np.exp(-k * max(self.above - height, -self.above))[whole]
             self.values[level] = np.fft.ifft2(waves) - repeated
             self.known.add(level)
@@ -105,8 +123,10 @@ class _Octave:
 
 @record(eq=False)
 class CoilPotential:
-    """Potential of a coil with 1 A at any place above it, its centre at x = y = 0, with its images in mirrors below and
-    above; `nearest` is the least height (m) over the top track's mid-plane at which it holds.
+    """Potential of a coil with 1 A at any place above it, with its centre at x = y = 0.
+
+    The coil's images in mirrors below and above are included. The table holds from the height `nearest` (m) above the
+    mid-plane of the top track.
     """
 
     top: float
@@ -116,8 +136,9 @@ class CoilPotential:
     dipoles: tuple[_Dipole, ...]
 
     def __call__(self, points: Array) -> ComplexArray:
-        """A_x + i A_y (n; Wb/m) at points (n, 3) in metres; A_z is 0. Far away the coil is a dipole
-        (`_dipole_potential`).
+        """Return A_x + i A_y (n; Wb/m) at points (n, 3) in metres; A_z is 0.
+
+        Far away the coil is a dipole (`_dipole_potential`).
         """
         height = np.maximum(points[:, 2] - self.top, self.nearest)
         octave = np.floor(np.log2(height / self.nearest) + 1e-12).astype(np.intp)
@@ -137,15 +158,17 @@ class CoilPotential:
 
 @record(eq=False)
 class Plane:
-    """A mirror at a height `z` (m): the factor (no unit) by which waves of wave numbers (1/m) come back. It is -1, as
-    of a perfect conductor, where `returned` is None.
+    """A mirror at a height `z` (m).
+
+    `returned` gives the reflection factor (no unit) by wave number (1/m). If None, the factor is -1, for a perfect
+    conductor.
     """
 
     z: float
     returned: Returned | None = None
 
     def factor(self, k: Array) -> ComplexArray:
-        """The factor of each wave number (1/m)."""
+        """Return the reflection factor (no unit) of each wave number (1/m)."""
         return np.full(k.shape, -1.0 + 0.0j) if self.returned is None else self.returned(k)
 
 
@@ -153,11 +176,33 @@ def coil_potentials(
     tracks: Sequence[PolylineTrack], nearest: float, reach: float, floor: Plane | None = None,
     roof: Plane | None = None, is_lossy: bool = False,
 ) -> tuple[CoilPotential, ...]:
-    """The potential (Wb/m) of tracks in series, layers one above the other, currents along their corners. It holds from
-    `nearest` (m) over the top mid-plane and is finest within `reach` (m) of the centre. A wave of sheet current makes
-    mu0 / 2 k of it, which falls with height like exp(-k z) (Laplace's equation, textbook). A mirror below (`floor`)
-    returns waves by its factor, and so does one above (`roof`), below which the potential holds; between both they go
-    to and fro. Of lossy mirrors that is the real part, and a second potential is what they return out of phase.
+    """Tabulate the potential (Wb/m) of tracks in series, layers above each other, with the current along their corners.
+
+    Parameters
+    ----------
+    tracks : sequence of PolylineTrack
+        layers of the coil
+    nearest : float
+        least height above the top mid-plane at which the table holds (m)
+    reach : float
+        radius about the centre in which the table is finest (m)
+    floor : Plane or None, optional
+        mirror below the coil, if any
+    roof : Plane or None, optional
+        mirror above the coil, if any. The table holds below it
+    is_lossy : bool, optional
+        whether to return a second potential
+
+    Returns
+    -------
+    tuple of CoilPotential
+        the potential, by the real parts of the reflection factors. If `is_lossy`, also the potential that the mirrors
+        reflect out of phase
+
+    Notes
+    -----
+    A wave of sheet current has the potential mu0 / 2 k times itself, which falls with height like exp(-k z) (Laplace's
+    equation, textbook). Between two mirrors, waves are reflected repeatedly.
     """
     top = max(track.z for track in tracks)
     extent = 2.0 * max(float(np.abs(track.corners).max()) for track in tracks)
@@ -197,8 +242,10 @@ def coil_potentials(
 
 
 def _between(k: Array, top: float, floor: Plane | None, roof: Plane | None) -> tuple[ComplexArray, ComplexArray]:
-    """How many times (no unit) waves of wave numbers (1/m) rise at the top mid-plane's height (m) for once without a
-    roof, the geometric series of what goes to and fro; and what part of them falls from the roof, there.
+    """Return the amplification of rising waves (no unit) by a roof, and the part of them that falls from the roof.
+
+    Both are at the height `top` (m) of the top mid-plane, by wave number (1/m). With a floor, repeated reflections form
+    a geometric series.
     """
     if roof is None:
         return np.ones(k.shape, dtype=complex), np.zeros(k.shape, dtype=complex)
@@ -214,8 +261,10 @@ def _octave(
     rising: ComplexArray, falling: ComplexArray | None, side: float, lowest: float, top: float, above: float,
     dipoles: tuple[_Dipole, ...], number: int
 ) -> _Octave:
-    """A coil's potential (Wb/m) on grids over one octave of heights, without the dipoles that repeat beyond the grid;
-    the spline's own values at the nodes, (2 + cos) / 3 of a wave, are divided out.
+    """Return a coil's potential (Wb/m) on grids over one octave of heights.
+
+    The dipoles that repeat beyond the grid are removed. The waves are divided by the spline's own values at the nodes,
+    (2 + cos) / 3 of a wave.
     """
     whole = rising.shape[0]
     count = min(max(2 * math.ceil(0.5 * whole / 2**number), 64), whole)
@@ -225,7 +274,7 @@ def _octave(
     along[1::2] *= -1.0  # which moves the coil to the middle of the grid
 
     def coarse(waves: ComplexArray) -> ComplexArray:
-        """Fewer waves, as a spline's coefficients."""
+        """Return the longest waves as the coefficients of a spline on the coarser grid."""
         return np.asarray(waves[np.ix_(kept, kept)] / (along[:, None] * along) * (count / whole) ** 2)
 
     values = np.empty((LEVELS + 3, count, count), dtype=np.complex64)
@@ -234,8 +283,9 @@ def _octave(
 
 
 def _wave_numbers(count: int, spacing: float) -> tuple[Array, tuple[Index, Index]]:
-    """Wave numbers (1/m) of a grid of a spacing (m): those of a quarter of a Fourier transform's waves, and which of
-    them each of all (count, count) has.
+    """Return wave numbers (1/m) of one quarter of a Fourier transform, for a grid of a spacing (m).
+
+    Also return the index into that quarter for each wave of the whole transform (count, count).
     """
     number = np.minimum(np.arange(count), count - np.arange(count))
     k = 2.0 * math.pi / (count * spacing) * np.arange(count // 2 + 1)
@@ -245,9 +295,10 @@ def _wave_numbers(count: int, spacing: float) -> tuple[Array, tuple[Index, Index
 
 @lru_cache(maxsize=2)
 def _spread_spectrum(corners: bytes, width: float, count: int, spacing: float) -> ComplexArray:
-    """Spectrum (count, count) of a layer's sheet current (A/m, x + i y) on the grid, rows along y; of its track's
-    `corners` (n, 2; m). What the splines smear is divided out: their transform is sinc^4 (Hockney and Eastwood 1988).
-    Every other layer repeats.
+    """Return the spectrum (count, count) of a layer's sheet current (A/m, x + i y) on the grid, with rows along y.
+
+    `corners` are the bytes of the track's corners (n, 2; m), so that layers which repeat are cached. The spectrum is
+    divided by the splines' transform, sinc^4 (Hockney and Eastwood 1988).
     """
     track = PolylineTrack(np.frombuffer(corners).reshape(-1, 2), width, 0.0, 0.0)
     nodes, weights = gauss(STRANDS)
@@ -265,7 +316,7 @@ def _spread_spectrum(corners: bytes, width: float, count: int, spacing: float) -
 
 
 def _pieces(corners: Array, spacing: float) -> tuple[Array, ComplexArray]:
-    """Gauss points (m) of pieces no longer than the spacing (m), and length (x + i y, m) of each."""
+    """Return Gauss points (m) of pieces no longer than the spacing (m), and the length (x + i y, m) of each."""
     sides = np.diff(corners, axis=0)
     counts = np.ceil(np.hypot(*sides.T) / spacing).astype(np.intp)
     owner = np.repeat(np.arange(len(sides)), counts)
@@ -280,8 +331,9 @@ def _pieces(corners: Array, spacing: float) -> tuple[Array, ComplexArray]:
 
 
 def _spline(x: Array) -> tuple[Index, Array]:
-    """The four nodes (n, 4) about every place (n; spacings) and the weights (n, 4; no unit) of the cubic B-spline there
-    (de Boor, A Practical Guide to Splines, 1978).
+    """Return the four nodes (n, 4) about every place (n; in spacings) and their cubic B-spline weights (n, 4; no unit).
+
+    Source: de Boor, A Practical Guide to Splines, 1978.
     """
     first = np.floor(x).astype(np.intp)
     t = x - first
@@ -292,20 +344,22 @@ def _spline(x: Array) -> tuple[Index, Array]:
 
 
 def _looked_up(octave: _Octave, points: Array, height: Array, half: float) -> ComplexArray:
-    """The potential (n; Wb/m) at points (n, 2; m) and heights (n; m), by cubic splines on the grids and Lagrange's
-    polynomial over the logarithm of the height (Abramowitz and Stegun 25.2.13).
+    """Return the potential (n; Wb/m) at points (n, 2; m) and heights (n; m).
+
+    Cubic splines interpolate on the grids, and Lagrange's polynomial over the logarithm of the height (Abramowitz and
+    Stegun 25.2.13).
     """
     count = len(octave.waves)
     (columns, along_x), (rows, along_y) = (_spline((points[:, axis] + half) / octave.spacing) for axis in (0, 1))
     level = np.log2(height / octave.lowest) * LEVELS + 1.0
     lowest = np.clip(np.floor(level).astype(np.intp) - 1, 0, LEVELS - 1)
     t = level - lowest
-    # Lagrange's weights of values at 0, 1, 2, 3.
+    # Lagrange's weights for values at 0, 1, 2, 3
     a, b, c, d = t, t - 1.0, t - 2.0, t - 3.0
     up = np.stack([-b * c * d / 6.0, 0.5 * a * c * d, -0.5 * a * b * d, a * b * c / 6.0], axis=1)
     starts = np.flatnonzero(np.bincount(lowest)).tolist()
     flat = octave.table([first + k for first in starts for k in range(4)]).reshape(-1)
-    # four neighbours along x are taken out as one record: numpy gathers records in half the time of rows of four
+    # four neighbours along x are gathered as a single record: numpy needs half the time of rows of four
     runs = np.ndarray((len(flat) - 3,), dtype=f"V{4 * flat.itemsize}", buffer=flat, strides=(flat.itemsize,))
     base = (lowest * count + rows[:, 0]) * count + columns[:, 0]
     found, part = np.zeros((8, len(points))), np.empty((8, len(points)))
@@ -318,8 +372,10 @@ def _looked_up(octave: _Octave, points: Array, height: Array, half: float) -> Co
 
 
 def _images(k: float, floor: Plane | None, roof: Plane | None) -> tuple[tuple[float, float, complex], ...]:
-    """What waves of a wave number (1/m) see of a coil: itself and its images by `way`, shift (m) and strength (no
-    unit; images of horizontal currents), what is at z being seen at way z + shift.
+    """Return a coil and its images, as seen by waves of a wave number (1/m).
+
+    Each is a `way` (1 or -1), a shift (m) and a strength (no unit) for horizontal currents. A current at z has its
+    image at way z + shift.
     """
     at, found = np.array([k]), [(1.0, 0.0, 1.0 + 0.0j)]
     ends = [None if plane is None else complex(plane.factor(at)[0]) for plane in (floor, roof)]
@@ -340,8 +396,10 @@ def _images(k: float, floor: Plane | None, roof: Plane | None) -> tuple[tuple[fl
 def _dipoles(
     tracks: Sequence[PolylineTrack], images: Sequence[tuple[float, float, complex]], of: Callable[[Any], Any]
 ) -> tuple[_Dipole, ...]:
-    """The coil and its images as dipoles (areas in m2 by Gauss's shoelace formula, ends in m), those parts of their
-    strengths: real or imaginary.
+    """Return the coil and its images (`_images`) as dipoles.
+
+    Areas (m2) are by Gauss's shoelace formula, ends are in m. `of` selects the real or the imaginary part of the
+    strengths.
     """
     areas, ends = [], []
     for track in tracks:
@@ -354,8 +412,10 @@ def _dipoles(
 
 
 def _dipole_potential(points: Array, dipole: _Dipole) -> ComplexArray:
-    """A_x + i A_y (n; Wb/m) of a loop's moment, mu0 / (4 pi) m x r / r^3 (Jackson, Classical Electrodynamics, equation
-    5.55), and of its open ends as one short piece of current, at points (n, 3; m).
+    """Return A_x + i A_y (n; Wb/m) of a dipole at points (n, 3; m).
+
+    The loop has mu0 / (4 pi) m x r / r^3 (Jackson, Classical Electrodynamics, equation 5.55). Its open ends are one
+    short piece of current.
     """
     square = points[:, 0] ** 2 + points[:, 1] ** 2 + (points[:, 2] - dipole.height) ** 2
     around = dipole.moment * 1j * (points[:, 0] + 1j * points[:, 1]) / (square * np.sqrt(square))
@@ -365,11 +425,26 @@ def _dipole_potential(points: Array, dipole: _Dipole) -> ComplexArray:
 def _repeated(
     points: Array, place: Array, dipoles: Sequence[_Dipole], side: float, height: float
 ) -> ComplexArray:
-    """A_x + i A_y (n; Wb/m) that a grid with a side (m) makes of loops beside the loops' own, at points (n, 3; m) of
-    one height over a square of `place` (m) along x and y: that of all others, repeated in steps of the side. Near to
-    the plane of a loop these are eight dipoles, and the even field of all the rest; from a `height` (m) on all of them
-    together are a few waves (Fourier's series of 1 / r), so that the grid makes next to nothing of the loop's own.
-    Derived here.
+    """Return A_x + i A_y (n; Wb/m) of the periodic repetitions of dipoles, without the dipoles themselves.
+
+    Parameters
+    ----------
+    points : array
+        points of one height on a square grid (n, 3; m)
+    place : array
+        coordinates of the grid along x and along y (m)
+    dipoles : sequence of _Dipole
+        the coil and its images
+    side : float
+        period of the repetitions (m)
+    height : float
+        distance from a dipole's plane from which its repetitions are a sum of waves (m)
+
+    Notes
+    -----
+    Near the plane of a dipole, the repetitions are eight neighbouring dipoles and the uniform field of all others.
+    Farther away, all of them together are a few waves (Fourier series of 1 / r). There the grid hardly adds to the
+    dipole's own field. Derived here.
     """
     found = np.zeros(len(points), dtype=complex)
     far = []
@@ -380,14 +455,14 @@ def _repeated(
         around = side * np.array([[i, j, 0.0] for i, j in product((-1, 0, 1), repeat=2) if i or j])
         neighbours = (points - around[:, None]).reshape(-1, 3)
         found += _dipole_potential(neighbours, dipole).reshape(-1, len(points)).sum(axis=0)
-        # an even field B along z has the potential B x r / 2, that is i B (x + i y) / 2
+        # a uniform field B along z has the potential B x r / 2, or i B (x + i y) / 2 as a complex number
         even = -MU0 * dipole.moment / (4.0 * math.pi) * LATTICE_REST / side**3
         found += 0.5j * even * (points[:, 0] + 1j * points[:, 1])
     if not far:
         return found
     along = 2.0 * math.pi / side * np.arange(-WAVES, WAVES + 1)
     k = np.hypot(along[:, None], along)
-    k[WAVES, WAVES] = math.inf  # no even part: a potential that is everywhere the same drives nothing
+    k[WAVES, WAVES] = math.inf  # no constant term: a uniform potential drives no current
     every = np.zeros(k.shape, dtype=complex)
     for dipole in far:
         decay = np.exp(-k * abs(float(points[0, 2]) - dipole.height)) / k
@@ -399,5 +474,8 @@ def _repeated(
 
 @lru_cache(maxsize=OCTAVES)
 def _to_grid(count: int) -> Array:
-    """What takes a smooth field at Gauss points of a side to its grid's nodes: (count, SMOOTH), no unit."""
+    """Return the matrix (count, SMOOTH; no unit) that interpolates a smooth field to the nodes of a grid.
+
+    The field is given at the Gauss points of the grid's side.
+    """
     return interpolation(SMOOTH, 2.0 * np.arange(count) / count - 1.0)

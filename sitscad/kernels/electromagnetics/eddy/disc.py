@@ -1,8 +1,9 @@
-"""Eddy currents on a disc: round targets, side wall and edges included.
+"""Eddy currents on a disc: round targets with side wall and edges.
 
-Stream functions are cos(m phi) or sin(m phi) times splines along the meridian, from the axis over the edge down the
-wall; orders m, cosine and sine, and both parities across the disc stand alone. Their inductances are integrals over the
-meridian with the circles' mean of cos(n phi) / distance, whose logarithm is integrated by itself.
+Stream functions are cos(m phi) or sin(m phi) times splines along the meridian, which runs from the axis over the edge
+down the wall. Orders m, cosine and sine, and both parities across the disc are independent. Inductances are integrals
+over the meridian of the mean of cos(n phi) / distance between circles. Its logarithmic singularity is integrated
+separately.
 """
 
 from __future__ import annotations
@@ -31,18 +32,36 @@ from sitscad.kernels.electromagnetics.eddy.surface import Energies, energies, ma
 from sitscad.kernels.electromagnetics.special_functions import gauss
 
 STABLE, BEYOND = 0.3, 21.0
-"""Argument's acosh up to which the recursion is stable upwards; orders beyond the highest from which it starts
-downwards, times the argument's acosh (Gil and Segura, Comput. Phys. Commun. 124, 2000)."""
+"""Argument's acosh below which the upward recursion is stable, and extra orders for the downward recursion.
+
+Downwards, the recursion starts BEYOND / acosh orders above the highest (Gil and Segura, Comput. Phys. Commun. 124,
+2000).
+"""
 
 BANDS = (STABLE, 2.0 * STABLE, 4.0 * STABLE, 8.0 * STABLE, math.inf)
-"""Bands of the argument's acosh for which it starts at one order."""
+"""Limits of the argument's acosh between which the downward recursion starts at one common order."""
 
 
 def toroidal(excess: Array, order: int) -> Array:
-    """Q_(n - 1/2)(1 + excess), a Legendre function of the second kind, for n = 0 to `order`, first axis, no unit;
-    `excess` (> 0) of any shape. The integral of cos(n phi) / distance over phi is 2 Q / sqrt(r1 r2) for circles of
-    radii r1 and r2, 1 + excess being (r1^2 + r2^2 + z^2) / (2 r1 r2) (Cohl and Tohline, Astrophysical Journal 527,
-    1999); recursion after Gil and Segura (2000).
+    """Return Q_(n - 1/2)(1 + excess), a Legendre function of the second kind (no unit), for n = 0 to `order`.
+
+    Parameters
+    ----------
+    excess : array
+        argument less 1, positive, any shape
+    order : int
+        highest n
+
+    Returns
+    -------
+    array
+        (order + 1, shape of `excess`)
+
+    Notes
+    -----
+    The integral of cos(n phi) / distance over phi is 2 Q / sqrt(r1 r2) for circles of radii r1 and r2, with 1 + excess
+    = (r1^2 + r2^2 + z^2) / (2 r1 r2) (Cohl and Tohline, Astrophysical Journal 527, 1999). The recursion is from Gil and
+    Segura (2000).
     """
     x = excess.ravel()
     first, elliptic_e = _elliptic(np.sqrt(x / (x + 2.0)))
@@ -58,7 +77,7 @@ def toroidal(excess: Array, order: int) -> Array:
         rising[n + 1] *= 2 * n / (n + 0.5)
         rising[n + 1] -= (n - 0.5) / (n + 0.5) * rising[n - 1]
     found[:, near] = rising[: order + 1]
-    # by ratios of one order to the one below, from far beyond: no number grows too large
+    # downward recursion of the ratios of successive orders, from far above the highest: no overflow
     for low, high in pairwise(BANDS):
         some = np.flatnonzero((steepness >= low) & (steepness < high))
         argument, ratios = 1.0 + x[some], np.empty((order + 1, some.size))
@@ -75,8 +94,9 @@ def toroidal(excess: Array, order: int) -> Array:
 
 
 def _elliptic(complement: Array) -> tuple[Array, Array]:
-    """K and E, no unit, by the arithmetic-geometric mean of 1 and the complementary modulus (Abramowitz and Stegun
-    17.6).
+    """Return the complete elliptic integrals K and E (no unit) from the complementary modulus.
+
+    Method: arithmetic-geometric mean of 1 and the complementary modulus (Abramowitz and Stegun 17.6).
     """
     a, b = np.ones_like(complement), complement
     total, weight = 0.5 * (1.0 - complement**2), 1.0
@@ -86,7 +106,7 @@ def _elliptic(complement: Array) -> tuple[Array, Array]:
         total += weight * difference * difference
         weight *= 2.0
         if np.abs(difference).max(initial=0.0) < 1e-9:
-            break  # its square is nothing, and so is what is left
+            break  # the remaining terms are below rounding
     first = 0.5 * np.pi / a
     return first, first * (1.0 - total)
 
@@ -95,17 +115,18 @@ POINTS = 3
 """Gauss points of a piece of the meridian."""
 
 NEAR = 2.5
-"""Distance, in lengths of a piece, up to which the logarithm is integrated by itself."""
+"""Distance, in lengths of a piece, up to which the logarithm is integrated separately."""
 
 COINCIDENT = 1e-3
-"""Distance, in lengths of a piece, at which a point is taken to see itself."""
+"""Distance, in lengths of a piece, assumed between a point and itself."""
 
 
 @record(eq=False)
 class Meridian:
-    """The upper half of a disc's outline from the axis to the edge and down to the middle plane, as Gauss points.
-    `places` (n, 2) are radius and height (m), `weights` lengths (m), `on_face` tells the face's points from the wall's;
-    `starts` and `ends` (pieces, 2) are those of its straight pieces.
+    """Upper half of a disc's outline, from the axis to the edge and down to the middle plane, as Gauss points.
+
+    `places` (n, 2) are radius and height (m), `weights` are lengths (m). `on_face` is true for points of the face and
+    false for points of the wall. `starts` and `ends` (pieces, 2) are the ends of the straight pieces.
     """
 
     starts: Array
@@ -122,8 +143,10 @@ class Meridian:
 
 @record(eq=False)
 class DiscFunctions:
-    """Stream functions of one order m and one parity across the disc, cos(m phi) or sin(m phi) times those along the
-    meridian: `values` and `slopes` (points of the meridian, n).
+    """Stream functions of one order m and one parity across the disc.
+
+    Each is cos(m phi) or sin(m phi) times a function of the meridian. `values` and `slopes` (points of the meridian, n)
+    are the values and derivatives of the functions of the meridian.
     """
 
     order: int
@@ -135,8 +158,10 @@ class DiscFunctions:
 
     @cached_property
     def projections(self) -> tuple[Array, Array, Array, Array]:
-        """What a potential drives along circles and radii of a face, circles and heights of the wall: (its points along
-        the meridian, n; m). Derived here from the current n x grad psi of a stream function psi.
+        """Weights (points, n; m) with which a potential drives the functions, for its four components.
+
+        The components are along circles and radii of a face, then along circles and heights of the wall. Derived here
+        from the current n x grad psi of a stream function psi.
         """
         disc, shape = self.disc, self.disc.meridian
         on_face = shape.on_face
@@ -152,30 +177,30 @@ class DiscFunctions:
 
     @cached_property
     def body(self) -> BodyEnergies:
-        """Energies (m) of the functions as potentials on the disc: see `StreamFunctions`."""
+        """Energies (m) of the functions as potentials on the disc (see `StreamFunctions`)."""
         radial, around = self.disc.radials[self.order], 2.0 * math.pi if self.order == 0 else math.pi
         return disc_body(radial.modes, radial.turning, self.disc.wall.modes[self.parity], around)
 
     @cached_property
     def energies(self) -> Energies:
-        """Energies within the body and outside: see `StreamFunctions`."""
+        """Energies inside the body and outside (see `StreamFunctions`)."""
         return energies(self.inductance, self.body)
 
 
 @record(eq=False)
 class DiscClass:
-    """Currents of one order, one parity across the disc, and one phase: "cos" or "sin"."""
+    """Currents of one order, one parity across the disc, and one phase ("cos" or "sin")."""
 
     functions: DiscFunctions
     phase: str
 
     @property
     def in_plane(self) -> tuple[int, str]:
-        """The class's order and phase round the axis, no unit."""
+        """Order and phase round the axis (no unit)."""
         return self.functions.order, self.phase
 
     def drive(self, potential: Array) -> Array:
-        """Flux linkages (Wb): see `CurrentClass`."""
+        """Return flux linkages (Wb; see `CurrentClass`)."""
         count, fields = self.functions.disc.counts[0], potential.shape[-1]
         rings = potential.reshape(-1, 3 * self.functions.disc.angles.size, fields)
         faces = rings[:count] - self.functions.parity * rings[count : 2 * count]
@@ -186,7 +211,7 @@ class DiscClass:
         return np.asarray(round_face.T @ along + out_face.T @ out + round_wall.T @ round_it + up_wall.T @ up)
 
     def spread(self, functions: Array) -> Array:
-        """What linkages make of potentials (m), and currents (A m): see `CurrentClass`."""
+        """Return the weights (m) of potentials in the linkages, which are also currents (A m; see `CurrentClass`)."""
         along, out, round_it, up = (one @ functions for one in self.functions.projections)
         on_face, on_wall = self._waves
         face = on_face[0, :, None] * along[:, None] + on_face[1, :, None] * out[:, None]
@@ -195,8 +220,9 @@ class DiscClass:
 
     @cached_property
     def _waves(self) -> tuple[Array, Array]:
-        """What potentials at the points of a circle count for, along it and out of a face, along it and up the wall:
-        (2, points times 3; no unit).
+        """Weights (2, points times 3; no unit) of the potential at the points of a circle, for a face and for the wall.
+
+        For a face: along the circle and outwards. For the wall: along the circle and upwards.
         """
         order, angle = self.functions.order, self.functions.disc.angles
         wave, turned = np.cos(order * angle), np.sin(order * angle)
@@ -211,8 +237,10 @@ class DiscClass:
 
 @record(eq=False)
 class Radial:
-    """Functions of one order along the radius, by their values at the nodes (no unit); `modes` are what they are to
-    each other, masses and stiffnesses over radius times its step, and `turning` what `disc_body` calls so.
+    """Functions of one order along the radius, by their values at the nodes (no unit).
+
+    `modes` are their relations, with masses and stiffnesses integrated over radius times its step. `turning` is the
+    argument of `disc_body` with that name.
     """
 
     values: Array
@@ -222,8 +250,10 @@ class Radial:
 
 @record(eq=False)
 class Disc:
-    """A disc about its middle: half lines of face and wall, how many points fields are taken at along the radius and
-    the height, and the highest order of cos(m phi).
+    """A disc centred on the origin.
+
+    `face` and `wall` are the lines along the radius and the height; half of each line is used. `counts` are the numbers
+    of field points along radius and height. `orders` is the highest order of cos(m phi).
     """
 
     face: GradedLine
@@ -233,20 +263,21 @@ class Disc:
 
     @property
     def mirrored(self) -> None:
-        """None, no unit: it has no such planes, for orders and phases part its currents farther than those do (see
-        `Surface`).
+        """None (no unit): mirror planes are not used for a disc.
+
+        Orders and phases divide its currents into more classes than mirror planes do (see `Surface`).
         """
         return None
 
     @cached_property
     def angles(self) -> Array:
-        """Azimuths (rad) at which fields are taken."""
+        """Azimuths (rad) of the field points."""
         count = 2 * self.orders + 2
         return np.asarray(2.0 * math.pi / count * np.arange(count))
 
     @cached_property
     def points(self) -> Array:
-        """Points (m) of the upper face, the lower face and the wall: see `Surface`."""
+        """Field points (m) of the upper face, the lower face and the wall (see `Surface`)."""
         radius = 0.5 * self.face.half * (1.0 + gauss(self.counts[0])[0])
         height = self.wall.half * gauss(self.counts[1])[0]
         cosine, sine = np.cos(self.angles), np.sin(self.angles)
@@ -255,8 +286,10 @@ class Disc:
 
     @cached_property
     def resolved(self) -> tuple[Array, Array, Array]:
-        """What takes fields at the points along a radius to the meridian's on the face, and those along the height to
-        the wall's and to what is mirrored below: (points of the meridian, points), no unit.
+        """Interpolation matrices (points of the meridian, field points; no unit).
+
+        The first goes from the radius to the face. The second goes from the height to the wall, the third to the wall's
+        mirror image below.
         """
         on_face, places = self.meridian.on_face, self.meridian.places
         height = places[~on_face, 1] / self.wall.half
@@ -265,7 +298,7 @@ class Disc:
 
     @cached_property
     def meridian(self) -> Meridian:
-        """The disc's outline (m)."""
+        """Half of the disc's outline (m), from the axis over the face down the wall."""
         # Gauss points of half the disc's section, from the axis over the face down the wall
         radii, heights = self.face.nodes[self.face.nodes.size // 2 :], self.wall.nodes[self.wall.nodes.size // 2 :]
         top = np.stack([radii, np.full_like(radii, self.wall.half)], axis=1)
@@ -280,7 +313,7 @@ class Disc:
 
     @cached_property
     def classes(self) -> tuple[DiscClass, ...]:
-        """Orders, parities and phases, with inductances in H: see `Surface`."""
+        """Current classes by order, parity and phase, with inductances in H (see `Surface`)."""
         same, other = (_kernel(self.meridian, side, self.orders + 1) for side in (1.0, -1.0))
         kernels = {parity: same - parity * other for parity in PARITIES}
         found = []
@@ -294,8 +327,9 @@ class Disc:
 
     @cached_property
     def radials(self) -> tuple[Radial, ...]:
-        """Functions of every order along the radius (m; no unit): near the axis they go like rho^m, or rho^2 and rho^3
-        beyond that.
+        """Functions (no unit) of every order m along the radius (m).
+
+        Near the axis they go like rho^m up to m = 3. Higher even orders go like rho^2, higher odd orders like rho^3.
         """
         middle, found = self.face.nodes.size // 2, []
         radii = self.face.nodes[middle:]
@@ -307,7 +341,7 @@ class Disc:
         return tuple(found)
 
     def _functions(self, order: int, parity: int) -> tuple[Array, Array]:
-        """Values (no unit) and slopes (1/m) along the meridian at its points."""
+        """Return values (no unit) and slopes (1/m) along the meridian at its points."""
         face = self.radials[order].values
         wall = self.wall.values[parity][self.wall.nodes.size // 2 :][::-1]
         joined = face.shape[1] - 1
@@ -323,13 +357,17 @@ class Disc:
     def _inductance(
         self, order: int, parity: int, kernels: Mapping[int, Array], values: Array, slopes: Array
     ) -> Array:
-        """Inductance (n, n; H) of one order and parity: Neumann's integral, with the kernels (m) of currents along the
-        disc that are even and odd across it. Currents along x +- i y have the orders m +- 1 (derived here).
+        """Return the inductance (n, n; H) of one order and parity.
+
+        Notes
+        -----
+        Neumann's integral, with the kernels (m) of currents along the disc that are even and odd across it. Currents
+        along x +- i y have the orders m +- 1 (derived here).
         """
         radius, on_face = self.meridian.places[:, 0][:, None], self.meridian.on_face[:, None]
         wall, out = ~self.meridian.on_face, np.where(on_face, order * values, 0.0)
         up, walls = order * values[wall], np.ix_(wall, wall)
-        # cos(m phi) round the axis and sin(m phi) outwards are waves of m + 1 and m - 1 along x +- i y
+        # currents with cos(m phi) round the axis and sin(m phi) outwards have orders m + 1 and m - 1 along x +- i y
         more, less = slopes * radius - out, slopes * radius + out
         total = up.T @ kernels[-parity][order][walls] @ up
         for current, turned in ((more, order + 1), (less, abs(order - 1))):
@@ -340,8 +378,10 @@ class Disc:
 
 
 def _radial(radii: Array, nodes: Array, order: int) -> Radial:
-    """Functions (no unit) of an order m by their values at radii (m): integrals over radius times its step of products
-    of functions and of gradients, (d/d rho)^2 + m^2 / rho^2 (textbook).
+    """Return the functions (no unit) of an order m from their values `nodes` at radii (m).
+
+    Relations are integrals over radius times its step of products of functions and of gradients, (d/d rho)^2 + m^2 /
+    rho^2 (textbook).
     """
     at, share = gauss(4)
     steps = np.diff(radii)
@@ -365,14 +405,28 @@ def disc(
     diameter: float, thickness: float, first: float, widest: float, counts: tuple[int, int], orders: int,
     finer: int = FINER,
 ) -> Disc:
-    """A disc of that diameter and thickness (m); see `box` and `Disc`."""
+    """Return a disc with its spline mesh.
+
+    Parameters
+    ----------
+    diameter, thickness : float
+        size of the disc (m)
+    first, widest : float
+        distances of the knots at the edges and in the middle of the face (m)
+    counts : tuple[int, int]
+        numbers of field points along the radius and the height
+    orders : int
+        highest order of cos(m phi)
+    finer : int, optional
+        nodes for each knot (see `graded_line`)
+    """
     face = graded_line(0.5 * diameter, first, widest, finer)
     wall = graded_line(0.5 * thickness, min(first, 0.22 * thickness), max(0.25 * thickness, first), finer)
     return Disc(face, wall, counts, orders)
 
 
 def _circles(radius: Array, height: Array, cosine: Array, sine: Array) -> Array:
-    """Points (circles times azimuths, 3; m) on circles of radii and heights (n; m)."""
+    """Return points (circles times azimuths, 3; m) on circles of radii and heights (n; m)."""
     found = np.empty((radius.size, cosine.size, 3))
     found[..., 0], found[..., 1] = radius[:, None] * cosine, radius[:, None] * sine
     found[..., 2] = height[:, None]
@@ -380,13 +434,18 @@ def _circles(radius: Array, height: Array, cosine: Array, sine: Array) -> Array:
 
 
 def _kernel(shape: Meridian, side: float, orders: int) -> Array:
-    """Integrals (orders + 1, points, points; m) of cos(n phi) / distance for every pair of points, with both weights:
-    `toroidal`. `side` -1 sees the mirror image below the middle plane. Near pieces: what is left of the integrand
-    without the logarithm of the distance, and that in closed form or by graded points (derived here).
+    """Return integrals (orders + 1, points, points; m) of cos(n phi) / distance for every pair of points.
+
+    Both quadrature weights are included. `side` -1 takes the mirror image of the second point below the middle plane.
+
+    Notes
+    -----
+    The integrals are `toroidal` functions. For near pieces the integrand's logarithm of the distance is subtracted and
+    integrated in closed form or by graded points (derived here).
     """
     image = np.array([1.0, side])
     places, weights = shape.places, shape.weights
-    # of every two points once
+    # each pair of points once
     one, two = np.triu_indices(len(places))
     square = np.sum((places[one] - places[two] * image) ** 2, axis=1)
     if side > 0.0:
@@ -413,8 +472,10 @@ def _kernel(shape: Meridian, side: float, orders: int) -> Array:
 
 
 def _log_weights(points: Array, starts: Array, ends: Array) -> Array:
-    """Weights (n, POINTS; no unit) of a function's values at a piece's Gauss points in its integral with ln(distance
-    from a point), the piece's length being 1: by points graded like x^4 about the nearest place.
+    """Return weights (n, POINTS; no unit) for the integral of a function times ln(distance from a point) over a piece.
+
+    The function is given at the piece's Gauss points, and the piece's length is 1. Points are graded like x^4 about the
+    nearest place.
     """
     along = ends - starts
     nearest = np.clip(np.einsum("nc,nc->n", points - starts, along) / np.einsum("nc,nc->n", along, along), 0.0, 1.0)

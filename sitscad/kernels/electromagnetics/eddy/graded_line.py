@@ -1,7 +1,7 @@
-"""Smooth functions along one edge of a box or the radius of a disc: cubic splines, dense towards both ends.
+"""Smooth functions along one edge of a box or the radius of a disc: cubic splines, with knots dense towards both ends.
 
-At a metal's edge a current grows like a root of the distance, so knots crowd there geometrically. Every spline is held
-as its values at nodes some times finer, straight between them: then all integrals with Gaussians are closed.
+At a metal's edge a current grows like a root of the distance, so knots crowd there geometrically. Every spline is
+stored as its values at finer nodes and is linear between them. Then all integrals with Gaussians have a closed form.
 """
 
 from __future__ import annotations
@@ -23,12 +23,16 @@ STEP = 0.45
 
 @record(eq=False)
 class GaussianSum:
-    """1/R as the sum of `weights` exp(-(scales R)^2) (1/m) for R between two distances: products of functions of x, y
-    and z, so that integrals over boxes fall apart. Nearer, on a surface, it lacks `tail` (m) times a delta function.
+    """Approximation of 1/R as the sum of `weights` exp(-(scales R)^2) (1/m), for R between two distances.
 
+    Each term is a product of functions of x, y and z, so integrals over boxes separate. On a surface, nearer points
+    contribute `tail` (m) times a delta function, which the sum lacks.
+
+    Notes
+    -----
     1/R = 2/sqrt(pi) times the integral of exp(-s^2 R^2) over s, by the trapezoidal rule in ln s (Beylkin and Monzon,
-    Appl. Comput. Harmon. Anal. 28, 2010). Currents without sources do not feel a constant, so long wavelengths may be
-    left out.
+    Appl. Comput. Harmon. Anal. 28, 2010). Long wavelengths may be left out, because a constant does not couple to
+    currents without sources.
     """
 
     scales: Array
@@ -37,8 +41,9 @@ class GaussianSum:
 
 
 def gaussian_sum(nearest: float, farthest: float) -> GaussianSum:
-    """The sum that holds from `nearest` to `farthest` (m): the trapezoidal rule of `GaussianSum`, its tail the integral
-    over larger s.
+    """Return the sum that holds from `nearest` to `farthest` (m).
+
+    It is the trapezoidal rule of `GaussianSum`. Its tail is the integral over larger s.
     """
     count = math.ceil(math.log(40.0 * farthest / nearest) / STEP)
     scales = 0.05 / farthest * np.exp(STEP * np.arange(count + 1))
@@ -47,8 +52,23 @@ def gaussian_sum(nearest: float, farthest: float) -> GaussianSum:
 
 
 def repeated_integrals(scales: Array, u: Array) -> tuple[Array, Array, Array, Array]:
-    """First to fourth integral (m to as many) of exp(-s^2 u^2) over u (n; m, rising from 0 or more) from 0, of odd and
-    even parity, each (scales, n); scales s in 1/m. n I_n+1 = u I_n + I_n-1 / 2 s^2 (Abramowitz and Stegun 7.2.5).
+    """Return the first to fourth repeated integral of exp(-s^2 u^2) over u from 0.
+
+    Parameters
+    ----------
+    scales : array
+        s (1/m)
+    u : array
+        upper limits (n), rising from 0 or more (m)
+
+    Returns
+    -------
+    four arrays (scales, n)
+        in m, m2, m3 and m4. Their parity alternates, beginning with odd
+
+    Notes
+    -----
+    n I_n+1 = u I_n + I_n-1 / 2 s^2 (Abramowitz and Stegun 7.2.5).
     """
     first, second, third, fourth = np.empty((4, scales.size, u.size))
     for k, s in enumerate(scales.tolist()):
@@ -65,7 +85,7 @@ def repeated_integrals(scales: Array, u: Array) -> tuple[Array, Array, Array, Ar
 
 
 FAR, ERF_STEPS = 6.0, 512
-"""From where on erf is 1 to rounding; its known places for every 1 of its argument."""
+"""Argument from which erf is 1 to rounding, and tabulated values of erf per unit of its argument."""
 
 
 @lru_cache(maxsize=1)
@@ -74,8 +94,10 @@ def _known_erf() -> Array:
 
 
 def _erf(x: Array, falling: Array) -> Array:
-    """erf(x) (no unit) to rounding, for x from 0 to `FAR` and `falling` exp(-x^2): Taylor's series from the nearest
-    known place, whose next term is below 1e-16 (derivatives: Abramowitz and Stegun 7.1.19).
+    """Return erf(x) (no unit) to rounding, for x from 0 to `FAR`; `falling` is exp(-x^2).
+
+    It is Taylor's series from the nearest tabulated value. The next term is below 1e-16 (derivatives: Abramowitz and
+    Stegun 7.1.19).
     """
     place = np.rint(x * ERF_STEPS)
     t = x - place / ERF_STEPS
@@ -86,18 +108,20 @@ def _erf(x: Array, falling: Array) -> Array:
 
 
 RATIO, FINER, DEGREE = 1.7, 6, 3
-"""Growth of knot distances from the ends inwards, nodes for each of them, degree of the splines."""
+"""Growth of knot distances from the ends inwards, nodes for each knot, and degree of the splines."""
 
 PARITIES = (1, -1)
 
 EQUAL = 1e-12
-"""Difference of two distances, in parts of half the line, up to which they are one: rounding."""
+"""Difference of two distances, relative to half the line, below which they are equal up to rounding."""
 
 
 @record(eq=False)
 class LineIntegrals:
-    """Integrals for every Gaussian: `mass` (m2) of two functions, `slope` (no unit) of two slopes (scales, n, n), and
-    `end` (scales, n; no unit) of a slope against the upper end.
+    """Integrals with every Gaussian.
+
+    `mass` (scales, n, n; m2) is of two functions, `slope` (scales, n, n; no unit) of two slopes. `end` (scales, n; no
+    unit) is of a slope against the upper end.
     """
 
     mass: Array
@@ -107,9 +131,11 @@ class LineIntegrals:
 
 @record(eq=False)
 class LineModes:
-    """What functions of one parity are to each other along a line, or of one order along a radius: all but the last are
-    0 at the end, of unit mass, and share neither mass nor stiffness, which is `squares` (n - 1; 1/m2). The last one is
-    1 at the end and shares no stiffness with them; `ends` are the masses it shares, `mass` and `stiffness` its own.
+    """Relations of the functions of one parity along a line, or of one order along a radius.
+
+    All but the last function are 0 at the end. They have unit mass, are orthogonal in mass and stiffness, and have the
+    stiffnesses `squares` (n - 1; 1/m2). The last function is 1 at the end and orthogonal to them in stiffness. `ends`
+    are its mass products with them, `mass` and `stiffness` its own values.
     """
 
     squares: Array
@@ -119,8 +145,10 @@ class LineModes:
 
 
 def line_modes(mass: Array, stiffness: Array) -> tuple[Array, LineModes]:
-    """The combinations (n, n; columns, no unit) of functions that do so, from their mass and stiffness (textbook): the
-    last of the functions is the only one that is not 0 at the end, and 1 there.
+    """Return combinations of functions (n, n; columns, no unit) as in `LineModes`, and their relations.
+
+    `mass` and `stiffness` are the matrices of the functions (textbook). Only the last function is not 0 at the end, and
+    it is 1 there.
     """
     root = np.linalg.inv(np.linalg.cholesky(mass[:-1, :-1]))
     squares, vectors = np.linalg.eigh(root @ stiffness[:-1, :-1] @ root.T)
@@ -134,9 +162,10 @@ def line_modes(mass: Array, stiffness: Array) -> tuple[Array, LineModes]:
 
 @record(eq=False)
 class GradedLine:
-    """Functions on [-half, half] (m), even ones under 1 and odd ones under -1: values at the nodes, (nodes, n). Only
-    the last of each is not 0 at the end, and it is 1 there: a constant and a straight line. `modes` say what they are
-    to each other.
+    """Functions on [-half, half] (m): even ones under the key 1, odd ones under -1, as values (nodes, n) at the nodes.
+
+    Only the last function of each parity is not 0 at the end. It is 1 there: a constant or a straight line. `modes` are
+    the relations of the functions.
     """
 
     half: float
@@ -150,21 +179,22 @@ class GradedLine:
         return np.diff(self.nodes)
 
     def bends(self, parity: int) -> Array:
-        """Jumps of the slope (1/m) at every node, those at both ends from and to 0: (nodes, n)."""
+        """Return the jumps of the slope (nodes, n; 1/m). Beyond both ends the slope is 0."""
         slopes = np.diff(self.values[parity], axis=0) / self.steps[:, None]
         nothing = np.zeros_like(slopes[:1])
         return np.diff(np.concatenate([nothing, slopes, nothing]), axis=0)
 
     def integrals(self, scales: Array) -> dict[int, LineIntegrals]:
-        """Integrals with exp(-s^2 (x - x')^2) for every s (1/m), by parity: by parts (derived here), the jumps of the
-        slopes with repeated integrals.
+        """Return integrals with exp(-s^2 (x - x')^2) for every s (1/m), by parity.
+
+        Integration by parts leaves the jumps of the slopes times repeated integrals (derived here).
         """
-        # half of the line, its mirrored other half folded in: every function and its bends are even or odd
+        # half of the line is enough: every function and its bends are even or odd
         middle = self.nodes.size // 2
         x = self.nodes[middle:]
         share = np.ones((x.size, 1))
         share[: self.nodes.size % 2] = 0.5
-        # each distance of nodes once, for they come in equal steps: (scales, on which side, nodes, nodes)
+        # each distance of nodes once, because nodes have equal steps: (scales, side, nodes, nodes)
         apart = np.stack([np.abs(x[:, None] - x), x[:, None] + x])
         steps = np.round(apart / (EQUAL * self.half)).astype(np.int64)
         _, distinct, which = np.unique(steps, return_index=True, return_inverse=True)
@@ -183,12 +213,13 @@ class GradedLine:
         return found
 
     def grams(self, parity: int) -> tuple[Array, Array]:
-        """Integrals of products of functions (n, n; m) and of slopes (n, n; 1/m)."""
+        """Return integrals of products of functions (n, n; m) and of products of slopes (n, n; 1/m)."""
         return _grams(self.nodes, self.values[parity])
 
     def projections(self, count: int) -> dict[int, tuple[Array, Array]]:
-        """What turns values of a smooth field at `count` Gauss points into its integrals with functions (m) and slopes
-        (no unit), by parity: (n, count) each, exact for polynomials of degree `count` - 1.
+        """Return matrices (n, count) that integrate a smooth field with functions (m) and slopes (no unit), by parity.
+
+        The field is given at `count` Gauss points. The matrices are exact for polynomials of degree `count` - 1.
         """
         at, share = gauss(4)
         part = 0.5 * (1.0 + at[:, None])
@@ -203,8 +234,10 @@ class GradedLine:
 
 
 def _sandwiched(functions: Sequence[Array], here: Array, mirrored: Array) -> list[Array]:
-    """Even and odd functions (nodes, n), turned over, times each of many matrices (m, nodes, nodes) times the
-    functions, with what the mirrored half of the line does: (m, n, n), in the product of their units.
+    """Return f' M f (m, n, n) for even and for odd functions f (nodes, n), in the product of their units.
+
+    M are matrices (m, nodes, nodes): `here` plus (even) or minus (odd) `mirrored`, the matrix of the line's mirrored
+    half.
     """
     found = []
     for one, between in zip(functions, (here + mirrored, here - mirrored), strict=True):
@@ -213,9 +246,9 @@ def _sandwiched(functions: Sequence[Array], here: Array, mirrored: Array) -> lis
 
 
 def interpolation(count: int, places: Array) -> Array:
-    """What takes values at `count` Gauss points to their polynomial at `places` (n) between -1 and 1: (n, count), no
-    unit. By its Legendre coefficients, (k + 1/2) times the integral with P_k (Jackson, Classical Electrodynamics,
-    equation 3.24).
+    """Return the matrix (n, count; no unit) that interpolates from `count` Gauss points to `places` (n) in -1 to 1.
+
+    Legendre coefficients are (k + 1/2) times the integral with P_k (Jackson, Classical Electrodynamics, equation 3.24).
     """
     nodes, weights = gauss(count)
     order = np.arange(count)
@@ -225,10 +258,22 @@ def interpolation(count: int, places: Array) -> Array:
 
 @lru_cache(maxsize=8)
 def graded_line(half: float, first: float, widest: float, finer: int = FINER) -> GradedLine:
-    """The line from -half to half; knots `first` apart at the ends, `widest` in the middle (m), `finer` nodes each.
-    B-splines by Cox and de Boor's recursion (de Boor, A Practical Guide to Splines, 1978), the end knots repeated.
+    """Return the line from -half to half with its splines.
+
+    Parameters
+    ----------
+    half : float
+        half of its length (m)
+    first, widest : float
+        distance of the knots at the ends and largest distance in the middle (m)
+    finer : int, optional
+        nodes for each knot
+
+    Notes
+    -----
+    B-splines by Cox and de Boor's recursion (de Boor, A Practical Guide to Splines, 1978), with repeated end knots.
     """
-    # knots from -half to half (m), the first step from each end given, none wider than `widest`
+    # knots from -half to half (m): the first step at each end is `first`, none is wider than `widest`
     steps: list[float] = []
     while sum(steps) < half:
         steps.append(min(first * RATIO ** len(steps), widest))
@@ -263,7 +308,10 @@ def graded_line(half: float, first: float, widest: float, finer: int = FINER) ->
 
 
 def _grams(nodes: Array, values: Array) -> tuple[Array, Array]:
-    """Integrals of products of functions (n, n; m) and of slopes (n, n; 1/m), straight between the nodes (textbook)."""
+    """Return integrals of products of functions (n, n; m) and of products of slopes (n, n; 1/m).
+
+    Functions are linear between the nodes (textbook).
+    """
     steps = np.diff(nodes)[:, None]
     slopes = np.diff(values, axis=0) / steps
     low, high = values[:-1], values[1:]

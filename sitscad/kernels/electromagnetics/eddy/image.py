@@ -1,8 +1,9 @@
-"""A target over a mirror: what the image of its own eddy currents does to them.
+"""A target over a mirror: the effect of the image of its own eddy currents.
 
-The image is at least twice the target's distance away, so only long waves of the currents matter: a few combinations of
-them are found once, at the nearest pose, those of each symmetry in the plane by themselves, for a level target's image
-keeps that; at any other pose the image couples these alone (Woodbury's formula).
+The image is at least twice as far away as the mirror, so only long waves of the currents matter. A few combinations of
+currents represent them. They are solved once, at the nearest pose, separately for each symmetry in the plane, because
+the image of a level target keeps that symmetry. At any other pose the image couples these combinations alone
+(Woodbury's formula).
 """
 
 from __future__ import annotations
@@ -24,12 +25,16 @@ Kernels: TypeAlias = tuple[Array, Array]
 
 @record(eq=False)
 class Folding:
-    """The points of a quarter, (4, n) by their numbers on the surface: themselves, mirrored across x = 0, across y = 0
-    and across both; `share` (n) is the square root of how many points that is, for those in a plane are their own.
+    """Points of one quarter of a surface and their mirror images.
 
-    Currents whose stream function is even or odd across both planes are known on a quarter of the body, and a level
-    mirror returns them alike: sums over pairs of points are sums over pairs of the quarter's, with the inverse
-    distances to a point and its mirrored ones added up with their signs first.
+    `numbers` (4, n) are the points of the quarter, mirrored across x = 0, across y = 0 and across both. `share` (n) is
+    the square root of the number of distinct points among the four: a point in a mirror plane is its own image.
+
+    Notes
+    -----
+    Currents whose stream function is even or odd across both planes are known from a quarter of the body. The
+    reflection in a level mirror keeps that parity. So a sum over pairs of points becomes a sum over pairs of the
+    quarter. Its kernel adds the inverse distances to a point and to its mirrored points, with their signs.
     """
 
     numbers: Index
@@ -37,12 +42,14 @@ class Folding:
 
     @property
     def kept(self) -> Index:
-        """The quarter's own points (n), by number."""
+        """Numbers of the quarter's own points (n)."""
         return np.asarray(self.numbers[0])
 
     def kernels(self, points: Array, mirror: Mirror) -> Kernels:
-        """`inverse_distances` (1/m) of the points (all, 3; m), by which of their mirrored ones they are to the images
-        of: each (4, n, n), points in a plane by their share.
+        """Return `inverse_distances` (two arrays (4, n, n); 1/m) of the quarter to the images of its mirrored copies.
+
+        `points` (all, 3; m) cover the whole surface. The first axis is the mirrored copy of the quarter. Values are
+        weighted so that points in a plane count once.
         """
         shares = 0.25 * self.share[:, None] * self.share
         each = [inverse_distances(points[self.kept], points[one], mirror) for one in self.numbers]
@@ -51,23 +58,29 @@ class Folding:
 
 
 def folding(surface: Surface) -> Folding | None:
-    """The folding (shares, no unit) of a surface; None of one without such planes, or whose currents are parted
-    otherwise. Derived here: see `Folding`.
+    """Return the folding of a surface (weights without unit), or None if the surface has no mirror planes.
+
+    Derived here: see `Folding`.
     """
     mirrored = surface.mirrored
     if mirrored is None:
         return None
     across_x, across_y = mirrored
     all_four = np.stack([np.arange(len(across_x)), across_x, across_y, across_y[across_x]])
-    numbers = all_four[:, np.min(all_four, axis=0) == all_four[0]]  # each point stands with the least of its numbers
+    # a point belongs to the quarter if its number is the least of its four
+    numbers = all_four[:, np.min(all_four, axis=0) == all_four[0]]
     members = 1 + np.sum(np.diff(np.sort(numbers, axis=0), axis=0) != 0, axis=0)
     return Folding(numbers, np.sqrt(members))
 
 
 def signs(parity: tuple[int, int]) -> Array:
-    """Signs (4, 3; no unit) of currents whose stream function has a parity along x and y: each component at a point's
-    mirrored ones, in parts of that at the point. Derived here: currents are at right angles to how the stream function
-    climbs, along x they are like it across x = 0 and unlike it across y = 0.
+    """Return signs (4, 3; no unit) of the current's components at mirrored points, relative to the point itself.
+
+    Notes
+    -----
+    The stream function has `parity` along x and y. Derived here: currents are perpendicular to the gradient of the
+    stream function. Across x = 0 the x component has the parity of the stream function, and the y component has the
+    opposite parity.
     """
     x, y = parity
     across_x, across_y = np.array([x, -x, -x], dtype=float), np.array([-y, y, -y], dtype=float)
@@ -75,7 +88,7 @@ def signs(parity: tuple[int, int]) -> Array:
 
 
 def by_axis(kernels: Kernels, parity: tuple[int, int]) -> Sequence[Array]:
-    """Sums (1/m) of the `Folding.kernels` for the x, y and z components of currents of a parity: (n, n) each."""
+    """Return sums (n, n; 1/m) of `Folding.kernels` for the x, y and z components of currents of a parity."""
     along, across = kernels
     if along is across:
         return list(np.tensordot(signs(parity).T, along, axes=1))
@@ -83,9 +96,14 @@ def by_axis(kernels: Kernels, parity: tuple[int, int]) -> Sequence[Array]:
 
 
 def inverse_distances(points: Array, others: Array, mirror: Mirror) -> Kernels:
-    """Sums of 1 over the distance (m) of points (n, 3) from the images of others (m, 3), (n, m) in 1/m: for currents
-    along the mirrors, and for those across them, each with the sign that `MIRRORED` has for one image. Between two
-    mirrors images of images have the currents' own sign. The only image of a single mirror counts in full.
+    """Return sums of inverse distances (n, m; 1/m) of points (n, 3; m) from the images of others (m, 3; m).
+
+    The first sum is for currents along the mirrors, the second for currents across them.
+
+    Notes
+    -----
+    Each term has its sign relative to the sign of a single image in `MIRRORED`. Between two mirrors, an image of an
+    image has the sign of the current itself. A single mirror's only image counts with strength 1.
     """
     if mirror.roof is None:
         found = inverse_distance(points, others, *mirror.images[0][:2])
@@ -100,8 +118,9 @@ def inverse_distances(points: Array, others: Array, mirror: Mirror) -> Kernels:
 
 
 def inverse_distance(points: Array, others: Array, way: float, shift: float) -> Array:
-    """1 over the distance (m) of points (n, 3) from others (m, 3) whose z is taken `way` (1 or -1) times and then
-    shifted (m), (n, m) in 1/m.
+    """Return 1 / distance (n, m; 1/m) of points (n, 3; m) from others (m, 3; m) that are mirrored and shifted.
+
+    The z of the others is multiplied by `way` (1 or -1), then `shift` (m) is added.
     """
     image = others * np.array([1.0, 1.0, way]) + np.array([0.0, 0.0, shift])
     square = np.zeros((len(points), len(image)))
@@ -112,31 +131,40 @@ def inverse_distance(points: Array, others: Array, way: float, shift: float) -> 
 
 
 LEAST = 2e-4
-"""Coupling with the image, in parts of a current's own energy, below which a combination is left out. What that leaves
-out is 1e-5 of a change and 5e-4 of the loss that comes with it, at most: boxes and discs of 3 to 20 mm over mirrors,
-moved and tilted."""
+"""Coupling with the image, relative to a current's own energy, below which a combination is left out.
+
+The omission is at most 1e-5 of a change and 5e-4 of the loss that comes with the change. Cases: boxes and discs of 3 to
+20 mm over mirrors, moved and tilted.
+"""
 
 NOISE = 1e-5
-"""Least energy of a current, in parts of the largest, that counts as more than the error of the integrals."""
+"""Energy of a current, relative to the largest, below which it is within the error of the integrals."""
 
 AMONG = 64
-"""Combinations of one symmetry among which they are looked for; twice as many where more than a third of them count,
-and so on: what that leaves out is below 1e-11 of a change (templates, against all combinations)."""
+"""Number of combinations of one symmetry among which the relevant ones are searched.
+
+The number is doubled until at most a third of them is relevant. The omission is below 1e-11 of a change (templates,
+compared with all combinations).
+"""
 
 FURTHER = 6
-"""Images of images between two mirrors, on each side: the next ones leave out 1e-4 of what a front plate changes."""
+"""Images of images between two mirrors, on each side.
+
+Leaving out the next ones costs 1e-4 of a front plate's effect.
+"""
 
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 MIRRORED = np.array([-1.0, -1.0, 1.0])
-"""Currents along a perfect conductor are mirrored the other way round, those across it alike."""
+"""Sign of the image of a current by axis: along a perfect conductor it is reversed, across the conductor it is kept."""
 
 
 @record
 class Roof:
-    """What is in front of a target: planes at z (m) that return fields as a perfect conductor does, each times a
-    strength (no unit, complex), which together are like one metal; and one plane with a real strength, like it for what
-    has gone to and fro between both mirrors.
+    """Metal in front of a target, as planes that reflect fields like perfect conductors times a strength.
+
+    `planes` are heights (m) and strengths (no unit, complex) that together represent the metal. `far` is a single plane
+    with a real strength that represents it for repeated reflections between both mirrors.
     """
 
     planes: tuple[tuple[float, complex], ...]
@@ -145,8 +173,9 @@ class Roof:
 
 @record
 class Mirror:
-    """A plane at z = `floor` (m; -inf: none) that returns fields as a perfect conductor does, times `strength`, and
-    what is in front of the target.
+    """A plane behind a target that reflects fields like a perfect conductor, and the metal in front of the target.
+
+    The plane's height is `floor` (m), -inf if there is none. Its reflection is multiplied by `strength`.
     """
 
     floor: float
@@ -155,13 +184,18 @@ class Mirror:
 
     @property
     def scale(self) -> float:
-        """Factor (no unit) of a single mirror's image; 1 of two mirrors, whose `images` have their own strengths."""
+        """Factor (no unit) of a single mirror's image.
+
+        It is 1 for two mirrors, whose `images` have their own strengths.
+        """
         return self.strength if self.roof is None else 1.0
 
     @cached_property
     def images(self) -> tuple[tuple[float, float, complex], ...]:
-        """The images by `way`, shift (m) and strength (no unit): what is at z has one at way z + shift. Between two
-        mirrors every image has one in the other mirror (textbook); those `FURTHER` on are left out.
+        """Images by `way` (1 or -1), shift (m) and strength (no unit): a current at z has its image at way z + shift.
+
+        Between two mirrors every image has an image in the other mirror (textbook). After `FURTHER` of them the rest
+        are left out.
         """
         floor: list[tuple[float, float, complex]] = [(-1.0, 2.0 * self.floor, self.strength)]
         if self.roof is None:
@@ -179,7 +213,7 @@ class Mirror:
 
     @property
     def in_phase(self) -> Mirror:
-        """The mirror without what it returns out of phase."""
+        """The mirror without its out-of-phase reflection."""
         if self.roof is None:
             return self
         planes = tuple((z, complex(strength.real)) for z, strength in self.roof.planes)
@@ -188,9 +222,11 @@ class Mirror:
 
 @record(eq=False)
 class ImageModes:
-    """The combinations: `within` by class (functions, k), in units of flux linkage, and the `currents` (A m) of each at
-    `points` (m, from the middle of the near face): (points, 3, k). Where the target can be folded, `parities` says how
-    many of them, one after the other, have which symmetry.
+    """Combinations of currents that the image couples.
+
+    `within` (functions, k), by class, is in units of flux linkage. `currents` (points, 3, k; A m) are the combinations
+    at `points` (m, from the middle of the near face). If the target can be folded, `parities` lists each symmetry with
+    its number of combinations, in their order.
     """
 
     within: tuple[Array, ...]
@@ -200,9 +236,21 @@ class ImageModes:
     parities: tuple[tuple[tuple[int, int], int], ...] = ()
 
     def coupling(self, turn: Array, place: Array, mirror: Mirror) -> Array:
-        """Inductances (k, k; H) of the combinations with their images, turned by (3, 3) about the near face's middle at
-        `place` (3; m): the method of images (Jackson, Classical Electrodynamics, problem 5.17, for a permeable
-        half-space; a perfect conductor's have the other sign).
+        """Return inductances (k, k; H) of the combinations with their images.
+
+        Parameters
+        ----------
+        turn : array
+            rotation matrix (3, 3) of the target about the middle of its near face
+        place : array
+            middle of the near face (m)
+        mirror : Mirror
+            plane in which the images are taken
+
+        Notes
+        -----
+        Method of images (Jackson, Classical Electrodynamics, problem 5.17, for a permeable half-space; images in a
+        perfect conductor have the opposite sign).
         """
         fold = self.folding
         if fold is None or turn[2, 2] != 1.0:
@@ -210,7 +258,7 @@ class ImageModes:
             currents = np.tensordot(turn, self.currents, axes=(1, 1))
             along, across = inverse_distances(points, points, mirror)
             return _coupling([along, along, across], currents) * mirror.scale
-        # a level target's symmetries stay apart: turned about z it is what it was
+        # a level target's symmetries stay independent, and a turn about z changes nothing
         kernels = fold.kernels(self.points + place, mirror)
         found, start = np.zeros((self.currents.shape[2],) * 2, dtype=kernels[1].dtype), 0
         for parity, count in self.parities:
@@ -222,8 +270,20 @@ class ImageModes:
 
 
 def image_modes(surface: Surface, coarse: Surface, near_face: float, closest: float, mirror: Mirror) -> ImageModes:
-    """The combinations that matter no nearer to the floor than with the near face at z = `closest` (m). `coarse` is
-    the same surface with as few points as resolve a field from there; `near_face` (m) is that face's height in it.
+    """Solve the combinations that matter if the near face is at z = `closest` (m) or farther from the floor.
+
+    Parameters
+    ----------
+    surface : Surface
+        target's surface
+    coarse : Surface
+        the same surface with as few points as resolve a field from the image's distance
+    near_face : float
+        height of the near face in the coarse surface (m)
+    closest : float
+        least height of the near face (m)
+    mirror : Mirror
+        plane in which the images are taken
     """
     points = coarse.points - np.array([0.0, 0.0, near_face])
     high, fold = points + np.array([0.0, 0.0, closest]), folding(coarse)
@@ -251,10 +311,13 @@ def image_modes(surface: Surface, coarse: Surface, near_face: float, closest: fl
 
 
 def _unfolded(currents: Array, fold: Folding, parity: tuple[int, int]) -> Array:
-    """Currents (A m) at all points, (points, 3, k), of those that have their share (see `Folding`) on a quarter."""
+    """Return currents (points, 3, k; A m) at all points from the currents of a quarter.
+
+    The quarter's currents are weighted by `Folding.share`.
+    """
     found = np.empty((int(fold.numbers.max()) + 1, *currents.shape[1:]))
     own = currents / fold.share[:, None, None]
-    for numbers, sign in zip(fold.numbers[::-1], signs(parity)[::-1], strict=True):  # themselves at last
+    for numbers, sign in zip(fold.numbers[::-1], signs(parity)[::-1], strict=True):  # the quarter itself comes last
         found[numbers] = own * sign[:, None]
     return found
 
@@ -263,9 +326,10 @@ def _modes(
     classes: Sequence[CurrentClass], coarse: Sequence[CurrentClass], inverse: Sequence[Array],
     fold: Folding | None = None
 ) -> tuple[list[Array], Array]:
-    """The combinations of classes of one symmetry: within each class, and their currents (A m), (points, 3, k); of a
-    quarter's points and with their share where that is folded. `inverse` distances (1/m) are by the axis of a current.
-    They are the eigenvectors of the coupling (`_coupling`) over a current's own energy.
+    """Return the combinations of classes of one symmetry: within each class, and their currents (points, 3, k; A m).
+
+    They are the eigenvectors of the coupling (`_coupling`) over a current's own energy. `inverse` are inverse distances
+    (1/m) by the axis of a current. With a `fold`, points cover a quarter, and currents are weighted by `Folding.share`.
     """
     factors = [_factor(one.functions.inductance) for one in classes]
     seen = np.concatenate([_by_energy(one, factor, fold) for one, factor in zip(coarse, factors, strict=True)])
@@ -280,10 +344,13 @@ def _modes(
 
 
 def _factor(inductance: Array) -> Array:
-    """A matrix whose product with its own transpose is an inductance matrix (n, n; in its unit's root): Cholesky's. The
-    faces of a foil all but cancel: currents that run against each other on both have an energy below what the integrals
-    over the surface are good for, which may come out negative. They are given what those are good for: with more energy
-    than they have they couple with the image even less.
+    """Return a matrix F with F F' equal to an inductance matrix (n, n; in the root of its unit): Cholesky's factor.
+
+    Notes
+    -----
+    The two faces of a foil nearly cancel. Currents that run in opposite directions on both have an energy below the
+    integrals' error, which may come out negative. Then each energy is raised to that error at least. With more energy
+    than in truth, these currents couple even less with the image.
     """
     try:
         return np.asarray(np.linalg.cholesky(inductance), dtype=float)
@@ -294,9 +361,12 @@ def _factor(inductance: Array) -> Array:
 
 
 def _range(seen: Array, inverse: Sequence[Array]) -> Array:
-    """An orthonormal basis of what currents (n, points, 3; A m) have returned to them, without what is too little: of
-    many by some random combinations (Halko, Martinsson and Tropp, SIAM Review 53, 2011), as its values die away
-    exponentially.
+    """Return an orthonormal basis of the currents (n, points, 3; A m) with a significant reflected potential.
+
+    Notes
+    -----
+    For many currents, some pseudo-random combinations are enough (Halko, Martinsson and Tropp, SIAM Review 53, 2011),
+    because the singular values decay exponentially.
     """
 
     def returned(currents: Array) -> Array:
@@ -318,18 +388,21 @@ def _range(seen: Array, inverse: Sequence[Array]) -> Array:
 
 
 def _mixed(*shape: int) -> Array:
-    """Numbers between -1/2 and 1/2 in no order, the same ones always (Weyl's fractional parts; no unit)."""
+    """Return fixed pseudo-random numbers between -1/2 and 1/2 (no unit): Weyl's fractional parts."""
     k = np.arange(1.0, math.prod(shape) + 1.0)
     return np.asarray((GOLDEN * k * k % 1.0 - 0.5).reshape(shape))
 
 
 def _is_kept(size: Array) -> Flags:
-    """Which combinations, by squared values (n; H2/m2), are more than too little."""
-    return size > max(float(size[-1]) * 1e-9, (0.01 * LEAST) ** 2)  # of squared values (H2 m-2)
+    """Whether combinations with squared singular values (n; H2/m2) are significant."""
+    return size > max(float(size[-1]) * 1e-9, (0.01 * LEAST) ** 2)  # squared singular values (H2/m2)
 
 
 def _by_energy(one: CurrentClass, factor: Array, fold: Folding | None) -> Array:
-    """Currents at the points (n, points, 3; A m) of functions that store one unit of energy each and share none."""
+    """Return currents at the points (n, points, 3; A m) of functions that each store one unit of energy.
+
+    The functions are orthogonal in energy. With a `fold`, points cover a quarter, and currents are weighted.
+    """
     unit = np.asarray(np.linalg.inv(factor).T, dtype=float)
     spread = one.spread(unit)
     if fold is not None:
@@ -338,17 +411,18 @@ def _by_energy(one: CurrentClass, factor: Array, fold: Folding | None) -> Array:
 
 
 def _coupling(inverse: Sequence[Array], currents: Array) -> Array:
-    """Inductances (k, k; H) of currents (3, points, k; A m) with their images at inverse distances (1/m) by axis:
-    Neumann's formula; a symmetry may keep none.
+    """Return inductances (k, k; H) of currents (3, points, k; A m) with their images (Neumann's formula).
+
+    `inverse` are inverse distances (1/m) by axis. The list of currents may be empty.
     """
     found = sum(sign * (one.T @ (near @ one)) for near, one, sign in zip(inverse, currents, MIRRORED, strict=True))
     return np.asarray(MU0 / (4.0 * math.pi) * found)
 
 
 def combined(blocks: Sequence[ComplexArray], within: Sequence[Array]) -> ComplexArray:
-    """Sum over the classes of within' block, (k, any), in the unit of the blocks."""
+    """Return the sum over classes of within' block (k, any), in the unit of the blocks."""
     found = np.zeros((within[0].shape[1], blocks[0].shape[1]), dtype=complex)
     for w, block in zip(within, blocks, strict=True):
-        own, used = np.nonzero(w.any(axis=0))[0], np.nonzero(block.any(axis=0))[0]  # those of one symmetry
+        own, used = np.nonzero(w.any(axis=0))[0], np.nonzero(block.any(axis=0))[0]  # of one symmetry
         found[np.ix_(own, used)] += w[:, own].T @ block[:, used]
     return found

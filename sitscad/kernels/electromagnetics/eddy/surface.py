@@ -1,6 +1,4 @@
-"""What a target's surface is to those who drive it: classes of currents that its symmetry keeps apart, and how they are
-answered by the metal within.
-"""
+"""Classes of surface currents that a target's symmetry keeps independent, and the response of the metal inside."""
 
 from __future__ import annotations
 
@@ -18,7 +16,7 @@ from sitscad.kernels.electromagnetics.eddy.body import BodyEnergies
 
 @record
 class Metal:
-    """What a target is made of, at a frequency (Hz): conductivity (S/m) and relative permeability."""
+    """Material of a target at a frequency (Hz): conductivity (S/m) and relative permeability."""
 
     frequency: float
     conductivity: float
@@ -26,18 +24,19 @@ class Metal:
 
     @property
     def square(self) -> complex:
-        """Square of the complex wave number (1/m2) at which fields die away within it: j omega mu sigma (Landau and
-        Lifshitz, Electrodynamics of Continuous Media, section 59).
+        """Square of the complex wave number (1/m2) at which fields decay in the metal.
+
+        It is j omega mu sigma (Landau and Lifshitz, Electrodynamics of Continuous Media, section 59).
         """
         return 2j * math.pi * self.frequency * MU0 * self.permeability * self.conductivity
 
 
 class StreamFunctions(Protocol):
-    """Stream functions (A) of surface currents of one symmetry, with what they store in any metal."""
+    """Stream functions (A) of surface currents of one symmetry, with their energies in any metal."""
 
     @property
     def inductance(self) -> Array:
-        """Inductances (H) of the functions with each other, (n, n), definite."""
+        """Inductance matrix (n, n; H) of the functions, positive definite."""
 
     @property
     def body(self) -> BodyEnergies:
@@ -45,50 +44,58 @@ class StreamFunctions(Protocol):
 
     @property
     def energies(self) -> Energies:
-        """Energies within the body and outside."""
+        """Energies inside the body and outside."""
 
 
 class CurrentClass(Protocol):
-    """Surface currents of one symmetry: each is the curl of a stream function (A), so that none has an end."""
+    """Surface currents of one symmetry. Each is the curl of a stream function (A), so it is free of divergence."""
 
     @property
     def functions(self) -> StreamFunctions:
-        """The stream functions of the currents."""
+        """Stream functions of the currents."""
 
     @property
     def in_plane(self) -> object:
-        """What symmetry it has in the surface's plane, no unit: the image in a level mirror keeps that."""
+        """Symmetry in the surface's plane (no unit). The image in a level mirror keeps it."""
 
     def drive(self, potential: Array) -> Array:
-        """Flux linkages (n, fields) in Wb of vector potentials (points, 3, fields) in Wb/m at the surface's points."""
+        """Return flux linkages (n, fields; Wb) of vector potentials (points, 3, fields; Wb/m) at the points."""
 
     def spread(self, functions: Array) -> Array:
-        """What linkages of combinations (n, m) of the functions make of every potential, (points, 3, m) in m. It
-        is also the current (A m) at every point that stands for a combination seen from afar.
+        """Return the weights (points, 3, m; m) of potentials in the linkages of combinations (n, m) of the functions.
+
+        A weight is also the current (A m) at a point that represents the combination at a distance.
         """
 
 
 class Surface(Protocol):
-    """A target's closed surface about its middle, near face at -z: points (m) that fields are taken at, and classes."""
+    """A target's closed surface, centred on the origin with its near face at -z.
+
+    It has `points` (m) at which fields are evaluated, and classes of currents.
+    """
 
     @property
     def points(self) -> Array:
-        """Where fields are wanted: (points, 3) in m."""
+        """Points (points, 3; m) at which fields are evaluated."""
 
     @property
     def classes(self) -> Sequence[CurrentClass]:
-        """The currents (A), by symmetry."""
+        """Classes of currents (A), by symmetry."""
 
     @property
     def mirrored(self) -> tuple[Index, Index] | None:
-        """The numbers (no unit) of the points mirrored across x = 0 and across y = 0, where every class is even or odd
-        across both: its `in_plane` is then the two parities (1 or -1) of its stream functions. None where they are not.
+        """Numbers (no unit) of the points mirrored across x = 0 and across y = 0, or None.
+
+        None if some class is neither even nor odd across one of these planes. Otherwise `in_plane` of each class is the
+        two parities (1 or -1) of its stream functions.
         """
 
 
 def made_definite(inductance: Array, constant: int) -> Array:
-    """The matrix (n, n; H) of a class with an even stream function throughout: a constant one, whose number is given,
-    is no current and stores nothing, so it is given some, which nothing drives. Derived here.
+    """Return the inductance matrix (n, n; H) with an energy for its constant stream function.
+
+    A constant stream function (number `constant`) has no current and stores no energy, so the matrix would be singular.
+    No field drives the function, so its energy does not matter. Derived here.
     """
     found = inductance.copy()
     found[constant, constant] += np.trace(inductance) / len(inductance)
@@ -97,7 +104,9 @@ def made_definite(inductance: Array, constant: int) -> Array:
 
 @record(eq=False)
 class Energies:
-    """Energies of functions (n, n): S within a body of vacuum (H), its inverse (1/H), and the part of them that is
+    """Energies of functions (n, n).
+
+    `vacuum` is S inside a body of vacuum (H), `inverse` is its inverse (1/H), and `outside` is the part of the energy
     outside, 1 - S^-1 L (no unit).
     """
 
@@ -107,18 +116,21 @@ class Energies:
 
 
 def energies(inductance: Array, body: BodyEnergies) -> Energies:
-    """What functions store (H, 1/H, no unit) by their inductances (n, n; H)."""
+    """Return the energies (H, 1/H, no unit) of functions with inductances (n, n; H) on a body."""
     vacuum = MU0 * body.vacuum
     inverse = np.linalg.inv(vacuum)
     return Energies(vacuum, np.asarray(inverse, dtype=float), np.eye(len(vacuum)) - inverse @ inductance)
 
 
 def answer(one: CurrentClass, metal: Metal, drives: Array) -> ComplexArray:
-    """What drives (n, m; Wb) of a class are answered with in metal (A).
+    """Solve the currents (n, m; A) that linkages `drives` (n, m; Wb) cause in a class of currents in metal.
 
-    Outside its currents store L, within 1/X = S (S - T)^-1 S - S (see `body`), and are driven by their linkages: so
-    L + 1/X times the answer is the drive, or (S - (S - T) (1 - S^-1 L)) times it is (S - T) S^-1 times the drive
-    (derived here). Nothing is inverted that may be next to nothing: S - T of poor conductors, S - L of foils.
+    Notes
+    -----
+    Outside, the currents store L. Inside they store 1/X = S (S - T)^-1 S - S (see `body`). They are driven by their
+    linkages, so (L + 1/X) times the current is the drive. The form solved is (S - (S - T) (1 - S^-1 L)) times the
+    current = (S - T) S^-1 times the drive (derived here). It avoids the inverses of S - T, nearly singular in poor
+    conductors, and of S - L, nearly singular in foils.
     """
     jump, known = MU0 * one.functions.body.jump(metal.square, metal.permeability), one.functions.energies
     real, imaginary = jump @ known.outside

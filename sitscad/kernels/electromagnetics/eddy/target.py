@@ -1,7 +1,8 @@
-"""A target of finite size over coils, at any pose: what it changes of their inductances and resistances.
+"""Changes of the inductances and resistances of coils by a target of finite size at any pose.
 
-Its currents are solved once a frequency; a pose is a projection of the coils' vector potential on them. With a mirror
-behind the coils the image of every coil is in its potential, and the image of the currents couples a few of them.
+The target's currents are solved once per frequency. A pose is a projection of the coils' vector potential on the
+currents. With a mirror behind the coils, the potential includes the image of every coil. The image of the target's
+currents then couples a few of the currents.
 """
 
 from __future__ import annotations
@@ -21,16 +22,19 @@ from sitscad.kernels.electromagnetics.eddy.surface import Metal, Surface, answer
 Answered: TypeAlias = tuple[ComplexArray, ComplexArray | None, ComplexArray | None]
 
 AT_ONCE = 100_000
-"""Points at which fields are worked out together."""
+"""Points at which fields are evaluated together."""
 
 NOTHING = 1e-11
-"""Part of the most that any class of currents answers, about, below which a class is left out."""
+"""Response of a class of currents, relative to the largest, below which the class is left out (approximate)."""
 
 
 @record(eq=False)
 class SolvedTarget:
-    """A target of metal at a frequency, and the height (m) of its near face in the surface's own frame. With a
-    mirror, the combinations that its image couples, and the surface with as few points as resolve what it returns.
+    """A metal target at a frequency.
+
+    `near_face` (m) is the height of its near face in the surface's own frame. With a mirror, `images` are the
+    combinations of currents that the image couples. `smooth` is the surface with as few points as resolve the reflected
+    field.
     """
 
     surface: Surface
@@ -42,16 +46,18 @@ class SolvedTarget:
 
     @cached_property
     def answers(self) -> tuple[Array, ...]:
-        """What classes answer drives with (1/H), the imaginary parts below the real ones, (2 functions, functions): for
-        many poses. What drives them is real.
+        """Responses (1/H) of the classes to drives (2 functions, functions), imaginary parts below the real ones.
+
+        They serve many poses. Real and imaginary parts are separate because the drives are real.
         """
         found = [answer(one, self.metal, np.eye(len(one.functions.inductance))) for one in self.surface.classes]
         return tuple(np.concatenate([one.real, one.imag]) for one in found)
 
     @cached_property
     def image_answers(self) -> tuple[Array, ...]:
-        """What the image's combinations drive (no unit) in every class, (functions, twice their number): real parts
-        first, then imaginary ones.
+        """Responses (functions, twice the combinations; no unit) of every class to the image's combinations.
+
+        Real parts come first. Empty if there is no mirror.
         """
         parts = () if self.images is None else self.images.within
         both = (np.split(reply @ one, 2) for reply, one in zip(self.answers, parts, strict=False))
@@ -59,22 +65,36 @@ class SolvedTarget:
 
     @cached_property
     def among_images(self) -> ComplexArray | None:
-        """What one of the image's combinations drives of another (1/H)."""
+        """Responses (1/H) between the image's combinations, or None if there is no mirror."""
         return None if self.images is None else _complex(_summed(self.images.within, self.image_answers), 1)
 
     def changes(self, turns: Array, places: Array, coils: Sequence[CoilPotential], centres: Array) -> ComplexArray:
-        """Change of the coils' inductance matrix (poses, coils, coils; H, complex; times j omega the impedance). The
-        target is turned by `turns` (poses, 3, 3) about the middle of its near face, which is at `places` (poses, 3) in
-        metres; `coils` are the coils' potentials about their own axes, which are at `centres` (coils, 2; m).
+        """Return the change of the coils' inductance matrix (poses, coils, coils; H).
+
+        Parameters
+        ----------
+        turns : array
+            rotation matrices (poses, 3, 3) of the target about the middle of its near face
+        places : array
+            middle of the near face (poses, 3) (m)
+        coils : sequence of CoilPotential
+            potentials of the coils about their own axes
+        centres : array
+            axes of the coils (coils, 2) (m)
+
+        Notes
+        -----
+        The change is complex; times j omega it is the change of impedance.
         """
         return changes_at([self], turns, places, coils, centres)[0]
 
     def _changes(
         self, linked: Sequence[Array], couplings: Sequence[Array], shape: tuple[int, int], once: bool
     ) -> ComplexArray:
-        """The change (poses, coils, coils; H) from what the coils drive (Wb) of every class, and what the image couples
-        in every pose: Woodbury's formula (Golub and Van Loan, Matrix Computations, section 2.1); `once` without the
-        systems' inverses.
+        """Return the change (poses, coils, coils; H) from linkages and the image's couplings in every pose.
+
+        `linked` are the coils' linkages (Wb) with every class. The couplings enter by Woodbury's formula (Golub and Van
+        Loan, Matrix Computations, section 2.1). With `once`, the systems are solved without their inverses.
         """
         total, driven, among = self._answered_once(linked, shape) if once else self._answered(linked, shape)
         if driven is None or among is None:
@@ -89,9 +109,14 @@ class SolvedTarget:
         return total
 
     def _answered(self, linked: Sequence[Array], shape: tuple[int, int]) -> Answered:
-        """The change (poses, coils, coils; H) without the image; what the coils drive (combinations, poses, coils; no
-        unit) of the image's combinations, and those of each other (1/H): by `answers`. A target's change is -drive'
-        system^-1 drive (reciprocity, derived here).
+        """Return the change (poses, coils, coils; H) without the image, and two responses of the image's combinations.
+
+        The second value is the response (combinations, poses, coils; no unit) to the coils, the third (1/H) the
+        response to each other. Both are None if there is no mirror.
+
+        Notes
+        -----
+        Uses `answers`. A target's change is -drive' system^-1 drive (reciprocity, derived here).
         """
         total = np.zeros((*shape, shape[1]), dtype=complex)
         for drive, reply in zip(linked, self.answers, strict=True):
@@ -101,11 +126,11 @@ class SolvedTarget:
             total.imag -= ways @ imaginary
         if self.images is None:
             return total, None, None
-        # the systems are symmetric: what the coils drive of a combination is what that drives of them
+        # the systems are symmetric: coils drive a combination as much as the combination drives the coils
         return total, _complex(_summed(self.image_answers, linked), 0).reshape(-1, *shape), self.among_images
 
     def _answered_once(self, linked: Sequence[Array], shape: tuple[int, int]) -> Answered:
-        """`_answered` (H, no unit, 1/H) by systems that are solved for these poses alone."""
+        """Return the results of `_answered` (H, no unit, 1/H) from systems solved for these poses alone."""
         total = np.zeros((*shape, shape[1]), dtype=complex)
         responses, among = self._driven_once(linked)
         for drive, response in zip(linked, responses, strict=True):
@@ -115,7 +140,10 @@ class SolvedTarget:
         return total, combined(responses, self.images.within).reshape(-1, *shape), among
 
     def _driven_once(self, linked: Sequence[Array]) -> tuple[list[ComplexArray], ComplexArray | None]:
-        """What is driven (A) in every class, and among the image's combinations (1/H)."""
+        """Solve the currents (A) in every class and the responses (1/H) between the image's combinations.
+
+        The second value is None if there is no mirror.
+        """
         images = self.images
         driven_classes = list(zip(self.surface.classes, linked, strict=True))
         size = [np.sum(drive**2 / np.diag(one.functions.inductance)[:, None], axis=0) for one, drive in driven_classes]
@@ -137,8 +165,9 @@ class SolvedTarget:
     def _linked(
         self, surface: Surface, turns: Array, places: Array, coils: Sequence[CoilPotential], centres: Array
     ) -> list[Array]:
-        """What every coil drives (Wb) in every pose, by class: (functions, poses, coils); fields are taken at the
-        points of a `surface` of the same functions.
+        """Return linkages (functions, poses, coils; Wb) of every coil with the classes of a surface in every pose.
+
+        Fields are evaluated at the points of `surface`, which has the same functions as the target's surface.
         """
         local = surface.points - np.array([0.0, 0.0, self.near_face])
         points = np.einsum("pij,nj->pni", turns, local) + places[:, None]
@@ -156,10 +185,31 @@ def changes_at(
     targets: Sequence[SolvedTarget], turns: Array, places: Array, coils: Sequence[CoilPotential], centres: Array,
     once: bool = False, returned: Sequence[CoilPotential] = (),
 ) -> ComplexArray:
-    """`SolvedTarget.changes` (H) of one target that was solved at several frequencies: (targets, poses, coils, coils).
-    What the coils drive in it is worked out once for all of them. Where poses are few and no others follow, `once`
-    spares the inverses of its systems: two thirds of the work, and their memory. After the coils come those whose
-    field is `returned` alone, in the same places: from as far as the mirror it is as smooth as the image's own.
+    """Return `SolvedTarget.changes` (targets, poses, coils, coils; H) of one target solved at several frequencies.
+
+    The coils' linkages are computed once for all frequencies.
+
+    Parameters
+    ----------
+    targets : sequence of SolvedTarget
+        the target at each frequency
+    turns : array
+        see `SolvedTarget.changes`
+    places : array
+        see `SolvedTarget.changes`
+    coils : sequence of CoilPotential
+        see `SolvedTarget.changes`
+    centres : array
+        see `SolvedTarget.changes`
+    once : bool, optional
+        whether to avoid the inverses of the systems. For few poses it saves two thirds of the work, and their memory.
+    returned : sequence of CoilPotential, optional
+        potentials of reflected fields alone, at the same centres. They follow the coils in the result.
+
+    Notes
+    -----
+    Fields of `returned` come from as far as the mirror. They are as smooth as the image's own, so the surface with few
+    points is enough.
     """
     first = targets[0]
     count = len(coils) + len(returned)
@@ -180,8 +230,9 @@ def changes_at(
 
 
 def turned(angles: Array) -> Array:
-    """Rotations (n, 3, 3; no unit) about x, y and z by angles (n, 3) in rad: Rx Ry Rz (textbook), as applied to a point
-    of the target.
+    """Return rotation matrices Rx Ry Rz (n, 3, 3; no unit) for angles (n, 3; rad) about x, y and z (textbook).
+
+    A matrix applies to a point of the target.
     """
     (cx, cy, cz), (sx, sy, sz) = np.cos(angles).T, np.sin(angles).T
     one, none = np.ones_like(cx), np.zeros_like(cx)
@@ -192,16 +243,16 @@ def turned(angles: Array) -> Array:
 
 
 def _summed(one: Sequence[Array], other: Sequence[Array]) -> Array:
-    """Sum over the classes of the product of both, the first one turned over; in the product of their units."""
+    """Return the sum over classes of a' b, in the product of their units."""
     return np.asarray(sum(a.T @ b for a, b in zip(one, other, strict=True)))
 
 
 def _complex(parts: Array, axis: int) -> ComplexArray:
-    """Real parts and, behind them along an axis, imaginary ones as complex numbers; in their unit."""
+    """Return complex numbers from real parts followed by imaginary parts along an axis, in their unit."""
     real, imaginary = np.split(parts, 2, axis=axis)
     return np.asarray(real + 1j * imaginary)
 
 
 def _stacked(*rows: tuple[Array, Array, Array]) -> Array:
-    """Matrices (n, 3, 3) of rows of elements (n,) each."""
+    """Return matrices (n, 3, 3) from rows of elements (n,) each."""
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
