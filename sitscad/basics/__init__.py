@@ -1,1 +1,1 @@
-"""Quantities and their units, frozen values, findings, checks of arguments, the version: what every room stands on."""
+"""Parts that all other folders use: quantities with units, frozen records, findings, argument checks, the version."""

@@ -1,4 +1,4 @@
-"""What arrays of numpy hold, for signatures (shapes are said where they matter), and parts of long ones."""
+"""Type names for numpy arrays in signatures, and slices that divide long arrays."""
 
 from __future__ import annotations
 
@@ -12,6 +12,9 @@ Flags = NDArray[np.bool_]
 
 
 def slices(count: int, size: int) -> list[slice]:
-    """Parts of `count` rows, `size` each (one at least) and the last one what is left: what is worked on at once."""
+    """Return slices that divide `count` rows into parts of `size` rows, at least one row each.
+
+    The last part may be shorter.
+    """
     size = max(1, size)
     return [slice(low, min(low + size, count)) for low in range(0, count, size)]

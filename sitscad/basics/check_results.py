@@ -1,7 +1,6 @@
-"""What a check measures of a design beside its findings: each coil's signal, what it feels of what is asked, the fit in
-the jaw, and how that closes.
+"""Results of a check besides its findings: the coils' signals, requirements, the fit in the jaw, the jaws' closing.
 
-Values alone, without what works them out: a package that has not changed reads them back and loads nothing else.
+The module holds values only. A package that has not changed is read back without loading the code that computes them.
 """
 
 from __future__ import annotations
@@ -13,9 +12,22 @@ from sitscad.basics.record import record
 
 @record
 class Signal:
-    """One coil from rest to pressed by `force` (N): inductance at its contacts at rest (H), that and the frequency per
-    newton (H/N, Hz/N) with one sigma of each (None: unknown); the share by which the converter's reading changes over
-    the whole force, of inductance by its formula and of frequency, and the steps of the converter in that.
+    """Signal of a coil: its change from rest to pressed by `force` (N).
+
+    Attributes
+    ----------
+    rest : float
+        inductance at the contacts, at rest (H)
+    per_newton, sigma : float
+        change of inductance per newton, and its standard deviation (H/N); sigma is None if it is unknown
+    frequency_per_newton, frequency_sigma : float
+        change of frequency per newton, and its standard deviation (Hz/N); sigma is None if it is unknown
+    share : float
+        relative change, over the whole force, of the inductance that the converter's formula gives
+    frequency_share : float
+        relative change of the frequency over the whole force
+    steps : float or None
+        this change in steps of the converter
     """
 
     coil: str
@@ -31,26 +43,31 @@ class Signal:
 
     @property
     def by_inductance(self) -> float:
-        """The share by which the inductance itself changes: what the reading would do if losses stayed."""
+        """Relative change of the inductance itself: the reading's change if the losses stayed constant."""
         return self.per_newton * self.force / self.rest
 
     @property
     def has_loss_in_it(self) -> bool:
-        """Whether losses, which lower the tank's frequency, make a good part of the reading's change, or turn it."""
+        """Whether changed losses, which lower the tank's frequency, make much of the signal or reverse its sign."""
         both = self.share, self.by_inductance
         return abs(both[0] - both[1]) > BY_LOSS * max(map(abs, both))
 
 
 BY_LOSS = 0.2
-"""Part of a signal from which on it is told that losses make it: under copper and aluminium it is 0.01 to 0.04, under
-steel 0.2 and more up to a change of sign (derived: the templates, with such targets)."""
+"""Smallest part of a signal, made by losses, that is reported.
+
+It is 0.01 to 0.04 under copper and aluminium. Under steel it is 0.2 and more, up to a change of sign (derived: the
+templates, with such targets).
+"""
 
 
 @record
 class RequirementResult:
-    """What is felt beside what `requirements` ask: the requirement's name, the rule that judges it, the largest figure
-    of all axes and loads, what is asked (None: nothing), both in `unit` (``N``, ``N m``, or empty for shares), on which
-    axis and where.
+    """An achieved figure beside the required limit.
+
+    ``requirement`` is the key in `requirements`, and ``rule`` is the rule that compares it. ``measured`` is the largest
+    figure of all axes and loads, on axis ``axis`` at load ``at``. ``limit`` is None if nothing is required. ``unit`` is
+    ``N``, ``N m``, or empty for fractions.
     """
 
     requirement: str
@@ -64,7 +81,7 @@ class RequirementResult:
 
 @record
 class Share:
-    """What a part brings to a measure: its size and half its band (m), and where the tolerance comes from."""
+    """A part's contribution to a measure: its size and half its tolerance band (m), and the source of the tolerance."""
 
     part: str
     nominal: float
@@ -74,10 +91,10 @@ class Share:
 
 @record
 class Measure:
-    """One size that has to stay below a limit (m): nominal, by root-sum-square of all tolerances, and at worst.
+    """A dimension with an upper limit (m): nominal, by root-sum-square of all tolerances, and in the worst case.
 
-    ``decided_by`` is the part that decides it, ``parts`` what it is made of, ``assumption`` what the figures take for
-    granted in words (empty: nothing).
+    ``decided_by`` is the part that decides it, and ``parts`` are its contributions. ``assumption`` states the
+    assumption behind the figures. Empty if there is none.
     """
 
     name: str
@@ -91,28 +108,29 @@ class Measure:
 
     @property
     def margin(self) -> float:
-        """What is to spare (m) at worst; negative where it is too much."""
+        """Room that is left (m) in the worst case. Negative if the dimension exceeds its limit."""
         return self.limit - self.worst
 
     @property
     def measured(self) -> float:
-        """What is held against the limit (m): root-sum-square or nominal where that is beyond it, else the worst."""
+        """Dimension (m) to compare with the limit: root-sum-square or nominal if above it, else the worst case."""
         likely = max(self.nominal, self.root_sum_square)
         return likely if likely > self.limit else self.worst
 
     @property
     def likely_margin(self) -> float:
-        """What is to spare (m) by root-sum-square."""
+        """Room that is left (m) by root-sum-square."""
         return self.limit - self.root_sum_square
 
 
 @record
 class Closing:
-    """A pair of jaws that turn by equal angles about one pivot, as grasped tissue sees them.
+    """A pair of jaws that turn by equal angles about one pivot, in relation to grasped tissue.
 
-    ``parallel_at`` is the grasped thickness (m) at which the faces are parallel, negative where the sensor is too thick
-    for that; ``reach`` is from the pivot to the sensor's middle (m), None where the jaw's hinge is not known;
-    ``opening`` the angle (rad) between the faces, wide open; ``offset`` how far the pivot lies beside the middle.
+    ``parallel_at`` is the tissue thickness (m) at which the faces are parallel. Negative if the sensor is too thick for
+    parallel faces. ``reach`` is the distance from the pivot to the sensor's middle (m), or None if the jaw's hinge is
+    unknown. ``opening`` is the angle (rad) between the faces of the wide open jaws. ``offset`` is the lateral distance
+    of the pivot from the middle (m).
     """
 
     parallel_at: float
@@ -121,12 +139,16 @@ class Closing:
     offset: float = 0.0
 
     def tilt(self, thickness: float) -> float | None:
-        """The angle (rad) between the faces on tissue of a thickness (m) at the sensor's middle: positive where the
-        jaws stand open towards the tip, so that it touches at the heel first. None without a hinge.
+        """Return the angle (rad) between the faces on tissue of a thickness (m) at the sensor's middle.
 
-        Each face goes round the pivot by half the angle, half of `parallel_at` beside it: the gap is 2 reach
-        sin(tilt/2) + parallel_at cos(tilt/2), a single sine whose amplitude is the hypotenuse of both factors. A pivot
-        beside the middle changes nothing of it, because both faces turn about the same point.
+        Positive if the jaws are open towards the tip, so that the heel touches first. None if the hinge is unknown, or
+        if the tissue is too thick.
+
+        Notes
+        -----
+        Each face turns about the pivot by half the angle, at a distance of half of `parallel_at`. The gap is 2 reach
+        sin(tilt/2) + parallel_at cos(tilt/2), a single sine whose amplitude is the hypotenuse of both factors. The
+        pivot's `offset` does not change the gap, because both faces turn about the same point.
         """
         if self.reach is None:
             return None
@@ -135,16 +157,17 @@ class Closing:
         return 2.0 * (math.asin(sine) - lag) if abs(sine) <= 1.0 else None
 
     def slide(self, thickness: float) -> float | None:
-        """How far (m) the faces have still to slide along each other, from this thickness of tissue until they are
-        parallel: twice the pivot's offset times the sine of half the angle between them. Positive where this jaw's face
-        moves towards the tip while closing.
+        """Return the distance (m) that the faces still slide along each other until they are parallel.
+
+        `thickness` (m) is the thickness of the tissue between the faces. The result is twice the pivot's offset times
+        the sine of half the angle between the faces. Positive if this jaw's face moves towards the tip while closing.
         """
         tilt = self.tilt(thickness)
         return None if tilt is None else 2.0 * self.offset * math.sin(tilt / 2.0)
 
     @property
     def most(self) -> float | None:
-        """The thickest tissue (m) that goes between the faces at the sensor's middle, wide open; None if not known."""
+        """Thickest tissue (m) that fits between the wide open faces at the sensor's middle. None if it is unknown."""
         if self.reach is None or self.opening is None:
             return None
         half = self.opening / 2.0

@@ -1,4 +1,4 @@
-"""What is said of a design: what found no room, one `Finding` a complaint, one `NotChecked` a silence explained."""
+"""Results of checks: `Finding` (broken rule), `NotChecked` (rule not applied), `Shortfall` (missing room)."""
 
 from __future__ import annotations
 
@@ -8,21 +8,24 @@ from sitscad.basics.record import record
 
 
 class Severity(StrEnum):
-    """How much a finding weighs; only an error stops a build."""
+    """Severity of a finding. Only an error stops a build."""
 
     ERROR = "error"
     WARNING = "warning"
     NOTE = "note"
 
     def weighs(self, least: Severity) -> bool:
-        """Whether it is as grave as `least`, or graver."""
+        """Whether the severity is at least `least`."""
         order = list(Severity)
         return order.index(self) <= order.index(least)
 
 
 @record
 class Place:
-    """A point on the board in metres, with the copper layer (1 is the top one) and the nets where these matter."""
+    """A point on the board (m).
+
+    The copper layer (1 is the top one) and the nets are set if the finding concerns them.
+    """
 
     x: float
     y: float
@@ -31,7 +34,7 @@ class Place:
 
 
 class Missing(StrEnum):
-    """What a board can lack."""
+    """Kinds of room that a board can lack."""
 
     WAY_OUT = "a copper layer on which a coil comes out"
     INNER_ROOM = "room for the vias inside a coil"
@@ -43,10 +46,10 @@ class Missing(StrEnum):
 
 @record
 class Shortfall:
-    """Something that found no room on a board: what, how much there is of what it takes, and where.
+    """A part for which a board has no room.
 
-    ``have`` and ``need`` are in ``unit``; None where nobody can say how much it takes. ``facts`` are what else its
-    words name (`_WORDS`).
+    ``have`` and ``need`` are the available and the needed room in ``unit``. ``need`` is None if it is unknown.
+    ``facts`` are further values for the message (`_WORDS`).
     """
 
     what: Missing
@@ -58,12 +61,12 @@ class Shortfall:
 
     @property
     def missing(self) -> float | None:
-        """How much is missing, as far as it is known."""
+        """Room that is missing, in ``unit``. None if it is unknown."""
         return None if self.have is None or self.need is None else self.need - self.have
 
     @property
     def message(self) -> str:
-        """What found no room, in words."""
+        """Text that names the part without room, with its figures."""
         facts = dict(self.facts)
         words = _WORDS_OF_ONE.get(self.what, "") if facts.get("count") == 1 else ""
         asked = _WORDS_OF_NEED.get(self.what, "") if self.need is not None else ""
@@ -82,7 +85,7 @@ _WORDS = {
     "{connector} (pitch {pitch:g} mm, {tail:.1f} mm of tail)",
     Missing.BODY_ROOM: "{what} not inside the body that is asked for ({body})",
 }
-"""What is said of a shortfall, with its facts in their places; lengths there are in millimetres."""
+"""Messages of shortfalls. `facts` fill the gaps, with lengths in millimetres."""
 
 _WORDS_OF_ONE = {
     Missing.WAY_OUT: "a coil of {count} layer ends inside its turns, and the stack-up {stackup} has no copper layer "
@@ -90,21 +93,21 @@ _WORDS_OF_ONE = {
     Missing.INNER_ROOM: "no room for the via and the stubs to it inside the innermost turn, where {clear:.3f} mm are "
     "clear",
 }
-"""The words of a need where it is of a single coil."""
+"""Messages for a count of one."""
 
 _WORDS_OF_NEED = {
     Missing.TAIL_ROOM: ": {rules} asks {track:g} um from track to track",
     Missing.BODY_ROOM: ": {missing:.0f} um are missing on its side",
 }
-"""What is added where it is known how much it takes."""
+"""Text added to the message if the needed room is known."""
 
 
 @record
 class Edit:
-    """One key of the spec, and the value that it takes, as it is written there.
+    """A change of one key of the spec.
 
-    ``old`` is what stands there now, None for a key that is not there; ``what`` is ``value``, or ``name`` where not the
-    value but the key's name becomes another.
+    ``new`` and ``old`` are written as in the spec. ``old`` is None if the spec does not have the key. ``what`` is
+    ``name`` if the key is renamed, else ``value``.
     """
 
     key: str
@@ -114,14 +117,17 @@ class Edit:
 
     @property
     def words(self) -> str:
-        """What it changes, in words."""
+        """Text of the change."""
         if self.what == "name":
             return f"{self.key} is now {self.new}"
         return f"{self.key}: {self.new}" + ("" if self.old is None else f" instead of {self.old}")
 
     @property
     def is_safe(self) -> bool:
-        """Whether it leaves alone what the sensor is: its turns, size, layers and materials, and how often it reads."""
+        """Whether the change keeps the sensor's design.
+
+        A change of a material or of a `SETTLED` key, such as turns, size, layers or scan rate, is not safe.
+        """
         is_settled = any(f"{self.key}.".startswith(f"{key}.") for key in SETTLED) or "material" in self.key.split(".")
         return self.what == "name" or not is_settled
 
@@ -146,13 +152,15 @@ SETTLED = (
     "readout.scan_rate",
     "requirements",
 )
-"""Keys that, like materials, decide what a sensor is and gives, and who makes it: only who designed it changes them."""
+"""Keys that, like materials, define a sensor, its performance or its maker. Only the designer changes them."""
 
 
 @record
 class Remedy:
-    """Edits that together mend a finding, found by trying, and the rules that warn of the changed design and not, or of
-    less, of the design as it stands. ``is_sure`` is False where a word is only guessed.
+    """A fix: edits that together remove a finding, found by trying them.
+
+    ``brings`` names rules that warn of the changed design and do not warn, or warn less, of the present design.
+    ``is_sure`` is False if the fix only guesses the meaning of a word.
     """
 
     edits: tuple[Edit, ...]
@@ -161,20 +169,32 @@ class Remedy:
 
     @property
     def is_safe(self) -> bool:
-        """Whether it may be written into a spec without asking."""
+        """Whether the fix may be written into a spec without asking the user."""
         return self.is_sure and all(edit.is_safe for edit in self.edits)
 
 
 @record
 class Finding:
-    """One complaint about a design.
+    """A broken rule, or a remark of a rule, about a design.
 
-    ``key`` is the dotted path of the spec's entry (``coil.turns``); ``line`` and ``column`` count from 1 and are filled
-    in where the spec's text is known. ``measured`` and ``limit`` are SI values in ``unit``; ``sigma`` says how many
-    standard deviations of manufacture lie between them, where that is known. ``file`` is the path of the file that line
-    and column count in, where that is not the spec itself (a fabricator's profile). ``fixes`` are what mends it, the
-    best first. ``keeps_limit`` is set where ``measured`` lies on the right side of the limit, by little. ``detail`` is
-    what the message leaves to those who want to know more: spreads, figures of every coil, where a limit is from.
+    Attributes
+    ----------
+    key : str or None
+        dotted path of the spec's entry (``coil.turns``)
+    line, column : int or None
+        place of the entry, counted from 1, if the spec's text is known
+    measured, limit : float or None
+        compared values, SI, in ``unit``
+    sigma : float or None
+        number of standard deviations of manufacture between both values, if known
+    file : str or None
+        file of ``line`` and ``column`` if it is not the spec (a fabricator's profile)
+    fixes : tuple of Remedy
+        fixes, the best first
+    keeps_limit : bool
+        whether ``measured`` keeps the limit, by little
+    detail : str
+        text that the message leaves out: standard deviations, figures of every coil, the source of the limit
     """
 
     rule: str
@@ -197,7 +217,7 @@ class Finding:
     detail: str = ""
 
     def __repr__(self) -> str:
-        """A line with rule, severity and message."""
+        """Return a line with rule, severity and message."""
         return f"<Finding {self.rule} {self.severity}: {self.message[:160]}>"
 
     @property
@@ -207,13 +227,16 @@ class Finding:
 
     @property
     def advised_message(self) -> str:
-        """The message with the hint in a line of its own, for forms that have no place for hints."""
+        """The message with the hint on a line of its own, for formats without a field for hints."""
         return f"{self.whole_message}\nHint: {self.hint}" if self.hint else self.whole_message
 
 
 @record
 class NotChecked:
-    """A rule that could not be applied, and why: silence never means that a rule passed."""
+    """A rule that could not be applied, with the reason.
+
+    A rule without a finding has passed only if it is not listed here.
+    """
 
     rule: str
     reason: str
@@ -221,7 +244,7 @@ class NotChecked:
 
 @record
 class Ignored:
-    """A finding not held against the design, why, and by what: ``comment``, ``configuration``, ``baseline``."""
+    """A finding that does not count, with the reason and the waiver: ``comment``, ``configuration`` or ``baseline``."""
 
     finding: Finding
     reason: str

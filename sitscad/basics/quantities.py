@@ -1,6 +1,6 @@
-"""Quantities of results, each declared once: JSON key with its SI unit, name for people, digits, field of its sigma.
+"""Quantities of results, each declared once: JSON key with SI unit, label, digits, and field of its standard deviation.
 
-JSON documents, texts, pages, data sheets, firmware, studies and the watched page are made of these tables.
+JSON documents, texts, pages, data sheets, firmware, studies and the watched page use these tables.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ UNIT = re.compile("_(H_per_N|Hz_per_N|H|ohm|F|Hz|V|A|s|m2?|Pa|N)$")
 
 @record
 class Quantity:
-    """A quantity of a result: its JSON key, its name for people, and the significant digits of its text.
+    """A quantity of a result: its JSON key, its label for people, and the number of significant digits in texts.
 
-    ``path`` names the field of the result, with dots for a field of a field; it is the key without its unit if left
-    out. ``sigma`` names the field of one standard deviation alike. A share (``is_share``) is shown in per cent. Without
-    a label the quantity is in JSON only.
+    ``path`` names the field of the result, with dots for a field of a field. If it is left out, it is the key without
+    its unit. ``sigma`` names the field of the standard deviation. Fractions (``is_share``) are shown in per cent. A
+    quantity without a label is in JSON only.
     """
 
     key: str
@@ -35,7 +35,7 @@ class Quantity:
 
     @property
     def unit(self) -> str:
-        """SI unit, like ``H/N``. Empty for shares, counts and words."""
+        """SI unit, like ``H/N``. Empty for fractions, counts and texts."""
         found = UNIT.search(self.key)
         return found[1].replace("_per_", "/") if found else ""
 
@@ -49,7 +49,7 @@ class Quantity:
         return _read(result, self.field)
 
     def number(self, result: object) -> Any:
-        """Return the value for JSON: a number that is not finite is None."""
+        """Return the value for JSON. None if it is a number that is not finite."""
         value = self.value(result)
         return finite(value) if self.unit or isinstance(value, float) else value
 
@@ -63,12 +63,12 @@ class Quantity:
         return self.shown(self.value(result))
 
     def text(self, result: object) -> str:
-        """Return the value for people, with one sigma if that is known."""
+        """Return the value for people, with one standard deviation if that is known."""
         sigma = self.deviation(result)
         return self.plain(result) if sigma is None else self.shown(self.value(result), sigma)
 
     def shown(self, value: Any, sigma: float | None = None) -> str:
-        """Return a value of this quantity for people, with one sigma if that is known."""
+        """Return a value of this quantity for people, with one standard deviation if that is known."""
         if isinstance(value, bool):
             return "yes" if value else "no"
         if value is None or isinstance(value, (int, str)):
@@ -76,7 +76,7 @@ class Quantity:
         if self.is_share:
             return plus_minus(100.0 * value, None if sigma is None else 100.0 * sigma, "%", digits=self.digits)
         if self.unit == "m":
-            value = round(value, 9) + 0.0  # a difference of lengths that is zero but for its last bits
+            value = round(value, 9) + 0.0  # rounding errors in differences of equal lengths
         unit, slash, per = self.unit.partition("/")
         return plus_minus(value, sigma, unit, slash + per, self.digits)
 
@@ -89,9 +89,9 @@ def _read(result: object, path: str) -> Any:
 
 
 class Table(NamedTuple):
-    """A table for people: the heads of its columns, its rows, its title, and what to know of it.
+    """A table for people: the heads of its columns, its rows, its title, and notes.
 
-    A table without rows is not shown. A head without words is shown on pages only.
+    A table without rows is not shown. An empty head is shown on pages only.
     """
 
     head: Sequence[str]
@@ -106,7 +106,7 @@ def document(result: object, quantities: Iterable[Quantity]) -> dict[str, Any]:
 
 
 def deviations(result: object, quantities: Iterable[Quantity]) -> dict[str, float | None]:
-    """Return one standard deviation of quantities by their JSON keys, of those that have one."""
+    """Return one standard deviation by JSON key, for quantities that have the field."""
     return {each.key: finite(each.deviation(result)) for each in quantities if each.sigma}
 
 
@@ -129,12 +129,15 @@ def finite(value: float | None) -> float | None:
 
 
 def percent(share: float | None) -> str:
-    """Return a share in per cent, with two digits. A dash if it is absent or not finite."""
+    """Return a fraction in per cent, with two digits. A dash if it is absent or not finite."""
     return f"{100.0 * share:.2g} %" if share is not None and math.isfinite(share) else NONE
 
 
 def plus_minus(value: float, sigma: float | None, unit: str, per: str = "", digits: int = 3) -> str:
-    """Return a number and one sigma, in the number's unit unless sigma is far below it: ``1.15 +- 0.087 mm``."""
+    """Return a number and one standard deviation, as ``1.15 +- 0.087 mm``.
+
+    A much smaller deviation keeps its own unit.
+    """
     shown = quantity(value, unit, digits)
     if sigma is None or not math.isfinite(sigma) or shown == NONE:
         return shown + (per if shown != NONE else "")
@@ -190,13 +193,13 @@ STEPS = (
     Quantity("noise_H", "quantisation noise (step / sqrt 12)", 3),
     Quantity("coil_amplitude_V", "amplitude at the coil", 3),
 )
-"""What the converter resolves in one state."""
+"""Resolution of the converter in one state."""
 
 OTHERS = (
     Quantity("apparent_inductance_H", "on an LCR meter"),
     Quantity("converter_inductance_H", "by the firmware's formula"),
 )
-"""Inductances in one state as others see them."""
+"""Inductances in one state as other instruments or formulas give them."""
 
 STATE = (*TANK, COMPUTED_WITHIN, Quantity("target_change_H"), Quantity("target_change_error"), *OTHERS, *STEPS)
 """All quantities of one state."""
@@ -259,7 +262,7 @@ METERED = (
     COMPUTED_WITHIN,
     Quantity("direct_ohm", "resistance, direct current", 3, sigma="direct_sigma"),
 )
-"""What a usual meter reads of a bare board's coil (`Metered`)."""
+"""Readings of a usual meter on a bare board's coil (`Metered`)."""
 
 BARE_TANK = (
     Quantity("frequency_Hz", "frequency in the tank", sigma="spread.frequency"),
@@ -267,7 +270,7 @@ BARE_TANK = (
     Quantity("resistance_ohm", "resistance", 3, sigma="spread.resistance"),
     COMPUTED_WITHIN,
 )
-"""What a meter reads of a bare board's coil at the frequency of its tank (`StateEstimate`)."""
+"""Readings of a meter on a bare board's coil at the frequency of its tank (`StateEstimate`)."""
 
 AT_FREQUENCY = (
     Quantity("coil", "coil"),
@@ -310,7 +313,7 @@ LONE_COIL_AT_FREQUENCY = (
     Quantity("apparent_inductance_H", "L on an LCR meter"),
     Quantity("apparent_resistance_ohm", "R there"),
 )
-"""Quantities of such a coil at a frequency (`CoilAtFrequency`)."""
+"""Quantities of a coil without a sensor at a frequency (`CoilAtFrequency`)."""
 
 DRAWN_COIL = (
     Quantity("low_frequency_inductance_H", "inductance, direct current"),
@@ -318,7 +321,7 @@ DRAWN_COIL = (
     Quantity("direct_current_resistance_ohm", "resistance, direct current"),
     Quantity("track_length_m", "length of the track"),
 )
-"""Quantities of a coil that somebody drew (`DrawnCoil`)."""
+"""Quantities of a coil that a user drew (`DrawnCoil`)."""
 
 DRAWN_COIL_AT_FREQUENCY = (
     *LONE_COIL_AT_FREQUENCY[:2], Quantity("inductance_error", "+-", 2, is_share=True), *LONE_COIL_AT_FREQUENCY[3:7]
@@ -342,7 +345,7 @@ RESPONSE = (
     Quantity("frequency_by_pose", path="by_pose"),
     Quantity("frequency_by_load", path="by_load"),
 )
-"""Arrays of a `Response`; texts have those with a label, one value a coil."""
+"""Arrays of a `Response`. Texts show the labelled ones, with one value per coil."""
 
 SIGNAL = (
     Quantity("coil"),

@@ -1,9 +1,9 @@
-"""Records: frozen dataclasses that cost next to nothing to make.
+"""Records: frozen dataclasses that take little time to define.
 
-A spec, a layout and its estimates are made of a hundred and sixty small frozen classes. The standard library writes and
-compiles six functions of its own for each of them at every start (up to Python 3.12), which was a sixth of the time of
-`sitscad check`. The methods here are made once for all classes; what a class contributes are its names. Everything that
-takes a dataclass takes a record: `dataclasses.field`, `replace`, `fields`, `asdict`, and type checkers.
+A spec, a layout and its estimates consist of a hundred and sixty small frozen classes. The standard library writes and
+compiles six functions for each class at every start (up to Python 3.12), which was a sixth of the time of `sitscad
+check`. The methods here are shared by all classes. A class contributes only its field names. Functions for dataclasses
+take records: `dataclasses.field`, `replace`, `fields`, `asdict`, and type checkers.
 """
 
 from __future__ import annotations
@@ -33,11 +33,14 @@ def record(*, eq: bool) -> Callable[[Class], Class]: ...
 def record(cls: Any = None, /, *, eq: bool = True) -> Any:
     """Make a class of annotated fields a frozen dataclass, as ``@dataclass(frozen=True)`` does.
 
-    Without `eq` every instance is equal to itself alone: for classes that hold arrays.
+    With `eq` False, each instance is equal to itself only. Classes that hold arrays need this.
     """
 
     def made(cls: type) -> type:
-        """The class as a record, made with as little as that takes: most classes of a command have no instance."""
+        """Return the class as a record.
+
+        Methods are compiled at first use, because most classes of a command have no instance.
+        """
         methods: dict[str, Any] = {**_SHARED, "__init__": _init_on_first_use(cls), _FIELDS: _FieldsOnFirstUse(cls)}
         if eq:
             methods |= _comparing_on_first_use(cls)
@@ -51,21 +54,21 @@ def record(cls: Any = None, /, *, eq: bool = True) -> Any:
 
 
 _FIELDS = "__dataclass_fields__"
-"""The attribute by which the standard library knows a dataclass."""
+"""Attribute by which the standard library recognises a dataclass."""
 
 
 _LOCK = RLock()
-"""Held while a class is completed, for two threads may ask for its fields at once."""
+"""Lock held while a class is completed, because two threads may read its fields at once."""
 
 
 class _FieldsOnFirstUse:
-    """The fields of a record as a dataclass has them, found when they are first asked for: most records never are."""
+    """The fields of a record as a dataclass has them, completed at first access. Most records never need them."""
 
     def __init__(self, cls: type) -> None:
         self._cls = cls
 
     def __get__(self, instance: object, owner: type) -> dict[str, Field[Any]]:
-        """The fields by name. The class is a dataclass from then on."""
+        """Return the fields by name. The first call completes the class as a dataclass."""
         with _LOCK:
             if self._cls.__dict__[_FIELDS] is self:
                 self._complete(self._cls)
@@ -75,7 +78,7 @@ class _FieldsOnFirstUse:
     @staticmethod
     def _complete(cls: type) -> None:
         stated = get_annotations(cls)
-        # A text may stand for a ClassVar, which a dataclass looks for with patterns: a fifth of its time
+        # A text may stand for a ClassVar. A dataclass searches texts with patterns, a fifth of its time
         cls.__annotations__ = {n: kind if "ClassVar" in str(kind) else object for n, kind in stated.items()}
         dataclass(init=False, repr=False, eq=False)(cls)
         cls.__annotations__ = stated
@@ -88,8 +91,10 @@ _WITHOUT_DEFAULT: Field[Any] = field()
 
 @cache
 def _own_fields(cls: type) -> dict[str, Field[Any]]:
-    """Fields of a record by name, those of its bases first. Only their defaults and flags are set: to complete them as
-    the standard library does takes ten times as long, and constructors, equality and copies need no more.
+    """Return the fields of a record by name, with the fields of its bases first.
+
+    Only defaults and flags are set. Constructors, equality and copies need no more, and complete fields take ten times
+    as long.
     """
     found: dict[str, Field[Any]] = {}
     for base in reversed(cls.__mro__):
@@ -105,21 +110,21 @@ def _own_fields(cls: type) -> dict[str, Field[Any]]:
 
 
 def _init_on_first_use(cls: type) -> Callable[..., None]:
-    """A constructor that makes the real one when it is first called."""
+    """Return a constructor that replaces itself with the compiled one at its first call."""
 
     def __init__(self: Any, /, *values: Any, **named: Any) -> None:
         compiled = _compiled_init(cls)
-        setattr(cls, "__init__", compiled)  # noqa: B010 - an assignment is no business of a type checker
+        setattr(cls, "__init__", compiled)  # noqa: B010 - a type checker would refuse an assignment
         compiled(self, *values, **named)
 
     return __init__
 
 
 def _compiled_init(cls: type) -> Callable[..., None]:
-    """The constructor of a record, as a dataclass would write it."""
+    """Return the constructor of a record, equal to the constructor of a dataclass."""
     names, own = _own_fields(cls).keys(), _own_fields(cls).values()
     if "__match_args__" not in cls.__dict__:
-        setattr(cls, "__match_args__", tuple(names))  # noqa: B010 - an assignment is no business of a type checker
+        setattr(cls, "__match_args__", tuple(names))  # noqa: B010 - a type checker would refuse an assignment
     factories = {k: one.default_factory for k, one in enumerate(own) if one.default_factory is not MISSING}
     pattern = _init_pattern(len(own), tuple(factories))
     called = dict(zip(_numbered(len(own)), names, strict=True))
@@ -138,8 +143,9 @@ def _compiled_init(cls: type) -> Callable[..., None]:
 
 @cache
 def _init_pattern(count: int, made: tuple[int, ...]) -> CodeType:
-    """The code of a constructor of so many fields, numbered; those `made` have factories of defaults. A class's own is
-    this one with other names, which takes a tenth of the time of compiling it.
+    """Return the code of a constructor with `count` numbered fields. The fields in `made` have default factories.
+
+    A class's constructor is this code with other names. Renaming takes a tenth of the time of compiling.
     """
     names = _numbered(count)
     values = [f"new_{k}() if {name} is missing else {name}" if k in made else name for k, name in enumerate(names)]
@@ -154,7 +160,7 @@ def _numbered(count: int) -> list[str]:
 
 
 def _comparing_on_first_use(cls: type) -> dict[str, Callable[..., Any]]:
-    """Equality and hash of a record, made when one of both is first asked for."""
+    """Return equality and hash of a record. Both are created when either is first used."""
 
     def real(name: str) -> Callable[..., Any]:
         for key, method in _comparing(_own_fields(cls)).items():
@@ -169,7 +175,7 @@ def _comparing_on_first_use(cls: type) -> dict[str, Callable[..., Any]]:
 
 
 def _comparing(own: dict[str, Field[Any]]) -> dict[str, Callable[..., Any]]:
-    """Equality and hash of a record by its fields."""
+    """Return equality and hash of a record by its fields."""
     compared = _values_of([name for name, one in own.items() if one.compare])
     hashed = _values_of([name for name, one in own.items() if (one.compare if one.hash is None else one.hash)])
 
@@ -188,16 +194,16 @@ def _comparing(own: dict[str, Field[Any]]) -> dict[str, Callable[..., Any]]:
 
 
 HASH = "_hash"
-"""The name that a record's hash is kept under, once it was asked for."""
+"""Name under which a record stores its hash once it is computed."""
 
 
 def _without_hash(self: Any) -> dict[str, Any]:
-    """What is copied and pickled: in another process texts have other hashes."""
+    """Return the state to copy or pickle. It has no hash, because hashes of texts differ between processes."""
     return {name: value for name, value in self.__dict__.items() if name != HASH}
 
 
 def replace(one: Made, /, **changes: Any) -> Made:
-    """The record with other values of some fields, as `dataclasses.replace` makes it at four times the cost."""
+    """Return the record with other values of some fields. `dataclasses.replace` takes four times as long."""
     inside, names = cast(Any, one).__dict__, _own_fields(cast(type, type(one)))
     found = object.__new__(type(one))
     own = found.__dict__
@@ -210,7 +216,7 @@ def replace(one: Made, /, **changes: Any) -> Made:
 
 
 class FrozenDict(dict[Any, Any]):
-    """A mapping that cannot be changed: it may be shared, copied, pickled and written as JSON."""
+    """A mapping that cannot be changed. It may be shared, copied, pickled and written as JSON."""
 
     def _refuse(self, *_: Any, **__: Any) -> NoReturn:
         raise TypeError("this mapping is part of a frozen value and cannot be changed: change a copy, dict(...)")
@@ -234,7 +240,7 @@ def with_frozen_mappings(one: Made) -> Made:
 
 
 def kept(by: Any, name: str, make: Callable[[], Made]) -> Made:
-    """What `make` gives, made once and kept with a record under a name; what is replaced has it to make anew."""
+    """Return `make()`, computed once and cached with the record under a name. A replaced record computes it again."""
     inside = by.__dict__
     if name not in inside:
         inside[name] = make()

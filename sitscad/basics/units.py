@@ -1,7 +1,6 @@
-"""Quantities as people write them ("0.15 mm", "4 mil", "330 pF") to SI floats, and back.
+"""Conversion of quantities as people write them ("0.15 mm", "4 mil", "330 pF") to SI floats, and back.
 
-The only place where units are converted: everything behind it is metres, henries, farads, ohms, hertz, newtons and
-pascals.
+Units are converted here only. All other code uses metres, henries, farads, ohms, hertz, newtons and pascals.
 """
 
 from __future__ import annotations
@@ -38,7 +37,7 @@ UNITS: dict[str, dict[str, Decimal]] = {
     "temperature": {"degC": Decimal(1), "C": Decimal(1), "\N{DEGREE SIGN}C": Decimal(1)},
     "temperature coefficient": {"1/K": Decimal(1), "/K": Decimal(1), "ppm/K": Decimal("1e-6")},
 }
-"""For every dimension its units and their factors to SI; a unit written here is a unit accepted."""
+"""Accepted units of each dimension with their factors to SI."""
 
 EXAMPLES = {
     "length": "0.1 mm, 100 um or 4 mil",
@@ -60,11 +59,11 @@ _LONGEST = 64
 
 
 class UnitError(ValueError):
-    """Raised for a quantity that cannot be read. The text names what was read; `hint` names what is allowed.
+    """Raised for a quantity that cannot be read. The text names the input, and `hint` names the allowed form.
 
     ``reason`` is ``"unit"`` (missing, unknown or of another dimension), ``"number"`` (no number), ``"range"`` (not
-    finite or absurdly large) or ``"type"`` (neither a text nor a number). ``candidates`` are corrections that may
-    have been meant, as text. ``is_sure`` is True if the only candidate is the only possible reading.
+    finite or absurdly large) or ``"type"`` (neither a text nor a number). ``candidates`` are corrections that the user
+    may have meant, as text. ``is_sure`` is True if the only candidate is the only possible reading.
     """
 
     def __init__(
@@ -75,7 +74,7 @@ class UnitError(ValueError):
 
     @property
     def hint(self) -> str:
-        """Text that asks for the candidates ("did you mean 3 mm?") and names what is allowed."""
+        """Text with the candidates ("did you mean 3 mm?") and the allowed form."""
         return f"did you mean {' or '.join(self.candidates)}? {self.advice}" if self.candidates else self.advice
 
     @property
@@ -101,11 +100,15 @@ def _is_within(text: str, dimension: str, low: float, high: float) -> bool:
 
 
 def parse_quantity(value: str | int | float, dimension: str) -> float:
-    """A quantity in SI units.
+    """Return a quantity in SI units.
 
-    A bare number is millimetres for a length; every other dimension needs its unit (a bare zero angle is let pass: it
-    is the same in every unit). The result is the double nearest to what is written, so that ``100 um``, ``0.1 mm`` and
-    ``0.1`` agree. Raises `UnitError` where there is no finite number, or its unit is missing or of another dimension.
+    A bare number is millimetres for a length. Every other dimension needs its unit, except that an angle of zero may
+    have none. The result is the double nearest to the written number, so that ``100 um``, ``0.1 mm`` and ``0.1`` agree.
+
+    Raises
+    ------
+    UnitError
+        if there is no finite number, or its unit is missing or of another dimension
     """
     if isinstance(value, bool) or not isinstance(value, (str, int, float)):
         raise UnitError(f"{_shortened(value)} is no {dimension}", "type", f"write it like {EXAMPLES[dimension]}")
@@ -128,7 +131,7 @@ def parse_quantity(value: str | int | float, dimension: str) -> float:
 
 
 def _split(value: str | int | float, dimension: str) -> tuple[Decimal, str]:
-    """The number and the unit of a written quantity; UnitError where there is no number."""
+    """Return the number and the unit of a written quantity. Raises UnitError if there is no number."""
     if not isinstance(value, str):
         if (isinstance(value, int) and abs(value) >= 10**30) or not math.isfinite(value):
             raise UnitError(
@@ -151,14 +154,14 @@ _SCALES: dict[str, tuple[Decimal, Decimal]] = {
     **dict.fromkeys(("degF", "F", "\N{DEGREE SIGN}F"), (Decimal(-32), Decimal(5) / 9)),
     **dict.fromkeys(("K", "degK"), (Decimal("-273.15"), Decimal(1))),
 }
-"""Other scales of temperature: what is added and then multiplied to get degrees Celsius."""
+"""Other scales of temperature: the number to add, then the factor, to get degrees Celsius."""
 
 
 _SI_PREFIXES = frozenset("YZEPTGMkhdcmunpfa")
 
 
 def _unit_error(number: Decimal, unit: str, dimension: str) -> UnitError:
-    """The error for a unit that is not known, with the one that may be meant."""
+    """Return the error for an unknown unit, with similar units as candidates."""
     allowed = f"allowed: {', '.join(name for name in UNITS[dimension] if name.isascii())}"
     if dimension == "temperature" and unit in _SCALES:
         offset, factor = _SCALES[unit]
@@ -168,7 +171,7 @@ def _unit_error(number: Decimal, unit: str, dimension: str) -> UnitError:
     if other:
         return UnitError(f"{unit[:24]} is a unit of {other}, not of {dimension}", "unit", allowed)
     close = [name for name in UNITS[dimension] if name.casefold() == unit.casefold() and name.isascii()]
-    if unit[:1].isupper():  # nobody writes a capital for milli, but a small m for mega is a common slip
+    if unit[:1].isupper():  # a small m for mega is a common slip, a capital M for milli is not
         close = [name for name in close if name[0] == unit[0]] or close
     # Units that differ by their SI prefix, such as MN and mN, are a factor of 1e9 apart
     is_sure = len(close) == 1 and not (unit[0] != close[0][0] and unit[0] in _SI_PREFIXES)
@@ -191,7 +194,7 @@ SI_UNITS = {
     "moment": "N m", "pressure": "Pa", "conductivity": "S/m", "angle": "rad", "temperature": "degC",
     "temperature coefficient": "1/K",
 }
-"""The unit of each dimension in which values are kept."""
+"""SI unit of each dimension, in which values are stored."""
 
 _WRITTEN = {
     dimension: tuple(f"{prefix}{unit}" for prefix in ("n", "u", "m", "", "k", "M", "G")
@@ -233,11 +236,11 @@ _SHOWN = {
 
 
 def show(value: float, unit: str, digits: int = 4) -> str:
-    """A quantity for people, from SI: ``show(2.523424e-6, "H")`` is ``"2.523 uH"``.
+    """Return a quantity for people, from SI: ``show(2.523424e-6, "H")`` is ``"2.523 uH"``.
 
-    `unit` is the SI unit's name (``m``, ``H``, ``F``, ``ohm``, ``Hz``, ``N``, ``N m``, ``Pa``, ``V``, ``A``, ``s``,
-    ``S/m``, or any other, which is then written without a prefix); `digits` are significant digits, trailing zeros are
-    dropped. Lengths stay in millimetres up to 10 m. Does not depend on the locale.
+    `unit` is the name of the SI unit (``m``, ``H``, ``F``, ``ohm``, ``Hz``, ``N``, ``N m``, ``Pa``, ``V``, ``A``,
+    ``s``, ``S/m``). Any other unit is written without a prefix. `digits` are significant digits, and trailing zeros are
+    dropped. Lengths stay in millimetres up to 10 m. The text does not depend on the locale.
     """
     if not math.isfinite(value):
         return f"{value} {unit}".strip()
@@ -261,9 +264,9 @@ def quantity(value: float | None, unit: str, digits: int = 4) -> str:
 
 
 def decimal(value: float, most: int = 4, least: int = 0) -> str:
-    """A number in plain decimals, the same on every machine: at most and at least so many of them, never "-0".
+    """Return a number with `least` to `most` decimals, equal on every machine and never "-0".
 
-    What every file and every drawing writes its coordinates with.
+    All files and drawings write their coordinates with this function.
     """
     whole, _, decimals = f"{value:.{most}f}".partition(".")
     decimals = decimals.rstrip("0").ljust(least, "0")
@@ -272,12 +275,12 @@ def decimal(value: float, most: int = 4, least: int = 0) -> str:
 
 
 def in_mm(metres: float, most: int = 4, least: int = 0) -> str:
-    """A length (m) in millimetres without its unit, as `decimal` writes it."""
+    """Return a length (m) in millimetres without its unit, as `decimal` writes it."""
     return decimal(metres * 1e3, most, least)
 
 
 def _plain(number: float, digits: int) -> str:
-    """Significant digits without an exponent where that stays readable, and without trailing zeros."""
+    """Return significant digits without trailing zeros, and without an exponent for 1e-6 up to 1e9."""
     text = f"{number:.{max(1, digits)}g}"
     if "e" in text and 1e-6 <= abs(number) < 1e9:
         places = max(0, digits - 1 - math.floor(math.log10(abs(number))))
@@ -288,18 +291,18 @@ def _plain(number: float, digits: int) -> str:
 
 
 def counted(count: int, what: str) -> str:
-    """A number of things in words, in the plural where there is not one."""
+    """Return a count with its noun, in the plural unless the count is one."""
     return f"{count} {what}{'' if count == 1 else 's'}"
 
 
 def cell(value: float) -> str:
-    """A figure in a table for programs: ten digits, nothing where there is none."""
+    """Return a number for a table that programs read, with ten digits. Empty if it is not finite."""
     return f"{value + 0.0:.10g}" if math.isfinite(value) else ""
 
 
 def csv_text(rows: Iterable[Sequence[object]]) -> str:
-    """A table for programs: its rows, the head first, as comma-separated values, a line each."""
-    import csv  # most commands write none
+    """Return rows as comma-separated values, one line per row. The first row is the head."""
+    import csv  # most commands write no tables
     import io
 
     text = io.StringIO()
@@ -308,6 +311,6 @@ def csv_text(rows: Iterable[Sequence[object]]) -> str:
 
 
 def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
-    """The lines of a table for people: the cells of its rows under each other, two spaces between columns."""
+    """Return the lines of a table for people, with aligned columns and two spaces between them."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return ["  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]

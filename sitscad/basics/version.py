@@ -1,3 +1,3 @@
-"""The version of sitscad, which what it makes carries."""
+"""The version of sitscad, written into every file that sitscad makes."""
 
 __version__ = "0.1.0"
