@@ -1,11 +1,11 @@
-"""`build`: nothing where nothing has changed, else checks and stages; and what is stale of a package.
+"""Build of a package, and comparison of a package with its spec.
 
-This much is loaded for a package that stays as it is; what checks and draws is in `stages`, and is loaded when
-something has to be made.
+If nothing has changed, only this module is loaded. The code that checks and draws is in `stages`, and is loaded when
+files have to be made.
 
 The folder is exchanged as a whole or not at all, by one build at a time. A build writes into a staging folder beside
-the package, exchanges the two, and removes of the old package only the files that match its manifest. It moves all
-other files and never copies them, so that pipes, unreadable files and files that appeared meanwhile are kept.
+the package, exchanges the two, and removes from the old package only the files that match its manifest. It moves all
+other files and never copies them. Pipes, unreadable files and files that appeared meanwhile are therefore kept.
 """
 
 from __future__ import annotations
@@ -76,21 +76,21 @@ _RENAME_EXCHANGE = 2
 
 @contextlib.contextmanager
 def opened_for_building(parent: Path, name: str) -> Iterator[Path]:
-    """Hold the package `parent/name` for one build and yield an empty staging folder beside it.
+    """Return hold the package `parent/name` for one build and yield an empty staging folder beside it.
 
-    Leftovers of killed builds are removed first. The staging folder is gone afterwards, whatever happens.
+    Leftovers of killed builds are removed first. The staging folder is always removed afterwards.
 
     Raises
     ------
     PackageError
-        when another build holds the package, or the folder cannot be written.
+        if another build holds the package, or the folder cannot be written
     """
     with explained(f"cannot build in {parent}"):
         parent.mkdir(parents=True, exist_ok=True)
         lock = _lock(parent, name)
     try:
         with explained(f"cannot build in {parent}"):
-            # put right what a killed build left behind; the lock is held, so nobody else uses these folders
+            # Repair leftovers of a killed build. The lock is held, so no other process uses these folders
             target = parent / name
             ours = _leftovers_of(name)
             for leftover in sorted(path for path in parent.iterdir() if ours.fullmatch(path.name)):
@@ -113,7 +113,7 @@ def opened_for_building(parent: Path, name: str) -> Iterator[Path]:
 
 
 def write_package(staged: Path, files: Mapping[str, bytes], manifest: Manifest) -> None:
-    """Write the files of a package, and its manifest last, so that a folder with a manifest is a whole package."""
+    """Write the files of a package, and its manifest last. A folder with a manifest is therefore a whole package."""
     write_files(staged, files)
     write_files(staged, {_PARTIAL_MANIFEST: manifest.as_bytes()})
     with explained(f"cannot write into {staged.parent}"):
@@ -124,10 +124,10 @@ _PARTIAL_MANIFEST = f"{MANIFEST}.new"
 
 
 def put_in_place(staged: Path, target: Path) -> Path | None:
-    """Exchange the staged package for the target in one step, and remove the old package.
+    """Return exchange the staged package for the target in one step, and remove the old package.
 
     Return the folder that now holds the old package's files that no build wrote (``NAME.kept-1``, 2, 3 ...). None if
-    there are no such files. Files that KiCad left beside its project stay there.
+    there are no such files. Files that KiCad left beside its project stay in place.
 
     If the system cannot exchange two folders, the old one is renamed first. If a build is killed between the two
     renames, the next build completes the exchange.
@@ -165,7 +165,10 @@ def _carry_over(old: Path, target: Path) -> None:
 
 
 def _clear(leftover: Path, target: Path) -> None:
-    """Remove what a build left behind. A folder without a manifest is unfinished: only that build wrote into it."""
+    """Remove the leftover folder of a build.
+
+    A folder without a manifest is unfinished, and only that build wrote into it.
+    """
     if (leftover / MANIFEST).is_file():
         _remove(leftover, target)
     else:
@@ -186,7 +189,7 @@ def _remove(old: Path, target: Path) -> Path | None:
             with contextlib.suppress(OSError):
                 os.unlink(old / name)
     for folder, _, _ in os.walk(old, topdown=False):
-        with contextlib.suppress(OSError):  # it has files that stay
+        with contextlib.suppress(OSError):  # the folder holds files that stay
             os.rmdir(folder)
     if not old.exists():
         return None
@@ -198,15 +201,15 @@ def _remove(old: Path, target: Path) -> Path | None:
     while os.path.lexists(kept := target.parent / f"{target.name}.kept-{number}"):
         number += 1
     os.rename(old, kept)
-    if files:  # else it is no manifest of sitscad's
+    if files:  # else the manifest is not sitscad's
         os.unlink(kept / MANIFEST)
     return kept
 
 
 def _lock(parent: Path, name: str) -> int | None:
-    """Descriptor of an advisory lock that dies with its process; None where the system has none.
+    """Return the descriptor of an advisory lock that ends with its process. None if the system has no locks.
 
-    Without locks the staging names still keep two builds apart, and the one that ends last wins.
+    Without locks, staging names keep two builds apart, and the build that ends last wins.
     """
     try:
         import fcntl
@@ -226,7 +229,7 @@ def _lock(parent: Path, name: str) -> int | None:
         with contextlib.suppress(FileNotFoundError):
             if os.path.samestat(os.fstat(descriptor), os.stat(path)):
                 return descriptor
-        os.close(descriptor)  # its owner removed it between our opening and locking it
+        os.close(descriptor)  # its owner removed the lock file between our opening and locking
 
 
 def has_leftovers(parent: Path, name: str) -> bool:
@@ -242,7 +245,7 @@ def _leftovers_of(name: str) -> re.Pattern[str]:
 
 
 def _exchange(one: Path, other: Path) -> bool:
-    """Swap two folders in one step of the file system (Linux renameat2); False where that cannot be done."""
+    """Return swap two folders in one step of the file system (Linux renameat2). False if that is not possible."""
     try:
         rename = ctypes.CDLL(None, use_errno=True).renameat2
     except (OSError, AttributeError, TypeError):
@@ -251,7 +254,7 @@ def _exchange(one: Path, other: Path) -> bool:
 
 
 def _sync_folder(folder: Path) -> None:
-    """Have the system write a folder's entries to the disk, where it can."""
+    """Write a folder's entries to the disk, if the system can do this."""
     with contextlib.suppress(OSError):  # not every system opens folders
         descriptor = os.open(folder, os.O_RDONLY)
         try:
@@ -265,7 +268,7 @@ FINDINGS = "findings.json"
 
 @record
 class BuildRequest:
-    """What a build is asked for, besides the spec."""
+    """Parameters of a build."""
 
     spec: SensorSpec
     directory: Path
@@ -276,11 +279,11 @@ class BuildRequest:
     strict: bool = False
 
     def stops(self, checked: CheckedSpec) -> bool:
-        """Whether what the checks found stops the build."""
+        """Whether the findings stop the build."""
         return not self.force and checked.fails(Severity.WARNING if self.strict else Severity.ERROR)
 
     def made_from(self, old: Manifest) -> str:
-        """Hash of everything that the whole package depends on, after what it was: the same hash, the same bytes."""
+        """Return the hash of everything that the package depends on. Equal hashes mean equal bytes."""
         source = self.spec.source
         files = {name: sha256(content) for name, content in source.kept.items()}
         has_solids = not (self.wanted | _stages_of(old)).isdisjoint(SOLID_STAGES)
@@ -298,22 +301,50 @@ def build(
 ) -> BuildResult:
     """Check a spec and write its package into ``out/NAME``, as a whole or not at all.
 
-    `only` names stages (see STAGES); without it all are made, but a data sheet only where matplotlib is installed (the
-    result's ``left_out`` says so otherwise). The parts of an existing package that are still true to the spec stay,
-    stale ones go. `force` builds in spite of errors and marks the package; `strict` stops at warnings, too. A part that
-    would come out the same is not made again, and of a package whose spec, profiles, policy, data and code are the same
-    nothing is done at all: what its checks found is then read from it. `policy` and `baseline` are held against the
-    findings, and so are the comments in the spec; errors of the electrical rules that they silence stop nothing, but
-    mark the package as `force` does. With two `jobs` or more the solids are made in a process of their own, beside all
-    else; a script that asks for that has to guard its main part (``if __name__ == "__main__"``), as for
-    `multiprocessing`.
+    Parameters
+    ----------
+    spec : SensorSpec or Design
+        spec to build
+    out : str or Path
+        folder of packages
+    only : iterable of str, optional
+        stages to make (see STAGES); by default all, but the data sheet only if matplotlib is installed
+    force : bool
+        whether to build in spite of errors, and mark the package
+    progress : callable, optional
+        called with the stage, the event and the seconds
+    policy : Policy, optional
+        rules and severities of a project
+    baseline : Baseline, optional
+        findings known before
+    jobs : int
+        with two or more, a second process makes the solids
+    strict : bool
+        whether warnings stop the build, too
+
+    Returns
+    -------
+    BuildResult
+        results of the stages; ``left_out`` names missing stages with the reason
 
     Raises
     ------
     PackageError
-        when the folder cannot be written, is being written, or holds something else.
+        if the folder cannot be written, is being written, or holds something else
     MissingExtra
-        when a stage needs a package that is not installed; the text says which stages do without.
+        if a stage needs a package that is not installed; the text names the stages that do not need it
+
+    Notes
+    -----
+    Parts of an existing package that still agree with the spec stay, and stale parts are removed. Parts with unchanged
+    inputs are not made again. If spec, profiles, policy, data and code are unchanged, nothing is done, and the findings
+    are read from the package.
+
+    `policy`, `baseline` and the comments in the spec apply to the findings. If they silence errors of the electrical
+    rules, these errors do not stop the build, but mark the package as `force` does.
+
+    A script that sets `jobs` to two or more has to guard its main part (``if __name__ == "__main__"``), as for
+    `multiprocessing`.
     """
     asked, design = _request(spec, out, only, force, policy, baseline)
     left_out = {} if only is not None else unplotted(asked.spec)
@@ -330,7 +361,7 @@ def _build(asked: BuildRequest, spec: SensorSpec | Design, report: Progress, job
     key = asked.made_from(before)
     if (same := _unchanged(asked, before, key)) is not None:
         return BuildResult(directory, same.checked, written=False) if asked.stops(same.checked) else same
-    from sitscad.package import stages  # only where something has to be made
+    from sitscad.package import stages  # loaded only if files have to be made
 
     with known_solutions(directory.name):
         contents = stages.contents_of(spec, asked.policy, asked.baseline, asked.wanted)
@@ -351,7 +382,7 @@ def _made_anew(asked: BuildRequest, contents: Contents, report: Progress, jobs: 
         old = _require_ours(directory)
         made = stages.make_all(contents, directory, old, asked.wanted, report, asked.force, jobs)
         contents = made.contents
-        if asked.stops(contents.checked):  # what the solids have shown
+        if asked.stops(contents.checked):  # findings on the solids
             return BuildResult(directory, contents.checked, written=False)
         manifest = stages.manifest_of(contents, made, old, key, asked.wanted)
         is_whole = intact(directory, old.files) is not None and not foreign_files(directory, old)
@@ -371,12 +402,13 @@ def stale(
     spec: SensorSpec | Design, out: str | Path = "outputs", only: Iterable[str] | None = None,
     policy: Policy | None = None, baseline: Baseline | None = None, jobs: int = 1,
 ) -> BuildResult:
-    """Compare the package in ``out/NAME`` with what a build with the same `only` would write. Nothing is written.
+    """Compare the package in ``out/NAME`` with the result of a build with the same `only`. Nothing is written.
 
-    The result's ``stale`` names the files that a build would change, add or remove, and those that are missing or were
+    The result's ``stale`` names the files that a build would change, add or remove, and files that are missing or were
     changed by hand. If the package was built with another `only`, it first names the parts that were left out then.
     Files of computed figures are compared by value (`sitscad.package.manifest`). Errors in the checks are in
-    ``checked``. A package that was built in spite of errors is compared as such. Raises the errors of `build`.
+    ``checked``. A package that was built in spite of errors is compared with a build with `force`. Raises the errors of
+    `build`.
     """
     asked, design = _request(spec, out, only, True, policy, baseline)
     old = _require_ours(asked.directory)
@@ -390,7 +422,7 @@ def stale(
     with known_solutions(asked.directory.name, writes=False):
         made = stages.make_all(contents, asked.directory, old, asked.wanted, lambda *_: None, asked.force, jobs,
                                figure_files(asked.directory, old))
-    # stages that it was built without, and how many files each would have; none where there is no package
+    # Stages left out of the package, with their numbers of files. Empty if there is no package
     asked_for = {*old.built_for, *_stages_of(old)} if old.files else set(STAGES)
     count = Counter(entry.stage for entry in made.entries.values() if entry.stage not in (*asked_for, CHECK_STAGE))
     lacking = {stage: count[stage] for stage in STAGES if stage in count}
@@ -404,18 +436,18 @@ def stale(
 
 
 MOST_CACHED = 64_000_000
-"""Bytes of all files of solutions in the user's cache, about; the oldest go."""
+"""Approximate limit (bytes) for all files of solutions in the user's cache. The oldest files are removed."""
 
 
 @contextmanager
 def known_solutions(name: str, writes: bool = True, store: Solutions | None = None) -> Iterator[None]:
-    """Solve what is solved with what a store knows, and where that is empty with what was found before for packages of
-    this name: ``NAME.solved`` in the folder that ``SITSCAD_CACHE`` names from the root, by default ``sitscad`` in the
-    user's cache; no file where that is empty. To be without the file, or not to be allowed to write it, costs time and
-    nothing else.
+    """Return reuse cached solutions, from `store` or from earlier builds of packages with this name.
+
+    They are in ``NAME.solved``, in the absolute folder that ``SITSCAD_CACHE`` names. The default is ``sitscad`` in the
+    user's cache. If ``SITSCAD_CACHE`` is empty, no file is used. A missing or read-only file costs only time.
     """
     from sitscad.kernels import (
-        solve_cache as solutions,  # loads numpy, which a package that stays as it is does not need
+        solve_cache as solutions,  # loads numpy, which an unchanged package does not need
     )
 
     home = os.environ.get("XDG_CACHE_HOME", "")
@@ -425,7 +457,7 @@ def known_solutions(name: str, writes: bool = True, store: Solutions | None = No
     if has_place and not store.known:
         wrong = (OSError, ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError)
         with suppress(*wrong):
-            if path.is_file():  # a pipe would wait
+            if path.is_file():  # reading a pipe would block
                 with path.open("rb") as stream:
                     store.known = solutions.read(stream.read(2 * solutions.MOST), code()).known
     before = set(store.known)
@@ -461,14 +493,16 @@ def _request(
 
 
 def _unchanged(asked: BuildRequest, old: Manifest, key: str) -> BuildResult | None:
-    """The result for a package that was made from the same, whole and with all that is wanted; None for others.
+    """Return the result for a whole package that was made from the same inputs, with all wanted stages.
 
-    One that was built in spite of errors, or in which they are silenced, is always judged anew.
+    None for others.
+
+    None also for packages that were built in spite of errors or with silenced errors: they are checked anew.
     """
     directory = asked.directory
     try:
         if has_leftovers(directory.parent, directory.name):
-            return None  # a killed build's: the next one that is made cleans up
+            return None  # leftovers of a killed build: the next build removes them
         is_same = old.built_from == key and not old.forced and asked.wanted <= set(old.built_for)
         contents = intact(directory, old.files) if is_same else None
         if contents is None or FINDINGS not in contents or foreign_files(directory, old):
@@ -489,7 +523,7 @@ def _stages_of(old: Manifest) -> frozenset[str]:
 
 
 def _differing(directory: Path, old: Manifest, files: Mapping[str, bytes]) -> list[str]:
-    """Names of files that are not as they would be built, each with what is wrong."""
+    """Return a text on each file that differs from a new build."""
     words = []
     for name, content in sorted(files.items()):
         path = directory / name
@@ -507,7 +541,7 @@ def _differing(directory: Path, old: Manifest, files: Mapping[str, bytes]) -> li
 
 
 def require_distinct_names(specs: Sequence[SensorSpec]) -> None:
-    """Raise `PackageError` when two specs would be built into the same folder."""
+    """Raise PackageError if two specs would be built into the same folder."""
     seen: dict[str, str] = {}
     for spec in specs:
         if spec.name in seen:
@@ -516,9 +550,9 @@ def require_distinct_names(specs: Sequence[SensorSpec]) -> None:
 
 
 def _require_ours(directory: Path) -> Manifest:
-    """The manifest of what stands in the target's place: empty where nothing does, or where a manifest is damaged.
+    """Return the manifest in the target's place. Empty if there is no package, or if its manifest is damaged.
 
-    A folder without a manifest was not made by sitscad and is never replaced.
+    A folder without a manifest was not made by sitscad and is never replaced. Raises PackageError for it.
     """
     with explained(f"cannot look at {directory}"):
         if directory.is_symlink() or (directory.exists() and not directory.is_dir()):

@@ -1,10 +1,8 @@
-"""What a package is made of: a design, its findings, and what of its spec the files of a stage depend on.
+"""Contents of a package: a design, its findings, the inputs of each stage, and the files of a calibration.
 
-A changed value makes only those stages anew that read it. Left out is what a test has changed and seen to leave every
-byte of a stage as it was; what is not named here counts for every stage. Whatever is left out by mistake would leave a
-stale file in a package: nothing is left out to save little.
-
-The files of a calibration: what a bench needs, what firmware needs, what a person reads.
+A changed value of the spec remakes the stages that read it. A stage leaves out a value only if a test changes it and
+finds every byte of the stage unchanged. All other values count for every stage. A wrong omission would leave a stale
+file in a package, so nothing is left out to save little time.
 """
 
 from __future__ import annotations
@@ -50,17 +48,19 @@ if TYPE_CHECKING:
 
 @record
 class Contents:
-    """A design and its findings, as the writers take them: the spec without its text, so that what is drawn depends on
-    the values alone; only findings and report know the file that they came from.
+    """A design and its findings, as the writers take them.
+
+    Drawings use the spec without its text, so that they depend on values only. Only findings and report use the file
+    name.
     """
 
     design: Design
     policy: Policy = field(default_factory=Policy)
     baseline: Baseline | None = None
     measured: str = ""
-    """What was measured on the solids: the text of ``mount/fit.json``, empty where there is none."""
+    """Dimensions measured on the solids: the text of ``mount/fit.json``. Empty if there is none."""
     hints: str = "decisive"
-    """What is tried for hints, as in `sitscad.check`."""
+    """Fixes to try for hints, as in `sitscad.check`."""
 
     @cached_property
     def spec(self) -> SensorSpec:
@@ -78,13 +78,13 @@ class Contents:
         return self.design.bare.estimates
 
     def value(self, name: str) -> object:
-        """One of the arguments that a writer may take; the response is that of the weakest cell."""
+        """Return an argument that a writer may take. The response is that of the weakest cell."""
         return self.forced if name == "forced" else VALUES[name](self.design.bare)
 
     @cached_property
     def checked(self) -> CheckedSpec:
         """The findings, each with its place in the spec's text."""
-        # kept by the design: what is measured on the solids later changes nothing that the rules look at
+        # Cached in the design: dimensions measured on the solids later do not affect these rules
         source = self.design.spec.source
         is_ignored = ignored_anyway(source, all_rules(), self.policy)
         result = kept(
@@ -102,11 +102,11 @@ class Contents:
 
     @cached_property
     def forced(self) -> str:
-        """Why the package ought not to be ordered from; empty where all checks pass."""
+        """Text why the package should not be ordered from. Empty if all checks pass."""
         return "" if self.checked.is_orderable else self.forced_note([])
 
     def forced_note(self, failures: list[str]) -> str:
-        """What is wrong with a package that is built in spite of errors, and what could not be written of it."""
+        """Return the note of a package that was built in spite of errors. It lists errors and unwritten files."""
         errors = [finding for finding in self.checked.findings if finding.severity == Severity.ERROR]
         silenced = self.checked.silenced
         how = "with --force" if errors else "with rules silenced"
@@ -124,7 +124,7 @@ class Contents:
 
     @property
     def is_forced(self) -> bool:
-        """Whether the package is marked as one that is not to be ordered from."""
+        """Whether the package is marked as not fit for order."""
         return bool(self.forced)
 
     @cached_property
@@ -148,7 +148,7 @@ VALUES: dict[str, Callable[[Design], object]] = {
     "curves": lambda design: design.sensing.curves,
     "cell_table": lambda design: design.cells.skin.table,
 }
-"""The arguments that a writer may take of a design, by name (`Writer.takes`)."""
+"""Functions that compute a writer's argument from a design, by name (`Writer.takes`)."""
 
 _ELECTRICAL = ("requirements", "readout", "source")
 
@@ -159,28 +159,35 @@ UNREAD: dict[str, tuple[str, ...]] = {
     "mesh": _ELECTRICAL,
     "assembly": ("readout", "source"),
 }
-"""The parts of a spec that a stage does not read; of the readout all read the converter and the capacitors' pads. What
-takes estimates reads all but the text (`Writer.reads_numbers`).
+"""Parts of a spec that a stage does not read.
+
+All stages read the converter and the capacitors' pads of the readout. Writers that take estimates read all but the text
+(`Writer.reads_numbers`).
 """
 
 
 NEAR = 15e-3
-"""How far (m) beyond the board's body a mount, a jig or a mould reaches at most, and then some."""
+"""Reach (m) of a mount, a jig or a mould beyond the board's body: an upper bound."""
 
 BESIDE_TAIL = ("mount", "mesh")
-"""Stages that read of the tail only where it begins."""
+"""Stages that read only the beginning of the tail."""
 
 
 def read_by(stage: str, spec: SensorSpec, takes_numbers: bool = False) -> tuple[object, ...]:
-    """The parts of a spec that a stage reads, in the order of their names; or of it the writers of numbers."""
+    """Return the parts of a spec that a stage reads, in the order of the spec's fields.
+
+    With `takes_numbers`, return the parts that its writers of computed figures read.
+    """
     unread = ("source",) if takes_numbers else UNREAD.get(stage, ())
     parts = [getattr(spec, field.name) for field in dataclasses.fields(spec) if field.name not in unread]
     return (*parts, spec.readout.device, spec.readout.chip)
 
 
 def read_of_board(stage: str, layout: Layout) -> tuple[object, ...]:
-    """What a stage of printed pieces and meshes reads: the spec without its tail, and the board as far as `NEAR` from
-    its body, so that a longer tail prints no new mount.
+    """Return the inputs of a stage of printed pieces or meshes.
+
+    They are the spec without its tail, and the board up to `NEAR` from its body. A longer tail therefore does not
+    remake the mount.
     """
     spec = dataclasses.replace(layout.spec, fpc=dataclasses.replace(layout.spec.fpc, tail=None, boards=None))
     far = layout.body[2] + NEAR
@@ -192,9 +199,10 @@ def read_of_board(stage: str, layout: Layout) -> tuple[object, ...]:
 
 
 def calibration_files(found: Calibration) -> dict[str, bytes]:
-    """Every file of a calibration by its name: ``calibration.json``, ``calibration.h`` with the program ``example.c``,
-    ``calibration.html``; before anything is measured also ``plan.csv`` and ``plan.txt``, and
-    ``plan.svg`` if loads stand beside the middle.
+    """Return the files of a calibration by name.
+
+    They are ``calibration.json``, ``calibration.h`` with the program ``example.c``, and ``calibration.html``. Before
+    any measurement ``plan.csv`` and ``plan.txt`` are added, with ``plan.svg`` if loads stand beside the middle.
     """
     remarks = [*_state(found), *(f"{note[0].upper()}{note[1:]}." for note in found.notes)]
     files = {
@@ -214,10 +222,10 @@ def calibration_files(found: Calibration) -> dict[str, bytes]:
 
 
 def drawn_calibration(design: Design, forced: bool = False) -> dict[str, bytes]:
-    """The files of a package: the plan of a calibration, and the map of the sensor as it is drawn, in the folder
-    ``calibration``, of a target that is kept level as in the data sheet; none where there is nothing to calibrate. All
-    but the table to fill in and the program say so where the package is ``forced``. Every cell has a folder of its own
-    there.
+    """Return the folder ``calibration`` of a package: a calibration plan, and the map of the sensor as drawn.
+
+    The target is kept level, as in the data sheet. Each cell has its own folder. If the package is ``forced``, all
+    files but the table and the program have a remark. Empty if there is nothing to calibrate.
     """
     if not is_felt(design.spec):
         return {}
@@ -247,8 +255,12 @@ Newtons on a computer, with every cell-N/calibration.json that is in the folder 
 
 @checked_arguments
 def write_calibration(found: Calibration, folder: str | Path) -> tuple[Path, ...]:
-    """Write the files of a calibration into a folder, each as a whole, and give their paths; others are left as they
-    are. Raises PackageError where that cannot be done.
+    """Write the files of a calibration into a folder and return their paths. Other files stay.
+
+    Raises
+    ------
+    PackageError
+        if the folder or a file cannot be written
     """
     place = Path(folder)
     try:
@@ -262,7 +274,7 @@ def write_calibration(found: Calibration, folder: str | Path) -> tuple[Path, ...
 
 
 def _state(found: Calibration) -> list[str]:
-    """Whether the sensor was measured, and how it was loaded."""
+    """Return a line that states whether the sensor was measured, and how it was loaded."""
     tilts = ROTATIONS[found.sensors.rotation]
     if found.points is None:
         return [f"NOT calibrated: the map of the sensor as it is drawn, its target {tilts}. Calibrate every sensor."]

@@ -1,8 +1,6 @@
-"""Names allowed in a package, the list of files in a folder, and files written in one step.
+"""Names allowed in a package, the list of files in a folder, files written in one step, and the example specs.
 
-An interruption leaves the old file whole.
-
-Handing out the example specs that come with sitscad.
+An interruption while a file is written leaves the old file whole.
 """
 
 from __future__ import annotations
@@ -42,21 +40,21 @@ class PackageError(Exception):
 
 
 def require_package_name(name: str) -> str:
-    """`name` itself if it can be a folder beside others; `PackageError` otherwise."""
+    """Return `name` if it can be a folder beside others. Raises PackageError otherwise."""
     if not PACKAGE_NAME.fullmatch(name):
         raise PackageError(f"{name!r} cannot name a package: small letters, digits and . _ - only, 64 at most")
     return name
 
 
 def require_inside(path: str) -> str:
-    """`path` itself if it stays inside a package whatever the system; `PackageError` otherwise."""
+    """Return `path` if it stays inside a package on every system. Raises PackageError otherwise."""
     if not FILE_NAME.fullmatch(path):
         raise PackageError(f"{path!r} is not a file name that a package may hold")
     return path
 
 
 def write_files(folder: Path, files: Mapping[str, bytes]) -> None:
-    """Write files below `folder` (keys are checked names) and make sure that they have reached the disk."""
+    """Write files below `folder` and flush them to the disk. The keys are checked names."""
     with explained(f"cannot write into {folder.parent}"):
         for name in sorted(files):
             target = folder / require_inside(name)
@@ -68,8 +66,9 @@ def write_files(folder: Path, files: Mapping[str, bytes]) -> None:
 
 
 def list_files(folder: Path) -> list[str]:
-    """Names of all files below `folder`, sorted, relative to it, with forward slashes. Links count as files, and so do
-    folders that cannot be read.
+    """Return the names of all files below `folder`, sorted, relative to it, with forward slashes.
+
+    Links, and folders that cannot be read, count as files.
     """
     found: list[str] = []
 
@@ -84,7 +83,7 @@ def list_files(folder: Path) -> list[str]:
 
 @contextlib.contextmanager
 def explained(what: str) -> Iterator[None]:
-    """Turn the system's refusal into one sentence."""
+    """Raise PackageError, with a sentence on the reason, instead of OSError."""
     try:
         yield
     except OSError as error:
@@ -94,10 +93,15 @@ def explained(what: str) -> Iterator[None]:
 
 
 def write_file(path: str | Path, content: bytes) -> None:
-    """Write a file, or replace it, as a whole; what a link leads to is replaced, not the link; permissions are kept.
-    A file of several names (hard links) keeps them all: it is written over once its new content lies beside it.
+    """Write a file, or replace it, as a whole.
 
-    Raises PackageError where that cannot be done, or may not.
+    The target of a link is replaced, not the link. Permissions are kept. A file with several names (hard links) keeps
+    them: the new content is written beside it first, and then over it.
+
+    Raises
+    ------
+    PackageError
+        if the file cannot or may not be written
     """
     target = Path(os.path.realpath(path))
     if target.exists() and not os.access(target, os.W_OK):
@@ -109,7 +113,7 @@ def write_file(path: str | Path, content: bytes) -> None:
 
 
 def replace_file(target: Path, content: bytes) -> None:
-    """Write a file, or replace it, as a whole; raises OSError."""
+    """Write a file, or replace it, as a whole. Raises OSError if that fails."""
     partial = target.with_name(f".{target.name}.{secrets.token_hex(6)}")
     try:
         partial.write_bytes(content)
@@ -127,13 +131,13 @@ def replace_file(target: Path, content: bytes) -> None:
 
 
 LONGEST_NAME = 64
-"""Characters of a sensor's name at most."""
+"""Largest number of characters in a sensor's name."""
 
 DEFAULT_TEMPLATE = "grasper_4layer"
 
 
 def list_templates() -> dict[str, str]:
-    """Every template's name with its one-line description: the first comment line of the file."""
+    """Return the one-line description of each template by name: the first comment line of its file."""
     found = {}
     for name in templates.names():
         comments = (line.strip("# ") for line in templates.read(name).splitlines() if line.startswith("#"))
@@ -142,15 +146,15 @@ def list_templates() -> dict[str, str]:
 
 
 def write_template(name: str = DEFAULT_TEMPLATE, path: str | Path | None = None, force: bool = False) -> Path:
-    """Write a template as a new spec and return its path (``NAME.yaml`` in the working directory by default).
+    """Write a template as a new spec and return its path (by default ``NAME.yaml`` in the working directory).
 
-    Hyphens and underscores in `name` count as equal. A file of another name gives the sensor its own, as far as file
-    names may hold it.
+    Hyphens and underscores in `name` are equal. If the file has another name than the template, the sensor gets the
+    file's name, with characters that a sensor's name may have.
 
     Raises
     ------
     PackageError
-        for an unknown template, an existing file (unless `force`), or a file that cannot be written.
+        if the template is unknown, the file exists (unless `force`), or it cannot be written
     """
     found = _find(name)
     target = Path(f"{found}.yaml" if path is None else path)
@@ -161,11 +165,11 @@ def write_template(name: str = DEFAULT_TEMPLATE, path: str | Path | None = None,
 
 
 RECOMMENDED = "recommended"
-"""The profile of a fabricator to start from."""
+"""Name of the fabricator's profile that is recommended to start with."""
 
 
 def profile_lines(path: Path) -> tuple[str, ...]:
-    """Which fabricator's profile a spec is drawn for and why, and which one to start from."""
+    """Return lines that name the fabricator's profile of a spec with its purpose, and the recommended profile."""
     own = load(path).fpc.rules
     found = [own, *(installed_rules(RECOMMENDED) for _ in range(own.name != RECOMMENDED))]
     return tuple(
@@ -178,9 +182,15 @@ def write_study(
     of: Callable[[SensorSpec, str], str], name: str = DEFAULT_TEMPLATE, path: str | Path | None = None,
     force: bool = False,
 ) -> Path:
-    """Write the study that `of` makes of a template and of where that stands (``study.yaml`` in the working directory
-    by default), beside it the template where that is not there, and return its path. Raises PackageError as
-    `write_template`, and where what is there cannot be read.
+    """Write a study of a template and return its path (by default ``study.yaml`` in the working directory).
+
+    `of` makes the study's text from the template's spec and its file name. The template is written beside the study if
+    it is not there.
+
+    Raises
+    ------
+    PackageError
+        for the reasons of `write_template`, or if the template beside the study cannot be read
     """
     target = Path("study.yaml" if path is None else path)
     base = target.parent / f"{_find(name)}.yaml"
@@ -207,13 +217,13 @@ def _new_file(target: Path, text: str, force: bool) -> Path:
 
 
 SCHEMA_FILE = "sitscad.schema.json"
-"""What the header of every template calls the schema, for editors: it is looked for beside the spec."""
+"""File name of the schema in the header of every template. Editors look for it beside the spec."""
 
 
 def write_schema(folder: str | Path) -> Path | None:
-    """Write the schema that templates name into a folder; None where such a file is there already.
+    """Write the schema that templates name into a folder. None if a file of that name exists.
 
-    Raises `PackageError` where it cannot be written.
+    Raises PackageError if it cannot be written.
     """
     target = Path(folder) / SCHEMA_FILE
     if target.is_symlink() or target.exists():
@@ -223,7 +233,7 @@ def write_schema(folder: str | Path) -> Path | None:
 
 
 def _find(name: str) -> str:
-    """The template that is meant, or a `PackageError` with the nearest name."""
+    """Return the template that a name means. Raises PackageError, with the nearest name, if there is none."""
     names = templates.names()
     wanted = name.lower().removesuffix(".yaml").removesuffix(".yml").replace("-", "_")
     if wanted in names:

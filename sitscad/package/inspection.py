@@ -1,6 +1,4 @@
-"""A spec as a path leads to it, checked and judged: what it is judged by, whether it could be read or not, its
-picture, and its text with fixes written into it.
-"""
+"""Check of one spec file: its findings under the configuration, its pictures, and its text with fixes applied."""
 
 from __future__ import annotations
 
@@ -25,8 +23,10 @@ from sitscad.spec.sensor import SensorSpec
 
 @record
 class Inspection:
-    """One spec after its checks; ``picture`` is its board in letters, ``drawing`` what does not fit as SVG; both are
-    empty where none is asked for or possible.
+    """A spec after its checks.
+
+    ``picture`` is its board drawn in letters, and ``drawing`` shows the parts that do not fit, as SVG. Both are empty
+    if they are not requested or not possible.
     """
 
     checked: CheckedSpec
@@ -36,8 +36,9 @@ class Inspection:
 
 @record
 class CheckOptions:
-    """What a spec is checked by beside its comments and the nearest configuration: patterns of rules that are selected
-    or ignored, and what was known before.
+    """Options of a check besides the spec's comments and the nearest configuration.
+
+    ``select`` and ``ignore`` are patterns of rules. ``baseline`` holds findings known before.
     """
 
     select: tuple[str, ...] = ()
@@ -46,30 +47,44 @@ class CheckOptions:
 
 
 ALL = CheckOptions()
-"""All rules, and nothing known before."""
+"""Options for all rules, without a baseline."""
 
 
 def inspect(
     path: str, hints: str = DECISIVE, options: CheckOptions = ALL, draws: bool = False, draws_fit: bool = False,
     least: Severity = Severity.NOTE,
 ) -> Inspection:
-    """Load, check and judge one spec (``-`` is standard input); what keeps it from being read is a finding too.
+    """Load and check one spec (``-`` is standard input). A spec that cannot be read has findings, too.
 
-    `hints` is what is tried for hints, as in `check`; `draws` asks for the board in letters, `draws_fit` for the
-    drawing of what does not fit; nothing is tried for findings milder than the `least`, whose hints nobody reads.
-    Raises `PolicyError` for a configuration that cannot be used.
+    Parameters
+    ----------
+    path : str
+        path of the spec
+    hints : str
+        fixes to try for hints, as in `check`
+    options : CheckOptions
+        rules and baseline
+    draws, draws_fit : bool
+        whether to draw the board in letters, and the parts that do not fit
+    least : Severity
+        lowest severity for which fixes are tried
+
+    Raises
+    ------
+    PolicyError
+        if the configuration cannot be used
     """
     policy = policy_for(path)
     try:
         spec = opened(path, policy)
     except SpecError as error:
         return Inspection(unreadable(path, error, hints))
-    # where a configuration gives rules other weights, a note may be shown as an error
+    # If a configuration changes severities, a note may be shown as an error
     return _inspected(spec, hints, policy, options, draws, draws_fit, Severity.NOTE if policy.severity else least)
 
 
 def inspect_text(text: str, path: str, hints: str = DECISIVE, options: CheckOptions = ALL) -> Inspection:
-    """Check a spec's text as it would stand at a path."""
+    """Check a spec's text as if it were the file at a path."""
     plain = decoded(text.encode("utf-8"))
     policy = policy_for(path)
     try:
@@ -83,7 +98,7 @@ def _inspected(
     spec: SensorSpec, hints: str, policy: Policy, options: CheckOptions, draws: bool = False, draws_fit: bool = False,
     least: Severity = Severity.NOTE,
 ) -> Inspection:
-    """One spec checked under a policy, with its pictures where they are wanted."""
+    """Check a spec under a policy, with its pictures if requested."""
     design = Design(spec)
     is_ignored = ignored_anyway(spec.source, all_rules(), policy, options.select, options.ignore)
     checked = _checked(spec, reviewed(design, hints, least, is_ignored))
@@ -92,7 +107,7 @@ def _inspected(
     checked = checked.without(left_out, "left out by --select or --ignore") if left_out else checked
     checked = judged(checked, spec.source, all_rules(), policy, options.baseline)
     drawn, picture = fit_drawing(design, checked) if draws_fit else "", ""
-    if draws:  # the board in letters with the findings' numbers at their places
+    if draws:  # the board in letters, with numbers at the places of findings
         from sitscad.files.drawing.pictures.layout_picture import PicturePoint, dot_picture
 
         numbered = ((number, finding.place) for number, finding in numbered_places(checked.findings))
@@ -102,8 +117,9 @@ def _inspected(
 
 
 def as_configured(spec: SensorSpec, result: CheckResult, policy: Policy | None = None) -> CheckedSpec:
-    """What a check found in a spec, judged by a policy (by default that of the nearest configuration above it) and by
-    its comments.
+    """Return the result of a check, with the configuration and the spec's comments applied.
+
+    `policy` is by default the nearest configuration above the spec.
     """
     return judged(_checked(spec, result), spec.source, all_rules(), policy or policy_for(spec.source.path))
 
@@ -116,13 +132,15 @@ def _checked(spec: SensorSpec, result: CheckResult) -> CheckedSpec:
 
 
 def fit_drawing(design: Design, checked: CheckedSpec) -> str:
-    """Why it does not fit, as SVG, without CAD: the closed pair of jaws cut open, what is too much in red beside its
-    limit, and views of what fails elsewhere. Where it fits, the jaws with their dimensions; without a jaw, what lies on
-    the board from above; empty where there is none of these, or shield and standoff contradict each other.
+    """Return a drawing of the fit as SVG, without CAD.
+
+    If parts do not fit, it shows the closed jaws in section, with excess in red beside its limit, and views of other
+    failures. If they fit, it shows the jaws with dimensions. Without a jaw, it shows the parts on the board from above.
+    Empty if there is nothing to draw, or if shield and standoff contradict each other.
     """
     from sitscad.assembly.places.jaws import PartsError
     from sitscad.files.documents.drawings import fit, jaw, plan_view
-    from sitscad.files.drawing.svg import svg  # nobody else draws
+    from sitscad.files.drawing.svg import svg  # loaded only for drawings
 
     grave = [finding for finding in checked.findings if finding.severity.weighs(Severity.WARNING)]
     forced, layout = not checked.is_orderable, design.layout
@@ -136,9 +154,10 @@ def fit_drawing(design: Design, checked: CheckedSpec) -> str:
 
 @record(eq=False)
 class MendedSpec:
-    """A spec with the fixes of its findings written into it: its text before and after, what is said of it then, the
-    fixes, in the order in which they were made, and those that were tried and rolled back (its findings have them no
-    more).
+    """A spec with fixes of its findings applied.
+
+    ``before`` and ``after`` are its texts, and ``inspection`` is the check of the new text. ``applied`` are the fixes
+    in order. ``rolled_back`` are fixes that were tried and undone. The findings no longer offer them.
     """
 
     path: str
@@ -150,8 +169,8 @@ class MendedSpec:
 
     @property
     def diff(self) -> str:
-        """The difference of both texts as a patch; empty where there is none."""
-        import difflib  # only those who ask
+        """Difference of both texts as a patch. Empty if they are equal."""
+        import difflib  # loaded only for patches
 
         before, after = (re.findall(r"[^\n]*\n|[^\n]+", text) for text in (self.before, self.after))
         found = difflib.unified_diff(before, after, self.path, self.path)
@@ -159,7 +178,7 @@ class MendedSpec:
 
     @property
     def words(self) -> str:
-        """What was mended, a line a fix."""
+        """Text of the applied fixes, one line per fix."""
         return "\n".join(
             f"{one.finding.rule} mended: {'; '.join(edit.words for edit in one.remedy.edits)}"
             + (f"; worse than before: {', '.join(one.worsens)}" if one.worsens else "")
@@ -168,7 +187,7 @@ class MendedSpec:
 
     @property
     def words_of_rolled_back(self) -> str:
-        """What was not written, a line a fix, each with the reason."""
+        """Text of the fixes that were undone, one line per fix, each with the reason."""
         lines = (
             f"{one.finding.rule} not mended by {'; '.join(edit.words for edit in one.remedy.edits)}: {one.why}"
             for one in self.rolled_back
@@ -177,7 +196,7 @@ class MendedSpec:
 
     @property
     def words_of_unmended(self) -> str:
-        """What errors and warnings there is no fix for, in a line."""
+        """A line that names the rules of errors and warnings without a fix. Empty if there are none."""
         grave = (one for one in self.inspection.checked.findings if one.severity.weighs(Severity.WARNING))
         without = sorted({one.rule for one in grave if not one.fixes} - {one.finding.rule for one in self.rolled_back})
         return f"no fix is known for {', '.join(without)} (check -v has hints)" if without else ""
@@ -190,8 +209,24 @@ def mend(
     path: str, may: Callable[[Finding, Remedy], bool], hints: str = DECISIVE, options: CheckOptions = ALL,
     progress: Callable[[str], None] = lambda step: None,
 ) -> MendedSpec:
-    """A spec with every fix that may be made, and makes it better; nothing is written. A path of ``-`` is standard
-    input. One that is no text is only inspected. `progress` is called with each step, in words.
+    """Return a spec with every allowed fix that improves it. Nothing is written.
+
+    Parameters
+    ----------
+    path : str
+        path of the spec; ``-`` is standard input
+    may : callable
+        returns whether a fix of a finding is allowed
+    hints : str
+        fixes to try, as in `check`
+    options : CheckOptions
+        rules and baseline
+    progress : callable
+        called with a text on each step
+
+    Notes
+    -----
+    A file that cannot be read as text is only inspected.
     """
     try:
         text = read_text(path)
@@ -212,8 +247,9 @@ def mend(
 
 
 def unreadable(path: str, error: SpecError, hints: str = DECISIVE, text: str | None = None) -> CheckedSpec:
-    """The findings of a spec that could not be loaded; every other rule is listed as not checked. Its text is read from
-    its file unless it is given.
+    """Return the findings of a spec that could not be loaded. All other rules are listed as not checked.
+
+    `text` is the spec's text. If it is left out, it is read from the file.
     """
     reported = {finding.rule for finding in error.findings}
     skipped = (rule.id for rule in all_rules() if rule.id not in reported)

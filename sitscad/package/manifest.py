@@ -1,7 +1,6 @@
-"""What a package says of itself: every file with its hash, the stage that made it, and what it was made from; and what
-became of the stages of a build.
+"""The manifest of a package: each file with its hash, its stage and its inputs. Results of a build's stages.
 
-Files of computed figures are compared by value, because the last digits depend on the processor: the text between the
+Files of computed figures are compared by value, because the last digits depend on the processor. The text between the
 numbers must be equal, and each number must agree within a tolerance (`agree`). All other files are equal byte by byte.
 """
 
@@ -48,9 +47,9 @@ class Entry:
 class Manifest:
     """The contents of a package.
 
-    `forced` is set when it was built in spite of errors; `nets` names the pins that every net of the layout joins;
-    `configuration` is what a project's configuration says of rules, empty where it says nothing. ``built_from`` is
-    the hash of everything that the whole was built from, ``built_for`` names the stages that were asked for.
+    ``forced`` is True if it was built in spite of errors. ``nets`` names the pins that each net of the layout joins.
+    ``configuration`` holds the project's policy, the baseline and the plugins, if there are any. ``built_from`` is the
+    hash of all inputs of the package, and ``built_for`` names the requested stages.
     """
 
     version: str = __version__
@@ -63,7 +62,7 @@ class Manifest:
     built_for: tuple[str, ...] = ()
 
     def as_bytes(self) -> bytes:
-        """The text of ``manifest.json``, files in order of their names."""
+        """Return the text of ``manifest.json``, with files in order of their names."""
         files = {name: dataclasses.asdict(self.files[name]) for name in sorted(self.files)}
         nets = {net: list(self.nets[net]) for net in sorted(self.nets)}
         document = {
@@ -78,17 +77,17 @@ class Manifest:
         return json_bytes(document)
 
     def of_stage(self, stage: str) -> dict[str, Entry]:
-        """The files of one stage."""
+        """Return the files of one stage."""
         return {name: entry for name, entry in self.files.items() if entry.stage == stage}
 
 
 def read_manifest(folder: Path) -> Manifest:
-    """The manifest of a package.
+    """Return the manifest of a package.
 
     Raises
     ------
     PackageError
-        when there is none, when it is not one of ours, or when it names a file outside the package.
+        if there is no manifest, it is not one of sitscad's, or it names a file outside the package
     """
     try:
         return _read(json.loads(_content(folder / MANIFEST), object_pairs_hook=_mapping))
@@ -109,7 +108,10 @@ MAX_MANIFEST = 16_000_000
 
 
 def _content(path: Path) -> bytes:
-    """The bytes of a manifest. Raises OSError if it is no file (a pipe would wait), ValueError if it is too large."""
+    """Return the bytes of a manifest.
+
+    Raises OSError if it is no file (a pipe would wait), ValueError if it is too large.
+    """
     if not path.is_file():
         raise OSError(errno.ENOENT, os.strerror(errno.ENOENT) if not os.path.lexists(path) else "it is no file")
     if path.stat().st_size > MAX_MANIFEST:
@@ -118,7 +120,7 @@ def _content(path: Path) -> bytes:
 
 
 def _mapping(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Return a JSON mapping. Raises ValueError if two keys are equal: readers differ in which value they use."""
+    """Return a JSON mapping. Raises ValueError if two keys are equal, because readers differ in the value they use."""
     document = dict(pairs)
     if len(document) != len(pairs):
         raise ValueError("a key occurs twice")
@@ -126,7 +128,7 @@ def _mapping(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _read(document: Any) -> Manifest:
-    """The manifest that a document of JSON is; ValueError that says what of it is none."""
+    """Return the manifest from a JSON document. Raises ValueError, with the fault, if it is no manifest."""
     if not isinstance(document, dict):
         raise ValueError("it is no mapping")
     built = _part(document, "built", dict, {})
@@ -149,7 +151,7 @@ def _read(document: Any) -> Manifest:
 
 
 def _part(document: dict[str, Any], key: str, kind: type[Part], default: Part | None = None) -> Part:
-    """What stands at a key; ValueError where that is missing or of another kind."""
+    """Return the value of a key. Raises ValueError if it is missing or of another type."""
     value = document.get(key, default)
     if not isinstance(value, kind):
         raise ValueError(f"{key!r} is {'of another kind' if key in document else 'missing'}")
@@ -163,19 +165,19 @@ def _names(key: str, value: Any) -> tuple[str, ...]:
 
 
 def _texts(key: str, value: Any, within: set[str]) -> dict[str, str]:
-    """A mapping of texts with some keys; ValueError for another."""
+    """Return a mapping of texts with exactly the keys `within`. Raises ValueError for other values."""
     if not isinstance(value, dict) or set(value) != within or not all(isinstance(text, str) for text in value.values()):
         raise ValueError(f"{key!r} has not just the texts {', '.join(sorted(within))}")
     return value
 
 
 def sha256(content: bytes) -> str:
-    """SHA-256 of a file's bytes, hexadecimal."""
+    """Return the SHA-256 of a file's bytes, hexadecimal."""
     return hashlib.sha256(content).hexdigest()
 
 
 def intact(folder: Path, entries: Mapping[str, Entry]) -> dict[str, bytes] | None:
-    """The bytes of all these files, or None if a file is missing, a link, unreadable, or not what the manifest says."""
+    """Return the bytes of all these files. None if any is missing, a link, unreadable, or differs from its hash."""
     contents = {}
     for name, entry in entries.items():
         path = folder / name
@@ -223,14 +225,17 @@ def is_left_by_kicad(name: str, files: Collection[str]) -> bool:
 
 
 def made_from(*ingredients: object) -> str:
-    """Hash of everything that a stage's files depend on: values, this sitscad, and the date that the build is given."""
+    """Return the hash of a stage's inputs: the values, sitscad's code, and the date in SOURCE_DATE_EPOCH."""
     setting = (__version__, code(), os.environ.get("SOURCE_DATE_EPOCH", ""))
     text = json.dumps([_plain(value) for value in (*setting, *ingredients)], separators=(",", ":"))
     return sha256(text.encode("ascii"))
 
 
 def _plain(value: object) -> object:
-    """Frozen values as nested lists that JSON writes in one way only: floats exactly, mappings in order of keys."""
+    """Return frozen values as nested lists with a single JSON form.
+
+    Floats are exact, and mappings are in order of keys.
+    """
     if dataclasses.is_dataclass(value):
         fields = [_plain(getattr(value, f.name)) for f in dataclasses.fields(value)]
         return [type(value).__name__, *fields]
@@ -241,7 +246,7 @@ def _plain(value: object) -> object:
         return [_plain(entry) for entry in value]
     if isinstance(value, enum.Enum):
         return value.name
-    if isinstance(value, bytes):  # a file that the spec names, like a STEP file: a list, which no text is
+    if isinstance(value, bytes):  # A file that the spec names, like a STEP file. A list differs from every text
         return [sha256(value)]
     if value is None or isinstance(value, (str, int, float)):
         return value
@@ -250,7 +255,10 @@ def _plain(value: object) -> object:
 
 @cache
 def code() -> str:
-    """Hash of sitscad's own modules and data, so that a changed installation never reuses what an older one made."""
+    """Return the hash of sitscad's own modules and data.
+
+    A changed installation therefore never reuses files that an older one made.
+    """
     root = PACKAGE
     digest = hashlib.sha256()
     for path in sorted(p for p in root.rglob("*") if p.suffix in {".py", ".csv", ".yaml", ".json"} and p.is_file()):
@@ -261,16 +269,16 @@ def code() -> str:
 
 
 SPEC_FOLDER, UNNAMED = "spec", "spec.yaml"
-"""Where a package keeps the files that it was made from, and its spec where that has no name that it may hold."""
+"""Folder of a package's input files, and the name of the spec if a package may not hold its own name."""
 
 CHECK_STAGE = "check"
-"""The stage of what every build writes: its checks always run."""
+"""Stage of the files that every build writes. Its checks always run."""
 
 SOLID_STAGES = ("mount", "mesh", "assembly")
-"""The stages that need the packages of the extra."""
+"""Stages that need the CAD packages of the extra."""
 
 EXTRA_STAGES = (*SOLID_STAGES, "datasheet")
-"""The stages that need packages of the extra: solids, and the plotting library."""
+"""Stages that need packages of the extra: CAD, or the plotting library."""
 
 NOTHING_FOR = {
     "laser": "the spec has neither an elastomer nor a target to cut",
@@ -279,26 +287,28 @@ NOTHING_FOR = {
     "assembly": "the spec has no mount",
     "datasheet": "it takes a target that conducts, a pad for it to rest on, and a tank that oscillates",
 }
-"""Why a stage may have nothing to make."""
+"""Reasons why a stage may have nothing to make."""
 
 KERNELS = ("build123d", "cadquery", "cadquery-ocp", "gmsh", "manifold3d", "trimesh")
 """Packages whose version can change the bytes of solids and meshes."""
 
 FORCED_NOTE = "FORCED.txt"
-"""The note of a package that was built in spite of errors, there and beside what goes to a fabricator."""
+"""Note of a package that was built in spite of errors. A copy lies beside the files for the fabricator."""
 
 NOT_WRITTEN = "\nLeft out, because it cannot be written:"
-"""The line with which a forced package's note goes on where something is missing."""
+"""Line of a forced package's note before the list of files that are left out."""
 
 Progress = Callable[[str, str, float], None]
-"""Called with a stage, what happens, and seconds: ``start`` if it has to be made, then what became of it (``made``,
-``kept``, ``dropped``, ``none``, ``stopped``).
+"""Function called with a stage, an event, and seconds.
+
+Events are ``start`` if the stage has to be made, then its outcome (``made``, ``kept``, ``dropped``, ``none``,
+``stopped``).
 """
 
 
 @record
 class StageResult:
-    """What became of a stage: ``made``, ``kept`` from the package before, ``dropped``, ``none`` (nothing to make)."""
+    """Outcome of a stage: ``made``, ``kept`` from the old package, ``dropped``, or ``none`` (nothing to make)."""
 
     name: str
     outcome: str
@@ -308,11 +318,11 @@ class StageResult:
 
 @record
 class BuildResult:
-    """The outcome of a build. Without ``written`` the errors in ``checked`` stopped it and nothing was touched.
+    """The outcome of a build. If ``written`` is False, the errors in ``checked`` stopped it and nothing was changed.
 
-    ``left_out`` says of each stage that was not asked for by name why it is missing: a package that is not installed.
-    ``is_unchanged`` is set where nothing had to be done; ``stale`` says of each file that a build would change what is
-    wrong with it, where only that was asked for.
+    ``left_out`` gives the reason for each missing stage that was not requested by name, such as a package that is not
+    installed. ``is_unchanged`` is True if there was nothing to do. ``kept_aside`` is the folder with the user's own
+    files from the old package. ``stale`` is the result of a comparison: a text on each file that a build would change.
     """
 
     directory: Path
@@ -325,7 +335,7 @@ class BuildResult:
     left_out: Mapping[str, str] = field(default_factory=dict)
 
     def __repr__(self) -> str:
-        """A line with the folder, and whether it was written."""
+        """Return a line with the folder, and whether it was written."""
         return f"<BuildResult {'written' if self.written else 'not written'}: {self.directory}>"
 
     @property
@@ -334,18 +344,19 @@ class BuildResult:
         return self.written and not self.checked.is_orderable
 
     def missing(self, only: Collection[str] = ()) -> dict[str, str]:
-        """The stages that the package does not have, each with the reason: those that were left out, and those of
-        `only` for which the spec has nothing.
+        """Return the stages that the package does not have, each with the reason.
+
+        They are the stages that were left out, and stages in `only` for which the spec has nothing.
         """
         none = (stage.name for stage in self.stages if stage.outcome == "none" and stage.name in only)
         return {name: NOTHING_FOR.get(name, "the spec has nothing for it") for name in none} | dict(self.left_out)
 
 
 def unplotted(spec: SensorSpec) -> dict[str, str]:
-    """The stage that a build without a plotting library leaves out of a package, with the reason; mostly none.
+    """Return the data sheet's stage with the reason, if it is left out because matplotlib is not installed.
 
-    Solids and meshes are what a mount is built for, and stop a build where they cannot be made; of the light core, the
-    data sheet is the only paper that needs a package of the extra.
+    Empty otherwise. The data sheet is the only paper of the core that needs a package of the extra. Stages of solids
+    are different: a build stops if they cannot be made.
     """
     if not is_felt(spec) or find_spec("matplotlib") is not None:
         return {}
@@ -353,8 +364,8 @@ def unplotted(spec: SensorSpec) -> dict[str, str]:
 
 
 def version_of(package: str) -> str:
-    """The version of an installed package; empty where there is none."""
-    from importlib.metadata import PackageNotFoundError, version  # slow to import, and only solids ask
+    """Return the version of an installed package. Empty if it is not installed."""
+    from importlib.metadata import PackageNotFoundError, version  # slow to import, and needed for solids only
 
     try:
         return version(package)
@@ -372,7 +383,7 @@ EXACT = ("firmware/wiring/*",)
 """Patterns of files that match `FIGURES` but hold no computed figures, and are compared byte by byte."""
 
 TOLERANCE = 1e-4
-"""Largest relative difference of two equal figures: far below every stated error, far above what sums differ by."""
+"""Largest relative difference of two equal figures: far below stated errors, far above rounding differences of sums."""
 
 LIST_TOLERANCE = 1e-5
 """Largest difference of two equal figures in a list, relative to the largest figure of that list."""
@@ -381,15 +392,15 @@ WHOLE_TOLERANCE = 1e-6
 """Largest relative difference of two equal whole numbers: registers, codes and counts below a million are exact."""
 
 LAST_DIGIT = 0.01
-"""A rounded figure may differ by a unit of its last digit if that is at most this fraction of it."""
+"""A rounded figure may differ by a unit of its last digit if that is at most this fraction of the figure."""
 
 _NUMBER = re.compile(rb"(?<![\w.])[-+]?\d++(?:\.\d++)?+(?:[eE][-+]?\d++)?+(?!\.\d)")
-_BETWEEN = re.compile(rb"f?[\s,\[\]{}]*")  # What stands between the numbers of a list
-_PLACES = re.compile(rb"/Length \d+|\nxref\n.*", re.DOTALL)  # Where a PDF says how long its parts are
+_BETWEEN = re.compile(rb"f?[\s,\[\]{}]*")  # Text between the numbers of a list
+_PLACES = re.compile(rb"/Length \d+|\nxref\n.*", re.DOTALL)  # Lengths and offsets of a PDF's parts
 
 
 def has_figures(name: str) -> bool:
-    """Whether a package's file holds computed figures, and so is compared by value."""
+    """Whether a package's file holds computed figures and is therefore compared by value."""
     return any(fnmatchcase(name, each) for each in FIGURES) and not any(fnmatchcase(name, each) for each in EXACT)
 
 
@@ -428,18 +439,21 @@ def _near(one: bytes, other: bytes, scale: float) -> bool:
     size, apart = max(abs(a), abs(b)), abs(a - b)
     if one.lstrip(b"+-").isdigit() and other.lstrip(b"+-").isdigit():
         return apart <= WHOLE_TOLERANCE * size
-    unit = 1.001 * min(_unit(one), _unit(other))  # binary fractions of decimal digits
+    unit = 1.001 * min(_unit(one), _unit(other))  # tolerance for rounding of decimal digits
     return apart <= max(TOLERANCE * size, LIST_TOLERANCE * scale, min(unit, LAST_DIGIT * size))
 
 
 def _unit(number: bytes) -> float:
-    """Value of a unit in the last digit."""
+    """Return the value of a unit in the last digit."""
     digits, _, power = number.lower().partition(b"e")
     return float(10.0 ** (int(power or 0) - len(digits.partition(b".")[2])))
 
 
 def _scales(texts: list[bytes], pairs: list[tuple[bytes, bytes]]) -> Iterator[float]:
-    """Yield, for each number, the largest magnitude in its list. Only commas, brackets and spaces separate them."""
+    """Yield, for each number, the largest magnitude in its list.
+
+    Commas, brackets and spaces separate numbers of a list.
+    """
     first = 0
     for k in range(1, len(pairs) + 1):
         if k == len(pairs) or not _BETWEEN.fullmatch(texts[k]):

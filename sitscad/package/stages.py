@@ -1,4 +1,4 @@
-"""What a package is made of, stage by stage: what is wanted and not there is made, what is still true is kept."""
+"""The stages of a build. Each stage makes its files, or keeps the old ones if their inputs have not changed."""
 
 from __future__ import annotations
 
@@ -50,21 +50,21 @@ from sitscad.package.manifest import (
 from sitscad.spec.sensor import SensorSpec
 
 FELT = "datasheet.json"
-"""What the sensor feels, which page and estimate repeat."""
+"""File with the sensing performance, which page and estimate repeat."""
 
 PRINTED, NOTES = "mount/print.json", "mount/assembly.txt"
-"""The pieces to be printed, and the steps of the assembly, which list them."""
+"""List of the printed pieces, and the steps of the assembly, which repeat that list."""
 
 FIT = "mount/fit.json"
-"""What was measured on the solids, which findings are made of."""
+"""Dimensions measured on the solids. Findings about the fit use them."""
 
 FIT_PICTURE, SOLIDS_PICTURE = "fit.svg", "mount/fit-solids.svg"
-"""What does not fit: sections with dimensions, and the bodies themselves."""
+"""Pictures of parts that do not fit: sections with dimensions, and the bodies themselves."""
 
 
 @record
 class Made:
-    """The stages' outcomes, every file's bytes, and every file's manifest entry.
+    """Results of the stages, with the bytes and the manifest entry of each file.
 
     ``by_value`` names the files that were kept from the old package because their figures agree with the new ones.
     """
@@ -79,9 +79,9 @@ class Made:
 def contents_of(
     spec: SensorSpec | Design, policy: Policy, baseline: Baseline | None, wanted: frozenset[str] = frozenset(),
 ) -> Contents:
-    """A spec's design, and what its findings are judged by.
+    """Return a spec's design with the policy and the baseline for its findings.
 
-    STEP files that the spec names are read first if solids are wanted. What is wrong with them is a finding.
+    If solids are wanted, STEP files named by the spec are read first. A faulty STEP file is a finding.
     """
     design = spec if isinstance(spec, Design) else Design(spec)
     measured = "" if wanted.isdisjoint(SOLID_STAGES) else unread_files(design.spec)
@@ -89,9 +89,12 @@ def contents_of(
 
 
 def manifest_of(contents: Contents, made: Made, old: Manifest, built_from: str, wanted: frozenset[str]) -> Manifest:
-    """What a package says of itself; stages of the one before count where that was built from the same."""
+    """Return the manifest of a package.
+
+    Stages of the old manifest are included if that package was built from the same inputs.
+    """
     before = old.built_for if old.built_from == built_from else ()
-    # what besides the spec the package goes by: policy and baseline that its findings are judged by, and plugins
+    # Inputs besides the spec: policy and baseline for its findings, and plugins
     judged_by = contents.policy.as_json() if contents.policy.says_anything else {}
     source = contents.design.spec.source
     known = known_of(contents.baseline, source.path, contents.spec.name)
@@ -112,7 +115,7 @@ def make_all(
 ) -> Made:
     """Make the wanted stages, or keep their files from the old package. Keep valid files of other stages.
 
-    With `force`, and if the solids show further errors, the files before the solids are made a second time: their mark
+    With `force`, and if the solids show further errors, the files before the solids are made a second time. Their mark
     and the note in the order archive must name these errors. With two or more `jobs`, a second process makes the
     solids. A file in `figures` (of an old package, by name) is kept if its computed figures agree with the new ones,
     and later files are made from it (`sitscad.package.manifest`).
@@ -126,7 +129,7 @@ def make_all(
 
 
 ORDER = (*STAGES[:-1], CHECK_STAGE, STAGES[-1])
-"""The stages as they are told of; checks and report look at the files of all others."""
+"""Stages in the order of reports. Checks and report come last, because they use the files of all others."""
 
 PARTS = (
     *((stage, False) for stage in ORDER[:-2] if stage not in SOLID_STAGES),
@@ -135,8 +138,10 @@ PARTS = (
     (CHECK_STAGE, False),
     ("report", False),
 )
-"""The stages in the order of making, solids after what can be made beside them; of the assembly what takes numbers
-apart, since another readout leaves its solids as they are.
+"""Stages in the order of making, each with a flag: True for the writers that take computed figures.
+
+Solids come after the stages that can be made beside them. The assembly has two parts, because a change of the readout
+leaves its solids as they are.
 """
 
 
@@ -159,7 +164,7 @@ def _made(
             made_of = _made_of(contents, stage, numbers, entries, failed)
             made = _kept(directory, old, stage, made_of)
             if made is not None and stage in wanted and NOTES in made and not is_current(made[NOTES].decode(), there):
-                made = None  # the steps say that other files are lacking than those that are
+                made = None  # the steps name other files as missing than those that are missing
             if made is None and stage in wanted and stage not in begun:
                 progress(stage, "start", 0.0)
                 begun.add(stage)
@@ -197,7 +202,10 @@ def _made(
 
 
 def _stages_there(wanted: frozenset[str], entries: Mapping[str, Entry], old: Manifest) -> frozenset[str]:
-    """Return the stages that the package has or is to have. A report that is not wanted stays if all else does."""
+    """Return the stages that the package has or is to have.
+
+    The old report stays, even if it is not wanted, if all other files stay the same.
+    """
     before = {name: entry for name, entry in old.files.items()
               if entry.stage not in ("assembly", CHECK_STAGE, STAGES[-1])}
     is_kept = bool(old.of_stage(STAGES[-1])) and all(entries.get(name) == entry for name, entry in before.items())
@@ -207,14 +215,17 @@ def _stages_there(wanted: frozenset[str], entries: Mapping[str, Entry], old: Man
 def _made_of(
     contents: Contents, stage: str, numbers: bool, entries: dict[str, Entry], failures: list[str]
 ) -> str:
-    """The hash of everything that the files of a part depend on; plugins may read all of the spec."""
+    """Return the hash of everything that the files of a part depend on.
+
+    Plugins may read the whole spec, so with plugins the hash includes all of it.
+    """
     read = (marks(), contents.spec, contents.design.spec.source.text) if marks() else ()
     printed = (entries.get(PRINTED),) if (stage, numbers) == ("assembly", True) else ()
     return made_from(stage, *_ingredients(contents, stage, numbers, entries, failures), *printed, *read)
 
 
 def _kept(directory: Path, old: Manifest, stage: str, made_of: str) -> dict[str, bytes] | None:
-    """The files of a part as the package before has them, made from the same and whole; None where there are none."""
+    """Return the files of a part from the old package. None if they were made from other inputs or are damaged."""
     before = {name: entry for name, entry in old.of_stage(stage).items() if entry.made_from == made_of}
     return intact(directory, before) if before else None
 
@@ -231,7 +242,10 @@ def _outcome(
 
 @record
 class Rendered:
-    """The files of a part; what could not be written of it; the files of plugins in small letters, with their maker."""
+    """The files of a part, and messages about files that could not be written.
+
+    ``theirs`` maps names of plugins' files, in lower case, to the plugin.
+    """
 
     files: dict[str, bytes]
     failures: list[str]
@@ -240,14 +254,17 @@ class Rendered:
 
 @record(eq=False)
 class Aside:
-    """Parts that are rendered in a process of their own, which sends each when it is done, or what ended it."""
+    """Parts that a second process makes. It sends each part when it is done, or the exception that ended it."""
 
     parts: tuple[tuple[str, bool], ...]
     process: BaseProcess
     sent: Connection
 
     def next_of(self) -> Rendered:
-        """The next part. Raises what it raised, and BrokenProcessPool where the process ended without a word."""
+        """Return the next part.
+
+        Raises the exception of the process, or BrokenProcessPool if the process ended without one.
+        """
         try:
             found = self.sent.recv()
         except EOFError as error:
@@ -259,10 +276,10 @@ class Aside:
 
 
 def _begun_aside(contents: Contents, directory: Path, old: Manifest, wanted: frozenset[str]) -> Aside | None:
-    """The solids that have to be made, begun beside all else; None where there are none, or nothing else takes long.
+    """Start a process that makes the wanted solids. None if there are none, or if no other stage takes long.
 
-    The process is a fresh one, not a copy of this: a copy has the locks of threads that it has not, and may wait for
-    them forever. What plugins have put in force is not in it, so with them all is made here.
+    The process is a fresh one. A copy of this process would have the locks of threads that it does not have, and could
+    wait for them forever. Plugins are not loaded in the new process, so with plugins this process makes the solids.
     """
     asked = [(stage, False) for stage in SOLID_STAGES if stage in wanted]
     parts = tuple(part for part in asked if _kept(directory, old, part[0], _made_of(contents, *part, {}, [])) is None)
@@ -281,8 +298,11 @@ def _render_aside(
     sent: Connection, spec: SensorSpec, policy: Policy, baseline: Baseline | None, measured: str, forced: str,
     parts: tuple[tuple[str, bool], ...],
 ) -> None:
-    """What the other process does; `forced` is known, so that nothing is checked again."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # who asked for the build ends this process
+    """Return render parts in the second process and send them.
+
+    `forced` is passed so that the checks do not run again.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent process ends this process
     contents = Contents(Design(spec), policy, baseline, measured)
     contents.__dict__["forced"] = forced
     for stage, numbers in parts:
@@ -296,7 +316,7 @@ def _render_aside(
 def _ingredients(
     contents: Contents, stage: str, numbers: bool, entries: dict[str, Entry], failures: list[str]
 ) -> tuple[object, ...]:
-    """Everything that the files of a stage, or its writers of numbers, depend on, besides sitscad itself."""
+    """Return everything that a stage's files, or its writers of figures, depend on, except sitscad itself."""
     source = contents.design.spec.source
     known = known_of(contents.baseline, source.path, contents.spec.name)
     judged_by = (json.dumps(contents.policy.as_json()), known)
@@ -328,8 +348,10 @@ def _rendered(
     contents: Contents, stage: str, numbers: bool, beside: dict[str, bytes], before: dict[str, bytes],
     there: frozenset[str] = frozenset(),
 ) -> Rendered:
-    """A stage's files, or of the assembly those that take `numbers` or do not; `beside` are those of the stage that are
-    there already, `before` those of all stages; `there` are the stages that the package is to have.
+    """Return the files of a part.
+
+    `beside` are files of the stage that exist already, and `before` are the files of all stages. `there` are the stages
+    that the package is to have.
     """
     parted = (stage, True) in PARTS
     writers = [writer for writer in (*WRITERS, *PAPERS, *added_writers())
@@ -356,7 +378,10 @@ def _written(
     contents: Contents, writers: list[Writer], beside: dict[str, bytes], package: Package, failures: list[str],
     theirs: dict[str, str],
 ) -> dict[str, bytes]:
-    """The files of some writers. What cannot be written stops a build; a forced one goes on and says so in its note."""
+    """Return the files of some writers.
+
+    A file that cannot be written stops a build. A forced build continues, and its note names the file.
+    """
     new: dict[str, bytes] = {}
     for writer in writers:
         if not writer.applies(contents.spec):
@@ -377,8 +402,9 @@ def _written(
 def _distinct(
     maker: str, before: dict[str, bytes], new: dict[str, bytes], theirs: Mapping[str, str]
 ) -> dict[str, bytes]:
-    """The new files, once their names are known to be safe and none to be taken, whatever the case of letters; where a
-    plugin took a name of ours before, it is the plugin that is refused.
+    """Return the new files if their names are safe and not taken, ignoring case.
+
+    If a plugin took a name of sitscad's before, the plugin is refused. Raises PackageError.
     """
     taken = {name.lower() for name in (*before, MANIFEST)}
     for name in new:
@@ -392,7 +418,10 @@ def _distinct(
 
 
 def _checked_files(contents: Contents, failures: list[str], given: Mapping[str, bytes]) -> dict[str, bytes]:
-    """Findings and estimate as JSON, and the note of a forced package, also beside what goes to a fabricator."""
+    """Return findings and estimate as JSON, the spec's files, and the note of a forced package.
+
+    If the package has Gerber files, the note also lies beside them.
+    """
     checked = dataclasses.replace(contents.checked, path=contents.file_name)
     felt = {name: value for name, value in _felt(given).items() if name in ("performance", "cells")}
     files = {
@@ -408,19 +437,21 @@ def _checked_files(contents: Contents, failures: list[str], given: Mapping[str, 
 
 
 def _felt(files: Mapping[str, bytes]) -> dict[str, Any]:
-    """What the sensor feels, as the data sheet of the package has it; nothing in a package without one."""
+    """Return the sensing performance from the package's data sheet. Empty if there is no data sheet."""
     found: dict[str, Any] = json.loads(files[FELT]) if FELT in files else {}
     return found
 
 
 def _spec_files(contents: Contents) -> dict[str, bytes]:
-    """What the package was made from, byte by byte: the spec under its own name (``spec.yaml`` where it has none that a
-    package may hold), and the profiles that it names where it looks for them, so that the folder builds the same again.
+    """Return the files that the package was made from, unchanged.
+
+    The spec has its own name, or ``spec.yaml`` if a package may not hold that name. Profiles lie where the spec names
+    them, so that the folder builds the same package again.
     """
     files, own = contents.design.spec.source.kept, contents.file_name
     names = {}
     for name in files:
-        # letters that a package may not hold are written as _
+        # Characters that a package may not hold are written as _
         parts = (re.sub(r"^[.\s]|[^\w .+-]|\s$", "_", part) or "_" for part in name.split("/"))
         names[name] = name if FILE_NAME.fullmatch(name) else "/".join(parts)
     if not FILE_NAME.fullmatch(own):
@@ -429,20 +460,21 @@ def _spec_files(contents: Contents) -> dict[str, bytes]:
 
 
 def _live(contents: Contents, files: Mapping[str, bytes]) -> dict[str, bytes]:
-    """``live.html``, where the package has a driver whose lines it reads."""
+    """Return ``live.html``. Empty if the package has no driver whose lines the page reads."""
     from sitscad.files.report.moving import live_page
 
     if "firmware/sensor_line.h" not in files:
         return {}
-    # all maps that the package has, in their documents: one, or one a cell
+    # Documents of all maps in the package: one, or one per cell
     names = [name for name in files if re.fullmatch(r"calibration/(cell-\d+/)?calibration\.json", name)]
     maps = [json.loads(files[name]) for name in sorted(names, key=lambda name: (len(name), name))]
     return {"live.html": live_page(contents.spec, contents.estimates, maps, forced=contents.is_forced)}
 
 
 def page_of(contents: Contents, files: Mapping[str, bytes], is_built: bool = True) -> bytes:
-    """The report on a design with what some files of its package say; its pictures are handed in, because a report must
-    not depend on writers. `is_built` is False for a design that is watched.
+    """Return the report on a design, with data from files of its package.
+
+    The pictures are passed in, because a report must not depend on writers. `is_built` is False for a watched design.
     """
     from sitscad.files.order_facts.incoming import incoming
     from sitscad.files.report.page import render
@@ -459,7 +491,7 @@ def page_of(contents: Contents, files: Mapping[str, bytes], is_built: bool = Tru
 
 
 def _moving(contents: Contents, files: Mapping[str, bytes], felt: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """What the page's views show of the package's own files: each only where they are there."""
+    """Return the data of the page's interactive views, for those whose files the package has."""
     from sitscad.estimates.states.cells import live_cells
     from sitscad.files.report.moving import pushed_document, solids_document
 
@@ -477,7 +509,10 @@ def _moving(contents: Contents, files: Mapping[str, bytes], felt: Mapping[str, A
 
 
 def failing_fit(contents: Contents, bodies: str) -> dict[str, bytes]:
-    """``fit.svg``: what of the fit fails, dimensioned, and where the bodies are seen; nothing where it fits."""
+    """Return ``fit.svg``, a drawing of the parts that do not fit.
+
+    It refers to the picture `bodies`. Empty if all parts fit.
+    """
     from sitscad.files.documents.drawings import fit
     from sitscad.files.drawing.svg import svg
 
@@ -487,7 +522,7 @@ def failing_fit(contents: Contents, bodies: str) -> dict[str, bytes]:
 
 
 def _pictures(contents: Contents, files: Mapping[str, bytes]) -> dict[str, str]:
-    """Drawings for the report by their captions; those of the solids only where the package has them."""
+    """Return drawings for the report by caption. Drawings of solids are included if the package has them."""
     from sitscad.files.documents.drawings import plan_view
     from sitscad.files.documents.drawings import stackup as stackup_drawing
     from sitscad.files.drawing.pictures.layout_picture import PicturePoint, picture
@@ -522,7 +557,10 @@ def _pictures(contents: Contents, files: Mapping[str, bytes]) -> dict[str, str]:
 
 
 def _jaws(contents: Contents) -> str | None:
-    """The jaw drawing; none without a jaw, or where a forced package's parts contradict each other."""
+    """Return the drawing of the jaws.
+
+    None if there is no jaw, or if parts of a forced package contradict each other.
+    """
     from sitscad.assembly.places.jaws import PartsError
     from sitscad.files.documents.drawings import jaw
     from sitscad.files.drawing.svg import svg

@@ -1,8 +1,11 @@
-"""Reading a finished package back: every file against the manifest, the copper's nets against the intended ones, layers
-and holes against job file and netlist, what is sent against what lies beside it, every board of the panel against the
-single board; and all of it against what its spec makes, built again in memory. Of the package itself only ``spec/`` is
-believed then, and of its manifest what was asked for: the stages, the policy and baseline that findings were judged by,
-and the plugins.
+"""Verification of a finished package.
+
+Files are compared with the manifest, and the nets of the copper with the intended ones. Layers and holes are compared
+with job file and netlist, the order archive with the files beside it, and every board of the panel with the single
+board.
+
+The package can also be compared with a new build of its spec in memory. Then only ``spec/`` is trusted. From the
+manifest, only the request is used: stages, policy, baseline and plugins.
 """
 
 from __future__ import annotations
@@ -48,17 +51,34 @@ if TYPE_CHECKING:
 
 @record
 class Verification:
-    """What reading a package back found: every difference in one sentence, and what was looked at.
+    """Result of verifying a package.
 
-    ``files`` counts those that the manifest names, ``missing`` and ``changed`` those of them that are not there or not
-    as they were built, ``foreign`` others; ``nets`` are the
-    layout's, None where the package has no Gerber files; ``panel_boards`` is how many boards were held against the
-    single one, None where there is no panel; ``wrong_nets`` and ``wrong_boards`` count the differences of either;
-    ``forced`` is set of a package that was built in spite of errors; ``rebuilt`` counts the
-    differences from a new build of its spec, None if nothing was built again; ``by_value`` counts the files that differ
-    from the new build only in the last digits of computed figures (`sitscad.package.manifest`); ``wrong_layers`` what
-    layers and job file contradict each other in, ``wrong_archive`` what of the archive that is sent is not as the files
-    beside it. ``by_kicad`` names files that KiCad left beside its project; they count as no difference.
+    Attributes
+    ----------
+    differences : tuple of str
+        one sentence for each difference
+    files : int
+        number of files that the manifest names
+    missing, changed, foreign : int
+        number of these files that are missing or differ from the build, and number of other files
+    nets : tuple of str or None
+        nets of the layout; None if the package has no Gerber files
+    panel_boards : int or None
+        number of boards compared with the single board; None if there is no panel
+    wrong_nets, wrong_boards : int
+        number of differences in nets and in boards
+    forced : bool
+        whether the package was built in spite of errors
+    rebuilt : int or None
+        number of differences from a new build of the spec; None if it was not built again
+    by_value : int
+        number of files that differ from the new build only in last digits of figures (`sitscad.package.manifest`)
+    wrong_layers : int
+        number of contradictions between layers and job file
+    wrong_archive : int or None
+        number of differences between the order archive and the files beside it; None if there is no archive
+    by_kicad : tuple of str
+        files that KiCad left beside its project; they do not count as differences
     """
 
     directory: Path
@@ -80,16 +100,16 @@ class Verification:
 
     @property
     def ok(self) -> bool:
-        """Whether the package is what it says it is."""
+        """Whether the package has no differences."""
         return not self.differences
 
     @property
     def looked_at(self) -> tuple[str, ...]:
-        """What the package was held against, and where it failed: some words on each."""
+        """A short text on each comparison and its result."""
         return tuple(map(printable, self._words()))
 
     def _words(self) -> Iterator[str]:
-        """What was looked at and what came of it."""
+        """Yield a short text on each comparison and its result."""
         wrong = ((self.missing, "missing"), (self.changed, "changed"), (self.foreign, "not in the manifest"))
         words = ", ".join(f"{count} {word}" for count, word in wrong if count)
         yield f"{self.files} files against the manifest{f' ({words})' if words else ''}"
@@ -129,20 +149,35 @@ MAX_FILE = 500_000_000
 
 @checked_arguments
 def verify(directory: str | Path, rebuild: bool = False) -> Verification:
-    """Compare a package with its manifest, the nets in its finished Gerber and drill files with the intended ones, its
-    layers and holes with job file and netlist, the archive that is sent with the files beside it, and every board of
-    its panel with the single board.
+    """Compare a package with its manifest, and its finished production files with each other.
 
-    A person who changes a file can also change its hash in the manifest. With `rebuild`, the package is built again
-    in memory from its own ``spec/`` and compared: byte by byte, computed figures by value (`sitscad.package.manifest`).
-    This proves that the files belong to the spec, but not that the spec is yours.
+    Parameters
+    ----------
+    directory : str or Path
+        folder of the package
+    rebuild : bool
+        whether the package is also built again in memory from its own ``spec/`` and compared
+
+    Returns
+    -------
+    Verification
+        the differences, and a text on each comparison
 
     Raises
     ------
     PackageError
-        when the folder is not a package of sitscad, cannot be read, or cannot be built again.
+        if the folder is not a package of sitscad, cannot be read, or cannot be built again
     MissingExtra
-        when a package that reads Gerber files is not installed, or one that `rebuild` needs.
+        if a package that reads Gerber files is not installed, or a package that `rebuild` needs
+
+    Notes
+    -----
+    The nets in Gerber and drill files are compared with the intended nets. Layers and holes are compared with job file
+    and netlist, the order archive with the files beside it, and every board of the panel with the single board.
+
+    A person who changes a file can also change its hash in the manifest. `rebuild` finds such changes. It compares byte
+    by byte, and computed figures by value (`sitscad.package.manifest`). This proves that the files belong to the spec,
+    but not that the spec is yours.
     """
     folder = Path(directory)
     with explained(f"cannot read {folder}"):
@@ -189,7 +224,7 @@ def _require_small(folder: Path) -> None:
 
 
 def _with_boards(read: Verification, folder: Path, manifest: Manifest) -> Verification:
-    """What was read, and what the files for the fabricator say."""
+    """Return the result with the comparisons of the fabricator's files added."""
     nets = tuple(dict.fromkeys(_net_differences(folder, manifest.nets)))
     layers, sent = tuple(_layer_differences(folder, manifest)), _archive_differences(folder, manifest)
     boards, panel = _panel_differences(folder, manifest)
@@ -201,7 +236,7 @@ def _with_boards(read: Verification, folder: Path, manifest: Manifest) -> Verifi
 
 
 def spec_path(folder: Path, manifest: Manifest) -> Path:
-    """The path of the spec that a package keeps."""
+    """Return the path of the spec in a package."""
     own = manifest.spec["file"]
     return folder / SPEC_FOLDER / (own if FILE_NAME.fullmatch(own) else UNNAMED)
 
@@ -275,7 +310,7 @@ _ARCHIVE = re.compile(r"fpc/.*-order\.zip", re.IGNORECASE)
 
 
 def _net_differences(folder: Path, intended: Mapping[str, tuple[str, ...]]) -> Iterator[str]:
-    """Differences of the copper from the files' own net names, and of these from the nets that the layout had."""
+    """Yield differences between the copper and the files' net names, and between these and the layout's nets."""
     from sitscad.files.extraction.differences import compare, extract
     from sitscad.files.extraction.intent import UNUSED
     from sitscad.files.extraction.limits import ExtractionError, reading
@@ -301,7 +336,10 @@ def _net_differences(folder: Path, intended: Mapping[str, tuple[str, ...]]) -> I
 
 
 def _panel_differences(folder: Path, manifest: Manifest) -> tuple[int | None, tuple[str, ...]]:
-    """How many boards the panel has, each of them compared, and its differences from the single board; None without."""
+    """Return the number of compared boards on the panel, and their differences from the single board.
+
+    The number is None if there is no panel.
+    """
     if not _has_panel(manifest):
         return None, ()
     from sitscad.files.extraction.limits import ExtractionError, reading
@@ -327,17 +365,17 @@ def rebuilt(folder: Path, manifest: Manifest) -> tuple[Made, Manifest]:
     Raises
     ------
     PackageError
-        where it cannot be built again: of another version, with other plugins, from a spec that is none.
+        if the package cannot be built again: another version, other plugins, or an invalid spec
     MissingExtra
-        when a stage needs a package that is not installed.
+        if a stage needs a package that is not installed
     """
-    from sitscad.package import stages  # loads all that draws
+    from sitscad.package import stages  # loads the drawing code
 
     asked = _asked(folder, manifest)
     contents = stages.contents_of(asked.spec, asked.policy, asked.baseline, asked.wanted)
     made = stages.make_all(contents, folder, Manifest(), asked.wanted, lambda *_: None, force=True,
                            figures=figure_files(folder, manifest))
-    # a whole package counts CAD kernels where the one before it had solids: it can say one of two things of itself
+    # The hash includes CAD kernels if the package before had solids, so two hashes are possible
     keys = [replace(asked, wanted=wanted).made_from(Manifest()) for wanted in (asked.wanted, frozenset(STAGES))]
     key = manifest.built_from if manifest.built_from in keys else keys[0]
     document = stages.manifest_of(made.contents, made, manifest, key, asked.wanted)
@@ -365,7 +403,7 @@ def rebuilt_differences(folder: Path, manifest: Manifest, made: Made, document: 
 
 
 def _asked(folder: Path, manifest: Manifest) -> BuildRequest:
-    """What a package was built of and for, as far as its manifest says so."""
+    """Return the build request of a package, from its manifest. Raises PackageError if it cannot be built again."""
     if manifest.version != __version__:
         raise PackageError(
             f"{folder} was built with sitscad {manifest.version}, and this is {__version__}: only that version builds "
@@ -391,7 +429,7 @@ def _asked(folder: Path, manifest: Manifest) -> BuildRequest:
 
 
 def _kept_spec(folder: Path, manifest: Manifest) -> SensorSpec:
-    """The spec in a package under the name that it was read by: reports call it so."""
+    """Return the spec in a package under its original file name, which reports show."""
     path, own = spec_path(folder, manifest), manifest.spec["file"]
     try:
         spec = load(path)

@@ -1,8 +1,9 @@
 """Rules and writers from outside: a Python file, or an installed package with an entry point in ``sitscad.plugins``.
 
 A plugin is a module with ``RULES`` (values of `Rule`), with ``WRITERS`` (values of `Writer` with a `function`), or
-both. Once used it is in force for the whole process: its rules are applied, listed, selected and waived as ours are,
-its writers' files are in packages and their manifests. A package made with plugins is made anew when one changes.
+both. Once loaded, it stays active for the whole process. Its rules are applied, listed, selected and waived like
+sitscad's own. Its writers' files are in packages and their manifests. If a plugin changes, packages made with it are
+made anew.
 """
 
 from __future__ import annotations
@@ -19,17 +20,17 @@ from sitscad.package.plugins.guard import Plugin, PluginError, at_work
 __all__ = ["GROUP", "Plugin", "PluginError", "use_installed_plugins", "use_plugin"]
 
 GROUP = "sitscad.plugins"
-"""The entry points of installed plugins: each names a module."""
+"""Group of entry points of installed plugins. Each entry point names a module."""
 
 
 @checked_arguments
 def use_plugin(path: str | Path) -> Plugin:
-    """Put the plugin of a Python file in force; one that is in force already, unchanged, stays as it is.
+    """Return activate the plugin of a Python file. An unchanged plugin that is active already stays as it is.
 
     Raises
     ------
     PluginError
-        where the file cannot be read or run, or a rule or a writer of it cannot be taken.
+        if the file cannot be read or run, or one of its rules or writers is invalid
     """
     name = Path(path).name
     try:
@@ -48,15 +49,15 @@ def use_plugin(path: str | Path) -> Plugin:
 
 
 def _digest(content: bytes) -> str:
-    import hashlib  # loads OpenSSL, which is of use only where there are plugins
+    import hashlib  # loads OpenSSL, which only plugins need
 
     return hashlib.sha256(content).hexdigest()
 
 
 def use_installed_plugins() -> tuple[Plugin, ...]:
-    """Put all plugins in force that are installed with entry points in ``sitscad.plugins``, in order of their names.
+    """Return activate all plugins that are installed with entry points in ``sitscad.plugins``, in order of their names.
 
-    Raises `PluginError` where one cannot be loaded.
+    Raises PluginError if a plugin cannot be loaded.
     """
     wanted = f"[{GROUP}]".encode()
     if not any(wanted in text for folder in dict.fromkeys(sys.path) for text in _entry_points_in(folder or ".")):
@@ -68,16 +69,16 @@ def use_installed_plugins() -> tuple[Plugin, ...]:
     found = []
     for point in sorted(entry_points(group=GROUP), key=lambda point: point.name):
         with at_work(f"plugin {point.name} ({point.value})"):
-            module = point.load()  # the line of an error in it is in the error's own traceback
+            module = point.load()  # an error in the module has its own traceback with the line
             found.append(in_force(point.name, module, _digest(Path(str(module.__file__)).read_bytes())))
     return tuple(found)
 
 
 def _entry_points_in(folder: str) -> Iterator[bytes]:
-    """The entry points of all distributions in a folder, as they are written."""
+    """Yield the text of the entry points of all distributions in a folder."""
     try:
         names = os.listdir(folder)
-    except OSError:  # an archive, or not there
+    except OSError:  # an archive, or missing
         return
     for name in names:
         if name.endswith("-info"):

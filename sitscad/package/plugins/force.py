@@ -1,4 +1,4 @@
-"""A plugin's rules and writers put in force, once they are known to fit; what goes wrong in them is told as theirs."""
+"""Activation of a plugin's valid rules and writers. Errors in their code name the plugin."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _NAME = re.compile("[a-z][a-z0-9]*(-[a-z0-9]+)*")
 
 
 def in_force(name: str, module: ModuleType, digest: str) -> Plugin:
-    """A plugin whose rules and writers are now in force; PluginError where it does not fit."""
+    """Return a plugin whose rules and writers are now active. Raises PluginError if it is invalid."""
     rules = _listed(name, module, "RULES", Rule)
     writers = _listed(name, module, "WRITERS", Writer)
     if not rules and not writers:
@@ -49,7 +49,7 @@ def _listed(name: str, module: ModuleType, attribute: str, wanted: type[Row]) ->
 
 
 def _require_fit(name: str, rule: Rule) -> None:
-    """Refuse a rule that cannot be told from others, needs what no spec has, or does nothing."""
+    """Refuse a rule that has another rule's id or name, needs an unknown part of a spec, or has no function."""
     taken = next((other for other in all_rules() if rule.id == other.id or rule.name == other.name), None)
     texts = (rule.summary, rule.why, rule.mend, rule.source)
     for is_wrong, why in (
@@ -66,7 +66,7 @@ def _require_fit(name: str, rule: Rule) -> None:
 
 
 def _require_writable(name: str, writer: Writer) -> None:
-    """Refuse a writer of a stage or of arguments that there are not."""
+    """Refuse a writer with an unknown stage or unknown arguments, or without a new name and a function."""
     known = {other.name for other in added_writers()}
     for is_wrong, why in (
         (not isinstance(writer.name, str) or not writer.name or writer.name in known, "its name is missing or taken"),
@@ -82,10 +82,10 @@ def _require_writable(name: str, writer: Writer) -> None:
 
 
 def _guarded(name: str, rule: Rule, file: str | None) -> Callable[[Design], list[Verdict]]:
-    """A rule's function; what goes wrong in it is told as the plugin's."""
+    """Return a rule's function, wrapped so that its errors name the plugin."""
 
     def apply(design: Design) -> list[Verdict]:
-        """The rule's verdicts, without searches; PluginError for whatever goes wrong in it."""
+        """Return the rule's verdicts without fixes. Raises PluginError for any error in the rule."""
         with at_work(f"plugin {name}: rule {rule.id}", file):
             return [_fitting(verdict) for verdict in (rule.apply(design) if rule.apply else None) or ()]
 
@@ -93,7 +93,7 @@ def _guarded(name: str, rule: Rule, file: str | None) -> Callable[[Design], list
 
 
 def _fitting(verdict: object) -> Verdict:
-    """A verdict that can be told; TypeError for what is none, or has fields of another kind."""
+    """Return a verdict without fixes. Raises TypeError if it is no verdict, or has fields of another type."""
     if isinstance(verdict, Undecided) and isinstance(verdict.reason, str):
         return verdict
     if not isinstance(verdict, Violation):
@@ -111,11 +111,11 @@ _FIELDS: dict[str, Any] = {
     **dict.fromkeys(("key", "unit", "source"), _TEXT),
     **dict.fromkeys(("measured", "limit", "sigma"), _NUMBER),
 }
-"""What the fields of a Violation are."""
+"""Types of the fields of a Violation."""
 
 
 def _checked(name: str, writer: Writer, file: str | None) -> Writer:
-    """A writer whose functions tell what goes wrong in them as the plugin's."""
+    """Return a writer whose functions are wrapped so that their errors name the plugin."""
 
     def told(function: Callable[..., Made], *values: object) -> Made:
         with at_work(f"plugin {name}: writer {writer.name}", file):

@@ -1,5 +1,6 @@
-"""What a plugin is, and its own code at work: whatever way it takes out of the program is an error of its own, and what
-takes long is told by name.
+"""Plugins, and the guard around their code.
+
+Every exit from a plugin's code becomes a PluginError, and a slow plugin is named on standard error.
 """
 
 from __future__ import annotations
@@ -18,12 +19,12 @@ if TYPE_CHECKING:
 
 
 class PluginError(RuntimeError):
-    """A plugin cannot be used, or went wrong where it was used; the text names it."""
+    """Raised if a plugin cannot be used, or fails while it runs. The text names the plugin."""
 
 
 @record
 class Plugin:
-    """A plugin in force: what it is called, its rules and writers, and the hash of the file that it stands in."""
+    """An active plugin: its name, its rules and writers, and the hash of its file."""
 
     name: str
     rules: tuple[Rule, ...]
@@ -32,19 +33,21 @@ class Plugin:
 
 
 SLOW = 10.0
-"""Seconds after which a plugin that is at work is told, and then each time that it has taken twice as long."""
+"""Seconds after which a running plugin is reported. Further reports follow after twice the time each."""
 
 
 class Interrupted(KeyboardInterrupt):
-    """The user's own interruption, which a plugin that raises KeyboardInterrupt cannot be taken for."""
+    """An interruption by the user, as distinct from a KeyboardInterrupt that a plugin raises."""
 
 
 @contextmanager
 def at_work(what: str, file: str | None = None) -> Iterator[None]:
-    """The part of a plugin that is named does something here. `file` is the plugin's, whose line an error then names.
+    """Run a part of a plugin, named `what`, in this context.
 
-    Raises `PluginError` with that name for whatever goes wrong, also for what would end the program (SystemExit,
-    KeyboardInterrupt, GeneratorExit). What ends the process itself (``os._exit``, a signal) nobody can catch.
+    `file` is the plugin's file, for line numbers in errors.
+
+    Raises PluginError with that name for any error, also for exceptions that end the program (SystemExit,
+    KeyboardInterrupt, GeneratorExit). An end of the process itself (``os._exit``, a signal) cannot be caught.
     """
     done = threading.Event()
     threading.Thread(target=_tell, args=(what, done), daemon=True).start()
@@ -56,7 +59,7 @@ def at_work(what: str, file: str | None = None) -> Iterator[None]:
     except BaseException as error:
         try:
             text = str(error)
-        except BaseException:  # its own code once more
+        except BaseException:  # the text comes from the plugin's code, too
             text = ""
         line = _line_in(file, error)
         where = f"{what}: line {line}" if line else what
@@ -66,20 +69,23 @@ def at_work(what: str, file: str | None = None) -> Iterator[None]:
 
 
 def _line_in(file: str | None, error: BaseException) -> int | None:
-    """Return the last line of a file that was at work when an error was raised. None if there was none."""
+    """Return the last line of a file that ran when an error was raised. None if there was none."""
     if isinstance(error, SyntaxError) and error.filename == file:
         return error.lineno
-    import traceback  # only where a plugin failed
+    import traceback  # loaded only if a plugin failed
 
     lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
     return lines[-1] if lines else None
 
 
 def _tell(what: str, done: threading.Event) -> None:
-    """Say again and again, on standard error unless a program has it otherwise, what is still at work."""
+    """Return log a warning about the running plugin again and again until `done` is set.
+
+    By default it goes to standard error.
+    """
     passed, wait = 0.0, SLOW
     while not done.wait(wait):
-        import logging  # only where something is slow
+        import logging  # loaded only if a plugin is slow
 
         passed += wait
         logging.getLogger("sitscad").warning("%s has been at work for %.3g s", what, passed)
@@ -88,8 +94,8 @@ def _tell(what: str, done: threading.Event) -> None:
 
 @contextmanager
 def _own_interruption() -> Iterator[None]:
-    """Have the user's interruption raise `Interrupted`, where Python's own handler is in force."""
-    import signal  # only where a plugin is at work
+    """Make the user's interruption raise `Interrupted`, if Python's own handler is active."""
+    import signal  # loaded only if a plugin runs
 
     is_ours = threading.current_thread() is threading.main_thread()
     if not is_ours or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
