@@ -1,4 +1,4 @@
-"""The commands: arguments in, exit codes out. What they do is in the other rooms."""
+"""The command line: it takes arguments and returns exit codes. The work of the commands is in other folders."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ ISSUES = "the project's issue tracker"
 
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
-    """Run one command line and leave with its exit code; no exception reaches the person who typed it."""
-    # Our matrices are small: threads of the linear algebra would only wait for each other, at twice the processor time
+    """Run one command line and exit with its code. No exception reaches the user."""
+    # The matrices are small: threads in the linear algebra would wait for each other, at twice the processor time
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     keep_freed_memory()
-    gc.set_threshold(200_000)  # a short command makes much and drops little: looking for cycles costs it some per cent
+    gc.set_threshold(200_000)  # a short command frees little: garbage collection costs some per cent
     prepare_streams()
     code = run(arguments)
-    gc.freeze()  # what is left goes with the process: the last look for cycles would cost some per cent more
+    gc.freeze()  # the process ends: a last garbage collection would cost some per cent
     sys.exit(code)
 
 
@@ -68,24 +68,26 @@ def prepare_streams() -> None:
             setattr(sys, name, os.fdopen(descriptor, "r" if name == "stdin" else "w"))
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")
-    if type(sys.stderr) is io.TextIOWrapper:  # not a stream that a program, such as a test, put in its place
+    if type(sys.stderr) is io.TextIOWrapper:  # not a stream that a program, such as a test, has set
         encoding = sys.stderr.encoding
         sys.stderr = Messages(sys.stderr.detach(), encoding, "backslashreplace", line_buffering=True)
 
 
 KEPT, MAPPED = 256 << 20, 32 << 20
-"""Bytes that are freed and kept for what comes next, and from which on an array is the system's by itself: the most
-that the library takes (mallopt(3))."""
+"""Bytes of freed memory that the process keeps, and array size (bytes) above which memory is mapped separately.
+
+The second is the largest value that the C library accepts (mallopt(3)).
+"""
 
 _TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3
-"""Numbers of its settings, as in malloc.h."""
+"""Numbers of these settings in malloc.h."""
 
 
 def keep_freed_memory() -> bool:
-    """Have the C library keep freed memory for this process's next arrays; whether it does.
+    """Set the C library to keep freed memory for this process's next arrays. Return whether that succeeded.
 
-    Else every array of some hundred kilobytes is taken from the system anew and cleared by it, which is a tenth to a
-    fifth of a check's time. Only GNU's library is asked: of others nothing is known.
+    Otherwise every array of some hundred kilobytes is allocated and cleared by the system, which takes a tenth to a
+    fifth of a check's time. The settings work with GNU's library on Linux. Other systems are left unchanged.
     """
     if not sys.platform.startswith("linux"):
         return False
@@ -96,7 +98,7 @@ def keep_freed_memory() -> bool:
 
 
 def run(arguments: Sequence[str] | None) -> int:
-    """The exit code of one command line; whatever goes wrong is told in words."""
+    """Return the exit code of one command line. Print a message for every error."""
     try:
         code = cli.main(arguments, prog_name="sitscad", standalone_mode=False)
         sys.stdout.flush()
@@ -108,20 +110,20 @@ def run(arguments: Sequence[str] | None) -> int:
         say("interrupted; what was finished is kept")
         return 130
     except BrokenPipeError:
-        sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - what is left in the stream cannot be written either
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - the rest of the stream cannot be written either
         return 141
     except OSError as error:
         if os.environ.get("SITSCAD_TRACEBACK"):
             raise
         say(f"cannot read or write: {error}")
-        sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - what is left in the stream cannot be written either
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - the rest of the stream cannot be written either
         return 2
     except Exception as error:
         return crash(error)
 
 
 def crash(error: Exception) -> int:
-    """One sentence for what is known to go wrong, one with how to report it for what is not."""
+    """Print a sentence for an expected error, or a request to report an unexpected error. Return the exit code."""
     if os.environ.get("SITSCAD_TRACEBACK"):
         raise error
     from sitscad.checks.policy import PolicyError
@@ -132,7 +134,7 @@ def crash(error: Exception) -> int:
     elif isinstance(error, UnicodeEncodeError):
         what = ascii(error.object[error.start : error.end])
         say(f"{what} in a file's name cannot be written as text ({error.encoding}): rename it, or set PYTHONUTF8=1")
-    elif type(error).__name__ == "BrokenProcessPool":  # of concurrent.futures, which few commands load
+    elif type(error).__name__ == "BrokenProcessPool":  # from concurrent.futures, which few commands load
         say("a process ended without a word (too little memory, or ended by a plugin or somebody): --jobs 1 shows more")
     elif isinstance(error, sitscad.PartsError):
         say(f"a part cannot be made: {error}")
@@ -155,19 +157,19 @@ MODULES = {
     "build": "building", "explain": "explaining", "rules": "explaining", "measures": "designing",
     "schema": "explaining", "verify": "building",
 }
-"""Modules of the commands, in the order in which they are used."""
+"""Modules of the commands, in the usual order of use."""
 
 
 class Commands(click.Group):
     """The commands of `MODULES`. A command line imports its own command only."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Return the names of all commands, in the order in which they are used."""
+        """Return the names of all commands, in the usual order of use."""
         return list(MODULES)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Import the command; None if there is none of this name."""
-        for name in (cmd_name,) if cmd_name in MODULES else MODULES:  # click names one that is like a misspelled name
+        """Import and return the command. None if there is none of this name."""
+        for name in (cmd_name,) if cmd_name in MODULES else MODULES:  # click suggests similar names
             self.add_command(getattr(import_module(f"sitscad.cli.{MODULES[name]}"), name))
         return super().get_command(ctx, cmd_name)
 
@@ -178,7 +180,7 @@ class Commands(click.Group):
 )
 @click.version_option(sitscad.__version__, prog_name="sitscad", message="%(prog)s %(version)s")
 def cli() -> None:
-    """From one YAML spec to inductive tactile sensors that can be ordered: for a jaw, a fingertip or the bench."""
+    """Turn one YAML spec into inductive tactile sensors to order, for a jaw, a fingertip or the bench."""
 
 
 __all__ = ["cli", "main", "run"]

@@ -1,4 +1,4 @@
-"""`sitscad build` and `sitscad verify`: packages written, and read back."""
+"""`sitscad build` and `sitscad verify`: write packages, and read them back."""
 
 from __future__ import annotations
 
@@ -34,15 +34,15 @@ if TYPE_CHECKING:
 
 @click.command(cls=Example, example="sitscad build sensor.yaml --only gerber,kicad -o outputs")
 @click.argument("specs", nargs=-1, required=True, type=click.Path())
-@click.option("-o", "--output", default="outputs", show_default=True, type=click.Path(), help="Where packages go.")
+@click.option("-o", "--output", default="outputs", show_default=True, type=click.Path(), help="Folder of the packages.")
 @click.option(
     "--only", type=Names(),
     help="Only these parts: gerber, kicad, laser, mount, mesh, assembly, firmware, datasheet, calibration, report.",
 )
-@click.option("--force", is_flag=True, help="Build in spite of errors, and mark the package as such.")
-@click.option("--strict", is_flag=True, help="Build nothing where there are warnings, as `check --strict` fails.")
+@click.option("--force", is_flag=True, help="Build in spite of errors, and mark the package.")
+@click.option("--strict", is_flag=True, help="Do not build with warnings either, as in `check --strict`.")
 @click.option("--check", is_flag=True,
-              help="Write nothing; fail where packages are not what the same command without --check makes.")
+              help="Write nothing; fail if a package differs from the result without --check.")
 @BASELINE
 @JOBS
 @PLUGIN
@@ -52,9 +52,9 @@ def build(
 ) -> int:
     """Check SPECS, then write their packages.
 
-    A package is the folder NAME under the output folder; NAME stands in the spec. SPECS are files, folders (every spec
-    in them and below) and - for standard input. Configuration and comments count as for `check`.
-    An error in the checks stops a build before anything is made, with --strict a warning, too. Exit code: 0 written, 1
+    A package is the folder NAME under the output folder; the spec contains NAME. SPECS are files, folders (with every
+    spec in them and below) and - for standard input. Configuration and comments count as for `check`.
+    An error in the checks, with --strict also a warning, stops a build before any file is made. Exit code: 0 written, 1
     stopped, 2 a spec cannot be read or a package cannot be written.
     """
     from sitscad.checks.opening import each_of, opened, policy_for
@@ -73,7 +73,7 @@ def build(
     require_distinct_names([spec for spec, _ in loaded])
     alone = len(loaded) == 1 and sys.stderr.isatty()
     asked: dict[str, Any] = {"out": output, "only": only, "baseline": baseline_of(baseline)}
-    # of several specs each has its process; of one its solids have where that is asked for, for it costs a third more
+    # Several specs have a process each. The solids of a single spec have one on request, at a third more CPU time
     asked["jobs"] = jobs or 1 if len(loaded) == 1 else 1
     if not check:
         asked |= {"force": force, "strict": strict, "progress": _progress if alone else _stage_told}
@@ -87,7 +87,7 @@ def build(
 
 
 def _made(compares: bool, asked: tuple[SensorSpec, Policy], **how: Any) -> BuildResult:
-    """One package, built or compared with what a build would make."""
+    """Build one package, or compare it with the result of a build."""
     from sitscad.package.building import stale
 
     spec, policy = asked
@@ -103,13 +103,13 @@ LONG_STAGES = ("check", "mount", "mesh", "assembly", "datasheet", "calibration",
 
 
 def _stage_told(name: str, stage: str, outcome: str, _: float) -> None:
-    """Say which long stage of a package begins, a line each: for pipes, and where several packages are built."""
+    """Print the start of a long stage, one line per stage, for pipes and for several packages."""
     if outcome == "start" and stage in LONG_STAGES:
         say(f"{name}: {stage} ...")
 
 
 def _progress(stage: str, outcome: str, seconds: float) -> None:
-    """A line a stage on a terminal, overwritten when the stage is done."""
+    """Print one line per stage on a terminal, overwritten when the stage is done."""
     colour = coloured(sys.stderr)
     if outcome == "start":
         click.echo(f"  {stage} ...", err=True, nl=False)
@@ -119,10 +119,10 @@ def _progress(stage: str, outcome: str, seconds: float) -> None:
 
 
 def _told(result: BuildResult, only: tuple[str, ...], again: str, named: bool, fails: Severity) -> int:
-    """Say what became of a build of some stages (all, if none is named); its exit code.
+    """Print the result of a build of some stages (all if none is named). Return its exit code.
 
-    `again` are the options that make it again; every line names the spec where `named`, for it is one of several;
-    `fails` is what stopped it.
+    `again` are the options that repeat the build. With `named`, every line names the spec, for builds of several specs.
+    `fails` is the severity that stops the build.
     """
     if result.checked.findings or result.checked.ignored:
         show_findings([result.checked], named)
@@ -132,7 +132,7 @@ def _told(result: BuildResult, only: tuple[str, ...], again: str, named: bool, f
             print_result(f"{result.directory}: {words}")
         say(f"{result.directory} is stale: sitscad build {result.checked.path}{again} makes it anew")
         return max(1, result.checked.exit_code)
-    is_stopped = not result.written and not result.stages  # a comparison writes nothing either
+    is_stopped = not result.written and not result.stages  # a comparison is not a stopped build
     if result.checked.fails(fails) and (is_stopped or fails is Severity.WARNING):
         otherwise = "warnings above; it is without --strict" if result.checked.ok else (
             "errors above; --force builds in spite of them")
@@ -158,13 +158,13 @@ def _told(result: BuildResult, only: tuple[str, ...], again: str, named: bool, f
               help="Build it again from its spec and compare every byte, computed figures by value.")
 @PLUGIN
 def verify(directory: str, rebuild: bool) -> int:
-    """Read a finished package back.
+    """Read a finished package back and compare its parts.
 
-    Its files are held against the manifest, its copper's nets against the intended ones, layers and holes against job
-    file and netlist, the order archive against the files beside it, every board of its panel against the single board.
-    Hashes can be written anew by whoever changes a file: --rebuild finds that, too. It compares computed figures by
-    value, because their last digits depend on the processor. What it cannot tell is whether the
-    spec in the package is yours.
+    Files are compared with the manifest, the nets of the copper with the intended nets, layers and holes with job file
+    and netlist. The order archive is compared with the files beside it, and every board of a panel with the
+    single board.
+    A person who changes a file can also rewrite its hash: --rebuild detects this, too. It compares computed figures by
+    value, because their last digits depend on the processor. It cannot check that the spec in the package is yours.
     Exit code: 0 equal, 1 something differs, 2 not a package, or unreadable.
     """
     found = sitscad.verify(directory, rebuild)

@@ -1,4 +1,4 @@
-"""`sitscad check`: findings, fixes and the page of a job."""
+"""`sitscad check`: findings, fixes, pictures, and the summary page of a CI job."""
 
 from __future__ import annotations
 
@@ -36,14 +36,15 @@ if TYPE_CHECKING:
 
 CHECK_WORDS = """
 \b
---fix      writes what was tried, mends its finding and brings no error or
-           warning; comments and order stay. Of - it prints the mended text.
---hints    decisive tries a few changes, errors first; full tries all,
-           which can take minutes, prints the
-           hints of warnings, too, and is what --unsafe-fixes does; none
-           tries nothing. The verdict is the same.
---picture  draws the closed jaws cut open, what does not fit in red beside
-           its limit; without a jaw, what lies on the board from above.
+--fix      writes fixes that were tried, that remove their finding and bring
+           no error or warning. Comments and order stay. For - it prints the
+           mended text.
+--hints    decisive tries a few changes, errors first. full tries all, which
+           can take minutes, and prints the hints of warnings, too; it is
+           the default of --unsafe-fixes. none tries no changes. The verdict
+           is the same.
+--picture  draws the closed jaws in section, with excess in red beside its
+           limit; without a jaw, the parts on the board from above.
 """
 
 
@@ -55,24 +56,25 @@ CHECK_WORDS = """
 )
 @click.option("--select", type=Names(), default=(), help="Only these rules: SIT201, SIT2, or names.")
 @click.option("--ignore", type=Names(), default=(), help="Not these rules.")
-@click.option("--strict", is_flag=True, help="As --fail-on warning.")
+@click.option("--strict", is_flag=True, help="Same as --fail-on warning.")
 @click.option(
-    "--fail-on", default="error", show_default=True, metavar="note|warning|error", help="What fails, with all graver."
+    "--fail-on", default="error", show_default=True, metavar="note|warning|error", help="Lowest severity that fails."
 )
-@click.option("-v", "--verbose", is_flag=True, help="Also notes, all hints, and why rules were not checked.")
+@click.option("-v", "--verbose", is_flag=True, help="Also print notes, all hints, and reasons for rules not checked.")
 @BASELINE
 @JOBS
 @PLUGIN
 @click.option(
-    "--hints", metavar="none|decisive|full", help="What is tried for hints.  [default: decisive; full for unsafe fixes]"
+    "--hints", metavar="none|decisive|full", help="Fixes to try for hints.  [default: decisive; full for unsafe fixes]"
 )
 @click.option(
     "--picture", type=click.Path(), metavar="PATH",
-    help="Draw why it does not fit: FILE.svg, of several specs a folder.",
+    help="Draw the fit and its faults: FILE.svg; for several specs a folder.",
 )
-@click.option("--fix", is_flag=True, help="Write what mends a finding into the spec.")
-@click.option("--diff", is_flag=True, help="Print what --fix would change, and change nothing.")
-@click.option("--unsafe-fixes", is_flag=True, help="With these: turns, sizes, layers, materials and scan rate, too.")
+@click.option("--fix", is_flag=True, help="Write fixes of findings into the spec.")
+@click.option("--diff", is_flag=True, help="Print the changes of --fix as a patch, and write nothing.")
+@click.option("--unsafe-fixes", is_flag=True,
+              help="Let --fix and --diff change turns, sizes, layers, materials and scan rate, too.")
 def check(
     specs: tuple[str, ...], format_name: str, select: tuple[str, ...], ignore: tuple[str, ...], strict: bool,
     fail_on: str, verbose: bool, baseline: str | None, jobs: int | None, hints: str | None, picture: str | None,
@@ -80,14 +82,14 @@ def check(
 ) -> int:
     """Check SPECS against every rule that applies.
 
-    SPECS are files, folders (every spec in them and below) and - for standard input. Nothing is written without --fix
-    or --picture.
+    SPECS are files, folders (with every spec in them and below) and - for standard input. Nothing is written without
+    --fix or --picture.
 
-    The nearest sitscad.toml, or [tool.sitscad] in pyproject.toml, above each spec chooses rules and severities; a
+    The nearest sitscad.toml, or [tool.sitscad] in pyproject.toml, above each spec sets rules and severities. A
     comment "# sitscad: ignore SIT103 reason" silences a rule on its line.
 
     Exit code: 0 no errors, 1 errors (with --fail-on milder findings, too), 2 a spec cannot be read or wrong usage.
-    With --fix it is that of what is left; with --diff at least 1 where there is something to change.
+    With --fix, the exit code is for the findings that remain; with --diff, it is at least 1 if there is a change.
     """
     from sitscad.checks.findings import FINDING_FORMATS
     from sitscad.checks.judging import HINTS, all_rules
@@ -103,14 +105,14 @@ def check(
     weight = row_of({severity.value: severity for severity in Severity}, "warning" if strict else fail_on, "--fail-on")
     options, paths = CheckOptions(select, ignore, baseline_of(baseline)), specs_of(specs)
     drawings = _drawings(picture, paths, fix or diff)
-    # where GitHub Actions wants the page of a job; empty where nobody does
+    # Path of the job's page in GitHub Actions. Empty elsewhere
     page = os.environ.get("GITHUB_STEP_SUMMARY", "") if format_name == "github" else ""
     mended = []
     if fix or diff:
         for path in paths:
             with work_told(path, hints == "full") as step:
                 mended.append(mend(path, lambda _, fix: unsafe_fixes or fix.is_safe, hints, options, progress=step))
-    is_brief = format_name == "text" and not verbose and weight is not Severity.NOTE  # tells no hints of notes
+    is_brief = format_name == "text" and not verbose and weight is not Severity.NOTE  # notes have no hints then
     shown = Severity.WARNING if is_brief else Severity.NOTE
     work = functools.partial(
         inspect, hints=hints, options=options, draws=bool(page), draws_fit=bool(drawings), least=shown)
@@ -123,7 +125,7 @@ def check(
         click.echo("".join(each.diff if diff else each.after for each in mended), nl=False)
         show_findings(checked)
     else:
-        # paths count from the repository's root where a CI server says which it is
+        # Paths start at the repository's root if a CI server sets it
         root = os.environ.get("GITHUB_WORKSPACE") or os.environ.get("CI_PROJECT_DIR") or "."
         asked = {"rules": tuple(all_rules()), "fail_on": weight, "root": root, "verbose": verbose,
                  "hints": tells_hints}
@@ -138,7 +140,10 @@ def check(
 
 
 def _drawings(picture: str | None, specs: list[str], mends: bool) -> list[str]:
-    """The path of each spec's drawing: the file, or one in the folder named like the spec; nothing without one."""
+    """Return the path of each spec's drawing: the named file, or a file in the named folder with the spec's name.
+
+    Empty if no picture is requested.
+    """
     if picture is None:
         return []
     if mends:
@@ -157,7 +162,7 @@ def _drawings(picture: str | None, specs: list[str], mends: bool) -> list[str]:
 
 
 def _draw(path: str, inspected: Inspection) -> None:
-    """Write the drawing of a spec, or say that there is none."""
+    """Write the drawing of a spec, or print that there is none."""
     if not inspected.drawing:
         say(f"{inspected.checked.path}: nothing to draw, {path} was not written")
         return
@@ -169,7 +174,7 @@ def _draw(path: str, inspected: Inspection) -> None:
 
 
 def _told_milder(checked: list[CheckedSpec], weight: Severity, option: str) -> int:
-    """Say which findings fail by an option alone; 1 where there are such, else 0."""
+    """Print the findings that fail because of an option alone. Return 1 if there are any, else 0."""
     if not any(spec.fails(weight) for spec in checked):
         return 0
     milder = [severity for severity in (Severity.WARNING, Severity.NOTE) if severity.weighs(weight)]
@@ -180,7 +185,7 @@ def _told_milder(checked: list[CheckedSpec], weight: Severity, option: str) -> i
 
 
 def _require_purpose(fix: bool, diff: bool, unsafe: bool, form: str, specs: tuple[str, ...]) -> None:
-    """A usage error for options of fixes that make no sense together."""
+    """Raise a usage error if the options of fixes contradict each other."""
     if unsafe and not (fix or diff):
         raise click.UsageError("--unsafe-fixes says what --fix and --diff may change: name one of them.")
     if form != "text" and (diff or (fix and "-" in specs)):
@@ -191,8 +196,9 @@ def _require_purpose(fix: bool, diff: bool, unsafe: bool, form: str, specs: tupl
 
 
 def _tell(mended: MendedSpec, writes: bool, unmended: bool) -> None:
-    """Write a mended spec where it was changed and `writes`, and say what was mended, what was taken back, and what is
-    not mended if `unmended`.
+    """Write a mended spec if it was changed and `writes` is True. Print the applied and the undone fixes.
+
+    With `unmended`, also print the rules of findings without a fix.
     """
     lines = mended.words_of_rolled_back.splitlines()
     if writes and mended.after != mended.before:
@@ -207,11 +213,11 @@ def _tell(mended: MendedSpec, writes: bool, unmended: bool) -> None:
 
 
 SUMMARY_LIMIT = 1_000_000
-"""Bytes of a job's page: GitHub takes one mebibyte a step and drops the whole page of a longer one."""
+"""Largest size (bytes) of a job's page. GitHub takes one mebibyte per step and drops a longer page as a whole."""
 
 
 def _append_job_summary(path: str, inspected: list[Inspection]) -> None:
-    """Write the page of a job; pictures go first where it would be too long."""
+    """Return append the page of a job, without pictures if it would be too long."""
     from sitscad.checks.findings.ci import job_summary
 
     checked = [each.checked for each in inspected]

@@ -1,4 +1,4 @@
-"""`sitscad measures`, `sweep` and `design`: figures of many designs, and the best of them."""
+"""`sitscad measures`, `sweep` and `design`: figures of many designs, and the best designs."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 @click.command(cls=Example, example="sitscad measures")
 @click.option("--format", "format_name", default="text", show_default=True, metavar="text|json")
 def measures(format_name: str) -> int:
-    """List what a sweep or a study can ask of a design."""
+    """List the figures of a design for sweeps and studies."""
     from sitscad.apps.study.sweeping import MEASURE_FORMATS
 
     print_result(row_of(MEASURE_FORMATS, format_name, "--format")())
@@ -47,8 +47,9 @@ def measures(format_name: str) -> int:
 @click.argument("spec", type=click.Path())
 @click.argument("ranges", nargs=-1, required=True, metavar="KEY=FIRST:LAST:COUNT...")
 @click.option("--measure", "names", multiple=True, metavar="NAME", help="One of `sitscad measures` (default: all).")
-@click.option("--level", default="screen", show_default=True, metavar="screen|full", help="Quick, or as `check` does.")
-@click.option("-o", "--output", type=click.Path(dir_okay=False), help="A file instead: .csv, .npz, .json or .svg.")
+@click.option("--level", default="screen", show_default=True, metavar="screen|full",
+              help="Quick estimates, or everything that `check` computes.")
+@click.option("-o", "--output", type=click.Path(dir_okay=False), help="Write a file: .csv, .npz, .json or .svg.")
 @click.option("--format", "format_name", default="text", show_default=True, metavar="text|csv|json")
 @click.option("--jobs", type=click.IntRange(1), help="Processes (default: the processors).")
 def sweep(
@@ -58,20 +59,20 @@ def sweep(
     """Print figures of every design of a product of ranges.
 
     A range is KEY=FIRST:LAST:COUNT or KEY=VALUE,VALUE, with keys and values as in SPEC: coil.layers=2,4 or
-    coil.trace_width=70um:110um:9. The last one is fastest.
+    coil.trace_width=70um:110um:9. The last range changes fastest.
 
     \b
     Columns:
-      the keys       as a spec has them.
-      NAME           the figure, in SI units in files, and +- what it may be
-                     off by, in files under NAME.error.
-      verdict        ok, fails, or unknown where the screen cannot tell.
+      the keys       as in a spec.
+      NAME           the figure with +- its error; in files in SI units, with
+                     the error under NAME.error.
+      verdict        ok, fails, or unknown if the screen cannot decide.
       refused_by     the rules that find an error.
       warned_by      the rules that warn and find no error.
 
-    A picture (.svg) of one key is a curve with its band of error, of two a field with the edges of what each rule
-    refuses. Exit code: 0, or 2 where the spec or a range cannot be read.
-    """  # noqa: D301 - click asks for the control character itself
+    A picture (.svg) shows a curve with its band of error for one key, and a field with the edges of the refused designs
+    for two keys. Exit code: 0, or 2 if the spec or a range cannot be read.
+    """  # noqa: D301 - click needs the control character itself
     from sitscad.apps.study.space import RangeError
     from sitscad.apps.study.sweeping import SWEEP_FILES, SWEEP_FORMATS, range_of, sweep_as_written
     from sitscad.package.folder import write_file
@@ -107,22 +108,23 @@ def sweep(
 STUDY_FILES = """
 \b
 Files:
-  designs/1.yaml, ...  the designs that are kept, whole specs for `build`.
-  front.csv            every design that no other one beats.
-  study.html           the whole answer as a page, with the front to look at.
+  designs/1.yaml, ...  the kept designs, as whole specs for `build`.
+  front.csv            every design that no other design beats.
+  study.html           the whole answer as a page, with an interactive front.
   study.json           the whole answer, for programs.
-  archive.jsonl        every design that was looked at: the same command
-                       goes on from there, and ends with the same files.
+  archive.jsonl        every evaluated design: the same command continues
+                       from there, and ends with the same files.
 """
 
 
 @click.command(cls=Example, words=STUDY_FILES, example="sitscad design study.yaml --jobs 2")
 @click.argument("study", type=click.Path())
-@click.option("-o", "--output", type=click.Path(file_okay=False), help="Where files go (default: outputs/NAME-study).")
+@click.option("-o", "--output", type=click.Path(file_okay=False),
+              help="Folder of the files (default: outputs/NAME-study).")
 @click.option("--jobs", type=click.IntRange(1), help="Processes (default: the processors).")
-@click.option("--scheduler", metavar="ADDRESS", help="A Dask scheduler, whose workers evaluate instead: tcp://...")
-@click.option("--again", is_flag=True, help="Evaluate everything anew, whatever the archive has.")
-@click.option("--no-yield", is_flag=True, help="Leave the yields of kept designs out, which take most of the time.")
+@click.option("--scheduler", metavar="ADDRESS", help="Evaluate on the workers of this Dask scheduler: tcp://...")
+@click.option("--again", is_flag=True, help="Evaluate everything anew; ignore the archive.")
+@click.option("--no-yield", is_flag=True, help="Omit the yields of kept designs, which take most of the time.")
 @click.option("--format", "format_name", default="text", show_default=True, metavar="text|json")
 def design(
     study: str, output: str | None, jobs: int | None, scheduler: str | None, again: bool, no_yield: bool,
@@ -130,11 +132,11 @@ def design(
 ) -> int:
     """Find the designs that meet STUDY best.
 
-    STUDY is a file beside a spec that says what of it varies, what is to be small or large, and what is required
-    (`sitscad new --study` writes one, docs/studies.md explains it). Every rule of `check` holds. The answer is told
-    once the search is through, and the yields of its designs when they are worked out.
+    STUDY is a file beside a spec. It names the keys that vary, the figures to minimize or maximize, and the limits
+    (`sitscad new --study` writes one, docs/studies.md explains it). Every rule of `check` applies. The answer is
+    printed after the search, and the yields of its designs when they are computed.
 
-    Exit code: 0 a design keeps everything, 1 none was found, 2 the study cannot be read.
+    Exit code: 0 a design meets everything, 1 none was found, 2 the study cannot be read.
     """
     from sitscad.apps.study.answer_text import answer_json, answer_text, found_text, yields_text
     from sitscad.apps.study.spreads import DRAWS
@@ -191,7 +193,7 @@ def design(
 
 
 def _write(answer: StudyAnswer, folder: str) -> None:
-    """The files of an answer, in place of those of an earlier one."""
+    """Write the files of an answer, and remove files of an earlier answer."""
     from sitscad.apps.study.page import answer_files
     from sitscad.package.folder import write_file
 
@@ -203,11 +205,11 @@ def _write(answer: StudyAnswer, folder: str) -> None:
         os.unlink(os.path.join(folder, SO_FAR))
     for name in os.listdir(os.path.join(folder, "designs")):
         if re.fullmatch(r"[1-9]\.yaml", name) and f"designs/{name}" not in files:
-            os.unlink(os.path.join(folder, "designs", name))  # that an earlier answer kept and this one does not
+            os.unlink(os.path.join(folder, "designs", name))  # kept by an earlier answer only
 
 
 def _write_so_far(asked: sitscad.Study, found: Found, folder: str) -> None:
-    """Write the page of a search that ends before it is through."""
+    """Write the page of an interrupted search."""
     from sitscad.apps.study.page import page_so_far
     from sitscad.package.folder import write_file
 
@@ -217,14 +219,17 @@ def _write_so_far(asked: sitscad.Study, found: Found, folder: str) -> None:
 
 
 SO_FAR = "so-far.html"
-"""The page of a search that was interrupted, until one is through."""
+"""Page of an interrupted search. A complete search removes it."""
 
 TOLD_EVERY = 30.0
-"""Seconds between two lines that say how far a study is, where no terminal shows it on one."""
+"""Seconds between two lines on the progress of a study, if no terminal shows it on one line."""
 
 
 def _study_progress() -> StudyProgress:
-    """What tells how far a study is: designs a second, those that keep all, the best, time left."""
+    """Return a function that shows the progress of a study.
+
+    It prints the rate, the number of designs that keep all limits, the best values, and the time left.
+    """
     from sitscad.apps.study.sweeping import shown
 
     on_terminal, spent, made = sys.stderr.isatty(), defaultdict[str, float](float), defaultdict[str, int](int)
@@ -234,8 +239,8 @@ def _study_progress() -> StudyProgress:
         nonlocal last, told
         now = time.monotonic()
         if state.made < made[state.stage]:
-            spent[state.stage] = 0.0  # units of the designs that follow those that fell: counted anew
-        spent[state.stage] += now - last  # stages take turns
+            spent[state.stage] = 0.0  # units of replacement designs are counted anew
+        spent[state.stage] += now - last  # stages alternate
         last, made[state.stage] = now, state.made
         if not on_terminal and now - told < TOLD_EVERY:
             return

@@ -1,5 +1,7 @@
-"""`sitscad estimate`, `response` and `calibrate`: the electrical numbers, what the coils read when the target moves or
-is pushed, and the map from readings to forces, for which points are taken one after the other on the terminal.
+"""`sitscad estimate`, `response` and `calibrate`.
+
+They print electrical figures, readings when the target moves or is pushed, and the map from readings to forces.
+Calibration points can be taken one by one on the terminal.
 """
 
 from __future__ import annotations
@@ -32,8 +34,10 @@ from sitscad.cli.terminal import (
 def taken_points(
     design: sitscad.Design, found: sitscad.Calibration, source: str, table: str, creep: float | None
 ) -> bool:
-    """Take the points of a plan into a table, written after each, read `creep` seconds after the load was put on;
-    whether it is whole. Raises click.UsageError for what is no source of this sensor.
+    """Take the points of a plan and write each into a table. Return whether the table is complete.
+
+    A point is read `creep` seconds after the load is applied. Raises click.UsageError if `source` is not a board of
+    this sensor.
     """
     from sitscad.apps.hardware.leading import Leading, NotTaken
     from sitscad.apps.hardware.source import source_of
@@ -60,9 +64,9 @@ def taken_points(
 
 
 def _asked(words: str) -> str:
-    """What is typed once the load is on."""
+    """Return prompt the user and return the typed line."""
     click.echo(f"{words}; then Enter, or the newtons that are on, or back: ", err=True, nl=False)
-    # A read that waits loses a Ctrl-C that came just before it: on a terminal wait where it is heard, then read
+    # A blocking read loses a Ctrl-C just before it. On a terminal, wait with select first, then read
     is_typed = not (sys.stdin and sys.stdin.isatty() and os.name == "posix")
     while not is_typed:
         is_typed = bool(select.select([sys.stdin], [], [], 0.3)[0])
@@ -80,38 +84,38 @@ def _asked(words: str) -> str:
 )
 @click.option("--at", "at", multiple=True, metavar="FREQUENCY",
               help="Add L, R and Q of each coil alone at a frequency, like 13.56MHz; can be repeated.")
-@click.option("--performance", is_flag=True, help="Say what the sensor feels, in newtons (2 to 4 s more).")
+@click.option("--performance", is_flag=True, help="Add the sensing performance, in newtons (2 to 4 s more).")
 def estimate(
     spec: str, format_name: str, tolerance: float | None, method: str | None, at: tuple[str, ...], performance: bool
 ) -> int:
-    """Print the electrical numbers of SPEC.
+    """Print the electrical figures of SPEC.
 
-    Inductance, resistance and frequency of every coil, free, at rest and pressed, and the readout's settings; with
-    --performance what the sensor feels, too, in newtons. With --at also L, R and Q of the coil alone at that frequency,
-    which needs neither target nor tank.
+    They are the inductance, resistance and frequency of every coil, free, at rest and pressed, and the readout's
+    settings. --performance adds the sensing performance in newtons. --at adds L, R and Q of each coil alone at a
+    frequency, which needs neither target nor tank.
 
     \b
     Words in the tables:
-      Q              quality factor: 2 pi times the swings of the tank until its
-                     energy has fallen to 1/e. 10 and more are asked; below
-                     that the frequency follows the losses too.
-      Rp             parallel resistance, what the tank's losses are to the drive:
-                     1 kohm and more are asked, usual are 1 to 10.
+      Q              quality factor: 2 pi times the number of swings in which the
+                     tank's energy falls to 1/e. Values of 10 and more are
+                     required; below 10 the losses change the frequency, too.
+      Rp             parallel resistance: the tank's losses as the drive sees
+                     them. 1 kohm and more is required, 1 to 10 is usual.
       frequency      by the converter's data sheet, equation 1: losses and the
                      drive's 5 ns keep it 0.1 to 2 % below 1 / (2 pi sqrt(L C)).
-      step           smallest difference of inductance that the converter can
-                     tell at this scan rate, usually 10 to 400 pH; at half the
-                     rate about half. Quantisation noise, step / sqrt 12, is the
-                     least that noise can be; real noise is larger.
+      step           smallest difference of inductance that the converter
+                     resolves at this scan rate, usually 10 to 400 pH; at half
+                     the rate about half. Quantisation noise, step / sqrt 12, is
+                     the lower limit of noise; real noise is larger.
       shape factor   loaded area of the pad over its free sides, usually from 0.5
                      (tall, soft) to 2 (flat: it cannot bulge, and is stiff);
                      the stiffness grows with 1 + 2 S^2.
-      sigma          one standard deviation of manufacture: two boards of three lie
-                     within it.
+      sigma          one standard deviation of manufacture: two of three boards
+                     lie within it.
 
     Exit code: 0 no errors, 1 the checks found errors (see `sitscad check`) or the tolerance is not met, 2 the spec
     cannot be read.
-    """  # noqa: D301 - click asks for the control character itself
+    """  # noqa: D301 - click needs the control character itself
     from sitscad.assembly.places.motions import MotionError, frequency_of
     from sitscad.checks.opening import opened, policy_for
     from sitscad.estimates import METHODS, missed_tolerance
@@ -157,39 +161,40 @@ def estimate(
 RESPONSE_WORDS = """
 \b
 Axes and words:
-  x, y, z        how far the centre of the target's near face has gone from
+  x, y, z        movement of the centre of the target's near face from
                  rest: x along the jaw towards the tail, y across, z away
                  from the board. A press is a negative z.
-  rx, ry, rz     how it is turned about that point, Rx(rx) Ry(ry) Rz(rz):
+  rx, ry, rz     rotation about that point, Rx(rx) Ry(ry) Rz(rz):
                  a positive ry brings its +x side nearer to the board.
   normal         force towards the board, positive; shear_x and shear_y push
                  along +x and +y; moment_x and moment_y turn about them. All
-                 act on the middle of the outermost face. The target tilts as
-                 it likes; with rotation=held a flat face keeps it level, as in
+                 act on the middle of the outermost face. The target tilts
+                 freely; with rotation=held a flat face keeps it level, as in
                  data sheets and calibrations without moments.
-  L, R           what the converter sees at the contacts, with everything
+  L, R           at the contacts, as the converter sees them, with all metal
                  around and the other coils idle.
-  by target      what the target alone changes of the winding's inductance.
-  +-             stated error of that, relative to the larger of it and 1 %
-                 of the free winding's inductance.
-  counts         of the converter, as its header in firmware/ makes them of
-                 results: in proportion to the frequency.
+  by target      change of the winding's inductance by the target alone.
+  +-             stated error of that change, relative to the change or to
+                 1 % of the free winding's inductance if that is larger.
+  counts         result of the converter, as its header in firmware/ gives
+                 it: in proportion to the frequency.
   Rp             parallel resistance of the tank.
 
 \b
-What the sensor feels (--performance); JSON has all of it by load:
-  range          how far the axis goes, and what ends it first.
+Sensing performance (--performance); JSON has it for each load:
+  range          largest load on the axis, and what limits it first.
   resolution     one sigma of the converter's noise, in force.
-  nonlinearity   distance from the best straight line, of the range.
-  crosstalk      error per full scale of another axis, of the range, by the
-                 polynomial that fits this design as drawn best (the data
-                 sheet has that of the map in calibration/, too).
-  largest error  of the errors by cause, one sigma, that neither tare nor
-                 calibration takes away: also what shear does that the
-                 array does not measure. What a calibration leaves from
-                 unit to unit stands in the data sheet and in plan.txt.
-  condition      of the map from loads to frequencies, in full scales: 1 is
-                 best, far above 10 one axis is hardly told from another.
+  nonlinearity   distance from the best straight line, relative to the range.
+  crosstalk      error per full scale of another axis, relative to the range,
+                 by the polynomial that fits this design as drawn best (the
+                 data sheet has the crosstalk of the map in calibration/, too).
+  largest error  largest of the errors by cause, one sigma, that remain after
+                 tare and calibration; also the error by shear that the
+                 array does not measure. The remaining error from unit to
+                 unit is in the data sheet and in plan.txt.
+  condition      condition number of the map from loads to frequencies, in
+                 full scales: 1 is best; far above 10, the axes can hardly
+                 be separated.
 """
 
 
@@ -205,27 +210,27 @@ What the sensor feels (--performance); JSON has all of it by load:
 @click.option("--case", "cases", multiple=True, metavar="NAME", help="A load case of the spec's loads, or all of them.")
 @click.option(
     "--frequency", metavar="FREQUENCY",
-    help="Where L and R are taken, like 5MHz (default: each coil's own tank frequency).",
+    help="Frequency of L and R, like 5MHz (default: each coil's own tank frequency).",
 )
 @click.option("--tolerance", type=RELATIVE_ERROR,
-              help="What a map of many poses may be off by; a larger stated error of a point is a note.")
+              help="Largest relative error of a map of many poses; points with a larger stated error have a note.")
 @click.option("--jacobian", is_flag=True, help="Add the derivatives of the frequencies by pose and load.")
-@click.option("--performance", is_flag=True, help="Say what the sensor feels, in newtons (2 to 4 s more).")
-@click.option("--cell", type=click.IntRange(1), help="Of a sensor with cells this one.")
+@click.option("--performance", is_flag=True, help="Add the sensing performance, in newtons (2 to 4 s more).")
+@click.option("--cell", type=click.IntRange(1), help="Number of the cell, for a sensor with cells.")
 @click.option("--format", "format_name", default="text", show_default=True, metavar="text|json|csv")
 @click.option("-o", "--output", type=click.Path(dir_okay=False), help="A file instead: .npz, .csv or .json.")
 def response(
     spec: str, frequency: str | None, tolerance: float | None, jacobian: bool, performance: bool,
     cell: int | None, format_name: str, output: str | None, **moved: tuple[str, ...],
 ) -> int:
-    """Print what the coils read at poses and under loads.
+    """Print the coil readings at poses and under loads.
 
-    Any number of poses, loads, files and scans; at rest where none is given. Points come in this order: poses, files
-    of poses, scans over poses, loads, files of loads, scans over loads, load cases (--case scissor, --case all). A scan
-    is the product of its ranges, the last one fastest.
+    Poses, loads, files and scans can be repeated. Without any, the sensor is at rest. Points come in this order: poses,
+    files of poses, scans over poses, loads, files of loads, scans over loads, load cases (--case scissor, --case all).
+    A scan is the product of its ranges; the last range changes fastest.
 
-    Exit code: 0 no errors, 1 the checks found errors (see `sitscad check`), 2 the spec cannot be read, or has nothing
-    that could respond.
+    Exit code: 0 no errors, 1 the checks found errors (see `sitscad check`), 2 the spec cannot be read, or has no target
+    to respond to.
     """
     from sitscad.assembly.places.motions import MotionError, frequency_of, read_motions
     from sitscad.estimates.design import respond_to
@@ -268,7 +273,10 @@ def response(
 
 
 def _of_cell(whole: sitscad.Design, number: int | None) -> sitscad.Design:
-    """The design of the cell that is asked for, of all where none is. Raises click.BadParameter where it has none."""
+    """Return the design of a cell, or the whole design if no number is given.
+
+    Raises click.BadParameter for other numbers.
+    """
     try:
         return whole if number is None else whole.cells.by_number(number)
     except ValueError as error:
@@ -276,7 +284,7 @@ def _of_cell(whole: sitscad.Design, number: int | None) -> sitscad.Design:
 
 
 MANY = 200
-"""Points from which on progress is shown."""
+"""Number of points above which progress is shown."""
 
 
 CALIBRATION_FILES = """
@@ -285,7 +293,7 @@ Files:
   calibration.h     the map in C99: no heap, sitscad_forces() and its tare.
   example.c         a program that calls it: counts in, newtons out.
   calibration.json  the same for programs; sitscad.map_of reads it.
-  calibration.html  errors, unknowns, every point and what is left of it.
+  calibration.html  errors, unknowns, and every point with its residual.
   plan.csv, .txt    the points to take (without DATA).
   measured.csv      the points that were taken (--from).
 """
@@ -295,39 +303,40 @@ Files:
                example="sitscad calibrate sensor.yaml && sitscad calibrate sensor.yaml measured.csv")
 @click.argument("spec", required=False, metavar="SPEC", type=click.Path())
 @click.argument("data", required=False, type=click.Path())
-@click.option("-o", "--output", type=click.Path(file_okay=False), help="Where files go (default: NAME-calibration).")
-@click.option("--points", type=click.IntRange(3, 40), default=8, show_default=True, help="Loads that are planned.")
+@click.option("-o", "--output", type=click.Path(file_okay=False),
+              help="Folder of the files (default: NAME-calibration).")
+@click.option("--points", type=click.IntRange(3, 40), default=8, show_default=True, help="Number of planned loads.")
 @click.option(
     "--rotation", metavar="held|free",
-    help="A flat face keeps the loaded target level, or it tilts as it likes.  [default: what DATA says, else held]",
+    help="A flat face keeps the loaded target level, or it tilts freely.  [default: from DATA, else held]",
 )
-@click.option("--from", "source", metavar="SOURCE", help="Take the points on this source now, as `read` names it.")
+@click.option("--from", "source", metavar="SOURCE", help="Take the points on this source now (SOURCE of `read`).")
 @click.option("--creep", type=InRange(0, DAY), metavar="SECONDS",
-              help="How long the pad rests under a load before it is read (--from).  [default: 10; sim: 0]")
-@click.option("--cell", type=click.IntRange(1), help="Of a sensor with cells this one.")
+              help="Rest of the pad under a load before a reading (--from).  [default: 10; sim: 0]")
+@click.option("--cell", type=click.IntRange(1), help="Number of the cell, for a sensor with cells.")
 def calibrate(
     spec: str | None, data: str | None, output: str | None, points: int, rotation: str | None, source: str | None,
     creep: float | None, cell: int | None,
 ) -> int:
     """Plan a calibration, or fit the points of DATA.
 
-    Without DATA it writes plan.csv, the loads that tell most, and plan.txt, how to take them; and the map from counts
-    to newtons of the sensor as it is drawn, with the error that it has on sensors as they are made.
+    Without DATA, it writes plan.csv with the most informative loads, and plan.txt with instructions. It also writes the
+    map from counts to newtons for the sensor as drawn, with the error of that map on manufactured sensors.
 
-    DATA is that table filled in, or another: a CSV file whose header names loads (normal_N, shear_x_N, shear_y_N) or
+    DATA is that table filled in, or another CSV file. Its header names loads (normal_N, shear_x_N, shear_y_N) or
     poses from rest (x_mm, y_mm, z_mm, rx_deg, ry_deg, rz_deg), and every coil with its unit (C1_counts, C1_Hz, C1_uH).
-    A row without load is the tare; every row goes with the tare before it. Three points beside it at least, five to
-    ten serve well.
+    A row without load is a tare, and applies to the rows after it. At least three other points are needed; five to ten
+    are better.
 
-    With --from the plan is led through point by point: it says what to put on, waits until the readings are at rest,
-    and writes each point to measured.csv at once; the same command goes on there after Ctrl-C. A point whose readings
-    are not good, do not come to rest or are far from the load's is said and asked for again; "back" takes the one
-    before again, newtons that are typed go before those asked for. The sensor is fitted in the end. sim:SPEC?unit=1 is
-    loaded as the plan says, for a trial without a board.
+    With --from, the command leads through the plan point by point. It prints the load to apply, waits until the
+    readings are stable, and adds each point to measured.csv at once. After Ctrl-C, the same command continues there. A
+    point is repeated if its readings are faulty, unstable, or far from the readings expected under the load. "back"
+    repeats the point before. Type the newtons if the real load differs from the plan. At the end the sensor is fitted.
+    sim:SPEC?unit=1 is loaded by the plan itself, for a trial without a board.
 
-    The model's few unknowns are fitted first (gap, offsets, tilts, modulus, coils, capacitors), held by the scatter of
-    manufacture; then what that leaves, where the points say that it serves. Tables that no sensor of this spec would
-    give are refused, with file:line:column.
+    The fit first determines the model's few unknowns (gap, offsets, tilts, modulus, coils, capacitors), limited by the
+    scatter of manufacture. Then it corrects the remaining error, if the points show that this helps. Tables that no
+    sensor of this spec could give are refused, with file:line:column.
 
     Exit code: 0 no errors, 1 the checks found errors (see `sitscad check`), 2 the spec or the data cannot be read, a
     point could not be taken, or there is nothing to calibrate.

@@ -1,4 +1,4 @@
-"""`sitscad new`, `explain`, `rules` and `schema`: a spec to start from, and what sitscad itself knows."""
+"""`sitscad new`, `explain`, `rules` and `schema`: a spec to start from, the rules, and the schemas of files."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from sitscad.cli.terminal import PLUGIN, Example, print_result, row_of, rules_fo
 @click.option("-o", "--output", type=click.Path(dir_okay=False), help="The file to write (default: TEMPLATE.yaml).")
 @click.option("--list", "list_them", is_flag=True, help="List the templates and write nothing.")
 @click.option("--force", is_flag=True, help="Write over an existing file.")
-@click.option("--study", is_flag=True, help="Write a study, and the spec that it is of where that is not there.")
+@click.option("--study", is_flag=True, help="Write a study, and its base spec if that is missing.")
 def new(template: str | None, output: str | None, list_them: bool, force: bool, study: bool) -> int:
     """Write a commented spec to start from.
 
-    TEMPLATE is grasper_4layer unless another is named; --list names them all. With --study a study of it is written,
-    for `sitscad design`.
+    TEMPLATE is grasper_4layer by default; --list lists all templates. With --study, write a study of the template for
+    `sitscad design`.
     """
     from sitscad.package.folder import list_templates, profile_lines, write_schema, write_study, write_template
 
@@ -53,10 +53,10 @@ def new(template: str | None, output: str | None, list_them: bool, force: bool, 
 @click.argument("rules", nargs=-1, required=True)
 @PLUGIN
 def explain(rules: tuple[str, ...]) -> int:
-    """Say what RULES check, why, and how to mend it.
+    """Explain RULES: their condition, reason, remedy and source.
 
-    A rule is an identifier (SIT103), its number (103) or its name (coil-trace); what several begin with (SIT2) is all
-    of them.
+    A rule is an identifier (SIT103), its number (103) or its name (coil-trace). The beginning of identifiers (SIT2)
+    means all rules with this beginning.
     """
     from sitscad.checks import judging
 
@@ -71,7 +71,7 @@ def explain(rules: tuple[str, ...]) -> int:
 def rules(format_name: str) -> int:
     """List every rule with its severities.
 
-    json and markdown have all its texts.
+    json and markdown have the complete texts.
     """
     from sitscad.checks.findings.text import RULE_FORMATS
     from sitscad.checks.judging import all_rules
@@ -83,17 +83,18 @@ def rules(format_name: str) -> int:
 @click.command(cls=Example, example="sitscad schema > sitscad.schema.json")
 @click.option(
     "--of", "document", default="spec", show_default=True, metavar="spec|check|calibration|study",
-    help="check: what its --format json prints; calibration: calibration.json; study: a study's file.",
+    help="check: output of check --format json; calibration: calibration.json; study: a study's file.",
 )
 def schema(document: str) -> int:
     """Print the JSON Schema of the spec.
 
-    Editors complete and validate from it. --of prints that of what `check` or `calibrate` write for programs.
+    Editors use it to complete and validate specs. --of prints the schema of a study's file, or of the JSON that `check`
+    or `calibrate` writes.
     """
     from sitscad.data import json_file
 
     def study_schema() -> Any:
-        from sitscad.apps.study.study import study_schema  # loads what judges designs
+        from sitscad.apps.study.study import study_schema  # loads the code that evaluates designs
 
         return study_schema()
 

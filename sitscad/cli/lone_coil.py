@@ -11,7 +11,7 @@ from sitscad.cli.terminal import Example, coloured, print_result, row_of, say
 
 
 class Size(click.ParamType):
-    """A length as a spec has it, or two with a comma between them: of rectangles and racetracks, x and y."""
+    """A length as in a spec, or two with a comma between them: x and y of rectangles and racetracks."""
 
     name = "length"
 
@@ -26,7 +26,7 @@ class Counts(click.ParamType):
     name = "number"
 
     def convert(self, value: object, param: object, ctx: object) -> object:
-        """Return a number, or a list of numbers; what is no number stays a text, and is refused with the spec."""
+        """Return a number or a list of numbers. Other text is returned unchanged, and the spec's check refuses it."""
         return _plain(str(value))
 
 
@@ -41,7 +41,7 @@ def _plain(text: str) -> object:
 
 
 OPTION = re.compile(r"\b(?:coil|fpc)\.(\w+)")
-"""A key of a spec in a message: the option of this name gives its value."""
+"""A key of a spec in a message. The option with this name sets it."""
 
 
 @click.command(cls=Example,
@@ -78,13 +78,13 @@ def coil(
 
     The coil is given by its dimensions, or it is drawn in FILE, a KiCad board (.kicad_pcb) or footprint (.kicad_mod).
     No spec is needed. A bare number is a length in millimetres; units may be written (100um, 4mil, 8mm). The figures
-    are those of the coil without metal near it, each with its error.
+    hold for the coil without metal near it, each with its error.
 
     \b
-    Of dimensions, without leads:
+    By dimensions, without leads:
       sitscad coil --outer-diameter 8 --turns 14 --trace-width 100um
                    --trace-spacing 100um --layers 2
-    Of a drawing, from terminal to terminal:
+    From a drawing, from terminal to terminal:
       sitscad coil board.kicad_pcb --net COIL
       sitscad coil board.kicad_pcb --from J1.1 --to J1.2
       sitscad coil footprint.kicad_mod --stackup flex-2l-30um
@@ -95,13 +95,13 @@ def coil(
       Q              2 pi f L / R.
       Rp             parallel resistance of a tank that resonates at the
                      frequency, R (1 + Q^2).
-      on an LCR      what a meter reads: the coil's own capacitance lies
+      on an LCR      reading of a meter: the coil's own capacitance lies
       meter          across it.
       self-resonance frequency at which the coil resonates with its own
                      capacitance. Pads, leads and a fixture lower it.
 
     Exit code: 0 the figures are printed, 2 there is no such coil.
-    """  # noqa: D301 - click asks for the control character itself
+    """  # noqa: D301 - click needs the control character itself
     dimensions = {key: value for key, value in section.items() if value is not None}
     if file is not None:
         return _print_drawn(file, net, start, end, dimensions, stackup, frequencies, temperature, format_name, svg,
@@ -138,7 +138,7 @@ def _print_drawn(
     file: str, net: str, start: str, end: str, dimensions: dict[str, object], stackup: str | None,
     frequencies: tuple[str, ...], temperature: float, format_name: str, svg: str | None, kicad_mod: str | None,
 ) -> int:
-    """Print the figures of a coil that is drawn in a file; the exit code."""
+    """Print the figures of a coil drawn in a file. Return the exit code."""
     from sitscad.apps.coil.drawn import drawn_coil
     from sitscad.apps.coil.text import DRAWN_COIL_FORMATS
     from sitscad.estimates.states.at_frequency import FrequencyError

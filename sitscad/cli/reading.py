@@ -1,4 +1,4 @@
-"""`sitscad read` and `sitscad watch`: a board on the bench or a simulated one, and a spec looked at while edited."""
+"""`sitscad read` and `sitscad watch`: a board on the bench or a simulated board, and a spec while it is edited."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ if TYPE_CHECKING:
     "read", cls=Example, example="sitscad read 'sim:sensor.yaml?load=normal:0:5&seconds=2&fault=open:C2' --diagnose"
 )
 @click.argument("source")
-@click.option("--design", type=click.Path(), help="The spec or the package that the board is of (sim: its own).")
+@click.option("--design", type=click.Path(), help="The board's spec or package (sim: its own).")
 @click.option("--calibration", type=click.Path(exists=True, path_type=Path),
-              help="calibration.json of this sensor, or the folder with that of every cell: newtons are shown, too.")
-@click.option("--tare", is_flag=True, help="Nothing is on it first: newtons count from the mean of the first 16 scans.")
-@click.option("--diagnose", is_flag=True, help="Say what the board does and does not, and what a miss probably is.")
-@click.option("--seconds", type=InRange(0, DAY, min_open=True), help="How long (sim: what it says; else 2).")
+              help="Show newtons, by calibration.json of this sensor or by a folder with the files of all cells.")
+@click.option("--tare", is_flag=True, help="Count newtons from the mean of the first 16 scans, without load.")
+@click.option("--diagnose", is_flag=True, help="Report the requirements that the board meets, and likely faults.")
+@click.option("--seconds", type=InRange(0, DAY, min_open=True), help="Duration (default: 2, or the duration of sim:).")
 @click.option("--serve", is_flag=True, help="Show moving bars as a page on this machine, until Ctrl-C.")
 @click.option("--port", type=click.IntRange(0, 65535), default=0, help="The page's port (default: a free one).")
 @click.option("--log", type=click.Path(file_okay=False), help="Folder for readings.csv and readings.json.")
@@ -42,24 +42,39 @@ def read(
     source: str, design: str | None, calibration: Path | None, tare: bool, diagnose: bool, seconds: float | None,
     serve: bool, port: int, log: str | None,
 ) -> int:
-    """Set up a board's converters and read them: a line a scan, or a diagnosis.
+    """Set up a board's converters and print a line for each scan, or a diagnosis.
 
-    SOURCE is sim:SPEC with ?load=AXIS:FIRST:LAST (normal, shear_x, shear_y in newtons, moment_x, moment_y in newton
-    millimetres; of several axes with a comma between: load=normal:0:5,shear_x:2), seconds=, fault= (open, short,
-    lost-layer, low-amplitude, swapped, nack, stuck, reset, glitch, with :COIL and @SECONDS), state=free for a bare
-    board, unit= for the sensor of that number, with errors of its own, cell= for the cell that the load is on,
-    seed=; /dev/i2c-N of a Linux computer (/dev/i2c-N,/dev/i2c-M for two buses); or serial:PORT, where a
-    microcontroller with the firmware of the package is (both: pip install 'sitscad[bench]'). The port runs at
-    SENSOR_BAUD of the design; ?baud= sets another. Lines that are lost, corrupted or of another sensor are counted
-    and not used.
+    \b
+    SOURCE is one of these:
+      sim:SPEC            a simulated board, with the options below
+      /dev/i2c-N          the I2C bus of a Linux computer; two buses:
+                          /dev/i2c-N,/dev/i2c-M
+      serial:PORT         a microcontroller with the package's firmware; ?baud=
+                          replaces SENSOR_BAUD of the design
 
-    Newtons are by the tare that the calibration was made with, or with --tare by the mean of the first 16 scans; the
-    loads of a simulated board begin after them.
+    The last two need pip install 'sitscad[bench]'. Lines that are lost, corrupted or of another sensor are counted and
+    not used.
 
-    With --serve it reads until Ctrl-C where --seconds does not say how long, a simulated board as fast as a true one.
+    \b
+    Options of sim:, after ? and separated by &:
+      load=               AXIS:FIRST:LAST with the axes normal, shear_x,
+                          shear_y (N), moment_x, moment_y (N mm); several
+                          axes: load=normal:0:5,shear_x:2
+      seconds=            duration
+      fault=              open, short, lost-layer, low-amplitude, swapped, nack,
+                          stuck, reset, glitch, with :COIL and @SECONDS
+      state=free          a bare board
+      unit=               number of a sensor with errors of manufacture
+      cell=               cell under the load
+      seed=               seed of the noise
 
-    Exit code: 0 good, 1 --diagnose found something that is not met, 2 there is no such source, or no answer.
-    """
+    Newtons count from the calibration's tare, or with --tare from the mean of the first 16 scans. The loads of a
+    simulated board begin after these scans.
+
+    With --serve it reads until Ctrl-C, unless --seconds sets the duration. A simulated board then runs in real time.
+
+    Exit code: 0 good, 1 --diagnose found a requirement that is not met, 2 there is no such source, or no answer.
+    """  # noqa: D301 - click needs the control character itself
     from sitscad.apps.hardware.diagnosis import NOT_MET, TARES, Forces, diagnosis, lines, scans, words
     from sitscad.apps.hardware.source import SERIAL, design_of, source_of
 
@@ -77,7 +92,7 @@ def read(
                 for scan in scans(board, given, seconds or (math.inf if serve else given.seconds or USUAL)):
                     rows += [scan] if kept else []
                     forces.take(board, scan)
-                    forces(board, scan)  # refuses a map of another sensor
+                    forces(board, scan)  # raises ValueError for a map of another sensor
                     if show is not None:
                         show(scan)
             except KeyboardInterrupt:
@@ -101,7 +116,10 @@ def read(
 
 
 def _maps(place: Path | None) -> list[Path]:
-    """The calibration.json at a path, or those in the folders below it. Raises ValueError if there is none."""
+    """Return the calibration.json at a path, or the files in the folders below it.
+
+    Raises ValueError if there is none.
+    """
     if place is None or place.is_file():
         return [] if place is None else [place]
     found = sorted(place.glob("**/calibration.json"), key=lambda path: (len(str(path)), str(path)))
@@ -111,7 +129,7 @@ def _maps(place: Path | None) -> list[Path]:
 
 
 def _logged(folder: Path, board: Board, rows: Sequence[Scan], source: str) -> None:
-    """Write the readings, and what their numbers need."""
+    """Write the readings to readings.csv, and the data that explain them to readings.json."""
     from sitscad.apps.hardware.diagnosis import document, table
     from sitscad.package.folder import write_file
 
@@ -122,7 +140,7 @@ def _logged(folder: Path, board: Board, rows: Sequence[Scan], source: str) -> No
 
 
 USUAL = 2.0
-"""Seconds that a board is read where nothing says how long."""
+"""Seconds for which a board is read by default."""
 
 
 INTERVAL = 1.0 / 30.0
@@ -131,9 +149,9 @@ INTERVAL = 1.0 / 30.0
 
 @contextmanager
 def live(board: Board, forces: Forces, calibrations: Sequence[Path], port: int) -> Iterator[Callable[[Scan], None]]:
-    """A function that shows a scan on the page, which a server of this machine has at a port until the context ends.
+    """Return serve the live page until the context ends. Yield a function that shows a scan on the page.
 
-    The page computes newtons by the calibrations (paths of calibration.json). Raises ClickException if the server
+    The page computes newtons from the calibrations (paths of calibration.json). Raises ClickException if the server
     cannot listen.
     """
     from sitscad.apps.watch.server import Showing
@@ -163,21 +181,22 @@ def live(board: Board, forces: Forces, calibrations: Sequence[Path], port: int) 
 @click.argument("spec", type=click.Path(exists=True, dir_okay=False))
 @click.option("--serve", is_flag=True, help="Show the report as a page that follows every save.")
 @click.option("--port", type=click.IntRange(0, 65535), default=0, help="The page's port (default: a free one).")
-@click.option("--host", default="127.0.0.1", show_default=True, help="Whom to serve; another than this machine warns.")
+@click.option("--host", default="127.0.0.1", show_default=True,
+              help="Address to serve on; other addresses than this machine's give a warning.")
 @click.option("--open", "opens", is_flag=True, help="Open the page in a browser.")
 @click.option("--format", "format_name", default="text", show_default=True, metavar="text|json",
               type=click.Choice(["text", "json"]))
-@click.option("-v", "--verbose", is_flag=True, help="All that changed, in full.")
+@click.option("-v", "--verbose", is_flag=True, help="Print all changes.")
 def watch(spec: str, serve: bool, port: int, host: str, opens: bool, format_name: str, verbose: bool) -> int:
-    """Say what every save of SPEC changes, until Ctrl-C.
+    """Report what every save of SPEC changes, until Ctrl-C.
 
-    In a dozen lines findings that are new (+), gone (-) or others (~), of every quantity the number that moved most,
-    old -> new, what the sensor feels, and last the verdict. With --serve the same as a page: findings, board, numbers,
-    the sensor that can be pushed and the assembly in 3-D, each as soon as it is ready. A save ends the work in
-    progress.
+    A dozen lines show the changes. Findings are new (+), gone (-) or changed (~). For every quantity, the number with
+    the largest change is printed as old -> new. The sensing performance and the verdict follow. --serve shows the same
+    as a page: findings, board, numbers, the sensor that can be pushed and the assembly in 3-D, each as soon as it is
+    ready. A save ends the work in progress.
 
-    Of a study (docs/studies.md) the designs with which its search begins are looked at, and what they show is told
-    while they fill up.
+    SPEC can also be a study (docs/studies.md). Then the first designs of its search are evaluated, and the results are
+    reported while they arrive.
     """
     from sitscad.apps.watch.server import Showing
     from sitscad.apps.watch.watching import OVERTAKEN, Watch, words
@@ -196,7 +215,7 @@ def watch(spec: str, serve: bool, port: int, host: str, opens: bool, format_name
                 print_result(line)
         sys.stdout.flush()
         if event.stage == OVERTAKEN:
-            return  # the page is of the save that comes
+            return  # the page waits for the next save
         showing.tell(revision, event, before)
         if opens and revision == 1 and event.stage == "findings":
             webbrowser.open(address)
@@ -217,7 +236,7 @@ def served(showing: Showing, host: str, port: int) -> tuple[PageServer, str]:
 
     try:
         made = server(showing, host, port)
-    except (OSError, UnicodeError) as error:  # UnicodeError: the host is no valid name
+    except (OSError, UnicodeError) as error:  # UnicodeError: the host is not a valid name
         reason = getattr(error, "strerror", None) or str(error)
         raise click.ClickException(f"the page cannot be served on {host}, port {port}: {reason}") from error
     if host.strip("[]").lower() not in LOOPBACK:

@@ -1,6 +1,7 @@
-"""What commands share: their options, what they refuse, results to stdout, messages and progress to stderr.
+"""Parts shared by all commands: options, errors of usage, results to stdout, messages and progress to stderr.
 
-What a command does is in other rooms, which it imports when it runs: none loads what another one needs.
+The work of a command is in other modules, which it imports when it runs. No command loads modules that only another
+command needs.
 """
 
 from __future__ import annotations
@@ -29,8 +30,9 @@ HELP_IS_GONE = "Python runs with -OO (PYTHONOPTIMIZE=2), which takes the help te
 
 
 class Example(click.Command):
-    """A command whose help ends with one example; what its `words` mean stands before its exit codes, the last
-    paragraph of its docstring.
+    """A command whose help ends with one example.
+
+    Explanations in `words` stand before the exit codes, which are the last paragraph of its docstring.
     """
 
     def __init__(self, name: str | None, *, example: str, words: str = "", **kwargs: Any) -> None:
@@ -46,15 +48,15 @@ class Names(click.ParamType):
     name = "name,..."
 
     def convert(self, value: Any, param: Any, ctx: Any) -> tuple[str, ...]:
-        """The names without blanks."""
+        """Return the names without blanks."""
         return value if isinstance(value, tuple) else tuple(part.strip() for part in value.split(",") if part.strip())
 
 
 class InRange(click.FloatRange):
-    """A number in a range; nan, which lies in no range and which click lets through, is none."""
+    """A number in a range. It refuses nan, which click accepts."""
 
     def convert(self, value: Any, param: Any, ctx: Any) -> float:
-        """The number."""
+        """Return the number."""
         found = float(super().convert(value, param, ctx))
         if found != found:
             self.fail(f"{value} is not in the range {self._describe_range()}.", param, ctx)
@@ -62,11 +64,11 @@ class InRange(click.FloatRange):
 
 
 RELATIVE_ERROR = InRange(0, 1, min_open=True)
-DAY = 86_400.0  # Seconds at most that a command waits or reads for
+DAY = 86_400.0  # Longest waiting or reading time of a command (s)
 
 
 def _use_plugins(_: click.Context, __: click.Parameter, files: tuple[str, ...]) -> None:
-    """Put installed plugins in force, and those of the files that are named."""
+    """Return activate the installed plugins, and the plugins in the named files."""
     sitscad.use_installed_plugins()
     for file in files:
         sitscad.use_plugin(file)
@@ -74,19 +76,19 @@ def _use_plugins(_: click.Context, __: click.Parameter, files: tuple[str, ...]) 
 
 JOBS = click.option(
     "--jobs", type=click.IntRange(1),
-    help="Processes for several specs (default: the processors); 2 build one spec's solids beside all else.",
+    help="Processes for several specs (default: all processors); with 2, one spec's solids are built in parallel.",
 )
 PLUGIN = click.option(
     "--plugin", multiple=True, metavar="FILE", type=click.Path(), expose_value=False, is_eager=True,
-    callback=_use_plugins, help="A Python file with rules or writers of your own.",
+    callback=_use_plugins, help="A Python file with your own rules or writers.",
 )
 BASELINE = click.option(
-    "--baseline", metavar="FILE", help="What check --format json printed: what it holds does not fail again."
+    "--baseline", metavar="FILE", help="Stored output of check --format json: its findings do not fail again."
 )
 
 
 def specs_of(paths: Iterable[str]) -> list[str]:
-    """The specs that are named, those of folders among them."""
+    """Return the paths of the named specs, and of all specs in named folders."""
     from sitscad.checks.findings.text import printable
     from sitscad.checks.opening import specs_in
 
@@ -100,14 +102,14 @@ def specs_of(paths: Iterable[str]) -> list[str]:
 
 
 def baseline_of(path: str | None) -> Baseline | None:
-    """The findings that a file holds; None where no file is named."""
+    """Return the findings in a baseline file. None if no file is named."""
     from sitscad.checks.policy import read_baseline
 
     return None if path is None else read_baseline(path)
 
 
 def warn_of_unknown_specs(baseline: Baseline | None, checked: Iterable[CheckedSpec]) -> None:
-    """Say which specs a baseline knows nothing of, where they have findings: none of these was known before."""
+    """Print a message on each spec with findings that the baseline does not list."""
     for spec in checked:
         if baseline is not None and spec.findings and not baseline.holds(spec.path, spec.name):
             which = f"no spec{f' named {spec.name}' if spec.name else ''} at this path"
@@ -115,7 +117,7 @@ def warn_of_unknown_specs(baseline: Baseline | None, checked: Iterable[CheckedSp
 
 
 def rules_for(pattern: str) -> list[Any]:
-    """The rules that a pattern stands for; a usage error where it is none."""
+    """Return the rules that match a pattern. Raises a usage error if there are none."""
     from sitscad.checks.judging import all_rules
     from sitscad.checks.policy import stands_for
 
@@ -128,14 +130,14 @@ def rules_for(pattern: str) -> list[Any]:
 
 
 def row_of(table: Any, name: str, option: str) -> Any:
-    """A row of a table of formats or methods; a usage error that lists them for any other name."""
+    """Return a row of a table of formats or methods. Raises a usage error that lists the names for any other name."""
     if name not in table:
         raise click.BadParameter(f"{name!r} is not one of {', '.join(table)}.{_meant(name, table)}", param_hint=option)
     return table[name]
 
 
 def _meant(name: str, known: Iterable[str]) -> str:
-    """A sentence that names the known one nearest to a name; empty where none is near."""
+    """Return a sentence that names the known name nearest to `name`. Empty if none is similar."""
     import difflib
 
     near = difflib.get_close_matches(name.lower(), list(known), n=1)
@@ -143,14 +145,14 @@ def _meant(name: str, known: Iterable[str]) -> str:
 
 
 def say(message: str) -> None:
-    """Print a message to stderr, under the name of the program; control characters in it are escaped."""
+    """Print a message to stderr, after the name of the program. Control characters in it are escaped."""
     from sitscad.checks.findings.text import printable
 
     click.echo("\n".join(map(printable, f"sitscad: {message}".split("\n"))), err=True)
 
 
 def progress_of(what: str) -> Callable[[int, int], None] | None:
-    """What shows on one line of a terminal how many of some things are done; None where there is no terminal."""
+    """Return a function that shows progress on one line of a terminal. None if stderr is no terminal."""
     if not sys.stderr.isatty():
         return None
     return lambda done, of: click.echo(f"\r  {done} of {of} {what}{chr(10) if done >= of else ''}", err=True, nl=False)
@@ -162,8 +164,10 @@ TOLD_EVERY = 10.0
 
 @contextlib.contextmanager
 def work_told(what: str, is_long: bool) -> Iterator[Callable[[str], None]]:
-    """Say on stderr what is at work and for how long: each second on one line of a terminal, else in a line from time
-    to time. Yields the function that takes the present step, in words. Of work that is not long nothing is said.
+    """Report the work and its duration on stderr while the context is active, if `is_long`.
+
+    On a terminal, one line is updated each second. Otherwise a line is printed every `TOLD_EVERY` seconds. Yields the
+    function that takes a text on the present step.
     """
     import threading
     import time
@@ -200,45 +204,47 @@ def work_told(what: str, is_long: bool) -> Iterator[Callable[[str], None]]:
 
 
 def print_result(text: str) -> None:
-    """A result: to stdout, as it is."""
+    """Print a result to stdout, unchanged."""
     click.echo(text, nl=not text.endswith("\n"), color=True)
 
 
 def coloured(stream: Any) -> bool:
-    """Whether what goes to a stream is to have colours."""
+    """Whether output to a stream has colours."""
     return stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
 
 
 def layout_of(stream: Any, named: bool = False, **asked: Any) -> OutputOptions:
-    """How findings are laid out on a stream: with colours or not, and folded at the terminal's width or the columns
-    that COLUMNS names; not folded in a pipe, where a finding stays one line for whatever searches it.
+    """Return the layout of findings on a stream: colours and line width.
+
+    Lines are wrapped at the terminal's width, or at the number of columns in COLUMNS. In a pipe they are not wrapped,
+    so that a search finds a finding on one line.
     """
     from sitscad.checks.findings import OutputOptions
 
     is_folded, width = stream.isatty() or os.environ.get("COLUMNS", "").isdigit(), None
     if is_folded:
-        import shutil  # loads archives of all kinds
+        import shutil  # loads archive modules
 
         width = shutil.get_terminal_size().columns
     return OutputOptions(coloured(stream), named=named, width=width, **asked)
 
 
 def show_findings(checked: list[CheckedSpec], named: bool = False) -> None:
-    """Findings as text to stderr, where they are a message and not the result; each line names its spec if `named`."""
+    """Print findings as text to stderr, as messages besides a result. Each line names its spec if `named`."""
     from sitscad.checks.findings import FINDING_FORMATS
 
     click.echo(FINDING_FORMATS["text"](checked, layout_of(sys.stderr, named)), err=True, nl=False, color=True)
 
 
 def show_unreadable(path: str, error: sitscad.SpecError) -> None:
-    """What is wrong with a spec that cannot be read, as text to stderr."""
+    """Print the errors of a spec that cannot be read, as text to stderr."""
     from sitscad.package.inspection import unreadable
 
     show_findings([unreadable(path, error)])
 
 
 def spec_of(path: str) -> SensorSpec | None:
-    """The spec of a file, under the configuration above it; None where it cannot be read, and then that is said."""
+    """Return the spec of a file, under the configuration above it. None, with a message, if it cannot be read."""
     from sitscad.checks.opening import opened, policy_for
 
     try:
@@ -249,7 +255,7 @@ def spec_of(path: str) -> SensorSpec | None:
 
 
 def exit_code_of(checked: CheckedSpec, path: str) -> int:
-    """Say that the checks found errors where they did; the exit code."""
+    """Return the exit code of a check. Print a message if the check found errors."""
     if not checked.ok:
         say(f"the checks found {counted(checked.count(Severity.ERROR), 'error')}: sitscad check {path}")
     return checked.exit_code
