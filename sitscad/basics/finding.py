@@ -92,6 +92,7 @@ _WORDS_OF_ONE = {
     "left on which it could come out",
     Missing.INNER_ROOM: "no room for the via and the stubs to it inside the innermost turn, where {clear:.3f} mm are "
     "clear",
+    Missing.LEAD_ROOM: "the leads and outer vias of coil {coil} find no way out of the windings",
 }
 """Messages for a count of one."""
 

@@ -177,7 +177,8 @@ def _spaced(spec: SensorSpec, wound: tuple[WoundCoil, ...], bus: Bus, searches: 
             # lanes run straight beside the coils, where a given outline may curve in: through a maze they need not
             routing = route_freely(spec, bus, wound, front, searches)
         if routing is None:  # how much leads or outer vias take beside or between the coils only trying tells
-            shortfalls.append(Shortfall(Missing.LEAD_ROOM))
+            stuck = None if searches.stuck is None else spec.array.placements[searches.stuck].name
+            shortfalls.append(Shortfall(Missing.LEAD_ROOM, facts=(("count", 1), ("coil", stuck)) if stuck else ()))
         elif not _tail_is_clear(spec.fpc.rules, routing):
             shortfalls.append(_no_tail_room(spec, routing.tail))
             routing = None

@@ -9,6 +9,7 @@ import pytest
 from tolerance import approx
 
 from sitscad.basics.finding import Edit, Missing
+from sitscad.checks.board import room as room_rules
 from sitscad.checks.fixes import moves as room
 from sitscad.checks.fixes.search import GROWTH, Budget, Fix, Growing, Left, search
 from sitscad.checks.judging import RULES
@@ -219,3 +220,33 @@ def test_tracks_that_are_asked_for_at_once_are_admitted_as_one_by_one(sensor):
     assert found == [board.admits([one]) for one in asked]
     assert 10 < sum(found) < 190
     assert board.admits_each([track(layer=2)]).size == 1
+
+
+CROWDED = """
+sitscad: 1
+name: tip
+coil: {shape: circle, outer_diameter: 3.6, turns: 7.5, layers: 4, trace_width: 80 um, trace_spacing: 80 um}
+array: {pattern: grid, count: [2, 2], pitch: 4.0}
+fpc: {stackup: flex-4l, rules: generic-fine, body: {shape: circle, size: 10}, tail: {length: 40}}
+"""
+
+
+def test_a_coil_without_a_way_inside_a_body_is_named_and_coils_apart_are_tried_before_a_larger_body():
+    """The hint named a body larger than the user's own; the coils 0.1 mm farther apart were enough and not tried."""
+    design = Design(load_text(CROWDED))
+    (lack,) = design.layout.shortfalls
+    assert lack.what is Missing.LEAD_ROOM and dict(lack.facts)["coil"] in {"C1", "C2", "C3", "C4"}
+    assert dict(lack.facts)["coil"] in lack.message
+    families = room_rules._room(design.spec, lack)
+    first, last = next(iter(families[0]())), next(iter(families[-1]()))
+    assert [edit.key for edit in first.edits] == ["array.pitch"] and last.edits[0].key == "fpc.body"
+    assert not lay_out(first.spec).shortfalls
+
+
+def test_an_outline_in_which_not_everything_has_room_is_not_advised_as_the_body():
+    """The hint proposed an edit and said in the same sentence that it fails."""
+    small = CROWDED.replace("body: {shape: circle, size: 10}", "largest: {shape: circle, size: 9.4}")
+    spec = load_text(small)
+    assert room_rules._as_body(spec, spec.fpc.largest) == ""
+    roomy = load_text(CROWDED.replace("body: {shape: circle, size: 10}", "largest: {shape: circle, size: 16}"))
+    assert "fpc.body" in room_rules._as_body(roomy, roomy.fpc.largest)

@@ -87,7 +87,9 @@ def _room(spec: SensorSpec, lack: Shortfall) -> tuple[Family, ...]:
             return (Costly(partial(moves.roomy_turns, spec, spec.coil.most_turns, FEWER)),
                     Growing(partial(moves.larger_coils, spec), more, fits=moves.inner_vias_fit, is_costly=True))
         case Missing.LEAD_ROOM if body is not None and body.size is not None:
-            return partial(moves.other_ends, spec), wider
+            # inside the outline that is asked for first, and the cheap trials first: those that end in a board
+            inside = [Growing(partial(move, spec), GRAIN) for move in (moves.coils_apart, moves.smaller_coils)]
+            return *inside[len(spec.array.placements) == 1 :], partial(moves.other_ends, spec), wider
         case Missing.LEAD_ROOM if len(spec.array.placements) > 1:
             first = moves.lead_room(spec)
             return (Growing(partial(moves.coils_apart, spec), first), partial(moves.other_ends, spec),
@@ -124,7 +126,7 @@ def within_largest(design: Design) -> Iterator[Verdict]:
         yield Violation(
             f"the body, {show(x1 - x0, 'm')} x {show(y1 - y0, 'm')}, reaches {show(over, 'm')} beyond the largest "
             f"outline that is asked for ({largest.written})",
-            lambda: f"smaller coils{nearer} a smaller body; or {_as_body(spec, largest)}",
+            lambda: f"smaller coils{nearer} a smaller body{_as_body(spec, largest)}",
             "fpc.largest", over, 0.0, "m",
             fixes=_fitting(spec, largest, over, (x1 - x0, y1 - y0)),
         )
@@ -133,10 +135,9 @@ def within_largest(design: Design) -> Iterator[Verdict]:
 
 
 def _as_body(spec: SensorSpec, largest: BodySpec) -> str:
-    """Words for the largest outline written as the body's own: whether it holds all, else what has no room in it."""
+    """Advice to write the largest outline as the body's own. Empty if not everything has room in it."""
     short = arrange(_as_asked(spec, largest).spec).shortfalls
-    written = f"write fpc.body: {largest.written}"
-    return f"{written}, in which {short[0].message}" if short else f"{written}, in which everything has room"
+    return "" if short else f"; or write fpc.body: {largest.written}, in which everything has room"
 
 
 def _wide_tail(layout: Layout, largest: BodySpec) -> Iterator[Violation]:

@@ -50,10 +50,13 @@ more than 3,209.
 
 
 class SearchLimit:
-    """How many branches the searches of one board may still try."""
+    """How many branches the searches of one board may still try. ``stuck`` is the number of the coil that found no way
+    on the board tried last; None if each found one.
+    """
 
     def __init__(self, budget: int = BUDGET) -> None:
         self.left = budget
+        self.stuck: int | None = None
         self._missing, self._since = 0, budget
 
     def begin(self, coils: int) -> None:

@@ -179,11 +179,13 @@ def _led_out(board: _BoardToRoute, order: list[int], way_out: _WayOut) -> dict[i
     """Every coil's escape, one after the other, or which coil found none."""
     escapes: dict[int, Escape] = {}
     for index in order:
+        board.searches.stuck = index
         if board.searches.is_spent:
             return Stuck(index)
         found = way_out(index, tuple(escapes.values()))
         if isinstance(found, Stuck):
             return found
+        board.searches.stuck = None
         escapes[index] = found
         board.searches.led_out(len(escapes), len(board.wound))
     return escapes
