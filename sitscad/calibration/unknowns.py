@@ -72,8 +72,8 @@ def unknowns(spec: SensorSpec, estimates: Estimates) -> tuple[Unknown, ...]:
     law, target = soft_pad(spec).sigma, spec.target
     assert target is not None
     known, (x, y) = sigmas(spec), target.size
-    inductance = next((one.sigma for one in coil_scatter(estimates)), usual("coil_inductance"))
-    by_metal, of_signal = behind_scatter(estimates)
+    inductance = next((one.sigma for one in coil_scatter(estimates.coils)), usual("coil_inductance"))
+    by_metal, of_signal = behind_scatter(estimates.coils)
     found = [
         Unknown("gap", "m", known[PAD]),
         Unknown("glue", "m", known[GLUE]),

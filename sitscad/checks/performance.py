@@ -468,7 +468,7 @@ def unseen_shear(design: Design) -> Iterator[Verdict]:
         return
     most, found = None, design.sensing.felt
     if found is not None and found.held[-1]:
-        most = _read_as(found, design)
+        most = _read_as(found, design.spec.requirements)
     if most is None:
         if is_lone and asked.shear_force:
             yield said
@@ -496,11 +496,11 @@ def unseen_shear(design: Design) -> Iterator[Verdict]:
         )
 
 
-def _read_as(found: Felt, design: Design) -> tuple[float, float, str, str, float] | None:
+def _read_as(found: Felt, asked: Requirements) -> tuple[float, float, str, str, float] | None:
     """The worst reading of unmeasured shear at full load: its share of full scale, the error (N, N m) and its axis, the
     shear's axis and force (N). None if the array tells all shear, or if no axis is asked for.
     """
-    asked, axes = design.spec.requirements, found.bench.range.axes
+    axes = found.bench.range.axes
     wanted = {"normal": asked.normal_force, "moment_x": asked.moments[0], "moment_y": asked.moments[1],
               **dict.fromkeys(SHEARS, asked.shear_force or asked.is_shear_told)}
     each = [

@@ -17,7 +17,7 @@ from sitscad.estimates.design import Design
 from sitscad.kernels.converters.converter import Converter
 from sitscad.kernels.converters.figures import source_in_all
 from sitscad.spec.coil import written_key
-from sitscad.spec.mount import StepPart
+from sitscad.spec.mount import Mount, StepPart
 from sitscad.spec.reading import RULE_TEXTS
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.source import SpecSource
@@ -129,8 +129,7 @@ def _states(spec: SensorSpec, keys: tuple[str, ...]) -> bool:
     return all(getattr(spec.requirements, key) is not None for key in keys)
 
 
-def _step_files(spec: SensorSpec) -> tuple[StepPart | None, StepPart | None]:
-    mount = spec.mount
+def _step_files(mount: Mount | None) -> tuple[StepPart | None, StepPart | None]:
     return (None, None) if mount is None else (mount.step, None if mount.jaw is None else mount.jaw.step)
 
 
@@ -140,8 +139,8 @@ NEEDS: dict[str, tuple[Callable[[SensorSpec], bool], str]] = {
     "plate": (lambda s: s.target is not None or s.elastomer is not None, "no target and no elastomer in the spec"),
     "mount": (lambda s: s.mount is not None, "no mount in the spec"),
     "jaw": (lambda s: s.jaw is not None, "no jaw: the mount is not for a grasper"),
-    "STEP file": (lambda s: any(_step_files(s)), "no STEP file in the spec"),
-    "jaw file": (lambda s: s.mount is not None and s.mount.kind != "custom" and any(_step_files(s)),
+    "STEP file": (lambda s: any(_step_files(s.mount)), "no STEP file in the spec"),
+    "jaw file": (lambda s: s.mount is not None and s.mount.kind != "custom" and any(_step_files(s.mount)),
                  "no STEP file of a jaw in the spec"),
     "shield": (lambda s: s.shield is not None, "no shield in the spec"),
     "tail": (lambda s: s.fpc.tail is not None, "no tail in the spec"),

@@ -152,7 +152,7 @@ def estimate(
         say(f"no performance: {reason}")
     cells = design.cells.skin.table.document() if performance else None
     print_result(show(spec, estimates, checked, coloured(sys.stdout), felt, cells, coils))
-    missed = () if tolerance is None else missed_tolerance(estimates, tolerance, method)
+    missed = () if tolerance is None else missed_tolerance(estimates.coils, tolerance, method)
     for note in missed:
         say(note)
     return exit_code_of(checked, spec) or bool(missed)

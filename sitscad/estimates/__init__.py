@@ -35,13 +35,13 @@ def estimate(
         raise ValueError(f"a tolerance is a number above 0, not {tolerance}")
     refuse_unusable(layout.spec)
     found = estimated(layout, method, tolerance, temperature)
-    missed = () if tolerance is None else missed_tolerance(found, tolerance, method)
+    missed = () if tolerance is None else missed_tolerance(found.coils, tolerance, method)
     return replace(found, notes=(*missed, *found.notes))
 
 
-def missed_tolerance(found: Estimates, tolerance: float, method: str | None) -> tuple[str, ...]:
+def missed_tolerance(coils: tuple[CoilEstimate, ...], tolerance: float, method: str | None) -> tuple[str, ...]:
     """The note that a tolerance of the inductance is not met. Empty if it is."""
-    worst = max(found.coils, key=lambda coil: coil.inductance_error)
+    worst = max(coils, key=lambda coil: coil.inductance_error)
     if worst.inductance_error <= tolerance:
         return ()
     asked = f"the method {method} does not meet" if method else "no method meets"

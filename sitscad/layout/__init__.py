@@ -31,7 +31,7 @@ from sitscad.layout.routing.routes import (
 from sitscad.layout.tail_frame import CORNER_RADIUS, TailFrame, course, first_via, turn_begin
 from sitscad.layout.tail_tracks import Run, unused_contacts
 from sitscad.layout.windings import WoundCoil, wind_all, wind_coil
-from sitscad.spec.coil import ArraySpec
+from sitscad.spec.coil import ArraySpec, CoilPlacement
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.resolver.validity import refuse_unusable
 from sitscad.spec.sensor import SensorSpec
@@ -69,7 +69,8 @@ def sketch(spec: SensorSpec, wider: int = 0) -> Layout:
     for coils differ by their places alone.
     """
     level = _about_axis(spec)
-    bus = bus_for(level, lead_spacings(level)[0] if wider else None)
+    bus = bus_for(level.array.placements, level.coil, level.fpc,
+                  lead_spacings(level.coil.trace_spacing, level.fpc.rules.trace_spacing)[0] if wider else None)
     layers = {p.rotation: wind_coil(level, replace(p, centre=(0.0, 0.0)), SKETCHED) for p in level.array.placements}
     # both ends have to come together, the shorter way round
     round_it, road = -(math.fsum(spec.coil.layer_turns) % 1.0), 0.5 * max(spec.coil.size) + bus.ring_offset
@@ -97,7 +98,8 @@ PARTED = 4e-3  # Length (m) at the end of a tail over which both leads run apart
 
 def _undrawn(spec: SensorSpec, bus: Bus, bare: Layout) -> list[tuple[LeadPair, ...]]:
     """The pairs beside the coils and down the tail that will lead each coil out."""
-    tail, lined = body_frame(spec, bus, front_of(spec, bus), boards(spec, bus)[0][1]), in_line(spec)
+    tail, lined = body_frame(spec, bus, front_of(spec.array.placements, spec.coil, spec.fpc.rules, bus),
+                             boards(spec, bus)[0][1]), in_line(spec)
     length, width = max(tail.end - tail.body_end - PARTED, 0.0), tail.lane_width
     down = LeadPair(length, width, bus.layers, width + bus.spacing)
     frontmost = max(p.centre[0] for p in spec.array.placements)
@@ -125,10 +127,11 @@ class _Attempt:
 def _attempt(spec: SensorSpec, searches: SearchLimit) -> _Attempt:
     """Windings, routing, tail and body as far as there is room, and what found none."""
     wound = wind_all(spec)
-    *wider, least = lead_spacings(spec)
+    *wider, least = lead_spacings(spec.coil.trace_spacing, spec.fpc.rules.trace_spacing)
     before = searches.left
     for spacing in wider:
-        bus, largest = bus_for(spec, spacing), _largest_body(spec, spacing - least)
+        bus = bus_for(spec.array.placements, spec.coil, spec.fpc, spacing)
+        largest = _largest_body(spec, spacing - least)
         if bus.coils.high - bus.coils.low + 2.0 * spec.fpc.rules.copper_to_edge > largest[1]:
             continue
         with searches.at_most(WIDE_TRIALS):
@@ -137,7 +140,7 @@ def _attempt(spec: SensorSpec, searches: SearchLimit) -> _Attempt:
         size = found.body.end - found.body.start, found.body.high - found.body.low
         if not found.shortfalls and all(own <= most + SLACK for own, most in zip(size, largest, strict=True)):
             return found
-    return _spaced(spec, wound, bus_for(spec), searches)
+    return _spaced(spec, wound, bus_for(spec.array.placements, spec.coil, spec.fpc), searches)
 
 
 WIDE_TRIALS = 1_500
@@ -167,7 +170,7 @@ def _spaced(spec: SensorSpec, wound: tuple[WoundCoil, ...], bus: Bus, searches: 
     shortfalls = list(wound[0].shortfalls)
     if not in_line(spec) and not bus.is_stacked:  # side by side on one layer, pairs are led along the jaw only
         shortfalls.append(Shortfall(Missing.TAIL_LAYERS, facts=(("pattern", spec.array.pattern),)))
-    front = front_of(spec, bus)
+    front = front_of(spec.array.placements, spec.coil, spec.fpc.rules, bus)
     if (lacking := lack(spec, body_frame(spec, bus, front, bus.coils))) is not None:
         shortfalls.append(lacking)
     routing = None
@@ -180,7 +183,7 @@ def _spaced(spec: SensorSpec, wound: tuple[WoundCoil, ...], bus: Bus, searches: 
             stuck = None if searches.stuck is None else spec.array.placements[searches.stuck].name
             shortfalls.append(Shortfall(Missing.LEAD_ROOM, facts=(("count", 1), ("coil", stuck)) if stuck else ()))
         elif not _tail_is_clear(spec.fpc.rules, routing):
-            shortfalls.append(_no_tail_room(spec, routing.tail))
+            shortfalls.append(_no_tail_room(spec.array.placements, spec.fpc.rules, routing.tail))
             routing = None
     if routing is None:
         return _unrouted(spec, bus, wound, tuple(shortfalls), boards(spec, bus)[0][1])
@@ -192,8 +195,10 @@ def _unrouted(
     spec: SensorSpec, bus: Bus, wound: tuple[WoundCoil, ...], shortfalls: tuple[Shortfall, ...], breadth: Breadth
 ) -> _Attempt:
     """Tail and body of a board so broad, without leads."""
-    far = far_end(spec, (), ())
-    tail = reaching_ahead(spec, far, body_frame(spec, bus, front_of(spec, bus), breadth))
+    far = far_end(spec.array.placements, spec.coil, spec.fpc.rules.copper_to_edge, (), ())
+    tail = reaching_ahead(spec, far,
+                          body_frame(spec, bus, front_of(spec.array.placements, spec.coil, spec.fpc.rules, bus),
+                                     breadth))
     return _Attempt(wound, None, bus, tail, body_of(spec, far, breadth, tail), shortfalls)
 
 
@@ -209,12 +214,12 @@ def _tail_is_clear(rules: DesignRules, routing: Routing) -> bool:
     return True
 
 
-def _no_tail_room(spec: SensorSpec, tail: TailFrame) -> Shortfall:
+def _no_tail_room(placements: tuple[CoilPlacement, ...], rules: DesignRules, tail: TailFrame) -> Shortfall:
     """Tracks to the contacts come too near each other; what they take is known where it is more than the pitch."""
-    contacts, rules = tail.connector, spec.fpc.rules
+    contacts = tail.connector
     needed = rules.trace_width + rules.trace_spacing
     facts = (
-        ("coils", len(spec.array.placements)),
+        ("coils", len(placements)),
         ("connector", contacts.name),
         ("pitch", contacts.pitch * 1e3),
         ("tail", (tail.end - tail.start) * 1e3),

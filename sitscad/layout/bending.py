@@ -92,15 +92,17 @@ def tail_layers(layout: Layout) -> tuple[StackLayer, ...]:
     return layers[:kept] + below
 
 
-def is_opened(layout: Layout, index: int, layer: StackLayer) -> bool:
+def is_opened(
+    bottom_openings: tuple[Region, ...], top_openings: tuple[Region, ...], index: int, layer: StackLayer
+) -> bool:
     """Whether a layer of the tail, counted from the top, is a coverlay with openings over the contacts."""
-    openings = layout.top_openings if index == 0 else layout.bottom_openings
+    openings = top_openings if index == 0 else bottom_openings
     return layer.kind is LayerKind.COVERLAY and bool(openings)
 
 
 def contact_copper(layout: Layout) -> frozenset[int]:
     """Numbers of the copper layers that have copper where the contacts are bare; the first alone without contacts."""
-    bare = [box for pad in layout.pads if (box := _bare_box(layout, pad)) is not None]
+    bare = [box for pad in layout.pads if (box := _bare_box(layout.top_openings, pad)) is not None]
     if not bare:
         return frozenset({1})
     x0, y0, x1, y1 = box_around(bare)
@@ -119,10 +121,10 @@ def contact_copper(layout: Layout) -> frozenset[int]:
     return frozenset(found)
 
 
-def _bare_box(layout: Layout, pad: Pad) -> tuple[float, float, float, float] | None:
+def _bare_box(top_openings: tuple[Region, ...], pad: Pad) -> tuple[float, float, float, float] | None:
     """The box (m) of a contact's bare part; None where the coverlay covers all of it."""
     (x, y), (w, h) = pad.centre, pad.size
-    for opening in layout.top_openings:
+    for opening in top_openings:
         x0, y0, x1, y1 = bounding_box([opening.outline])
         if x0 < x < x1 and y0 < y < y1:
             return max(x0, x - w / 2), max(y0, y - h / 2), min(x1, x + w / 2), min(y1, y + h / 2)
@@ -139,7 +141,7 @@ def contact_layers(layout: Layout) -> tuple[StackLayer, ...]:
     for index, layer in enumerate(tail_layers(layout)):
         number += layer.kind is LayerKind.COPPER
         is_absent = layer.kind is LayerKind.COPPER and number not in copper
-        if not is_absent and not is_opened(layout, index, layer):
+        if not is_absent and not is_opened(layout.bottom_openings, layout.top_openings, index, layer):
             found.append(layer)
     return tuple(found)
 
@@ -212,7 +214,8 @@ def bend_stretch(layout: Layout) -> tuple[float, float] | None:
     """The range of x (m) in which the tail may be bent; None where it has no bend, or nothing straight to bend."""
     if layout.bend_zone is None:
         return None
-    longest = longest_straight(layout.bend_zone, unfit_for_bending(layout))
+    longest = longest_straight(layout.bend_zone, unfit_for_bending(layout.bend_zone, layout.in_bend_zone,
+                                                                   layout.traces))
     return (longest.start, longest.end) if longest.length > _ROUNDING else None
 
 
@@ -279,18 +282,19 @@ def longest_straight(zone: tuple[float, float], unfit: list[Unfit]) -> Stretch:
     return max((Stretch(start, end) for start, end in pairs), key=lambda each: (each.length, each.start))
 
 
-def unfit_for_bending(layout: Layout) -> list[Unfit]:
+def unfit_for_bending(
+    zone: tuple[float, float] | None, in_bend_zone: tuple[tuple[Trace, Segment], ...], traces: tuple[Trace, ...]
+) -> list[Unfit]:
     """What is unfit for bending in the bend zone, from the body on."""
-    zone = layout.bend_zone
     if zone is None:
         return []
-    found = [*_askew(layout, zone), *_steps(layout.traces, zone)]
+    found = [*_askew(in_bend_zone, zone), *_steps(traces, zone)]
     return sorted(found, key=lambda each: (each.first, each.last))
 
 
-def _askew(layout: Layout, zone: tuple[float, float]) -> Iterator[Unfit]:
+def _askew(in_bend_zone: tuple[tuple[Trace, Segment], ...], zone: tuple[float, float]) -> Iterator[Unfit]:
     """Places inside the zone (x from and to, m) where a track does not run straight along the tail."""
-    for trace, segment in layout.in_bend_zone:
+    for trace, segment in in_bend_zone:
         x0, y0, x1, _ = segment.box
         if x0 < zone[1] - _ROUNDING and x1 > zone[0] + _ROUNDING and _angle(segment) > STRAIGHT:
             yield Unfit(max(zone[0], x0), min(zone[1], x1), y0, trace.layer, trace.net)

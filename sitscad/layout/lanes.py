@@ -15,8 +15,8 @@ from typing import Any
 from sitscad.basics.record import record
 from sitscad.kernels.geometry.path import TWO_PI, Arc, Line, Path, Point, Segment, bounding_box, polar
 from sitscad.layout.clearance import Breadth
+from sitscad.spec.circuit import FpcSpec
 from sitscad.spec.coil import CoilPlacement, CoilSpec
-from sitscad.spec.sensor import SensorSpec
 
 
 @record
@@ -204,29 +204,28 @@ copper (hkgalaxy, jselectronic, ship.ie).
 """
 
 
-def lead_spacings(spec: SensorSpec) -> tuple[float, ...]:
+def lead_spacings(trace_spacing: float, least: float) -> tuple[float, ...]:
     """Gaps (m) between leads, vias and turns, in the order in which they are tried.
 
     The turns' own gap comes first, then half and a quarter of its excess over the fabricator's least, then the least.
     """
-    least = spec.fpc.rules.trace_spacing
-    wanted = min(spec.coil.trace_spacing, WIDEST_GAP)
+    wanted = min(trace_spacing, WIDEST_GAP)
     shares = (1.0, 0.5, 0.25, 0.0) if wanted > least + 1e-9 else (0.0,)
     return tuple(least + share * (wanted - least) for share in shares)
 
 
-def bus_for(spec: SensorSpec, spacing: float | None = None) -> Bus:
+def bus_for(placements: tuple[CoilPlacement, ...], coil: CoilSpec, fpc: FpcSpec, spacing: float | None = None) -> Bus:
     """The coil's own trace width, a spacing (m; the fabricator's least if None), and the two top layers if the tail has
     two.
     """
-    tail_layers = spec.fpc.tail.layers if spec.fpc.tail else 2
-    second = 2 if min(tail_layers, len(spec.fpc.stackup.copper)) >= 2 else 1
-    return Bus(spec.coil.trace_width, spacing or spec.fpc.rules.trace_spacing, (1, second), coils_breadth(spec))
+    tail_layers = fpc.tail.layers if fpc.tail else 2
+    second = 2 if min(tail_layers, len(fpc.stackup.copper)) >= 2 else 1
+    return Bus(coil.trace_width, spacing or fpc.rules.trace_spacing, (1, second), coils_breadth(placements, coil))
 
 
-def coils_breadth(spec: SensorSpec) -> Breadth:
+def coils_breadth(placements: tuple[CoilPlacement, ...], coil: CoilSpec) -> Breadth:
     """How far the coils' copper reaches across."""
-    halves = [(p.centre[1], Ring(spec.coil, p, 0.0).half_size[1]) for p in spec.array.placements]
+    halves = [(p.centre[1], Ring(coil, p, 0.0).half_size[1]) for p in placements]
     return Breadth(min(y - half for y, half in halves), max(y + half for y, half in halves))
 
 

@@ -17,6 +17,7 @@ from sitscad.layout.board import Layout
 from sitscad.spec.materials import Cutting
 from sitscad.spec.places import cell_placements, cell_specs, footprint, place_in_words, webs
 from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.yaml.source import Issue
 
 MARGIN = 5e-3
 COUPON_SIZE = 10e-3
@@ -261,7 +262,7 @@ def _sheet(layout: Layout, part: CutPart, nest: Nest, stop: str) -> LaserSheet:
     centres = [centre.shifted(*_place(index, nest.columns, step)) for index in range(nest.count)]
     right = centre.x + (nest.columns - 1) * step[0]
     coupon = Point(right + size[0] / 2 + kerf + MARGIN + COUPON_SIZE / 2, floor + COUPON_SIZE / 2)
-    texts = (*([stop] if stop else []), *_texts(layout.spec, part), *_counted(nest))
+    texts = (*([stop] if stop else []), *_texts(layout.spec.issue, layout.spec.name, part), *_counted(nest))
     top = floor + max(size[1] + (nest.rows - 1) * step[1], COUPON_SIZE) + kerf / 2
     notes = tuple((Point(MARGIN, top + _LINE_STEP * (len(texts) - i)), text) for i, text in enumerate(texts))
     height = top + _LINE_STEP * (len(texts) + 1) + MARGIN
@@ -293,7 +294,7 @@ def _counted(nest: Nest) -> Iterator[str]:
         yield f"cut this sheet {nest.times} times"
 
 
-def _texts(spec: SensorSpec, part: CutPart) -> tuple[str, ...]:
+def _texts(issue: Issue, name: str, part: CutPart) -> tuple[str, ...]:
     kerf, sizes = part.kerf, PLATES[part.shape].size_in_words(part.size)
     half = in_mm(kerf / 2)
     compensation = (
@@ -310,8 +311,8 @@ def _texts(spec: SensorSpec, part: CutPart) -> tuple[str, ...]:
         )
     )
     return (
-        f"{spec.name} {part.part}",
-        *([spec.issue.words] if spec.issue.rows else []),
+        f"{name} {part.part}",
+        *([issue.words] if issue.rows else []),
         f"{'over all' if part.boxes else part.shape} {sizes} mm, {in_mm(part.thickness)} mm thick",
         part.material,
         *([part.words] if part.words else []),

@@ -27,6 +27,7 @@ from sitscad.layout.clearance import SLACK, Breadth, TrackToPlace, ViaToPlace
 from sitscad.layout.lanes import Ring
 from sitscad.layout.tail_frame import CORNER_RADIUS, TailFrame
 from sitscad.spec.circuit import FpcSpec
+from sitscad.spec.coil import CoilPlacement, CoilSpec
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.sensor import SensorSpec
 
@@ -211,16 +212,19 @@ class BodyExtent:
         return 0.2 * min(self.high - self.low, self.end - self.start)
 
 
-def far_end(spec: SensorSpec, tracks: Iterable[TrackToPlace], holes: Iterable[ViaToPlace]) -> float:
+def far_end(
+    placements: tuple[CoilPlacement, ...], coil: CoilSpec, copper_to_edge: float, tracks: Iterable[TrackToPlace],
+    holes: Iterable[ViaToPlace]
+) -> float:
     """The least x (m) that the body needs for coils, tracks and holes, with the distance of copper from the edge."""
-    left = min(p.centre[0] - Ring(spec.coil, p, 0.0).half_size[0] for p in spec.array.placements)
+    left = min(p.centre[0] - Ring(coil, p, 0.0).half_size[0] for p in placements)
     for hole in holes:
         left = min(left, hole.centre.x - hole.pad / 2)
     for track in tracks:
         for segment in track.path:
             if least_x(segment) - track.width / 2 < left:
                 left = min(left, segment.box[0] - track.width / 2)
-    return left - spec.fpc.rules.copper_to_edge
+    return left - copper_to_edge
 
 
 def least_x(segment: Segment) -> float:

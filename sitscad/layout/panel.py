@@ -17,8 +17,8 @@ from sitscad.basics.record import record
 from sitscad.basics.units import show
 from sitscad.kernels.geometry.convex import Box
 from sitscad.kernels.geometry.path import Line, Path, Point, Segment, bounding_box, part_of
-from sitscad.layout.board import Layout
-from sitscad.spec.circuit import MOST_PARTS
+from sitscad.layout.board import Layout, Pad
+from sitscad.spec.circuit import MOST_PARTS, PanelSpec
 from sitscad.spec.coil import ArraySpec, CoilPlacement
 from sitscad.spec.sensor import SensorSpec
 
@@ -138,11 +138,11 @@ def _is_free(layout: Layout, plate: Box | None, edge: Path) -> bool:
     at, keep = edge.segments[0].at(0.5), FREE_OF_BRIDGES
     if layout.bend_zone is not None and layout.bend_zone[0] - keep < at.x < layout.bend_zone[1] + keep:
         return False
-    return not (plate and _is_near(plate, at, keep)) and _is_off_contacts(layout, at, keep)
+    return not (plate and _is_near(plate, at, keep)) and _is_off_contacts(layout.all_pads, at, keep)
 
 
-def _is_off_contacts(layout: Layout, at: Point, keep: float) -> bool:
-    halves = ((pad.centre, pad.size[0] / 2, pad.size[1] / 2) for pad in layout.all_pads)
+def _is_off_contacts(all_pads: tuple[Pad, ...], at: Point, keep: float) -> bool:
+    halves = ((pad.centre, pad.size[0] / 2, pad.size[1] / 2) for pad in all_pads)
     return not any(_is_near((x - w, y - h, x + w, y + h), at, keep) for (x, y), w, h in halves)
 
 
@@ -161,7 +161,7 @@ def _is_at_end(layout: Layout, plate: Box | None, edge: Path) -> bool:
             return False
     elif layout.bend_zone is not None and any(layout.bend_zone[0] < p.x < layout.bend_zone[1] for p in ends):
         return False
-    return _is_off_contacts(layout, at, edge.length / 2.0 + BESIDE_CONTACTS)
+    return _is_off_contacts(layout.all_pads, at, edge.length / 2.0 + BESIDE_CONTACTS)
 
 
 def _piece(segment: Segment, begin: float, end: float) -> list[Segment]:
@@ -220,9 +220,9 @@ def is_wanted(layout: Layout) -> bool:
     return wish == "always" or (wish == "auto" and is_too_small(layout))
 
 
-def least_size(layout: Layout) -> tuple[float, float]:
+def least_size(size: tuple[float, float], wish: PanelSpec) -> tuple[float, float]:
     """The least sides (m) of a panel with the parts that the spec asks for, or with one; without a coupon."""
-    wish, (length, width) = layout.spec.fpc.panel, layout.size
+    (length, width) = size
     columns, rows = wish.parts or (1, 1)
     frame = 2 * (wish.rail + wish.gap) - wish.gap
     return columns * (length + wish.gap) + frame, rows * (width + wish.gap) + frame

@@ -16,7 +16,7 @@ from sitscad.basics.record import record, replace
 from sitscad.kernels.geometry.path import Arc, Line, Path, Point, Segment, rounded
 from sitscad.layout.clearance import hole_keep_out, joined_hole
 from sitscad.layout.lanes import STAGGER, Bus, Lane, lane_height
-from sitscad.spec.circuit import Chip, Connector, Tail
+from sitscad.spec.circuit import Chip, Connector, FpcSpec, Tail
 from sitscad.spec.coil import CoilPlacement
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.sensor import SensorSpec
@@ -250,9 +250,10 @@ class TailFrame:
 
 def frame(spec: SensorSpec, bus: Bus, connector: Connector, front: float, body_half_width: float) -> TailFrame:
     """Lay the tail's outline: `front` is where the coils' leads have come together, from there on lanes run along x."""
-    rules, tail, chip = spec.fpc.rules, spec.fpc.tail, chip_of(spec, bus)
+    rules, tail, chip = spec.fpc.rules, spec.fpc.tail, chip_of(spec.fpc.tail, spec.readout.chip, bus)
     edge, is_soldered = rules.copper_to_edge, connector.kind == "pads"
-    row, fan = contact_row(spec, connector), fan_pitch(spec, bus, connector)
+    row = contact_row(spec.array.placements, spec.fpc.tail, connector)
+    fan = fan_pitch(spec.fpc, spec.readout.chip, bus, connector)
     outer_contact, plug = contact_height(connector.pitch, row.used, 1), connector.width(row.count) / 2
     if is_soldered:  # nothing is plugged in that asks for a width
         plug = max(plug, outer_contact + connector.contact_width / 2 + edge)
@@ -308,21 +309,21 @@ def chip_opening(rules: DesignRules, chip: Chip) -> float:
     return max(0.0, min(rules.coverlay_registration, between))
 
 
-def contact_row(spec: SensorSpec, connector: Connector) -> Row:
+def contact_row(placements: tuple[CoilPlacement, ...], tail: Tail | None, connector: Connector) -> Row:
     """The contacts at the tail's end: as many as the spec says, or the fewest that the connector is made with
     and that are enough; just those where it has none so many.
     """
-    used, tail = 2 * len(spec.array.placements), spec.fpc.tail
+    used = 2 * len(placements)
     wanted = tail.contacts if tail is not None else None
     enough = min((count for count in connector.positions if count >= used), default=used)
     return Row(connector.pitch, max(used, wanted or enough), used)
 
 
-def fan_pitch(spec: SensorSpec, bus: Bus, connector: Connector) -> float:
+def fan_pitch(fpc: FpcSpec, readout_chip: Chip | None, bus: Bus, connector: Connector) -> float:
     """Pitch (m) of the tracks where a via stands beside every other one: the contacts', or what such a row needs."""
     if not bus.is_stacked:
         return connector.pitch
-    chip, rules = chip_of(spec, bus), spec.fpc.rules
+    chip, rules = chip_of(fpc.tail, readout_chip, bus), fpc.rules
     return max(connector.pitch, _beside_via(rules) + rules.trace_width / 2, chip.pitch if chip else 0.0)
 
 
@@ -331,9 +332,9 @@ def _beside_via(rules: DesignRules) -> float:
     return hole_keep_out(joined_hole(rules, 0.0), rules, rules.trace_spacing)
 
 
-def chip_of(spec: SensorSpec, bus: Bus) -> Chip | None:
+def chip_of(tail: Tail | None, chip: Chip | None, bus: Bus) -> Chip | None:
     """What stands across every pair before its contacts; nothing without a tail, or where pairs lie side by side."""
-    return spec.readout.chip if spec.fpc.tail is not None and bus.is_stacked else None
+    return chip if tail is not None and bus.is_stacked else None
 
 
 def contact_height(pitch: float, contacts: int, number: int) -> float:

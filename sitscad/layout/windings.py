@@ -476,7 +476,7 @@ def _joined_inside(
         return (), (Shortfall(Missing.WAY_OUT, have, float(layers + 1), "copper layers", facts=named),)
     clear = min(winding.path.distance(centre) for winding in windings) - coil.trace_width / 2  # no turn's copper enters
     inside = Inside(centre, clear, coil.size[0] - coil.size[1], placement.rotation)
-    for spacing in lead_spacings(spec):
+    for spacing in lead_spacings(spec.coil.trace_spacing, spec.fpc.rules.trace_spacing):
         widths = coil.trace_width, rules, spacing, coil.trace_spacing
         is_least = spacing == rules.trace_spacing
         joins = _inner_joins(windings, coil.layer_turns, inside, *widths, is_least)

@@ -94,7 +94,8 @@ class Contents:
         document = json.loads(self.measured) if self.measured else {}
         decided = settles(document)
         found = checked_spec(
-            self.design.spec, (*result.findings, *judged_on_solids(document, self.design.spec)),
+            self.design.spec,
+            (*result.findings, *judged_on_solids(document, self.design.spec.readout.device, self.design.spec.source)),
             tuple(each for each in result.not_checked if each.rule not in decided), result.signals, result.fit,
             result.closing, result.reached, result.board,
         )

@@ -84,7 +84,7 @@ def contents_of(
     If solids are wanted, STEP files named by the spec are read first. A faulty STEP file is a finding.
     """
     design = spec if isinstance(spec, Design) else Design(spec)
-    measured = "" if wanted.isdisjoint(SOLID_STAGES) else unread_files(design.spec)
+    measured = "" if wanted.isdisjoint(SOLID_STAGES) else unread_files(design.spec.mount, design.spec.source)
     return Contents(design, policy, baseline, measured)
 
 

@@ -162,7 +162,7 @@ def test_a_plan_says_which_way_x_is_and_what_holds_the_sensor(mount, held):
 
     spec = sitscad.load_text(templates.read("bench_7mm"), "t.yaml")
     spec = spec.replace("mount", read_yaml(mount).data if mount else None)
-    assert held in " ".join(held_by(spec))
+    assert held in " ".join(held_by(spec.coil, spec.mount))
     assert not any("+x" in line for line in directions(("normal",)))
     assert "from the middle of the body to the tail" in " ".join(directions(("normal", "shear_x", "shear_y")))
 

@@ -163,7 +163,8 @@ def test_four_addresses_are_told_by_what_addr_is_tied_to(xdc2214):
     """The third ended `build` with an IndexError."""
     layout = SimpleNamespace(spec=SimpleNamespace(readout=SimpleNamespace(device=xdc2214)),
                              coils=[SimpleNamespace(name=f"C{k}") for k in range(32)])
-    drawn = [next(pin.net for pin in _converter(layout, number).left if pin.name == "ADDR") for number in range(8)]
+    drawn = [next(pin.net for pin in _converter(layout.coils, layout.spec.readout.device,
+                                                number).left if pin.name == "ADDR") for number in range(8)]
     assert drawn == ["GND", "VDD", "SDA", "SCL", "GND", "VDD", "SDA2", "SCL2"]
     assert [addr_pin(xdc2214, address) for address in xdc2214.addresses] == ["low", "high", "to SDA", "to SCL"]
 

@@ -467,7 +467,7 @@ def test_screws_of_every_pattern_of_holes_have_a_length(holes, said):
 
 def test_the_cap_of_a_finger_has_its_outer_width():
     layout = sitscad.lay_out(sitscad.load_text(templates.read("fingertip_cell"), "t.yaml"))
-    width, side = cap_size(layout)
+    width, side = cap_size(layout.body, layout.spec.mount)
     finger = layout.spec.mount.finger
     assert width > finger.size[0] + 2 * 1.5 * finger.screw and side >= 1.5 * finger.screw
     (said,) = re.findall(r"Slip the cap, ([0-9.]+) mm wide", in_one_line(layout))
@@ -564,12 +564,13 @@ def test_each_piece_has_its_place_and_how_near_to_it(template):
 
 def test_a_stop_that_is_not_to_be_touched_has_its_gap():
     """"Against the stop" put the board 0.15 mm beside the place that the same page gave."""
-    said, inner = in_one_line(GRASPER), stop_place(GRASPER)[1]
+    said, inner = in_one_line(GRASPER), stop_place(GRASPER.body, GRASPER.spec.jaw, GRASPER.spec.mount)[1]
     (gap,) = re.findall(r"Do not push the board against the stop itself: ([0-9.]+) mm", said)
     assert float(gap) == approx(1e3 * (GRASPER.body[0] - inner), abs=1e-6)
-    tip = jaw_range(GRASPER, GRASPER.spec.jaw)[0]
+    tip = jaw_range(GRASPER.body, GRASPER.spec.jaw)[0]
     assert f"its end {1e3 * (GRASPER.body[0] - tip):.2f} mm from the jaw's tip" in said
-    assert f"shield {1e3 * (GRASPER.body[0] - tip):.2f}, mount {1e3 * (stop_place(GRASPER)[0] - tip):.2f}" in said
+    stop = stop_place(GRASPER.body, GRASPER.spec.jaw, GRASPER.spec.mount)[0]
+    assert f"shield {1e3 * (GRASPER.body[0] - tip):.2f}, mount {1e3 * (stop - tip):.2f}" in said
 
 
 def test_a_piece_is_pressed_at_once_and_measured_afterwards():
@@ -733,6 +734,6 @@ def test_a_pocket_s_room_beside_a_mount_has_its_films():
     said, pocket = in_one_line(layout), layout.spec.jaw.pocket
     (end, side), = re.findall(r"at the sides, in mm: mount ([0-9.]+) and ([0-9.]+)\.", said)
     start, width = piece_sizes(layout)["mount"]
-    tip = sum(jaw_range(layout, layout.spec.jaw)) / 2 - pocket[0] / 2
+    tip = sum(jaw_range(layout.body, layout.spec.jaw)) / 2 - pocket[0] / 2
     assert float(end) == approx(max(0.1, 1e3 * (start - tip)), abs=6e-3)
     assert float(side) == approx(max(0.1, 1e3 * (pocket[1] - width) / 2), abs=6e-3)

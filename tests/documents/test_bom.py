@@ -169,7 +169,7 @@ def test_a_shield_is_listed_as_large_as_the_model_has_it_and_passes_the_port(tem
     rows = rows_of(layout)
     length, width, thickness = (float(side) for side in rows["shield"]["size"].removesuffix(" mm").split(" x "))
     low, high = closed_span(layout.spec)
-    levels = shield_heights(layout.spec)
+    levels = shield_heights(layout.spec.fpc.stackup, layout.spec.shield)
     corner = math.hypot(width / 2, (levels[0] - (low + high) / 2) / MM)
     assert corner == approx(made_to_measure(layout, layout.spec.mount.jaw) / MM, abs=1e-4)
     assert width < layout.body_size[1] / MM and "to pass the port" in rows["shield"]["note"]

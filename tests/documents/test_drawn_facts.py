@@ -124,13 +124,13 @@ def test_readme_and_drawings_state_one_thickness_at_the_contacts(connector):
 
 
 def test_the_contacts_sheet_dimensions_width_edge_and_end(real):
-    labels, end = labels_of(contact_sheet(real, "")), board_end(real)
+    labels, end = labels_of(contact_sheet(real, "")), board_end(real.outline, real.pads)
     count, connector = len(real.pads), real.spec.fpc.tail.connector if real.spec.fpc.tail else None
     allowed = end_tolerance(real.spec.fpc)
     assert f"{end.width * 1e3:.2f} +/- {allowed * 1e3:.2f}" in labels
     told = re.search(r"Tail [0-9.]+ mm \+/- ([0-9]+) um wide", words_of(contact_sheet(real, "")))
     assert told is None or float(told[1]) == approx(allowed * 1e6, rel=1e-6)
-    bare = bare_size(real)
+    bare = bare_size(real.pads, real.top_openings)
     is_plugged = connector is not None and connector.insertion_thickness > 0.0
     assert (
         any(label == f"bare {bare[1] * 1e3:.2f}" for label in labels)
@@ -161,7 +161,7 @@ def test_the_board_drawing_dimensions_the_tail(real):
     assert real.reach_at(at) == approx((low, high), abs=2e-6)
     assert real.body[2] < at < min(pad.centre.x for pad in real.pads)
     if real.capacitors:
-        assert high - low > board_end(real).width + 1e-3
+        assert high - low > board_end(real.outline, real.pads).width + 1e-3
 
 
 TURNED = [
@@ -393,7 +393,7 @@ def test_stations_along_the_board_are_in_order(real):
 
 def test_a_tail_in_a_jaw_bends_at_the_pivot_of_the_hinge_and_the_papers_say_so():
     layout = lay_out(load_text(templates.read("grasper_4layer")))
-    pivot = jaw_range(layout, layout.spec.mount.jaw)[1] + layout.spec.mount.jaw.hinge
+    pivot = jaw_range(layout.body, layout.spec.mount.jaw)[1] + layout.spec.mount.jaw.hinge
     way = tail_path(layout, layout.spec.fpc.tail.bend_angle)
     along = pivot_line(layout) - layout.body[2]
     assert along > pivot - layout.body[2] and way.at(along).x == approx(pivot, abs=2e-5)

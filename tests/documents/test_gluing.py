@@ -202,9 +202,10 @@ def test_what_is_cut_into_the_jaw_has_its_place_from_the_tip_and_the_sides(kind)
     spec = sitscad.load_text(templates.read("grasper_4layer"), "t.yaml").replace(
         {"mount.retention": kind, "shield": None})
     layout = sitscad.lay_out(spec)
-    said, tip = " ".join(jaw_cut(layout)), jaw_range(layout, layout.spec.jaw)[0]
+    said, tip = " ".join(jaw_cut(layout.body, layout.spec.assembly.glue_line,
+                                 layout.spec.mount)), jaw_range(layout.body, layout.spec.jaw)[0]
     assert f"{5e2 * layout.spec.jaw.width:.2f} mm from either side" in said
-    for x, _ in pin_places(layout):
+    for x, _ in pin_places(layout.body, layout.spec.mount):
         assert f"{1e3 * (x - tip):.2f}" in said
     assert kind == "pins" or re.search(r"from the tip [0-9]+\.[0-9]{2} mm long", said)
 

@@ -138,7 +138,7 @@ def test_the_tail_is_led_down_to_the_face_and_on_to_the_pivot_as_the_hinge_is_ju
     tails = [i for i in flattened(drawing(layout).items) if getattr(i, "name", "") == "jaw-side-tail"]
     closed, opened = (bounding_box(tail.paths) for tail in tails)
     jaw, scale = layout.spec.jaw, 2.0
-    pivot = layout.spec.mount.jaw.hinge + jaw_range(layout, jaw)[1]
+    pivot = layout.spec.mount.jaw.hinge + jaw_range(layout.body, jaw)[1]
     assert closed[2] - closed[0] == approx(scale * 1e3 * (pivot - layout.body[2]), abs=0.2)
     assert closed[3] - closed[1] == approx(scale * 1e3 * (way.start.z - way.at(way.length).z), abs=1e-3)
     assert opened[3] - opened[1] > closed[3] - closed[1]

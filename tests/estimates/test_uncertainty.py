@@ -389,7 +389,8 @@ def test_what_depends_on_the_modulus_is_printed_with_its_scatter():
     rows = {row[0]: row[1] for row in [row for each in numbers.stack_tables(found) for row in each.rows]}
     for name in ("strain", "thickness left", "apparent modulus", "at rest (assembled)", "pressed (required force)"):
         assert "+-" in rows[name], name
-    printed = [*signal_table(signals(found), found).rows, *numbers.other_table(found).rows]
+    printed = [*signal_table(signals(found), found.coils, found.readout.drive_code).rows,
+               *numbers.other_table(found).rows]
     per_newton = [row for row in printed if any("per newton" in cell for cell in row)]
     assert len(per_newton) == 2 + len(found.coils) and all("+-" in row[-1] for row in per_newton)
 
@@ -417,7 +418,7 @@ def test_a_reading_that_losses_turn_says_what_inductance_alone_would_make(metal,
     squares = [(2.0 * math.pi * state.frequency) ** 2 for state in (rest, pressed)]
     lost = [(state.resistance / state.inductance) ** 2 for state in (rest, pressed)]
     without = (squares[0] + lost[0]) / (squares[1] + lost[1]) - 1.0
-    rows = {row[0]: row[1] for row in signal_table([signal], found).rows}
+    rows = {row[0]: row[1] for row in signal_table([signal], found.coils, found.readout.drive_code).rows}
     alone = "by the inductance alone: the reading follows losses, too"
     (line,) = headline([signal])
     assert signal.has_loss_in_it is is_by_loss is (alone in rows) is ("it follows losses, too" in line)

@@ -59,7 +59,7 @@ def test_it_is_set_up_asleep_read_back_and_woken_last(pad):
     """Today's table left every error off and was trusted unread."""
     (words,) = pad.run("trace", "begin")
     assert words[-2:] == ["0", "good"]
-    registers = devices(pad.design.spec.readout, pad.design.estimates)[0].registers
+    registers = devices(pad.design.spec.readout, pad.design.estimates.coils, pad.design.estimates.readout)[0].registers
     assert {row.name: row.value for row in registers}["ERROR_CONFIG"] == 0xF801
     *plain, config = registers
     assert config.name == "CONFIG" and len([row for row in plain if row.name.startswith("OFFSET")]) == 4
@@ -224,7 +224,7 @@ def test_a_bare_board_is_known_for_one_and_silence_is_told(pad):
 
 def test_exchanged_coils_are_told_where_designs_differ_enough(pad, tmp_path):
     """Coils that are alike but for their leads are not, and the report says that it cannot know."""
-    ours = bands(pad.design.estimates, 0.005)
+    ours = bands(pad.design.estimates.coils, 0.005)
     swapped = [f"coil {k} {ours[2 - k].assembled.design} 4000" for k in (0, 2)]
     assert _tested(pad.run("begin", *swapped, "test")[1])[:3] == (0, 1, 0)
     # were manufacture ten times as good, C1 and C3 would be told apart

@@ -81,7 +81,7 @@ DESIGN = sitscad.Design(sitscad.load(TEMPLATES / "bench_7mm.yaml"))
 def _simulated(**given: object) -> sitscad.SimulatedConverter:
     """A converter of the design, set up."""
     chip = sitscad.SimulatedConverter(DESIGN, **given)
-    for register in devices(DESIGN.spec.readout, DESIGN.estimates)[0].registers:
+    for register in devices(DESIGN.spec.readout, DESIGN.estimates.coils, DESIGN.estimates.readout)[0].registers:
         chip.write(register.address, register.value)
     return chip
 

@@ -45,7 +45,7 @@ def test_leads_without_room_go_down_to_the_fabricators_spacing():
 def test_leads_with_some_room_take_a_step_between_both_spacings(name, share):
     layout = laid(name)
     wanted, least = layout.spec.coil.trace_spacing, layout.spec.fpc.rules.trace_spacing
-    assert least + share * (wanted - least) in [approx(step, abs=1e-12) for step in lead_spacings(layout.spec)]
+    assert least + share * (wanted - least) in [approx(step, abs=1e-12) for step in lead_spacings(wanted, least)]
     gaps = [near.gap for near in smallest_gaps(layout).values()]
     assert min(gaps) == approx(least + share * (wanted - least), abs=1 * UM)
 

@@ -35,7 +35,7 @@ def grid(**changes):
 
 def maze_of(spec, length=40e-3, half_width=15e-3):
     """An empty board, its coils at the far end."""
-    bus = bus_for(spec)
+    bus = bus_for(spec.array.placements, spec.coil, spec.fpc)
     across = Breadth(-half_width, half_width)
     lattice = Lattice(spec, bus, -10e-3, length, across)
     return Maze(lattice, bus, Ground(length - 5e-3, length, across, half_width))
@@ -93,7 +93,7 @@ def test_no_way_cuts_the_corner_of_a_coil_on_a_large_board(angle):
     spec = grid(shape="square", diameter=10.6e-3, turns=6, width=0.12e-3, spacing=0.1e-3, centres=centres)
     turned = tuple(replace(p, rotation=math.radians(angle)) for p in spec.array.placements)
     spec = replace(spec, array=replace(spec.array, placements=turned))
-    bus = bus_for(spec)
+    bus = bus_for(spec.array.placements, spec.coil, spec.fpc)
     across = Breadth(-30e-3, 30e-3)
     maze = Maze(Lattice(spec, bus, -22e-3, 60e-3, across), bus, Ground(55e-3, 60e-3, across, 30e-3))
     assert maze.step > 1.5 * bus.pitch
@@ -222,8 +222,9 @@ def test_no_lead_turns_back_over_itself():
 def test_an_array_without_a_way_is_given_up_at_once():
     """Between coils nearer to each other than a track with its spacings nothing passes, in whatever order."""
     spec = grid(centres=positions.grid(3, 3, 5.2e-3))
-    bus, searches = bus_for(spec), SearchLimit()
-    assert route_freely(spec, bus, wind_all(spec), front_of(spec, bus), searches) is None
+    bus, searches = bus_for(spec.array.placements, spec.coil, spec.fpc), SearchLimit()
+    assert route_freely(spec, bus, wind_all(spec), front_of(spec.array.placements, spec.coil, spec.fpc.rules, bus),
+                        searches) is None
     assert searches.left > 0.9 * BUDGET
 
 
@@ -250,8 +251,9 @@ def test_a_board_on_which_two_coils_find_no_way_is_given_up():
         " trace_spacing: 76 um}\n"
         "fpc: {rules: generic-flex, tail: {length: 15, connector: zif-0.5mm, layers: 2, bend: static}}"
     )
-    bus, searches = bus_for(spec), SearchLimit()
-    assert route_freely(spec, bus, wind_all(spec), front_of(spec, bus), searches) is None
+    bus, searches = bus_for(spec.array.placements, spec.coil, spec.fpc), SearchLimit()
+    assert route_freely(spec, bus, wind_all(spec), front_of(spec.array.placements, spec.coil, spec.fpc.rules, bus),
+                        searches) is None
     assert searches.left > BUDGET - 1.3 * LOST
 
 
@@ -266,8 +268,9 @@ def test_no_coil_is_led_out_twice_on_one_board_beside_the_same_leads(monkeypatch
 
     monkeypatch.setattr(routes, "_lead_out", recorded)
     spec = grid(turns=5.75, layers=6, stackup="flex-6l", centres=positions.grid(2, 2, 5.5e-3))
-    bus = bus_for(spec)
-    assert route_freely(spec, bus, wind_all(spec), front_of(spec, bus), SearchLimit()) is not None
+    bus = bus_for(spec.array.placements, spec.coil, spec.fpc)
+    assert route_freely(spec, bus, wind_all(spec), front_of(spec.array.placements, spec.coil, spec.fpc.rules, bus),
+                        SearchLimit()) is not None
     assert len(found) > 40
     assert len(set(found)) == len(found)
 

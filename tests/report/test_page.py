@@ -185,7 +185,7 @@ def test_a_sensor_without_a_signal_says_what_it_lacks():
     spec = sitscad.load_text(SPEC.replace("requirements: {normal_force: 1 N}\n", ""), "no.yaml")
     estimates = sitscad.estimate(sitscad.lay_out(spec))
     assert signals(estimates) == () and "class='signal'" not in _page((spec, estimates, CheckedSpec("s", "", ())))
-    assert signal_table((), estimates).rows == [["change per newton", NO_SIGNAL]]
+    assert signal_table((), estimates.coils, estimates.readout.drive_code).rows == [["change per newton", NO_SIGNAL]]
 
 
 def test_the_headline_has_the_amplitude_at_which_the_sensor_works():

@@ -108,7 +108,7 @@ def test_a_part_under_the_tail_s_bend_is_found_by_how_much(tmp_path):
     expected = (high - low) * np.trapezoid(np.maximum(0.0, heights), x)
     assert measured.value == approx(float(expected), rel=1e-2)
     document = {"measured": [mounting._measured(measured)]}
-    (finding,) = judged_on_solids(document, layout.spec)
+    (finding,) = judged_on_solids(document, layout.spec.readout.device, layout.spec.source)
     assert (finding.rule, finding.severity, finding.key) == ("SIT320", Severity.WARNING, "mount")
     assert f"{1e3 * (first.start - rod - layout.body[2]):.2f}".rstrip("0") in tail_steps.own_end(layout)
 
@@ -124,7 +124,7 @@ def built(tmp_path, size):
     layout = lay_out(spec)
     document = json.loads(mounting.render_fit(layout, whole(layout))["mount/fit.json"])
     assert settles(document) == {"SIT320", "SIT326", "SIT333"}
-    return judged_on_solids(document, spec), document["measured"]
+    return judged_on_solids(document, spec.readout.device, spec.source), document["measured"]
 
 
 @pytest.mark.slow

@@ -70,7 +70,7 @@ def test_a_jaw_lies_where_its_datum_says(tmp_path, jaw_file):
     assert approx((middle - 12.0, middle + 12.0), abs=1e-6) == (box.min.X, box.max.X)
     assert jaw.volume == approx(24e-3 * 6e-3 * 2e-3, rel=1e-6)
     assert jaw.shape.wrapped.Location().IsIdentity()
-    assert all(each.is_kept for each in in_file(layout, whole(layout)))
+    assert all(each.is_kept for each in in_file(layout.spec.mount, whole(layout)))
 
 
 @pytest.mark.slow
@@ -118,7 +118,7 @@ def test_metal_of_a_file_is_metal_behind_the_coils(tmp_path, jaw_file):
 @pytest.mark.slow
 def test_a_file_that_stands_in_the_board_is_found_once(tmp_path, jaw_file):
     sunk = lay_out(beside(tmp_path, jaw_file, "{jaw: {step: jaw.step, datum: [10, 0.9, 30], up: -y}, standoff: 1}"))
-    found = [each for each in in_file(sunk, whole(sunk)) if "board-" in f"{each.first} {each.second}"]
+    found = [each for each in in_file(sunk.spec.mount, whole(sunk)) if "board-" in f"{each.first} {each.second}"]
     assert [(each.what, each.is_kept, "jaw" in (each.first, each.second)) for each in found] == [
         ("interference", False, True)]
     assert found[0].value > 1e-9
@@ -129,7 +129,7 @@ def test_a_mount_of_one_s_own_and_none_at_all(tmp_path, jaw_file):
     own = lay_out(beside(tmp_path, jaw_file, f"{{kind: custom, {LIES}}}"))
     found = {solid.name: solid for solid in solids(own)}
     assert approx(-own.spec.fpc.stackup.thickness * 1e3, abs=1e-6) == found["mount"].shape.bounding_box().max.Z
-    assert all(each.is_kept for each in in_file(own, whole(own)))
+    assert all(each.is_kept for each in in_file(own.spec.mount, whole(own)))
     none = lay_out(beside(tmp_path, jaw_file, "{kind: custom}"))
     assert {"board", "target"} <= {solid.name for solid in solids(none)} and "mount" not in found.keys() - {"mount"}
 

@@ -68,7 +68,7 @@ def test_every_piece_is_closed_and_one_piece(name):
 @pytest.mark.parametrize("name", ["jaw", "round", "oblique", "overhanging"])
 def test_board_and_pieces_lie_in_the_jig_and_touch_nothing_but_the_board(name):
     layout, found = handmade.layout(name), pieces(name)
-    board = as_solid(stack.board(layout))
+    board = as_solid(stack.board(layout.outline, layout.spec.fpc.stackup))
     for body in (elastomer(layout.spec), target(layout.spec)):
         together = (board, found["jig-base"], found[f"jig-{body.name}"], as_solid(body))
         assert interferences(together) == ()
@@ -150,7 +150,8 @@ def test_jig_frames_leave_pads_and_targets_of_every_thickness_free(name, spec):
 def test_no_piece_of_the_jig_overlaps_what_lies_in_it(name, spec):
     """Boolean overlaps of all pieces of the jig with board, pads and targets, as thin and as thick as they may be."""
     layout = lay_out(spec)
-    found, board = {solid.name: solid for solid in jig(layout)}, as_solid(stack.board(layout))
+    found = {solid.name: solid for solid in jig(layout)}
+    board = as_solid(stack.board(layout.outline, layout.spec.fpc.stackup))
     assert interferences((board, found["jig-base"])) == ()
     for side in (-1.0, 0.0, 1.0):
         glued = [board]
@@ -288,7 +289,8 @@ def test_the_board_s_press_stands_on_the_board_s_rim_and_touches_neither_mount_n
     layout = lay_out(load_text(templates.read(template)))
     press = next(solid for solid in jig(layout) if solid.name == BOARD_PRESS)
     mounts = [solid for solid in solids(layout) if solid.role is BodyRole.MOUNT]
-    thin = lifted(as_solid(stack.board(layout)), -50e-6)  # a board below the mount's rim
+    thin = lifted(as_solid(stack.board(layout.outline, layout.spec.fpc.stackup)),
+                  -50e-6)  # a board below the mount's rim
     around = (lifted(press, -50e-6), thin, *(as_solid(body) for body in above_board(layout.spec)), *mounts)
     assert not [clash for clash in interferences(around) if BOARD_PRESS in clash]
     gaps = {(c.first, c.second): c.gap for c in clearances((around[0], thin))}

@@ -212,7 +212,7 @@ def test_the_jaw_is_cut_a_clearance_larger_than_what_goes_in(kind):
 
     lifted = replace(seat, shape=seat.shape.moved(bd.Location((0, 0, 0.03))))
     (gap,) = clearances((metal, lifted))
-    assert 0.02e-3 < gap.gap <= joint_clearance(layout.spec) + 0.03e-3
+    assert 0.02e-3 < gap.gap <= joint_clearance(layout.spec.assembly.glue_line, layout.spec.mount) + 0.03e-3
     assert metal.shape.is_valid and metal.volume < jaw(handmade.jaw_sensor(
         mount=handmade.Mount("grasper-pad", JAW, 1.2e-3), shield=None)).volume
 

@@ -92,7 +92,7 @@ def pieces(hinged):
 def said(layout, pieces, loads=()):
     """The proof's faults, and the findings that a build makes of them."""
     proof = prove(layout, pieces, loads)
-    return proof.faults, judged_on_solids(mounting.document(proof), layout.spec)
+    return proof.faults, judged_on_solids(mounting.document(proof), layout.spec.readout.device, layout.spec.source)
 
 
 @pytest.mark.slow

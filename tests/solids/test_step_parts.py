@@ -67,7 +67,8 @@ def layout_of(folder, shape, jaw, more=""):
 def faults(layout):
     """Rule, key and line of every finding of a jaw's file."""
     measured = [mounting._measured(each) for each in measured_jaw(layout)]
-    found = [each for each in judged_on_solids({"measured": measured}, layout.spec) if each.severity.value != "note"]
+    found = [each for each in judged_on_solids({"measured": measured}, layout.spec.readout.device,
+                                               layout.spec.source) if each.severity.value != "note"]
     assert settles({"measured": measured}) == {"SIT332"}
     assert {finding.severity.value for finding in found} <= {"error"} and all(each.line == 9 for each in found)
     return {finding.key: finding for finding in found}
@@ -141,7 +142,8 @@ def test_a_file_s_back_is_measured_against_the_round_back_of_the_fit(tmp_path, s
     """The square edge reaches hypot(3, half the pair's height) mm from the closed pair's axis."""
     layout = layout_of(tmp_path, shape(), FIGURES.replace(": 9", f": {port}"))
     measured = [mounting._measured(each) for each in measured_jaw(layout)]
-    found = [each for each in judged_on_solids({"measured": measured}, layout.spec) if each.key == "mount.jaw.step"]
+    found = [each for each in judged_on_solids({"measured": measured}, layout.spec.readout.device,
+                                               layout.spec.source) if each.key == "mount.jaw.step"]
     assert [(each.rule, each.severity.value) for each in found] == ([("SIT332", severity)] if severity else [])
     for each in found:
         pair = closed_section(layout)
@@ -153,7 +155,8 @@ def test_a_file_s_back_is_measured_against_the_round_back_of_the_fit(tmp_path, s
 def test_a_file_s_face_wider_than_the_chord_of_a_round_back_is_told(tmp_path):
     layout = layout_of(tmp_path, block(), FIGURES.replace("face: 6, ", "").replace(": 9", ": 6"))
     found = {each.key: each for each in judged_on_solids(
-        {"measured": [mounting._measured(each) for each in measured_jaw(layout)]}, layout.spec)}
+        {"measured": [mounting._measured(each) for each in measured_jaw(layout)]}, layout.spec.readout.device,
+        layout.spec.source)}
     face = found["mount.jaw.face"]
     assert (face.rule, face.severity.value) == ("SIT332", "warning")
     assert (face.measured, face.limit) == (approx(6e-3, rel=1e-6), approx(section(layout.spec.jaw).face, rel=1e-6))
@@ -162,7 +165,8 @@ def test_a_file_s_face_wider_than_the_chord_of_a_round_back_is_told(tmp_path):
 def test_a_corner_beyond_the_port_is_told_by_place_and_excess_and_no_passing_rule_is_named(tmp_path):
     layout = layout_of(tmp_path, block(), FIGURES.replace(": 9", ": 7.5"))
     document = json.loads(mounting.render_fit(layout, whole(layout))["mount/fit.json"])
-    (found,) = [each for each in judged_on_solids(document, layout.spec) if each.rule == "SIT321"]
+    (found,) = [each for each in judged_on_solids(document, layout.spec.readout.device,
+                                                  layout.spec.source) if each.rule == "SIT321"]
     (port,) = [each for each in document["measured"] if each["what"] == "port"]
     assert "SIT303" not in found.message + found.hint
     figures = [float(number) for number in re.findall(r"-?\d+\.?\d*", found.message)]
@@ -228,8 +232,8 @@ def unread(name):
 @pytest.mark.parametrize("name", ["two solids", "sheet", "wire", "far too large"])
 def test_a_file_without_one_solid_is_a_finding_at_its_key(tmp_path, name):
     layout = layout_of(tmp_path, unread(name), FIGURES)
-    document = json.loads(mounting.unread_files(layout.spec))
-    (found,) = judged_on_solids(document, layout.spec)
+    document = json.loads(mounting.unread_files(layout.spec.mount, layout.spec.source))
+    (found,) = judged_on_solids(document, layout.spec.readout.device, layout.spec.source)
     assert (found.rule, found.key, found.line, found.severity.value) == ("SIT333", "mount.jaw.step", 9, "error")
     assert "jaw.step" in found.message and found.hint
 
@@ -237,7 +241,7 @@ def test_a_file_without_one_solid_is_a_finding_at_its_key(tmp_path, name):
 @pytest.mark.slow
 def test_an_unknown_coordinate_system_is_a_finding_at_the_datum(tmp_path):
     layout = layout_of(tmp_path, block(), f"{FIGURES}, datum: SEAT")
-    (found,) = read_files(layout.spec)
+    (found,) = read_files(layout.spec.mount, layout.spec.source)
     assert (found.is_kept, found.key) == (False, "mount.jaw.datum")
 
 

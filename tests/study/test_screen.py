@@ -176,7 +176,7 @@ def test_a_sketch_has_the_size_of_the_board(template, monkeypatch):
     drawn, quick, wider = sitscad.lay_out(spec), sketch(spec), sketch(spec, WIDER)
     for at, sign in enumerate((-1, -1, 1, 1)):
         assert sign * quick.body[at] - 1e-9 <= sign * drawn.body[at] <= sign * wider.body[at] + 1e-9
-    monkeypatch.setattr("sitscad.layout.lead_spacings", lambda spec: lead_spacings(spec)[-1:])
+    monkeypatch.setattr("sitscad.layout.lead_spacings", lambda *given: lead_spacings(*given)[-1:])
     assert quick.body == approx(sitscad.lay_out(spec).body, rel=1e-9)
     lengths, exact = ([w.path.length for w in layout.coils[0].windings] for layout in (quick, drawn))
     assert lengths == approx(exact, rel=2e-4)

@@ -165,14 +165,14 @@ def source_of(text: str, design: Design | None, tares: int = 0) -> tuple[Source,
             import smbus2
         except ImportError as error:
             raise ValueError(f"{text} needs smbus2: pip install 'sitscad[bench]' brings it") from error
-        wanted, paths = devices(design.spec.readout, design.estimates), text.split(",")
+        wanted, paths = devices(design.spec.readout, design.estimates.coils, design.estimates.readout), text.split(",")
         if len(paths) != wanted[-1].bus + 1:
             raise ValueError(f"{text}: the converters are on {wanted[-1].bus + 1} buses (two: /dev/i2c-1,/dev/i2c-3)")
         buses = [smbus2.SMBus(path) for path in paths]
         return Source([Wired(buses[one.bus], one.address) for one in wanted]), design
     if text.startswith(SERIAL):
         estimates = design.estimates
-        baud = serial_settings(design.spec, estimates.readout.scan_rate).baud
+        baud = serial_settings(design.spec.array.placements, design.spec.cells, estimates.readout.scan_rate).baud
         return SerialLine(_port(text, baud)), design
     raise ValueError(
         f"{text!r} is no source: sim:SPEC?load=normal:0:5&seconds=2&fault=open:C2, /dev/i2c-N (of two buses with a "

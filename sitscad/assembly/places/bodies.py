@@ -17,7 +17,8 @@ from sitscad.kernels.geometry.convex import Footprint
 from sitscad.kernels.geometry.path import Path, Region
 from sitscad.layout.laser_sheet import joined_part
 from sitscad.spec.circuit import Stackup
-from sitscad.spec.materials import Conductor, Encapsulation
+from sitscad.spec.materials import Conductor, Encapsulation, Shield
+from sitscad.spec.mount import Mount
 from sitscad.spec.places import cell_specs, footprint, webs
 from sitscad.spec.sensor import SensorSpec
 
@@ -166,25 +167,25 @@ def board_heights(stackup: Stackup) -> Heights:
     return -stackup.thickness, 0.0
 
 
-def shield_heights(spec: SensorSpec) -> Heights | None:
+def shield_heights(stackup: Stackup, shield: Shield | None) -> Heights | None:
     """The sheet behind the board, whether or not it fits above the metal of the jaw; None without one."""
-    if spec.shield is None:
+    if shield is None:
         return None
-    upper = board_heights(spec.fpc.stackup)[0] - spec.shield.gap
-    return upper - spec.shield.thickness, upper
+    upper = board_heights(stackup)[0] - shield.gap
+    return upper - shield.thickness, upper
 
 
-def seat_heights(spec: SensorSpec) -> Heights | None:
+def seat_heights(stackup: Stackup, mount: Mount | None) -> Heights | None:
     """The standoff: from the face that carries the mount up to the board's bottom face; None without a mount."""
-    lower = board_heights(spec.fpc.stackup)[0]
-    return None if spec.mount is None else (lower - spec.mount.standoff, lower)
+    lower = board_heights(stackup)[0]
+    return None if mount is None else (lower - mount.standoff, lower)
 
 
 def seat_spans(spec: SensorSpec) -> list[Heights]:
     """The heights (m) that the seat on a jaw fills, from the metal to the shield and from there to the board's bottom;
     none without a mount. Its pieces are printed, and bear the names of `MOUNT_PIECES` in that order.
     """
-    seat, shield = seat_heights(spec), shield_heights(spec)
+    seat, shield = seat_heights(spec.fpc.stackup, spec.mount), shield_heights(spec.fpc.stackup, spec.shield)
     if seat is None:
         return []
     spans = [seat] if shield is None else [(seat[0], shield[0]), (shield[1], seat[1])]
@@ -224,26 +225,27 @@ def target_gap(spec: SensorSpec) -> float | None:
 
 def shield_span(spec: SensorSpec) -> Heights | None:
     """The sheet's faces (m), glue between it and the board counted; None without one."""
-    sheet = shield_heights(spec)
+    sheet = shield_heights(spec.fpc.stackup, spec.shield)
     if sheet is None:
         return None
-    down = spec.assembly.glue_line * lines_over_shield(spec) + spec.assembly.offsets.shield
+    down = spec.assembly.glue_line * lines_over_shield(spec.fpc.stackup, spec.mount,
+                                                       spec.shield) + spec.assembly.offsets.shield
     return sheet[0] - down, sheet[1] - down
 
 
-def lines_over_shield(spec: SensorSpec) -> int:
+def lines_over_shield(stackup: Stackup, mount: Mount | None, shield: Shield | None) -> int:
     """How many glue lines there are between board and shield; none without a mount."""
-    sheet = shield_heights(spec)
-    if sheet is None or spec.mount is None:
+    sheet = shield_heights(stackup, shield)
+    if sheet is None or mount is None:
         return 0
-    return 1 + (board_heights(spec.fpc.stackup)[0] - sheet[1] > 1e-9)
+    return 1 + (board_heights(stackup)[0] - sheet[1] > 1e-9)
 
 
 def shield_gap_text(spec: SensorSpec) -> str:
     """How far the shield lies below the board, as drawn and with the glue lines between; empty without a shield."""
     if spec.shield is None:
         return ""
-    glue = spec.assembly.glue_line * lines_over_shield(spec)
+    glue = spec.assembly.glue_line * lines_over_shield(spec.fpc.stackup, spec.mount, spec.shield)
     glued = f" ({in_mm(spec.shield.gap + glue)} mm with the glue lines)" if glue else ""
     return f"{in_mm(spec.shield.gap)} mm{glued}"
 
@@ -257,7 +259,7 @@ def lines_over_carrier(spec: SensorSpec) -> int:
 
 def carrier_face(spec: SensorSpec) -> float | None:
     """The height (m) of the face below the mount, glue lines counted (a jaw's too); None without a mount."""
-    seat = seat_heights(spec)
+    seat = seat_heights(spec.fpc.stackup, spec.mount)
     if seat is None:
         return None
     return seat[0] - spec.assembly.glue_line * lines_over_carrier(spec) - spec.assembly.offsets.metal

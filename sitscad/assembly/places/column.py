@@ -18,6 +18,8 @@ from sitscad.basics.units import parse_quantity
 from sitscad.data import cited, rows
 from sitscad.layout.bending import Where, finished_thickness
 from sitscad.layout.board import Layout
+from sitscad.spec.design_rules import DesignRules
+from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.mount import Assembly, Mount
 from sitscad.spec.sensor import SensorSpec
 
@@ -127,7 +129,7 @@ def _layers(layout: Layout) -> tuple[Layer, ...]:
     if jaw is None:
         return ()
     stacked = [_layer("jaw", jaw.height, jaw_tolerance(assembly, jaw.height))]
-    for layer in (*_behind(spec), _board(layout), *_above(spec)):
+    for layer in (*_behind(spec), _board(layout), *_above(spec.assembly, spec.elastomer, spec.target)):
         stacked += [*_glue_under(layer, assembly), layer]
     film, pad = film_thickness(spec.encapsulation), jaw.opposing_pad_thickness  # neither is glued
     if film:
@@ -140,7 +142,9 @@ def _layers(layout: Layout) -> tuple[Layer, ...]:
 
 def on_board(layout: Layout) -> tuple[Layer, ...]:
     """The board and the layers that are glued on it one after the other, in a jaw or not, from the board upwards."""
-    glued = [(*_glue_under(layer, layout.spec.assembly), layer) for layer in _above(layout.spec)]
+    glued = [(*_glue_under(layer, layout.spec.assembly), layer) for layer in _above(layout.spec.assembly,
+                                                                                    layout.spec.elastomer,
+                                                                                    layout.spec.target)]
     return (_board(layout), *chain.from_iterable(glued))
 
 
@@ -184,7 +188,7 @@ def _slack(layout: Layout) -> tuple[float, float]:
     layers = column(layout)
     pair = sum((layer.thickness for layer in layers), Toleranced(0.0))
     glue = sum((layer.thickness for layer in layers if layer.is_glue), Toleranced(0.0)).nominal
-    size, placed = mount_tolerance(layout.spec).band, placement(layout.spec.assembly).band
+    size, placed = mount_tolerance(layout.spec.assembly, layout.spec.mount).band, placement(layout.spec.assembly).band
     return 0.5 * size + placed, 0.5 * (pair.spread + glue)
 
 
@@ -193,9 +197,9 @@ def placement(assembly: Assembly) -> SizeTolerance:
     return _tolerance(assembly, "placement", "placement", "by ledges", 0.0)
 
 
-def outline_tolerance(spec: SensorSpec) -> SizeTolerance:
+def outline_tolerance(assembly: Assembly, rules: DesignRules) -> SizeTolerance:
     """Tolerance of the board's length and width."""
-    written, rules = spec.assembly.tolerance("outline"), spec.fpc.rules
+    written = assembly.tolerance("outline")
     if written is not None:
         return SizeTolerance(written, WRITTEN)
     return SizeTolerance(rules.outline_tolerance, rules.sources.get("outline_tolerance") or rules.source)
@@ -206,22 +210,21 @@ def process_of(mount: Mount | None) -> str:
     return mount.process if mount is not None else "resin"
 
 
-def mount_tolerance(spec: SensorSpec) -> SizeTolerance:
+def mount_tolerance(assembly: Assembly, mount: Mount | None) -> SizeTolerance:
     """Tolerance of each printed or milled piece."""
-    size = spec.mount.standoff if spec.mount is not None else 0.0
-    return _tolerance(spec.assembly, "mount", "mount", process_of(spec.mount), size)
+    size = mount.standoff if mount is not None else 0.0
+    return _tolerance(assembly, "mount", "mount", process_of(mount), size)
 
 
-def metal_tolerances(spec: SensorSpec) -> tuple[SizeTolerance, SizeTolerance] | None:
+def metal_tolerances(assembly: Assembly, mount: Mount | None) -> tuple[SizeTolerance, SizeTolerance] | None:
     """Tolerances of the distance and the thickness of `mount.metal_behind`, those of a piece of the mount and of a
     rolled sheet if the spec has none; None without it.
     """
-    mount = spec.mount
     if mount is None or mount.metal_behind is None:
         return None
     metal = mount.metal_behind
-    away = _tolerance(spec.assembly, "metal_distance", "mount", process_of(mount), metal.distance)
-    thick = sheet_tolerance(spec.assembly, "metal_behind", metal.thickness)
+    away = _tolerance(assembly, "metal_distance", "mount", process_of(mount), metal.distance)
+    thick = sheet_tolerance(assembly, "metal_behind", metal.thickness)
     return SizeTolerance(min(away.band, metal.distance), away.source), thick
 
 
@@ -249,14 +252,14 @@ def plate_tolerance(assembly: Assembly, name: str, size: float) -> SizeTolerance
     return elastomer_tolerance(assembly, "elastomer_size", "elastomer size")
 
 
-def plate_thickness(spec: SensorSpec, name: str) -> Toleranced:
+def plate_thickness(assembly: Assembly, elastomer: ElastomerPad | None, target: Target | None, name: str) -> Toleranced:
     """The thickness (m) of the elastomer or the target, in a jaw or not; raises StopIteration where there is none."""
-    return next(layer.thickness for layer in _above(spec) if layer.part == name)
+    return next(layer.thickness for layer in _above(assembly, elastomer, target) if layer.part == name)
 
 
 def _behind(spec: SensorSpec) -> list[Layer]:
     """Printed pieces and shield between metal and board, from the metal upwards."""
-    sheet, printed = shield_heights(spec), mount_tolerance(spec)
+    sheet, printed = shield_heights(spec.fpc.stackup, spec.shield), mount_tolerance(spec.assembly, spec.mount)
     spans = zip(MOUNT_PIECES, seat_spans(spec), strict=False)
     found = [(lower, _layer(name, upper - lower, printed)) for name, (lower, upper) in spans]
     if sheet is not None and spec.shield is not None:
@@ -265,13 +268,13 @@ def _behind(spec: SensorSpec) -> list[Layer]:
     return [layer for _, layer in sorted(found, key=lambda entry: entry[0])]
 
 
-def _above(spec: SensorSpec) -> Iterator[Layer]:
-    if spec.elastomer is not None:
-        own = elastomer_tolerance(spec.assembly, "elastomer", "elastomer thickness")
-        yield _layer("elastomer", spec.elastomer.thickness, own)
-    if spec.target is not None:
-        thickness = spec.target.thickness
-        yield _layer("target", thickness, sheet_tolerance(spec.assembly, "target", thickness))
+def _above(assembly: Assembly, elastomer: ElastomerPad | None, target: Target | None) -> Iterator[Layer]:
+    if elastomer is not None:
+        own = elastomer_tolerance(assembly, "elastomer", "elastomer thickness")
+        yield _layer("elastomer", elastomer.thickness, own)
+    if target is not None:
+        thickness = target.thickness
+        yield _layer("target", thickness, sheet_tolerance(assembly, "target", thickness))
 
 
 def _layer(part: str, thickness: float, tolerance: SizeTolerance) -> Layer:

@@ -45,8 +45,8 @@ from sitscad.data import cited, rows
 from sitscad.kernels.geometry.path import Point
 from sitscad.layout.bending import tail_thickness
 from sitscad.layout.board import Layout
+from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.mount import Assembly, Jaw
-from sitscad.spec.sensor import SensorSpec
 
 CLOSED_PAIR, OVERHANG, LENGTH = "closed pair", "board beside the jaw's face", "board along the jaw"
 
@@ -105,7 +105,7 @@ def fit(layout: Layout) -> tuple[Measure, ...]:
         return ()
     # the circle that the closed pair needs, with the shares of all its parts
     spec, layers = layout.spec, column(layout)
-    outline, placed = outline_tolerance(spec), placement(spec.assembly)
+    outline, placed = outline_tolerance(spec.assembly, spec.fpc.rules), placement(spec.assembly)
     parts = [Share(e.part, e.thickness.nominal, e.thickness.spread, e.source) for e in layers]
     parts.append(Share("board across", layout.body_size[1], outline.band, outline.source))
     parts.append(Share("each piece beside its place", 0.0, placed.band, placed.source))
@@ -116,7 +116,7 @@ def fit(layout: Layout) -> tuple[Measure, ...]:
         f"{in_mm(2.0 * square, 3)} mm"
     )
     closed = Measure(CLOSED_PAIR, *widths, pair.decided_by, tuple(parts), unread)
-    return closed, _overhang(layout, jaw), _length(layout, jaw)
+    return closed, _overhang(layout, jaw), _length(layout.body_size, layout.spec.assembly, layout.spec.fpc.rules, jaw)
 
 
 def measures(layout: Layout) -> tuple[Measure, ...]:
@@ -168,7 +168,8 @@ def back_reach(layout: Layout, jaw: Jaw) -> float:
 def _overhang(layout: Layout, jaw: Jaw) -> Measure:
     """How far the board stands over the sides of the jaw's face; the seat carries as much as it is thick (45 deg)."""
     spec, width, face = layout.spec, layout.body_size[1], section(rim(jaw)).face
-    outline, metal, placed = outline_tolerance(spec), jaw_tolerance(spec.assembly, face), placement(spec.assembly)
+    outline, metal = outline_tolerance(spec.assembly, spec.fpc.rules), jaw_tolerance(spec.assembly, face)
+    placed = placement(spec.assembly)
     parts = (
         Share("board across", width, outline.band, outline.source),
         Share("jaw's face across", face, metal.band, metal.source),
@@ -180,10 +181,10 @@ def _overhang(layout: Layout, jaw: Jaw) -> Measure:
     return _measure(OVERHANG, over, carried, "board", parts)
 
 
-def _length(layout: Layout, jaw: Jaw) -> Measure:
+def _length(body_size: tuple[float, float], assembly: Assembly, rules: DesignRules, jaw: Jaw) -> Measure:
     """The body's length against the jaw's."""
-    outline, metal = outline_tolerance(layout.spec), jaw_tolerance(layout.spec.assembly, jaw.length)
-    length = layout.body_size[0]
+    outline, metal = outline_tolerance(assembly, rules), jaw_tolerance(assembly, jaw.length)
+    length = body_size[0]
     parts = (
         Share("board along", length, outline.band, outline.source),
         Share("jaw along", jaw.length, metal.band, metal.source),
@@ -225,8 +226,8 @@ def _seat_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[Co
     """The lower edge of the seat on the metal, and both edges of the shield; both are made to measure."""
     spec = layout.spec
     metal = board_heights(spec.fpc.stackup)[0] - (spec.mount.standoff if spec.mount else 0.0)
-    sheet = shield_heights(spec)
-    printed, placed = mount_tolerance(spec), _placed(spec.assembly, "mount")
+    sheet = shield_heights(spec.fpc.stackup, spec.shield)
+    printed, placed = mount_tolerance(spec.assembly, spec.mount), _placed(spec.assembly, "mount")
     lowest = at["jaw"][1]
     yield Corner(
         "mount", Toleranced.of(half_width(layout, metal), 0.5 * printed.band, "mount across") + placed, lowest - middle
@@ -247,7 +248,7 @@ def _seat_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[Co
 def _sensor_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[Corner]:
     """Every outer corner of board, pad, target and film."""
     spec = layout.spec
-    outline = outline_tolerance(spec)
+    outline = outline_tolerance(spec.assembly, spec.fpc.rules)
     half = Toleranced.of(layout.body_size[1] / 2, 0.5 * outline.band, "board across") + _placed(spec.assembly, "board")
     for level in at["board"]:
         yield Corner("board body", half, level - middle)
@@ -256,7 +257,7 @@ def _sensor_corners(layout: Layout, at: Levels, middle: Toleranced) -> Iterator[
         yield Corner("encapsulation", half, at["board"][1] + film - middle)
     for body in above_board(spec):
         part, (_, low, _, high) = body.role.value, body.footprint.box
-        aside = max(high - axis(layout).y, axis(layout).y - low)
+        aside = max(high - axis(layout.body).y, axis(layout.body).y - low)
         size = plate_tolerance(spec.assembly, part, high - low)
         across = Toleranced.of(aside, 0.5 * size.band, f"{part} across") + _placed(spec.assembly, part)
         lower, upper = at[part]
@@ -282,13 +283,12 @@ class Shaft:
     source: str
 
 
-def shaft(spec: SensorSpec) -> Shaft | None:
+def shaft(own: Assembly, jaw: Jaw | None) -> Shaft | None:
     """What is behind the spec's jaw: as the spec writes it, else what is usual for its port; None without a jaw."""
-    if spec.jaw is None:
+    if jaw is None:
         return None
-    table, port = rows("shafts"), spec.jaw.port_diameter
+    table, port = rows("shafts"), jaw.port_diameter
     row = next((row for row in table if port <= parse_quantity(row["up_to_port"], "length")), table[-1])
-    own = spec.assembly
     bore = parse_quantity(row["bore"], "length") if own.shaft_bore is None else own.shaft_bore
     pin = parse_quantity(row["pin"], "length") if own.hinge_pin is None else own.hinge_pin
     if own.shaft_bore is not None and own.hinge_pin is not None:
@@ -304,7 +304,7 @@ def end_section(layout: Layout) -> tuple[float, float]:
     jaw = layout.spec.jaw
     if jaw is None:
         return 0.0, 0.0
-    heel = jaw_range(layout, jaw)[1]
+    heel = jaw_range(layout.body, jaw)[1]
     ys = [point.y for point in layout.outline.flattened(1e-5) if point.x > heel]
     plate = layout.stiffener.thickness if layout.stiffener is not None else 0.0
     return (max(ys) - min(ys) if ys else 0.0), tail_thickness(layout.spec.fpc) + plate
@@ -314,7 +314,7 @@ def hinge_pivot(layout: Layout) -> Point | None:
     """The pivot of the jaws' hinge seen across the jaw: its place along that and its height (x, z; m); None where the
     hinge is not known. Raises `PartsError` where the shield does not fit into the standoff.
     """
-    jaw, pair, along = layout.spec.jaw, closed_section(layout), pivot_along(layout)
+    jaw, pair, along = layout.spec.jaw, closed_section(layout), pivot_along(layout.body, layout.spec.jaw)
     return None if jaw is None or pair is None or along is None else Point(along, pair.axis - jaw.pivot_offset)
 
 
@@ -340,7 +340,8 @@ def pin_gaps(layout: Layout) -> tuple[PinGap, ...]:
     """The tail at the pin, closed and wide open; nothing without a hinge, or a tail that is led along the jaw. Raises
     `PartsError` where the shield does not fit into the standoff.
     """
-    jaw, behind, pivot, closed = layout.spec.jaw, shaft(layout.spec), hinge_pivot(layout), tail_path(layout)
+    jaw, behind, pivot = layout.spec.jaw, shaft(layout.spec.assembly, layout.spec.jaw), hinge_pivot(layout)
+    closed = tail_path(layout)
     if jaw is None or behind is None or pivot is None or closed is None or closed.radius is None:
         return ()
     half = (jaw.opening or 0.0) / 2
@@ -360,6 +361,6 @@ def closing(layout: Layout) -> Closing | None:
     jaw, pair = layout.spec.jaw, closed_section(layout)
     if jaw is None or pair is None:
         return None
-    along = pivot_along(layout)
-    reach = None if along is None else along - axis(layout).x
+    along = pivot_along(layout.body, layout.spec.jaw)
+    reach = None if along is None else along - axis(layout.body).x
     return Closing(jaw.port_diameter - pair.height, reach, jaw.opening, jaw.pivot_offset)

@@ -60,29 +60,28 @@ def section(jaw: Jaw) -> JawSection:
     return JawSection(2 * half, height, radius, height - sagitta)
 
 
-def axis(layout: Layout) -> Point:
+def axis(body: tuple[float, float, float, float]) -> Point:
     """The middle of the board's body, over which the jaw is centred."""
-    x0, y0, x1, y1 = layout.body
+    x0, y0, x1, y1 = body
     return Point((x0 + x1) / 2, (y0 + y1) / 2)
 
 
-def jaw_range(layout: Layout, fitted: Jaw) -> tuple[float, float]:
+def jaw_range(body: tuple[float, float, float, float], fitted: Jaw) -> tuple[float, float]:
     """Where the jaw begins (its tip) and ends along x (m): its length, centred under the board's body."""
-    middle = axis(layout).x
+    middle = axis(body).x
     return middle - fitted.length / 2, middle + fitted.length / 2
 
 
-def pivot_along(layout: Layout) -> float | None:
+def pivot_along(body: tuple[float, float, float, float], jaw: Jaw | None) -> float | None:
     """Where the pivot of the jaws' hinge is along the jaw (x, m); None where the hinge is not known."""
-    jaw = layout.spec.jaw
-    return None if jaw is None or jaw.hinge is None else jaw_range(layout, jaw)[1] + jaw.hinge
+    return None if jaw is None or jaw.hinge is None else jaw_range(body, jaw)[1] + jaw.hinge
 
 
 def closed_span(spec: SensorSpec) -> Heights | None:
     """The heights (m) of the backs of the jaw and of the opposing jaw, closed without force; None without a jaw. The
     hinge keeps both jaws level, so the closed pair's axis lies half way between these heights.
     """
-    jaw, seat = spec.jaw, seat_heights(spec)
+    jaw, seat = spec.jaw, seat_heights(spec.fpc.stackup, spec.mount)
     if jaw is None or seat is None:
         return None
     return seat[0] - jaw.height, top_height(spec) + jaw.opposing_pad_thickness + jaw.height
@@ -130,4 +129,4 @@ def shield_that_fits(spec: SensorSpec) -> Heights | None:
             f"the shield ({gap:g} mm gap, {thickness:g} mm thick) does not fit into the {mount.standoff * 1e3:g} mm "
             f"standoff: give mount.standoff at least {gap + thickness:g} mm"
         )
-    return shield_heights(spec)
+    return shield_heights(spec.fpc.stackup, spec.shield)

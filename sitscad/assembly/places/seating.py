@@ -19,8 +19,7 @@ from sitscad.kernels.geometry.convex import Box
 from sitscad.kernels.geometry.path import Path, bounding_box
 from sitscad.layout.board import Layout, Stiffener
 from sitscad.spec.coil import CoilSpec
-from sitscad.spec.mount import Hole, HolePattern, Mount, Retention
-from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.mount import Hole, HolePattern, Jaw, Mount, Retention
 
 TIGHT = 0.15e-3
 """Between printed parts that go into each other by hand, on each side (m); coarser processes leave more."""
@@ -61,12 +60,13 @@ def ledge(mount: Mount | None) -> float:
     return max(STOP, print_limit(process_of(mount), "free_wall").value)
 
 
-def stop_place(layout: Layout) -> tuple[float, float] | None:
+def stop_place(
+    body: tuple[float, float, float, float], fitted: Jaw | None, mount: Mount | None
+) -> tuple[float, float] | None:
     """Where the ledge before the board's end at the tip begins and ends along the jaw (m); None without room for it."""
-    mount, fitted = layout.spec.mount, layout.spec.jaw
-    inner = layout.body[0] - clearance(mount)
+    inner = body[0] - clearance(mount)
     outer = inner - ledge(mount)
-    return None if fitted and jaw_range(layout, fitted)[0] > outer + 1e-9 else (outer, inner)
+    return None if fitted and jaw_range(body, fitted)[0] > outer + 1e-9 else (outer, inner)
 
 
 def side_ledges(layout: Layout) -> tuple[float, float] | None:
@@ -90,9 +90,9 @@ def relief(layout: Layout) -> Relief | None:
     if mount is None or jaw is None or mount.kind != "grasper-pad" or not mount.standoff:
         return None
     start = layout.body[2]
-    end = min(start + LONGEST_RELIEF, jaw_range(layout, jaw)[1] - 0.2e-3, _before_stiffener(layout.stiffener))
+    end = min(start + LONGEST_RELIEF, jaw_range(layout.body, jaw)[1] - 0.2e-3, _before_stiffener(layout.stiffener))
     if jaw.pocket is not None and jaw.recess:
-        middle = sum(jaw_range(layout, jaw)) / 2
+        middle = sum(jaw_range(layout.body, jaw)) / 2
         end = min(end, middle + jaw.pocket[0] / 2 - clearance(mount))
     tail = layout.reach_at(end)
     if end - start < LEAST_RELIEF or tail[0] == tail[1]:
@@ -120,12 +120,11 @@ def _straight_from(outline: Path, tail: tuple[float, float], start: float, end: 
     return max(beyond)
 
 
-def cap_end(layout: Layout) -> float | None:
+def cap_end(body: tuple[float, float, float, float], mount: Mount | None, stiffener: Stiffener | None) -> float | None:
     """Where a fingertip's cap ends along the tail (m): before the tail's stiffener; None for any other mount."""
-    mount = layout.spec.mount
     if mount is None or mount.finger is None:
         return None
-    return min(layout.body[2] + mount.finger.grip, _before_stiffener(layout.stiffener) - 0.7e-3)
+    return min(body[2] + mount.finger.grip, _before_stiffener(stiffener) - 0.7e-3)
 
 
 def _before_stiffener(stiffener: Stiffener | None) -> float:
@@ -133,19 +132,18 @@ def _before_stiffener(stiffener: Stiffener | None) -> float:
     return math.inf if stiffener is None else bounding_box([stiffener.outline.outline])[0] - 0.3e-3
 
 
-def retention(layout: Layout) -> Retention | None:
+def retention(body: tuple[float, float, float, float], mount: Mount | None) -> Retention | None:
     """What holds the mount besides glue, its sizes settled; None for glue alone."""
-    mount = layout.spec.mount
     found = mount.retention if mount is not None else None
     if found is None:
         return None
-    x0, _, x1, _ = layout.body
+    x0, _, x1, _ = body
     return replace(found, spacing=found.spacing if found.spacing is not None else (x1 - x0) / 2)
 
 
-def joint_clearance(spec: SensorSpec) -> float:
+def joint_clearance(glue_line: float, mount: Mount | None) -> float:
     """The gap (m) between tongue or pin and the jaw cut for it, on each side: the process's, and the glue line."""
-    return process_clearance(spec.mount) + spec.assembly.glue_line
+    return process_clearance(mount) + glue_line
 
 
 def neck(found: Retention) -> float:
@@ -162,23 +160,23 @@ def tongue_across(found: Retention, room: float) -> tuple[float, float, float]:
 
 def metal_below(layout: Layout) -> float | None:
     """The least metal (m) that a dovetail's groove leaves of the jaw; None without one."""
-    found, jaw = retention(layout), layout.spec.jaw
+    found, jaw = retention(layout.body, layout.spec.mount), layout.spec.jaw
     if found is None or jaw is None or found.kind != "dovetail":
         return None
     bar = section(jaw)
-    half, _, depth = tongue_across(found, joint_clearance(layout.spec))
+    half, _, depth = tongue_across(found, joint_clearance(layout.spec.assembly.glue_line, layout.spec.mount))
     if half >= bar.face / 2:
         return 0.0
     sagitta = bar.radius - math.sqrt(max(0.0, bar.radius**2 - half**2))
     return jaw.height - sagitta - depth
 
 
-def pin_places(layout: Layout) -> tuple[tuple[float, float], ...]:
+def pin_places(body: tuple[float, float, float, float], mount: Mount | None) -> tuple[tuple[float, float], ...]:
     """Where pins stand (m): two in the jaw's middle; none without them."""
-    found = retention(layout)
+    found = retention(body, mount)
     if found is None or found.kind != "pins" or found.spacing is None:
         return ()
-    middle = axis(layout)
+    middle = axis(body)
     return tuple((middle.x + side * found.spacing / 2, middle.y) for side in (-1.0, 1.0))
 
 
@@ -254,9 +252,9 @@ def adapter_depth(layout: Layout) -> float:
 ENGAGED = 1.5  # Length of thread over the screw's diameter, in plastic
 
 
-def cap_size(layout: Layout) -> tuple[float, float]:
+def cap_size(body: tuple[float, float, float, float], mount: Mount | None) -> tuple[float, float]:
     """Outer width of a fingertip's cap, and thickness of the side through which its screws go (m)."""
-    mount, (_, y0, _, y1) = layout.spec.mount, layout.body
+    (_, y0, _, y1) = body
     assert mount is not None and mount.finger is not None
     room, finger = clearance(mount), mount.finger
     side = max(ENGAGED * finger.screw, ledge(mount))
@@ -270,9 +268,9 @@ FRONT = 2.0e-3
 
 def mount_size(layout: Layout) -> tuple[float, float] | None:
     """Length along the board and width (m) of a bench plate or of a fingertip's cap; None for any other mount."""
-    mount, end = layout.spec.mount, cap_end(layout)
+    mount, end = layout.spec.mount, cap_end(layout.body, layout.spec.mount, layout.stiffener)
     if end is not None:
-        return end - layout.body[0] + clearance(mount) + 2.0 * FRONT, cap_size(layout)[0]
+        return end - layout.body[0] + clearance(mount) + 2.0 * FRONT, cap_size(layout.body, layout.spec.mount)[0]
     if mount is None or mount.kind != "bench-plate":
         return None
     x0, y0, x1, y1 = plate_plan(layout, film_thickness(layout.spec.encapsulation))
@@ -349,7 +347,7 @@ def beside_board(layout: Layout, hole: Hole) -> float:
 
 def _placed(layout: Layout, pattern: HolePattern) -> tuple[Hole, ...]:
     """A pattern's holes in their places about the middle of the board's body."""
-    middle = axis(layout)
+    middle = axis(layout.body)
     if pattern.grid is None:
         return tuple(Hole((middle.x + h.at[0], middle.y + h.at[1]), h.diameter, h.head) for h in pattern.holes)
     # how far apart the four are that a plate takes of a bench: the nearest that are clear of the board

@@ -36,7 +36,7 @@ from sitscad.layout.bending import tail_layers
 from sitscad.layout.board import Layout
 from sitscad.layout.laser_sheet import CutPart, LaserSheet, laser_sheets
 from sitscad.layout.outline import edge_of_body
-from sitscad.spec.circuit import BodySpec
+from sitscad.spec.circuit import BodySpec, Stackup
 from sitscad.spec.mount import Jaw
 from sitscad.spec.presets import is_rigid
 
@@ -45,17 +45,19 @@ def stack(layout: Layout) -> tuple[Body, ...]:
     """What the spec contains but for the mount's printed pieces, by height of the lower face; both jaws are closed
     without force. Raises `PartsError` where shield and standoff contradict each other.
     """
-    found = [*_jaws(layout), *(body for body in (shield(layout), board(layout), stiffener(layout)) if body)]
+    found = [*_jaws(layout),
+             *(body for body in (shield(layout), board(layout.outline, layout.spec.fpc.stackup),
+                                 stiffener(layout)) if body)]
     found += above_board(layout.spec)
     if (film := encapsulation(layout)) is not None:
         found.append(film)
     return tuple(sorted(found, key=lambda body: (body.lower, body.upper)))
 
 
-def board(layout: Layout) -> Body:
+def board(outline: Path, stackup: Stackup) -> Body:
     """The circuit with its tail held straight, without stiffener."""
-    material = "FR4" if is_rigid(layout.spec.fpc.stackup) else "polyimide"
-    return Body(BodyRole.BOARD, Region(layout.outline), *board_heights(layout.spec.fpc.stackup), material)
+    material = "FR4" if is_rigid(stackup) else "polyimide"
+    return Body(BodyRole.BOARD, Region(outline), *board_heights(stackup), material)
 
 
 def stiffener(layout: Layout) -> Body | None:
@@ -79,7 +81,7 @@ def shield(layout: Layout) -> Body | None:
     sheet, levels = layout.spec.shield, shield_that_fits(layout.spec)
     if sheet is None or levels is None:
         return None
-    (x0, _, x1, _), y, half = layout.body, axis(layout).y, half_width(layout, levels[0])
+    (x0, _, x1, _), y, half = layout.body, axis(layout.body).y, half_width(layout, levels[0])
     is_disc = has_round_body(layout.spec.fpc.body) and half >= (x1 - x0) / 2 - 1e-9
     plan = Region(ground(layout) if is_disc else rectangle(x0, y - half, x1, y + half))
     return Body(BodyRole.SHIELD, plan, *levels, sheet.material.name, sheet.material)
@@ -127,10 +129,10 @@ def ground(layout: Layout) -> Path:
 
 def _jaws(layout: Layout) -> Iterator[Body]:
     """The jaws as bodies, and the other one's pad."""
-    jaw, seat = layout.spec.jaw, seat_heights(layout.spec)
+    jaw, seat = layout.spec.jaw, seat_heights(layout.spec.fpc.stackup, layout.spec.mount)
     if jaw is None or seat is None:
         return
-    (x0, x1), y, half = jaw_range(layout, jaw), axis(layout).y, section(jaw).face / 2
+    (x0, x1), y, half = jaw_range(layout.body, jaw), axis(layout.body).y, section(jaw).face / 2
     face = Region(rectangle(x0, y - half, x1, y + half))
     name, top = jaw.material.name, top_height(layout.spec)
     pad = top + jaw.opposing_pad_thickness
@@ -214,7 +216,7 @@ def _carriers(layout: Layout) -> tuple[Box | None, Box | None] | None:
     mount = layout.spec.mount
     if mount is None or mount.kind == "custom":
         return None
-    (x0, low, x1, high), y, under = layout.body, axis(layout).y, board_heights(layout.spec.fpc.stackup)[0]
+    (x0, low, x1, high), y, under = layout.body, axis(layout.body).y, board_heights(layout.spec.fpc.stackup)[0]
     sheet, jaw, closed = shield_that_fits(layout.spec), layout.spec.jaw, closed_span(layout.spec)
     spans = seat_spans(layout.spec)
     if sheet is not None and under - sheet[1] <= 1e-9:
@@ -231,12 +233,12 @@ def _carriers(layout: Layout) -> tuple[Box | None, Box | None] | None:
     if mount.finger is not None:  # on the finger itself: a round one touches the board along a line
         half = mount.finger.size[0] / 2 if not mount.finger.outline.is_disc else 0.0
         return ((x0, y - half, x1, y + half) if half else None), None
-    return None if jaw is None or jaw.step is not None else _on_metal(layout, jaw)
+    return None if jaw is None or jaw.step is not None else _on_metal(layout.body, jaw)
 
 
-def _on_metal(layout: Layout, jaw: Jaw) -> tuple[Box, Box | None]:
+def _on_metal(body: tuple[float, float, float, float], jaw: Jaw) -> tuple[Box, Box | None]:
     """The face of a jaw that the board lies on without a seat, and the window through it."""
-    (x0, x1), middle = jaw_range(layout, jaw), axis(layout)
+    (x0, x1), middle = jaw_range(body, jaw), axis(body)
     half = section(jaw).face / 2
     if jaw.pocket is not None and jaw.recess:
         half = min(half, jaw.pocket[1] / 2)

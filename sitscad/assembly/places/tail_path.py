@@ -13,8 +13,8 @@ from sitscad.assembly.places.stack import tail_heights
 from sitscad.basics.record import record
 from sitscad.layout.bending import Bend, bend_length, bend_radius, bend_stretch, tail_thickness
 from sitscad.layout.board import Layout
-from sitscad.spec.circuit import FpcSpec
-from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.circuit import FpcSpec, Tail
+from sitscad.spec.mount import Jaw
 
 LEAST = 1e-6  # Drops and turns (m, rad) below this are none
 
@@ -131,7 +131,7 @@ def tail_path(layout: Layout, turned: float = 0.0) -> TailPath | None:
     low, high = tail_heights(layout)
     start = Station(layout.body[2], (low + high) / 2, 0.0)
     straight = TailPath(start, (BentStretch(layout.tail_length),))
-    drop, pivot, stretch = _drop(layout), pivot_along(layout), bend_stretch(layout)
+    drop, pivot, stretch = _drop(layout), pivot_along(layout.body, layout.spec.jaw), bend_stretch(layout)
     if drop is None:
         return straight
     reason = _why_straight(layout)
@@ -142,7 +142,8 @@ def tail_path(layout: Layout, turned: float = 0.0) -> TailPath | None:
     down = _let_down(drop, middle)
     # the end of what carries the body and lies under the tail
     edge, tongue = lip(layout), relief(layout)
-    held = tongue.along[1] if tongue is not None else cap_end(layout) or layout.body[2]
+    held = tongue.along[1] if tongue is not None else cap_end(layout.body, layout.spec.mount,
+                                                              layout.stiffener) or layout.body[2]
     free = max(stretch[0], layout.body[2], held if edge is None else edge.start)
     parts = [BentStretch(free - layout.body[2]), *down] if down else []
     if pivot is not None and turned > LEAST:
@@ -176,7 +177,7 @@ def lip(layout: Layout) -> Lip | None:
         return None
     bends = _let_down(drop, radius + tail_thickness(layout.spec.fpc) / 2)
     turn = bends[0].length / (radius + tail_thickness(layout.spec.fpc) / 2) if bends else 0.0
-    if (end := cap_end(layout)) is not None:
+    if (end := cap_end(layout.body, layout.spec.mount, layout.stiffener)) is not None:
         return round_edge(layout.spec.fpc, end, (1.0 - LEFT) * mount.standoff, turn)
     tongue = relief(layout)
     if tongue is None:
@@ -278,9 +279,8 @@ def bends_of_mount(layout: Layout) -> tuple[Bend, ...]:
     return tuple(found)
 
 
-def bends_at_every_grasp(spec: SensorSpec) -> bool:
+def bends_at_every_grasp(tail: Tail | None, jaw: Jaw | None) -> bool:
     """Whether the tail has a bend of its own at a jaw's hinge, which then moves with the jaw."""
-    tail, jaw = spec.fpc.tail, spec.jaw
     return (tail is not None and tail.bend != "none" and bool(tail.bend_angle)
             and jaw is not None and jaw.hinge is not None)
 
@@ -315,7 +315,7 @@ def room_for_own(layout: Layout) -> tuple[float, float] | None:
 
 def pivot_line(layout: Layout) -> float | None:
     """The x (m) of the flat tail that comes to lie under the hinge's pivot; None without a hinge."""
-    pivot, path = pivot_along(layout), tail_path(layout)
+    pivot, path = pivot_along(layout.body, layout.spec.jaw), tail_path(layout)
     if pivot is None or path is None:
         return pivot
     return pivot + math.fsum(stretch.length for stretch in path.stretches[:-1]) - (path.last.x - path.start.x)

@@ -99,7 +99,7 @@ def at_pin(layout: Layout, whole: tuple[Solid, ...], gap: PinGap) -> Clash:
     """The tail on its way past the hinge's pin, the jaws closed, with what both take."""
     jaw, pivot = layout.spec.jaw, hinge_pivot(layout)
     assert jaw is not None and pivot is not None
-    x, y, z = pivot.x * MM, axis(layout).y * MM, pivot.y * MM
+    x, y, z = pivot.x * MM, axis(layout.body).y * MM, pivot.y * MM
     across = 0.5 * jaw.width * MM
     m3 = require("manifold3d")
     pin = m3.Manifold.cylinder(2 * across, gap.pin * MM, -1.0, 48, True).rotate((90.0, 0.0, 0.0)).translate((x, y, z))
@@ -137,8 +137,8 @@ def _clash(layout: Layout, whole: tuple[Solid, ...], fault: Measured, loads: tup
         # What of the closed pair, between tip and heel, lies beyond the port's circle
         jaw, pair = layout.spec.jaw, closed_section(layout)
         assert jaw is not None and pair is not None
-        x0, x1 = (x * MM for x in jaw_range(layout, jaw))
-        y, z, radius = axis(layout).y * MM, pair.axis * MM, fault.limit * MM
+        x0, x1 = (x * MM for x in jaw_range(layout.body, jaw))
+        y, z, radius = axis(layout.body).y * MM, pair.axis * MM, fault.limit * MM
         m3 = require("manifold3d")
         port = (
             m3.Manifold.cylinder(x1 - x0 + 2.0, radius, -1.0, 180).rotate((0.0, 90.0, 0.0)).translate((x0 - 1.0, y, z))
@@ -239,7 +239,7 @@ def carried(layout: Layout, whole: tuple[Solid, ...]) -> tuple[Measured, ...]:
         body = manifold(tessellate(solid))
         for level in (height - BELOW, height - HOLLOW - BELOW):
             faces = faces + body.slice(level)
-    (name, path), middle = pressed_on(layout), axis(layout)
+    (name, path), middle = pressed_on(layout), axis(layout.body)
     where = (middle.x, middle.y, under / MM)
     found = [_measured(name, path, faces, where, MOST_OF_IT)]
     if name != BODY:

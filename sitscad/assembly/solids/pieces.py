@@ -39,13 +39,14 @@ from sitscad.spec.mount import Jaw
 from sitscad.spec.places import cell_specs
 from sitscad.spec.presets import metal_colour
 from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.yaml.source import SpecSource
 
 PAD_COLOUR = "#e8d8c8"
 
 
 def board_body(layout: Layout) -> Solid:
     """The board with its tail held straight, up to z = 0; beyond the body only the layers that run down the tail."""
-    board, under = stack.board(layout), stack.tail_heights(layout)[0]
+    board, under = stack.board(layout.outline, layout.spec.fpc.stackup), stack.tail_heights(layout)[0]
     whole = _drawn_out(board, "#c8821e")
     if under - board.lower < 1e-9:
         return whole
@@ -122,19 +123,19 @@ REACH = 2.0
 
 def jaw(layout: Layout) -> Solid | None:
     """The jaw's metal, its face at the standoff below the board, centred under the board's body."""
-    fitted, seat, mount = layout.spec.jaw, seat_heights(layout.spec), layout.spec.mount
+    fitted, seat, mount = layout.spec.jaw, seat_heights(layout.spec.fpc.stackup, layout.spec.mount), layout.spec.mount
     if seat is None or mount is None or mount.metal is None:
         return None
     metal = mount.metal.name
     if mount.is_jaw_unmeasured and mount.step is not None:
-        shape = imported(layout.spec.source, mount.step, axis(layout), seat[0])
+        shape = imported(layout.spec.source, mount.step, axis(layout.body), seat[0])
     elif fitted is None:
         return None
     elif fitted.step is not None:
-        shape = imported(layout.spec.source, fitted.step, axis(layout), seat[0])
+        shape = imported(layout.spec.source, fitted.step, axis(layout.body), seat[0])
     else:
-        bar = _bar(layout, rim(fitted), seat[0] + (rim(fitted).height - fitted.height))
-        shape = cut_for(layout, _pocketed(layout, fitted, bar, seat[0], (fitted.pocket, fitted.recess)), seat[0])
+        bar = _bar(layout.body, rim(fitted), seat[0] + (rim(fitted).height - fitted.height))
+        shape = cut_for(layout, _pocketed(layout.body, fitted, bar, seat[0], (fitted.pocket, fitted.recess)), seat[0])
     return Solid("jaw", shape, metal, metal_colour(metal), BodyRole.JAW)
 
 
@@ -147,12 +148,14 @@ def opposing(layout: Layout) -> tuple[Solid, ...]:
     if fitted is None:
         if mount is None or not mount.is_jaw_unmeasured or mount.step is None or mount.metal is None:
             return ()
-        shape = imported(layout.spec.source, mount.step, axis(layout), -top_height(layout.spec)).mirror(bd.Plane.XY)
+        shape = imported(layout.spec.source, mount.step, axis(layout.body),
+                         -top_height(layout.spec)).mirror(bd.Plane.XY)
         name = mount.metal.name
         return (Solid("opposing-jaw", shape, name, metal_colour(name), BodyRole.OPPOSING_JAW),)
     pad, top = fitted.opposing_pad_thickness, top_height(layout.spec)
-    (x0, x1), y = jaw_range(layout, fitted), axis(layout).y
-    mirrored, metal = _other(layout, fitted, -(top + pad)).mirror(bd.Plane.XY), fitted.material.name
+    (x0, x1), y = jaw_range(layout.body, fitted), axis(layout.body).y
+    mirrored = _other(layout.body, layout.spec.source, fitted, -(top + pad)).mirror(bd.Plane.XY)
+    metal = fitted.material.name
     found = [Solid("opposing-jaw", mirrored, metal, metal_colour(metal), BodyRole.OPPOSING_JAW)]
     if pad > 0.0:
         half, along = section(fitted).face / 2, (x1 - x0) / 2
@@ -164,27 +167,28 @@ def opposing(layout: Layout) -> tuple[Solid, ...]:
     return tuple(found)
 
 
-def _other(layout: Layout, fitted: Jaw, floor: float) -> Any:
+def _other(body: tuple[float, float, float, float], source: SpecSource, fitted: Jaw, floor: float) -> Any:
     """The other jaw, face up at a height (m): that of a file up to its heel, or the jaw's section with its own pocket.
 
     Shanks of the two jaws cross behind their heels, so the file does not tell where the other one's is.
     """
     if fitted.step is not None:
-        shape, (_, heel) = imported(layout.spec.source, fitted.step, axis(layout), floor), jaw_range(layout, fitted)
+        shape, (_, heel) = imported(source, fitted.step, axis(body), floor), jaw_range(body, fitted)
         if heel * MM + 1e-6 < shape.bounding_box().max.X:
             before_heel = (shape & box(heel - REACH, -REACH, -REACH, heel, REACH, REACH)).solids()
             shape = max(before_heel, key=lambda solid: float(solid.volume), default=shape)
         return shape
     recess = fitted.opposing_recess if fitted.opposing_pocket is not None else 0.0
     tall = replace(fitted, height=fitted.height + recess)
-    return _pocketed(layout, fitted, _bar(layout, tall, floor + recess), floor, (fitted.opposing_pocket, recess))
+    return _pocketed(body, fitted, _bar(body, tall, floor + recess), floor, (fitted.opposing_pocket, recess))
 
 
 def _pocketed(
-    layout: Layout, fitted: Jaw, bar: Any, floor: float, pocket: tuple[tuple[float, float] | None, float]
+    body: tuple[float, float, float, float], fitted: Jaw, bar: Any, floor: float,
+    pocket: tuple[tuple[float, float] | None, float]
 ) -> Any:
     """The bar with a pad pocket (its size, and how high its rims stand, m) and the window through it."""
-    (x0, x1), y, (pad, recess) = jaw_range(layout, fitted), axis(layout).y, pocket
+    (x0, x1), y, (pad, recess) = jaw_range(body, fitted), axis(body).y, pocket
     middle, low, high = (x0 + x1) / 2, floor - 2 * fitted.height, floor + recess + 1e-3
     for size, bottom in ((pad if recess else None, floor), (fitted.fenestration, low)):
         if size is not None:
@@ -194,9 +198,9 @@ def _pocketed(
     return bar
 
 
-def _bar(layout: Layout, fitted: Jaw, height: float) -> Any:
+def _bar(body: tuple[float, float, float, float], fitted: Jaw, height: float) -> Any:
     """The section drawn out along x with the corners of the tip rounded in plan, its face up at a height (m)."""
-    (x0, x1), y, half = jaw_range(layout, fitted), axis(layout).y, fitted.width / 2
+    (x0, x1), y, half = jaw_range(body, fitted), axis(body).y, fitted.width / 2
     bar = along_jaw(section(fitted).outline, x0, x1, y, height)
     plan = rounded_at_tip(x0, y - half, x1, y + half, min(TIP_ROUNDING, fitted.width / 4))
     return one_solid(bar & prism(plan, height - 2 * fitted.height, height + fitted.height), "jaw")
@@ -228,7 +232,8 @@ def mount(layout: Layout) -> tuple[Solid, ...]:
     if wanted.kind != "custom":
         shapes = BUILDERS[wanted.kind](layout)
     elif wanted.step is not None:
-        shapes = (imported(layout.spec.source, wanted.step, axis(layout), board_heights(layout.spec.fpc.stackup)[0]),)
+        shapes = (imported(layout.spec.source, wanted.step, axis(layout.body),
+                           board_heights(layout.spec.fpc.stackup)[0]),)
     named: list[tuple[str, Any]] = list(zip(MOUNT_PIECES, shapes, strict=False))
     if wanted.kind == "bench-plate" and (below := adapter(layout)) is not None:
         named.insert(0, (ADAPTER, below))

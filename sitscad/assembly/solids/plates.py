@@ -36,9 +36,9 @@ from sitscad.assembly.places.stack import ground, has_round_body
 from sitscad.assembly.places.tail_path import Lip, lip, round_edge
 from sitscad.assembly.solids.solid import MM, PartsError, Solid, box, face, one_solid, prism, raised, require, without
 from sitscad.kernels.geometry.convex import Box
-from sitscad.kernels.geometry.path import Point, Region, circle, rectangle
+from sitscad.kernels.geometry.path import Path, Point, Region, circle, rectangle
 from sitscad.layout.board import Layout
-from sitscad.spec.mount import Finger, Hole
+from sitscad.spec.mount import Finger, Hole, Mount
 from sitscad.spec.presets import metal_colour
 
 EDGE = 0.5e-3  # Rounding of the plate's upper edge (m)
@@ -106,12 +106,12 @@ def spacer(layout: Layout, shield: Heights | None) -> tuple[Any, ...]:
 def recess(layout: Layout, shield: Heights | None) -> tuple[Any, ...]:
     """What the board with its clearance takes out of a plate, and below it the shield and its spacer."""
     under, room = board_heights(layout.spec.fpc.stackup)[0], clearance(layout.spec.mount)
-    cuts = [raised(grown(layout), under, 1e-3)]
+    cuts = [raised(grown(layout.outline, layout.spec.mount), under, 1e-3)]
     if shield is not None:
         x0, y0, x1, y1 = layout.body
         plan = face(Region(rectangle(x0 - room, y0 - room, x1 + room, y1 + room)))
         if has_round_body(layout.spec.fpc.body):  # the same wall as the board's own recess
-            plan = (grown(layout) & plan).faces()[0]
+            plan = (grown(layout.outline, layout.spec.mount) & plan).faces()[0]
         cuts.append(raised(plan, shield[0], 1e-3))
     if layout.stiffener is not None:
         x0, y0, x1, y1 = _box_of(face(layout.stiffener.outline))
@@ -124,7 +124,8 @@ def _tail_relief(layout: Layout, plan: Box, floor: float) -> tuple[Any, ...]:
     """A deeper slot under the tail from the body to the plate's edge, rounded there for the tail to bend over."""
     start = layout.body[2] + clearance(layout.spec.mount)
     depth = min(TAIL_RELIEF, floor / 2)
-    beyond = grown(layout) & face(Region(rectangle(start, plan[1] - 1e-3, plan[2] + 1e-3, plan[3] + 1e-3)))
+    beyond = grown(layout.outline,
+                   layout.spec.mount) & face(Region(rectangle(start, plan[1] - 1e-3, plan[2] + 1e-3, plan[3] + 1e-3)))
     if not beyond:
         return ()
     x0, y0, x1, y1 = _box_of(beyond)
@@ -152,11 +153,11 @@ def over_body(layout: Layout, lower: float, upper: float) -> Any:
     return prism(layout.outline, lower, upper) & box(x0, y0, lower, x1, y1, upper)
 
 
-def grown(layout: Layout) -> Any:
+def grown(outline: Path, mount: Mount | None) -> Any:
     """The board's outline grown by the clearance, as a face."""
     bd = require("build123d")
-    room = clearance(layout.spec.mount)
-    return bd.offset(face(Region(layout.outline)), room * MM, kind=bd.Kind.ARC).faces()[0]
+    room = clearance(mount)
+    return bd.offset(face(Region(outline)), room * MM, kind=bd.Kind.ARC).faces()[0]
 
 
 def _box_of(shape: Any) -> Box:
@@ -178,11 +179,11 @@ def fingertip(layout: Layout) -> tuple[Any, ...]:
     under, room = board_heights(layout.spec.fpc.stackup)[0], clearance(mount)
     x0, _, x1, _ = layout.body
     # Where the cap ends towards the hand (m)
-    end = cap_end(layout)
+    end = cap_end(layout.body, layout.spec.mount, layout.stiffener)
     if end is None or end - layout.body[2] < LEAST_GRIP:
         raise PartsError("the tail's stiffener begins where the cap has to grip the finger: a longer fpc.tail.length")
-    half = cap_size(layout)[0] / 2
-    top, y = under - mount.standoff, axis(layout).y
+    half = cap_size(layout.body, layout.spec.mount)[0] / 2
+    top, y = under - mount.standoff, axis(layout.body).y
     floor = print_limit(mount.process, "free_wall").value
     bottom = top - finger.size[1] - 2.0 * room - max(FRONT, floor)
     # The block with all edges rounded but those of its open end
@@ -191,7 +192,7 @@ def fingertip(layout: Layout) -> tuple[Any, ...]:
     edges = [edge for edge in block.edges() if last - 1e-6 > edge.bounding_box().min.X]
     radius = min(TOUCHED * MM, 0.3 * min(block.bounding_box().size))
     cap = block.fillet(radius, edges)
-    cap = one_solid(cap - _finger(layout, finger, top, x0 - room, end + 1e-3, clearance(mount)), "cap")
+    cap = one_solid(cap - _finger(layout.body, finger, top, x0 - room, end + 1e-3, clearance(mount)), "cap")
     cap = without(cap, (*recess(layout, shield), *_leaving(layout, end, mount.standoff)), "cap")
     # The holes of the clamping screws, one from each side at the finger's half height
     x = (x1 + end) / 2
@@ -214,12 +215,12 @@ def metal_below(layout: Layout) -> tuple[Solid, ...]:
     A finger ends `CUT_OFF` beyond its cap. Metal behind reaches half a coil's size beyond the board's body, or fills
     the finger that it lies in.
     """
-    mount, end = layout.spec.mount, cap_end(layout)
+    mount, end = layout.spec.mount, cap_end(layout.body, layout.spec.mount, layout.stiffener)
     if mount is None:
         return ()
     finger, under = None, board_heights(layout.spec.fpc.stackup)[0]
     if mount.finger is not None and end is not None:
-        finger = _finger(layout, mount.finger, under - mount.standoff, layout.body[0], end + CUT_OFF, 0.0)
+        finger = _finger(layout.body, mount.finger, under - mount.standoff, layout.body[0], end + CUT_OFF, 0.0)
     behind = mount.metal_behind
     if behind is not None:
         (x0, y0, x1, y1), beyond, top = layout.body, max(layout.spec.coil.size) / 2, under - behind.distance
@@ -236,11 +237,13 @@ def _drawn_metal(shape: Any, metal: str, role: BodyRole) -> Solid:
     return Solid(role, shape, metal, metal_colour(metal), role)
 
 
-def _finger(layout: Layout, finger: Finger, top: float, start: float, end: float, room: float) -> Any:
+def _finger(
+    body: tuple[float, float, float, float], finger: Finger, top: float, start: float, end: float, room: float
+) -> Any:
     """The finger from one place along the tail to another (m), larger by `room` (m) all round, its upper face at a
     height (m).
     """
-    bd, y, (width, height) = require("build123d"), axis(layout).y, finger.size
+    bd, y, (width, height) = require("build123d"), axis(body).y, finger.size
     if finger.outline.is_disc:
         radius = width / 2 + room
         lie = bd.Plane((start * MM, y * MM, (top - radius) * MM), x_dir=(0, 1, 0), z_dir=(1, 0, 0))

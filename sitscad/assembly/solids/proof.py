@@ -22,6 +22,7 @@ from sitscad.assembly.solids.solid import CHORD, MM, Clearance, Solid, box_gap, 
 from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
 from sitscad.layout.board import Layout
+from sitscad.spec.mount import Jaw, Mount
 from sitscad.spec.sensor import SensorSpec
 
 TIP_STEP = 0.5e-3  # How far (m) the other jaw's tip goes between two positions that it is tried in
@@ -104,7 +105,7 @@ def prove(layout: Layout, whole: tuple[Solid, ...], loads: tuple[PadLoad, ...] =
         return None
     meshed = tuple(Meshed(solid, manifold(tessellate(solid))) for solid in whole)
     opened = jaw.opening if jaw.hinge is not None else None
-    port = _in_port(layout, meshed, jaw.port_diameter / 2)
+    port = _in_port(layout.body, layout.spec.jaw, meshed, jaw.port_diameter / 2)
     found = [*_interferences(meshed), port]
     if opened is not None:
         found += _while_opening(layout, meshed, opened)
@@ -126,25 +127,26 @@ def _interferences(meshed: Sequence[Meshed]) -> list[Measured]:
     return list(worst.values()) or [Measured(INTERFERENCE, "all pieces", "", 0.0, 0.0, "m3", True, (0.0, 0.0, 0.0))]
 
 
-def in_file(layout: Layout, whole: tuple[Solid, ...]) -> tuple[Measured, ...]:
+def in_file(mount: Mount | None, whole: tuple[Solid, ...]) -> tuple[Measured, ...]:
     """The interferences with a mount or a jaw that only a STEP file describes; empty for all others.
 
     The opposing jaw is left out. It is the mirror image of the file, and nothing tells where the file's shank begins.
     """
-    mount = layout.spec.mount
     if mount is None or mount.step is None:
         return ()
     pieces = [solid for solid in whole if solid.role is not BodyRole.OPPOSING_JAW]
     return tuple(_interferences([Meshed(solid, manifold(tessellate(solid))) for solid in pieces]))
 
 
-def _in_port(layout: Layout, meshed: tuple[Meshed, ...], radius: float) -> Measured:
+def _in_port(
+    body: tuple[float, float, float, float], jaw: Jaw | None, meshed: tuple[Meshed, ...], radius: float
+) -> Measured:
     """How far anything between tip and heel reaches from the closed pair's axis, the port swept along it."""
-    assert layout.spec.jaw is not None
-    x0, x1 = (x * MM for x in jaw_range(layout, layout.spec.jaw))
+    assert jaw is not None
+    x0, x1 = (x * MM for x in jaw_range(body, jaw))
     jaws = [between(m.body, x0, x1).bounding_box() for m in meshed
             if m.solid.role in (BodyRole.JAW, BodyRole.OPPOSING_JAW)]
-    y, z = axis(layout).y * MM, (min(b[2] for b in jaws) + max(b[5] for b in jaws)) / 2
+    y, z = axis(body).y * MM, (min(b[2] for b in jaws) + max(b[5] for b in jaws)) / 2
     reaches = []
     for each in meshed:
         part = between(each.body, x0, x1)
@@ -259,7 +261,7 @@ def turned(layout: Layout, body: Any, angle: float) -> Any:
     """A mesh (mm) turned about the hinge's pivot by an angle (rad), so that its tip goes up."""
     pivot = hinge_pivot(layout)
     assert pivot is not None
-    x, y, z = pivot.x * MM, axis(layout).y * MM, pivot.y * MM
+    x, y, z = pivot.x * MM, axis(layout.body).y * MM, pivot.y * MM
     return body.translate((-x, -y, -z)).rotate((0.0, math.degrees(angle), 0.0)).translate((x, y, z))
 
 

@@ -51,7 +51,7 @@ from sitscad.assembly.solids.solid import (
 )
 from sitscad.kernels.geometry.path import Path, Point, circle, closed_polygon, rounded
 from sitscad.layout.board import Layout
-from sitscad.spec.mount import Jaw, Retention
+from sitscad.spec.mount import Jaw, Mount, Retention
 
 LEDGE_ROUNDING = 0.2e-3
 HEEL_ROUNDING = 0.3e-3
@@ -72,9 +72,9 @@ def grasper_pad(layout: Layout) -> tuple[Any, ...]:
     if not spans:
         return ()
     tongue, (x0, y0, x1, y1) = relief(layout), layout.body
-    tip = 0.0 if stop_place(layout) else min(TIP_ROUNDING, (y1 - y0) / 4)
+    tip = 0.0 if stop_place(layout.body, layout.spec.jaw, layout.spec.mount) else min(TIP_ROUNDING, (y1 - y0) / 4)
     slabs = [prism(rounded_at_tip(x0, y0, x1, y1, tip), *span) for span in spans]
-    slabs[-1] = _grooved(layout, slabs[-1], spans[-1])
+    slabs[-1] = _grooved(layout.body, layout.spec.mount, slabs[-1], spans[-1])
     if tongue is not None:
         slabs[-1] = _relieved(layout, slabs[-1], spans[-1], tongue)
     else:  # its upper edge towards the hinge is rounded, so that the tail bends over no sharp edge
@@ -83,7 +83,7 @@ def grasper_pad(layout: Layout) -> tuple[Any, ...]:
     for placing in (*_stop(layout, *spans[0]), *_sides(layout, *spans[0])):
         slabs[0] = one_solid(slabs[0] + placing, "mount")
     shapes = [_within_port(layout, slab) for slab in slabs]
-    shapes[0] = with_retention(layout, shapes[0], spans[0][0])
+    shapes[0] = with_retention(layout.body, layout.spec.mount, shapes[0], spans[0][0])
     return tuple(shapes)
 
 
@@ -118,22 +118,24 @@ def _relieved(layout: Layout, slab: Any, span: Heights, tongue: Relief) -> Any:
     return slab
 
 
-def grooves(layout: Layout, span: Heights) -> tuple[tuple[float, ...], float]:
+def grooves(
+    body: tuple[float, float, float, float], mount: Mount | None, span: Heights
+) -> tuple[tuple[float, ...], float]:
     """Places along x (m) of the grooves across the face that the board is glued on, and their width (m).
 
     No places if the grooves would leave too thin a wall.
     """
-    process = process_of(layout.spec.mount)
+    process = process_of(mount)
     wall, width = print_limit(process, "wall").value, print_limit(process, "groove").value
-    x0, _, x1, _ = layout.body
+    x0, _, x1, _ = body
     if span[1] - span[0] - GROOVE_DEPTH < wall - 1e-9 or (x1 - x0) * (GROOVES[1] - GROOVES[0]) < 2.0 * width:
         return (), width
     return tuple(x0 + share * (x1 - x0) for share in GROOVES), width
 
 
-def _grooved(layout: Layout, slab: Any, span: Heights) -> Any:
+def _grooved(body: tuple[float, float, float, float], mount: Mount | None, slab: Any, span: Heights) -> Any:
     """The slab with its grooves."""
-    (places, width), (_, y0, _, y1) = grooves(layout, span), layout.body
+    (places, width), (_, y0, _, y1) = grooves(body, mount, span), body
     for x in places:
         groove = box(x - width / 2, y0 - 1e-3, span[1] - GROOVE_DEPTH, x + width / 2, y1 + 1e-3, span[1])
         slab = one_solid(slab - groove, "mount")
@@ -145,9 +147,9 @@ def _within_port(layout: Layout, slab: Any) -> Any:
     fitted, span = layout.spec.jaw, closed_span(layout.spec)
     if fitted is None or span is None:
         return slab
-    slab = _within_pocket(layout, fitted, slab, span[0] + fitted.height)
+    slab = _within_pocket(layout.body, fitted, slab, span[0] + fitted.height)
     bd, radius = require("build123d"), made_to_measure(layout, fitted) * MM
-    bounds, middle, level = slab.bounding_box(), axis(layout).y * MM, (span[0] + span[1]) / 2 * MM
+    bounds, middle, level = slab.bounding_box(), axis(layout.body).y * MM, (span[0] + span[1]) / 2 * MM
     heights = (bounds.min.Z - level, bounds.max.Z - level)
     aside = max(bounds.max.Y - middle, middle - bounds.min.Y)
     reach = max(math.hypot(aside, height) for height in heights)
@@ -174,14 +176,14 @@ def _within_port(layout: Layout, slab: Any) -> Any:
     raise PartsError("the mount cannot be cut back to the port: another mount.standoff, or a lower stack")
 
 
-def _within_pocket(layout: Layout, fitted: Jaw, slab: Any, floor: float) -> Any:
+def _within_pocket(body: tuple[float, float, float, float], fitted: Jaw, slab: Any, floor: float) -> Any:
     """What of the slab lies below the rims is as narrow and short as their pocket; above them it may lie on them."""
     if fitted.pocket is None:
         return slab
     bounds, rims = slab.bounding_box(), floor + fitted.recess
     if rims - 1e-9 < bounds.min.Z / MM:
         return slab
-    (x0, x1), y = jaw_range(layout, fitted), axis(layout).y
+    (x0, x1), y = jaw_range(body, fitted), axis(body).y
     middle = (x0 + x1) / 2
     along, across = (size / 2 - POCKET_CLEARANCE for size in fitted.pocket)
     above = box(x0 - 1e-3, y - fitted.width, rims, x1 + 1e-3, y + fitted.width, bounds.max.Z / MM + 1e-3)
@@ -191,7 +193,7 @@ def _within_pocket(layout: Layout, fitted: Jaw, slab: Any, floor: float) -> Any:
 
 def _stop(layout: Layout, bottom: float, foot: float) -> tuple[Any, ...]:
     """The rounded ledge before the board's end at the tip, on a slab from `bottom` to `foot`."""
-    place = stop_place(layout)
+    place = stop_place(layout.body, layout.spec.jaw, layout.spec.mount)
     if place is None:
         return ()
     (outer, inner), (x0, y0, _, y1) = place, layout.body
@@ -207,7 +209,7 @@ def _sides(layout: Layout, bottom: float, foot: float) -> tuple[Any, ...]:
     halves = side_ledges(layout)
     if halves is None:
         return ()
-    (x0, _, x1, _), y, (inner, outer) = layout.body, axis(layout).y, halves
+    (x0, _, x1, _), y, (inner, outer) = layout.body, axis(layout.body).y, halves
     found = []
     for side in (-1.0, 1.0):
         radius = min(CORNER_ROUNDING, (outer - inner) / 2)
@@ -224,37 +226,38 @@ CHAMFER = 0.1e-3  # Of the pins' ends (m), which find their holes by it
 OVERCUT = 1.0e-3
 
 
-def with_retention(layout: Layout, seat: Any, metal: float) -> Any:
+def with_retention(body: tuple[float, float, float, float], mount: Mount | None, seat: Any, metal: float) -> Any:
     """The seat's lowest piece, which stands on the metal at a height (m), with its tongue or pins."""
-    found = retention(layout)
+    found = retention(body, mount)
     if found is None:
         return seat
     if found.kind == "pins":
-        for x, y in pin_places(layout):
+        for x, y in pin_places(body, mount):
             # A peg below the mount, its end chamfered
             peg = prism(circle(Point(x, y), found.diameter / 2), metal - found.depth, metal + 0.1e-3)
             low = peg.bounding_box().min.Z
             rim = [edge for edge in peg.edges() if low + 1e-6 > edge.bounding_box().max.Z]
             seat = one_solid(seat + peg.chamfer(min(CHAMFER, found.depth / 3) * MM, None, rim), "mount")
         return seat
-    x0, x1 = seat.bounding_box().min.X / MM, layout.body[2]
-    return one_solid(seat + along_jaw(_tongue(found, 0.0), x0, x1, axis(layout).y, metal), "mount")
+    x0, x1 = seat.bounding_box().min.X / MM, body[2]
+    return one_solid(seat + along_jaw(_tongue(found, 0.0), x0, x1, axis(body).y, metal), "mount")
 
 
 def cut_for(layout: Layout, jaw: Any, metal: float) -> Any:
     """The jaw, its face at a height (m), with the groove or the holes that the mount's tongue or pins go into: a
     clearance larger, the groove open at the tip, the holes drilled through so that glue can leave.
     """
-    found, room, fitted = retention(layout), joint_clearance(layout.spec), layout.spec.jaw
+    found = retention(layout.body, layout.spec.mount)
+    room, fitted = joint_clearance(layout.spec.assembly.glue_line, layout.spec.mount), layout.spec.jaw
     if found is None or fitted is None:
         return jaw
     if found.kind == "pins":
-        for x, y in pin_places(layout):
+        for x, y in pin_places(layout.body, layout.spec.mount):
             hole = circle(Point(x, y), found.diameter / 2 + room)
             jaw = one_solid(jaw - prism(hole, metal - 2.0 * fitted.height, metal + OVERCUT), "jaw")
         return jaw
-    tip = jaw_range(layout, fitted)[0] - OVERCUT
-    groove = along_jaw(_tongue(found, room), tip, layout.body[2] + room, axis(layout).y, metal)
+    tip = jaw_range(layout.body, fitted)[0] - OVERCUT
+    groove = along_jaw(_tongue(found, room), tip, layout.body[2] + room, axis(layout.body).y, metal)
     return one_solid(jaw - groove, "jaw")
 
 

@@ -22,10 +22,11 @@ from sitscad.assembly.solids.proof import Measured, between
 from sitscad.assembly.solids.solid import CHORD, MM, PartsError, manifold, require, tessellate
 from sitscad.basics.record import record
 from sitscad.kernels.geometry.path import bounding_box
-from sitscad.layout.board import Layout
+from sitscad.layout.board import Coil, Layout
 from sitscad.layout.lanes import Ring
-from sitscad.spec.mount import Jaw
-from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.coil import CoilSpec
+from sitscad.spec.mount import Jaw, Mount
+from sitscad.spec.yaml.source import SpecSource
 
 STEP_FILE, JAW_FILE, JAW_METAL, FEW_METAL = "step file", "jaw file", "jaw metal", "few jaw metal"
 BACK, ROOMY_BACK, ASSUMED_FACE = "jaw back", "jaw back with room", "assumed face"
@@ -53,19 +54,19 @@ inductance, so a tenth of the metal changes that by up to 5 %; holes of pins and
 """
 
 
-def read_files(spec: SensorSpec) -> tuple[Measured, ...]:
+def read_files(mount: Mount | None, source: SpecSource) -> tuple[Measured, ...]:
     """Tell of each STEP file of a spec whether it holds one closed solid with the datum that the spec names.
 
     Raises `MissingExtra` without a CAD kernel.
     """
-    mount, found = spec.mount, []
+    found = []
     if mount is None:
         return ()
     section = "mount" if mount.kind == "custom" else "mount.jaw"
     for part in filter(None, (mount.step, None if mount.jaw is None else mount.jaw.step)):
         why = at = ""
         try:
-            read_part(spec.source, part)
+            read_part(source, part)
         except PartsError as error:
             why, at = str(error), f"{section}.{'datum' if isinstance(error, DatumError) else 'step'}"
         found.append(Measured(STEP_FILE, part.file, "", 0.0, 0.0, "", not why, (0.0, 0.0, 0.0), why, key=at))
@@ -107,7 +108,7 @@ def _face_width(figures: Jaw) -> float:
 
 def measured_jaw(layout: Layout) -> tuple[Measured, ...]:
     """Measure the solid of a jaw's STEP file against the written figures. Empty if no file describes the jaw."""
-    mount, seat = layout.spec.mount, seat_heights(layout.spec)
+    mount, seat = layout.spec.mount, seat_heights(layout.spec.fpc.stackup, layout.spec.mount)
     figures = layout.spec.jaw
     is_filed = mount is not None and (mount.is_jaw_unmeasured or (figures is not None and figures.step is not None))
     solid = placed_jaw(layout) if is_filed else None
@@ -116,25 +117,26 @@ def measured_jaw(layout: Layout) -> tuple[Measured, ...]:
     body = manifold(tessellate(solid))
     x0, y0, z0, x1, y1, z1 = body.bounding_box()
     size = f"{x1 - x0:.4g} x {y1 - y0:.4g} x {z1 - z0:.4g} mm"
+    rings = _rings(layout.coils, layout.spec.coil)
     coils = bounding_box(
-        [ring.boundary.rotated(ring.placement.rotation).shifted(*ring.placement.centre) for ring in _rings(layout)]
+        [ring.boundary.rotated(ring.placement.rotation).shifted(*ring.placement.centre) for ring in rings]
     )
-    place = axis(layout)
+    place = axis(layout.body)
     jaw = PlacedJaw(body, seat[0], figures, (place.x, place.y), coils, size)
     found = [_face(jaw)]
     if found[0].unit:  # there is metal under the coils
-        found += _metal(layout, jaw)
+        found += _metal(layout.body, jaw)
     if found[0].unit and figures is not None:
-        found += [*_sizes(jaw, figures), *_ends(jaw, figures, *jaw_range(layout, figures))]
+        found += [*_sizes(jaw, figures), *_ends(jaw, figures, *jaw_range(layout.body, figures))]
         if all(each.is_kept or each.first == ASSUMED_FACE for each in found):  # a misplaced back says nothing more
             found += _back(layout, jaw, figures)
     return tuple(replace(each, when=f"{each.when}; the file's solid measures {size} along, across and high".strip("; "))
                  for each in found)
 
 
-def _rings(layout: Layout) -> Iterator[Ring]:
-    for coil in layout.coils:
-        yield Ring(layout.spec.coil, coil.placement, 0.0)
+def _rings(coils: tuple[Coil, ...], spec_coil: CoilSpec) -> Iterator[Ring]:
+    for coil in coils:
+        yield Ring(spec_coil, coil.placement, 0.0)
 
 
 def _stations(jaw: PlacedJaw) -> Iterator[tuple[str, float]]:
@@ -269,12 +271,12 @@ def _ends(jaw: PlacedJaw, figures: Jaw, tip: float, heel: float) -> Iterator[Mea
     yield _measured(jaw, "length", "heel", short, room, short <= room, heel, "at the heel")
 
 
-def _metal(layout: Layout, jaw: PlacedJaw) -> Iterator[Measured]:
+def _metal(body: tuple[float, float, float, float], jaw: PlacedJaw) -> Iterator[Measured]:
     """The area (m2) of metal under the coils, seen from above, against the written face less its window."""
     m3 = require("manifold3d")
     x0, y0, x1, y1 = jaw.coils
     if jaw.figures is not None:
-        half, (low, high) = _face_width(jaw.figures) / 2, jaw_range(layout, jaw.figures)
+        half, (low, high) = _face_width(jaw.figures) / 2, jaw_range(body, jaw.figures)
         if jaw.figures.pocket is not None and jaw.figures.recess:
             along = jaw.figures.pocket[0] / 2
             low, high = max(low, jaw.middle[0] - along), min(high, jaw.middle[0] + along)

@@ -389,7 +389,7 @@ def _base(layout: Layout, plan: Box) -> Any:
     near = within_box(layout.outline, (plan[0] - 5e-3, plan[1] - 5e-3, plan[2] + 5e-3, plan[3] + 5e-3))
     if near is not None:  # a longer tail makes the same jig, to the last digit
         layout = replace(layout, outline=near.mapped(lambda p: Point(round(p.x, 12), round(p.y, 12))))
-    body = one_solid(body - raised(grown(layout), under, 1e-3), "jig")
+    body = one_solid(body - raised(grown(layout.outline, layout.spec.mount), under, 1e-3), "jig")
     plate, gap = layout.stiffener, process_clearance(layout.spec.mount)
     if plate is not None:
         x0, y0, x1, y1 = bounding_box([plate.outline.outline])
@@ -464,7 +464,8 @@ def is_cast(layout: Layout) -> bool:
         for segment in opening.outline
         for point in (segment.start, segment.end)
     )
-    return film.thickness >= LEAST_OVER_TOLERANCE * mount_tolerance(layout.spec).band - 1e-12 and not has_contacts
+    return film.thickness >= LEAST_OVER_TOLERANCE * mount_tolerance(layout.spec.assembly,
+                                                                    layout.spec.mount).band - 1e-12 and not has_contacts
 
 
 def skin_pour(layout: Layout) -> Pour | None:

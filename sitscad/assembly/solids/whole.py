@@ -58,7 +58,7 @@ def films(layout: Layout, path: TailPath | None) -> tuple[Solid, ...]:
     """The board's films from the top down, those of its body and, along `path`, those of its tail."""
     found: list[Solid] = []
     upper, number = 0.0, 0
-    body = _body_face(layout)
+    body = _body_face(layout.body, layout.outline)
     for index, layer in enumerate(layout.spec.fpc.stackup.layers):
         number += layer.kind is LayerKind.COPPER
         heights = upper - layer.thickness, upper
@@ -76,9 +76,9 @@ def films(layout: Layout, path: TailPath | None) -> tuple[Solid, ...]:
     return tuple(found)
 
 
-def _body_face(layout: Layout) -> Any:
+def _body_face(body: tuple[float, float, float, float], outline: Path) -> Any:
     """The board's outline up to the body's end, as a face in the plane z = 0."""
-    return (face(Region(layout.outline)) & face(Region(rectangle(*layout.body)))).faces()[0]
+    return (face(Region(outline)) & face(Region(rectangle(*body)))).faces()[0]
 
 
 def ring(spec: CoilSpec, coil: Coil, number: int) -> Region:
@@ -274,7 +274,8 @@ def glue_lines(layout: Layout, pieces: tuple[Solid, ...], hard: Adhesive | None 
     if not line or glue is None:
         return ()
     # The board's body, whose films are pieces of their own
-    bd, body, shapes = require("build123d"), _body_face(layout), {solid.name: solid.shape for solid in pieces}
+    bd, body = require("build123d"), _body_face(layout.body, layout.outline)
+    shapes = {solid.name: solid.shape for solid in pieces}
     low, high = (height * MM for height in board_heights(layout.spec.fpc.stackup))
     plates = {name: _level(shape) for name, shape in shapes.items()} | {
         "board": [body.moved(bd.Location((0, 0, height))) for height in (low, high)]
@@ -343,7 +344,8 @@ def _lifts(layout: Layout) -> dict[str, float]:
     if not at or mount is None:
         # The same (m) without a jaw: glue is under the pad and the target, under the board, and round a shield
         spec = layout.spec
-        line, all_lines, sheet = spec.assembly.glue_line, target_lines(spec), shield_heights(spec)
+        line, all_lines = spec.assembly.glue_line, target_lines(spec)
+        sheet = shield_heights(spec.fpc.stackup, spec.shield)
         above = all_lines or line * (spec.elastomer is not None)
         below = 0 if sheet is None else 1 + (board_heights(spec.fpc.stackup)[0] - sheet[1] > SPACED)
         found = {"elastomer": line, "target": all_lines, "encapsulation": above, "opposing-jaw": above}
@@ -456,7 +458,8 @@ def weigh(layout: Layout, solids: tuple[Solid, ...]) -> tuple[Weight, ...]:
     silicones: list[ElastomerMaterial] = [part.material for part in parts if part is not None]
     known = {each.name: (each.density, each.source) for each in silicones if each.density is not None}
     leads = copper_in_films(layout, frozenset(s.name for s in solids if s.role is BodyRole.COPPER))
-    return tuple(_weight(layout, solid, known, leads.get(solid.name, 0.0)) for solid in solids
+    return tuple(_weight(layout.coils, layout.spec.coil.trace_width, solid, known,
+                         leads.get(solid.name, 0.0)) for solid in solids
                  if solid.role not in (BodyRole.FINGER, BodyRole.METAL_BEHIND))
 
 
@@ -475,10 +478,12 @@ def density(material: str) -> tuple[float, str] | None:
     return next(((float(row["density"]), cited(row)) for row in of), None)
 
 
-def _weight(layout: Layout, solid: Solid, own: dict[str, tuple[float, str]], copper: float) -> Weight:
+def _weight(
+    coils: tuple[Coil, ...], trace_width: float, solid: Solid, own: dict[str, tuple[float, str]], copper: float
+) -> Weight:
     """A solid's mass (kg), `copper` (m3) of it copper, and its centre (m); no mass, and why, without a density."""
     x, y, z = (float(value) * 1e-3 for value in solid.shape.center(require("build123d").CenterOf.MASS))
-    share = track_share(layout, solid) if solid.role is BodyRole.COPPER else 1.0
+    share = track_share(coils, trace_width, solid) if solid.role is BodyRole.COPPER else 1.0
     found, of_copper = own.get(solid.material) or density(solid.material), density("copper")
     assert of_copper is not None
     mass = None if found is None else (solid.volume * share - copper) * found[0] + copper * of_copper[0]
@@ -487,10 +492,10 @@ def _weight(layout: Layout, solid: Solid, own: dict[str, tuple[float, str]], cop
     return Weight(solid.name, solid.material, solid.volume, value, mass, (x, y, z), source, share, is_carrier, copper)
 
 
-def track_share(layout: Layout, solid: Solid) -> float:
+def track_share(coils: tuple[Coil, ...], trace_width: float, solid: Solid) -> float:
     """How much of a coil's ring its tracks fill: their length times their width over its area."""
     _, number, name = solid.name.split("-", 2)
-    coil = next(coil for coil in layout.coils if coil.name == name)
+    coil = next(coil for coil in coils if coil.name == name)
     winding = next(winding for winding in coil.windings if winding.layer == int(number))
-    tracks = winding.path.length * layout.spec.coil.trace_width * winding.thickness
+    tracks = winding.path.length * trace_width * winding.thickness
     return min(1.0, tracks / solid.volume)

@@ -26,6 +26,7 @@ from sitscad.checks.fixes.search import setting
 from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, finding_of, joined, located, rule_of
 from sitscad.data import is_unverified
 from sitscad.estimates.design import Design
+from sitscad.kernels.converters.converter import Converter
 from sitscad.kernels.geometry.path import bounding_box
 from sitscad.layout.bending import bend_figure, tail_thickness
 from sitscad.layout.lanes import coils_breadth
@@ -34,6 +35,7 @@ from sitscad.spec.materials import ElastomerPad
 from sitscad.spec.mount import Jaw
 from sitscad.spec.presets import is_rigid
 from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.yaml.source import SpecSource
 
 GRAIN = 10e-6
 """Sizes and margins that are named are whole multiples of it (m): nobody cuts finer."""
@@ -52,7 +54,7 @@ def tail_bend(design: Design) -> Iterator[Verdict]:
             "fpc.tail.bend", fixes=(lambda: read_anew(spec, "fpc.tail.bend", "none"),),
         )
         return
-    if tail.bend == "static" and bends_at_every_grasp(spec):
+    if tail.bend == "static" and bends_at_every_grasp(spec.fpc.tail, spec.jaw):
         yield _moved(spec, tail)
     if tail.bend == "dynamic":
         yield from _moving(spec, tail)
@@ -84,7 +86,7 @@ def _moved(spec: SensorSpec, tail: Tail) -> Violation:
 
 def _moving(spec: SensorSpec, tail: Tail) -> Iterator[Violation]:
     """The layers and the foil of a tail that bends at every grasp. In a hinge no bend is one at assembly."""
-    in_hinge = bends_at_every_grasp(spec)
+    in_hinge = bends_at_every_grasp(spec.fpc.tail, spec.jaw)
     if tail.layers > 1:
         yield Violation(
             f"the tail bends at every grasp (dynamic) and has {tail.layers} copper layers",
@@ -141,7 +143,8 @@ def shield_gap(design: Design) -> Iterator[Verdict]:
     with suppress(PartsError):  # it stands in the jaw's metal, which is said below
         sheet = shield(design.layout)
         assert sheet is not None
-        (_, low, _, high), middle, coils = bounding_box((sheet.outline(),)), (y0 + y1) / 2, coils_breadth(design.spec)
+        (_, low, _, high), middle = bounding_box((sheet.outline(), )), (y0 + y1) / 2
+        coils = coils_breadth(design.spec.array.placements, design.spec.coil)
         width, across = high - low, 2.0 * max(middle - coils.low, coils.high - middle)
         if across > width + ROUNDING:
             yield Violation(
@@ -173,16 +176,16 @@ def bare_metal(design: Design) -> Iterator[Verdict]:
                         fixes=(lambda: sealed(design.spec),))
 
 
-def jaw_of(spec: SensorSpec) -> Jaw:
+def jaw_of(jaw: Jaw | None) -> Jaw:
     """The jaw of a rule that needs one."""
-    assert spec.jaw is not None
-    return spec.jaw
+    assert jaw is not None
+    return jaw
 
 
-def pad_of(spec: SensorSpec) -> ElastomerPad:
+def pad_of(elastomer: ElastomerPad | None) -> ElastomerPad:
     """The elastomer of a rule that needs one."""
-    assert spec.elastomer is not None
-    return spec.elastomer
+    assert elastomer is not None
+    return elastomer
 
 
 def unverified(jaw: Jaw) -> str:
@@ -197,7 +200,7 @@ def on_solids(design: Design) -> Iterator[Verdict]:
 
 def tail_past_pin(design: Design) -> Iterator[Verdict]:
     """The tail on its way past the hinge's pin, closed and wide open, and the room for its bend there."""
-    layout, jaw = design.layout, jaw_of(design.spec)
+    layout, jaw = design.layout, jaw_of(design.spec.jaw)
     try:
         pair, closed = closed_section(layout), tail_path(layout)
     except PartsError:
@@ -229,7 +232,7 @@ def tail_past_pin(design: Design) -> Iterator[Verdict]:
 
 def end_through_shaft(design: Design) -> Iterator[Verdict]:
     """What of the tail lies behind the jaw, with its end and the stiffener, drawn through the tube there."""
-    layout, behind = design.layout, shaft(design.spec)
+    layout, behind = design.layout, shaft(design.spec.assembly, design.spec.jaw)
     assert behind is not None
     width, thick = end_section(layout)
     across = math.hypot(width, thick)
@@ -242,7 +245,7 @@ def end_through_shaft(design: Design) -> Iterator[Verdict]:
         )
 
 
-def judged_on_solids(document: Mapping[str, Any], spec: SensorSpec) -> tuple[Finding, ...]:
+def judged_on_solids(document: Mapping[str, Any], device: Converter, source: SpecSource) -> tuple[Finding, ...]:
     """The findings of what `build` measured, out of ``mount/fit.json``; nothing for what is not such a document."""
     found = []
     for each in document.get("measured", ()):
@@ -252,7 +255,7 @@ def judged_on_solids(document: Mapping[str, Any], spec: SensorSpec) -> tuple[Fin
             if each["unit"]:
                 said = replace(said, measured=each["value"], limit=each["limit"], unit=each["unit"],
                                place=Place(*each["where_m"][:2]))
-            found.append(located(finding_of(_RULES[rule], said, spec.readout.device), spec.source))
+            found.append(located(finding_of(_RULES[rule], said, device), source))
     return tuple(found)
 
 

@@ -53,7 +53,8 @@ from sitscad.spec.sensor import SensorSpec
 
 def mount_joint(design: Design) -> Iterator[Verdict]:
     """Tongue or pins of a grasper's pad: made by the mount's process, and with metal enough round them."""
-    mount, jaw, found = design.spec.mount, jaw_of(design.spec), retention(design.layout)
+    mount, jaw = design.spec.mount, jaw_of(design.spec.jaw)
+    found = retention(design.layout.body, design.layout.spec.mount)
     assert mount is not None
     if jaw.fenestration is not None:
         # what a window through the jaw's face leaves beside it and at its ends
@@ -87,7 +88,7 @@ def _stands_on_metal(spec: SensorSpec) -> bool:
         shield_that_fits(spec)
     except PartsError:
         return True  # which is a finding of its own
-    spans, seat = seat_spans(spec), seat_heights(spec)
+    spans, seat = seat_spans(spec), seat_heights(spec.fpc.stackup, spec.mount)
     return bool(spans) and seat is not None and abs(spans[0][0] - seat[0]) < ROUNDING
 
 
@@ -112,9 +113,11 @@ def _dovetail(design: Design, process: str, jaw: Jaw, found: Retention) -> Itera
         )
     left = metal_below(design.layout)
     if left is not None and left < metal.value - ROUNDING:
+        room = joint_clearance(design.spec.assembly.glue_line, design.spec.mount)
         yield _too_little(
-            metal, left, f"the dovetail's groove, with {show(joint_clearance(design.spec), 'm', 3)} of room for the "
-            f"tongue and its glue, leaves {show(left, 'm', 3)} of the jaw's metal",
+            metal, left,
+            f"the dovetail's groove, with {show(room, 'm', 3)} of room for the tongue and its glue, leaves "
+            f"{show(left, 'm', 3)} of the jaw's metal",
             "a narrower or shallower tongue (mount.retention.width, depth), pins, or glue alone",
             "mount.retention.depth", unverified(jaw),
         )
@@ -122,7 +125,8 @@ def _dovetail(design: Design, process: str, jaw: Jaw, found: Retention) -> Itera
 
 def _pins(design: Design, process: str, jaw: Jaw, found: Retention) -> Iterator[Verdict]:
     """The pins' diameter and length, and the metal round their holes."""
-    pin, room = print_limit(process, "pin"), joint_clearance(design.layout.spec)
+    pin = print_limit(process, "pin")
+    room = joint_clearance(design.layout.spec.assembly.glue_line, design.layout.spec.mount)
     if found.diameter < pin.value - ROUNDING:
         yield _too_little(
             pin, found.diameter, f"the pins are {show(found.diameter, 'm', 3)} thick, which {process} does not make",
@@ -138,7 +142,7 @@ def _pins(design: Design, process: str, jaw: Jaw, found: Retention) -> Iterator[
     assert found.spacing is not None
     left = min(section(jaw).face, min(jaw.length, jaw.pocket[0] if jaw.pocket else jaw.length) - found.spacing,
                found.spacing - jaw.fenestration[0] if jaw.fenestration else math.inf) / 2 - radius
-    if left < metal.value - ROUNDING and pin_places(design.layout):
+    if left < metal.value - ROUNDING and pin_places(design.layout.body, design.layout.spec.mount):
         yield _too_little(
             metal, left, f"{show(left, 'm', 3)} of the jaw's metal is left beside the holes for the pins",
             "thinner pins (mount.retention.diameter), or another mount.retention.spacing", "mount.retention.spacing",
@@ -146,9 +150,8 @@ def _pins(design: Design, process: str, jaw: Jaw, found: Retention) -> Iterator[
         )
 
 
-def mount_holes(design: Design) -> Iterator[Verdict]:
+def mount_holes(mount: Mount | None) -> Iterator[Verdict]:
     """Holes for screws: as large as the mount's process makes them."""
-    mount = design.spec.mount
     assert mount is not None
     limit = print_limit(mount.process, "hole")
     for hole in mount.holes.holes if mount.holes is not None else ():
@@ -257,8 +260,8 @@ def glue_on_silicone(design: Design) -> Iterator[Verdict]:
     primers = (f"{name} with {p}" if (p := presets.adhesive(name).primer) else name for name in names)
     hint = f"assembly.adhesive: {' or '.join(primers)}"
     yield Violation(
-        f"{glue.name} does not hold on silicone, and the {pad_of(design.spec).material.name} pad is glued with it on "
-        "both faces", hint, "assembly.adhesive", source=glue.source,
+        f"{glue.name} does not hold on silicone, and the {pad_of(design.spec.elastomer).material.name} pad is glued "
+        "with it on both faces", hint, "assembly.adhesive", source=glue.source,
         fixes=(lambda: each_read(design.spec, "assembly.adhesive", names),),
     )
 
@@ -375,9 +378,8 @@ def tolerance_shares(design: Design) -> Iterator[Verdict]:
             )
 
 
-def counted_metal(design: Design) -> Iterator[Verdict]:
+def counted_metal(mount: Mount | None) -> Iterator[Verdict]:
     """Metal behind a mount of the user's own, which the numbers count if the spec names it."""
-    mount = design.spec.mount
     if mount is not None and mount.kind == "custom" and mount.metal is None and mount.step is None:
         yield Violation(
             "no metal behind the board is counted: a tube, a tool or a battery there takes signal, up to half of it "
@@ -388,12 +390,12 @@ def counted_metal(design: Design) -> Iterator[Verdict]:
 
 
 RULES: tuple[Rule, ...] = (
-    rule_of("SIT315", mount_joint, "jaw"), rule_of("SIT316", mount_holes, "mount"),
+    rule_of("SIT315", mount_joint, "jaw"), rule_of("SIT316", lambda design: mount_holes(design.spec.mount), "mount"),
     rule_of("SIT314", printed_wall, "mount"), rule_of("SIT319", carried, "mount"),
     rule_of("SIT329", glue_on_silicone, "elastomer"),
     rule_of("SIT330", hole_places, "mount"),
     rule_of("SIT331", tolerance_shares),
     rule_of("SIT334", glue_open_times),
     rule_of("SIT335", film_inhibitors),
-    rule_of("SIT336", counted_metal, "mount"),
+    rule_of("SIT336", lambda design: counted_metal(design.spec.mount), "mount"),
 )

@@ -36,6 +36,7 @@ from sitscad.kernels.geometry.path import Path
 from sitscad.layout.laser_sheet import cut_parts, is_laser_cut, laser_limit, nests, sheet_needed
 from sitscad.layout.outline import edge_of_body
 from sitscad.spec.materials import Cutting
+from sitscad.spec.mount import Jaw, Mount
 from sitscad.spec.sensor import SensorSpec
 
 FACTORS = (1, 2, 3)
@@ -71,7 +72,8 @@ def overhang(design: Design) -> Iterator[Verdict]:
     what = f"encapsulation round the {name}" if beside else name
     yield complaint(
         low, body, f"{name}.size", over, f"the {what} hangs over the board's body by {show(over, 'm', 3)} "
-        f"{_where(grown(low.footprint.box, beside), design.layout.body)}{_jaw_in_the_way(design)}",
+        f"{_where(grown(low.footprint.box, beside), design.layout.body)}"
+        f"{_jaw_in_the_way(design.layout.body, design.spec.array.middle, design.spec.jaw)}",
         "what hangs over is neither bonded nor supported",
     )
 
@@ -86,9 +88,9 @@ def _where(box: tuple[float, ...], on: tuple[float, ...]) -> str:
     return f"({', '.join(words)})"
 
 
-def _jaw_in_the_way(design: Design) -> str:
+def _jaw_in_the_way(body: tuple[float, float, float, float], middle: tuple[float, float], jaw: Jaw | None) -> str:
     """Words for the end or sides of the jaw at which the body stops growing about the coils; none where it does not."""
-    (x0, y0, x1, y1), (x, y), jaw = design.layout.body, design.spec.array.middle, design.spec.jaw
+    (x0, y0, x1, y1), (x, y) = body, middle
     beside = [abs((x0 + x1) / 2 - x), abs((y0 + y1) / 2 - y)]
     if jaw is None or max(beside) < GRAIN:
         return ""
@@ -181,9 +183,9 @@ def _uncut_target(spec: SensorSpec) -> Iterator[Violation]:
     )
 
 
-def finger_carries(design: Design) -> Iterator[Verdict]:
+def finger_carries(body_size: tuple[float, float], mount: Mount | None) -> Iterator[Verdict]:
     """The board's body across the finger that a cap slips over."""
-    mount, width = design.spec.mount, design.layout.body_size[1]
+    width = body_size[1]
     if mount is not None and mount.finger is not None and width > mount.finger.size[0] + ROUNDING:
         has = mount.finger.size[0]
         yield Violation(
@@ -197,5 +199,6 @@ def finger_carries(design: Design) -> Iterator[Verdict]:
 
 
 RULES: tuple[Rule, ...] = (
-    rule_of("SIT307", overhang, "plate"), rule_of("SIT317", laser_sheet), rule_of("SIT318", finger_carries, "mount"),
+    rule_of("SIT307", overhang, "plate"), rule_of("SIT317", laser_sheet),
+    rule_of("SIT318", lambda design: finger_carries(design.layout.body_size, design.spec.mount), "mount"),
 )

@@ -26,7 +26,7 @@ from sitscad.kernels.geometry.convex import Footprint, beyond
 from sitscad.kernels.geometry.path import Path, Point, rectangle
 from sitscad.kernels.geometry.shapes import LONG_PLATE, PLATES
 from sitscad.layout.tail_frame import CORNER_RADIUS
-from sitscad.spec.coil import ArraySpec
+from sitscad.spec.coil import ArraySpec, CoilPlacement
 from sitscad.spec.materials import ElastomerPad, Target
 from sitscad.spec.places import footprint
 from sitscad.spec.sensor import SensorSpec
@@ -221,10 +221,11 @@ def target_proportions(design: Design) -> Iterator[Verdict]:
     """
     target, array = design.spec.target, design.spec.array
     assert target is not None
-    pitch, coil = _line_pitch(array), _largest_coil(design.spec, target.rotation)
+    pitch = _line_pitch(array)
+    coil = _largest_coil(design.spec.array.placements, design.spec.coil.size, target.rotation)
 
     hint, fixes = _larger(design.spec, target, pitch, coil)
-    if not is_as_long_as_line(design.spec):
+    if not is_as_long_as_line(design.spec.array, design.spec.target):
         yield from _beside_line_length(design, hint, fixes)
     for word, axis in (("wide", 1),) if pitch else (("long", 0), ("wide", 1)):
         if target.size[axis] < coil[axis] - ROUNDING:
@@ -302,9 +303,9 @@ def _line_pitch(array: ArraySpec) -> float | None:
     return array.pitch if array.pattern == "line" and len(array.placements) == 2 else None
 
 
-def is_as_long_as_line(spec: SensorSpec) -> bool:
+def is_as_long_as_line(array: ArraySpec, target: Target | None) -> bool:
     """Whether a target over two coils in a line is as long as they stand apart; over others no length is asked."""
-    pitch, target = _line_pitch(spec.array), spec.target
+    pitch = _line_pitch(array)
     return not pitch or target is None or abs(_chord(target) / pitch - 1.0) <= TARGET_LENGTH_TOLERANCE
 
 
@@ -339,10 +340,10 @@ def _chord(target: Target) -> float:
     return x / along if across * x <= along * y else y / across
 
 
-def _largest_coil(spec: SensorSpec, turn: float) -> tuple[float, float]:
+def _largest_coil(placements: tuple[CoilPlacement, ...], size: tuple[float, float], turn: float) -> tuple[float, float]:
     """How far the coils reach along the axes (m) of a target turned so far (rad), each turned as it stands."""
-    length, width = spec.coil.size
-    turned = [placement.rotation - turn for placement in spec.array.placements]
+    length, width = size
+    turned = [placement.rotation - turn for placement in placements]
     if length == width:
         return length, width
     return (max(abs(length * math.cos(a)) + abs(width * math.sin(a)) for a in turned),

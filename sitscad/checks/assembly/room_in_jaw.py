@@ -52,7 +52,7 @@ def sensor_width(design: Design) -> Iterator[Verdict]:
     """Board, elastomer and target across the jaw, whose middle lies under the body's; the whole board, laid flat, in
     the port.
     """
-    jaw, across = jaw_of(design.spec), design.layout.size[1]
+    jaw, across = jaw_of(design.spec.jaw), design.layout.size[1]
     for slab in above_board(design.spec):
         yield from _across_jaw(design.layout.body, jaw, slab)
     yield from _overhang(design, jaw)
@@ -88,7 +88,7 @@ def _across_jaw(body: Box, jaw: Jaw, slab: Body) -> Iterator[Verdict]:
 
 def _shares(design: Design) -> str:
     """What the body's width is made of, where leads or vias beside the coils take a part of it."""
-    spec, coils = design.spec, 2.0 * coils_breadth(design.spec).half
+    spec, coils = design.spec, 2.0 * coils_breadth(design.spec.array.placements, design.spec.coil).half
     edges, margin = 2.0 * spec.fpc.rules.copper_to_edge, 2.0 * spec.fpc.margin[1]
     beside = design.layout.body_size[1] - coils - edges - margin
     parts = [f"coils {show(coils, 'm')}", f"board's edges {show(edges, 'm')}"]
@@ -150,7 +150,7 @@ def _in_pocket(design: Design, jaw: Jaw, long: float, wide: float) -> Iterator[V
 
 def _overhang(design: Design, jaw: Jaw) -> Iterator[Verdict]:
     """The board beside the jaw's true face: how far it stands over it, against what the seat below holds."""
-    over, body = _measure_of(design, OVERHANG), design.layout.body_size[1]
+    over, body = _measure_of(design.fit, OVERHANG), design.layout.body_size[1]
     severity = None if over is None else _weight_of(over)
     if over is None or over.worst <= ROUNDING or (severity is None and over.nominal <= ROUNDING):
         return
@@ -181,7 +181,7 @@ def _overhang(design: Design, jaw: Jaw) -> Iterator[Verdict]:
 
 def sensor_length(design: Design) -> Iterator[Verdict]:
     """The board's body along the jaw."""
-    jaw, measure = jaw_of(design.spec), _measure_of(design, LENGTH)
+    jaw, measure = jaw_of(design.spec.jaw), _measure_of(design.fit, LENGTH)
     severity = None if measure is None else _weight_of(measure)
     if measure is None or severity is None:
         return
@@ -204,7 +204,7 @@ def stack_height(design: Design) -> Iterator[Verdict]:
     except PartsError as error:
         yield Undecided(str(error))
         return
-    pair, jaw = _measure_of(design, CLOSED_PAIR), jaw_of(design.spec)
+    pair, jaw = _measure_of(design.fit, CLOSED_PAIR), jaw_of(design.spec.jaw)
     if jaw.face is None and jaw.width > jaw.port_diameter + ROUNDING:
         yield Violation(
             f"the jaw alone is {show(jaw.width, 'm')} wide, the port {show(jaw.port_diameter, 'm')}: its back was "
@@ -329,9 +329,9 @@ def _least_that(passes: Callable[[float], bool], over: float, most: float) -> fl
     return LEAST_STEP * math.ceil(high / LEAST_STEP)
 
 
-def _measure_of(design: Design, name: str) -> Measure | None:
+def _measure_of(fit: tuple[Measure, ...], name: str) -> Measure | None:
     """One of the design's measures; None where it was not taken."""
-    return next((measure for measure in design.fit if measure.name == name), None)
+    return next((measure for measure in fit if measure.name == name), None)
 
 
 def _weight_of(measure: Measure) -> Severity | None:

@@ -43,7 +43,7 @@ THICKNESS_GRAIN = 50e-6
 
 def elastomer_strain(design: Design) -> Iterator[Verdict]:
     """How far the required force compresses the pad, with the spread of its modulus."""
-    pad, force = pad_of(design.spec), design.spec.requirements.normal_force
+    pad, force = pad_of(design.spec.elastomer), design.spec.requirements.normal_force
     assert force is not None
     if not rests_on_pad(design.spec):
         yield Undecided(BESIDE_PAD)
@@ -88,7 +88,7 @@ def _in_use(spec: SensorSpec, force: float, nominal: elastomer.Compression) -> I
     """That all numbers are of a pad at 20 degrees Celsius, with how far the force compresses it where the sensor is
     used, where that makes its modulus another one.
     """
-    at, slope = spec.requirements.temperature, pad_of(spec).material.modulus_temperature_coefficient
+    at, slope = spec.requirements.temperature, pad_of(spec.elastomer).material.modulus_temperature_coefficient
     more = slope * (at - ROOM_TEMPERATURE)
     if abs(more) < WARMTH_TOLD:
         return
@@ -114,7 +114,7 @@ def target_rotation(design: Design) -> Iterator[Verdict]:
 
     from sitscad.estimates.loads.pad import GIVES_WAY, TOO_SOFT, pushed
 
-    pad, face, force = pad_of(design.spec), loaded_face(design.spec)[0], design.spec.requirements.normal_force
+    pad, face, force = pad_of(design.spec.elastomer), loaded_face(design.spec)[0], design.spec.requirements.normal_force
     # whether it gives way sideways under the required normal force, the target held level or free
     lost = pushed(design.spec, np.array([(force, 0.0, 0.0)]), np.array([False]))[1][0] if force else ""
     width = min(face.width_x, face.width_y)
@@ -155,10 +155,10 @@ def _thickness_that_holds(spec: SensorSpec, force: float, most: float) -> float 
     from sitscad.estimates.loads.pad import pushed
 
     def holds(grains: int) -> bool:
-        thinner = replace(spec, elastomer=replace(pad_of(spec), thickness=grains * THICKNESS_GRAIN))
+        thinner = replace(spec, elastomer=replace(pad_of(spec.elastomer), thickness=grains * THICKNESS_GRAIN))
         return not pushed(thinner, np.array([(force, 0.0, 0.0)]), np.array([False]))[1][0]
 
-    low, high = 0, math.floor(min(pad_of(spec).thickness, most) / THICKNESS_GRAIN + 1e-6) + 1
+    low, high = 0, math.floor(min(pad_of(spec.elastomer).thickness, most) / THICKNESS_GRAIN + 1e-6) + 1
     while high - low > 1:
         middle = (low + high) // 2
         low, high = (middle, high) if holds(middle) else (low, middle)
@@ -167,7 +167,7 @@ def _thickness_that_holds(spec: SensorSpec, force: float, most: float) -> float 
 
 def elastomer_shear(design: Design) -> Iterator[Verdict]:
     """How far the required shear force moves the target, against the pad's thickness and half the coils' distance."""
-    spec, pad, force = design.spec, pad_of(design.spec), design.spec.requirements.shear_force
+    spec, pad, force = design.spec, pad_of(design.spec.elastomer), design.spec.requirements.shear_force
     pitch, hint = spec.array.pitch, "a stiffer, a larger or a thinner pad"
     assert force is not None
     if not rests_on_pad(spec):
@@ -212,7 +212,7 @@ def _sheared(spec: SensorSpec, force: float, modulus: float = 1.0) -> float:
 def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdict]:
     """The shear strain with the pad's own modulus, and with one that is a sigma softer."""
     spec, limit = design.spec, elastomer.VALID_SHEAR
-    softest = _softest(pad_of(spec).material.shear_modulus_sigma)
+    softest = _softest(pad_of(spec.elastomer).material.shear_modulus_sigma)
     usual = _sheared(spec, force, softest)
     if usual <= limit:
         # beyond what the pad's law was held against, as data sheet and calibration say
@@ -220,7 +220,7 @@ def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdi
 
         held = held_shear(spec)
         if force > held:
-            modulus = pad_of(spec).material.shear_modulus
+            modulus = pad_of(spec.elastomer).material.shear_modulus
             stiffer = _softest_enough(
                 lambda m, _: m.shear_modulus > modulus and held_shear(_of(spec, m).spec) >= force)
             yield Violation(
@@ -229,7 +229,7 @@ def _shear_strain(design: Design, force: float, strain: float) -> Iterator[Verdi
                 "requirements.shear_force", force, held, "N", severity=Severity.NOTE,
             )
         return
-    material, area = pad_of(spec).material, loaded_face(spec)[0].area
+    material, area = pad_of(spec.elastomer).material, loaded_face(spec)[0].area
     most = strain if strain > limit else usual
 
     @cache
@@ -299,7 +299,7 @@ def _modulus_for_shear(
 
 def _larger_area(design: Design, area: float, wanted: float) -> str:
     """A larger target and pad (m2) as the other way, where the jaw's face has room for them."""
-    spec, pad, target, jaw = design.spec, pad_of(design.spec), design.spec.target, design.spec.jaw
+    spec, pad, target, jaw = design.spec, pad_of(design.spec.elastomer), design.spec.target, design.spec.jaw
     room = math.inf if jaw is None else jaw.width * jaw.length
     now, then, has = (f"{show(each * 1e6, '', 3)} mm2" for each in (area, wanted, room))
     if wanted > room:
@@ -349,7 +349,7 @@ def target_bending(design: Design) -> Iterator[Verdict]:
     from sitscad.kernels.mechanics.plate_bending import bending, rigidity
 
     pad, (face, _) = pressed(spec), loaded_face(spec)
-    way = pad_of(spec).thickness * pad.strain
+    way = pad_of(spec.elastomer).thickness * pad.strain
     thicker = target.thickness * 1.04 ** np.arange(100)
     stiffness = np.array([rigidity(target.material.young_modulus, one) for one in thicker]) * face.area * way / force
     if is_all:
@@ -400,7 +400,7 @@ class _StifferPad:
 def _stiffer(spec: SensorSpec, force: float) -> _StifferPad:
     # The softest silicone, and the shear modulus, that keep even the softest case within the valid strain, by bisection
     # of the pad's law; none if bulk limits it.
-    pad, face = pad_of(spec), loaded_face(spec)[0]
+    pad, face = pad_of(spec.elastomer), loaded_face(spec)[0]
     strain, sigma = elastomer.VALID_STRAIN, pad.material.shear_modulus_sigma
     around = surround(spec) or elastomer.BARE
 

@@ -22,7 +22,7 @@ from sitscad.data import is_unverified
 from sitscad.estimates.design import Design, cached_per_board
 from sitscad.kernels.geometry.path import Arc, Line, Path, Point
 from sitscad.kernels.geometry.primitives import Primitives, distances, from_rows, nearest_pairs, path_rows, to_points
-from sitscad.layout.board import Layout, Pad, Role, Trace, Via
+from sitscad.layout.board import Pad, Role, Trace, Via
 from sitscad.layout.copper import (
     Copper,
     Item,
@@ -34,10 +34,9 @@ from sitscad.layout.copper import (
     too_near,
 )
 from sitscad.layout.outline import rim_lap
-from sitscad.spec.circuit import LayerKind
+from sitscad.spec.circuit import FpcSpec, LayerKind, Tail
 from sitscad.spec.coil import CoilSpec
 from sitscad.spec.design_rules import DesignRules
-from sitscad.spec.sensor import SensorSpec
 
 GRAIN = 1e-6
 """A spacing is named in steps of this (m)."""
@@ -77,7 +76,7 @@ def copper_to_edge(design: Design) -> Iterator[Verdict]:
         if is_told and not at_plug:
             continue
         yield found if not at_plug else replace(
-            found, hint=missing + _edge_margin(design.spec), key="fpc.tail.connector",
+            found, hint=missing + _edge_margin(design.spec.fpc.tail), key="fpc.tail.connector",
             fixes=(lambda: larger_connectors(design.spec, "edge_margin"),),
         )
 
@@ -96,9 +95,8 @@ def _near_edge(design: Design) -> dict[tuple[str, int], tuple[float, int, Item]]
     return worst
 
 
-def _edge_margin(spec: SensorSpec) -> str:
+def _edge_margin(tail: Tail | None) -> str:
     """Return the hint on the board's edge beside a connector's contacts."""
-    tail = spec.fpc.tail
     assert tail is not None
     unseen = " (unverified)" if is_unverified(tail.connector.source, "edge_margin") else ""
     have = f"{tail.connector.name} has {show(tail.connector.edge_margin, 'm')}{unseen}"
@@ -171,7 +169,7 @@ def _spacing_complaint(design: Design, near: Nearness, places: int, key: str) ->
     kinds, of_turns = {_kind(near.one), _kind(near.other)}, {Role.WINDING, Role.STUB, Role.LEAD}
     if near.one.net != near.other.net or not Role.WINDING in kinds <= of_turns:
         return found
-    if (radius := _common_radius(design.layout)) is not None:
+    if (radius := _common_radius(design.layout.spec.coil, design.layout.traces)) is not None:
         fix = setting(spec, "coil.corner_radius", radius, f"{radius * 1e3:.6g}")
         hint = f"{missing}corners at the inner end have no room for a larger radius than {fix.words}"
         return replace(found, key="coil.corner_radius", hint=hint, fixes=(lambda: [fix],))
@@ -183,17 +181,17 @@ def _spacing_complaint(design: Design, near: Nearness, places: int, key: str) ->
                    fixes=(lambda: wider(spec, 0.0, spacing),))
 
 
-def _common_radius(layout: Layout) -> float | None:
+def _common_radius(coil: CoilSpec, traces: tuple[Trace, ...]) -> float | None:
     """Radius (m) that all corners of the coils have room for, in whole hundredths of a millimetre.
 
     None if they all have the asked radius, or if the layers begin at corners: there radii differ by intent.
     """
-    if not layout.spec.coil.is_mid_side:
+    if not coil.is_mid_side:
         return None
-    radii = [side.radius for trace in layout.traces if trace.role is Role.WINDING
+    radii = [side.radius for trace in traces if trace.role is Role.WINDING
              for side in trace.path if isinstance(side, Arc)]
     least = min(radii, default=math.inf)
-    return math.floor(least * 1e5) * 1e-5 if least < layout.spec.coil.corner_radius - ROUNDING else None
+    return math.floor(least * 1e5) * 1e-5 if least < coil.corner_radius - ROUNDING else None
 
 
 def _kind(item: Item) -> str:
@@ -283,14 +281,14 @@ def coverlay_opening(design: Design) -> Iterator[Verdict]:
                     "bare copper beside the contact: lengthen the tail or move the track", "fpc.tail",
                     Place(float(point[0]), float(point[1]), number, (item.net,)),
                 )
-    yield from _narrow_rims(design)
+    yield from _narrow_rims(design.layout.pads, design.spec.fpc)
 
 
-def _narrow_rims(design: Design) -> Iterator[Violation]:
+def _narrow_rims(pads: tuple[Pad, ...], fpc: FpcSpec) -> Iterator[Violation]:
     """Yield a finding if solder pads are too small for the coverlay to cover their rims as far as the rules require."""
-    rules, tail = design.spec.fpc.rules, design.spec.fpc.tail
+    rules, tail = fpc.rules, fpc.tail
     is_soldered = tail is None or tail.connector.kind == "pads"
-    for pad in design.layout.pads[:1] if is_soldered else ():  # all are of one size
+    for pad in pads[:1] if is_soldered else ():  # all are of one size
         lap = rim_lap(rules, pad)
         if lap < rules.pad_lap - ROUNDING:
             what = f"the coverlay covers {show(lap, 'm')} of each solder pad's rim, so that half of the pad stays bare"

@@ -104,7 +104,7 @@ class TrackGraph:
     @cached_property
     def edges(self) -> tuple[_Edge, ...]:
         """The tracks between the nodes that they touch."""
-        meetings, found = _meetings(self.layout), list[_Edge]()
+        meetings, found = _meetings(self.layout.copper_layers, self.layout.traces), list[_Edge]()
         for index, trace in enumerate(self.layout.traces):
             cuts = [(0.0, self.node_of(trace.path.start, trace.layer)),
                     (trace.path.length, self.node_of(trace.path.end, trace.layer))]
@@ -154,11 +154,11 @@ def open_nets(graph: TrackGraph) -> Iterator[tuple[Pad, Pad]]:
         yield from ((first, pad) for pad in roots.values() if pad is not first)
 
 
-def _meetings(layout: Layout) -> dict[int, list[tuple[float, Point]]]:
+def _meetings(copper_layers: int, traces: tuple[Trace, ...]) -> dict[int, list[tuple[float, Point]]]:
     """The ends of other tracks that run into each track, away from its own ends: the way along it (m), and where."""
     found: dict[int, list[tuple[float, Point]]] = defaultdict(list)
-    for layer in range(1, layout.copper_layers + 1):
-        own = [(i, trace) for i, trace in enumerate(layout.traces) if trace.layer == layer]
+    for layer in range(1, copper_layers + 1):
+        own = [(i, trace) for i, trace in enumerate(traces) if trace.layer == layer]
         rows, whose, ways = [], [], []
         for i, trace in own:
             way = 0.0
@@ -172,19 +172,19 @@ def _meetings(layout: Layout) -> dict[int, list[tuple[float, Point]]]:
         pieces = from_rows(rows)
         ends = [(i, point, trace.width) for i, trace in own for point in (trace.path.start, trace.path.end)]
         spots = np.array([point for _, point, _ in ends])
-        half = np.array([layout.traces[i].width / 2 for i in whose])
+        half = np.array([traces[i].width / 2 for i in whose])
         near = nearest_pairs(np.hstack([spots, spots]), np.array([w / 2 for *_, w in ends]), pieces.boxes, half)
         near = near[[whose[j] != ends[e][0] for e, j in near.tolist()]] if len(near) else near
         gaps = to_points(pieces.take(near[:, 1]), spots[near[:, 0]]) - half[near[:, 1]]
         for (e, j), gap in zip(near.tolist(), gaps.tolist(), strict=True):
-            trace, point = layout.traces[whose[j]], ends[e][1]
+            trace, point = traces[whose[j]], ends[e][1]
             apart = min(point.distance(trace.path.start), point.distance(trace.path.end))
             if gap < 0.0 and apart > trace.width:
                 segment = trace.path.segments[j - whose.index(whose[j])]
                 found[whose[j]].append((ways[j] + _along(segment, point), point))
     # one meeting a point, although an end can touch two pieces of a track
     return {i: list({_cell(point): (way, point) for way, point in found[i]}.values())
-            for i in range(len(layout.traces))}
+            for i in range(len(traces))}
 
 
 def _along(segment: Segment, point: Point) -> float:

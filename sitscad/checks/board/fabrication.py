@@ -17,18 +17,19 @@ from sitscad.checks.fixes.search import Family, Fix
 from sitscad.checks.rules import ROUNDING, Rule, Undecided, Verdict, Violation, rule_of
 from sitscad.data import is_unverified
 from sitscad.estimates.design import Design
+from sitscad.layout.board import Via
 from sitscad.layout.panel import FEWEST_BRIDGES, bridges, is_wanted, least_size, narrower_bridge
 from sitscad.spec import presets
-from sitscad.spec.circuit import MASK, LayerKind, StackLayer, Stackup
+from sitscad.spec.circuit import MASK, FpcSpec, LayerKind, StackLayer, Stackup
+from sitscad.spec.coil import CoilSpec
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.profiles import installed_rules
 from sitscad.spec.sensor import SensorSpec
 
 
-def via_drill(design: Design) -> Iterator[Verdict]:
+def via_drill(vias: tuple[Via, ...], rules: DesignRules) -> Iterator[Verdict]:
     """Every drill against the fabricator's smallest."""
-    rules = design.spec.fpc.rules
-    for via in design.layout.vias:
+    for via in vias:
         if via.drill < rules.via_drill - ROUNDING:
             yield Violation(
                 f"a via of {via.net} is drilled {show(via.drill, 'm')}; {house(rules, 'via_drill')} drills "
@@ -37,10 +38,9 @@ def via_drill(design: Design) -> Iterator[Verdict]:
             )
 
 
-def annular_ring(design: Design) -> Iterator[Verdict]:
+def annular_ring(vias: tuple[Via, ...], rules: DesignRules) -> Iterator[Verdict]:
     """The copper left round every drill."""
-    rules = design.spec.fpc.rules
-    for via in design.layout.vias:
+    for via in vias:
         ring = (via.pad - via.drill) / 2.0
         if ring < rules.annular_ring - ROUNDING:
             yield short_of(
@@ -50,10 +50,9 @@ def annular_ring(design: Design) -> Iterator[Verdict]:
             )
 
 
-def hole_to_hole(design: Design) -> Iterator[Verdict]:
+def hole_to_hole(vias: tuple[Via, ...], rules: DesignRules) -> Iterator[Verdict]:
     """The wall between every two drilled holes."""
-    rules = design.spec.fpc.rules
-    for via, other in combinations(design.layout.vias, 2):
+    for via, other in combinations(vias, 2):
         wall = via.centre.distance(other.centre) - (via.drill + other.drill) / 2.0
         if wall < rules.hole_to_hole - ROUNDING:
             yield short_of(
@@ -91,7 +90,7 @@ def part_size(design: Design) -> Iterator[Verdict]:
             f"fpc/panel/{name}-panel-drawing.pdf), and cut the parts out yourself", severity=Severity.NOTE,
         )
     if in_panel:
-        size, wish = least_size(design.layout), design.spec.fpc.panel
+        size, wish = least_size(design.layout.size, design.layout.spec.fpc.panel), design.spec.fpc.panel
         fewer = "fewer parts in a panel (fpc.panel.parts), " if math.prod(wish.parts or (1, 1)) > 1 else ""
         yield from _panel_size(
             rules, size, Violation(f"the panel is at least {_sides(size)}",
@@ -188,7 +187,7 @@ WAIVER = "ask the fabricator for a waiver (no electrical test sees a short betwe
 def trace_width(design: Design) -> Iterator[Verdict]:
     """The coil's track against the fabricator's smallest track."""
     yield from _too_fine(design.spec, "trace_width", "tracks are {} wide", "wider")
-    yield from _thicker_foil(design.spec, "trace_width", "tracks")
+    yield from _thicker_foil(design.spec.coil.layers, design.spec.fpc, "trace_width", "tracks")
     # Tracks drawn narrower than the fabricator makes, where the coil's own width is not the reason
     rules, coil = design.spec.fpc.rules, design.spec.coil
     for trace in design.layout.traces:
@@ -212,9 +211,11 @@ def _too_fine(spec: SensorSpec, field: str, asked: str, more: str) -> Iterator[V
         )
 
 
-def _thicker_foil(spec: SensorSpec, field: str, word: str, severity: Severity = Severity.ERROR) -> Iterator[Violation]:
+def _thicker_foil(
+    layers: tuple[int, ...], fpc: FpcSpec, field: str, word: str, severity: Severity = Severity.ERROR
+) -> Iterator[Violation]:
     """Foil thicker than every one that the fabricator gives lines for: what holds there is not known."""
-    rules, foil = spec.fpc.rules, spec.fpc.stackup.line_foil(spec.coil.layers)
+    rules, foil = fpc.rules, fpc.stackup.line_foil(layers)
     stated = rules.beyond.get(field)
     if stated is not None:
         yield Violation(
@@ -227,7 +228,7 @@ def _thicker_foil(spec: SensorSpec, field: str, word: str, severity: Severity = 
 def trace_spacing(design: Design) -> Iterator[Verdict]:
     """The asked spacing against the fabricator's smallest spacing."""
     yield from _too_fine(design.spec, "trace_spacing", "turns stand {} apart", "more")
-    yield from _thicker_foil(design.spec, "trace_spacing", "spacings")
+    yield from _thicker_foil(design.spec.coil.layers, design.spec.fpc, "trace_spacing", "spacings")
 
 
 def loop_lines(design: Design) -> Iterator[Verdict]:
@@ -249,8 +250,8 @@ def loop_lines(design: Design) -> Iterator[Verdict]:
             yield Violation(
                 f"{word} in the coil is {show(value, 'm')}; for coiled tracks {house(rules, f'coil_{field}')} asks "
                 f"{show(smallest, 'm')}{copper}",
-                f"{_waiver(design.spec)}; or widen tracks and gaps, which takes turns and lowers L and Rp (see SIT201 "
-                "and SIT203)",
+                f"{_waiver(design.spec.coil, design.spec.fpc)}; or widen tracks and gaps, which takes turns and lowers "
+                "L and Rp (see SIT201 and SIT203)",
                 f"coil.{field}", value, smallest, "m", Severity.ERROR if binds else Severity.WARNING,
                 rules.source_of(f"coil_{field}"),
                 fixes=_widened(design.spec, f"coil_{field}", is_all=not binds),
@@ -259,7 +260,7 @@ def loop_lines(design: Design) -> Iterator[Verdict]:
     unknown = next((f for f in ("coil_trace_width", "coil_trace_spacing") if f in rules.beyond), None)
     if unknown is not None:
         severity = Severity.ERROR if rules.binds(unknown) else Severity.WARNING
-        yield from _thicker_foil(design.spec, unknown, "coiled tracks", severity)
+        yield from _thicker_foil(design.spec.coil.layers, design.spec.fpc, unknown, "coiled tracks", severity)
 
 
 def _widened(spec: SensorSpec, field: str, is_all: bool = False) -> tuple[Family, ...]:
@@ -290,14 +291,14 @@ def _finer(spec: SensorSpec) -> str:
     return f"a finer fabricator by fpc.rules ({', '.join(names)})"
 
 
-def _waiver(spec: SensorSpec) -> str:
+def _waiver(coil: CoilSpec, fpc: FpcSpec) -> str:
     """Advice to ask for a waiver of the fabricator's minimum for coils, and to write it into the spec."""
-    coil, rules = spec.coil, spec.fpc.rules
+    rules = fpc.rules
     figures = ", ".join(
         f"coil_{field}: {show(getattr(coil, field), 'm', 6)}" for field in ("trace_width", "trace_spacing")
         if getattr(coil, field) < (getattr(rules, f"coil_{field}") or 0.0) - ROUNDING
     )
-    foil, count = spec.fpc.stackup.line_foil(coil.layers), len(spec.fpc.stackup.copper)
+    foil, count = fpc.stackup.line_foil(coil.layers), len(fpc.stackup.copper)
     # a profile of the user's own may be called like an installed one and have other figures
     is_preset = rules.name in presets.names("rules") and rules == installed_rules(
         rules.name).for_foil(foil).for_layers(count)
@@ -476,7 +477,9 @@ def _with_film(spec: SensorSpec, key: str, film: float, adhesive: float) -> Iter
 
 
 RULES: tuple[Rule, ...] = (
-    rule_of("SIT104", via_drill), rule_of("SIT105", annular_ring), rule_of("SIT106", hole_to_hole),
+    rule_of("SIT104", lambda design: via_drill(design.layout.vias, design.spec.fpc.rules)),
+    rule_of("SIT105", lambda design: annular_ring(design.layout.vias, design.spec.fpc.rules)),
+    rule_of("SIT106", lambda design: hole_to_hole(design.layout.vias, design.spec.fpc.rules)),
     rule_of("SIT116", part_size), rule_of("SIT101", trace_width), rule_of("SIT102", trace_spacing),
     rule_of("SIT103", loop_lines), rule_of("SIT131", offered),
     rule_of("SIT137", layer_materials), rule_of("SIT138", coverlay_adhesive),

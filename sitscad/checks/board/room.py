@@ -80,7 +80,9 @@ def no_way_out(design: Design) -> Iterator[Verdict]:
 def _room(spec: SensorSpec, lack: Shortfall) -> tuple[Family, ...]:
     """Return changes that may give room to what has none."""
     missing, body = lack.missing, spec.fpc.body
-    wider = Growing(partial(moves.larger_body, spec), GRAIN if missing is None else missing + moves.lead_room(spec))
+    wider = Growing(partial(moves.larger_body, spec),
+                    GRAIN if missing is None else missing + moves.lead_room(spec.array.placements, spec.coil,
+                                                                            spec.fpc.rules))
     match lack.what:
         case Missing.INNER_ROOM:
             more = max(missing or 0.0, 0.5 * spec.fpc.rules.via_pad)
@@ -91,7 +93,7 @@ def _room(spec: SensorSpec, lack: Shortfall) -> tuple[Family, ...]:
             inside = [Growing(partial(move, spec), GRAIN) for move in (moves.coils_apart, moves.smaller_coils)]
             return *inside[len(spec.array.placements) == 1 :], partial(moves.other_ends, spec), wider
         case Missing.LEAD_ROOM if len(spec.array.placements) > 1:
-            first = moves.lead_room(spec)
+            first = moves.lead_room(spec.array.placements, spec.coil, spec.fpc.rules)
             return (Growing(partial(moves.coils_apart, spec), first), partial(moves.other_ends, spec),
                     partial(_apart_and_turned, spec, GROWTH * first))
         case Missing.LEAD_ROOM:

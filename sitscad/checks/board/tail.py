@@ -36,12 +36,13 @@ from sitscad.layout.bending import (
     tail_thickness,
     unfit_for_bending,
 )
-from sitscad.layout.board import Pad
+from sitscad.layout.board import Pad, Stiffener
 from sitscad.layout.lamination import lamination_text
 from sitscad.layout.lanes import Ring
 from sitscad.layout.tail_frame import contact_row
 from sitscad.spec import presets
-from sitscad.spec.circuit import Connector, FpcSpec, Plating, Stackup
+from sitscad.spec.circuit import Connector, FpcSpec, Plating, Stackup, Tail
+from sitscad.spec.coil import CoilPlacement
 from sitscad.spec.presets import finish, is_rigid, stock_stiffeners
 from sitscad.spec.sensor import SensorSpec
 
@@ -244,7 +245,7 @@ def _straight(design: Design) -> _Straight:
     zone = design.layout.bend_zone
     if zone is None:
         return _Straight(0.0, 0.0, 0.0, None)
-    unfit = unfit_for_bending(design.layout)
+    unfit = unfit_for_bending(design.layout.bend_zone, design.layout.in_bend_zone, design.layout.traces)
     longest = longest_straight(zone, unfit)
     first = next((Place(each.first, each.y, each.layer, (each.net,)) for each in unfit), None)
     room = room_for_own(design.layout)
@@ -402,9 +403,9 @@ def _in_stock() -> list[float]:
     return sorted({film + adhesive for film, adhesive in stock_stiffeners()})
 
 
-def stiffener_stock(design: Design) -> Iterator[Verdict]:
+def stiffener_stock(plate: Stiffener | None, tail: Tail | None) -> Iterator[Verdict]:
     """A stiffener that is not made of a film and an adhesive that are in stock."""
-    tail, plate, totals = design.spec.fpc.tail, design.layout.stiffener, _in_stock()
+    totals = _in_stock()
     if tail is None or plate is None or plate.adhesive > 0.0:
         return
     near = sorted(totals, key=lambda total: (abs(total - plate.thickness), total))[:2]
@@ -420,16 +421,16 @@ def stiffener_stock(design: Design) -> Iterator[Verdict]:
     )
 
 
-def plug_width(design: Design) -> Iterator[Verdict]:
+def plug_width(pads: tuple[Pad, ...], placements: tuple[CoilPlacement, ...], fpc: FpcSpec) -> Iterator[Verdict]:
     """The tolerance of the outline against that which the connector asks of the tail's width, where even a closer cut
     does not keep it: the order asks for the closer one anyway.
     """
-    connector, rules = _connector(design.spec.fpc), design.spec.fpc.rules
+    connector, rules = _connector(fpc), fpc.rules
     if connector.width_tolerance <= 0.0:
         yield Undecided("the tail ends in solder pads: nothing guides its sides")
         return
     if rules.outline_tolerance > CLOSER_CUT * connector.width_tolerance + ROUNDING:
-        width = connector.width(contact_row(design.spec, connector).count)
+        width = connector.width(contact_row(placements, fpc.tail, connector).count)
         mark = plug_mark(connector, "width_tolerance")
         yield Violation(
             f"the tail's end is {show(width, 'm')} wide, +- {show(rules.outline_tolerance, 'm')} by "
@@ -438,14 +439,15 @@ def plug_width(design: Design) -> Iterator[Verdict]:
             f"order and drawing ask for +- {show(connector.width_tolerance, 'm')} there: have it confirmed (cut by "
             "laser, or by a punch of its own), or measure the parts before they are plugged in", "fpc.tail.connector",
             rules.outline_tolerance, connector.width_tolerance, "m", source=rules.source_of("outline_tolerance"),
-            place=Place(*design.layout.pads[0].centre, 1) if design.layout.pads else None,
+            place=Place(*pads[0].centre, 1) if pads else None,
         )
 
 
-def connector_positions(design: Design) -> Iterator[Verdict]:
+def connector_positions(placements: tuple[CoilPlacement, ...], fpc: FpcSpec) -> Iterator[Verdict]:
     """The number of contacts against those that the connector is made with, and whether some lead nowhere."""
-    connector, tail = _connector(design.spec.fpc), design.spec.fpc.tail
-    row, made, mark = contact_row(design.spec, connector), connector.positions, plug_mark(connector, "positions")
+    connector, tail = _connector(fpc), fpc.tail
+    row, made, mark = contact_row(placements, fpc.tail, connector), connector.positions, plug_mark(connector,
+                                                                                                   "positions")
     if made and row.count not in made:
         written = tail is not None and tail.contacts is not None
         others = [name for name in presets.names("connector") if row.count in presets.connector(name).positions]
@@ -518,8 +520,9 @@ RULES: tuple[Rule, ...] = (
     rule_of("SIT132", special_build),
     rule_of("SIT117", insertion_thickness, "tail"),
     rule_of("SIT124", contact_worst_case, "tail"),
-    rule_of("SIT126", plug_width, "tail"),
-    rule_of("SIT127", connector_positions, "tail"),
-    rule_of("SIT129", stiffener_stock, "tail"),
+    rule_of("SIT126", lambda design: plug_width(design.layout.pads, design.spec.array.placements, design.spec.fpc),
+            "tail"),
+    rule_of("SIT127", lambda design: connector_positions(design.spec.array.placements, design.spec.fpc), "tail"),
+    rule_of("SIT129", lambda design: stiffener_stock(design.layout.stiffener, design.spec.fpc.tail), "tail"),
     rule_of("SIT128", contact_finish),
 )

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from sitscad.basics.quantities import FIT, FIT_PART, SIGNAL, Quantity, Table, by_quantity, by_result, plus_minus
 from sitscad.basics.units import in_mm, show
+from sitscad.estimates.coil_estimates import CoilEstimate
 
 if TYPE_CHECKING:
     from sitscad.basics.check_results import Closing, Measure, RequirementResult, Signal
-    from sitscad.estimates import Estimates
 
 
 def fit_words(fit: Sequence[Measure], whole: bool = False) -> list[str]:
@@ -111,17 +111,17 @@ def felt_words(reached: RequirementResult) -> str:
     return f"{name} {found} of {asked} asked ({reached.axis}, {reached.at})"
 
 
-def signal_table(signals: Sequence[Signal], estimates: Estimates) -> Table:
+def signal_table(signals: Sequence[Signal], coils: tuple[CoilEstimate, ...], drive_code: int | None) -> Table:
     """Return each quantity of the signal with one value a coil, or what is missing for it."""
     if not signals:
-        missing = [["change per newton", NO_SIGNAL]] if estimates.readout.drive_code is not None else []
+        missing = [["change per newton", NO_SIGNAL]] if drive_code is not None else []
         return Table(["", ""], missing, SIGNAL_TITLE)
     by_name = {s.coil: s for s in signals}
     quantities = list(SIGNAL)
     if any(s.has_loss_in_it for s in signals):
         quantities.insert(-2, BY_INDUCTANCE)
-    rows = by_quantity([by_name.get(coil.name) for coil in estimates.coils], quantities)
-    return Table(["", *(coil.name for coil in estimates.coils)], rows,
+    rows = by_quantity([by_name.get(coil.name) for coil in coils], quantities)
+    return Table(["", *(coil.name for coil in coils)], rows,
                  f"{SIGNAL_TITLE}, {show(signals[0].force, 'N')}")
 
 

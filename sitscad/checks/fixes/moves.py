@@ -7,7 +7,7 @@ amount that is named is one that was tried.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from itertools import combinations, islice
@@ -24,6 +24,7 @@ from sitscad.layout.windings import wind_all
 from sitscad.spec import presets
 from sitscad.spec.circuit import Plating
 from sitscad.spec.coil import INNER, CoilPlacement, CoilSpec
+from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.load import rewritten_spec
 from sitscad.spec.materials import ElastomerPad, Encapsulation, Target
 from sitscad.spec.places import footprint
@@ -42,20 +43,20 @@ AS_GOOD_AS_NONE = 0.05
 def with_turns(spec: SensorSpec, turns: float) -> Fix:
     """Return the fix that gives each layer of the coil `turns` turns."""
     coil = replace(spec.coil, turns=turns)
-    edits = (Edit("coil.turns", f"{turns:.7g}"),) if "coil.turns" in _winding_keys(spec) else ()
-    return Fix((*edits, *_inner_edit(spec, coil)), replace(spec, coil=coil))
+    edits = (Edit("coil.turns", f"{turns:.7g}"),) if "coil.turns" in _winding_keys(spec.source.keys) else ()
+    return Fix((*edits, *_inner_edit(spec.source.keys, coil)), replace(spec, coil=coil))
 
 
-def _winding_keys(spec: SensorSpec) -> set[str]:
+def _winding_keys(keys: Mapping[str, tuple[int, int]]) -> set[str]:
     """Return those keys for turns, trace width, spacing and inner diameter that a fix may edit in this spec."""
     all_of_them = {f"coil.{key}" for key in CoilSpec.stands_in[1]}
-    is_by_inner = INNER in spec.source.keys
-    return {INNER, *(all_of_them & spec.source.keys.keys())} if is_by_inner else all_of_them
+    is_by_inner = INNER in keys
+    return {INNER, *(all_of_them & keys.keys())} if is_by_inner else all_of_them
 
 
-def _inner_edit(spec: SensorSpec, coil: CoilSpec) -> tuple[Edit, ...]:
+def _inner_edit(keys: Mapping[str, tuple[int, int]], coil: CoilSpec) -> tuple[Edit, ...]:
     """Return the edit that writes a changed coil's inner diameter. Empty if the spec has no inner diameter."""
-    return (Edit(INNER, _mm(coil.inner_diameter)),) if INNER in _winding_keys(spec) else ()
+    return (Edit(INNER, _mm(coil.inner_diameter)),) if INNER in _winding_keys(keys) else ()
 
 
 def more_turns(spec: SensorSpec, factor: float) -> Iterator[Fix]:
@@ -223,10 +224,10 @@ def wider(spec: SensorSpec, width: float, spacing: float) -> Iterator[Fix]:
     edits = tuple(
         Edit(f"coil.{key}", show(getattr(wide, key), "m", 6))
         for key in ("trace_width", "trace_spacing")
-        if getattr(wide, key) > getattr(coil, key) + 1e-12 and f"coil.{key}" in _winding_keys(spec)
+        if getattr(wide, key) > getattr(coil, key) + 1e-12 and f"coil.{key}" in _winding_keys(spec.source.keys)
     )
     if wide.pitch < GROWN * coil.pitch:
-        yield Fix((*edits, *_inner_edit(spec, wide)), replace(spec, coil=wide))
+        yield Fix((*edits, *_inner_edit(spec.source.keys, wide)), replace(spec, coil=wide))
     room = coil.most_turns * coil.pitch / wide.pitch
     for fix in fewer_turns(replace(spec, coil=wide), room):
         yield _besides(edits, fix, coil.most_turns)
@@ -389,7 +390,7 @@ def larger_coils(spec: SensorSpec, by: float) -> Fix:
     is_long = spec.coil.outline.is_long
     written = f"[{_mm(size[0])}, {_mm(size[1])}]" if is_long else _mm(size[0])
     edit, apart, coil = Edit("coil.outer_diameter", written), coils_apart(spec, by), replace(spec.coil, size=size)
-    inner = _inner_edit(spec, coil)
+    inner = _inner_edit(spec.source.keys, coil)
     others = (*inner, *apart.edits)
     words = [*(f"{other.key}: {other.new}" for other in inner), *([apart.words] if apart.edits else [])]
     said = f"{_said(edit, by)} with {' and '.join(words)}" if words else _said(edit, by)
@@ -466,11 +467,11 @@ def nearest_distance(placements: tuple[CoilPlacement, ...]) -> float | None:
     return min((math.dist(a.centre, b.centre) for a, b in combinations(placements, 2)), default=None)
 
 
-def lead_room(spec: SensorSpec) -> float:
+def lead_room(placements: tuple[CoilPlacement, ...], coil: CoilSpec, rules: DesignRules) -> float:
     """What a via and a lead want beyond the gap between two coils (m), a track's pitch at least."""
-    rules, pitch = spec.fpc.rules, spec.coil.trace_width + spec.fpc.rules.trace_spacing
-    hole = joined_hole(rules, spec.coil.trace_width)
-    gap = (nearest_distance(spec.array.placements) or 0.0) - spec.coil.size[0]
+    pitch = coil.trace_width + rules.trace_spacing
+    hole = joined_hole(rules, coil.trace_width)
+    gap = (nearest_distance(placements) or 0.0) - coil.size[0]
     return max(2.0 * hole_keep_out(hole, rules, rules.trace_spacing) + pitch - gap, pitch)
 
 
@@ -549,7 +550,7 @@ def _apart(spec: SensorSpec) -> Iterator[Fix]:
     by = max(0.0, near * (scale - 1.0))
     beside = _written_apart(spec, near, by)
     yield beside
-    room = lead_room(beside.spec)
+    room = lead_room(beside.spec.array.placements, beside.spec.coil, beside.spec.fpc.rules)
     for step in range(AMOUNTS):
         yield _written_apart(spec, near, by + room * GROWTH**step)
 

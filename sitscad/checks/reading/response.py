@@ -434,7 +434,7 @@ def _nearer_edges(spec: SensorSpec) -> tuple[Family, ...]:
     # Targets that end nearer to the middles of the coils, and coils farther apart; over two coils in a line only what
     # SIT306 asks, too, the target as long as they stand apart first.
     def fitting(fixes: Iterable[Fix]) -> list[Fix]:
-        found = [fix for fix in fixes if is_as_long_as_line(fix.spec)]
+        found = [fix for fix in fixes if is_as_long_as_line(fix.spec.array, fix.spec.target)]
         return found[::-1] if len(spec.array.placements) == 2 else found
 
     return lambda: fitting(smaller_targets(spec)), lambda: fitting(wider_arrays(spec))

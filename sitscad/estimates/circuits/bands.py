@@ -6,7 +6,7 @@ import math
 
 from sitscad.assembly.places.state import FREE, PRESSED, REST
 from sitscad.basics.record import record
-from sitscad.estimates.coil_estimates import Estimates, StateEstimate
+from sitscad.estimates.coil_estimates import CoilEstimate, StateEstimate
 from sitscad.estimates.tolerances.scatter import CAPACITOR
 
 SIGMAS = 5.0  # Half width of a band, in standard deviations of manufacture: one sound coil in two million lies outside
@@ -44,12 +44,12 @@ class CoilBands:
     own_sigma: float
 
 
-def bands(estimates: Estimates, own_inductance: float) -> tuple[CoilBands, ...]:
+def bands(coils: tuple[CoilEstimate, ...], own_inductance: float) -> tuple[CoilBands, ...]:
     """The bands of every coil. `own_inductance` is one sigma of what a coil's inductance differs by from the others of
     its board, relative. Raises ValueError where a coil has no state, or its scatter is not known.
     """
     found = []
-    for coil in estimates.coils:
+    for coil in coils:
         states = coil.states
         if not states:
             raise ValueError(f"no state of {coil.name} is known: there is no frequency to test it by")

@@ -8,9 +8,11 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 from sitscad.basics.record import record
-from sitscad.estimates.coil_estimates import Estimates
+from sitscad.estimates.coil_estimates import CoilEstimate, ReadoutEstimate
 from sitscad.kernels.converters.registers import Register
-from sitscad.spec.sensor import ReadoutSpec, SensorSpec
+from sitscad.spec.coil import CoilPlacement
+from sitscad.spec.materials import Cells
+from sitscad.spec.sensor import ReadoutSpec
 
 
 @record
@@ -25,13 +27,13 @@ class Device:
     registers: tuple[Register, ...]
 
 
-def devices(asked: ReadoutSpec, estimates: Estimates) -> tuple[Device, ...]:
+def devices(asked: ReadoutSpec, coils: tuple[CoilEstimate, ...], readout: ReadoutEstimate) -> tuple[Device, ...]:
     """The converters, which share the coils alike, on each bus in the order of their addresses.
 
     Raises ValueError where a setting is unknown or does not fit its field, where sitscad knows no registers of the
     family, and where the buses have not as many addresses.
     """
-    converter, coils, readout = asked.device, estimates.coils, estimates.readout
+    converter = asked.device
     needed, most = converter.needed(len(coils)), asked.buses * len(converter.addresses)
     if needed > most:
         buses = "one I2C bus has" if asked.buses == 1 else f"{asked.buses} I2C buses have"
@@ -68,7 +70,7 @@ class SerialSettings:
     scans_per_line: int
 
 
-def serial_settings(spec: SensorSpec, scan_rate: float) -> SerialSettings:
+def serial_settings(placements: tuple[CoilPlacement, ...], cells: Cells | None, scan_rate: float) -> SerialSettings:
     """Return the lowest baud rate that carries a line of text for each scan (`scan_rate`, Hz).
 
     If no rate does, return the highest rate and the number of scans between two lines. A line of
@@ -76,8 +78,8 @@ def serial_settings(spec: SensorSpec, scan_rate: float) -> SerialSettings:
     sensor without cells, of each cell no more than it has coils. Every hundredth line has a header of the same length.
     A character takes 10 bits.
     """
-    coils = len(spec.array.placements)
-    forces = 3 if spec.cells is None else coils // spec.cells.coils * min(3, spec.cells.coils)
+    coils = len(placements)
+    forces = 3 if cells is None else coils // cells.coils * min(3, cells.coils)
     bits = 10.0 * 1.01 * (26 + 12 * coils + 11 * forces)
     needed = bits * scan_rate / MAX_LOAD
     baud = next((rate for rate in BAUD_RATES if rate >= needed), BAUD_RATES[-1])

@@ -36,7 +36,7 @@ from sitscad.kernels.electromagnetics.loss.proximity import ROUGH, USUAL, windin
 from sitscad.kernels.electromagnetics.metal.current_spectrum import CurrentSpectrum
 from sitscad.kernels.electromagnetics.metal.half_spaces import Reflector, reflected_impedance, reflected_inductances
 from sitscad.layout.board import Coil
-from sitscad.spec.circuit import LayerKind, Stackup
+from sitscad.spec.circuit import CopperLayer, LayerKind, Stackup
 from sitscad.spec.sensor import SensorSpec
 
 SHARE, WINDOW = "share of the target", "window in the jaw"
@@ -74,18 +74,17 @@ def sigmas(spec: SensorSpec) -> dict[str, float]:
     relative. That of the copper's thickness is of this stack-up.
     """
     def found() -> dict[str, float]:
-        copper = math.hypot(*_copper_bands(spec)) / math.sqrt(3.0)
+        copper = math.hypot(*_copper_bands(spec.coil_copper, spec.fpc.stackup)) / math.sqrt(3.0)
         return {THICKNESS: copper} | {cause.name: cause.sigma(spec) for cause in CAUSES}
 
     return kept(spec, "_sigmas", found)
 
 
-def _copper_bands(spec: SensorSpec) -> tuple[float, float]:
+def _copper_bands(copper: tuple[CopperLayer, ...], stackup: Stackup) -> tuple[float, float]:
     """Half the bands of the coil's copper, relative, as its resistance has them (layers in series, each with its share
     by 1/thickness): by the foil, which is alike on all layers, and by the plating. Where the fabricator does not say
     whether his copper contains the plating, all of that is in doubt.
     """
-    stackup, copper = spec.fpc.stackup, spec.coil_copper
     whole = math.fsum(1.0 / layer.thickness for layer in copper)
     foil = math.fsum(layer.foil / layer.thickness**2 for layer in copper) / whole
     steps = math.fsum((layer.plated > 0.0) * stackup.platings(layer.number) / layer.thickness**2 for layer in copper)
@@ -98,7 +97,7 @@ def thickest_copper(spec: SensorSpec) -> float:
     """The part by which the coil's copper is thicker, as its resistance has it, where foil and plating are both at the
     thick end of what is delivered.
     """
-    return sum(_copper_bands(spec))
+    return sum(_copper_bands(spec.coil_copper, spec.fpc.stackup))
 
 
 def direct_resistance_sigma(spec: SensorSpec) -> float:

@@ -7,7 +7,7 @@ import numpy as np
 from sitscad.assembly.places.state import REST
 from sitscad.basics.arrays import Array
 from sitscad.basics.record import record
-from sitscad.estimates.coil_estimates import Estimates
+from sitscad.estimates.coil_estimates import CoilEstimate
 from sitscad.estimates.loads.working_range import held_shear
 from sitscad.estimates.performance.causes import readings_of, root_sum_of_mean_squares
 from sitscad.estimates.performance.points import Felt
@@ -61,8 +61,8 @@ def curves(felt: Felt) -> Curves:
 def _curve(felt: Felt, axis: str, normal: float) -> Curve:
     forces = np.linspace(0.0 if axis == "normal" else -1.0, 1.0, STEPS) * felt.bench.full[axis]
     loads = along(felt.bench.range.pressed(normal), axis, forces)
-    inductance, nominal = _inductance(felt.estimates, felt.working.read(loads)), felt.bench.readings(
-        felt.bench.poses(loads))
+    inductance = _inductance(felt.estimates.coils, felt.working.read(loads))
+    nominal = felt.bench.readings(felt.bench.poses(loads))
     sigma = root_sum_of_mean_squares([  # of the readings, by manufacture
         [one - nominal for one in ways]
         for cause in manufacturing_scatter(felt.layout.spec, felt.estimates)
@@ -71,9 +71,9 @@ def _curve(felt: Felt, axis: str, normal: float) -> Curve:
     return Curve(axis, normal, forces, inductance, 2.0 * inductance * sigma)
 
 
-def _inductance(estimates: Estimates, readings: Array) -> Array:
+def _inductance(coils: tuple[CoilEstimate, ...], readings: Array) -> Array:
     """What the converter's formula makes of readings (n, coils), with its own capacitor: 1 / (C omega^2)."""
-    rest = [coil.states[REST].converter_inductance or coil.states[REST].inductance for coil in estimates.coils]
+    rest = [coil.states[REST].converter_inductance or coil.states[REST].inductance for coil in coils]
     return np.asarray(np.array(rest) * np.exp(-2.0 * readings))
 
 
@@ -82,4 +82,4 @@ def _range(felt: Felt, axis: str) -> tuple[str, Array, Array, Array]:
     normal = np.linspace(0.0, felt.bench.full["normal"], LINES)
     shear = np.linspace(-1.0, 1.0, LINES) * felt.bench.full[axis]
     loads = np.concatenate([along(felt.bench.range.pressed(float(force)), axis, shear) for force in normal])
-    return axis, normal, shear, _inductance(felt.estimates, felt.working.read(loads)).reshape(LINES, LINES, -1)
+    return axis, normal, shear, _inductance(felt.estimates.coils, felt.working.read(loads)).reshape(LINES, LINES, -1)

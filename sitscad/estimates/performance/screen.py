@@ -15,7 +15,7 @@ import numpy as np
 from sitscad.assembly.places.state import PRESSED, REST
 from sitscad.basics.arrays import Array
 from sitscad.estimates.circuits.moved_target import target_effects
-from sitscad.estimates.coil_estimates import Estimates
+from sitscad.estimates.coil_estimates import CoilEstimate, Estimates
 from sitscad.estimates.loads.pad import NoResponse
 from sitscad.estimates.loads.working_range import required_range
 from sitscad.estimates.performance.bench import Bench
@@ -71,7 +71,7 @@ def surrogate(layout: Layout, estimates: Estimates) -> Callable[[Array], Array]:
     since_rest[:, on_axes] = effect[1:, 1:] - effect[0, 0]
     change = since_rest.reshape(count, PLACES, PLACES, -1).transpose(1, 2, 0, 3)
     change = change[:, middle, None] + change[None, middle] - change[middle, middle]
-    values = -0.5 * np.log1p(np.maximum(change / inductance, -0.9)) * _pull(estimates)
+    values = -0.5 * np.log1p(np.maximum(change / inductance, -0.9)) * _pull(estimates.coils)
     ends = np.array([-aside, -aside, low]), np.array([aside, aside, high])
     through = [Interpolant(*ends, values[..., k]) for k in range(values.shape[-1])]
     middles = _middles(spec)
@@ -96,12 +96,12 @@ def _height_over(poses: Array, middle: Array) -> Array:
     return np.asarray(poses[:, 2] + away[:, 1] * np.tan(poses[:, 3]) - away[:, 0] * np.tan(poses[:, 4]))
 
 
-def _pull(estimates: Estimates) -> Array:
+def _pull(coils: tuple[CoilEstimate, ...]) -> Array:
     """How much more or less a tank's frequency follows its inductance than a free one's: by the states at rest and
     pressed, for shares leave out what the target changes of the loss.
     """
-    found = np.ones(len(estimates.coils))
-    for k, coil in enumerate(estimates.coils):
+    found = np.ones(len(coils))
+    for k, coil in enumerate(coils):
         rest, pressed = coil.states[REST], coil.states.get(PRESSED)
         if pressed is not None and pressed.frequency > 0.0 and abs(pressed.inductance / rest.inductance - 1.0) > 1e-6:
             ratio = np.log(pressed.frequency / rest.frequency) / (-0.5 * np.log(pressed.inductance / rest.inductance))

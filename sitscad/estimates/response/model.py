@@ -172,7 +172,7 @@ class ResponseModel:
                 there = Placed.of(self.spec, self.rest, some)
                 return near.plate.changes(there.turns, there.places)
 
-            by_plate = Exact(near.plate.frequencies, exact, endless_like(self.spec))
+            by_plate = Exact(near.plate.frequencies, exact, endless_like(self.spec.coil.size, self.spec.target))
             return mapped(by_plate, poses, scale, tolerance, progress)
 
         at_tank = self._near(cover, self.band)

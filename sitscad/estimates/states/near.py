@@ -97,7 +97,8 @@ class NearTarget:
     def changes(self, placed: Placed) -> Changes:
         """Changes of the inductance matrix (H) in a few poses, each of them solved."""
         found = self.plate.changes(placed.turns, placed.places, once=True)
-        return Changes(self.plate.frequencies, *found, like=endless_like(self.wound.spec))
+        return Changes(self.plate.frequencies, *found,
+                       like=endless_like(self.wound.spec.coil.size, self.wound.spec.target))
 
     def impedances(self, placed: Placed, changes: Changes) -> Callable[[Array], ComplexArray]:
         """Return the inductance matrices (H) of all coils at (n,) frequencies (Hz), one for each pose."""

@@ -326,12 +326,12 @@ DISCS, IMAGES = 50.0, 12.0
 one order to two of the points that they are seen at."""
 
 
-def endless_like(spec: SensorSpec) -> Callable[[Array], ComplexArray]:
+def endless_like(size: tuple[float, float], target: Target | None) -> Callable[[Array], ComplexArray]:
     """What an endless sheet of the target's metal and thickness returns (no unit) of waves as long as coils hold most
     of, at (n,) frequencies (Hz): the target's changes go with the frequency nearly like it.
     """
-    assert spec.target is not None
-    target, k = spec.target, np.array([MOST_WAVES / max(spec.coil.size)])
+    assert target is not None
+    k = np.array([MOST_WAVES / max(size)])
     layer = sheet_of(target.material, target.thickness)
 
     def factors(frequencies: Array) -> ComplexArray:
@@ -476,7 +476,7 @@ def stated_errors(spec: SensorSpec, change: Array, size: Array, scale: float, lo
     """
     target = spec.target
     assert target is not None
-    near, least = _more_errors(spec, lowest), np.maximum(np.abs(change), 0.01 * scale)
+    near, least = _more_errors(spec.coil, spec.target, lowest), np.maximum(np.abs(change), 0.01 * scale)
     relative = (mapping + mirror + near)[:, None, None]
     own = np.sqrt(np.abs(np.einsum("pcc->pc", change)))
     shared = (MUTUAL + 0.3 * mirror) * own[:, :, None] * own[:, None, :]
@@ -486,14 +486,14 @@ def stated_errors(spec: SensorSpec, change: Array, size: Array, scale: float, lo
     return np.asarray(stated + (USUAL + poles_error(target)) * np.maximum(size, 0.01 * scale) / least)
 
 
-def _more_errors(spec: SensorSpec, lowest: Array) -> Array:
+def _more_errors(coil: CoilSpec, target: Target | None, lowest: Array) -> Array:
     """What nearness and a target far wider than its distance add, (poses,), relative: by the height (m) of its lowest
     point.
     """
-    assert spec.target is not None
-    near = np.clip(1.0 - lowest / (CLOSE_WIDTHS * spec.coil.trace_width), 0.0, 1.0)
-    length = Detail(1.0, max(spec.coil.size)).length - 1.0 + np.maximum(lowest, 0.0)
-    return np.asarray(CLOSE * near + WIDE * np.maximum(max(spec.target.size) / length - WIDE_FROM, 0.0))
+    assert target is not None
+    near = np.clip(1.0 - lowest / (CLOSE_WIDTHS * coil.trace_width), 0.0, 1.0)
+    length = Detail(1.0, max(coil.size)).length - 1.0 + np.maximum(lowest, 0.0)
+    return np.asarray(CLOSE * near + WIDE * np.maximum(max(target.size) / length - WIDE_FROM, 0.0))
 
 
 def stated_losses(spec: SensorSpec, lost: Array, size: Array, scale: float, lowest: Array, mapping: float,
@@ -502,7 +502,7 @@ def stated_losses(spec: SensorSpec, lost: Array, size: Array, scale: float, lowe
     changes of each coil; see `stated_errors`.
     """
     omega = 2.0 * math.pi * frequency
-    near = _more_errors(spec, lowest)[:, None]
+    near = _more_errors(spec.coil, spec.target, lowest)[:, None]
     poles = poles_error(spec.target) * np.minimum(omega * size, LEAST_LOSSY * lost)
     assert spec.target is not None
     tall = TALL * float(np.clip(spec.target.thickness / min(spec.target.size) - 0.5, 0.0, 1.0))

@@ -75,7 +75,7 @@ class SolvedStates:
     @property
     def like(self) -> Callable[[Array], ComplexArray]:
         """The spectrum that the changes go with, as of `Changes`."""
-        return endless_like(self.near.wound.spec)
+        return endless_like(self.near.wound.spec.coil.size, self.near.wound.spec.target)
 
     def key(self, number: int, coil: str, state: str) -> tuple[complex, ...]:
         """Key that is equal for coils with an equal change in a state."""

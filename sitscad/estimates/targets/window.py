@@ -85,7 +85,7 @@ def missing_parts(layout: Layout) -> Mapping[str, WindowEffect]:
     gap, echo = target_gap(spec), 1.0
     if spec.target is not None and like_a_conductor(spec.target, max(spec.coil.size)) < 0.5:
         echo = -1.0
-    middle, found, known = axis(layout), {}, {}
+    middle, found, known = axis(layout.body), {}, {}
     behind = metal_behind(spec), metal_behind(spec, without_jaw=True)
     for coil in layout.coils:
         x, y, turn = coil.centre.x - middle.x, coil.centre.y - middle.y, coil.placement.rotation

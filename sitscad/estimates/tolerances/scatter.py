@@ -40,6 +40,7 @@ from sitscad.estimates.coil_estimates import CoilEstimate, Estimates
 from sitscad.estimates.loads.pressing import FILM, FILM_THICKNESS, GLUE, MODULUS, PAD, PAD_SIZE, TARGET_SIZE
 from sitscad.estimates.tolerances import units_made as made
 from sitscad.spec.circuit import LayerKind
+from sitscad.spec.mount import Assembly, Mount
 from sitscad.spec.sensor import SensorSpec
 
 ACCEPTED_SIGMAS = 3.0
@@ -151,9 +152,8 @@ def _film_band(spec: SensorSpec) -> SizeTolerance | None:
     return None if film is None or spec.elastomer is None else film_tolerance(spec.assembly, film.thickness)
 
 
-def _glued(spec: SensorSpec, lines: int, piece: SizeTolerance | None = None) -> SizeTolerance | None:
+def _glued(assembly: Assembly, lines: int, piece: SizeTolerance | None = None) -> SizeTolerance | None:
     """Return the joint tolerance of glue lines and a printed piece, by root sum of squares. None if it is zero."""
-    assembly = spec.assembly
     band = math.hypot(math.sqrt(lines) * assembly.glue_tolerance, 0.0 if piece is None else piece.band)
     if not band:
         return None
@@ -170,7 +170,7 @@ def _glued(spec: SensorSpec, lines: int, piece: SizeTolerance | None = None) -> 
 def _glue_band(spec: SensorSpec) -> SizeTolerance | None:
     """Return the tolerance of all glue lines below the target. None if there is no glue line."""
     lines = lines_below_target(spec)
-    return _glued(spec, lines) if lines else None
+    return _glued(spec.assembly, lines) if lines else None
 
 
 def _height_band(spec: SensorSpec) -> SizeTolerance | None:
@@ -179,26 +179,29 @@ def _height_band(spec: SensorSpec) -> SizeTolerance | None:
     if mount is None or (spec.shield is None and mount.metal is None):
         return None
     if spec.shield is None:
-        return _over_metal_band(spec, lines_over_carrier(spec), bool(spans))
-    lines = lines_over_shield(spec)
-    return _glued(spec, lines, mount_tolerance(spec) if lines > 1 else None)
+        return _over_metal_band(spec.assembly, spec.mount, lines_over_carrier(spec), bool(spans))
+    lines = lines_over_shield(spec.fpc.stackup, spec.mount, spec.shield)
+    return _glued(spec.assembly, lines, mount_tolerance(spec.assembly, spec.mount) if lines > 1 else None)
 
 
-def _over_metal_band(spec: SensorSpec, lines: int, is_printed: bool) -> SizeTolerance | None:
+def _over_metal_band(assembly: Assembly, mount: Mount | None, lines: int, is_printed: bool) -> SizeTolerance | None:
     """Return the joint tolerance of glue lines and of what lies between board or shield and the metal."""
-    found = metal_tolerances(spec)
+    found = metal_tolerances(assembly, mount)
     if found is not None:
-        return _glued(spec, lines, found[0])
-    return _glued(spec, lines, mount_tolerance(spec) if is_printed else None)
+        return _glued(assembly, lines, found[0])
+    return _glued(assembly, lines, mount_tolerance(assembly, mount) if is_printed else None)
 
 
 def _under_shield_band(spec: SensorSpec) -> SizeTolerance | None:
     """Return the tolerance of the shield's height over the metal behind it. None without a shield over metal."""
-    mount, sheet = spec.mount, shield_heights(spec)
+    mount, sheet = spec.mount, shield_heights(spec.fpc.stackup, spec.shield)
     if mount is None or sheet is None or mount.metal is None:
         return None
     printed = any(upper <= sheet[0] + 1e-9 for _, upper in seat_spans(spec))
-    return _over_metal_band(spec, lines_over_carrier(spec) - lines_over_shield(spec), printed)
+    return _over_metal_band(spec.assembly, spec.mount, lines_over_carrier(spec) - lines_over_shield(spec.fpc.stackup,
+                                                                                                    spec.mount,
+                                                                                                    spec.shield),
+                            printed)
 
 
 def _shield_band(spec: SensorSpec) -> SizeTolerance | None:
@@ -207,7 +210,7 @@ def _shield_band(spec: SensorSpec) -> SizeTolerance | None:
 
 
 def _metal_band(spec: SensorSpec) -> SizeTolerance | None:
-    if (found := metal_tolerances(spec)) is not None:
+    if (found := metal_tolerances(spec.assembly, spec.mount)) is not None:
         return found[1]
     return None if spec.jaw is None else jaw_tolerance(spec.assembly, spec.jaw.height)
 
@@ -297,14 +300,14 @@ def scatter(spec: SensorSpec) -> dict[str, Scatter]:
 
 def manufacturing_scatter(spec: SensorSpec, estimates: Estimates) -> tuple[Scatter, ...]:
     """What differs between assembled units: in place of the board's own causes their sum, `coil_scatter`."""
-    return (*(one for one in scatter(spec).values() if one.per != BOARD), *coil_scatter(estimates))
+    return (*(one for one in scatter(spec).values() if one.per != BOARD), *coil_scatter(estimates.coils))
 
 
-def coil_scatter(estimates: Estimates) -> tuple[Scatter, ...]:
+def coil_scatter(coils: tuple[CoilEstimate, ...]) -> tuple[Scatter, ...]:
     """How the inductance of the bare coils with their leads scatters by all causes of the board, of the coil that
     scatters most; nothing where it has no numbers.
     """
-    free = [coil.states[FREE] for coil in estimates.coils if FREE in coil.states]
+    free = [coil.states[FREE] for coil in coils if FREE in coil.states]
     known = [(state.spread.inductance / state.inductance, state.spread) for state in free if state.spread is not None]
     if not known:
         return ()
@@ -333,13 +336,13 @@ NO_SHIFTS = (0.0, 0.0, 0.0, 0.0)
 """Shifts by a cause that a state does not have."""
 
 
-def behind_scatter(estimates: Estimates) -> tuple[float, float]:
+def behind_scatter(coils: tuple[CoilEstimate, ...]) -> tuple[float, float]:
     """One sigma, relative, of the inductance at rest and of what a coil reads of its target, by all that is behind the
     board and by the target's thickness; of the coil that scatters most.
     """
     causes = (*BEHIND, TARGET)
     inductances, signals = [0.0], [0.0]
-    for coil in estimates.coils:
+    for coil in coils:
         rest = coil.states.get(REST)
         if rest is not None and rest.spread is not None:
             shifts = [rest.spread.shifts.get(one, NO_SHIFTS)[0] for one in causes]

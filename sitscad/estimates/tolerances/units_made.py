@@ -109,12 +109,14 @@ def with_glue(spec: SensorSpec, off: float) -> SensorSpec:
 
 def with_height(spec: SensorSpec, off: float) -> SensorSpec:
     """The spec with shield and metal lower by so much (m): with the glue over them, and what is printed there."""
-    mount, sheet, offsets = spec.mount, shield_heights(spec), spec.assembly.offsets
+    mount, sheet, offsets = spec.mount, shield_heights(spec.fpc.stackup, spec.shield), spec.assembly.offsets
     room = 0.0 if mount is None else offsets.metal + (
         mount.standoff if mount.metal_behind is None else mount.metal_behind.distance)
     if sheet is not None:
         room = board_heights(spec.fpc.stackup)[0] - sheet[1] + offsets.shield
-    down = max(off, -room - spec.assembly.glue_line * (lines_over_shield(spec) if sheet is not None else 1))
+    down = max(off,
+               -room - spec.assembly.glue_line * (lines_over_shield(spec.fpc.stackup, spec.mount,
+                                                                    spec.shield) if sheet is not None else 1))
     return _farther(spec, shield=down, metal=down)
 
 

@@ -31,7 +31,7 @@ def render(layout: Layout, panel: Panel | None, forced: str, files: Mapping[str,
     """
     named = Naming(layout.spec.name, layout.spec.fpc.rules.file_naming, layout.copper_layers)
     contents = _members(files, named, panel is not None, forced)
-    return {fabrication_path(layout.spec, "order.zip"): stored_zip(contents)}
+    return {fabrication_path(layout.spec.name, "order.zip"): stored_zip(contents)}
 
 
 @record

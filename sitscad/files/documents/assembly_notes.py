@@ -70,10 +70,12 @@ from sitscad.files.drawing.frame import FORCED
 from sitscad.files.order_facts.files import panel_path
 from sitscad.files.order_facts.notes import hanging
 from sitscad.files.writer import Package
-from sitscad.layout.board import Layout
+from sitscad.layout.board import Layout, Pad
 from sitscad.layout.panel import is_wanted
+from sitscad.spec.circuit import Tail
+from sitscad.spec.materials import ElastomerPad, Target
+from sitscad.spec.mount import Mount
 from sitscad.spec.presets import unverified_figures
-from sitscad.spec.sensor import SensorSpec
 
 WIDTH = 96
 
@@ -109,7 +111,7 @@ def text(layout: Layout, estimates: Estimates, bench: Estimates, package: Packag
     jig = (
         "Wax the jig, or wipe it with mould release, so that no glue holds it, but keep the feet of its presses clean: "
         "they lie on faces that are glued later. "
-    ) if _has_jig(spec) else ""
+    ) if _has_jig(spec.elastomer, spec.target) else ""
     head = (
         f"mount/assembly.svg shows the pieces apart{jaws}{pictures}. Parts and quantities are in bom.csv. Work under a "
         f"microscope, with gloves; clean metal and plastic with isopropanol. {jig}Lengths are in mm."
@@ -135,13 +137,14 @@ def _steps(layout: Layout, estimates: Estimates, bench: Estimates) -> Iterator[s
     if is_wanted(layout):
         yield (
             "Measure the panel's coupons. Then cut the board out at the bridges, and file their nubs off "
-            f"({panel_path(spec, '-readme.txt')} has their places and what a coupon measures)."
+            f"({panel_path(spec.name, '-readme.txt')} has their places and what a coupon measures)."
         )
     yield bare_board(layout, estimates, bench)
-    yield from filter(None, (primed(spec),))
+    yield from filter(None, (primed(spec.assembly.adhesive, spec.elastomer),))
     if spec.elastomer is not None or spec.target is not None:
         slot = " and tail in the slot" if spec.fpc.tail is not None else ""
-        yield f"Lay the board, face with the coils up{slot}, into the jig's base (jig-base).{in_base(layout)}"
+        base = in_base(layout.spec.fpc, layout.spec.mount)
+        yield f"Lay the board, face with the coils up{slot}, into the jig's base (jig-base).{base}"
     if spec.elastomer is not None:
         yield glued(spec, "elastomer", "the board", _above_board(at, "elastomer"), in_well(layout, "elastomer"))
     if spec.target is not None:
@@ -151,21 +154,20 @@ def _steps(layout: Layout, estimates: Estimates, bench: Estimates) -> Iterator[s
     sealing = [] if spec.encapsulation is None else [skin(layout, spec.encapsulation)]
     if is_cast:
         yield from sealing
-    if _has_jig(spec):
+    if _has_jig(spec.elastomer, spec.target):
         yield pushed_out(layout)
     yield from _into_jaw(layout, at)
     if not is_cast:
         yield from sealing
     yield from in_place(layout)
-    if said := plugged(layout):
+    if said := plugged(layout.pads, layout.spec.fpc.tail):
         yield said
     unseen = [f.what.split()[1] for f in unverified_figures(spec) if f.what.startswith("conductor ")]
-    yield assembled(bench, _before_reading(spec), unseen)
+    yield assembled(bench.coils, _before_reading(spec.mount), unseen)
 
 
-def _before_reading(spec: SensorSpec) -> str:
+def _before_reading(mount: Mount | None) -> str:
     """What is done before the finished sensor is measured; empty without a jaw or metal behind the board."""
-    mount = spec.mount
     if mount is not None and mount.jaw is not None:
         return (
             "Close the jaws: they must close without force, and pass a ring gauge (or a reamed hole) of the port's "
@@ -180,9 +182,9 @@ def _before_reading(spec: SensorSpec) -> str:
     )
 
 
-def _has_jig(spec: SensorSpec) -> bool:
+def _has_jig(elastomer: ElastomerPad | None, target: Target | None) -> bool:
     """Whether there is anything to glue on the board, and so a jig."""
-    return spec.elastomer is not None or spec.target is not None
+    return elastomer is not None or target is not None
 
 
 def _has_printed_mount(layout: Layout) -> bool:
@@ -205,7 +207,7 @@ def _prepared(layout: Layout) -> Iterator[str]:
             f"grooves, by a dial gauge on a flat plate (it counts in the closed pair): {sizes}. Rub a thicker one "
             "down, its lower face on abrasive film on glass."
         )
-    made = ["the mount"] * _has_printed_mount(layout) + ["the jig"] * _has_jig(spec)
+    made = ["the mount"] * _has_printed_mount(layout) + ["the jig"] * _has_jig(spec.elastomer, spec.target)
     if made:
         yield f"Make {' and '.join(made)} from mount/ ({MADE.get(mount.process, mount.process)}).{counts}"
     yield from filter(None, (measuring(spec),))
@@ -225,7 +227,7 @@ def _prepared(layout: Layout) -> Iterator[str]:
             "cavities of mould-tray a little over, draw mould-lid over it from one side, weigh it down (about 1 kg). "
             f"{cured(spec.elastomer.material)}{again} Lift the lid from one edge; press {pads} out from {edge} with a "
             f"blunt plastic tip, and wash the release off with isopropanol before they are glued. {chosen} "
-            f"{toleranced(plate_thickness(spec, 'elastomer'))} thick."
+            f"{toleranced(plate_thickness(spec.assembly, spec.elastomer, spec.target, 'elastomer'))} thick."
         )
 
 
@@ -240,7 +242,7 @@ def _into_jaw(layout: Layout, at: Levels) -> Iterator[str]:
     if not column(layout):
         yield from fastened(layout)
         return
-    yield from jaw_cut(layout)
+    yield from jaw_cut(layout.body, layout.spec.assembly.glue_line, layout.spec.mount)
     metal = at["jaw"][1]
 
     def height(part: str) -> str:
@@ -295,7 +297,8 @@ def _checks(layout: Layout) -> list[str]:
         f"  {layer.part:<28}{toleranced(layer.thickness)}{'  unverified' if OF_JAW.get(layer.part) in unseen else ''}"
         for layer in column(layout)
     ]
-    return [*hanging("", words, WIDTH), "", "From the jaw's back to the other jaw's:", *rows, listed(layout)]
+    return [*hanging("", words, WIDTH), "", "From the jaw's back to the other jaw's:", *rows,
+            listed(layout.spec.assembly)]
 
 
 HEAVIEST = 6  # Parts whose weight the notes name
@@ -377,9 +380,9 @@ def bare_board(layout: Layout, estimates: Estimates, bench: Estimates) -> str:
     return "\n".join([said, *aligned(rows)])
 
 
-def assembled(bench: Estimates, closes: str, unseen: Sequence[str] = ()) -> str:
+def assembled(coils: tuple[CoilEstimate, ...], closes: str, unseen: Sequence[str] = ()) -> str:
     """The test of the finished sensor at rest at 20 degC: a table of instruments and coils; unverified metals."""
-    coils = [coil for coil in bench.coils if REST in coil.states]
+    coils = tuple(coil for coil in coils if REST in coil.states)
     if not coils:
         return f"{closes}Measure each coil again."
     rows = [("coil", "converter", "inductance by firmware/", "LCR meter at the converter's frequency")]
@@ -395,24 +398,23 @@ def assembled(bench: Estimates, closes: str, unseen: Sequence[str] = ()) -> str:
     return "\n".join([said, *aligned(rows)])
 
 
-def plugged(layout: Layout) -> str:
+def plugged(pads: tuple[Pad, ...], tail: Tail | None) -> str:
     """Which face the contacts are on, where contact 1 is, and what the tail goes into; empty without contacts."""
-    if not layout.pads:
+    if not pads:
         return ""
-    first = min(layout.pads, key=lambda pad: pad.number)
+    first = min(pads, key=lambda pad: pad.number)
     name = "unused" if first.is_unused else first.pin
     where = (
         "The contacts are on the face with the coils. Seen on that face, along the tail to its end, contact 1 "
         f"({name}) is at the left edge; which contact goes to which pin of the converter is in fpc/readme.txt."
     )
-    tail = layout.spec.fpc.tail
     if tail is None or tail.connector.insertion_thickness == 0.0:
         return f"Solder wires to the contacts. {where}"
-    order = connector_order(tail.connector, len(layout.pads))
+    order = connector_order(tail.connector, len(pads))
     doubt = ", code unverified" if order is not None and is_unverified(order.source) else ""
     code = "" if order is None else f"; {order.maker} {order.code}{doubt}" if order.code else f"; {order.words}"
     return (
-        f"Plug the tail into its connector ({tail.connector.name}, {len(layout.pads)} contacts{code}): open the latch, "
+        f"Plug the tail into its connector ({tail.connector.name}, {len(pads)} contacts{code}): open the latch, "
         f"push the tail in straight, close the latch. The connector's springs have to be on the contacts' side. {where}"
     )
 

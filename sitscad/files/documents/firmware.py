@@ -33,7 +33,7 @@ def render(spec: SensorSpec, estimates: Estimates, forced: str = "") -> dict[str
     """
     converter, conversion = spec.readout.device, estimates.readout.conversion
     try:
-        found = devices(spec.readout, estimates)
+        found = devices(spec.readout, estimates.coils, estimates.readout)
         text = None if conversion is None else conversion.firmware_text(spec.readout.clock)
         if conversion is None or text is None:
             raise ValueError(f"sitscad has no firmware for {converter.part}")

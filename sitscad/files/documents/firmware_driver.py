@@ -47,7 +47,7 @@ def driver_files(
     conversion = estimates.readout.conversion
     if not spec.readout.device.has_driver or conversion is None:
         return {}
-    found = bands(estimates, usual("coil_inductance"))
+    found = bands(estimates.coils, usual("coil_inductance"))
     folder = FOLDER / "firmware"
     files = {
         f"firmware/{path.relative_to(folder).as_posix()}": path.read_text(encoding="ascii")
@@ -81,7 +81,7 @@ def _config(
     readout, scale = estimates.readout, 1.0 / conversion.hertz_per_count
     places = spec.readout.device.places(len(found))
     scan = 1.0 / readout.scan_rate if readout.scan_rate else 0.0
-    serial = serial_settings(spec, readout.scan_rate or 0.0)
+    serial = serial_settings(spec.array.placements, spec.cells, readout.scan_rate or 0.0)
     waited = _self_test_time(len(found), readout.scan_rate)
     register = REGISTER_BITS / conversion.device.limit("serial_clock_max")
     full_scale = conversion.hertz_per_count * 2.0**conversion.count_bits
@@ -307,7 +307,7 @@ def render_readme(layout: Layout, estimates: Estimates, bench: Estimates, forced
             parts += hanging("", text, WIDTH)
         return {README: ("\n".join(parts) + "\n").encode("ascii", "replace")}
     try:
-        found = bands(estimates, usual("coil_inductance"))
+        found = bands(estimates.coils, usual("coil_inductance"))
     except ValueError:
         return {}
     own = "; a calibration.h beside it takes precedence over ../calibration/'s"
@@ -356,11 +356,11 @@ def _wiring(layout: Layout, estimates: Estimates) -> Iterator[str]:
     if spec.readout.chip is not None or spec.readout.capacitor_at == "coil":
         place = "on the tail, soldered there" if spec.readout.chip is not None else "at the coil"
     yield from hanging(f"  {'capacitor':<10}", f"{capacitor}, one a coil, {place}.", WIDTH)
-    is_reversed = socket_pad(layout, 1) > 1
+    is_reversed = socket_pad(layout.pads, spec.fpc.tail, 1) > 1
     yield "  contacts of the tail" + (", and pads of J1 in wiring/:" if is_reversed else ":")
     for one in contacts(layout):
         where = f"{one.converter_pin} of converter {one.converter}" if one.net != "-" else "nothing"
-        pad = f"pad {socket_pad(layout, one.number):<3} " if is_reversed else ""
+        pad = f"pad {socket_pad(layout.pads, spec.fpc.tail, one.number):<3} " if is_reversed else ""
         yield f"    {one.number:>3}  {pad}{one.pin:<8} {where}"
     if is_reversed:
         said = (

@@ -40,8 +40,9 @@ from sitscad.estimates.loads.gluing import (
 from sitscad.kernels.geometry.convex import Box
 from sitscad.layout.board import Layout
 from sitscad.spec import presets
-from sitscad.spec.materials import Adhesive
-from sitscad.spec.mount import Assembly, Jaw, StepPart
+from sitscad.spec.circuit import FpcSpec, Tail
+from sitscad.spec.materials import Adhesive, ElastomerPad
+from sitscad.spec.mount import Assembly, Jaw, Mount, StepPart
 from sitscad.spec.sensor import SensorSpec
 
 STEEL = 7850.0
@@ -145,10 +146,9 @@ def measuring(spec: SensorSpec) -> str:
     )
 
 
-def primed(spec: SensorSpec) -> str:
+def primed(glue: Adhesive | None, elastomer: ElastomerPad | None) -> str:
     """Which faces get a primer; empty where none is needed."""
-    glue = spec.assembly.adhesive
-    if glue is None or not glue.primer or spec.elastomer is None:
+    if glue is None or not glue.primer or elastomer is None:
         return ""
     return (
         f"Wipe {glue.primer.partition(' on ')[0]} on the elastomer's upper and lower face, on nothing else (its sides, "
@@ -342,9 +342,9 @@ GAUGE, FILM_STEP = 0.05e-3, 0.05e-3
 """Thinnest gap (m) that a feeler gauge measures well, and step of films' thicknesses (m). From memory, not verified."""
 
 
-def near(layout: Layout) -> str:
+def near(assembly: Assembly) -> str:
     """Tolerance of a piece's place, along and across."""
-    return f"+-{1e3 * placement(layout.spec.assembly).band:.3f} mm"
+    return f"+-{1e3 * placement(assembly).band:.3f} mm"
 
 
 def piece_sizes(layout: Layout) -> dict[str, tuple[float, float]]:
@@ -352,7 +352,8 @@ def piece_sizes(layout: Layout) -> dict[str, tuple[float, float]]:
 
     Pieces of a mount widen upwards, as far as the port leaves them room.
     """
-    ledges, stop, half, x0 = side_ledges(layout), stop_place(layout), layout.body_size[1] / 2, layout.body[0]
+    ledges, stop = side_ledges(layout), stop_place(layout.body, layout.spec.jaw, layout.spec.mount)
+    half, x0 = layout.body_size[1] / 2, layout.body[0]
     found = {}
     for name, (_, top) in zip(MOUNT_PIECES, seat_spans(layout.spec), strict=False):
         found[name] = x0, 2.0 * min(half, room_across(layout, top))
@@ -372,11 +373,11 @@ def squared(layout: Layout, stiff: list[str]) -> str:
     for a mount that is about as wide as the jaw, or wider: every pair of widths leaves a gap that a gauge measures.
     """
     jaw, mount = layout.spec.jaw, layout.spec.mount
-    if jaw is None or mount is None or retention(layout) is not None or not stiff:
+    if jaw is None or mount is None or retention(layout.body, layout.spec.mount) is not None or not stiff:
         return ""
     if jaw.pocket is not None:
         return _in_pocket(layout, jaw, stiff) if jaw.recess else ""
-    tip, face, sizes = jaw_range(layout, jaw)[0], section(jaw).face, piece_sizes(layout)
+    tip, face, sizes = jaw_range(layout.body, jaw)[0], section(jaw).face, piece_sizes(layout)
     ends = {part: sizes[part][0] - tip for part in stiff}
     wide = {part: sizes[part][1] for part in stiff}
     narrower = {part: (face - width) / 2 for part, width in wide.items()}
@@ -390,10 +391,11 @@ def squared(layout: Layout, stiff: list[str]) -> str:
     return (
         f" Before any glue, clamp two straight waxed strips upright against the jaw's sides, high enough to stand "
         f"beside all that is glued{between}.{sides} As drawn the jaw's face is {1e3 * face:.3f} mm wide, {widths}: "
-        f"feeler gauges on both sides of each piece, {gaps}, put it in the middle to {near(layout)}. Measure your own "
-        f"widths: the gap is {own}. From the jaw's tip to each piece's own end there (caliper; a block clamped across "
-        f"to push it against) are, in mm: {places}, to {near(layout)}. A piece that is glued on askew gives a false "
-        "force."
+        f"feeler gauges on both sides of each piece, {gaps}, put it in the middle to {near(layout.spec.assembly)}. "
+        f"Measure your own widths: the gap is {own}. From the jaw's tip to each piece's own end there (caliper; a "
+        "block clamped across "
+        f"to push it against) are, in mm: {places}, to {near(layout.spec.assembly)}. A piece that is glued on "
+        "askew gives a false force."
     )
 
 
@@ -442,7 +444,7 @@ def _pocket_gaps(layout: Layout, jaw: Jaw, stiff: Sequence[str]) -> dict[str, tu
     """Room (m) of each piece in the jaw's pocket, at the end and at the sides; a seat is cut back to its clearance."""
     assert jaw.pocket is not None
     (along, across), sizes = jaw.pocket, piece_sizes(layout)
-    start = sum(jaw_range(layout, jaw)) / 2 - along / 2
+    start = sum(jaw_range(layout.body, jaw)) / 2 - along / 2
     return {part: (max(sizes[part][0] - start, POCKET_CLEARANCE), max((across - sizes[part][1]) / 2, POCKET_CLEARANCE))
             for part in stiff}
 
@@ -453,8 +455,8 @@ def _in_pocket(layout: Layout, jaw: Jaw, stiff: Sequence[str]) -> str:
              for part, gaps in _pocket_gaps(layout, jaw, stiff).items()]
     return (
         f" In the jaw's pocket, strips of {FILM} between each piece and the pocket's end at the tip, and beside it on "
-        f"both sides, put it in its place to {near(layout)}; thickness at the end and at the sides, in mm: "
-        f"{', '.join(found)}."
+        f"both sides, put it in its place to {near(layout.spec.assembly)}; thickness at the end and at the sides, "
+        f"in mm: {', '.join(found)}."
     )
 
 
@@ -463,14 +465,14 @@ def against_stop(layout: Layout) -> str:
     room, mount = clearance(layout.spec.mount), layout.spec.mount
     jaw = layout.spec.jaw
     assert mount is not None and jaw is not None
-    away = in_mm(layout.body[0] - jaw_range(layout, jaw)[0], 2)
-    end = f"its end {away} mm from the jaw's tip, to {near(layout)}"
+    away = in_mm(layout.body[0] - jaw_range(layout.body, jaw)[0], 2)
+    end = f"its end {away} mm from the jaw's tip, to {near(layout.spec.assembly)}"
     over = layout.body_size[1] / 2 - half_width(layout, seat_spans(layout.spec)[-1][1])
     alike = f"stand out by {in_mm(over, 2)} mm beside the mount's floor" if over > FLUSH else "are flush with the mount"
     beside = f"; its sides {alike}, the same on both (microscope)"
     if side_ledges(layout) is not None:
         beside = "; the same film beside it on both sides keeps it in the middle between the ledges"
-    if stop_place(layout) is None:
+    if stop_place(layout.body, layout.spec.jaw, layout.spec.mount) is None:
         return f"The board lies with its end flush with the mount's end at the tip ({end}){beside}."
     return (
         f"Do not push the board against the stop itself: {in_mm(room)} mm between them are part of its place ({end}). "
@@ -479,24 +481,24 @@ def against_stop(layout: Layout) -> str:
     )
 
 
-def _tail_end(layout: Layout) -> str:
+def _tail_end(tail: Tail | None) -> str:
     """The end of the board where its tail leaves, in words."""
-    return "the tail" if layout.spec.fpc.tail is not None else "the end at large x (drawing of the board)"
+    return "the tail" if tail is not None else "the end at large x (drawing of the board)"
 
 
-def in_base(layout: Layout) -> str:
+def in_base(fpc: FpcSpec, mount: Mount | None) -> str:
     """The board's place in the jig's base; a whole sentence."""
-    room = clearance(layout.spec.mount)
+    room = clearance(mount)
     return (
-        f" The recess is {in_mm(room)} mm larger on each side. {_films(layout)} The films stay, no higher than the "
+        f" The recess is {in_mm(room)} mm larger on each side. {_films(fpc)} The films stay, no higher than the "
         "base's face, until the board is pushed out."
     )
 
 
-def _films(layout: Layout) -> str:
+def _films(fpc: FpcSpec) -> str:
     """Where films fill the room round the board in a recess, and so place it; whole sentences."""
-    end = _tail_end(layout)
-    if stack.has_round_body(layout.spec.fpc.body):
+    end = _tail_end(fpc.tail)
+    if stack.has_round_body(fpc.body):
         return f"Line its round wall with a strip of {FILM}, as thick as this room: it holds the board in the middle."
     return (
         f"Put strips of {FILM}, as thick as this room, along the wall away from {end} and along the wall on the right "
@@ -506,7 +508,7 @@ def _films(layout: Layout) -> str:
 
 def in_well(layout: Layout, part: str) -> str:
     """How a piece comes to its place in a frame's well, though frame and well have room; whole sentences."""
-    room, end = process_clearance(layout.spec.mount), _tail_end(layout)
+    room, end = process_clearance(layout.spec.mount), _tail_end(layout.spec.fpc.tail)
     row = plates(layout.spec, part)
     (x0, y0, _, y1), (left, low, _, high) = layout.body, _box(row)
     what = f"the {part}" if part == "elastomer" or layout.spec.elastomer is None else "the press with the target"
@@ -524,14 +526,14 @@ def in_well(layout: Layout, part: str) -> str:
         f" Frame and well have {in_mm(room, 3)} mm of room on each side. Push the frame straight towards {end} and "
         f"keep it there: its round holes on the round pins hold it in the middle across. {back} {across} Try it dry "
         f"first: put the {part} {by_hand}, lift the frame off without moving the {part}, and measure under the "
-        f"microscope. The distances from the body's edges to the {part}'s edges must be, in mm (each {near(layout)}): "
-        f"{edges}."
+        f"microscope. The distances from the body's edges to the {part}'s edges must be, in mm "
+        f"(each {near(layout.spec.assembly)}): {edges}."
     )
 
 
 def pushed_ways(layout: Layout, part: str) -> tuple[str, ...]:
     """What the picture of the jig has below it: where the tail is, which way frame and piece are pushed, and films."""
-    room, end = process_clearance(layout.spec.mount), _tail_end(layout)
+    room, end = process_clearance(layout.spec.mount), _tail_end(layout.spec.fpc.tail)
     row = plates(layout.spec, part)
     film = f"A film of {in_mm(room, 3)} mm goes on the right in the well, seen towards {end}."
     return (
@@ -555,18 +557,20 @@ def _box(pieces: Sequence[Body]) -> Box:
     return min(b[0] for b in boxes), min(b[1] for b in boxes), max(b[2] for b in boxes), max(b[3] for b in boxes)
 
 
-def in_recess(layout: Layout) -> str:
+def in_recess(assembly: Assembly, fpc: FpcSpec, mount: Mount | None) -> str:
     """The board's place in the recess of a plate or a cap; a whole sentence."""
-    room = clearance(layout.spec.mount)
+    room = clearance(mount)
     return (
-        f" The recess is {in_mm(room)} mm larger on each side. {_films(layout)} Its place is kept to {near(layout)}. "
+        f" The recess is {in_mm(room)} mm larger on each side. {_films(fpc)} Its place is kept to {near(assembly)}. "
         "Let films stand up by some millimetres, and pull the films out when the glue has set."
     )
 
 
-def on_own(layout: Layout, part: StepPart | None) -> str:
+def on_own(
+    body: tuple[float, float, float, float], assembly: Assembly, fpc_tail: Tail | None, part: StepPart | None
+) -> str:
     """Where the board lies on a mount of the user's own; whole sentences."""
-    x0, y0, x1, y1 = layout.body
+    x0, y0, x1, y1 = body
     size = f"{in_mm(x1 - x0, 2)} x {in_mm(y1 - y0, 2)} mm"
     if part is None:
         return f" It takes a flat face of {size}, with nothing beside it where the tail leaves, coils up."
@@ -577,11 +581,11 @@ def on_own(layout: Layout, part: StepPart | None) -> str:
     else:
         at = f"the point {', '.join(in_mm(value, 3) for value in datum)} (mm, axes of the file)"
     up = "its z axis" if isinstance(datum, str) else f"the file's axis {part.up}"
-    tail = ", where the tail leaves" if layout.spec.fpc.tail is not None else ""
+    tail = ", where the tail leaves" if fpc_tail is not None else ""
     return (
         f" The middle of its body ({size}, the first along {ways}{tail}) comes over {at} of {part.file}, on the face "
         f"there, the coils on the side of {up}. Draw this outline on the face first: its place is kept to "
-        f"{near(layout)}, its lower face lies a glue line above the face."
+        f"{near(assembly)}, its lower face lies a glue line above the face."
     )
 
 
@@ -590,7 +594,7 @@ def floor_grooves(layout: Layout) -> str:
     spans = seat_spans(layout.spec)
     if not spans:
         return ""
-    places, width = grooves(layout, spans[-1])
+    places, width = grooves(layout.body, layout.spec.mount, spans[-1])
     if not places:
         return ""
     across = 2.0 * half_width(layout, spans[-1][1])
@@ -605,7 +609,8 @@ def over_jaw(layout: Layout, at: Levels) -> str:
     """What hangs over the metal beside a shield; empty without a shield below a mount."""
     if "shield" not in at or "mount" not in at or layout.spec.jaw is None:
         return ""
-    hangs = [name for name, there in (("stop", stop_place(layout)), ("tongue", relief(layout))) if there is not None]
+    hangs = [name for name, there in (("stop", stop_place(layout.body, layout.spec.jaw, layout.spec.mount)),
+                                      ("tongue", relief(layout))) if there is not None]
     if not hangs:
         return ""
     gap = (at["mount"][0] - at["jaw"][1]).nominal
@@ -618,6 +623,6 @@ def over_jaw(layout: Layout, at: Levels) -> str:
     )
 
 
-def listed(layout: Layout) -> str:
+def listed(assembly: Assembly) -> str:
     """The row of the table of tolerances that is no thickness."""
-    return f"  {'each piece beside its place':<28}{near(layout)} (along and across)"
+    return f"  {'each piece beside its place':<28}{near(assembly)} (along and across)"

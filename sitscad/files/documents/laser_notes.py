@@ -22,6 +22,8 @@ from sitscad.layout.laser_sheet import (
     is_laser_cut,
     joined_part,
 )
+from sitscad.spec.materials import ElastomerPad
+from sitscad.spec.mount import Mount
 from sitscad.spec.sensor import SensorSpec
 
 WIDTH = 96
@@ -54,7 +56,7 @@ def text(spec: SensorSpec, sheets: tuple[LaserSheet, ...], forced: bool = False)
         is_soft = target.material in SOFT_METALS and target.thickness <= MAX_SCALPEL_THICKNESS + 1e-9
         by_hand = BY_HAND if is_soft else NOT_BY_HAND
         lines += [*hanging("", WITHOUT_LASER.format(name=spec.name, by_hand=by_hand), WIDTH), ""]
-    if (bought := _bought(spec)) is not None:
+    if (bought := _bought(spec.elastomer, spec.mount)) is not None:
         lines += [*hanging("", bought, WIDTH), ""]
     return "\n".join([*lines, *hanging("", _kerf(sheets), WIDTH)]) + "\n"
 
@@ -142,14 +144,13 @@ def _kind(sheet: LaserSheet) -> str:
     return SILICONE if sheet.part == "elastomer" else sheet.material
 
 
-def _bought(spec: SensorSpec) -> str | None:
+def _bought(pad: ElastomerPad | None, mount: Mount | None) -> str | None:
     """How the elastomer's sheet is come by."""
-    pad = spec.elastomer
     order = None if pad is None else order_of("elastomer", pad.material.name)
     if pad is None or order is None:
         return None
     moulded = "or cast single pads in the mould of mount/, which need no laser"
-    if spec.mount is None:
+    if mount is None:
         moulded = "or write mount: {kind: custom} into the spec, which makes a mould for single pads and a jig"
     return (
         f"Where the silicone sheet comes from. {order.code} ({order.maker}) is sold as {order.words}: cast a sheet "

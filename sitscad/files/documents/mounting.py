@@ -60,9 +60,11 @@ from sitscad.files.documents.tail_steps import tail_bent, tail_fixed, tail_forme
 from sitscad.files.drawing.pictures.rendered import assembly_svg, clash_svg
 from sitscad.files.writer import json_bytes
 from sitscad.layout.board import Layout
+from sitscad.spec.coil import CoilSpec
 from sitscad.spec.materials import Encapsulation
 from sitscad.spec.mount import Mount
 from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.yaml.source import SpecSource
 
 
 def doses(layout: Layout) -> tuple[float, ...]:
@@ -77,12 +79,12 @@ def doses(layout: Layout) -> tuple[float, ...]:
     return tuple(sorted(area * assembly.glue_line for area in areas))
 
 
-def jaw_cut(layout: Layout) -> Iterator[str]:
+def jaw_cut(body: tuple[float, float, float, float], glue_line: float, mount: Mount | None) -> Iterator[str]:
     """What is cut into the jaw for a dovetail or pins."""
-    found, mount = retention(layout), layout.spec.mount
+    found = retention(body, mount)
     if found is not None and mount is not None and mount.jaw is not None:
-        room, tip, beside = joint_clearance(layout.spec), jaw_range(layout, mount.jaw)[0], mount.jaw.width / 2
-        end = layout.body[2] + room
+        room, tip, beside = joint_clearance(glue_line, mount), jaw_range(body, mount.jaw)[0], mount.jaw.width / 2
+        end = body[2] + room
         if found.kind == "dovetail":
             bottom, top, depth = tongue_across(found, room)
             yield (
@@ -92,7 +94,7 @@ def jaw_cut(layout: Layout) -> Iterator[str]:
                 "as the jaw's STEP file has it. The mount slides in from the tip up to the groove's end."
             )
         else:
-            at = " and ".join(f"{1e3 * (x - tip):.2f}" for x, _ in pin_places(layout))
+            at = " and ".join(f"{1e3 * (x - tip):.2f}" for x, _ in pin_places(body, mount))
             yield (
                 f"Drill two holes of {1e3 * (found.diameter + 2.0 * room):.2f} mm through the jaw, their centres {at} "
                 f"mm behind its tip, on its middle ({1e3 * beside:.2f} mm from either side): the STEP file of the jaw "
@@ -108,11 +110,13 @@ def fastened(layout: Layout) -> Iterator[str]:
     if said := tail_formed(layout):
         yield said
     slot = ", tail in the slot" if layout.spec.fpc.tail is not None else ""
-    glued = f"Glue the board into the mount's recess{slot}.{in_recess(layout)} {board_glued(layout)}{_seated(layout)}"
+    recess = in_recess(layout.spec.assembly, layout.spec.fpc, layout.spec.mount)
+    glued = f"Glue the board into the mount's recess{slot}.{recess} {board_glued(layout)}{_seated(layout)}"
     if mount.finger is not None:
         yield f"Tap both holes in the cap's sides M{in_mm(mount.finger.screw)}. {glued}"
     elif mount.kind == "custom":
-        own = f"{on_own(layout, mount.step)}{_own_height(layout)}"
+        own = on_own(layout.body, layout.spec.assembly, layout.spec.fpc.tail, mount.step)
+        own += _own_height(layout.spec.coil, layout.spec.mount)
         yield f"Put the board on your own mount and glue it down.{own} {board_glued(layout)}"
     elif mount.holes is not None:
         yield glued
@@ -120,11 +124,11 @@ def fastened(layout: Layout) -> Iterator[str]:
         yield said
 
 
-def _own_height(layout: Layout) -> str:
+def _own_height(coil: CoilSpec, mount: Mount | None) -> str:
     """Height of the board on the user's own mount over the metal behind it, or how far metal has to be."""
-    metal = layout.spec.mount.metal_behind if layout.spec.mount is not None else None
+    metal = mount.metal_behind if mount is not None else None
     if metal is None:
-        return metal_below_told(layout)
+        return metal_below_told(coil, mount)
     return (
         f" Its face for the board has to lie {in_mm(metal.distance)} mm above the {metal.material.name}, with nothing "
         "of metal between."
@@ -137,27 +141,27 @@ def in_place(layout: Layout) -> Iterator[str]:
     if mount is None or mount.jaw is not None:
         return
     if mount.finger is not None:
-        width, side = cap_size(layout)
+        width, side = cap_size(layout.body, layout.spec.mount)
         yield (
             f"Slip the cap, {in_mm(width, 2)} mm wide, over the finger and clamp it by two "
             f"M{in_mm(mount.finger.screw)} set screws of plastic: metal nearer to a coil than "
             f"{in_mm(metal_free_distance(layout.spec.coil), 1)} mm changes the readings, brass too, "
             f"and no figure counts the screws. The cap's sides are {in_mm(side, 2)} mm thick there: screws of "
-            f"{in_mm(set_screw(layout))} mm do not stand out."
+            f"{in_mm(set_screw(layout.body, layout.spec.mount))} mm do not stand out."
         )
     elif mount.holes is not None and adapter_needed(layout):
         plate, below = -plate_floor(layout)[1], adapter_depth(layout)
         yield (
             f"Screw mount-adapter on ({mount.holes.name}, {len(mount.holes.holes)} screws, their heads sunk). "
             f"{screws(mount.holes.thread, FLOOR)} Lay four M2 nuts into it from below first; they hold the mount's "
-            f"four screws.{metal_below_told(layout)}"
+            f"four screws.{metal_below_told(layout.spec.coil, layout.spec.mount)}"
         )
         yield f"Screw the mount on the adapter: {_into_nuts(plate + below)}{_heads(layout, 'M2')}{_room_below(layout)}"
     elif mount.holes is not None:
         thread = "M2" if mount.holes.name == "corners-m2" else mount.holes.thread
         yield (
             f"Screw the mount down ({mount.holes.name}{_spacing(layout)}). {screws(thread, -plate_floor(layout)[1])}"
-            f"{_heads(layout, thread)}{metal_below_told(layout)}{_room_below(layout)}"
+            f"{_heads(layout, thread)}{metal_below_told(layout.spec.coil, layout.spec.mount)}{_room_below(layout)}"
         )
 
 
@@ -192,9 +196,9 @@ LENGTHS = (3, 4, 5, 6, 8, 10, 12, 16, 20, 25, 30, 35, 40, 45, 50)
 """Lengths of screws under the head (mm; ISO 4762)."""
 
 
-def set_screw(layout: Layout) -> float:
+def set_screw(body: tuple[float, float, float, float], mount: Mount | None) -> float:
     """Length (m) of the set screws in a cap's sides, which do not stand out."""
-    _, side = cap_size(layout)
+    _, side = cap_size(body, mount)
     return 1e-3 * max((each for each in SET_LENGTHS if 1e-3 * each <= side + SAME), default=SET_LENGTHS[0])
 
 
@@ -238,9 +242,8 @@ def screws(thread: str, grip: float) -> str:
     return f"{lies}: {thread} x {length} screws (ISO 4762) go {in_mm(left, 1)} mm into the part below."
 
 
-def metal_below_told(layout: Layout) -> str:
+def metal_below_told(coil: CoilSpec, mount: Mount | None) -> str:
     """Whether the part under a plate or a mount of the user's own may be of metal; empty for a finger or jaw."""
-    spec, mount = layout.spec, layout.spec.mount
     if mount is None or mount.jaw is not None or mount.finger is not None:
         return ""
     if mount.metal_behind is not None:
@@ -250,7 +253,7 @@ def metal_below_told(layout: Layout) -> str:
             f"{in_mm(behind.thickness, 2)} mm of {behind.material.name}: nothing else of metal may lie nearer."
         )
     return (
-        f" The part below may be of metal only from {in_mm(metal_free_distance(spec.coil), 1)} mm below the board "
+        f" The part below may be of metal only from {in_mm(metal_free_distance(coil), 1)} mm below the board "
         "on: nearer metal changes the readings, and none is counted. For a nearer one write "
         "mount.metal_behind and build anew."
     )
@@ -334,7 +337,8 @@ def render_fit(layout: Layout, solids: tuple[Solid, ...]) -> dict[str, bytes]:
     borne = loads(layout.spec)
     proof = prove(layout, solids, borne)
     own = (*carried(layout, solids), *under_bend(layout, solids))
-    held = (*read_files(layout.spec), *in_file(layout, solids), *measured_jaw(layout), *own)
+    held = (*read_files(layout.spec.mount, layout.spec.source), *in_file(layout.spec.mount, solids),
+            *measured_jaw(layout), *own)
     if proof is None:
         return _as_file({"measured": [_measured(each) for each in held]}) if held else {}
     files = _as_file(document(replace(proof, measured=(*proof.measured, *held))))
@@ -348,13 +352,13 @@ def _as_file(said: dict[str, Any]) -> dict[str, bytes]:
     return {"mount/fit.json": json_bytes(said)}
 
 
-def unread_files(spec: SensorSpec) -> str:
+def unread_files(mount: Mount | None, source: SpecSource) -> str:
     """The text of a ``mount/fit.json`` that tells of STEP files which cannot be read; empty if all can be.
 
     No solid and no file of solids can be made of such a spec. Empty, too, without a CAD kernel.
     """
     try:
-        unread = [each for each in read_files(spec) if not each.is_kept]
+        unread = [each for each in read_files(mount, source) if not each.is_kept]
     except MissingExtra:  # what needs it says so
         return ""
     return json_bytes({"measured": [_measured(each) for each in unread]}).decode("ascii") if unread else ""

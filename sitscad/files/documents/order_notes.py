@@ -28,12 +28,12 @@ from sitscad.files.order_facts.files import (
 )
 from sitscad.kernels.geometry.path import bounding_box
 from sitscad.layout.bending import Where, finished_thickness, tail_copper, tail_layers
-from sitscad.layout.board import Layout
+from sitscad.layout.board import Layout, Via
 from sitscad.layout.lamination import lamination_text
 from sitscad.layout.panel import Panel, is_too_small
 from sitscad.layout.tail_frame import chip_opening
 from sitscad.layout.tail_tracks import contact_rows
-from sitscad.spec.circuit import MASK, LayerKind, Plating
+from sitscad.spec.circuit import MASK, FpcSpec, LayerKind, Plating, Stackup, Tail
 from sitscad.spec.presets import (
     board_kind,
     conductor,
@@ -43,7 +43,6 @@ from sitscad.spec.presets import (
     least_adhesive,
     unverified_rows,
 )
-from sitscad.spec.sensor import SensorSpec
 
 
 def render(
@@ -68,19 +67,20 @@ def readme(
     wired = aligned(contact_rows(layout))
     sections = [
         [f"{FORCED}.", ""] if forced else [], incomplete, notes.section("What to make", _order(layout, panel)),
-        notes.section("Stack-up, from the top", _layers(layout)),
-        notes.section("What the sensor depends on", _care(layout)), notes.section("Test", _test(layout, bench)),
+        notes.section("Stack-up, from the top", _layers(layout.copper_layers, layout.spec.fpc, layout.vias)),
+        notes.section("What the sensor depends on", _care(layout.copper_layers, layout.spec.fpc.stackup)),
+        notes.section("Test", _test(layout, bench)),
         *([notes.section("Questions", notes.questions(layout.spec.fpc))] if layout.spec.fpc.rules.one_process else ()),
         notes.headed("Contacts, for whoever wires the sensor (numbered as in the drawing)", wired) if wired else [],
         notes.section("Files in the archive", _files(layout, panel)),
         notes.section("Files in the package only", _not_sent(layout, panel)),
-        _fingerprint(layout.spec, panel, files) if files else []
+        _fingerprint(layout.spec.name, panel, files) if files else []
     ]
     title = f"{layout.spec.name}: {board_kind(layout.spec.fpc.stackup)} printed circuit of an inductive sensor"
     return "\n".join([title, "=" * len(title), "", *(line for lines in sections for line in lines)])
 
 
-def _fingerprint(spec: SensorSpec, panel: Panel | None, files: Mapping[str, bytes]) -> list[str]:
+def _fingerprint(name: str, panel: Panel | None, files: Mapping[str, bytes]) -> list[str]:
     """What is hashed, and the line of a shell that prints the same."""
     images = board_images(files)
     what = (
@@ -90,7 +90,7 @@ def _fingerprint(spec: SensorSpec, panel: Panel | None, files: Mapping[str, byte
     if panel is not None:
         what += (
             f" It is that of the single board, whose files are not in the archive; that of the panel's files stands in "
-            f"{_panel_name(spec, '-readme.txt')}."
+            f"{_panel_name(name, '-readme.txt')}."
         )
     words = wrap(what, notes.TEXT_WIDTH, break_long_words=False, break_on_hyphens=False)
     return notes.headed("Fingerprint", [*words, "", fingerprint(files, images), shell_line(images)])
@@ -127,16 +127,18 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     yield "Legend", "none" if fpc.rules.one_process else "none, and no date code or maker's mark on the boards"
     yield "Laminates", notes.laminate_text(fpc.stackup)
     if not fpc.rules.one_process:
-        standard = "IPC-6012 class 2" if is_rigid(fpc.stackup) else f"IPC-6013 class 2, {_ipc_type(layout)}"
+        standard = "IPC-6012 class 2"
+        if not is_rigid(fpc.stackup):
+            standard = f"IPC-6013 class 2, {_ipc_type(layout.copper_layers, layout.spec.fpc.tail, layout.vias)}"
         yield "Class", f"{standard}, unless the order says otherwise"
     if layout.stiffener is not None:
         left, low, right, high = bounding_box([layout.stiffener.outline.outline])
         where = f"x = {show(left, 'm')} to {show(right, 'm')}, y = {show(low, 'm')} to {show(high, 'm')}"
-        yield "Stiffener", f"{notes.stiffener_text(layout)}, on the bottom face, {where}"
+        yield "Stiffener", f"{notes.stiffener_text(fpc.tail, layout.stiffener)}, on the bottom face, {where}"
     if fpc.tail is not None and fpc.tail.connector.insertion_thickness > 0.0:
         yield "Contacts", _contacts(layout)
     elif layout.pads:
-        yield "Contacts", f"{contact_text(layout)}, for solder"
+        yield "Contacts", f"{contact_text(layout.pads, layout.spec.fpc.stackup, layout.top_openings)}, for solder"
     if layout.capacitors and (chip := layout.spec.readout.chip) is not None:
         names, opening = ", ".join(each.reference for each in layout.capacitors), chip_opening(fpc.rules, chip)
         yield "Capacitors", (
@@ -149,7 +151,7 @@ def _order(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
         yield "Bend", notes.bend_text(layout)
     if turn := notes.turn_text(fpc.tail):
         yield "Outline", turn
-    yield "Made for rules", _rules(layout.spec)
+    yield "Made for rules", _rules(layout.spec.coil.layers, layout.spec.fpc)
 
 
 def _delivery(layout: Layout, panel: Panel | None) -> str:
@@ -158,15 +160,15 @@ def _delivery(layout: Layout, panel: Panel | None) -> str:
         small = "; smaller than the smallest part of these rules: deliver them in a panel of your own, held by bridges"
         return f"single boards, cut out{small if is_too_small(layout) else ''}"
     width, height = (show(side, "m") for side in panel.size)
-    many = f"{len(panel.parts)} boards each, as drawn in {_panel_name(layout.spec, '-drawing.pdf')}"
+    many = f"{len(panel.parts)} boards each, as drawn in {_panel_name(layout.spec.name, '-drawing.pdf')}"
     sides = zip(sorted(panel.size), sorted(layout.spec.fpc.rules.panel_size), strict=True)
     is_larger = any(own > usual + 1e-9 for own, usual in sides)  # than the size that the fabricator's rules fill
     larger = "; this is larger than usual: confirm that you make it" if is_larger else ""
     return f"in panels of {width} x {height}, {many}{larger}"
 
 
-def _panel_name(spec: SensorSpec, ending: str) -> str:
-    return panel_path(spec, ending).rpartition("/")[2]
+def _panel_name(name: str, ending: str) -> str:
+    return panel_path(name, ending).rpartition("/")[2]
 
 
 def _thin_tail(layout: Layout) -> str:
@@ -200,11 +202,9 @@ def _holes(layout: Layout) -> str:
     )
 
 
-def _ipc_type(layout: Layout) -> str:
+def _ipc_type(layers: int, tail: Tail | None, vias: tuple[Via, ...]) -> str:
     """Return type and use of a flexible board by IPC-6013, 1.3. Type 5 has several layers but no plated holes."""
-    layers = layout.copper_layers
-    kind = 1 if layers == 1 else 5 if not layout.vias else 2 if layers == 2 else 3
-    tail = layout.spec.fpc.tail
+    kind = 1 if layers == 1 else 5 if not vias else 2 if layers == 2 else 3
     is_dynamic = tail is not None and tail.bend == "dynamic"
     return f"type {kind}, use {'B (flexes in use)' if is_dynamic else 'A (bent at installation)'}"
 
@@ -222,8 +222,9 @@ def _contacts(layout: Layout) -> str:
             f"confirmed, or every board is measured before it is plugged in)"
         )
     text = (
-        f"{connector.name}: {contact_text(layout)}; {plug_text(layout)}{closer}; thickness at the "
-        f"contacts {where}; this total governs, and the stiffener is chosen for it: {notes.contact_sum_text(layout)}"
+        f"{connector.name}: {contact_text(layout.pads, layout.spec.fpc.stackup, layout.top_openings)}; "
+        f"{plug_text(layout.pads, layout.spec.fpc)}{closer}; thickness at the contacts {where}; this total governs, "
+        f"and the stiffener is chosen for it: {notes.contact_sum_text(layout)}"
     )
     if abs(made - wanted) > allowed + 1e-9:
         return text + ": THIS IS OUT OF TOLERANCE, change the stiffener before making the board"
@@ -231,11 +232,11 @@ def _contacts(layout: Layout) -> str:
     return f"{text}; to be compared with the connector's drawing: {', '.join(unseen)}" if unseen else text
 
 
-def _rules(spec: SensorSpec) -> str:
-    rules = spec.fpc.rules
+def _rules(layers: tuple[int, ...], fpc: FpcSpec) -> str:
+    rules = fpc.rules
     checked = f", read on {rules.checked_on}" if rules.checked_on else ""
     # Where the copper is thicker than any for which the rules give widths: for which they hold
-    foil = spec.fpc.stackup.line_foil(spec.coil.layers)
+    foil = fpc.stackup.line_foil(layers)
     thickest = max((row.copper for row in rules.track_lines), default=foil)
     beyond = f"; these widths are for copper up to {show(thickest, 'm')}, not for {show(foil, 'm')}"
     beyond = beyond if foil > thickest + 1e-9 else ""
@@ -254,16 +255,16 @@ def _rules(spec: SensorSpec) -> str:
     )
 
 
-def _layers(layout: Layout) -> Iterator[tuple[str, str]]:
-    stackup = layout.spec.fpc.stackup
-    for layer, name in zip(stackup.layers, stack_names(layout), strict=True):
+def _layers(copper_layers: int, fpc: FpcSpec, vias: tuple[Via, ...]) -> Iterator[tuple[str, str]]:
+    stackup = fpc.stackup
+    for layer, name in zip(stackup.layers, stack_names(copper_layers, fpc.stackup.layers), strict=True):
         words = notes.copper_text(stackup, layer) if layer.kind is LayerKind.COPPER else notes.layer_text(layer)
         yield show(layer.thickness, "m"), f"{name}, {words}" if layer.material != name else words
     yield from ((f"Bond, {where}", text) for where, text in notes.bond_texts(stackup).items())
-    if layout.vias and stackup.plating_thickness and not layout.spec.fpc.rules.one_process:
+    if vias and stackup.plating_thickness and not fpc.rules.one_process:
         yield "Plating", f"{notes.plating_text(stackup)}. The copper above is finished, foil and plating together"
-    if layout.vias and stackup.plating is Plating.BUTTONS:
-        rings = show(min((via.pad - via.drill) / 2 for via in layout.vias), "m")
+    if vias and stackup.plating is Plating.BUTTONS:
+        rings = show(min((via.pad - via.drill) / 2 for via in vias), "m")
         high = show(stackup.covers[0][2].thickness + stackup.plating_thickness, "m")
         yield "Buttons", (
             f"pads at holes come to {high}, tracks and contacts stay foil. The resist for the buttons is yours to make "
@@ -289,7 +290,7 @@ def _layers(layout: Layout) -> Iterator[tuple[str, str]]:
         yield cover_name(stackup).capitalize(), f"{words}; {closed}"
 
 
-def _care(layout: Layout) -> Iterator[tuple[str, str]]:
+def _care(copper_layers: int, stackup: Stackup) -> Iterator[tuple[str, str]]:
     yield "Copper", (
         "The coils are the function of this board: add no copper inside the outline (no thieving, fill, marks, test "
         "coupons or closed rings), remove none, add no teardrops."
@@ -299,8 +300,8 @@ def _care(layout: Layout) -> Iterator[tuple[str, str]]:
         "Width and copper thickness set the coils' resistance. Widths in the files are those of the finished tracks, "
         f"which may be off by {show(100.0 * wide, '%')}: compensate the artwork for your etching process as usual."
     )
-    if layout.copper_layers > 1:
-        film = "laminate" if is_rigid(layout.spec.fpc.stackup) else "film"
+    if copper_layers > 1:
+        film = "laminate" if is_rigid(stackup) else "film"
         yield "Dielectric", (
             f"The thickness between copper layers sets the coils' inductance: do not replace the {film} by another."
         )
@@ -345,33 +346,34 @@ def _files(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     if panel is None:
         yield from _images(layout)
     else:
-        readme, drawing = (_panel_name(layout.spec, ending) for ending in ("-readme.txt", "-drawing.pdf"))
+        readme, drawing = (_panel_name(layout.spec.name, ending) for ending in ("-readme.txt", "-drawing.pdf"))
         yield readme, f"list of the panel's files, from which the boards are made; its drawing is {drawing}"
-    yield _name(layout.spec, "netlist.d356"), "netlist for the bare-board test (IPC-D-356A, micrometres)"
-    yield _name(layout.spec, "drawing.pdf"), "drawing with dimensions; contacts and their table on the second page"
-    yield _name(layout.spec, "stackup.pdf"), "drawing of the stack-up"
+    yield _name(layout.spec.name, "netlist.d356"), "netlist for the bare-board test (IPC-D-356A, micrometres)"
+    yield _name(layout.spec.name, "drawing.pdf"), "drawing with dimensions; contacts and their table on the second page"
+    yield _name(layout.spec.name, "stackup.pdf"), "drawing of the stack-up"
     yield "Coordinates", "millimetres, one origin for all files" if panel is None else (
         "millimetres, one origin for all files of the board; the panel's files have their own")
 
 
 def _images(layout: Layout) -> Iterator[tuple[str, str]]:
     """Images, drill files and job file of the single board."""
-    yield from (file.row for file in (*gerber_files(layout), *drill_files(layout)))
-    yield _name(layout.spec, "job.gbrjob"), "Gerber job file: the stack-up and the list of files for CAM"
+    yield from (file.row for file in (*gerber_files(layout), *drill_files(layout.copper_layers, layout.spans, layout.spec.name)))
+    yield _name(layout.spec.name, "job.gbrjob"), "Gerber job file: the stack-up and the list of files for CAM"
     if layout.vias:
-        yield _name(layout.spec, "Drill_Map.gbr"), "drill map (Gerber drawing)"
+        yield _name(layout.spec.name, "Drill_Map.gbr"), "drill map (Gerber drawing)"
 
 
 def _not_sent(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
     """The files that stay in the package, and the archive itself."""
-    yield _name(layout.spec, "order.zip"), "the archive that is sent, with this text; files have the fabricator's names"
+    name = layout.spec.name
+    yield _name(name, "order.zip"), "the archive that is sent, with this text; files have the fabricator's names"
     if panel is not None:
         yield "panel", "folder of the panel's files, which are in the archive"
         yield from _images(layout)
-    yield _name(layout.spec, "board.svg"), "picture of the whole board"
-    yield _name(layout.spec, "body.svg"), "picture of the part with the coils"
+    yield _name(layout.spec.name, "board.svg"), "picture of the whole board"
+    yield _name(layout.spec.name, "body.svg"), "picture of the part with the coils"
     yield "Drawings", "also as SVG"
 
 
-def _name(spec: SensorSpec, ending: str) -> str:
-    return fabrication_path(spec, ending).rpartition("/")[2]
+def _name(name: str, ending: str) -> str:
+    return fabrication_path(name, ending).rpartition("/")[2]

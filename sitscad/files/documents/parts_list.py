@@ -118,9 +118,9 @@ def _circuit(layout: Layout) -> Iterator[Item]:
     if layout.spec.issue.rows:
         note += f"; {layout.spec.issue.words}"
     if layout.stiffener is not None:
-        note += f"; with a stiffener of {stiffener_text(layout)}"
+        note += f"; with a stiffener of {stiffener_text(layout.spec.fpc.tail, layout.stiffener)}"
     if layout.pads:
-        note += f"; {contact_text(layout)}"
+        note += f"; {contact_text(layout.pads, layout.spec.fpc.stackup, layout.top_openings)}"
     yield Item(
         f"{board_kind(fpc.stackup)} printed circuit", 1, layout.spec.name,
         f"{fpc.stackup.name}, {counted(layout.copper_layers, 'copper layer')}",
@@ -337,12 +337,12 @@ def _mount(layout: Layout, spec: SensorSpec, mount: Mount) -> Iterator[Item]:
         elif mount.step is not None:
             yield Item("mount", 1, mount.step.file, "", standoff, "a part of your own")
         if mount.finger is not None:
-            thread = f"M{in_mm(mount.finger.screw)} x {in_mm(set_screw(layout))}"
+            thread = f"M{in_mm(mount.finger.screw)} x {in_mm(set_screw(layout.body, layout.spec.mount))}"
             yield Item("set screw", 2, thread, "plastic", "", "tap the cap's holes for them; clamp the finger")
         if mount.holes is not None and mount.kind != "custom":
             yield from _screws(layout, mount.holes)
         return
-    sheet = shield_heights(spec)
+    sheet = shield_heights(spec.fpc.stackup, spec.shield)
     whole = f"{in_mm(mount.standoff)} mm of standoff in all" + (", with the shield" if sheet else "")
     for name, (lower, upper) in zip(MOUNT_PIECES, seat_spans(spec), strict=False):
         yield Item(name, 1, mount.kind, "printed", f"{in_mm(upper - lower)} mm thick", f"{note}; {whole}")
@@ -392,7 +392,7 @@ def render_placement(layout: Layout, estimates: Estimates | None) -> dict[str, b
         turned = (0 if dx > 0 else 180) if abs(dx) > abs(dy) else (90 if dy > 0 else 270)
         at = tuple(in_mm(place, 4, 4) for place in each.centre)
         lines.append([each.reference, value, each.package, *at, turned, "top"])
-    return {fabrication_path(layout.spec, "placement.csv"): csv_text(lines).encode("ascii")}
+    return {fabrication_path(layout.spec.name, "placement.csv"): csv_text(lines).encode("ascii")}
 
 
 def capacitance_text(chosen: float | None) -> str:

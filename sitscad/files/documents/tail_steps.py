@@ -30,7 +30,7 @@ def tail_fixed(layout: Layout) -> tuple[float, float] | None:
         end = tongue.along[1] if edge is None else edge.start
         return end - tongue.along[0], tongue.tail[1] - tongue.tail[0]
     low, high = layout.reach_at(path.last.x)
-    return (LEAST_FIXED, high - low) if jaw_range(layout, jaw)[1] - path.last.x >= LEAST_FIXED else None
+    return (LEAST_FIXED, high - low) if jaw_range(layout.body, jaw)[1] - path.last.x >= LEAST_FIXED else None
 
 
 def early_bends(layout: Layout) -> tuple[Bend, ...]:
@@ -153,7 +153,7 @@ def tail_held(layout: Layout) -> str:
     # From which x (m) on the tail lies on the jaw's face, and over what length (m) up to the jaw's heel
     path, jaw = tail_path(layout), layout.spec.jaw
     assert path is not None and jaw is not None
-    begin, room = path.last.x, jaw_range(layout, jaw)[1] - path.last.x
+    begin, room = path.last.x, jaw_range(layout.body, jaw)[1] - path.last.x
     if fixed is not None:
         return (
             f"{said} Fix the tail with {hard_dose(layout, fixed[0] * fixed[1])}, to the jaw's metal from "

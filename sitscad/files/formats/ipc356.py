@@ -11,6 +11,7 @@ from itertools import pairwise
 from sitscad.files.order_facts.files import NO_NET, fabrication_path, has_coverlay
 from sitscad.kernels.geometry.path import Point, Region
 from sitscad.layout.board import Layout, Pad, Via
+from sitscad.spec.circuit import Stackup
 
 NET_NAME_LENGTH = 14
 
@@ -18,7 +19,7 @@ NET_NAME_LENGTH = 14
 def render(layout: Layout) -> dict[str, bytes]:
     """The netlist by its path in the package. Raises ValueError for what the format's fixed columns cannot hold."""
     text = "\n".join(_records(layout)) + "\n"
-    return {fabrication_path(layout.spec, "netlist.d356"): text.encode("ascii")}
+    return {fabrication_path(layout.spec.name, "netlist.d356"): text.encode("ascii")}
 
 
 def _records(layout: Layout) -> Iterator[str]:
@@ -40,7 +41,7 @@ def _contact(layout: Layout, pad: Pad) -> str:
     """Operation 327: a surface contact, reached from the side that it lies on; a flat end of its net."""
     bottom = pad.layer == layout.copper_layers and pad.layer > 1
     size = f"X{_number(pad.size[0], 4)}Y{_number(pad.size[1], 4)}"
-    covered = _covered(layout, pad.centre)
+    covered = _covered(layout.bottom_openings, layout.spec.fpc.stackup, layout.top_openings, pad.centre)
     access = f"A{pad.layer if bottom else 1:02d}"
     return _record("327", pad.net or NO_NET, pad.reference, str(pad.number), "", access, pad.centre, size, covered)
 
@@ -50,7 +51,8 @@ def _via(layout: Layout, via: Via) -> str:
     size = f"X{_number(via.pad, 4)}Y0000"
     hole = f"MD{_number(via.drill, 4)}P"
     access = "A00" if layout.lowest_layer(via) == layout.copper_layers else "A01"
-    return _record("317", via.net, "VIA", "", hole, access, via.centre, size, _covered(layout, via.centre))
+    return _record("317", via.net, "VIA", "", hole, access, via.centre, size,
+                   _covered(layout.bottom_openings, layout.spec.fpc.stackup, layout.top_openings, via.centre))
 
 
 def _record(
@@ -67,11 +69,11 @@ def _record(
     return f"{operation}{net:<14}   {component:<6}{dash}{pin:<4}{hole:<7}{access}{place}{size}R000 S{covered}"
 
 
-def _covered(layout: Layout, at: Point) -> int:
+def _covered(bottom_openings: tuple[Region, ...], stackup: Stackup, top_openings: tuple[Region, ...], at: Point) -> int:
     """0: bare on both sides, 1: the top is covered, 2: the bottom, 3: both."""
-    top, bottom = has_coverlay(layout.spec.fpc.stackup)
-    top = top and not any(_holds(region, at) for region in layout.top_openings)
-    bottom = bottom and not any(_holds(region, at) for region in layout.bottom_openings)
+    top, bottom = has_coverlay(stackup)
+    top = top and not any(_holds(region, at) for region in top_openings)
+    bottom = bottom and not any(_holds(region, at) for region in bottom_openings)
     return int(top) + 2 * int(bottom)
 
 

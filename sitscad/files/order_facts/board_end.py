@@ -8,9 +8,9 @@ from itertools import combinations, pairwise
 from sitscad.basics.record import record
 from sitscad.basics.units import show
 from sitscad.data import Row, rows
-from sitscad.kernels.geometry.path import Path, bounding_box
+from sitscad.kernels.geometry.path import Path, Region, bounding_box
 from sitscad.layout.board import Layout, Pad
-from sitscad.spec.circuit import FpcSpec
+from sitscad.spec.circuit import FpcSpec, Stackup, Tail
 from sitscad.spec.presets import cover_name
 
 SAME = 1e-6
@@ -32,17 +32,17 @@ class BoardEnd:
     end: float
 
 
-def board_end(layout: Layout) -> BoardEnd:
+def board_end(outline: Path, pads: tuple[Pad, ...]) -> BoardEnd:
     """The figures of the board's end, read from the outline as it is drawn."""
-    row, _ = contact_row(layout.pads)
-    first = min(layout.pads, key=lambda pad: pad.number)
+    row, _ = contact_row(pads)
+    first = min(pads, key=lambda pad: pad.number)
     along = runs_along_x(row)
     x, y = first.centre
     at, place = (x, y) if along else (y, x)
-    crossings = _crossings(layout.outline, at, upright=along)
+    crossings = _crossings(outline, at, upright=along)
     below = max((c for c in crossings if c <= place), default=-math.inf)
     above = min((c for c in crossings if c >= place), default=math.inf)
-    ends = _crossings(layout.outline, place, upright=not along)
+    ends = _crossings(outline, place, upright=not along)
     half = first.size[0 if along else 1] / 2
     end = min((e for e in ends if abs(e - at) > half - SAME), key=lambda e: abs(e - at))
     edge = min(place - below, above - place)
@@ -102,31 +102,31 @@ def contact_row(pads: tuple[Pad, ...]) -> tuple[tuple[Pad, ...], float | None]:
     return row, pitches.pop() * 1e-9 if len(pitches) == 1 and beside == {0} else None
 
 
-def contact_text(layout: Layout) -> str:
+def contact_text(pads: tuple[Pad, ...], stackup: Stackup, top_openings: tuple[Region, ...]) -> str:
     """How many contacts, their width, length and pitch, and what of them is bare: lengths lie across the row; empty
     without contacts.
     """
-    if not layout.pads:
+    if not pads:
         return ""
-    _, pitch = contact_row(layout.pads)
-    width, length = contact_size(layout.pads[0])
+    _, pitch = contact_row(pads)
+    width, length = contact_size(pads[0])
     apart = f", pitch {show(pitch, 'm')}" if pitch is not None else ""
-    size = f"{len(layout.pads)} contacts {show(width, 'm')} wide and {show(length, 'm')} long{apart}"
-    bare = bare_size(layout)
+    size = f"{len(pads)} contacts {show(width, 'm')} wide and {show(length, 'm')} long{apart}"
+    bare = bare_size(pads, top_openings)
     if bare is None:
-        return f"{size}{unused_text(layout.pads)}"
+        return f"{size}{unused_text(pads)}"
     is_held_all_round = bare[0] < width - 1e-9
-    cover = cover_name(layout.spec.fpc.stackup)
+    cover = cover_name(stackup)
     under = f"the {cover} covers their rims" if is_held_all_round else f"the rest goes on under the {cover}"
     wide = f"{show(bare[0], 'm')} x " if is_held_all_round else ""
-    return f"{size}, bare over {wide}{show(bare[1], 'm')} ({under}){unused_text(layout.pads)}"
+    return f"{size}, bare over {wide}{show(bare[1], 'm')} ({under}){unused_text(pads)}"
 
 
-def bare_size(layout: Layout) -> tuple[float, float] | None:
+def bare_size(pads: tuple[Pad, ...], top_openings: tuple[Region, ...]) -> tuple[float, float] | None:
     """Width and length (m) of what the coverlay leaves bare of a contact; None where that is all of it."""
-    pad = layout.pads[0]
+    pad = pads[0]
     (x, y), (w, h) = pad.centre, pad.size
-    for opening in layout.top_openings:
+    for opening in top_openings:
         x0, y0, x1, y1 = bounding_box([opening.outline])
         if x0 <= x <= x1 and y0 <= y <= y1:
             along = min(x + w / 2, x1) - max(x - w / 2, x0)
@@ -145,13 +145,13 @@ def unused_text(pads: tuple[Pad, ...]) -> str:
     return f"; {words} nowhere: copper all the same, which the connector holds the tail by"
 
 
-def plug_text(layout: Layout) -> str:
+def plug_text(pads: tuple[Pad, ...], fpc: FpcSpec) -> str:
     """The width of what is plugged in, with the connector's tolerance; empty where nothing is."""
-    tail = layout.spec.fpc.tail
-    if tail is None or not tail.connector.width_tolerance or not layout.pads:
+    tail = fpc.tail
+    if tail is None or not tail.connector.width_tolerance or not pads:
         return ""
     connector = tail.connector
-    width, band = show(connector.width(len(layout.pads)), "m"), show(end_tolerance(layout.spec.fpc), "m")
+    width, band = show(connector.width(len(pads)), "m"), show(end_tolerance(fpc), "m")
     edge = show(connector.edge_margin, "m")
     return f"tail {width} +/- {band} wide there, middle of the first and last contact {edge} from its edges"
 
@@ -175,10 +175,10 @@ def footprint_row(symbol: str, pins: int) -> Row | None:
     return next((row for row in found if not row["most"] or pins <= int(row["most"])), None)
 
 
-def socket_pad(layout: Layout, contact: int) -> int:
+def socket_pad(pads: tuple[Pad, ...], tail: Tail | None, contact: int) -> int:
     """The pad of the tail's socket on the converter's board that a contact is on: a socket with its contacts below has
     the last contact first, for the tail lies in it face down.
     """
-    tail, count = layout.spec.fpc.tail, len(layout.pads)
+    count = len(pads)
     row = footprint_row(tail.connector.name, count) if tail is not None else None
     return count + 1 - contact if row is not None and row["order"] == "reversed" else contact

@@ -20,8 +20,8 @@ from sitscad.basics.record import record
 from sitscad.basics.units import decimal, show
 from sitscad.basics.version import __version__
 from sitscad.layout.bending import has_tail_coverlay, tail_copper
-from sitscad.layout.board import Layout
-from sitscad.spec.circuit import MASK, LayerKind, Stackup
+from sitscad.layout.board import Layout, Stiffener
+from sitscad.spec.circuit import MASK, LayerKind, StackLayer, Stackup
 from sitscad.spec.presets import cover_name
 from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.source import UNNUMBERED, creation_date
@@ -65,18 +65,17 @@ def layer_name(number: int, count: int) -> str:
     return "B_Cu" if number == count else f"In{number - 1}_Cu"
 
 
-def fabrication_path(spec: SensorSpec, ending: str) -> str:
+def fabrication_path(name: str, ending: str) -> str:
     """The path inside the package of one file of the set, such as ``fpc/NAME-F_Cu.gbr``."""
-    return f"{FOLDER}/{spec.name}-{ending}"
+    return f"{FOLDER}/{name}-{ending}"
 
 
-def copper_files(layout: Layout) -> tuple[FabricationFile, ...]:
+def copper_files(count: int, name: str) -> tuple[FabricationFile, ...]:
     """One file a copper layer, from the top."""
-    count = layout.copper_layers
     sides = {count: "Bot", 1: "Top"}
     return tuple(
         FabricationFile(
-            fabrication_path(layout.spec, f"{layer_name(number, count)}.gbr"),
+            fabrication_path(name, f"{layer_name(number, count)}.gbr"),
             f"Copper,L{number},{sides.get(number, 'Inr')}",
             f"copper layer {number} of {count}",
             number,
@@ -85,14 +84,14 @@ def copper_files(layout: Layout) -> tuple[FabricationFile, ...]:
     )
 
 
-def coverlay_files(spec: SensorSpec) -> tuple[FabricationFile, ...]:
+def coverlay_files(stackup: Stackup, name: str) -> tuple[FabricationFile, ...]:
     """The coverlay openings of each face that has a coverlay."""
-    top, bottom = has_coverlay(spec.fpc.stackup)
-    cover = cover_name(spec.fpc.stackup)
+    top, bottom = has_coverlay(stackup)
+    cover = cover_name(stackup)
     sides = [("F", "Top", "top")] * top + [("B", "Bot", "bottom")] * bottom
     return tuple(
         FabricationFile(
-            fabrication_path(spec, f"{letter}_Mask.gbr"),
+            fabrication_path(name, f"{letter}_Mask.gbr"),
             f"Soldermask,{side}",
             f"openings in the {word} {cover} (what is drawn is cut away)",
             polarity="Negative",
@@ -101,11 +100,11 @@ def coverlay_files(spec: SensorSpec) -> tuple[FabricationFile, ...]:
     )
 
 
-def stiffener_files(layout: Layout) -> tuple[FabricationFile, ...]:
+def stiffener_files(name: str, stiffener: Stiffener | None) -> tuple[FabricationFile, ...]:
     """The stiffener's outline, where there is one."""
-    if layout.stiffener is None:
+    if stiffener is None:
         return ()
-    path = fabrication_path(layout.spec, "B_Stiffener.gbr")
+    path = fabrication_path(name, "B_Stiffener.gbr")
     return (FabricationFile(path, "Other,Stiffener_Bottom", "stiffener on the bottom face"),)
 
 
@@ -117,7 +116,7 @@ def body_files(layout: Layout) -> tuple[FabricationFile, ...]:
     names = f"L{first}" if first == last else f"L{first}_to_L{last}"
     which = names.replace("_", " ").replace("L", "")
     title = f"extent of copper {which} and of what lies between and below (the tail is without)"
-    path = fabrication_path(layout.spec, "Body_Layers.gbr")
+    path = fabrication_path(layout.spec.name, "Body_Layers.gbr")
     return (FabricationFile(path, f"Other,Extent_of_{names}", title),)
 
 
@@ -127,46 +126,45 @@ def tail_coverlay_files(layout: Layout) -> tuple[FabricationFile, ...]:
         return ()
     last, lap = tail_copper(layout), show(layout.spec.fpc.rules.coverlay_lap, "m")
     title = f"coverlay under copper {last} of the tail, {lap} into the body between its layers (drawn: covered)"
-    path = fabrication_path(layout.spec, "Tail_Coverlay.gbr")
+    path = fabrication_path(layout.spec.name, "Tail_Coverlay.gbr")
     return (FabricationFile(path, f"Other,Tail_Coverlay_L{last}", title),)
 
 
-def profile_file(spec: SensorSpec) -> FabricationFile:
+def profile_file(name: str) -> FabricationFile:
     """The board's outline."""
-    return FabricationFile(fabrication_path(spec, "Edge_Cuts.gbr"), "Profile,NP", "outline of the board")
+    return FabricationFile(fabrication_path(name, "Edge_Cuts.gbr"), "Profile,NP", "outline of the board")
 
 
 def gerber_files(layout: Layout) -> tuple[FabricationFile, ...]:
     """All Gerber files of the set, from the top of the board downwards, the outline last."""
     return (
-        *copper_files(layout),
-        *coverlay_files(layout.spec),
-        *stiffener_files(layout),
+        *copper_files(layout.copper_layers, layout.spec.name),
+        *coverlay_files(layout.spec.fpc.stackup, layout.spec.name),
+        *stiffener_files(layout.spec.name, layout.stiffener),
         *body_files(layout),
         *tail_coverlay_files(layout),
-        profile_file(layout.spec),
+        profile_file(layout.spec.name),
     )
 
 
-def drill_files(layout: Layout) -> tuple[FabricationFile, ...]:
+def drill_files(copper_layers: int, spans: tuple[int, ...], name: str) -> tuple[FabricationFile, ...]:
     """One drill file for each kind of plated hole, called as KiCad calls its own: holes through the whole board, and
     holes in a tail of fewer layers. ``layer`` is the last copper layer that its holes go through.
     """
     found = []
-    for lowest in layout.spans:
+    for lowest in spans:
         ending, kind, title = "PTH.drl", "PTH", "plated holes through all copper layers"
-        if lowest != layout.copper_layers:
+        if lowest != copper_layers:
             ending, kind = f"front-in{lowest - 1}.drl", "Blind"
             title = f"plated holes in the tail, through copper 1 to {lowest}"
-        path = fabrication_path(layout.spec, ending)
+        path = fabrication_path(name, ending)
         found.append(FabricationFile(path, f"Plated,1,{lowest},{kind}", title, lowest))
     return tuple(found)
 
 
-def drill_title(spec: SensorSpec, title: str) -> str:
+def drill_title(words: str, name: str, title: str) -> str:
     """What the first comment of a drill file says of it: the design, the issue, what the holes are."""
-    words = spec.issue.words
-    return f"{spec.name}{f' ({words})' if words else ''}: {title}"
+    return f"{name}{f' ({words})' if words else ''}: {title}"
 
 
 def has_coverlay(stackup: Stackup) -> tuple[bool, bool]:
@@ -174,50 +172,50 @@ def has_coverlay(stackup: Stackup) -> tuple[bool, bool]:
     return stackup.layers[0].kind is LayerKind.COVERLAY, stackup.layers[-1].kind is LayerKind.COVERLAY
 
 
-def panel_path(spec: SensorSpec, ending: str) -> str:
+def panel_path(name: str, ending: str) -> str:
     """The path inside the package of one file of the panel's set, such as ``fpc/panel/NAME-panel-F_Cu.gbr``."""
-    return f"{FOLDER}/panel/{spec.name}-panel{ending}"
+    return f"{FOLDER}/panel/{name}-panel{ending}"
 
 
-def cut_file(spec: SensorSpec) -> FabricationFile:
+def cut_file(name: str) -> FabricationFile:
     """The cuts round the parts of a panel."""
     title = "cuts round the parts, open at the bridges (the middle of the line is the cut)"
-    return FabricationFile(panel_path(spec, "-Part_Cuts.gbr"), CUTS, title)
+    return FabricationFile(panel_path(name, "-Part_Cuts.gbr"), CUTS, title)
 
 
-def tooling_file(layout: Layout) -> FabricationFile:
+def tooling_file(copper_layers: int, name: str) -> FabricationFile:
     """The drill file of a panel's tooling holes."""
-    function = f"NonPlated,1,{layout.copper_layers},NPTH"
-    return FabricationFile(panel_path(layout.spec, "-NPTH.drl"), function, "tooling holes, not plated")
+    function = f"NonPlated,1,{copper_layers},NPTH"
+    return FabricationFile(panel_path(name, "-NPTH.drl"), function, "tooling holes, not plated")
 
 
 def panel_files(layout: Layout) -> tuple[FabricationFile, ...]:
     """All Gerber and drill files of the panel's set in the order of the board's, then what the panel alone has."""
-    board = (*gerber_files(layout), *drill_files(layout))
-    stem = fabrication_path(layout.spec, "").removesuffix("-")
-    copies = (replace(file, path=panel_path(layout.spec, file.path.removeprefix(stem))) for file in board)
-    frame = {profile_file(layout.spec).function: "outline of the panel"}
+    board = (*gerber_files(layout), *drill_files(layout.copper_layers, layout.spans, layout.spec.name))
+    stem = fabrication_path(layout.spec.name, "").removesuffix("-")
+    copies = (replace(file, path=panel_path(layout.spec.name, file.path.removeprefix(stem))) for file in board)
+    frame = {profile_file(layout.spec.name).function: "outline of the panel"}
     named = (replace(file, title=frame.get(file.function, file.title)) for file in copies)
-    return (*named, tooling_file(layout), cut_file(layout.spec))
+    return (*named, tooling_file(layout.copper_layers, layout.spec.name), cut_file(layout.spec.name))
 
 
 def panel_attributes(spec: SensorSpec) -> tuple[tuple[str, ...], ...]:
     """The X2 file attributes of the panel's set: an array, in coordinates of its own."""
     own = {".SameCoordinates": f"{spec.name}-panel", ".Part": "Array"}
-    return tuple((name, own[name]) if name in own else (name, *values) for name, *values in project_attributes(spec))
+    attributes = project_attributes(spec.issue.revision, spec.name)
+    return tuple((name, own[name]) if name in own else (name, *values) for name, *values in attributes)
 
 
-def project_attributes(spec: SensorSpec) -> tuple[tuple[str, ...], ...]:
+def project_attributes(revision: str, name: str) -> tuple[tuple[str, ...], ...]:
     """The X2 file attributes that all files of one set share, each as its name and values. The files are in one
     coordinate system (``.SameCoordinates``); the project's identifier follows from its name alone. The creation date is
     only written where SOURCE_DATE_EPOCH names one, so that equal specs give equal bytes.
     """
-    name = spec.name
     created = creation_date()
     return (
         (".GenerationSoftware", VENDOR, VENDOR, __version__),
         *(((".CreationDate", created),) if created else ()),
-        (".ProjectId", name, project_guid(name), spec.issue.revision or UNNUMBERED),
+        (".ProjectId", name, project_guid(name), revision or UNNUMBERED),
         (".SameCoordinates", name),
         (".Part", "Single"),
     )
@@ -233,13 +231,13 @@ def drill_map_file(path: str) -> FabricationFile:
     return FabricationFile(path, "Drillmap", "drill map")
 
 
-def stack_names(layout: Layout) -> list[str]:
+def stack_names(copper_layers: int, layers: tuple[StackLayer, ...]) -> list[str]:
     """What each layer of the stack-up is called: copper by its file."""
     names, copper = [], 0
-    for layer in layout.spec.fpc.stackup.layers:
+    for layer in layers:
         if layer.kind is LayerKind.COPPER:
             copper += 1
-            names.append(f"copper {copper} ({layer_name(copper, layout.copper_layers)})")
+            names.append(f"copper {copper} ({layer_name(copper, copper_layers)})")
         else:
             name = layer.material if layer.material == MASK else "coverlay"
             names.append(name if layer.kind is LayerKind.COVERLAY else "dielectric")
@@ -281,14 +279,15 @@ def tools(holes: Sequence[DrilledHole], words: str) -> list[Tool]:
     return [Tool(diameter, tuple(drilled), words) for diameter, drilled in tools_of(holes)]
 
 
-def plated_words(layout: Layout, lowest: int) -> str:
+def plated_words(spans: tuple[int, ...], lowest: int) -> str:
     """What a table says of plated holes: through which copper layers they go, where they differ."""
-    return "plated" if len(layout.spans) < 2 else f"plated, copper 1 to {lowest}"
+    return "plated" if len(spans) < 2 else f"plated, copper 1 to {lowest}"
 
 
 def plated_tools(layout: Layout) -> list[Tool]:
     """All tools of a layout, those through the whole board first."""
-    return [tool for lowest in layout.spans for tool in tools(drilled_to(layout, lowest), plated_words(layout, lowest))]
+    return [tool for lowest in layout.spans for tool in tools(drilled_to(layout, lowest),
+                                                              plated_words(layout.spans, lowest))]
 
 
 def tools_of(holes: Iterable[DrilledHole]) -> list[tuple[int, list[DrilledHole]]]:
@@ -317,9 +316,9 @@ def board_images(files: Mapping[str, bytes], folder: str = FOLDER) -> list[str]:
     return sorted(path for path in inside if path.endswith((".gbr", ".drl")))
 
 
-def panel_images(spec: SensorSpec, files: Mapping[str, bytes]) -> list[str]:
+def panel_images(name: str, files: Mapping[str, bytes]) -> list[str]:
     """The panel's images in the order in which they are hashed; none where there is no panel."""
-    return board_images(files, panel_path(spec, "").rpartition("/")[0])
+    return board_images(files, panel_path(name, "").rpartition("/")[0])
 
 
 def fingerprint(files: Mapping[str, bytes], images: list[str]) -> str:

@@ -24,10 +24,11 @@ from sitscad.layout.bending import (
     step_height,
     tail_copper,
 )
-from sitscad.layout.board import Layout
+from sitscad.layout.board import Capacitor, Coil, Layout, Stiffener
 from sitscad.layout.copper import pair_in_words, smallest_gaps
 from sitscad.layout.lamination import is_bonded, tail_holes
-from sitscad.spec.circuit import CopperLayer, FpcSpec, LayerKind, Plating, StackLayer, Stackup, Tail
+from sitscad.spec.circuit import Chip, CopperLayer, FpcSpec, LayerKind, Plating, StackLayer, Stackup, Tail
+from sitscad.spec.coil import CoilSpec
 from sitscad.spec.design_rules import DesignRules
 from sitscad.spec.presets import finish, is_rigid, names
 
@@ -172,7 +173,7 @@ def bent_text(layout: Layout) -> str:
 def hinge_text(layout: Layout) -> str:
     """What a jaw that moves asks of the bend at its hinge; empty if it asks for nothing."""
     own = own_bend(layout)
-    if own is None or own.is_dynamic or not bends_at_every_grasp(layout.spec):
+    if own is None or own.is_dynamic or not bends_at_every_grasp(layout.spec.fpc.tail, layout.spec.jaw):
         return ""
     return (
         " In a jaw that moves against the shaft, the bend farthest from the body moves at every grasp: this needs "
@@ -193,11 +194,10 @@ def turn_text(tail: Tail | None) -> str:
     return f"The tail {how} before its contacts; inner edges there have a radius of {show(tail.turn_radius, 'm')}."
 
 
-def coil_text(layout: Layout) -> str:
+def coil_text(coils: tuple[Coil, ...], spec: CoilSpec) -> str:
     """The coils' size as the drawing dimensions it: over the outer copper, polygons across flats; who is turned."""
-    spec = layout.spec.coil
     size = " x ".join(f"{side * 1e3:.6g}" for side in dict.fromkeys(spec.size))
-    turned = {coil.name: math.degrees(coil.placement.rotation) for coil in layout.coils if coil.placement.rotation}
+    turned = {coil.name: math.degrees(coil.placement.rotation) for coil in coils if coil.placement.rotation}
     words = ", ".join(f"{name} by {angle:g} deg" for name, angle in turned.items())
     rotated = f"; turned: {words}" if words and not spec.outline.is_round else ""
     return (
@@ -216,23 +216,20 @@ def gap_texts(layout: Layout) -> Iterator[str]:
     yield from (f"copper {', '.join(numbers)}: {text}" for text, numbers in layers.items())
 
 
-def chip_text(layout: Layout) -> str:
+def chip_text(capacitors: tuple[Capacitor, ...], chip: Chip | None) -> str:
     """The capacitors' land pattern; empty without capacitors."""
-    chip = layout.spec.readout.chip
-    if not layout.capacitors or chip is None:
+    if not capacitors or chip is None:
         return ""
-    names = ", ".join(each.reference for each in layout.capacitors)
+    names = ", ".join(each.reference for each in capacitors)
     along, across = show(chip.pad_along, "m"), show(chip.pad_across, "m")
     return f"Pads of {names} ({chip.name}): {along} x {across}, {show(chip.pitch, 'm')} from middle to middle."
 
 
-def stiffener_text(layout: Layout) -> str:
+def stiffener_text(tail: Tail | None, plate: Stiffener | None) -> str:
     """The stiffener's material, size (along the tail first) and thickness; empty without one."""
-    plate = layout.stiffener
     if plate is None:
         return ""
     x0, y0, x1, y1 = bounding_box([plate.outline.outline])
-    tail = layout.spec.fpc.tail
     along, across = (y1 - y0, x1 - x0) if tail is not None and tail.turn != "none" else (x1 - x0, y1 - y0)
     size = f"{show(along, 'm')} along the tail, {show(across, 'm')} across"
     film = plate.thickness - plate.adhesive

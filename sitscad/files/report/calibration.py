@@ -26,7 +26,8 @@ from sitscad.files.drawing.svg import svg
 from sitscad.files.drawing.web_page import page, soft
 from sitscad.files.report.numbers import head_and_rows, html_table, table
 from sitscad.kernels.geometry.path import Point, circle
-from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.coil import CoilSpec
+from sitscad.spec.mount import Mount
 
 MOVED_HEAD = ("unknown", "found", "+-", "usual scatter", "moved by")
 
@@ -251,9 +252,8 @@ def directions(axes: Sequence[str]) -> tuple[str, ...]:
     )
 
 
-def held_by(spec: SensorSpec) -> tuple[str, ...]:
+def held_by(coil: CoilSpec, mount: Mount | None) -> tuple[str, ...]:
     """What the sensor is held by while it is loaded: by what carries the forces in use, and with its metal."""
-    mount = spec.mount
     if mount is None:
         return (
             "Hold the sensor as it is used. If nothing holds it yet, stick the board's whole body flat on a stiff",
@@ -272,7 +272,7 @@ def held_by(spec: SensorSpec) -> tuple[str, ...]:
     return (
         f"{what.get(mount.kind, 'Fasten your mount as in use,')} so that nothing gives way but the pad. Metal near the",
         "coils stays where it is in use. No other metal, load cell and stage included, comes nearer to them than",
-        f"{in_mm(metal_free_distance(spec.coil), 1)} mm. Lead the tail away without a pull.",
+        f"{in_mm(metal_free_distance(coil), 1)} mm. Lead the tail away without a pull.",
         *(() if mount.metal_behind is None else (
             f"The {mount.metal_behind.material.name} behind the board has to be there: "
             f"{show(mount.metal_behind.distance, 'm')} away, and the glue.",)),
@@ -314,7 +314,8 @@ def plan_words(found: Calibration, plan: Plan) -> bytes:
         f"   {readings} readings (counts{made}) of every coil. The target is {ROTATIONS[rotation]}:",
         *(f"   {line}" for line in (*LOADING[rotation], *(MOMENTS if scope.has_moments else ()))),
         *(f"   {line}" for line in place_words(found, plan)),
-        *(f"   {line}" for line in (*directions(scope.axes), *held_by(found.sensors.model.spec))),
+        *(f"   {line}" for line in (*directions(scope.axes),
+                                    *held_by(found.sensors.model.spec.coil, found.sensors.model.spec.mount))),
         *(READ_BY_FIRMWARE if device.has_driver else ("   Frequencies may be filled in, too: in Hz, in columns C1_Hz, "
                                                       "C2_Hz, ... in place of counts.",)),
         *([] if scope.has_moments else [

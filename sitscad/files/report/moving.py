@@ -163,7 +163,7 @@ def live_page(
         known.append({**one, "least": LEAST, "beyond": BEYOND, "columns": own, "prefix": prefix})
     document = _document(spec, estimates, known) | {"source": "events" if served else "serial"}
     names = [coil["name"] for coil in document["coils"]]
-    baud = serial_settings(spec, estimates.readout.scan_rate).baud
+    baud = serial_settings(spec.array.placements, spec.cells, estimates.readout.scan_rate).baud
     bar = "" if served else BAR.format(baud)
     if not served and known:
         bar += '<label>calibration.json <input type="file" accept=".json" data-in="calibration"></label>'
@@ -186,7 +186,7 @@ def live_page(
 
 def _document(spec: SensorSpec, estimates: Estimates, known: Sequence[Document]) -> dict[str, Any]:
     """What the page's script reads: by what lines are known, how counts become Hz, the coils, the maps."""
-    conversion, found = estimates.readout.conversion, bands(estimates, usual("coil_inductance"))
+    conversion, found = estimates.readout.conversion, bands(estimates.coils, usual("coil_inductance"))
     if conversion is None:
         raise ValueError(f"{spec.name} has no converter that is set")
     per_hz = 1.0 / conversion.hertz_per_count
@@ -197,7 +197,7 @@ def _document(spec: SensorSpec, estimates: Estimates, known: Sequence[Document])
         }
         for one in found
     ]
-    name = identity(spec.name, devices(spec.readout, estimates))
+    name = identity(spec.name, devices(spec.readout, estimates.coils, estimates.readout))
     return {
         "name": spec.name, "id": f"{name:08X}", "hz_per_count": 1.0 / per_hz, "status": list(STATUS), "coils": coils,
         "maps": known,

@@ -103,7 +103,8 @@ def estimate_tables(estimates: Estimates) -> list[Table]:
     from sitscad.estimates.signal import signals  # loads nothing that the estimates have not loaded
 
     return [
-        signal_table(signals(estimates), estimates), state_table(estimates), coil_table(estimates),
+        signal_table(signals(estimates), estimates.coils, estimates.readout.drive_code), state_table(estimates),
+        coil_table(estimates),
         part_table(estimates),
         _by_state(estimates, "What the converter resolves", STEPS, "quantum"),
         other_table(estimates), spread_table(estimates), matrix_table(estimates),

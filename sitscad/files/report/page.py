@@ -405,7 +405,9 @@ def _slices(spec: SensorSpec) -> Iterator[SectionLayer]:
         depth += layer.thickness
     # Mount, shield and jaw under the board, named as in the drawing; without a mount only the gap to the shield
     here = board_heights(spec.fpc.stackup)[0]
-    shield, mount, levels, seat = spec.shield, spec.mount, shield_heights(spec), seat_heights(spec)
+    stackup = spec.fpc.stackup
+    shield, mount = spec.shield, spec.mount
+    levels, seat = shield_heights(stackup, shield), seat_heights(stackup, mount)
     if shield is not None and levels is not None:
         below = seat is not None and levels[0] - seat[0] > 1e-9
         what = "gap" if mount is None else MOUNT_PIECES[1 if below else 0]

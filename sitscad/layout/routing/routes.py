@@ -18,6 +18,9 @@ from sitscad.layout.routing.escape import SPARED, TRIALS_OF_A_WAVE, Escape, Join
 from sitscad.layout.tail_frame import TailFrame, frame, pair_height, turn_lag
 from sitscad.layout.tail_tracks import Run, runs, stretched, ways_down
 from sitscad.layout.windings import WoundCoil
+from sitscad.spec.coil import CoilPlacement, CoilSpec
+from sitscad.spec.design_rules import DesignRules
+from sitscad.spec.mount import Jaw
 from sitscad.spec.presets import connector
 from sitscad.spec.sensor import SensorSpec
 
@@ -57,11 +60,11 @@ def in_line(spec: SensorSpec) -> bool:
     return all(abs(placement.centre[1]) < 1e-9 and not placement.rotation for placement in spec.array.placements)
 
 
-def front_of(spec: SensorSpec, bus: Bus) -> float:
+def front_of(placements: tuple[CoilPlacement, ...], coil: CoilSpec, rules: DesignRules, bus: Bus) -> float:
     """Where along x all coils, their vias and leads lie behind: from here on only lanes run."""
-    reach = via_room(spec.fpc.rules, bus.spacing, bus.width)
-    lanes = (len(spec.array.placements) - 1) // 2 + 1
-    ends = (p.centre[0] + Ring(spec.coil, p, 0.0).half_size[0] for p in spec.array.placements)
+    reach = via_room(rules, bus.spacing, bus.width)
+    lanes = (len(placements) - 1) // 2 + 1
+    ends = (p.centre[0] + Ring(coil, p, 0.0).half_size[0] for p in placements)
     return max(ends) + reach + lanes * bus.pitch
 
 
@@ -133,7 +136,7 @@ def route_in_line(
     # the first try; pairs leave beside the corner; and coils choose in another order
     efforts = ((False, False), (bus.is_stacked, False), (bus.is_stacked, True))
     for turned, reordered in dict.fromkeys(efforts) if len(wound) > 1 else efforts[:1]:
-        found = _least_round(routed(turned, reordered), widest(spec), searches)
+        found = _least_round(routed(turned, reordered), widest(spec.fpc.margin, spec.jaw), searches)
         if found is not None:
             return found
     return None
@@ -156,10 +159,9 @@ def _least_round(routed: Iterator[Routing], widest: float, searches: SearchLimit
     return best
 
 
-def widest(spec: SensorSpec) -> float:
+def widest(margin: tuple[float, float], jaw: Jaw | None) -> float:
     """Half the width (m) that a body may have where it becomes wider only for the leads' sake: the jaw's."""
-    jaw = spec.jaw
-    return math.inf if jaw is None else jaw.width / 2 - spec.fpc.margin[1]
+    return math.inf if jaw is None else jaw.width / 2 - margin[1]
 
 
 def _in_turn(board: _BoardToRoute, order: list[int], way_out: _WayOut, reordered: bool) -> dict[int, Escape] | Stuck:
@@ -229,7 +231,8 @@ def _routing(board: _BoardToRoute, escapes: dict[int, Escape], tail: TailFrame) 
     spec, bus, lanes = board.spec, board.bus, board.lanes
     ways = tuple(escapes[i] for i in range(len(lanes)))
     pieces = [branch for way in ways for branch in way.branches]
-    far = far_end(spec, (t for b in pieces for t in b.tracks), (h for b in pieces for h in b.holes))
+    far = far_end(spec.array.placements, spec.coil, spec.fpc.rules.copper_to_edge,
+                  (t for b in pieces for t in b.tracks), (h for b in pieces for h in b.holes))
     if _leads_wait(spec, tail):
         tail = reaching_ahead(spec, far, tail)
     down = ways_down(spec.array.placements, bus, tail, lanes, [way.entries for way in ways])
@@ -279,7 +282,7 @@ def route_freely(
     than they must, the boards that come next are tried too, as far as the jaw allows.
     """
     searches.begin(len(wound))
-    return _least_round(_free_ways(spec, bus, wound, front, searches), widest(spec), searches)
+    return _least_round(_free_ways(spec, bus, wound, front, searches), widest(spec.fpc.margin, spec.jaw), searches)
 
 
 @record(eq=False)

@@ -71,9 +71,9 @@ from sitscad.files.order_facts.notes import (
 )
 from sitscad.kernels.geometry.areas import areas_inside, parts_inside
 from sitscad.kernels.geometry.convex import Box
-from sitscad.kernels.geometry.path import Point, bounding_box, circle, rectangle
+from sitscad.kernels.geometry.path import Path, Point, Region, bounding_box, circle, rectangle
 from sitscad.layout.bending import Bend, bend_stretch
-from sitscad.layout.board import Coil, Layout, Via
+from sitscad.layout.board import Coil, Layout, Pad, Via
 from sitscad.layout.lamination import tail_holes
 from sitscad.layout.tail_tracks import contact_rows
 from sitscad.spec.circuit import Tail
@@ -96,8 +96,8 @@ def render(layout: Layout, forced: str, files: Mapping[str, bytes]) -> dict[str,
     sheets = {"drawing.svg": drawing(layout, artwork, bool(forced))}
     if (details := contact_sheet(layout, artwork, bool(forced))) is not None:
         sheets["contacts.svg"] = details
-    made = {fabrication_path(layout.spec, name): svg(sheet).encode("utf-8") for name, sheet in sheets.items()}
-    return made | {fabrication_path(layout.spec, "drawing.pdf"): pdf(list(sheets.values()))}
+    made = {fabrication_path(layout.spec.name, name): svg(sheet).encode("utf-8") for name, sheet in sheets.items()}
+    return made | {fabrication_path(layout.spec.name, "drawing.pdf"): pdf(list(sheets.values()))}
 
 
 def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
@@ -148,7 +148,7 @@ def _whole(sheet: Sheet, layout: Layout, view: View) -> None:
     low, high = view.y(y0), view.y(y1)
     stations = list(_stations(layout))
     ordinates(sheet, view, 0, stations, low, low - 7.0)
-    tail = _tail_reach(layout)
+    tail = _tail_reach(layout.outline, layout.pads, layout.spec.fpc.tail)
     ordinates(sheet, view, 1, [y0, y1, *tail, layout.body[1], layout.body[3]], view.x(x0), view.x(x0) - 9.0)
     below = low - 9.0 - max(text_width(mm(x), TEXT) for x in stations)  # the ordinates
     reached = 0.0  # how high on paper the tail's width goes, where it is longest the same, near the body's end of that
@@ -178,7 +178,8 @@ def _stiffener(sheet: Sheet, layout: Layout, view: View) -> float:
         return 0.0
     low = view.y(max([box[3], *(bounding_box([each.outline])[3] for each in layout.top_openings)])) + above
     left, over = view.x(box[2]) - text_width(name, size), 0.0
-    if found is not None and left < view.x(found[0]) + 1.0 + text_width(_tail_words(layout, found), TEXT):
+    if found is not None and left < view.x(found[0]) + 1.0 + text_width(_tail_words(layout, found),
+                                                                        TEXT):
         low = over = view.y(found[2]) + 5.5 + TEXT
         over += size
     sheet.text(view.x(box[2]), low, name, size, "end")
@@ -207,12 +208,12 @@ def _is_turned(tail: Tail | None) -> bool:
     return tail is not None and tail.turn != "none"
 
 
-def _tail_reach(layout: Layout) -> tuple[float, ...]:
+def _tail_reach(outline: Path, pads: tuple[Pad, ...], tail: Tail | None) -> tuple[float, ...]:
     """The lowest and the highest y of the outline at its end; of a tail that turns, where the contacts begin."""
-    if _is_turned(layout.spec.fpc.tail):
-        return tuple({pad.centre.y - side * pad.size[1] / 2 for pad in layout.pads[:1] for side in (-1, 1)})
-    x1 = bounding_box([layout.outline])[2]
-    ys = [p.y for p in layout.outline.flattened(1e-5) if p.x > x1 - 1e-6]
+    if _is_turned(tail):
+        return tuple({pad.centre.y - side * pad.size[1] / 2 for pad in pads[:1] for side in (-1, 1)})
+    x1 = bounding_box([outline])[2]
+    ys = [p.y for p in outline.flattened(1e-5) if p.x > x1 - 1e-6]
     return (min(ys), max(ys)) if ys else ()
 
 
@@ -280,16 +281,18 @@ def _copper(sheet: Sheet, layout: Layout, view: View, limit: float, name: str) -
             edge = Pen(min(THIN.width, view.length(min(pad.size)) / 5.0))  # contacts side by side stay apart
             sheet.draw(drawn, edge, CONTACT, name=ident, kind=f"net-{pad.net}")
     if limit >= bounding_box([layout.outline])[2] - 1e-9:
-        _first_and_last(sheet, layout, view)
+        _first_and_last(sheet, layout.outline, layout.pads, layout.top_openings, view)
 
 
-def _first_and_last(sheet: Sheet, layout: Layout, view: View) -> None:
+def _first_and_last(
+    sheet: Sheet, outline: Path, pads: tuple[Pad, ...], top_openings: tuple[Region, ...], view: View
+) -> None:
     """The numbers of the first and the last contact beyond the end at which they are; all stand on the second sheet."""
-    if len(layout.pads) < 2:
+    if len(pads) < 2:
         return
-    ends = min(layout.pads, key=lambda pad: pad.number), max(layout.pads, key=lambda pad: pad.number)
+    ends = min(pads, key=lambda pad: pad.number), max(pads, key=lambda pad: pad.number)
     (xa, ya), (xb, yb) = (pad.centre for pad in ends)
-    bare = bounding_box([layout.outline, *(each.outline for each in layout.top_openings)])
+    bare = bounding_box([outline, *(each.outline for each in top_openings)])
     for pad, sign in zip(ends, (1.0, -1.0), strict=True):
         x, y = view.x(pad.centre.x), view.y(pad.centre.y)
         if abs(ya - yb) >= abs(xa - xb):
@@ -340,15 +343,15 @@ def notes(layout: Layout) -> Iterator[str]:
     yield "Coordinates in mm from the files' origin (red cross). No layer is mirrored."
     cover = f"{cover_name(layout.spec.fpc.stackup)} within {show(rules.coverlay_registration, 'm')} of the copper"
     yield f"Outline {outline_text(rules)}, layers in register within {register}, {cover} (rules {rules.name})."
-    yield coil_text(layout)
+    yield coil_text(layout.coils, layout.spec.coil)
     yield f"Finished thickness: {', '.join(f'{k} {v}' for k, v in thickness_texts(layout).items())}."
     if tail_holes(layout):
         yield f"Holes: {holes_text(layout)}."
     if step := step_text(layout):
         yield step
     if layout.stiffener is not None:
-        yield f"Stiffener below the contacts: {stiffener_text(layout)}."
-    if chips := chip_text(layout):
+        yield f"Stiffener below the contacts: {stiffener_text(layout.spec.fpc.tail, layout.stiffener)}."
+    if chips := chip_text(layout.capacitors, layout.spec.readout.chip):
         yield chips
     if layout.bend_zone is not None:
         yield bend_text(layout)
@@ -366,8 +369,9 @@ def _outline(rules: DesignRules) -> str:
 def render_pictures(layout: Layout) -> dict[str, bytes]:
     """Two pictures by their paths in the package: the whole board, and its body, which carries the coils."""
     return {
-        fabrication_path(layout.spec, "board.svg"): picture(layout).encode("utf-8"),
-        fabrication_path(layout.spec, "body.svg"): picture(layout, window=layout.body, name="body").encode("utf-8"),
+        fabrication_path(layout.spec.name, "board.svg"): picture(layout).encode("utf-8"),
+        fabrication_path(layout.spec.name, "body.svg"): picture(layout, window=layout.body,
+                                                                name="body").encode("utf-8"),
     }
 
 
@@ -463,7 +467,7 @@ def _contact_dimensions(sheet: Sheet, layout: Layout, view: View, box: Box) -> N
 
 def _board_end(sheet: Sheet, layout: Layout, view: View, frame: Box) -> None:
     """The board's width with its tolerance, from contact 1 to the edge, what is bare, and on to the board's end."""
-    end, (row, _) = board_end(layout), contact_row(layout.pads)
+    end, (row, _) = board_end(layout.outline, layout.pads), contact_row(layout.pads)
     across, along = (1, 0) if runs_along_x(row) else (0, 1)
     axes = view.x, view.y
     # The coordinate (m) at which the contacts end, along themselves
@@ -488,7 +492,7 @@ def _board_end(sheet: Sheet, layout: Layout, view: View, frame: Box) -> None:
     start = axes[across](last.centre[across] + (-1 if along == 0 else 1) * last.size[across] / 2)
     reaches = sorted((axes[along](tip), axes[along](end.end)))
     _contact_dimension(sheet, along, reaches, start, level(along, 1), f"to end {mm(end.tip)}")
-    bare = bare_size(layout)
+    bare = bare_size(layout.pads, layout.top_openings)
     if bare is not None and bare[0] > contact_size(end.first)[0] - 1e-9:
         shown = sorted((axes[along](tip), axes[along](tip - outward * bare[1])))
         _contact_dimension(sheet, along, shown, start, level(along, 0), f"bare {mm(bare[1])}")
@@ -514,11 +518,13 @@ def _contact_notes(layout: Layout) -> list[str]:
     """How the contacts are to be read, in words."""
     connector = layout.spec.fpc.tail.connector if layout.spec.fpc.tail is not None else None
     named = f" of {connector.name}" if connector is not None else ""
+    plug, plate = plug_text(layout.pads, layout.spec.fpc), layout.stiffener
     return [
         f"Contacts{named} seen from the top, where they are bare. Each is marked with its number and its pin.",
-        f"{contact_text(layout)}.", *([text] if (text := chip_text(layout)) else []),
-        *([f"{plug_text(layout).capitalize()}: closer than the rest of the outline."] if plug_text(layout) else []),
-        *([f"Stiffener below them: {stiffener_text(layout)}."] if layout.stiffener is not None else []),
+        f"{contact_text(layout.pads, layout.spec.fpc.stackup, layout.top_openings)}.",
+        *([text] if (text := chip_text(layout.capacitors, layout.spec.readout.chip)) else []),
+        *([f"{plug.capitalize()}: closer than the rest of the outline."] if plug else []),
+        *([f"Stiffener below them: {stiffener_text(layout.spec.fpc.tail, plate)}."] if plate is not None else []),
         "Both contacts of a coil are one net: they are joined through its winding.",
         "Coils are wired to the channels in their order; which end is A and which is B is of no matter to the reading.",
     ]

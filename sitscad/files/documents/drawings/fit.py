@@ -206,7 +206,7 @@ def _beside(layout: Layout, jaw: Jaw, sized: dict[str, Finding]) -> list[Draw]:
 
 def _along(sheet: Sheet, layout: Layout, jaw: Jaw, fault: Finding, top: float) -> None:
     """The pair from the side, with the body's length beside the jaw's."""
-    start, heel = jaw_range(layout, jaw)
+    start, heel = jaw_range(layout.body, jaw)
     body = layout.body[0], layout.body[2]
     x0, x1 = min(start, body[0]), max(heel, body[1])
     pair = closed_section(layout)
@@ -236,7 +236,7 @@ def _at_hinge(sheet: Sheet, layout: Layout, jaw: Jaw, top: float) -> None:
         return
     if gap.angle:
         path = tail_path(layout, gap.angle) or path
-    heel = jaw_range(layout, jaw)[1]
+    heel = jaw_range(layout.body, jaw)[1]
     scale = scale_for((jaw.hinge + 4e-3, 5e-3), (WIDE, SLOT - 14.0))
     view = View(scale, (RIGHT + 3.0 - 1e3 * scale * (heel - 1e-3), top - 22.0 - 1e3 * scale * pivot.y))
     # Places on the tail's middle line between two places along the jaw (m)
@@ -258,7 +258,7 @@ def _at_hinge(sheet: Sheet, layout: Layout, jaw: Jaw, top: float) -> None:
 
 def _end(sheet: Sheet, layout: Layout, fault: Finding, top: float) -> None:
     measured, limit = _sizes(fault)
-    behind, (width, thick) = shaft(layout.spec), end_section(layout)
+    behind, (width, thick) = shaft(layout.spec.assembly, layout.spec.jaw), end_section(layout)
     assert behind is not None
     scale = scale_for((max(width, limit),) * 2, (WIDE, SLOT - 16.0))
     view = View(scale, (RIGHT + WIDE / 2, top - 28.0))
@@ -350,7 +350,7 @@ def _across(layout: Layout, jaw: Jaw, part: str, at: dict[str, tuple[float, floa
     lower, upper = at[part]
     for body in above_board(layout.spec):
         if body.role.value == part:
-            y = axis(layout).y
+            y = axis(layout.body).y
             return rectangle(body.footprint.box[1] - y, lower, body.footprint.box[3] - y, upper)
     if part not in MOUNT_PIECES:
         half = _half(layout, jaw, part, lower)
@@ -363,7 +363,7 @@ def _across(layout: Layout, jaw: Jaw, part: str, at: dict[str, tuple[float, floa
 def _film(layout: Layout, at: dict[str, tuple[float, float]]) -> Iterator[Path]:
     """The film on the board and round what stands on it (m), drawn before that."""
     (_, board), (lower, upper) = at["board"], at["encapsulation"]
-    thick, half, y = upper - lower, layout.body_size[1] / 2, axis(layout).y
+    thick, half, y = upper - lower, layout.body_size[1] / 2, axis(layout.body).y
     yield rectangle(-half, board, half, board + thick)
     for body in above_board(layout.spec):
         _, y0, _, y1 = body.footprint.box
@@ -397,7 +397,7 @@ def draw_side(
     half = layers["opposing-jaw"][1].nominal / 2 - offset
     level_line = at[1]
     at = at[0], at[1] - scale * 1e3 * offset
-    x0, x1 = jaw_range(layout, jaw)
+    x0, x1 = jaw_range(layout.body, jaw)
     body = layout.body[0], layout.body[2]
     plates: dict[str, list[tuple[float, float]]] = {}
     for piece in above_board(layout.spec):

@@ -99,7 +99,7 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
 
 def _sides(sheet: Sheet, layout: Layout, jaw: Jaw, closes: Closing) -> None:
     """The pair from the side, closed and wide open about its pivot; closed alone where the hinge is not known."""
-    start, heel = jaw_range(layout, jaw)
+    start, heel = jaw_range(layout.body, jaw)
     pivot = heel + (jaw.hinge if jaw.hinge is not None else 0.0)
     turn = (closes.opening or 0.0) / 2 if closes.reach is not None else 0.0
     scale = scale_for((1.15 * (pivot - start), jaw.port_diameter), (SIDES[1], HIGHEST))

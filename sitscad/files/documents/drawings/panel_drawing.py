@@ -55,12 +55,13 @@ def render(
     if panel is None:
         return {}
     layout = panel.layout
-    images = panel_images(layout.spec, files)
+    images = panel_images(layout.spec.name, files)
     sheet = drawing(panel, on_drawing("panel", files, images), bool(forced))
     return {
-        panel_path(layout.spec, "-drawing.svg"): svg(sheet).encode("utf-8"),
-        panel_path(layout.spec, "-drawing.pdf"): pdf([sheet]),
-        panel_path(layout.spec, "-readme.txt"): readme(panel, coupon_estimates, files, bool(forced)).encode("utf-8"),
+        panel_path(layout.spec.name, "-drawing.svg"): svg(sheet).encode("utf-8"),
+        panel_path(layout.spec.name, "-drawing.pdf"): pdf([sheet]),
+        panel_path(layout.spec.name, "-readme.txt"): readme(panel, coupon_estimates, files,
+                                                            bool(forced)).encode("utf-8"),
     }
 
 
@@ -175,16 +176,16 @@ def readme(
 def _files(panel: Panel) -> Iterator[tuple[str, str]]:
     layout = panel.layout
     yield from (file.row for file in panel_files(layout))
-    drill_map = drill_map_file(panel_path(layout.spec, "-Drill_Map.gbr"))
+    drill_map = drill_map_file(panel_path(layout.spec.name, "-Drill_Map.gbr"))
     yield drill_map.name, "drill map (Gerber drawing)"
-    yield panel_path(layout.spec, "-drawing.pdf").rpartition("/")[2], "drawing of the panel (also as SVG)"
-    yield panel_path(layout.spec, "-job.gbrjob").rpartition("/")[2], "Gerber job file of the panel"
+    yield panel_path(layout.spec.name, "-drawing.pdf").rpartition("/")[2], "drawing of the panel (also as SVG)"
+    yield panel_path(layout.spec.name, "-job.gbrjob").rpartition("/")[2], "Gerber job file of the panel"
     yield "Coordinates", "millimetres, one origin for all files of the panel: its lower left corner"
 
 
 def _fingerprint(panel: Panel, files: Mapping[str, bytes]) -> list[str]:
     """The lines that name the panel's images by their hash."""
-    images = panel_images(panel.layout.spec, files)
+    images = panel_images(panel.layout.spec.name, files)
     what = (
         "Fingerprint: SHA-256 of the panel's Gerber and drill files one after another, in the order of the line below; "
         "in the folder that holds them that line prints the same. The panel's drawing shows its first 16 digits."

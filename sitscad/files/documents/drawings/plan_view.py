@@ -50,7 +50,7 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
     pieces = above_board(layout.spec)
     if not pieces:
         return None
-    box = _shown(layout, pieces)
+    box = _shown(layout.body, pieces)
     scale = scale_for((box[2] - box[0], box[3] - box[1]), ROOM[2:])
     title, hashes = "assembly, pieces over the coils", "the board's are in fpc/"
     sheet = new_sheet(layout.spec, title, scale_text(scale), hashes, forced)
@@ -86,7 +86,7 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
 def plan(sheet: Sheet, layout: Layout, room: tuple[float, float, float, float]) -> None:
     """The view on another sheet, in a room (left, low, width, height; mm), without dimensions."""
     pieces = above_board(layout.spec)
-    box = _shown(layout, pieces)
+    box = _shown(layout.body, pieces)
     view = placed(box, plan_scale(layout, room), room)
     _plan(sheet, layout, pieces, view, box)
     axes_sign(sheet, view.x(box[0]), view.y(box[1]) - 12.0, 8.0, TEXT)
@@ -94,7 +94,7 @@ def plan(sheet: Sheet, layout: Layout, room: tuple[float, float, float, float]) 
 
 def plan_scale(layout: Layout, room: tuple[float, float, float, float]) -> float:
     """The scale that `plan` draws at in some room."""
-    box = _shown(layout, above_board(layout.spec))
+    box = _shown(layout.body, above_board(layout.spec))
     return scale_for((box[2] - box[0], box[3] - box[1]), room[2:])
 
 
@@ -127,9 +127,9 @@ def _plan(sheet: Sheet, layout: Layout, pieces: tuple[Body, ...], view: View, bo
         sheet.text(*places[k], coil.name, size)
 
 
-def _shown(layout: Layout, pieces: tuple[Body, ...]) -> Box:
+def _shown(body: tuple[float, float, float, float], pieces: tuple[Body, ...]) -> Box:
     """The board's body and all that lies over it or hangs over its edge (m)."""
-    boxes = [layout.body, *(piece.footprint.box for piece in pieces)]
+    boxes = [body, *(piece.footprint.box for piece in pieces)]
     low = [min(box[axis] for box in boxes) for axis in (0, 1)]
     high = [max(box[axis] for box in boxes) for axis in (2, 3)]
     return low[0], low[1], high[0], high[1]

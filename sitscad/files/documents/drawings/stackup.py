@@ -14,9 +14,9 @@ from sitscad.files.order_facts import notes
 from sitscad.files.order_facts.files import board_images, fabrication_path, on_drawing, stack_names
 from sitscad.kernels.geometry.path import rectangle
 from sitscad.layout.bending import contact_copper, contact_layers, has_tail_coverlay, tail_copper, tail_layers
-from sitscad.layout.board import Layout
+from sitscad.layout.board import Layout, Via
 from sitscad.layout.lamination import lamination_text
-from sitscad.spec.circuit import MASK, LayerKind
+from sitscad.spec.circuit import MASK, LayerKind, Stackup
 
 COLOURS = {LayerKind.COVERLAY: "#d9a441", LayerKind.COPPER: "#c46a2b", LayerKind.DIELECTRIC: "#f0dfb0"}
 PLATE = "#b8b8b8"
@@ -34,8 +34,8 @@ def render(layout: Layout, forced: str, files: Mapping[str, bytes]) -> dict[str,
     """
     sheet = drawing(layout, on_drawing("board", files, board_images(files)), bool(forced))
     return {
-        fabrication_path(layout.spec, "stackup.svg"): svg(sheet).encode("utf-8"),
-        fabrication_path(layout.spec, "stackup.pdf"): pdf([sheet]),
+        fabrication_path(layout.spec.name, "stackup.svg"): svg(sheet).encode("utf-8"),
+        fabrication_path(layout.spec.name, "stackup.pdf"): pdf([sheet]),
     }
 
 
@@ -46,7 +46,7 @@ def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
     scale = ROOM / max(stackup.thickness, sum(layer.thickness for layer in tail_layers(layout)) + plate)
     words = f"heights {scale / 1e3:.0f}:1, lengths not to scale"
     sheet = new_sheet(layout.spec, f"stack-up {stackup.name}", words, artwork, forced, "in section")
-    _body_section(sheet, layout, scale)
+    _body_section(sheet, layout.copper_layers, layout.spec.fpc.stackup, layout.vias, scale)
     # The tail's layers, its opened coverlays shorter, and the stiffener under its end
     if layout.spec.fpc.tail is not None:
         y, is_plugged = TOP, bool(layout.pads)
@@ -80,9 +80,9 @@ def drawing(layout: Layout, artwork: str, forced: bool = False) -> Sheet:
     return sheet
 
 
-def _body_section(sheet: Sheet, layout: Layout, scale: float) -> None:
+def _body_section(sheet: Sheet, copper_layers: int, stackup: Stackup, vias: tuple[Via, ...], scale: float) -> None:
     """All layers with their captions, and a plated hole."""
-    layers = layout.spec.fpc.stackup.layers
+    layers = stackup.layers
     middles, copper, y, wall = [], [], TOP, COLOURS[LayerKind.COPPER]
     for number, layer in enumerate(layers, 1):
         height = layer.thickness * scale
@@ -90,16 +90,16 @@ def _body_section(sheet: Sheet, layout: Layout, scale: float) -> None:
         copper += [y, y - height] if layer.kind is LayerKind.COPPER else []
         middles.append(y - height / 2)
         y -= height
-    if layout.vias and copper:
+    if vias and copper:
         # A plated hole through all copper layers
         middle, height = (JOINT + BODY) / 2, copper[0] - copper[-1]
         for x, width, fill in ((-4.0, 8.0, "#ffffff"), (-4.0, 1.5, wall), (2.5, 1.5, wall)):
             _bar(sheet, middle + x, copper[0], width, height, fill)
     texts = []
-    for layer, name in zip(layers, stack_names(layout), strict=True):
+    for layer, name in zip(layers, stack_names(copper_layers, stackup.layers), strict=True):
         material = f", {notes.layer_text(layer)}" if layer.material != name else f" {layer.made_of}".rstrip()
         if layer.kind is LayerKind.COPPER:
-            material = f", {notes.copper_text(layout.spec.fpc.stackup, layer)}"
+            material = f", {notes.copper_text(stackup, layer)}"
         texts.append(wrapped(f"{show(layer.thickness, 'm')}  {name}{material}", CAPTION, TEXT))
     most = max(map(len, texts))
     size = min(TEXT, TEXT * CAPTIONS / (1.4 * TEXT * most * len(texts)))

@@ -29,10 +29,11 @@ def render_drills(layout: Layout) -> dict[str, bytes]:
     """
     return {
         file.path: drill_text(
-            drill_title(layout.spec, file.title), file.function, project_attributes(layout.spec),
+            drill_title(layout.spec.issue.words, layout.spec.name, file.title), file.function,
+            project_attributes(layout.spec.issue.revision, layout.spec.name),
             drilled_to(layout, file.layer), "ViaDrill",
         )
-        for file in drill_files(layout)
+        for file in drill_files(layout.copper_layers, layout.spans, layout.spec.name)
     }
 
 
@@ -40,11 +41,12 @@ def render_drill_map(layout: Layout) -> dict[str, bytes]:
     """The drill map by its path in the package; nothing where the layout has no hole."""
     if not layout.vias:
         return {}
-    file = drill_map_file(fabrication_path(layout.spec, "Drill_Map.gbr"))
-    return {file.path: document(layout, file, map_text(layout.outline, plated_tools(layout)))}
+    file = drill_map_file(fabrication_path(layout.spec.name, "Drill_Map.gbr"))
+    return {file.path: document(layout.spec.issue, layout.spec.name, file,
+                                map_text(layout.outline, plated_tools(layout)))}
 
 
 def render_job(layout: Layout) -> dict[str, bytes]:
     """The job file of the board by its path in the package."""
-    files = (*gerber_files(layout), *drill_files(layout))
-    return {fabrication_path(layout.spec, "job.gbrjob"): job_document(layout, files, layout.size)}
+    files = (*gerber_files(layout), *drill_files(layout.copper_layers, layout.spans, layout.spec.name))
+    return {fabrication_path(layout.spec.name, "job.gbrjob"): job_document(layout, files, layout.size)}

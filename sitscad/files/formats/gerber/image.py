@@ -48,9 +48,9 @@ from sitscad.kernels.geometry.path import Arc, Path, Point, Region, Segment, bou
 from sitscad.layout.bending import lap_start
 from sitscad.layout.board import Layout, Pad, Trace, Via
 from sitscad.layout.copper import smallest_gaps
-from sitscad.spec.circuit import MASK, LayerKind, StackLayer
+from sitscad.spec.circuit import MASK, LayerKind, StackLayer, Stackup
 from sitscad.spec.presets import finish
-from sitscad.spec.yaml.source import UNNUMBERED, creation_date
+from sitscad.spec.yaml.source import UNNUMBERED, Issue, creation_date
 
 PROFILE_WIDTH = 50e-6  # Width (m) of the line that draws the outline; its middle is the board's edge
 FLAT = 1.0  # An arc that bows out by less than this many units is drawn as a line: rounding would lose its centre
@@ -61,31 +61,33 @@ Grid = tuple[int, int]
 def layer_files(layout: Layout) -> dict[str, bytes]:
     """All Gerber files of a layout by their path in the package. Deterministic: nothing but the layout enters."""
     files: dict[str, bytes] = {}
-    for file in copper_files(layout):
-        files[file.path] = document(layout, file, _copper(layout, file.layer or 1))
-    for file in coverlay_files(layout.spec):
+    for file in copper_files(layout.copper_layers, layout.spec.name):
+        files[file.path] = document(layout.spec.issue, layout.spec.name, file, _copper(layout, file.layer or 1))
+    for file in coverlay_files(layout.spec.fpc.stackup, layout.spec.name):
         openings = layout.top_openings if file.function.endswith("Top") else layout.bottom_openings
-        files[file.path] = document(layout, file, regions(openings))
-    for file in stiffener_files(layout):
+        files[file.path] = document(layout.spec.issue, layout.spec.name, file, regions(openings))
+    for file in stiffener_files(layout.spec.name, layout.stiffener):
         assert layout.stiffener is not None
-        files[file.path] = document(layout, file, regions((layout.stiffener.outline,)))
+        files[file.path] = document(layout.spec.issue, layout.spec.name, file, regions((layout.stiffener.outline,)))
     for file in body_files(layout):
-        files[file.path] = document(layout, file, regions((Region(rectangle(*layout.body)),)))
+        files[file.path] = document(layout.spec.issue, layout.spec.name, file,
+                                    regions((Region(rectangle(*layout.body)),)))
     for file in tail_coverlay_files(layout):
         covered = areas_beyond(layout.outline, lap_start(layout))
-        files[file.path] = document(layout, file, regions(map(Region, covered)))
-    outline = profile_file(layout.spec)
-    files[outline.path] = document(layout, outline, profile(layout.outline))
+        files[file.path] = document(layout.spec.issue, layout.spec.name, file, regions(map(Region, covered)))
+    outline = profile_file(layout.spec.name)
+    files[outline.path] = document(layout.spec.issue, layout.spec.name, outline, profile(layout.outline))
     return files
 
 
 def document(
-    layout: Layout, file: FabricationFile, body: Iterable[str], attributes: tuple[tuple[str, ...], ...] | None = None,
+    issue: Issue, name: str, file: FabricationFile, body: Iterable[str],
+    attributes: tuple[tuple[str, ...], ...] | None = None,
 ) -> bytes:
     """A whole file: what it is called, its attributes (the board's unless given), its drawing with its apertures."""
-    head = [f"G04 {layout.spec.name}: {file.title}*"]
-    head += [f"G04 {layout.spec.issue.words}*"] if layout.spec.issue.rows else []
-    head += [f"%TF{','.join(attribute)}*%" for attribute in attributes or project_attributes(layout.spec)]
+    head = [f"G04 {name}: {file.title}*"]
+    head += [f"G04 {issue.words}*"] if issue.rows else []
+    head += [f"%TF{','.join(attribute)}*%" for attribute in attributes or project_attributes(issue.revision, name)]
     head += [f"%TF.FileFunction,{file.function}*%", f"%TF.FilePolarity,{file.polarity}*%"]
     head += ["%FSLAX46Y46*%", "%MOMM*%", "%LPD*%", "G75*"]
     return ("\n".join([*head, *body, "M02*"]) + "\n").encode("ascii")
@@ -362,7 +364,7 @@ def job_document(layout: Layout, files: Sequence[FabricationFile], size: tuple[f
             {"Path": file.name, "FileFunction": file.function, "FilePolarity": file.polarity}
             for file in files
         ],
-        "MaterialStackup": list(_stackup(layout)),
+        "MaterialStackup": list(_stackup(layout.copper_layers, layout.spec.fpc.stackup)),
     }
     return (json.dumps(job, indent=2, ensure_ascii=True) + "\n").encode("ascii")
 
@@ -380,15 +382,14 @@ def _rules(layout: Layout) -> list[dict[str, Any]]:
     return found
 
 
-def _stackup(layout: Layout) -> Iterator[dict[str, Any]]:
+def _stackup(count: int, stackup: Stackup) -> Iterator[dict[str, Any]]:
     """Every layer from the top; a coverlay is a solder mask in the job file's words, its material says what it is."""
     copper = coverlay = 0
-    count = layout.copper_layers
-    for layer in layout.spec.fpc.stackup.layers:
+    for layer in stackup.layers:
         if layer.kind is LayerKind.COPPER:
             copper += 1
             row = {"Type": "Copper", "Thickness": _mm(layer.thickness), "Name": layer_name(copper, count)}
-            yield {**row, "Notes": copper_text(layout.spec.fpc.stackup, layer)}
+            yield {**row, "Notes": copper_text(stackup, layer)}
         elif layer.kind is LayerKind.COVERLAY:
             coverlay += 1
             side = "Bottom" if copper else "Top"

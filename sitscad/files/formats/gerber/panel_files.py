@@ -60,7 +60,7 @@ def render(panel: Panel | None, files: Mapping[str, bytes]) -> dict[str, bytes]:
     made: dict[str, bytes] = {}
     coupon = layer_files(panel.coupon) if panel.coupon is not None else {}
     for file in gerber_files(layout):
-        if file == profile_file(layout.spec):
+        if file == profile_file(layout.spec.name):
             continue
         images = [(image_of(files[file.path]), panel.parts)]
         if file.path in coupon:
@@ -68,19 +68,19 @@ def render(panel: Panel | None, files: Mapping[str, bytes]) -> dict[str, bytes]:
         images += _lower_layers(panel, file)
         images.append((Image(*_marks(panel, file)), (Point(0.0, 0.0),)))
         made |= _file(layout, file, repeated(images))
-    made |= _file(layout, profile_file(layout.spec), profile(rectangle(0.0, 0.0, *panel.size)))
-    made |= _file(layout, cut_file(layout.spec), profile(*panel.cuts, function="CutOut"))
+    made |= _file(layout, profile_file(layout.spec.name), profile(rectangle(0.0, 0.0, *panel.size)))
+    made |= _file(layout, cut_file(layout.spec.name), profile(*panel.cuts, function="CutOut"))
     job = job_document(layout, panel_files(layout), panel.size)
     return made | _drills(panel) | {
-        panel_path(layout.spec, ".json"): _places(panel), panel_path(layout.spec, "-job.gbrjob"): job,
+        panel_path(layout.spec.name, ".json"): _places(panel), panel_path(layout.spec.name, "-job.gbrjob"): job,
     }
 
 
 def _file(layout: Layout, file: FabricationFile, body: Iterator[str]) -> dict[str, bytes]:
     spec, path = layout.spec, file.path
-    path = path if file.function == CUTS else panel_path(spec, path.removeprefix(f"fpc/{spec.name}"))
+    path = path if file.function == CUTS else panel_path(spec.name, path.removeprefix(f"fpc/{spec.name}"))
     titled = replace(file, path=path, title=f"panel: {file.title}")
-    return {path: document(layout, titled, body, panel_attributes(layout.spec))}
+    return {path: document(layout.spec.issue, layout.spec.name, titled, body, panel_attributes(layout.spec))}
 
 
 def _lower_layers(panel: Panel, file: FabricationFile) -> list[tuple[Image, tuple[Point, ...]]]:
@@ -93,10 +93,11 @@ def _lower_layers(panel: Panel, file: FabricationFile) -> list[tuple[Image, tupl
         rectangle(0.0, 0.0, width, rail), rectangle(0.0, height - rail, width, height),
         rectangle(0.0, rail, rail, height - rail), rectangle(width - rail, rail, width, height - rail),
     ]
-    frame = image_of(document(layout, file, regions(Region(each) for each in rails)))
+    frame = image_of(document(layout.spec.issue, layout.spec.name, file, regions(Region(each) for each in rails)))
     images: list[tuple[Image, tuple[Point, ...]]] = [(frame, (Point(0.0, 0.0),))]
     if coupon is not None:
-        images.append((image_of(document(layout, file, regions((Region(coupon.outline),)))), panel.coupons))
+        images.append((image_of(document(layout.spec.issue, layout.spec.name, file,
+                                         regions((Region(coupon.outline),)))), panel.coupons))
     return images
 
 
@@ -136,21 +137,21 @@ def _drills(panel: Panel) -> dict[str, bytes]:
     attributes = panel_attributes(layout.spec)
     made: dict[str, bytes] = {}
     shown: list[Tool] = []
-    for file in drill_files(layout):
+    for file in drill_files(layout.copper_layers, layout.spans, layout.spec.name):
         # The plated holes of all copies that end on one layer
         plated = [hole for at in panel.parts for hole in drilled_to(layout, file.layer, *grid(at))]
         if panel.coupon is not None:
             plated += [hole for at in panel.coupons for hole in drilled_to(panel.coupon, file.layer, *grid(at))]
-        path = panel_path(layout.spec, file.path.removeprefix(f"fpc/{layout.spec.name}"))
-        title = drill_title(layout.spec, f"panel: {file.title}")
+        path = panel_path(layout.spec.name, file.path.removeprefix(f"fpc/{layout.spec.name}"))
+        title = drill_title(layout.spec.issue.words, layout.spec.name, f"panel: {file.title}")
         made[path] = drill_text(title, file.function, attributes, plated, "ViaDrill")
-        shown += tools(plated, plated_words(layout, file.layer or layout.copper_layers))
-    holes = tooling_file(layout)
-    title = drill_title(layout.spec, f"panel: {holes.title}")
+        shown += tools(plated, plated_words(layout.spans, file.layer or layout.copper_layers))
+    holes = tooling_file(layout.copper_layers, layout.spec.name)
+    title = drill_title(layout.spec.issue.words, layout.spec.name, f"panel: {holes.title}")
     made[holes.path] = drill_text(title, holes.function, attributes, tooling, "ComponentDrill")
-    chart = drill_map_file(panel_path(layout.spec, "-Drill_Map.gbr"))
+    chart = drill_map_file(panel_path(layout.spec.name, "-Drill_Map.gbr"))
     drawing = map_text(rectangle(0.0, 0.0, *panel.size), [*shown, *tools(tooling, "not plated")])
-    return made | {chart.path: document(layout, chart, drawing, attributes)}
+    return made | {chart.path: document(layout.spec.issue, layout.spec.name, chart, drawing, attributes)}
 
 
 def _places(panel: Panel) -> bytes:

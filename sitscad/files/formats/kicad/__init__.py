@@ -11,7 +11,7 @@ from sitscad.files.formats.kicad.coil import coil_footprints
 from sitscad.files.formats.kicad.library import library_footprints, library_table, symbol_library
 from sitscad.files.formats.kicad.pcb import board as board_text
 from sitscad.files.formats.kicad.sexpr import length
-from sitscad.layout.board import Layout
+from sitscad.layout.board import Layout, Via
 from sitscad.spec.design_rules import DesignRules
 
 
@@ -82,11 +82,12 @@ def board_rules(rules: DesignRules) -> dict[str, Any]:
     }
 
 
-def _net_class(layout: Layout, name: str, track_width: float, priority: int) -> dict[str, Any]:
-    rules = layout.spec.fpc.rules
+def _net_class(
+    rules: DesignRules, vias: tuple[Via, ...], name: str, track_width: float, priority: int
+) -> dict[str, Any]:
     clearance = _mm(rules.trace_spacing)
-    via_pad = max((via.pad for via in layout.vias), default=rules.via_pad)
-    via_drill = max((via.drill for via in layout.vias), default=rules.via_drill)
+    via_pad = max((via.pad for via in vias), default=rules.via_pad)
+    via_drill = max((via.drill for via in vias), default=rules.via_drill)
     return {
         "bus_width": 12, "clearance": clearance, "diff_pair_gap": clearance, "diff_pair_via_gap": clearance,
         "diff_pair_width": _mm(track_width), "line_style": 0,
@@ -101,8 +102,8 @@ def project(layout: Layout) -> str:
     spec = layout.spec
     rules = spec.fpc.rules
     classes = [
-        _net_class(layout, "Default", rules.trace_width, 2147483647),
-        _net_class(layout, NET_CLASS, spec.coil.trace_width, 0),
+        _net_class(layout.spec.fpc.rules, layout.vias, "Default", rules.trace_width, 2147483647),
+        _net_class(layout.spec.fpc.rules, layout.vias, NET_CLASS, spec.coil.trace_width, 0),
     ]
     value = {
         "board": {

@@ -27,7 +27,7 @@ from sitscad.files.formats.kicad.sexpr import (
 )
 from sitscad.kernels.geometry.path import Path, Region, bounding_box
 from sitscad.layout.board import Capacitor, Coil, Layout, Pad
-from sitscad.spec.sensor import SensorSpec
+from sitscad.spec.coil import CoilSpec
 
 REFERENCE = "J1"
 FOOTPRINT_NAME = "contacts"
@@ -82,7 +82,7 @@ def _body(layout: Layout, reference: str, nets: Mapping[str, int] | None) -> lis
         for i, region in enumerate(contact_openings(openings, pads)):
             rows.append(filled("fp", region, layer, place, (*owner, layer, i)))
     words = f"{len(layout.pads)} contacts of {layout.spec.name}, {value}"
-    texts = [pad_text(pad, layout, place, nets, owner) for pad in layout.pads]
+    texts = [pad_text(pad, layout.copper_layers, place, nets, owner) for pad in layout.pads]
     above = _COURTYARD_MARGIN + 1_000_000
     return _around(layout.pads, place, owner, (reference, value, words), [_ATTRIBUTES, *rows], texts, above)
 
@@ -129,10 +129,11 @@ def courtyard(low: Grid, high: Grid, owner: tuple[str, ...], margin: int = _COUR
 
 
 def pad_text(
-    pad: Pad, layout: Layout, place: Grid, nets: Mapping[str, int] | None, owner: tuple[str, ...], kind: str = "connect"
+    pad: Pad, copper_layers: int, place: Grid, nets: Mapping[str, int] | None, owner: tuple[str, ...],
+    kind: str = "connect"
 ) -> str:
     """A rectangular pad of a footprint that stands at `place`, with its net where `nets` numbers them."""
-    layer = copper_names(layout.copper_layers)[pad.layer - 1]
+    layer = copper_names(copper_layers)[pad.layer - 1]
     if layer not in ("F.Cu", "B.Cu"):
         raise ValueError(f"contact {pad.name} is on {layer}: a contact must be on an outer layer")
     size = f"(size {length(pad.size[0])} {length(pad.size[1])})"
@@ -184,7 +185,7 @@ def _chip_body(layout: Layout, capacitor: Capacitor, nets: Mapping[str, int] | N
     openings = [filled("fp", region, "F.Mask", place, (*owner, "opening", i)) for i, region in enumerate(over)]
     reference = capacitor.reference if nets is not None else "REF**"
     words = reference, capacitor.package, f"tank capacitor, {capacitor.package}, C0G"
-    pads = [pad_text(pad, layout, place, nets, owner, "smd") for pad in capacitor.pads]
+    pads = [pad_text(pad, layout.copper_layers, place, nets, owner, "smd") for pad in capacitor.pads]
     body = _around(capacitor.pads, place, owner, words, ["(attr smd)", *openings], pads, margin=_CHIP_COURTYARD)
     chip = layout.spec.readout.chip
     if chip is None or not chip.model:
@@ -210,7 +211,8 @@ _KEYWORDS = "LDC inductive sensor coil"
 def symbol_library(layout: Layout) -> str:
     """The ``.kicad_sym`` file: the sensor where it has contacts, and every coil that leads from contact to contact."""
     symbols = [_sensor(layout)] if layout.pads else []
-    symbols += [_coil(layout, coil) for coil in layout.coils if coil.is_closed_circuit]
+    symbols += [_coil(layout.spec.coil, layout.spec.fpc.stackup.name, layout.spec.name,
+                      coil) for coil in layout.coils if coil.is_closed_circuit]
     head = f"(version {FORMAT})", '(generator "sitscad")', '(generator_version "9.0")'
     return node("kicad_symbol_lib", *head, *symbols) + "\n"
 
@@ -224,7 +226,7 @@ def library_table(kind: str, name: str, file: str, words: str) -> str:
 
 def _sensor(layout: Layout) -> str:
     """The whole sensor: a box with a pin a contact, coil by coil, and the coils between their pins."""
-    name, rows = layout.spec.name, _rows(layout)
+    name, rows = layout.spec.name, _rows(layout.coils, layout.pads)
     top, low = rows[0][1] + GRID, rows[-1][1] - GRID
     box = f"(rectangle (start {decimal(LEFT)} {decimal(top)}) (end {decimal(RIGHT)} {decimal(low)})"
     drawn = [f"{box} {_pen(0.254)} (fill (type background)))"]
@@ -238,13 +240,14 @@ def _sensor(layout: Layout) -> str:
     ]
     issue = f", {layout.spec.issue.words}" if layout.spec.issue.rows else ""
     words = f"inductive sensor of {counted(len(layout.coils), 'coil')}: both pins of a coil are one net{issue}"
-    return _symbol(layout.spec, name, "J", FOOTPRINT_NAME, words, (LEFT, top + GRID / 2, low - GRID / 2), drawn, pins)
+    return _symbol(layout.spec.name, name, "J", FOOTPRINT_NAME, words, (LEFT, top + GRID / 2, low - GRID / 2), drawn,
+                   pins)
 
 
-def _rows(layout: Layout) -> list[tuple[Pad, float]]:
+def _rows(coils: tuple[Coil, ...], pads: tuple[Pad, ...]) -> list[tuple[Pad, float]]:
     """The contacts from the top down, coil by coil, each with its height (mm); those that no coil has are last."""
-    groups = [[pad for pad in layout.pads if pad.net == coil.net] for coil in layout.coils]
-    groups += [[pad] for pad in layout.pads if not pad.net]
+    groups = [[pad for pad in pads if pad.net == coil.net] for coil in coils]
+    groups += [[pad] for pad in pads if not pad.net]
     rows, y = [], 0.0
     for group in groups:
         for pad in sorted(group, key=lambda pad: pad.number):
@@ -254,9 +257,9 @@ def _rows(layout: Layout) -> list[tuple[Pad, float]]:
     return rows
 
 
-def _coil(layout: Layout, coil: Coil) -> str:
+def _coil(spec: CoilSpec, stackup_name: str, spec_name: str, coil: Coil) -> str:
     """One coil alone: pin 1 the beginning of its first layer, pin 2 the end of its last, as in its footprint."""
-    name, spec, reach = f"coil-{coil.name}", layout.spec.coil, 2 * GRID
+    name, reach = f"coil-{coil.name}", 2 * GRID
     pins = [
         _pin("passive", 0.0, sign * (reach + GRID), 270 if sign > 0 else 90, str(number), number)
         for number, sign in ((1, 1.0), (2, -1.0))
@@ -265,10 +268,10 @@ def _coil(layout: Layout, coil: Coil) -> str:
     words = (
         f"printed coil, {spec.shape}, {spec.turns_in_words} turns, "
         f"{counted(len(spec.layers), 'layer')}, {sides}; for stack-up "
-        f"{layout.spec.fpc.stackup.name}"
+        f"{stackup_name}"
     )
     drawn = _winding(0.0, reach, -reach, 0.0)
-    return _symbol(layout.spec, name, "L", name, words, (BOW, GRID, -GRID), drawn, pins)
+    return _symbol(spec_name, name, "L", name, words, (BOW, GRID, -GRID), drawn, pins)
 
 
 def _winding(x: float, upper: float, lower: float, start: float) -> list[str]:
@@ -301,11 +304,11 @@ def _pin(kind: str, x: float, y: float, angle: int, name: str, number: int) -> s
 
 
 def _symbol(
-    spec: SensorSpec, name: str, reference: str, footprint: str, words: str, places: tuple[float, float, float],
+    library: str, name: str, reference: str, footprint: str, words: str, places: tuple[float, float, float],
     drawn: list[str], pins: list[str],
 ) -> str:
     """A symbol with its properties: reference and value stand at an x and two heights of `places`."""
-    library, (x, above, below) = spec.name, places
+    (x, above, below) = places
     shown = ((("Reference", reference), above), (("Value", name), below))
     left = "(effects (font (size 1.27 1.27)) (justify left))"
     hidden = {"Footprint": f"{library}:{footprint}", "Datasheet": "", "Description": words, "ki_keywords": _KEYWORDS}

@@ -36,10 +36,9 @@ from sitscad.files.order_facts.notes import bend_words
 from sitscad.kernels.geometry.areas import areas_beyond
 from sitscad.kernels.geometry.path import Path, Point, bounding_box, polyline, rectangle
 from sitscad.layout.bending import lap_start
-from sitscad.layout.board import Layout, Role, Via
+from sitscad.layout.board import Coil, Layout, Role, Trace, Via
 from sitscad.spec.circuit import FpcSpec
 from sitscad.spec.presets import is_rigid
-from sitscad.spec.sensor import SensorSpec
 
 # Board format of KiCad 9.0; later versions read it.
 FORMAT = 20241229
@@ -79,7 +78,8 @@ def board(layout: Layout) -> str:
     if layout.pads:
         children.append(board_footprint(layout, nets, sheet))
     children += placed_capacitors(layout, nets, sheet)
-    children += [*_graphics(layout, sheet), *_tracks(layout, nets, sheet)]
+    children += [*_graphics(layout, sheet), *_tracks(layout.copper_layers, layout.spec.name, layout.traces, nets,
+                                                     sheet)]
     children += [_via(via, i, layout, nets, sheet) for i, via in enumerate(layout.vias)]
     # The teardrops as filled polygons of their nets: KiCad would make others, and not under these rules
     layers = copper_names(layout.copper_layers)
@@ -88,7 +88,7 @@ def board(layout: Layout) -> str:
         f"(layer {quoted(layers[drop.layer - 1])}) (net {nets[drop.net]}) {identity(layout.spec.name, 'teardrop', i)})"
         for i, drop in enumerate(layout.teardrops)
     ]
-    children += [*_groups(layout), "(embedded_fonts no)"]
+    children += [*_groups(layout.coils, layout.spec.name, layout.traces), "(embedded_fonts no)"]
     return node("kicad_pcb", *children) + "\n"
 
 
@@ -194,18 +194,20 @@ def _notes(layout: Layout, sheet: Grid) -> Iterator[str]:
         yield f"(gr_text {quoted(text)} {place} (layer {quoted(layer)}) {identity(*names)} {font})"
 
 
-def _tracks(layout: Layout, nets: Mapping[str, int], sheet: Grid) -> Iterator[str]:
-    layers = copper_names(layout.copper_layers)
-    for i, trace in enumerate(layout.traces):
+def _tracks(
+    copper_layers: int, name: str, traces: tuple[Trace, ...], nets: Mapping[str, int], sheet: Grid
+) -> Iterator[str]:
+    layers = copper_names(copper_layers)
+    for i, trace in enumerate(traces):
         rest = f"(width {length(trace.width)}) (layer {quoted(layers[trace.layer - 1])}) (net {nets[trace.net]})"
         for j, segment in enumerate(drawn(trace.path)):
             kind, points = curve(segment, sheet)
             head = "segment" if kind == "line" else "arc"
-            yield f"({head} {points} {rest} {identity(*_track_names(layout.spec, i, j))})"
+            yield f"({head} {points} {rest} {identity(*_track_names(name, i, j))})"
 
 
-def _track_names(spec: SensorSpec, trace: int, segment: int) -> tuple[object, ...]:
-    return spec.name, "track", trace, segment
+def _track_names(name: str, trace: int, segment: int) -> tuple[object, ...]:
+    return name, "track", trace, segment
 
 
 def _via(via: Via, index: int, layout: Layout, nets: Mapping[str, int], sheet: Grid) -> str:
@@ -219,15 +221,15 @@ def _via(via: Via, index: int, layout: Layout, nets: Mapping[str, int], sheet: G
     )
 
 
-def _groups(layout: Layout) -> Iterator[str]:
+def _groups(coils: tuple[Coil, ...], name: str, traces: tuple[Trace, ...]) -> Iterator[str]:
     """One group a coil, of its windings: to pick it up as one thing, and for rules to tell windings from leads."""
-    for coil in layout.coils:
+    for coil in coils:
         members = [
-            quoted(uuid_of(*_track_names(layout.spec, i, j)))
-            for i, trace in enumerate(layout.traces)
+            quoted(uuid_of(*_track_names(name, i, j)))
+            for i, trace in enumerate(traces)
             if trace.role is Role.WINDING and trace.net == coil.net
             for j, _ in enumerate(drawn(trace.path))
         ]
         if members:
             head = f"group {quoted(f'{coil.name} winding')}"
-            yield node(head, identity(layout.spec.name, "group", coil.name), f"(members {' '.join(sorted(members))})")
+            yield node(head, identity(name, "group", coil.name), f"(members {' '.join(sorted(members))})")

@@ -15,8 +15,9 @@ from sitscad.files.drawing.svg import svg
 from sitscad.files.formats.kicad.library import library_table
 from sitscad.files.formats.kicad.sexpr import identity, node, quoted, uuid_of
 from sitscad.files.order_facts.board_end import footprint_row, socket_pad
+from sitscad.kernels.converters.converter import Converter
 from sitscad.kernels.geometry.path import rectangle
-from sitscad.layout.board import Layout
+from sitscad.layout.board import Coil, Layout
 from sitscad.layout.tail_tracks import contacts
 
 STEP = 2.54
@@ -111,7 +112,7 @@ def parts(layout: Layout, estimates: Estimates) -> tuple[SchematicPart, ...]:
     spec, coils = layout.spec, layout.coils
     device = spec.readout.device
     number = device.needed(len(coils))
-    found = [_converter(layout, k) for k in range(number)]
+    found = [_converter(layout.coils, layout.spec.readout.device, k) for k in range(number)]
     row = 4 + 24 * number
     capacitors = [("100nF", "VDD", "GND"), ("1uF", "VDD", "GND")] * number + [("100nF", "VDD", "GND")]
     if spec.readout.chip is None and spec.readout.capacitor_at != "coil":
@@ -136,7 +137,8 @@ def parts(layout: Layout, estimates: Estimates) -> tuple[SchematicPart, ...]:
     pins = tuple(Pin(k, net, kind, net) for k, (net, kind) in enumerate(host, 1))
     found.append(SchematicPart("J2", "controller", "controller", pins, (), (62, row_below + 8)))
     tail = tuple(
-        Pin(socket_pad(layout, one.number), one.pin, "passive", one.pin if one.net != "-" else "")
+        Pin(socket_pad(layout.pads, layout.spec.fpc.tail, one.number), one.pin, "passive",
+            one.pin if one.net != "-" else "")
         for one in contacts(layout)
     )
     symbol = spec.fpc.tail.connector.name if spec.fpc.tail is not None else "tail"
@@ -144,10 +146,9 @@ def parts(layout: Layout, estimates: Estimates) -> tuple[SchematicPart, ...]:
     return tuple(found)
 
 
-def _converter(layout: Layout, number: int) -> SchematicPart:
+def _converter(coils: tuple[Coil, ...], device: Converter, number: int) -> SchematicPart:
     """A converter: the pins of its family, then those of its channels' coils and the die pad."""
-    device = layout.spec.readout.device
-    own = [(at, coil.name) for at, coil in zip(device.places(len(layout.coils)), layout.coils, strict=True)
+    own = [(at, coil.name) for at, coil in zip(device.places(len(coils)), coils, strict=True)
            if at.converter == number]
     names, place = {at.number: name for at, name in own}, own[0][0]
     bus = {line: line + "2" for line in BUS if place.bus}
