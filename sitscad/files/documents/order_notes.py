@@ -357,7 +357,8 @@ def _files(layout: Layout, panel: Panel | None) -> Iterator[tuple[str, str]]:
 
 def _images(layout: Layout) -> Iterator[tuple[str, str]]:
     """Images, drill files and job file of the single board."""
-    yield from (file.row for file in (*gerber_files(layout), *drill_files(layout.copper_layers, layout.spans, layout.spec.name)))
+    drills = drill_files(layout.copper_layers, layout.spans, layout.spec.name)
+    yield from (file.row for file in (*gerber_files(layout), *drills))
     yield _name(layout.spec.name, "job.gbrjob"), "Gerber job file: the stack-up and the list of files for CAM"
     if layout.vias:
         yield _name(layout.spec.name, "Drill_Map.gbr"), "drill map (Gerber drawing)"
