@@ -1,1 +1,1 @@
-"""Neumann's integral (1845) over spirals and over tracks of sides and arcs."""
+"""Neumann's integral (1845) over spirals and over tracks of straight sides and arcs."""

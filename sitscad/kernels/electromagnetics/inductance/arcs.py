@@ -1,7 +1,7 @@
-"""Circular arcs of tracks with each other and with straight sides.
+"""Neumann's integral of circular arcs of tracks with each other and with straight sides.
 
-An arc meets the closed potential of a straight strand at Gauss points; concentric arcs need one integral over their
-difference of azimuth, all other arcs two.
+An arc is summed at Gauss points in the closed potential of a straight strand. Concentric arcs need one integral over
+their difference of azimuth, all other arcs two.
 """
 
 from __future__ import annotations
@@ -21,31 +21,40 @@ Rule = tuple[Array, Array]
 Method = Callable[..., float]
 
 FAR = 4.0
-"""Distance of an arc's middle from another piece, in its half lengths, from which few points are right to 4e-6 of the
-pair and, as most are farther, to 1e-7 of all."""
+"""Distance of an arc's middle from another piece, over its half length, from which few points are enough.
+
+The error is 4e-6 of the pair there. It is 1e-7 of all pairs, because most pairs are farther apart.
+"""
 
 POINTS = ((50.0, 3), (100.0, 4), (360.0, 5))
-"""Angles (degrees) up to which an arc's current, whose direction turns, is right to 1e-7 with so many points."""
+"""Largest angle (degrees) of an arc, and number of points that are right to 1e-7 for it.
+
+The current's direction turns along the arc, so the number grows with the angle.
+"""
 
 MIDDLING, MIDDLING_POINTS = 1.5, 8
-"""Distance of an arc's middle from another piece, in its half lengths, from which it is summed at so many points."""
+"""Distance of an arc's middle from another piece, over its half length, from which MIDDLING_POINTS are enough."""
 
 APART, SPACED, BESIDE = 0.7, 0.36, 0.07
-"""Distances of two arcs, in half lengths of the longer one, from which on each needs MIDDLING_POINTS; SPACED_POINTS;
-and 16 crowded ones outside the closed inner integral. So all together is right to 1e-7."""
+"""Distances of two arcs, over the longer half length, from which fewer points are enough.
+
+From APART on each arc needs MIDDLING_POINTS, from SPACED on SPACED_POINTS. From BESIDE on, 16 crowded points outside
+the closed inner integral are enough. The total is then right to 1e-7.
+"""
 
 SPACED_POINTS = 12
 
 SAMPLES = 9
-"""Points of each arc by which their distance is told."""
+"""Points of each arc from which the distance of two arcs is estimated."""
 
 CLEAR = 5.0
-"""Distance, in widths, from which on strands' clearances no longer change: that of the table's last row."""
+"""Distance, in widths, from which the clearance of strands is constant: the last row of its table."""
 
 
 def _crowded(count: int) -> Rule:
-    """Points of [0, 1] and their weights (count; no unit): Gauss points under t^2 (3 - 2 t), which crowds them towards
-    both ends, where a piece that continues this one has a logarithm.
+    """Return points in [0, 1] and weights (count; no unit), crowded towards both ends.
+
+    They are Gauss points under t^2 (3 - 2 t). At an end, a continuing piece causes a logarithmic singularity.
     """
     nodes, weights = gauss(count)
     t = 0.5 * (1.0 + nodes)
@@ -53,14 +62,15 @@ def _crowded(count: int) -> Rule:
 
 
 def _plain(count: int) -> Rule:
-    """Gauss points of [0, 1] and their weights (count; no unit)."""
+    """Return Gauss points of [0, 1] and their weights (count; no unit)."""
     nodes, weights = gauss(count)
     return 0.5 * (1.0 + nodes), 0.5 * weights
 
 
 def _arc_points(arcs: Array, offsets: Array, rule: Rule) -> tuple[Array, Array, Array]:
-    """Points (m, k, p, 2; m), unit tangents (m, 1, p, 2) and lengths (m, k, p; m) of m arcs at a rule's p shares of
-    them, for k strands.
+    """Return points (m, k, p, 2; m), unit tangents (m, 1, p, 2) and lengths (m, k, p; m) of m arcs.
+
+    The rule has p points along each arc. There are k strands at `offsets` (m).
     """
     t, weights = rule
     radius = arcs[:, 2, None] - arcs[:, 4, None] * offsets
@@ -72,30 +82,31 @@ def _arc_points(arcs: Array, offsets: Array, rule: Rule) -> tuple[Array, Array, 
 
 
 def _dot(a: Array, b: Array) -> Array:
-    """Scalar products (...) of vectors (..., 2), in the product of their units."""
+    """Return scalar products (...) of vectors (..., 2), in the product of their units."""
     return np.asarray(a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1])
 
 
 def half_lengths(arcs: Array) -> Array:
-    """Half the length (n; m) of arcs (n, 6): radius times half the angle."""
+    """Return half the length (n; m) of arcs (n, 6): radius times half the angle."""
     return np.asarray(0.5 * arcs[:, 2] * arcs[:, 5])
 
 
 def middles(arcs: Array) -> Array:
-    """Middle points (n, 2; m) of arcs (n, 6; m)."""
+    """Return middle points (n, 2; m) of arcs (n, 6; m)."""
     azimuth = arcs[:, 3] + 0.5 * arcs[:, 4] * arcs[:, 5]
     return np.asarray(arcs[:, :2] + arcs[:, 2:3] * np.stack([np.cos(azimuth), np.sin(azimuth)], axis=1))
 
 
 def _far_rule(arcs: Array) -> Rule:
-    """The rule for arcs that see far pieces: as many points as POINTS gives the largest angle."""
+    """Return the rule for arcs far from other pieces, with the number of points that the largest angle needs."""
     turn = math.degrees(float(arcs[:, 5].max()))
     return _plain(next(number for most, number in POINTS if turn <= most))
 
 
 def arc_distances(one: Track, other: Track, pairs: Pairs) -> Array:
-    """Distances (n; m) in the plane that pairs of arcs have at least: of their middles less both half lengths; below
-    nothing where they may touch.
+    """Return lower bounds (n; m) of the distance in the plane of pairs of arcs.
+
+    The bound is the distance of their middles less both half lengths. It is negative if they may touch.
     """
     a, b = one.arcs, other.arcs
     away = middles(a)[pairs.first] - middles(b)[pairs.second]
@@ -103,13 +114,13 @@ def arc_distances(one: Track, other: Track, pairs: Pairs) -> Array:
 
 
 def arc_side_distances(one: Track, other: Track, pairs: Pairs) -> Array:
-    """Distances (n; m) that pairs of the one's arcs and the other's sides have at least, as `arc_distances`."""
+    """Return lower bounds (n; m) of the distance of the first track's arcs from the second track's sides."""
     arcs = one.arcs
     return np.asarray(_middle_distances(one, other, pairs) - half_lengths(arcs)[pairs.first])
 
 
 def _middle_distances(one: Track, other: Track, pairs: Pairs) -> Array:
-    """Distances (n; m) of arcs' middles from sides."""
+    """Return distances (n; m) of arcs' middles from sides."""
     start, end = other.starts[pairs.second], other.ends[pairs.second]
     t = directions(end - start)
     away = middles(one.arcs)[pairs.first] - start
@@ -118,8 +129,9 @@ def _middle_distances(one: Track, other: Track, pairs: Pairs) -> Array:
 
 
 def arcs_with_sides(one: Track, other: Track, pairs: Pairs, strands: Bundle) -> float:
-    """Integral of t1.t2 / distance (m) over pairs of the one's arcs and the other's sides: Gauss points of the arcs in
-    the closed potential of the sides.
+    """Return the integral of t1.t2 / distance (m) over pairs of the first track's arcs and the second track's sides.
+
+    Arcs are summed at Gauss points in the closed potential of the sides.
     """
     if not pairs.first.size:
         return 0.0
@@ -134,9 +146,12 @@ def arcs_with_sides(one: Track, other: Track, pairs: Pairs, strands: Bundle) -> 
 
 
 def _some_arcs_with_sides(arcs: Array, other: Track, pairs: Pairs, strands: Bundle, rule: Rule) -> float:
-    """Sum of t1.t2 / distance (m) over pairs of arcs and sides. Neumann's inner integral over the side is closed:
-    asinh(a / rho) + asinh(b / rho), a and b being the ways to its ends along it and rho the distance from its line
-    (Grover 1946, chapter 6).
+    """Return the sum of t1.t2 / distance (m) over pairs of arcs and sides.
+
+    Notes
+    -----
+    Neumann's inner integral over the side is asinh(a / rho) + asinh(b / rho). Here a and b are the distances to its
+    ends along the side, and rho is the distance from its line (Grover 1946, chapter 6).
     """
     where, tangent, length = _arc_points(arcs[pairs.first], strands.offsets[0], rule)
     start, end = strands.ends(other, pairs.second, 1)
@@ -158,8 +173,9 @@ def _some_arcs_with_sides(arcs: Array, other: Track, pairs: Pairs, strands: Bund
 
 
 def arcs_with_arcs(one: Track, other: Track, pairs: Pairs, strands: Bundle) -> float:
-    """Integral of t1.t2 / distance (m; Neumann's) over pairs of arcs, by the method and points that each pair's
-    distance asks for.
+    """Return the integral of t1.t2 / distance (m; Neumann's) over pairs of arcs.
+
+    The distance of each pair decides on the method and the number of points.
     """
     if not pairs.first.size:
         return 0.0
@@ -175,7 +191,7 @@ def arcs_with_arcs(one: Track, other: Track, pairs: Pairs, strands: Bundle) -> f
 
 
 def _sorted(one: Track, other: Track, pairs: Pairs) -> tuple[Flags, ...]:
-    """Whether each pair is far, and to which one of METHODS the others go: flags (n,) each, no unit."""
+    """Return flags (n,; no unit) of the pairs of each method: far pairs first, then the entries of METHODS in order."""
     a, b = one.arcs[pairs.first], other.arcs[pairs.second]
     apart = np.hypot(a[:, 0] - b[:, 0], a[:, 1] - b[:, 1])
     low, other_low = (np.where(arcs[:, 4] > 0, arcs[:, 3], arcs[:, 3] - arcs[:, 5]) for arcs in (a, b))
@@ -199,7 +215,7 @@ def _sorted(one: Track, other: Track, pairs: Pairs) -> tuple[Flags, ...]:
 
 
 def _distances(a: Array, b: Array) -> Array:
-    """Least distances (n; m) of pairs of arcs (n, 6), as their SAMPLES points have it."""
+    """Return least distances (n; m) of pairs of arcs (n, 6), from SAMPLES points of each."""
     one, other = (_arc_points(arcs, np.zeros(1), SAMPLED)[0][:, 0] for arcs in (a, b))
     found = np.empty(len(a))
     for part in slices(len(a), 500):
@@ -209,8 +225,9 @@ def _distances(a: Array, b: Array) -> Array:
 
 
 def _opposite_arcs(a: Array, b: Array, strands: Bundle, times: Array, rule: Rule) -> float:
-    """Sum of t1.t2 / distance (m; Neumann's integral) over pairs of arcs about centres well apart: a product of two
-    rules, its points crowded at the ends where the arcs may meet.
+    """Return the sum of t1.t2 / distance (m; Neumann's integral) over pairs of arcs with centres well apart.
+
+    It is a product of two rules, with points crowded at the ends if the arcs may meet.
     """
     middle = np.zeros(1)
     p, q = _arc_points(a, middle, rule)[0], _arc_points(b, middle, rule)[0]
@@ -223,7 +240,7 @@ def _opposite_arcs(a: Array, b: Array, strands: Bundle, times: Array, rule: Rule
     y *= y
     apart += y
     apart += clearance[:, None, None, None]
-    # the elements' products: tangents are the same for all strands
+    # products of the line elements: all strands share the tangents
     dot = (t[..., 0, None] * u[:, :, None, :, 0] + t[..., 1, None] * u[:, :, None, :, 1])[:, 0]
     total = 0.0
     for k, height in enumerate(strands.heights):
@@ -236,9 +253,12 @@ def _opposite_arcs(a: Array, b: Array, strands: Bundle, times: Array, rule: Rule
 
 
 def _concentric_arcs(a: Array, b: Array, strands: Bundle, times: Array) -> float:
-    """Sum of t1.t2 / distance (m) over pairs of arcs of one angle a about one centre: derived here. Only the difference
-    v of azimuths matters, so Neumann's double integral is that of 2 (a - v) r1 r2 cos v / distance over v from 0 to a,
-    its points graded by v = scale sinh(t) about the peak at 0.
+    """Return the sum of t1.t2 / distance (m) over pairs of arcs of one angle a about one centre.
+
+    Notes
+    -----
+    Derived here. Only the difference v of azimuths matters. So Neumann's double integral is the integral of 2 (a - v)
+    r1 r2 cos v / distance over v from 0 to a. Points are graded by v = scale sinh(t) about the peak at 0.
     """
     r1 = a[:, 2, None] - a[:, 4, None] * strands.offsets[0]
     r2 = b[:, 2, None] - b[:, 4, None] * strands.offsets[1]
@@ -260,8 +280,10 @@ def _concentric_arcs(a: Array, b: Array, strands: Bundle, times: Array) -> float
 
 
 def _other_arcs(a: Array, b: Array, strands: Bundle, times: Array, rule: Rule) -> float:
-    """Sum of t1.t2 / distance (m; Neumann's integral) over the other pairs of arcs: points of the one in the inner
-    integral over the other, whose points are graded about the azimuth that is nearest (`_TurnedTangents`).
+    """Return the sum of t1.t2 / distance (m; Neumann's integral) over the other pairs of arcs.
+
+    Points of the first arc are summed in the inner integral over the second arc. Its points are graded about the
+    nearest azimuth (`_TurnedTangents`).
     """
     where, tangent, length = _arc_points(a, strands.offsets[0], rule)
     b = b[:, :, None, None]
@@ -275,7 +297,7 @@ def _other_arcs(a: Array, b: Array, strands: Bundle, times: Array, rule: Rule) -
     least = (distance - radius) ** 2 + strands.clearance(np.abs(distance - radius))
     way = 4.0 * product * np.sin(0.5 * (offset - nearest)) ** 2
     heading = np.arctan2(tangent[..., 1], tangent[..., 0])
-    # the angle between both tangents where b is nearest: what it is elsewhere follows from the tangent of half the way
+    # angle between both tangents at the foot; elsewhere it follows from the tangent of half the angle from there
     lean = b[:, 4] * (heading - b[:, 3]) - offset
     turned = _TurnedTangents(np.sin(lean)[..., None], np.cos(lean)[..., None], (offset - nearest)[..., None])
     four, share = 4.0 * product[..., None], radius * length * strands.shares[:, None]
@@ -291,16 +313,25 @@ def _other_arcs(a: Array, b: Array, strands: Bundle, times: Array, rule: Rule) -
 
 @record(eq=False)
 class _TurnedTangents:
-    # What an arc's tangents are to another's (sine and cosine of the angle where it is nearest), and how far (rad) the
-    # foot lies from there.
+    """Direction of an arc's tangents relative to another arc's tangents.
+
+    `sine` and `cosine` are of the angle between both at the azimuth of the point's projection (the foot). `away` (rad)
+    is the azimuth from the nearest point of the arc to the foot.
+    """
+
     sine: Array
     cosine: Array
     away: Array
 
     def integral(self, edge: Array, scale: Array, gap: Array, four: Array) -> Array:
-        """Integral (1/m) from the nearest azimuth to an edge (rad), of tangents' product over distance; points graded
-        by v = `scale` sinh(t) (rad). Derived here: with h the tangent of half the angle from the foot, the squared
-        distance is gap + four h^2 / (1 + h^2) (m2), and cosine and sine are rational in h.
+        """Return the integral (1/m) of the tangents' product over distance, from the nearest azimuth to an edge (rad).
+
+        Points are graded by v = `scale` sinh(t) (rad).
+
+        Notes
+        -----
+        Derived here: with h the tangent of half the angle from the foot, the squared distance is gap + four h^2 / (1 +
+        h^2) (m2), and cosine and sine are rational in h.
         """
         nodes, weights = gauss(8)
         reach = np.arcsinh(edge / scale)
@@ -323,4 +354,4 @@ METHODS: tuple[tuple[Method, int], ...] = (
     (partial(_other_arcs, rule=_crowded(16)), 128),
     (partial(_other_arcs, rule=_crowded(20)), 160),
 )
-"""How the kinds of pairs of arcs that are not far are summed, and at how many points at once."""
+"""Functions that sum the pairs of arcs that are not far, in the order of `_sorted`, with their points per pair."""

@@ -1,9 +1,9 @@
-"""Neumann's sum over the points of two windings: near clusters point by point, far ones by Chebyshev interpolation.
+"""Neumann's sum over the points of two windings: near clusters point by point, far clusters by Chebyshev interpolation.
 
-1 / distance is smooth where clusters are far apart against their sizes: a polynomial through a few nodes of either box
-stands for it, and each cluster is what its points weigh at its nodes (Fong and Darve, J. Comput. Phys. 228, 2009). So
-the work grows with the number of points, not with its square. Layers that repeat a plan are one set of points: what
-their heights add is a polynomial, too.
+1 / distance is smooth if clusters are far apart compared with their sizes. A polynomial through a few nodes of each box
+then replaces it, and the nodes carry the weights of the points (Fong and Darve, J. Comput. Phys. 228, 2009). So the
+work grows with the number of points, not with its square. Layers with equal plans share one set of points. Their
+heights enter by another polynomial.
 """
 
 from __future__ import annotations
@@ -22,21 +22,24 @@ from sitscad.kernels.electromagnetics.polynomials import chebyshev_points, node_
 Points = tuple[Array, Array]
 
 LEAF = 250
-"""Points up to which a cluster is not divided."""
+"""Number of points up to which a cluster is not divided."""
 
 APART = 2.0
-"""Distance of two clusters' boxes, in the larger half side, from which on they see each other's nodes."""
+"""Distance of two clusters' boxes, over the larger half side, from which nodes replace points."""
 
 ORDER = 8
 """Nodes along a box's longer side: with APART, the sum over two windings is right to 1e-6 of itself."""
 
 
 ALIKE = 1e-10
-"""Plans whose numbers differ by less (m, rad) are one."""
+"""Plans are equal if all their numbers differ by less than this (m, rad)."""
 
 
 def plan_numbers(layers: Sequence[Array]) -> list[int]:
-    """The number of each layer's plan, from rows (any; m, rad) that say where it runs: every other layer repeats."""
+    """Return the number of each layer's plan.
+
+    `layers` are rows (any shape; m, rad) that define where each layer runs. Often every second layer repeats a plan.
+    """
     known: list[Array] = []
     found = []
     for layer in layers:
@@ -48,8 +51,10 @@ def plan_numbers(layers: Sequence[Array]) -> list[int]:
 
 @record(eq=False)
 class Plans:
-    """Points (n, 2; m) of the distinct plans of a winding's layers, their elements (n, 2; m), and whose they are (n).
-    `layers` are the plan, mid-plane and thickness (m) of every layer.
+    """Points of the distinct plans of a winding's layers.
+
+    `places` (n, 2; m) are the points, `elements` (n, 2; m) their line elements and `owner` (n) their plan numbers.
+    `layers` are the plan number, mid-plane (m) and thickness (m) of every layer.
     """
 
     places: Array
@@ -59,13 +64,16 @@ class Plans:
 
     @property
     def count(self) -> int:
-        """Number of plans, no unit."""
+        """Number of plans (no unit)."""
         return 1 + max(plan for plan, _, _ in self.layers)
 
 
 @record(eq=False)
 class Cluster:
-    """Points (n, 2; m) with their elements (n, plans, 2; m), in the box of that centre and those half sides (2,)."""
+    """Points (n, 2; m) with their line elements (n, plans, 2; m), in a box.
+
+    `centre` and `half` (2,) are the centre and the half sides of the box (m).
+    """
 
     places: Array
     elements: Array
@@ -74,7 +82,7 @@ class Cluster:
 
     @cached_property
     def parts(self) -> tuple[Cluster, ...]:
-        """The cluster's halves (m); none where points are few or all in one place."""
+        """The cluster's two halves (m). Empty if it has few points or all are at one place."""
         axis = int(self.half[1] > self.half[0])
         left = self.places[:, axis] < self.centre[axis]
         if len(self.places) <= LEAF or left.all() or not left.any():
@@ -83,8 +91,10 @@ class Cluster:
 
     @cached_property
     def seen(self) -> Points:
-        """What stands for it from afar: nodes (n, 2; m) and what elements weigh there (n, plans, 2; m), each point's
-        element shared out by the weights of Chebyshev's interpolation (Fong and Darve 2009); or its own points.
+        """Points that represent the cluster at a distance: nodes (n, 2; m) and their line elements (n, plans, 2; m).
+
+        Each point's element is distributed by the weights of Chebyshev interpolation (Fong and Darve 2009). A cluster
+        with fewer points than nodes keeps its own points.
         """
         counts = node_counts(self.half.tolist(), max(*self.half.tolist(), 1e-300), ORDER, APART)
         if math.prod(counts) >= len(self.places):
@@ -99,9 +109,15 @@ class Cluster:
 
 
 def neumann_sum(first: Plans, second: Plans) -> float:
-    """Sum of dp.dq / distance (m; Neumann's integral) over all pairs of points of two windings on all their layers, by
-    interpolation between far clusters (Fong and Darve 2009). Right to 1e-6 where they lie side by side. The copper of
-    two layers counts at the two heights that keep the mean and the variance of the distance through both thicknesses.
+    """Return Neumann's sum (m) of dp.dq / distance over all pairs of points of two windings on all their layers.
+
+    The sum interpolates between far clusters (Fong and Darve 2009). It is right to 1e-6 if the windings lie side by
+    side.
+
+    Notes
+    -----
+    Each pair of layers counts at two heights, which keep the mean and the variance of the distance through both
+    thicknesses.
     """
     heights = _Heights(first, second)
     one, other = (_whole(plans) for plans in (first, second))
@@ -109,7 +125,7 @@ def neumann_sum(first: Plans, second: Plans) -> float:
 
 
 class _Heights:
-    """The squared heights (m2) between all layers of two windings, as few polynomial nodes as the distance allows."""
+    """Squared heights (m2) between all layers of two windings, at as few polynomial nodes as the distance allows."""
 
     def __init__(self, first: Plans, second: Plans) -> None:
         found: dict[tuple[int, int, float], float] = {}
@@ -126,7 +142,10 @@ class _Heights:
         self.known: dict[int, tuple[Array, Array]] = {}
 
     def nodes(self, apart: float) -> tuple[Array, Array]:
-        """Squared heights (k) and how often each pair of plans (k, plans, plans) has them, for points `apart` (m)."""
+        """Return squared heights (k; m2) and the multiplicity of each pair of plans (k, plans, plans).
+
+        The points are at least `apart` (m) from each other.
+        """
         count = int(nodes_enough(self.squares, np.array([apart]))[0])
         if count < self.squares.size:
             if count not in self.known:
@@ -136,13 +155,15 @@ class _Heights:
         return self.squares, self.times
 
     def sum(self, one: Points, other: Points, apart: float) -> float:
-        """The sum (m) of dp.dq / distance over all pairs of points (n, 2; m) with elements (n, plans, 2; m), at least
-        `apart` (m) from each other.
+        """Return the sum (m) of dp.dq / distance over all pairs of points.
+
+        Both sets have points (n, 2; m) with line elements (n, plans, 2; m). They are at least `apart` (m) from each
+        other.
         """
         middle = 0.5 * (one[0].mean(axis=0) + other[0].mean(axis=0))
         p, q, elements, others = one[0] - middle, other[0] - middle, one[1], other[1]
         elements, others = elements.reshape(len(p), -1), others.reshape(len(q), -1)
-        # Squared distances as one product: (-2 p, p^2, 1) with (q, 1, q^2).
+        # squared distances as a single matrix product: (-2 p, p^2, 1) with (q, 1, q^2)
         own = np.column_stack([-2.0 * p, np.sum(p * p, axis=1), np.ones(len(p))])
         square = own @ np.vstack([q.T, np.ones(len(q)), np.sum(q * q, axis=1)])
         inverse, total = np.empty_like(square), 0.0
@@ -155,20 +176,23 @@ class _Heights:
 
 
 def _whole(plans: Plans) -> Cluster:
-    """All points of a winding's plans (m) as one cluster, each point's element in the column of its plan."""
+    """Return all points of a winding's plans (m) as one cluster, with each element in the column of its plan."""
     elements = np.zeros((len(plans.places), plans.count, 2))
     elements[np.arange(len(plans.places)), plans.owner] = plans.elements
     return _cluster(plans.places, elements)
 
 
 def _cluster(places: Array, elements: Array) -> Cluster:
-    """Points (n, 2; m) and elements (n, plans, 2; m) in the box that holds them."""
+    """Return points (n, 2; m) and line elements (n, plans, 2; m) with their bounding box."""
     low, high = places.min(axis=0), places.max(axis=0)
     return Cluster(places, elements, 0.5 * (low + high), 0.5 * (high - low))
 
 
 def _pairs(one: Cluster, other: Cluster) -> list[tuple[Points, Points, float]]:
-    """Points that stand for pairs of clusters, and how far (m) these are apart at least: their boxes' distance."""
+    """Return pairs of point sets that together cover two clusters, and the least distance (m) of each pair.
+
+    The distance is between the bounding boxes. Distant clusters are represented by their nodes.
+    """
     away = np.maximum(np.abs(one.centre - other.centre) - one.half - other.half, 0.0)
     size, other_size, gap = float(one.half.max()), float(other.half.max()), math.hypot(*away.tolist())
     if gap >= APART * max(size, other_size, 1e-300):

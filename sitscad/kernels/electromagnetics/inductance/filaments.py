@@ -1,4 +1,4 @@
-"""Straight filaments: closed Neumann integrals of parallel and of inclined ones, and tracks of them."""
+"""Straight filaments: closed Neumann integrals of parallel and inclined filaments, and tracks made of filaments."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from sitscad.kernels.electromagnetics.inductance.mean_distance import clearance_
 from sitscad.kernels.electromagnetics.special_functions import gauss
 
 FAR = 12.0
-"""Distance, in lengths of the longer filament, from which a pair of parallel ones is summed by Gauss points."""
+"""Distance, over the longer filament's length, from which a pair of parallel filaments is summed by Gauss points."""
 
 TOUCHING = 1e-12
-"""Least distance (m) that filaments are taken apart: crossing ones meet in a point, not in a division by zero."""
+"""Least distance (m) assumed between filaments, so that crossing filaments do not divide by zero."""
 
 AT_ONCE = 60_000
-"""Points and segments that are worked on at once: as many as stay near the processor."""
+"""Products of points and segments processed at once, which fit a processor's cache."""
 
 
 @record(eq=False)
 class PolylineTrack:
-    """A track along straight sides: corners (n, 2) in metres along the current, cross-section, mid-plane z."""
+    """A track along straight sides: corners (n, 2; m) along the current, cross-section, mid-plane z (m)."""
 
     corners: Array
     width: float
@@ -38,8 +38,9 @@ class PolylineTrack:
         return float(np.sum(np.hypot(*np.diff(self.corners, axis=0).T)))
 
     def strand(self, offset: float) -> Array:
-        """Corners (n, 2; m) of the parallel line `offset` metres to the left, mitred at corners, square at the ends:
-        the sum of both normals over 1 + their product (derived here).
+        """Return corners (n, 2; m) of the parallel line `offset` metres to the left, mitred at corners, square at ends.
+
+        The mitre is the sum of both normals over 1 + their product (derived here).
         """
         sides = np.diff(self.corners, axis=0)
         tangents = sides / np.hypot(sides[:, 0], sides[:, 1])[:, None]
@@ -50,7 +51,10 @@ class PolylineTrack:
 
 
 def distances_in_plane(points: Array, starts: Array, ends: Array) -> Array:
-    """Distances (points, filaments; m) in the plane of points (points, 1, 2) from straight filaments (filaments, 2)."""
+    """Return distances (points, filaments; m) of points from straight filaments in the plane.
+
+    Points are (points, 1, 2), starts and ends of the filaments (filaments, 2), in metres.
+    """
     span = ends - starts
     away = points - starts
     along = np.clip(np.sum(away * span, axis=-1) / np.sum(span * span, axis=-1), 0.0, 1.0)
@@ -58,10 +62,22 @@ def distances_in_plane(points: Array, starts: Array, ends: Array) -> Array:
 
 
 def parallel_filaments(length: Array, start: Array, end: Array, distance_squared: Array) -> Array:
-    """Mutual inductance (H) of parallel straight filaments; arrays that broadcast together, metres. The first runs from
-    0 to `length` along an axis, the second from `start` to `end` along the same axis (end < start for opposite current)
-    at a distance whose square is given (> 0; the squared geometric mean distance for tracks). Neumann's integral in
-    closed form (Grover 1946, chapter 6), by Gauss points where its four terms would cancel.
+    """Return the mutual inductance (H) of parallel straight filaments; arrays that broadcast together.
+
+    Parameters
+    ----------
+    length : array
+        end of the first filament, which runs from 0 along an axis (m)
+    start : array
+        start of the second filament along this axis (m)
+    end : array
+        end of the second filament (m); less than `start` for opposite current
+    distance_squared : array
+        square of their distance (m2, > 0); for tracks, of the geometric mean distance
+
+    Notes
+    -----
+    Neumann's integral in closed form (Grover 1946, chapter 6), or by Gauss points if its four terms would cancel.
     """
     length, start, end, square = np.broadcast_arrays(length, start, end, distance_squared)
     reach = np.maximum(np.abs(length), np.abs(end - start))
@@ -79,13 +95,13 @@ def parallel_filaments(length: Array, start: Array, end: Array, distance_squared
 
 
 def _twice(u: Array, rho: Array) -> Array:
-    """Second integral (m) of 1 / sqrt(u^2 + rho^2) over u; the sum of four of them needs no constant."""
+    """Return the second integral (m) of 1 / sqrt(u^2 + rho^2) over u. Constants cancel in the sum of four terms."""
     return u * np.arcsinh(u / rho) - np.sqrt(u * u + rho * rho)
 
 
 @record(eq=False)
 class SegmentSet:
-    """Straight tracks of one cross-section on one layer: starts and ends (n, 2) in metres along the current."""
+    """Straight tracks of one cross-section on one layer: starts and ends (n, 2; m) along the current."""
 
     starts: Array
     ends: Array
@@ -95,7 +111,7 @@ class SegmentSet:
 
 
 def segment_set(tracks: Sequence[PolylineTrack]) -> SegmentSet:
-    """All sides (m) of tracks that share width, thickness and mid-plane."""
+    """Return all sides (m) of tracks that share width, thickness and mid-plane."""
     first = tracks[0]
     starts = np.concatenate([track.corners[:-1] for track in tracks])
     ends = np.concatenate([track.corners[1:] for track in tracks])
@@ -103,20 +119,25 @@ def segment_set(tracks: Sequence[PolylineTrack]) -> SegmentSet:
 
 
 def grouped_segments_inductance(sets: Sequence[SegmentSet], groups: Sequence[int]) -> Array:
-    """Partial mutual inductances (H) of groups of straight tracks with one another: (groups, groups), symmetrical
-    (Ruehli, IBM J. Res. Dev. 16, 1972). `groups[k]` says to which group (from 0) set k belongs; the diagonal holds each
-    group's partial inductance. One filament a track, the geometric mean distance kept.
+    """Return the symmetric matrix (groups, groups; H) of partial mutual inductances of groups of straight tracks.
+
+    `groups[k]` is the group (from 0) of set k. The diagonal holds each group's partial inductance.
+
+    Notes
+    -----
+    Partial inductance: Ruehli, IBM J. Res. Dev. 16, 1972. Each track is one filament that keeps the geometric mean
+    distance.
     """
     starts, ends = np.concatenate([s.starts for s in sets]), np.concatenate([s.ends for s in sets])
     sizes = np.cumsum([0, *(len(s.starts) for s in sets)])
     owner = np.repeat(np.asarray(groups), np.diff(sizes))
-    # of the line through each segment from the middle of each (n, n)
+    # distance of the line through each segment from the middle of each segment (n, n)
     t, _ = _directions((starts, ends))
     normal = np.stack([-t[:, 1], t[:, 0]], axis=1)
     clearance = np.abs(normal @ (0.5 * (starts + ends)).T - np.sum(normal * starts, axis=1)[:, None])
     for i, one in enumerate(sets):
         for j, other in enumerate(sets):
-            height = round(abs(one.z - other.z), 12)  # alike ones share a table
+            height = round(abs(one.z - other.z), 12)  # equal heights share a table
             widths = (min(one.width, other.width), max(one.width, other.width))
             thicknesses = (min(one.thickness, other.thickness), max(one.thickness, other.thickness))
             block = slice(sizes[i], sizes[i + 1]), slice(sizes[j], sizes[j + 1])
@@ -136,15 +157,16 @@ Segments = tuple[Array, Array]
 
 
 def _directions(p: Segments) -> tuple[Array, Array]:
-    """Unit vectors (n, 2) along segments, and their lengths (n; m)."""
+    """Return unit vectors (n, 2) along segments, and their lengths (n; m)."""
     sides = p[1] - p[0]
     lengths = np.hypot(sides[:, 0], sides[:, 1])
     return sides / lengths[:, None], lengths
 
 
 def _segments_mutual(p: Segments, q: Segments, clearance: Array) -> float:
-    """Sum of the mutual inductances (H) of all segments of p with all of q, parallel and inclined, in closed form.
-    `clearance` (n, m; m2) of each pair is the square of the height between them and what keeps the mean distance.
+    """Return the sum of the mutual inductances (H) of all segments of p with all segments of q, in closed form.
+
+    `clearance` (n, m; m2) of each pair is the squared height between them, plus the term that keeps the mean distance.
     """
     t, lengths = _directions(p)
     other, _ = _directions(q)
@@ -165,7 +187,7 @@ def _segments_mutual(p: Segments, q: Segments, clearance: Array) -> float:
 def _inclined_sides(
     p: Segments, q: Segments, axis: Array, lengths: Array, i: Index, j: Index, clearance: Array
 ) -> Array:
-    """Mutual inductance over cosine (n; H) of pairs of inclined sides: Campbell's form in `inclined_integral`."""
+    """Return mutual inductance over cosine (n; H) of inclined sides, by Campbell's form (`inclined_integral`)."""
     own = (p[1][i] - p[0][i]) / lengths[:, None]
     sine, cosine = own[:, 0] * axis[:, 1] - own[:, 1] * axis[:, 0], np.sum(own * axis, axis=1)
     away = q[0][j] - p[0][i]
@@ -180,14 +202,26 @@ def _inclined_sides(
 def inclined_integral(
     u0: Array, u1: Array, v0: Array, v1: Array, cosine: Array, sine: Array, square: Array | float
 ) -> Array:
-    """Integral of 1/distance (m) over two straight filaments in parallel planes whose squared distance is `square` (m2,
-    > 0). They run from u0 to u1 and from v0 to v1 (m) along their axes, counted from where these cross, at an angle of
-    the given cosine and sine (> 0). Closed (Campbell 1915; Grover 1946, chapter 7, equation 51); Gauss points where it
-    cancels.
+    """Return the integral of 1/distance (m) over two straight filaments in parallel planes.
+
+    Parameters
+    ----------
+    u0, u1 : array
+        start and end of the first filament (m), from the point where the axes cross in plan
+    v0, v1 : array
+        start and end of the second filament (m), likewise
+    cosine, sine : array
+        of the angle between both axes; the sine is positive
+    square : array or float
+        squared distance of the planes (m2, > 0)
+
+    Notes
+    -----
+    Closed form (Campbell 1915; Grover 1946, chapter 7, equation 51), or Gauss points if it cancels.
     """
     height = np.sqrt(square)
     result = np.zeros(np.broadcast(u0, v0, square).shape)
-    # 1 - |cosine| without the difference: the lines of nearly parallel filaments cross far away
+    # 1 - |cosine| without cancellation: the lines of nearly parallel filaments cross far away
     way, bent = np.sign(cosine), sine * sine / (1.0 + np.abs(cosine))
     for u, v, sign in ((u1, v1, 1.0), (u0, v1, -1.0), (u1, v0, -1.0), (u0, v0, 1.0)):
         beyond = u - way * v
@@ -210,17 +244,28 @@ def inclined_integral(
 
 
 def via_inductance(length: float, diameter: float) -> float:
-    """Partial self-inductance (H) of a plated hole's barrel, lengths in metres: a tube with its current on the surface,
-    whose mean distance is its radius (Grover 1946). mu0/(2 pi) h (asinh(h/r) + r/h - sqrt(1 + (r/h)^2)).
+    """Return the partial self-inductance (H) of a plated hole's barrel, with lengths in metres.
+
+    Notes
+    -----
+    The barrel is a tube with its current on the surface. Its mean distance is its radius (Grover 1946): mu0/(2 pi) h
+    (asinh(h/r) + r/h - sqrt(1 + (r/h)^2)).
     """
     ratio = 0.5 * diameter / length
     return MU0 / (2.0 * math.pi) * length * (math.asinh(1.0 / ratio) + ratio - math.sqrt(1.0 + ratio * ratio))
 
 
 def curve_segments_mutual(curve: tuple[Array, Array], segments: SegmentSet, clearance: float) -> float:
-    """Mutual inductance (H) of a sampled curve with all straight segments of a set: Neumann's integral. The curve is
-    (points (n, 3), elements dl (n, 2)) in metres, weighted by its quadrature; each point lies in the closed potential
-    of every segment. `clearance` (m) keeps pieces that touch apart, as their mean distance does.
+    """Return the mutual inductance (H) of a sampled curve with all straight segments of a set (Neumann's integral).
+
+    Parameters
+    ----------
+    curve : tuple[array, array]
+        points (n, 3; m) and line elements (n, 2; m), weighted by the quadrature
+    segments : SegmentSet
+        straight segments, whose potential at each point has a closed form
+    clearance : float
+        least distance of pieces that touch (m), which represents their mean distance
     """
     points, elements = curve
     parts = slices(len(points), AT_ONCE // max(1, len(segments.starts)))
@@ -229,8 +274,10 @@ def curve_segments_mutual(curve: tuple[Array, Array], segments: SegmentSet, clea
 
 
 def _weighed_potential(points: Array, elements: Array, segments: SegmentSet, clearance: float) -> float:
-    """Sum (m) of elements (n, 2; m) times the potential of every segment at points (n, 3; m), in mu0 / (4 pi): the
-    integral of 1 / distance along a segment is asinh(a / rho) + asinh(b / rho) (Grover 1946, chapter 6).
+    """Return the sum (m; times mu0 / (4 pi): H) of line elements times the potential of every segment.
+
+    The elements (n, 2; m) are at points (n, 3; m). The integral of 1 / distance along a segment is asinh(a / rho) +
+    asinh(b / rho) (Grover 1946, chapter 6).
     """
     sides = segments.ends - segments.starts
     lengths = np.hypot(sides[:, 0], sides[:, 1])
@@ -239,7 +286,7 @@ def _weighed_potential(points: Array, elements: Array, segments: SegmentSet, cle
     along = points[:, :2] @ axis - np.sum(segments.starts.T * axis, axis=0)
     lateral = points[:, :2] @ left - np.sum(segments.starts.T * left, axis=0)
     square = lateral**2 + ((points[:, 2] - segments.z) ** 2)[:, None] + max(clearance, TOUCHING) ** 2
-    # asinh(a / rho) + asinh(b / rho) by one logarithm, without the differences that cancel on the segment's axis
+    # asinh(a / rho) + asinh(b / rho) as a single logarithm, without cancellation on the segment's axis
     rest = lengths - along
     one = np.sqrt(along**2 + square) + np.abs(along)
     other = np.sqrt(rest**2 + square) + np.abs(rest)

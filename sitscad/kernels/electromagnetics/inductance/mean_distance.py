@@ -1,9 +1,9 @@
-"""Geometric mean distance (GMD) of two parallel rectangular conductors, and what follows from it.
+"""Geometric mean distance (GMD) of two parallel rectangular conductors, and quantities that follow from it.
 
-The mean of ln(distance) over both cross-sections is what a long straight pair needs (Maxwell 1873, art. 691). Here the
-mean across the width is closed, the one through the thickness is a Gauss sum: that stays exact for infinitely thin
-tracks, where the all-closed form cancels. Beyond a few widths the closed form cancels too and the multipole series of
-the harmonic function ln|zeta| takes over.
+The inductance of a long straight pair depends on the mean of ln(distance) over both cross-sections (Maxwell 1873, art.
+691). Here the mean across the width has a closed form, and the mean through the thickness is a Gauss sum. That stays
+accurate for infinitely thin tracks, where the fully closed form cancels. Beyond a few widths the closed form cancels,
+too. There the multipole series of the harmonic function ln|zeta| is used.
 """
 
 from __future__ import annotations
@@ -19,19 +19,37 @@ from sitscad.kernels.electromagnetics.polynomials import chebyshev_points, share
 from sitscad.kernels.electromagnetics.special_functions import gauss
 
 SERIES_FROM = 4.0
-"""Distance, in sums of the half diagonals, from which the series (to 10th order, error below 1e-7) is used."""
+"""Distance, over the sum of the half diagonals, from which the series is used (10th order, error below 1e-7)."""
 
 
 def log_mean_distance(
     across: Array | float, height: float, widths: tuple[float, float], thicknesses: tuple[float, float]
 ) -> Array:
-    """Mean of ln(distance / 1 m) between two rectangles with parallel sides (Maxwell 1873, art. 691).
+    """Return the mean of ln(distance / 1 m) between two rectangles with parallel sides (Maxwell 1873, art. 691).
 
-    `across` (m, any shape) is the offset of their centres along the width, `height` (m) the one along the thickness,
-    `widths` and `thicknesses` (m) are each rectangle's. Returns an array of the shape of `across`; overlapping
-    rectangles are allowed (offset 0, 0 gives the self distance). Far apart it is the mean of the Taylor series of
-    ln|zeta + xi|, derived here: the even moments of the difference xi of two places. Relative error of the GMD below
-    1e-6, where rectangles touch or coincide below 1.1e-5 (squares; 4e-6 from a third as thick as wide).
+    The relative error of the GMD is below 1e-6. If rectangles touch or coincide, it is below 1.1e-5 for squares and
+    4e-6 for a thickness of at most a third of the width.
+
+    Parameters
+    ----------
+    across : array or float
+        offset of the centres along the width (m), any shape
+    height : float
+        offset of the centres along the thickness (m)
+    widths : tuple[float, float]
+        width of each rectangle (m)
+    thicknesses : tuple[float, float]
+        thickness of each rectangle (m)
+
+    Returns
+    -------
+    array
+        of the shape of `across`. Rectangles may overlap; offsets of 0 give the self distance
+
+    Notes
+    -----
+    Far apart, it is the mean of the Taylor series of ln|zeta + xi|, by even moments of the difference xi of two places
+    (derived here).
     """
     unit = max(*widths, *thicknesses)
     d = np.abs(np.asarray(across, dtype=float)) / unit
@@ -59,14 +77,34 @@ def strand_clearance(
     across: Array, height: float, widths: tuple[float, float], thicknesses: tuple[float, float], strands: int = 2,
     levels: int = 1
 ) -> Array:
-    """Square (m2) that the squared distances of strands must be lengthened by so that the pair keeps its GMD.
+    """Return the clearance (m2) to add to the squared distances of strands so that the pair keeps its GMD.
 
-    Each track is replaced by `strands` filaments at the Gauss points of its width (1: the centre line). The number c2
-    returned, of the shape of `across` (m), makes the weighted mean of ln(distance^2 + c2) over all pairs of strands
-    equal to that of the rectangles, so that a Neumann sum over strands is exact for long straight pairs, and right to
-    fourth order in width over radius of curvature. It may be slightly negative for tracks side by side. With two
-    `levels` each pair of strands counts twice, at both heights of `level_heights`: that keeps the mean distance too,
-    which ends and corners of tracks above each other see.
+    Parameters
+    ----------
+    across : array
+        offset of the centre lines along the width (m)
+    height : float
+        distance of the mid-planes (m)
+    widths : tuple[float, float]
+        width of each track (m)
+    thicknesses : tuple[float, float]
+        thickness of each track (m)
+    strands : int, optional
+        filaments that replace each track, at the Gauss points of its width (1: the centre line)
+    levels : int, optional
+        1, or 2 to count each pair of strands at both heights of `level_heights`
+
+    Returns
+    -------
+    array
+        of the shape of `across`. It may be slightly negative for tracks side by side
+
+    Notes
+    -----
+    With the clearance c2, the weighted mean of ln(distance^2 + c2) over all pairs of strands equals the rectangles'
+    mean. So a Neumann sum over strands is exact for long straight pairs. It is right to fourth order in width over
+    radius of curvature. Two levels keep the mean distance, too, on which the ends and corners of tracks above each
+    other depend.
     """
     wanted = 2.0 * log_mean_distance(across, height, widths, thicknesses)
     d = np.asarray(across, dtype=float)
@@ -78,7 +116,7 @@ def strand_clearance(
     share = np.tile(share, levels) / levels
     if strands == levels == 1:
         return np.exp(wanted) - squares[..., 0]
-    # the clearance c with which the mean of ln(a + c) is right
+    # Newton's method for the clearance c with the required mean of ln(a + c)
     smallest = squares.min(axis=-1)
     clearance = np.maximum(-0.5 * smallest, np.exp(np.minimum(wanted, 600.0)) * 1e-3 - smallest)
     start = np.sum(share * np.log(squares + clearance[..., None]), axis=-1)
@@ -96,16 +134,15 @@ def strand_clearance(
 def clearance_table(
     height: float, widths: tuple[float, float], thicknesses: tuple[float, float], strands: int, levels: int = 1
 ) -> tuple[Array, Array]:
-    """Distances (101; m), and by how much squared distances of strands are longer there (101; m2), kept: see
-    `strand_clearance`.
-    """
+    """Return distances (101; m) and the `strand_clearance` (101; m2) at each. The table is cached."""
     across = 5.0 * max(widths) * np.linspace(0.0, 1.0, 101) ** 1.5
     return across, strand_clearance(across, height, widths, thicknesses, strands, levels)
 
 
 def level_heights(height: float, thicknesses: tuple[float, float], levels: int) -> tuple[float, ...]:
-    """The height (m) between two mid-planes, or the two that have its mean and its variance over both thicknesses: t^2
-    / 12 of each (textbook).
+    """Return the heights (m) that represent two layers: the height of their mid-planes, or two for two `levels`.
+
+    Two heights have the mean and the variance of the distance over both thicknesses, t^2 / 12 of each (textbook).
     """
     if levels == 1:
         return (height,)
@@ -115,9 +152,14 @@ def level_heights(height: float, thicknesses: tuple[float, float], levels: int) 
 
 @lru_cache(maxsize=256)
 def _even_moments(w: tuple[float, float], t: tuple[float, float]) -> tuple[float, ...]:
-    """Real moments <xi^2> to <xi^10> (no unit: lengths in the largest side) of the difference xi = x + i z of two
-    places in rectangles of widths w and thicknesses t. A place along a side of length a has the even moments (a / 2)^(2
-    n) / (2 n + 1) (textbook), sums and differences follow by the binomial theorem.
+    """Return the real moments <xi^2> to <xi^10> (no unit: lengths over the largest side) of xi = x + i z.
+
+    xi is the difference of two places in rectangles of widths w and thicknesses t.
+
+    Notes
+    -----
+    A place along a side of length a has the even moments (a / 2)^(2 n) / (2 n + 1) (textbook). Sums and differences
+    follow by the binomial theorem.
     """
 
     def of_difference(one: float, other: float) -> list[float]:
@@ -129,8 +171,10 @@ def _even_moments(w: tuple[float, float], t: tuple[float, float]) -> tuple[float
 
 
 def _closed(d: Array, h: float, w: tuple[float, float], t: tuple[float, float]) -> Array:
-    """Mean logarithm of the distance of two rectangles, (n,; no unit), lengths in the largest side: derived here. The
-    mean across is the second difference of `_twice_integrated`, the one over the heights a sum over Gauss points.
+    """Return the mean logarithm of the distance of two rectangles, (n,; no unit), with lengths over the largest side.
+
+    The mean across is the second difference of `_twice_integrated`. The mean over the heights is a sum over Gauss
+    points. Derived here.
     """
     heights, weights = _height_nodes(h, t)
     outer, inner = 0.5 * (w[0] + w[1]), 0.5 * abs(w[0] - w[1])
@@ -146,15 +190,16 @@ def _closed(d: Array, h: float, w: tuple[float, float], t: tuple[float, float]) 
 
 
 def _twice_integrated(x: Array, z: Array) -> Array:
-    """Second integral over x of ln sqrt(x^2 + z^2) for z > 0, all in one unit of length; by parts."""
+    """Return the second integral over x of ln sqrt(x^2 + z^2) for z > 0, by parts; all in one unit of length."""
     square = x * x + z * z
     return 0.25 * (x * x - z * z) * np.log(square) - 0.75 * x * x + x * z * np.arctan(x / z)
 
 
 @lru_cache(maxsize=256)
 def _height_nodes(h: float, t: tuple[float, float]) -> tuple[Array, Array]:
-    """Nodes (m) and weights (no unit) over the difference of two uniform heights, derived here: its density is a
-    trapezium with corners at outer and inner, and Gauss points lie between these.
+    """Return nodes (m) and weights (no unit) over the difference of two uniformly distributed heights.
+
+    Its density is a trapezium with corners at outer and inner, with Gauss points between the corners (derived here).
     """
     outer, inner = 0.5 * (t[0] + t[1]), 0.5 * abs(t[0] - t[1])
     if outer == 0.0:
@@ -174,14 +219,19 @@ def _height_nodes(h: float, t: tuple[float, float]) -> tuple[Array, Array]:
 
 
 RIGHT = math.log(3e-8)
-"""Logarithm of what the polynomial in the squared height may be off by."""
+"""Logarithm of the largest error of the polynomial in the squared height."""
 
 
 def nodes_enough(squares: Array, apart: Array) -> Index:
-    """How many nodes (n; no unit) stand for sorted squared heights (m2) of points `apart` (n; m): all of them, where no
-    fewer do. 1 / sqrt(apart^2 + h^2) has its pole in h^2 at -apart^2, so the polynomial's error falls like rho^-count
-    with ln rho = acosh(1 + distance of the pole in half the range) (Trefethen, Approximation Theory and Approximation
-    Practice, 2013, chapter 8).
+    """Return numbers of nodes (n; no unit) that represent sorted squared heights (m2), for points `apart` (n; m).
+
+    All heights are kept if fewer nodes are not enough.
+
+    Notes
+    -----
+    1 / sqrt(apart^2 + h^2) has a pole in h^2 at -apart^2. So the polynomial's error falls like rho^-count with ln rho =
+    acosh(1 + distance of the pole in half the range) (Trefethen, Approximation Theory and Approximation Practice, 2013,
+    chapter 8).
     """
     low, high = float(squares[0]), float(squares[-1])
     if high <= low:
@@ -192,8 +242,9 @@ def nodes_enough(squares: Array, apart: Array) -> Index:
 
 
 def height_nodes(squares: Array, count: int) -> tuple[Array, Array]:
-    """So many squared heights (count; m2) at Chebyshev's points, and what each of `squares` (m2) weighs at them in the
-    polynomial (heights, count; no unit).
+    """Return `count` squared heights (m2) at Chebyshev points, and weights (heights, count; no unit).
+
+    The weights belong to the interpolation polynomial and distribute `squares` (m2) over the nodes.
     """
     if count >= squares.size:
         return squares, np.eye(squares.size)

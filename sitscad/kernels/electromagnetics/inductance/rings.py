@@ -1,6 +1,6 @@
-"""A spiral winding as coaxial rings, one a turn at its mean radius, and the inductance of the rings.
+"""A spiral winding as coaxial rings, one for each turn at its mean radius, and the inductance of the rings.
 
-Two coaxial rings have their mutual inductance by elliptic integrals (Maxwell 1873, art. 701).
+Two coaxial rings have a mutual inductance by elliptic integrals (Maxwell 1873, art. 701).
 """
 
 from __future__ import annotations
@@ -17,8 +17,9 @@ from sitscad.kernels.electromagnetics.special_functions import coaxial_rings
 
 
 def radii_at(layers: Sequence[SpiralLayer], azimuth: float) -> list[Array]:
-    """Radii (m), an array for every layer, at which its centre line r = radius - pitch theta / (2 pi) meets the
-    half-plane of an azimuth (rad).
+    """Return the radii (m) at which each layer's centre line meets the half-plane of an azimuth (rad).
+
+    There is one array for each layer. The centre line is r = radius - pitch theta / (2 pi).
     """
     found = []
     for layer in layers:
@@ -30,8 +31,9 @@ def radii_at(layers: Sequence[SpiralLayer], azimuth: float) -> list[Array]:
 
 @record(eq=False)
 class MeanRings:
-    """A ring for every turn of spiral layers, where it is on average over azimuths, arrays (n,): radii (m), which part
-    of a turn each is, and the number of its layer.
+    """One ring for every turn of spiral layers, at its mean position over azimuths.
+
+    Arrays (n,): radii (m), fractions of a turn (no unit), and layer numbers.
     """
 
     radii: Array
@@ -40,8 +42,10 @@ class MeanRings:
 
 
 def mean_rings(layers: Sequence[SpiralLayer]) -> MeanRings:
-    """The mean rings of spiral layers (m) from the outside in, the last broken turn of each as its fraction; derived
-    here: the spiral's radius in the middle of each turn.
+    """Return the mean rings of spiral layers (m) from the outside in.
+
+    The last ring of a layer can be a fraction of a turn. A ring's radius is the spiral's radius in the middle of the
+    turn (derived here).
     """
     parts = [np.minimum(1.0, layer.turns - np.arange(math.ceil(layer.turns))) for layer in layers]
     radii = [layer.radius - layer.pitch * (np.arange(part.size) + 0.5 * part)
@@ -51,17 +55,20 @@ def mean_rings(layers: Sequence[SpiralLayer]) -> MeanRings:
 
 
 def mean_ring_inductance(layers: Sequence[SpiralLayer]) -> float:
-    """Inductance (H) of the layers in series as one ring a turn, every pair once (Maxwell 1873, art. 701).
+    """Return the inductance (H) of layers in series from one ring for each turn (Maxwell 1873, art. 701).
 
-    Derived here: the squared distance of a pair is the mean of its logarithm over azimuths: of layers of one sense,
-    which stay beside each other at one of two places; of crossing ones, which pass each other by two pitches in a turn.
-    Widths and thicknesses enter by their second moments, of a track with itself by 0.2235 (w + t) (Grover 1946).
+    Notes
+    -----
+    Derived here: the squared distance of two rings is from the mean of its logarithm over azimuths. In layers of the
+    same sense, two turns stay beside each other at one of two places. In crossing layers they pass each other by two
+    pitches in a turn. Widths and thicknesses enter by their second moments. For a track with itself the distance is
+    0.2235 (w + t) (Grover 1946).
     """
     rings, first = mean_rings(layers), layers[0]
     z, sense, angle, circulation, thickness = np.array(
         [(one.z, one.sense, one.angle, one.circulation, one.thickness) for one in layers]).T[:, rings.layer]
     gap, height = rings.radii[:, None] - rings.radii, z[:, None] - z
-    # of one sense: ahead by a share of a pitch, for the rest of the turn that less a pitch
+    # same sense: ahead by a fraction of a pitch, and for the rest of the turn by that fraction less a pitch
     ahead = (sense * (angle[:, None] - angle) / (2.0 * math.pi)) % 1.0
     # <ln|z + xi|> is ln|z| - Re <xi^2> / (2 z^2) + ..., and <xi^2> of two rectangles twice (w^2 - t^2) / 12
     moment = (first.width**2 - thickness[:, None] * thickness) / 12.0
@@ -80,12 +87,14 @@ def mean_ring_inductance(layers: Sequence[SpiralLayer]) -> float:
 
 
 def _passing(gap: Array, height: Array, reach: float) -> Array:
-    """Mean of ln(distance / 1 m), (n,), of tracks that pass each other at a height (m), from `reach` (m) on one side of
-    their mean `gap` (m) to as much on the other: the integral of ln sqrt(x^2 + z^2) over x in closed form.
+    """Return the mean of ln(distance / 1 m), (n,), of tracks that pass each other at a height (m).
+
+    The radial distance runs from `gap` - `reach` to `gap` + `reach` (m). The integral of ln sqrt(x^2 + z^2) over x has
+    a closed form.
     """
 
     def integral(x: Array) -> Array:
-        """Integral (m) of ln sqrt(x^2 + height^2) over x (m), by parts; a constant may be missing."""
+        """Return the integral (m) of ln sqrt(x^2 + height^2) over x (m), by parts, up to a constant."""
         return 0.5 * x * np.log(x * x + height * height) - x + height * np.arctan(x / height)
 
     return np.asarray((integral(gap + reach) - integral(gap - reach)) / (2.0 * reach))

@@ -1,7 +1,7 @@
-"""Mutual inductance of windings that lie side by side: strands sampled as finely as the other winding's distance asks.
+"""Mutual inductance of windings that lie side by side.
 
-Every side, arc or spiral turn is halved until it is no longer than it is far from the other winding, and gets a few
-Gauss points a part.
+Every side, arc or spiral turn is halved until it is short against its distance from the other winding. Each part then
+gets a few Gauss points. So the sampling follows the distance of the other winding.
 """
 
 from __future__ import annotations
@@ -28,38 +28,43 @@ BEND = 3.2
 """Largest angle (rad) of a curved part."""
 
 POINTS = 8
-"""Gauss points a part at most."""
+"""Largest number of Gauss points of a part."""
 
 SHORT = (0.03, 0.15, 0.4, 0.65, 0.9, 1.2)
 """Lengths of a part over its distance from the other winding up to which 2, 3, 4 ... points are right to 1e-7."""
 
 SLIGHT = (0.1, 0.3, 0.7, 1.2, 1.8, 2.5)
-"""Angles (rad) of a curved part up to which 2, 3, 4 ... points are."""
+"""Angles (rad) of a curved part up to which 2, 3, 4 ... points are right to 1e-7."""
 
 WIDE = 0.003
-"""Track width over the winding's radius from which two strands a track are taken: one misses its square."""
+"""Track width over the winding's radius above which a track needs two strands.
+
+A single strand misses the width's square.
+"""
 
 NEAR = 0.2
-"""Track width over a part's distance from the other winding from which three strands are taken."""
+"""Track width over a part's distance from the other winding above which a track needs three strands."""
 
 HEADINGS = 128
-"""Directions in which an outline's reach is told, besides those across its straight sides."""
+"""Directions in which an outline's reach is evaluated, besides the normals of its straight sides."""
 
 SAMPLED = math.radians(6.0)
-"""Angle between the points of a curve that tell its reach."""
+"""Angle (rad) between the points of a curve at which its reach is evaluated."""
 
 DISTANCES = 1 << 16
-"""Distances of points and pieces that are worked on at once: a few megabytes."""
+"""Distances of points and pieces computed at once: a few megabytes."""
 
 HALVINGS = 14
-"""A part is halved so often at most: windings that cross are not what this is for."""
+"""Largest number of halvings of a part. Windings that cross are out of scope."""
 
 
 @record(eq=False)
 class Pieces:
-    """Pieces of one kind of all plans of a winding's layers. Metres and radians. Straight (n, 8): start, end, and the
-    mitres by which they move per metre to the left. Curved (n, 7): centre x, y, radius and azimuth at the start,
-    direction (+1 counter-clockwise), angle, fall of the radius per radian. `owner` (n) are the plans' numbers.
+    """Pieces of one kind of all plans of a winding's layers, in metres and radians.
+
+    Rows of straight pieces (n, 8): start, end, and the mitres by which both move per metre of offset to the left. Rows
+    of curved pieces (n, 7): centre x, y, radius and azimuth at the start, direction (+1 counter-clockwise), angle, and
+    fall of the radius per radian. `owner` (n) are plan numbers.
     """
 
     rows: Array
@@ -73,39 +78,44 @@ class Pieces:
 
     @property
     def lengths(self) -> Array:
-        """Length (m) of every piece, that of a spiral turn by its start."""
+        """Length (m) of every piece. A spiral turn's length uses its radius at the start."""
         if self.is_curved:
             return np.asarray(self.rows[:, 2] * self.rows[:, 5])
         return np.hypot(self.rows[:, 2] - self.rows[:, 0], self.rows[:, 3] - self.rows[:, 1])
 
     @property
     def angles(self) -> Array:
-        """Angle (rad) that every piece turns by."""
+        """Angle (rad) by which every piece turns."""
         return self.rows[:, 5] if self.is_curved else np.zeros(len(self.rows))
 
     @property
     def normals(self) -> Array:
-        """Directions (rad) across the straight pieces."""
+        """Directions (rad) normal to the straight pieces."""
         if self.is_curved:
             return np.zeros(0)
         return np.asarray(np.arctan2(self.rows[:, 2] - self.rows[:, 0], self.rows[:, 1] - self.rows[:, 3]))
 
     def reach(self, headings: Array) -> Array:
-        """How far (m) the centre lines reach from the origin along headings (2, n)."""
+        """Return the reach (m) of the centre lines from the origin along headings (2, n)."""
         most = math.ceil(float(self.angles.max()) / SAMPLED)
         along = np.tile(np.linspace(0.0, 1.0, most + 2), (len(self.rows), 1))
         points, _ = self.points(np.arange(len(self.rows)), along, 0.0)
         return np.asarray(np.max(points.reshape(-1, 2) @ headings, axis=0))
 
     def moved(self, dx: float, dy: float) -> Pieces:
-        """The pieces moved by (dx, dy) metres."""
+        """Return the pieces moved by (dx, dy) metres."""
         step = [dx, dy, 0.0, 0.0, 0.0, 0.0, 0.0] if self.is_curved else [dx, dy, dx, dy, 0.0, 0.0, 0.0, 0.0]
         return replace(self, rows=self.rows + np.array(step))
 
     def points(self, index: Index, s: Array, left: float) -> tuple[Array, Array]:
-        """Points (k, m, 2; m) and derivatives (m per fraction) at fractions s (k, m) of pieces (k), `left` metres off
-        the centre line. A parallel curve is shorter on the inner side, by the curvature (r^2 + 2 f^2) / (r^2 +
-        f^2)^(3/2) of a spiral that falls by f per radian (textbook).
+        """Return points (k, m, 2; m) and derivatives (m per fraction) at fractions s (k, m) of pieces `index` (k).
+
+        The points are `left` metres to the left of the centre line.
+
+        Notes
+        -----
+        A parallel curve is shorter on the inner side, by the curvature (r^2 + 2 f^2) / (r^2 + f^2)^(3/2) of a spiral
+        that falls by f per radian (textbook).
         """
         rows = self.rows[index][:, None, :]
         if not self.is_curved:
@@ -124,7 +134,7 @@ class Pieces:
         return centre + r[..., None] * outward + left * normal, step * (shorter * angle)[..., None]
 
     def distance(self, where: Array) -> Array:
-        """Least distance (m) in the plane of points (k, 2) from the centre lines."""
+        """Return the least distance (m) in the plane of points (k, 2) from the centre lines."""
         if not len(self.rows):
             return np.full(len(where), np.inf)
         found = np.empty(len(where))
@@ -138,8 +148,9 @@ class Pieces:
         return found
 
     def _from_curves(self, p: Array) -> Array:
-        """Distances (points, pieces; m) of points from pieces of spirals: radially, or from their ends; derived here,
-        the slope of a spiral being small.
+        """Return distances (points, pieces; m) of points from pieces of spirals.
+
+        The distance is radial, or from an end. It is derived here for a small slope of the spiral.
         """
         x, y, radius, azimuth, direction, angle, fall = self.rows.T
         dx, dy = p[..., 0] - x, p[..., 1] - y
@@ -153,11 +164,14 @@ class Pieces:
 
 
 Layers = tuple[tuple[int, float, float], ...]
-"""The plan, mid-plane and thickness (m) of every layer."""
+"""Plan number, mid-plane (m) and thickness (m) of every layer."""
 
 
 def track_pieces(tracks: Sequence[Track]) -> tuple[Pieces, Pieces, Layers]:
-    """The straight and the curved pieces of a winding's distinct plans, and its layers; the tracks have one width."""
+    """Return the straight and the curved pieces of a winding's distinct plans, and its layers.
+
+    All tracks have the width of the first.
+    """
     sides = [np.concatenate([t.starts, t.ends, t.before, t.after], axis=1) for t in tracks]
     arcs = [np.concatenate([t.arcs, np.zeros((len(t.arcs), 1))], axis=1) for t in tracks]
     plans = plan_numbers([np.concatenate([a.ravel(), b.ravel()]) for a, b in zip(sides, arcs, strict=True)])
@@ -165,27 +179,28 @@ def track_pieces(tracks: Sequence[Track]) -> tuple[Pieces, Pieces, Layers]:
 
 
 def spiral_pieces(layers: Sequence[SpiralLayer]) -> tuple[Pieces, Layers]:
-    """The half turns (m) of round layers' distinct plans, along the current, and the layers; all of one width."""
+    """Return the half turns (m) of round layers' distinct plans, along the current, and the layers; one width."""
     rows = [_half_turns(layer) for layer in layers]
     plans = plan_numbers([row.ravel() for row in rows])
     return _joined(rows, plans, layers[0].width), _layers(plans, layers)
 
 
 def _joined(rows: Sequence[Array], plans: Sequence[int], width: float) -> Pieces:
-    """The pieces of each plan's first layer (m), plan after plan."""
+    """Return the pieces of each plan's first layer (m), plan after plan."""
     first = [plans.index(plan) for plan in range(max(plans) + 1)]
     owner = np.repeat(np.arange(len(first)), [len(rows[k]) for k in first])
     return Pieces(np.concatenate([rows[k] for k in first]), owner, width)
 
 
 def _layers(plans: Sequence[int], layers: Sequence[Track | SpiralLayer]) -> Layers:
-    """Plan, mid-plane (m) and thickness (m) of every layer."""
+    """Return plan number, mid-plane (m) and thickness (m) of every layer."""
     return tuple((plan, layer.z, layer.thickness) for plan, layer in zip(plans, layers, strict=True))
 
 
 def _half_turns(layer: SpiralLayer) -> Array:
-    """A layer as rows (n, 7) of half turns: centre, radius (m), azimuth, direction, angle (rad) and fall (m/rad), along
-    the current.
+    """Return a layer as rows (n, 7) of half turns, along the current.
+
+    A row is centre, radius (m), azimuth, direction, angle (rad) and fall (m/rad).
     """
     count, slope = max(1, math.ceil(2.0 * layer.turns)), layer.pitch / (2.0 * math.pi)
     step = layer.span / count
@@ -200,7 +215,7 @@ def _half_turns(layer: SpiralLayer) -> Array:
 
 @record
 class SideBySide:
-    """Mutual inductance (H) of two windings, and their tracks' width over the least distance of their centre lines."""
+    """Mutual inductance (H) of two windings, and the track width over the least distance of their centre lines."""
 
     inductance: float
     nearness: float
@@ -209,7 +224,10 @@ class SideBySide:
 def spirals_side_by_side(
     first: Sequence[SpiralLayer], second: Sequence[SpiralLayer], displacement: tuple[float, float]
 ) -> SideBySide:
-    """Two round windings in one plane, the second one's centre `displacement` (m) from the first one's."""
+    """Return the mutual inductance of two round windings in one plane.
+
+    The second winding's centre is `displacement` (m) from the first one's.
+    """
     (one, layers), (other, others) = spiral_pieces(first), spiral_pieces(second)
     return _side_by_side([one], layers, [other.moved(*displacement)], others)
 
@@ -217,14 +235,20 @@ def spirals_side_by_side(
 def tracks_side_by_side(
     first: Sequence[Track], second: Sequence[Track], displacement: tuple[float, float]
 ) -> SideBySide:
-    """Two windings of sides and arcs in one plane, the second one moved by `displacement` (m)."""
+    """Return the mutual inductance of two windings of sides and arcs in one plane.
+
+    The second winding is moved by `displacement` (m).
+    """
     (*one, layers), (*other, others) = track_pieces(first), track_pieces(second)
     moved = [pieces.moved(*displacement) for pieces in other if len(pieces.rows)]
     return _side_by_side([pieces for pieces in one if len(pieces.rows)], layers, moved, others)
 
 
 def _side_by_side(first: Sequence[Pieces], layers: Layers, second: Sequence[Pieces], others: Layers) -> SideBySide:
-    """Mutual inductance (H) of two windings that do not overlap: mu0 / (4 pi) times Neumann's sum over parts."""
+    """Return the mutual inductance (H) of two windings that do not overlap.
+
+    It is mu0 / (4 pi) times Neumann's sum over parts.
+    """
     outline, other_outline = _outline(first), _outline(second)
     parts = [_parts(pieces, other_outline) for pieces in first]
     other_parts = [_parts(pieces, outline) for pieces in second]
@@ -235,13 +259,17 @@ def _side_by_side(first: Sequence[Pieces], layers: Layers, second: Sequence[Piec
 
 @record(eq=False)
 class _WindingOutline:
-    # A winding's reach (m) along headings (2, n) from the origin: what its convex outline is known by.
+    """Convex outline of a winding: its `reach` (m) along `headings` (2, n) from the origin."""
+
     pieces: Sequence[Pieces]
     headings: Array
     reach: Array
 
     def distance(self, where: Array) -> Array:
-        """Distance (m) of points (k, 2) from the outline; from the nearest centre line for points inside it."""
+        """Return the distance (m) of points (k, 2) from the outline.
+
+        Points inside the outline get the distance from the nearest centre line.
+        """
         found = np.max(where @ self.headings - self.reach, axis=1)
         inside = found <= 0.0
         if inside.any():
@@ -250,7 +278,7 @@ class _WindingOutline:
 
 
 def _outline(winding: Sequence[Pieces]) -> _WindingOutline:
-    """A winding's reach (m) in HEADINGS directions all round and across its straight sides."""
+    """Return a winding's outline (m) from HEADINGS directions all round and the normals of its straight sides."""
     angle = 2.0 * math.pi / HEADINGS * np.arange(HEADINGS)
     across = np.array(sorted({round(normal, 6) for pieces in winding for normal in pieces.normals.tolist()}))
     angle = np.concatenate([angle, across, across + math.pi])
@@ -260,8 +288,12 @@ def _outline(winding: Sequence[Pieces]) -> _WindingOutline:
 
 @record(eq=False)
 class _Parts:
-    # Parts into which pieces are halved: piece, low end and length (as fractions of it), how many points and strands
-    # each one gets; and the least distance (m) of any part's middle from the other winding.
+    """Parts of halved pieces.
+
+    For each part: piece number, low end and length (as fractions of the piece), number of points and number of strands.
+    `least` is the least distance (m) of any part's middle from the other winding.
+    """
+
     pieces: Pieces
     index: Index
     low: Array
@@ -272,7 +304,7 @@ class _Parts:
 
 
 def _parts(own: Pieces, other: _WindingOutline) -> _Parts:
-    """Pieces (m) halved until each is short and straight against its distance from the other winding."""
+    """Return pieces (m) halved until each part is short and straight against its distance from the other winding."""
     index = np.arange(len(own.rows))
     low, step = np.zeros(len(index)), np.ones(len(index))
     kept, least = [], math.inf
@@ -295,21 +327,22 @@ def _parts(own: Pieces, other: _WindingOutline) -> _Parts:
 
 
 def _counts(ratio: Array, angle: Array) -> Index:
-    """Gauss points (n; no unit) of parts by their length over their distance from the other winding, and by their
-    angle.
+    """Return numbers of Gauss points (n; no unit) of parts.
+
+    `ratio` is their length over their distance from the other winding, `angle` (rad) is their angle.
     """
     found = np.maximum(np.searchsorted(SHORT, ratio), np.where(angle > 0.0, np.searchsorted(SLIGHT, angle), 0)) + 2
     return np.minimum(found, POINTS)
 
 
 def _strands(pieces: Pieces, away: Array) -> Index:
-    """How many strands (n; no unit) parts get: as a track's width asks for over their distance `away` (n; m)."""
+    """Return numbers of strands (n; no unit) of parts, from the track's width and the distance `away` (n; m)."""
     size = float(pieces.rows[:, 2].max()) if pieces.is_curved else 0.5 * float(pieces.lengths.max())
     return np.where(pieces.width > NEAR * away, 3, 2 if pieces.width > WIDE * size else 1)
 
 
 def _sampled(parts: Sequence[_Parts], layers: Layers) -> Plans:
-    """All parts as points, their elements and owners, with the layers of their winding."""
+    """Return all parts as points, line elements (m) and plan numbers, with the layers of their winding."""
     found = [
         _points(one, count, strands)
         for one in parts
@@ -320,7 +353,10 @@ def _sampled(parts: Sequence[_Parts], layers: Layers) -> Plans:
 
 
 def _points(parts: _Parts, count: int, strands: int) -> tuple[Array, Array, Index]:
-    """Points (n, 2; m) of the parts that get so many, their elements (n, 2; m), and whose they are (n)."""
+    """Return quadrature points (n, 2; m), line elements (n, 2; m) and plan numbers (n) of some parts.
+
+    They are the parts that have `count` points and `strands` strands.
+    """
     chosen = (parts.counts == count) & (parts.strands == strands)
     index, low, step = parts.index[chosen], parts.low[chosen, None], parts.step[chosen, None]
     (nodes, weights), (across, shares) = gauss(count), gauss(strands)

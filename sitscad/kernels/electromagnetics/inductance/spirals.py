@@ -1,8 +1,8 @@
-"""Neumann's integral over Archimedean spirals: the winding itself, with its slope, its ends and its crossing layers.
+"""Neumann's integral over Archimedean spirals, with their slope, their ends and their crossing layers.
 
-With the difference of azimuths as one variable, the integrand over the other one (how far in the pair stands) has no
-peak for layers of one sense and one known peak for crossing layers. So the double integral costs a few hundred points
-per turn, growing linearly with the turns, instead of the square of the number of nodes.
+One variable is the difference of azimuths. For layers of the same sense, the integrand over the other variable (the
+position along the pair) has no peak. For crossing layers it has one known peak. So the double integral costs a few
+hundred points per turn. Its cost grows linearly with the turns, not with the square of the number of nodes.
 """
 
 from __future__ import annotations
@@ -19,14 +19,18 @@ from sitscad.kernels.electromagnetics.inductance.mean_distance import clearance_
 from sitscad.kernels.electromagnetics.special_functions import gauss
 
 CROSSING_STRANDS = 3
-"""Most strands of layers that cross: the clearance of more is so small that each pair would need points of its own."""
+"""Largest number of strands of layers that cross.
+
+The clearance of more strands is so small that each pair would need its own points.
+"""
 
 
 @record
 class SpiralLayer:
-    """One layer r(theta) = radius - pitch theta / (2 pi), theta from 0 to 2 pi turns, about the z axis. Its azimuth is
-    angle + sense * theta (sense +1 or -1); `inward` says whether the current runs with theta. Lengths in metres;
-    `width` and `thickness` are the track's cross-section, `z` its mid-plane.
+    """One layer r(theta) = radius - pitch theta / (2 pi), theta from 0 to 2 pi turns, about the z axis.
+
+    Its azimuth is angle + sense * theta (sense +1 or -1). `inward` is true if the current runs with theta. Lengths are
+    in metres. `width` and `thickness` are the track's cross-section, `z` is its mid-plane.
     """
 
     radius: float
@@ -41,7 +45,7 @@ class SpiralLayer:
 
     @property
     def span(self) -> float:
-        """The angle (rad) that the layer runs through: 2 pi for each turn."""
+        """Angle (rad) of the whole layer: 2 pi for each turn."""
         return 2.0 * math.pi * self.turns
 
     @property
@@ -51,13 +55,16 @@ class SpiralLayer:
 
     @property
     def circulation(self) -> int:
-        """+1 when the current runs counter-clockwise, -1 otherwise; no unit."""
+        """+1 if the current runs counter-clockwise, -1 otherwise (no unit)."""
         return self.sense if self.inward else -self.sense
 
 
 @record
 class Resolution:
-    """Gauss points of the Neumann integral: around each near approach, along the spiral, strands across the width."""
+    """Gauss points and strands of the Neumann integral.
+
+    `around` is for each near approach, `along` is along the spiral, and `strands` is across the width.
+    """
 
     around: int = 14
     along: int = 10
@@ -65,9 +72,21 @@ class Resolution:
 
 
 def spiral_mutual_inductance(first: SpiralLayer, second: SpiralLayer, resolution: Resolution = Resolution()) -> float:
-    """Mutual inductance (H) of two coaxial spiral layers of one pitch; the self one when identical. Uniform current
-    over the real cross-sections (strands at the Gauss points of the width whose distances keep the rectangles'
-    geometric mean distance). Neumann 1845 for the integral; Grover 1946 chapter 3 for the mean distance.
+    """Return the mutual inductance (H) of two coaxial spiral layers of one pitch.
+
+    For two equal layers it is the self-inductance.
+
+    Parameters
+    ----------
+    first, second : SpiralLayer
+        layers. The pitch of the first applies to both
+    resolution : Resolution, optional
+        numbers of Gauss points and strands
+
+    Notes
+    -----
+    The current is uniform over the real cross-sections. Strands at the Gauss points of the width keep the rectangles'
+    geometric mean distance. Sources: Neumann 1845 (integral), Grover 1946 chapter 3 (mean distance).
     """
     unit = first.radius
     if first.sense == second.sense:
@@ -79,15 +98,16 @@ def spiral_mutual_inductance(first: SpiralLayer, second: SpiralLayer, resolution
 
 
 def spiral_inductance_matrix(layers: list[SpiralLayer], resolution: Resolution = Resolution()) -> Array:
-    """Inductance matrix (layers, layers; H) by `spiral_mutual_inductance`, each pair that is alike by symmetry computed
-    once.
+    """Return the inductance matrix (layers, layers; H) by `spiral_mutual_inductance`.
+
+    Pairs that are equal by symmetry are computed once.
     """
     count = len(layers)
     matrix = np.empty((count, count))
     known: dict[tuple[object, ...], float] = {}
     for i in range(count):
         for j in range(i + 1):
-            # A key that pairs share which a rotation, a mirror or an exchange turns into each other.
+            # pairs have equal keys if a rotation, a mirror or an exchange maps them to each other
             a, b = layers[i], layers[j]
             turn = (a.sense * (a.angle - b.angle)) % (2.0 * math.pi)
             sections = ((a.width, a.thickness), (b.width, b.thickness))
@@ -103,8 +123,9 @@ def spiral_inductance_matrix(layers: list[SpiralLayer], resolution: Resolution =
 
 
 def _graded(low: Array, high: Array, scale: Array, count: int) -> tuple[Array, Array]:
-    """Points on [low, high] and their weights, (panels, count) in the unit of `low`: Gauss points in t, crowded about 0
-    with x = scale sinh(t).
+    """Return points on [low, high] and their weights, (panels, count) in the unit of `low`.
+
+    They are Gauss points in t, crowded about 0 by x = scale sinh(t).
     """
     nodes, weights = gauss(count)
     a, b = np.arcsinh(low / scale)[:, None], np.arcsinh(high / scale)[:, None]
@@ -113,8 +134,9 @@ def _graded(low: Array, high: Array, scale: Array, count: int) -> tuple[Array, A
 
 
 def _panels(centres: Array, low: float, high: float, cuts: list[float]) -> tuple[Array, Array, Array]:
-    """Panels (n; rad) of [low, high], low ends, high ends and owners: each belongs to the nearest centre, ends at it,
-    half-way to the next or at a cut.
+    """Return panels (n; rad) of [low, high]: low ends, high ends and the number of the nearest centre.
+
+    A panel ends at a centre, half-way to the next centre or at a cut.
     """
     edges = {low, high, *(c for c in cuts if low < c < high)}
     halves = np.concatenate([centres, centres - math.pi, centres + math.pi])
@@ -127,9 +149,12 @@ def _panels(centres: Array, low: float, high: float, cuts: list[float]) -> tuple
 
 
 def _along_each_other(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: Resolution) -> float:
-    """Integral of Neumann's formula (in units of length `unit`) of two spirals that wind alike, over their angles:
-    derived here. With v the difference of both azimuths and b the fall of the radius per radian, dl1.dl2 = ((b^2 + r1
-    r2) cos v + b (r2 - r1) sin v) dv dtheta.
+    """Return Neumann's integral (over the length `unit`) of two spirals of the same sense, over their angles.
+
+    Notes
+    -----
+    Derived here. v is the difference of both azimuths, and b is the fall of the radius per radian. Then dl1.dl2 = ((b^2
+    + r1 r2) cos v + b (r2 - r1) sin v) dv dtheta.
     """
     b = first.pitch / (2.0 * math.pi * unit)
     ra, rb, spans = first.radius / unit, second.radius / unit, (first.span, second.span)
@@ -140,9 +165,9 @@ def _along_each_other(first: SpiralLayer, second: SpiralLayer, unit: float, reso
     count = math.ceil((span + 2.0 * math.pi) / (2.0 * math.pi)) + 1
     centres = offset % (2.0 * math.pi) + 2.0 * math.pi * np.arange(-count - 1, count + 1, dtype=np.float64)
     apart = np.abs(rb - ra - b * centres)
-    # Points crowd by one radius for all turns: between the outer and the inner one, if that is not too small.
+    # Points are graded by a single radius for all turns: the geometric mean of outer and inner radius, with a floor.
     mean_radius = math.sqrt(max(ra * (ra - b * span), 0.04 * ra * ra))
-    # Turns are as far apart across the track as along the radius, less by the cosine of the spiral's slope.
+    # The distance of turns across the track is the radial distance times the cosine of the spiral's slope.
     slant = mean_radius / math.hypot(mean_radius, b)
     widths, thicknesses = (first.width / unit, second.width / unit), (first.thickness / unit, second.thickness / unit)
     levels = 2 if height else 1
@@ -151,7 +176,7 @@ def _along_each_other(first: SpiralLayer, second: SpiralLayer, unit: float, reso
     low, high, owner = _panels(centres, -spans[0], spans[1], [0.0, spans[1] - spans[0]])
     reach = apart**2 + height**2 + clearance
     smallest = 0.02 * (first.width / unit) ** 2
-    # 1 / distance has fallen by a root of two where the arc between both is as long as their least distance.
+    # 1 / distance falls by a root of two if the arc between both is as long as their least distance.
     scale = np.sqrt(np.maximum(reach, smallest))[owner] / mean_radius
     v, weight = _graded(low - centres[owner], high - centres[owner], scale, resolution.around)
     u = v + centres[owner][:, None]
@@ -175,10 +200,29 @@ def _over_strands(
     one: Sequence[Strand], other: Sequence[Strand], v: Array, step: Array, sense: float, extra: Array, weight: Array,
     levels_apart: float,
 ) -> float:
-    """The sum (in units of length) over all pairs of strands (`_beside`) of `weight` over their distance, by the law of
-    cosines. The other's centre line lies `step` farther out at an azimuth that is `v` (rad) further, and winds like the
-    one's (`sense` 1) or against it (-1); `extra` is what heights and sections add to the square of the distance. Near
-    each other radii are nearly equal: their difference is taken from the step.
+    """Return the sum (over the unit of length) of `weight` over distance, for all pairs of strands (`_beside`).
+
+    Parameters
+    ----------
+    one, other : sequence of Strand
+        strands of both layers
+    v : array
+        azimuth from the first to the second centre line (rad)
+    step : array
+        radius of the second centre line less that of the first
+    sense : float
+        1 if both wind alike, -1 if they wind against each other
+    extra : array
+        term of the squared distance for heights and cross-sections
+    weight : array
+        quadrature weight times the product of the elements
+    levels_apart : float
+        half the difference of the squared heights; 0 for a single height
+
+    Notes
+    -----
+    Distances are by the law of cosines. Radii of near strands are nearly equal, so their difference is taken from
+    `step`.
     """
     half, sine = (2.0 * np.sin(0.5 * v) ** 2)[..., None], np.sin(v)[..., None]
     total = 0.0
@@ -196,9 +240,11 @@ def _over_strands(
 
 
 def _beside(radius: Array, b: float, width: float, count: int) -> list[Strand]:
-    """The strands beside a centre line r(theta) = r0 - b theta, along its normal: each one's share, its coordinates
-    along radius and azimuth, how far out it lies, and how much longer it is than the centre line (no unit): 1 + x times
-    the curvature (r^2 + 2 b^2) / (r^2 + b^2)^(3/2) (differential geometry of r(theta), textbook). Lengths in one unit.
+    """Return the strands beside a centre line r(theta) = r0 - b theta, along its normal, with lengths in one unit.
+
+    Each strand has its weight, its coordinates along radius and azimuth, its offset outwards, and its length over the
+    centre line's (no unit). That ratio is 1 + x times the curvature (r^2 + 2 b^2) / (r^2 + b^2)^(3/2) (differential
+    geometry of r(theta), textbook).
     """
     speed = np.sqrt(radius**2 + b * b)
     curvature = (radius**2 + 2.0 * b * b) / speed**3
@@ -211,18 +257,21 @@ def _beside(radius: Array, b: float, width: float, count: int) -> list[Strand]:
 
 
 def _levels(height: float, thicknesses: tuple[float, float], levels: int) -> tuple[float, float]:
-    """Mean and half the difference of the squared heights at which strands are taken, in the unit of `height` squared:
-    two of them for two layers, whose mean distance alone does not say all where they are thick and near each other.
+    """Return the mean and half the difference of the squared heights of the strands, in the squared unit of `height`.
+
+    Two layers need two heights if they are thick and near each other, because the mean distance alone is not enough.
     """
-    low, *_, high = 2 * level_heights(height, thicknesses, levels)  # one height is both
+    low, *_, high = 2 * level_heights(height, thicknesses, levels)  # a single height serves as both
     return 0.5 * (low**2 + high**2), 0.5 * (high**2 - low**2)
 
 
 def _crossing(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: Resolution) -> float:
-    """Integral of Neumann's formula (in units of length `unit`) of two spirals that wind against each other, and so
-    cross: derived here. Variables are the sum of both angles and the difference of radii, `gap`, in which the
-    integrand's peak is at 0; the product of the elements follows from that in `_along_each_other` with one angle's sign
-    turned.
+    """Return Neumann's integral (over the length `unit`) of two spirals of opposite sense, which cross each other.
+
+    Notes
+    -----
+    Derived here. The variables are the sum of both angles and the difference of radii, `gap`. The integrand's peak is
+    at a gap of 0. The product of the elements is that in `_along_each_other` with the sign of one angle reversed.
     """
     b = first.pitch / (2.0 * math.pi * unit)
     ra, rb, spans = first.radius / unit, second.radius / unit, (first.span, second.span)
@@ -242,14 +291,14 @@ def _crossing(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: 
     v, weight = _graded(low - centres[owner], high - centres[owner], np.full(owner.shape, grade / mean_radius),
                         resolution.around)
     total_angle = v + centres[owner][:, None]
-    # How much farther in the one is than the other: their angles' sum is given, each runs from 0 to its span.
+    # Range of the gap of radii for a given sum of both angles, each of which runs from 0 to its span.
     least = b * (total_angle - 2.0 * np.minimum(total_angle, spans[0]))
     most = b * (2.0 * np.minimum(total_angle, spans[1]) - total_angle)
     width = np.sqrt(grade**2 + (mean_radius * 2.0 * np.sin(0.5 * v)) ** 2)
     apart = ra - rb
     gap, gap_weight = _graded(apart + least.ravel(), apart + most.ravel(), width.ravel(), 2 * resolution.along)
     shape = (*width.shape, 2 * resolution.along)
-    # the area of a step in both angles is that in their sum and in the gap, over 2 b
+    # the area element of both angles is the element of their sum and the gap, divided by 2 b
     gap, weight = gap.reshape(shape), (weight.ravel()[:, None] * gap_weight).reshape(shape) / (2.0 * b)
     extra = level + np.interp(np.abs(gap), *table)
     both = (ra + rb - b * total_angle)[..., None]
@@ -260,14 +309,16 @@ def _crossing(first: SpiralLayer, second: SpiralLayer, unit: float, resolution: 
 
 
 # Closed formulas for single-layer planar spirals: Mohan, Hershenson, Boyd, Lee, IEEE JSSC 34(10), 1999, 1419-1424. They
-# are fits to a field solver for on-chip spirals, 1 to 20 turns, track spacing up to three widths, and cross-checks:
-# for several layers they need a coupling factor that nobody has for flexible circuits, so k = 1 is an upper bound.
+# are fits to a field solver for on-chip spirals, 1 to 20 turns, track spacing up to three widths. They serve as checks:
+# for several layers they need a coupling factor, unknown for flexible circuits, so k = 1 is an upper bound.
 
 
 @record
 class SheetCoefficients:
-    """Constants of the current-sheet formula (c1..c4), of the modified Wheeler formula (K1, K2), of the monomial fit.
-    The monomial's are (beta, a1..a5) for lengths in micrometres and nanohenries. None where the paper tabulates none.
+    """Constants of the current-sheet formula (c1..c4), the modified Wheeler formula (K1, K2) and the monomial fit.
+
+    The monomial's constants are (beta, a1..a5) for lengths in micrometres and nanohenries. None if the paper has no
+    constants.
     """
 
     sheet: tuple[float, float, float, float]
@@ -281,12 +332,12 @@ COEFFICIENTS: dict[int, SheetCoefficients] = {
     8: SheetCoefficients((1.07, 2.29, 0.00, 0.19), (2.25, 3.55), (1.33e-3, -1.21, -0.163, 2.43, 1.75, -0.049)),
     0: SheetCoefficients((1.00, 2.46, 0.00, 0.20), None, None),
 }
-"""The constants by the number of sides; 0 is the circle."""
+"""Constants by the number of sides; 0 is the circle."""
 
 
 @record
 class SpiralOutline:
-    """What the closed formulas know of a layer: turns, outer diameter across copper edges, width, spacing (m)."""
+    """A layer in the terms of the closed formulas: turns, outer diameter across copper edges, width, spacing (m)."""
 
     turns: float
     outer_diameter: float
@@ -295,28 +346,30 @@ class SpiralOutline:
 
     @property
     def inner_diameter(self) -> float:
-        """d_in = d_out - 2 n w - 2 (n - 1) s, as the paper defines it (m)."""
+        """Inner diameter (m) as the paper defines it: d_in = d_out - 2 n w - 2 (n - 1) s."""
         return self.outer_diameter - 2.0 * self.turns * self.width - 2.0 * (self.turns - 1.0) * self.spacing
 
     @property
     def mean_diameter(self) -> float:
-        """d_avg = (d_out + d_in) / 2 (m), as the paper defines it."""
+        """Mean diameter (m) as the paper defines it: d_avg = (d_out + d_in) / 2."""
         return 0.5 * (self.outer_diameter + self.inner_diameter)
 
     @property
     def fill(self) -> float:
-        """Rho = (d_out - d_in) / (d_out + d_in), as the paper defines it; no unit."""
+        """Fill ratio (no unit) as the paper defines it: rho = (d_out - d_in) / (d_out + d_in)."""
         return (self.outer_diameter - self.inner_diameter) / (self.outer_diameter + self.inner_diameter)
 
     @property
     def is_covered(self) -> bool:
-        """Whether the outline lies where the fits were made: 1 to 20 turns, s <= 3 w, fill 0.1 to 0.9."""
+        """Whether the outline lies in the range of the fits: 1 to 20 turns, s <= 3 w, fill 0.1 to 0.9."""
         return 1.0 <= self.turns <= 20.0 and self.spacing <= 3.0 * self.width and 0.1 <= self.fill <= 0.9
 
 
 def current_sheet(sides: int, outline: SpiralOutline) -> float:
-    """Equation (4) of Mohan et al. 1999: mu0 n^2 d_avg c1 / 2 (ln(c2/rho) + c3 rho + c4 rho^2) (H); KeyError for other
-    sides.
+    """Return the inductance (H) by equation (4) of Mohan et al. 1999, the current-sheet formula.
+
+    It is mu0 n^2 d_avg c1 / 2 (ln(c2/rho) + c3 rho + c4 rho^2). Raises KeyError for a number of sides that is not in
+    COEFFICIENTS.
     """
     c1, c2, c3, c4 = COEFFICIENTS[sides].sheet
     rho = outline.fill
@@ -325,8 +378,9 @@ def current_sheet(sides: int, outline: SpiralOutline) -> float:
 
 
 def modified_wheeler(sides: int, outline: SpiralOutline) -> float | None:
-    """Equation (1) of Mohan et al. 1999: K1 mu0 n^2 d_avg / (1 + K2 rho) (H); None where the paper gives no
-    constants.
+    """Return the inductance (H) by equation (1) of Mohan et al. 1999, or None if the paper has no constants.
+
+    It is K1 mu0 n^2 d_avg / (1 + K2 rho).
     """
     constants = COEFFICIENTS[sides].wheeler
     if constants is None:
@@ -335,8 +389,9 @@ def modified_wheeler(sides: int, outline: SpiralOutline) -> float | None:
 
 
 def monomial(sides: int, outline: SpiralOutline) -> float | None:
-    """Equation (5) of Mohan et al. 1999: beta d_out^a1 w^a2 d_avg^a3 n^a4 s^a5 (um, nH), in henries; None without
-    constants.
+    """Return the inductance (H) by equation (5) of Mohan et al. 1999, or None if the paper has no constants.
+
+    It is beta d_out^a1 w^a2 d_avg^a3 n^a4 s^a5, in micrometres and nanohenries.
     """
     constants = COEFFICIENTS[sides].monomial
     if constants is None:

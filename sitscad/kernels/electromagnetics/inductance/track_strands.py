@@ -1,11 +1,11 @@
-"""One layer's track of straight sides and circular arcs, cut into strands at the Gauss points of its width.
+"""One layer's track of straight sides and circular arcs, divided into strands at the Gauss points of its width.
 
-Strands are mitred where sides meet at a corner; pairs of them keep the mean distances of the tracks' rectangles.
+Strands are mitred at corners. Pairs of strands keep the mean distances of the tracks' rectangles.
 
-Of a coil's turns most repeat, turned about its centre, mirrored, on other layers. A piece is told by how it lies seen
-from its own direction, so that a turn about the centre changes that direction alone; a mirror turns the current's way
-round, and the same piece walked the other way is the same. What two pieces are to each other is both kinds and the
-angle between their directions: each such pair is worked out once.
+Most turns of a coil are repeated: rotated about its centre, mirrored, or on another layer. Each piece is described in
+the frame of its own direction, so that a rotation about the centre changes its direction alone. A mirror image and a
+piece with reversed current are equivalent. A pair of pieces is defined by both kinds and the angle between their
+directions. Each distinct pair is computed once.
 """
 
 from __future__ import annotations
@@ -21,21 +21,22 @@ from sitscad.kernels.electromagnetics.inductance.mean_distance import clearance_
 from sitscad.kernels.electromagnetics.special_functions import gauss
 
 FLOOR = 1e-24
-"""Least squared distance over the squared size of the tracks: strands that meet do so without a division by zero."""
+"""Least squared distance over the squared size of the tracks, so that strands that meet do not divide by zero."""
 
 THICK = 0.25
 """Thickness over width from which pieces on two layers are taken at two heights."""
 
 BLOCK = 60_000
-"""Pairs of pieces that are worked on at once: what a processor's cache holds."""
+"""Pairs of pieces processed at once, which fit a processor's cache."""
 
 
 @record(eq=False)
 class Track:
-    """One layer's conductor along its current. Metres and radians. Straight sides: `starts`, `ends` (n, 2) and the
-    mitres `before`, `after` (n, 2): how far an end moves per metre of offset to the left. Arcs (m, 6): centre x, y,
-    radius, azimuth of the start, direction (+1 counter-clockwise), angle. `turnings` (k): the angles by which the track
-    turns at its mitred corners.
+    """One layer's conductor along its current, in metres and radians.
+
+    Straight sides: `starts`, `ends` (n, 2) and the mitres `before`, `after` (n, 2), which are the shifts of the ends
+    per metre of offset to the left. Arcs (m, 6): centre x, y, radius, azimuth of the start, direction (+1
+    counter-clockwise), angle. `turnings` (k) are the angles by which the track turns at its mitred corners.
     """
 
     starts: Array
@@ -49,13 +50,13 @@ class Track:
     z: float
 
     def shifted(self, dx: float, dy: float) -> Track:
-        """The track moved by (dx, dy) metres."""
+        """Return the track moved by (dx, dy) metres."""
         step = np.array([dx, dy])
         arcs = self.arcs + np.array([dx, dy, 0.0, 0.0, 0.0, 0.0])
         return replace(self, starts=self.starts + step, ends=self.ends + step, arcs=arcs)
 
     def scaled(self, factor: float) -> Track:
-        """The track with every length (m) multiplied."""
+        """Return the track with every length (m) multiplied."""
         arcs = self.arcs * np.array([factor, factor, factor, 1.0, 1.0, 1.0])
         return replace(self, starts=self.starts * factor, ends=self.ends * factor, arcs=arcs, width=self.width * factor,
                        thickness=self.thickness * factor, z=self.z * factor)
@@ -63,8 +64,9 @@ class Track:
 
 @record(eq=False)
 class Pairs:
-    """Pairs of pieces: the first's and the second's numbers (n), and how often each counts (n, 1), or (n, heights) at
-    every height between them.
+    """Pairs of pieces: numbers (n) of the first and the second piece, and their multiplicity.
+
+    `times` is (n, 1), or (n, heights) for every height between them.
     """
 
     first: Index
@@ -72,15 +74,15 @@ class Pairs:
     times: Array
 
     def where(self, chosen: Flags | slice) -> Pairs:
-        """Some of the pairs (numbers, no unit)."""
+        """Return the chosen pairs (numbers, no unit)."""
         return Pairs(self.first[chosen], self.second[chosen], self.times[chosen])
 
     def parts(self, size: int) -> list[Pairs]:
-        """All pairs (numbers, no unit), so many at a time."""
+        """Return all pairs (numbers, no unit) in blocks of `size`."""
         return [self.where(part) for part in slices(len(self.first), size)]
 
     def at(self, columns: Sequence[int]) -> Pairs:
-        """The pairs that occur in some columns of `times`, and only these columns (numbers, no unit)."""
+        """Return the pairs that occur in some columns of `times`, with these columns only (numbers, no unit)."""
         times = self.times[:, columns]
         return Pairs(self.first, self.second, times).where(np.any(times != 0.0, axis=1))
 
@@ -91,7 +93,10 @@ BentPiece = tuple[tuple[float, float], float, float, float, float]
 
 
 def track(pieces: Sequence[Side | BentPiece], width: float, thickness: float, z: float) -> Track:
-    """A track from its pieces in the current's order: (start, end) of a side, or a `BentPiece`, joined smoothly."""
+    """Return a track from its pieces in the current's order.
+
+    A piece is (start, end) of a side or a `BentPiece`. Arcs continue their neighbours smoothly.
+    """
     sides, arcs, turnings = [], [], []
     for k, piece in enumerate(pieces):
         if len(piece) == 5:
@@ -111,14 +116,15 @@ def track(pieces: Sequence[Side | BentPiece], width: float, thickness: float, z:
 
 
 def _tangent(side: Side | BentPiece) -> Array:
-    """Unit vector (2,) along a side."""
+    """Return the unit vector (2,) along a side."""
     step = np.subtract(side[1], side[0])
     return np.asarray(step / np.hypot(*step))
 
 
 def _mitre(one: Array, other: Array) -> Array:
-    """How far (2,; m per metre of offset to the left) the joint of sides along two unit vectors moves: the sum of both
-    normals over 1 + their product (derived here).
+    """Return the shift (2,; m per metre of offset to the left) of the joint of sides along two unit vectors.
+
+    It is the sum of both normals over 1 + their product (derived here).
     """
     left, right = np.array([-one[1], one[0]]), np.array([-other[1], other[0]])
     return np.asarray((left + right) / (1.0 + left @ right))
@@ -126,8 +132,10 @@ def _mitre(one: Array, other: Array) -> Array:
 
 @record(eq=False)
 class Bundle:
-    """All pairs of strands of two tracks: offsets (m) and shares (k) of the pairs, heights (m) between them.
-    `clearances` are distances (m) and what squared distances are longer by there (m2).
+    """All pairs of strands of two tracks.
+
+    `offsets` (m) and `shares` (k; weights) are by pair of strands, `heights` (m) are between the tracks. `clearances`
+    is a table of distances (m) and of the terms to add to squared distances there (m2).
     """
 
     offsets: tuple[Array, Array]
@@ -136,33 +144,43 @@ class Bundle:
     clearances: tuple[Array, Array]
 
     def clearance(self, apart: Array) -> Array:
-        """What squared distances (m2) of pieces `apart` (m) are longer by."""
+        """Return the term (m2) to add to the squared distances of pieces `apart` (m)."""
         return np.asarray(np.interp(apart, *self.clearances))
 
     def blocks(self, count: int, points: int = 3) -> list[slice]:
-        """So many pairs of pieces, each of so many points, in parts that a processor's cache holds."""
+        """Return slices of `count` pairs of pieces, each with `points` points.
+
+        A slice fits a processor's cache.
+        """
         return slices(count, BLOCK // (points * self.shares.size * self.heights.size))
 
     def ends(self, track: Track, sides: Index, which: int) -> tuple[Array, Array]:
-        """Starts and ends (n, k, 2; m) of the strands of some sides of the first (0) or the second (1) track."""
+        """Return starts and ends (n, k, 2; m) of the strands of some sides of the first (0) or the second (1) track."""
         offset = self.offsets[which][:, None]
         starts = track.starts[sides, None, :] + offset * track.before[sides, None, :]
         return starts, track.ends[sides, None, :] + offset * track.after[sides, None, :]
 
     def total(self, values: Array, times: Array) -> float:
-        """The sum of values (n, k, heights), in their unit, by how often pairs count and the strands' shares."""
+        """Return the sum of values (n, k, heights), in their unit.
+
+        Each value is multiplied by the multiplicity of its pair and the weight of its strands.
+        """
         weighed = np.matmul(values, self.at_heights(times)[:, :, None])
         return float(np.sum(weighed[..., 0], axis=0) @ self.shares)
 
     def at_heights(self, times: Array) -> Array:
-        """How often pairs count at every height, (n, heights), no unit: all alike where one number is given (n, 1)."""
+        """Return multiplicities (n, heights; no unit) at every height.
+
+        A single column (n, 1) is divided equally among the heights.
+        """
         heights = self.heights.size
         return times if times.shape[1] == heights else np.repeat(times / heights, heights, axis=1)
 
 
 def bundle(one: Track, other: Track, count: int, levels: int) -> Bundle:
-    """All pairs of `count` strands a track, at the Gauss points of its width (m), at so many heights (m), with the
-    clearances of `mean_distance.strand_clearance`.
+    """Return all pairs of `count` strands per track, at the Gauss points of its width (m).
+
+    The pairs are at `levels` heights (m), with clearances from `mean_distance.strand_clearance`.
     """
     heights = level_heights(one.z - other.z, (one.thickness, other.thickness), levels)
     widths, thicknesses = (one.width, other.width), (one.thickness, other.thickness)
@@ -171,48 +189,55 @@ def bundle(one: Track, other: Track, count: int, levels: int) -> Bundle:
 
 
 def distant_bundle(width: float, count: int, squares: Array) -> Bundle:
-    """The pairs of pieces so far apart that the squares of heights (m2) hold all that the thickness does. Of one
-    filament a track the width's second moments, w^2 / 12 each, are taken off: the mean logarithm's first term
-    (`mean_distance`).
+    """Return the pairs of strands of distant pieces, for which squared heights (m2) represent the thickness completely.
+
+    For one filament per track, the width's second moments, w^2 / 12 each, are subtracted: the first term of the mean
+    logarithm (`mean_distance`).
     """
     less = width**2 / 6.0 if count == 1 else 0.0
     return Bundle(*_strands(width, width, count), np.sqrt(np.maximum(squares, 0.0)), (np.zeros(1), np.full(1, -less)))
 
 
 def _strands(width: float, other: float, count: int) -> tuple[tuple[Array, Array], Array]:
-    """Offsets (m) of all pairs of `count` strands a track, at the Gauss points of both widths (m), and their shares."""
+    """Return offsets (m) and weights of all pairs of `count` strands per track.
+
+    Strands lie at the Gauss points of both widths (m).
+    """
     nodes, weights = gauss(count)
     a, b = np.divmod(np.arange(count * count), count)
     return (0.5 * width * nodes[a], 0.5 * other * nodes[b]), 0.25 * weights[a] * weights[b]
 
 
 def common_levels(one: Track, other: Track, count: int) -> int:
-    """Heights (m) at which strands of two layers are taken: two where the copper is thick, else one."""
+    """Return the number of heights (m) of the strands of two layers: two if the copper is thick, else one."""
     thick = max(one.thickness, other.thickness) > THICK * min(one.width, other.width)
     return 2 if one.z != other.z and count > 1 and thick else 1
 
 
 def directions(steps: Array) -> Array:
-    """Unit vectors (n, 2; no unit) along steps (m)."""
+    """Return unit vectors (n, 2; no unit) along steps (m)."""
     return np.asarray(steps / np.hypot(steps[:, 0], steps[:, 1])[:, None])
 
 
 DIGITS = 9
-"""Decimal places, of the coil's size, to which pieces that lie alike agree."""
+"""Decimal places, relative to the coil's size, to which equal pieces agree."""
 
 CIRCLE = 720_720_000
-"""Parts of a circle that directions are told in: those of all regular polygons are whole numbers of them."""
+"""Parts of a circle in which directions are counted.
+
+Directions of regular polygons with up to 16 sides are whole numbers of parts.
+"""
 
 SPACE = 3_000_000
-"""Numbers of pairs up to which all that there may be are counted in one table; beyond they are sorted."""
+"""Number of possible pair codes up to which pairs are counted in a table. Above, they are sorted."""
 
 AT_ONCE = 500_000
-"""Pairs that are numbered at once."""
+"""Pairs numbered at once."""
 
 
 @record(eq=False)
 class Kinds:
-    """What kind each piece is (n), its mirror image's kind (n), which direction it has (n), and whose it is (n)."""
+    """Kind number, mirror image's kind number, direction number and layer number of each piece (n)."""
 
     number: Index
     mirrored: Index
@@ -221,20 +246,20 @@ class Kinds:
 
     @property
     def count(self) -> int:
-        """Number of kinds, mirrored ones included; no unit."""
+        """Number of kinds, with mirror images (no unit)."""
         return 1 + int(max(self.number.max(), self.mirrored.max()))
 
 
 @record(eq=False)
 class Turns:
-    """Numbers of the angles from one direction (n) to another (n), and of each angle's opposite."""
+    """Numbers of the angles between directions (n, n), and the number of each angle's opposite."""
 
     between: Index
     opposite: Index
 
 
 def pool(tracks: Sequence[Track]) -> Track:
-    """All pieces of tracks (m) as one, in one plane, about the origin that they have."""
+    """Return all pieces of tracks (m) as a single track in one plane, about their common origin."""
     first = tracks[0]
     starts, ends, before, after, arcs, turnings = (
         np.concatenate([getattr(track, name) for track in tracks])
@@ -244,10 +269,13 @@ def pool(tracks: Sequence[Track]) -> Track:
 
 
 def kinds(tracks: Sequence[Track]) -> tuple[Kinds, Kinds, Turns]:
-    """The kinds of all sides, and of all arcs, of tracks about their common centre; lengths in their size, no unit."""
+    """Return the kinds of all sides and of all arcs of tracks about their common centre.
+
+    Lengths are relative to the tracks' size (no unit). The third result holds the turns between directions.
+    """
     sides = [_sides(track) for track in tracks]
     arcs = [_arcs(track) for track in tracks]
-    # Which direction each angle (rad) is, and the turns between directions.
+    # number of each angle's direction (rad), and the turns between directions
     angles = np.concatenate([angle for _, _, angle in (*sides, *arcs)])
     whole = np.round(angles * (CIRCLE / math.tau)).astype(np.int64) % CIRCLE
     some, headings = np.unique(whole, return_inverse=True)
@@ -258,8 +286,10 @@ def kinds(tracks: Sequence[Track]) -> tuple[Kinds, Kinds, Turns]:
 
 
 def _sides(track: Track) -> tuple[Array, Array, Array]:
-    """Rows (n, 5) of sides seen from their own direction, which a turn about the centre leaves alone, those of the
-    mirror images, and directions (n; rad).
+    """Return rows (n, 5) of sides in the frame of their own direction, with mirror images and directions.
+
+    Results: rows, rows of the mirror images, and directions (n; rad). A rotation about the centre leaves the rows
+    unchanged.
     """
     step = track.ends - track.starts
     along = step / np.hypot(step[:, 0], step[:, 1])[:, None]
@@ -275,20 +305,25 @@ def _sides(track: Track) -> tuple[Array, Array, Array]:
 
 
 def _arcs(track: Track) -> tuple[Array, Array, Array]:
-    """Rows (n, 5) of arcs seen from the direction at their middle, which a turn about the centre leaves alone, those of
-    the mirror images, and directions (n; rad).
+    """Return rows (n, 5) of arcs in the frame of the direction at their middle, with mirror images and directions.
+
+    Results: rows, rows of the mirror images, and directions (n; rad). A rotation about the centre leaves the rows
+    unchanged.
     """
     x, y, radius, start, way, angle = track.arcs.T
     middle = start + 0.5 * way * angle
     cosine, sine = np.cos(middle), np.sin(middle)
     out, aside = x * cosine + y * sine, y * cosine - x * sine
-    # as of a counter-clockwise one: the way is told by its own column
+    # as for a counter-clockwise arc: the direction has its own column
     return (np.stack([out, aside, radius, way, angle], axis=1), np.stack([out, -aside, radius, way, angle], axis=1),
             middle + 0.5 * math.pi)
 
 
 def _numbered(found: Sequence[tuple[Array, Array, Array]], headings: Index) -> Kinds:
-    """Kinds of pieces: rows (n, 5) that agree to DIGITS places are one; `found` and `headings` as `kinds` has them."""
+    """Return the kinds of pieces: rows (n, 5) that agree to DIGITS places have one kind.
+
+    `found` are the results of `_sides` or `_arcs` for each track, `headings` the numbers of the directions.
+    """
     rows, mirrored = (np.concatenate([part[k] for part in found]) for k in (0, 1))
     both = np.round(np.concatenate([rows, mirrored]), DIGITS) + 0.0
     number = np.unique(both, axis=0, return_inverse=True)[1].reshape(-1)
@@ -299,8 +334,16 @@ def _numbered(found: Sequence[tuple[Array, Array, Array]], headings: Index) -> K
 def distinct_pairs(
     one: Kinds, other: Kinds, turns: Turns, relations: Sequence[Sequence[tuple[int, int, float]]]
 ) -> Pairs:
-    """The pairs of a piece of the one's and a piece of the other's that differ, and how often each occurs: `times` has
-    a column for each of `relations`, which are numbers of layers, the one's and the other's, and how often they count.
+    """Return the distinct pairs of a piece of the first set and a piece of the second set, with their multiplicities.
+
+    Parameters
+    ----------
+    one, other : Kinds
+        kinds of both sets of pieces
+    turns : Turns
+        angles between directions
+    relations : sequence of Sequence[tuple[int, int, float]]
+        lists of layer numbers (first, second) with a multiplicity. The result has a column of `times` for each list
     """
     layers_in_all = 1 + max(max(i, j) for layers in relations for i, j, _ in layers)
     plans, others = _plans(one, layers_in_all), _plans(other, layers_in_all)
@@ -331,8 +374,9 @@ def _plans(kinds: Kinds, count: int) -> list[int]:
 
 
 def _counted(one: Kinds, other: Kinds, turns: Turns, first: int, second: int) -> Iterator[tuple[Index, Index, Array]]:
-    """Numbers (no unit) of pairs of two layers' pieces that differ, where each stands in the table of all pairs, and
-    how often it occurs; some rows at a time.
+    """Yield codes (no unit) of the distinct pairs of two layers' pieces, their places and their multiplicities.
+
+    A place is an index into the table of all pairs. Each step handles some rows.
     """
     rows, columns = np.nonzero(one.owner == first)[0], np.nonzero(other.owner == second)[0]
     for part in slices(rows.size, AT_ONCE // max(1, columns.size)):
@@ -344,7 +388,10 @@ def _counted(one: Kinds, other: Kinds, turns: Turns, first: int, second: int) ->
 
 
 def _codes(one: Kinds, other: Kinds, turns: Turns, i: Index, j: Index) -> tuple[Index, int]:
-    """A number that pairs which lie alike share: the least of those of the pair, its mirror image, and both swapped."""
+    """Return codes that equivalent pairs share, and the number of possible codes.
+
+    A code is the least number of the pair, its mirror image, and both with the pieces exchanged.
+    """
     angles = turns.opposite.size
     turn = turns.between[one.heading[i], other.heading[j]]
     back = turns.opposite[turn]
@@ -358,7 +405,7 @@ def _codes(one: Kinds, other: Kinds, turns: Turns, i: Index, j: Index) -> tuple[
 
 
 def _tallied(codes: Index, space: int) -> tuple[Index, Index, Index]:
-    """What numbers there are, where one of each stands, and how many (no unit)."""
+    """Return the distinct codes, a place of each, and their counts (no unit)."""
     if space > SPACE:
         return np.unique(codes, return_index=True, return_counts=True)
     counts: Index = np.bincount(codes, minlength=space)

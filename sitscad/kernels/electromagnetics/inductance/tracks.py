@@ -1,10 +1,11 @@
-"""Inductance of tracks of straight sides and circular arcs: every filament pair closed or by a few Gauss points.
+"""Inductance of tracks of straight sides and circular arcs.
 
-Partial inductances after Ruehli (IBM J. Res. Dev. 16, 1972), summed over the pairs of a winding.
+Every pair of filaments is integrated in closed form or by a few Gauss points. Partial inductances follow Ruehli (IBM J.
+Res. Dev. 16, 1972) and are summed over the pairs of a winding.
 
-What a track is stands in `track_strands`, pairs with arcs in `arcs`. Of straight sides strands and heights are as many
-as a pair's distance asks for; what the nearest still miss at open ends and at corners is alike at every size, so it is
-a table.
+Tracks are defined in `track_strands`, pairs with arcs in `arcs`. For straight sides, the distance of a pair decides on
+the numbers of strands and heights. The remaining error of the nearest pairs, at open ends and corners, scales with the
+width, so it is a table.
 """
 
 from __future__ import annotations
@@ -57,24 +58,29 @@ ENDS_AND_CORNERS = np.array([
     (1.5, 0.07873, 0.08012, 0.03784, 0.06658, 0.16214), (2.0, 0.11804, 0.11816, 0.05621, 0.09776, 0.23573),
     (3.0, 0.19998, 0.19950, 0.09781, 0.16633, 0.39275),
 ])
-"""What strands miss, over thickness / width: two at one open end, three at one end and one corner of 45, 60, 90 deg.
+"""Error of strands by thickness / width: two strands at an open end, then three at an end and at corners of 45, 60, 90
+deg.
 
-In units of mu0/(4 pi) times the width: a corner is alike at every size. Own volume integral over a straight bar and two
-arms of sixteen widths (tests/validation); positive where the strands read low.
+The unit is mu0/(4 pi) times the width, because a corner has the same shape at every size. Positive if strands read low.
+From a volume integral of this project over a straight bar and two arms of sixteen widths (tests/validation).
 """
 
 FAR = 150.0
-"""Distance, in widths, from which one filament stands for a straight track: what is left falls with its square."""
+"""Distance, in widths, from which one filament represents a straight track.
+
+The error falls with the distance squared.
+"""
 
 WIDE = ((1.0, 4), (6.0, 6), (20.0, 8))
-"""Width over layer distance, and how many strands near sides above each other get from there on."""
+"""Width over layer distance, and the number of strands from there on, for near sides above each other."""
 
 _TURNINGS = np.radians((0.0, 45.0, 60.0, 90.0))
 
 
 def distant_sides(track: Track, pairs: Pairs, apart: Array, count: int, squares: Array) -> float:
-    """The integral (m) over pairs of its sides so far `apart` (n; m) that layers differ in squares of heights (m2)
-    alone: `pairs` count differently often at each.
+    """Return the integral (m) over pairs of a track's sides that are far `apart` (n; m).
+
+    At that distance, layers differ by squared heights (m2) alone. `pairs` have a multiplicity for each height.
     """
     far = apart > FAR * track.width
     return math.fsum(
@@ -85,8 +91,10 @@ def distant_sides(track: Track, pairs: Pairs, apart: Array, count: int, squares:
 
 
 def _levels(one: Track, other: Track, count: int, smooth: bool) -> int:
-    """Ends and corners of tracks above each other need both heights; smooth joints with arcs need all pieces alike. Two
-    where both count, one elsewhere; no unit.
+    """Return the number of heights (1 or 2; no unit) of the strands of two layers.
+
+    Ends and corners of tracks above each other need two heights. Smooth joints with arcs need the same number for all
+    pieces.
     """
     if count > 2 and not smooth:
         return 1 if one.z == other.z else 2
@@ -94,7 +102,10 @@ def _levels(one: Track, other: Track, count: int, smooth: bool) -> int:
 
 
 def _part(one: Track, other: Track, pairs: Pairs, strands: tuple[int, int], smooth: bool) -> float:
-    """Sum of t1.t2 / distance (m; Neumann's integral) over pairs of sides, those near each other by more strands."""
+    """Return the sum of t1.t2 / distance (m; Neumann's integral) over pairs of sides.
+
+    Near pairs get more strands.
+    """
     near = side_distances(one, other, pairs) < NEAR * max(one.width, other.width)
     usual = _sum(
         one, other, pairs.where(~near), bundle(one, other, strands[0], _levels(one, other, strands[0], smooth))
@@ -106,8 +117,9 @@ def _part(one: Track, other: Track, pairs: Pairs, strands: tuple[int, int], smoo
 
 
 def _sum(one: Track, other: Track, pairs: Pairs, strands: Bundle) -> float:
-    """The sum (m) of Neumann's integrals with one bundle of strands: of parallel sides and of inclined ones; sides at
-    right angles have none.
+    """Return the sum (m) of Neumann's integrals over pairs of sides with one bundle of strands.
+
+    Parallel and inclined sides are summed separately. Sides at right angles contribute nothing.
     """
     t1, t2 = directions(one.ends - one.starts)[pairs.first], directions(other.ends - other.starts)[pairs.second]
     sine, cosine = t1[:, 0] * t2[:, 1] - t1[:, 1] * t2[:, 0], np.sum(t1 * t2, axis=1)
@@ -118,9 +130,13 @@ def _sum(one: Track, other: Track, pairs: Pairs, strands: Bundle) -> float:
 
 
 def _near_strands(one: Track, other: Track, strands: tuple[int, int], smooth: bool) -> tuple[tuple[int, float], ...]:
-    """Numbers of strands at which near pairs are summed, and how much each sum counts; no unit. Corners above each
-    other: each strand more lessens what is missed where the tracks are wide against their distance, so twice the finer
-    sum less the coarser one goes to the limit (Richardson's extrapolation, its order found here by comparison).
+    """Return numbers of strands for near pairs, and the weight of each sum (no unit).
+
+    Notes
+    -----
+    At corners above each other, each extra strand reduces the error if tracks are wide against their distance. Twice
+    the finer sum less the coarser sum approaches the limit (Richardson extrapolation; its order was found here by
+    comparison).
     """
     wide = max(one.width, other.width) / max(abs(one.z - other.z), FLOOR)
     enough = [strands for least, strands in WIDE if wide >= least]
@@ -130,8 +146,12 @@ def _near_strands(one: Track, other: Track, strands: tuple[int, int], smooth: bo
 
 
 def side_distances(one: Track, other: Track, pairs: Pairs) -> Array:
-    """Distances (n; m) in the plane of pairs of sides; where two cross, that of a middle from the other one. Derived
-    here: of two sides that do not cross, one has an end that is nearest; the middles stand for those that do.
+    """Return distances (n; m) in the plane of pairs of sides.
+
+    Notes
+    -----
+    Derived here: if two sides do not cross, an end of one side is nearest. If they cross, the distance of a middle from
+    the other side is used.
     """
     i, j = pairs.first, pairs.second
     p, q = (one.starts[i], one.ends[i]), (other.starts[j], other.ends[j])
@@ -139,7 +159,7 @@ def side_distances(one: Track, other: Track, pairs: Pairs) -> Array:
 
 
 def _points_to_sides(start: Array, end: Array, other_start: Array, other_end: Array) -> Array:
-    """Least squared distances (n; m2) of both ends and the middle of one side from the other (all n, 2; m)."""
+    """Return least squared distances (n; m2) of both ends and the middle of one side from the other (n, 2; m)."""
     step = other_end - other_start
     length = np.hypot(step[:, 0], step[:, 1])
     tx, ty = step[:, 0] / length, step[:, 1] / length
@@ -154,8 +174,9 @@ def _points_to_sides(start: Array, end: Array, other_start: Array, other_end: Ar
 
 
 def _parallel_sides(one: Track, other: Track, pairs: Pairs, along: Array, strands: Bundle) -> float:
-    """Sum of t1.t2 / distance (m) over pairs of parallel sides, in the closed form of `parallel_filaments`; `along` (n,
-    2) are the first sides' directions.
+    """Return the sum of t1.t2 / distance (m) over pairs of parallel sides, by the closed form of `parallel_filaments`.
+
+    `along` (n, 2) are the first sides' directions.
     """
     away = other.starts[pairs.second] - one.starts[pairs.first]
     lateral = np.abs(along[:, 0] * away[:, 1] - along[:, 1] * away[:, 0])
@@ -174,8 +195,10 @@ def _parallel_sides(one: Track, other: Track, pairs: Pairs, along: Array, strand
 
 
 def _inclined_sides(one: Track, other: Track, pairs: Pairs, directions: tuple[Array, Array], strands: Bundle) -> float:
-    """Sum of t1.t2 / distance (m) over pairs of inclined sides, in the closed form of `inclined_integral`; `directions`
-    (n, 2 each). Over crossing tracks the mean of 1/distance needs no heights (to 4th order).
+    """Return the sum of t1.t2 / distance (m) over pairs of inclined sides, by the closed form of `inclined_integral`.
+
+    `directions` (n, 2 each) belong to both sides. Over crossing tracks the mean of 1/distance needs no heights (to 4th
+    order).
     """
     extra = np.zeros(pairs.first.size) if one.z != other.z else strands.clearance(side_distances(one, other, pairs))
     total = 0.0
@@ -196,8 +219,9 @@ def _inclined_sides(one: Track, other: Track, pairs: Pairs, directions: tuple[Ar
 
 
 def ends_and_corners(one: Track, strands: int) -> float:
-    """What two or three strands miss of a track's own integral (m) at its open ends, three also at its corners: by
-    ENDS_AND_CORNERS, in proportion to the width.
+    """Return the error (m) of two or three strands in a track's own integral, from ENDS_AND_CORNERS.
+
+    It is in proportion to the width: at the open ends, and for three strands also at the corners.
     """
     row = ENDS_AND_CORNERS
     at = [float(np.interp(one.thickness / one.width, row[:, 0], row[:, k])) for k in range(1, 6)]
@@ -206,37 +230,47 @@ def ends_and_corners(one: Track, strands: int) -> float:
 
 
 Layers = tuple[int, int, float]
-"""Numbers of two layers, and how often their pair counts."""
+"""Numbers of two layers, and the multiplicity of their pair."""
 
 DISTANT = 3.0
-"""Distance of pieces, in the height of all layers, from which few heights stand for all that layers differ in."""
+"""Distance of pieces, over the height of all layers, from which few heights represent all layers."""
 
 FEW = 24
-"""Pieces up to which the ends of a track with arcs weigh so much that more strands are worth their cost."""
+"""Number of pieces up to which the ends of a track with arcs matter so much that more strands are worth their cost."""
 
 OWN = ((8, 5), (48, 3))
-"""Pieces, and how many strands a track with arcs of so many pieces or fewer gets for its own inductance."""
+"""Largest number of pieces of a track with arcs, and the number of strands for its own inductance."""
 
 BENT = ((1.0, 3), (8.0, 4))
-"""Width over layer distance, and how many strands a track with arcs gets from there on."""
+"""Width over layer distance, and the number of strands from there on, for tracks with arcs."""
 
 FEW_CORNERS = (3.0, 3)
-"""Width over layer distance from which a track of few pieces with rounded corners gets so many strands more."""
+"""Width over layer distance, and the extra strands from there on, for few pieces with rounded corners."""
 
 
 def winding_inductance(tracks: Sequence[Track], strands: tuple[int, int] = (2, 3)) -> float:
-    """Inductance (H) of layers of equal width in series about a common centre, uniform current: Neumann's integral over
-    strands that keep the mean distance (Grover 1946). `strands` across the width: for distant pairs of pieces, and for
-    straight ones that nearly touch. Two or more: as many as tracks with arcs need, which have one number for all their
-    pieces.
+    """Return the inductance (H) of layers of equal width in series about a common centre, with uniform current.
+
+    Parameters
+    ----------
+    tracks : sequence of Track
+        layers of the winding
+    strands : tuple[int, int], optional
+        strands across the width for distant pairs of pieces, and for straight pieces that nearly touch. With two or
+        more, tracks with arcs choose one number for all their pieces
+
+    Notes
+    -----
+    Neumann's integral over strands that keep the mean distance (Grover 1946).
     """
     layers = [(i, j, 1.0 if i == j else 2.0) for i in range(len(tracks)) for j in range(i, len(tracks))]
     return _neumann(tracks, layers, strands)
 
 
 def tracks_mutual_inductance(first: Track, second: Track, strands: tuple[int, int] = (2, 3)) -> float:
-    """Mutual inductance (H) of two tracks of equal width (the self one for the same object): see
-    `winding_inductance`.
+    """Return the mutual inductance (H) of two tracks of equal width, or the self-inductance of the same object.
+
+    See `winding_inductance`.
     """
     if first is second:
         return winding_inductance([first], strands)
@@ -244,12 +278,13 @@ def tracks_mutual_inductance(first: Track, second: Track, strands: tuple[int, in
 
 
 def _neumann(tracks: Sequence[Track], layers: Sequence[Layers], strands: tuple[int, int]) -> float:
-    """The whole stack's inductance (H): mu0 / (4 pi) times Neumann's integral in units of the tracks' size, with what
-    ends and corners add.
+    """Return the whole stack's inductance (H).
+
+    It is mu0 / (4 pi) times Neumann's integral in units of the tracks' size, corrected at ends and corners.
     """
     size = max(float(np.max(np.abs(x), initial=0.0)) for t in tracks for x in (t.starts, t.ends, t.arcs[:, :3]))
     scaled = [track.scaled(1.0 / size) for track in tracks]
-    # The relations of layers that are alike, each once, with the heights (m) between them.
+    # distinct relations of layers, with the heights (m) between them
     found: dict[tuple[float, ...], list[Layers]] = {}
     for i, j, times in layers:
         one, other = scaled[i], scaled[j]
@@ -269,9 +304,13 @@ def _neumann(tracks: Sequence[Track], layers: Sequence[Layers], strands: tuple[i
 
 @record(eq=False)
 class _Stack:
-    # Layers sorted by how two lie above each other: `relations` are lists of pairs of layers that lie alike, `examples`
-    # the first of each. All their pieces as one are `whole`. `squares` (m2) are all squared heights, with both levels
-    # of the copper's thickness; `spread` (relations, squares) is which of them, and how often, each relation has.
+    """Layers grouped by their position relative to each other.
+
+    `relations` are lists of pairs of layers with equal relative position. `whole` holds all pieces as one track.
+    `squares` (m2) are all squared heights, with two levels for the copper's thickness. `spread` (relations, squares) is
+    the multiplicity of each squared height in each relation.
+    """
+
     tracks: Sequence[Track]
     relations: Sequence[Sequence[Layers]]
     whole: Track
@@ -285,7 +324,7 @@ class _Stack:
 
     @property
     def distant(self) -> float:
-        """Distance (m) from which on layers differ by their heights alone."""
+        """Distance (m) from which layers differ by their heights alone."""
         return max(CLEAR * self.whole.width, DISTANT * max(abs(one.z - other.z) for one, other in self.examples))
 
     @property
@@ -293,7 +332,7 @@ class _Stack:
         return len(self.whole.arcs) > 0
 
     def pieces(self) -> Iterator[tuple[Track, Track, tuple[int, int]]]:
-        """All pieces (m) of every relation, at the heights of its layers, and their strands."""
+        """Yield all pieces (m) of every relation twice, at the heights of its two layers, and their strands."""
         for one, other in self.examples:
             strands = self.strands
             if self.is_smooth and strands[0] > 1:
@@ -303,15 +342,18 @@ class _Stack:
 
 
 def _sums(stack: _Stack) -> Iterator[float]:
-    """The parts of Neumann's integral, t1.t2 / distance (m): sides with sides, arcs with arcs, arcs with sides."""
+    """Yield the parts of Neumann's integral of t1.t2 / distance (m).
+
+    They are sides with sides, arcs with arcs, and arcs with sides.
+    """
     sides, arcs, turns = kinds(stack.tracks)
     smooth = stack.is_smooth
     if len(stack.whole.starts):
         pairs = distinct_pairs(sides, sides, turns, stack.relations)
         apart = side_distances(stack.whole, stack.whole, pairs)
         for (one, other, strands), some in zip(stack.pieces(), _near(stack, pairs, apart), strict=True):
-            # `strands` across the width: for distant pairs of sides, and for those that nearly touch. In a `smooth`
-            # track, whose sides continue in arcs, all have the first number, and one height as the arcs have
+            # `strands` across the width: for distant pairs of sides, and for pairs that nearly touch. In a `smooth`
+            # track, whose sides continue in arcs, all sides have the first number and a single height, like arcs
             yield math.fsum(_part(one, other, part, strands, smooth) for part in some.parts(BLOCK))
         for some, away, squares in _distant(stack, pairs, apart):
             yield distant_sides(stack.whole, some, away, min(stack.strands[0], 2), squares)
@@ -325,8 +367,9 @@ def _sums(stack: _Stack) -> Iterator[float]:
 
 
 def _by_points(stack: _Stack, pairs: Pairs, apart: Array, summed: Callable[..., float]) -> Iterator[float]:
-    """The parts of the integral (m) over pairs that arcs belong to, `apart` (n; m): near ones by `summed`, distant ones
-    with all layers together.
+    """Yield the parts of the integral (m) over pairs that include arcs, `apart` (n; m) from each other.
+
+    `summed` is applied to near pairs of each relation, and to distant pairs of all layers together.
     """
     for (one, other, strands), some in zip(stack.pieces(), _near(stack, pairs, apart), strict=True):
         yield summed(one, other, some, bundle(one, other, strands[0], common_levels(one, other, strands[0])))
@@ -336,17 +379,16 @@ def _by_points(stack: _Stack, pairs: Pairs, apart: Array, summed: Callable[..., 
 
 
 def _near(stack: _Stack, pairs: Pairs, apart: Array) -> Iterator[Pairs]:
-    """Pairs (numbers, no unit) that are not distant, for every relation its own; `apart` (n; m) is how far they lie
-    apart.
-    """
+    """Yield the pairs (numbers, no unit) of every relation that are not distant. `apart` (n; m) is their distance."""
     near = pairs.where(apart < stack.distant)
     for k in range(len(stack.relations)):
         yield near.at([k])
 
 
 def _distant(stack: _Stack, pairs: Pairs, apart: Array) -> Iterator[tuple[Pairs, Array, Array]]:
-    """The distant ones of pairs, with how often they count (no unit) at as few heights as their distance allows, their
-    distances (m), and the squares of those heights (m2).
+    """Yield the distant pairs, their distances (m), and squared heights (m2).
+
+    The multiplicities (no unit) of the pairs are at as few heights as their distance allows.
     """
     beyond = apart >= stack.distant
     enough = np.where(beyond, nodes_enough(stack.squares, apart), 0)
@@ -358,12 +400,12 @@ def _distant(stack: _Stack, pairs: Pairs, apart: Array) -> Iterator[tuple[Pairs,
 
 
 def _bent_strands(one: Track, other: Track) -> int:
-    """How many strands (no unit) the tracks of two layers get where they bend."""
+    """Return the number of strands (no unit) of the tracks of two layers that have arcs."""
     pieces = len(one.starts) + len(one.arcs)
     if one.z == other.z:
         return next((strands for most, strands in OWN if one is other and pieces <= most), 2)
     wide = max(one.width, other.width) / abs(one.z - other.z)
     count = max([2, *(strands for least, strands in BENT if wide >= least)])
-    # half circles are none: strands of two layers cross far from their ends, and more would need more points
+    # half circles do not count: strands of two layers cross far from their ends, and more strands need more points
     rounded = len(one.arcs) and float(np.max(one.arcs[:, 5])) < 0.9 * math.pi
     return count + (FEW_CORNERS[1] if pieces <= FEW and rounded and wide >= FEW_CORNERS[0] else 0)
