@@ -1,1 +1,1 @@
-"""Endless plates before and behind a coil: its waves, what they reflect, and a target's finite size."""
+"""Metal in front of and behind a coil: the coil's waves, their reflection by infinite plates, and finite plates."""

@@ -1,7 +1,7 @@
-"""A flat coil's current resolved into waves exp(i k . r): what conductors before and behind it reflect.
+"""A flat coil's current resolved into waves exp(i k . r), which conductors in front of it and behind it reflect.
 
-Of a ring it is as in Dodd and Deeds (J. Appl. Phys. 39, 1968). A spiral's harmonics about its axis are integrals along
-a radius in closed integrands; polygons: `polyline_spectrum`.
+Rings follow Dodd and Deeds (J. Appl. Phys. 39, 1968). A spiral's harmonics about its axis are integrals over the radius
+with closed integrands. Polygons are in `polyline_spectrum`.
 """
 
 from __future__ import annotations
@@ -20,19 +20,23 @@ from sitscad.kernels.electromagnetics.inductance.spirals import SpiralLayer
 from sitscad.kernels.electromagnetics.special_functions import bessel_orders, gauss, j0, j1
 
 LEAST_HARMONICS, MOST_HARMONICS = 3, 8
-"""Harmonics of a spiral's winding that are kept; more than the least only for metal nearer than some pitches."""
+"""Smallest and largest number of harmonics of a spiral.
+
+More than the smallest number is used only for metal nearer than some pitches.
+"""
 
 
 AT_ONCE = 100_000
-"""Waves at radii that are worked out at once: all of them together took a gigabyte near metal."""
+"""Waves times radii processed at once. All of them together took a gigabyte near metal."""
 
 
 @record(eq=False)
 class CurrentSpectrum:
-    """What reflection needs of a coil: wave numbers (k; 1/m), weights (k; 1/m), heights (layers; m) and power spectra
-    (k, layers, layers; m2). `power[n, i, j]` is the mean over directions of the product of layers i and j, scaled so
-    that the mutual inductance is mu0 pi times the weighted sum of power times exp(-k distance) of the layers'
-    mid-planes (Dodd and Deeds 1968, of rings).
+    """Spectrum of a coil for reflection.
+
+    Wave numbers (k; 1/m), weights (k; 1/m), heights (layers; m) and power spectra (k, layers, layers; m2). `power[n, i,
+    j]` is the mean over directions of the product of layers i and j. Its scale: the mutual inductance is mu0 pi times
+    the weighted sum of power times exp(-k distance) of the layers' mid-planes (Dodd and Deeds 1968, for rings).
     """
 
     wave_numbers: Array
@@ -41,11 +45,12 @@ class CurrentSpectrum:
     power: Array
     shifts: dict[float, Array] = field(default_factory=dict)
     returned: dict[Hashable, ComplexArray] = field(default_factory=dict)
-    """What was reflected already: see `half_spaces.reflected_inductances`."""
+    """Cache of reflected inductances (see `half_spaces.reflected_inductances`)."""
 
     def shift(self, distance: float) -> Array:
-        """The mean over directions of waves shifted by a distance (m), J0(k d), for each wave number, no unit; kept.
-        Bessel's integral (Abramowitz and Stegun 9.1.18).
+        """Return the mean over directions of waves shifted by a distance (m), J0(k d), for each wave number (no unit).
+
+        The result is cached. Bessel's integral (Abramowitz and Stegun 9.1.18).
         """
         if distance not in self.shifts:
             self.shifts[distance] = j0(self.wave_numbers * distance)
@@ -53,8 +58,10 @@ class CurrentSpectrum:
 
     @cached_property
     def sums(self) -> tuple[Array, Array, Array]:
-        """Power (m2) of all layers together for each wave number: of the waves exp(-k (highest - z)), of products of
-        those with exp(-k (z - lowest)), and of the latter.
+        """Power (m2) of all layers together, for each wave number, in three sums.
+
+        The first is for the waves exp(-k (highest - z)), the last for the waves exp(-k (z - lowest)). The middle sum is
+        for their products.
         """
         k, z, power = self.wave_numbers[:, None], self.heights, self.power
         up, down = np.exp(-k * (float(z.max()) - z)), np.exp(-k * (z - float(z.min())))
@@ -65,9 +72,21 @@ class CurrentSpectrum:
 
 
 def wave_numbers(outer: float, nearest: float, is_rough: bool = False) -> tuple[Array, Array]:
-    """Nodes and weights (n; 1/m) of the integral over k for a coil of radius `outer` and distances from `nearest` (m)
-    on: Gauss panels, chosen here by comparison. Up to where exp(-2 k nearest) has died out (6e-6), as dense as products
-    of two waves of the coil's size ask; roughly a third as many, up to 2e-4.
+    """Return nodes and weights (n; 1/m) of the integral over k for a coil.
+
+    Parameters
+    ----------
+    outer : float
+        radius of the coil (m)
+    nearest : float
+        least distance of a reflector (m)
+    is_rough : bool, optional
+        whether a third as many nodes are enough, up to exp(-2 k nearest) = 2e-4
+
+    Notes
+    -----
+    Gauss panels, chosen here by comparison. They end at exp(-2 k nearest) = 6e-6, and they resolve products of two
+    waves of the coil's size.
     """
     top = (4.2 if is_rough else 6.0) / max(nearest, 1e-3 * outer)
     panels = 1 + math.ceil(top * outer / 18.0) if is_rough else 3 + math.ceil(top * outer / 12.0)
@@ -77,25 +96,39 @@ def wave_numbers(outer: float, nearest: float, is_rough: bool = False) -> tuple[
 
 
 def spiral_spectrum(layers: Sequence[SpiralLayer], nearest: float, harmonics: int | None = None) -> CurrentSpectrum:
-    """Spectrum of coaxial spiral layers, for reflectors no nearer than `nearest` (m) to any layer's mid-plane.
+    """Return the spectrum of coaxial spiral layers, for reflectors no nearer than `nearest` to any layer's mid-plane.
 
-    A spiral passes every radius once, at the angle phi(r), so harmonic m of its current is exp(-i m phi(r)) / pitch
-    from the inner to the outer radius: across the wave, 1/p times the integral of exp(-i m phi) r J_m'(k r) dr, along
-    it m / (k r) J_m instead, and both for the slope. Harmonic 0 is the current sheet; the others are ends and single
-    turns. The part along the wave vanishes for a closed circuit; kept, the result is the Neumann integral with the
-    images of the open path, as the inductance in free air is (Sommerfeld's horizontal potential). The even current in
-    the track's cross-section enters as the mean over it: sinc(k w / 2) with the bend's share across, and
-    sinh(k t / 2) / (k t / 2) through. `harmonics` is the highest that is wanted, None for what the distance asks.
+    Parameters
+    ----------
+    layers : sequence of SpiralLayer
+        layers of the coil
+    nearest : float
+        least distance of a reflector (m)
+    harmonics : int or None, optional
+        highest harmonic, or None to choose it from the distance
+
+    Notes
+    -----
+    A spiral passes every radius once, at the angle phi(r). So harmonic m of its current is exp(-i m phi(r)) / pitch
+    from the inner to the outer radius. Across the wave this gives 1/p times the integral of exp(-i m phi) r J_m'(k r)
+    dr. Along the wave it gives m / (k r) J_m instead. The slope adds both. Harmonic 0 is the current sheet, the others
+    are ends and single turns.
+
+    The part along the wave vanishes for a closed circuit. With it, the result is the Neumann integral with the images
+    of the open path, as for the inductance in free air (Sommerfeld's horizontal potential).
+
+    The uniform current in the track's cross-section enters as the mean over it: sinc(k w / 2), with a correction for
+    the bend, across, and sinh(k t / 2) / (k t / 2) through.
     """
     k, weights = wave_numbers(max(layer.radius for layer in layers), nearest)
-    # The first few hold the slope and the two ends. Harmonic m has waves from 2 pi m / pitch on.
+    # The lowest harmonics hold the slope and the two ends. Harmonic m has waves from 2 pi m / pitch on.
     asked = math.ceil(0.65 * max(layer.pitch for layer in layers) / nearest)
     highest = min(MOST_HARMONICS, max(LEAST_HARMONICS, asked)) if harmonics is None else harmonics
     radii = {_size(layer): _radii(layer, float(k[-1]), highest) for layer in layers}
     twice = np.where(np.arange(highest + 1) > 0, 2.0, 1.0)
     power = np.empty((k.size, len(layers), len(layers)))
     for some in slices(k.size, AT_ONCE // max(r.size for r, _ in radii.values())):
-        # layers of one size share all but angle, sense and way of the current
+        # layers of equal size differ by angle, sense and current direction alone
         known = {size: _RadialSamples(r, share, *_bessel_slopes(k[some, None] * r, highest))
                  for size, (r, share) in radii.items()}
         values = np.array([_spiral_waves(layer, k[some], known[_size(layer)]) for layer in layers])
@@ -104,9 +137,10 @@ def spiral_spectrum(layers: Sequence[SpiralLayer], nearest: float, harmonics: in
 
 
 def ring_spectrum(layers: Sequence[SpiralLayer], nearest: float) -> CurrentSpectrum:
-    """The spectrum (m2, see `CurrentSpectrum`) of a ring for every turn, where it is on average, for reflectors no
-    nearer than `nearest` (m): what ends and slopes add is left out. A ring of radius r has r J1(k r) (Dodd and Deeds
-    1968).
+    """Return the spectrum (m2, see `CurrentSpectrum`) of one ring for every turn at its mean radius.
+
+    Reflectors are no nearer than `nearest` (m). Ends and slopes are left out. A ring of radius r has r J1(k r) (Dodd
+    and Deeds 1968).
     """
     k, weights = wave_numbers(max(layer.radius for layer in layers), nearest, True)
     known: dict[tuple[float, ...], Array] = {}
@@ -120,15 +154,17 @@ def ring_spectrum(layers: Sequence[SpiralLayer], nearest: float) -> CurrentSpect
 
 
 def _size(layer: SpiralLayer) -> tuple[float, ...]:
-    """What layers share whose waves differ by angle, sense and way of the current alone: radius, pitch (m) and
-    turns.
+    """Return radius, pitch (m) and turns.
+
+    Layers with equal sizes differ by angle, sense and current direction alone.
     """
     return layer.radius, layer.pitch, layer.turns
 
 
 @record(eq=False)
 class _RadialSamples:
-    # Radii between a spiral's ends (r), their weights (m), and J_m and J_m' of every wave there (m, k, r).
+    """Radii between a spiral's ends (r), their weights (m), and J_m and J_m' of every wave there (m, k, r)."""
+
     radii: Array
     weights: Array
     values: Array
@@ -136,7 +172,7 @@ class _RadialSamples:
 
 
 def _radii(layer: SpiralLayer, top: float, highest: int) -> tuple[Array, Array]:
-    """Radii between a spiral's ends (r; m), dense enough for waves up to `top` (1/m), and their weights (r; m)."""
+    """Return radii between a spiral's ends (r; m) that resolve waves up to `top` (1/m), and their weights (r; m)."""
     low = layer.inner_radius
     half = 0.5 * (layer.radius - low)
     nodes, share = gauss(12 + math.ceil(0.6 * (half * top + math.pi * highest * layer.turns)))
@@ -144,8 +180,9 @@ def _radii(layer: SpiralLayer, top: float, highest: int) -> tuple[Array, Array]:
 
 
 def _spiral_waves(layer: SpiralLayer, k: Array, radial_part: _RadialSamples) -> ComplexArray:
-    """Harmonics of one layer across and along the waves, (2, highest + 1, k) in m, by the integrals in
-    `spiral_spectrum`.
+    """Return the harmonics (2, highest + 1, k; m) of one layer across and along the waves.
+
+    The integrals are in the notes of `spiral_spectrum`.
     """
     r, values, slopes = radial_part.radii, radial_part.values, radial_part.slopes
     angle = layer.angle + layer.sense * 2.0 * math.pi * (layer.radius - r) / layer.pitch
@@ -154,9 +191,9 @@ def _spiral_waves(layer: SpiralLayer, k: Array, radial_part: _RadialSamples) -> 
     radial = -layer.sense * layer.pitch / (2.0 * math.pi) * turn
     around, inwards = (np.einsum("mkr,mr->mk", slopes, part) for part in (turn * r, radial))
     plain, beside = (np.einsum("mkr,mr->mk", values, part) for part in (turn, radial / r))
-    # The mean of cos(k x) over the width, and half that of x sin(k x): r J_m'(k r) is r times a wave, so its mean
-    # over the width is not quite that of a wave; by the equation y'' + k^2 y = -k J_m that it obeys it lacks so much
-    # of J_m.
+    # The mean of cos(k x) over the width, and half the mean of x sin(k x). r J_m'(k r) is r times a wave, so its
+    # mean over the width differs from a wave's mean. It obeys y'' + k^2 y = -k J_m, which gives the difference in
+    # terms of J_m.
     half = 0.5 * k * layer.width
     even = np.sinc(half / math.pi)
     across, bent = np.asarray(even), np.asarray(0.5 * (even - np.cos(half)) / k)
@@ -166,16 +203,18 @@ def _spiral_waves(layer: SpiralLayer, k: Array, radial_part: _RadialSamples) -> 
 
 
 def thickness_waves(k: Array, thickness: float) -> Array:
-    """The mean of a wave (1/m) that decays with height over a track's thickness (m), over that in its middle: sinh(x) /
-    x with x = k t / 2, no unit (by integration).
+    """Return the mean over a track's thickness (m) of waves (1/m) that decay with height, over their middle value.
+
+    It is sinh(x) / x with x = k t / 2, no unit (by integration).
     """
     up = np.maximum(0.5 * k * thickness, 1e-9)
     return np.asarray(np.sinh(up) / up)
 
 
 def _bessel_slopes(x: Array, highest: int) -> tuple[Array, Array]:
-    """J_m(x) and J_m'(x), no unit, for m = 0 to `highest`, the order first: upwards from J0 and J1 where x is large
-    enough (Abramowitz and Stegun 9.1.27).
+    """Return J_m(x) and J_m'(x) (no unit) for m = 0 to `highest`, with the order as the first axis.
+
+    Upward recursion from J0 and J1 if x is large enough (Abramowitz and Stegun 9.1.27).
     """
     orders = np.empty((highest + 2, *x.shape))
     orders[0], orders[1] = j0(x), j1(x)

@@ -1,7 +1,7 @@
-"""Points that repeat along a winding, and the sum of a wave over all of them.
+"""Point patterns that repeat along a winding, and the sum of a wave over all points.
 
-Every bend of a turn has the chords of the bend before it, and the next turn has it again, a pitch farther in: such
-figures are worked out once, and the places of one figure, which lie in rows of equal steps, are summed in closed form.
+Every bend of a turn repeats the chords of the bend before it, and the next turn repeats the turn one pitch further in.
+Each pattern is evaluated once. The places of a pattern lie in rows of equal steps and are summed in closed form.
 """
 
 from __future__ import annotations
@@ -15,26 +15,27 @@ from sitscad.basics.arrays import Array, ComplexArray, Index
 from sitscad.basics.record import record
 
 LEAST_ROW = 4
-"""Places from which on a row is summed in closed form, which costs as much as three of them."""
+"""Number of places from which a row is summed in closed form, which costs as much as three places."""
 
 
 @record(eq=False)
 class Rows:
-    """Places in rows of equal steps: their middles and steps (n, 2; m) and how many places each has (n)."""
+    """Places in rows of equal steps: middles and steps (n, 2; m) of the rows, and numbers of places (n)."""
 
     middles: Array
     steps: Array
     counts: Array
 
     def sums(self, wave: Array) -> ComplexArray:
-        """Sum of exp(-i k.r) over each row's places (n, directions), no unit; `wave` (2, directions) in 1/m. Over a row
-        about its middle it is sin(count x / 2) / sin(x / 2), x being the phase from place to place (Dirichlet's kernel,
-        textbook).
+        """Return the sum of exp(-i k.r) over each row's places (n, directions; no unit).
+
+        `wave` (2, directions) is in 1/m. About the middle of a row the sum is sin(count x / 2) / sin(x / 2), with the
+        phase x between places (Dirichlet kernel, textbook).
         """
         found = turned(self.middles @ wave)
         longer = self.counts > 1.0
-        # Sum (no unit) of exp(-i n x) over a row of `count` places about its middle, sin(count x / 2) / sin(x / 2),
-        # of quarters of the phase x from place to place: by tangents, which cost a tenth of sines.
+        # sin(count x / 2) / sin(x / 2) from quarters of the phase x between places, by tangents, which cost a tenth
+        # of sines
         quarter = 0.25 * (self.steps[longer] @ wave)
         quarter = np.where(quarter == 0.0, 1e-20, quarter)
         whole, one = np.tan(self.counts[longer, None] * quarter), np.tan(quarter)
@@ -44,9 +45,12 @@ class Rows:
 
 @record(eq=False)
 class Figures:
-    """Points as figures that repeat: those between two steps that occur only once, each figure with every place where
-    it stands. `kinds` are the numbers of one figure's points, all figures one after another, from `first` on; `inner`
-    (m) where they lie from its first point; `places` (m) are the first points, figure by figure, from `begins` on.
+    """Points grouped into patterns that repeat.
+
+    A pattern is the points between two steps that occur only once. `kinds` are point numbers of one copy of each
+    pattern, pattern after pattern, from index `first` on. `inner` (m) are positions relative to the pattern's first
+    point. `places` (m) are the first points of all copies, pattern by pattern, from index `begins` on. Places within
+    `same` (m) are equal.
     """
 
     kinds: Index
@@ -58,12 +62,12 @@ class Figures:
 
     @cached_property
     def sizes(self) -> Index:
-        """How many points each figure has, no unit."""
+        """Number of points of each pattern (no unit)."""
         return np.diff(np.append(self.first, len(self.kinds)))
 
     @cached_property
     def _rows(self) -> tuple[Rows, Index]:
-        """The places as rows (m), figure by figure, and the number of each figure's first row."""
+        """Places as rows (m), pattern by pattern, and the number of each pattern's first row."""
         rows: list[tuple[Array, Array, int]] = []
         begins = []
         for low, high in pairwise([*self.begins.tolist(), len(self.places)]):
@@ -73,13 +77,14 @@ class Figures:
         return Rows(np.array(middles), np.array(steps), np.array(counts, dtype=float)), np.array(begins)
 
     def sums(self, wave: Array, factors: Array) -> ComplexArray:
-        """Sum of factors (..., kinds, directions) times exp(-i k.r) over all points, (..., directions) in the factors'
-        unit; `wave` (2, directions) in 1/m.
+        """Return the sum of factors (..., kinds, directions) times exp(-i k.r) over all points.
+
+        The result (..., directions) has the factors' unit. `wave` (2, directions) is in 1/m.
         """
-        if len(self.places) == len(self.begins):  # none repeats: all points one by one
+        if len(self.places) == len(self.begins):  # no pattern repeats: sum over all points
             phases = turned((self.inner + np.repeat(self.places, self.sizes, axis=0)) @ wave)
             return np.asarray(np.einsum("...kd,kd->...d", factors, phases))
-        figure = factors  # of one point each
+        figure = factors  # patterns of a single point each
         if len(self.first) < len(self.kinds):
             figure = np.add.reduceat(factors * turned(self.inner @ wave), self.first, axis=-2)
         rows, begins = self._rows
@@ -90,7 +95,10 @@ class Figures:
 
 
 def figures(points: Array, labels: Array, same: float) -> Figures:
-    """The figures of points (n, 2; m), equal within `same` (m), whose labels (n, any) are equal too."""
+    """Return the patterns of points (n, 2; m).
+
+    Points of a pattern have equal steps within `same` (m) and equal labels (n, any).
+    """
     _, kind = np.unique(np.round(labels, 9) + 0.0, axis=0, return_inverse=True)
     step = np.round(np.diff(points, axis=0) / same) + 0.0
     _, way, times = np.unique(step, axis=0, return_inverse=True, return_counts=True)
@@ -107,7 +115,7 @@ def figures(points: Array, labels: Array, same: float) -> Figures:
 
 
 def _in_rows(places: Array, same: float) -> list[tuple[Array, Array, int]]:
-    """Rows of places (n, 2; m) that follow one another: middle, step and number; places off a row are rows of one."""
+    """Return rows of consecutive places (n, 2; m): middle, step and number. A place off a row is its own row."""
     rows: list[tuple[Array, Array, int]] = []
     first = 0
     while first < len(places):
@@ -126,8 +134,10 @@ def _in_rows(places: Array, same: float) -> list[tuple[Array, Array, int]]:
 
 
 def turned(phase: Array) -> ComplexArray:
-    """exp(-i phase), no unit, for phases in radians: 2 / (1 + t^2) - 1 and 2 t / (1 + t^2) with t the tangent of half
-    the phase (textbook), which costs a tenth of sine and cosine.
+    """Return exp(-i phase) (no unit) for phases in radians.
+
+    It is 2 / (1 + t^2) - 1 and 2 t / (1 + t^2) with t the tangent of half the phase (textbook), at a tenth of the cost
+    of sine and cosine.
     """
     tangent = np.tan(0.5 * phase)
     both = 2.0 / (1.0 + tangent * tangent)

@@ -1,16 +1,18 @@
-"""A conducting plate of finite size over a round coil: what share of an endless plate's effect it has.
+"""A conducting plate of finite size over a round coil: the ratio of its effect to an infinite plate's effect.
 
-The plate is a perfectly conducting sheet that carries eddy currents with the stream function psi (zero at its edge):
-the one that cancels the coil's normal field everywhere on it. psi is expanded in functions that fall to the edge like
-the square root of the distance, as it does: Chebyshev's U times a square root on the rectangle, and Zernike-like ones
-on the disc. Their Fourier transforms are Bessel functions in closed form, and a sheet's energy in Fourier space is
-mu0/2 k |psi|^2. With the normal flux b through every function and the energy matrix K the change of inductance is
-- b K^-1 b; an endless plate's is - mu0 pi times the integral of the coil's power spectrum.
+Notes
+-----
+The plate is a perfectly conducting sheet. Its eddy currents have the stream function psi (zero at its edge) that
+cancels the coil's normal field everywhere on it. psi is expanded in functions that fall to the edge like the square
+root of the distance: Chebyshev's U times a square root on the rectangle, and Zernike-like functions on the disc. Their
+Fourier transforms are Bessel functions in closed form. A sheet's energy in Fourier space is mu0/2 k |psi|^2.
 
-Where the metal's faces recede by a little, the change of inductance says where currents flow: their loss follows from
-it by Wheeler's incremental inductance rule (Proc. IRE 30, 1942), edges and side walls included.
+With the normal flux b through every function and the energy matrix K, the change of inductance is - b K^-1 b. An
+infinite plate's is - mu0 pi times the integral of the coil's power spectrum.
 
-A conductor behind the coil enters as a perfect mirror at a plane, for both.
+The loss follows from the change of inductance if the metal's faces recede by a little (Wheeler's incremental inductance
+rule, Proc. IRE 30, 1942), edges and side walls included. A conductor behind the coil enters as a perfect mirror at a
+plane, for both plates.
 """
 
 from __future__ import annotations
@@ -29,39 +31,47 @@ from sitscad.kernels.solve_cache import solved
 Source = tuple[Array, Array, Array]
 
 MARGIN = 3.0
-"""Beyond the coil's edge plus this many times (radius + gap) the rest of a plate no longer matters (below 0.2 %)."""
+"""Multiple of (radius + gap) beyond the coil's edge from which the rest of a plate does not matter (below 0.2 %)."""
 
 DEEPEST = 0.03
-"""Depth of the sheet within a plate, in coil diameters, at most: currents keep to the near face and the side walls."""
+"""Largest depth of the sheet within a plate, in coil diameters.
+
+Currents keep to the near face and the side walls.
+"""
 
 THICKEST, STOUTEST = 0.15, 0.2
-"""Thickness of a plate, in coil diameters and in its own widths, beyond which more of it no longer counts."""
+"""Thickness of a plate, in coil diameters and in its own widths, beyond which more thickness has no effect."""
 
 LONGEST, OWN_WAY = 0.8, 1.6
-"""Of magnetic plates: the thickness in coil diameters beyond which more of it no longer draws the field in, and by how
-much more than a thin one's the field through it grows with thickness over width."""
+"""Thickness of a magnetic plate, in coil diameters, beyond which more thickness draws in no more field.
+
+OWN_WAY is the rate at which the field through a plate grows with thickness over width, relative to a thin plate.
+"""
 
 MOST_MODES = 32
-"""Functions along one side at most, half of them even."""
+"""Largest number of functions along one side. Half of them are even."""
 
 
 @record(eq=False)
 class CoaxialRings:
-    """A round coil as rings about its axis: radii (m), heights (m, z = 0 is where gaps count from), turns of each."""
+    """A round coil as rings about its axis: radii (m), heights (m; gaps count from z = 0), and turns of each ring."""
 
     radii: Array
     heights: Array
     turns: Array
 
     def spectrum(self, wave_numbers: Array, roof: float, floor: float) -> Array:
-        """The field's spectrum (k; m) at the plane z = `roof`: the sum of turns a J1(k a) exp(-k distance), less that
-        of the image in a mirror at z = `floor` (-inf: none); in units of mu0 pi it is the normal flux density's (Dodd
-        and Deeds 1968).
+        """Return the field's spectrum (k; m) at the plane z = `roof` (m).
+
+        Notes
+        -----
+        It is the sum of turns a J1(k a) exp(-k distance), less the spectrum of the image in a mirror at z = `floor`
+        (-inf if there is none). In units of mu0 pi it is the spectrum of the normal flux density (Dodd and Deeds 1968).
         """
         return self.spectra(wave_numbers, np.array([roof]), floor)[0]
 
     def spectra(self, wave_numbers: Array, roofs: Array, floor: float) -> Array:
-        """The field's spectrum at several planes (m): (planes, wave numbers; m), as `spectrum`."""
+        """Return the field's spectrum (planes, wave numbers; m) at several planes (m), as in `spectrum`."""
         k, z, (radii, heights, turns) = wave_numbers[:, None], roofs[:, None, None], self._alike
         waves = np.exp(-k * (z - heights))
         if math.isfinite(floor):
@@ -70,7 +80,7 @@ class CoaxialRings:
 
     @cached_property
     def _alike(self) -> tuple[Array, Array, Array]:
-        """Radii and heights (m), each once, and turns times radius at every pair of them."""
+        """Distinct radii and distinct heights (m), and turns times radius at every pair of them."""
         (radii, which), (heights, level) = (np.unique(part, return_inverse=True) for part in (self.radii, self.heights))
         turns = np.zeros((radii.size, heights.size))
         np.add.at(turns, (which, level), self.turns * self.radii)
@@ -87,15 +97,28 @@ class FinitePlate:
 
 
 def plate_share(plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: float, floor: float = -math.inf) -> Array:
-    """Change of inductance by the plate over that by an endless one (no unit), both with their near faces at z = `gap`
-    (m).
+    """Return the ratio of the plate's change of inductance to an infinite plate's (n,; no unit).
 
-    `offsets` (m, shape (n, 2)) are the places of the coil's axis seen from the plate's centre; the answer has shape
-    (n,). Derived here: the plate is a sheet in its middle plane, or near its face where it is thick, a little larger
-    for the current on its side walls, and a volume that keeps out the field along it. That field is the coil's and the
-    eddy currents' own, half and half; the first half is shared out by its square on the plate, the second like the
-    sheet's effect. For endless plates this is exact. No plate does less than a thinner one, or than the sheet that is
-    its near face.
+    Parameters
+    ----------
+    plate : FinitePlate
+        plate with its near face at z = `gap`
+    coil : CoaxialRings
+        rings of the coil
+    offsets : array
+        places of the coil's axis from the plate's centre (n, 2; m)
+    gap : float
+        height of both near faces (m)
+    floor : float, optional
+        height of a mirror behind the coil (m); -inf if there is none
+
+    Notes
+    -----
+    Derived here. The plate is modelled as a sheet and a volume. The sheet is in its middle plane, or near its face if
+    it is thick. It is slightly larger for the current on the side walls. The volume excludes the field along it: half
+    the coil's field, half the eddy currents' own. The first half is weighted by its square on the plate, the second by
+    the ratio of the sheet. For infinite plates this is exact. A thinner plate, or the sheet at the near face, sets a
+    lower limit.
     """
     found, front = _changes(plate, coil, offsets, gap, floor)
     for thickness in {0.0, min(plate.thickness, DEEPEST * 2.0 * float(coil.radii.max()))} - {plate.thickness}:
@@ -107,10 +130,15 @@ def plate_share(plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: flo
 def plate_loss_share(
     plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: float, floor: float = -math.inf
 ) -> Array:
-    """Loss in the plate's skin over that in an endless plate's, by Wheeler's rule; arguments as for `plate_share`. The
-    loss is proportional to the change of inductance that all faces receding by a little make: the near one, the edge
-    and, as long as they matter, the walls. Currents crowd at an edge like one over the root of the distance; that the
-    square of it has a limit is the thickness's doing.
+    """Return the ratio of the loss in the plate's skin to an infinite plate's loss (n,; no unit), by Wheeler's rule.
+
+    Arguments as in `plate_share`.
+
+    Notes
+    -----
+    The loss is proportional to the change of inductance if all faces recede by a little: the near face, the edge and
+    the walls, up to the thickness that matters. Currents crowd at an edge like 1 / root of the distance. Their square
+    has a finite integral because of the thickness.
     """
     step = 0.01 * min(plate.thickness, gap)
 
@@ -123,9 +151,7 @@ def plate_loss_share(
 
 
 def _changes(plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: float, floor: float) -> tuple[Array, float]:
-    """Size (places,) of the change of inductance by the plate at every place, and by an endless one, in units of mu0 pi
-    (m).
-    """
+    """Return the size of the change of inductance by the plate (places,) and by an infinite plate, in mu0 pi (m)."""
     places = np.atleast_2d(np.asarray(offsets, dtype=float))
 
     def question() -> tuple[object, ...]:
@@ -139,9 +165,7 @@ def _changes(plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: float,
 def _solved_changes(
     plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: float, floor: float
 ) -> tuple[Array, Array]:
-    """`_changes` (m) worked out: the sheet by `_sheet_changes`, and what the thickness keeps out by
-    `_field_on`.
-    """
+    """Solve `_changes` (m): the sheet by `_sheet_changes`, and the field excluded by the thickness by `_field_on`."""
     outer = float(coil.radii.max())
     middle = gap + _sheet_depth(plate, outer)
     depth, reach = _depth_and_reach(coil, offsets, gap)
@@ -161,9 +185,10 @@ def _solved_changes(
 def _sheet_changes(
     is_round: bool, half: Array, offsets: Array, source: Source, detail: float, rooms: Array, most: int, nodes: int
 ) -> Array:
-    """Size (planes, places; m, times mu0 pi H) of the change by a sheet of half sides `half` (m) in planes so far (m)
-    from a mirror, of every one of several spectra. A rectangle's with at most so many functions along a side, and so
-    many `nodes` in a panel of their energies.
+    """Return the size (planes, places; m, times mu0 pi: H) of the change by a sheet, for several spectra.
+
+    `half` are half sides (m), and `rooms` are distances of the planes from a mirror (m). The field varies over `detail`
+    (m). A rectangle has at most `most` functions along a side, and `nodes` in a panel of its energies.
     """
     if is_round:
         return _disc(float(half[0]), offsets, source, detail, rooms)
@@ -174,15 +199,21 @@ def _sheet_changes(
 def magnetic_share(
     plate: FinitePlate, coil: CoaxialRings, offsets: Array, gap: float, floor: float = -math.inf
 ) -> Array:
-    """The share for a plate of very high permeability that does not conduct, like ferrite: it draws the field in.
+    """Return the ratio for a plate of very high permeability that does not conduct, like ferrite.
 
-    Poles on its faces, of no sum, keep the magnetic potential on it constant; near its edge they grow like one over the
-    root of the distance. On a disc every angular order stands alone, with the transforms j_l (l = m, m + 2 ... without
-    0, which has a sum). A rectangle counts as the disc of its area; the edge is further out by t / 2 pi (1 + ln(4 pi
-    w / t)), as a thick strip's is, which grows up to t = 4 pi w. A small plate does far less than a conductor's: the
-    poles must find room on it. Then its volume leads the field through it: half of what an endless one makes of that is
-    shared out by the square of that field on the plate, more for a thick one, which is less in its own way (a cube
-    three times), half like the sheet's effect. Fitted to boxes of poles (tests/validation).
+    The plate attracts the field. Arguments as in `plate_share`.
+
+    Notes
+    -----
+    Poles on its faces, with zero sum, keep the magnetic potential on it constant. Near its edge they grow like 1 / root
+    of the distance. On a disc every angular order is independent, with the transforms j_l (l = m, m + 2 ... without 0,
+    whose sum is not zero). A rectangle counts as the disc of its area. The edge is further out by t / 2 pi (1 + ln(4 pi
+    w / t)), as for a thick strip, which grows up to t = 4 pi w.
+
+    A small plate has far less effect than a conductor, because the poles need room on it. Then its volume guides the
+    field through it. Half of the infinite plate's volume effect is weighted by the square of that field on the plate.
+    It is larger for a thick plate, which demagnetises itself less (a cube: factor three). The other half is weighted by
+    the ratio of the sheet. Fitted to boxes of poles (tests/validation).
     """
     offsets = np.atleast_2d(np.asarray(offsets, dtype=float))
     outer, width = float(coil.radii.max()), min(plate.size)
@@ -199,7 +230,7 @@ def magnetic_share(
     sheet = _endless(*source, room, poles=True)
     detail = min(depth, 0.5 * outer)
     found = _disc(min(radius, reach), offsets, (k, weights, spectrum[None]), detail, np.array([room]), poles=True)[0]
-    # What is missing falls with the cube of the size, as the coil's field outside does; more functions are not needed.
+    # The deficit falls with the cube of the size, like the coil's field outside, so no more functions are needed.
     share = 1.0 - (1.0 - found / sheet) * min(1.0, reach / radius) ** 3
     half = np.minimum(0.5 * np.array(plate.size), reach)
     led = np.minimum(_field_on(plate, half, offsets, source, detail, j0) * (1.0 + OWN_WAY * thick / width), 1.0)
@@ -207,8 +238,10 @@ def magnetic_share(
 
 
 def magnetic_share_error(plate: FinitePlate, coil: CoaxialRings) -> float:
-    """Relative error (no unit) of a magnetic share, from boxes of poles (tests/validation), by the plate's shorter side
-    over the coil's diameter; longer than twice its width was not compared.
+    """Return the relative error (no unit) of a magnetic ratio, from boxes of poles (tests/validation).
+
+    It depends on the plate's shorter side over the coil's diameter. Plates longer than twice their width were not
+    compared.
     """
     short, longest, diameter = min(plate.size), max(plate.size), 2.0 * float(coil.radii.max())
     ratio = short / diameter
@@ -218,9 +251,10 @@ def magnetic_share_error(plate: FinitePlate, coil: CoaxialRings) -> float:
 
 
 def _edge_growth(plate: FinitePlate, outer: float) -> float:
-    """How far (m) the sheet reaches beyond a plate with side walls: t / 2 pi ln(D / t). The form is that of a thick
-    strip's (a logarithm of size over thickness), the coil's diameter D in it a fit to boxes of surface loops
-    (tests/validation).
+    """Return the extension (m) of the sheet beyond a plate with side walls: t / 2 pi ln(D / t).
+
+    The form is from a thick strip (a logarithm of size over thickness). The coil's diameter D in it is a fit to boxes
+    of surface loops (tests/validation).
     """
     thickness = _counted_thickness(plate, outer)
     if thickness <= 0.0:
@@ -229,8 +263,9 @@ def _edge_growth(plate: FinitePlate, outer: float) -> float:
 
 
 def _depth_and_reach(coil: CoaxialRings, offsets: Array, gap: float) -> tuple[float, float]:
-    """Down to the nearest ring (m; no less than a hundredth of the largest's radius), and how far out (m) the field
-    counts.
+    """Return the height (m) over the nearest ring and the radius (m) in which the field matters.
+
+    The height is at least a hundredth of the largest ring's radius.
     """
     outer = float(coil.radii.max())
     depth = max(gap - float(coil.heights.max()), 1e-2 * outer)
@@ -238,21 +273,24 @@ def _depth_and_reach(coil: CoaxialRings, offsets: Array, gap: float) -> tuple[fl
 
 
 def _sheet_depth(plate: FinitePlate, outer: float) -> float:
-    """Depth (m) of the sheet within a plate: in the middle of a thin one, nowhere deeper than DEEPEST, without a kink,
-    for the loss is a slope of it. Chosen here by comparison with boxes of loops.
+    """Return the depth (m) of the sheet within a plate.
+
+    It is in the middle of a thin plate and nowhere deeper than DEEPEST. The function is smooth, because the loss is its
+    slope. Chosen here by comparison with boxes of loops.
     """
     middle, deepest = 0.5 * _counted_thickness(plate, outer), DEEPEST * 2.0 * outer
     return float(middle * (1.0 + (middle / deepest) ** 4) ** -0.25)
 
 
 def _counted_thickness(plate: FinitePlate, outer: float) -> float:
-    """How much (m) of a plate's thickness counts: see THICKEST and STOUTEST."""
+    """Return the part (m) of a plate's thickness that matters (see THICKEST and STOUTEST)."""
     return min(plate.thickness, THICKEST * 2.0 * outer, STOUTEST * min(plate.size))
 
 
 def share_error(plate: FinitePlate, coil: CoaxialRings) -> float:
-    """Relative error (no unit) of a share, from the comparison with boxes of surface loops and discs of rings
-    (tests/validation), by thickness and width over the coil's diameter.
+    """Return the relative error (no unit) of a ratio, by thickness and width over the coil's diameter.
+
+    From the comparison with boxes of surface loops and discs of rings (tests/validation).
     """
     thick, wide = _slenderness(plate, coil)
     narrow, broad = eased(thick, 0.03 / EASED, 0.05, 0.12), eased(thick, 0.055, 0.03, 0.05)
@@ -260,25 +298,31 @@ def share_error(plate: FinitePlate, coil: CoaxialRings) -> float:
 
 
 def loss_share_error(plate: FinitePlate, coil: CoaxialRings) -> float:
-    """Relative error (no unit) of a share of the loss, mostly from discs: small thick ones are given too much."""
+    """Return the relative error (no unit) of a loss ratio, mostly from discs.
+
+    The ratio is too large for small thick plates.
+    """
     thick, wide = _slenderness(plate, coil)
     return stepped(wide, ((0.2, 0.5), (0.6, 0.4)), eased(thick, 0.03 / EASED, 0.15, 0.2))
 
 
 EASED = 1.4
-"""Errors are known at some sizes. From one at which a larger error was seen a stated one goes over to the next smaller
-within this ratio of sizes: nowhere less than was seen, and without a jump."""
+"""Ratio of sizes over which a stated error changes from a larger to the next smaller value.
+
+Errors are known at some sizes. The stated error is nowhere below a known error, and it has no jump.
+"""
 
 
 def eased(value: float, limit: float, before: float, after: float) -> float:
-    """An error (no unit): `before` up to a limit, `after` from EASED times as much on, smooth between."""
+    """Return an error (no unit): `before` up to a limit, `after` from EASED times the limit, smooth between them."""
     part = min(max((value / limit - 1.0) / (EASED - 1.0), 0.0), 1.0)
     return before + (after - before) * part * part * (3.0 - 2.0 * part)
 
 
 def stepped(value: float, steps: Sequence[tuple[float, float]], last: float) -> float:
-    """An error (no unit): what holds up to each limit of `steps` (limit, value; rising limits), then `last`, each eased
-    into the next.
+    """Return an error (no unit) with a value up to each limit of `steps`, then `last`, with smooth transitions.
+
+    `steps` are pairs (limit, value) with rising limits.
     """
     found = steps[0][1]
     for (limit, _), (_, after) in zip(steps, (*steps[1:], (math.inf, last)), strict=True):
@@ -287,14 +331,16 @@ def stepped(value: float, steps: Sequence[tuple[float, float]], last: float) -> 
 
 
 def _slenderness(plate: FinitePlate, coil: CoaxialRings) -> tuple[float, float]:
-    """Thickness and shorter side over the coil's diameter; no unit."""
+    """Return thickness and shorter side over the coil's diameter (no unit)."""
     diameter = 2.0 * float(coil.radii.max())
     return plate.thickness / diameter, min(plate.size) / diameter
 
 
 def _endless(k: Array, weights: Array, spectrum: Array, room: float, poles: bool = False) -> float:
-    """Size of the change of inductance by an endless plate, in units of mu0 pi (m): the integral of the spectrum's
-    square (Dodd and Deeds 1968); `room` (m) is its distance from the mirror, whose echo is a geometric series.
+    """Return the size of the change of inductance by an infinite plate, in units of mu0 pi (m).
+
+    It is the integral of the spectrum's square (Dodd and Deeds 1968). `room` (m) is the plate's distance from the
+    mirror, whose echo is a geometric series.
     """
     sign = 1.0 if poles else -1.0
     echo = 1.0 + sign * np.exp(-2.0 * k * room) if math.isfinite(room) else 1.0
@@ -304,9 +350,10 @@ def _endless(k: Array, weights: Array, spectrum: Array, room: float, poles: bool
 def _field_on(
     plate: FinitePlate, half: Array, offsets: Array, source: Source, detail: float, bessel: Callable[[Array], Array]
 ) -> Array:
-    """The share (places,; no unit) of the squared field that falls on the plate: along its plane with J1, through it
-    with J0. The field at a distance is the Hankel transform of the spectrum, its square over all the plane by
-    Parseval's theorem (textbook).
+    """Return the fraction (places,; no unit) of the squared field that falls on the plate.
+
+    `bessel` is J1 for the field along its plane, J0 for the field through it. The field at a distance is the Hankel
+    transform of the spectrum. Its square over the whole plane is by Parseval's theorem (textbook).
     """
     k, weights, spectrum = source
     panels = min(6, 1 + math.ceil(float(half.max()) / (6.0 * detail)))
@@ -328,8 +375,9 @@ def _field_on(
 
 
 def _wave_numbers(top: float, reach: float, panels: int | None = None) -> tuple[Array, Array]:
-    """Nodes and weights (1/m) with k = top t^2: dense where the coil's own size lies, up to where exp(-k depth) has
-    died out.
+    """Return nodes and weights (1/m) with k = top t^2, up to a negligible exp(-k depth).
+
+    They are dense at wave numbers of the coil's size.
     """
     nodes, share = gauss(16)
     panels = panels or min(40, 8 + math.ceil(top * reach / 25.0))
@@ -338,8 +386,9 @@ def _wave_numbers(top: float, reach: float, panels: int | None = None) -> tuple[
 
 
 def _modes(half: float, detail: float) -> int:
-    """Functions along a side (no unit), even in number: half for even, half for odd fields. These resolve half / n; the
-    field varies over the `detail` (m).
+    """Return the number of functions along a side (no unit), even: half for even fields, half for odd fields.
+
+    The functions resolve half / n. The field varies over the `detail` (m).
     """
     return 2 * min(MOST_MODES // 2, 3 + math.ceil(0.8 * half / detail))
 
@@ -348,9 +397,10 @@ def _modes(half: float, detail: float) -> int:
 
 
 def _fluxes(half: Array, offsets: Array, source: Source, counts: tuple[int, int]) -> Array:
-    """Flux (in units of mu0 / 2; m) through every function of a rectangle at every place, of every one of several
-    spectra (s, k): (s, places, functions along x, along y). By `_chebyshev_projection` of the field, the integral of k
-    J0(k r) times the spectrum.
+    """Return the flux (s, places, functions along x, along y; m, in units of mu0 / 2) through a rectangle's functions.
+
+    There are s spectra (s, k). The flux is `_chebyshev_projection` of the field, which is the integral of k J0(k r)
+    times the spectrum.
     """
     u, v = (_chebyshev_projection(n) for n in counts)
     farthest = float(np.hypot(*(np.abs(offsets) + half).T).max())
@@ -366,11 +416,16 @@ def _fluxes(half: Array, offsets: Array, source: Source, counts: tuple[int, int]
 
 
 def _sheet_energies(half: Array, counts: tuple[int, int], rooms: Array, flux: Array, nodes: int) -> Array:
-    """Size of the change (times mu0 pi H) that a rectangular sheet makes by the fluxes (planes, places, functions,
-    functions) through it, in planes so far (m) from a mirror: (planes, places). Derived here: what of a rectangle's
-    energies neither side has alone is summed at nodes along both, k = |kx| + |ky| - 2 |kx ky| / (k + |kx| + |ky|): the
-    first two terms separate into closed integrals, the last falls off fast enough for plain quadrature. Then the
-    mirror's echo, k exp(-2 k room), where there is one.
+    """Return the size (planes, places; times mu0 pi: H) of the change by a rectangular sheet.
+
+    `flux` (planes, places, functions, functions) is the flux through the sheet's functions. The planes have distances
+    `rooms` (m) from a mirror.
+
+    Notes
+    -----
+    Derived here: k = |kx| + |ky| - 2 |kx ky| / (k + |kx| + |ky|). The first two terms separate into closed integrals.
+    The last term falls fast enough for plain quadrature at nodes along both sides. If there is a mirror, its echo is k
+    exp(-2 k room).
     """
     q, weights, transforms = _transforms(max(counts), nodes)
     kx, ky = q[:, None] / half[0], q / half[1]
@@ -389,8 +444,9 @@ def _sheet_energies(half: Array, counts: tuple[int, int], rooms: Array, flux: Ar
 
 
 def _chebyshev_projection(count: int) -> tuple[Array, Array]:
-    """Gauss-Chebyshev points (n; no unit) of the second kind (Abramowitz and Stegun 25.4.40), and the weights
-    (functions, n) that project a field on sqrt(1 - u^2) U_m(u).
+    """Return Gauss-Chebyshev points (n; no unit) of the second kind, and weights (functions, n).
+
+    The weights project a field on sqrt(1 - u^2) U_m(u) (Abramowitz and Stegun 25.4.40).
     """
     points = 2 * count + 8
     angle = math.pi * np.arange(1, points + 1) / (points + 1)
@@ -399,8 +455,9 @@ def _chebyshev_projection(count: int) -> tuple[Array, Array]:
 
 
 def _cubic(at: Array, step: float, table: Array) -> Array:
-    """Catmull and Rom's spline (1974) through values at 0, step, 2 step ... of an even function, or of several (steps,
-    n), in their unit; `at` and `step` in one.
+    """Interpolate values at 0, step, 2 step ... of an even function by Catmull and Rom's spline (1974).
+
+    The table may have several columns (steps, n), and results have its unit. `at` and `step` have one unit.
     """
     padded = np.concatenate((table[1:2], table, table[-1:], table[-1:]))
     a, b, c, d = (padded[shift : shift + len(table) - 1] for shift in range(4))
@@ -418,8 +475,10 @@ def _cubic(at: Array, step: float, table: Array) -> Array:
 def sheet_shares(
     plate: FinitePlate, coil: CoaxialRings, offsets: Array, gaps: Array, floor: float = -math.inf
 ) -> Array:
-    """`plate_share` (no unit) roughly, at several gaps (m) at once: (gaps, offsets). Only the sheet is solved, with few
-    waves and functions, and what its thickness keeps out besides is taken to be shared out like the sheet's effect.
+    """Return approximate `plate_share` (gaps, offsets; no unit) at several gaps (m) at once, for screening.
+
+    Only the sheet is solved, with few waves and functions. The field excluded by the thickness is weighted like the
+    sheet's effect.
     """
     offsets, outer = np.atleast_2d(np.asarray(offsets, dtype=float)), float(coil.radii.max())
     middles = gaps + _sheet_depth(plate, outer)
@@ -435,13 +494,17 @@ def sheet_shares(
 
 
 ROUGH_TOP, ROUGH_PANELS, ROUGH_MODES, ROUGH_NODES = 7.0, 4, 8, 8
-"""Of rough shares: waves up to exp(-7) at the nearest gap, panels of 16 of them, functions along a side at most, and
-nodes in a panel of their energies (twice as many change shares by 2e-4)."""
+"""Limits of approximate ratios.
+
+Waves up to exp(-7) at the nearest gap, panels of 16 waves, largest number of functions along a side, and nodes in a
+panel of their energies. Twice as many nodes change ratios by 2e-4.
+"""
 
 
 def _rectangle_energy(half: Array, x: Array, y: Array, mixed: tuple[Array, Array]) -> Array:
-    """Energies (m) of products of Chebyshev's functions of orders `x` and `y`, closed but for `mixed`, of one plane or
-    several: (planes, products, products). Derived here from k |psi|^2 in Fourier space with the transforms of
+    """Return energies (planes, products, products; m) of products of Chebyshev's functions of orders `x` and `y`.
+
+    They have a closed form except for `mixed`. Derived here from k |psi|^2 in Fourier space with the transforms of
     `_transforms`.
     """
     rest, transforms = mixed
@@ -457,8 +520,10 @@ def _rectangle_energy(half: Array, x: Array, y: Array, mixed: tuple[Array, Array
 
 
 def _overlap(orders: Array) -> Array:
-    """Integral over q > 0 of two transforms (no unit): pi times that of (1 - u^2) U_m U_n over the side, divided by
-    pi^2, by Parseval's theorem and U_m = sin((m + 1) t) / sin t (textbook).
+    """Return the integral over q > 0 of two transforms (no unit).
+
+    By Parseval's theorem it is the integral of (1 - u^2) U_m U_n over the side, times pi and divided by pi^2, with U_m
+    = sin((m + 1) t) / sin t (textbook).
     """
     one, other = orders[:, None], orders
     difference, total = (one - other) ** 2, (one + other + 2) ** 2
@@ -467,9 +532,10 @@ def _overlap(orders: Array) -> Array:
 
 @lru_cache(maxsize=8)
 def _transforms(count: int, panel: int) -> tuple[Array, Array, Array]:
-    """Nodes, `panel` in each panel of 8, and weights over q > 0, and (m + 1) J_(m+1)(q) / q for m < count with the sign
-    of i^m folded in; no unit. They are the Fourier transforms of sqrt(1 - u^2) U_m(u) over pi: Bessel's integral
-    (Abramowitz and Stegun 9.1.21) by parts.
+    """Return nodes and weights over q > 0, and (m + 1) J_(m+1)(q) / q for m < count with the sign of i^m (no unit).
+
+    Each panel of length 8 has `panel` nodes. The functions are the Fourier transforms of sqrt(1 - u^2) U_m(u) over pi:
+    Bessel's integral (Abramowitz and Stegun 9.1.21) by parts.
     """
     panels = math.ceil((count + 40) / 8)
     nodes, share = gauss(panel)
@@ -483,11 +549,15 @@ def _transforms(count: int, panel: int) -> tuple[Array, Array, Array]:
 
 
 def _disc(radius: float, offsets: Array, source: Source, detail: float, rooms: Array, poles: bool = False) -> Array:
-    """Size of the change by a disc (m; times mu0 pi H) of every one of several spectra (s, k), in planes so far (m)
-    from a mirror, at every place: (s, places); one angular order after another. Derived here: functions exp(i m phi)
-    with the transforms j_l(k R) / (k R), l = m + 1, m + 3 ..., have the energies 1 / (2 l + 1), for these j_l are
-    orthogonal over k (Abramowitz and Stegun 11.4.6), apart from the mirror's echo. Poles have j_l (k R), l = m, m + 2
-    ... but not 0, the same energies, and an echo of the other sign.
+    """Return the size (s, places; m, times mu0 pi: H) of the change by a disc for s spectra (s, k).
+
+    The planes have distances `rooms` (m) from a mirror. Each angular order is solved separately.
+
+    Notes
+    -----
+    Derived here: functions exp(i m phi) with the transforms j_l(k R) / (k R), l = m + 1, m + 3 ..., have the energies 1
+    / (2 l + 1), because these j_l are orthogonal over k (Abramowitz and Stegun 11.4.6). The mirror's echo adds to them.
+    Poles have j_l (k R), l = m, m + 2 ... but not 0, with equal energies and an echo of the opposite sign.
     """
     k, weights, spectra = source
     count = _modes(radius, detail) // 2 + 4

@@ -1,7 +1,7 @@
-"""Conductors in front of and behind a flat coil: layered half-spaces after Dodd and Deeds (J. Appl. Phys. 39, 1968).
+"""Conductors in front of and behind a flat coil: layered half-spaces (Dodd and Deeds, J. Appl. Phys. 39, 1968).
 
-The coil's current is resolved into waves exp(i k . r). A stack of plates reflects each with a factor that depends on k,
-frequency, conductivity and permeability; what comes back changes inductance and resistance. Plates are endless.
+The coil's current is resolved into waves exp(i k . r). A stack of infinite plates reflects each wave by a factor that
+depends on k, frequency, conductivity and permeability. The reflected waves change inductance and resistance.
 """
 
 from __future__ import annotations
@@ -29,18 +29,35 @@ class MetalLayer:
 
 @record
 class Reflector:
-    """Plates in the order met from the coil, and the distance (m) of the first face from the plane z = 0."""
+    """Plates, nearest to the coil first, and the distance (m) of the first face from the plane z = 0."""
 
     distance: float
     plates: tuple[MetalLayer, ...]
 
 
 def reflection(wave_numbers: Array, frequency: float | Array, plates: Sequence[MetalLayer]) -> ComplexArray:
-    """Reflection factor of a stack of plates for each wave number (1/m): -1 for a perfect conductor, 0 for nothing, no
-    unit. At one frequency (Hz), or at (n, 1) of them and then (n, wave numbers). Transmission-line recursion of the
-    surface admittance alpha / mu_r with alpha^2 = k^2 + i omega mu sigma (Dodd and Deeds 1968, for two layers; any
-    number derived here from the same continuity), from the last plate (vacuum behind it unless it is a half-space) to
-    the first; a plate of `OPAQUE` depths or more is a half-space. The result cannot be written to.
+    """Return the reflection factor (no unit) of a stack of plates: -1 for a perfect conductor, 0 for no plate.
+
+    Parameters
+    ----------
+    wave_numbers : array
+        wave numbers (1/m)
+    frequency : float or array
+        a frequency (Hz), or an array (n, 1) of frequencies
+    plates : sequence of MetalLayer
+        plates, nearest to the coil first
+
+    Returns
+    -------
+    complex array
+        (wave numbers,) or (n, wave numbers). The array is read-only
+
+    Notes
+    -----
+    Transmission-line recursion of the surface admittance alpha / mu_r with alpha^2 = k^2 + i omega mu sigma (Dodd and
+    Deeds 1968 for two layers; any number derived here from the same continuity). It runs from the last plate to the
+    first. Behind the last plate is vacuum, unless the plate is a half-space. A plate with a thickness above `OPAQUE`
+    decay lengths counts as a half-space.
     """
     k, at = np.asarray(wave_numbers, dtype=float), np.asarray(frequency, dtype=float)
     solve = _reflection if k.size * at.size <= KEPT else _reflection.__wrapped__
@@ -48,11 +65,11 @@ def reflection(wave_numbers: Array, frequency: float | Array, plates: Sequence[M
 
 
 KEPT = 1 << 13
-"""Factors of one stack up to which they are kept: states, tanks and poses ask again and again for one metal's."""
+"""Number of factors of one stack up to which they are cached, because states, tanks and poses need them repeatedly."""
 
 
 OPAQUE = 18.0
-"""Decay lengths of a plate beyond which nothing behind it is seen: exp(-2 x 18) is less than a rounding error."""
+"""Decay lengths of a plate beyond which layers behind it have no effect: exp(-2 x 18) is below a rounding error."""
 
 
 @lru_cache(maxsize=64)
@@ -60,10 +77,10 @@ def _reflection(
     wave_numbers: bytes, row: tuple[int, ...], frequencies: bytes, shape: tuple[int, ...],
     plates: tuple[MetalLayer, ...],
 ) -> ComplexArray:
-    """`reflection` (no unit) of the numbers of arrays and their shapes."""
+    """Return `reflection` (no unit) from the bytes and shapes of the arrays."""
     k, frequency = np.frombuffer(wave_numbers).reshape(row), np.frombuffer(frequencies).reshape(shape)
-    # From the farthest plate to the nearest, each before what lies behind it like a line before its load; by decays and
-    # not by hyperbolic functions, which overflow in thick plates.
+    # From the farthest plate to the nearest, each like a transmission line with a load. Exponentials of the decay
+    # replace hyperbolic functions, which overflow in thick plates.
     admittance = k.astype(complex)
     for plate in reversed(plates):
         alpha = np.sqrt(k * k + 2j * math.pi * frequency * MU0 * plate.permeability * plate.conductivity)
@@ -83,11 +100,31 @@ def returned_waves(
     wave_numbers: Array, frequencies: Array, above: Reflector | None, below: Reflector | None,
     levels: tuple[float, float], raised: Array | float = 0.0
 ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-    """What comes back of every wave (1/m) at every frequency (Hz), with the multiple reflection between both sides
-    summed exactly (a geometric series, derived here): (frequencies, wave numbers), no unit. `levels` (m) are the lowest
-    and the highest height of the current. A wave that decays as exp(-k (highest - z)), or as exp(-k (z - lowest)), is
-    reflected into such ones: coefficients up to up, up to down, and down to down. What is above may be farther by
-    `raised` (m), or at one frequency by each of (n, 1) and then (n, wave numbers).
+    """Return the reflection coefficients of every wave (1/m) at every frequency (Hz) between both sides (no unit).
+
+    Parameters
+    ----------
+    wave_numbers : array
+        wave numbers (1/m)
+    frequencies : array
+        frequencies (Hz)
+    above, below : Reflector or None
+        reflectors on both sides, if any
+    levels : tuple[float, float]
+        lowest and highest height of the current (m)
+    raised : array or float, optional
+        extra distance of the upper reflector (m); at one frequency also an array (n, 1)
+
+    Returns
+    -------
+    three complex arrays
+        coefficients (frequencies, wave numbers) of up to up, up to down, and down to down
+
+    Notes
+    -----
+    Up is a wave that decays as exp(-k (highest - z)), down one that decays as exp(-k (z - lowest)). Multiple
+    reflections between both sides form a geometric series, which is summed exactly (derived here). With an array
+    `raised`, results are (n, wave numbers).
     """
     k, (low, high) = wave_numbers, levels
     top, bottom = (
@@ -99,7 +136,7 @@ def returned_waves(
     to_roof = np.exp(-k * ((above.distance if above is not None else high + 1.0) - high + raised))
     to_floor = np.exp(-k * (low + (below.distance if below is not None else 1.0 - low)))
     across = np.exp(-k * (high - low))
-    # the geometric series of what goes to and fro between both sides
+    # geometric series of the repeated reflections between both sides
     again = 1.0 / (1.0 - top * bottom * (to_roof * to_floor * across) ** 2)
     twice = top * bottom * (to_roof * to_floor) ** 2 * across
     return top * to_roof**2 * again, twice * again, bottom * to_floor**2 * again
@@ -108,8 +145,9 @@ def returned_waves(
 def reflected_impedance(
     spectrum: CurrentSpectrum, frequency: float, above: Reflector | None, below: Reflector | None
 ) -> tuple[float, float]:
-    """Change of inductance (H) and of resistance (ohm) at a frequency (Hz) by reflectors above (z > 0) and below (z <
-    0), both acting: see `reflected_inductances`. Distances count from z = 0 outwards.
+    """Return the change of inductance (H) and of resistance (ohm) at a frequency (Hz) by reflectors above and below.
+
+    Both act together (see `reflected_inductances`). Distances count from z = 0 outwards.
     """
     change = complex(reflected_inductances(spectrum, np.array([frequency]), above, below, (0.0,))[0, 0])
     return change.real, -2.0 * math.pi * frequency * change.imag
@@ -119,10 +157,28 @@ def reflected_inductances(
     spectrum: CurrentSpectrum, frequencies: Array, above: Reflector | None, below: Reflector | None,
     distances: Sequence[float]
 ) -> ComplexArray:
-    """What the reflectors add to the mutual inductance (frequencies, distances; H, complex) of two alike coils side by
-    side: mu0 pi times the weighted sum of power times the waves returned (Dodd and Deeds 1968). One value for each
-    frequency (Hz) and distance (m) of their centres, 0 for the coil itself; the imaginary part times -omega is a
-    resistance. J0 (k d) is the mean over directions of the shift, exact for round coils.
+    """Return the reflectors' contribution to the mutual inductance of two equal coils side by side.
+
+    Parameters
+    ----------
+    spectrum : CurrentSpectrum
+        spectrum of the coil
+    frequencies : array
+        frequencies (Hz)
+    above, below : Reflector or None
+        reflectors on both sides, if any
+    distances : sequence of float
+        distances of the coils' centres (m); 0 for the coil itself
+
+    Returns
+    -------
+    complex array
+        (frequencies, distances), in H. The imaginary part times -omega is a resistance
+
+    Notes
+    -----
+    The inductance is mu0 pi times the weighted sum of power times the reflected waves (Dodd and Deeds 1968). J0(k d) is
+    the mean of the shift over directions, which is exact for round coils.
     """
     key = frequencies.tobytes(), above, below, tuple(distances)
     if key not in spectrum.returned:
@@ -135,8 +191,9 @@ def reflected_inductances(
 def raised_inductances(
     spectrum: CurrentSpectrum, frequency: float, above: Reflector, below: Reflector | None, raised: Array
 ) -> ComplexArray:
-    """What the reflectors add to a coil's inductance (n,; H, complex) at a frequency (Hz), that above being farther by
-    each of (n,) lengths (m): as `reflected_inductances`.
+    """Return the reflectors' contribution to a coil's inductance (n,; H, complex) at a frequency (Hz).
+
+    The upper reflector is farther away by each of the lengths `raised` (n; m). See `reflected_inductances`.
     """
     power = _returned_power(spectrum, np.array([frequency]), above, below, raised[:, None])
     return np.asarray(MU0 * math.pi * (power @ spectrum.weights))
@@ -146,8 +203,9 @@ def _returned_power(
     spectrum: CurrentSpectrum, frequencies: Array, above: Reflector | None, below: Reflector | None,
     raised: Array | float = 0.0
 ) -> ComplexArray:
-    """Power (frequencies, wave numbers; m2, complex) of a coil's waves with what comes back of them
-    (`returned_waves`).
+    """Return the power (frequencies, wave numbers; m2, complex) of a coil's waves times their reflection.
+
+    See `returned_waves`.
     """
     (up, cross, down), z = spectrum.sums, spectrum.heights
     levels = float(z.min()), float(z.max())
@@ -156,11 +214,22 @@ def _returned_power(
 
 
 def distance_derivative(spectrum: CurrentSpectrum, heights: Sequence[float]) -> Array:
-    """Change of the mutual inductance of every two layers with their distance (layers, layers; H/m), 0 on the diagonal.
-    The slope of mu0 pi times the sum of S_i S_j exp(-k h) (`CurrentSpectrum`): dM/dh = -mu0 pi times the sum of k S_i
-    S_j exp(-k h) for layers at `heights` (m) whose currents circulate alike; S are those of the spectrum's layers, or
-    of its only one where all are alike, its `nearest` no more than the least of the distances, or a small part of the
-    winding's radial width.
+    """Return the derivative of the mutual inductance of every two layers by their distance (layers, layers; H/m).
+
+    The diagonal is 0.
+
+    Parameters
+    ----------
+    spectrum : CurrentSpectrum
+        spectrum of the layers, or of a single layer if all are equal. Its `nearest` is at most the least of the
+        distances, or a small part of the winding's radial width
+    heights : sequence of float
+        heights of the layers (m), whose currents circulate in one sense
+
+    Notes
+    -----
+    It is the slope of mu0 pi times the sum of S_i S_j exp(-k h) (`CurrentSpectrum`): dM/dh = -mu0 pi times the sum of k
+    S_i S_j exp(-k h).
     """
     k, z = spectrum.wave_numbers, np.asarray(heights, dtype=np.float64)
     distance = np.abs(z[:, None] - z[None, :])

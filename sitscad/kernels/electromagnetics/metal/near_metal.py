@@ -1,10 +1,12 @@
-"""Current modes of a spiral winding beside metal: the eddy currents in the tracks see their images too.
+"""Current modes of a spiral winding near metal, where the eddy currents in the tracks couple to their images.
 
-The reflection of an even current is one thing, the crowding of the current in free air another; close to metal both act
-at once, and their sum is wrong: the image of a wide track pulls the current back across its width. Here the modes of
-every cut (`current_modes`) meet the reflected waves (`eddy_target`). In waves J1(k r) exp(+-k z) about the axis every
-mode has an amplitude, the reflection multiplies it, so its matrix is a short sum of products. A Krylov subspace that
-knows the drive of the winding and that of its images makes every frequency a small system.
+The reflection of a uniform current and the current crowding in free air are separate effects. Close to metal both act
+together, and their sum is wrong: the image of a wide track pulls the current back across its width. Here the modes of
+every cut (`current_modes`) are coupled to the reflected waves (`half_spaces`).
+
+Every mode has an amplitude in the waves J1(k r) exp(+-k z) about the axis, and the reflection multiplies it. So the
+matrix of a reflection is a short sum of products. A Krylov subspace that starts from the drive of the winding and of
+its images reduces every frequency to a small system.
 """
 
 from __future__ import annotations
@@ -35,13 +37,13 @@ from sitscad.kernels.electromagnetics.metal.half_spaces import MetalLayer, Refle
 from sitscad.kernels.electromagnetics.special_functions import j1
 
 STEPS, ROUGH_STEPS = 5, 2
-"""Steps of the block Krylov run, each adding up to three vectors; and of one for screening."""
+"""Steps of the block Krylov run, each adding up to three vectors, and steps for screening."""
 
 MIDDLE = 3e6
-"""Frequency (Hz) of the reflection that shapes the subspace."""
+"""Frequency (Hz) of the reflection that defines the subspace."""
 
 ABOUT = 1.25
-"""Ratio of the distances of metal for which one subspace after another is found."""
+"""Ratio of successive metal distances that have their own subspaces."""
 
 PERFECT = 1e18
 """Conductivity (S/m) of metal that waves do not enter."""
@@ -49,52 +51,61 @@ PERFECT = 1e18
 
 @record(eq=False)
 class _ReflectedCuts:
-    # The modes of all cuts and their waves (cuts, 2 k, modes): those that decay downwards, then upwards. In single
-    # precision, for they are most of what an estimate holds. Cuts with fewer tracks are filled up with zeros.
+    """Modes of all cuts and their waves.
+
+    `tables` (cuts, 2 k, modes) holds waves that decay downwards, then waves that decay upwards. It is in single
+    precision, because it is most of the memory of an estimate. Cuts with fewer tracks are padded with zeros.
+    """
+
     systems: tuple[ModeSystem, ...]
     tables: NDArray[np.float32]
 
     @cached_property
     def carriers(self) -> Array:
-        """Carriers of all cuts (cuts, tracks, modes of a track), of `ModeSystem`."""
+        """Carriers of all cuts (cuts, tracks, modes of a track) from `ModeSystem`."""
         most = max(len(system.carrier) for system in self.systems)
         return np.stack([_filled(system.carrier, most) for system in self.systems])
 
     def vectors(self, of: Callable[[ModeSystem], Array]) -> Array:
-        """A vector of each system (cuts, modes, 1), in its unit."""
+        """Return a vector of each system (cuts, modes, 1), in its unit."""
         return np.stack([_filled(of(system), self.tables.shape[2]) for system in self.systems])[..., None]
 
     def project(self, vectors: Array) -> Array:
-        """`ModeSystem.project` of vectors (cuts, modes, n), in their unit."""
+        """Return `ModeSystem.project` of vectors (cuts, modes, n), in their unit."""
         table = vectors.reshape(*self.carriers.shape, -1)
         net = self.carriers[:, :, None] @ table
         return np.asarray((table - self.carriers[..., None] * net).reshape(vectors.shape))
 
     def times(self, vectors: Array) -> Array:
-        """The systems' matrices times vectors (cuts, modes, n), in s times their unit."""
+        """Return the systems' matrices times vectors (cuts, modes, n), in s times their unit."""
         found = np.zeros_like(vectors)
         for system, one, vector in zip(self.systems, found, vectors, strict=True):
             one[: system.coupling.size] = system.matrix @ vector[: system.coupling.size]
         return found
 
     def waves(self, vectors: Array) -> Array:
-        """Waves (cuts, 2 k, n), first up, then down, of currents (cuts, modes, n), in the table's unit times theirs."""
+        """Return the waves (cuts, 2 k, n) of currents (cuts, modes, n), in the table's unit times the currents' unit.
+
+        Waves upwards come first, then waves downwards.
+        """
         return np.asarray((self.tables @ vectors.astype(np.float32)).astype(np.float64))
 
     def seen(self, waves: Array) -> Array:
-        """What waves (cuts, 2 k, n) are to the modes (cuts, modes, n), in the table's unit times theirs."""
+        """Return the effect of waves (cuts, 2 k, n) on the modes (cuts, modes, n), in the product of both units."""
         return np.asarray(np.swapaxes(self.tables, 1, 2) @ waves.astype(np.float32), dtype=np.float64)
 
 
 def _filled(rows: Array, count: int) -> Array:
-    """Rows with as many of zeros behind them as make `count`, in their unit."""
+    """Return rows padded with zeros to `count` rows, in their unit."""
     return np.concatenate([rows, np.zeros((count - len(rows), *rows.shape[1:]))])
 
 
 @record(eq=False)
 class CrowdingNearMetal:
-    """What eddy currents in a winding's tracks change when metal is near, by frequency and surroundings; roughly one
-    subspace serves all metal of one side or both, found by mirrors at the `nearest` distance (m) of any.
+    """Inductance changes by eddy currents in a winding's tracks near metal, by frequency and reflectors.
+
+    For screening, one subspace serves all metal of one side or both. It comes from mirrors at the `nearest` distance
+    (m) of any metal.
     """
 
     cuts: _ReflectedCuts
@@ -108,13 +119,14 @@ class CrowdingNearMetal:
     changed: dict[tuple[bytes, Reflector | None, Reflector | None], ComplexArray] = field(default_factory=dict)
 
     def change(self, frequency: float, above: Reflector | None, below: Reflector | None) -> complex:
-        """What the reflection of an even current plus the crowding in free air lack (H, complex; its imaginary part
-        times -omega is a resistance), at a frequency (Hz), with reflectors above and below.
+        """Return the change (H, complex) to add to the reflection of a uniform current and the crowding in free air.
+
+        It is at a frequency (Hz) with reflectors above and below. The imaginary part times -omega is a resistance.
         """
         return complex(self.changes(np.array([frequency]), above, below)[0])
 
     def changes(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
-        """The changes (H, complex) at (n,) frequencies (Hz), as `change`."""
+        """Return the changes (H, complex) at frequencies (n; Hz), as in `change`."""
         if above is None and below is None:
             return np.zeros(frequencies.size, dtype=np.complex128)
         key = frequencies.tobytes(), above, below
@@ -123,7 +135,7 @@ class CrowdingNearMetal:
         return self.changed[key]
 
     def _changes(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> ComplexArray:
-        """The changes (H, complex) at (n,) frequencies (Hz) worked out: see `changes`."""
+        """Compute the changes (H, complex) at frequencies (n; Hz) without the cache."""
         about = tuple(
             _about(side, level, self.nearest) for side, level in ((above, self.levels[1]), (below, -self.levels[0])))
         if about not in self.known:
@@ -132,15 +144,20 @@ class CrowdingNearMetal:
         return self.known[about].changes(frequencies, self._waves(frequencies, above, below))
 
     def _waves(self, frequencies: Array, above: Reflector | None, below: Reflector | None) -> list[ComplexArray]:
-        """Weights (H) of products of waves (frequencies, wave numbers): up with up, up with down, down with down."""
+        """Return weights (H) of products of waves (frequencies, wave numbers).
+
+        They are for up with up, up with down, and down with down.
+        """
         found = returned_waves(self.wave_numbers, frequencies, above, below, self.levels)
         return [0.5 * MU0 * self.weights * part for part in found]
 
 
 def _about(reflector: Reflector | None, level: float, nearest: float | None) -> Reflector | None:
-    """What stands for a reflector where the subspace is looked for: a mirror, unless it is magnetic, about as far from
-    the nearest mid-plane (`level`, m, towards it). One subspace serves all that stand for one another: what it leaves
-    out is as little as in their own. Roughly a mirror at the `nearest` distance (m) of any metal stands for all.
+    """Return the reflector that represents a reflector in the search of the subspace.
+
+    It is a mirror, unless the reflector is magnetic, at about the same distance from the nearest mid-plane (`level`,
+    m). One subspace serves all reflectors with one representative, and its error is as small as with their own
+    subspace. For screening, a mirror at the `nearest` distance (m) represents all metal.
     """
     if reflector is None:
         return None
@@ -153,13 +170,17 @@ def _about(reflector: Reflector | None, level: float, nearest: float | None) -> 
 
 @record(eq=False)
 class _Waves:
-    # Weights (k,) of products of waves in the mutual inductance: up with up, up with down, down with down.
+    """Weights (k,) of products of waves in the mutual inductance.
+
+    They are for up with up, up with down, and down with down.
+    """
+
     both: NDArray[Any]
     mixed: NDArray[Any]
     other: NDArray[Any]
 
     def returned(self, waves: Array) -> NDArray[Any]:
-        """What comes back of waves (..., 2 k, n) up and down: the same shape, in the waves' unit times H."""
+        """Return the reflection of waves up and down (..., 2 k, n): the same shape, in the waves' unit times H."""
         up, down = np.split(waves, 2, axis=-2)
         both, mixed, other = (part[..., None] for part in (self.both, self.mixed, self.other))
         return np.concatenate([both * up + mixed * down, mixed * up + other * down], axis=-2)
@@ -167,10 +188,27 @@ class _Waves:
 
 def crowding_near_metal(cuts: Sequence[WindingCut], conductivity: float, modes: ModeSet, nearest: float,
                         bends: bool = True, steps: int = STEPS) -> CrowdingNearMetal:
-    """The cuts of a winding with their waves, for metal no nearer than `nearest` (m) to any layer's mid-plane: partial
-    elements (Ruehli 1974) with the reflection of Dodd and Deeds (1968), brought together here. `conductivity` (S/m) and
-    `modes` are those that `proximity.winding_cuts` was given. Without `bends`, what direct current in the spirals' bend
-    has more than an even one is left out, as for coils whose spectrum has it as loops.
+    """Return the cuts of a winding with their waves, for metal no nearer than `nearest` to any layer's mid-plane.
+
+    Parameters
+    ----------
+    cuts : sequence of WindingCut
+        cuts of the winding (`proximity.winding_cuts`)
+    conductivity : float
+        argument of `proximity.winding_cuts` (S/m)
+    modes : ModeSet
+        argument of `proximity.winding_cuts`
+    nearest : float
+        least distance of metal (m)
+    bends : bool, optional
+        whether to include the excess of direct current over a uniform current in the spirals' bend. Without it for
+        coils whose spectrum has it as loops
+    steps : int, optional
+        steps of the block Krylov run
+
+    Notes
+    -----
+    Partial elements (Ruehli 1974) are combined here with the reflection of Dodd and Deeds (1968).
     """
     k, weights = wave_numbers(max(float(one.cut.across.max()) for one in cuts), nearest, steps < STEPS)
     heights = np.concatenate([one.cut.height for one in cuts])
@@ -184,8 +222,9 @@ def crowding_near_metal(cuts: Sequence[WindingCut], conductivity: float, modes: 
 
 def _mode_waves(cut: Cut, k: Array, nearest: float, levels: tuple[float, float], conductivity: float,
                 modes: ModeSet) -> NDArray[np.float32]:
-    """Amplitudes (2 k, modes; m sqrt(S)) of <mode sqrt(r) J1(k r) exp(k (z - top))>, and of the waves that decay
-    upwards, by Gauss points over each cross-section.
+    """Return amplitudes (2 k, modes; m sqrt(S)) of <mode sqrt(r) J1(k r) exp(k (z - top))>.
+
+    The second half is for waves that decay upwards. The means are sums over Gauss points of each cross-section.
     """
     across = max(modes.points[0], 6 + modes.across // 2 + math.ceil(2.5 * float(cut.width.max()) / nearest))
     modes = replace(modes, points=(min(across, 64), max(modes.points[1], modes.through + 1)))
@@ -206,21 +245,30 @@ def _mode_waves(cut: Cut, k: Array, nearest: float, levels: tuple[float, float],
 
 
 AT_ONCE = 100_000
-"""Waves at points of the cuts that are worked out at once: all of them together took a gigabyte near metal."""
+"""Waves times points of the cuts processed at once. All of them together took a gigabyte near metal."""
 
 
 @record(eq=False)
 class _Reduced:
-    # All cuts in subspaces of their modes: relaxation times and drives in free air (cuts, n), and the waves (cuts, 2 k,
-    # n + 2) of the subspaces, of the whole current and, last, of its part that is not even.
+    """All cuts in subspaces of their modes.
+
+    `rates` (cuts, n) are relaxation times, `drive` (cuts, n) are drives in free air. `waves` (cuts, 2 k, n + 2) are the
+    waves of the subspaces, of the whole current and, last, of its non-uniform part.
+    """
+
     rates: Array
     drive: Array
     waves: Array
 
     def changes(self, frequencies: Array, waves: Sequence[ComplexArray]) -> ComplexArray:
-        """Change of the inductance (frequencies; H, complex) at frequencies (Hz), from the waves' weights (frequencies,
-        k), as in `_Waves`. Derived here: the modes obey (1 + i omega (rates + reflected)) current = -i omega drive, in
-        free air without what is reflected.
+        """Return the change of the inductance (frequencies; H, complex) at frequencies (Hz).
+
+        `waves` are the waves' weights (frequencies, k), as in `_Waves`.
+
+        Notes
+        -----
+        Derived here: the modes obey (1 + i omega (rates + reflected)) current = -i omega drive. In free air the
+        reflected term is absent.
         """
         found = np.empty(frequencies.size, dtype=np.complex128)
         for some in slices(frequencies.size, AT_ONCE // self.waves.size):
@@ -233,7 +281,7 @@ class _Reduced:
         both = np.swapaxes(self.waves, 1, 2) @ parts.returned(self.waves)
         seen = both[: frequencies.size] + 1j * both[frequencies.size :]
         uneven = 2.0 * seen[..., -1, -2] - seen[..., -1, -1]
-        # What free currents add to the inductance (H, complex), in free air and with the metal.
+        # inductance (H, complex) by free currents, in free air and with the metal
         lag, even = 2j * math.pi * frequencies[:, None, None], np.eye(self.rates.shape[1])
         alone = np.sum(self.drive**2 / (1.0 + lag * self.rates), axis=-1)
         system = even + lag[..., None] * (even * self.rates[:, None] + seen[..., :-2, :-2])
@@ -243,8 +291,9 @@ class _Reduced:
 
 
 def _reduced(cuts: _ReflectedCuts, waves: _Waves, bends: bool, steps: int) -> _Reduced:
-    """The modes of all cuts near metal on small subspaces: relaxation times (s) and couplings, by a Rayleigh-Ritz
-    projection on the block Krylov space of the drives (textbook).
+    """Return the modes of all cuts near metal on small subspaces: relaxation times (s) and couplings.
+
+    Rayleigh-Ritz projection on the block Krylov space of the drives (textbook).
     """
     source, coupling = cuts.vectors(lambda system: system.source), cuts.vectors(lambda system: system.coupling)
     returned = waves.returned(cuts.waves(source))
@@ -253,7 +302,7 @@ def _reduced(cuts: _ReflectedCuts, waves: _Waves, bends: bool, steps: int) -> _R
 
     basis, times = _krylov(cuts, even, np.concatenate([coupling, image], axis=2), steps)
     values, vectors = np.linalg.eigh(np.swapaxes(basis, 1, 2) @ times)
-    # Points too few for the highest modes leave some that would store less than no energy.
+    # With too few points for the highest modes some energies would be negative.
     basis = basis @ vectors
     shift = cuts.vectors(lambda system: system.shift) if bends else np.zeros_like(source)
     drive = np.swapaxes(basis, 1, 2) @ coupling
@@ -261,10 +310,11 @@ def _reduced(cuts: _ReflectedCuts, waves: _Waves, bends: bool, steps: int) -> _R
 
 
 def _krylov(cuts: _ReflectedCuts, waves: _Waves, block: Array, steps: int) -> tuple[Array, Array]:
-    """Orthonormal bases (cuts, modes, size; no unit) of the blocks (cuts, modes, k), their images, those ones' images
-    ... (block Lanczos with full orthogonalisation; Golub and Van Loan, Matrix Computations), in the space of free
-    currents; and the systems' matrices times them (s). Directions that are there already are columns of zeros; it ends
-    where no cut has others.
+    """Return orthonormal bases (cuts, modes, size; no unit) of block Krylov spaces.
+
+    The second result is the systems' matrices times the bases (s). The spaces start from the blocks (cuts, modes, k),
+    in the space of free currents (block Lanczos with full orthogonalisation; Golub and Van Loan, Matrix Computations).
+    Directions already present are columns of zeros. The run ends if no cut has new directions.
     """
     basis = times = np.zeros((*block.shape[:2], 0))
     for step in range(steps):

@@ -1,10 +1,15 @@
-"""A rectangular opening through a conducting slab: the inductance that a coil before the slab has more for it.
+"""A rectangular opening through a conducting slab, and the inductance that a coil in front of the slab gains from it.
 
-The metal is a perfect conductor, the slab endless beside the opening. Unknown is the flux through both mouths of the
-opening, even on panels. The magnetic potential that it makes before the slab (with its images where another mirror
-stands there), in the opening (the cosines of a channel with walls of metal, which die away) and behind the slab goes on
-through either mouth without a jump, save for one constant each: the current that runs round the opening. That current
-lets no flux through in all (Bethe, Phys. Rev. 66, 1944, has the thin screen). Energies follow by reciprocity.
+Notes
+-----
+The metal is a perfect conductor, and the slab is infinite beside the opening. The unknown is the flux through both
+mouths of the opening, constant on each panel. It causes a magnetic potential in three regions: in front of the slab
+(with images if another mirror stands there), in the opening, and behind the slab. In the opening the potential is a sum
+of cosines of a channel with metal walls, which decay.
+
+The potential is continuous through each mouth up to one constant, the current that flows around the opening. The total
+flux through each mouth is zero because of that current (Bethe, Phys. Rev. 66, 1944, treats the thin screen). Energies
+follow by reciprocity.
 """
 
 from __future__ import annotations
@@ -20,13 +25,13 @@ from sitscad.kernels.electromagnetics.constants import MU0
 from sitscad.kernels.electromagnetics.inductance.filaments import PolylineTrack
 
 LEAST, MOST = 8, 28
-"""Panels along a side of the opening, at least and at most."""
+"""Smallest and largest number of panels along a side of the opening."""
 
 WAVES = 3
-"""Waves of the channel along a side, for each panel along it."""
+"""Waves of the channel along a side, for each panel along the side."""
 
 IMAGES = 4
-"""Images of either mirror in the other that are looked at one by one."""
+"""Images of each mirror in the other that are summed one by one."""
 
 
 @record
@@ -40,10 +45,25 @@ class Opening:
 def gained_inductance(
     opening: Opening, tracks: Sequence[PolylineTrack], gap: float, room: float = math.inf, echo: float = 1.0
 ) -> float:
-    """Inductance (H) that tracks in series have more for an opening in a slab below them, its middle at x = y = 0. The
-    slab's face is at z = -`gap` (m); a mirror stands over it at a distance `room` (m), above the tracks: a perfect
-    conductor with an `echo` of 1, a perfect magnet with one of -1. Derived here: see the module. The energy that the
-    opening adds is mu0 times the flux through its mouth times the coil's potential there.
+    """Return the inductance (H) that tracks in series gain from an opening in a slab below them.
+
+    Parameters
+    ----------
+    opening : Opening
+        opening centred on x = y = 0
+    tracks : sequence of PolylineTrack
+        layers of the coil
+    gap : float
+        distance of the slab's face below z = 0 (m)
+    room : float, optional
+        distance of a mirror above the slab's face, beyond the tracks (m); inf if there is none
+    echo : float, optional
+        1 if the mirror is a perfect conductor, -1 if it is a perfect magnet
+
+    Notes
+    -----
+    Derived here: see the module. The energy that the opening adds is mu0 times the flux through its mouth times the
+    coil's potential there.
     """
     borders = [_borders(side, gap) for side in opening.size]
     middles = np.stack(np.meshgrid(*(0.5 * (b[1:] + b[:-1]) for b in borders), indexing="ij"), axis=-1).reshape(-1, 2)
@@ -55,7 +75,7 @@ def gained_inductance(
     found = pull[:, 1:, 1:] - pull[:, :-1, 1:] - pull[:, 1:, :-1] + pull[:, :-1, :-1]
     outside = np.asarray(found.reshape(len(middles), -1) / (2.0 * math.pi))
     before = outside + _echo(middles, area, room, echo)
-    # Mean potential (m) over the panels of a mouth by flux of 1 through those of it, and of the other mouth.
+    # mean potential (m) over the panels of a mouth by unit flux through its own panels, and through the other mouth's
     waves, shapes = [], []
     for side, places in zip(opening.size, borders, strict=True):
         k = np.arange(WAVES * (len(places) - 1)) * math.pi / side
@@ -78,15 +98,16 @@ def gained_inductance(
 
 
 def _borders(side: float, gap: float) -> Array:
-    """Borders (n; m) of panels along a side (m), about half as wide at its ends as in the middle."""
+    """Return borders (n; m) of panels along a side (m). Panels at its ends are about half as wide as in the middle."""
     count = min(LEAST + math.ceil(side / gap), MOST)
     t = np.arange(count + 1) / count
     return np.asarray(0.5 * side * (t - 0.5 - 0.5 * np.cos(math.pi * t)))
 
 
 def _echo(middles: Array, area: Array, room: float, echo: float) -> Array:
-    """Potential (panels, panels; m) that a mirror so far (m) before the plane adds to that of flux through the panels,
-    but for a constant: the images' (textbook).
+    """Return the potential (panels, panels; m) that a mirror adds to the potential of flux through the panels.
+
+    The mirror is `room` (m) in front of the plane. The sum over images (textbook) is up to a constant.
     """
     if math.isinf(room):
         return np.zeros((area.size, area.size))
@@ -98,8 +119,9 @@ def _echo(middles: Array, area: Array, room: float, echo: float) -> Array:
 
 
 def _driven(track: PolylineTrack, points: Array, gap: float, room: float, echo: float) -> Array:
-    """Half the potential (points; A) that a track with 1 A makes on the face without an opening, its images in a mirror
-    so far (m) over the face counted, but for a constant.
+    """Return half the potential (points; A) of a track with 1 A on the slab's face without an opening.
+
+    It includes images in a mirror `room` (m) above the face and is up to a constant.
     """
     height = gap + track.z
     found = _potential(track.corners, points, height)
@@ -111,8 +133,10 @@ def _driven(track: PolylineTrack, points: Array, gap: float, room: float, echo: 
 
 
 def _potential(corners: Array, points: Array, height: float) -> Array:
-    """Magnetic potential (points; A) of a closed flat loop with 1 A so high (m) over points (n, 2; m): its solid angle
-    over 4 pi (Jackson, Classical Electrodynamics, problem 5.1), side by side in closed form, derived here.
+    """Return the magnetic potential (points; A) of a closed flat loop with 1 A at a `height` (m) over points (n, 2; m).
+
+    It is the solid angle over 4 pi (Jackson, Classical Electrodynamics, problem 5.1). Each side has a closed form,
+    derived here.
     """
     starts = corners[None] - points[:, None]
     along = np.roll(corners, -1, axis=0) - corners

@@ -1,10 +1,11 @@
-"""The waves of tracks along straight sides, mitred where they meet, and of the loops at their corners.
+"""Waves of tracks along straight sides with mitred corners, and of the current loops at their corners.
 
-An even current in a mitred side has its Fourier transform in closed form, as a polygon has (Lee and Mittra, IEEE
-Trans. Antennas Propag. 31, 1983). What direct current does at a corner beyond that is a small loop of
-known moment (`corner_excess`); currents without sources are the curl of their moments, so a loop's waves are k times
-its moment, across the wave. Both are taken at directions that crowd about the sides' normals, where short waves lie. A
-coil's layers are one spiral, turned and mirrored, and so are their waves: an image has those of its original.
+A uniform current in a mitred side has a Fourier transform in closed form, like a polygon (Lee and Mittra, IEEE Trans.
+Antennas Propag. 31, 1983). The excess of direct current at a corner is a small loop of known moment (`corner_excess`).
+Currents without sources are the curl of their moments, so a loop's waves are k times its moment, across the wave.
+
+Both are evaluated at directions that crowd about the sides' normals, where short waves lie. The layers of a coil are
+one spiral, turned and mirrored. So the waves of an image are derived from the waves of its original.
 """
 
 from __future__ import annotations
@@ -26,19 +27,21 @@ from sitscad.kernels.electromagnetics.metal.figures import figures
 from sitscad.kernels.electromagnetics.special_functions import gauss
 
 SAME = 1e-9
-"""How far corners (m), and directions (rad), may be from an image's to be its: rounding alone."""
+"""Largest difference of corners (m) and directions (rad) from those of an image: rounding alone."""
 
 SAME_MOMENT = 1e-6
-"""How far what loops make of a wave may be from an image's, in parts of all their moments."""
+"""Largest difference of a wave of loops from an image's wave, relative to the sum of their moments."""
 
 PROBES = np.array([(0.9, 0.3), (-2.3, 3.1), (7.7, 4.1), (-13.9, 17.3), (29.3, -31.7), (61.1, 53.9)]).T
-"""Waves (2, n; rad over the loops' extent) by which two sets of loops are known to be the same."""
+"""Waves (2, n; rad over the loops' extent) at which two sets of loops are compared."""
 
 
 @record(eq=False)
 class TrackImage:
-    """A track as the image of another, number `of`: turned by `matrix` (2, 2) about a middle that they share, mirrored
-    where its determinant is negative, then moved by `offset` (m); `sense` is -1 where the current runs the other way.
+    """A track as the image of another track, number `of`.
+
+    `matrix` (2, 2) rotates it about a common centre, and mirrors it if the determinant is negative. It is then moved by
+    `offset` (m). `sense` is -1 if the current runs in the opposite direction.
     """
 
     of: int
@@ -47,8 +50,10 @@ class TrackImage:
     sense: float
 
     def directions(self, angle: Array) -> tuple[Index, Flags] | None:
-        """Places of directions (rows, n; rad) over half a turn: where among them those are that the other track has to
-        be seen from, and which of these are opposite to one of them. None where they are not among them.
+        """Return indices of the directions at which the other track's waves are needed.
+
+        The second result flags opposite directions. `angle` (rows, n; rad) are directions over half a turn. None if a
+        needed direction is not among them.
         """
         mirrored = np.linalg.det(self.matrix) < 0.0
         turn = math.atan2(self.matrix[1, 0], self.matrix[0, 0])
@@ -64,8 +69,14 @@ class TrackImage:
 
     def waves(self, other: ComplexArray, wave: Array, found: Index, opposite: Flags,
               ) -> ComplexArray:
-        """The track's waves (2, rows, n; m) at `wave` (2, rows, n; 1/m), of the other's: a turn or mirror of the plane
-        turns them alike, a shift by d multiplies them by exp(-i k.d) (Fourier's shift theorem).
+        """Return the track's waves (2, rows, n; m) at `wave` (2, rows, n; 1/m), derived from the other track's waves.
+
+        `found` and `opposite` are the results of `directions`.
+
+        Notes
+        -----
+        A rotation or mirror of the plane transforms waves likewise. A shift by d multiplies them by exp(-i k.d)
+        (Fourier shift theorem).
         """
         seen = other[..., found]
         np.conjugate(seen, out=seen, where=opposite)
@@ -74,8 +85,9 @@ class TrackImage:
 
 
 def images(tracks: Sequence[PolylineTrack], loops: Sequence[Loops], centre: Array) -> list[TrackImage | None]:
-    """The first track before each whose image about the centre (m) it is, with its loops where there are
-    any; None for those that are nobody's.
+    """Return each track as the image of the first suitable track before it, about the centre (m), or None.
+
+    Loops, if any, must be images as well.
     """
     found: list[TrackImage | None] = []
     for n, track in enumerate(tracks):
@@ -87,8 +99,9 @@ def images(tracks: Sequence[PolylineTrack], loops: Sequence[Loops], centre: Arra
 
 
 def _image(of: int, source: Array, target: Array) -> TrackImage | None:
-    """How corners (n, 2; m) follow from those of track `of`, walked either way, turned or mirrored; None where they do
-    not.
+    """Return the image of track `of` that has the target's corners (n, 2; m), or None.
+
+    Both directions along the track, and rotations and mirrors, are tried.
     """
     if source.shape != target.shape:
         return None
@@ -101,8 +114,9 @@ def _image(of: int, source: Array, target: Array) -> TrackImage | None:
 
 
 def _fitted(source: Array, target: Array, mirror: bool) -> tuple[Array, Array]:
-    """The turn, or the mirror (2, 2; no unit), and the shift (2; m) that take points (n, 2; m) nearest to others by
-    least squares: Procrustes' problem, whose angle is closed in the plane (textbook).
+    """Return the rotation or mirror (2, 2; no unit) and the shift (2; m) that map points (n, 2; m) to others.
+
+    Least squares: Procrustes' problem, whose angle has a closed form in the plane (textbook).
     """
     middles = source.mean(axis=0), target.mean(axis=0)
     x, y = (source - middles[0]).T
@@ -117,7 +131,7 @@ def _fitted(source: Array, target: Array, mirror: bool) -> tuple[Array, Array]:
 
 
 def _loops_follow(image: TrackImage, source: Loops, target: Loops, centre: Array) -> bool:
-    """Whether a track's loops (m2) are the images of the other's: they make the same of the waves PROBES."""
+    """Whether a track's loops (m2) are the images of the other track's loops, by comparison at the waves PROBES."""
     if source.moments.size != target.moments.size or source.spread != target.spread:
         return False
     if not source.moments.size:
@@ -131,29 +145,38 @@ def _loops_follow(image: TrackImage, source: Loops, target: Loops, centre: Array
 
 
 CHORD = math.radians(20.0)
-"""Angle that a chord of an arc spans at most."""
+"""Largest angle (rad) that a chord of an arc spans."""
 
 MOST_NORMALS = 12
-"""Directions of long sides from which on a track counts as round: the chords of its arcs are as long as its sides."""
+"""Number of directions of long sides above which a track counts as round.
+
+Then the chords of its arcs are as long as its sides.
+"""
 
 ROUND = 48, 1.0
-"""Directions over which the waves of such a track are averaged, and how many more for each radian through which a wave
-runs over what it is longer than wide."""
+"""Directions over which the waves of a round track are averaged, and extra directions per radian of phase.
+
+The phase is the wave number times the track's length in excess of its width.
+"""
 
 EVENLY = 12
-"""They are a multiple of so many, so that what is turned or mirrored by 15 degrees is seen from the same ones."""
+"""Divisor of the number of directions of a round track.
+
+Copies turned or mirrored by 15 degrees then need no other directions.
+"""
 
 AT_ONCE = 12_000
-"""Waves at nodes that are worked out at once: as many as stay near the processor."""
+"""Waves times nodes processed at once, which stay in a processor's cache."""
 
 ROUNDING = 1e-8
 """Angle (rad) between a wave and a side's normal below which the difference of the side's ends is lost in rounding."""
 
 
 def chorded(track: BentTrack, nearest: float) -> PolylineTrack:
-    """A track (m) with every arc as a few chords, for metal no nearer than `nearest` (m); they enclose what the arc
-    does. The corners of chords that span an angle a lie a^2 / 12 of the radius outside, so that in the mean they are on
-    it (derived here).
+    """Return a track (m) with every arc as a few chords, for metal no nearer than `nearest` (m).
+
+    The chords enclose the area of the arc. The corners of chords that span an angle a lie a^2 / 12 of the radius
+    outside, so that on average the chords lie on the arc (derived here).
     """
     is_arc, turns = track.turns != 0.0, track.turns[track.turns != 0.0]
     starts, spans = track.starts[is_arc], track.ends[is_arc] - track.starts[is_arc]
@@ -178,9 +201,20 @@ def chorded(track: BentTrack, nearest: float) -> PolylineTrack:
 
 
 def polyline_spectrum(tracks: Sequence[PolylineTrack], nearest: float, loops: Sequence[Loops] = ()) -> CurrentSpectrum:
-    """The spectrum (m2, see `CurrentSpectrum`) of tracks along straight sides, each layer where it lies, for reflectors
-    no nearer than `nearest` (m) to any mid-plane; `loops` are what each track's current has at its bends beyond an even
-    one (none when empty). The mean over directions of the products of `_Mitred.waves`, over 4 pi^2.
+    """Return the spectrum (m2, see `CurrentSpectrum`) of tracks along straight sides, each layer at its height.
+
+    Parameters
+    ----------
+    tracks : sequence of PolylineTrack
+        layers of the coil
+    nearest : float
+        least distance of a reflector from any mid-plane (m)
+    loops : sequence of Loops, optional
+        excess of each track's current over a uniform current at its bends; empty if it is left out
+
+    Notes
+    -----
+    It is the mean over directions of the products of `_Mitred.waves`, over 4 pi^2.
     """
     everything = np.concatenate([track.corners for track in tracks])
     centre = 0.5 * (everything.min(axis=0) + everything.max(axis=0))
@@ -210,8 +244,9 @@ def polyline_spectrum(tracks: Sequence[PolylineTrack], nearest: float, loops: Se
 
 def _all_waves(shapes: Sequence[_Mitred], follows: Sequence[TrackImage | None], numbers: Array, angle: Array,
                tangents: Array) -> ComplexArray:
-    """The waves (shapes, 2, k, directions; m) at wave numbers (k; 1/m) and directions (k, n; rad), of images those of
-    what they are images of.
+    """Return current spectra (shapes, 2, k, directions; m) at wave numbers (k; 1/m) and directions (k, n; rad).
+
+    The spectrum of an image track is derived from its original.
     """
     unit = np.stack([np.cos(angle), np.sin(angle)])
     number = np.repeat(numbers, angle.shape[1])
@@ -228,8 +263,10 @@ def _all_waves(shapes: Sequence[_Mitred], follows: Sequence[TrackImage | None], 
 
 @record
 class _Directions:
-    """Over which directions waves are averaged: `normals` (rad, below pi) are those across the long sides, the longest
-    of which is `length` (m) long; none for a track that is round but for `length` more along it than across.
+    """Directions over which waves are averaged.
+
+    `normals` (rad, below pi) are the normals of the long sides, and `length` (m) is the longest side. For a round
+    track, `normals` is empty and `length` is the excess of its length over its width.
     """
 
     normals: tuple[float, ...]
@@ -237,7 +274,7 @@ class _Directions:
 
     @classmethod
     def of(cls, shapes: Sequence[Array]) -> _Directions:
-        """The directions of tracks with such corners (n, 2) in metres."""
+        """Return the directions of tracks with these corners (n, 2; m)."""
         sides = np.concatenate([np.diff(corners, axis=0) for corners in shapes])
         length = np.hypot(sides[:, 0], sides[:, 1])
         normal = (np.arctan2(sides[:, 1], sides[:, 0]) + 0.5 * math.pi) % math.pi
@@ -252,15 +289,16 @@ class _Directions:
         return cls(tuple(sorted(known)), float(length.max()))
 
     def count(self, number: float) -> int:
-        """How many directions waves of a wave number (1/m) and somewhat shorter ones are averaged over."""
+        """Return the number of directions for waves of a wave number (1/m)."""
         phase = number * self.length
         if not self.normals:
             return EVENLY * math.ceil((ROUND[0] + ROUND[1] * phase) / EVENLY)
         return 2 * len(self.normals) * (6 + math.ceil(2.6 * math.log1p(phase)))
 
     def about(self, numbers: Array) -> tuple[Array, Array]:
-        """Directions (rad) over half a turn and their weights (sum 1) for each wave number (n; 1/m): graded about every
-        normal like the lobe of a side that the longest wave runs along.
+        """Return directions (rad) over half a turn and their weights (sum 1) for each wave number (n; 1/m).
+
+        They are graded about every normal like the lobe of a side at each wave number.
         """
         count = self.count(float(numbers[-1]))
         if not self.normals:
@@ -279,17 +317,21 @@ class _Directions:
 
 
 def _beside(unit: Array, tangents: Array) -> Array:
-    """Directions (2, n; no unit), those across a side to within rounding turned a little off: there the nodes' waves
-    cancel.
+    """Return directions (2, n; no unit), with those normal to a side within rounding turned slightly.
+
+    In these directions the nodes' waves cancel.
     """
     across = np.any(np.abs(tangents @ unit) < ROUNDING, axis=0)
     return np.asarray(unit + 10.0 * ROUNDING * across * np.stack([-unit[1], unit[0]]))
 
 
 class _Mitred:
-    """A track about a centre, with its loops. Side j adds t_j / (i k.t_j) times what its start has more than its end of
-    exp(-i k.r), each averaged over the width along its mitre. So every node has the difference of two such factors and
-    one wave.
+    """A track about a centre, with its loops.
+
+    Notes
+    -----
+    Side j adds t_j / (i k.t_j) times the difference of exp(-i k.r) between its start and its end, each averaged over
+    the width along its mitre. So every node has the difference of two factors and one wave.
     """
 
     def __init__(self, track: PolylineTrack, centre: Array, loops: Loops | None) -> None:
@@ -308,14 +350,15 @@ class _Mitred:
             self.moments, self.spread = loops.moments[self.loops.kinds], loops.spread
 
     def waves(self, numbers: Array, unit: Array) -> ComplexArray:
-        """Fourier transform (2, n; m) of the current at wave numbers (n; 1/m) and directions (2, n): x and y. Of sides
-        as Lee and Mittra (1983) have it for polygons, of loops the curl of their moments, i k times the moment across
-        the wave.
+        """Return the Fourier transform (2, n; m; x and y) of the current.
+
+        It is at wave numbers (n; 1/m) and directions (2, n). Sides follow Lee and Mittra (1983) for polygons. Loops are
+        the curl of their moments, i k times the moment across the wave.
         """
         wave = numbers * unit
         factors = _share(self.after, wave) - _share(self.before, wave)
         x = self.mitres @ wave
-        # sin(x) / x by the tangent of half of x, which costs a tenth of the sine.
+        # sin(x) / x by the tangent of x / 2, which costs a tenth of the sine
         half = np.where(x == 0.0, 1e-20, 0.5 * x)
         tangent = np.tan(half)
         found = -1j * self.nodes.sums(wave, factors * np.asarray(tangent / (half * (1.0 + tangent * tangent))))
@@ -327,7 +370,7 @@ class _Mitred:
 
 
 def _share(tangents: Array, wave: Array) -> Array:
-    """T / (k.t) (2, n, directions; m) of sides along unit vectors t (n, 2); nothing where a track has no side."""
+    """Return t / (k.t) (2, n, directions; m) of sides along unit vectors t (n, 2). It is 0 if a track has no side."""
     along = tangents @ wave
     along[~tangents.any(axis=1)] = np.inf
     return np.asarray(tangents.T[:, :, None] / along)
