@@ -1,4 +1,4 @@
-"""The answer of a study: whether it can be met, what stands in the way, and the designs that are kept."""
+"""The answer of a study: whether a design meets it, the limits that prevent designs, and the kept designs."""
 
 from __future__ import annotations
 
@@ -21,8 +21,11 @@ from sitscad.basics.record import record
 
 @record
 class Binding:
-    """What refuses designs: a rule or a measure that is required; the share of all designs that it refuses, that which
-    it refuses alone, and the nearest to its limit, of these where there are any.
+    """A rule or requirement that refuses designs.
+
+    ``share`` is the fraction of all designs that it refuses, and ``alone`` the fraction that it alone refuses.
+    ``nearest`` is the smallest breach, at the design ``nearest_at``. Designs that it alone refuses take precedence
+    there.
     """
 
     name: str
@@ -34,8 +37,10 @@ class Binding:
 
 @record
 class Relaxation:
-    """The smallest relaxation that was tried and admits a design: what is let go, how far beyond it that design lies,
-    and which one it is.
+    """The smallest tried relaxation that admits a design.
+
+    ``names`` are the relaxed rules and requirements, ``breaches`` the design's distances from their limits, and
+    ``point`` the design.
     """
 
     names: tuple[str, ...]
@@ -45,9 +50,10 @@ class Relaxation:
 
 @record
 class Agreement:
-    """How well both levels agree on the designs that both judged: their number, of how many the screen had no verdict
-    (`undecided`), how many verdicts differ of the others, and by goal the rank correlation (Spearman), None where all
-    are alike.
+    """Agreement of both levels on the designs that both evaluated.
+
+    ``designs`` is their number, ``undecided`` the number without a verdict of the screen, and ``verdicts_differ`` the
+    number with different verdicts. ``rank_correlation`` is by goal (Spearman), or None if all values are equal.
     """
 
     designs: int
@@ -58,7 +64,11 @@ class Agreement:
 
 @record(eq=False)
 class Kept:
-    """A design that is kept: its point, what differs from the base (key: value), its evaluation in full, its yield."""
+    """A kept design.
+
+    ``changed`` are the keys that differ from the base, with their values. ``evaluation`` is at the full level, and
+    ``units`` is the yield, if computed.
+    """
 
     point: Point
     changed: Mapping[str, Any]
@@ -67,14 +77,16 @@ class Kept:
 
     @property
     def accepted(self) -> list[str]:
-        """The rules whose warnings it has, which the study accepts, each with its name."""
+        """Rules whose warnings the design has and the study accepts, each with its name."""
         titles = rule_titles()
         return [titles.get(rule, rule) for rule in self.evaluation.warned if rule != IN_VAIN]
 
 
 def bindings(asked: Asked, found: Found) -> list[Binding]:
-    """What refuses designs, what refuses most alone first. Of a design that cannot be drawn nothing else is known, so
-    that its rule counts as refusing it alone, though others might, once it is drawn.
+    """Return the rules and requirements that refuse designs, sorted by the fraction that each alone refuses.
+
+    A design that cannot be drawn is not checked further. Its rule counts as refusing it alone, although other rules
+    might refuse it as well.
     """
     every, alone = Counter[str](), Counter[str]()
     nearest: dict[str, tuple[tuple[bool, float], Breach, Point]] = {}
@@ -92,9 +104,11 @@ def bindings(asked: Asked, found: Found) -> list[Binding]:
 
 
 def relaxation(asked: Asked, found: Found) -> Relaxation | None:
-    """The relaxation that lets go of the fewest names, and of these lies least beyond them, of designs judged in full
-    where there are any that can be drawn, for others may break rules that the screen cannot ask, and rather with their
-    leads than without; None where a design keeps all in full, or none can be drawn.
+    """Return the smallest relaxation that admits a design.
+
+    It relaxes the fewest names, and among these it has the smallest breaches. Designs evaluated at the full level go
+    first, because the screen does not apply all rules. Designs with leads go before designs without. None if a design
+    meets everything at the full level, or if no design can be drawn.
     """
     best: tuple[bool, bool, int, float, int] | None = None
     chosen: Relaxation | None = None
@@ -111,12 +125,12 @@ def relaxation(asked: Asked, found: Found) -> Relaxation | None:
 
 
 def unjudged(asked: Asked, found: Found) -> int:
-    """How many designs keep everything by the screen and were not judged in full."""
+    """Return the number of designs that pass the screen and were not evaluated at the full level."""
     return sum(not violations(asked, one) for point, one in found.screened.items() if point not in found.full)
 
 
 def agreement(goals: Sequence[Goal], found: Found) -> Agreement:
-    """How well the screen agrees with the full level on the designs that both judged and whose leads were drawn."""
+    """Return the agreement of screen and full level on designs that both evaluated and whose leads were drawn."""
     from scipy.stats import spearmanr
 
     both = [(found.screened[point], full) for point, full in found.full.items()
@@ -133,14 +147,15 @@ def agreement(goals: Sequence[Goal], found: Found) -> Agreement:
 
 
 def front(asked: Asked, found: Found, but: Collection[Point] = ()) -> list[Point]:
-    """The designs judged in full that keep everything and that no other one beats, the best by the first goal first; as
-    if some had not been found.
+    """Return the designs at the full level that meet everything and that no other design beats.
+
+    They are sorted by the first goal, the best first. Designs in `but` are left out.
     """
     return best_of(asked, {point: one for point, one in found.full.items() if point not in but})
 
 
 def best_of(asked: Asked, judged: Mapping[Point, Evaluation]) -> list[Point]:
-    """The designs, of some, that keep everything and that no other one beats, the best by the first goal first."""
+    """Return the designs in `judged` that meet everything and that no other beats, the best by the first goal first."""
     good = passing(asked, judged)
     ranks = ranked([costs(asked, judged[point]) for point in good])
     first = [point for point, rank in zip(good, ranks, strict=True) if rank == 0]
@@ -148,7 +163,7 @@ def best_of(asked: Asked, judged: Mapping[Point, Evaluation]) -> list[Point]:
 
 
 def passing(asked: Asked, judged: Mapping[Point, Evaluation]) -> list[Point]:
-    """The designs that keep everything."""
+    """Return the designs that meet everything."""
     return [point for point, one in judged.items() if not violations(asked, one)]
 
 
@@ -157,19 +172,24 @@ def _goals(goals: Sequence[Goal], one: Evaluation) -> tuple[float, ...]:
 
 
 def beaten_by_base(asked: Asked, base: Evaluation, kept: Sequence[Kept]) -> int:
-    """How many of the designs that are kept the base beats: none where it breaks something, or is a design itself."""
+    """Return the number of kept designs that the base beats.
+
+    It is 0 if the base breaks a rule or requirement, or is itself a design of the study.
+    """
     own, counts = _goals(asked.goals, base), bool(changed(asked, asked.base_point)) and not violations(asked, base)
     others = [_goals(asked.goals, one.evaluation) for one in kept] if counts else []
     return sum(own != other and all(mine <= its for mine, its in zip(own, other, strict=True)) for other in others)
 
 
 NEAR = 0.1
-"""Part of the ranges of the varied keys, on average, by which designs of one goal have to differ."""
+"""Smallest difference between kept designs of a single goal: a fraction of the keys' ranges, averaged over the keys."""
 
 
 def kept_points(asked: Asked, found: Found, but: Collection[Point] = ()) -> list[Point]:
-    """The designs that are kept, but for some: of one goal the best that differ, of several those that cover most of
-    the front (greedy hypervolume).
+    """Return the designs to keep, without those in `but`.
+
+    For a single goal, they are the best designs that differ from each other. For several goals, they are the designs
+    that cover most of the front (greedy hypervolume).
     """
     if len(asked.goals) == 1:
         good = [point for point in passing(asked, found.full) if point not in but]
@@ -180,7 +200,7 @@ def kept_points(asked: Asked, found: Found, but: Collection[Point] = ()) -> list
 
 
 def _apart(asked: Asked, order: Sequence[Point]) -> list[Point]:
-    """The first ones of an order that differ from each other."""
+    """Return the first designs of an order that differ from each other by `NEAR`."""
     spans = np.maximum(np.array(asked.space.shape) - 1, 1)
     kept: list[Point] = []
     for point in order:
@@ -205,12 +225,16 @@ def _by_hypervolume(values: Array, points: Sequence[Point], keep: int) -> list[P
 
 
 REFERENCE = 1.1
-"""Corner of the hypervolume beyond the worst of a front scaled to 0 to 1: its ends count, too."""
+"""Reference corner of the hypervolume for a front scaled to 0 to 1.
+
+It lies beyond the front, so that its ends count.
+"""
 
 
 def hypervolume(values: Array) -> float:
-    """Volume between points (n, goals; less is better) and the corner at `REFERENCE`, exactly: by the cells between all
-    coordinates.
+    """Return the exact volume between points (n, goals; less is better) and the corner at `REFERENCE`.
+
+    It is the sum of the covered cells between all coordinates.
     """
     axes = [np.unique(np.append(column, REFERENCE)) for column in values.T]
     lows = np.meshgrid(*(axis[:-1] for axis in axes), indexing="ij")
@@ -222,12 +246,12 @@ def hypervolume(values: Array) -> float:
 
 
 def changed(asked: Asked, point: Point) -> dict[str, Any]:
-    """What differs from the base, by key, as a spec has it."""
+    """Return the keys that differ from the base, with values as in a spec."""
     before = asked.base.values(())
     return {key: value for key, value in asked.space.changes(point) if apart(at_key(before, key), value)}
 
 
 def limits_broken(require: Sequence[Requirement], values: Mapping[str, float]) -> tuple[str, ...]:
-    """Requirements of the study that figures break, or that they are lacking for."""
+    """Return the requirements of the study that the figures break, or whose figures are missing."""
     found = ((one, values.get(one.measure, math.nan)) for one in require if one.measure != "yield")
     return tuple(one.measure for one, value in found if not one.holds(value))

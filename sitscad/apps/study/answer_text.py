@@ -1,4 +1,4 @@
-"""The answer of a study as tables of plain values, as text, as JSON, and its front as CSV."""
+"""The answer of a study as tables of plain values, as text and as JSON, and its front as CSV."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ Row = Mapping[str, Any]
 
 @record(eq=False)
 class AnswerTable:
-    """Rows of plain values under the keys of JSON, and the columns that people read: the text of a row by heading."""
+    """Rows of plain values under their JSON keys, with a function for each column that returns the text of a row."""
 
     title: str
     rows: Sequence[Row]
     columns: Mapping[str, Callable[[Row], str]]
 
     def shown(self, *, most: int | None = None, without: Sequence[str] = ()) -> Table:
-        """Return the first `most` rows as texts, without some columns and without those that are empty."""
+        """Return the first `most` rows as texts, without the columns in `without` and without empty columns."""
         rows = self.rows[:most]
         texts = {head: [text(row) for row in rows] for head, text in self.columns.items() if head not in without}
         used = {head: column for head, column in texts.items() if any(column)}
@@ -48,7 +48,7 @@ class AnswerTable:
 REFUSALS = "What refuses designs: share of all that were looked at, and share that nothing else refuses"
 
 NEAREST, WITH = "nearest, of those refused by it alone if any", "with"
-"""Headings of the design that comes nearest to a limit: its figure, and its keys, which a text leaves out."""
+"""Headings of the design nearest to a limit: its figure, and its keys. Texts leave out the keys."""
 
 
 def refusal_table(answer: StudyAnswer) -> AnswerTable:
@@ -68,11 +68,11 @@ def refusal_table(answer: StudyAnswer) -> AnswerTable:
 
 
 BY_YIELD = "yield by "
-"""Begins the name of what would cost too many units."""
+"""Prefix of requirements that too many units would break."""
 
 
 def breach_words(name: str, breach: Breach) -> str:
-    """Return how far a design is from a limit. Empty if it is not known, or if figure and limit read alike."""
+    """Return the distance of a design from a limit. Empty if it is unknown, or if figure and limit have equal texts."""
     if breach.measured is None or breach.limit is None:
         return ""
     measure = name.removeprefix(BY_YIELD)
@@ -87,17 +87,17 @@ def breach_words(name: str, breach: Breach) -> str:
 
 
 def keys_words(values: Mapping[str, Any]) -> str:
-    """Return keys and values in a line."""
+    """Return keys and values on one line."""
     return ", ".join(f"{key}: {value}" for key, value in values.items()) or "the base as it is"
 
 
 def base_value(before: Mapping[str, Any], key: str) -> str:
-    """Return a key of the base as it is written there. A dash if it is not there."""
+    """Return the value of a key of the base as written there. A dash if the base does not have the key."""
     return NONE if (value := at_key(before, key)) is None else str(value)
 
 
 def measure_columns(names: Sequence[str]) -> dict[str, Callable[[Row], str]]:
-    """Return a column for each measure except sigmas. It shows the figure that a row has under ``values``."""
+    """Return a column for each measure except sigmas. It shows the figure under ``values`` of a row."""
     def column(name: str) -> Callable[[Row], str]:
         return lambda row: shown(name, row["values"][name][0]) if name in row["values"] else NONE
 
@@ -105,7 +105,7 @@ def measure_columns(names: Sequence[str]) -> dict[str, Callable[[Row], str]]:
 
 
 def design_table(answer: StudyAnswer) -> AnswerTable:
-    """Return the base and the designs that are kept: figures, yield, what refuses the base, and what differs."""
+    """Return the base and the kept designs: figures, yield, rules that refuse the base, and changed keys."""
     before = answer.asked.base.values(())
     keys = dict.fromkeys(key for one in answer.kept for key in one.changed)
     rows: list[Row] = [{"design": "base", "changed": {key: base_value(before, key) for key in keys}, "accepted": [],
@@ -127,12 +127,12 @@ def design_table(answer: StudyAnswer) -> AnswerTable:
 
 
 def _number(row: Row) -> str:
-    """Return the number of a design that is kept, else its name."""
+    """Return the number of a kept design. The base keeps its name."""
     return re.sub(r"designs/(\d+)\.yaml", r"\1", row["design"])
 
 
 def yield_table(designs: AnswerTable) -> AnswerTable:
-    """Return the yields of designs: interval, what loses units, the yield once calibrated, and what decides it."""
+    """Return the yields of designs: interval, broken rules, the yield after calibration, and the deciding spreads."""
     rows = [{"design": row["design"], **row["yield"]} for row in designs.rows if row["yield"] is not None]
 
     def calibrated(row: Row) -> str:
@@ -159,7 +159,7 @@ def _interval(ends: Sequence[float]) -> str:
 
 
 def sigma_table(designs: AnswerTable) -> AnswerTable:
-    """Return one sigma of measures by the estimates, to first order, beside that of the units that were drawn."""
+    """Return one standard deviation of measures: to first order by the estimates, and from the drawn units."""
     rows = [{"design": row["design"], "measure": name, "first_order": row["values"][f"sigma.{name}"][0], "drawn": drawn}
             for row in designs.rows if row["yield"] is not None
             for name, drawn in row["yield"]["sigmas"].items() if f"sigma.{name}" in row["values"]]
@@ -186,11 +186,11 @@ def front_table(answer: StudyAnswer) -> AnswerTable:
 
 
 LOW_YIELD = 0.9
-"""Share of good units below which the answer cautions if the study asks for no yield."""
+"""Fraction of good units below which the answer has a caution if the study requires no yield."""
 
 
 def low_yield_lines(answer: StudyAnswer) -> Iterator[str]:
-    """Yield a caution if the study asks for no yield and keeps designs that lose many units."""
+    """Yield a caution if the study requires no yield and keeps designs that lose many units."""
     low = [f"design {number} ({one.units.share:.1%})" for number, one in enumerate(answer.kept, 1)
            if one.units is not None and one.units.share < LOW_YIELD]
     if low and answer.asked.least_yield is None:
@@ -199,18 +199,18 @@ def low_yield_lines(answer: StudyAnswer) -> Iterator[str]:
 
 
 MOST_BINDING = 6
-"""Rules and requirements that the text lists; JSON has all."""
+"""Number of rules and requirements in the text. JSON has all."""
 
 UNMADE = "Designs that SIT0 rules refuse cannot be drawn, and nothing else was asked of them."
 
 
 def answer_text(said: StudyAnswer, folder: str = "") -> str:
-    """The answer for people: whether it can be met, what binds, the designs, their yields, how it goes on."""
+    """Return the answer for people: the verdict, the limits, the designs, their yields, and the next steps."""
     return f"{found_text(said)}\n{yields_text(said, folder)}"
 
 
 def found_text(said: StudyAnswer) -> str:
-    """The part of the answer that is known before yields are worked out."""
+    """Return the part of the answer that is known before yields are computed."""
     refusals = refusal_table(said).shown(most=MOST_BINDING, without=(WITH,))
     fallen = [f"dropped, for their units have too small a yield: {said.fallen}"] if said.fallen else []
     return _joined(verdict_lines(said), refusals, refusal_lines(said), design_table(said).shown(), fallen,
@@ -218,7 +218,10 @@ def found_text(said: StudyAnswer) -> str:
 
 
 def yields_text(said: StudyAnswer, folder: str, before: StudyAnswer | None = None) -> str:
-    """The rest of it; the designs once more where others are kept than `before` yields were known."""
+    """Return the rest of the answer.
+
+    If the kept designs differ from those in `before` (the answer without yields), they are listed again.
+    """
     designs = design_table(said)
     others = before is not None and [one.point for one in before.kept] != [one.point for one in said.kept]
     again = (verdict_lines(said), designs.shown()) if others else ()
@@ -233,7 +236,7 @@ def _joined(*parts: Table | Iterable[str]) -> str:
 
 
 def verdict_lines(said: StudyAnswer) -> Iterator[str]:
-    """Whether it can be met, and how many designs were looked at."""
+    """Yield lines with the verdict and the number of evaluated designs."""
     asked, found = said.asked, said.found
     count = f"{len(found.screened)} of {asked.space.size} designs were looked at by {found.method}, "
     count += f"{len(found.full)} in full"
@@ -273,7 +276,7 @@ def _least_yield(said: StudyAnswer) -> str:
 
 
 def refusal_lines(said: StudyAnswer) -> Iterator[str]:
-    """Yield what refusals mean, and the smallest relaxation that was tried and admits a design."""
+    """Yield an explanation of refusals, and the smallest tried relaxation that admits a design."""
     if is_unmade(one.name for one in said.bindings):
         yield UNMADE
     if (least := said.relaxation) is not None:
@@ -285,7 +288,7 @@ def refusal_lines(said: StudyAnswer) -> Iterator[str]:
 
 
 def trust_lines(said: StudyAnswer) -> Iterator[str]:
-    """How well both levels agree."""
+    """Yield lines on the agreement of both levels."""
     one = said.agreement
     if unscreened := said.found.unscreened:
         yield f"{unscreened} of {counted(len(said.found.screened), 'design')} took the full level at once: {NO_SCREEN}."
@@ -298,7 +301,7 @@ def trust_lines(said: StudyAnswer) -> Iterator[str]:
 
 
 def onward(said: StudyAnswer, folder: str) -> Iterator[str]:
-    """What to do next."""
+    """Yield the next steps."""
     if not said.kept:
         yield "Next: widen a range, relax what binds, or search longer (search.evaluations)."
     elif folder:
@@ -309,7 +312,7 @@ def onward(said: StudyAnswer, folder: str) -> Iterator[str]:
 
 
 MOST_SWEPT = 7
-"""Values of a key that the command for a sweep has."""
+"""Number of values in the suggested command for a sweep."""
 
 
 def sweep_range(space: Space) -> str:
@@ -324,7 +327,7 @@ def sweep_range(space: Space) -> str:
 
 
 def answer_json(said: StudyAnswer) -> str:
-    """The answer for programs; it depends on study, seed and version alone."""
+    """Return the answer for programs. It depends on study, seed and version only."""
     asked, found, least = said.asked, said.found, said.relaxation
     _, *kept = design_table(said).rows or [{}]
     return to_json({
@@ -345,7 +348,7 @@ def answer_json(said: StudyAnswer) -> str:
 
 
 def front_csv(said: StudyAnswer) -> str:
-    """The front: one row a design, the best by the first goal first; kept designs by their number."""
+    """Return the front, one row per design, the best by the first goal first. Kept designs have their number."""
     asked, nothing = said.asked, (float("nan"),) * 2
     named = [title for name in asked.measures for title in (name, f"{name}.error")]
     rows: list[list[object]] = [[*(v.key for v in asked.space.variables), *named, "design"]]

@@ -1,5 +1,6 @@
-"""The file of a study: its keys, and what they say; whatever is wrong with it is reported at once, with its place; and
-one to start from.
+"""The file of a study: its keys, their validation, and a first study for a spec.
+
+All faults are reported at once, each with its place.
 """
 
 from __future__ import annotations
@@ -77,7 +78,7 @@ _SEARCH = Special(_mapping, {"type": "object", "additionalProperties": False, "p
 
 
 class StudyDocument(Section):
-    """A study: which keys of a base spec vary, what is wanted of the design, and how long is searched."""
+    """A study: the keys of a base spec that vary, the goals and requirements, and the size of the search."""
 
     is_whole: ClassVar[bool] = False
 
@@ -97,24 +98,24 @@ class StudyDocument(Section):
 
 @record
 class Goal:
-    """A measure, and whether less of it is better."""
+    """A measure to minimize or maximize."""
 
     measure: str
     is_less_better: bool = True
 
     def cost(self, value: float) -> float:
-        """The figure as something to make small."""
+        """Return the figure as a cost to minimize."""
         return value if self.is_less_better else -value
 
     @property
     def words(self) -> str:
-        """The goal as it is written."""
+        """The goal as written in the file."""
         return f"{'minimize' if self.is_less_better else 'maximize'} {self.measure}"
 
 
 @record
 class Requirement:
-    """A limit of a measure (SI): at least that where `is_floor`, else at most; as it is `written`."""
+    """A limit of a measure (SI): the least value if `is_floor`, else the largest. `written` is its text in the file."""
 
     measure: str
     is_floor: bool
@@ -122,13 +123,13 @@ class Requirement:
     written: str
 
     def holds(self, value: float) -> bool:
-        """Whether a figure keeps it."""
+        """Whether a figure keeps the limit."""
         return value >= self.limit if self.is_floor else value <= self.limit
 
 
 @record(eq=False)
 class Asked:
-    """What a study's file asks for."""
+    """The request in a study's file: base, space of designs, goals, requirements, and parameters of the search."""
 
     base: Base
     space: Space
@@ -143,12 +144,12 @@ class Asked:
 
     @property
     def measures(self) -> tuple[str, ...]:
-        """The measures that every design is asked for, goals and limits, and the sigmas of those that have one."""
+        """Measures of every design: goals and requirements, and the standard deviations that are known for them."""
         return (*self._asked_for, *(f"sigma.{name}" for name in self.scattered))
 
     @property
     def scattered(self) -> tuple[str, ...]:
-        """The goals and limits whose scatter from unit to unit is known."""
+        """Goals and requirements with a known standard deviation from unit to unit."""
         return tuple(name for name in self._asked_for if f"sigma.{name}" in MEASURES)
 
     @property
@@ -158,17 +159,17 @@ class Asked:
 
     @cached_property
     def base_point(self) -> Point:
-        """The design nearest to the base, which is looked at first: the base itself where all keys have its values."""
+        """Design nearest to the base, evaluated first. It is the base itself if all keys have its values."""
         return self.space.nearest(self.base.values(()))
 
     @property
     def least_yield(self) -> float | None:
-        """The yield that is required; None where none is."""
+        """Required yield. None if no yield is required."""
         return next((one.limit for one in self.require if one.measure == "yield"), None)
 
 
 def asked_for(document: StudyDocument, base: Base, said: Remarks) -> Asked:
-    """What a document asks of a base; what is wrong with it is noted in `said`."""
+    """Return the request of a document for a base. Faults are added to `said`."""
     variables = tuple(_variables(document, base, said))
     space = Space(variables, _same(document, base, said), _brought(document, base, variables, said))
     _fights(document, said)
@@ -187,7 +188,7 @@ def asked_for(document: StudyDocument, base: Base, said: Remarks) -> Asked:
 
 
 def _variables(document: StudyDocument, base: Base, said: Remarks) -> Iterator[Variable]:
-    """The varied keys with their values."""
+    """Yield the varied keys with their values."""
     if not 1 <= len(document.vary) <= MOST_KEYS:
         said.flaw("SIT006", "vary", f"{len(document.vary)} keys; one to {MOST_KEYS} can be varied")
     for name, written in document.vary.items():
@@ -209,7 +210,7 @@ def _variables(document: StudyDocument, base: Base, said: Remarks) -> Iterator[V
 
 
 def _note_twice(place: str, values: tuple[Any, ...], said: Remarks) -> None:
-    """Note values of a list that stand in it before, whatever unit each is written in."""
+    """Note values that occur twice in a list, in whatever units they are written."""
     seen: dict[Any, Any] = {}
     for k, value in enumerate(values):
         if (one := same_value(value)) in seen:
@@ -219,7 +220,7 @@ def _note_twice(place: str, values: tuple[Any, ...], said: Remarks) -> None:
 
 
 def _is_usable(base: Base, name: str, values: tuple[Any, ...], place: str, said: Remarks) -> bool:
-    """Whether the spec has a key, and takes values of this kind there; what it says is noted."""
+    """Whether the spec has the key and accepts such values. Faults are noted."""
     try:
         require_key(base, name, values)
     except SpecError as error:
@@ -248,7 +249,7 @@ def _same(document: StudyDocument, base: Base, said: Remarks) -> dict[str, str]:
 def _brought(
     document: StudyDocument, base: Base, variables: Iterable[Variable], said: Remarks
 ) -> dict[str, dict[str, dict[str, Any]]]:
-    """What values of varied keys bring along."""
+    """Return the keys that values of varied keys set in addition."""
     found: dict[str, dict[str, dict[str, Any]]] = {}
     by_key = {variable.key: variable for variable in variables}
     for name, choices in document.with_.items():
@@ -273,8 +274,9 @@ def _brought(
 
 
 def _fights(document: StudyDocument, said: Remarks) -> None:
-    """Note keys that would take two values at once, by themselves or as part of a section: of vary, same and with, or
-    of two that vary.
+    """Note keys that would have two values, directly or as part of a section.
+
+    The values can come from vary, same and with, or from two varied keys.
     """
     settled: dict[str, str] = {}
     for name, by, place in _settled(document):
@@ -286,7 +288,7 @@ def _fights(document: StudyDocument, said: Remarks) -> None:
 
 
 def _settled(document: StudyDocument) -> Iterator[tuple[str, str, str]]:
-    """Every key that a study gives values, by what it does, and where that is written."""
+    """Yield every key that a study sets, with the section that sets it and the place in the file."""
     for name in document.vary:
         yield name, "vary", dotted("vary", name)
     for name in document.same:
@@ -328,7 +330,7 @@ EXAMPLES = {
     "H": ">= 1 uH", "ohm": ">= 1.2 kohm", "Hz": ">= 500 Hz", "N": "<= 20 mN", "m": "<= 5 mm", "m2": "<= 120 mm2",
     "V": ">= 1.2 V", "A": "<= 5 mA", "": ">= 95 %",
 }
-"""A limit of a measure as it may be written, by the measure's unit."""
+"""Example of a limit of a measure, by the measure's unit."""
 
 _LIMIT = re.compile(r"\s*(>=|<=)\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*(\S*)\s*")
 
@@ -351,7 +353,7 @@ def _requirements(document: StudyDocument, said: Remarks) -> Iterator[Requiremen
 
 
 def _factors(unit: str) -> dict[str, float]:
-    """The units in which a limit of a measure may be written, and their factors to SI."""
+    """Return the units in which a limit of a measure may be written, with their factors to SI."""
     if unit == "":
         return {"": 1.0, "%": 0.01}
     if unit == "m2":
@@ -384,7 +386,7 @@ def _is_whole(value: Any, low: int, high: int) -> bool:
 
 
 def _spreads(document: StudyDocument, said: Remarks) -> Iterator[tuple[str, float]]:
-    """One sigma of keys, relative (%)."""
+    """Yield one standard deviation of keys, relative."""
     from sitscad.apps.study.spreads import SPREADS
 
     for name, written in document.spread.items():
@@ -404,8 +406,9 @@ def _spreads(document: StudyDocument, said: Remarks) -> Iterator[tuple[str, floa
 def _out_of_reach(
     base: Base, goals: tuple[Goal, ...], require: tuple[Requirement, ...], space: Space, said: Remarks
 ) -> None:
-    """Note goals that nothing of what is varied can change, and measures that need what the base has not and nothing of
-    what is varied brings.
+    """Note goals that no varied key can change, and measures that no design can have.
+
+    A measure is absent from all designs if the base lacks a part that it needs, and no varied key adds the part.
     """
     places = [(goal.measure, dotted(dotted("goals", k), goal.words.partition(" ")[0])) for k, goal in enumerate(goals)]
     for goal, (_, place) in zip(goals, places, strict=True):
@@ -453,8 +456,10 @@ keep: 4
 
 
 def started(spec: SensorSpec, base: str) -> str:
-    """The text of a study of a spec, which stands at `base`: around its own values vary those sizes that it has; its
-    goals are what it is made for, and what warns of it may stay.
+    """Return the text of a first study for a spec. `base` is the path of the spec.
+
+    The sizes that the spec has vary around their values. The goals follow from the spec's purpose. Present warnings are
+    accepted.
     """
     accept = [rule for rule in judged(spec, ()).warned if not rule.startswith("SIT0")]
     coil, widths = spec.coil, {"coil.trace_width", "coil.trace_spacing"}
@@ -470,9 +475,9 @@ def started(spec: SensorSpec, base: str) -> str:
 
 
 def _around(spec: SensorSpec) -> Iterator[str]:
-    """Keys of a spec, each with a range around its value."""
+    """Yield keys of a spec, each with a range around its value."""
     coil, made = spec.coil, spec.fpc.rules
-    if coil.size[0] == coil.size[1]:  # else a list of two, of which there is no range
+    if coil.size[0] == coil.size[1]:  # else the size is a pair, which has no range
         yield f"  coil.outer_diameter: {_range(0.9 * coil.size[0], 1.05 * coil.size[0])}"
     written = spec.source.keys
     if INNER in written:
@@ -492,12 +497,12 @@ def _around(spec: SensorSpec) -> Iterator[str]:
 
 
 def _range(low: float, high: float) -> str:
-    """A range between two lengths (m), as a spec has them: in mm."""
+    """Return a range between two lengths (m), as in a spec: in mm."""
     return f"{{from: {in_mm(low, 2)}, to: {in_mm(high, 2)}}}"
 
 
 def _worth(spec: SensorSpec) -> Iterator[str]:
-    """Two goals of a spec."""
+    """Yield two goals for a spec."""
     felt = spec.target is not None and spec.elastomer is not None
     yield "minimize: resolution.normal" if felt else "maximize: rp"
     if spec.jaw is not None:

@@ -1,10 +1,12 @@
-"""Designs evaluated on two levels, side by side: in chunks of about a second's work, by processes or whatever else has
-`submit`, and always given back in the order in which they were asked for.
+"""Evaluation of designs on two levels, in parallel.
 
-In full a design is judged as `check` judges it, without hints. At the screen level each figure has what it may be off
-by: nothing is led out (`layout.sketch`), estimates are those of a tolerance for screening, and what a sensor feels
-comes from a chart of few points. Rules are asked there that need no more than that: of all others, and of those whose
-limit lies within what a figure may be off by, it is not known what they would say.
+Designs are grouped into chunks of about a second's work. Processes, or any object with `submit`, evaluate the chunks.
+Results come in the order of the requests.
+
+The full level evaluates a design as `check` does, without hints. At the screen level, each figure has an error bound.
+Leads are not routed (`layout.sketch`), estimates have a tolerance for screening, and the sensing performance comes from
+a surrogate with few points. Only rules that need no more than this are applied. All other rules are undecided, and so
+are rules whose limit lies within the error of a figure.
 """
 
 from __future__ import annotations
@@ -44,14 +46,17 @@ from sitscad.spec.reading import SpecError
 from sitscad.spec.sensor import SensorSpec
 
 NO_NEED = frozenset(reason for _, reason in NEEDS.values())
-"""Reasons for which a rule is not applied because the spec has not what it is about, all requirements left out."""
+"""Reasons for a rule that does not apply because the spec lacks the part that it is about, without requirements."""
 
 BY_BUILD = "by sitscad build"
-"""In the reason of what only a build measures."""
+"""Part of the reason of rules that only a build can check."""
 
 
 def judged(spec: SensorSpec, measures: Sequence[str], level: str = FULL) -> Evaluation:
-    """What every rule says of a design, and these of its figures; configuration and comments count as in `check`."""
+    """Return the verdicts of all rules on a design, and these figures.
+
+    Configuration and comments count as in `check`.
+    """
     design = Design(spec)
     found = as_configured(spec, checked(design, "none", None))
     values, absent = figures(design, measures)
@@ -60,13 +65,13 @@ def judged(spec: SensorSpec, measures: Sequence[str], level: str = FULL) -> Eval
 
 
 def unreadable(error: SpecError, measures: Sequence[str], level: str = FULL) -> Evaluation:
-    """A design whose spec is refused: it has no figures."""
+    """Return the evaluation of a design whose spec is refused: it has no figures."""
     absent = dict.fromkeys(measures, "the spec is refused")
     return Evaluation({}, absent, breaches(error.findings, Severity.ERROR), level=level)
 
 
 def figures(design: Design, measures: Sequence[str]) -> tuple[dict[str, tuple[float, float]], dict[str, str]]:
-    """Figures of a design by their names, and why it has others not."""
+    """Return the figures of a design by name, and the reasons for absent figures."""
     values, absent = {}, {}
     for name in measures:
         try:
@@ -78,7 +83,7 @@ def figures(design: Design, measures: Sequence[str]) -> tuple[dict[str, tuple[fl
 
 
 def breaches(findings: Iterable[Finding], severity: Severity) -> Mapping[str, Breach]:
-    """The rules that find something of a severity, each with its largest breach, in the order of the rules."""
+    """Return the rules with findings of a severity, each with its largest breach, in the order of the rules."""
     found: dict[str, Breach] = {}
     for finding in sorted(findings, key=lambda one: one.rule):
         if finding.severity is severity:
@@ -89,24 +94,24 @@ def breaches(findings: Iterable[Finding], severity: Severity) -> Mapping[str, Br
 
 
 def _undecided(not_checked: Iterable[NotChecked]) -> tuple[str, ...]:
-    """Return rules without a verdict, except those that are about something that the spec has not."""
+    """Return the rules without a verdict, except rules about a part that the spec does not have."""
     return tuple(sorted({one.rule for one in not_checked if one.reason not in NO_NEED and BY_BUILD not in one.reason
                          and not one.reason.startswith(NO_REQUIREMENT)}))
 
 
 BY_SPEC = ("SIT101", "SIT102", "SIT103", "SIT117", "SIT131", "SIT137", "SIT138", "SIT220", "SIT304", "SIT305", "SIT306",
            "SIT308", "SIT309", "SIT313", "SIT314", "SIT327", "SIT329", "SIT330", "SIT331", "SIT334", "SIT335", "SIT410")
-"""Rules that ask for figures of the spec and of its parts alone."""
+"""Rules that use figures of the spec and of its parts only."""
 
 BY_BODY = ("SIT301", "SIT302", "SIT303", "SIT307", "SIT315")
-"""Those that ask how large the board is, which is known of one coil and of two in line."""
+"""Rules that use the size of the board, which the screen knows for one coil and for two in line."""
 
 BY_TANK = ("SIT201", "SIT202", "SIT203", "SIT204", "SIT205", "SIT206", "SIT207", "SIT208", "SIT209", "SIT210", "SIT211",
            "SIT213", "SIT214", "SIT215", "SIT217")
-"""Those that ask for the electrical figures."""
+"""Rules that use the electrical figures."""
 
 BY_FEELING = ("SIT401", "SIT402")
-"""Those that ask how finely forces are felt."""
+"""Rules that use the resolution of forces."""
 
 ASKED = frozenset((*BY_SPEC, *BY_TANK, *BY_FEELING))
 
@@ -114,8 +119,10 @@ IN_FULL = "it takes the full level"
 
 
 def screened(specs: Sequence[SensorSpec], measures: Sequence[str]) -> list[Evaluation]:
-    """What is said of every design, whatever the others are; ``unknown`` are rules that `check` may decide. Designs
-    without a screen are judged in full, as their level says.
+    """Return the evaluation of each design at the screen level, independent of the other designs.
+
+    ``unknown`` are rules that `check` may decide. Designs without a screen are evaluated at the full level, and their
+    ``level`` states this.
     """
     policies = {path: policy_for(path) for path in {spec.source.path for spec in specs}}
     return [
@@ -125,22 +132,29 @@ def screened(specs: Sequence[SensorSpec], measures: Sequence[str]) -> list[Evalu
 
 
 LEAST_CONDUCTIVITY = 5e6
-"""S/m: the screen shares out what a plate keeps out like a sheet. Brass (16 MS/m) is held; of stainless steel (1.4) the
-resolution was up to 25 % off the full level, of titanium (0.6) 46 %."""
+"""Least conductivity (S/m) of targets and shields at the screen level, which treats a plate as a sheet.
+
+Brass (16 MS/m) is accurate. The resolution was up to 25 % off the full level for stainless steel (1.4 MS/m), and 46 %
+for titanium (0.6 MS/m).
+"""
 
 RIMS = (-0.3, 1.2)
-"""From where to where the screen holds, radii of a coil from its middle to the nearest rim of the target that it shares
-with others. Farther out all of them read alike, shear shows in small differences (the resolution was seven times off);
-farther in the target hardly reaches the coil (half off)."""
+"""Valid range of the distance from a coil's middle to the nearest edge of a shared target, in coil radii.
+
+Farther out, all coils read nearly equally, and shear appears in small differences: the resolution was wrong by a factor
+of seven. Farther in, the target hardly reaches the coil: the resolution was wrong by half.
+"""
 
 NO_SCREEN = ("the screen has models of round coils, targets of a good conductor that end over the coils which share "
              "them, jaws without a window, shields of a good conductor before a jaw alone, and no moments")
-"""Why others are judged in full at once."""
+"""Reason for evaluating a design at the full level at once."""
 
 
 def can_screen(spec: SensorSpec) -> bool:
-    """Whether the quick level has a model of a design: of round coils, whole jaws, targets and shields of a good
-    conductor, rims of a shared target that lie over the coils, and forces alone.
+    """Whether the screen level has a model of a design.
+
+    It has models of round coils, whole jaws, and targets and shields of a good conductor. The edges of a shared target
+    must lie over the coils, and moments must not be required.
     """
     jaw = spec.jaw
     is_whole = jaw is None or jaw.fenestration is None
@@ -152,7 +166,7 @@ def can_screen(spec: SensorSpec) -> bool:
 
 
 def _ends_over_coils(spec: SensorSpec) -> bool:
-    """Whether the nearest rim of a target that several coils share lies where the screen holds."""
+    """Whether the nearest edge of a target that several coils share lies in the screen's valid range."""
     places = {place.centre for place in cell_placements(spec)[0]}
     if spec.target is None or len(places) < 2:
         return True
@@ -163,8 +177,9 @@ def _ends_over_coils(spec: SensorSpec) -> bool:
 
 @cache
 def screen_errors(has_body: bool = False) -> Mapping[str, float]:
-    """What a figure may be off by against the full level, relative, by the measure's name; more of some where the spec
-    gives the body, in which leads go round.
+    """Return the relative error of figures at the screen level by measure, compared with the full level.
+
+    Some errors are larger if the spec sets the body, because leads are then routed around inside it.
     """
     found = {row["measure"]: float(row["error"]) for row in rows("screen_errors")}
     wider = {name.removesuffix(".body"): error for name, error in found.items() if name.endswith(".body")}
@@ -197,9 +212,9 @@ def _screened(spec: SensorSpec, measures: Sequence[str], policy: Policy) -> Eval
 
 
 OF_BOARD = ("fit.width", "fit.length", "fit.closed_pair", "fit.spare", "board.area")
-"""Measures that the size of the board decides."""
+"""Measures that the size of the board determines."""
 
-WIDER = 2  # Steps by which a board may be wider than its sketch; one was the most of 360 designs that could be led out
+WIDER = 2  # Steps by which a board may be wider than its sketch. At most one was needed in 360 routed designs
 
 
 def _is_sized(spec: SensorSpec) -> bool:
@@ -208,7 +223,7 @@ def _is_sized(spec: SensorSpec) -> bool:
 
 
 def _decided(design: Design) -> tuple[list[Finding], set[str]]:
-    """What the rules find that can be asked, and which others the design has needs for."""
+    """Return the findings of rules that the screen can apply, and the other rules that apply to the design."""
     found: list[Finding] = []
     unknown: set[str] = set()
     errors = screen_errors(design.spec.fpc.body is not None)
@@ -224,7 +239,10 @@ def _decided(design: Design) -> tuple[list[Finding], set[str]]:
 
 
 def _said(rule: Rule, design: Design, others: Sequence[Design]) -> list[Finding] | None:
-    """What a rule finds; None where that is not known, or one of the `others` that the design may be differs."""
+    """Return the findings of a rule. None if they are not known at the screen level.
+
+    They are unknown, too, if one of the `others`, designs within the errors of the screen, has other severities.
+    """
     if rule.id not in ASKED and not (rule.id in BY_BODY and _is_sized(design.spec)):
         return None
     found, undecided = apply_rule(rule, design, least=None)
@@ -236,19 +254,19 @@ def _said(rule: Rule, design: Design, others: Sequence[Design]) -> list[Finding]
 
 
 def _grave(findings: Sequence[Finding]) -> list[Severity]:
-    """Errors and warnings among them."""
+    """Return the severities of the findings, without notes."""
     return sorted({one.severity for one in findings} - {Severity.NOTE})
 
 
 def _is_near(rule: Rule, design: Design) -> bool:
-    """Whether what is felt lies within its error of what is asked."""
+    """Whether a sensing figure lies within its error of the required value."""
     error = screen_errors()["resolution.normal"]
     results = (each for cell in design.cells.extremes.values() for each in requirement_results(rule, cell))
     return any(each.limit and abs(each.measured / each.limit - 1.0) < error for each in results)
 
 
 def shifted(estimates: Estimates, side: float, errors: Mapping[str, float]) -> Estimates:
-    """The estimates where all that screening may be off by, relative, makes tanks better (1) or worse (-1)."""
+    """Return the estimates with all tanks better (`side` 1) or worse (-1) by the relative errors of screening."""
     return replace(estimates, coils=tuple(_shifted(coil, side, errors) for coil in estimates.coils))
 
 
@@ -256,7 +274,7 @@ def _shifted(coil: CoilEstimate, side: float, errors: Mapping[str, float]) -> Co
     by_l, by_f, by_r = 1.0 + side * errors["inductance"], 1.0 - side * errors["frequency"], 1.0 + side * errors["rp"]
 
     def state(one: StateEstimate) -> StateEstimate:
-        """A state where the tank is so much better."""
+        """Return a state with the tank better by these factors."""
         of_inductance = ("inductance", "apparent_inductance", "converter_inductance")
         more = {name: getattr(one, name) * by_l for name in of_inductance if getattr(one, name) is not None}
         more |= {name: getattr(one, name) * by_r for name in ("parallel_resistance", "quality_factor", "amplitude")}
@@ -264,7 +282,7 @@ def _shifted(coil: CoilEstimate, side: float, errors: Mapping[str, float]) -> Co
 
     states = {name: state(one) for name, one in coil.states.items()}
     for pressed in [name for name in states if name not in (FREE, REST) and REST in states]:
-        part = 1.0 + side * errors["signal.normal"]  # of the change from rest
+        part = 1.0 + side * errors["signal.normal"]  # factor of the change from rest
         pairs = {name: (getattr(states[REST], name), getattr(states[pressed], name))
                  for name in ("inductance", "frequency", "converter_inductance")}
         states[pressed] = replace(states[pressed], **{
@@ -278,31 +296,31 @@ def _shifted(coil: CoilEstimate, side: float, errors: Mapping[str, float]) -> Co
 
 
 SECONDS = 1.0
-"""Work that a chunk is to hold."""
+"""Intended work in a chunk (s)."""
 
 MOST_IN_CHUNK = 500
 DEATHS = 3
-"""How often a chunk is done again whose worker died, before that is an error."""
+"""Number of attempts at a chunk whose worker dies before this is an error."""
 
 NOT_COMPUTED = "not-computed"
-"""Stands among the rules for a design that made a computation fail."""
+"""Name among the rules for a design with a failed computation."""
 
 
 Made = TypeVar("Made")
 Task = tuple[Callable[..., Any], tuple[Any, ...]]
-"""Work, and what it is given."""
+"""A function and its arguments."""
 
 
 class Executor(Protocol):
-    """Whatever does work elsewhere: `concurrent.futures`, or a client of Dask."""
+    """An executor of work elsewhere: `concurrent.futures`, or a Dask client."""
 
     def submit(self, work: Any, /, *given: Any) -> Any:
-        """Something whose `result` gives what the work makes."""
+        """Return an object whose `result` returns the result of the work."""
 
 
 @record
 class Chunk:
-    """Designs that go to one worker together, and what is asked of them."""
+    """Designs for one worker, with the requested measures and level."""
 
     designs: tuple[Changes, ...]
     measures: tuple[str, ...]
@@ -310,7 +328,7 @@ class Chunk:
 
 
 def evaluate_chunk(base: Base, chunk: Chunk) -> tuple[list[Evaluation], float]:
-    """The evaluations of a chunk in its order, and the seconds that they took."""
+    """Return the evaluations of a chunk in its order, and their time (s)."""
     started = time.perf_counter()
     found: list[Evaluation | None] = []
     specs: list[SensorSpec] = []
@@ -320,7 +338,7 @@ def evaluate_chunk(base: Base, chunk: Chunk) -> tuple[list[Evaluation], float]:
             found.append(None)
         except SpecError as error:
             found.append(unreadable(error, chunk.measures, chunk.level))
-    gc.freeze()  # what stands already outlives the chunk, and would be looked through for rings again and again
+    gc.freeze()  # existing objects outlive the chunk: leave them out of garbage collection
     try:
         made = iter(_evaluated(specs, chunk))
     finally:
@@ -329,8 +347,10 @@ def evaluate_chunk(base: Base, chunk: Chunk) -> tuple[list[Evaluation], float]:
 
 
 def tidily(made: Iterable[Made]) -> Iterator[Made]:
-    """What is made, the memory of each given back before the next: designs are rings of a few objects that hold tens of
-    megabytes, and Python looks for rings by the number of objects.
+    """Yield the results, and free the memory of each before the next.
+
+    A design consists of reference cycles with few objects that hold tens of megabytes. Python collects cycles by the
+    number of objects, and so too late.
     """
     for one in made:
         yield one
@@ -339,7 +359,7 @@ def tidily(made: Iterable[Made]) -> Iterator[Made]:
 
 
 def _evaluated(specs: Sequence[SensorSpec], chunk: Chunk) -> list[Evaluation]:
-    """The evaluations of specs; a computation that fails refuses its design alone."""
+    """Return the evaluations of specs. A computation that fails refuses its design only."""
     try:
         if chunk.level != FULL:
             return screened(specs, chunk.measures)
@@ -352,7 +372,7 @@ def _evaluated(specs: Sequence[SensorSpec], chunk: Chunk) -> list[Evaluation]:
 
 
 class Workers:
-    """Evaluates designs of a base: here where `jobs` is 1, else by processes, or by an executor that is given."""
+    """Evaluation of designs of a base: in this process if `jobs` is 1, else in other processes, or by an executor."""
 
     def __init__(self, base: Base, jobs: int | None = None, executor: Executor | None = None) -> None:
         self._base, self._given = base, executor
@@ -365,14 +385,14 @@ class Workers:
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         if self._given is None and self._pool is not None:
-            # processes that hear no Ctrl-C would finish their chunk, and the program wait for them
+            # processes ignore Ctrl-C: end them, or the program waits for their chunks
             for each in list((self._pool._processes or {}).values()) if kind else ():
                 each.terminate()
-            # all is done where nothing failed: a pool that the end of the program overtakes writes a traceback
+            # without a failure all work is done: a pool still open at the program's end prints a traceback
             self._pool.shutdown(wait=kind is None, cancel_futures=True)
 
     def evaluations(self, designs: Sequence[Changes], measures: Sequence[str], level: str) -> Iterator[Evaluation]:
-        """Evaluations of all designs, in their order."""
+        """Yield evaluations of all designs, in their order."""
         left = deque(designs)
 
         def chunks() -> Iterator[Task]:
@@ -386,7 +406,7 @@ class Workers:
             yield from found
 
     def each(self, work: Callable[..., Made], given: Sequence[tuple[Any, ...]]) -> Iterator[Made]:
-        """What `work` makes of each of some arguments, in their order."""
+        """Yield the results of `work` for each tuple of arguments, in their order."""
         yield from self._in_order((work, arguments) for arguments in given)
 
     def _size(self, level: str) -> int:
@@ -399,7 +419,7 @@ class Workers:
         return self._given is None and self._jobs == 1
 
     def _in_order(self, tasks: Iterator[Task]) -> Iterator[Any]:
-        """What tasks make, in their order; each is taken when it is begun, two for every worker at a time."""
+        """Yield the results of tasks in order. Tasks are started as needed, two per worker at a time."""
         if self._is_here:
             yield from (work(*arguments) for work, arguments in tasks)
             return
@@ -417,7 +437,7 @@ class Workers:
         return self._pool.submit(task[0], *task[1])
 
     def _first(self, running: deque[tuple[Task, Any]]) -> Any:
-        """What the first of the tasks that are on their way makes; all are begun again where a process died."""
+        """Return the result of the first running task. All running tasks are started again if a process died."""
         for _ in range(DEATHS):
             try:
                 found = running[0][1].result()
@@ -434,10 +454,18 @@ class Workers:
 
 
 def cluster(address: str) -> tuple[Executor, int]:
-    """A client of the Dask scheduler at an address, and how many designs its workers evaluate at once.
+    """Return a client of the Dask scheduler at an address, and the number of designs that its workers evaluate at once.
 
-    Raises MissingExtra without Dask, OSError where nothing answers, ValueError for what is no address and for workers
-    of another version of this program. Work of a worker that dies goes to others.
+    Work of a worker that dies goes to other workers.
+
+    Raises
+    ------
+    MissingExtra
+        if Dask is not installed
+    OSError
+        if the scheduler does not answer
+    ValueError
+        if the address is invalid, or workers have another version of sitscad
     """
     try:
         from distributed import Client
@@ -455,4 +483,4 @@ def cluster(address: str) -> tuple[Executor, int]:
 
 
 SECONDS_TO_ANSWER = 10
-"""How long a scheduler may take to answer."""
+"""Longest wait for a scheduler (s)."""

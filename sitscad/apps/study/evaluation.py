@@ -1,5 +1,7 @@
-"""What an evaluation says of one design, its figures with what each can be off by and which rules refuse it; and the
-evaluations of a study as a file: a line a design, appended and never rewritten, cache, checkpoint and audit at once.
+"""The evaluation of a design, and the archive file of all evaluations of a study.
+
+An evaluation has figures with error bounds, and the rules that refuse the design. The archive has one line per design.
+Lines are appended and never rewritten. It serves as cache, checkpoint and record.
 """
 
 from __future__ import annotations
@@ -18,23 +20,25 @@ from typing import IO, Any
 from sitscad.basics.record import record
 
 OK, FAILS, UNKNOWN = "ok", "fails", "unknown"
-"""Verdicts: no rule refuses the design; one does; some could not be decided, and none refuses it."""
+"""Verdicts: no rule refuses the design; a rule refuses it; some rules are undecided and none refuses it."""
 
 FULL, SCREEN = "full", "screen"
-"""Levels: what `check` does, without hints; and the quick one, which states the error of each figure."""
+"""Levels: the full level equals `check` without hints; the screen is quick, and states the error of each figure."""
 
 UNDRAWN = frozenset({"SIT111", "SIT112", "SIT113", "SIT118", "SIT119"})
-"""Rules that find leads missing: what such a design has at its contacts lacks them."""
+"""Rules that find missing leads. The figures at the contacts of these designs do not include them."""
 
 
 BROKEN = 0.05
-"""What any breach weighs, however near to its limit: two rules are more than one."""
+"""Least size of a breach, even at the limit. Two broken rules therefore weigh more than one."""
 
 
 @record
 class Breach:
-    """How far a design lies beyond what a rule asks: figure and limit (SI, in `unit`), None where the rule has none.
-    ``sigma`` is set where the figure keeps its limit by too little: so many sigma of manufacture, where one is asked.
+    """Distance of a design from a limit.
+
+    ``measured`` and ``limit`` are SI values in ``unit``, or None if the rule has no figures. ``sigma`` is set if the
+    figure keeps its limit by less than the required one standard deviation: it is the margin in standard deviations.
     """
 
     measured: float | None = None
@@ -44,8 +48,11 @@ class Breach:
 
     @property
     def size(self) -> float:
-        """What a search takes it for: `BROKEN`, and the distance from the limit over the larger of both; 1 where the
-        rule has no figures. Of what keeps its limit it is what lacks to one sigma.
+        """Size of the breach for the search.
+
+        It is `BROKEN` plus the distance from the limit over the larger magnitude of figure and limit. It is 1 if the
+        rule has no figures. If the figure keeps its limit, the distance is the part that is missing to one standard
+        deviation.
         """
         if self.measured is None or self.limit is None:
             return 1.0
@@ -53,18 +60,17 @@ class Breach:
         return BROKEN + far / max(abs(self.limit), abs(self.measured), 1e-300)
 
     def as_json(self) -> list[Any]:
-        """Figure, limit, unit and, where there is one, sigma."""
+        """Return figure, limit, unit, and the sigma if it is set."""
         return [self.measured, self.limit, self.unit, *(() if self.sigma is None else (self.sigma,))]
 
 
 @record
 class Evaluation:
-    """One design, evaluated.
+    """The evaluation of one design.
 
-    ``values`` are figures by the measure's name, each with what it may be off by (SI); ``absent`` says why a measure
-    that was asked for is not among them. ``refused`` are the rules that find an error, each with its largest breach,
-    ``warned`` those that warn and find no error; ``unknown`` are rules whose needs the design meets and that could not
-    be decided.
+    ``values`` are pairs of figure and error bound (SI) by measure. ``absent`` gives the reason for each requested
+    measure without a value. ``refused`` are the rules that find an error, each with its largest breach. ``warned`` are
+    the rules that warn and find no error. ``unknown`` are rules that apply to the design and could not be decided.
     """
 
     values: Mapping[str, tuple[float, float]]
@@ -75,28 +81,31 @@ class Evaluation:
     level: str = FULL
 
     def __repr__(self) -> str:
-        """A line with the verdict, the rules and the first figures."""
+        """Return a line with the verdict, the rules and the first figures."""
         rules = [*self.refused, *(f"{rule} warns" for rule in self.warned)]
         figures = [f"{name} {value:.4g}" for name, (value, _) in self.values.items()]
         return f"<Evaluation {self.verdict}: {', '.join([*rules[:6], *figures[:4]])}{', ...' * (len(figures) > 4)}>"
 
     @property
     def verdict(self) -> str:
-        """`OK`, `FAILS` or `UNKNOWN`. In full the design passes where `check` passes it, whatever was not checked."""
+        """`OK`, `FAILS` or `UNKNOWN`.
+
+        At the full level, a design passes if `check` passes it, even with unchecked rules.
+        """
         return FAILS if self.refused else UNKNOWN if self.unknown and self.level != FULL else OK
 
     @property
     def refused_by(self) -> tuple[str, ...]:
-        """The rules that find an error."""
+        """Rules that find an error."""
         return tuple(self.refused)
 
     @property
     def warned_by(self) -> tuple[str, ...]:
-        """The rules that warn."""
+        """Rules that warn and find no error."""
         return tuple(self.warned)
 
     def as_json(self) -> dict[str, Any]:
-        """Plain values, as `of_json` reads them back."""
+        """Return plain values, which `of_json` reads back."""
         return {
             "level": self.level, "verdict": self.verdict,
             "values": {name: list(pair) for name, pair in self.values.items()}, "absent": dict(self.absent),
@@ -107,8 +116,9 @@ class Evaluation:
 
 
 def of_json(said: Mapping[str, Any]) -> Evaluation:
-    """The evaluation that `Evaluation.as_json` said; raises KeyError, TypeError or ValueError for anything else. What
-    many designs have alike is held once.
+    """Return the evaluation from plain values of `Evaluation.as_json`.
+
+    Equal texts and tuples of many designs share one object. Raises KeyError, TypeError or ValueError for other values.
     """
     values = {intern(name): (_figure(value), _figure(error)) for name, (value, error) in said["values"].items()}
     absent = {intern(name): intern(why) for name, why in said["absent"].items()}
@@ -134,7 +144,11 @@ def _figure(value: float) -> float:
 
 @record
 class UnitJudged:
-    """One unit: whether it keeps all, what it breaks, whether a computation failed, and its figures."""
+    """The evaluation of one unit: a manufactured sensor with its own errors.
+
+    ``is_good`` is True if it breaks no rule, ``broken`` are the broken rules, and ``is_computed`` is False if a
+    computation failed.
+    """
 
     is_good: bool
     broken: tuple[str, ...]
@@ -142,19 +156,19 @@ class UnitJudged:
     values: Mapping[str, float]
 
     def as_json(self) -> list[Any]:
-        """Plain values, as `unit_of_json` reads them back."""
+        """Return plain values, which `unit_of_json` reads back."""
         return [self.is_good, list(self.broken), self.is_computed, dict(self.values)]
 
 
 def unit_of_json(said: Sequence[Any]) -> UnitJudged:
-    """The unit that `UnitJudged.as_json` said; raises as `of_json` does."""
+    """Return the unit from plain values of `UnitJudged.as_json`. Raises the errors of `of_json`."""
     is_good, broken, is_computed, values = said
     figures = {intern(name): _figure(value) for name, value in values.items()}
     return UnitJudged(bool(is_good), tuple(map(intern, broken)), bool(is_computed), figures)
 
 
 NONE: Mapping[str, Any] = {}
-"""Stands for all that are empty."""
+"""The shared empty mapping."""
 
 
 @cache
@@ -166,12 +180,12 @@ ARCHIVE = "archive.jsonl"
 
 
 class Archive:
-    """Evaluations by the keys that `Base.key` gives; of a file where a path is given, else in memory alone.
+    """Evaluations by the keys of `Base.key`, in a file if a path is given, else in memory.
 
-    Only where each line begins is held, and lines are read again when they are asked for: a hundred thousand take 30 MB
-    and not 600. Each line begins with a hash of what follows. A line that its hash does not fit was changed, or torn
-    where a process was killed: it is passed by, and `damaged` counts it. A file ends in a whole line before it is
-    appended to. Two that append to one file do not disturb each other.
+    Only the start of each line is held, and lines are read again on demand. A hundred thousand evaluations take 30 MB
+    and not 600. Each line begins with a hash of the rest. A line that does not match its hash was changed, or torn when
+    a process was killed. It is skipped, and `damaged` counts it. Before lines are appended, the file is completed to a
+    whole line. Two processes can append to one file.
     """
 
     def __init__(self, path: Path | None = None, again: bool = False) -> None:
@@ -203,7 +217,7 @@ class Archive:
         return len(self._starts)
 
     def evaluation(self, key: str, measures: Sequence[str]) -> Evaluation | None:
-        """The evaluation under a key, where it was asked for these measures, too; of others that it has nothing."""
+        """Return the evaluation under a key. None if there is none, or if it lacks one of these measures."""
         said = self.said(key)
         if said is None or "values" not in said:
             return None
@@ -213,12 +227,12 @@ class Archive:
         return of_json({**said, **asked}) if is_asked else None
 
     def units(self, key: str) -> list[UnitJudged] | None:
-        """The units under a key."""
+        """Return the units under a key. None if there are none."""
         said = self.said(key)
         return None if said is None or "units" not in said else list(map(unit_of_json, said["units"]))
 
     def said(self, key: str) -> Mapping[str, Any] | None:
-        """What was kept under a key, as plain values; raises OSError where somebody else has changed the file since."""
+        """Return the plain values under a key, or None. Raises OSError if another program has changed the file."""
         start = self._starts.get(key.encode())
         if start is None:
             return None
@@ -230,13 +244,13 @@ class Archive:
         raise OSError(f"{ARCHIVE} was cut or rewritten while this study ran: run it again")
 
     def add(self, key: str, changes: Iterable[tuple[str, Any]], said: Mapping[str, Any]) -> None:
-        """Keep plain values; what their line says is on its way to the disk when this returns."""
+        """Add plain values under a key. On return, their line has been passed to the operating system."""
         line = {"key": key, "changes": dict(changes), **said}
         body = json.dumps(line, allow_nan=False).encode("ascii")
         self._starts[key.encode()] = self._write(_head(body) + body[1:] + b"\n")
 
     def _write(self, line: bytes) -> int:
-        """Append a line; where it begins, behind whatever another process has appended meanwhile."""
+        """Return append a line and return its start, after any lines that another process has appended."""
         self._stream.seek(0, io.SEEK_END)
         self._stream.write(line)
         self._stream.flush()
@@ -244,12 +258,12 @@ class Archive:
 
 
 def _head(body: bytes) -> bytes:
-    """The begin of a line of an archive: a hash of its body, in place of the body's brace."""
+    """Return the start of an archive line: a hash of its body, in place of the body's brace."""
     return b'{"hash": "%s", ' % hashlib.blake2b(body, digest_size=8).hexdigest().encode("ascii")
 
 
 def _body(line: bytes) -> bytes | None:
-    """The plain values of a line as JSON, without their hash. None if the hash does not fit them."""
+    """Return the plain values of a line as JSON, without their hash. None if they do not match the hash."""
     begin, _, rest = line.rstrip(b"\n").partition(b", ")
     body = b"{" + rest
     return body if begin + b", " == _head(body) else None

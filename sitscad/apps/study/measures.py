@@ -1,4 +1,4 @@
-"""The figures of a design that a study can ask for: a row a measure, with what it means and how it is read."""
+"""The measures of a design for studies and sweeps: a row for each, with its meaning and a function that reads it."""
 
 from __future__ import annotations
 
@@ -25,18 +25,21 @@ if TYPE_CHECKING:
     from sitscad.spec.sensor import SensorSpec
 
 Figure = tuple[float, float]
-"""A value and what it may be off by, both in the measure's unit."""
+"""A value and its error bound, both in the measure's unit."""
 
 Reader = Callable[[Design], Figure]
 
 
 class AbsentError(ValueError):
-    """The design does not have the figure; the text says why."""
+    """Raised if the design does not have the figure. The text gives the reason."""
 
 
 @record
 class Need:
-    """Something that a spec may have: how it is called, whether a spec has it, and by which keys it can come."""
+    """A part that a spec may have.
+
+    ``words`` is its name, ``is_had`` returns whether a spec has it, and ``keys`` are the keys that can add it.
+    """
 
     words: str
     is_had: Callable[[SensorSpec], bool]
@@ -45,9 +48,11 @@ class Need:
 
 @record
 class DesignMeasure:
-    """One figure of a design: its name, SI unit (empty for shares and counts), meaning, what a spec needs to have it,
-    and the levels that give it. `read` takes it from a design in full, and raises `AbsentError` where there is none.
-    ``decided_by`` are the keys that alone decide it, empty where many do.
+    """A measure of a design.
+
+    ``unit`` is the SI unit (empty for fractions and counts). ``needs`` are the parts that a spec needs to have it, and
+    ``levels`` the levels that compute it. ``read`` takes it from a design at the full level, and raises `AbsentError`
+    if it is absent. ``decided_by`` are the keys that alone determine it. Empty if many keys do.
     """
 
     name: str
@@ -60,12 +65,12 @@ class DesignMeasure:
 
     @property
     def needed(self) -> str:
-        """What a spec needs to have it, in words."""
+        """Text that lists the parts that a spec needs."""
         return ", ".join(need.words for need in self.needs)
 
 
 def _states(design: Design) -> Iterator[tuple[CoilEstimate, StateEstimate]]:
-    """Every coil in every state that it has."""
+    """Yield every coil with each of its states. Raises AbsentError if a state could not be estimated."""
     failed = next((why for why in design.estimates.failed_states.values() if why != MOVED_SIDEWAYS), None)
     if failed is not None:
         raise AbsentError(failed)
@@ -82,7 +87,7 @@ def inductance_error(coil: CoilEstimate, state: StateEstimate) -> float:
 
 
 def _worst_tank(design: Design, pick: Callable[..., Any], name: str) -> tuple[CoilEstimate, StateEstimate]:
-    """The coil and the state in which a figure of all tanks is at its worst: what `pick` (min or max) takes."""
+    """Return the coil and the state with the worst value of a figure. `pick` (min or max) selects the worst."""
     pairs = [pair for pair in _states(design) if math.isfinite(getattr(pair[1], name))]
     if not pairs:
         raise AbsentError("no tank of this design oscillates")
@@ -91,7 +96,10 @@ def _worst_tank(design: Design, pick: Callable[..., Any], name: str) -> tuple[Co
 
 
 def _of_tank(pick: Callable[..., Any], name: str, by_inductance: float, by_loss: float) -> Reader:
-    """Reads a figure of all tanks at its worst; `by_inductance` and `by_loss` are its exponents in L and R."""
+    """Return a reader of the worst value of a figure over all tanks.
+
+    `by_inductance` and `by_loss` are the exponents of the figure in L and R.
+    """
 
     def read(design: Design) -> Figure:
         coil, state = _worst_tank(design, pick, name)
@@ -103,7 +111,7 @@ def _of_tank(pick: Callable[..., Any], name: str, by_inductance: float, by_loss:
 
 
 def _sigma(pick: Callable[..., Any], name: str) -> Reader:
-    """Reads one sigma of manufacture of a figure of all tanks, where that is at its worst."""
+    """Return a reader of one standard deviation of manufacture of a figure, at its worst tank."""
 
     def read(design: Design) -> Figure:
         spread = _worst_tank(design, pick, name)[1].spread
@@ -140,14 +148,14 @@ def _felt(design: Design) -> Felt:
 
 
 def _error_of(design: Design) -> float:
-    """Relative error of what a design feels: none of the response's own figures."""
-    from sitscad.estimates.performance.screen import NEARLY  # loaded by whatever feels
+    """Return the relative error of sensing figures: `NEARLY` at the screen level, 0 at the full level."""
+    from sitscad.estimates.performance.screen import NEARLY  # loaded with the sensing performance
 
     return NEARLY if design.estimates.is_rough else 0.0
 
 
 def _by_axis(of: Callable[[Felt, str], float]) -> Callable[[str], Reader]:
-    """Make a reader of a figure of one axis, with its error at the screen level."""
+    """Return a function that makes a reader for an axis, with the error at the screen level."""
 
     def along(axis: str) -> Reader:
         def read(design: Design) -> Figure:
@@ -191,7 +199,7 @@ def _range(axis: str) -> Reader:
             raise AbsentError(f"the coils do not tell {axis} apart")
         from sitscad.estimates.performance.points import COURSE
 
-        apart = design.sensing.solved.bench.farthest[axis] / (COURSE - 1)  # of the loads that are looked at
+        apart = design.sensing.solved.bench.farthest[axis] / (COURSE - 1)  # spacing of the evaluated loads
         return points[0].axes[axis].range, apart
 
     return read
@@ -260,7 +268,7 @@ WORST: dict[str, tuple[Callable[..., Any], str, float, float]] = {
     "frequency": (max, "highest frequency of all tanks and states", 0.5, 0.0),
     "amplitude": (min, "least amplitude at the converter, of all tanks and states", 1.0, 1.0),
 }
-"""Quantities of a tank, how the worst of all states is picked, what it means, and its exponents in L and in R."""
+"""Quantities of a tank: the function that picks the worst state, the meaning, and the exponents in L and in R."""
 
 PADDED = (Need("target", lambda spec: spec.target is not None, ("target",)),
           Need("elastomer", lambda spec: spec.elastomer is not None, ("elastomer",)))
@@ -342,12 +350,14 @@ def _rows() -> Iterator[DesignMeasure]:
 
 
 MEASURES: dict[str, DesignMeasure] = {row.name: row for row in _rows()}
-"""Every measure by its name, in the order in which they are listed."""
+"""Every measure by name, in the order of lists."""
 
 
 def measures_named(names: list[str] | tuple[str, ...] | None, level: str = SCREEN) -> tuple[str, ...]:
-    """The measures of these names, all of a level but ranges, sigmas and yield where none are named; ValueError for a
-    name that there is not, with the nearest ones.
+    """Return the measures of these names.
+
+    Without names, they are all measures of the level except ranges, sigmas and yield. Raises ValueError for an unknown
+    name, with the nearest names.
     """
     if names is None:
         dear = ("range.", "sigma.", "yield")
@@ -359,7 +369,7 @@ def measures_named(names: list[str] | tuple[str, ...] | None, level: str = SCREE
 
 
 def nearest_measures(word: str) -> str:
-    """The measures that a word may have meant, in words."""
+    """Return a text that names measures similar to a word."""
     import difflib
 
     near = difflib.get_close_matches(word.lower(), list(MEASURES), n=3, cutoff=0.5)

@@ -1,5 +1,9 @@
-"""A study's page: its answer as one HTML file that loads nothing, whole as tables and pictures where no script runs;
-and the page and numbers of a sweep that fills up. A design in a chart is named ``CHART-design-NUMBER`` for the script.
+"""A study's page: its answer as a single HTML file that loads nothing.
+
+Without scripts it still has all tables and pictures.
+
+The module also makes the page and the numbers of a search in progress. A design in a chart is named
+``CHART-design-NUMBER`` for the script.
 """
 
 from __future__ import annotations
@@ -54,12 +58,12 @@ from sitscad.spec.reading import SpecError
 INK, SOFT, LINE = "#1c2126", "#5c6670", "#d9dee3"
 REFUSED, PASSES, FRONT, KEPT = "#b9c1c9", "#7fa8d6", COLOURS[0], COLOURS[1]
 LETTERS = 12.0
-TICKS = 4  # Steps of an axis at most
+TICKS = 4  # Largest number of steps of an axis
 
 
 @record
 class ChartAxis:
-    """Figures along a side of a chart: their name, between which, and what is written where."""
+    """An axis of a chart: its title, its range, and its ticks with labels."""
 
     title: str
     low: float
@@ -67,16 +71,16 @@ class ChartAxis:
     ticks: tuple[tuple[float, str], ...]
 
     def at(self, value: float) -> float:
-        """Where a figure stands: 0 at the low end, 1 at the high one, and never beyond."""
+        """Return the position of a figure: 0 at the low end, 1 at the high end, limited to this range."""
         return min(1.0, max(0.0, (value - self.low) / (self.high - self.low)))
 
     def has(self, value: float | None) -> bool:
-        """Whether a figure lies on it."""
+        """Whether a figure lies on the axis."""
         return value is not None and self.low <= value <= self.high
 
 
 def axis_of_figures(title: str, values: Iterable[float]) -> ChartAxis:
-    """One that holds all of some figures, with round ones written at it."""
+    """Return an axis that holds all finite figures, with ticks at round numbers."""
     found = [value for value in values if math.isfinite(value)] or [0.0]
     low, high = min(found), max(found)
     room = 0.06 * (high - low) or 0.05 * abs(high) or 1.0
@@ -90,7 +94,7 @@ def axis_of_figures(title: str, values: Iterable[float]) -> ChartAxis:
 
 @record
 class DesignMark:
-    """A design in a chart: its number, what it is (a key of `MARKS`), and the number that it is kept under."""
+    """A design in a chart: its number, its kind (a key of `MARKS`), and its number among the kept designs."""
 
     number: int
     kind: str
@@ -101,11 +105,11 @@ MARKS = {
     "refused": (2.2, REFUSED), "passes": (2.6, PASSES), "front": (4.0, FRONT), "nearest": (7.0, KEPT),
     "kept": (8.0, KEPT),
 }
-"""Radius (px) and colour of a design, in the order of drawing: what it is is the best that can be said of it."""
+"""Radius (px) and colour of each kind of design, in the order of drawing. A design has the last kind that applies."""
 
 
 def in_order(marks: Iterable[DesignMark]) -> list[DesignMark]:
-    """The lesser ones first, so that they lie below."""
+    """Return the marks in the order of drawing: lesser kinds first, so that they lie below."""
     return sorted(marks, key=lambda mark: list(MARKS).index(mark.kind))
 
 
@@ -113,7 +117,7 @@ def field(
     name: str, axes: tuple[ChartAxis, ChartAxis], marks: Iterable[DesignMark],
     place: Callable[[DesignMark], tuple[float, float] | None], base: tuple[float, float] | None,
 ) -> str:
-    """Designs by two figures; those beyond the axes are left out."""
+    """Return a chart of designs by two figures. Designs beyond the axes are left out."""
     size, (left, low, right, top) = (620.0, 430.0), (66.0, 52.0, 606.0, 400.0)
     sheet, (across, up) = Sheet(f"{axes[1].title} against {axes[0].title}", size, unit="", decimals=1), axes
     for value, words in across.ticks:
@@ -150,8 +154,9 @@ def board_sketch(
     body: tuple[float, float, float, float], outline: Path, windings: Sequence[Path], width: float,
     targets: Sequence[Path],
 ) -> str:
-    """A board without leads, as seen from the top (m): its outline, the tail cut off behind the body, the tracks of a
-    layer, and the targets over it.
+    """Return a drawing of a board without leads, from the top (m).
+
+    It shows the outline, cut off behind the body, the tracks of one layer, and the targets.
     """
     x0, y0, x1, y1 = box_around([body, *(bounding_box([path]) for path in targets)])
     scale = 400.0 / (x1 - x0)
@@ -171,22 +176,22 @@ def board_sketch(
 
 
 MOST_OTHERS = 2000
-"""Designs beside the front that the page shows."""
+"""Largest number of designs on the page besides the front."""
 
 FEW = 5
-"""Designs on a front below which the picture shows what is around them, too."""
+"""Number of designs on a front below which the chart also covers other designs."""
 
 MOST_SKETCHES = 1_000_000
-"""Characters of small drawings that the page holds; designs beyond are shown as figures alone."""
+"""Largest number of characters in small drawings on the page. Further designs have figures only."""
 
 MOST_PAGE = 3_000_000
-"""Characters of the page: where it has more, both of these are halved until it has not."""
+"""Largest number of characters of the page. Beyond it, the two limits above are halved until it fits."""
 
 Values = Mapping[str, float]
 
 
 class StudyPage:
-    """The page of an answer, with a share of the other designs and of the small drawings that it holds at most."""
+    """The page of an answer. `share` is the fraction of `MOST_OTHERS` and `MOST_SKETCHES` that it uses."""
 
     def __init__(self, said: StudyAnswer, share: float = 1.0) -> None:
         self.said, self.asked, self.share = said, said.asked, share
@@ -196,7 +201,7 @@ class StudyPage:
         self.points = self._points()
 
     def _points(self) -> list[DesignPoint]:
-        """The whole front, and of all others so many at most, evenly among those that were looked at."""
+        """Return the whole front, and other designs up to a limit, evenly selected among the evaluated designs."""
         own = [] if self.nearest is None else [self.nearest]
         front = [*dict.fromkeys((*self.numbers, *own, *self.said.front))]
         others = [point for point in self.said.found.screened if point not in set(front)]
@@ -205,7 +210,7 @@ class StudyPage:
 
     @cached_property
     def scales(self) -> dict[str, tuple[float, str]]:
-        """The factor and the unit in which each measure is drawn: that of the front's middle design, or of any."""
+        """Factor and unit of each measure in charts, from the middle design of the front, or of all designs."""
         import numpy as np
 
         found = {}
@@ -216,7 +221,7 @@ class StudyPage:
         return found
 
     def scaled(self, one: Evaluation) -> dict[str, float]:
-        """The figures of an evaluation as they are drawn."""
+        """Return the figures of an evaluation in the units of the charts."""
         return {name: one.values[name][0] * self.scales[name][0] for name in self.names if name in one.values}
 
     @cached_property
@@ -226,7 +231,7 @@ class StudyPage:
 
     @cached_property
     def marks(self) -> list[DesignMark]:
-        """All points as charts show them."""
+        """Marks of all points in charts."""
         return [DesignMark(k, self._kind(point), self.numbers.get(point, 0)) for k, point in enumerate(self.points)]
 
     def _kind(self, point: DesignPoint) -> str:
@@ -240,7 +245,7 @@ class StudyPage:
 
     @cached_property
     def axes(self) -> dict[str, ChartAxis]:
-        """The axis of each measure holds the front, or the better four fifths of all where a front has few designs."""
+        """Axis of each measure. It covers the front, or the better four fifths of all designs if the front is small."""
         found = {}
         wanted = [k for k, mark in enumerate(self.marks) if mark.kind in ("kept", "front")]
         is_few = len(wanted) < FEW
@@ -259,11 +264,11 @@ class StudyPage:
         return found
 
     def titled(self, name: str) -> str:
-        """A measure with its unit."""
+        """Return a measure with its unit."""
         return titled(name, self.scales[name][1])
 
     def html(self) -> str:
-        """The whole file."""
+        """Return the whole file."""
         words = [goal.words for goal in self.asked.goals]
         verdict = ("good", "It can be met") if self.said.is_met else ("bad", "No design keeps everything")
         if self.said.lacks_yield:
@@ -287,7 +292,7 @@ class StudyPage:
                     f"{self.asked.base.spec.source.sha256}")
 
     def so_far(self, of: int) -> str:
-        """The page while a sweep of so many designs fills up: what the screen says, nothing chosen yet."""
+        """Return the page of a search of `of` designs in progress: results of the screen, without kept designs."""
         said, good = self.said, sum(mark.kind != "refused" for mark in self.marks)
         words = f"{len(said.found.screened)} of {of} designs looked at by the screen, {good} keep everything"
         head = self.head([goal.words for goal in self.asked.goals], ("good" if good else "bad", words), ())
@@ -298,7 +303,7 @@ class StudyPage:
         ])
 
     def head(self, goals: Sequence[str], verdict: tuple[str, str], lines: Iterable[str]) -> str:
-        """The name, whether it can be met, and the best of each goal beside the base."""
+        """Return the name, the verdict, and the best value of each goal beside the base."""
         said, (kind, words) = self.said, verdict
         asks = [f"{one.measure} {one.written}" for one in self.asked.require]
         tiles = []
@@ -319,12 +324,12 @@ class StudyPage:
         )
 
     def in_the_way(self) -> str:
-        """What refuses designs, and the smallest relaxation that was tried."""
+        """Return the rules and requirements that refuse designs, and the smallest tried relaxation."""
         told = _table(refusal_table(self.said)) or "<p>Nothing refused a design.</p>"
         return "".join(_paragraphs(refusal_lines(self.said))) + told
 
     def designs(self) -> str:
-        """The base and the designs that are kept: a table, then a drawing of each."""
+        """Return the base and the kept designs: a table, then a drawing of each kept design."""
         drawn = ""
         for number, layout in enumerate(self.said.layouts, 1):
             x0, y0, x1, y1 = layout.body
@@ -334,14 +339,14 @@ class StudyPage:
         return _table(design_table(self.said)) + drawn
 
     def yields(self) -> str:
-        """The yield of each kept design with its interval, what decides it, and one sigma of figures."""
+        """Return the yield of each kept design with its interval, its deciding spreads, and one sigma of figures."""
         is_unknown = self.said.kept and all(one.units is None for one in self.said.kept)
         designs = design_table(self.said)
         told = "".join(_paragraphs(low_yield_lines(self.said))) + _table(yield_table(designs))
         return "<p>Not worked out.</p>" if is_unknown else told + _table(sigma_table(designs))
 
     def front(self) -> str:
-        """Designs by every two goals, the chosen one, and the front as a table."""
+        """Return charts of designs by each pair of goals, the chosen design, and the front as a table."""
         goals = [goal.measure for goal in self.asked.goals]
         pairs = [*combinations(goals, 2)] if len(goals) > 1 else [(self.asked.space.variables[0].key, goals[0])]
         drawn, base = "", self.scaled(self.said.base)
@@ -364,19 +369,19 @@ class StudyPage:
         return f"<div class='fields'>{drawn}</div>{CHOSEN if self.said.found.full else ''}{whole}"
 
     def _key_axis(self, key: str) -> ChartAxis:
-        """The axis of a key's counted values: the first, the middle and the last are written."""
+        """Return the axis of a key's values by number. The first, the middle and the last value have labels."""
         values = next(v.values for v in self.asked.space.variables if v.key == key)
         last = len(values) - 1
         ticks = tuple((float(k), str(values[k])) for k in sorted({0, last // 2, last}))
         return ChartAxis(key, -0.25, last + 0.25, ticks)
 
     def onward(self) -> str:
-        """The next commands, and where the files are."""
+        """Return the next commands, and the places of the files."""
         lines = [line.replace("./designs", "designs") for line in onward(self.said, ".")]
         return f"{''.join(_paragraphs(lines))}<p class='soft'>{FILES}</p>"
 
     def data(self) -> dict[str, Any]:
-        """What the page's script reads: keys, measures, points and small drawings of the front."""
+        """Return the data of the page's script: keys, measures, points and small drawings of the front."""
         before, space = self.asked.base.values(()), self.asked.space
         base = self.scaled(self.said.base)
         return {
@@ -391,7 +396,7 @@ class StudyPage:
         }
 
     def _sketches(self) -> Iterator[tuple[str, str]]:
-        """Small drawings of the front by number, as far as there is room for them."""
+        """Yield small drawings of the front by number, up to the limit of characters."""
         room = int(self.share * MOST_SKETCHES)
         for mark in self.marks:
             if mark.kind not in BEST:
@@ -416,7 +421,7 @@ CAPTION = ("Grey: refused; light blue: keeps everything, by the screen; blue: no
            "kept, or the nearest where none is; ring: the base.")
 
 BEST = ("kept", "nearest", "front")
-"""Kinds of designs that are drawn small."""
+"""Kinds of designs with small drawings."""
 
 CHOSEN = """
 <div id="chosen" hidden><div class="bar"><label>design <select></select></label></div>
@@ -454,20 +459,20 @@ def _paragraphs(lines: Iterable[str]) -> Iterator[str]:
 
 
 def _digits(value: float | None) -> float | None:
-    """A figure as short as it may be drawn."""
+    """Return a figure with five significant digits for drawing."""
     return None if value is None else float(f"{value:.5g}")
 
 
 def study_page(said: StudyAnswer) -> str:
-    """The page of an answer as HTML text; whatever comes from the study or its base is escaped."""
+    """Return the page of an answer as HTML text. Text from the study or its base is escaped."""
     share = 1.0
     while len(found := StudyPage(said, share).html()) > MOST_PAGE and share > 0.01:
-        share *= 0.5  # many keys, many measures or large boards
+        share *= 0.5  # the page has many keys, many measures or large boards
     return found
 
 
 def page_so_far(study: Study, found: Found, of: int) -> str:
-    """The page of a study of which so many of `of` designs were looked at: what the screen says of them."""
+    """Return the page of a search in progress, with `found` of `of` designs: results of the screen."""
     asked, found = study.asked, replace(found, full={})
     nothing = Agreement(0, 0, 0, {})
     base = screened([asked.base.spec], asked.measures)[0]
@@ -478,7 +483,7 @@ def page_so_far(study: Study, found: Found, of: int) -> str:
 
 
 def answer_files(said: StudyAnswer) -> dict[str, bytes]:
-    """The files of a study's folder beside its archive, and those that the kept designs read."""
+    """Return the files of a study's folder besides its archive, and the files that the kept designs read."""
     asked = said.asked
     specs = (asked.base.design(asked.space.changes(one.point)) for one in said.kept)
     files = {f"designs/{name}": content for spec in specs for name, content in spec.source.files.items()}
@@ -488,12 +493,13 @@ def answer_files(said: StudyAnswer) -> dict[str, bytes]:
 
 
 PAUSE = 1.0
-"""Seconds between two events of a sweep."""
+"""Seconds between two events of a search in progress."""
 
 
 def filling(study: Study, evaluated: dict[str, Evaluation], serves: bool) -> Iterator[tuple[dict[str, Any], bytes]]:
-    """The numbers, and the page where it `serves` one, again and again until all designs were looked at. Those of saves
-    before are taken from `evaluated`, as far as they still fit.
+    """Yield the numbers of a search in progress, and its page if `serves`, until all designs are evaluated.
+
+    Evaluations from earlier saves in `evaluated` are reused if they still apply.
     """
     asked = study.asked
     points = first_set(asked.space, asked.evaluations, asked.seed, [asked.base_point])
@@ -513,7 +519,7 @@ def filling(study: Study, evaluated: dict[str, Evaluation], serves: bool) -> Ite
 
 
 def numbers(found: Found, of: int) -> dict[str, Any]:
-    """How many designs were looked at, how many keep everything by the screen, and of these the best of each goal."""
+    """Return the number of evaluated designs, the number that pass the screen, and their best value of each goal."""
     asked, good = found.asked, passing(found.asked, found.screened)
     said = {"designs": f"{len(found.screened)} of {of}", "keep everything": str(len(good))}
     for goal in asked.goals:

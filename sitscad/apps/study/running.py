@@ -1,6 +1,7 @@
-"""A study at work: candidates drawn generation by generation, each evaluated once on both levels, and their costs.
+"""The search of a study: candidates in generations, each evaluated once per level, and their costs.
 
-Candidates depend on the seed and on the costs that the search was told, never on who computed them, nor in which order.
+Candidates depend on the seed and on earlier costs. They never depend on the process that computed the costs, or on the
+order of computation.
 """
 
 from __future__ import annotations
@@ -34,16 +35,18 @@ from sitscad.data import rows
 
 POPULATION = 64
 GENERATION = 4096
-"""Designs of a grid or a Sobol' set that workers have at once, all of them before the next ones."""
+"""Number of designs of a grid or a Sobol' set that are passed to the workers together."""
 
 LEAST_SOBOL, MOST_SOBOL = 32, 1024
-"""Designs with which a search begins: a quarter of all, as a power of two between these."""
+"""Limits of the number of first designs of a search: a quarter of all, as a power of two between these."""
 
 
 @record
 class Costs:
-    """What a point costs: its goals as figures to make small (None where it has them not), and how far it lies beyond
-    what is required, 0 where it keeps all.
+    """Costs of a point.
+
+    ``goals`` are figures to minimize, None if the design does not have the figure. ``violation`` is the total breach of
+    rules and requirements, 0 if all are kept.
     """
 
     goals: tuple[float | None, ...]
@@ -51,11 +54,11 @@ class Costs:
 
 
 Evaluate = Callable[[list[Point]], list[Costs]]
-"""Says what points cost, each of which it is asked about once."""
+"""Function that returns the costs of points. It is called once per point."""
 
 
 def method_for(asked: str, space: Space, evaluations: int, goals: int) -> str:
-    """The method that a study uses: what it names, else the grid where that is no more than it may evaluate."""
+    """Return the search method: the named one, or for "auto" the grid if it is small enough, else another method."""
     if asked != "auto":
         return asked
     if space.size <= evaluations:
@@ -66,9 +69,7 @@ def method_for(asked: str, space: Space, evaluations: int, goals: int) -> str:
 def search(
     method: str, space: Space, evaluations: int, seed: int, goals: int, evaluate: Evaluate, begin: Sequence[Point] = ()
 ) -> None:
-    """Ask `evaluate` about points of a method, so many in all at most, equal ones once; first about those to `begin`
-    with.
-    """
+    """Evaluate points chosen by a method: the points in `begin` first, at most `evaluations`, and equal points once."""
     if method in ("grid", "sobol"):
         further = space.points() if method == "grid" else sobol_set(space, evaluations, seed)
         _in_turn(_distinct((*begin, *islice(further, evaluations)), evaluations), evaluate)
@@ -80,14 +81,14 @@ def search(
 
 
 def first_set(space: Space, evaluations: int, seed: int, begin: Sequence[Point] = ()) -> list[Point]:
-    """The points with which a search of so many evaluations begins."""
+    """Return the first points of a search with this number of evaluations."""
     count = 2 ** max(0, (evaluations // 4).bit_length() - 1)
     drawn = sobol_set(space, min(max(count, LEAST_SOBOL), MOST_SOBOL, evaluations), seed)
     return _distinct((*begin, *drawn), evaluations)
 
 
 def _distinct(points: Iterable[Point], most: int) -> list[Point]:
-    """The first points, equal ones once."""
+    """Return the first `most` points, equal points once."""
     return list(dict.fromkeys(points))[:most]
 
 
@@ -97,10 +98,10 @@ def _in_turn(points: Sequence[Point], evaluate: Evaluate) -> list[Costs]:
 
 
 def sobol_set(space: Space, count: int, seed: int) -> list[Point]:
-    """Points of a scrambled Sobol' set, equal ones once: as many as there are among `count` of its rows."""
-    from scipy.stats import qmc  # only searches
+    """Return distinct points of a scrambled Sobol' set with `count` rows."""
+    from scipy.stats import qmc  # loaded for searches only
 
-    size = 2 ** max(0, (count - 1).bit_length())  # a power of two keeps its balance
+    size = 2 ** max(0, (count - 1).bit_length())  # a power of two keeps the set balanced
     rows = qmc.Sobol(len(space.shape), scramble=True, rng=seed).random(size)[:count]
     shape = np.array(space.shape)
     found = np.minimum((rows * shape).astype(int), shape - 1)
@@ -108,11 +109,11 @@ def sobol_set(space: Space, count: int, seed: int) -> list[Point]:
 
 
 WORST = 1e30
-"""Stands for a goal that a point does not have: it is beyond what is required, too."""
+"""Value of a goal that a point does not have. Such a point also violates the requirements."""
 
 
 def _figures(costs: Sequence[Costs]) -> tuple[Array, Array]:
-    """Goals (n, goals) and violations (n, 1) as arrays."""
+    """Return goals (n, goals) and violations (n, 1) as arrays."""
     goals = np.array([[WORST if value is None else value for value in one.goals] for one in costs])
     return goals, np.array([one.violation for one in costs]).reshape(-1, 1)
 
@@ -120,7 +121,10 @@ def _figures(costs: Sequence[Costs]) -> tuple[Array, Array]:
 def _nsga2(
     space: Space, evaluations: int, seed: int, goals: int, known: dict[Point, Costs], evaluate: Evaluate
 ) -> None:
-    """NSGA-II (Deb 2002) on the numbers of the values, begun with the best of what is known."""
+    """Search with NSGA-II (Deb 2002) on the numbers of the values.
+
+    The first population is the best of the known points.
+    """
     try:
         from pymoo.algorithms.moo.nsga2 import NSGA2
         from pymoo.core.problem import Problem
@@ -145,18 +149,18 @@ def _nsga2(
             return
         points = [tuple(map(int, row)) for row in np.rint(asked.get("X"))]
         still = 0 if _ask(points, evaluations, known, evaluate) else still + 1
-        nothing = Costs((None,) * goals, WORST)  # beyond what may be evaluated: told as the worst, and asked no more
+        nothing = Costs((None,) * goals, WORST)  # beyond the limit of evaluations: given the worst costs
         values, violations = _figures([known.get(point, nothing) for point in points])
         algorithm.evaluator.eval(StaticProblem(problem, F=values, G=violations), asked)
         algorithm.tell(infills=asked)
 
 
 STILL = 50
-"""Generations without a new design after which there is nothing left to find."""
+"""Number of generations without a new design after which the search ends."""
 
 
 def _ask(points: Sequence[Point], evaluations: int, known: dict[Point, Costs], evaluate: Evaluate) -> int:
-    """Evaluate those of some points that are not known, as long as there are evaluations left; how many these were."""
+    """Evaluate unknown points while evaluations are left. Return their number."""
     new = [point for point in dict.fromkeys(points) if point not in known][: evaluations - len(known)]
     if new:
         known |= dict(zip(new, evaluate(new), strict=True))
@@ -164,8 +168,9 @@ def _ask(points: Sequence[Point], evaluations: int, known: dict[Point, Costs], e
 
 
 def _best(known: dict[Point, Costs], size: int) -> list[Point]:
-    """The points that a population begins with: those that keep most, and of these those that cost least, front by
-    front.
+    """Return the first population: the points with the least violation.
+
+    Among valid points, the best fronts go first.
     """
     points = list(known)
     ranks = ranked([known[point] for point in points])
@@ -173,8 +178,10 @@ def _best(known: dict[Point, Costs], size: int) -> list[Point]:
 
 
 def ranked(costs: Sequence[Costs], wanted: int | None = None) -> NDArray[np.int64]:
-    """The front that each point is on, from 0: those that keep what is required by their goals, all others behind
-    these by their violation. Once `wanted` points have their front, the others of those share the next one.
+    """Return the number of the front of each point, from 0.
+
+    Valid points are ranked by their goals. All others come after them, by their violation. Once `wanted` points have a
+    front, the remaining valid points share the next one.
     """
     goals, violations = _figures(costs)
     ranks = np.full(len(costs), -1, dtype=np.int64)
@@ -190,8 +197,10 @@ def ranked(costs: Sequence[Costs], wanted: int | None = None) -> NDArray[np.int6
 
 
 def _unbeaten(values: Array) -> Flags:
-    """Which rows (n, goals; less is better) no other one beats: in the order of their goals, one can be beaten by those
-    before it alone. It takes as many passes as there are such rows.
+    """Return flags of the rows (n, goals; less is better) that no other row beats.
+
+    In the order of their goals, a row can be beaten only by earlier rows. The number of passes is the number of
+    unbeaten rows.
     """
     left, found = np.lexsort(values.T[::-1]), np.zeros(len(values), dtype=bool)
     while len(left):
@@ -202,17 +211,20 @@ def _unbeaten(values: Array) -> Flags:
 
 
 class _SpentError(Exception):
-    """As many designs were evaluated as may be."""
+    """Raised when the limit of evaluations is reached."""
 
 
 REFUSED = 1e12
-"""Cost of a design that lies beyond what is required, and more by how far: above all goals in SI units."""
+"""Least cost of an invalid design, multiplied by one plus its violation: above all goals in SI units."""
 
 
 def _differential_evolution(
     space: Space, evaluations: int, seed: int, goals: int, known: dict[Point, Costs], evaluate: Evaluate
 ) -> None:
-    """Differential evolution (Storn and Price 1997) on the numbers of the values, begun with the best that is known."""
+    """Search with differential evolution (Storn and Price 1997) on the numbers of the values.
+
+    The first population is the best of the known points.
+    """
     from scipy.optimize import differential_evolution
 
     bounds, size = [(0, count - 1) for count in space.shape], min(32, max(8, evaluations // 8), len(known))
@@ -243,37 +255,48 @@ def _differential_evolution(
 
 
 def _single(cost: Costs) -> float:
-    """What a design of one goal costs."""
+    """Return the cost of a design with one goal."""
     goal = cost.goals[0]
     return REFUSED * (1.0 + cost.violation) if cost.violation > 0.0 or goal is None else goal
 
 
 IN_VAIN = "SIT020"
-"""Warns of a comment that silences nothing: it is taken out of a kept design, and held against none."""
+"""Rule about a comment that silences no finding.
+
+The comment is removed from kept designs, and the warning is ignored.
+"""
 
 LEAST_FULL = 24
-"""Designs that are judged in full at least, where there are so many; four times those that are kept if that is more."""
+"""Least number of designs to evaluate at the full level, if there are as many.
+
+Four times the kept designs if that is more.
+"""
 
 MOST_FRONT = 256
-"""Designs of the front that are judged in full at most: those beyond are in the archive alone."""
+"""Largest number of designs of the front to evaluate at the full level. Further designs are in the archive only."""
 
 MOST_AT_ONCE = 8
-"""Designs of one generation that are judged in full while searching."""
+"""Largest number of designs of one generation to evaluate at the full level during the search."""
 
 MOST_ROUNDS = 4
-"""How often designs are judged in full that the screen has on the front once those before fell."""
+"""Number of rounds that evaluate the screen's front at the full level, after earlier designs have failed."""
 
 MOST_IN_VAIN = 8
-"""How often so where none of them keeps everything yet."""
+"""Number of such rounds while no design meets everything."""
 
 MANY = 8
-"""Designs with one value that fell in full, and none that did not, from which on others without that value go first."""
+"""Number of designs with one value that all failed at the full level, after which designs without the value go
+first.
+"""
 
 
 @record
 class StudyState:
-    """How far a study is: what it does, designs (or units) done of all, as far as it is known how many there will be,
-    those that keep everything, and the best of each goal; how many this run `made` and did not find in its archive.
+    """Progress of a study.
+
+    ``stage`` is the present work, and ``done`` of ``of`` designs or units are finished, as far as the total is known.
+    ``feasible`` designs meet everything, and ``best`` is the best value of each goal. ``made`` counts evaluations of
+    this run, without those from the archive.
     """
 
     stage: str
@@ -289,8 +312,10 @@ Progress = Callable[[StudyState], None]
 
 @dataclass
 class Found:
-    """Everything that was evaluated: points in the order in which they were drawn, by level, in both where there is no
-    screen; how many evaluations were `reused` from the archive, and how many of its lines are `damaged`.
+    """All evaluations of a study.
+
+    ``screened`` and ``full`` hold evaluations by point, in the order of evaluation. A design without a screen is in
+    both. ``reused`` counts evaluations from the archive, and ``damaged`` its damaged lines.
     """
 
     asked: Asked
@@ -302,28 +327,29 @@ class Found:
 
     @property
     def unscreened(self) -> int:
-        """How many designs have no screen, and were judged in full in its place."""
+        """Number of designs without a screen, which were evaluated at the full level instead."""
         return sum(one.level == FULL for one in self.screened.values())
 
     def of(self, point: Point) -> Evaluation:
-        """The best that is known of a point."""
+        """Return the evaluation of a point at the full level, or else by the screen."""
         return self.full.get(point) or self.screened[point]
 
 
 LEAST_RANK = 0.98
-"""Rank correlation (Spearman) with the full level from which on the screen ranks designs by a measure."""
+"""Least rank correlation (Spearman) with the full level at which the screen ranks designs by a measure."""
 
 
 @cache
 def unranked() -> frozenset[str]:
-    """The measures by which it does not."""
+    """Return the measures by which the screen does not rank designs."""
     return frozenset(row["measure"] for row in rows("screen_errors") if row["rank"] and float(row["rank"]) < LEAST_RANK)
 
 
 def violations(asked: Asked, found: Evaluation) -> dict[str, Breach]:
-    """What a design breaks: rules with errors, warnings that may not stay, and requirements of the study; a measure
-    that is asked for and that it does not have is broken, too, but for what only the full level has. Of a design that
-    cannot be drawn nothing else is known, and nothing else is broken.
+    """Return the breaches of a design: rules with errors, warnings that may not stay, and broken requirements.
+
+    A missing measure is a breach, too, unless only the full level computes it. A design that cannot be drawn has only
+    the breaches of the rules that refuse its spec, because no others are known.
     """
     broken = dict(found.refused)
     if is_unmade(broken):
@@ -342,7 +368,7 @@ def violations(asked: Asked, found: Evaluation) -> dict[str, Breach]:
         elif (sigma := found.values.get(f"sigma.{one.measure}")) is not None and asked.least_yield is not None:
             far = NormalDist().inv_cdf(asked.least_yield) * sigma[0]
             worst = value[0] - far if one.is_floor else value[0] + far
-            if not one.holds(worst):  # so many units would not keep it: to first order, each limit by itself
+            if not one.holds(worst):  # too many units would break it (to first order, each limit separately)
                 broken[f"yield by {one.measure}"] = Breach(worst, one.limit, unit)
     if not broken:
         lacking = [goal.measure for goal in asked.goals
@@ -352,7 +378,7 @@ def violations(asked: Asked, found: Evaluation) -> dict[str, Breach]:
 
 
 def costs(asked: Asked, found: Evaluation) -> Costs:
-    """What a design costs the search."""
+    """Return the costs of a design for the search."""
     goals = tuple(goal.cost(found.values[goal.measure][0]) if goal.measure in found.values else None
                   for goal in asked.goals)
     unmade = NOT_MADE if is_unmade(found.refused) else 0.0
@@ -360,17 +386,20 @@ def costs(asked: Asked, found: Evaluation) -> Costs:
 
 
 def is_unmade(broken: Iterable[str]) -> bool:
-    """Whether a rule of the spec itself is broken, so that nothing can be drawn and no other rule asked."""
+    """Whether a rule of the spec itself is broken.
+
+    The design then cannot be drawn, and other rules cannot be applied.
+    """
     return any(name.startswith("SIT0") and name != IN_VAIN for name in broken)
 
 
 NOT_MADE = 100.0
-"""What a design weighs beside its breaches that cannot be drawn at all: more than any that can."""
+"""Additional violation of a design that cannot be drawn: more than the violation of any other design."""
 
 
 @dataclass
 class LevelTally:
-    """Counts the evaluations of a level, and tells how far it is after each that is made."""
+    """Counts of the evaluations of a level, with a progress report after each new evaluation."""
 
     asked: Asked
     level: str
@@ -382,7 +411,7 @@ class LevelTally:
     best: dict[str, float] = field(default_factory=dict)
 
     def note(self, one: Evaluation, is_made: bool) -> None:
-        """Count one."""
+        """Count one evaluation."""
         self.done += 1
         if not violations(self.asked, one):
             self.good += 1
@@ -396,7 +425,7 @@ class LevelTally:
 
 
 class StudyRun:
-    """One study with its workers, its archive and whom it tells how far it is."""
+    """One run of a study, with its workers, its archive and its progress function."""
 
     def __init__(self, asked: Asked, workers: Workers, archive: Archive, progress: Progress | None = None) -> None:
         self._asked, self._workers, self._archive = asked, workers, archive
@@ -408,7 +437,7 @@ class StudyRun:
                            damaged=archive.damaged)
 
     def evaluate(self, points: Sequence[Point], level: str) -> None:
-        """Evaluate points on a level, each once. What the archive has is taken from there."""
+        """Evaluate points on a level, each once. Evaluations in the archive are reused."""
         kept = self.found.full if level == FULL else self.found.screened
         base, measures = self._asked.base, self._asked.measures
         changes = {point: self._asked.space.changes(point) for point in points if point not in kept}
@@ -421,7 +450,7 @@ class StudyRun:
         made = self._workers.evaluations([changes[point] for point in missing], measures, level)
         for point, one in zip(missing, made, strict=True):
             self._archive.add(keys[point], changes[point], one.as_json())
-            found[point] = self._archive.evaluation(keys[point], measures)  # as it is read by a run that goes on
+            found[point] = self._archive.evaluation(keys[point], measures)  # as a later run reads it
             self._told[level].note(one, is_made=True)
         for point, evaluation in found.items():
             if evaluation is None:
@@ -432,8 +461,10 @@ class StudyRun:
             self._costs[point] = costs(self._asked, evaluation)
 
     def search(self) -> None:
-        """Screen designs as the method draws them, judging in full what comes to the front; then all that may be on it,
-        until it stands; those with values of which many fell so come last.
+        """Return screen designs chosen by the method, then evaluate the front at the full level until it is stable.
+
+        Promising designs are evaluated at the full level during the search, too. Designs with a value that failed often
+        come last.
         """
         asked = self._asked
         count = min(asked.evaluations, asked.space.size)
@@ -454,8 +485,10 @@ class StudyRun:
             in_vain, rounds = in_vain + is_in_vain, rounds + (not is_in_vain)
 
     def _doubtful(self) -> set[tuple[int, int]]:
-        """Keys with values (numbers of both) of which many designs that the screen let pass were judged in full and all
-        fell, by rules that it cannot ask. A key all of whose values are such says nothing.
+        """Return pairs of key and value (numbers of both) with which many screened designs failed at the full level.
+
+        All evaluated designs with the value failed, by rules that the screen cannot apply. A key is left out if all its
+        values failed.
         """
         fell, sound = Counter[tuple[int, int]](), set[tuple[int, int]]()
         for point, one in self.found.full.items():
@@ -468,16 +501,18 @@ class StudyRun:
         return {(key, value) for key, value in found if counts[key] < len(self._asked.space.variables[key].values)}
 
     def _good(self) -> list[Point]:
-        """The designs that keep everything by the best that is known, as many as fronts are told apart among."""
+        """Return the designs that meet everything by their best evaluation, at most `MOST_RANKED`."""
         good = [point for point, cost in self._costs.items() if cost.violation <= 0.0]
         if len(good) <= MOST_RANKED:
             return good
         return nsmallest(MOST_RANKED, good, key=lambda point: self._costs[point].goals)
 
     def _costs_of(self, points: list[Point]) -> list[Costs]:
-        """What a generation costs: by the screen, and in full where that has a design on the front so far, for there
-        rules decide that the screen cannot ask. Of a goal by which the screen does not rank, all are judged in full
-        that it does not refuse. The base's own is, always.
+        """Return the costs of a generation.
+
+        Designs are screened. Those on the front so far are also evaluated at the full level, because some rules can be
+        decided only there. If the screen does not rank designs by one of the goals, all designs that pass the screen
+        are evaluated at the full level. The design nearest to the base always is.
         """
         self.evaluate(points, SCREEN)
         self.evaluate([point for point in points if point == self._asked.base_point], FULL)
@@ -489,8 +524,9 @@ class StudyRun:
         return [self._costs[point] for point in points]
 
     def best(self, count: int, among: list[Point] | None = None) -> list[Point]:
-        """The points that cost least by the best that is known, front by front, of all or `among` those that keep
-        everything; behind them those that break least.
+        """Return the `count` points with the least costs by their best evaluation, front by front.
+
+        `among` limits the valid points. Points with the least violation follow.
         """
         good = self._good() if among is None else among
         ranks = ranked([self._costs[point] for point in good], count)
@@ -500,7 +536,10 @@ class StudyRun:
         return [*order[:count], *nsmallest(left, bad, key=lambda point: self._costs[point].violation)]
 
     def units(self, points: Sequence[Point], count: int = DRAWS) -> dict[Point, list[UnitJudged]]:
-        """Units of designs as manufacture makes them, each judged; parts of all designs are worked out side by side."""
+        """Return evaluated units of designs, with errors of manufacture.
+
+        Parts of all designs are computed in parallel.
+        """
         base, own, drawn = self._asked.base, dict(self._asked.spread), draws(count)
         names = tuple(dict.fromkeys((*(one.measure for one in self._asked.require if one.measure != "yield"),
                                      *self._asked.scattered)))
@@ -523,7 +562,7 @@ class StudyRun:
 
 
 PART = 8
-"""Units that go to one worker together: some seconds."""
+"""Number of units that go to one worker together: some seconds of work."""
 
 MOST_RANKED = 20_000
-"""Designs among which fronts are told apart; of more, those that are best by the first goal."""
+"""Largest number of designs to divide into fronts. Of more designs, the best by the first goal are used."""

@@ -1,5 +1,6 @@
-"""The designs of a study: a base spec, the changes that make a design of it, and the keys that vary, each over values
-that are counted, so that two designs are equal or are not.
+"""The designs of a study: a base spec, the changes that make a design, and the varied keys.
+
+Each varied key has a list of values, so that two designs are either equal or different.
 """
 
 from __future__ import annotations
@@ -29,15 +30,16 @@ from sitscad.spec.sensor import SensorSpec
 from sitscad.spec.yaml.source import TextError, read_yaml
 
 Changes = tuple[tuple[str, Any], ...]
-"""Dotted keys of a spec and the plain values that they take, in their order."""
+"""Dotted keys of a spec with their plain values, in order."""
 
 IGNORES = "# sitscad:"
 
 
 @record(eq=False)
 class Base:
-    """A spec by its text and path, and the folder of profiles that its configuration names: small enough to be sent to
-    other processes, which read it anew.
+    """A spec by its text and path, with the folder of profiles from its configuration.
+
+    It is small enough to be sent to other processes, which read the spec again.
     """
 
     text: str
@@ -46,12 +48,12 @@ class Base:
 
     @classmethod
     def of(cls, spec: SensorSpec) -> Base:
-        """The base of a spec as it was read."""
+        """Return the base of a loaded spec."""
         return cls(spec.source.text, spec.source.path, policy_for(spec.source.path).profiles)
 
     @classmethod
     def opened(cls, path: str) -> Base:
-        """The base of a file; raises `SpecError` where it is none."""
+        """Return the base of a file. Raises `SpecError` if the file is not a valid spec."""
         policy = policy_for(path)
         return cls(opened(path, policy).source.text, path, policy.profiles)
 
@@ -60,15 +62,15 @@ class Base:
 
     @cached_property
     def spec(self) -> SensorSpec:
-        """The spec as it was read."""
+        """The loaded spec."""
         return load_text(self.text, self.path, self.profiles)
 
     @cached_property
-    def _data(self) -> bytes:  # a tenth of the time of copying it deeply
+    def _data(self) -> bytes:  # takes a tenth of the time of a deep copy
         return pickle.dumps(dict(read_yaml(self.text.removeprefix("\ufeff")).data))
 
     def values(self, changes: Changes) -> dict[str, Any]:
-        """The plain values of a design; raises `SpecError` where the spec has no place for one."""
+        """Return the plain values of a design. Raises `SpecError` if the spec has no place for a key."""
         data: dict[str, Any] = pickle.loads(self._data)
         try:
             for key, value in changes:
@@ -78,16 +80,18 @@ class Base:
         return data
 
     def design(self, changes: Changes) -> SensorSpec:
-        """The spec of a design: its values, and this spec's text as their source; raises `SpecError`."""
+        """Return the spec of a design: its values, with this spec's text as their source. Raises `SpecError`."""
         return load_values(self.values(changes), self.spec.source, self.profiles)
 
     def written(self, changes: Changes) -> str:
-        """The text of a design, comments kept; raises `SpecError`."""
+        """Return the text of a design, with the base's comments. Raises `SpecError`."""
         return rewritten_spec(self.spec, changes).source.text
 
     def key(self, changes: Changes, level: str, *asked: Any) -> str:
-        """The hash that a design's evaluation is kept under: of its values, of all that it is judged by, of the
-        program, of the level and of what else was `asked`.
+        """Return the hash under which a design's evaluation is stored.
+
+        It covers the values, everything that the evaluation depends on, the program, the level, and the further values
+        in `asked`.
         """
         try:
             values: Any = self.values(changes)
@@ -106,8 +110,9 @@ class Base:
         return [code_version(), [rule.id for rule in all_rules()], policy, comments, files]
 
     def _own_files(self, changes: Changes, values: Any) -> dict[str, str] | list[str]:
-        """Files of a design that names others than the spec does; where it is refused, what for: a file that is written
-        anew may lift that.
+        """Return hashes of the files of a design that names other files than the base.
+
+        If the design is refused, return the reasons. A changed file may remove them.
         """
         if self.spec.source.files.keys() >= set(_FILE.findall(json.dumps(values, ensure_ascii=False))):
             return {}
@@ -118,7 +123,7 @@ class Base:
 
 
 _FILE = re.compile(rf'"([^"]*(?:{"|".join(map(re.escape, chain(*FILES.values())))}))"', re.IGNORECASE)
-"""What may be a file among values as JSON."""
+"""Pattern of texts in JSON values that may name files."""
 
 
 def _hashes(files: Mapping[str, bytes]) -> dict[str, str]:
@@ -127,13 +132,14 @@ def _hashes(files: Mapping[str, bytes]) -> dict[str, str]:
 
 @lru_cache(maxsize=4)
 def _read_once(text: str, path: str, profiles: str | None) -> Base:
-    """A base in another process, which keeps what it worked out of it for the next chunk."""
+    """Return a base in another process, cached for further chunks."""
     return Base(text, path, profiles)
 
 
 def require_key(base: Base, key: str, values: Sequence[Any]) -> None:
-    """Raise the `SpecError` of a key that the spec has not, or of a value that can be none of its. Values that do not
-    fit others refuse single designs, and not a sweep.
+    """Raise `SpecError` if the spec does not have the key, or if the key cannot have one of the values.
+
+    Values that only contradict other keys are accepted. They refuse single designs, not a sweep.
     """
     looked_at = values
     if len(values) > MANY_VALUES:
@@ -148,15 +154,18 @@ def require_key(base: Base, key: str, values: Sequence[Any]) -> None:
 
 
 MANY_VALUES = 100
-"""Values of a key from which on only its ends, and what is no number, are read before anything is computed."""
+"""Number of values above which only the first and the last, and values that are no finite numbers, are tested first."""
 
 UNFIT = ("SIT002", "SIT004", "SIT005", "SIT006", "SIT007")
-"""Rules of the spec that say that a key is none, or that a value can be none of its: no other key changes that."""
+"""Rules of the spec about unknown keys and impossible values. No other key can remove their findings."""
 
 
 @cache
 def code_version() -> str:
-    """The version of this program, with a hash of its modules and tables: an evaluation is kept for these alone."""
+    """Return the version of sitscad, with a hash of its modules and tables.
+
+    Evaluations are valid for one version only.
+    """
     root, found = PACKAGE, hashlib.sha256()
     for path in sorted(_code(root)):
         found.update(path.relative_to(root).as_posix().encode())
@@ -165,11 +174,11 @@ def code_version() -> str:
 
 
 OF_NO_JUDGEMENT = {"apps", "calibration", "cli", "files", "templates"}
-"""Wings that no verdict and no figure of a design comes from, but for this room's modules that are not `SEARCHING`."""
+"""Wings that do not affect verdicts or figures of a design, except for modules of this folder not in `SEARCHING`."""
 
 SEARCHING = {"answer.py", "answer_text.py", "document.py", "page.py", "running.py", "study.py", "sweeping.py",
              "__init__.py"}
-"""The modules of this room that none comes from, either."""
+"""Modules of this folder that do not affect verdicts or figures of a design."""
 
 
 def _code(root: Path) -> Iterable[Path]:
@@ -181,10 +190,10 @@ def _code(root: Path) -> Iterable[Path]:
 
 
 MOST_VALUES = 100_000
-"""Values of one key at most."""
+"""Largest number of values of one key."""
 
 STEPS = 50
-"""Into how many steps at least a range without a step is divided: of one, two or five in their last figure."""
+"""Least number of steps of a range without a step. The step's only digit is one, two or five."""
 
 Point = tuple[int, ...]
 """A design by the numbers of its variables' values, from 0."""
@@ -193,7 +202,7 @@ _WRITTEN = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*(.*
 
 
 class RangeError(ValueError):
-    """A range that cannot be read; the text says why, and `hint` what to write."""
+    """Raised for a range that cannot be read. The text gives the reason, and `hint` the right form."""
 
     def __init__(self, message: str, hint: str = "") -> None:
         super().__init__(message)
@@ -202,19 +211,19 @@ class RangeError(ValueError):
 
 @record
 class Variable:
-    """One key, the values that it may have as a spec has them, and whether they follow each other as numbers do."""
+    """A varied key, its values as in a spec, and whether they are ordered as numbers."""
 
     key: str
     values: tuple[Any, ...]
     is_ordered: bool = True
 
     def nearest(self, value: Any) -> int:
-        """The number of the value that lies nearest to one of a spec; 0 where they cannot be compared."""
+        """Return the number of the value nearest to a spec's value. 0 if they cannot be compared."""
         return min(range(len(self.values)), key=lambda k: apart(self.values[k], value))
 
 
 def at_key(data: Any, key: str) -> Any:
-    """The plain value under a dotted key, of a list by its entry's number; None where there is none."""
+    """Return the plain value under a dotted key. Entries of lists have numbers as keys. None if there is none."""
     for name in key.split("."):
         inner = {str(k): entry for k, entry in enumerate(data)} if isinstance(data, list) else data
         data = inner.get(name) if isinstance(inner, dict) else None
@@ -222,9 +231,7 @@ def at_key(data: Any, key: str) -> Any:
 
 
 def apart(one: Any, other: Any) -> Decimal:
-    """How far two values of a key lie apart, whatever unit each is written in: 0 where they are the same, without end
-    where they cannot be compared.
-    """
+    """Return the difference of two values in any units: 0 if they are equal, infinite if they cannot be compared."""
     if one == other:
         return Decimal(0)
     try:
@@ -234,7 +241,7 @@ def apart(one: Any, other: Any) -> Decimal:
 
 
 def same_value(value: Any) -> Hashable:
-    """What values have in common that say the same, whatever unit each is written in."""
+    """Return a value that is equal for equal quantities in any units."""
     if isinstance(value, list):
         return tuple(map(same_value, value))
     try:
@@ -244,7 +251,7 @@ def same_value(value: Any) -> Hashable:
 
 
 def _size(value: Any) -> Decimal:
-    """A quantity in SI; a bare number is taken for millimetres, as beside lengths it is."""
+    """Return a quantity in SI. A bare number is millimetres, because it is compared with lengths."""
     number, unit = _number(value)
     return number * (_FACTORS.get(unit, Decimal(1)) if unit else Decimal("0.001"))
 
@@ -253,12 +260,13 @@ _FACTORS = {name: factor for units in UNITS.values() for name, factor in units.i
 
 
 def stepped(low: Any, high: Any, step: Any = None) -> tuple[Any, ...]:
-    """Values from one to another, both as a spec has them; a step that is not given is a round one. The last value is
-    the last step's within the range, and the range's end where no step was given.
+    """Return values from `low` to `high`, both as in a spec. The default step is a round number.
+
+    The last value is the last step within the range. Without a given step, the end of the range is added.
     """
     (first, unit), (last, _) = _pair(low, high)
     if step is None:
-        most = (last - first) / STEPS  # of 1, 2 and 5 in its only figure the largest that is no more
+        most = (last - first) / STEPS  # the largest step with the only digit 1, 2 or 5 up to this
         power = Decimal(1).scaleb(most.adjusted())
         by = next(figure * power for figure in (5, 2, 1) if figure * power <= most)
     else:
@@ -277,7 +285,7 @@ def stepped(low: Any, high: Any, step: Any = None) -> tuple[Any, ...]:
 
 
 def counted(low: Any, high: Any, count: int) -> tuple[Any, ...]:
-    """So many values from one to another, evenly, written with twelve figures at most."""
+    """Return `count` evenly spaced values from `low` to `high`, with at most twelve digits."""
     (first, unit), (last, _) = _pair(low, high, may_fall=True)
     if not 1 <= count <= MOST_VALUES:
         raise RangeError(f"a count from 1 to {MOST_VALUES} is wanted, not {count}")
@@ -286,7 +294,7 @@ def counted(low: Any, high: Any, count: int) -> tuple[Any, ...]:
 
 
 def _pair(low: Any, high: Any, may_fall: bool = False) -> tuple[tuple[Decimal, str], tuple[Decimal, str]]:
-    """Both ends of a range, of one unit."""
+    """Return both ends of a range as numbers with one unit."""
     one, other = _number(low), _number(high)
     if one[1] != other[1]:
         raise RangeError(f"{low} and {high} have different units", "write both with one unit, like 75 um and 125 um")
@@ -306,15 +314,17 @@ def _number(value: Any) -> tuple[Decimal, str]:
 
 
 def _written(value: Decimal, unit: str) -> Any:
-    """A number as a spec has it: whole where it is."""
+    """Return a number as in a spec: an integer if it is whole."""
     plain = int(value) if value == value.to_integral_value() else float(value)
     return f"{plain} {unit}" if unit else plain
 
 
 @record
 class Space:
-    """Variables, keys that always take the value of a variable's key (`same`: key to key), and what a value brings
-    along (`brought`: by key, value as text, other keys and values).
+    """The space of designs.
+
+    ``same`` maps keys to the varied key whose value they take. ``brought`` maps a key and the text of its value to
+    further keys and values.
     """
 
     variables: tuple[Variable, ...]
@@ -322,27 +332,27 @@ class Space:
     brought: Mapping[str, Mapping[str, Mapping[str, Any]]]
 
     def moves(self, keys: Iterable[str]) -> bool:
-        """Whether any of these keys, or a part of one, is another one in some designs."""
+        """Whether any of these keys, or a part of one, changes in some designs."""
         moved = [variable.key for variable in self.variables] + list(self.same)
         moved += [key for choices in self.brought.values() for brings in choices.values() for key in brings]
         return any(meet(one, key) for one in moved for key in keys)
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """How many values each variable has."""
+        """Number of values of each variable."""
         return tuple(len(variable.values) for variable in self.variables)
 
     @property
     def size(self) -> int:
-        """How many designs there are."""
+        """Number of designs."""
         return math.prod(self.shape)
 
     def chosen(self, point: Point) -> dict[str, Any]:
-        """The values of the variables at a point."""
+        """Return the values of the variables at a point."""
         return {v.key: v.values[k] for v, k in zip(self.variables, point, strict=True)}
 
     def changes(self, point: Point) -> Changes:
-        """All keys that change with a point, and their values."""
+        """Return all changed keys at a point, with their values."""
         chosen = self.chosen(point)
         found = dict(chosen)
         found |= {key: chosen[other] for key, other in self.same.items()}
@@ -351,9 +361,9 @@ class Space:
         return tuple(found.items())
 
     def nearest(self, values: Mapping[str, Any]) -> Point:
-        """The point nearest to a spec of these plain values, key by key."""
+        """Return the point nearest to a spec with these plain values, key by key."""
         return tuple(variable.nearest(at_key(values, variable.key)) for variable in self.variables)
 
     def points(self) -> Iterator[Point]:
-        """All points, the last variable fastest."""
+        """Return all points. The last variable changes fastest."""
         return product(*(range(count) for count in self.shape))

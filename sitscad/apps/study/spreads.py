@@ -1,7 +1,7 @@
-"""Yield: the share of units, as manufacture makes them, that keep what is asked of the design.
+"""Yield: the fraction of manufactured units that meet the requirements of a design.
 
-A unit is the design with every figure that scatters moved by its own draw; its board is routed as it was drawn. All
-designs are made of the same draws (common random numbers), so that their yields differ by the designs alone.
+A unit is the design with every scattering quantity changed by its own random draw. Its board is routed as designed. All
+designs use equal draws (common random numbers), so that their yields differ by the designs only.
 """
 
 from __future__ import annotations
@@ -28,33 +28,35 @@ from sitscad.package.inspection import as_configured
 from sitscad.spec.sensor import SensorSpec
 
 DRAWS, SEED = 256, 20261124
-"""Units of a kept design, and the seed of their draws: the same for every study."""
+"""Number of units of a kept design, and the seed of their draws, which is the same for every study."""
 
 KEPT_BY_UNITS = ("SIT2", "SIT4")
-"""Rules that every unit has to keep: electrical, reading and feeling. Board and fit are the design's own."""
+"""Rules that every unit has to keep: electrical, readout and sensing. Board and fit do not vary between units."""
 
 BY_CALIBRATION = ("error.gap",)
-"""Measures that tell what units err by that are tared alone: a calibration of every unit takes it away. What all other
-measures and rules ask is what a calibration leaves, or no error of a force at all.
+"""Measures of errors that a calibration of every unit removes, after only a tare.
+
+All other measures and rules concern errors that remain after calibration, or no force error.
 """
 
 SPREADS = {cause.key: cause for cause in CAUSES if cause.moved is not None}
-"""What scatters, by the names that studies have for it."""
+"""Scattering quantities by their names in studies."""
 
 
 @cache
 def draws(count: int) -> Array:
-    """Numbers (count, spreads) between 0 and 1 of a Latin hypercube, always the same. A Sobol' set of so few points has
-    pairs of columns that are alike.
+    """Return numbers (count, spreads) between 0 and 1 of a Latin hypercube, always the same.
+
+    In a Sobol' set with this few points, some pairs of columns are equal.
     """
-    from scipy.stats import qmc  # only studies
+    from scipy.stats import qmc  # loaded for studies only
 
     found = qmc.LatinHypercube(len(SPREADS), rng=SEED).random(count)
     return np.asarray(np.clip(found, 1e-12, 1.0 - 1e-12))
 
 
 def unit(spec: SensorSpec, row: Array, own: Mapping[str, float]) -> SensorSpec:
-    """The spec of one unit by its draws (spreads,); `own` are sigmas that stand for those of the tables."""
+    """Return the spec of one unit from its draws (spreads,). `own` are standard deviations that replace the tables'."""
     from scipy.special import ndtri
 
     for (key, cause), u in zip(SPREADS.items(), row, strict=True):
@@ -68,10 +70,13 @@ def unit(spec: SensorSpec, row: Array, own: Mapping[str, float]) -> SensorSpec:
 def judge_units(
     base: Base, changes: Changes, own: Mapping[str, float], measures: Sequence[str], rows: Array
 ) -> list[UnitJudged]:
-    """Units of a design, each by its draws (n, spreads); limits of measures are the caller's to judge."""
+    """Return evaluated units of a design, from their draws (n, spreads).
+
+    Limits of measures are not applied here. The caller compares them.
+    """
     spec = base.design(changes)
     nominal = Design(spec)
-    if spec.readout.capacitance is None:  # the part that is chosen for the design is soldered to every unit
+    if spec.readout.capacitance is None:  # every unit has the capacitor that is chosen for the design
         chosen = nominal.estimates.readout.capacitance
         spec = replace(spec, readout=replace(spec.readout, capacitance=chosen))
     made = (unit(spec, row, own) for row in rows)
@@ -84,7 +89,7 @@ def _judged(design: Design, measures: Sequence[str]) -> UnitJudged:
         said = tuple(finding for rule in rules for finding in apply_rule(rule, design, least=None)[0])
         found = as_configured(design.spec, CheckResult(said, ()))
         values = {name: pair[0] for name, pair in figures(design, measures)[0].items()}
-    except Exception:  # counted apart, and as not good: nothing is known of such a unit
+    except Exception:  # counted as failed and not good: the unit has no figures
         return UnitJudged(False, (), False, {})
     broken = tuple(sorted({one.rule for one in found.findings if one.severity is Severity.ERROR}))
     return UnitJudged(not broken, broken, True, values)
@@ -92,10 +97,12 @@ def _judged(design: Design, measures: Sequence[str]) -> UnitJudged:
 
 @record
 class Yield:
-    """The yield: of `units` so many are `good` as they are made, `calibrated` once each was calibrated, and `failed`
-    made a computation fail; the interval of 95 % (Wilson 1927); by what part of all units a rule or requirement is
-    broken (`broken`); by how much each spread decides it (`costs`); and the standard deviations of the measures that
-    were drawn.
+    """The yield of a design.
+
+    ``good`` of ``units`` are good as manufactured, and ``calibrated`` are good after calibration. ``failed`` units have
+    a failed computation. ``interval`` is the 95 % confidence interval of the yield (Wilson 1927). ``broken`` is the
+    fraction of units that break a rule or requirement. ``costs`` are Sobol' indices: the fraction of the variance that
+    a spread explains. ``sigmas`` are standard deviations of measures over the units.
     """
 
     units: int
@@ -114,7 +121,7 @@ class Yield:
 
 
 def yield_of(judged: Sequence[UnitJudged], holds: Callable[[Mapping[str, float]], tuple[str, ...]]) -> Yield:
-    """The yield of units; `holds` says which requirements a unit's figures break."""
+    """Return the yield of units. `holds` returns the requirements that a unit's figures break."""
     broken = [(*one.broken, *holds(one.values)) if one.is_computed else () for one in judged]
     good = np.array([one.is_computed and not rules for one, rules in zip(judged, broken, strict=True)])
     mended = [one.is_computed and not set(rules) - set(BY_CALIBRATION)
@@ -130,8 +137,8 @@ def yield_of(judged: Sequence[UnitJudged], holds: Callable[[Mapping[str, float]]
 
 
 def wilson(good: int, count: int) -> tuple[float, float]:
-    """The interval of 95 % of a share (Wilson 1927)."""
-    z = 1.959964  # of the normal distribution 2.5 % lie beyond
+    """Return the 95 % confidence interval of a fraction (Wilson 1927)."""
+    z = 1.959964  # 97.5 % quantile of the normal distribution
     share, square = good / count, z * z
     middle = (share + square / (2.0 * count)) / (1.0 + square / count)
     half = z / (1.0 + square / count) * math.sqrt(share * (1.0 - share) / count + square / (4.0 * count * count))
@@ -139,13 +146,17 @@ def wilson(good: int, count: int) -> tuple[float, float]:
 
 
 BINS, SURELY = 8, 3.5
-"""Parts into which the draws of one spread are divided; and by how many of its own sigmas an index is above what chance
-makes of it (those of a chi-square, BINS - 1 degrees of freedom) to be told."""
+"""Number of bins for the draws of a spread, and significance threshold of a Sobol' index.
+
+The threshold is in standard deviations of the index under chance (chi-square with BINS - 1 degrees of freedom).
+"""
 
 
 def _first_order(good: Array, rows: Array) -> dict[str, float]:
-    """Sobol' indices of first order by spread: the part of the variance that its own draw explains, by the means within
-    equal parts of it, less what chance alone would explain; nothing where all units are alike.
+    """Return Sobol' indices of first order by spread.
+
+    An index is the part of the variance that the spread's draw explains: by the means within equal bins of the draw,
+    minus the part expected by chance. Empty if all units are equal.
     """
     whole = float(good.var())
     if whole == 0.0 or len(good) < 2 * BINS:

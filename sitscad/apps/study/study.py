@@ -1,4 +1,4 @@
-"""A study: read from its file, run, and answered."""
+"""A study: reading its file, running its search, and its answer."""
 
 from __future__ import annotations
 
@@ -47,12 +47,12 @@ from sitscad.spec.yaml.source import TextError
 
 @record(eq=False)
 class StudyAnswer:
-    """What a study found, in the order in which it is told.
+    """The results of a study, in the order of the report.
 
-    ``base`` is the base itself, judged in full; ``found`` everything that was evaluated; ``bindings`` and
-    ``relaxation`` what stands in the way; ``agreement`` how well both levels agree; ``alike`` goals that nothing that
-    varies decides; ``front`` the points that none beats, without those that are ``fallen`` by their yields; ``kept``
-    the designs that are kept, ``texts`` their specs.
+    ``base`` is the evaluation of the base at the full level, and ``found`` are all evaluations. ``bindings`` and
+    ``relaxation`` describe the limits that refuse designs, and ``agreement`` compares both levels. ``alike`` are goals
+    with equal values in all designs. ``front`` are the points that no other design beats, without the ``fallen``
+    designs, whose yields are too small. ``kept`` are the kept designs, and ``texts`` their specs.
     """
 
     name: str
@@ -69,40 +69,40 @@ class StudyAnswer:
     fallen: int = 0
 
     def __repr__(self) -> str:
-        """A line with the numbers of designs that were looked at and kept."""
+        """Return a line with the numbers of evaluated and kept designs."""
         return f"<StudyAnswer of {self.name}: {len(self.found.screened)} designs, {len(self.kept)} kept>"
 
     @cached_property
     def layouts(self) -> tuple[Layout, ...]:
-        """The boards of the designs that are kept."""
+        """Boards of the kept designs."""
         return tuple(arrange(self.asked.base.design(self.asked.space.changes(one.point))) for one in self.kept)
 
     @property
     def is_met(self) -> bool:
-        """Whether a design keeps everything that is asked."""
+        """Whether a design meets the study."""
         return bool(self.kept)
 
     @property
     def lacks_yield(self) -> bool:
-        """Whether a yield is asked that was not worked out."""
+        """Whether a yield is required that was not computed."""
         return self.asked.least_yield is not None and any(one.units is None for one in self.kept)
 
 
 @record(eq=False)
 class Study:
-    """A study as its file says it; `load` reads a file, `from_mapping` takes its keys from a program."""
+    """A study. `load` reads its file, and `from_mapping` takes its keys from a program."""
 
     name: str
     asked: Asked
 
     def __repr__(self) -> str:
-        """A line with the number of designs that the study has."""
+        """Return a line with the number of the study's designs."""
         return f"<Study {self.name}: {self.asked.space.size} designs>"
 
     @classmethod
     @checked_arguments
     def load(cls, path: str | os.PathLike[str]) -> Study:
-        """The study of a file; raises `SpecError` with every finding where it is none."""
+        """Return the study in a file. Raises `SpecError`, with every finding, if the file is not valid."""
         name = os.fspath(path)
         text = read_text(name)
         return _read(decoded(text.encode("utf-8")), name)
@@ -110,7 +110,7 @@ class Study:
     @classmethod
     @checked_arguments
     def from_mapping(cls, sections: Mapping[str, Any], folder: str | os.PathLike[str] = ".") -> Study:
-        """The study that keys and values say as its file would; its base is looked for from `folder`."""
+        """Return the study with these keys and values, as in a file. The base's path starts at `folder`."""
         try:
             text = yaml_text({"sitscad_study": VERSION, **plain(dict(sections))})
         except TextError as error:
@@ -130,13 +130,31 @@ class Study:
         before_yields: Callable[[StudyAnswer], None] | None = None,
         interrupted: Callable[[Found], None] | None = None,
     ) -> StudyAnswer:
-        """Evaluate designs and answer: by `executor`, whatever has `submit`, else by `jobs` processes (all processors
-        if None). With a `folder` what was evaluated is kept in its archive, and taken from there where it still fits,
-        unless `again`. `draws` are the units of every kept design: a power of two, 0 for no yield. `before_yields` is
-        told the answer before they are worked out, which takes minutes; `interrupted`, where Ctrl-C ends the search,
-        the designs of the generations before.
+        """Evaluate designs and return the answer. It depends on study, seed and version only.
 
-        The answer depends on study, seed and version alone.
+        Parameters
+        ----------
+        executor
+            An object with a `submit`, used in place of processes.
+        folder
+            Folder of the archive of evaluations. Evaluations that still apply are reused.
+        jobs
+            Number of processes. All processors if None.
+        again
+            Whether to discard the archive first.
+        progress
+            A function that is called with the state of the study.
+        draws
+            Number of units of each kept design: a power of two, or 0 for no yields.
+        before_yields
+            A function that is called with the answer before yields are computed, which takes minutes.
+        interrupted
+            A function that is called with the evaluations so far if Ctrl-C ends the search.
+
+        Returns
+        -------
+        StudyAnswer
+            The verdict, the kept designs and their yields.
         """
         asked = self.asked
         path = None if folder is None else Path(folder) / ARCHIVE
@@ -156,7 +174,7 @@ class Study:
             return _with_yields(said, run, draws)
 
     def _found(self, found: Found) -> StudyAnswer:
-        """The answer before designs are kept."""
+        """Return the answer without kept designs."""
         asked = self.asked
         decided_by_nothing = tuple(
             goal for goal in asked.goals if len(found.screened) > 1 and
@@ -169,15 +187,17 @@ class Study:
 
 
 def _keeping(said: StudyAnswer, points: Sequence[Point], yields: Mapping[Point, Yield]) -> StudyAnswer:
-    """An answer with the designs that are kept, and what goes with them."""
+    """Return the answer with kept designs and their spec texts."""
     asked, full = said.asked, said.found.full
     kept = tuple(Kept(point, answer.changed(asked, point), full[point], yields.get(point)) for point in points)
     return replace(said, kept=kept, texts=tuple(_text(asked, one, k) for k, one in enumerate(kept, 1)))
 
 
 def _with_yields(said: StudyAnswer, run: StudyRun, draws: int) -> StudyAnswer:
-    """An answer with the yields of its designs; where one has too small a yield, the next one is looked at, until as
-    many fell as there are to be kept.
+    """Return the answer with the yields of its designs.
+
+    A design with too small a yield is dropped and the next one is tried, until as many designs are dropped as can be
+    kept.
     """
     asked, fallen = said.asked, set[Point]()
     yields: dict[Point, Yield] = {}
@@ -201,8 +221,9 @@ def _with_yields(said: StudyAnswer, run: StudyRun, draws: int) -> StudyAnswer:
 
 
 def _text(asked: Asked, one: Kept, number: int) -> str:
-    """The whole spec of a kept design under a name of its own, with the base's comments, those that silence nothing
-    taken out, and a line before them that says what is another one.
+    """Return the whole spec of a kept design under its own name.
+
+    It keeps the base's comments, except waivers that silence no finding. A first line names the changed keys.
     """
     base = asked.base
     name = f"{base.spec.name[: LONGEST_NAME - 3]}-{number}"
@@ -214,7 +235,7 @@ def _text(asked: Asked, one: Kept, number: int) -> str:
     own = json.dumps(base.path.replace("\\", "/").rpartition("/")[2])
     changed = ", ".join(f"{key}: {json.dumps(value)}" for key, value in one.changed.items()) or "nothing"
     head = f"# Design {number} of a study of {own}, with other values of {changed}. Comments below are the base's.\n"
-    mark = text[: text.startswith("\ufeff")]  # of byte order, which stays first
+    mark = text[: text.startswith("\ufeff")]  # byte order mark, which stays first
     rows = text.removeprefix(mark).split("\n")
     for line in in_vain:
         rows[line - 1] = _IGNORE.sub("", rows[line - 1])
@@ -247,5 +268,5 @@ def _read(text: str, path: str) -> Study:
 
 
 def study_schema() -> dict[str, Any]:
-    """The JSON Schema of a study's file."""
+    """Return the JSON Schema of a study's file."""
     return schema_of(StudyDocument, "sitscad study")

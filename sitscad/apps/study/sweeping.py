@@ -1,5 +1,6 @@
-"""Sweeps: every design of a product of ranges, evaluated, as a table of arrays; the table as text, CSV, JSON, arrays
-and a picture; and the list of measures.
+"""Sweeps: every design of a product of ranges, evaluated, as a table of arrays.
+
+The table can be text, CSV, JSON, arrays or a picture. The module also lists the measures.
 """
 
 from __future__ import annotations
@@ -32,16 +33,16 @@ from sitscad.spec.yaml.source import TextError, plain_value
 Progress = Callable[[int, int], None]
 
 MOST_DESIGNS = 1_000_000
-"""Designs of one sweep."""
+"""Largest number of designs in a sweep."""
 
 
 @record(eq=False)
 class SweepTable:
-    """A row a design, the last key fastest.
+    """A table of evaluations, one row per design. The last key changes fastest.
 
-    ``keys`` hold the values of every varied key as they were given; ``values`` and ``errors`` (by measure; rows) are
-    the figures and what each may be off by, in the measure's unit, NaN where a design has none; ``verdict``,
-    ``refused_by`` and ``warned_by`` what the rules say.
+    ``keys`` are the values of every varied key as given. ``values`` and ``errors`` are arrays by measure: figures and
+    error bounds in the measure's unit, NaN if absent. ``verdict``, ``refused_by`` and ``warned_by`` are the results of
+    the rules.
     """
 
     spec: str
@@ -58,22 +59,23 @@ class SweepTable:
         return len(self.verdict)
 
     def __repr__(self) -> str:
-        """A line with the numbers of designs, keys and measures."""
+        """Return a line with the numbers of designs, keys and measures."""
         return f"<SweepTable of {len(self)} designs: {', '.join(self.keys)}; {', '.join(list(self.values)[:4])}>"
 
 
 @checked_arguments
 def measure(spec: SensorSpec, measures: Sequence[str] | None = None, *, level: str = SCREEN) -> Evaluation:
-    """Return figures of one design, each with what it may be off by, and the verdict of the rules.
+    """Return figures of one design, each with its error bound, and the verdict of the rules.
 
     Parameters
     ----------
     spec
         The design.
     measures
-        Names of figures (``sitscad measures`` lists them). All of the level but ranges, sigmas and the yield if None.
+        Names of figures (``sitscad measures`` lists them). All of the level except ranges,
+        sigmas and the yield if None.
     level
-        ``"screen"`` is quick, ``"full"`` works out all that `check` does.
+        ``"screen"`` is quick, ``"full"`` computes everything that `check` computes.
 
     Returns
     -------
@@ -107,24 +109,24 @@ def sweep(
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> SweepTable:
-    """Return figures of every design of the product of `ranges`, the last key fastest.
+    """Return figures of every design of the product of `ranges`. The last key changes fastest.
 
     Parameters
     ----------
     spec
-        The spec that the designs are made from.
+        The base spec of the designs.
     ranges
         Values by key, as in `SensorSpec.replace`: numbers in SI units (metres), or texts with their unit.
     measures
         Names of figures (``sitscad measures`` lists them). All of the level if None.
     level
-        ``"screen"`` is quick, ``"full"`` works out all that `check` does.
+        ``"screen"`` is quick, ``"full"`` computes everything that `check` computes.
     jobs
         Number of processes. All processors if None.
     executor
         An object with a `submit`, used in place of processes.
     progress
-        A function that is called with the numbers of designs that are done, and of all designs.
+        A function that is called with the number of finished designs and the number of all designs.
 
     Returns
     -------
@@ -136,7 +138,7 @@ def sweep(
     ValueError
         If there is no such level or measure, no range, an empty range, or if there are too many designs.
     SpecError
-        If the spec has no such key, or a value can be none of its values.
+        If the spec has no such key, or the key cannot have such a value.
     """
     given = {str(key): tuple(plain(list(values))) for key, values in ranges.items()}
     try:
@@ -153,7 +155,7 @@ def sweep_as_written(
     spec: SensorSpec, ranges: Mapping[str, Sequence[Any]], measures: Sequence[str] | None = None, *,
     level: str = SCREEN, jobs: int | None = 1, executor: Executor | None = None, progress: Progress | None = None,
 ) -> SweepTable:
-    """Return figures as `sweep` does; values are as a YAML file has them, where bare lengths are millimetres."""
+    """Return figures as `sweep` does, for values as in a YAML file: bare lengths are millimetres."""
     names = _measures_of(level, measures)
     axes = {str(key): tuple(plain(list(values))) for key, values in ranges.items()}
     if not axes or not all(axes.values()):
@@ -204,7 +206,7 @@ def _columns(axes: Mapping[str, tuple[Any, ...]]) -> dict[str, tuple[Any, ...]]:
 
 
 def range_of(text: str) -> tuple[str, tuple[Any, ...]]:
-    """The key and the values of ``coil.turns=6:12:13`` or ``coil.layers=2,4``; raises `RangeError`."""
+    """Return the key and the values of ``coil.turns=6:12:13`` or ``coil.layers=2,4``. Raises `RangeError`."""
     key, equals, written = text.partition("=")
     if not equals or not key.strip() or not written.strip():
         raise RangeError(f"{text!r} is no KEY=FIRST:LAST:COUNT and no KEY=VALUE,VALUE", "like coil.turns=6:12:13")
@@ -217,12 +219,12 @@ def range_of(text: str) -> tuple[str, tuple[Any, ...]]:
 
 
 def shown(name: str, value: float, digits: int = 4) -> str:
-    """A figure of a measure for people; a dash where there is none."""
+    """Return a figure of a measure for people. A dash if it is not finite."""
     return quantity(value, MEASURES[name].unit, digits)
 
 
 def sweep_text(table: SweepTable) -> str:
-    """One line a design: keys, figures with what they may be off by, verdict, and the rules that refuse or warn."""
+    """Return one line per design: keys, figures with error bounds, verdict, and the rules that refuse or warn."""
     head = [*table.keys, *table.values, "verdict", "refused by", "warned by"]
     rows = [
         [*(str(values[k]) for values in table.keys.values()),
@@ -234,13 +236,13 @@ def sweep_text(table: SweepTable) -> str:
 
 
 def _within(name: str, value: float, error: float) -> str:
-    """A figure and the share of it that it may be off by: ``1.263 kohm +-11%``."""
+    """Return a figure with its relative error bound: ``1.263 kohm +-11%``."""
     share = 100.0 * error / abs(value) if value and error > 0.0 else 0.0
     return f"{shown(name, value)} +-{float(f'{share:.2g}'):g}%" if share else shown(name, value)
 
 
 def sweep_csv(table: SweepTable) -> str:
-    """One row a design, columns named by key and measure; what a design has not is empty."""
+    """Return one row per design, with columns by key and measure. Absent figures are empty."""
     named = [title for name in table.values for title in (name, f"{name}.error")]
     rows: list[list[object]] = [[*table.keys, *named, "verdict", "refused_by", "warned_by"]]
     for k in range(len(table)):
@@ -252,7 +254,7 @@ def sweep_csv(table: SweepTable) -> str:
 
 
 def sweep_json(table: SweepTable) -> str:
-    """The table by columns, with units."""
+    """Return the table by columns, with units."""
     columns = {
         name: {"unit": MEASURES[name].unit, "value": values.tolist(), "error": table.errors[name].tolist()}
         for name, values in table.values.items()
@@ -266,7 +268,7 @@ def sweep_json(table: SweepTable) -> str:
 
 
 def sweep_npz(table: SweepTable) -> bytes:
-    """Arrays under the names of keys and measures, ``NAME.error`` beside each; the same bytes every time."""
+    """Return arrays by key and measure, with ``NAME.error`` beside each. The bytes are always equal."""
     arrays: dict[str, Any] = {key: np.array(values) for key, values in table.keys.items()}
     for name, values in table.values.items():
         arrays |= {name: values, f"{name}.error": table.errors[name]}
@@ -278,12 +280,14 @@ def sweep_npz(table: SweepTable) -> bytes:
 
 
 PANEL = (140.0, 80.0)
-"""One picture on a sheet (mm)."""
+"""Size of one picture on a sheet (mm)."""
 
 
 def sweep_svg(table: SweepTable) -> str:
-    """A curve a measure of one key, with its band of error; a field a measure of two keys, in whose cells nothing is
-    interpolated, with the edges of what each rule refuses. Raises ValueError for more keys.
+    """Return a picture of each measure.
+
+    For one key it is a curve with its band of error. For two keys it is a field without interpolation, with the edges
+    of the cells that each rule refuses. Raises ValueError for more keys.
     """
     from sitscad.files.drawing.sheet import Sheet, plot
     from sitscad.files.drawing.svg import svg
@@ -302,7 +306,7 @@ def sweep_svg(table: SweepTable) -> str:
 
 
 def scale_of(name: str, values: Array) -> tuple[float, str]:
-    """The factor and the unit in which a measure is drawn."""
+    """Return the factor and the unit of a measure in drawings."""
     finite = np.abs(values[np.isfinite(values)])
     most = float(finite.max()) if finite.size else 0.0
     unit = shown(name, most).partition(" ")[2] if most else MEASURES[name].unit
@@ -311,7 +315,7 @@ def scale_of(name: str, values: Array) -> tuple[float, str]:
 
 
 def _axis(values: Sequence[Any]) -> tuple[Array, list[str] | None]:
-    """Where values stand on an axis, and their names where they are no numbers of one unit."""
+    """Return the positions of values on an axis. Also return their names if they are not numbers with one unit."""
     found = [re.fullmatch(r"\s*([-+.\deE]+)\s*([^\d]*)", str(value)) for value in values]
     units = {match[2] for match in found if match is not None}
     if all(found) and len(units) == 1:
@@ -322,7 +326,7 @@ def _axis(values: Sequence[Any]) -> tuple[Array, list[str] | None]:
 
 
 def titled(name: str, unit: str) -> str:
-    """A figure's name with its unit."""
+    """Return a measure's name with its unit."""
     return f"{name} ({unit})" if unit else name
 
 
@@ -380,16 +384,16 @@ def _field(table: SweepTable, name: str) -> Callable[[Any], None]:
 
 
 def rule_titles() -> dict[str, str]:
-    """Every rule with its name, by its identifier."""
+    """Return identifier and name of every rule, by identifier."""
     return {rule.id: f"{rule.id} {rule.name}" for rule in all_rules()}
 
 
 EDGES = ("#d02020", "#ffffff", "#ff9a1f", "#111111", "#e05ab0", "#8ae0ff")
-"""Colours of rules' edges on a field."""
+"""Colours of rules' edges in a field."""
 
 
 def _borders(middles: Array) -> Array:
-    """Where cells about values begin and end."""
+    """Return the borders of cells around values."""
     if len(middles) == 1:
         return np.array([middles[0] - 0.5, middles[0] + 0.5])
     between = (middles[1:] + middles[:-1]) / 2.0
@@ -397,7 +401,7 @@ def _borders(middles: Array) -> Array:
 
 
 def _edge(axes: Any, refused: Flags, xs: Array, ys: Array, rule: str, colour: str) -> None:
-    """The border of the cells that a rule refuses, along the cells; nothing is said of what lies between designs."""
+    """Draw the border of the cells that a rule refuses. It follows the cells, because designs between are unknown."""
     inside = np.pad(refused, 1)
     lines: list[tuple[list[float], list[float]]] = []
     for i, k in zip(*np.nonzero(inside[1:, 1:-1] != inside[:-1, 1:-1]), strict=True):
@@ -413,16 +417,16 @@ def _bytes(write: Callable[[SweepTable], str]) -> Callable[[SweepTable], bytes]:
 
 
 SWEEP_FORMATS: Mapping[str, Callable[[SweepTable], str]] = {"text": sweep_text, "csv": sweep_csv, "json": sweep_json}
-"""How `sweep` prints."""
+"""Output formats of `sweep`."""
 
 SWEEP_FILES: Mapping[str, Callable[[SweepTable], bytes]] = {
     ".csv": _bytes(sweep_csv), ".json": _bytes(sweep_json), ".npz": sweep_npz, ".svg": _bytes(sweep_svg),
 }
-"""What `sweep -o` writes, by ending."""
+"""File formats of `sweep -o`, by ending."""
 
 
 def measures_text() -> str:
-    """One line a measure: name, unit, levels, meaning, what it needs."""
+    """Return one line per measure: name, unit, levels, meaning and needs."""
     rows = [
         [row.name, row.unit or "-", ", ".join(row.levels),
          row.meaning + (f" (needs {row.needed})" if row.needs else "")]
@@ -433,7 +437,7 @@ def measures_text() -> str:
 
 
 def measures_json() -> str:
-    """All that is known of every measure."""
+    """Return the properties of every measure as JSON."""
     rows = [
         {"name": row.name, "unit": row.unit, "meaning": row.meaning, "levels": list(row.levels), "needs": row.needed}
         for row in MEASURES.values()
@@ -442,4 +446,4 @@ def measures_json() -> str:
 
 
 MEASURE_FORMATS: Mapping[str, Callable[[], str]] = {"text": measures_text, "json": measures_json}
-"""How `measures` prints."""
+"""Output formats of `measures`."""
