@@ -1,1 +1,1 @@
-"""The bench: simulated converters that a driver runs on, what can be wrong with a board, what is said of it."""
+"""The bench: simulated and real converters, faults of a board, and the diagnosis of a board."""

@@ -1,5 +1,7 @@
-"""A board on the bench: its converters set up and read, as the driver in C does it, over any bus; or a microcontroller
-before them, whose readings are lines on a serial port, as ``firmware/sensor_line.h`` makes them.
+"""A board on the bench: its converters set up and read over any bus, as the driver in C does it.
+
+`LineBoard` is a board behind a microcontroller, whose readings are lines on a serial port in the form of
+``firmware/sensor_line.h``.
 """
 
 from __future__ import annotations
@@ -21,23 +23,24 @@ from sitscad.kernels.converters.registers import DriverRegisters
 GOOD, STALE, UNDER_RANGE, OVER_RANGE, WATCHDOG, OUT_OF_BAND, AMPLITUDE = STATUS
 
 NOTHING_NEW = 4
-"""Polls without anything new after which a converter is asked for its settings, as the driver in C does."""
+"""Number of polls without a new result after which a converter's settings are checked, as in the driver in C."""
 
 
 class BusConverter(Protocol):
     """A converter on a bus."""
 
     def read(self, register: int) -> int:
-        """A register's 16 bits; raises OSError without an answer."""
+        """Return a register's 16 bits. Raises OSError without an answer."""
 
     def write(self, register: int, value: int) -> None:
-        """Write 16 bits; raises OSError without an answer."""
+        """Write 16 bits. Raises OSError without an answer."""
 
 
 @record
 class CoilReading:
-    """One result of a coil: when it was read (s), its counts, what is said of it, and whether its oscillation was
-    outside of 1.2 to 1.8 V, which a fault hides in the status.
+    """One result of a coil: its time (s), its counts, and its status.
+
+    ``is_off`` is True if the amplitude was outside 1.2 to 1.8 V. A graver status hides this.
     """
 
     time: float
@@ -47,12 +50,12 @@ class CoilReading:
 
     @property
     def is_good(self) -> bool:
-        """Whether the counts hold."""
+        """Whether the counts are valid."""
         return self.status in (GOOD, AMPLITUDE)
 
 
 class Board:
-    """The converters of a design, by `chips` in the order of their numbers."""
+    """The converters of a design. `chips` are in the order of their numbers."""
 
     def __init__(self, design: Design, chips: Sequence[BusConverter]) -> None:
         self.design, self.chips, self.restarts = design, chips, 0
@@ -68,16 +71,19 @@ class Board:
 
     @property
     def said(self) -> str:
-        """How its readings came, in words, where there is something to say."""
+        """Remark on the readings. Empty if there is none."""
         again = f"a converter lost its settings and was set up again, {self.restarts} times"
         return again if self.restarts else ""
 
     def identities(self) -> list[tuple[int, int]]:
-        """What every converter calls its maker and itself."""
+        """Return the manufacturer and device identifiers of every converter."""
         return [(chip.read(self.at.MANUFACTURER_ID), chip.read(self.at.DEVICE_ID)) for chip in self.chips]
 
     def set_up(self) -> list[str]:
-        """Reset, write and read back every register, CONFIG last; the names of those that do not keep their value."""
+        """Return reset, write and read back every register, CONFIG last.
+
+        Return the names of registers with another value.
+        """
         return [name for number in range(len(self.chips)) for name in self._set_up(number)]
 
     def _set_up(self, number: int) -> list[str]:
@@ -93,8 +99,10 @@ class Board:
         ]
 
     def keep_settings(self, new: Collection[int]) -> None:
-        """Look after settings once a poll found these coils new: ask a converter that had nothing new for
-        `NOTHING_NEW` polls for its settings, set up again one that lost them, and count it.
+        """Check the settings of idle converters after a poll that found the coils in `new`.
+
+        A converter without new results for `NOTHING_NEW` polls is checked. If it lost its settings, it is set up again,
+        and `restarts` counts this.
         """
         heard = {place.converter for k, place in enumerate(self.places) if k in new}
         for number in range(len(self.chips)):
@@ -108,7 +116,7 @@ class Board:
         return self.chips[number].read(self.at.CONFIG) == self.devices[number].registers[-1].value
 
     def poll(self, time: float) -> dict[int, CoilReading]:
-        """The coils that are new, by their place in the design."""
+        """Return the new results by the coil's index in the design."""
         found = {}
         for number, chip in enumerate(self.chips):
             status = chip.read(self.at.STATUS)
@@ -121,7 +129,7 @@ class Board:
         return found
 
     def _result(self, coil: int, chip: BusConverter) -> tuple[int, int]:
-        """The upper register of a coil's result, where its flags are, and the counts of the whole."""
+        """Return the upper register of a coil's result, which has the flags, and the counts of the whole result."""
         device, offsets = self.design.spec.readout.device, self.conversion.offsets
         upper, *lower = (chip.read(address) for address in device.data_addresses(self.places[coil].number))
         result = upper & device.result_mask
@@ -130,12 +138,13 @@ class Board:
         return upper, result * self.conversion.counts_per_step + (offsets[coil] if offsets else 0)
 
     def _believed(self, coil: int, counts: int, status: str) -> str:
-        """The status of a result, stale where it leaps by more than noise and motion explain and the next has yet to
-        confirm it, as in the driver. Of each coil is kept: the last that was believed, how far that was from the one
-        before, and one that is in doubt.
+        """Return the status of a result. It is stale if the result jumps and the next result has yet to confirm it.
+
+        A jump is larger than noise and motion explain, as in the driver. Three values are stored for each coil: the
+        last accepted result, its distance from its predecessor, and a result in doubt.
         """
         if status not in (GOOD, AMPLITUDE):
-            self.past.pop(coil, None)  # what comes after a fault has nothing to be compared with
+            self.past.pop(coil, None)  # the next result has no valid predecessor
             return status
         leap = LEAP * self.conversion.noise(self.bands[coil].assembled.design) / self.frequency(1)
         last, step, doubted = self.past.get(coil, (counts, 0, None))
@@ -147,14 +156,17 @@ class Board:
         return status
 
     def skip(self) -> None:
-        """Leave behind what came while nobody read: a converter keeps its newest result alone."""
+        """Return discard results that arrived unread.
+
+        A converter holds only its newest result, so nothing is done here.
+        """
 
     def frequency(self, counts: float) -> float:
-        """Hz."""
+        """Return the frequency (Hz)."""
         return counts * self.conversion.hertz_per_count
 
     def status(self, coil: int, counts: int, flags: int) -> str:
-        """What is said of a result with the flags of its upper register."""
+        """Return the status of a result with the flags of its upper register."""
         flag, (least, most) = self.at.DATA_FLAGS, self.conversion.ends(coil)
         working = self.bands[coil].working
         said = (
@@ -167,32 +179,34 @@ class Board:
 
 
 PATIENCE = 8.0
-"""Seconds until the first reading: a board that starts as its port is opened, its self-test and its tare."""
+"""Longest wait for the first reading (s): a board may start when its port opens, with self-test and tare."""
 
 ENOUGH = 3
-"""Lines of another sensor after which none of this one is waited for."""
+"""Number of lines of another sensor after which waiting ends."""
 
 DRAINED = 100
-"""Times at most that a port is asked for what is left on it."""
+"""Largest number of reads to empty a port."""
 
 LONGEST = 4096
-"""Characters after which what has no end of line is no line."""
+"""Largest number of characters without an end of line. Longer input is not a line."""
 
 _READING = re.compile(rb"([0-9A-F]{8}),(\d{1,10}),(.*)")
 
 
 class Port(Protocol):
-    """The part of a serial port that is asked for."""
+    """The used part of a serial port."""
 
     in_waiting: int
 
     def read(self, size: int) -> bytes:
-        """So many bytes, or what came within the timeout."""
+        """Return `size` bytes, or the bytes that arrived within the timeout."""
 
 
 class LineBoard(Board):
-    """The board of a design that a microcontroller reads. What is on the line but is not to be used is counted by what
-    it is: `lost`, `corrupted`, of `another` sensor; `told` is what the firmware says to people, the latest last.
+    """A board of a design behind a microcontroller.
+
+    Unusable lines are counted by kind: `lost`, `corrupted`, `another` (of another sensor). `told` holds the last
+    messages of the firmware for people.
     """
 
     def __init__(self, design: Design, port: Port) -> None:
@@ -207,7 +221,10 @@ class LineBoard(Board):
         self.is_first = True
 
     def poll(self, time: float) -> dict[int, CoilReading]:
-        """The coils of the next line; none where no whole one has come. Raises OSError where the port is gone."""
+        """Return the results of the next line.
+
+        Empty if no whole line has arrived. Raises OSError if the port is gone.
+        """
         self.take(self.port.read(self.port.in_waiting or 1))
         if not self.waiting:
             return {}
@@ -217,7 +234,7 @@ class LineBoard(Board):
         }
 
     def skip(self) -> None:
-        """Leave behind the lines that came while nobody read; what the port's buffer did not hold is not lost."""
+        """Return discard unread lines. Lines that did not fit into the port's buffer do not count as lost."""
         for _ in range(DRAINED):
             if not self.port.in_waiting:
                 break
@@ -226,7 +243,7 @@ class LineBoard(Board):
         self.rest, self.is_first, self.sequence = b"", True, None
 
     def take(self, received: bytes) -> None:
-        """Take up what came from the port."""
+        """Return process bytes from the port."""
         *lines, self.rest = (self.rest + received).split(b"\n")
         for line in lines:
             self._take(line.strip())
@@ -241,7 +258,7 @@ class LineBoard(Board):
         elif not line:
             return
         elif not star or not re.fullmatch(rb"[0-9A-F]{4}", check) or int(check, 16) != binascii.crc_hqx(text, 0xFFFF):
-            self.corrupted += not self.is_first  # the first is what was left of one that began before
+            self.corrupted += not self.is_first  # the first line may be incomplete
         elif not text.startswith(b"id,"):
             self._reading(text)
 
@@ -261,7 +278,10 @@ class LineBoard(Board):
             })
 
     def _count(self, sequence: int) -> None:
-        """Lines between the last and this one are lost; one that goes back is a start of the microcontroller."""
+        """Count a line.
+
+        Numbers missing before it are lost lines; a lower number is a restart of the microcontroller.
+        """
         self.good += 1
         if self.sequence is not None and sequence > self.sequence:
             self.lost += sequence - self.sequence - 1
@@ -271,14 +291,14 @@ class LineBoard(Board):
 
     @property
     def said(self) -> str:
-        """What came over the line, in words."""
+        """Text with the numbers of lines by kind."""
         counted = ((self.lost, "lost"), (self.corrupted, "corrupted"), (self.another, "of another sensor"),
                    (self.starts, "starts of the microcontroller"))
         words = [f"{self.good} lines", *(f"{number} {what}" for number, what in counted if number)]
         return ", ".join(words if len(words) > 1 else [*words, "none lost or corrupted"])
 
     def begin(self) -> None:
-        """Wait for the first line of a reading. Raises OSError where none of this sensor's comes within `PATIENCE`."""
+        """Wait for the first reading. Raises OSError if no reading of this sensor arrives within `PATIENCE`."""
         end = monotonic() + PATIENCE
         while not self.good and monotonic() < end and self.another < ENOUGH:
             self.take(self.port.read(self.port.in_waiting or 1))

@@ -1,9 +1,10 @@
-"""A simulated LDC1612 or LDC1614, register by register (data sheet SNOSCY9A, 7.4 to 7.6 and 8.1): the twin of
-``simulated.c`` in the firmware, to the bit. And one of a design: its coils under loads over time, and what can be wrong
-with them by name.
+"""A simulated LDC1612 or LDC1614, register by register (data sheet SNOSCY9A, 7.4 to 7.6 and 8.1).
 
-What the data sheet leaves open is unverified: that a channel which does not oscillate reads 0 and takes the watchdog's
-recovery time, that registers are not written while it converts, that bits without a meaning read 0.
+It equals ``simulated.c`` in the firmware, bit by bit. `SimulatedConverter` simulates the converter of a design, with
+loads over time and with faults by name.
+
+Three points are not in the data sheet and are unverified: a channel that does not oscillate reads 0 and takes the
+watchdog's recovery time; registers cannot be written during conversion; bits without a meaning read 0.
 """
 
 from __future__ import annotations
@@ -26,38 +27,41 @@ from sitscad.kernels.converters.converter import Converter
 from sitscad.spec.sensor import SensorSpec
 
 READ, WRITE = 122_500, 97_500
-"""Nanoseconds that a register takes over I2C at 400 kHz."""
+"""Duration (ns) of an access to a register over I2C at 400 kHz."""
 
 WAKE = 377_512
-"""Nanoseconds from sleep to the first settling: 16384 periods of the internal oscillator's typical 43.4 MHz (7.4.2)."""
+"""Time (ns) from sleep to the first settling: 16384 periods of the internal oscillator's typical 43.4 MHz (7.4.2)."""
 
 RECOVERY = 5_200_000
-"""Nanoseconds of recovery after a watchdog timeout (6.5)."""
+"""Recovery time (ns) after a watchdog timeout (6.5)."""
 
 NEVER = 2**64 - 1
 DEAD, LOW, HIGH = "amplitude_stable_min", "amplitude_optimum_min", "amplitude_max"
-"""Figures of the amplitude: below the first it does not oscillate, outside of the others it is flagged."""
+"""Limits of the amplitude: below the first the tank does not oscillate; outside the others it is flagged."""
 
 CONFIGURED = (at.ERROR_CONFIG, at.MUX_CONFIG)
 OF_CHANNELS = (at.RCOUNT, at.OFFSET, at.SETTLECOUNT, at.CLOCK_DIVIDERS, at.DRIVE_CURRENT)
 DRIVE_CODE = 0xF800
-"""The bits of DRIVE_CURRENT that are written; INIT_IDRIVE is the converter's own."""
+"""Writable bits of DRIVE_CURRENT. The converter itself sets INIT_IDRIVE."""
 
 Tank = Callable[[int, int], tuple[float, float]]
-"""Resonance (Hz) and R_P (ohm) of a channel's tank at a time (ns); R_P 0 where it does not oscillate."""
+"""Function that returns resonance (Hz) and R_P (ohm) of a channel's tank at a time (ns).
+
+R_P is 0 without oscillation.
+"""
 
 
 class NoAnswer(OSError):
-    """The converter does not acknowledge."""
+    """Raised if the converter does not acknowledge."""
 
 
 class Registers:
-    """A converter with tanks on its channels. `time` (ns) goes on by what each access takes, and by `advance`.
+    """A converter with tanks on its channels.
 
-    `noise_steps` is as in the figures of the converter; 0 gives the counts alone. `silent` tells a converter that does
-    not answer; `stuck` and `glitch` hold channels whose result stays as it is, and whose next one is wrong: by 0.4 to
-    2.7 %, or by 20 to 140 %, as TI's E2E thread 939787 has it of an LDC1612 (once an hour 8.5 to 20 MHz for 7.8 MHz,
-    without a flag).
+    `time` (ns) advances by the duration of each access, and by `advance`. `noise_steps` is the converter's figure of
+    noise; with 0, the counts have no noise. `silent` makes the converter not answer. `stuck` holds channels whose
+    result does not change. `glitch` holds channels whose next result is wrong: by 0.4 to 2.7 %, or by 20 to 140 %. TI's
+    E2E thread 939787 reports such results of an LDC1612 (once an hour 8.5 to 20 MHz for 7.8 MHz, without a flag).
     """
 
     def __init__(self, device: Converter, clock: float, tank: Tank, noise_steps: float, seed: int = 1) -> None:
@@ -69,7 +73,7 @@ class Registers:
         self.reset()
 
     def reset(self) -> None:
-        """The converter as after power-up: registers at their defaults, asleep."""
+        """Return reset the converter as after power-up: registers at their defaults, asleep."""
         self.words = dict.fromkeys(range(128), 0) | at.AT_RESET | {at.DEVICE_ID: self.device.device_id}
         for channel in range(self.device.channels, at.MOST_CHANNELS):
             self.words[at.RCOUNT + channel] = 0
@@ -96,7 +100,7 @@ class Registers:
 
     @property
     def last(self) -> int:
-        """The last channel of a scan; the only one where one is converted over and over."""
+        """Last channel of a scan, or the only channel if one is converted continuously."""
         if not self.is_scanning:
             return self.words[at.CONFIG] >> at.ACTIVE_CHANNEL
         sequence = self.words[at.MUX_CONFIG] >> at.SEQUENCE & 3
@@ -119,7 +123,7 @@ class Registers:
         self.due = self.time + after + int(periods * 1e9 / self._reference(channel)) + dead
 
     def _drawn(self) -> int:
-        """The next of a row of 32 bits (xorshift by 13, 17 and 5)."""
+        """Return the next pseudo-random number of 32 bits (xorshift by 13, 17 and 5)."""
         word = self.seed
         word ^= word << 13 & 0xFFFFFFFF
         word ^= word >> 17
@@ -131,7 +135,7 @@ class Registers:
         full = (self._of(at.CLOCK_DIVIDERS, channel) >> 12) * self._reference(channel)
         count = self.tank(channel, self.time)[0] / full * 2.0**self.device.bits
         sigma = law.counting_noise(self.noise_steps, 1.0, self._of(at.RCOUNT, channel))
-        drawn = [self._drawn() for _ in range(6)]  # of which twelve even deviates, added, are nearly a normal one
+        drawn = [self._drawn() for _ in range(6)]  # the sum of twelve uniform deviates is nearly normal
         normal = (sum((word >> 16) + (word & 0xFFFF) for word in drawn) + 6.0) / 65536.0 - 6.0
         found = count + count * sigma * normal - 4096.0 * self._of(at.OFFSET, channel)
         if channel in self.glitch:
@@ -168,7 +172,7 @@ class Registers:
         self._begin(following, pause, self.is_scanning)
 
     def advance(self, nanoseconds: int) -> None:
-        """Let time go by."""
+        """Return advance the time."""
         end = self.time + nanoseconds
         while self.due <= end:
             self.time = self.due
@@ -178,12 +182,12 @@ class Registers:
     # --------------------------------------------------------------------------------------------------------- access
 
     def _hold(self) -> None:
-        """STATUS keeps what it says until it is read (8.1.8)."""
+        """Return hold the value of STATUS until it is read (8.1.8)."""
         if self.held is None:
             self.held = self.errors | (at.DATA_READY if self.ready else 0) | self.unread
 
     def write(self, register: int, value: int) -> None:
-        """Write a register; raises `NoAnswer` where the converter does not acknowledge."""
+        """Write a register. Raises `NoAnswer` if the converter does not acknowledge."""
         asleep = bool(self.words[at.CONFIG] & at.SLEEP)
         self.advance(WRITE)
         if self.silent:
@@ -201,7 +205,7 @@ class Registers:
             self._begin(0 if self.is_scanning else self.last, WAKE, True)
 
     def read(self, register: int) -> int:
-        """Read a register, STATUS and the upper ones of results with what that clears; raises `NoAnswer`."""
+        """Read a register. Reading STATUS or the upper word of a result clears flags. Raises `NoAnswer`."""
         self.advance(READ)
         if self.silent:
             raise NoAnswer(f"no acknowledge for register 0x{register:02X}")
@@ -235,20 +239,21 @@ FAULTS = {
     "reset": "the supply breaks down for a moment: the converter forgets its settings",
     "glitch": "now and then one result of a coil is wrong, without a flag",
 }
-"""What can be wrong, by name."""
+"""Faults by name."""
 
 _WRITTEN = re.compile(r"(?P<name>[a-z-]+)(?::(?P<coils>[^@]+))?(?:@(?P<at>[0-9.eE+-]+))?")
 LONGEST = 86_400.0
-"""Seconds at most, a day, that a simulated board is read for or that a fault comes after."""
+"""Longest reading of a simulated board, and latest start of a fault: a day (s)."""
 
 _EVERY = 3600.0
-"""Seconds from one glitch to the next where the fault does not say."""
+"""Default time between glitches (s)."""
 
 
 @record
 class Fault:
-    """Something that goes wrong: its name, the coils that it befalls, and from when on (s); a glitch comes again and
-    again after so long.
+    """A fault: its name, the affected coils, and its start (s).
+
+    A glitch repeats, and `at` is then the period.
     """
 
     name: str
@@ -257,8 +262,9 @@ class Fault:
 
     @classmethod
     def read(cls, text: str) -> Fault:
-        """A fault as it is written: ``open:C2``, ``swapped:C1:C2``, ``reset@0.5``, ``glitch:C1@3600``. Raises
-        ValueError for others.
+        """Return a fault from its text: ``open:C2``, ``swapped:C1:C2``, ``reset@0.5``, ``glitch:C1@3600``.
+
+        Raises ValueError for other texts.
         """
         found = _WRITTEN.fullmatch(text)
         if found is None or found["name"] not in FAULTS:
@@ -274,15 +280,33 @@ class Fault:
 
 
 class SimulatedConverter(Registers):
-    """One converter of a design, asleep as after power-up: set it up by its registers, as a driver does.
+    """A converter of a design, asleep as after power-up. Set it up by its registers, as a driver does.
 
-    `loads` (n, 4) are times (s) and forces (N: normal, shear along x, along y), straight between, the target level;
-    None leaves the target at rest, or the board bare where it has none or `state` is ``free``. `frequencies` (n, coils;
-    Hz) go with the times of `loads` in place of what the design reads under them: those of another board.
-    `faults` are names as `Fault.read` takes them, or such values. `number` is the converter of the sensor, from 0.
+    Parameters
+    ----------
+    spec
+        The spec or the design.
+    loads
+        Rows of time (s) and force (N: normal, shear along x, along y) on a level target, linear in between. With two
+        moments (N m) more, the target is free to tilt. If None, the target is at rest, or the board is bare if the
+        design has no target or `state` is ``free``.
+    frequencies
+        Frequencies (n, coils; Hz) at the times of `loads`, in place of the computed ones.
+    faults
+        Faults, or their texts as `Fault.read` takes them.
+    state
+        State of the coils without loads.
+    number
+        Number of the converter in the sensor, from 0.
+    seed
+        Seed of the noise, which is the noise of the estimates.
+    noise
+        Whether the counts have noise.
 
-    Noise is that of the estimates, `seed` its row. Raises ValueError for unknown faults, coils and states, for
-    loads that nothing answers, and for converters of other families.
+    Raises
+    ------
+    ValueError
+        for unknown faults, coils and states, loads without a response, and converters of other families
     """
 
     @checked_arguments
@@ -321,7 +345,7 @@ class SimulatedConverter(Registers):
         super().__init__(device, design.spec.readout.clock, self._tank, steps, seed)
 
     def advance(self, nanoseconds: int) -> None:
-        """Let time go by, with the faults that come in it."""
+        """Return advance the time, with the faults that occur meanwhile."""
         end = self.time + nanoseconds
         self.silent = any(fault.name == "nack" and fault.at * 1e9 <= end for fault in self.faults)
         for fault in [one for one in self._resets if one.at * 1e9 <= end]:
@@ -335,7 +359,7 @@ class SimulatedConverter(Registers):
         super().advance(nanoseconds)
 
     def hold(self, frequencies: ArrayLike) -> None:
-        """Let the coils have these frequencies from now on (Hz; all coils of the sensor)."""
+        """Set the frequencies of the coils from now on (Hz; all coils of the sensor)."""
         own = slice(self._first, self._first + len(self.coils))
         self._times, self._read = np.zeros(1), np.atleast_2d(frequencies)[:1, own]
 
@@ -343,11 +367,11 @@ class SimulatedConverter(Registers):
         return [fault for fault in self.faults if fault.name == name and fault.at * 1e9 <= self.time]
 
     def _befallen(self, fault: Fault) -> list[int]:
-        """The channels that a fault is on; all where it names no coil."""
+        """Return the channels that a fault affects: all if it names no coil."""
         return [k for k, coil in enumerate(self.coils) if not fault.coils or coil.name in fault.coils]
 
     def _tank(self, channel: int, time: int) -> tuple[float, float]:
-        """Resonance (Hz) and R_P (ohm) of what is on a channel."""
+        """Return resonance (Hz) and R_P (ohm) of the tank on a channel."""
         wired = channel
         for fault in self._present("swapped"):
             pair = self._befallen(fault)[:2]
@@ -362,8 +386,9 @@ class SimulatedConverter(Registers):
         if "low-amplitude" in hit:
             ohms *= 0.5
         if "lost-layer" in hit:
-            # One layer is bridged, of a single one half its turns: the winding's inductance goes as the square of the
-            # turns that are left (layers are near to each other), its resistance as their number, R_P is L / (R C)
+            # One layer is bridged, or half the turns of a single layer. The winding's inductance is proportional to the
+            # square of the remaining turns (layers are close to each other), its resistance to their number.
+            # R_P is L / (R C)
             coil, left = self.coils[wired], (self._layers - 1) / self._layers if self._layers > 1 else 0.5
             own = coil.winding_inductance / (coil.winding_inductance + abs(coil.lead_inductance))
             inductance = 1.0 - own * (1.0 - left**2)
@@ -386,7 +411,7 @@ def _faults(given: Sequence[str | Fault] | str, names: Sequence[str]) -> tuple[F
 def _course(
     design: Design, states: Sequence[StateEstimate], loads: ArrayLike | None, frequencies: ArrayLike | None, first: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Times (n; s) and what the coils of the converter have at them (n, coils; Hz)."""
+    """Return times (n; s) and the frequencies of the converter's coils at these times (n, coils; Hz)."""
     if loads is None:
         drawn = [[state.frequency for state in states]]
         found = np.array(drawn) if frequencies is None else np.atleast_2d(frequencies)[:, first : first + len(states)]

@@ -1,4 +1,4 @@
-"""Scans of a board on the bench as lines and as a table, and a diagnosis: each verdict with the probable fault."""
+"""Scans of a board on the bench as lines and as a table, and a diagnosis: verdicts with probable faults."""
 
 from __future__ import annotations
 
@@ -23,23 +23,24 @@ from sitscad.spec.places import map_columns
 MET, NOT_MET, NOT_EVALUATED = "MET", "NOT MET", "NOT EVALUATED"
 
 FEWEST = 12
-"""Readings of a coil from which its noise and its rate are judged."""
+"""Least number of readings of a coil to evaluate its noise and its rate."""
 
 NOISY, SLOW = 2.0, 0.95
-"""By how much more than the design's the noise may be, and by how much less the rate."""
+"""Largest noise and least rate, relative to the design."""
 
 FEW = 10.0
-"""Over the square root of the number of results, what the noise found may be above the design's for want of more: seven
-standard deviations of it.
+"""Allowance for noise measured from few results, divided by the square root of their number.
+
+It is seven standard deviations of the measured noise.
 """
 
 JUMP = 12.0
-"""Standard deviations of noise from the median of three that no sound result has."""
+"""Distance from the median of three, in standard deviations of noise, that no valid result has."""
 
 
 @record
 class Verdict:
-    """One thing that a board must do: whether it does, and what was seen, or what a miss probably is."""
+    """A requirement of a board, whether it is met, and the observation or the probable fault."""
 
     name: str
     verdict: str
@@ -47,8 +48,10 @@ class Verdict:
 
 
 def diagnosis(board: Board, wrong: Sequence[str], readings: Sequence[Sequence[CoilReading]]) -> tuple[Verdict, ...]:
-    """All verdicts of a board that was set up (`wrong` are the registers that did not keep their value), by the results
-    of every coil in the order of time. Raises OSError where it does not answer any more.
+    """Return all verdicts on a board.
+
+    `wrong` are the registers that did not keep their value in the set-up. `readings` are the results of every coil in
+    order of time. Raises OSError if the board no longer answers.
     """
     found = [_line(board)] if isinstance(board, LineBoard) else [_identity(board), _settings(board, wrong)]
     states = _state(board, readings)
@@ -59,7 +62,7 @@ def diagnosis(board: Board, wrong: Sequence[str], readings: Sequence[Sequence[Co
 
 
 def _line(board: LineBoard) -> Verdict:
-    """What came over a serial line; identity and settings are looked after by the firmware."""
+    """Return the verdict on a serial line. The firmware checks identity and settings itself."""
     is_so = not (board.lost or board.corrupted or board.another or board.starts)
     more = "" if is_so else f": check the cable, the baud rate ({board.serial.baud}) and the speed of this computer"
     return Verdict("lines", MET if is_so else NOT_MET, board.said + more)
@@ -84,7 +87,7 @@ def _settings(board: Board, wrong: Sequence[str]) -> Verdict:
 
 
 def _state(board: Board, readings: Sequence[Sequence[CoilReading]]) -> str:
-    """Whether the coils read as a bare board or as an assembled one, whichever more of them fit."""
+    """Return whether the coils read as a bare or as an assembled board, by the number of coils that fit."""
     fits = {
         state: sum(
             band.low <= board.frequency(rows[0].counts) <= band.high
@@ -98,7 +101,7 @@ def _state(board: Board, readings: Sequence[Sequence[CoilReading]]) -> str:
 
 
 def _frequency(board: Board, coil: int, rows: Sequence[CoilReading], state: str) -> Verdict:
-    """Frequency and inductance of a coil against the band of the state that the board is in, or under any load."""
+    """Return the verdict on a coil's frequency: within the band of the board's state, or of any load."""
     own = board.bands[coil]
     band: Band = getattr(own, state)
     name = f"{own.coil} frequency"
@@ -115,7 +118,7 @@ def _frequency(board: Board, coil: int, rows: Sequence[CoilReading], state: str)
     off = (band.design / frequency) ** 2 - 1.0
     seen = f"{show(frequency, 'Hz', 6)}, design {show(band.design, 'Hz', 6)} ({state}), L {100.0 * off:+.1f} %"
     low, high = min(band.low, own.working.low), max(band.high, own.working.high)
-    # results that leave the median of themselves and their neighbours by more than noise ever does
+    # results farther from the median of three neighbours than noise can explain
     middle = np.median(np.stack([read[:-2], read[1:-1], read[2:]]), axis=0) if len(read) > 2 else read[1:-1]
     jumps = int(np.sum(np.abs(read[1:-1] - middle) > JUMP * board.conversion.noise(band.design)))
     if not low <= frequency <= high:
@@ -143,7 +146,10 @@ def _amplitude(board: Board, coil: int, rows: Sequence[CoilReading]) -> Verdict:
 
 
 def _noise(board: Board, coil: int, rows: Sequence[CoilReading]) -> Verdict:
-    """The noise by second differences, which leave even motion out: by the median of their sizes, safe from jumps."""
+    """Return the verdict on the noise.
+
+    Second differences remove steady motion, and the median of their magnitudes is insensitive to jumps.
+    """
     name, good = f"{board.bands[coil].coil} noise", [row.counts for row in rows if row.is_good]
     if len(good) < FEWEST:
         return Verdict(name, NOT_EVALUATED, f"{len(good)} good results, {FEWEST} are wanted")
@@ -172,7 +178,7 @@ def _rate(board: Board, readings: Sequence[Sequence[CoilReading]]) -> Verdict:
 
 
 def _order(board: Board) -> Verdict:
-    """Whether coils are on their own channels: coils that are alike do not show it by themselves."""
+    """Return the verdict on the order of coils. Readings of equal coils do not show their order."""
     if len(board.bands) == 1:
         return Verdict("order of coils", MET, "there is one")
     return Verdict(
@@ -181,24 +187,25 @@ def _order(board: Board) -> Verdict:
 
 
 def words(verdicts: Sequence[Verdict]) -> Iterator[str]:
-    """A line a verdict."""
+    """Yield one line per verdict."""
     width = max(len(one.name) for one in verdicts)
     for one in verdicts:
         yield f"{one.verdict:<14} {one.name:<{width}}  {one.said}"
 
 
 Scan = dict[int, CoilReading]
-"""The newest result of every coil, by its place in the design."""
+"""The newest result of every coil, by its index in the design."""
 
 LATE = 3.0
-"""Times as long as a scan takes after which nobody waits for a coil any more."""
+"""Longest wait for a coil, in scan times."""
 
 
 def scans(board: Board, source: Source, seconds: float) -> Iterator[Scan]:
-    """Scans until the time of the source is over: whole ones; a result that comes again before its scan is whole is the
-    next scan's, and of a converter with fewer coils than another, which is faster, older ones are left out. A scan that
-    lacks a coil for `LATE` times as long as it ought to take comes without it. Converters that lost their settings are
-    set up again. Raises OSError where one does not answer.
+    """Yield scans until the time of the source is over. Raises OSError if a converter does not answer.
+
+    A result that repeats before its scan is complete belongs to the next scan. If a converter with fewer coils is
+    faster, its older results are skipped. A scan is yielded without a coil that is missing for `LATE` scan times.
+    Converters that lost their settings are set up again.
     """
     scan, ahead, rate, began = Scan(), Scan(), board.design.estimates.readout.scan_rate, 0.0
     while source.now() < seconds:
@@ -217,12 +224,14 @@ def scans(board: Board, source: Source, seconds: float) -> Iterator[Scan]:
 
 
 TARES = 16
-"""Whole scans whose mean is the tare, as in the examples of the driver in C and in live.html."""
+"""Number of whole scans whose mean is the tare, as in the driver's examples in C and in live.html."""
 
 
 class Forces:
-    """Newtons of scans by maps and their tare, or the mean of the first `TARES` whole scans that it takes where
-    `tared`; none without a map. Each cell has a map that reads its own coils: axes then have these before them.
+    """Forces (N) of scans, by maps and their tare.
+
+    If `tared`, the tare is the mean of the first `TARES` whole scans. Without a map there are no forces. Each cell has
+    a map that reads its own coils, and its axes then start with the cell.
     """
 
     def __init__(self, maps: Sequence[InverseMap] = (), tared: bool = False) -> None:
@@ -231,14 +240,17 @@ class Forces:
         self.taken: list[Array] = []
 
     def take(self, board: Board, scan: Scan) -> None:
-        """Take a scan for the tare, as long as one is wanted."""
+        """Add a scan to the tare, until the tare is complete."""
         counts = _good(board, scan)
         if self.maps and self.tared and self.mean is None and counts is not None:
             self.taken.append(counts)
             self.mean = np.mean(self.taken, axis=0) if len(self.taken) == TARES else None
 
     def tare(self, board: Board) -> list[float | None] | None:
-        """The counts of every coil with nothing on it, None where no map reads it; None before a tare, without maps."""
+        """Return the counts of every coil without load. None before a tare, or without maps.
+
+        An entry is None if no map reads the coil.
+        """
         if not self.maps or (self.tared and self.mean is None):
             return None
         if self.mean is not None:
@@ -247,7 +259,7 @@ class Forces:
         return [known.get(band.coil) for band in board.bands]
 
     def _read(self, board: Board, scan: Scan) -> Iterator[tuple[InverseMap, str, Array, Array]]:
-        """Every map with what stands before its axes, the counts of its coils (1, coils), and those at rest."""
+        """Yield every map with the prefix of its axes, the counts of its coils (1, coils), and the counts at rest."""
         counts = _good(board, scan)
         if counts is None or (self.tared and self.mean is None):
             return
@@ -256,29 +268,29 @@ class Forces:
             yield one, prefix, counts[None, own], one.rest if self.mean is None else self.mean[own]
 
     def __call__(self, board: Board, scan: Scan) -> dict[str, float]:
-        """Forces (N) by their axes; nothing where a coil has no good reading, or before the tare."""
+        """Return forces (N) by axis. Empty before the tare, or if a coil has no good reading."""
         return {f"{prefix}{axis}": force for one, prefix, counts, rest in self._read(board, scan)
                 for axis, force in zip(one.axes, one(counts, rest)[0].tolist(), strict=True)}
 
     def is_beyond(self, board: Board, scan: Scan) -> bool:
-        """Whether a scan lies beyond what a map was made for: its forces are those where the map ends."""
+        """Whether a scan lies beyond a map's range. Its forces are then the forces at the end of the range."""
         return not all(one.holds(counts, rest)[0] for one, _, counts, rest in self._read(board, scan))
 
 
 def _good(board: Board, scan: Scan) -> Array | None:
-    """The counts (coils) of a scan; none where a coil has no good reading."""
+    """Return the counts (coils) of a scan. None if a coil has no good reading."""
     if len(scan) < len(board.bands) or not all(one.is_good for one in scan.values()):
         return None
     return np.array([float(scan[k].counts) for k in range(len(board.bands))])
 
 
 def _when(scan: Scan) -> float:
-    """The time (s) of a scan: that of its last result."""
+    """Return the time (s) of a scan's last result."""
     return max(one.time for one in scan.values())
 
 
 def lines(board: Board, rows: Sequence[Scan], newtons: Forces) -> Iterator[str]:
-    """A line a scan."""
+    """Yield one line per scan."""
     for scan in rows:
         told = [f"{_when(scan):8.4f} s"]
         told += [
@@ -293,8 +305,9 @@ def lines(board: Board, rows: Sequence[Scan], newtons: Forces) -> Iterator[str]:
 
 
 def table(board: Board, rows: Sequence[Scan]) -> bytes:
-    """A CSV file: time (s), and of every coil counts, frequency (Hz) and what is said of them; empty where a scan has
-    no result of a coil.
+    """Return a CSV file: time (s), and counts, frequency (Hz) and status of every coil.
+
+    Counts and frequency are empty if a scan has no result of the coil.
     """
     names = [one.coil for one in board.bands]
     lines: list[list[object]] = [
@@ -310,7 +323,7 @@ def table(board: Board, rows: Sequence[Scan]) -> bytes:
 
 
 def document(board: Board, source: str) -> bytes:
-    """What the numbers of the table need: how counts become frequencies, and frequencies inductances."""
+    """Return the data that explain the table: the conversion from counts to frequencies and to inductances."""
     conversion, readout = board.conversion, board.design.estimates.readout
     value = {
         "sitscad": __version__, "source": source, "sensor": board.design.spec.name,

@@ -1,4 +1,4 @@
-"""A calibration led point by point: what to put on, readings taken once they are at rest, and the table of them."""
+"""A calibration led point by point: the load to apply, readings once they are stable, and their table."""
 
 from __future__ import annotations
 
@@ -20,34 +20,36 @@ from sitscad.estimates.performance_values import amount_text, shown_scales
 from sitscad.spec.places import map_columns
 
 WINDOW = 1.0
-"""Seconds over which readings are averaged, and from which to which they may not move."""
+"""Time (s) over which readings are averaged. Two such means are compared to detect motion."""
 
 MOVED = 4.0
-"""Standard deviations of the difference of two such means from which on readings move."""
+"""Difference of two means, in its standard deviations, above which readings are unstable."""
 
 PATIENCE = 60.0
-"""Seconds after which readings that still move are given up."""
+"""Longest wait (s) for stable readings."""
 
 BACK = "back"
-"""What is typed where the point before is to be taken again."""
+"""Input that repeats the point before."""
 
 OTHERWISE = 0.1, 4.0
-"""Shares of a force on an axis between which the map of the drawn sensor reads it on any board as it is made: of 400
-simulated ones of four templates 0.23 to 2.4."""
+"""Plausible range of a force read by the map of the sensor as drawn, over the applied force.
+
+400 simulated units of four templates gave 0.23 to 2.4.
+"""
 
 LEFT_ON = 0.1
-"""Share of full scale that a tare after the first reads as at most."""
+"""Largest reading of a tare after the first, as a fraction of full scale."""
 
 SOUND = 0.9
-"""Share of a coil's results that have to be good, and near their median."""
+"""Least fraction of a coil's results that must be good and near their median."""
 
 
 class NotTaken(ValueError):
-    """A point that cannot be taken, in words."""
+    """Raised for a point that cannot be taken. The text gives the reason."""
 
 
 def head(board: Board, found: Calibration) -> str:
-    """The first lines of the table: by them a table is known that belongs to this sensor and plan."""
+    """Return the first lines of the table. They identify the sensor and the plan of a table."""
     assert found.plan is not None
     design, points = board.design, len(found.plan.loads)
     of = f"# {design.spec.name}, settings {identity(design.spec.name, board.devices):08X}, {points} points"
@@ -56,8 +58,10 @@ def head(board: Board, found: Calibration) -> str:
 
 @record(eq=False)
 class Leading:
-    """A calibration of one board point by point: `ask` shows what to put on and gives back what was typed, `tell` says
-    how it goes. A simulated board is loaded as the plan says. Of a board with cells only the coils of the map are read.
+    """A calibration of a board, point by point.
+
+    `ask` shows the load to apply and returns the user's input. `tell` shows progress. A simulated board is loaded by
+    the plan itself. If the board has cells, only the coils of the map are read.
     """
 
     board: Board
@@ -67,9 +71,18 @@ class Leading:
     tell: Callable[[str], None]
 
     def table(self, before: str = "") -> Iterator[str]:
-        """The table after every point that is taken, from where `before`, the table as far as it is, ends. A point that
-        somebody puts on and that cannot be taken is told and asked for again. Raises ValueError for tables and boards
-        of another sensor, NotTaken for a simulated point that cannot be taken, OSError without an answer.
+        """Yield the table after every point. `before` is the table so far, which is continued.
+
+        If a user's point cannot be taken, the reason is shown and the point is requested again.
+
+        Raises
+        ------
+        ValueError
+            if the table or the board belongs to another sensor
+        NotTaken
+            if a simulated point cannot be taken
+        OSError
+            if the board does not answer
         """
         assert self.found.plan is not None
         first, rows = self._head(before), self.found.plan.rows
@@ -87,7 +100,7 @@ class Leading:
             yield text
 
     def _head(self, before: str) -> str:
-        """The table's first lines. Raises ValueError where board or table are of another sensor."""
+        """Return the table's first lines. Raises ValueError if the board or the table belongs to another sensor."""
         board, source, first = self.board, self.source, head(self.board, self.found)
         ours = identity(board.design.spec.name, board.devices)
         if isinstance(source, Simulation) and ours != identity(
@@ -101,8 +114,12 @@ class Leading:
         return first
 
     def _point(self, load: Array, number: str, rest: str) -> str:
-        """A point's line, `rest` that of the first; nothing where the point before is wanted. Raises NotTaken where it
-        cannot be taken, or reads as another load and nobody typed that it is on.
+        """Return a point's line.
+
+        `rest` is the line of the first point. Empty if the user wants to repeat the point before.
+
+        Raises NotTaken if the point cannot be taken, or if it reads as another load and the user did not type this
+        load.
         """
         scope, is_typed = self.found.sensors.range, False
         forces: Array | None = load[scope.columns]
@@ -121,8 +138,9 @@ class Leading:
         return ",".join([*(f"{force:.6g}" for force in shown), *(f"{count:.1f}" for count in counts)]) + "\n"
 
     def _put_on(self, load: Array, words: str, is_first: bool) -> tuple[Array | None, bool]:
-        """The forces (axes; N) that somebody put on, those asked for or those typed, and whether they were typed; None
-        where the point before is to be taken again.
+        """Return the applied forces (axes; N), and whether the user typed them.
+
+        The forces are None if the user wants to repeat the point before.
         """
         scope = self.found.sensors.range
         while typed := self.ask(words).replace(",", " ").split():
@@ -141,8 +159,9 @@ class Leading:
         return np.asarray(load[scope.columns]), False
 
     def _compare(self, forces: Array, counts: Array, rest: Array) -> None:
-        """Raises NotTaken where a reading is not of these forces (axes; N) by the map of the sensor as it is drawn, by
-        far more than units differ.
+        """Raise NotTaken if a reading does not fit these forces (axes; N).
+
+        The map of the sensor as drawn is used. The limit is far larger than the difference between units.
         """
         found = self.found.map
         read, size = found(counts, rest)[0], np.abs(forces)
@@ -159,8 +178,10 @@ MOMENTS_TOO = ", moments in newton millimetres"
 
 
 def taken(board: Board, source: Source, tell: Callable[[str], None], own: Sequence[int]) -> Array:
-    """Return the mean counts of the coils `own` (by number, from 0) once two windows in a row differ by no more than
-    noise. Raises NotTaken if such a coil has no good readings, or if they still move after `PATIENCE`.
+    """Return the mean counts of the coils `own` (by number, from 0) once they are stable.
+
+    They are stable if the means of two windows in a row differ by no more than noise. Raises NotTaken if a coil has no
+    good readings, or if readings are unstable after `PATIENCE`.
     """
     if source.creep:
         tell(f"waiting {source.creep:.0f} s for the pad to come to rest")
@@ -181,10 +202,9 @@ def taken(board: Board, source: Source, tell: Callable[[str], None], own: Sequen
 
 
 def window(board: Board, rows: list[Scan], own: Sequence[int]) -> tuple[Array, Array]:
-    """Return mean counts of the coils `own`, and one sigma of that mean by the design's noise.
+    """Return mean counts of the coils `own`, and one standard deviation of the mean by the design's noise.
 
-    Single results far off are left out; there is no mean if they are many. Raises NotTaken if a coil has no good
-    readings.
+    Single outliers are left out. If there are many, the mean is NaN. Raises NotTaken if a coil has no good readings.
     """
     means, sigmas = [], []
     for coil in own:

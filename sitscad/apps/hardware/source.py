@@ -1,4 +1,4 @@
-"""Where readings come from: a simulated board, converters on a Linux computer's I2C bus, or lines on a serial port."""
+"""Sources of readings: a simulated board, converters on a Linux computer's I2C bus, or lines on a serial port."""
 
 from __future__ import annotations
 
@@ -24,45 +24,47 @@ from sitscad.spec.load import load
 
 SIMULATED, BUS, SERIAL = "sim:", "/dev/i2c-", "serial:"
 RAMP = 33
-"""Loads of a ramp that are solved; readings between are straight."""
+"""Number of solved loads on a ramp. Readings between are interpolated linearly."""
 
 BEGUN = 0.02
-"""Seconds until converters are set up, and the first scan has begun."""
+"""Time (s) until converters are set up and the first scan has begun."""
 
 KEYS = ("load", "seconds", "fault", "state", "seed", "unit", "cell")
 SEVERAL = ("load", "fault")
-"""What a simulated source may say, and what it may say several times."""
+"""Options of a simulated source that may be repeated. `KEYS` are all options."""
 
-SHORTEST = 1e-3  # Seconds at least that a simulated board is read for
-MOST_BAUD = 100_000_000  # Bits a second; no serial port is faster
-MOST_SEED = 2**32 - 1  # The largest seed or number of a unit: 32 bits
+SHORTEST = 1e-3  # Shortest reading of a simulated board (s)
+MOST_BAUD = 100_000_000  # Bits per second, above every serial port
+MOST_SEED = 2**32 - 1  # Largest seed or unit number: 32 bits
 
 
 class Source:
-    """Converters in the order of their numbers, and their clock."""
+    """Converters in the order of their numbers, with a clock."""
 
     creep, paced = 10.0, True
-    """Seconds that a pad is given to come to rest under a load, before it is read for a calibration."""
+    """Rest time (s) of a pad under a load before a reading for a calibration, and whether waiting takes real time."""
 
     def __init__(self, chips: Sequence[BusConverter], seconds: float | None = None) -> None:
         self.chips, self.seconds, self._begun = chips, seconds, time.monotonic()
 
     def board(self, design: Design) -> Board:
-        """The board of a design with these converters."""
+        """Return the board of a design with these converters."""
         return Board(design, self.chips)
 
     def now(self) -> float:
-        """Seconds since the beginning."""
+        """Return the seconds since the start."""
         return time.monotonic() - self._begun
 
     def wait(self, seconds: float) -> None:
-        """Let time go by."""
+        """Wait."""
         time.sleep(seconds)
 
 
 class Simulation(Source):
-    """Simulated converters of a design that keep one time. `errors` are the unknowns of each cell of the sensor that
-    they read, None for a cell as it is drawn. A sensor without cells is its own only cell.
+    """Simulated converters of a design with a common time.
+
+    `errors` are the unknowns of each cell of the simulated sensor, or None for a cell as drawn. A sensor without cells
+    counts as a single cell.
     """
 
     chips: Sequence[SimulatedConverter]
@@ -77,20 +79,20 @@ class Simulation(Source):
         self.design, self.errors = design, errors
 
     def put_on(self, load: np.ndarray, is_held: bool, cell: int = 1) -> None:
-        """Load (3; N) the target of a cell (by its number, from 1) from now on, and no other."""
+        """Apply a load (3; N) to the target of a cell (number from 1) from now on, and to no other cell."""
         read = _on_cell(self.design, cell, np.atleast_2d(load), self.errors, is_held)
         for chip in self.chips:
             chip.hold(read)
 
     def now(self) -> float:
-        """Seconds of the simulated clock: of the converter that is farthest on, to which the others catch up."""
+        """Return the simulated time (s) of the most advanced converter. The others advance to it."""
         latest = max(chip.time for chip in self.chips)
         for chip in self.chips:
             chip.advance(latest - chip.time)
         return latest * 1e-9
 
     def wait(self, seconds: float) -> None:
-        """Let simulated time go by, no faster than the true one where it is `paced`."""
+        """Return advance the simulated time, in real time if `paced`."""
         for chip in self.chips:
             chip.advance(round(seconds * 1e9))
         if self.paced:
@@ -98,18 +100,18 @@ class Simulation(Source):
 
 
 class Wired:
-    """A converter on a bus of Linux."""
+    """A converter on an I2C bus of Linux."""
 
     def __init__(self, bus: Any, address: int) -> None:
         self.bus, self.address = bus, address
 
     def read(self, register: int) -> int:
-        """A register's 16 bits."""
+        """Return a register's 16 bits."""
         upper, lower = self.bus.read_i2c_block_data(self.address, register, 2)
         return int(upper) << 8 | int(lower)
 
     def write(self, register: int, value: int) -> None:
-        """Write 16 bits."""
+        """Write 16 bits to a register."""
         self.bus.write_i2c_block_data(self.address, register, [value >> 8, value & 0xFF])
 
 
@@ -121,8 +123,9 @@ class SerialLine(Source):
         self.port = port
 
     def board(self, design: Design) -> LineBoard:
-        """The board of a design whose readings come over this line; time begins with the first of them. Raises OSError
-        where none comes.
+        """Return the board of a design whose readings arrive on this line.
+
+        Time starts at the first reading. Raises OSError if no reading arrives.
         """
         found = LineBoard(design, self.port)
         found.begin()
@@ -131,8 +134,9 @@ class SerialLine(Source):
 
 
 def design_of(path: str) -> Design:
-    """The design of a spec, or of the package in a folder. Raises SpecError, OSError, and ValueError where the folder
-    has no spec.
+    """Return the design of a spec, or of the package in a folder.
+
+    Raises SpecError or OSError if the spec cannot be read, and ValueError if the folder has no spec.
     """
     place = Path(path)
     if place.is_dir():
@@ -144,8 +148,10 @@ def design_of(path: str) -> Design:
 
 
 def source_of(text: str, design: Design | None, tares: int = 0) -> tuple[Source, Design]:
-    """The source that a text names, and the design that it is read by; the loads of a simulated board begin after so
-    many scans without load. Raises ValueError for others and for what goes with none of them.
+    """Return the source that a text names, and the design for its readings.
+
+    The loads of a simulated board begin after `tares` scans without load. Raises ValueError for other texts, and for
+    options that do not fit the source.
     """
     if text.startswith(SIMULATED):
         path, _, query = text.removeprefix(SIMULATED).partition("?")
@@ -153,7 +159,7 @@ def source_of(text: str, design: Design | None, tares: int = 0) -> tuple[Source,
             raise ValueError("sim: names no spec: sim:sensor.yaml, or sim: and the folder of a package")
         own = design_of(path)
         if design is not None and own.spec == design.spec:
-            own = design  # what is worked out of it is worked out once
+            own = design  # share its cached results
         return _simulated(own, query, tares), design or own
     if design is None:
         raise ValueError("--design says which design the board is of")
@@ -201,9 +207,11 @@ def _port(text: str, baud: int) -> Port:
 
 
 def _simulated(design: Design, query: str, tares: int) -> Simulation:
-    """A simulated board: `load` is AXIS:FIRST:LAST (N), of several axes with commas between, over `seconds` after so
-    many scans without load; `fault` may come several times; `unit` is the number of a sensor as it is made, left out
-    the one as drawn; `cell` is that of its cells which a load is on; `state` and `seed` as for `SimulatedConverter`.
+    """Return a simulated board.
+
+    `load` is AXIS:FIRST:LAST (N), with commas between several axes, over `seconds` after `tares` scans without load.
+    `fault` may be repeated. `unit` is the number of a sensor with errors of manufacture; without it, the sensor is as
+    drawn. `cell` is the cell under the load. `state` and `seed` are as for `SimulatedConverter`.
     """
     pairs = parse_qsl(query, keep_blank_values=True)
     given = dict(pairs)
@@ -238,7 +246,7 @@ def _simulated(design: Design, query: str, tares: int) -> Simulation:
     if "load" in given and "cell" not in given and len(design.cells) > 1:
         raise ValueError(f"sim: a load is on one of the {len(design.cells)} cells: say on which, like cell=1")
     errors: list[np.ndarray | None] = [None] * len(design.cells)
-    if "unit" in given:  # each cell of a unit has errors of its own
+    if "unit" in given:  # each cell of a unit has its own errors
         errors = [units(sensors_of(cell.response).known, len(design.cells), int(numbers["unit"]))[k]
                   for k, cell in enumerate(design.cells)]
     read = None
@@ -257,7 +265,8 @@ def _simulated(design: Design, query: str, tares: int) -> Simulation:
 
 def _ramps(texts: Iterable[str]) -> np.ndarray:
     """Return loads (`RAMP`, 5; N, N m) from texts such as AXIS:NEWTONS or AXIS:FIRST:LAST; commas separate axes.
-    Raises ValueError for another text, and for an axis that stands twice.
+
+    Raises ValueError for another text, and for an axis that occurs twice.
     """
     loads, known = np.zeros((RAMP, len(AXES))), set()
     for one in (one for text in texts for one in text.split(",")):
@@ -278,7 +287,7 @@ def _ramps(texts: Iterable[str]) -> np.ndarray:
 
 
 def _in_range(said: str, least: float, most: float, is_whole: bool) -> float:
-    """The number of KEY=NUMBER. Raises ValueError that says what is allowed if it is not finite and in the range."""
+    """Return the number of KEY=NUMBER. Raises ValueError, with the allowed range, if it is not in the range."""
     try:
         value = (int if is_whole else float)(said.partition("=")[2])
     except ValueError:
@@ -292,9 +301,10 @@ def _in_range(said: str, least: float, most: float, is_whole: bool) -> float:
 def _on_cell(
     design: Design, number: int, loads: np.ndarray, errors: Sequence[np.ndarray | None], is_held: bool = True
 ) -> np.ndarray:
-    """Frequencies (Hz; n, coils) under loads (n, 3; N) on one cell, nothing on the others, whose crosstalk is left out.
+    """Return frequencies (Hz; n, coils) under loads (n, 3 or 5; N, N m) on one cell.
 
-    `errors` are those of each cell of a unit, or None for the sensor as drawn.
+    The other cells are not loaded, and crosstalk between cells is neglected. `errors` are the errors of each cell of a
+    unit, or None for the sensor as drawn.
     """
     nothing = np.zeros((1, loads.shape[1]))
     each = [_read_by(cell, own, loads if k == number else nothing, is_held)
@@ -303,8 +313,9 @@ def _on_cell(
 
 
 def _read_by(design: Design, unit: np.ndarray | None, loads: np.ndarray, is_held: bool = True) -> np.ndarray:
-    """Frequencies (Hz; n, coils) under loads (n, 3 or 5; N, N m), with moments of a free target: of a unit with its
-    errors, or of the sensor as drawn.
+    """Return frequencies (Hz; n, coils) under loads (n, 3 or 5; N, N m).
+
+    They are for a unit with its errors, or for the sensor as drawn. With moments, the target is free to tilt.
     """
     is_held = is_held and loads.shape[1] == len(FORCES)
     if unit is None:
