@@ -1,1 +1,1 @@
-"""A spec that is looked at while it is edited: what a save changes, on the terminal and as a page."""
+"""A spec watched while it is edited: the changes by each save, on the terminal and as a page."""

@@ -27,23 +27,24 @@ from sitscad.files.drawing.web_page import page
 from sitscad.files.report.moving import scripts
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
-"""Names of this machine for itself."""
+"""Names and addresses of this machine for itself."""
 
 ALIVE = 10.0
-"""Seconds after which a listener is sent an empty line, so that one that has gone is noticed."""
+"""Seconds without an event after which a listener gets an empty line. This detects closed connections."""
 
 MOST_WAITING = 1000
-"""Events that wait for one listener."""
+"""Largest number of events that wait for one listener."""
 
 POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:; connect-src 'self'"
-"""What the page may load: nothing but what is in it, and from here."""
+"""Content security policy: the page may load only its own content, and data from this server."""
 
 EMPTY = "<header><h1>sitscad watch</h1><p>The first findings come as soon as the spec can be read.</p></header>"
 
 
 class Showing:
-    """What is shown now: the page (left out: one that a watched spec fills), the last event of every stage, and who
-    listens.
+    """The present page, the last event of every stage, and the listeners.
+
+    `shown` is the first page. If it is left out, the page waits for a watched spec.
     """
 
     def __init__(self, shown: bytes = b"") -> None:
@@ -55,7 +56,7 @@ class Showing:
         self.listeners: set[queue.Queue[bytes]] = set()
 
     def tell(self, revision: int, event: Event, before: Event | None) -> None:
-        """Take an event up and tell all who listen."""
+        """Store an event and send it to all listeners."""
         data: dict[str, Any] = {"stage": event.stage, "revision": revision, "seconds": round(event.seconds, 3)}
         data |= event.data | {"changes": changes(event, before), "has_page": bool(event.page)}
         if event.stage == "findings":
@@ -63,7 +64,7 @@ class Showing:
         self.post(data, event.page)
 
     def post(self, data: dict[str, Any], shown: bytes | None = None) -> None:
-        """Tell all who listen of a stage, and keep that for those who come; who does not follow misses some."""
+        """Store the data of a stage for later listeners and send it to all listeners. Slow listeners miss events."""
         with self.lock:
             self.page = shown or self.page
             self.state[data["stage"]] = data
@@ -72,7 +73,7 @@ class Showing:
                     listener.put(_line(data))
 
     def listen(self) -> Iterator[bytes]:
-        """Every event from now on, and first the last ones."""
+        """Yield the last event of every stage, then every new event."""
         own: queue.Queue[bytes] = queue.Queue()
         with self.lock:
             told = list(map(_line, self.state.values()))
@@ -98,7 +99,7 @@ def server(showing: Showing, host: str, port: int) -> PageServer:
 
     class Handler(_Handler):
         def do_GET(self) -> None:
-            """The page, its events, or its state."""
+            """Send the page, its events, or its state."""
             self.server.deadlines.pop(self.request, None)
             if not self.server.is_asked_by_name(self.headers.get("Host", "")):
                 self._answer(403, "text/plain", b"this page is not for that host\n")
@@ -129,7 +130,7 @@ ANSWER_TIMEOUT = 60.0
 BUSY = b"HTTP/1.1 503 Service Unavailable\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"
 
 HTTP_PORT = 80
-"""The port that browsers leave out of the Host header."""
+"""Port that browsers leave out of the Host header."""
 
 
 class PageServer(ThreadingHTTPServer):
@@ -214,7 +215,7 @@ class PageServer(ThreadingHTTPServer):
 
 
 class _Handler(BaseHTTPRequestHandler):
-    """Answers the requests of one connection."""
+    """Handler of the requests of one connection."""
 
     protocol_version = "HTTP/1.1"
     timeout = ANSWER_TIMEOUT
@@ -250,4 +251,4 @@ class _Handler(BaseHTTPRequestHandler):
             self.wfile.flush()
 
     def log_message(self, format: str, *args: object) -> None:
-        """Write nothing: the terminal is for what has changed."""
+        """Write nothing, because the terminal shows the changes of the spec."""

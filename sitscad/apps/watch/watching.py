@@ -1,4 +1,4 @@
-"""Looks at a spec's files again and again, has them worked out after every save, and says what has changed."""
+"""The watch of a spec's files: after every save, a process evaluates the spec, and the changes are reported."""
 
 from __future__ import annotations
 
@@ -16,18 +16,19 @@ from sitscad.basics.record import record
 from sitscad.basics.units import counted
 
 PAUSE, SETTLE = 0.1, 0.02
-"""Seconds between two looks at the files, and those for which a file has to stay as it is: editors write in steps."""
+"""Time (s) between two checks of the files, and time without a change after which a save is complete."""
 
 OVERTAKEN = "overtaken"
-"""The stage of what is told of a save whose work the next one (``by``) has ended."""
+"""Stage of the event for a save whose work was ended by the next save (``by``)."""
 
 Stamp = tuple[int, int, int] | None
 Told = Callable[[int, Event, Event | None], None]
 
 
 def stamp(path: str) -> Stamp:
-    """What tells one state of a file from another; None where there is none. File systems' own notices are not used:
-    they lose editors that rename, and say nothing in containers.
+    """Return modification time, size and inode of a file. None if there is no file.
+
+    Notifications of file systems are not used. They miss editors that rename files, and do not work in containers.
     """
     try:
         found = os.stat(path)
@@ -38,14 +39,14 @@ def stamp(path: str) -> Stamp:
 
 @record(eq=False)
 class Worker:
-    """A process that is ready for work: what it is asked with, and what it tells."""
+    """A process that is ready for work, with the connections for requests and for events."""
 
     process: multiprocessing.process.BaseProcess
     asked: Connection
     told: Connection
 
     def end(self) -> None:
-        """End it, whatever it does."""
+        """Return end the process at once."""
         self.process.kill()
         self.process.join()
         self.asked.close()
@@ -53,7 +54,7 @@ class Worker:
 
 
 def started(path: str, serves: bool) -> Worker:
-    """A worker of a spec's path; it loads what every save needs and waits."""
+    """Start a worker for a spec's path. It loads the modules for every save and waits."""
     context = multiprocessing.get_context("spawn")
     (theirs, asked), (told, mine) = context.Pipe(duplex=False), context.Pipe(duplex=False)
     process = context.Process(target=work, args=(theirs, mine, path, serves), daemon=True)
@@ -64,8 +65,9 @@ def started(path: str, serves: bool) -> Worker:
 
 
 class Watch:
-    """The spec at a path, worked out after every save of it or of what it reads. A save ends the work in progress: a
-    second worker stands ready for it.
+    """The spec at a path, evaluated after every save of the spec or of a file that it reads.
+
+    A save ends the work in progress. A second worker is ready for the new work.
     """
 
     def __init__(self, path: str, serves: bool = False) -> None:
@@ -76,8 +78,9 @@ class Watch:
         self.stamps: dict[str, Stamp] = {path: None}
 
     def run(self, told: Told, until: Callable[[], bool] = lambda: False) -> None:
-        """Watch until interrupted, or until `until` says so. `told` gets every event with its revision and the last of
-        its stage.
+        """Return watch until interrupted, or until `until` returns True.
+
+        `told` is called with the revision, each event, and the last event of its stage.
         """
         try:
             while not until():
@@ -94,7 +97,7 @@ class Watch:
             self.spare.end()
 
     def look(self) -> None:
-        """Begin anew where a file is another than before, and stays as it is."""
+        """Start new work if a file has changed and is complete."""
         found = {path: stamp(path) for path in self.stamps}
         if found == self.stamps or found[self.path] is None:
             return
@@ -111,11 +114,11 @@ class Watch:
         self.worker.asked.send(self.revision)
 
     def heard(self) -> Iterator[tuple[int, Event]]:
-        """What the worker tells within a pause."""
+        """Yield the worker's events within a pause."""
         for _ in wait([self.worker.told], PAUSE):
             try:
                 revision, event = self.worker.told.recv()
-            except EOFError:  # it has died: too little memory, or ended by somebody
+            except EOFError:  # the worker ended: too little memory, or killed
                 self.worker.end()
                 self.worker, self.spare, self.busy = self.spare, started(self.path, self.serves), False
                 yield self.revision, Event("failed", {"message": "the process that worked it out ended without a word"})
@@ -132,8 +135,9 @@ SIGNS = {"new": "+", "gone": "-", "moved": "~"}
 
 
 def changes(event: Event, before: Event | None) -> dict[str, Any]:
-    """What an event says that the last of its stage did not: findings that are new, gone, or moved to another line, and
-    numbers with what they were.
+    """Return the changes of an event from the last event of its stage.
+
+    They are findings that are new, gone, or moved to another line, and numbers with their old values.
     """
     old = before.data if before is not None else {}
     if "findings" in event.data:
@@ -152,8 +156,10 @@ def changes(event: Event, before: Event | None) -> dict[str, Any]:
 
 
 def words(revision: int, event: Event, before: Event | None, width: int = 80, verbose: bool = False) -> list[str]:
-    """The lines of a terminal for an event: of every save its number, what has changed in about a dozen lines of a
-    width, and the verdict last; all that has changed, unfolded, if `verbose`.
+    """Return the lines of a terminal for an event.
+
+    For each save they are its number, the changes in about a dozen lines, and the verdict last. With `verbose`, all
+    changes are listed, without wrapping.
     """
     found = changes(event, before)
     if event.stage == "failed":
@@ -167,18 +173,19 @@ def words(revision: int, event: Event, before: Event | None, width: int = 80, ve
     head = [] if event.data.get("last") else [f"save {revision}"]
     ends = event.data.get("last") or event.data.get("unreadable")
     if event.data.get("unreadable"):
-        found["gone"] = []  # nobody knows
+        found["gone"] = []  # unknown
     lines = [f"{SIGNS[kind]} {_line(each)}" for kind in SIGNS for each in found[kind]]
     return [*head, *(lines if verbose else _gravest(found, width)), *([verdict(event.data)] if ends else [])]
 
 
 ROWS = 5
-"""Rows of a terminal that findings of a save take, beside one that counts the rest and one for those that moved."""
+"""Number of terminal rows for the findings of a save. One row for the rest, and one for moved findings, are added."""
 
 
 def _gravest(found: Mapping[str, Any], width: int) -> list[str]:
-    """New findings, the gravest first and errors in two rows, then those that are gone: one that says something else
-    than before of the same key is another (~), not new and gone.
+    """Return rows of new findings, the gravest first and errors in two rows, then the findings that are gone.
+
+    A finding of an earlier rule and key with another text is changed (~), not new and gone.
     """
     was, now = ({(each["rule"], each["key"]) for each in found[kind]} for kind in ("gone", "new"))
     told = [("~" if (each["rule"], each["key"]) in was else "+", each) for each in found["new"]]
@@ -198,7 +205,10 @@ def _gravest(found: Mapping[str, Any], width: int) -> list[str]:
 
 
 def _swept(numbers: Mapping[str, str], width: int) -> list[str]:
-    """The number of a study's first designs that were looked at; once all were, the best of each goal as well."""
+    """Return the number of evaluated first designs of a study.
+
+    After the last one, also return the best value of each goal.
+    """
     lines = [f"{name}: {value}" for name, value in numbers.items()]
     done, _, of = numbers["designs"].partition(" of ")
     if done != of:
@@ -207,7 +217,7 @@ def _swept(numbers: Mapping[str, str], width: int) -> list[str]:
 
 
 def _numbers(found: Mapping[str, list[Any]]) -> list[str]:
-    """A line a quantity: of all that are others the one that moved most, and how many more there are."""
+    """Return one line per quantity: the number with the largest change, and the count of other changed numbers."""
     groups: dict[str, list[str]] = {}
     for name in found:
         groups.setdefault("to spare" if name.endswith(", to spare") else name.partition(" of ")[0], []).append(name)
@@ -223,7 +233,7 @@ def _all_numbers(found: Mapping[str, list[Any]]) -> list[str]:
 
 
 def _moved(old: str | None, new: str) -> float:
-    """The share of itself by which a number with a unit moved; 0 where that cannot be read off, as across a prefix."""
+    """Return the relative change of a number with a unit. 0 if it is unknown, as with another unit prefix."""
     (was, unit), (now, other) = (each.partition(" ")[::2] for each in (old or "", new))
     try:
         return abs(float(now) / float(was) - 1.0) if unit == other else 0.0
@@ -232,7 +242,7 @@ def _moved(old: str | None, new: str) -> float:
 
 
 def verdict(data: Mapping[str, Any]) -> str:
-    """How a design stands, in a few words."""
+    """Return the verdict on a design in a few words."""
     counts = [counted(count, kind) for kind, count in data["counts"].items() if count]
     stands = "unreadable" if data.get("unreadable") else "refused" if data["counts"]["error"] else "ok"
     return f"{stands}: {', '.join(counts) or 'nothing found'}"

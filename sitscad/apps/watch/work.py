@@ -1,7 +1,7 @@
-"""What is worked out after a save, the quickest first, in a process that can be ended when the next save comes.
+"""The work after a save, the quickest stage first, in a process that is ended when the next save comes.
 
-What a change leaves as it was is kept from the save before: the board where its part of the spec is the same, the
-response where nothing is another, the solids where no piece is, and what targets and pads were solved for.
+Results that a change does not affect are reused. The board is reused if its part of the spec is equal, the response if
+its inputs are equal, and the solids if all pieces are equal. Solutions of targets and pads are reused, too.
 """
 
 from __future__ import annotations
@@ -34,18 +34,19 @@ from sitscad.package.stages import page_of
 from sitscad.spec.reading import SpecError
 
 STAGES = ("findings", "board", "estimate", "feeling", "pushed", "solids", "sweep")
-"""What is told, in the order of working it out; of a study findings and the sweep."""
+"""Stages in the order of work. A study has only findings and the sweep."""
 
 DATA_SHEET, CALIBRATION, SOLIDS = "datasheet.json", "calibration/calibration.json", "mount/assembly.glb"
-"""The files of a package that the page's views read."""
+"""Files of a package that the page's views read."""
 
 Document: TypeAlias = dict[str, Any]
 
 
 @record
 class Event:
-    """What one stage found: plain values, the page with it (empty where none is wanted), and the seconds since the
-    work began.
+    """The result of one stage: plain values, the page, and the seconds since the work began.
+
+    The page is empty if none is served.
     """
 
     stage: str
@@ -56,8 +57,9 @@ class Event:
 
 @record(eq=False)
 class Before:
-    """What is kept of the saves before: the last design that could be read, files with what they were made of, what was
-    solved, and evaluations of a study's designs by their keys.
+    """Results of earlier saves.
+
+    They are the last readable design, files with their inputs, solutions, and evaluations of a study's designs by key.
     """
 
     designs: list[Design] = field(default_factory=list)
@@ -67,7 +69,7 @@ class Before:
 
 
 def worked_out(path: str, before: Before, serves: bool) -> Iterator[Event]:
-    """All stages of the spec at a path, or of the study; those that only a page shows where it `serves` one."""
+    """Yield the events of all stages of the spec or study at a path. Stages for the page only run if it `serves`."""
     if is_study(path):
         yield from _swept(path, before, serves)
         return
@@ -109,12 +111,12 @@ def worked_out(path: str, before: Before, serves: bool) -> Iterator[Event]:
         files |= _kept(before, "calibration", made_of, spec.name, lambda: {
             name: content for name, content in drawn_calibration(contents.design.bare, contents.is_forced).items()
             if name == CALIBRATION})
-    contents = Contents(design, policy)  # with hints, which cost as much as all rules
+    contents = Contents(design, policy)  # with hints, which take as long as all rules
     yield event("findings", _verdict(contents.checked, read) | {"last": True})
 
 
 def _swept(path: str, before: Before, serves: bool) -> Iterator[Event]:
-    """The stages of a study."""
+    """Yield the events of a study."""
     from sitscad.apps.study.page import filling
     from sitscad.apps.study.study import Study
 
@@ -132,13 +134,13 @@ def _swept(path: str, before: Before, serves: bool) -> Iterator[Event]:
 
 
 def _refused(path: str, error: SpecError, seconds: float) -> Event:
-    """What is told of a file that cannot be read."""
+    """Return the event of a file that cannot be read."""
     said = _verdict(unreadable(path, error, "decisive"), [path]) | {"unreadable": True}
     return Event("findings", said, seconds=seconds)
 
 
 def _kept(before: Before, name: str, made_of: object, package: str, make: Any) -> dict[str, bytes]:
-    """Files of a package made of something, or those of the save before where that was made of an equal thing."""
+    """Return the files of a stage, from an earlier save if its inputs are equal."""
     if name not in before.files or before.files[name][0] != made_of:
         with known_solutions(package, store=before.solutions):
             before.files[name] = made_of, make()
@@ -146,7 +148,7 @@ def _kept(before: Before, name: str, made_of: object, package: str, make: Any) -
 
 
 def _performance_figures(design: Design, pushed: ResponseModel | None = None) -> dict[str, bytes]:
-    """The data sheet's figures, with the table by which a page's sensor is pushed where the response is given."""
+    """Return the data sheet's figures. If `pushed` is given, add the table for pushing the sensor on the page."""
     from sitscad.estimates.performance.tables import PerformanceReport
     from sitscad.files.documents.datasheet import figures_for_programs
 
@@ -168,7 +170,7 @@ def _solids(design: Design) -> dict[str, bytes]:
 
 
 def _verdict(checked: CheckedSpec, read: list[str]) -> Document:
-    """How many errors, warnings and notes there are, each of them, and the files that were read."""
+    """Return the number of errors, warnings and notes, the findings, and the files that were read."""
     found = [
         {"rule": each.rule, "severity": each.severity.value, "line": each.line, "column": each.column,
          "key": each.key, "message": each.message, "hint": each.hint or ""}
@@ -179,7 +181,7 @@ def _verdict(checked: CheckedSpec, read: list[str]) -> Document:
 
 
 def _numbers(design: Design) -> Document:
-    """The figures of every coil and state, and of the fit, by what they are: value and unit."""
+    """Return the figures of every coil and state, and of the fit, by label: value and unit."""
     found: Document = {}
     for coil in design.estimates.coils:
         for name, state in coil.states.items():
@@ -188,7 +190,7 @@ def _numbers(design: Design) -> Document:
 
 
 def _felt(point: Document) -> Document:
-    """What every axis tells apart and how far it goes at full load."""
+    """Return resolution and range of every axis at full load."""
     return {
         f"{what} of {name.replace('_', ' along ')}": quantity(axis[key], "N")
         for name, axis in point["axes"].items()
@@ -197,11 +199,12 @@ def _felt(point: Document) -> Document:
 
 
 def work(asked: Connection, told: Connection, path: str, serves: bool) -> None:
-    """The process: a number that it is sent begins the work of that revision; every event goes back with it, and None
-    at the end. What goes wrong is an event of the stage ``failed``.
+    """Run the process: for each revision received, do the work and send its events, and None at the end.
+
+    An error is sent as an event of the stage ``failed``.
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # who watches ends this process
-    import sitscad.estimates  # so that the first save finds it loaded
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent process ends this process
+    import sitscad.estimates  # loaded before the first save
     import sitscad.layout  # noqa: F401
 
     before = Before()
@@ -219,4 +222,4 @@ def work(asked: Connection, told: Connection, path: str, serves: bool) -> None:
             before.designs.clear()
             told.send((revision, Event("failed", {"message": f"internal error: {type(error).__name__}: {error}"})))
         told.send((revision, None))
-        gc.collect()  # designs hold themselves in rings, with arrays that Python does not count as a reason to look
+        gc.collect()  # designs have reference cycles, and Python does not count their arrays
