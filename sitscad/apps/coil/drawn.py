@@ -1,4 +1,4 @@
-"""The electrical figures of a coil that somebody drew: a KiCad board's net, or a footprint."""
+"""The electrical figures of a drawn coil: the net of a KiCad board, or a footprint."""
 
 from __future__ import annotations
 
@@ -31,14 +31,17 @@ from sitscad.layout.drawn.kicad import read_kicad
 from sitscad.spec import presets
 
 INDUCTANCE_ERROR, RESISTANCE_ERROR = 0.005, 0.05
-"""Relative error bounds of a drawn coil's inductance and resistance (tests/coil/test_drawn_coil.py: coils that are
-written by a spec and read back, and coils of other generators beside an independent solver)."""
+"""Relative error bounds of a drawn coil's inductance and resistance.
+
+The tests are in tests/coil/test_drawn_coil.py: coils written from a spec and read back, and coils of other generators
+compared with an independent solver.
+"""
 
 TOLERANCE = 3e-2
-"""Tolerance of the resistance with which the current within the tracks is resolved."""
+"""Tolerance of the resistance for the resolution of the current within the tracks."""
 
 CUTS = 8
-"""Places along each straight side at which the current within the tracks is solved."""
+"""Number of places along each straight side at which the current within the tracks is solved."""
 
 
 @record
@@ -64,12 +67,12 @@ class DrawnAtFrequency:
 
 @record
 class DrawnCoil:
-    """A coil that was read from a drawing, between two terminals and without metal near it.
+    """A coil read from a drawing, between two terminals and without metal near it.
 
     Attributes
     ----------
     conductor : DrawnConductor
-        the conductor as it was followed
+        the conductor that was followed in the drawing
     heights : tuple of CopperHeight
         copper layers of the board
     temperature : float
@@ -77,6 +80,7 @@ class DrawnCoil:
     low_frequency_inductance, direct_current_resistance : float
         H and ohm
     at : tuple of DrawnAtFrequency
+        figures at each frequency
     notes : tuple of str
         remarks on the drawing: layers that turn the other way, dead ends, unequal turns, assumed heights
     """
@@ -129,7 +133,7 @@ class DrawnCoil:
 def read_drawn_coil(path: str, net: str = "", start: str = "", end: str = "") -> tuple[DrawnCopper, DrawnConductor]:
     """Read a coil from a KiCad file: the copper of its net, and the conductor between its terminals.
 
-    Without a net all copper is followed from the pad `start` to the pad `end`; a board needs one of both.
+    Without a net, all copper is followed from the pad `start` to the pad `end`. A board needs a net or both pads.
 
     Raises
     ------
@@ -153,8 +157,9 @@ def estimate_drawn_coil(
 ) -> DrawnCoil:
     """Estimate a drawn coil at each frequency (Hz).
 
-    Runs become tracks of the width of most of their length. Chords that stand for arcs become arcs of equal area.
-    Raises DrawnCoilError for a layer without a height, FrequencyError if the losses at a frequency cannot be resolved.
+    Runs become tracks with the width of most of their length. Chords that stand for arcs become arcs of equal area.
+    Raises DrawnCoilError for a layer without a height, and FrequencyError if the losses at a frequency cannot be
+    resolved.
     """
     conductivity, width = conductivity_at(temperature), conductor.width
     of_layer = {each.name: each for each in heights}
@@ -177,7 +182,7 @@ def estimate_drawn_coil(
     gap = least_gap(_spacing(conductor), width, sorted({layer.z for layer in sections}))
     resolution = resolution_for(width, max(layer.thickness for layer in sections), gap, TOLERANCE, conductivity)
     loss = bent_loss(bent, conductivity, resolution.modes, CUTS, resolution.steps)
-    # stubs, and pieces of another width, carry the same current through their own cross-section
+    # stubs, and pieces of another width, carry the same current through other cross-sections
     direct = loss.direct + math.fsum(
         segment.length / (conductivity * layer.thickness * own)
         for run, layer in zip(conductor.runs, sections, strict=True)
@@ -245,13 +250,13 @@ def _remarks(conductor: DrawnConductor) -> list[str]:
 
 
 LEAST_TURNS = 0.75
-"""Turns from which on a run is a part of the winding."""
+"""Number of turns from which on a run is a part of the winding."""
 
 UNEQUAL = 0.3
-"""Difference of turns between layers that is remarked on; the pieces to vias make some hundredths."""
+"""Difference of turns between layers that leads to a remark. The pieces to vias make some hundredths."""
 
 OTHER_WIDTHS = 0.02
-"""Share of the length with another width that is remarked on."""
+"""Fraction of the length with another width that leads to a remark."""
 
 
 def _spacing(conductor: DrawnConductor) -> float:
@@ -275,7 +280,7 @@ def _spacing(conductor: DrawnConductor) -> float:
 
 
 MOST_POINTS = 6000
-"""Points of a layer between which gaps are measured."""
+"""Largest number of points of a layer between which gaps are measured."""
 
 FURTHER = 12.0
 """Distance along the conductor, in widths, from which on copper belongs to another turn."""
@@ -283,8 +288,8 @@ FURTHER = 12.0
 def with_arcs(path: Path) -> Path:
     """Return a path with arcs in place of chords that turn gently, three points each.
 
-    Generators write a curve as chords between points on it. The mean radius of chords is smaller than that of the
-    points by a third of the sagitta, so the points are moved inwards by a third of it.
+    Generators write a curve as chords between points on it. The mean radius of the chords is smaller than the radius of
+    the points by a third of the sagitta. The points are therefore moved inwards by this distance.
     """
     segments = in_line(path)
     found: list[Segment] = []
@@ -303,7 +308,7 @@ def with_arcs(path: Path) -> Path:
 
 
 def in_line(path: Path) -> list[Segment]:
-    """Return the segments of a path, straight ones that continue each other as one."""
+    """Return the segments of a path, with straight segments in line merged."""
     found: list[Segment] = []
     for segment in path:
         before = found[-1] if found else None
@@ -325,7 +330,7 @@ def _turn(one: Segment, other: Segment) -> float:
 
 
 def _is_curve(one: Segment, other: Segment, before: Segment) -> bool:
-    """Whether two chords, and the one before them, turn gently and the same way, with similar lengths."""
+    """Whether two chords, and the chord before them, turn gently and the same way, with similar lengths."""
     if not (isinstance(one, Line) and isinstance(other, Line) and isinstance(before, Line)):
         return False
     turn = _turn(one, other)
@@ -347,7 +352,7 @@ def _arcs(chords: Sequence[Segment]) -> list[Segment]:
     moved.append(points[-1])
     found: list[Segment] = []
     turns = [abs(_turn(one, other)) for one, other in pairwise(chords)]
-    # chords of an arc: arcs that are shorter than the track is wide are solved less well
+    # Number of chords per arc. Arcs shorter than the track's width are less accurate
     each = 2 * max(1, round(ARC / (2.0 * max(turns))))
     first = 0
     while first < len(moved) - 1:
@@ -362,7 +367,10 @@ def _arcs(chords: Sequence[Segment]) -> list[Segment]:
 
 
 ARC = math.radians(24.0)
-"""Angle of an arc that stands for several chords, about: a spiral of usual pitch leaves it by less than 0.1 um."""
+"""Approximate angle of an arc that replaces several chords.
+
+A spiral of usual pitch deviates from it by less than 0.1 um.
+"""
 
 
 def _arc(start: Point, middle: Point, end: Point) -> Segment:
@@ -389,14 +397,19 @@ def drawn_coil(
     net
         Net of the coil on a board. Without it, all copper between `start` and `end` is followed.
     start, end
-        Names of the pads at the coil's terminals, like ``"J1.1"``. If they are left out: the two pads of the net, pads
-        1 and 2 of a footprint, or the two free ends of the tracks.
+        Names of the pads at the coil's terminals, like ``"J1.1"``. By default the two pads of the net, pads 1 and 2 of
+        a footprint, or the two free ends of the tracks.
     stackup
-        Name of a stack-up, like ``"flex-2l-30um"``. If left out, that of the board; a footprint has none.
+        Name of a stack-up, like ``"flex-2l-30um"``. By default the stack-up of the board. A footprint has none.
     frequency
-        One or more frequencies: a text like ``"5 MHz"``, or a number in hertz.
+        A frequency or a list: texts like ``"5 MHz"``, or numbers in hertz.
     temperature
         Temperature of the copper in degrees Celsius.
+
+    Returns
+    -------
+    DrawnCoil
+        Figures of the coil between its terminals, each with its error.
 
     Raises
     ------
@@ -413,7 +426,9 @@ def drawn_coil(
 
 
 def heights_of(copper: DrawnCopper, stackup: str = "") -> tuple[CopperHeight, ...]:
-    """Return the copper layers of a preset stack-up under the names of a file, or those of the file if none is named.
+    """Return the copper layers of a preset stack-up under the file's layer names.
+
+    Without a name, return the file's layers.
 
     Raises DrawnCoilError if the stack-up has another number of layers, or if neither has heights.
     """

@@ -11,7 +11,7 @@ from sitscad.kernels.geometry.path import Path, Point, bounding_box, circle
 from sitscad.layout.drawn.follow import DrawnConductor
 
 SIDE, MARGIN, ROW, LETTERS = 900.0, 40.0, 26.0, 16.0
-"""Width of the picture, its margin, height of a row of the legend and of its letters (pixels)."""
+"""Width of the picture, its margin, row height of the legend, and letter height (pixels)."""
 
 
 def conductor_svg(conductor: DrawnConductor) -> str:

@@ -1,4 +1,4 @@
-"""The electrical figures of one planar spiral that is given by its dimensions."""
+"""The electrical figures of a planar spiral with given dimensions."""
 
 from __future__ import annotations
 
@@ -44,10 +44,10 @@ USUAL_FREQUENCY = 1e6
 
 @record
 class Spiral:
-    """One planar spiral coil without leads, without metal near it.
+    """A planar spiral coil without leads and without metal near it.
 
-    `Spiral` has figures that do not depend on the frequency; `at` has the others, one entry for each frequency in the
-    order of the call. ``inductance``, ``resistance``, ``quality_factor`` and ``parallel_resistance`` are those of the
+    `Spiral` has figures that do not depend on the frequency. `at` has the other figures, one entry for each frequency
+    in the order of the call. ``inductance``, ``resistance``, ``quality_factor`` and ``parallel_resistance`` are at the
     first frequency.
 
     Attributes
@@ -66,6 +66,7 @@ class Spiral:
         frequency (Hz) at which the winding resonates with its own capacitance. None if the track is longer than a tenth
         of a wavelength there: the coil is then no inductance with a capacitance across it
     at : tuple of CoilAtFrequency
+        figures at each frequency
     formulas : tuple of CrossCheck
         closed formulas of other authors. Empty if there is none for the shape; `no_formula` then gives the reason
     """
@@ -119,7 +120,10 @@ class Spiral:
 
     @property
     def self_resonance_error(self) -> float | None:
-        """Relative error of the self-resonance: half of the capacitance's, as f is proportional to 1 / sqrt(L C)."""
+        """Relative error of the self-resonance.
+
+        It is half of the capacitance's error, because f is proportional to 1 / sqrt(L C).
+        """
         return None if self.self_resonance is None else 0.5 * self.capacitance_error
 
     def picture(self) -> str:
@@ -161,7 +165,7 @@ class Spiral:
 
 
 def track_length(drawn: Coil) -> float:
-    """Length (m) of a coil's track on all layers."""
+    """Return the length (m) of a coil's track on all layers."""
     return math.fsum(winding.path.length for winding in drawn.windings)
 
 
@@ -171,13 +175,13 @@ def coil(
     inner_diameter: Any = None, shape: str = "circle", layers: Any = 1, stackup: Any = None,
     frequency: str | float | Sequence[str | float] = USUAL_FREQUENCY, temperature: float = 20.0, **others: Any,
 ) -> Spiral:
-    """Estimate one planar spiral coil from its dimensions.
+    """Estimate a planar spiral coil from its dimensions.
 
     Parameters
     ----------
     outer_diameter, inner_diameter, trace_width, trace_spacing
         Lengths with their unit, like ``"8 mm"``, or numbers in metres. Diameters are measured across the copper edges
-        (polygons: across flats); rectangles and racetracks have a pair, x and y. The inner diameter replaces turns,
+        (polygons: across flats). Rectangles and racetracks have a pair, x and y. The inner diameter replaces turns,
         trace width or trace spacing.
     turns
         Turns on each layer, or a list with a number for each layer.
@@ -186,10 +190,10 @@ def coil(
     layers
         Number of copper layers in series, from the top, or a list like ``[1, 3]``.
     stackup
-        Name of a stack-up, like ``"flex-2l-30um"``, or the layers as a spec has them in ``fpc.stackup``. If left out,
-        the default stack-up of a spec with so many layers.
+        Name of a stack-up, like ``"flex-2l-30um"``, or layers as in ``fpc.stackup`` of a spec. By default the usual
+        stack-up for this number of layers.
     frequency
-        One or more frequencies: a text like ``"5 MHz"``, or a number in hertz.
+        A frequency or a list: texts like ``"5 MHz"``, or numbers in hertz.
     temperature
         Temperature of the copper in degrees Celsius.
     others
@@ -226,7 +230,7 @@ def coil(
 def spiral(
     section: Mapping[str, Any], stackup: Any, frequency: str | float | Sequence[str | float], temperature: float
 ) -> Spiral:
-    """Estimate a spiral from section ``coil`` of a spec, as a YAML file has it. See `coil`."""
+    """Estimate a spiral from section ``coil`` of a spec, with values as in a YAML file. See `coil`."""
     frequencies = hertz_of(frequency)
     board = {} if stackup is None else {"fpc": {"stackup": stackup}}
     spec = SensorSpec.from_mapping(
@@ -235,7 +239,7 @@ def spiral(
 
 
 def hertz_of(frequency: str | float | Sequence[str | float]) -> tuple[float, ...]:
-    """Return frequencies (Hz) that are given as texts or numbers. Raises FrequencyError for others."""
+    """Return frequencies (Hz) from texts or numbers. Raises FrequencyError for other values."""
     return tuple(map(_hertz, [frequency] if isinstance(frequency, (str, float, int)) else frequency))
 
 
@@ -267,7 +271,7 @@ def estimate_spiral(layout: Layout, frequencies: tuple[float, ...]) -> Spiral:
 
 
 def _self_resonance(lone: CoilCircuit, drawn: Coil) -> float | None:
-    """Self-resonance (Hz) with the inductance that the coil has there. None beyond `longest_wave_share`."""
+    """Return the self-resonance (Hz), with the inductance at that frequency. None beyond `lumped_limit`."""
     frequency = self_resonance(lone)
     for _ in range(ROUNDS):
         if not lone.loss.is_resolved(frequency):
@@ -278,13 +282,13 @@ def _self_resonance(lone: CoilCircuit, drawn: Coil) -> float | None:
 
 
 ROUNDS = 3
-"""Rounds of `_self_resonance`: the inductance changes with the logarithm of the frequency, by 2 % a decade or so."""
+"""Number of iterations of `_self_resonance`. The inductance changes by about 2 % per decade of frequency."""
 
 WAVE_SHARE = 0.1
-"""Length of the track over the wavelength, up to which current is alike along the track (textbook)."""
+"""Largest track length, in wavelengths, with nearly equal current along the track (textbook)."""
 
 
 def lumped_limit(drawn: Coil) -> float:
-    """Frequency (Hz) at which the track of a coil is a tenth of a wavelength in polyimide."""
+    """Return the frequency (Hz) at which the track of a coil is a tenth of a wavelength in polyimide."""
     speed = SPEED_OF_LIGHT / math.sqrt(USUAL_PERMITTIVITY)
     return WAVE_SHARE * speed / track_length(drawn)

@@ -62,7 +62,7 @@ def as_json(spiral: Spiral, colour: bool = False) -> str:
 
 
 def drawn_as_text(drawn: DrawnCoil, colour: bool = False) -> str:
-    """Return the conductor as it was followed, remarks on it, and its figures."""
+    """Return the conductor that was followed, remarks on it, and its figures."""
     conductor = drawn.conductor
     vias = counted(len(conductor.vias), "via")
     runs = [[layer, f"{turns:+.2f}"] for layer, turns in conductor.turns()]
