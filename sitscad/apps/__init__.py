@@ -1,1 +1,1 @@
-"""What uses all of it: one coil without a spec, studies, boards on the bench, the page that follows a spec."""
+"""Applications: a coil without a spec, studies, boards on the bench, and a page that follows a spec."""
