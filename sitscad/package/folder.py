@@ -15,10 +15,11 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 from sitscad.basics.arguments import checked_arguments
+from sitscad.basics.finding import Severity
 from sitscad.checks.findings.text import printable
 from sitscad.files.writer import json_bytes
 from sitscad.spec import templates
-from sitscad.spec.load import load
+from sitscad.spec.load import load, rewritten_spec
 from sitscad.spec.profiles import installed_rules
 from sitscad.spec.reading import SpecError
 from sitscad.spec.sensor import SensorSpec, json_schema
@@ -169,13 +170,28 @@ RECOMMENDED = "recommended"
 
 
 def profile_lines(path: Path) -> tuple[str, ...]:
-    """Return lines that name the fabricator's profile of a spec with its purpose, and the recommended profile."""
-    own = load(path).fpc.rules
-    found = [own, *(installed_rules(RECOMMENDED) for _ in range(own.name != RECOMMENDED))]
-    return tuple(
-        f"{'fpc.rules is' if rules is own else 'to start from'}: {rules.name}"
-        + (f" ({rules.purpose})" if rules.holder("purpose") == rules.name else "") for rules in found
-    )
+    """Return lines that name the fabricator's profile of a spec with its purpose, and that say whether the board can be
+    made with the recommended profile.
+    """
+    spec = load(path)
+    found = [("fpc.rules is", spec.fpc.rules)]
+    if spec.fpc.rules.name != RECOMMENDED:
+        refused = ", ".join(refusals(rewritten_spec(spec, [("fpc.rules", RECOMMENDED)])))
+        head = f"this board cannot be made ({refused}) with" if refused else "this board can be made with"
+        found.append((f"{head} fpc.rules", installed_rules(RECOMMENDED)))
+    return tuple(f"{head}: {rules.name}" + (f" ({rules.purpose})" if rules.holder("purpose") == rules.name else "")
+                 for head, rules in found)
+
+
+def refusals(spec: SensorSpec) -> list[str]:
+    """Return the rules about the board (SIT1xx) of which a spec has errors. Rules about estimates are not applied."""
+    from sitscad.checks.judging import RULES
+    from sitscad.checks.rules import apply_rule
+    from sitscad.estimates.design import Design
+
+    design = Design(spec)
+    return [rule.id for rule in RULES if rule.id.startswith("SIT1")
+            and any(one.severity is Severity.ERROR for one in apply_rule(rule, design, Severity.ERROR)[0])]
 
 
 def write_study(

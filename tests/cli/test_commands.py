@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from pathlib import Path
 
 import pytest
 from tolerance import approx
@@ -18,10 +19,17 @@ from sitscad.spec.profiles import installed_rules
 def test_new_writes_every_template_and_refuses_to_write_over(run, tmp_path):
     listed = [line.split()[0] for line in run("new", "--list").out.splitlines()]
     assert set(listed) >= {"bench_7mm", "grasper_3p5mm", "grasper_4layer", "single_coil"}
+    said = {}
     for name in listed:
         done = run("new", name)
         assert (done.code, done.out) == (0, f"{name}.yaml\n")
         assert sitscad.load(tmp_path / f"{name}.yaml").name
+        (said[name],) = (line for line in done.err.splitlines() if "fpc.rules: recommended" in line)
+    # "to start from: recommended" stood under templates that this profile refuses
+    assert "cannot be made (SIT112, SIT135)" in said["round_button_12mm"]
+    page = (Path(__file__).parents[2] / "docs/fabricators.md").read_text(encoding="utf-8")
+    made = re.findall(r"`(\w+)`", page.split("`recommended`. These\ncan: ")[1].split(". ")[0])
+    assert made == [name for name, line in said.items() if "can be made with" in line]
     (tmp_path / "single_coil.yaml").write_text("mine")
     refused = run("new", "single_coil")
     assert (refused.code, refused.out) == (2, "")
