@@ -4,6 +4,7 @@ user's own; and how all is put together. SI units.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from sitscad.basics.record import record
@@ -83,8 +84,8 @@ class Jaw(Section):
     name: str = key(Label, "what to call it", "written out")
     based_on: Jaw | None = key(Preset("jaw", up=True), "a preset whose figures hold where none is written here", None)
     width: float = key(
-        Size, "of the jaw; its face is the chord of a back as round as the port unless face is written. "
-        "Must be there unless based_on or step is", None,
+        Size, "of the jaw. Unless face is written, its face is as wide, but at most the chord of a back as round as "
+        "the port. Must be there unless based_on or step is", None,
     )
     length: float = key(Size, "of that face, along the jaw; must be there unless based_on or step is", None)
     height: float = key(Thickness, "of one jaw, face to back; must be there unless based_on or step is", None)
@@ -92,7 +93,7 @@ class Jaw(Section):
     material: Conductor = key(ConductorChoice, "the jaw's metal: stainless-304 if left out", None)
     opposing_pad_thickness: float = key(Gap, "pad on the other jaw: none if left out", None)
     face: float | None = key(
-        Size, "true width of the flat, measured; if left out, the chord of a back that is as round as the port", None
+        Size, "true width of the flat, measured; if left out, the lesser of the jaw's width and that chord", None
     )
     recess: float = key(Gap, "how far rims beside a pad pocket stand above its floor; the floor is the face then", None)
     pocket: tuple[float, float] | None = key(
@@ -122,6 +123,11 @@ class Jaw(Section):
     source: str = ""
     preset: str = ""
     written: tuple[str, ...] = ()
+
+
+def half_chord(height: float, radius: float) -> float:
+    """Half the width (m) of a flat face over an arc of a radius (m) whose lowest point is so far (m) below it."""
+    return math.sqrt(max(0.0, height * (2.0 * radius - height))) if height < radius else radius
 
 
 LEVEL = {"opposing_pad_thickness": 0.0, "recess": 0.0, "opposing_recess": 0.0, "pivot_offset": 0.0}

@@ -12,9 +12,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tolerance import approx
 
+import sitscad
 from sitscad.assembly.places.column import Toleranced, column, levels, print_limit, process_tolerance, slack
 from sitscad.assembly.places.fit import CLOSED_PAIR, LENGTH, OVERHANG, Corner, closed_section, fit, measures
 from sitscad.assembly.places.jaws import section
+from sitscad.basics.units import show
+from sitscad.spec import templates
 from sitscad.spec.mount import PROCESSES, Assembly
 
 GLUED = Assembly(None, 30e-6, 20e-6)
@@ -146,3 +149,16 @@ def test_every_process_has_its_limits_and_its_tolerance(process):
 @pytest.mark.parametrize(("size", "band"), [(0.05e-3, 5e-6), (0.15e-3, 18e-6), (0.2e-3, 18e-6), (1.0e-3, 50e-6)])
 def test_sheets_have_the_tolerance_of_their_thickness(size, band):
     assert process_tolerance("sheet", "rolled", size).band == approx(band, rel=1e-6)
+
+
+@pytest.mark.parametrize(("width", "is_told"), [("4.8 mm", True), ("4.6 mm", True), ("4.2 mm", False)])
+def test_a_jaw_whose_face_is_narrower_than_its_written_width_is_told_the_face(width, is_told):
+    """A width of 4.8 or 4.6 mm left the face at 4.386 mm, and nothing said so."""
+    text = templates.read("jaw_5x20").replace("jaw: generic-5mm", f"jaw: {{based_on: generic-5mm, width: {width}}}")
+    assert width in text
+    spec = sitscad.load_text(text, "jaw.yaml")
+    told = [each.partition(": ")[2] for each in spec.source.defaults if each.startswith("mount.jaw.face:")]
+    assert bool(told) is is_told
+    face = section(spec.jaw).face
+    assert all(each.startswith(show(face, "m", 4)) for each in told)
+    assert (face < spec.jaw.width - 1e-9) is is_told

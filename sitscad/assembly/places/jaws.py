@@ -10,7 +10,7 @@ from sitscad.assembly.places.column import slack
 from sitscad.basics.record import record
 from sitscad.kernels.geometry.path import Arc, Line, Path, Point
 from sitscad.layout.board import Layout
-from sitscad.spec.mount import Jaw
+from sitscad.spec.mount import Jaw, half_chord
 from sitscad.spec.sensor import SensorSpec
 
 FILM_ROUNDING = 0.8
@@ -53,7 +53,7 @@ def section(jaw: Jaw) -> JawSection:
     half, radius, height = (jaw.face or jaw.width) / 2, jaw.port_diameter / 2, jaw.height
     if jaw.face is not None and height < half:  # a flatter back, if the face is wider than the port's chord
         radius = max(radius, (height**2 + half**2) / (2 * height))
-    chord = math.sqrt(max(0.0, height * (2 * radius - height))) if height < radius else radius
+    chord = half_chord(height, radius)
     if chord <= half:
         return JawSection(2 * chord, height, radius, max(0.0, height - radius))
     sagitta = radius - math.sqrt(radius**2 - half**2)

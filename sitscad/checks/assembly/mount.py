@@ -308,13 +308,12 @@ def film_inhibitors(design: Design) -> Iterator[Verdict]:
         return
     free = [each for each in map(presets.adhesive, presets.names("adhesive")) if not each.inhibitor]
     holds = [each.name for each in free if each.bonds_silicone or design.spec.elastomer is None]
-    names = ", ".join(each.name for each in free)
-    other = f"assembly.adhesive: {' or '.join(holds)} lets it cure" if holds else (
-        f"no adhesive of the table that holds on silicone lets it cure ({names} does, and does not hold)")
+    other = f"or write assembly.adhesive: {' or '.join(holds)}, which lets it cure" if holds else (
+        "where it stays sticky, a barrier coat of clear acrylic lacquer on the glue keeps them apart (unverified)")
     yield Violation(
         f"{film.material.name} cures by platinum, and of {glue.product}, {glue.inhibitor}: it may stay liquid there",
         f"let the glue cure fully, clean the faces and try a drop first; the assembly steps say how; {other}",
-        "assembly.adhesive", source=glue.source,
+        "encapsulation.material", source=glue.source,
         fixes=(partial(each_read, design.spec, "assembly.adhesive", holds),) if holds else (),
     )
 

@@ -13,7 +13,7 @@ from sitscad.kernels.geometry.shapes import LONG_PLATE, PLATES
 from sitscad.spec import presets
 from sitscad.spec.format.section import WRITTEN_SOURCE
 from sitscad.spec.materials import Shield
-from sitscad.spec.mount import LEVEL, Finger, Hole, HolePattern, Jaw, Mount, Retention, StepPart
+from sitscad.spec.mount import LEVEL, Finger, Hole, HolePattern, Jaw, Mount, Retention, StepPart, half_chord
 from sitscad.spec.profiles import Origin
 from sitscad.spec.reading import Remarks
 
@@ -155,6 +155,10 @@ def _in_jaw(mount: Mount, written: Jaw, place: Origin, remarks: Remarks) -> Moun
         facts = {"measured": jaw.opposing_recess, "limit": jaw.opposing_pad_thickness, "unit": "m"}
         hint = "opposing_pad_thickness: that of the pad that lies in the pocket"
         remarks.flaw("SIT009", "mount.jaw.opposing_recess", message, hint, **facts)
+    chord = 2.0 * half_chord(jaw.height, jaw.port_diameter / 2.0)
+    if written.width is not None and jaw.face is None and jaw.step is None and chord < jaw.width - 1e-9:
+        remarks.default("mount.jaw.face", show(chord, "m", 4),
+                        f"the chord of a back as round as the port; a width of {show(jaw.width, 'm')} has no such face")
     return replace(mount, jaw=jaw)
 
 
