@@ -152,6 +152,18 @@ def test_platinum_silicone_on_glue_that_binds_platinum_is_noted(judge, changes, 
     assert all("lacquer" in each.hint and "transfer-tape" not in each.hint for each in found)
 
 
+@pytest.mark.parametrize(("thickness", "is_found"), [("1.5 mm", True), ("1.55 mm", True), ("1.7 mm", False)])
+def test_screw_heads_above_the_sensor_are_noted_with_their_height(judge, thickness, is_found):
+    """The steps alone said that the heads of a shipped template stand 0.11 mm above its top face."""
+    spec = sitscad.load_text(templates.read("round_button_12mm"), "t.yaml").replace({"elastomer.thickness": thickness})
+    found = judge("SIT337", spec)
+    assert [(each.severity, each.key) for each in found] == [(Severity.NOTE, "mount.holes")] * is_found
+    pad = float(thickness.removesuffix(" mm")) * 1e-3
+    # target, film and three glue lines of 30 um under board, pad and target
+    top = pad + spec.target.thickness + spec.encapsulation.thickness + 3.0 * spec.assembly.glue_line
+    assert all(each.value == approx(2e-3 - top, abs=0, rel=1e-6) for each in found)
+
+
 def plate(design, *places, **sizes):
     holes = [{"at": list(place), "diameter": 2.4, "head": 3.8, **sizes} for place in places]
     return design(mount={"kind": "bench-plate", "standoff": 1, "holes": holes}, shield=None)

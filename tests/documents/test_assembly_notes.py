@@ -721,7 +721,7 @@ def test_screws_have_their_spacing_and_heads_above_the_sensor_are_said():
     layout, said = steps_of("round_button_12mm")
     apart = screw_spacing(layout)
     assert f"{1e3 * apart[0]:g} x {1e3 * apart[1]:g} mm apart" in said
-    (above,) = re.findall(r"heads, 2 mm high, stand ([0-9.]+) mm above", said)
+    (above,) = re.findall(r"heads stand ([0-9.]+) mm above", said)
     glue = 3.0 * layout.spec.assembly.glue_line  # the board itself stands out of the plate by its own line
     assert float(above) == approx(2.0 - 1e3 * (top_height(layout.spec) + glue), abs=6e-3)
     assert ("screws of plastic" in said) == is_near_metal(layout)

@@ -12,7 +12,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 
-from sitscad.assembly.places.bodies import MOUNT_PIECES, above_board, board_heights, shield_heights
+from sitscad.assembly.places.bodies import MOUNT_PIECES, above_board, board_heights, film_thickness, shield_heights
 from sitscad.assembly.places.column import (
     Levels,
     Toleranced,
@@ -20,6 +20,8 @@ from sitscad.assembly.places.column import (
     jaw_tolerance,
     levels,
     mount_tolerance,
+    on_board,
+    on_seat,
     outline_tolerance,
     placement,
     plate_tolerance,
@@ -36,7 +38,7 @@ from sitscad.assembly.places.jaws import (
     section,
     shield_that_fits,
 )
-from sitscad.assembly.places.seating import side_ledges
+from sitscad.assembly.places.seating import adapter_needed, side_ledges
 from sitscad.assembly.places.tail_path import tail_path
 from sitscad.basics.check_results import Closing, Measure, Share
 from sitscad.basics.record import record
@@ -364,3 +366,21 @@ def closing(layout: Layout) -> Closing | None:
     along = pivot_along(layout.body, layout.spec.jaw)
     reach = None if along is None else along - axis(layout.body).x
     return Closing(jaw.port_diameter - pair.height, reach, jaw.opening, jaw.pivot_offset)
+
+
+def heads_above(layout: Layout) -> float | None:
+    """Height (m) of the heads of a bench plate's screws over the sensor's top face, negative if they are lower.
+
+    Heads are those of ISO 4762, as high as their thread is wide. None without a plate, or with inch threads.
+    """
+    mount = layout.spec.mount
+    if mount is None or mount.kind != "bench-plate" or mount.holes is None:
+        return None
+    is_own = mount.holes.name == "corners-m2" or adapter_needed(layout)
+    thread = "M2" if is_own else mount.holes.thread
+    if not thread.startswith("M"):
+        return None
+    # the board stands out of the plate by its own glue line
+    layers = (*on_board(layout)[1:], *(layer for layer in on_seat(layout) if layer.is_glue))
+    top = math.fsum(layer.thickness.nominal for layer in layers) + film_thickness(layout.spec.encapsulation)
+    return 1e-3 * float(thread.removeprefix("M")) - top

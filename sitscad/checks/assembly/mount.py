@@ -12,6 +12,7 @@ from itertools import combinations
 
 from sitscad.assembly.places.bodies import MOUNT_PIECES, seat_heights, seat_spans
 from sitscad.assembly.places.column import PrintLimit, print_limit
+from sitscad.assembly.places.fit import heads_above
 from sitscad.assembly.places.jaws import PartsError, section, shield_that_fits
 from sitscad.assembly.places.seating import (
     BESIDE_HEAD,
@@ -22,6 +23,7 @@ from sitscad.assembly.places.seating import (
     neck,
     pin_places,
     retention,
+    screw_spacing,
 )
 from sitscad.assembly.places.stack import BODY, HALF_OF_IT, MOST_OF_IT, support
 from sitscad.basics.finding import Severity
@@ -388,6 +390,20 @@ def counted_metal(mount: Mount | None) -> Iterator[Verdict]:
         )
 
 
+def screw_heads(design: Design) -> Iterator[Verdict]:
+    """Yield a finding if the heads of a plate's screws stand above the sensor: a flat part meets them first."""
+    above = heads_above(design.layout)
+    if above is None or above <= ROUNDING:
+        return
+    apart = screw_spacing(design.layout)
+    room = "" if apart is None else f"; their middles are {show(apart[0], 'm')} x {show(apart[1], 'm')} apart"
+    yield Violation(
+        f"the heads of the plate's screws stand {show(above, 'm', 3)} above the sensor's top face{room}",
+        "press with a part that goes between the heads, or take screws with lower heads, or a thicker elastomer",
+        "mount.holes", above, 0.0, "m",
+    )
+
+
 RULES: tuple[Rule, ...] = (
     rule_of("SIT315", mount_joint, "jaw"), rule_of("SIT316", lambda design: mount_holes(design.spec.mount), "mount"),
     rule_of("SIT314", printed_wall, "mount"), rule_of("SIT319", carried, "mount"),
@@ -397,4 +413,5 @@ RULES: tuple[Rule, ...] = (
     rule_of("SIT334", glue_open_times),
     rule_of("SIT335", film_inhibitors),
     rule_of("SIT336", lambda design: counted_metal(design.spec.mount), "mount"),
+    rule_of("SIT337", screw_heads, "mount"),
 )

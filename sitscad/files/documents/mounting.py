@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from sitscad.assembly.places.bodies import BodyRole, elastomer, film_thickness
-from sitscad.assembly.places.column import Toleranced, on_board, on_seat, print_limit
-from sitscad.assembly.places.fit import pin_gaps
+from sitscad.assembly.places.bodies import BodyRole, elastomer
+from sitscad.assembly.places.column import Toleranced, on_seat, print_limit
+from sitscad.assembly.places.fit import heads_above, pin_gaps
 from sitscad.assembly.places.jaws import jaw_range
 from sitscad.assembly.places.seating import (
     CORNER_SCREW,
@@ -156,12 +156,12 @@ def in_place(layout: Layout) -> Iterator[str]:
             f"{screws(mount.holes.thread, FLOOR)} Lay four M2 nuts into it from below first; they hold the mount's "
             f"four screws.{metal_below_told(layout.spec.coil, layout.spec.mount)}"
         )
-        yield f"Screw the mount on the adapter: {_into_nuts(plate + below)}{_heads(layout, 'M2')}{_room_below(layout)}"
+        yield f"Screw the mount on the adapter: {_into_nuts(plate + below)}{_heads(layout)}{_room_below(layout)}"
     elif mount.holes is not None:
         thread = "M2" if mount.holes.name == "corners-m2" else mount.holes.thread
         yield (
             f"Screw the mount down ({mount.holes.name}{_spacing(layout)}). {screws(thread, -plate_floor(layout)[1])}"
-            f"{_heads(layout, thread)}{metal_below_told(layout.spec.coil, layout.spec.mount)}{_room_below(layout)}"
+            f"{_heads(layout)}{metal_below_told(layout.spec.coil, layout.spec.mount)}{_room_below(layout)}"
         )
 
 
@@ -171,19 +171,17 @@ def _spacing(layout: Layout) -> str:
     return "" if apart is None else f"; the screws {in_mm(apart[0], 2)} x {in_mm(apart[1], 2)} mm apart"
 
 
-def _heads(layout: Layout, thread: str) -> str:
+def _heads(layout: Layout) -> str:
     """Screws of which material, and whether their heads stand above the sensor; empty for inch threads."""
-    if not thread.startswith("M"):
+    above = heads_above(layout)
+    if above is None:
         return ""
     plastic = " Take screws of plastic (polyamide): steel would be too near to a coil."
-    high = 1e-3 * float(thread.removeprefix("M"))  # ISO 4762: a head is as high as its thread is wide
-    top = sum(layer.thickness.nominal for layer in on_board(layout)[1:]) + film_thickness(layout.spec.encapsulation)
-    top += sum(layer.thickness.nominal for layer in on_seat(layout) if layer.is_glue)  # the board stands out by it
-    above = (
-        f" Their heads, {in_mm(high, 1)} mm high, stand {in_mm(high - top, 2)} mm above the sensor's top face: what "
-        "presses it must be narrower than the room between them."
+    proud = (
+        f" Their heads stand {in_mm(above, 2)} mm above the sensor's top face: what presses it must be narrower than "
+        "the room between them."
     )
-    return f"{plastic if is_near_metal(layout) else ''}{above if high > top + SAME else ''}"
+    return f"{plastic if is_near_metal(layout) else ''}{proud if above > SAME else ''}"
 
 
 NUT = 1.6e-3
