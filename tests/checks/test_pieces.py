@@ -161,7 +161,7 @@ def test_screw_heads_above_the_sensor_are_noted_with_their_height(judge, thickne
     pad = float(thickness.removesuffix(" mm")) * 1e-3
     # target, film and three glue lines of 30 um under board, pad and target
     top = pad + spec.target.thickness + spec.encapsulation.thickness + 3.0 * spec.assembly.glue_line
-    assert all(each.value == approx(2e-3 - top, abs=0, rel=1e-6) for each in found)
+    assert all(each.measured == approx(2e-3 - top, abs=0, rel=1e-6) for each in found)
 
 
 def plate(design, *places, **sizes):
