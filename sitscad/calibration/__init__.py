@@ -1,4 +1,4 @@
-"""Calibration: simulated sensors, points worth taking, the fit of measured ones, maps from readings to forces."""
+"""Calibration: simulated sensors, the plan of points, the fit of measured points, and maps from readings to forces."""
 
 from __future__ import annotations
 
@@ -27,14 +27,19 @@ def calibrate(
     design
         The design to calibrate.
     data
-        Path of the CSV file of a bench. The calibration then has the map of the measured sensor. If it is left out, the
+        Path of the CSV file of a bench. The calibration then has the map of the measured sensor. Without it, the
         calibration has the map of the design as drawn, and a plan of the loads to measure.
     rotation
-        ``"held"`` if the loads keep the target level, ``"free"`` if it can tilt. If left out, the line
+        ``"held"`` if the loads keep the target level, ``"free"`` if it can tilt. By default, the line
         ``# rotation: free`` of the file decides. Without that line it is ``"held"``, and ``"free"`` if the requirements
         have moments, because only a free target shows a moment.
     points
         Number of loads in the plan.
+
+    Returns
+    -------
+    Calibration
+        The map, with the plan or the fit.
 
     Raises
     ------
@@ -62,7 +67,7 @@ def calibrate(
     no_moments = "rotation held: a face that keeps the target level takes the moments that the spec asks for"
     if asked and has_moments:
         raise BenchError(no_moments)
-    if data is None or design.spec.cells is not None:  # of which the response says to name one
+    if data is None or design.spec.cells is not None:  # the response raises an error that requires a cell
         return foretell(design.response, asked, points)
     table = read_table(os.fspath(data), [coil.name for coil in design.layout.coils])
     level = table.is_held(rotation, "free" if has_moments else USUAL_ROTATION)
@@ -79,7 +84,7 @@ def calibrate(
                          "sensor's spec?") from error
     assert made.fit is not None
     said, wrong = "", np.zeros(len(made.map.axes))
-    # readings as expected leave no other way of loading much likelier
+    # readings with the expected errors make no other rotation much likelier
     if made.fit.excess > SUSPECT and not has_moments:
         other = turned_fit(sensors, lambda: sensors_of(design.response, not level), found, made.fit)
         if other is not None:

@@ -1,4 +1,4 @@
-"""A bench's table of points, as it is written down: loads or poses, and what every coil read."""
+"""A bench's table of points: loads or poses, and the readings of every coil."""
 
 from __future__ import annotations
 
@@ -19,34 +19,39 @@ from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import usual
 
 READING_UNITS = {"counts": 1.0, "Hz": 1.0, "kHz": 1e3, "MHz": 1e6, "H": 1.0, "mH": 1e-3, "uH": 1e-6, "nH": 1e-9}
-"""Units that a coil's column may name after its name and an underscore."""
+"""Units of a coil's column, written after its name and an underscore, with their factors to SI or counts."""
 
 MOTION_UNITS = {"N": 1.0, "mN": 1e-3, "Nm": 1.0, "Nmm": 1e-3, "m": 1.0, "mm": 1e-3, "um": 1e-6, "rad": 1.0,
                 "deg": math.pi / 180.0}
-"""Units that a load's or a pose's column may name."""
+"""Units of a load's or a pose's column, with their factors to SI."""
 
 READING_KINDS = "counts", "Hz", "H"
-"""Kinds of readings: of several columns of a coil the first of these is used. Inductances come last, because they hold
-a capacitor's value that the firmware was told."""
+"""Kinds of readings, in order of preference if a coil has several columns.
+
+Inductances come last, because they depend on the capacitor's value in the firmware.
+"""
 
 KINDS = {**dict.fromkeys(FORCE, ("N", "mN")), **dict.fromkeys(MOMENT, ("Nmm", "Nm")),
          **dict.fromkeys(POSE[:3], ("m", "mm", "um")), **dict.fromkeys(POSE[3:], ("rad", "deg"))}
-"""The units of every load and pose."""
+"""Units of every load and pose."""
 
 SAID = re.compile(r"\s*#+\s*rotation\s*[:=](.*)", re.IGNORECASE)
-"""Such a line, and what it says."""
+"""Pattern of a line that states the rotation, with the statement as its group."""
 
-USUAL_ROTATION = "held"  # Of a table that does not say: a flat face keeps the target level, as in the data sheet
-LARGEST = 16_000_000  # Bytes at most of a file
+USUAL_ROTATION = "held"  # Of a table without the line: a flat face keeps the target level, as in the data sheet
+LARGEST = 16_000_000  # Largest size (bytes) of a file
 
 
 class BenchError(ValueError):
-    """A table that cannot be read, or that no sensor of the design gives; the text begins with file:line:column."""
+    """Raised for a table that cannot be read, or that no sensor of the design gives.
+
+    The text begins with file:line:column.
+    """
 
 
 @record
 class Column:
-    """A column: where it stands (from 1), what it is of, its unit, and whether that is a coil."""
+    """A column: its number (from 1), the name of its coil, load or pose, its unit, and whether it is a coil's."""
 
     number: int
     name: str
@@ -55,12 +60,12 @@ class Column:
 
     @property
     def factor(self) -> float:
-        """What its numbers are multiplied with."""
+        """Factor from the column's unit to SI. Counts have 1."""
         return (READING_UNITS if self.is_coil else MOTION_UNITS)[self.unit]
 
     @property
     def kind(self) -> str:
-        """What a coil's column counts: one of `READING_KINDS`; empty for loads and poses."""
+        """Kind of a coil's readings, from `READING_KINDS`. Empty for loads and poses."""
         if not self.is_coil:
             return ""
         return "counts" if self.unit == "counts" else "Hz" if self.unit.endswith("Hz") else "H"
@@ -68,8 +73,11 @@ class Column:
 
 @record(eq=False)
 class BenchTable:
-    """A table: its path, its columns, the lines (n) and the numbers (n, columns) in their own units; the line on which
-    it says how the target was loaded, and what it says (`free`, `held`; empty where it says nothing).
+    """A table of a bench.
+
+    ``lines`` (n) are the line numbers of the rows, and ``values`` (n, columns) their numbers in the columns' units.
+    ``rotation`` is the line that states how the target was loaded, and its word (`free` or `held`). The word is empty
+    if there is no such line.
     """
 
     path: str
@@ -79,8 +87,9 @@ class BenchTable:
     rotation: tuple[int, str] = (0, "")
 
     def is_held(self, asked: str | None, usual: str = USUAL_ROTATION) -> bool:
-        """Whether the target was kept level: by `asked`, else by the table's line, else by `usual`. Raises BenchError
-        if `asked` contradicts the table, or if the table's word is unknown.
+        """Whether the target was kept level: by `asked`, else by the table's line, else by `usual`.
+
+        Raises BenchError if `asked` contradicts the table, or if the table's word is unknown.
         """
         line, said = self.rotation
         if said and said not in ROTATIONS:
@@ -92,36 +101,47 @@ class BenchTable:
         return (asked or said or usual) == "held"
 
     def where(self, row: int, column: Column) -> str:
-        """The place of a number."""
+        """Return the place of a number, as path:line:column."""
         return f"{self.path}:{self.lines[row]}:{column.number}"
 
     def named(self, name: str) -> int | None:
-        """Where the column of a name stands, of several of a coil the one that is used; None where there is none."""
+        """Return the index of a name's column.
+
+        For several columns of a coil, it is the used one. None if there is none.
+        """
         found = [k for k, column in enumerate(self.columns) if column.name == name]
         kind = used_kind(self.columns)
         return next((k for k in found if self.columns[k].kind in ("", kind)), found[0] if found else None)
 
     def column(self, name: str) -> Column:
-        """The column that `named` finds; there is one of every coil, and of what a row is told of."""
+        """Return the used column of a coil, load or pose that the table has."""
         place = self.named(name)
         assert place is not None
         return self.columns[place]
 
     def numbers(self, column: Column) -> Array:
-        """What stands in a column (n), in its own unit."""
+        """Return the values of a column (n) in its own unit."""
         return np.asarray(self.values[:, self.columns.index(column)])
 
 
 def used_kind(columns: Sequence[Column]) -> str:
-    """The kind of readings that is used: the first that every coil has; empty where there is none such."""
+    """Return the used kind of readings: the first that every coil has. Empty if there is none."""
     coils = {column.name for column in columns if column.is_coil}
     return next((kind for kind in READING_KINDS if {c.name for c in columns if c.kind == kind} == coils), "")
 
 
 def read_table(path: str, coils: Sequence[str]) -> BenchTable:
-    """The table in a CSV file, whose header names coils (``C1_counts``) and loads or poses (``normal_N``, ``x_mm``). A
-    coil may have several columns of different kinds; which is used says `used_kind`. Lines that begin with # and empty
-    ones are left out. Raises BenchError for what cannot be read, OSError for a file that cannot be opened.
+    """Return the table in a CSV file.
+
+    Its header names coils (``C1_counts``) and loads or poses (``normal_N``, ``x_mm``). A coil may have several columns
+    of different kinds, and `used_kind` selects the used kind. Empty lines, and lines that begin with #, are skipped.
+
+    Raises
+    ------
+    BenchError
+        if the table cannot be read
+    OSError
+        if the file cannot be opened
     """
     try:
         text = table_text(path, LARGEST)
@@ -140,7 +160,10 @@ def read_table(path: str, coils: Sequence[str]) -> BenchTable:
 
 
 def _rotation(path: str, whole: Sequence[tuple[int, list[str]]]) -> tuple[int, str]:
-    """The line ``# rotation: held`` (or with ``=``) and its word; BenchError where another line says otherwise."""
+    """Return the line ``# rotation: held`` (or with ``=``) and its word.
+
+    Raises BenchError if another line contradicts.
+    """
     first = 0, ""
     for number, cells in whole:
         if not (told := SAID.match(cells[0])):
@@ -154,7 +177,7 @@ def _rotation(path: str, whole: Sequence[tuple[int, list[str]]]) -> tuple[int, s
 
 
 def _columns(where: str, head: Sequence[str], coils: Sequence[str]) -> tuple[Column, ...]:
-    """The columns of a table by its heading; BenchError for a title that is no load, pose or coil, or has no unit."""
+    """Return the columns of a table from its header. Raises BenchError for an unknown title, or one without a unit."""
     found = []
     for number, title in enumerate((cell.strip() for cell in head), start=1):
         name, _, unit = (title, "", "") if title in coils or title in KINDS else title.rpartition("_")
@@ -172,7 +195,7 @@ def _columns(where: str, head: Sequence[str], coils: Sequence[str]) -> tuple[Col
 
 
 def _require_all(where: str, found: Sequence[Column], coils: Sequence[str]) -> None:
-    """Raises BenchError for columns that are double or missing, or of both loads and poses."""
+    """Raise BenchError for double or missing columns, or if the table has both loads and poses."""
     names, titles = [column.name for column in found], [(column.name, column.kind) for column in found]
     end = f"{where}:{max((column.number for column in found), default=1)}"
     for column in found:
@@ -189,7 +212,10 @@ def _require_all(where: str, found: Sequence[Column], coils: Sequence[str]) -> N
 
 
 def _numbers(where: str, cells: Sequence[str], head: Sequence[str], columns: Sequence[Column]) -> list[float]:
-    """A row's values in the order of the columns; BenchError for what is no finite number, or a row too short."""
+    """Return a row's values in the order of the columns.
+
+    Raises BenchError for short rows, and cells without a finite number.
+    """
     if len(cells) != len(head):
         raise BenchError(f"{where}:{min(len(cells), len(head)) + 1} {len(cells)} cells under {len(head)} columns")
     found = []
@@ -207,8 +233,9 @@ def _numbers(where: str, cells: Sequence[str], head: Sequence[str], columns: Seq
 
 
 def points_of(table: BenchTable, sensors: Sensors) -> Points:
-    """A table's points: loads or poses in SI units, readings as frequencies. Raises BenchError where a load pulls,
-    where there is no tare or there are too few points.
+    """Return a table's points: loads or poses in SI units, and readings as frequencies.
+
+    Raises BenchError if a load pulls, if there is no tare, or if there are too few points.
     """
     motion = LOAD if table.named("normal") is not None or not any(c.name in POSE for c in table.columns) else POSE
     moved = np.zeros((len(table.values), len(motion)))
@@ -230,11 +257,11 @@ def points_of(table: BenchTable, sensors: Sensors) -> Points:
     return replace(found, noisier=noisier(found, np.hypot(sensors.of_mean(int(usual("readings"))), written)))
 
 
-FEWEST = 3  # Points beside the tare, at least
+FEWEST = 3  # Least number of points besides the tare
 
 
 def _require_enough(table: BenchTable, moved: Array, at_rest: Flags, motion: tuple[str, ...]) -> None:
-    """Raises BenchError without a tare, with fewer than FEWEST other points, or for loads that pull."""
+    """Raise BenchError without a tare, with fewer than FEWEST other points, or for loads that pull."""
     end = f"{table.path}:{table.lines[-1] if table.lines else 1}:1"
     if not at_rest.any():
         raise BenchError(
@@ -249,18 +276,18 @@ def _require_enough(table: BenchTable, moved: Array, at_rest: Flags, motion: tup
         raise BenchError(f"{table.where(row, table.column('normal'))} normal below 0: presses are positive")
 
 
-FINEST = 12  # Digits behind the point that are looked at
+FINEST = 12  # Largest number of decimals that is recognised
 
 
 def rounded(table: BenchTable, column: Column) -> Array:
-    """By how much (n, of the frequency) the last digit that a coil's column is written with may be off."""
+    """Return the rounding error (n, relative to the frequency) by the last written digit of a coil's column."""
     values = table.numbers(column)
     digits = next((d for d in range(FINEST) if np.array_equal(np.round(values, d), values)), FINEST)
     return np.asarray((0.5 if column.kind == "H" else 1.0) * 0.5 * 10.0**-digits / np.abs(values))
 
 
 def frequencies_of(table: BenchTable, sensors: Sensors, column: Column) -> Array:
-    """A coil's frequencies (Hz; n) by a column; raises BenchError for readings that it cannot have."""
+    """Return a coil's frequencies (Hz; n) from a column. Raises BenchError for impossible readings."""
     readout = sensors.model.estimates.readout
     values = table.numbers(column) * column.factor
     if np.any(values <= 0.0):

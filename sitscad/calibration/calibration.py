@@ -1,4 +1,4 @@
-"""The calibration of a design: what is foretold before anything is measured, and what measured points make of it."""
+"""The calibration of a design: its expected quality before measurements, and its map after measurements."""
 
 from __future__ import annotations
 
@@ -34,24 +34,27 @@ from sitscad.estimates.performance_values import (
 from sitscad.estimates.response.model import ResponseModel
 from sitscad.kernels.electromagnetics.threads import one_thread
 
-USUAL_POINTS, FEWEST, MOST = 8, 3, 40  # Loads that a plan has beside the tare: as a rule, at least and at most
+USUAL_POINTS, FEWEST, MOST = 8, 3, 40  # Numbers of loads of a plan besides the tare: default, least and largest
 
-SHOWN = (3, 5)  # Numbers of points whose error is shown beside that of a whole plan
-TARES = 3  # Rows without load by which noise and drift are told apart: at the beginning, in the middle, at the end
-CHARTS = 3  # Charts that are made about a sensor, one after the other, before what was found is taken
+SHOWN = (3, 5)  # Numbers of points whose error is shown besides the whole plan's
+TARES = 3  # Rows without load needed to separate noise from drift: at the start, in the middle, at the end
+CHARTS = 3  # Largest number of surrogates made in turn about a fitted sensor
 
 STRAYED = 2.0
-"""How many times larger errors may turn out by a chart about what was found, before the fit stays with the one before:
-far from all sensors one finds nothing there."""
+"""Limit for the growth of errors when a surrogate is made about the fitted sensor.
+
+Beyond this factor the fit keeps the surrogate before, because such a surrogate lies far from all sensors.
+"""
 
 SURE = 0.95
-"""Share of sensors, of all from which measured points may come, that a calibration's stated error holds for."""
+"""Fraction of the sensors that agree with measured points, for which a calibration's stated error holds."""
 
 
 @record(eq=False)
 class ForceError:
-    """One sigma (N) of the forces on every axis, rms over the working range, and `of` which unit that is in words;
-    `points` is with how many it is calibrated, None without even a tare.
+    """One standard deviation of forces (N) by axis, rms over the working range.
+
+    ``of`` describes the unit. ``points`` is the number of its calibration points. None if the unit has no tare.
     """
 
     of: str
@@ -81,13 +84,13 @@ class Calibration:
     sigma: Array | None = None
 
     def __repr__(self) -> str:
-        """A line with the sensor, and the points that it was calibrated with."""
+        """Return a line with the sensor, and the number of its calibration points."""
         points = "as drawn" if self.points is None else f"calibrated with {len(self.points.at_rest)} points"
         return f"<Calibration of {self.map.sensor}, {points}: {', '.join(self.map.axes)}>"
 
     @property
     def unit_errors(self) -> tuple[ForceError, ...]:
-        """What the forces are off by, of which unit: the one place from which all papers have it."""
+        """Errors of forces for several kinds of units. All documents use these rows."""
         if self.plan is None:
             points = 0 if self.points is None else int(np.sum(~self.points.at_rest))
             unit = f"this unit, calibrated with {points} points"
@@ -101,7 +104,7 @@ class Calibration:
 
     @property
     def error_rows(self) -> tuple[tuple[str, ...], ...]:
-        """The errors of every unit in words, a row a unit under a heading with the full scales."""
+        """Errors of every unit as texts, one row per unit, below a heading with the full scales."""
         full = self.map.full_scale
         head = "error over all loads, of", *(f"{AXIS_WORDS[name]}, of {amount_text(size, name, 4)}"
                                           for name, size in zip(self.map.axes, full, strict=True))
@@ -110,8 +113,9 @@ class Calibration:
 
     @cached_property
     def crosstalk(self) -> Crosstalk:
-        """Crosstalk by this map, half the normal force on the sensor, which is as it is drawn. `Performance.crosstalk`
-        is another figure: what a polynomial in the readings leaves.
+        """Crosstalk of this map for the sensor as drawn, at half the normal force.
+
+        `Performance.crosstalk` differs: it is the error of a polynomial in the readings.
         """
         scope, none = self.sensors.range, np.zeros(len(self.sensors.known))
         loads = axis_sweeps(scope, scope.pressed(0.5 * scope.normal))
@@ -121,7 +125,7 @@ class Calibration:
 
     @property
     def errors_are(self) -> str:
-        """What `unit_errors` are errors of, in words."""
+        """Text that explains `unit_errors`."""
         tilts = ROTATIONS[self.sensors.rotation]
         if self.plan is None:
             return (f"Error of the force, rms over all loads, the target {tilts}, of the sensors which these points "
@@ -133,7 +137,7 @@ class Calibration:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What there is to say of it."""
+        """Remarks on the calibration."""
         found = [*self.sensors.range.notes, *self.remarks]
         if self.turned:
             this = self.sensors.rotation
@@ -157,7 +161,10 @@ class Calibration:
 
     @property
     def moved(self) -> Mapping[str, Mapping[str, float]]:
-        """What the points say of every unknown: value, moved by how many sigmas, sigma now and before; else nothing."""
+        """Fitted values of the unknowns by name: value, change in standard deviations, and sigma after and before.
+
+        Empty without a fit.
+        """
         if self.fit is None:
             return {}
         rows = zip(self.sensors.known, self.fit.errors, self.fit.moved, self.fit.sigma, strict=True)
@@ -166,7 +173,7 @@ class Calibration:
                 for one, value, moved, sure in rows if one.is_fitted}
 
     def document(self) -> dict[str, Any]:
-        """The whole calibration as plain values for JSON."""
+        """Return the whole calibration as plain values for JSON."""
         full = self.map.full_scale
         found: dict[str, Any] = {
             "map": self.map.document(), "form": self.map.form, "is_calibrated": self.fit is not None,
@@ -194,15 +201,16 @@ class Calibration:
 @lru_cache(maxsize=4)
 @one_thread
 def foretell(model: ResponseModel, is_held: bool = True, count: int = USUAL_POINTS) -> Calibration:
-    """The plan of a calibration, and the map of the sensor as it is drawn with its error on sensors as they are made.
-    Raises NoResponse where the design has no tank that oscillates or no pad, ValueError for too few or many points.
+    """Return the plan of a calibration, and the map of the sensor as drawn with its error on manufactured sensors.
+
+    Raises NoResponse if the design has no oscillating tank or no pad, and ValueError for too few or too many points.
     """
     if not FEWEST <= count <= MOST:
         raise ValueError(f"{FEWEST} to {MOST} points are planned, not {count}")
     sensors = sensors_of(model, is_held)
     drawn, planned = own_map(sensors, np.zeros(len(sensors.known))), plan(sensors, count)
-    # What a tare alone leaves is that of simulated units, not of first order; no point makes more of it. What the map
-    # itself leaves no point takes away, nor is it less on units that are not as drawn.
+    # The error after a tare alone comes from simulated units, not from first order; points cannot increase it. The
+    # map's own error remains with any points, and is no smaller on units that differ from the drawing.
     untold = np.maximum(error_on_others(sensors, drawn), drawn.error)
     errors = np.vstack([untold, np.minimum(np.hypot(planned.errors[1:], drawn.error), untold)])
     drawn = replace(drawn, error=untold)
@@ -211,9 +219,10 @@ def foretell(model: ResponseModel, is_held: bool = True, count: int = USUAL_POIN
 
 
 def turned_otherwise(found: Calibration, errors: Array) -> tuple[tuple[str, float, float], ...]:
-    """Readings of full shear (axis; N applied; N read) at half the normal force, by a map that assumes the wrong
-    rotation: level for a target that tilts, or the reverse. Empty if the pad fails under that load, or if the map has
-    moments, which exist for a free target alone.
+    """Return readings of full shear (axis; N applied; N read) by a map that assumes the wrong rotation.
+
+    The normal force is half of full scale. The map assumes a level target, and the target tilts, or the reverse. Empty
+    if the pad fails under that load, or if the map has moments, which need a free target.
     """
     sensors = found.sensors
     if sensors.range.has_moments:
@@ -237,7 +246,10 @@ def turned_otherwise(found: Calibration, errors: Array) -> tuple[tuple[str, floa
 @lru_cache(maxsize=4)
 @one_thread
 def sensors_of(model: ResponseModel, is_held: bool = True) -> Sensors:
-    """The sensors of a design, charted once; raises NoResponse without a tank that oscillates or a pad that holds."""
+    """Return the sensors of a design, with a cached surrogate.
+
+    Raises NoResponse if a tank does not oscillate, or if the pad fails sideways under the required loads.
+    """
     sensors = Sensors(model, is_held and not working_range(model.spec).has_moments)
     if model.estimates.readout.conversion is None:
         raise NoResponse("the converter cannot be set for these coils, so nothing is read")
@@ -259,7 +271,7 @@ def sensors_of(model: ResponseModel, is_held: bool = True) -> Sensors:
 
 @one_thread
 def calibrate_by(sensors: Sensors, points: Points) -> Calibration:
-    """The map of the measured sensor, by the unknowns of the model."""
+    """Return the calibration of the measured sensor, from the fitted unknowns of the model."""
     sensors, fit = charted_fit(sensors, points)
     found = own_map(sensors, fit.errors)
     sigma, error = stated_error(sensors, found, fit)
@@ -268,8 +280,10 @@ def calibrate_by(sensors: Sensors, points: Points) -> Calibration:
 
 
 def charted_fit(sensors: Sensors, points: Points) -> tuple[Sensors, ModelFit]:
-    """The fit of a sensor, and the sensors about which it was charted: first by the chart that all sensors have in
-    common, then by one about what was found, no wider than that is unsure; again about that where it is farther off.
+    """Return the fit of a sensor, and the sensors with the surrogate of the fit.
+
+    The first surrogate covers all sensors. The next one is made about the fitted sensor, no wider than its uncertainty.
+    It is made again if the new fit lies outside it.
     """
     fit = fit_model(sensors, points, rounds=1)
     moving = [one.name in (*POSE_ERRORS, *PAD_ERRORS) for one in sensors.known]
@@ -277,7 +291,7 @@ def charted_fit(sensors: Sensors, points: Points) -> tuple[Sensors, ModelFit]:
         far = np.abs(fit.moved)[moving].max()
         if far >= SURELY or np.any(sensors.gives_way(fit.errors, sensors.range.corners)):
             break
-        # poses may lie beyond where loads take a sensor, as far as manufacture scatters
+        # poses may lie beyond those under loads, by the whole scatter of manufacture
         nearer = sensors.about(fit.errors, fit.sigma if points.poses is None else np.ones(len(fit.sigma)))
         try:
             again = fit_model(nearer, points, fit)
@@ -293,9 +307,10 @@ def charted_fit(sensors: Sensors, points: Points) -> tuple[Sensors, ModelFit]:
 
 
 def stated_error(sensors: Sensors, found: InverseMap, fit: ModelFit) -> tuple[Array, Array]:
-    """Return two errors of force (axes; N), rms over the working range: one sigma, and the limit that the share `SURE`
-    of sensors keeps. Both are taken over all sensors that agree with the points. They include the unknowns' remaining
-    uncertainty, the scatter of the loads and the error of the map.
+    """Return two errors of force (axes; N), rms over the working range: one sigma, and the limit for `SURE`.
+
+    `SURE` is the fraction of sensors below the limit. Both are taken over all sensors that agree with the points. They
+    include the unknowns' remaining uncertainty, the scatter of the loads and the error of the map.
     """
     errors = error_by_unknowns(sensors, fit)
     sigma, sure = np.sqrt(np.mean(errors**2, axis=0)), np.quantile(errors, SURE, axis=0)

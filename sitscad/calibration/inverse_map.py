@@ -1,4 +1,4 @@
-"""From readings to forces: the map, as a function of arrays and as a document."""
+"""Maps from readings to forces, as functions of arrays and as documents."""
 
 from __future__ import annotations
 
@@ -16,21 +16,25 @@ from sitscad.basics.record import record
 from sitscad.estimates.performance_values import unit_of
 from sitscad.kernels.electromagnetics.polynomials import Exponents, monomials
 
-LEAST = 1e-6  # What is left of a target's change of L, over that at rest, at least: its logarithm is taken
-BEYOND = 0.1  # By how much of full scale a reading may lie outside what the map was made for
+LEAST = 1e-6  # Least ratio of a target's change of L to the change at rest, for its logarithm
+BEYOND = 0.1  # Allowed distance of a reading from the map's range (full scales)
 
 
 @record(eq=False)
 class InverseMap:
-    """Readings to forces (N), and to moments (N m) where some of its axes are those. With n0 the tare (counts or
-    frequencies at rest), n a reading and s = (n0/n)^2 - 1, which is L/L(rest) - 1, every coil gives u = ln(1 - gain s).
-    v = `mix` u is about the force on every axis over its full scale, and force = full_scale x coefficients . terms, the
-    terms being products of v to the `powers`; no reading, no force.
+    """A map from readings to forces (N), and to moments (N m) if some of its axes are moments.
 
-    `low` and `high` are the v that it was made for: v beyond them by more than `BEYOND` counts as no farther, because
-    out there the terms run to thousands of full scales. `error` (N) is what forces are off by on every axis, rms over
-    the loads: one sigma of sensors for a map that was drawn, what 95 % of them stay below for one that was measured;
-    `rest` are the counts to be expected at rest.
+    `low` and `high` are the range of v that the map was made for. Values of v beyond it by more than `BEYOND` are
+    limited, because the terms grow to thousands of full scales there. `error` (N) is the error of forces by axis, rms
+    over the loads. For a map of the drawn sensor it is one standard deviation over sensors. For a map of a measured
+    sensor, 95 % of sensors stay below it. `rest` are the expected counts at rest.
+
+    Notes
+    -----
+    n0 is the tare (counts or frequencies at rest), n a reading, and s = (n0/n)^2 - 1 = L/L(rest) - 1. Every coil gives
+    u = ln(1 - gain s). v = `mix` u is approximately the force on every axis over its full scale. The force is
+    full_scale x coefficients . terms, with products of v to the `powers` as terms. Without a change of readings, the
+    force is zero.
     """
 
     sensor: str
@@ -49,33 +53,34 @@ class InverseMap:
 
     @property
     def form(self) -> str:
-        """The form in words."""
+        """Text of the map's form."""
         return f"polynomial of degree {int(self.powers.sum(axis=1).max())} in ln(1 - gain (L/L0 - 1))"
 
     def mixed(self, readings: Array, tare: Array) -> Array:
-        """About the force on every axis over its full scale, v (n, axes), of readings (n, coils) after a tare."""
+        """Return v (n, axes), the approximate force over full scale, from readings (n, coils) and a tare."""
         return np.asarray(changes(readings, tare, self.gain) @ self.mix.T)
 
     def __repr__(self) -> str:
-        """A line with the sensor, the coils and the full scale of each axis."""
+        """Return a line with the sensor, the coils and the full scale of each axis."""
         axes = (f"{name} to {full:.3g} N" for name, full in zip(self.axes, self.full_scale, strict=True))
         return f"<InverseMap of {self.sensor}: {', '.join(self.coils)} to {', '.join(axes)}>"
 
     def __call__(self, readings: ArrayLike, tare: ArrayLike) -> Array:
-        """Forces (n, axes; N) of readings (n, coils) after a tare (coils): counts or frequencies, both of one kind. Of
-        readings beyond what the map was made for (`holds`) it is the force where it ends. Raises ValueError for other
+        """Return forces (n, axes; N) from readings (n, coils) and a tare (coils), both counts or both frequencies.
+
+        Readings beyond the map's range (`holds`) give the force at the end of the range. Raises ValueError for other
         shapes, and for readings that are not positive.
         """
         return self.forces_at(np.clip(self.checked(readings, tare), self.low - BEYOND, self.high + BEYOND))
 
     @property
     def end(self) -> float:
-        """The normal force (N), alone, beyond which readings give no more of it."""
+        """Largest normal force (N), without other forces, that the map can give."""
         ends = np.where(np.arange(len(self.high)) == 0, self.high + BEYOND, 0.0)
         return float(self.forces_at(ends[None])[0, 0])
 
     def checked(self, readings: ArrayLike, tare: ArrayLike) -> Array:
-        """What `mixed` gives of readings and tare that a map can take; raises ValueError for others."""
+        """Return `mixed` of readings and a tare. Raises ValueError if a map cannot take them."""
         given, rest = np.atleast_2d(np.asarray(readings, dtype=float)), np.asarray(tare, dtype=float)
         if given.shape[1:] != (len(self.coils),) or rest.shape != (len(self.coils),):
             raise ValueError(f"readings of {len(self.coils)} coils, and one tare for each, are wanted")
@@ -84,16 +89,16 @@ class InverseMap:
         return self.mixed(given, rest)
 
     def forces_at(self, mixed: Array) -> Array:
-        """Forces (n, axes; N) at what `mixed` gives, however far beyond what the map was made for."""
+        """Return forces (n, axes; N) at values of `mixed`, without limits."""
         return np.asarray(self.full_scale * (monomials(mixed, self.powers) @ self.coefficients.T))
 
     def holds(self, readings: ArrayLike, tare: ArrayLike) -> Flags:
-        """Whether readings (n, coils) are such as the map was made for, (n,)."""
+        """Return flags (n,): whether readings (n, coils) lie within the map's range."""
         mixed = self.checked(readings, tare)
         return np.all((mixed >= self.low - BEYOND) & (mixed <= self.high + BEYOND), axis=1)
 
     def document(self) -> dict[str, Any]:
-        """The map as plain values for JSON; `map_of` reads them."""
+        """Return the map as plain values for JSON, which `map_of` reads."""
         return {
             "sensor": self.sensor, "revision": self.revision, "coils": list(self.coils), "axes": list(self.axes),
             "unit": "N", "units": [unit_of(axis) for axis in self.axes],
@@ -102,13 +107,24 @@ class InverseMap:
 
 
 ARRAYS = "full_scale", "error", "rest", "gain", "mix", "low", "high", "powers", "coefficients"
-"""The arrays of a document, in its order."""
+"""Arrays of a document, in its order."""
 
 
 @checked_arguments
 def map_of(document: Mapping[str, Any] | str | Path) -> InverseMap:
-    """The map of a calibration.json: its path, or what it holds (also as part of the whole document). Raises ValueError
-    for what is no such document, and for one of an earlier version, whose maps had other forms.
+    """Return the map of a calibration.json.
+
+    Parameters
+    ----------
+    document
+        Path of the file, or its content, or the part of the content that describes the map.
+
+    Raises
+    ------
+    ValueError
+        if it is no such document, or is of an earlier version with another form of map
+    OSError
+        if the file cannot be read
     """
     if not isinstance(document, Mapping):
         try:
@@ -130,6 +146,6 @@ def map_of(document: Mapping[str, Any] | str | Path) -> InverseMap:
 
 
 def changes(readings: Array, rest: Array, gain: Array) -> Array:
-    """What every coil gives (n, coils): u of an `InverseMap`."""
+    """Return u of an `InverseMap` for every coil (n, coils)."""
     share = (rest - readings) / readings
     return np.asarray(np.log(np.maximum(1.0 - gain * share * (2.0 + share), LEAST)))

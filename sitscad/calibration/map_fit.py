@@ -1,5 +1,6 @@
-"""Maps from readings to forces of simulated sensors: of the one as drawn, and of one whose errors were found. All maps
-have one form, a polynomial of the highest degree that the samples bear.
+"""Maps from readings to forces of simulated sensors: the sensor as drawn, or a sensor with fitted errors.
+
+All maps are polynomials, of the highest degree that the number of samples allows.
 """
 
 from __future__ import annotations
@@ -18,32 +19,41 @@ from sitscad.calibration.unknowns import stratified
 from sitscad.kernels.electromagnetics.polynomials import POINTS_A_TERM, Exponents, exponents, monomials
 
 SMALLEST = 1e-4
-"""Share of the largest singular value below which terms of a map count as one: it costs no template accuracy (1e-3
-does), and keeps a map bounded whose samples a chart far beyond its poses has bent."""
+"""Smallest singular value of a map's terms, relative to the largest. Smaller ones are neglected.
+
+This costs no accuracy for templates (1e-3 does). It keeps a map bounded if its samples come from a surrogate far beyond
+its poses.
+"""
 
 MAX_DEGREE = 6
-"""Largest degree of a map. Of templates the fifth leaves 0.06 to 0.3 % of full scale, the sixth up to a third less, a
-seventh hardly less than that."""
+"""Largest degree of a map.
+
+For templates, degree five leaves 0.06 to 0.3 % of full scale, degree six up to a third less, and degree seven hardly
+less than six.
+"""
 
 SHARE = 0.5
-"""Part of a target's change of which the logarithm is taken, over what it is at rest; the rest counts as constant. The
-logarithm of all of it has a pole where a target far aside changes nothing: maps near it were half of full scale off."""
+"""Part of a target's change of inductance whose logarithm is taken, relative to the change at rest.
 
-LEARNT, ASKED = 240, 80  # Loads that a map is fitted to, and others at which its error is taken
+The rest counts as constant. The logarithm of the whole change has a pole where a distant target has no effect. Maps
+near that pole were wrong by half of full scale.
+"""
 
-SEED = 7  # Seed of the noise in the readings at those others
+LEARNT, ASKED = 240, 80  # Numbers of loads to fit a map to, and of other loads for its error
+
+SEED = 7  # Seed of the noise in the readings at the other loads
 
 SCATTERED, SCATTER_SEED = 64, 8
-"""Simulated sensors by which the error of the drawn sensor's map on others is found, and the seed of their errors."""
+"""Number of simulated sensors for the error of the drawn sensor's map on other sensors, and their seed."""
 
-SOLVED, DEGREE = 40, 3  # Loads that are solved, not charted, for a sensor's own map, and the degree of what that adds
+SOLVED, DEGREE = 40, 3  # Number of solved loads for a sensor's own map, and degree of the correction from them
 
-LEAST_LEFT = 0.05  # Least of 1 - leverage that a residual is divided by
+LEAST_LEFT = 0.05  # Least divisor 1 - leverage of a residual
 
 
 @record(eq=False)
 class Samples:
-    """Readings and forces of one sensor: (n, coils) over their tare (coils), and (n, axes) in full scales."""
+    """Readings (n, coils) of one sensor with the tare (coils), and forces (n, axes) in full scales."""
 
     readings: Array
     rest: Array
@@ -51,8 +61,9 @@ class Samples:
 
 
 def gain(sensors: Sensors) -> Array:
-    """`SHARE` of the inductance at rest over what the target takes off it, of the drawn sensor (coils), by
-    frequencies.
+    """Return `SHARE` of the inductance at rest over the target's change of inductance, for the drawn sensor (coils).
+
+    It is computed from frequencies.
     """
     rest = sensors.under(np.zeros(len(sensors.known)), np.zeros((1, 3)))[0]
     share = np.square(sensors.free_frequencies / rest)
@@ -60,28 +71,30 @@ def gain(sensors: Sensors) -> Array:
 
 
 def samples(sensors: Sensors, errors: Array, loads: Array) -> Samples:
-    """Readings of one sensor under loads (n, 3 or 5; N, N m)."""
+    """Return readings of one sensor under loads (n, 3 or 5; N, N m)."""
     frequency = sensors.under(errors, np.vstack([sensors.range.pressed(0.0), loads]))
     return Samples(frequency[1:], frequency[0], loads[:, sensors.range.columns] / sensors.range.full_scales)
 
 
 def map_terms(axes: int, count: int) -> Exponents:
-    """Exponents (terms, axes) of a map that is fitted to `count` samples: all up to the highest degree, `MAX_DEGREE` at
-    most, for which there are `POINTS_A_TERM` samples a term.
+    """Return the exponents (terms, axes) of a map for `count` samples.
+
+    The degree is the highest, at most `MAX_DEGREE`, with `POINTS_A_TERM` samples per term.
     """
     found = (exponents([1.0] * axes, degree, 1) for degree in range(MAX_DEGREE, 0, -1))
     return next(each for each in found if count >= POINTS_A_TERM * len(each))
 
 
 def linear(seen: Array, forces: Array, noise: Array) -> Array:
-    """The straight map (axes, coils) from (n, coils) of what coils give, each with so much noise, to forces."""
+    """Return the linear map (axes, coils) from the coils' values (n, coils) with their noise to forces."""
     square = seen.T @ seen + len(seen) * np.diag(noise**2)
     return np.asarray(np.linalg.solve(square, seen.T @ forces).T)
 
 
 def fitted_map(sensors: Sensors, learnt: Samples, rest: Array) -> InverseMap:
-    """The map of one sensor by least squares of its samples, without its error. `rest` (coils; Hz) is the reading
-    without load.
+    """Return the map of one sensor by least squares of its samples, without its error.
+
+    `rest` (coils; Hz) is the reading without load.
     """
     own, spec, scope = gain(sensors), sensors.model.spec, sensors.range
     seen = changes(learnt.readings, learnt.rest, own)
@@ -93,12 +106,12 @@ def fitted_map(sensors: Sensors, learnt: Samples, rest: Array) -> InverseMap:
         sensor=spec.name, revision=spec.issue.revision or "", coils=sensors.coils, axes=scope.axes,
         full_scale=scope.full_scales, error=np.zeros(len(mix)), rest=np.rint(sensors.conversion.counts(rest)),
         gain=own, mix=mix, low=mixed.min(axis=0), high=mixed.max(axis=0), powers=powers,
-        coefficients=np.ascontiguousarray(coefficients.T),  # as a document that is read back has them
+        coefficients=np.ascontiguousarray(coefficients.T),  # memory layout as after reading a document
     )
 
 
 def error_on_others(sensors: Sensors, found: InverseMap) -> Array:
-    """Errors (axes; N), rms, of a map on sensors as they are made, each after its own tare."""
+    """Return errors (axes; N), rms, of a map on manufactured sensors, each after its own tare."""
     loads, square = sensors.range.inside(ASKED // 2, LEARNT), []
     for errors in stratified(sensors.known, SCATTERED, SCATTER_SEED):
         other = samples(sensors, errors, loads)
@@ -107,12 +120,14 @@ def error_on_others(sensors: Sensors, found: InverseMap) -> Array:
 
 
 def own_map(sensors: Sensors, errors: Array) -> InverseMap:
-    """The map of one sensor, by its `errors` (zeros: as it is drawn), to a chart that some loads solved for it set
-    right; its error is what the form itself leaves of loads that it was not fitted to, the converter's noise in it,
-    and what the chart is off by at those loads, each as if it had not set the chart right, where a chart that ends
-    before this sensor does shows.
+    """Return the map of one sensor with these `errors` (zeros: as drawn), and its error.
+
+    The samples come from the surrogate, corrected by some solved loads. The error has three parts. The first is the
+    error of the polynomial at loads that it was not fitted to, and the second is the converter's noise there. The third
+    is the error of the surrogate at the solved loads, each as if it had not been used for the correction. It shows a
+    surrogate that does not cover this sensor.
     """
-    # loads at the edge of the range among those that are fitted, where a map would else end before the required load
+    # the fitted loads include the edge of the range: the map must not end before the required load
     learnt, asked = np.vstack([sensors.range.inside(LEARNT), sensors.range.rim]), sensors.range.inside(ASKED, LEARNT)
     loads, count = np.vstack([learnt, asked]), len(learnt)
     whole = samples(sensors, errors, loads)
@@ -127,7 +142,7 @@ def own_map(sensors: Sensors, errors: Array) -> InverseMap:
 
 
 def error_by_unknowns(sensors: Sensors, fit: ModelFit) -> Array:
-    """Errors (sensors, axes; N), rms, of the found sensor's map on others from which the readings may come."""
+    """Return errors (sensors, axes; N), rms, of the fitted sensor's map on other sensors that fit the readings."""
     loads = np.vstack([sensors.range.pressed(0.0), sensors.range.inside(ASKED // 2, LEARNT)])
     slopes = unknown_slopes(sensors, loads, True, fit.errors)
     towards = np.linalg.pinv(load_slopes(sensors, fit.errors, loads[1:]))
@@ -137,9 +152,11 @@ def error_by_unknowns(sensors: Sensors, fit: ModelFit) -> Array:
 
 
 def _set_right(sensors: Sensors, errors: Array, loads: Array, solved: Array) -> tuple[Array, Array]:
-    """What charted readings under loads are multiplied with, (n, coils), so that they agree with `solved` ones: of rest
-    and the first of the loads; and what solved ones are, so that they are as far off as had they not been among those
-    that it was fitted to: of least squares a residual over 1 - its leverage (Allen, Technometrics 16, 1974).
+    """Return two factors: for readings of the surrogate under loads (n, coils), and for solved readings.
+
+    The first corrects readings of the surrogate to agree with `solved` ones, at rest and under the first loads. The
+    second changes each solved reading so that it differs from the correction as if it had not been used for it. In
+    least squares this difference is the residual over 1 - its leverage (Allen, Technometrics 16, 1974).
     """
     tried = np.vstack([sensors.range.pressed(0.0), loads[: len(solved) - 1]])
     off = np.log(solved) - np.log(sensors.under(errors, tried))

@@ -1,5 +1,7 @@
-"""Where points and model disagree, in words: the row with the worst chi-square, unknowns far off, noise at rest, and a
-target that turns otherwise.
+"""Texts on disagreements of points and model.
+
+They concern the row with the worst chi-square, unusual values of unknowns, noise at rest, and a target with the other
+rotation.
 """
 
 from __future__ import annotations
@@ -23,18 +25,22 @@ from sitscad.estimates.loads.pad import NoResponse
 from sitscad.estimates.performance_values import amount_text
 
 UNUSUAL = 3.0
-"""Standard deviations of manufacture from which on an unknown is told with what may be the cause: no simulated sensor
-is off by more than 2."""
+"""Standard deviations of manufacture above which an unknown is reported, with a possible cause.
+
+No simulated sensor differs by more than 2.
+"""
 
 LIKELIER = 12.0
-"""Difference of the fits' costs (twice a logarithm of likelihoods: odds of 400 to 1) from which on the other way of
-loading is said to be the true one."""
+"""Difference of the fits' costs above which the other rotation is reported as the true one.
+
+A cost is twice a logarithm of a likelihood, so the odds are 400 to 1.
+"""
 
 ODD = 3.7
-"""Standard deviations, by its chi-square beside the scatter of all others, from which on a row is told."""
+"""Standard deviations, by its chi-square beside the scatter of all others, above which a row is reported."""
 
 NOISY = 0.5
-"""Error of a force by noise, over that of the loads themselves (`usual("force")`), from which on noise is told."""
+"""Force error by noise, relative to the error of the loads (`usual("force")`), above which noise is reported."""
 
 CAUSES = {
     "gap": "a pad of another thickness (elastomer.thickness), or another glue line",
@@ -54,17 +60,17 @@ CAUSES = {
     "target_change": "a target of another size or metal, or metal behind the coils that the spec does not have",
     "capacitor": "another capacitor, another reference clock (readout.clock), or coils of another spec",
 }
-"""What may have put an unknown far off, by its name without its coil or direction."""
+"""Possible causes of an unusual unknown, by its name without coil or direction."""
 
 
 def cause(name: str) -> str:
-    """What may have put an unknown far off, in words."""
+    """Return a text with the possible cause of an unusual unknown."""
     first = name.partition(".")[0]
     return CAUSES.get(first) or CAUSES[first.rpartition("_")[0]]
 
 
 def far_off(sensors: Sensors, fit: ModelFit) -> Iterator[str]:
-    """A note on each unknown that is `UNUSUAL`, the farthest first."""
+    """Yield a note on each unknown that is `UNUSUAL`, the largest first."""
     for k in np.argsort(-np.abs(fit.moved), kind="stable"):
         one, far = sensors.known[k], float(fit.moved[k])
         if abs(far) > UNUSUAL:
@@ -74,8 +80,9 @@ def far_off(sensors: Sensors, fit: ModelFit) -> Iterator[str]:
 
 
 def worst_row(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit) -> tuple[str, str, float, float]:
-    """The row with the worst chi-square: its place, what is off there in words, by how many standard deviations, and by
-    how much of full scale (0 for poses).
+    """Return the row with the worst chi-square: place, text, standard deviations, and error in full scales.
+
+    The error is 0 for poses.
     """
     row = int(np.argmax(np.where(points.at_rest, -np.inf, fit.odd)))
     said, share = f"by {fit.odd[row]:.1f} sigma of what the others scatter", 0.0
@@ -88,7 +95,7 @@ def worst_row(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit
 
 
 def disagreement(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit) -> str:
-    """A note where all loads disagree with the readings, or one row with all others; else empty."""
+    """Return a note if all loads disagree with the readings, or one row with all others. Empty otherwise."""
     where, said, odd, _ = worst_row(table, points, sensors, fit)
     if fit.excess <= SUSPECT and odd <= ODD:
         return ""
@@ -97,14 +104,14 @@ def disagreement(table: BenchTable, points: Points, sensors: Sensors, fit: Model
 
 
 def noise_share(points: Points, sensors: Sensors, fit: ModelFit) -> float:
-    """One sigma of a force (of full scale, the worst axis) by the noise of one row and of its tare, near rest."""
+    """Return one sigma of a force near rest (full scale, worst axis) by the noise of one row and of its tare."""
     slopes = load_slopes(sensors, fit.errors, sensors.range.pressed(0.0)[None])[0]
     noise = math.sqrt(2.0) * points.noisier * sensors.of_mean(int(usual("readings")))
     return float(np.sqrt(np.sum((np.linalg.pinv(slopes) * noise) ** 2, axis=1)).max())
 
 
 def noise_text(table: BenchTable, points: Points, share: float) -> str:
-    """What rows without load scatter by, `share` of full scale on a force, with the worst of them."""
+    """Return a text on the scatter of rows without load, `share` of full scale on a force, with the worst row."""
     tare = int(np.argmax(np.abs(points.restless).max(axis=1))) if len(points.restless) else 0
     return (f"{table.path}:{table.lines[int(np.flatnonzero(points.at_rest)[tare])]}:1 rows without load scatter by "
             f"{points.noisier:.0f} times the converter's noise (drift along the rows taken out), {100.0 * share:.2g} % "
@@ -113,7 +120,7 @@ def noise_text(table: BenchTable, points: Points, share: float) -> str:
 
 
 def noisy(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit) -> str:
-    """A note on rows without load that scatter by more than the converter's noise; empty on a good bench."""
+    """Return a note if rows without load scatter by more than the converter's noise. Empty otherwise."""
     share = noise_share(points, sensors, fit)
     if points.noisier <= 1.0 or share < NOISY * usual("force"):
         return ""
@@ -122,7 +129,11 @@ def noisy(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit) ->
 
 @record(eq=False)
 class Turned:
-    """A `fit` beside one of a target that turns otherwise, by its `sensors`: by how much `likelier` it is."""
+    """A fit for a target with the other rotation.
+
+    `sensors` have this rotation. `likelier` is the difference of costs: positive if this `fit` is better than the
+    original one.
+    """
 
     likelier: float
     sensors: Sensors
@@ -130,7 +141,7 @@ class Turned:
 
     @property
     def note(self) -> str:
-        """What to say of it; nothing where it is not clearly better."""
+        """Remark on the rotation. Empty if the fit is not clearly better."""
         if self.likelier < LIKELIER:
             return ""
         rotation = self.sensors.rotation
@@ -140,7 +151,7 @@ class Turned:
                 f"calibrated so? Then `--rotation {rotation}`, and the map is for such use")
 
     def error(self, made: InverseMap) -> Array:
-        """The error (axes; N), rms, that a map has on this sensor. 0 if it is not clearly likelier."""
+        """Return the error (axes; N), rms, of a map on this sensor. 0 if it is not clearly likelier."""
         if self.likelier < LIKELIER:
             return np.zeros(len(made.axes))
         loads = np.vstack([np.zeros((1, 3)), self.sensors.range.inside(ASKED // 2, LEARNT)])
@@ -151,8 +162,9 @@ class Turned:
 
 
 def turned_fit(sensors: Sensors, other: Callable[[], Sensors], points: Points, fit: ModelFit) -> Turned | None:
-    """The fit of the same loads to a target that turns otherwise (`other`, asked for only then); None of poses, of
-    loads without shear, which do not tell one from the other, and where the pad gives way so.
+    """Return the fit of the same loads to a target with the other rotation. `other` makes its sensors when needed.
+
+    None for poses, for loads without shear, which do not show the rotation, and if the pad fails sideways.
     """
     if points.loads is None or not np.any(points.loads[:, [k for k in sensors.range.columns if k]]):
         return None

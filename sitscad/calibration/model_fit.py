@@ -1,5 +1,6 @@
-"""One sensor's own errors out of a few points: the model's unknowns, held by the scatter of manufacture, by nonlinear
-least squares with what is known beforehand.
+"""The fit of one sensor's own errors to a few points.
+
+The model's unknowns are found by nonlinear least squares, with the scatter of manufacture as prior.
 """
 
 from __future__ import annotations
@@ -27,22 +28,24 @@ from sitscad.calibration.sensors import Sensors
 
 Residuals = Callable[[Array], Array]
 
-STEP = 1e-3  # Step of the differences by which slopes are taken, in standard deviations of what is known beforehand
+STEP = 1e-3  # Step of the differences for derivatives (prior standard deviations)
 
 MOST_STEPS, ENOUGH = 25, 1e-2
-"""Steps of a fit at most, and the largest part of a standard deviation by which the last one may move anything."""
+"""Largest number of steps of a fit, and largest last step in standard deviations."""
 
-SHORT = 0.1  # Steps (prior standard deviations) so short that the slopes are still taken for the same
+SHORT = 0.1  # Largest step (prior standard deviations) after which derivatives are reused
 
 
 class NoFit(ValueError):
-    """Residuals or their slopes are not finite where a fit begins or ends."""
+    """Raised if residuals or their derivatives are not finite at the start or the end of a fit."""
 
 
 @record(eq=False)
 class Fitted:
-    """The outcome of a fit: `values` (k) in prior standard deviations, their `covariance` (k, k), the `residuals` that
-    are left (n; whitened, prior not among them), the `slopes` (n, k) there, and whether it `settled`.
+    """The result of a fit.
+
+    `values` (k) are in prior standard deviations, with `covariance` (k, k). `residuals` (n) are whitened, without the
+    prior. `slopes` (n, k) are their derivatives, and `settled` is True if the fit converged.
     """
 
     values: Array
@@ -53,17 +56,32 @@ class Fitted:
 
     @property
     def cost(self) -> float:
-        """Sum of squares of residuals and of what the prior adds."""
+        """Sum of squares of the residuals and of the prior."""
         return float(self.residuals @ self.residuals + self.values @ self.values)
 
 
 def levenberg_marquardt(residuals: Residuals, start: Array) -> Fitted:
-    """The values that make residuals and the values themselves smallest in squares: with whitened residuals and values
-    in standard deviations from what is expected, the most likely ones (Marquardt, SIAM J. Appl. Math. 11, 1963).
+    """Return minimise the sum of squares of the residuals and of the values (Marquardt, SIAM J.
 
-    `residuals` gives (n,) numbers at (k,) values; where they are not finite a step is taken back, and a fit ends that
-    comes so close that it has no slopes; at the start that raises NoFit (a ValueError), and so do values of
-    which no finite covariance is known.
+    Appl. Math. 11, 1963).
+
+    With whitened residuals, and values in prior standard deviations, these are the most likely values.
+
+    Parameters
+    ----------
+    residuals
+        Function that returns residuals (n,) at values (k,). A step to residuals that are not finite is rejected.
+    start
+        First values (k,).
+
+    Raises
+    ------
+    NoFit
+        (a ValueError) if residuals or derivatives are not finite at the start, or if the covariance is not finite
+
+    Notes
+    -----
+    A fit ends without convergence if it comes to values without finite derivatives.
     """
     values, damping, settled = np.array(start, dtype=float), 1e-4, False
     left = residuals(values)
@@ -78,7 +96,7 @@ def levenberg_marquardt(residuals: Residuals, start: Array) -> Fitted:
         tried = residuals(values + step)
         before = left @ left + values @ values
         after = tried @ tried + (values + step) @ (values + step) if np.all(np.isfinite(tried)) else np.inf
-        # small because the least is near, and not because residuals beyond are not finite
+        # small because the minimum is near, and not because residuals beyond are not finite
         newton = np.linalg.solve(normal, slope.T @ left + values) if np.abs(step).max() < ENOUGH else np.inf
         settled = bool(np.abs(newton).max() < SHORT)
         is_better = bool(np.isfinite(after) and after <= before)
@@ -90,7 +108,7 @@ def levenberg_marquardt(residuals: Residuals, start: Array) -> Fitted:
         if is_better and np.abs(step).max() > SHORT:
             here = _slopes(residuals, values, left)
             if not np.all(np.isfinite(here)):
-                break  # between edges: the last slopes are all that is known, and nothing has settled
+                break  # between edges: keep the last derivatives, and the fit has not converged
             slope = here
     covariance = np.asarray(np.linalg.inv(slope.T @ slope + np.eye(values.size)), dtype=float)
     if not np.all(np.isfinite(covariance)):
@@ -99,7 +117,7 @@ def levenberg_marquardt(residuals: Residuals, start: Array) -> Fitted:
 
 
 def _slopes(residuals: Residuals, values: Array, there: Array, size: float = STEP) -> Array:
-    """Derivatives (n, k) of the residuals by forward differences of a `size`, at an edge by backward ones."""
+    """Return derivatives (n, k) of the residuals by forward differences of a `size`, at an edge by backward ones."""
     found = []
     for step in np.eye(values.size) * size:
         slope = (residuals(values + step) - there) / size
@@ -108,36 +126,56 @@ def _slopes(residuals: Residuals, values: Array, there: Array, size: float = STE
 
 
 ROUNDS, NEAR, SAME = 6, 0.1, 0.3
-"""Rounds of a fit at most, each with the scatter that the one before left and the chart set right where it is; until
-one moves no value by more (prior standard deviations), and the scatter by less than this part."""
+"""Largest number of rounds of a fit, and two limits for its end.
+
+Each round uses the scatter from the round before, and a corrected surrogate. The fit ends when no value changes by more
+than `NEAR` (prior standard deviations), and the logarithm of the scatter by less than `SAME`.
+"""
 
 SCATTERS = np.geomspace(1e-4, 1.0, 33)
-"""Scatters of loads (one sigma, full scales) or of changes in poses (parts) beyond what is expected that a table may
-have, each as likely beforehand (Jeffreys' prior of a scale)."""
+"""Possible scatters beyond the expected errors: of loads (one sigma, full scales) or of changes in poses (relative).
+
+All are equally likely beforehand (Jeffreys' prior of a scale).
+"""
 
 COARSE = 0.1
-"""Scatter at the start of a fit. A smaller one can lead to a second minimum or to the edge of the search."""
+"""Scatter at the start of a fit. A smaller value can lead to a second minimum or to the edge of the search."""
 
-SUSPECT = 1.5  # How many times larger than expected errors are where it is told
+SUSPECT = 1.5  # Ratio of errors to expected errors above which this is reported
 
-LIKELY, LIKELY_SEED = 400, 8  # Sensors that measured points may come from, and the seed by which they are drawn
+LIKELY, LIKELY_SEED = 400, 8  # Number of drawn sensors that agree with measured points, and their seed
 
-CONSIDERED = 0.1  # Step (prior standard deviations) of the slopes over unknowns that are not looked for
+CONSIDERED = 0.1  # Step (prior standard deviations) of derivatives by unknowns that are not fitted
 
-FARTHEST = 8.0  # Standard deviations beyond which no unknown is looked for
+FARTHEST = 8.0  # Largest value of a fitted unknown (prior standard deviations)
 
 
 @record(eq=False)
 class ModelFit:
-    """The errors of one sensor (unknowns; in their own units), how many prior standard deviations each was moved
-    (`moved`) and how sure it is (`sigma`, of the prior's: 1 is nothing learnt).
+    """The fitted errors of one sensor.
 
-    `likely` (sensors, unknowns; prior standard deviations) are other sensors from which the readings may come, less
-    this one. `scatter` is what loads and model are off by beyond what is expected (full scales; for poses, parts of a
-    change), `excess` how many times larger than expected that makes them. `force_errors` (n, axes; N; NaN at rest; None
-    for poses) are the errors of each point's force as the other points foretell it, and `odd` (n) is how unlikely the
-    chi-square of its readings is beside those of the other points, in standard deviations of a normal number.
-    `cost` is minus twice the logarithm of the likelihood of the readings.
+    Attributes
+    ----------
+    errors : array (unknowns)
+        errors in their own units
+    moved : array (unknowns)
+        errors in prior standard deviations
+    sigma : array (unknowns)
+        standard deviations over the prior ones; 1 if the points carry no information
+    likely : array (sensors, unknowns)
+        other sensors that agree with the readings, minus this sensor, in prior standard deviations
+    scatter : float
+        error of loads and model beyond the expected errors (full scales; for poses, relative to a change)
+    excess : float
+        ratio of the total errors to the expected errors
+    force_errors : array (n, axes) or None
+        error of each point's force, predicted from the other points (N; NaN at rest); None for poses
+    odd : array (n)
+        improbability of a point's chi-square beside the other points, as standard deviations of a normal number
+    settled : bool
+        whether the fit converged
+    cost : float
+        minus twice the logarithm of the likelihood of the readings
     """
 
     errors: Array
@@ -153,9 +191,9 @@ class ModelFit:
 
 
 def fit_model(sensors: Sensors, points: Points, start: ModelFit | None = None, rounds: int = ROUNDS) -> ModelFit:
-    """Fit the most likely errors of a sensor that read so (drift taken out). Raises NoFit.
+    """Fit the most likely errors of a sensor to its readings, without drift. Raises NoFit.
 
-    `start` is a fit by another chart from which this one begins. With one of the `rounds` no pose is solved.
+    `start` is a fit with another surrogate, from which this fit begins. With `rounds` of 1, no pose is solved.
     """
     points = points.settled
     fitted = [one.is_fitted for one in sensors.known]
@@ -179,8 +217,11 @@ def fit_model(sensors: Sensors, points: Points, start: ModelFit | None = None, r
 
 @record(eq=False)
 class _Problem:
-    """Points to be fitted: their ln f (n, coils), covariances (n, coils, coils) as expected and those that a scatter of
-    1 adds, whiteners at one `scatter`, and the prior standard deviations of the unknowns, of which some are `chosen`.
+    """Points to be fitted.
+
+    `aim` is their ln f (n, coils). `expected` are covariances (n, coils, coils) of expected errors, and `more` the
+    covariances that a scatter of 1 adds. `white` are the whiteners at one `scatter`. `sigma` are the prior standard
+    deviations of all unknowns, and `chosen` marks the fitted ones.
     """
 
     sensors: Sensors
@@ -194,24 +235,24 @@ class _Problem:
     chosen: Flags
 
     def errors(self, values: Array) -> Array:
-        """Errors (unknowns; in their own units) of values (prior standard deviations) of the fitted unknowns."""
+        """Return errors (unknowns; own units) from values (prior standard deviations) of the fitted unknowns."""
         found = np.zeros(len(self.sigma))
         found[self.chosen] = values * self.sigma[self.chosen]
         return found
 
     def off(self, errors: Array) -> Array:
-        """Errors (n, coils) of `tared` ln f of a sensor with these errors."""
+        """Return errors (n, coils) of `tared` ln f of a sensor with these errors."""
         return tared(self.aim - np.log(foretold(self.sensors, errors, self.points)), self.points.at_rest)
 
     def residuals(self, values: Array) -> Array:
-        """Independent errors of unit size, flat; infinite far from all that is made."""
+        """Return independent errors of unit size, flat. Infinite far beyond all manufactured sensors."""
         if not np.abs(values).max() < FARTHEST:
             return np.full(self.aim.size, np.inf)
         return np.asarray(np.einsum("ncd,nd->nc", self.white, self.off(self.errors(values))).ravel())
 
 
 def _problem(sensors: Sensors, points: Points, aim: Array, values: Array, scatter: float) -> _Problem:
-    """Points to be fitted, whitened where the unknowns have these values (prior standard deviations)."""
+    """Return points to be fitted, whitened at these values of the unknowns (prior standard deviations)."""
     sigma, chosen = (np.array([getattr(one, name) for one in sensors.known]) for name in ("sigma", "is_fitted"))
     empty = np.zeros((0, 0, 0))
     problem = _Problem(sensors, points, aim, empty, empty, scatter, empty, sigma, chosen)
@@ -225,9 +266,11 @@ def _problem(sensors: Sensors, points: Points, aim: Array, values: Array, scatte
 
 @record(eq=False)
 class _Likely:
-    """What the readings leave likely: `sensors` (`LIKELY`, unknowns; prior standard deviations) less the fitted one,
-    the scatter (geometric mean), and minus twice the logarithm of the likelihood at the likeliest scatter; `odd` (n) as
-    of a `ModelFit`.
+    """Sensors and scatter that agree with the readings.
+
+    `sensors` (`LIKELY`, unknowns; prior standard deviations) are relative to the fitted sensor. `scatter` is a
+    geometric mean. `cost` is minus twice the logarithm of the likelihood at the likeliest scatter. `odd` (n) is as in
+    `ModelFit`.
     """
 
     sensors: Array
@@ -237,15 +280,15 @@ class _Likely:
 
 
 def _likely(problem: _Problem, found: Fitted) -> _Likely:
-    """Sensors and scatter that the readings leave likely, to first order about a fit.
+    """Return sensors and scatter that agree with the readings, to first order about a fit.
 
-    Unknowns that a fit does not look for are among them. The likelihood of a scatter is integrated over all unknowns,
-    and sensors are drawn for scatters as often as these are likely (Gelman, Bayesian Data Analysis, 2013, 5.4).
+    Unknowns that are not fitted are included. The likelihood of a scatter is integrated over all unknowns, and sensors
+    are drawn for scatters in proportion to their likelihood (Gelman, Bayesian Data Analysis, 2013, 5.4).
     """
     used = np.zeros(len(problem.sigma))
     used[problem.chosen] = found.values
     slopes = _all_slopes(problem, found, used * problem.sigma)
-    off = problem.off(used * problem.sigma) - slopes @ used  # as if it were linear: what no error at all would leave
+    off = problem.off(used * problem.sigma) - slopes @ used  # linear extrapolation to a sensor without errors
     costs, centres, roots, odd = [], [], [], []
     for scatter in SCATTERS:
         covariance = problem.expected + scatter**2 * problem.more
@@ -264,21 +307,22 @@ def _likely(problem: _Problem, found: Fitted) -> _Likely:
     drawn = np.random.default_rng(LIKELY_SEED).normal(size=(LIKELY, len(used)))
     sensors = np.array(centres)[number] - used + np.einsum("nij,nj->ni", np.array(roots)[number], drawn)
     alone, chance = (np.array(part) for part in zip(*odd, strict=True))
-    others = _weights(np.array(costs)[:, None] - alone)  # of scatters, (scatters, n), by the other points
+    others = _weights(np.array(costs)[:, None] - alone)  # weights of scatters (scatters, n), from the other points
     chances = np.clip(np.sum(others * chance, axis=0), 1e-300, 1.0 - 1e-12)
     return _Likely(sensors, float(np.exp(weights @ np.log(SCATTERS))), min(costs),
                    -np.vectorize(NormalDist().inv_cdf)(chances))
 
 
 def _weights(costs: Array) -> Array:
-    """How likely scatters are, of a sum of 1, by minus twice the logarithm of their likelihoods (scatters, ...)."""
+    """Return normalised likelihoods of scatters from minus twice the logarithm of their likelihoods (scatters, ...)."""
     weights = np.exp(-0.5 * (costs - costs.min(axis=0)))
     return np.asarray(weights / weights.sum(axis=0))
 
 
 def _all_slopes(problem: _Problem, found: Fitted, errors: Array) -> Array:
-    """Change of `off` with every unknown (n, coils, unknowns), those that a fit does not look for among them. Raises
-    NoFit where that is not finite.
+    """Return derivatives of `off` by every unknown (n, coils, unknowns), including unknowns that are not fitted.
+
+    Raises NoFit if they are not finite.
     """
     chosen, slopes = problem.chosen, np.empty((*problem.aim.shape, len(errors)))
 
@@ -296,8 +340,10 @@ def _all_slopes(problem: _Problem, found: Fitted, errors: Array) -> Array:
 
 
 def _beside_others(white: Array, slope: Array, inverse: Array, left: Array) -> tuple[Array, Array]:
-    """Minus twice the logarithm of each point's likelihood after the others (n), and the chance (n) that its readings
-    are so far off what all others foretell, by chi-square; to first order, by the inverse of the readings' covariance.
+    """Return two values (n) for each point, given all other points.
+
+    They are minus twice the logarithm of its likelihood, and the probability of a larger chi-square of its readings.
+    Both are to first order, from the inverse of the readings' covariance.
     """
     pulled = np.einsum("ndc,nd->nc", white, left.reshape(white.shape[:2]))
     own = np.eye(white.shape[1]) - slope @ inverse @ np.swapaxes(slope, 1, 2)
@@ -307,7 +353,7 @@ def _beside_others(white: Array, slope: Array, inverse: Array, left: Array) -> t
 
 
 def _told(problem: _Problem, found: Fitted, likely: _Likely) -> ModelFit:
-    """The fit as it is told: what every unknown came to, how sure it is, and what every point is off by."""
+    """Return the fit for reports: values of the unknowns, their uncertainty, and the errors of every point."""
     sensors, points, count = problem.sensors, problem.points, len(problem.points)
     errors = problem.errors(found.values)
     expected = sensors.charted if points.loads is None else float(
@@ -326,7 +372,7 @@ def _told(problem: _Problem, found: Fitted, likely: _Likely) -> ModelFit:
 
 
 def left_out(found: Fitted, count: int) -> Array:
-    """Residuals (count, each) of every point by the others, to first order."""
+    """Return residuals (count, each) of every point, predicted from the other points, to first order."""
     left = found.residuals.reshape(count, -1)
     slopes = found.slopes.reshape(count, left.shape[1], -1)
     own = np.eye(left.shape[1]) - slopes @ found.covariance @ np.swapaxes(slopes, 1, 2)

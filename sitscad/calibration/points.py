@@ -1,5 +1,6 @@
-"""Points of a calibration: loads or poses with what the coils read there, how sure each reading is, and the plan of the
-loads that tell most of a sensor: chosen one after the other by what each adds to what is known.
+"""Points of a calibration: loads or poses with the coils' readings, the errors of readings, and the plan of loads.
+
+The plan chooses the most informative loads, one after the other.
 """
 
 from __future__ import annotations
@@ -16,20 +17,22 @@ from sitscad.calibration.sensors import Sensors
 from sitscad.calibration.unknowns import usual
 from sitscad.estimates.performance_values import AXES, MOMENTS
 
-AT_REST = 1e-4  # What a frequency at rest may be off by, by itself; all others are taken over it
-LEAST_LOAD = 1e-3  # What a load (of full scale) may be off by, however small it is
+AT_REST = 1e-4  # Relative error of a frequency at rest; all others are relative to it
+LEAST_LOAD = 1e-3  # Least error of a load (full scales)
 
-CHANCE = 1e-4  # Chance below which rows without load do not scatter as they do by chance
+CHANCE = 1e-4  # Probability below which the scatter of rows without load is not by chance
 
-STEP = 1e-3  # Step (of full scale) of the differences by which slopes over loads are taken
-MOVE = 0.02  # Step (prior standard deviations) of the differences by which slopes over unknowns are taken
+STEP = 1e-3  # Step (full scales) of the differences for derivatives by loads
+MOVE = 0.02  # Step (prior standard deviations) of the differences for derivatives by unknowns
 
 
 @record(eq=False)
 class Points:
-    """Points (n): `loads` (n, 3; N; or n, 5 with moments, N m) or else `poses` (n, 6; m, rad, from rest), and
-    `frequency` (n, coils; Hz); `at_rest` (n) says which are tares; readings are so many times `noisier` than the
-    converter (1: nothing says so).
+    """Points (n) of a calibration.
+
+    Either `loads` (n, 3; N; or n, 5 with moments, N m) or `poses` (n, 6; m, rad, from rest) are given. `frequency` (n,
+    coils; Hz) are the readings, and `at_rest` (n) marks the tares. `noisier` is the ratio of the readings' noise to the
+    converter's noise; 1 if nothing else is known.
     """
 
     loads: Array | None
@@ -43,25 +46,28 @@ class Points:
 
     @property
     def rest(self) -> Array:
-        """The mean of all tares (coils; Hz)."""
+        """Mean of all tares (coils; Hz)."""
         return np.asarray(self.frequency[self.at_rest].mean(axis=0))
 
     @property
     def settled(self) -> Points:
-        """The points with drift taken out: every point goes with the tare before it, the first ones with the first."""
+        """Points without drift: each relative to the tare before it. Points before the first tare use the first."""
         tares = self.frequency[self.at_rest]
         number = np.maximum(np.cumsum(self.at_rest) - 1, 0)
         return replace(self, frequency=self.frequency * self.rest / tares[number])
 
     def part(self, chosen: Flags | Array) -> Points:
-        """Some of the points."""
+        """Return some of the points."""
         loads = None if self.loads is None else self.loads[chosen]
         poses = None if self.poses is None else self.poses[chosen]
         return Points(loads, poses, self.frequency[chosen], self.at_rest[chosen], self.noisier)
 
     @property
     def restless(self) -> Array:
-        """What ln f of the tares (tares, coils) is off their line along the rows: drift; empty for under three."""
+        """Residuals of the tares' ln f (tares, coils) from a straight drift along the rows.
+
+        Empty for fewer than three tares.
+        """
         rows, read = np.flatnonzero(self.at_rest), np.log(self.frequency[self.at_rest])
         if len(rows) < 3:
             return np.zeros((0, read.shape[1]))
@@ -70,7 +76,7 @@ class Points:
 
 
 def foretold(sensors: Sensors, errors: Array, points: Points, exact: bool = False) -> Array:
-    """The frequencies (n, coils; Hz) of one sensor at the points."""
+    """Return the frequencies (n, coils; Hz) of one sensor at the points."""
     if points.loads is not None:
         return sensors.under(errors, points.loads, exact)
     assert points.poses is not None
@@ -78,8 +84,9 @@ def foretold(sensors: Sensors, errors: Array, points: Points, exact: bool = Fals
 
 
 def load_slopes(sensors: Sensors, errors: Array, loads: Array) -> Array:
-    """Change of ln f with the force on every axis, in full scales: (n, coils, axes). Differences go inwards where loads
-    are large, and where the pad bears no more.
+    """Return derivatives of ln f by the force on every axis, in full scales: (n, coils, axes).
+
+    Differences are inward for large loads, and where the pad fails outward.
     """
     scale, found = sensors.range.full_scales, []
     here = np.log(sensors.under(errors, loads))
@@ -97,8 +104,9 @@ def load_slopes(sensors: Sensors, errors: Array, loads: Array) -> Array:
 
 
 def unknown_slopes(sensors: Sensors, loads: Array, of_all: bool = False, errors: Array | None = None) -> Array:
-    """Change of ln f with every unknown that is fitted (or `of_all`), in prior standard deviations: (n, coils,
-    unknowns); of the sensor as drawn, or with these `errors` (unknowns).
+    """Return derivatives of ln f by the fitted unknowns (or `of_all`): (n, coils, unknowns).
+
+    They are per prior standard deviation, for the sensor as drawn or with these `errors` (unknowns).
     """
     found, here = [], np.zeros(len(sensors.known)) if errors is None else errors
     for k, one in enumerate(sensors.known):
@@ -111,10 +119,10 @@ def unknown_slopes(sensors: Sensors, loads: Array, of_all: bool = False, errors:
 
 
 def covariances(sensors: Sensors, errors: Array, points: Points) -> tuple[Array, Array]:
-    """Covariances (n, coils, coils) of the errors of `tared` ln f, and the covariances that a scatter of 1 adds.
+    """Return covariances (n, coils, coils) of the errors of `tared` ln f, and the covariances that a scatter of 1 adds.
 
-    The first are noise of the converter, errors of the chart and the expected errors of loads. The scatter is one sigma
-    of what loads are off by on every axis beyond that, in full scales; for poses, of changes from rest, in parts.
+    The first include noise of the converter, errors of the surrogate and the expected errors of loads. The scatter is
+    one sigma of further load errors on every axis, in full scales. For poses, it is relative to the change from rest.
     """
     here = np.log(foretold(sensors, errors, points))
     rest = np.log(
@@ -138,7 +146,7 @@ def covariances(sensors: Sensors, errors: Array, points: Points) -> tuple[Array,
 
 
 def place_changes(sensors: Sensors, errors: Array, loads: Array) -> Array:
-    """Change of ln f (n, coils, 2) if a load stands one sigma (`place`) farther along x, and along y.
+    """Return the change of ln f (n, coils, 2) for a load that stands one sigma (`place`) farther along x, and along y.
 
     Zero for targets that are held level.
     """
@@ -146,9 +154,9 @@ def place_changes(sensors: Sensors, errors: Array, loads: Array) -> Array:
         return np.zeros((len(loads), len(sensors.coils), 2))
     moved = np.hstack([loads, np.zeros((len(loads), len(AXES) - loads.shape[1]))])
     here, found = np.log(sensors.under(errors, moved)), []
-    for moment, way in (("moment_y", 1.0), ("moment_x", -1.0)):  # a load that stands at x turns about y, at y about -x
+    for moment, way in (("moment_y", 1.0), ("moment_x", -1.0)):  # a load at x has a moment about y, at y about -x
         column = AXES.index(moment)
-        inwards = np.where(moved[:, column] > 0.0, -1.0, 1.0)  # the pad may bear no more outwards
+        inwards = np.where(moved[:, column] > 0.0, -1.0, 1.0)  # the pad may fail outwards
         put = moved.copy()
         put[:, column] += inwards * usual("place") * moved[:, 0]
         found.append(way * inwards[:, None] * (np.log(sensors.under(errors, put)) - here))
@@ -156,13 +164,14 @@ def place_changes(sensors: Sensors, errors: Array, loads: Array) -> Array:
 
 
 def whiteners(covariance: Array) -> Array:
-    """Matrices (n, coils, coils) that turn errors of a covariance into independent ones of unit size."""
+    """Return matrices (n, coils, coils) that turn errors of a covariance into independent errors of unit size."""
     return np.asarray(np.linalg.inv(np.linalg.cholesky(covariance)))
 
 
 def noisier(points: Points, expected: Array) -> float:
-    """How many times larger than `expected` (coils; one sigma of a row's ln f) the readings' noise is by what is left
-    of the tares; 1 where that may be chance.
+    """Return the ratio of the readings' noise, from the residuals of the tares, to the `expected` noise.
+
+    `expected` (coils) is one sigma of a row's ln f. The result is 1 if the ratio may be chance.
     """
     left = points.restless / expected
     free = left.size - 2 * left.shape[1] * bool(left.size)
@@ -171,7 +180,7 @@ def noisier(points: Points, expected: Array) -> float:
 
 
 def chi_square_chance(square: Array, free: int) -> Array:
-    """The chance that a sum of `free` squares of normal numbers is larger (Abramowitz and Stegun 26.4.4 and 26.4.5)."""
+    """Return the probability of a larger chi-square (Abramowitz and Stegun 26.4.4 and 26.4.5)."""
     half, power = 0.5 * square, 0.5 * (2 - free % 2)
     found = np.exp(-half) if power == 1.0 else np.vectorize(math.erfc)(np.sqrt(half))
     while power < 0.5 * free:
@@ -181,13 +190,13 @@ def chi_square_chance(square: Array, free: int) -> Array:
 
 
 def load_errors(sensors: Sensors, loads: Array) -> Array:
-    """One sigma (n; of full scale) of loads (n, 3; N) as they are put on."""
+    """Return one sigma (n; of full scale) of the errors of applied loads (n, 3; N)."""
     size = np.linalg.norm(loads[:, sensors.range.columns] / sensors.range.full_scales, axis=1)
     return np.asarray(np.hypot(usual("force") * size, LEAST_LOAD))
 
 
 def tared(values: Array, at_rest: Flags) -> Array:
-    """Values (n, ...) less their mean at rest, but for those at rest, which are that mean."""
+    """Return values (n, ...) minus their mean at rest. Rows at rest are replaced by this mean."""
     rest = values[at_rest].mean(axis=0)
     found = values - rest
     found[at_rest] = rest
@@ -195,18 +204,20 @@ def tared(values: Array, at_rest: Flags) -> Array:
 
 
 LEVELS = 4
-"""Normal forces, evenly up to full scale, at which loads are offered; so many times more where these are too few."""
+"""Number of normal forces, evenly up to full scale, of the offered loads. It is multiplied if these are too few."""
 
-SHEARS = (0.5, 1.0)  # Shears of full scale, in every one of `DIRECTIONS`, at which loads are offered
-DIRECTIONS = 8  # Directions of shear where the array tells both axes apart
-TRIED = 40  # Loads at which errors of the map are foretold
+SHEARS = (0.5, 1.0)  # Shears of the offered loads (full scales), in each of `DIRECTIONS`
+DIRECTIONS = 8  # Number of directions of shear, for arrays that separate both axes
+TRIED = 40  # Number of loads for the expected error of the map
 
 
 @record(eq=False)
 class Plan:
-    """The loads (n, 3; N) in the order of what they tell, rest before them left out; `errors` (n + 1, axes; N) is one
-    sigma of the forces to be expected after none, one, two, ... of them; `untared` (axes; N) that without even a tare.
-    `shifted` (axes; N) is what all loads add that stand one sigma aside together, along x or y, whichever adds more.
+    """The planned loads, with the expected errors.
+
+    `loads` (n, 3; N) are in order of information, without rows at rest. `errors` (n + 1, axes; N) is one sigma of
+    forces after none, one, two, ... of the loads, and `untared` (axes; N) without a tare. `shifted` (axes; N) is the
+    added error if all loads stand one sigma off in the same direction, x or y, whichever adds more.
     """
 
     loads: Array
@@ -216,12 +227,12 @@ class Plan:
 
     @property
     def rows(self) -> Array:
-        """What is put on one after the other, (n + 3, 3; N): the loads, rest before, amid and after them."""
+        """Loads to apply in turn (n + 3, 3; N), with rest at the start, in the middle and at the end."""
         return np.insert(self.loads, [0, len(self.loads) // 2, len(self.loads)], 0.0, axis=0)
 
 
 def offered(sensors: Sensors, count: int) -> Array:
-    """The loads that a bench can put on and that may be chosen, (n, 3 or 5; N, N m), `count` at least."""
+    """Return possible loads of a bench for the plan (n, 3 or 5; N, N m), at least `count`."""
     scope = sensors.range
     axes = [k for k in scope.columns if k]
     ways = [np.zeros(len(axes))]
@@ -237,12 +248,13 @@ def offered(sensors: Sensors, count: int) -> Array:
 
 
 def plan(sensors: Sensors, count: int) -> Plan:
-    """So many loads out of those that are offered: each adds most to the determinant of what is known of the unknowns,
-    with a tare before (D-optimal; Fedorov, Theory of Optimal Experiments, 1972), then each is exchanged where another
-    tells more.
+    """Return a plan of `count` of the offered loads.
+
+    Each load adds most to the determinant of the information on the unknowns, after a tare (D-optimal; Fedorov, Theory
+    of Optimal Experiments, 1972). Then each load is exchanged if another adds more.
     """
     loads = offered(sensors, count)
-    # Information (n, unknowns, unknowns; per prior variance) that a reading under each load gives, rest the first
+    # Information (n, unknowns, unknowns; per prior variance) by a reading under each load; the first is at rest
     none, put_on = np.zeros(len(sensors.known)), np.vstack([sensors.range.pressed(0.0), loads])
     rest = np.arange(len(put_on)) == 0
     points = Points(put_on, None, sensors.under(none, put_on), rest)
@@ -256,7 +268,7 @@ def plan(sensors: Sensors, count: int) -> Plan:
 
 
 def _greedy(facts: Array, start: list[int], count: int, among: list[int] | None = None) -> list[int]:
-    """The points `start`, then so many more, each that which adds most."""
+    """Return the points in `start` with `count` more, each with the largest gain of information."""
     chosen = list(start)
     known = np.eye(facts.shape[1]) + facts[chosen].sum(axis=0)
     for _ in range(count):
@@ -268,7 +280,7 @@ def _greedy(facts: Array, start: list[int], count: int, among: list[int] | None 
 
 
 def _exchanged(facts: Array, chosen: list[int]) -> list[int]:
-    """As many points, each exchanged for another while that adds something; the first stays."""
+    """Return as many points, each exchanged for another while this adds information. The first point stays."""
     chosen = list(chosen)
     for _ in range(len(chosen)):
         before = list(chosen)
@@ -281,10 +293,12 @@ def _exchanged(facts: Array, chosen: list[int]) -> list[int]:
 
 
 def _foretold(sensors: Sensors, facts: Array, pulls: Array, order: list[int]) -> tuple[Array, Array, Array]:
-    """One sigma (N) of the forces on every axis, rms over the working range, after the tare and none, one, ... of the
-    other points, and without a tare: what is not known of the unknowns, to first order; noise and the map's own error
-    are not in it. `pulls` (n, unknowns, 2) is how loads that all stand aside move the unknowns: a fit takes their
-    shift for another sensor, and it counts besides. Last is what that shift alone makes.
+    """Return three errors of force by axis (N), rms over the working range.
+
+    The first is one sigma after the tare and none, one, ... of the other points. The second is one sigma without a
+    tare. The third is the part by loads that all stand off in the same direction. The errors come from the uncertainty
+    of the unknowns, to first order, without noise and without the map's own error. `pulls` (n, unknowns, 2) is the
+    effect of such a shift on the unknowns. A fit attributes the shift to the sensor, and its error is added.
     """
     tried = np.vstack([sensors.range.pressed(0.0), sensors.range.inside(TRIED)])
     none = np.zeros(len(sensors.known))
@@ -305,7 +319,7 @@ def _foretold(sensors: Sensors, facts: Array, pulls: Array, order: list[int]) ->
 
 
 def table_head(sensors: Sensors) -> list[str]:
-    """The first lines of a table of points: how the target is loaded, and the columns."""
+    """Return the first lines of a table of points: the rotation of the target, and the columns."""
     loads = [f"{name}_{'Nmm' if name in MOMENTS else 'N'}" for name in AXES if name in sensors.range.axes]
     return [f"# rotation: {sensors.rotation}", ",".join([*loads, *(f"{coil}_counts" for coil in sensors.coils)])]
 
@@ -314,7 +328,7 @@ GRAVITY = 9.80665  # Standard acceleration of free fall (m/s^2), by definition
 
 
 def load_place(load: Array) -> tuple[float, float]:
-    """Where a load (3 or 5; N, N m) stands, x and y (m) from the middle of the outermost face."""
+    """Return the place of a load (3 or 5; N, N m): x and y (m) from the middle of the outermost face."""
     if len(load) <= AXES.index("moment_x") or not load[0]:
         return 0.0, 0.0
     x, y = load[AXES.index("moment_y")] / load[0], -load[AXES.index("moment_x")] / load[0]
@@ -322,7 +336,10 @@ def load_place(load: Array) -> tuple[float, float]:
 
 
 def load_words(load: Array, axes: Sequence[str], rotation: str) -> str:
-    """What is to be done for a load (3 or 5; N, N m). A moment is a press beside the middle of the outermost face."""
+    """Return the instruction for a load (3 or 5; N, N m).
+
+    A moment is a press beside the middle of the outermost face.
+    """
     if len(load) > len(AXES) - len(MOMENTS) and load[0]:
         beside = [f"{name} {1e3 * part:+.2f} mm" for part, name in zip(load_place(load), "xy", strict=True) if part]
         put = [f"{1e3 * load[0] / GRAVITY:.0f} g {'at ' + ' '.join(beside) if beside else 'on it'}"]

@@ -1,5 +1,7 @@
-"""Tables that no sensor of a design can have given: rows, columns and fits that are refused with their place and the
-reason before they spoil a map, and columns of one coil that do not agree.
+"""Checks of tables that no sensor of a design can have given.
+
+Impossible rows, columns and fits are refused with place and reason. The module also compares several columns of one
+coil.
 """
 
 from __future__ import annotations
@@ -21,37 +23,46 @@ from sitscad.calibration.unknowns import SHEAR_ERRORS, SURELY
 from sitscad.estimates.performance_values import amount_text
 from sitscad.kernels.mechanics.motion import rotations
 
-STEEPEST = math.radians(15.0)  # Tilt up to which the response is computed (the contract of `sitscad response`)
+STEEPEST = math.radians(15.0)  # Largest tilt of the response model (the contract of `sitscad response`)
 
 STIFF = 2.0
-"""Standard deviations by which a pad may be stiffer than its preset, before a load is more than it can bear."""
+"""Standard deviations by which a pad may be stiffer than its preset, in the test of a load that it cannot bear."""
 
 THINNEST = 0.1
-"""What is left of the pad's height at the least: no silicone is pressed further and is whole afterwards."""
+"""Least remaining fraction of the pad's height. Silicone that is pressed further is damaged."""
 
 CONTRADICTED, OUT_OF_LINE = 5.0, 0.3
-"""A row is refused whose chi-square is so many standard deviations beside the others', and so much of full scale off.
-Slips made 6 to 11, a target that turned otherwise than it was calibrated for 3.7."""
+"""Limits for a row: standard deviations of its chi-square beside the others, and error in full scales.
+
+A row beyond both is refused. Slips made 6 to 11 standard deviations, and a target with the other rotation 3.7.
+"""
 
 UNSETTLED = 2.5
-"""How many times larger than expected errors may be of a fit that did not settle. Below, where true readings of few
-points come to lie, it is taken, and it is said that its unknowns are not to be trusted."""
+"""Largest ratio of errors to expected errors for a fit that did not converge.
+
+Below it, the fit is accepted with a note that its unknowns are unreliable. True readings of few points can lie there.
+"""
 
 HARDLY = 3.0
-"""Standard deviations of manufacture beyond which an unknown is not believed where loads and model disagree, too: half
-of all loads in a table came to lie at 3.2 to 3.9, and left up to 39 % of the normal force wrong."""
+"""Standard deviations of manufacture beyond which an unknown is refused if loads and model disagree, too.
+
+Tables with all loads halved came to 3.2 to 3.9, and left errors of up to 39 % of the normal force.
+"""
 
 WORST, WORST_OF_POSES = 25.0, 40.0
-"""How many times larger than expected errors may be: loads that are off by a tenth of full scale (hysteresis of a tenth
-makes 4 to 14); and of poses, for whose own errors nothing is allowed."""
+"""Largest ratio of errors to expected errors, for loads and for poses.
 
-MOST_NOISE = 0.075  # Error of a force by the noise of rows without load (full scale) that a calibration may have
+25 corresponds to load errors of a tenth of full scale (hysteresis of a tenth makes 4 to 14). For poses, no errors of
+their own are expected.
+"""
+
+MOST_NOISE = 0.075  # Largest force error (full scale) of a calibration by the noise of rows without load
 
 
 def require_possible(table: BenchTable, points: Points, sensors: Sensors) -> None:
-    """Raises BenchError for poses that a target cannot take, and for loads that not even a stiff pad bears."""
+    """Raise BenchError for impossible poses, and for loads that not even a stiff pad bears."""
     if points.poses is not None:
-        # Poses above the board, and no more tilted than the response is computed for
+        # Poses must be above the board, and tilted no more than the response model allows
         turned = rotations(points.poses[:, 3:])
         tilt = np.arccos(np.clip(turned[:, 2, 2], -1.0, 1.0))
         row = int(np.argmax(tilt))
@@ -79,9 +90,11 @@ def require_possible(table: BenchTable, points: Points, sensors: Sensors) -> Non
 
 
 def require_told(table: BenchTable, points: Points, sensors: Sensors, fit: ModelFit, said: str = "") -> None:
-    """Raises BenchError where no sensor of the design reads as a table says: loads and readings disagree, a row
-    contradicts all others, or an unknown would be where none is; for noise that no calibration bears, and where the pad
-    gives way under a load of the table. What is `said` of the fit beside stands at the end.
+    """Raise BenchError if no sensor of the design reads as the table states.
+
+    Reasons are: loads and readings disagree, a row contradicts all others, or an unknown is far beyond manufacture. Too
+    much noise, and a load under which the pad fails sideways, are refused, too. `said` is a further remark at the end
+    of the message.
     """
     k = int(np.argmax(np.abs(fit.moved)))
     of_shear = [n for n, one in enumerate(sensors.known) if one.name in SHEAR_ERRORS]
@@ -111,7 +124,7 @@ def require_told(table: BenchTable, points: Points, sensors: Sensors, fit: Model
 
 
 def _require_borne(table: BenchTable, loads: Array, sensors: Sensors, errors: Array, how: str) -> None:
-    """Loads under which the pad finds an equilibrium."""
+    """Raise BenchError for a load under which the pad has no equilibrium."""
     lost = sensors.gives_way(errors, loads)
     if lost.any():
         row = int(np.argmax(lost))
@@ -123,30 +136,36 @@ def _require_borne(table: BenchTable, loads: Array, sensors: Sensors, errors: Ar
 
 
 def _place(table: BenchTable, row: int, names: tuple[str, ...]) -> str:
-    """The place of the first of some columns that the table has."""
+    """Return the place of the first of some columns that the table has."""
     found = next((table.columns[k] for name in names if (k := table.named(name)) is not None), None)
     return f"{table.path}:{table.lines[row]}:{1 if found is None else found.number}"
 
 
-FAR_BEYOND = 4.0  # Full scales beyond which a load is a slip of the unit
+FAR_BEYOND = 4.0  # Load (full scales) above which the unit is assumed wrong
 
 LARGEST_CHANGE = 2.0
-"""How many times as much as any load or pose in the table moves a soft sensor a reading may change."""
+"""Largest change of a reading, relative to the largest change of a soft sensor under the table's loads or poses."""
 
-MODULI = tuple(np.linspace(-1.2, 1.2, 9))  # Logarithms of moduli with which readings are compared
+MODULI = tuple(np.linspace(-1.2, 1.2, 9))  # Logarithms of moduli to compare readings with
 
 UNLIKE, BETTER = 0.3, 0.5
-"""A table is suspected whose readings are so unlike (rms, over their own) what the design says, where another order of
-its columns halves that."""
+"""Limits for a suspected order of columns.
+
+The readings differ from the design's by more than the first (rms, relative), and another order of columns reduces this
+to less than the second fraction.
+"""
 
 ALIKE = 1.05, 0.02
-"""Orders that are named together: so many times as far off as the best one, and so much (of the readings) farther. Of
-two coils exchanged columns are nearly shear turned round, apart by 0.2 % of the readings and less than units differ."""
+"""Limits for orders that are named together: ratio to the best error, and difference of errors (of the readings).
+
+With two coils, exchanged columns nearly equal reversed shear. They differ by 0.2 % of the readings, less than units
+differ.
+"""
 
 
 def require_plausible(table: BenchTable, points: Points, sensors: Sensors) -> None:
-    """Raises BenchError for readings beyond what manufacture explains, and for columns that look exchanged."""
-    # Loads that are not far beyond what the sensor is made for
+    """Raise BenchError for readings beyond the scatter of manufacture, and for columns that look exchanged."""
+    # Loads must not be far beyond full scale
     if points.loads is not None:
         columns, full = sensors.range.columns, sensors.range.full_scales
         times = np.abs(points.loads[:, columns]) / full
@@ -158,7 +177,7 @@ def require_plausible(table: BenchTable, points: Points, sensors: Sensors) -> No
                 f"{table.where(int(row), table.column(name))} {name}: {amount_text(force, name, 4)}, where this "
                 f"sensor's full scale is {amount_text(full[axis], name, 4)}: is the header's unit right?"
             )
-    # Frequencies within what coils and capacitors of the design explain
+    # Frequencies must be within the scatter of coils and capacitors
     expected = foretold(sensors, np.zeros(len(sensors.known)), points)
     spread = {one.name: one.sigma for one in sensors.known}
     for k, coil in enumerate(sensors.coils):
@@ -179,7 +198,7 @@ def require_plausible(table: BenchTable, points: Points, sensors: Sensors) -> No
 
 
 def _require_changes(table: BenchTable, points: Points, sensors: Sensors) -> None:
-    """Changes from rest no larger than a soft sensor's."""
+    """Raise BenchError for changes from rest that are larger than a soft sensor's, or far too small."""
     soft = np.array([-2.0 * one.sigma * (one.name == "modulus") for one in sensors.known])
     settled = points.settled
     change = np.log(settled.frequency / settled.rest)
@@ -204,7 +223,7 @@ def _require_order(table: BenchTable, points: Points, sensors: Sensors) -> None:
     as_given, others = None, []
     expected: dict[bytes, list[Array]] = {}
     for order, signs, said in _orders(sensors, points.loads is not None):
-        if signs.tobytes() not in expected:  # changes of ln f (n, coils) that the design with other moduli makes
+        if signs.tobytes() not in expected:  # changes of ln f (n, coils) of the design with other moduli
             loads = None if points.loads is None else points.loads * signs
             poses = None if points.poses is None else points.poses * signs
             others_of = Points(loads, poses, points.frequency, points.at_rest)
@@ -226,7 +245,10 @@ def _require_order(table: BenchTable, points: Points, sensors: Sensors) -> None:
 
 
 def _orders(sensors: Sensors, loaded: bool) -> Iterator[tuple[list[int], Array, str]]:
-    """Orders of the coils, signs of the load or pose, and what is wrong if they are right: nothing, as given."""
+    """Yield orders of the coils and signs of the load or pose, each with the fault that it would reveal.
+
+    The fault is empty for the given order.
+    """
     names, count = (LOAD, sensors.range.width) if loaded else (POSE, 6)
     coils = sensors.coils
     for order in permutations(range(len(coils))):
@@ -243,14 +265,14 @@ def _orders(sensors: Sensors, loaded: bool) -> Iterator[tuple[list[int], Array, 
             yield list(range(len(coils))), signs, f"{' and '.join(turned)} look turned round"
 
 
-BEYOND = 6.0  # Standard deviations of the converter's noise by which two columns of one coil may differ
+BEYOND = 6.0  # Largest difference of two columns of one coil (standard deviations of the converter's noise)
 
 CAPACITOR = 0.01
-"""Relative difference of inductances at rest from which they were computed with another capacitor's value."""
+"""Relative difference of inductances at rest above which they were computed with another capacitor's value."""
 
 
 def second_readings(table: BenchTable, points: Points, sensors: Sensors) -> tuple[str, ...]:
-    """What there is to say of columns that are not used: nothing where every coil has one."""
+    """Return remarks on columns that are not used. Empty if every coil has one column."""
     found, used_of = [], {coil: table.column(coil) for coil in sensors.coils}
     seconds = [(used_of[c.name], c) for c in table.columns if c.is_coil and c != used_of[c.name]]
     for used, other in sorted(seconds, key=lambda pair: sensors.coils.index(pair[0].name)):

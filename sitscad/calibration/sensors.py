@@ -1,5 +1,6 @@
-"""Simulated sensors of a design: what each, with its own errors, reads under loads and in poses, by a chart of what the
-coils read: polynomials through the response at some poses, for the thousands that fits ask.
+"""Simulated sensors of a design: readings of a sensor with its own errors, under loads and in poses.
+
+Readings come from a surrogate: polynomials through the response at some poses. Fits need thousands of readings.
 """
 
 from __future__ import annotations
@@ -34,22 +35,23 @@ from sitscad.kernels.mechanics.motion import angles, rotations
 from sitscad.spec.sensor import SensorSpec
 
 WEIGHTS, DEGREE = (1.0, 1.0, 1.5, 2.0, 2.0, 3.0), 6.0
-"""What a degree costs along each number of a pose, and how much in all: 151 terms."""
+"""Weight of a degree along each coordinate of a pose, and largest weighted degree: 151 terms."""
 
-CHECKED = 8, 3  # Sensors, and loads of each, at which a chart is held against poses that are solved
-FAR = 0.02  # Height (m) from which a target of a few millimetres changes nothing: 1e-6 of its change at rest
-LEAST = 1e-7  # Least share of a coil's inductance that a target's change counts as: its logarithm is charted
-BOTH_WAYS = 0.01  # Of a coil's largest change, the largest of the other sign with which its logarithm is charted
+CHECKED = 8, 3  # Numbers of sensors, and of loads of each, to compare a surrogate with solved poses
+FAR = 0.02  # Height (m) at which a target of a few millimetres has no effect: 1e-6 of its change at rest
+LEAST = 1e-7  # Least relative change by a target, for its logarithm in the surrogate
+BOTH_WAYS = 0.01  # Largest change of the other sign that a surrogate allows, relative to a coil's largest change
 
 
 @record(eq=False)
 class Chart:
-    """Inductance (H) and resistance (ohm) of every coil at its contacts, at its tank's frequency.
+    """Surrogate of the inductance (H) and resistance (ohm) of every coil at its contacts, at its tank's frequency.
 
-    `lean` (2; rad/m) is how much a target turns about x when it goes along y, and about y along x, as a rule; `through`
-    has, by poses (6; m, rad) with so much taken off their turns, ln |1 - L/L0| of all coils and then their resistances;
-    `free` (coils) is the inductance L0 without target, of which `sign` (coils) tells whether the target takes off (1)
-    or adds (-1). `error` is what the chart is off by, of a sensor's change of L from rest: rms over `CHECKED` poses.
+    `lean` (2; rad/m) is the usual rotation of a target about x by its travel along y, and about y by its travel along
+    x. `through` is a polynomial in poses (6; m, rad) without these rotations. It gives ln |1 - L/L0| of all coils, then
+    their resistances. `free` (coils) is the inductance L0 without target. `sign` (coils) is 1 if the target reduces it,
+    and -1 if it increases it. `error` is the error of the surrogate relative to a sensor's change of L from rest: rms
+    over `CHECKED` poses.
     """
 
     lean: Array
@@ -59,42 +61,64 @@ class Chart:
     error: float
 
     def __call__(self, poses: Array) -> tuple[Array, Array]:
-        """Inductances (H) and resistances (ohm), (n, coils) each, at (n, 6) poses."""
+        """Return inductances (H) and resistances (ohm), (n, coils) each, at (n, 6) poses."""
         change, loss = np.hsplit(self.through(upright(poses, self.lean)), 2)
         return self.free * (1.0 - self.sign * np.exp(change)), loss
 
 
 def terminals(model: ResponseModel, poses: Array) -> tuple[Array, Array]:
-    """Inductances and resistances by the model, each pose solved, the target as for performance."""
+    """Return inductances and resistances by the model, with each pose solved, for the target as in the performance."""
     parts = [model.respond(poses[k : k + AT_ONCE], within=model.pad_ends) for k in range(0, len(poses), AT_ONCE)]
     return np.concatenate([part.inductance for part in parts]), np.concatenate([part.resistance for part in parts])
 
 
-AT_ONCE = 256  # Poses solved at once: so few that none is interpolated
+AT_ONCE = 256  # Number of poses solved at once: few enough that none is interpolated
 
 
 def upright(poses: Array, lean: Array, sign: float = -1.0) -> Array:
-    """Poses (n, 6) without the turns that go with their travel; with a positive `sign` it is put on again."""
+    """Return poses (n, 6) without the rotations that go with their travel.
+
+    A positive `sign` adds the rotations again.
+    """
     found = poses.copy()
     found[:, 3:5] += sign * lean * poses[:, [1, 0]]
     return found
 
 
 def chart(model: ResponseModel, free: Array, reached: Array, moved: Array, most: float) -> Chart:
-    """The chart of a model over the box of all poses (m, rad) that may be reached: `reached` (sensors, n, 6; the first
-    of each at rest) by some sensors, of which the first is the one as drawn, and as far from that one's as its errors
-    may move it together, each `moved` (ways, unknowns, n, 6) as far as it may by itself; none farther aside than `most`
-    (m). Few sensors leave out what a soft and thin one does. `free` (coils; H) is the inductance without target. Raises
-    NoResponse where the target takes inductance off in some of those poses and adds some in others.
+    """Return the surrogate of a model over the box of reachable poses (m, rad).
+
+    Parameters
+    ----------
+    model
+        response model of the design
+    free
+        inductance (coils; H) without target
+    reached
+        poses (sensors, n, 6) of some sensors; the first sensor is as drawn, and the first pose of each is at rest
+    moved
+        largest changes of pose (ways, unknowns, n, 6) by each unknown alone
+    most
+        largest lateral travel (m) in the box
+
+    Raises
+    ------
+    NoResponse
+        if the target reduces the inductance in some poses and increases it in others
+
+    Notes
+    -----
+    The box also covers the first sensor's poses, changed by all unknowns together. Few sensors do not show the range of
+    a soft and thin pad.
     """
-    # poses that are farther are brought back to `most` aside, with the turns that go with it
+    # poses with more lateral travel are moved back to `most`, with the rotations that go with it
     aside, reached = np.hypot(reached[..., 0], reached[..., 1]), reached.copy()
     reached[..., [0, 1, 3, 4]] *= np.minimum(1.0, most / np.maximum(aside, most))[..., None]
     all_reached = reached.reshape(-1, 6)
     lean = np.array([_slope(all_reached[:, 1], all_reached[:, 3]), _slope(all_reached[:, 0], all_reached[:, 4])])
     alone = np.abs(upright(moved.reshape(-1, 6), lean)).reshape(moved.shape).max(axis=0)
     together, drawn = np.sqrt(np.sum(alone**2, axis=0)), upright(reached[0], lean)
-    together[:, 3:] = 0.0  # turns beyond those of the sensors drawn hardly count, and a wider chart errs more
+    together[:, 3:] = 0.0  # larger rotations hardly matter, and a wider surrogate is less accurate
     plain = np.vstack([upright(all_reached, lean), drawn - together, drawn + together])
     low, high = plain.min(axis=0), plain.max(axis=0)
     low[:2], high[:2] = np.maximum(low[:2], -most), np.minimum(high[:2], most)
@@ -121,42 +145,51 @@ def chart(model: ResponseModel, free: Array, reached: Array, moved: Array, most:
 
 
 def _slope(travel: Array, turn: Array) -> float:
-    """How much turn goes with travel, by least squares."""
+    """Return the rotation per travel, by least squares."""
     away = travel - travel.mean()
     size = float(away @ away)
     return float(away @ turn) / size if size > 0.0 else 0.0
 
 
-WIDER = 1.1  # By how much the box is wider than what is reached
-SMALLEST = np.array([1e-6, 1e-6, 1e-6, 1e-4, 1e-4, 1e-4])  # Least half widths (m, rad) of a chart
+WIDER = 1.1  # Width of the box relative to the reached poses
+SMALLEST = np.array([1e-6, 1e-6, 1e-6, 1e-4, 1e-4, 1e-4])  # Least half widths (m, rad) of a surrogate
 
-KEPT = 500  # Solutions of the pad that are kept
+KEPT = 500  # Number of cached solutions of the pad
 
 FARTHEST_SHEAR = 2.0
-"""Shear, in halves of the pad's thickness, beyond which what a pad stiffens by grows no more: no law is held there."""
+"""Shear, in halves of the pad's thickness, above which the stiffening is constant, because no law is valid there."""
 
 FARTHEST_CHARTED = 1.25
-"""Travel aside, in thicknesses of the pad, up to which poses are charted: where the loads are to end for which the pad
-is trusted (`VALID_SHEAR`), and a quarter farther. A chart as far as the softest pad is sheared serves none."""
+"""Largest lateral travel of the surrogate, in thicknesses of the pad.
+
+It is a quarter beyond the valid range of the pad's law (`VALID_SHEAR`). A surrogate up to the shear of the softest pad
+would be inaccurate for all.
+"""
 
 SOLVED_WELL = 0.003
-"""What poses that are solved are off by, of a change: the largest of those that were held against another solver
-(tests/validation/random_poses.csv)."""
+"""Relative error of solved poses.
+
+It is the largest difference from another solver (tests/validation/random_poses.csv).
+"""
 
 LEAST_SURE, NOT_FITTED = 0.2, 0.1
-"""How sure (of prior standard deviations) the errors of a sensor are taken to be at the most when a chart is made about
-them; and how far those are moved that no fit looks for."""
+"""Least width of a surrogate about a fitted sensor, and its width in unknowns that are not fitted.
 
-DRAWN, SEED = 40, 15  # Sensors by which the box of poses is found, and the seed of their errors
+Both are in prior standard deviations.
+"""
+
+DRAWN, SEED = 40, 15  # Number of simulated sensors for the box of poses, and their seed
 
 
 @record(eq=False)
 class Sensors:
-    """The sensors of a design: its response, and what they may be off by. `is_held`: whether loads leave targets level.
+    """The sensors of a design: the response model with possible errors.
 
-    Errors (unknowns) are those of one sensor, in the order of `known`; all zero is the sensor as it is drawn, `around`
-    (None: that one) the one about which the chart is made, as wide as its errors are `sure` (unknowns; of prior
-    standard deviations; None: as wide as manufacture scatters).
+    `is_held`: whether loads keep the target level.
+
+    Errors (unknowns) of a sensor are in the order of `known`, and all zero for the sensor as drawn. The surrogate is
+    made about the sensor with the errors `around` (None: as drawn). Its width is `sure` (unknowns; prior standard
+    deviations; None: the whole scatter of manufacture).
     """
 
     model: ResponseModel
@@ -167,27 +200,27 @@ class Sensors:
 
     @property
     def rotation(self) -> str:
-        """Which of `ROTATIONS` the loads are put on with."""
+        """Rotation of the target under the loads, from `ROTATIONS`."""
         return "held" if self.is_held else "free"
 
     @cached_property
     def known(self) -> tuple[Unknown, ...]:
-        """What a sensor may be off by."""
+        """Possible errors of a sensor."""
         return unknowns(self.model.spec, self.model.estimates)
 
     @cached_property
     def range(self) -> WorkingRange:
-        """The loads that are looked at."""
+        """The range of loads."""
         return working_range(self.model.spec)
 
     @property
     def coils(self) -> tuple[str, ...]:
-        """The names of the coils."""
+        """Names of the coils."""
         return tuple(coil.name for coil in self.model.layout.coils)
 
     @cached_property
     def chart(self) -> Chart:
-        """The chart of all poses that the working range takes simulated sensors to."""
+        """Surrogate over all poses of simulated sensors in the working range."""
         drawn = self._middle + np.vstack([np.zeros(len(self.known)), self.wide * units(self.known, DRAWN, SEED)])
         loads, pad = np.vstack([self.range.pressed(0.0), self.range.corners]), self.model.spec.elastomer
         assert pad is not None
@@ -203,26 +236,26 @@ class Sensors:
 
     @property
     def charted(self) -> float:
-        """What a charted reading may be off by, of its change from rest."""
+        """Error of a surrogate's reading, relative to its change from rest."""
         return max(self.chart.error, SOLVED_WELL)
 
     def about(self, errors: Array, sure: Array) -> Sensors:
-        """These sensors, charted about one whose errors were found and are `sure` (of prior standard deviations)."""
+        """Return these sensors with a surrogate about fitted `errors`, which are `sure` (prior standard deviations)."""
         fitted = np.array([one.is_fitted for one in self.known])
         return replace(self, around=errors, sure=np.where(fitted, np.maximum(sure, LEAST_SURE), NOT_FITTED))
 
     @property
     def wide(self) -> Array:
-        """How wide the chart is, (unknowns; prior standard deviations)."""
+        """Width of the surrogate (unknowns; prior standard deviations)."""
         return np.ones(len(self.known)) if self.sure is None else self.sure
 
     @property
     def _middle(self) -> Array:
-        """The errors (unknowns) of the sensor about which the chart is made."""
+        """Errors (unknowns) of the sensor about which the surrogate is made."""
         return np.zeros(len(self.known)) if self.around is None else self.around
 
     def _moved(self, loads: Array) -> Array:
-        """How far each unknown's widest error moves the poses under (n, 3) loads: (ways, unknowns, n, 6)."""
+        """Return the changes of pose under (n, 3) loads by each unknown's widest error: (ways, unknowns, n, 6)."""
         drawn = self.poses(self._middle, loads)
         alone = WIDEST * np.diag(self.wide * [one.sigma for one in self.known])
         return np.array(
@@ -230,11 +263,12 @@ class Sensors:
         )
 
     def poses(self, errors: Array, loads: Array) -> Array:
-        """Where loads (n, 3; N: normal, shear along x, y; or n, 5 with moments, N m) take one sensor's target, (n, 6)
-        from where it is drawn.
+        """Return the target's poses (n, 6) of one sensor under loads, relative to the pose as drawn.
+
+        Loads are (n, 3; N: normal, shear along x, y), or (n, 5) with moments (N m).
         """
         off = named(self.known, errors)
-        # how far (n, 6) loads take the target by the pad's law is kept for a while
+        # travel (n, 6) of the target by the pad's law is cached for a while
         own = self._own(off)
         pad = own.elastomer
         assert pad is not None
@@ -252,13 +286,13 @@ class Sensors:
         return self.placed(errors, travel)
 
     def gives_way(self, errors: Array, loads: Array) -> Flags:
-        """Whether one sensor's pad gives way sideways under each of the loads (n, 3; N): its pose is none then."""
+        """Return flags: whether one sensor's pad fails sideways under each load (n, 3; N), so that no pose exists."""
         off = named(self.known, errors)
         notes = pushed(self._own(off), loads, np.full(len(loads), self.is_held))[1]
         return np.array([bool(note) for note in notes])
 
     def _own(self, off: Mapping[str, float]) -> SensorSpec:
-        """The spec with the pad of one sensor."""
+        """Return the spec with the pad of one sensor."""
         spec = with_modulus("elastomer")(with_thickness("elastomer")(self.model.spec, off["gap"]), off["modulus"])
         pad = spec.elastomer
         assert pad is not None
@@ -266,7 +300,7 @@ class Sensors:
         return replace(spec, elastomer=replace(pad, material=material))
 
     def placed(self, errors: Array, travel: Array) -> Array:
-        """The poses (n, 6) of one sensor's target that has gone by `travel` (n, 6; m, rad) from where it rests."""
+        """Return the poses (n, 6) of one sensor's target after `travel` (n, 6; m, rad) from rest."""
         off = named(self.known, errors)
         gap, glue, *rest = (off[name] for name in POSE_ERRORS)
         place = np.array([*rest[:2], gap + glue])
@@ -274,9 +308,10 @@ class Sensors:
         return np.hstack([travel[:, :3] + place, angles(turn)])
 
     def frequencies(self, errors: Array, poses: Array, exact: bool = False) -> Array:
-        """Frequencies (Hz; n, coils) of one sensor with its target in (n, 6) poses: of the chart, or each pose solved.
-        Errors of the coils change inductances at the frequency that the coils as drawn have: a per cent of it moves
-        them by 1e-5.
+        """Return frequencies (Hz; n, coils) of one sensor with its target in (n, 6) poses.
+
+        They come from the surrogate, or with `exact` from solved poses. Errors of the coils change inductances at the
+        frequency of the coils as drawn. One per cent of frequency changes the inductances by 1e-5.
         """
         inductance, resistance = terminals(self.model, poses) if exact else self.chart(poses)
         off, free = named(self.known, errors), self.alone[0]
@@ -288,37 +323,38 @@ class Sensors:
         return oscillate_alike(own, changed + more, resistance, delay).frequency * (1.0 - off["clock"])
 
     def under(self, errors: Array, loads: Array, exact: bool = False) -> Array:
-        """Frequencies (Hz; n, coils) of one sensor under (n, 3) loads (N)."""
+        """Return frequencies (Hz; n, coils) of one sensor under (n, 3) loads (N)."""
         return self.frequencies(errors, self.poses(errors, loads), exact)
 
     @cached_property
     def free_frequencies(self) -> Array:
-        """Frequencies (Hz; coils) of the sensor as drawn without its target, jaw and shield where they are."""
+        """Frequencies (Hz; coils) of the sensor as drawn without its target. Jaw and shield stay in place."""
         delay = self.model.tank.converter.limit("drive_delay")
         return oscillate_alike(self.model.network, *self.alone, delay).frequency
 
     @cached_property
     def conversion(self) -> Conversion:
-        """How the converter counts: it is set, else there were no sensors (`sensors_of`)."""
+        """Conversion of the converter. `sensors_of` has refused designs without one."""
         found = self.model.estimates.readout.conversion
         assert found is not None
         return found
 
     @property
     def rest_frequencies(self) -> list[float]:
-        """Frequencies (Hz) of the coils at rest, at which readings have their noise."""
+        """Frequencies (Hz) of the coils at rest, used for the noise of readings."""
         states = (coil.states.get(REST) or next(iter(coil.states.values())) for coil in self.model.estimates.coils)
         return [state.frequency for state in states]
 
     @cached_property
     def rounding(self) -> Array:
-        """One sigma of what rounding takes from readings and their means, relative to the frequency (coils)."""
+        """One sigma of rounding in readings and their means, relative to the frequency (coils)."""
         return np.array([self.conversion.rounding(each) / each for each in self.rest_frequencies])
 
     @cached_property
     def counting(self) -> Array:
-        """One sigma of the noise of counting in one reading, relative to the frequency (coils); means of many have
-        less.
+        """One sigma of the counting noise of one reading, relative to the frequency (coils).
+
+        Means of several readings have less.
         """
         return np.array([self.conversion.counting_noise(each) / each for each in self.rest_frequencies])
 
@@ -328,10 +364,10 @@ class Sensors:
         return self.of_mean(1)
 
     def of_mean(self, readings: int) -> Array:
-        """One sigma of the mean of so many readings, relative to the frequency (coils)."""
+        """Return one sigma of the mean of `readings` readings, relative to the frequency (coils)."""
         return np.asarray(np.hypot(self.counting / math.sqrt(readings), self.rounding))
 
     def read(self, frequency: Array, generator: np.random.Generator, readings: int | None = None) -> Array:
-        """Frequencies (Hz; n, coils) as the converter gives them: with its noise, the mean of so many readings."""
+        """Return frequencies (Hz; n, coils) as read, with noise: each is the mean of `readings` readings."""
         many = int(usual("readings")) if readings is None else readings
         return frequency * (1.0 + self.of_mean(many) * generator.normal(size=frequency.shape))

@@ -1,4 +1,4 @@
-"""What one sensor of a design may be off by, and by how much as a rule: the scatter of manufacture."""
+"""The possible errors of a sensor of a design, with their standard deviations: the scatter of manufacture."""
 
 from __future__ import annotations
 
@@ -30,25 +30,32 @@ from sitscad.estimates.tolerances.scatter import (
 from sitscad.spec.sensor import SensorSpec
 
 POSE_ERRORS = ("gap", "glue", "offset_x", "offset_y", "tilt_x", "tilt_y", "twist")
-"""Those of where the target rests: what is added to its pose there. Both of the first raise it; only the gap is the
-pad's thickness, too."""
+"""Errors of the target's pose at rest, which are added to the pose.
+
+The first two both raise the target. Only the gap also changes the pad's thickness.
+"""
 
 PAD_ERRORS = ("modulus", "shear_modulus", "pad_curve", "softening", "shear_curve", "exponent")
-"""Those of how far the pad gives: logarithms of its modulus, of that in shear over it, of how much more it has
-stiffened at the largest strain, of how much more shear goes under the full normal force, and of how much more the pad
-has stiffened at the largest shear; and what is added to its exponent (Ogden)."""
+"""Errors of the pad's stiffness, as logarithms of factors, except for the exponent.
+
+The factors act on the modulus, on the ratio of shear modulus to modulus, and on the stiffening at the largest strain.
+Two more act on the shear under the full normal force, and on the stiffening at the largest shear. The last error is an
+addition to the Ogden exponent.
+"""
 
 SHEAR_ERRORS = ("shear_modulus", "softening", "shear_curve")
-"""Those that shear loads of a wrong size are taken for, together."""
+"""Errors that together can imitate shear loads of a wrong size."""
 
 BOARD_ERRORS = ("inductance", "target_change", "clock")
-"""Those that all coils share: logarithms of the free inductance, of the target's change, of the clock."""
+"""Errors common to all coils: logarithms of the free inductance, of the target's change, and of the clock."""
 
 
 @record
 class Unknown:
-    """Something that a sensor may be off by: its name, its unit (``1``: a relative change), one standard deviation, and
-    whether a calibration looks for it; the others are part of simulated sensors, and of the errors that are stated.
+    """A possible error of a sensor.
+
+    `unit` is ``1`` for a relative change, and `sigma` is one standard deviation. `is_fitted` is True if a calibration
+    fits it. Other errors are part of simulated sensors and of the stated errors.
     """
 
     name: str
@@ -59,15 +66,17 @@ class Unknown:
 
 @cache
 def usual(name: str) -> float:
-    """A figure of `data/calibration.csv`; raises KeyError where there is none of that name."""
+    """Return a value of `data/calibration.csv`. Raises KeyError for an unknown name."""
     return {row["name"]: float(row["value"]) for row in rows("calibration")}[name]
 
 
 def unknowns(spec: SensorSpec, estimates: Estimates) -> tuple[Unknown, ...]:
-    """All that a sensor of a design may be off by, in the order of the rows that `units` gives. Sigmas of what
-    manufacture scatters are those of `estimates.scatter`, others are of the pad's law and of the model. To tilts is
-    added what one end of a pad may be thicker than the other, as much as two pads differ; the coils of one board have
-    most of their inductance's scatter in common, and metal behind them moves all. Raises NoResponse without a pad.
+    """Return all possible errors of a sensor, in the order of the columns of `units`.
+
+    `estimates.tolerances.scatter` gives the standard deviations of manufacture. Others come from the pad's law and the
+    model. Tilts include the difference of a pad's thickness between its ends, which is taken as large as between two
+    pads. The coils of a board have most of their inductance's scatter in common, and metal behind them affects all.
+    Raises NoResponse without a pad.
     """
     law, target = soft_pad(spec).sigma, spec.target
     assert target is not None
@@ -99,15 +108,17 @@ def unknowns(spec: SensorSpec, estimates: Estimates) -> tuple[Unknown, ...]:
 
 
 WIDEST = 2.0
-"""Standard deviations beyond which no simulated sensor lies: a sensor outside is sorted out, not calibrated."""
+"""Largest error of a simulated sensor, in standard deviations. A sensor beyond it is rejected, not calibrated."""
 
 SURELY = 6.0
-"""Standard deviations of manufacture beyond which no unknown, and no reading, is believed to be of a design."""
+"""Standard deviations of manufacture beyond which unknowns and readings are refused as not of the design."""
 
 
 def units(known: tuple[Unknown, ...], count: int, seed: int) -> Array:
-    """Errors (count, unknowns; m, rad, relative) of simulated sensors by a seed: normal, as a fit takes them, and cut
-    off at `WIDEST` sigmas; bands of as large a sigma that are evenly filled, as studies draw them, end at 1.7 sigmas.
+    """Return errors (count, unknowns; m, rad, relative) of simulated sensors by a seed.
+
+    They are normal, as in a fit, and limited to `WIDEST` standard deviations. Uniform distributions with the same
+    standard deviation, as in studies, end at 1.7.
     """
     generator = np.random.default_rng(seed)
     drawn = generator.normal(size=(count, len(known)))
@@ -117,8 +128,10 @@ def units(known: tuple[Unknown, ...], count: int, seed: int) -> Array:
 
 
 def stratified(known: tuple[Unknown, ...], count: int, seed: int) -> Array:
-    """Errors (count, unknowns; m, rad, relative) of sensors as they are made by a seed: each unknown in the middles of
-    equally likely parts of a normal distribution (a Latin hypercube), none cut off: soft pads have a long tail.
+    """Return errors (count, unknowns; m, rad, relative) of manufactured sensors by a seed.
+
+    Each unknown takes the middles of equally likely parts of a normal distribution (a Latin hypercube). They are not
+    limited, because soft pads have a long tail.
     """
     generator, normal = np.random.default_rng(seed), NormalDist()
     middles = np.array([normal.inv_cdf((k + 0.5) / count) for k in range(count)])
@@ -127,6 +140,6 @@ def stratified(known: tuple[Unknown, ...], count: int, seed: int) -> Array:
 
 
 def named(known: tuple[Unknown, ...], errors: Array) -> dict[str, float]:
-    """Errors of one sensor by their names; none of what cannot be off."""
+    """Return errors of one sensor by name. Errors that the design cannot have are 0."""
     found = dict.fromkeys((*POSE_ERRORS, *PAD_ERRORS, *BOARD_ERRORS), 0.0)
     return found | {one.name: float(error) for one, error in zip(known, errors, strict=True)}
