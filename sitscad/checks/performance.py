@@ -105,14 +105,14 @@ def _noted(design: Design) -> tuple[RequirementResult, ...]:
 
     end = farthest(needs)
     warm = f", {needs.temperature:.3g} to {end:.3g} degC"
-    told = [("zero_drift", "SIT406", found.warmed[0].drift, f"at rest{warm}")]
+    told = [("zero_drift", "SIT406", found.warmed[0].drift, f"at rest, after one tare{warm}")]
     if found.held[-1]:
         full, at, pad = found.warmed[-1], POINTS[-1], design.spec.elastomer
         assert pad is not None
         if all(one.requirement != "temperature_error" for one in results):
-            told.append(("drift", "SIT406", full.drift, f"{at}{warm}"))
+            told.append(("drift", "SIT406", full.drift, f"{at}, after one tare{warm}"))
         told += [
-            ("tared_drift", "SIT406", full.tared_drift, f"{at}, left by a tare before each grasp{warm}"),
+            ("tared_drift", "SIT406", full.tared_drift, f"{at}, after a tare before each grasp{warm}"),
             ("hysteresis", "SIT405", full.hysteresis, f"{at}, by the pad's data"),
             ("creep", "SIT405", pad.material.creep * full.carried, f"{at}, by the pad's data"),
         ]

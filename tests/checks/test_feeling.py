@@ -169,7 +169,7 @@ def test_what_temperature_does_to_zero_stands_beside_what_is_felt(bench, needs, 
     design = Design(asked, replace(bench.layout, spec=asked), bench.estimates)
     checked = as_configured(asked, check(asked, design.layout, bench.estimates, "none"))
     drift = abs(end - 20.0) * design.sensing.felt.warmed[0].temperature[0]
-    line = f"zero drift {show(float(drift), 'N', 3)} (normal, at rest, 20 to {end:.3g} degC)"
+    line = f"zero drift {show(float(drift), 'N', 3)} (normal, at rest, after one tare, 20 to {end:.3g} degC)"
     assert line in as_text([checked]) and drift > 0.1
     assert json.loads(as_json([checked]))["specs"][0]["felt"][-1]["limit"] is None
 

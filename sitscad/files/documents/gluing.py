@@ -163,9 +163,14 @@ def washers(mass: float) -> int | None:
     return count if count * WASHER_HEIGHT <= PEG[1] else None
 
 
+def bar_height(across: float, mass: float) -> float:
+    """Height (m) of a steel bar of a diameter (m), with its hole, that has a mass (kg)."""
+    return mass / (STEEL * math.pi / 4.0 * (across**2 - BAR_HOLE**2))
+
+
 def steel_bar(mass: float) -> tuple[float, float]:
     """Diameter and height (m) of a bar with a hole that brings a press to a mass (kg)."""
-    bars = [(across, (mass - PRESS_MASS) / (STEEL * math.pi / 4.0 * (across**2 - BAR_HOLE**2))) for across in BARS]
+    bars = [(across, bar_height(across, mass - PRESS_MASS)) for across in BARS]
     return next((bar for bar in bars if bar[1] <= bar[0]), bars[-1])
 
 
@@ -202,8 +207,10 @@ def loaded(part: str, mass: float) -> str:
         weight = f"M8 washers (ISO 7093, {1e3 * WASHER_MASS:g} g each) on its peg"
     else:
         across, high = steel_bar(mass)
-        weight = (f"a round bar of steel, {1e3 * across:g} mm across, about {1e3 * high:.0f} mm high, with a hole of "
-                  f"{1e3 * BAR_HOLE:g} mm through its middle for the peg")
+        weight = (f"a round bar of steel, {1e3 * across:g} mm across, about {1e3 * high:.0f} mm high "
+                  f"({_plain(1e3 * bar_height(across, 1e-3), 2)} mm less for each gram of the press above "
+                  f"{1e3 * PRESS_MASS:g} g: weigh it), with a hole of {1e3 * BAR_HOLE:g} mm through its middle for the "
+                  "peg")
     return f"Load jig-{part}-press with {weight}, until both weigh {grams(mass)}"
 
 
