@@ -1,9 +1,8 @@
-"""Solutions that take long, kept by what they solve: a question that is the same to the last bit has the answer that it
-had before.
+"""Cache of slow solutions by their exact inputs: inputs equal to the last bit return the stored result.
 
-Nothing is kept unless somebody opens a store: `build`, whose solutions lie in the user's cache, and `watch`. Questions
-hold every number that an answer hangs on, and a file says by which code and libraries its answers were found: with it
-and without it come the same bytes.
+The cache is active only while a store is open (`keeping`): in `build`, which keeps it in the user's cache folder, and
+in `watch`. A key covers every number on which a result depends. A file records the code and the libraries of its
+results. Output is identical byte for byte with and without the cache.
 """
 
 from __future__ import annotations
@@ -21,21 +20,24 @@ Answer: TypeAlias = tuple[Any, ...]
 """Arrays of floats or complex numbers."""
 
 KINDS = {"<f8": np.float64, "<c16": np.complex128}
-"""What numbers a file may hold."""
+"""Number types that a file may hold."""
 
 MOST, HEAD = 16_000_000, 200
-"""Bytes that a store keeps at most, and what the name of an answer takes of them; a design's are half a megabyte."""
+"""Largest number of bytes in a store, and the bytes that the name of a result counts.
+
+The results of one design take half a megabyte.
+"""
 
 
 class Solutions:
-    """Answers by the hash of their question, and which of them were asked for since `forget` was called last."""
+    """Results by the hash of their inputs, and the keys used since the last call of `forget`."""
 
     def __init__(self, known: Mapping[str, Answer] | None = None) -> None:
         self.known = dict(known or {})
         self.asked: dict[str, None] = {}
 
     def forget(self) -> None:
-        """Keep what was asked for since the last time and then what was known before, up to `MOST` bytes."""
+        """Keep results used since the last call first, then older results, up to `MOST` bytes."""
         found, size = dict[str, Answer](), 0
         for key in dict.fromkeys((*self.asked, *self.known)):
             size += HEAD + sum(part.nbytes for part in self.known[key])
@@ -45,7 +47,10 @@ class Solutions:
         self.known, self.asked = found, {}
 
     def as_bytes(self, by: str) -> bytes:
-        """A file of all of them: a hash of what follows, a line of JSON, and the numbers."""
+        """Return a file of all results: a hash of the rest, a line of JSON, and the numbers.
+
+        `by` identifies the code.
+        """
         import json  # only builds keep a file
 
         index = {key: [[part.dtype.str, *part.shape] for part in answer] for key, answer in self.known.items()}
@@ -55,7 +60,10 @@ class Solutions:
 
 
 def read(file: bytes, by: str) -> Solutions:
-    """The answers in a file; none where it is damaged, or its answers come from other code."""
+    """Read the results in a file.
+
+    Empty if the file is damaged or its results are from other code.
+    """
     import json  # only builds keep a file
 
     digest, _, content = file.partition(b"\n")
@@ -93,7 +101,7 @@ _open: ContextVar[Solutions | None] = ContextVar("_open", default=None)
 
 @contextmanager
 def keeping(store: Solutions) -> Iterator[None]:
-    """Answers are looked for in a store, and put there, while this lasts."""
+    """Use a store for all results inside the context."""
     before = _open.set(store)
     try:
         yield
@@ -102,8 +110,19 @@ def keeping(store: Solutions) -> Iterator[None]:
 
 
 def solved(question: Callable[[], Sequence[object]], solve: Callable[[], Answer]) -> Answer:
-    """The answer to a question: of the open store where it knows it, else by `solve`. A `question` is asked only where
-    a store is open; its parts are bytes, or values whose `repr` tells all of them. Answers are nobody's to change.
+    """Return the result for some inputs: from the open store if it has the result, else from `solve`.
+
+    Parameters
+    ----------
+    question : Callable[[], sequence of object]
+        function that returns the inputs. It is called only if a store is open. Parts are bytes, or values with a
+        complete `repr`
+    solve : Callable[[], Answer]
+        function that computes the result
+
+    Notes
+    -----
+    Stored arrays are read-only.
     """
     store = _open.get()
     if store is None:

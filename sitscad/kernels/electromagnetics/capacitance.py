@@ -13,20 +13,34 @@ from sitscad.kernels.electromagnetics.constants import EPSILON0
 from sitscad.kernels.electromagnetics.special_functions import coaxial_rings
 
 CELLS = 4
-"""Cells across each face of a strip, crowded to its edges."""
+"""Cells across each face of a strip, dense at its edges."""
 
 HARMONICS = 48
-"""Spatial harmonics of the pitch that are summed."""
+"""Number of spatial harmonics of the pitch."""
 
 OFFSETS = ((0.1127016654, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.8872983346, 5.0 / 18.0))
-"""Gauss points and weights over half a pitch: how far crossing tracks of two layers are shifted, all shifts alike."""
+"""Gauss points and weights over half a pitch, for a uniform distribution of the shift between crossing tracks of two
+layers.
+"""
 
 
 def stacked_strips(width: float, distance: float, relative_permittivity: float) -> float:
-    """Capacitance per length (F/m) of two equal thin strips face to face, widths and distance of the faces in metres.
-    Half of a microstrip's over the plane of symmetry: Hammerstad and Jensen (IEEE MTT-S 1980), stated to 0.2 % for
-    width over half the distance from 0.01 to 100. The permittivity is that between the strips and all round; thickness
-    of the strips is not in it (adds 3 to 10 %).
+    """Return the capacitance per length (F/m) of two equal thin strips face to face.
+
+    Parameters
+    ----------
+    width : float
+        width of the strips (m)
+    distance : float
+        distance of the faces (m)
+    relative_permittivity : float
+        permittivity between the strips and all round
+
+    Notes
+    -----
+    It is half of a microstrip's capacitance over the plane of symmetry: Hammerstad and Jensen (IEEE MTT-S 1980), stated
+    to 0.2 % for width over half the distance from 0.01 to 100. The thickness of the strips is neglected (it adds 3 to
+    10 %).
     """
     u = 2.0 * width / distance
     shape = 6.0 + (2.0 * math.pi - 6.0) * math.exp(-((30.666 / u) ** 0.7528))
@@ -34,9 +48,20 @@ def stacked_strips(width: float, distance: float, relative_permittivity: float) 
 
 
 def coplanar_strips(width: float, spacing: float, relative_permittivity: float) -> float:
-    """Capacitance per length (F/m) of two equal thin strips side by side: eps K(k') / K(k), k = s / (s + 2 w). Exact
-    (conformal map; Smythe 1950) for thin strips in one dielectric. `relative_permittivity` is the effective one: half
-    of dielectric and air for a board thick against the spacing.
+    """Return the capacitance per length (F/m) of two equal thin strips side by side.
+
+    Parameters
+    ----------
+    width : float
+        width of the strips (m)
+    spacing : float
+        gap between the strips (m)
+    relative_permittivity : float
+        effective permittivity: the mean of dielectric and air for a board thick against the spacing
+
+    Notes
+    -----
+    eps K(k') / K(k) with k = s / (s + 2 w): exact (conformal map; Smythe 1950) for thin strips in a uniform dielectric.
     """
     k = spacing / (spacing + 2.0 * width)
     complement = math.sqrt(1.0 - k * k)
@@ -45,8 +70,9 @@ def coplanar_strips(width: float, spacing: float, relative_permittivity: float) 
 
 @record
 class Slab:
-    """One layer of a stack from top to bottom: thickness (m), relative permittivity, whether it carries strips. For
-    strips the permittivity is that of what fills the space between them.
+    """One layer of a stack from top to bottom: thickness (m), relative permittivity, and whether it carries strips.
+
+    In a layer with strips, the permittivity is for the material between the strips.
     """
 
     thickness: float
@@ -55,21 +81,37 @@ class Slab:
 
 
 def strip_layers(slabs: Sequence[Slab], width: float, pitch: float, reach: float) -> Array:
-    """Maxwell's capacitance matrix per area (F/m2) of layers of parallel strips, every strip of a layer at one voltage.
+    """Return Maxwell's capacitance matrix per area (F/m2) of layers of parallel strips.
 
-    Strips of `width` (m) stand a `pitch` (m) apart on every copper slab; neighbouring layers are shifted against each
-    other, averaged over all shifts, because the tracks of crossing spirals are. Charges lie on cells of both faces of
-    the strips (side walls follow from these); their fields are summed over the harmonics of the pitch with the Green's
-    function of the layered stack, air above and below. `reach` (m) is the size of the coil, over which a net charge's
-    field dies out. Derived here from Poisson's equation for one harmonic k (1/m) at a time, in which a slab of
-    thickness d is a chain link of eps k coth(k d) and eps k / sinh(k d). Within 2 % of finer cells for strips and gaps
-    of comparable size.
+    Every strip of a layer has one voltage. The matrix is within 2 % of finer cells for strips and gaps of comparable
+    size.
+
+    Parameters
+    ----------
+    slabs : sequence of Slab
+        layers of the stack from top to bottom
+    width : float
+        width of the strips (m)
+    pitch : float
+        distance of the strips on every copper slab (m)
+    reach : float
+        size of the coil (m), over which a net charge's field decays
+
+    Notes
+    -----
+    Neighbouring layers are shifted against each other. The result is the mean over all shifts, because the tracks of
+    crossing spirals have all shifts. Charges lie on cells of both faces of the strips, from which side walls follow.
+    Their fields are summed over the harmonics of the pitch with the Green's function of the layered stack, with air
+    above and below.
+
+    Derived here from Poisson's equation for each harmonic k (1/m): a slab of thickness d is a chain link of eps k
+    coth(k d) and eps k / sinh(k d).
     """
     number = np.arange(HARMONICS + 1, dtype=np.float64)
     harmonics: Array = 2.0 * math.pi * number / pitch
     waves = harmonics.copy()
     waves[0] = 1.0 / reach
-    # Potential at interface i of a unit charge wave at interface j: inverse of the chain of slabs, for every wave.
+    # potential at interface i of a unit charge wave at interface j: inverse of the chain of slabs, for every wave
     count = len(slabs) + 1
     chain = np.zeros((waves.size, count, count))
     for k, slab in enumerate(slabs):
@@ -98,9 +140,11 @@ def strip_layers(slabs: Sequence[Slab], width: float, pitch: float, reach: float
 
 
 def _shifted(green: Array, form: Array, middle: Array, waves: Array, shift: Array) -> Array:
-    """Charges per length (F/m) of layers at 1 V, (layers, layers), by Galerkin's method with even charges on the cells.
-    `green` (waves, faces, faces) in m/F is the potential of a charge wave, `form` (waves, cells) a wave's mean over
-    each cell, `middle` (cells; m) the cells' places, `waves` in 1/m and `shift` (layers; m).
+    """Return charges per length (F/m) of layers at 1 V, (layers, layers), by Galerkin's method.
+
+    Charges are uniform on each cell. `green` (waves, faces, faces; m/F) is the potential of a charge wave. `form`
+    (waves, cells) is a wave's mean over each cell. `middle` (cells; m) are the cells' places. `waves` is in 1/m,
+    `shift` (layers) in m.
     """
     count = shift.size
     place = (np.repeat(shift, 2)[:, None] + middle).ravel()
@@ -116,10 +160,27 @@ def _shifted(green: Array, form: Array, middle: Array, waves: Array, shift: Arra
 def winding_voltages(
     radii: Array, heights: Sequence[float], inward: Sequence[bool], size: Array, turns: Array
 ) -> Array:
-    """Voltage along the layers of a series winding, -1/2 to 1/2 from end to end: (layers, radii), in parts of the
-    whole. Every radius (m, from the outside in) stands for `turns` (layers, radii) of a layer, none where it ends
-    farther out. Derived here from Faraday's law: a turn adds the voltage that its share of the flux of all turns
-    induces (Maxwell's rings, `size` (radii; m) their own geometric mean distance).
+    """Return the voltage along the layers of a series winding (layers, radii), relative to the whole voltage.
+
+    It runs from -1/2 to 1/2 from end to end.
+
+    Parameters
+    ----------
+    radii : array
+        radii from the outside in (m)
+    heights : sequence of float
+        height of each layer (m)
+    inward : sequence of bool
+        whether the current runs inwards in each layer
+    size : array
+        geometric mean distance of each ring from itself (radii; m)
+    turns : array
+        turns at each radius (layers, radii); 0 inside a layer's inner end
+
+    Notes
+    -----
+    Derived here from Faraday's law: a turn adds the voltage that its part of the flux of all turns induces (Maxwell's
+    rings).
     """
     layers, count = len(heights), radii.size
     r = np.tile(radii, layers)
@@ -138,9 +199,20 @@ def winding_voltages(
 
 
 def winding_capacitance(per_area: Array, voltages: Array, areas: Array) -> float:
-    """Capacitance (F) between a winding's ends, twice its electric energy at one volt: derived here from W = C V^2 / 2
-    (textbook). `per_area` (layers, layers) in F/m2, `voltages` (layers, places) from end to end, `areas` (m2) of the
-    places.
+    """Return the capacitance (F) between a winding's ends: twice its electric energy at 1 V.
+
+    Parameters
+    ----------
+    per_area : array
+        Maxwell's matrix (layers, layers; F/m2)
+    voltages : array
+        voltages from end to end (layers, places)
+    areas : array
+        area of each place (m2)
+
+    Notes
+    -----
+    Derived here from W = C V^2 / 2 (textbook).
     """
     return float(np.einsum("ki,kl,li,i->", voltages, per_area, voltages, areas))
 
@@ -148,11 +220,30 @@ def winding_capacitance(per_area: Array, voltages: Array, areas: Array) -> float
 def turn_capacitance(
     lengths: Array, voltages: Array, shares: Array, width: float, spacing: float, thickness: float, permittivity: float
 ) -> float:
-    """Capacitance (F) that neighbouring turns of a layer add between the winding's ends. Lengths (m) of the turns at
-    the places, their voltages and the turns that each place stands for; the pair's capacitance is that of coplanar
-    strips and of the side walls as plates. What a turn adds to the voltage is that between places on both sides, each
-    place for itself, so that one that stands for next to nothing adds nothing. Derived here from the pairs' electric
-    energy, as `winding_capacitance` is.
+    """Return the capacitance (F) that neighbouring turns of a layer add between the winding's ends.
+
+    Parameters
+    ----------
+    lengths : array
+        length of a turn at each place (m)
+    voltages : array
+        voltage at each place, relative to the whole voltage
+    shares : array
+        turns that each place represents
+    width : float
+        track width (m)
+    spacing : float
+        gap between turns (m)
+    thickness : float
+        track thickness (m)
+    permittivity : float
+        relative permittivity
+
+    Notes
+    -----
+    The capacitance of a pair is that of coplanar strips, plus the side walls as plates. A turn's voltage is the voltage
+    gradient at each place, so a place that represents few turns adds little. Derived here from the pairs' electric
+    energy, as in `winding_capacitance`.
     """
     turns = float(shares.sum())
     if turns <= 1.0 or shares.size < 2:
@@ -160,20 +251,22 @@ def turn_capacitance(
     pair = coplanar_strips(width, spacing, permittivity) + EPSILON0 * permittivity * thickness / spacing
     middle = np.cumsum(shares) - 0.5 * shares
     between = np.gradient(voltages, middle) ** 2
-    # so many turns have one pair of neighbours fewer
+    # n turns have n - 1 pairs of neighbours
     return pair * float(np.sum(between * lengths * shares)) * (turns - 1.0) / turns
 
 
 def series_permittivity(thicknesses: Sequence[float], permittivities: Sequence[float]) -> float:
-    """Relative permittivity (no unit) of layers one over the other: total thickness over the sum of thickness (m) over
-    permittivity, as capacitors in series have it (textbook).
+    """Return the relative permittivity (no unit) of layers above each other.
+
+    It is total thickness over the sum of thickness (m) over permittivity, as for capacitors in series (textbook).
     """
     return math.fsum(thicknesses) / math.fsum(t / e for t, e in zip(thicknesses, permittivities, strict=True))
 
 
 def _mean(a: float, b: float) -> float:
-    """Arithmetic-geometric mean of two numbers, no unit; K(k) is pi / 2 over that of 1 and k' (Abramowitz and Stegun
-    17.6).
+    """Return the arithmetic-geometric mean of two numbers (no unit).
+
+    K(k) is pi / 2 over the mean of 1 and k' (Abramowitz and Stegun 17.6).
     """
     for _ in range(12):
         a, b = 0.5 * (a + b), math.sqrt(a * b)

@@ -1,4 +1,4 @@
-"""Polynomials through values at Chebyshev's points, and sums of products of several variables."""
+"""Polynomials through values at Chebyshev points, and sums of products of polynomials in several variables."""
 
 from __future__ import annotations
 
@@ -17,46 +17,57 @@ from sitscad.basics.record import record
 Exponents = NDArray[np.int64]
 
 POINTS_A_TERM = 1.5
-"""Points for each term of a polynomial that is fitted by least squares: of fewer it swings between them."""
+"""Points for each term of a polynomial in a least-squares fit.
+
+With fewer points the polynomial oscillates between them.
+"""
 
 PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
 """Bases of Halton's sequence."""
 
 AT_ONCE = 2000
-"""Places at which a polynomial of several variables is evaluated together: so few that what it takes stays in cache."""
+"""Places at which a polynomial of several variables is evaluated at once, so that intermediate arrays stay in cache."""
 
 
 @lru_cache(maxsize=64)
 def _roots(count: int) -> tuple[Array, Array]:
-    """Roots (count,) of the Chebyshev polynomial of an order, rising, and the weights (count,) of the barycentric
-    formula there, no unit: (-1)^j sin(angle of the root) (Berrut and Trefethen, SIAM Review 46, 2004).
+    """Return the roots (count,; rising) of a Chebyshev polynomial and the barycentric weights (count,) there (no unit).
+
+    The weights are (-1)^j sin(angle of the root) (Berrut and Trefethen, SIAM Review 46, 2004).
     """
     angle = math.pi * (np.arange(count) + 0.5) / count
     return -np.cos(angle), np.where(np.arange(count) % 2, -1.0, 1.0) * np.sin(angle)
 
 
 def chebyshev_points(low: float, high: float, count: int) -> Array:
-    """Chebyshev's points (count,) of the first kind between two ends, rising and in their unit (Abramowitz and Stegun
-    22.16).
+    """Return the Chebyshev points (count,) of the first kind between two ends, rising and in their unit.
+
+    Source: Abramowitz and Stegun 22.16.
     """
     return np.asarray(0.5 * (low + high) + 0.5 * (high - low) * _roots(count)[0])
 
 
 def shares(points: Array, at: Array, weights: Array | None = None) -> Array:
-    """What values at points weigh in the polynomial through them at (n,) places, (n, points): the barycentric formula
-    (Berrut and Trefethen, SIAM Review 46, 2004), of Chebyshev's points unless other `weights` (points) are given.
+    """Return the weights (n, points) of values at points in the polynomial through them at (n,) places.
+
+    Barycentric formula (Berrut and Trefethen, SIAM Review 46, 2004). If `weights` (points) is None, points are
+    Chebyshev points.
     """
     away = at[:, None] - points
-    away[away == 0.0] = 1e-300  # at a point its own weight outweighs all others
+    away[away == 0.0] = 1e-300  # at a point, its own weight dominates
     each = (_roots(points.size)[1] if weights is None else weights) / away
     return np.asarray(each / each.sum(axis=1)[:, None])
 
 
 def node_counts(half: Sequence[float], longest: float, order: int, apart: float) -> tuple[int, ...]:
-    """Numbers of Chebyshev's points along half sides (m) of a box, `order` along the `longest` (m). Along shorter sides
-    fewer are as good: the error falls like rho^-n with ln rho = acosh(1 + d), d being the distance in half sides of
-    what sees them (Trefethen, Approximation Theory and Approximation Practice, 2013, chapter 8), `apart` times the
-    longest at least.
+    """Return numbers of Chebyshev points along the half sides (m) of a box, with `order` along the `longest` (m).
+
+    Other points see the box from a distance of at least `apart` times the longest half side.
+
+    Notes
+    -----
+    Fewer points are enough along shorter sides. The error falls like rho^-n with ln rho = acosh(1 + d), with d the
+    distance in half sides (Trefethen, Approximation Theory and Approximation Practice, 2013, chapter 8).
     """
     rate = math.acosh(1.0 + apart)
     ways = (apart * longest / max(side, 1e-9 * longest) for side in half)
@@ -64,9 +75,10 @@ def node_counts(half: Sequence[float], longest: float, order: int, apart: float)
 
 
 def evaluated(tensor: NDArray[Any], grid: Sequence[Array], places: Array) -> NDArray[Any]:
-    """Polynomials in several variables at (n, axes) places, (n, ...): the product of those along each axis through a
-    `tensor` of values, (points of each axis of the `grid` ..., what is one value); in the unit of the values. By
-    `shares`.
+    """Return the values (n, ...) of polynomials in several variables at (n, axes) places, in the unit of the tensor.
+
+    `tensor` holds values (points of each axis of the `grid`, then the shape of one value). Uses `shares` along each
+    axis.
     """
     weights = [shares(points, places[:, axis]) for axis, points in enumerate(grid)]
     found = np.empty((len(places), *tensor.shape[len(grid):]), dtype=tensor.dtype)
@@ -80,8 +92,10 @@ def evaluated(tensor: NDArray[Any], grid: Sequence[Array], places: Array) -> NDA
 
 @record(eq=False)
 class Interpolant:
-    """A function charted in a box by polynomials through its `values` (points along every variable, and what is one
-    value there) at all products of Chebyshev's points between the ends `low` and `high` (variables).
+    """Polynomial surrogate of a function in a box, from values at all products of Chebyshev points.
+
+    `values` has an axis of points for each variable, then the shape of one value. `low` and `high` (variables) are the
+    ends of the box.
     """
 
     low: Array
@@ -90,18 +104,19 @@ class Interpolant:
 
     @cached_property
     def grid(self) -> tuple[Array, ...]:
-        """Chebyshev's points of every variable, rising."""
+        """Chebyshev points of every variable, rising."""
         ends = zip(self.low, self.high, self.values.shape, strict=False)
         return tuple(chebyshev_points(low, high, count) for low, high, count in ends)
 
     def __call__(self, places: Array) -> NDArray[Any]:
-        """Values (n, ...) at (n, variables) places; beyond the ends what they are there."""
+        """Return values (n, ...) at (n, variables) places. Places beyond the box get the value at its surface."""
         return evaluated(self.values, self.grid, np.clip(places, self.low, self.high))
 
 
 def exponents(weights: Sequence[float], degree: float, least: int = 0) -> Exponents:
-    """Exponents (terms, variables), no unit, of all products whose weighted degree is at most `degree`, and whose plain
-    one is at least `least`; low ones first.
+    """Return the exponents (terms, variables; no unit) of all products up to a weighted degree of `degree`.
+
+    The sum of the exponents of each term is at least `least`. Low degrees come first.
     """
     each = [range(int(degree / weight + 1e-9) + 1) for weight in weights]
     found = [row for row in product(*each) if np.dot(row, weights) <= degree + 1e-9 and sum(row) >= least]
@@ -111,7 +126,7 @@ def exponents(weights: Sequence[float], degree: float, least: int = 0) -> Expone
 
 
 def monomials(points: Array, powers: Exponents) -> Array:
-    """Values (n, terms) of products of powers at (n, variables) points; no unit."""
+    """Return values (n, terms; no unit) of products of powers at (n, variables) points."""
     found = np.ones((len(points), len(powers)))
     for k in range(points.shape[1]):
         highest = int(powers[:, k].max(initial=0))
@@ -120,10 +135,12 @@ def monomials(points: Array, powers: Exponents) -> Array:
 
 
 def chebyshev(points: Array, orders: Exponents) -> Array:
-    """Values (n, terms) of products of Chebyshev's polynomials at (n, variables) points, no unit: T_n(cos t) = cos(n t)
-    (Abramowitz and Stegun 22.3.15). Beyond -1 and 1 each polynomial goes on straight, by its slope at that end.
+    """Return values (n, terms; no unit) of products of Chebyshev polynomials at (n, variables) points.
+
+    T_n(cos t) = cos(n t) (Abramowitz and Stegun 22.3.15). Beyond -1 and 1 each polynomial is extended linearly, with
+    its slope at that end.
     """
-    # T_n(x) = cos(n arccos x), which keeps its digits at orders where sums of powers cancel; T_n' is n^2 at 1
+    # T_n(x) = cos(n arccos x) is accurate at orders where sums of powers cancel; T_n' is n^2 at 1
     inside = np.clip(points, -1.0, 1.0)
     angles, beyond = np.arccos(inside), points - inside
     found = np.ones((len(points), len(orders)))
@@ -135,15 +152,16 @@ def chebyshev(points: Array, orders: Exponents) -> Array:
 
 
 Basis = Callable[[Array, Exponents], Array]
-"""`monomials`, or `chebyshev` where high orders are summed."""
+"""Type of `monomials` and `chebyshev`. The latter suits high orders."""
 
 
 @record(eq=False)
 class Polynomial:
-    """A function charted in a box by products of polynomials, one of each variable, of low order in all: where a grid
-    of all products of points, as an `Interpolant` has, would take more of them than can be solved for. The variables
-    are brought to -1 to 1 between `low` and `high` (variables); `orders` (terms, variables) are of the `basis`,
-    `coefficients` (terms, outputs) in the unit of what is charted.
+    """Polynomial surrogate of a function in a box, from products of low total order.
+
+    It suits cases in which the grid of an `Interpolant` would need more points than can be solved. The variables are
+    scaled to -1 to 1 between `low` and `high` (variables). `orders` (terms, variables) belong to the `basis`.
+    `coefficients` (terms, outputs) have the function's unit.
     """
 
     low: Array
@@ -154,15 +172,15 @@ class Polynomial:
 
     @property
     def degree(self) -> int:
-        """The highest order of a product."""
+        """Highest order of a product."""
         return int(self.orders.sum(axis=1).max())
 
     def __call__(self, points: Array) -> Array:
-        """Values (n, outputs) at (n, variables) points, also beyond the box as its basis goes on there."""
+        """Return values (n, outputs) at (n, variables) points. Beyond the box the basis is extrapolated."""
         return np.asarray(self.basis(_inside(points, self.low, self.high), self.orders) @ self.coefficients)
 
     def slope(self, points: Array) -> Array:
-        """Derivatives (n, outputs, variables), by central differences of a thousandth of half the box."""
+        """Return derivatives (n, outputs, variables), by central differences of a thousandth of half the box."""
         steps = 5e-4 * (self.high - self.low)
         found = [(self(points + step) - self(points - step)) / (2.0 * step.sum()) for step in np.diag(steps)]
         return np.stack(found, axis=2)
@@ -172,22 +190,38 @@ def least_squares(
     points: Array, values: Array, orders: Exponents, low: Array, high: Array, basis: Basis = monomials,
     least: float | None = None,
 ) -> Polynomial:
-    """The polynomial of these orders in a box that is nearest to (n, outputs) values at (n, variables) points. Of those
-    that are as near, the one with the smallest coefficients: combinations of terms count as left open by the points
-    where their singular value is below a part of `least` of the largest (of rounding, where it is left out).
+    """Fit a polynomial in a box to values by least squares.
+
+    If several polynomials fit equally, the result is the one with the smallest coefficients.
+
+    Parameters
+    ----------
+    points : array
+        points (n, variables)
+    values : array
+        values (n, outputs)
+    orders : Exponents
+        orders of the terms (terms, variables)
+    low, high : array
+        ends of the box (variables)
+    basis : Basis, optional
+        `monomials` or `chebyshev`
+    least : float or None, optional
+        singular value, relative to the largest, below which a combination of terms is undetermined; rounding if None
     """
     columns = basis(_inside(points, low, high), orders)
     return Polynomial(low, high, orders, np.asarray(np.linalg.lstsq(columns, values, rcond=least)[0]), basis)
 
 
 def _inside(points: Array, low: Array, high: Array) -> Array:
-    """Points (n, variables) with the box between both ends brought to -1 to 1; no unit."""
+    """Return points (n, variables) scaled so that the box runs from -1 to 1 (no unit)."""
     return (points - 0.5 * (low + high)) / (0.5 * (high - low))
 
 
 def spread(count: int, variables: int, skip: int = 0) -> Array:
-    """Points (count, variables; no unit) that fill 0 to 1 evenly and are always the same: Halton's sequence (Numerische
-    Mathematik 2, 1960), from `skip` on. Raises ValueError for more variables than there are bases here.
+    """Return points (count, variables; no unit) of Halton's sequence (Numerische Mathematik 2, 1960), from `skip` on.
+
+    They fill 0 to 1 evenly and are deterministic. Raises ValueError if there are more variables than `PRIMES`.
     """
     if variables > len(PRIMES):
         raise ValueError(f"at most {len(PRIMES)} variables")
@@ -196,7 +230,7 @@ def spread(count: int, variables: int, skip: int = 0) -> Array:
 
 
 def _inverse_digits(number: int, base: int) -> float:
-    """Van der Corput's radical inverse (no unit): the digits of a number behind the point, turned round."""
+    """Return van der Corput's radical inverse (no unit): the digits of a number in reverse behind the point."""
     found, share = 0.0, 1.0
     while number:
         share /= base

@@ -1,4 +1,4 @@
-"""The tank: frequency, parallel resistance and quality factor of a coil and a capacitor, also over a cable."""
+"""Tank circuits: frequency, parallel resistance and quality factor of a coil and a capacitor, also over a cable."""
 
 from __future__ import annotations
 
@@ -12,14 +12,15 @@ from sitscad.basics.record import record
 
 
 def resonance_frequency(inductance: float, capacitance: float) -> float:
-    """1 / (2 pi sqrt(L C)) in hertz (Thomson 1853), of henries and farads."""
+    """Return 1 / (2 pi sqrt(L C)) in hertz (Thomson 1853), from henries and farads."""
     return 1.0 / (2.0 * math.pi * math.sqrt(inductance * capacitance))
 
 
 def apparent_inductance(inductance: float, resistance: float, capacitance: float, frequency: float) -> float:
     """Return the series inductance (H) that a meter reads for a coil with a capacitance (F) across it.
 
-    It is L / (1 - omega^2 L C) for a coil without loss, and goes through infinity to negative values at self-resonance.
+    For a coil without loss it is L / (1 - omega^2 L C). At self-resonance it passes through infinity to negative
+    values.
     """
     return apparent_impedance(inductance, resistance, capacitance, frequency).imag / (2.0 * math.pi * frequency)
 
@@ -32,10 +33,11 @@ def apparent_impedance(inductance: float, resistance: float, capacitance: float,
 
 @record(eq=False)
 class Network:
-    """What lies between coils' contacts and the converter's pins, in SI units; numbers, or arrays of one a coil.
-    `coil_side` is the lossless capacitance at the contacts (the coil's own, half the cable's), `converter_side` that at
-    the pins; the tank capacitor stands at one of the two, in series with its own resistance. `inductance` and
-    `resistance` are the cable's.
+    """Circuit between coils' contacts and the converter's pins, in SI units.
+
+    Fields are numbers, or arrays with a value per coil. `coil_side` is the lossless capacitance at the contacts (the
+    coil's own and half the cable's), `converter_side` the capacitance at the pins. The tank capacitor is at one of both
+    ends, in series with its own resistance. `inductance` and `resistance` are the cable's.
     """
 
     coil_side: float | Array
@@ -47,8 +49,10 @@ class Network:
     resistance: float = 0.0
 
     def admittance(self, omega: Array, inductance: Array, resistance: Array) -> tuple[ComplexArray, ComplexArray]:
-        """Admittance (S) at the pins of coils of (H, ohm) at omega (rad/s), and their voltage over the pins'. By
-        Kirchhoff's laws in the chain of coil, cable and converter (textbook).
+        """Return the admittance (S) at the pins, and the coil voltage over the pin voltage.
+
+        Coils have `inductance` (H) and `resistance` (ohm) at `omega` (rad/s). Kirchhoff's laws for the chain of coil,
+        cable and converter (textbook).
         """
         around = 1j * omega
         branch = around * self.capacitor / (1.0 + around * (self.capacitor * self.capacitor_resistance))
@@ -59,26 +63,31 @@ class Network:
         return np.asarray(near + far / behind), np.asarray(1.0 / behind)
 
     def in_tank(self, inductance: Array) -> Array:
-        """The inductance (H) that swings with the capacitor: the coils', and the cable's if it lies between the two."""
+        """Return the inductance (H) that oscillates with the capacitor.
+
+        It is the coil's inductance, plus the cable's if the cable lies between coil and capacitor.
+        """
         return inductance + (0.0 if self.capacitor_at_coil else self.inductance)
 
     @property
     def capacitance(self) -> float | Array:
-        """All capacitance (F) of the tank."""
+        """Total capacitance (F) of the tank."""
         return self.coil_side + self.converter_side + self.capacitor
 
-    @np.errstate(divide="ignore", invalid="ignore")  # no tank has an inductance below zero: NaN
+    @np.errstate(divide="ignore", invalid="ignore")  # NaN for a negative inductance
     def resonance(self, inductance: Array) -> Array:
-        """Angular frequencies (rad/s) of coils of inductances (H), loss and delay left out: 1 / sqrt(L C)."""
+        """Return angular frequencies (rad/s) of coils with inductances (H), without loss and delay: 1 / sqrt(L C)."""
         return 1.0 / np.sqrt(self.in_tank(inductance) * self.capacitance)
 
 
 @record
 class Oscillation:
-    """Where a tank runs: frequency (Hz), the coil's inductance (H) and resistance (ohm) that it was found with,
-    parallel resistance at the pins (ohm), quality factor (no unit). `coil_share` is the amplitude at the coil's
-    contacts over that at the pins. An overdamped tank runs nowhere: then `exists` is False, and all is NaN but what the
-    coil has and the quality factor (root of L/C over R).
+    """Operating point of a tank.
+
+    Frequency (Hz), inductance (H) and resistance (ohm) of the coil at that frequency, parallel resistance at the pins
+    (ohm), quality factor (no unit). `coil_share` is the amplitude at the coil's contacts over the amplitude at the
+    pins. An overdamped tank does not oscillate: `exists` is False, and all fields are NaN except the coil's and the
+    quality factor (root of L/C over R).
     """
 
     frequency: float
@@ -96,7 +105,7 @@ class Oscillation:
 
 @record(eq=False)
 class Oscillations:
-    """Where tanks run: what `Oscillation` says of one, in arrays of one shape."""
+    """Operating points of tanks: the fields of `Oscillation` as arrays of one shape."""
 
     frequency: Array
     inductance: Array
@@ -106,43 +115,65 @@ class Oscillations:
     coil_share: Array
 
     def one_by_one(self) -> list[Oscillation]:
-        """Each tank, in the arrays' order."""
+        """Return each tank as an `Oscillation`, in the arrays' order."""
         columns = (self.frequency, self.inductance, self.resistance, self.parallel_resistance, self.quality_factor,
                    self.coil_share)
         return [Oscillation(*row) for row in zip(*(column.ravel().tolist() for column in columns), strict=True)]
 
 
 Terminals = Callable[[Array], tuple[Array, Array]]
-"""Inductances (H) and resistances (ohm) of coils at their contacts at frequencies (Hz), arrays of one shape."""
+"""Function of frequencies (Hz) that returns inductances (H) and resistances (ohm) of coils at their contacts, all of
+one shape.
+"""
 
 LOWEST_SHARE = 0.05
-"""Of the plain resonance: a phase that is met only below it is that of direct current, where every tank conducts."""
+"""Lowest frequency of an oscillation, over the plain resonance.
 
-STEPS = 40  # Steps after which a tank is taken to oscillate nowhere: the shortest end below `LOWEST_SHARE`
+A phase condition that is met only below it belongs to direct current, where every tank conducts.
+"""
+
+STEPS = 40  # Steps after which a tank counts as not oscillating: the shortest end below `LOWEST_SHARE`
 
 STRIDE, STRIDE_OVER_CABLE = 0.3, 0.1
-"""Longest step, of the frequency; over a cable so short that it passes over no crossing of those that it makes."""
+"""Longest step, relative to the frequency, without and with a cable.
 
-CLOSED = 1e3  # Phase (rad), over the tolerance of the frequency, to which the drive's is met where a tank oscillates
+With a cable the step is so short that it skips no extra crossing of the phase.
+"""
 
-EXACTLY = 1e-9  # Last change of a frequency, of itself; what it is off by then is far less, as of all secants
+CLOSED = 1e3  # Largest phase error (rad), over the tolerance of the frequency, of a tank that oscillates
+
+EXACTLY = 1e-9  # Last relative change of a frequency; the error is far less, as for all secant methods
 
 
-@np.errstate(divide="ignore", invalid="ignore", over="ignore")  # what does not oscillate is NaN, which is said
+@np.errstate(divide="ignore", invalid="ignore", over="ignore")  # tanks that do not oscillate are NaN
 def oscillate(
     network: Network, terminals: Terminals, delay: float, start: Array, tolerance: float = EXACTLY
 ) -> Oscillations:
-    """Where the drive, `delay` (s) behind the voltage, meets its own phase: arg Y = -omega delay, of coils that have
-    the inductances and resistances of `terminals` at that very frequency. Without delay that is where the admittance at
-    the pins is real. For a plain tank it is SNOSCY9A's 1/(2 pi sqrt(L C)) sqrt(1 - 1/Q^2 - delay/(Q sqrt(L C))), with 5
-    ns there.
+    """Solve the frequencies at which the phase of the tank matches the drive: arg Y = -omega delay.
 
-    Solved from about `start` (Hz; an array of any shape, which all that is found has), the plain resonance or nearer,
-    until the frequency moves by less than a part of `tolerance`; the lowest one where a cable makes several.
+    The lowest frequency is returned if a cable causes several.
+
+    Parameters
+    ----------
+    network : Network
+        circuit between coils and converter
+    terminals : Terminals
+        inductances and resistances of the coils at each frequency
+    delay : float
+        delay of the drive behind the voltage (s)
+    start : array
+        estimate of the frequency (Hz), such as the plain resonance. All results have its shape
+    tolerance : float, optional
+        relative change of the frequency at which the iteration ends
+
+    Notes
+    -----
+    Without delay the admittance at the pins is real there. For a plain tank the frequency is SNOSCY9A's 1/(2 pi sqrt(L
+    C)) sqrt(1 - 1/Q^2 - delay/(Q sqrt(L C))), with a delay of 5 ns.
     """
-    # By secants, for over a cable it has no short derivative; on the part of Y that is out of phase with the drive over
-    # omega, which is nearly straight in omega about a resonance, where the phase itself turns the faster the better the
-    # coil is. Beyond a sixth of a period's delay that part turns round.
+    # Secant method, because the derivative's formula is long with a cable. It acts on the part of Y that is out of
+    # phase with the drive, over omega. That part is nearly linear in omega about a resonance, while the phase turns
+    # faster the better the coil is. Beyond a delay of a sixth of a period its slope reverses.
     before = np.minimum(2.0 * math.pi * start, 1.0 / delay if delay else math.inf)
     first = known = terminals(before / (2.0 * math.pi))
     plain = network.resonance(first[0])
@@ -153,7 +184,7 @@ def oscillate(
         return (y.imag * np.cos(omega * delay) + y.real * np.sin(omega * delay)) / omega
 
     low = apart(before)
-    # of a plain tank without loss that part grows by 2 C / omega
+    # in a plain tank without loss that part grows by 2 C / omega
     step = -0.5 * low * before / network.capacitance
     for _ in range(STEPS):
         after = before + np.clip(step, -stride * before, stride * before)
@@ -162,7 +193,7 @@ def oscillate(
             break
         known = terminals(after / (2.0 * math.pi))
         high = apart(after)
-        # what has arrived stays, for rounding would move it; and where nothing oscillates nothing is asked for
+        # converged values stay, because rounding would move them, and so do tanks that do not oscillate
         step = np.where(still & (high != low), high * (before - after) / (high - low), 0.0)
         step[~np.isfinite(step)] = 0.0
         before, low = after, high
@@ -181,6 +212,6 @@ def oscillate(
 
 
 def oscillate_alike(network: Network, inductance: Array, resistance: Array, delay: float) -> Oscillations:
-    """Where tanks run whose coils have one inductance (H) and resistance (ohm) each at all frequencies."""
+    """Solve the operating points of tanks whose coils have a constant inductance (H) and resistance (ohm)."""
     start = network.resonance(inductance) / (2.0 * math.pi)
     return oscillate(network, lambda _: (inductance, resistance), delay, start)

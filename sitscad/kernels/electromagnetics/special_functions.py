@@ -1,6 +1,8 @@
-"""Special functions and quadrature, as far as numpy lacks them or takes long to load: Legendre polynomials and Gauss
-points, Bessel functions (J0 and J1 by the polynomial fits of Abramowitz and Stegun 9.4.1 to 9.4.6, error below 1e-7;
-sequences of orders by recurrence), and the mutual inductance of coaxial circles.
+"""Special functions and quadrature that numpy lacks.
+
+Legendre polynomials and Gauss points, Bessel functions, and the mutual inductance of coaxial circles. J0 and J1 are
+polynomial fits (Abramowitz and Stegun 9.4.1 to 9.4.6, error below 1e-7); sequences of orders are by recurrence. Scipy
+takes long to load.
 """
 
 from __future__ import annotations
@@ -16,8 +18,9 @@ from sitscad.kernels.electromagnetics.constants import MU0
 
 
 def legendre(order: int, x: Array) -> Array:
-    """P_0 to P_order at every x, the order last: (..., order + 1), by Bonnet's recursion (Abramowitz and Stegun 22.7).
-    (n + 1) P_(n+1) = (2 n + 1) x P_n - n P_(n-1).
+    """Return P_0 to P_order at every x, (..., order + 1).
+
+    Bonnet's recursion (Abramowitz and Stegun 22.7): (n + 1) P_(n+1) = (2 n + 1) x P_n - n P_(n-1).
     """
     values = np.ones((order + 1, *x.shape))
     if order:
@@ -28,8 +31,9 @@ def legendre(order: int, x: Array) -> Array:
 
 
 def legendre_integrals(order: int, x: Array) -> Array:
-    """Integrals (no unit) of P_0 to P_order from 0 to every x, the order last: (P_(n+1) - P_(n-1)) / (2 n + 1) between
-    both (Jackson, Classical Electrodynamics, equation 3.28).
+    """Return integrals (..., order + 1; no unit) of P_0 to P_order from 0 to every x.
+
+    They are differences of (P_(n+1) - P_(n-1)) / (2 n + 1) (Jackson, Classical Electrodynamics, equation 3.28).
     """
     grown = legendre(order + 1, x) - legendre(order + 1, np.zeros(1))
     n = np.arange(1, order + 1)
@@ -38,8 +42,10 @@ def legendre_integrals(order: int, x: Array) -> Array:
 
 @lru_cache(maxsize=64)
 def gauss(count: int) -> tuple[Array, Array]:
-    """Gauss-Legendre nodes and weights on [-1, 1], kept. Eigenvalues of the recursion's symmetric matrix, and twice the
-    squared first elements of its eigenvectors (Golub and Welsch 1969).
+    """Return Gauss-Legendre nodes and weights on [-1, 1]; cached and read-only.
+
+    Nodes are eigenvalues of the recursion's symmetric matrix, weights are twice the squared first elements of its
+    eigenvectors (Golub and Welsch 1969).
     """
     n = np.arange(1, count)
     beside = n / np.sqrt(4.0 * n * n - 1.0)
@@ -60,8 +66,9 @@ _PHASE_0 = (-0.78539816, -0.04166397, -0.00003954, 0.00262573, -0.00054125, -0.0
 
 
 def j0(x: ArrayLike) -> Array:
-    """J0(x) for real x >= 0 (no unit), an array of the shape of `x`; absolute error below 1e-7 (Abramowitz and Stegun
-    9.4.1 and 9.4.3).
+    """Return J0(x) for real x >= 0 (no unit), in the shape of `x`, with an absolute error below 1e-7.
+
+    Source: Abramowitz and Stegun 9.4.1 and 9.4.3.
     """
     x = np.asarray(x, dtype=float)
     found, near = _far(x, _MODULUS_0, _PHASE_0), x < 3.0
@@ -70,8 +77,9 @@ def j0(x: ArrayLike) -> Array:
 
 
 def j1(x: ArrayLike) -> Array:
-    """J1(x) for real x >= 0 (no unit), an array of the shape of `x`; absolute error below 4e-8 (Abramowitz and Stegun
-    9.4.4 and 9.4.6).
+    """Return J1(x) for real x >= 0 (no unit), in the shape of `x`, with an absolute error below 4e-8.
+
+    Source: Abramowitz and Stegun 9.4.4 and 9.4.6.
     """
     x = np.asarray(x, dtype=float)
     found, near = _far(x, _MODULUS, _PHASE), x < 3.0
@@ -81,8 +89,10 @@ def j1(x: ArrayLike) -> Array:
 
 
 def _far(x: Array, modulus: tuple[float, ...], phase: tuple[float, ...]) -> Array:
-    """Modulus times cosine of the phase (no unit) at every x, those below 3 taken as 3: Abramowitz and Stegun 9.4.3 and
-    9.4.6; in place, for tables are large. The cosine by the tangent of half the phase, which costs a tenth of it.
+    """Return modulus times cosine of the phase (no unit) at every x, with x below 3 taken as 3.
+
+    Abramowitz and Stegun 9.4.3 and 9.4.6. Arrays are modified in place, because tables are large. The cosine is by the
+    tangent of half the phase, at a tenth of the cost.
     """
     high = np.asarray(np.maximum(x, 3.0))
     inverse = 3.0 / high
@@ -100,7 +110,7 @@ def _far(x: Array, modulus: tuple[float, ...], phase: tuple[float, ...]) -> Arra
 
 
 def _polynomial(coefficients: tuple[float, ...], x: Array) -> Array:
-    """A polynomial at every x by Horner's rule, constant coefficient first; no unit."""
+    """Return a polynomial at every x by Horner's rule, constant coefficient first (no unit)."""
     result = x * coefficients[-1]
     result += coefficients[-2]
     for coefficient in coefficients[-3::-1]:
@@ -110,25 +120,33 @@ def _polynomial(coefficients: tuple[float, ...], x: Array) -> Array:
 
 
 def bessel_orders(x: Array, highest: int) -> Array:
-    """J_0 to J_highest (no unit) of every x > 0, shape (highest + 1, len(x)); relative to the largest order exact to
-    rounding. Miller's downward recurrence (Abramowitz and Stegun 1964, 9.12).
+    """Return J_0 to J_highest (no unit) of every x > 0, (highest + 1, len(x)).
+
+    Values are right to rounding relative to the largest order. Miller's downward recurrence (Abramowitz and Stegun
+    1964, 9.12).
     """
     return _downward(x, highest, 0.0)
 
 
 def spherical_bessel_orders(x: Array, highest: int) -> Array:
-    """Spherical j_0 to j_highest (no unit) of every x > 0, (highest + 1, len(x)): sqrt(pi / 2x) J_(n + 1/2)(x)
-    (Abramowitz and Stegun 10.1.1).
+    """Return spherical j_0 to j_highest (no unit) of every x > 0, (highest + 1, len(x)).
+
+    They are sqrt(pi / 2x) J_(n + 1/2)(x) (Abramowitz and Stegun 10.1.1).
     """
     return _downward(x, highest, 0.5)
 
 
 def _downward(x: Array, highest: int, shift: float) -> Array:
-    """Bessel functions (no unit) of all orders at every x (n,), (highest + 1, n), by Miller's recurrence from far
-    above. `shift` is 0 for J_n and 1/2 for the spherical j_n: f_(n-1) = 2 (n + shift) / x f_n - f_(n+1) (Abramowitz and
-    Stegun 9.1.27, 10.1.19), made right by J0^2 + 2 sum J_n^2 = 1 (9.1.76) or by sum (2 n + 1) j_n^2 = 1 (10.1.50).
+    """Return Bessel functions (highest + 1, n; no unit) of all orders at every x (n,), by Miller's recurrence.
+
+    `shift` is 0 for J_n and 1/2 for the spherical j_n.
+
+    Notes
+    -----
+    f_(n-1) = 2 (n + shift) / x f_n - f_(n+1) (Abramowitz and Stegun 9.1.27, 10.1.19). It is normalised by J0^2 + 2 sum
+    J_n^2 = 1 (9.1.76) or by sum (2 n + 1) j_n^2 = 1 (10.1.50).
     """
-    # All start positive, as the functions are for orders beyond x.
+    # all start positive, like the functions of orders above x
     x = np.maximum(x, 1e-6)
     above, here, total = np.zeros_like(x), np.full_like(x, 1e-120), np.zeros_like(x)
     found = np.zeros((highest + 1, x.size))
@@ -147,18 +165,28 @@ def _downward(x: Array, highest: int, shift: float) -> Array:
 
 
 def coaxial_rings(radius: ArrayLike, other: ArrayLike, distance_squared: ArrayLike) -> Array:
-    """Mutual inductance (H) of coaxial circular filaments (radii in m, arrays that broadcast together).
+    """Return the mutual inductance (H) of coaxial circular filaments; arrays that broadcast together.
 
-    `distance_squared` (m2) is the squared shortest distance of the two circles, (r1 - r2)^2 + z^2, given by the caller
-    so that touching circles lose no digits. Maxwell's integral (art. 701) in Landen's form, with K - E of the reduced
-    modulus summed by the arithmetic-geometric mean (Abramowitz and Stegun 17.6): relative error about 1e-14 from
-    relative distances of 1e-9 to 1e6.
+    The relative error is about 1e-14 from relative distances of 1e-9 to 1e6.
+
+    Parameters
+    ----------
+    radius, other : ArrayLike
+        radii (m)
+    distance_squared : ArrayLike
+        squared shortest distance of the two circles (m2), (r1 - r2)^2 + z^2. As an argument it keeps its digits for
+        circles that nearly touch
+
+    Notes
+    -----
+    Maxwell's integral (art. 701) in Landen's form. K - E of the reduced modulus is by the arithmetic-geometric mean
+    (Abramowitz and Stegun 17.6).
     """
     r1, r2 = np.asarray(radius, dtype=float), np.asarray(other, dtype=float)
     near = np.sqrt(np.asarray(distance_squared, dtype=float))
     product = 4.0 * r1 * r2
     far = np.sqrt(near * near + product)
-    # Landen: k1 = (far - near) / (far + near), written without the difference.
+    # Landen: k1 = (far - near) / (far + near), without the difference
     k1 = product / (far + near) ** 2
     complement = 2.0 * np.sqrt(near * far) / (far + near)
     # K - E = K * sum of 2^(n-1) c_n^2, c_0 = k, from the arithmetic-geometric mean of 1 and k'

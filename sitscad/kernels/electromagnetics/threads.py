@@ -1,4 +1,7 @@
-"""Linear algebra on one thread: our matrices are small, and threads that wait for each other cost processor time."""
+"""Linear algebra on a single thread.
+
+The matrices are small, and threads that wait for each other cost processor time.
+"""
 
 from __future__ import annotations
 
@@ -10,16 +13,17 @@ from typing import Any
 
 
 class OneThread(ContextDecorator):
-    """Limit the linear algebra of numpy to one thread until the outermost block that is entered ends.
+    """Limit the linear algebra of numpy to one thread until the outermost active block ends.
 
-    The limit holds for the whole process while a block lasts, and the process gets its own setting back afterwards.
-    Nothing is done, and threadpoolctl is not loaded, if the environment limits OpenBLAS to one thread from the start.
+    The limit holds for the whole process while a block lasts. Afterwards the process gets its previous setting back. If
+    the environment limits OpenBLAS to one thread from the start, the block has no effect and threadpoolctl is not
+    loaded.
     """
 
     def __init__(self) -> None:
         self._lock, self._blocks = threading.Lock(), 0
         self._limits: Any = None
-        if hasattr(os, "register_at_fork"):  # a child gets a lock that is free, whatever other threads do meanwhile
+        if hasattr(os, "register_at_fork"):  # a child process gets a free lock, even if other threads hold it
             os.register_at_fork(before=self._lock.acquire, after_in_parent=self._lock.release,
                                 after_in_child=self._lock.release)
 
@@ -39,12 +43,12 @@ class OneThread(ContextDecorator):
 
 @cache
 def _libraries() -> Any:
-    """The libraries of linear algebra that the process has loaded, those of numpy among them."""
-    import numpy  # noqa: F401  a library is found only once it is loaded
+    """Return the linear algebra libraries that the process has loaded, including numpy's."""
+    import numpy  # noqa: F401  only loaded libraries are listed
     from threadpoolctl import ThreadpoolController
 
     return ThreadpoolController()
 
 
 one_thread = OneThread()
-"""For all solvers: as a decorator, or in a `with` statement."""
+"""Limit for all solvers, as a decorator or in a `with` statement."""

@@ -1,1 +1,1 @@
-"""Plane geometry that knows nothing of coils: points, lines, arcs, paths and regions, in metres."""
+"""Plane geometry without coils: points, lines, arcs, paths and regions, in metres."""

@@ -1,4 +1,7 @@
-"""Any paths cut by boxes, and boxes joined, by shapely: arcs as chords, for drawings and for outlines in files."""
+"""Paths clipped to boxes, and unions of boxes, by shapely.
+
+Arcs become chords, for drawings and for outlines in files.
+"""
 
 from __future__ import annotations
 
@@ -11,11 +14,11 @@ from sitscad.kernels.geometry.convex import Box
 from sitscad.kernels.geometry.path import Path, Point, bounding_box, polyline
 
 CHORDS = 2e-6
-"""Distance (m) between an arc and its chords at most."""
+"""Largest distance (m) between an arc and its chords."""
 
 
 def parts_inside(path: Path, box: Box) -> list[Path]:
-    """The parts of a path in a box (m), cut where it leaves the box; the path itself where all of it is inside."""
+    """Return the parts of a path in a box (m). A path that lies inside is returned unchanged."""
     if _is_inside(path, box):
         return [path]
     line = shapely.LineString(path.flattened(CHORDS))
@@ -24,7 +27,10 @@ def parts_inside(path: Path, box: Box) -> list[Path]:
 
 
 def areas_inside(path: Path, box: Box) -> list[Path]:
-    """The parts in a box (m) of what a closed path encloses, counter-clockwise; the path itself where all is inside."""
+    """Return the parts in a box (m) of the area of a closed path, counter-clockwise.
+
+    A path that lies inside is returned unchanged.
+    """
     if _is_inside(path, box):
         return [path]
     area = shapely.Polygon(path.flattened(CHORDS))
@@ -33,12 +39,15 @@ def areas_inside(path: Path, box: Box) -> list[Path]:
 
 
 def areas_beyond(path: Path, x: float) -> list[Path]:
-    """The parts beyond a place along x (m) of what a closed path encloses, counter-clockwise."""
+    """Return the parts of the area of a closed path beyond a place along x (m), counter-clockwise."""
     return areas_inside(path, (x, -math.inf, math.inf, math.inf))
 
 
 def joined_boxes(boxes: Iterable[Box]) -> list[Path]:
-    """The outlines of what upright rectangles cover together: counter-clockwise outside, clockwise round a hole."""
+    """Return the outlines of the union of upright rectangles.
+
+    They are counter-clockwise outside and clockwise round a hole.
+    """
     joined = shapely.union_all([shapely.box(*box) for box in boxes], grid_size=1e-12)
     areas = shapely.orient_polygons(shapely.get_parts(joined.simplify(0.0)))
     return [_path(ring) for area in areas for ring in (area.exterior, *area.interiors)]
@@ -50,7 +59,7 @@ def _is_inside(path: Path, box: Box) -> bool:
 
 
 def _rectangle(path: Path, box: Box) -> shapely.Polygon:
-    """The box, where it is endless cut off beyond the path."""
+    """Return the box. Infinite sides are cut off beyond the path."""
     x0, y0, x1, y1 = bounding_box([path])
     wide = 1.0  # metres: more than any path
     return shapely.box(max(box[0], x0 - wide), max(box[1], y0 - wide), min(box[2], x1 + wide), min(box[3], y1 + wide))

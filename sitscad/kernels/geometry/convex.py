@@ -1,5 +1,6 @@
-"""Convex outlines of lines and arcs, cut by straight lines exactly; and plates as discs and rectangles, what two of
-them have in common and how far one hangs over.
+"""Convex outlines of lines and arcs, clipped exactly by straight lines.
+
+Discs and rectangles as plates, with their overlap and overhang.
 """
 
 from __future__ import annotations
@@ -33,8 +34,10 @@ Round = tuple[float, float, float, float, float]
 
 
 def clipped(outline: Path, edge: Point, normal: Point) -> Path | None:
-    """What lies behind a straight line of a closed path that this line crosses at most twice; None where nothing does.
-    The line runs through `edge`, square to the unit vector `normal`; the part that `normal` points to is cut away.
+    """Return the part of a closed path behind a straight line, or None if no part remains.
+
+    The line crosses the path at most twice. It runs through `edge`, perpendicular to the unit vector `normal`, which
+    points to the removed part.
     """
     kept = [part for segment in outline for part in _behind(segment, edge, normal)]
     segments: list[Segment] = []
@@ -50,7 +53,10 @@ def clipped(outline: Path, edge: Point, normal: Point) -> Path | None:
 
 
 def within_box(outline: Path, box: Box) -> Path | None:
-    """The part of a closed path in a box (x_min, y_min, x_max, y_max in metres); each side crosses it twice at most."""
+    """Return the part of a closed path in a box (x_min, y_min, x_max, y_max in metres), or None if no part remains.
+
+    Each side of the box crosses the path at most twice.
+    """
     x0, y0, x1, y1 = box
     low, high = Point(x0, y0), Point(x1, y1)
     found: Path | None = outline
@@ -60,7 +66,7 @@ def within_box(outline: Path, box: Box) -> Path | None:
 
 
 def _behind(segment: Segment, edge: Point, normal: Point) -> Iterator[Segment]:
-    """The parts of a segment on the far side of a line from its normal."""
+    """Yield the parts of a segment on the side of a line opposite to its normal."""
     if isinstance(segment, Line):
         ends = _height(segment.start, edge, normal), _height(segment.end, edge, normal)
     else:
@@ -68,7 +74,7 @@ def _behind(segment: Segment, edge: Point, normal: Point) -> Iterator[Segment]:
         ends = middle - segment.radius, middle + segment.radius
     if min(ends) > 0.0:
         return
-    if max(ends) <= 0.0:  # most lie on one side
+    if max(ends) <= 0.0:  # the usual case: all on one side
         yield segment
         return
     cuts = [0.0, *sorted(t for t in _crossings(segment, edge, normal) if _TINY < t < 1.0 - _TINY), 1.0]
@@ -85,7 +91,7 @@ def _height(point: Point, edge: Point, normal: Point) -> float:
 
 
 def _crossings(segment: Segment, edge: Point, normal: Point) -> Iterator[float]:
-    """The fractions of a segment's length at which it meets a line."""
+    """Yield the fractions of a segment's length at which it meets a line."""
     if isinstance(segment, Line):
         first, last = (_height(point, edge, normal) for point in (segment.start, segment.end))
         if first != last:
@@ -101,9 +107,9 @@ def _crossings(segment: Segment, edge: Point, normal: Point) -> Iterator[float]:
 
 
 def beyond(outline: Path, point: Point) -> float:
-    """How far (m) a point lies outside a closed convex path that runs counter-clockwise; negative inside. The largest
-    of the heights above all its tangents: of a side that is one of them, of an arc or a corner the one that looks at
-    the point.
+    """Return the distance (m) of a point outside a closed convex path that runs counter-clockwise; negative inside.
+
+    It is the largest height above all tangents: of each side, and of each arc or corner that faces the point.
     """
     sides, rounds = kept(outline, "_tangents", lambda: _tangents(outline))
     px, py = point
@@ -114,8 +120,10 @@ def beyond(outline: Path, point: Point) -> float:
 
 
 def _tangents(outline: Path) -> tuple[list[Side], list[Round]]:
-    """The sides of a closed convex path, each by a point (m) and its outward normal; and its arcs and corners by
-    centre, radius (m; none of corners) and the directions that they look in: the first (rad), and on by a turn.
+    """Return the sides, and the arcs and corners, of a closed convex path.
+
+    A side is a point (m) and its outward normal. An arc or corner is its centre, its radius (m; 0 for corners), the
+    first direction that it faces (rad) and the angle from there.
     """
 
     def normal(side: Line) -> tuple[float, float]:
@@ -123,7 +131,7 @@ def _tangents(outline: Path) -> tuple[list[Side], list[Round]]:
         return (side.end.y - side.start.y) / length, (side.start.x - side.end.x) / length
 
     def direction(segment: Segment, fraction: float) -> float:
-        """Where the outward normal points (rad), at the start (0) or the end (1)."""
+        """Return the direction (rad) of the outward normal at the start (0) or the end (1)."""
         if isinstance(segment, Arc):
             return segment.start_angle + fraction * segment.sweep
         x, y = normal(segment)
@@ -142,7 +150,10 @@ def _tangents(outline: Path) -> tuple[list[Side], list[Round]]:
 
 
 def centroid(outline: Path) -> Point:
-    """The centroid of what a closed path encloses, arcs exact (Green's theorem); the start of one without area."""
+    """Return the centroid of the area of a closed path, with exact arcs (Green's theorem).
+
+    It is the start of the path if the area is zero.
+    """
     area = x = y = 0.0
     origin = outline.start  # near the path, so that small shapes far out lose no digits
     for segment in outline:
@@ -154,7 +165,7 @@ def centroid(outline: Path) -> Point:
         if not isinstance(segment, Arc):
             continue
         sweep, radius = abs(segment.sweep), segment.radius
-        beside = sweep - math.sin(sweep)  # what lies between the arc and its chord
+        beside = sweep - math.sin(sweep)  # area between the arc and its chord, over r^2 / 2
         if beside > 0.0:
             cap = math.copysign(0.5 * radius**2 * beside, segment.sweep)
             away = 4.0 * radius * math.sin(sweep / 2.0) ** 3 / (3.0 * beside)
@@ -165,8 +176,9 @@ def centroid(outline: Path) -> Point:
 
 @record
 class Footprint:
-    """A disc (``is_round``, its diameter the first of its sizes) or a rectangle: sizes along its own x and y (m),
-    centre, and rotation (rad, counter-clockwise).
+    """A disc (``is_round``; its diameter is the first of its sizes) or a rectangle.
+
+    Sizes along its own x and y (m), centre, and rotation (rad, counter-clockwise).
     """
 
     is_round: bool
@@ -176,7 +188,7 @@ class Footprint:
 
     @property
     def corners(self) -> tuple[Point, ...]:
-        """The four corners of a rectangle, counter-clockwise; none of a disc."""
+        """Four corners of a rectangle, counter-clockwise. Empty for a disc."""
         if self.is_round:
             return ()
         x, y = self.size[0] / 2, self.size[1] / 2
@@ -187,7 +199,7 @@ class Footprint:
 
     @property
     def reach(self) -> tuple[float, float]:
-        """How far (m) it reaches from its centre along x and along y."""
+        """Half the extent (m) along x and along y."""
         if self.is_round:
             return self.size[0] / 2, self.size[0] / 2
         cos, sin = abs(math.cos(self.rotation)), abs(math.sin(self.rotation))
@@ -203,7 +215,7 @@ class Footprint:
         return self.centre.x - x, self.centre.y - y, self.centre.x + x, self.centre.y + y
 
     def outline(self, margin: float = 0.0) -> Path:
-        """The closed outline, counter-clockwise, grown by `margin` (m) with round corners."""
+        """Return the closed outline, counter-clockwise, expanded by `margin` (m) with round corners."""
         if self.is_round:
             return circle(self.centre, self.size[0] / 2 + margin)
         (cx, cy), x, y = self.centre, self.size[0] / 2 + margin, self.size[1] / 2 + margin
@@ -211,21 +223,22 @@ class Footprint:
         return upright.rotated(self.rotation, self.centre) if self.rotation else upright
 
     def place_of(self, point: Point) -> tuple[float, float]:
-        """A point's coordinates (m) in the plate's own axes, about its centre."""
+        """Return a point's coordinates (m) in the plate's own axes, about its centre."""
         dx, dy = point.x - self.centre.x, point.y - self.centre.y
         cos, sin = math.cos(self.rotation), math.sin(self.rotation)
         return cos * dx + sin * dy, cos * dy - sin * dx
 
     def hangs_over(self, ground: Path) -> float:
-        """How far (m) its farthest point lies outside a convex outline; what is left of room, negative, where it lies
-        inside.
+        """Return the distance (m) of its farthest point outside a convex outline.
+
+        Negative if all of it lies inside: the remaining clearance.
         """
         if self.is_round:
             return beyond(ground, self.centre) + self.size[0] / 2
         return max(beyond(ground, corner) for corner in self.corners)
 
     def common(self, other: Footprint) -> Path | None:
-        """The outline of what both cover; None where they do not overlap."""
+        """Return the outline of the overlap with another footprint, or None if they do not overlap."""
         if self.is_round and other.is_round:
             # two discs: a lens
             small, large = sorted((self, other), key=lambda disc: disc.size[0])

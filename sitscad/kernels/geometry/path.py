@@ -1,4 +1,4 @@
-"""Lines and circular arcs, the paths made of them, and areas; arcs stay arcs down to the machine that draws them."""
+"""Lines and circular arcs, paths made of them, and areas. Arcs stay arcs up to the machine that draws them."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ class Point(NamedTuple):
         return Point(self.x - other.x, self.y - other.y)
 
     def shifted(self, dx: float, dy: float) -> Point:
-        """This point moved by (dx, dy)."""
+        """Return this point moved by (dx, dy)."""
         return Point(self.x + dx, self.y + dy)
 
     def distance(self, other: Point) -> float:
-        """Distance to another point, in metres."""
+        """Return the distance to another point, in metres."""
         return math.hypot(self.x - other.x, self.y - other.y)
 
 
 def polar(radius: float, angle: float, centre: Point = Point(0.0, 0.0)) -> Point:
-    """The point at a radius (m) and an angle (rad, from +x, counter-clockwise) about a centre."""
+    """Return the point at a radius (m) and an angle (rad, from +x, counter-clockwise) about a centre."""
     return Point(centre.x + radius * math.cos(angle), centre.y + radius * math.sin(angle))
 
 
@@ -50,17 +50,17 @@ class Line:
         return self.start.distance(self.end)
 
     def reversed(self) -> Line:
-        """This segment walked the other way."""
+        """Return this segment in the opposite direction."""
         return Line(self.end, self.start)
 
     def at(self, fraction: float) -> Point:
-        """The point at a fraction (0 to 1) of the length."""
+        """Return the point at a fraction (0 to 1) of the length."""
         return Point(
             self.start.x + fraction * (self.end.x - self.start.x), self.start.y + fraction * (self.end.y - self.start.y)
         )
 
     def flattened(self, tolerance: float) -> list[Point]:
-        """Start and end: a line needs no chords."""
+        """Return start and end: a line needs no chords."""
         return [self.start, self.end]
 
     @property
@@ -70,7 +70,7 @@ class Line:
         return min(ax, bx), min(ay, by), max(ax, bx), max(ay, by)
 
     def distance(self, point: Point) -> float:
-        """Shortest distance (m) from a point to the segment."""
+        """Return the shortest distance (m) from a point to the segment."""
         dx, dy = self.end.x - self.start.x, self.end.y - self.start.y
         square = dx * dx + dy * dy
         if square == 0.0:
@@ -111,11 +111,11 @@ class Arc:
         return self.radius * abs(self.sweep)
 
     def reversed(self) -> Arc:
-        """This arc walked the other way."""
+        """Return this arc in the opposite direction."""
         return Arc(self.end, self.start, self.centre, not self.ccw)
 
     def at(self, fraction: float) -> Point:
-        """The point at a fraction (0 to 1) of the length."""
+        """Return the point at a fraction (0 to 1) of the length."""
         if fraction <= 0.0:
             return self.start
         if fraction >= 1.0:
@@ -123,7 +123,7 @@ class Arc:
         return polar(self.radius, self.start_angle + fraction * self.sweep, self.centre)
 
     def flattened(self, tolerance: float) -> list[Point]:
-        """Points on the arc whose chords stay within `tolerance` (m) of it (sagitta r (1 - cos(step / 2)))."""
+        """Return points on the arc whose chords stay within `tolerance` (m) of it (sagitta r (1 - cos(step / 2)))."""
         radius, sweep = self.radius, self.sweep
         if radius <= tolerance:
             return [self.start, self.end]
@@ -134,7 +134,7 @@ class Arc:
 
     @property
     def box(self) -> tuple[float, float, float, float]:
-        """(x_min, y_min, x_max, y_max) in metres: the ends', and the compass points that the arc passes."""
+        """(x_min, y_min, x_max, y_max) in metres, from the ends and the compass points on the arc."""
         xs, ys = [self.start.x, self.end.x], [self.start.y, self.end.y]
         start, sweep, radius = self.start_angle, self.sweep, self.radius
         low, high = min(start, start + sweep) / QUARTER_TURN, max(start, start + sweep) / QUARTER_TURN
@@ -147,7 +147,7 @@ class Arc:
         return min(xs), min(ys), max(xs), max(ys)
 
     def distance(self, point: Point) -> float:
-        """Shortest distance (m) from a point to the arc."""
+        """Return the shortest distance (m) from a point to the arc."""
         angle = math.atan2(point.y - self.centre.y, point.x - self.centre.x)
         if self.ccw:
             sweep, along = self.sweep, (angle - self.start_angle) % TWO_PI
@@ -162,24 +162,24 @@ Segment = Line | Arc
 
 
 def part_of(segment: Segment, start: Point, end: Point) -> Segment:
-    """What of a segment lies between two points on it."""
+    """Return the part of a segment between two points on it."""
     return Arc(start, end, segment.centre, segment.ccw) if isinstance(segment, Arc) else Line(start, end)
 
 
 @record
 class Path:
-    """Segments that join end to start; closed when the last one ends where the first one starts."""
+    """Segments that join end to start. The path is closed if the last segment ends at the start of the first."""
 
     segments: tuple[Segment, ...]
 
     @property
     def start(self) -> Point:
-        """Where the path begins."""
+        """Start of the path."""
         return self.segments[0].start
 
     @property
     def end(self) -> Point:
-        """Where the path ends."""
+        """End of the path."""
         return self.segments[-1].end
 
     @cached_property
@@ -199,15 +199,15 @@ class Path:
         return Path(self.segments + other.segments)
 
     def reversed(self) -> Path:
-        """This path walked the other way."""
+        """Return this path in the opposite direction."""
         return Path(tuple(segment.reversed() for segment in reversed(self.segments)))
 
     def shifted(self, dx: float, dy: float) -> Path:
-        """The path moved by (dx, dy) metres."""
+        """Return the path moved by (dx, dy) metres."""
         return self.mapped(lambda p: p.shifted(dx, dy))
 
     def rotated(self, angle: float, centre: Point = Point(0.0, 0.0)) -> Path:
-        """The path turned by `angle` radians, counter-clockwise, about a centre."""
+        """Return the path rotated by `angle` radians, counter-clockwise, about a centre."""
         cos, sin = math.cos(angle), math.sin(angle)
 
         def turned(p: Point) -> Point:
@@ -217,7 +217,10 @@ class Path:
         return self.mapped(turned)
 
     def mapped(self, move: Callable[[Point], Point], flips: bool = False) -> Path:
-        """The path under a rigid motion of its points; `flips` when that motion is a mirror image."""
+        """Return the path under a rigid motion of its points.
+
+        `flips` is true if the motion is a mirror image.
+        """
         moved: list[Segment] = []
         before = start = end = None
         for s in self.segments:
@@ -230,31 +233,31 @@ class Path:
         return Path(tuple(moved))
 
     def flattened(self, tolerance: float) -> list[Point]:
-        """Points whose chords stay within `tolerance` (m) of the path."""
+        """Return points whose chords stay within `tolerance` (m) of the path."""
         points = [self.start]
         for segment in self.segments:
             points.extend(segment.flattened(tolerance)[1:])
         return points
 
     def distance(self, point: Point) -> float:
-        """Shortest distance (m) from a point to the path."""
+        """Return the shortest distance (m) from a point to the path."""
         return min(segment.distance(point) for segment in self.segments)
 
 
 def polyline(points: Iterable[Point]) -> Path:
-    """Straight segments from point to point; repeated points are dropped."""
+    """Return straight segments from point to point. Repeated points are dropped."""
     corners = [p if isinstance(p, Point) else Point(*p) for p in points]
     return Path(tuple([Line(a, b) for a, b in pairwise(corners) if a.distance(b) > 1e-12]))
 
 
 def closed_polygon(points: Iterable[Point]) -> Path:
-    """A closed path of straight sides."""
+    """Return a closed path of straight sides."""
     corners = [Point(*p) for p in points]
     return polyline([*corners, corners[0]])
 
 
 def rectangle(x0: float, y0: float, x1: float, y1: float, corner_radius: float = 0.0) -> Path:
-    """A closed counter-clockwise rectangle with corners rounded by `corner_radius` (m)."""
+    """Return a closed counter-clockwise rectangle with corners rounded by `corner_radius` (m)."""
     r = min(corner_radius, (x1 - x0) / 2, (y1 - y0) / 2)
     if r <= 0.0:
         return closed_polygon([Point(x0, y0), Point(x1, y0), Point(x1, y1), Point(x0, y1)])
@@ -262,7 +265,10 @@ def rectangle(x0: float, y0: float, x1: float, y1: float, corner_radius: float =
 
 
 def rounded(corners: list[Point], radius: float | list[float]) -> Path:
-    """A closed polygon whose corners are replaced by tangent arcs; one radius (m) for all corners, or one for each."""
+    """Return a closed polygon whose corners are replaced by tangent arcs.
+
+    `radius` (m) is for all corners, or a list with a radius for each corner.
+    """
     count = len(corners)
     radii = radius if isinstance(radius, list) else [radius] * count
     starts, ends, arcs = [], [], []
@@ -283,7 +289,10 @@ def rounded(corners: list[Point], radius: float | list[float]) -> Path:
 
 
 def fillet(before: Point, corner: Point, after: Point, radius: float) -> tuple[Point, Point, Arc | None]:
-    """The tangent points and the arc that round one corner; no arc where the radius is 0 or the corner straight."""
+    """Return the tangent points and the arc that round one corner.
+
+    The arc is None if the radius is 0 or the corner is straight.
+    """
     ux, uy = _unit(corner, before)
     vx, vy = _unit(corner, after)
     angle = math.acos(max(-1.0, min(1.0, ux * vx + uy * vy)))
@@ -298,8 +307,10 @@ def fillet(before: Point, corner: Point, after: Point, radius: float) -> tuple[P
 
 
 def rounded_polyline(corners: list[Point], radius: float | list[float]) -> Path:
-    """An open polyline with its inner corners rounded, each by at most what its shorter side leaves room for. One
-    radius (m) for all corners, or one for each point.
+    """Return an open polyline with its inner corners rounded.
+
+    Each radius is at most the room on the shorter side. `radius` (m) is for all corners, or a list with a radius for
+    each point.
     """
     segments: list[Segment] = []
     here = corners[0]
@@ -320,13 +331,16 @@ def rounded_polyline(corners: list[Point], radius: float | list[float]) -> Path:
 
 
 def circle(centre: Point, radius: float) -> Path:
-    """A full circle as two half arcs."""
+    """Return a full circle as two half arcs."""
     east, west = centre.shifted(radius, 0.0), centre.shifted(-radius, 0.0)
     return Path((Arc(east, west, centre), Arc(west, east, centre)))
 
 
 def enclosed_area(path: Path) -> float:
-    """Signed area (m2) inside a closed path, positive counter-clockwise, arcs exact (Green's theorem)."""
+    """Return the signed area (m2) inside a closed path, positive counter-clockwise.
+
+    Arcs are exact (Green's theorem).
+    """
     total = 0.0
     for s in path:
         total += 0.5 * (s.start.x * s.end.y - s.end.x * s.start.y)
@@ -336,12 +350,12 @@ def enclosed_area(path: Path) -> float:
 
 
 def bounding_box(paths: Iterable[Path]) -> tuple[float, float, float, float]:
-    """(x_min, y_min, x_max, y_max) in metres of the centre lines of some paths, arcs exact."""
+    """Return (x_min, y_min, x_max, y_max) in metres of the centre lines of some paths, with exact arcs."""
     return box_around([segment.box for path in paths for segment in path.segments])
 
 
 def box_around(boxes: Sequence[tuple[float, float, float, float]]) -> tuple[float, float, float, float]:
-    """The box (x_min, y_min, x_max, y_max; m) that holds some boxes."""
+    """Return the box (x_min, y_min, x_max, y_max; m) that encloses some boxes."""
     return min(b[0] for b in boxes), min(b[1] for b in boxes), max(b[2] for b in boxes), max(b[3] for b in boxes)
 
 

@@ -1,8 +1,8 @@
-"""Exact distances between many straight and circular track pieces at once, in numpy. Metres and radians.
+"""Exact distances between many straight and circular track pieces at once, in numpy, in metres and radians.
 
-No arc is flattened: the nearest points of two pieces are either an end of one of them and its nearest point on the
-other, or lie where one line crosses both at right angles (through both centres for two arcs, through the centre and
-square to the line for a line and an arc), or the pieces cross. All of these are looked at.
+No arc is flattened. There are three cases. The nearest points of two pieces can be an end of one piece and its nearest
+point on the other. They can lie where one line crosses both at right angles: through both centres for two arcs, or
+through the centre for a line and an arc. Or the pieces cross. All cases are evaluated.
 """
 
 from __future__ import annotations
@@ -23,8 +23,10 @@ _ANGLE_SLACK = 1e-9
 
 @record
 class Primitives:
-    """Lines and arcs as arrays of one length: ends (n, 2); for arcs the centre (n, 2), radius, start angle and signed
-    sweep, for lines a sweep of 0 and a radius of 0. A line whose ends agree is a point.
+    """Lines and arcs as arrays of one length.
+
+    Ends are (n, 2). Arcs have a centre (n, 2), radius, start angle and signed sweep. Lines have a sweep and a radius of
+    0. A line with equal ends is a point.
     """
 
     start: Array
@@ -38,11 +40,11 @@ class Primitives:
         return len(self.radius)
 
     def take(self, index: Index) -> Primitives:
-        """The pieces with these indices."""
+        """Return the pieces with these indices."""
         return Primitives(*(getattr(self, name)[index] for name in _FIELDS))
 
     def trimmed(self, first: Array, last: Array) -> Primitives:
-        """The pieces between two fractions (0 to 1) of their length, piece by piece."""
+        """Return the pieces between two fractions (0 to 1) of their length, piece by piece."""
 
         def at(fraction: Array) -> Array:
             straight = self.start + fraction[:, None] * (self.end - self.start)
@@ -55,7 +57,7 @@ class Primitives:
 
     @property
     def tangents(self) -> tuple[Array, Array]:
-        """Unit vectors (n, 2) along each piece where it starts and where it ends; zero for a point."""
+        """Unit vectors (n, 2) along each piece at its start and at its end; zero for a point."""
 
         def at(point: Array) -> Array:
             out = point - self.centre
@@ -68,7 +70,7 @@ class Primitives:
 
     @cached_property
     def boxes(self) -> Array:
-        """Bounding boxes (n, 4): x_min, y_min, x_max, y_max; for arcs of ends and every axis crossing."""
+        """Bounding boxes (n, 4): x_min, y_min, x_max, y_max. Arcs include every axis crossing."""
         low, high = np.minimum(self.start, self.end), np.maximum(self.start, self.end)
         if not np.any(self.radius > 0.0):
             return np.hstack([low, high])
@@ -87,12 +89,12 @@ Row = tuple[float, ...]
 
 
 def line_row(x0: float, y0: float, x1: float, y1: float) -> Row:
-    """The row of a straight segment, or of a point where both ends agree."""
+    """Return the row of a straight segment, or of a point if both ends are equal."""
     return x0, y0, x1, y1, 0.0, 0.0, 0.0, 0.0, 0.0
 
 
 def path_rows(path: Iterable[Segment]) -> Iterator[tuple[Row, float]]:
-    """The rows of a path's segments, each with its length (m)."""
+    """Yield the rows of a path's segments, each with its length (m)."""
     for segment in path:
         if isinstance(segment, Arc):
             sweep, radius = segment.sweep, segment.radius
@@ -103,13 +105,13 @@ def path_rows(path: Iterable[Segment]) -> Iterator[tuple[Row, float]]:
 
 
 def from_rows(rows: list[Row]) -> Primitives:
-    """Primitives from rows (x0, y0, x1, y1, xc, yc, radius, start angle, signed sweep)."""
+    """Return primitives from rows (x0, y0, x1, y1, xc, yc, radius, start angle, signed sweep)."""
     table = np.array(rows, dtype=float).reshape(-1, 9)
     return Primitives(table[:, 0:2], table[:, 2:4], table[:, 4:6], table[:, 6], table[:, 7], table[:, 8])
 
 
 def joined(parts: Sequence[Primitives]) -> Primitives:
-    """All pieces of some, in their order."""
+    """Return all pieces of several sets, in their order."""
     if not parts:
         return from_rows([])
     return Primitives(*(np.concatenate([getattr(part, name) for part in parts]) for name in _FIELDS))
@@ -122,7 +124,7 @@ def within_sweep(angle: Array | float, start: Array, sweep: Array) -> Flags:
 
 
 def distances(one: Primitives, other: Primitives) -> Array:
-    """Smallest distance (n,) between the centre lines of pieces k of `one` and of `other`; 0 where they cross."""
+    """Return the smallest distance (n,) between the centre lines of piece k of both sets; 0 if they cross."""
     result = np.minimum(
         np.minimum(to_points(other, one.start), to_points(other, one.end)),
         np.minimum(to_points(one, other.start), to_points(one, other.end)),
@@ -139,7 +141,7 @@ def distances(one: Primitives, other: Primitives) -> Array:
 
 
 def to_points(pieces: Primitives, points: Array) -> Array:
-    """Distance (n,) from piece k to point k of (n, 2)."""
+    """Return the distance (n,) from piece k to point k of (n, 2)."""
     result = np.empty(len(pieces))
     round_ = pieces.radius > 0.0
     for index, distance in ((np.flatnonzero(~round_), _lines_to_points), (np.flatnonzero(round_), _arcs_to_points)):
@@ -159,7 +161,7 @@ def _lines_to_points(lines: Primitives, points: Array) -> Array:
 
 
 def _arcs_to_points(arcs: Primitives, points: Array) -> Array:
-    """Distances (n,; m) of points from arcs, one to one."""
+    """Return the distance (n,; m) from arc k to point k."""
     out = points - arcs.centre
     on = _faces(arcs, out)
     result = np.abs(np.hypot(out[:, 0], out[:, 1]) - arcs.radius)
@@ -170,7 +172,10 @@ def _arcs_to_points(arcs: Primitives, points: Array) -> Array:
 
 
 def nearest_pairs(boxes: Array, reach: Array, others: Array | None = None, other_reach: Array | None = None) -> Index:
-    """Index pairs (m, 2) whose boxes, grown by `reach` each, touch; within one set (i < j), or between two sets."""
+    """Return index pairs (m, 2) whose boxes, each expanded by `reach`, touch.
+
+    Pairs are within one set (i < j), or between two sets.
+    """
     same = others is None
     second = boxes if same else others
     grown = boxes + np.column_stack([-reach, -reach, reach, reach])
@@ -198,11 +203,11 @@ def nearest_pairs(boxes: Array, reach: Array, others: Array | None = None, other
 
 
 _BLOCK, _FEW = 128, 500_000
-"""Boxes that are compared at once, and pairs of boxes up to which all are."""
+"""Boxes compared at once, and number of pairs up to which all pairs are compared."""
 
 
 def _touch(boxes: Array, others: Array) -> Flags:
-    """Which boxes (n, 4) touch which others (m, 4): (n, m)."""
+    """Return flags (n, m) of boxes (n, 4) that touch others (m, 4)."""
     left, low, right, high = boxes.T[:, :, None]
     other_left, other_low, other_right, other_high = np.ascontiguousarray(others.T)
     found = left <= other_right
@@ -213,7 +218,7 @@ def _touch(boxes: Array, others: Array) -> Flags:
 
 
 def _blocks(boxes: Array) -> list[Index]:
-    """Numbers of boxes that lie together: by the field of a grid that their middles are in."""
+    """Return groups of box numbers that lie together, by the grid cell of their middles."""
     middle = 0.5 * (boxes[:, :2] + boxes[:, 2:])
     low, high = middle.min(axis=0), middle.max(axis=0)
     side = max(1, math.isqrt(len(boxes) // 32))
@@ -227,10 +232,10 @@ def _around(boxes: Array) -> Array:
 
 
 def _line_line(one: Primitives, other: Primitives) -> Array:
-    """0 where two segments cross, infinite elsewhere."""
+    """Return 0 if two segments cross, infinity otherwise."""
     r, s, q = one.end - one.start, other.end - other.start, other.start - one.start
     cross = _cross(r, s)
-    # Rounding leaves a trace of an angle between collinear lines, and with it any crossing point at all
+    # Rounding leaves a tiny angle between collinear lines, whose crossing point would be arbitrary.
     parallel = np.abs(cross) <= 1e-9 * np.sqrt(_dot(r, r) * _dot(s, s))
     safe = np.where(parallel, 1.0, cross)
     t, u = _cross(q, s) / safe, _cross(q, r) / safe
@@ -239,7 +244,10 @@ def _line_line(one: Primitives, other: Primitives) -> Array:
 
 
 def _line_arc(line: Primitives, arc: Primitives) -> Array:
-    """Distance at the foot of the perpendicular from the arc's centre; 0 where line and arc cross; else infinite."""
+    """Return the distance at the foot of the perpendicular from the arc's centre.
+
+    It is 0 if line and arc cross, and infinite if the foot is not on both.
+    """
     along = line.end - line.start
     length = np.hypot(along[:, 0], along[:, 1])
     unit = along / np.where(length > 0.0, length, 1.0)[:, None]
@@ -259,7 +267,10 @@ def _line_arc(line: Primitives, arc: Primitives) -> Array:
 
 
 def _arc_arc(one: Primitives, other: Primitives) -> Array:
-    """Distance along the line through both centres; 0 where the arcs cross; else infinite."""
+    """Return the distance along the line through both centres.
+
+    It is 0 if the arcs cross, and infinite if the line does not meet both.
+    """
     axis = other.centre - one.centre
     apart = np.hypot(axis[:, 0], axis[:, 1])
     unit = np.where(apart[:, None] > 1e-15, axis / np.where(apart > 1e-15, apart, 1.0)[:, None], [1.0, 0.0])
@@ -277,7 +288,10 @@ def _arc_arc(one: Primitives, other: Primitives) -> Array:
 
 
 def _arcs_cross(one: Primitives, other: Primitives, apart: Array, unit: Array) -> Flags:
-    """Whether arcs cross whose circles do; `apart` (m) and `unit` lead from one centre to the other."""
+    """Whether arcs cross whose circles cross.
+
+    `apart` (m) and `unit` are the distance and direction from one centre to the other.
+    """
     at = (apart**2 + one.radius**2 - other.radius**2) / (2.0 * apart)
     half = np.sqrt(np.maximum(0.0, one.radius**2 - at**2))
     normal = np.column_stack([-unit[:, 1], unit[:, 0]])

@@ -1,11 +1,10 @@
-"""The outlines that a coil may have: a row of `SHAPES` each, and a class for each way to wind.
+"""Outlines of coils: a row of `SHAPES` for each, and a class for each kind of winding.
 
-The other rooms ask an outline for its features, never for its name. A row also declares what is known of its shape:
-which error bounds hold for coils (`bounds`), and how a plate of it is computed and cut (`plate`). A coil
-without `bounds` and a plate without `plate` are refused by name: a class inherits the features of another shape, but
-not what was fitted to that shape.
+Other modules use an outline's features, never its name. A row also declares which error bounds hold for coils of the
+shape (`bounds`), and how a plate of it is computed and cut (`plate`). A coil without `bounds` and a plate without
+`plate` are refused by name. A class inherits the features of another shape, but not the fits for that shape.
 
-Lengths are metres, angles radians; a coil's size is [x, y] across its outer copper edges. The centre line of a layer is
+Lengths are metres, angles radians. A coil's size is [x, y] across its outer copper edges. The centre line of a layer is
 wound exactly as the spec defines it: counter-clockwise about the origin, from the outside in.
 """
 
@@ -33,10 +32,10 @@ from sitscad.kernels.geometry.path import (
 )
 
 CHORD_TOLERANCE = 0.05e-6
-"""What is drawn follows the ideal curve within this distance, in metres (the contract allows 0.1 um)."""
+"""Largest distance (m) of drawn lines from the ideal curve (the contract allows 0.1 um)."""
 
 SKETCHED = 10e-6
-"""What is only sketched follows it within this distance (m): an arc for nearly half a turn of a spiral."""
+"""Largest distance (m) of sketched lines from the ideal curve: an arc covers nearly half a turn of a spiral."""
 
 
 @record
@@ -73,7 +72,10 @@ def _arc_through(start: Point, middle: Point, end: Point) -> Arc | Line:
 
 
 def crossing(one: tuple[float, float], other: tuple[float, float], step: float) -> Point:
-    """Where two lines cross, each given by the number of its normal's direction and its distance from the origin."""
+    """Return the intersection of two lines.
+
+    Each line is the number of its normal's direction and its distance from the origin.
+    """
     a, b = one[0] * step, other[0] * step
     determinant = math.sin(b - a)
     return Point(
@@ -83,9 +85,10 @@ def crossing(one: tuple[float, float], other: tuple[float, float], step: float) 
 
 
 def rounded_corners(path: Path, radius: float, sides: int, pitch: float) -> Path:
-    """An inward polygon spiral with its corners rounded by `radius` (m), less where the sides are too short for it.
-    Outside the inner end the radius grows from turn to turn by at most the pitch (m): more would cut a turn in towards
-    that end, or towards the turn inside it. `sides` is the number of sides a turn.
+    """Return an inward polygon spiral with its corners rounded by `radius` (m), or less if the sides are too short.
+
+    `sides` is the number of sides per turn. Outwards from the inner end, the radius grows from turn to turn by at most
+    the pitch (m). A faster growth would cut a turn in towards that end, or towards the turn inside it.
     """
     if radius <= 0.0 or len(path.segments) < 2:
         return path
@@ -107,13 +110,14 @@ _ORIGIN = Point(0.0, 0.0)
 
 @record
 class Outline(ABC):
-    """What all outlines have: a name, the adjective for people, and the features that others go by. ``sides`` are the
-    straight sides of a polygon, 0 for the others; ``is_long`` says that x and y may differ, ``is_round`` that it is
-    wound as a spiral about its centre without a straight part.
+    """Common features of all outlines: a name, the adjective for messages, and geometric features.
 
-    ``bounds`` names the shapes whose fitted error bounds hold for coils of this shape: itself, or for a polygon that
-    was not fitted, the fitted ones with fewer and with more sides. ``plate`` is the form by which a target, a pad or a
-    finger of this shape is computed and cut: "disc" or "rectangle". Both are empty if nothing is known.
+    ``sides`` is the number of straight sides of a polygon, 0 for other shapes. ``is_long`` is true if x and y may
+    differ. ``is_round`` is true if it is wound as a spiral about its centre without a straight part.
+
+    ``bounds`` names the shapes whose fitted error bounds hold for coils of this shape. It is the shape itself, or for a
+    polygon without a fit, the fitted polygons with fewer and with more sides. ``plate`` is the form in which a target,
+    a pad or a finger of this shape is computed and cut: "disc" or "rectangle". Both are empty if they are unknown.
     """
 
     name: str
@@ -146,12 +150,12 @@ class Outline(ABC):
 
     @property
     def ends(self) -> int | None:
-        """The number of parts into which a turn may be broken; None where any number of turns is defined."""
+        """Number of parts into which a turn may be divided, or None if any number of turns is defined."""
         return self.sides or None
 
     @property
     def across(self) -> str:
-        """What a drawing says of how its size is measured; empty where that is plain."""
+        """Text in a drawing that explains how the size is measured. Empty if no explanation is needed."""
         if self.is_round:
             return "in diameter "
         if self.sides % 2:  # no two flats face each other
@@ -159,41 +163,53 @@ class Outline(ABC):
         return "across flats " if self.sides > 4 else ""
 
     def size_in_words(self, size: Size) -> str:
-        """A size for people, in millimetres without the unit: a diameter, or both sides."""
+        """Return a size in millimetres, without the unit: a diameter, or both sides."""
         return f"diameter {in_mm(size[0])}" if self.is_round else f"{in_mm(size[0])} x {in_mm(size[1])}"
 
     @property
     def area(self) -> float:
-        """The outline's area over that of the rectangle that its sizes span, corners of any radius not taken off."""
+        """Area over the area of the rectangle of its sizes, with sharp corners."""
         return 1.0
 
     @property
     def shrinks(self) -> float:
-        """How much shorter a turn gets for each metre that it lies further inside."""
+        """Decrease of a turn's length for each metre that it lies further inside."""
         return TWO_PI
 
     @abstractmethod
     def inwards(self, dimensions: SpiralDimensions, outer_angle: float) -> Path:
-        """A layer wound counter-clockwise about the origin, from the outside in."""
+        """Return a layer wound counter-clockwise about the origin, from the outside in."""
 
     def start(self, angle: float, sense: int, is_mid_side: bool = False) -> float:
-        """The angle at which a layer asked to begin at `angle` does begin."""
+        """Return the angle at which a layer begins if it should begin at `angle`."""
         return angle
 
     @abstractmethod
     def boundary(self, size: Size, offset: float) -> Path:
-        """The closed counter-clockwise curve at `offset` (m) outside the outer copper edge, beginning at +x, y = 0."""
+        """Return the closed counter-clockwise curve at `offset` (m) outside the outer copper edge.
+
+        It begins at +x, y = 0.
+        """
 
     @abstractmethod
     def edge(self, size: Size, radius: float) -> Path:
-        """The closed curve that the outer copper edges lie on, the corners of a polygon rounded by `radius` (m)."""
+        """Return the closed curve of the outer copper edges.
+
+        The corners of a polygon are rounded by `radius` (m).
+        """
 
     @abstractmethod
     def core(self, size: Size) -> tuple[tuple[Point, ...], float]:
-        """The convex core of points, and the radius round it (m), that make the outer copper edge."""
+        """Return the points and the radius (m) that define the outer copper edge.
+
+        The edge is the convex hull of the points, expanded by the radius.
+        """
 
     def corner_radius(self, size: Size, asked: float) -> float:
-        """Radius (m) of what rounds the outer edge of a polygon of that corner radius, or of what ends another."""
+        """Return the radius (m) of the outer edge's corners for a polygon with that corner radius.
+
+        For other shapes it is the radius of the ends.
+        """
         return asked
 
     @property
@@ -202,59 +218,78 @@ class Outline(ABC):
         return 1.0
 
     def inset(self, trace_width: float, pitch: float, turns: float) -> float:
-        """Return the distance (m) from the outer to the inner copper edge of a layer. For a polygon it is the mean over
-        the sides of the innermost turn.
+        """Return the distance (m) from the outer to the inner copper edge of a layer.
+
+        For a polygon it is the mean over the sides of the innermost turn.
         """
         return trace_width + pitch * max(0.0, turns - self.outermost_turns)
 
     INWARD: ClassVar[tuple[float, float]] = (0.0, 0.0)
-    """Distance (pitches) of the mean of a turn from where the turn begins: of any part of a turn, and of each turn."""
+    """Distance (pitches) of a turn's mean from its start, as two terms.
+
+    The first is for any part of a turn, the second for each turn.
+    """
 
     def wind(
         self, dimensions: SpiralDimensions, outer_angle: float, sense: int = 1, corner_radius: float = 0.0
     ) -> Path:
-        """One layer from its outer end inwards, about the origin, its corners rounded by a radius (m). ``outer_angle``
-        is where the outer end stands (polygons: the last corner at or before it, in the direction of winding);
-        ``sense`` is +1 for counter-clockwise, -1 for clockwise.
+        """Return one layer from its outer end inwards, about the origin, with rounded corners.
+
+        Parameters
+        ----------
+        dimensions : SpiralDimensions
+            dimensions of the layer
+        outer_angle : float
+            angle of the outer end. For polygons, the last corner at or before it in winding direction
+        sense : int, optional
+            +1 for counter-clockwise, -1 for clockwise
+        corner_radius : float, optional
+            radius of the corners (m)
         """
         path = self.inwards(dimensions, sense * outer_angle)
         path = path if sense > 0 else path.mapped(lambda p: Point(p.x, -p.y), flips=True)
-        if dimensions.is_mid_side:  # no corner stands outside of its inner end
+        if dimensions.is_mid_side:  # no corner lies outside of its inner end
             corners = [path.start, *(segment.end for segment in path)]
             return rounded_polyline(corners, [corner_radius] * len(corners)) if corner_radius > 0.0 else path
         return rounded_corners(path, corner_radius, self.sides, dimensions.pitch) if self.sides else path
 
     def nearest_turns(self, turns: float) -> float:
-        """The number of turns nearest to `turns` that it allows (at least one part of a turn)."""
+        """Return the allowed number of turns nearest to `turns` (at least one part of a turn)."""
         return turns if self.ends is None else max(1, round(turns * self.ends)) / self.ends
 
     def is_whole(self, turns: float) -> bool:
-        """Whether the turns end where it defines an end; one part in 10^6 is taken as rounding (2.166667)."""
+        """Whether the turns end at an allowed end.
+
+        A difference of one part in 10^6 counts as rounding (2.166667).
+        """
         return abs(self.nearest_turns(turns) - turns) <= 1e-6 * max(1.0, turns)
 
     def most_turns(self, size: Size, trace_width: float, pitch: float) -> float:
-        """Largest number of turns whose innermost trace stays clear of the centre; 0 where none does."""
+        """Return the largest number of turns whose innermost trace stays clear of the centre.
+
+        It is 0 if there is no room for a turn.
+        """
         room = (min(size) / 2 - trace_width) / pitch - _SLACK
         return self._most_in(room) if room > 0 else 0.0
 
     @abstractmethod
     def _most_in(self, room: float) -> float:
-        """The most turns in so many pitches from the outermost track to the centre."""
+        """Return the largest number of turns for `room` pitches from the outermost track to the centre."""
 
 
 @record
 class Round(Outline):
-    """A circle: an Archimedean spiral, that may end anywhere. Its inner edge (D - w)/2 - p N - w/2 stays positive."""
+    """A circle: an Archimedean spiral that may end anywhere. Its inner edge (D - w)/2 - p N - w/2 stays positive."""
 
     is_round: ClassVar[bool] = True
 
     @property
     def area(self) -> float:
-        """The share of its square that a circle covers."""
+        """Fraction of its square that a circle covers."""
         return math.pi / 4.0
 
     def inwards(self, dimensions: SpiralDimensions, outer_angle: float) -> Path:
-        """An Archimedean spiral r = (D - w)/2 - p theta / (2 pi), drawn as arcs through three of its points each."""
+        """Return an Archimedean spiral r = (D - w)/2 - p theta / (2 pi), as arcs through three of its points each."""
         slope = dimensions.pitch / TWO_PI
         total = TWO_PI * dimensions.turns
         # an arc through both ends and the middle of a spiral piece departs from it by under slope step^3 / 60
@@ -265,23 +300,23 @@ class Round(Outline):
         return Path(tuple(_arc_through(points[2 * i], points[2 * i + 1], points[2 * i + 2]) for i in range(count)))
 
     def boundary(self, size: Size, offset: float) -> Path:
-        """Four quarters of a circle."""
+        """Return four quarters of a circle."""
         radius = size[0] / 2 + offset
         east, north = Point(radius, 0.0), Point(0.0, radius)
         west, south = Point(-radius, 0.0), Point(0.0, -radius)
         return Path(tuple(Arc(a, b, _ORIGIN) for a, b in pairwise((east, north, west, south, east))))
 
     def edge(self, size: Size, radius: float) -> Path:
-        """A circle: it has no corners."""
+        """Return a circle: it has no corners."""
         return circle(_ORIGIN, size[0] / 2)
 
     def core(self, size: Size) -> tuple[tuple[Point, ...], float]:
-        """The circle's centre, and its radius."""
+        """Return the circle's centre and its radius."""
         return (_ORIGIN,), size[0] / 2
 
     @property
     def outermost_turns(self) -> float:
-        """0: the winding moves inwards from its outer end on."""
+        """0: the winding moves inwards from its outer end."""
         return 0.0
 
     INWARD: ClassVar[tuple[float, float]] = (0.0, 0.5)  # a spiral comes inwards steadily
@@ -292,24 +327,28 @@ class Round(Outline):
 
 @record
 class Polygon(Outline):
-    """A regular polygon, one flat facing +x, or a rectangle: turns end at corners, and step in after each whole turn.
-    The flat on which the inner end stands, (D - w)/2 - p floor(N) - w/2 from the centre, stays clear of it.
+    """A regular polygon with one flat facing +x, or a rectangle.
+
+    Turns end at corners and step inwards after each whole turn. The flat at the inner end, (D - w)/2 - p floor(N) - w/2
+    from the centre, stays clear of the centre.
     """
 
     @property
     def area(self) -> float:
-        """The regular polygon's over that of the square about its inscribed circle."""
+        """Area of the regular polygon over the area of the square about its inscribed circle."""
         return 1.0 if self.sides == 4 else self.sides * math.tan(math.pi / self.sides) / 4.0
 
     @property
     def shrinks(self) -> float:
-        """Twice the tangent of half a corner's angle for each corner."""
+        """Twice the tangent of half a corner's angle, summed over the corners."""
         return 8.0 if self.sides == 4 else 2.0 * self.sides * math.tan(math.pi / self.sides)
 
     def inwards(self, dimensions: SpiralDimensions, outer_angle: float) -> Path:
-        """Side m lies floor(m / sides) pitches further in. The step inwards at the end of a whole turn shortens its
-        last side; where less than a track's width would be left of it (in an octagon's small turns less than nothing),
-        the spiral ends a corner earlier. Only a four-sided spiral may be longer one way than the other.
+        """Return the polygon spiral; side m lies floor(m / sides) pitches further inside.
+
+        The step inwards at the end of a whole turn shortens its last side. If less than a track's width would remain of
+        the side, the spiral ends a corner earlier. In an octagon's small turns the remainder can be negative. Only a
+        four-sided spiral may have different sizes along x and y.
         """
         step = TWO_PI / self.sides
         first = math.floor((outer_angle - (0.0 if dimensions.is_mid_side else step / 2)) / step + 1e-9)
@@ -321,7 +360,7 @@ class Polygon(Outline):
             size = dimensions.size[index % 2 if self.sides == 4 else 1]
             return index, (size - dimensions.trace_width) / 2 - dimensions.pitch * turn
 
-        if dimensions.is_mid_side:  # from the foot of the perpendicular on the first side to that on the last
+        if dimensions.is_mid_side:  # from the middle of the first side to the middle of the last side
             flats = [side(m, m // self.sides) for m in range(count + 1)]
             begin, end = (polar(distance, index * step) for index, distance in (flats[0], flats[-1]))
             points = [begin, *(crossing(one, other, step) for one, other in pairwise(flats)), end]
@@ -342,7 +381,7 @@ class Polygon(Outline):
         return sense * (math.floor((sense * angle - step / 2) / step + 1e-9) * step + step / 2)
 
     def boundary(self, size: Size, offset: float) -> Path:
-        """The polygon itself, larger."""
+        """Return the larger polygon."""
         flats = [(i, size[i % 2 if self.sides == 4 else 1] / 2 + offset) for i in range(self.sides + 1)]
         points = [crossing(a, b, TWO_PI / self.sides) for a, b in pairwise(flats)]
         east = Point(size[0] / 2 + offset, 0.0)
@@ -350,7 +389,7 @@ class Polygon(Outline):
         return Path(tuple(segments))
 
     def edge(self, size: Size, radius: float) -> Path:
-        """The polygon, its corners rounded."""
+        """Return the polygon with rounded corners."""
         x, y = size[0] / 2, size[1] / 2
         if self.sides == 4:
             return rectangle(-x, -y, x, y, radius)
@@ -359,7 +398,7 @@ class Polygon(Outline):
         return rounded([polar(reach, (i + 0.5) * step) for i in range(self.sides)], radius)
 
     def core(self, size: Size) -> tuple[tuple[Point, ...], float]:
-        """The polygon's corners."""
+        """Return the polygon's corners."""
         x, y = size[0] / 2, size[1] / 2
         if self.is_long:
             return (Point(x, y), Point(-x, y), Point(-x, -y), Point(x, -y)), 0.0
@@ -374,20 +413,22 @@ class Polygon(Outline):
 
 @record
 class Racetrack(Outline):
-    """Straight sides along x and half circles: turns end where one goes over into the other. The innermost end, (D -
-    w)/2 - p (N - 1/2) - w/2 from the axis, stays clear of it.
+    """Straight sides along x and half circles. Turns end where a side and a half circle join.
+
+    The innermost end, (D - w)/2 - p (N - 1/2) - w/2 from the axis, stays clear of the axis.
     """
 
     @property
     def ends(self) -> int | None:
-        """A racetrack ends where a straight side does."""
+        """2: a racetrack ends at the end of a straight side."""
         return 2
 
     def inwards(self, dimensions: SpiralDimensions, outer_angle: float) -> Path:
-        """Straight sides along x and half circles: turn joins turn because every other end is moved across by half a
-        pitch. The first end that is walked is concentric about the axis, the other family stands p/2 nearer to the side
-        that the layer began at, with radii p/2 smaller. Begins at the junction of the quadrant that ``outer_angle``
-        lies in.
+        """Return straight sides along x and half circles.
+
+        Turns join because every second end is moved across by half a pitch. The first end is concentric about the axis.
+        The other ends are p/2 nearer to the side at which the layer begins, with radii p/2 smaller. The layer begins at
+        the junction of the quadrant of ``outer_angle``.
         """
         half = (dimensions.size[0] - dimensions.size[1]) / 2
         quadrant = math.floor(outer_angle / (math.pi / 2) + 1e-9) % 4
@@ -401,20 +442,25 @@ class Racetrack(Outline):
                 x = -x
                 segments.append(Line(start, Point(x, y)))
                 continue
-            # The end that begins the second half of a turn comes back one pitch nearer to the axis.
+            # The end at the start of the second half of a turn returns one pitch nearer to the axis.
             other = -y + (math.copysign(dimensions.pitch, y) if piece % 4 >= 2 else 0.0)
             segments.append(Arc(start, Point(x, other), Point(x, (y + other) / 2)))
             y = other
         return Path(tuple(segments))
 
     def start(self, angle: float, sense: int, is_mid_side: bool = False) -> float:
-        """A racetrack begins where a straight side does: with angle 0 at +x, +y (clockwise: +x, -y), with half a turn
-        at the opposite junction. Its junctions are named by the middle of their quadrant.
+        """Return the angle at which a racetrack begins, at the start of a straight side.
+
+        Angle 0 gives the junction at +x, +y (clockwise: +x, -y), and half a turn gives the opposite junction. A
+        junction's angle is the middle of its quadrant.
         """
         return sense * (math.pi * math.floor(sense * angle / math.pi + 0.5 + 1e-9) + math.pi / 4)
 
     def boundary(self, size: Size, offset: float) -> Path:
-        """Straight sides that touch both semicircles from outside: roads around a coil are laid side by side."""
+        """Return straight sides that touch both semicircles from outside.
+
+        Roads then lie side by side round a coil.
+        """
         half, radius, parts = (size[0] - size[1]) / 2, size[1] / 2 + offset, 12
         step = math.pi / parts
         reach = radius / math.cos(step / 2)
@@ -425,17 +471,17 @@ class Racetrack(Outline):
         return Path(tuple(Line(a, b) for a, b in pairwise([east, *points, east])))
 
     def edge(self, size: Size, radius: float) -> Path:
-        """Straight sides and half circles."""
+        """Return straight sides and half circles."""
         x, y = size[0] / 2, size[1] / 2
         return rectangle(-x, -y, x, y, min(x, y))
 
     def core(self, size: Size) -> tuple[tuple[Point, ...], float]:
-        """The centres of its ends, and their radius."""
+        """Return the centres of its ends and their radius."""
         half = (size[0] - size[1]) / 2
         return (Point(half, 0.0), Point(-half, 0.0)), size[1] / 2
 
     def corner_radius(self, size: Size, asked: float) -> float:
-        """A racetrack's ends are half circles."""
+        """Return the radius of the ends, which are half circles."""
         return 0.5 * min(size)
 
     INWARD: ClassVar[tuple[float, float]] = (0.25, 0.0)  # by half a pitch in the middle of each turn
@@ -455,10 +501,10 @@ SHAPES: dict[str, Outline] = {
         Racetrack("racetrack", "racetrack", is_long=True, bounds=("racetrack",)),
     )
 }
-"""Every outline by the name that a spec gives it; a new one is a row."""
+"""All outlines by the name in a spec. A new outline is a new row."""
 
 PLATES: dict[str, Outline] = {name: SHAPES[name] for name in ("square", "circle", "rectangle")}
-"""The outlines that plates may have: target, elastomer and finger."""
+"""Outlines of plates: target, elastomer and finger."""
 
 LONG_PLATE = next(name for name, outline in PLATES.items() if outline.is_long)
-"""The plate whose two sides may differ."""
+"""Plate whose two sides may differ."""
