@@ -28,6 +28,15 @@ def test_picture_of_the_board_names_its_axes_and_its_edge(layout, window):
     assert shown.count("x") == shown.count("y") == 1 and "edge of the board" in shown
 
 
+def test_picture_of_the_board_shows_the_largest_outline_that_is_asked_for(layout):
+    """A board that reached beyond it was drawn without it."""
+    assert "board-largest" not in picture(layout)
+    text = templates.read("bench_7mm").replace("fpc:", "fpc:\n  largest: {shape: rectangle, size: [18, 9]}", 1)
+    asked = sitscad.lay_out(sitscad.load_text(text))
+    drawn = picture(asked)
+    assert "id='board-largest'" in drawn and "fpc.largest" in texts(drawn)
+
+
 def test_tracks_under_other_copper_are_drawn_over_it_in_their_own_colour(layout):
     """Of a coil of two layers the lower one could not be seen."""
     drawn = picture(layout)

@@ -127,6 +127,15 @@ def ground(layout: Layout) -> Path:
     return found
 
 
+def largest_outline(layout: Layout) -> Path | None:
+    """The outline `fpc.largest` (m) about the body's middle; a drawn one about the coils. None without that key."""
+    largest = layout.spec.fpc.largest
+    if largest is None:
+        return None
+    (x0, y0, x1, y1), middle = bounding_box([ground(layout)]), layout.spec.array.middle
+    return largest.edge.shifted(*(middle if largest.shape == "dxf" else ((x0 + x1) / 2, (y0 + y1) / 2)))
+
+
 def _jaws(layout: Layout) -> Iterator[Body]:
     """The jaws as bodies, and the other one's pad."""
     jaw, seat = layout.spec.jaw, seat_heights(layout.spec.fpc.stackup, layout.spec.mount)

@@ -11,7 +11,7 @@ from itertools import pairwise
 
 from sitscad.assembly.places.bodies import film_thickness
 from sitscad.assembly.places.seating import PLATE_CORNER, plate_plan
-from sitscad.assembly.places.stack import ground
+from sitscad.assembly.places.stack import ground, largest_outline
 from sitscad.basics.finding import Missing, Place, Severity, Shortfall
 from sitscad.basics.units import show
 from sitscad.checks.fixes import moves
@@ -195,12 +195,9 @@ def _larger_plate(layout: Layout, largest: BodySpec) -> Iterator[Violation]:
 
 def _beyond_largest(layout: Layout) -> float:
     """Distance (m) by which the body of a layout reaches beyond `fpc.largest`; the spec must have that key."""
-    largest, body = layout.spec.fpc.largest, ground(layout)
-    assert largest is not None
-    (x0, y0, x1, y1), (x, y) = bounding_box([body]), layout.spec.array.middle
-    if largest.shape != "dxf":
-        x, y = (x0 + x1) / 2, (y0 + y1) / 2
-    return max(beyond(largest.edge.shifted(x, y), point) for point in body.flattened(1e-6))
+    edge = largest_outline(layout)
+    assert edge is not None
+    return max(beyond(edge, point) for point in ground(layout).flattened(1e-6))
 
 
 def _as_asked(spec: SensorSpec, largest: BodySpec) -> Fix:

@@ -20,6 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sitscad.assembly.places.stack import largest_outline
 from sitscad.assembly.places.tail_path import bends
 from sitscad.basics.arrays import Array
 from sitscad.basics.units import show
@@ -116,6 +117,8 @@ def legend_keys(layout: Layout, shown: list[int], view: View, marks: list[Pictur
     if len(shown) > 1:
         keys.append((_under(colour(shown[0]), colour(shown[1])), "lower copper under upper"))
     keys.append((_line(EDGE, ""), "edge of the board"))
+    if layout.spec.fpc.largest is not None:
+        keys.append((_line(LARGEST, LARGEST_DASHES), "fpc.largest"))
     if any(pad.layer in shown and sees(pad.centre.x) for pad in layout.pads):
         keys.append((_swatch(CONTACT), "contacts"))
     if any(sees(via.centre.x) for via in layout.vias):
@@ -186,6 +189,7 @@ def _line(ink: str, dashes: str) -> Sign:
 Window = tuple[float, float, float, float]
 
 BOARD, EDGE, WHITE = "#f6e7c1", "#222222", "#ffffff"
+LARGEST, LARGEST_DASHES = "#d00000", "10 5"
 
 
 def picture(
@@ -201,7 +205,8 @@ def picture(
     # the same picture as a sheet, in pixels
     shown = sorted(set(layers)) if layers is not None else list(range(1, layout.copper_layers + 1))
     # A window with a margin around it as wide as the picture, its lower edge `low` above the sheet's; its height
-    x0, y0, x1, y1 = window or bounding_box([layout.outline])
+    largest = largest_outline(layout)
+    x0, y0, x1, y1 = window or bounding_box([layout.outline, *([largest] if largest else [])])
     margin = 0.06 * max(y1 - y0, 0.15 * (x1 - x0))
     scale = WIDTH / (x1 - x0 + 2 * margin)
     view, high = View(scale / 1e3, ((margin - x0) * scale, 0.0 + (margin - y0) * scale)), (y1 - y0 + 2 * margin) * scale
@@ -273,6 +278,8 @@ def _board(sheet: Sheet, layout: Layout, shown: list[int], view: View, name: str
     for opening in layout.top_openings:
         sheet.draw(_region(view, opening), flat(2.0, TOP_OPENING, TOP_DASHES))
     sheet.draw(view.path(layout.outline), flat(1.5, EDGE), name=f"{name}-outline")
+    if (largest := largest_outline(layout)) is not None:
+        sheet.draw(view.path(largest), flat(1.5, LARGEST, LARGEST_DASHES), name=f"{name}-largest")
 
 
 def _copper(sheet: Sheet, layout: Layout, layer: int, view: View, name: str) -> None:
