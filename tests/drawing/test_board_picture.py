@@ -35,6 +35,8 @@ def test_picture_of_the_board_shows_the_largest_outline_that_is_asked_for(layout
     asked = sitscad.lay_out(sitscad.load_text(text))
     drawn = picture(asked)
     assert "id='board-largest'" in drawn and "fpc.largest" in texts(drawn)
+    keys = [texts(svg(plan_view.drawing(each))).count("largest outline that is asked for") for each in (layout, asked)]
+    assert keys == [0, 1]
 
 
 def test_tracks_under_other_copper_are_drawn_over_it_in_their_own_colour(layout):

@@ -9,6 +9,7 @@ import math
 from collections.abc import Iterator
 
 from sitscad.assembly.places.bodies import Body, BodyRole, above_board, lines_below_target
+from sitscad.assembly.places.stack import largest_outline
 from sitscad.basics.units import show
 from sitscad.files.drawing.frame import (
     CHAIN,
@@ -33,7 +34,7 @@ from sitscad.files.drawing.pictures.layout_picture import draw_coil
 from sitscad.files.drawing.sheet import Pen, Sheet, text_width
 from sitscad.kernels.geometry.areas import parts_inside
 from sitscad.kernels.geometry.convex import Box
-from sitscad.kernels.geometry.path import rectangle
+from sitscad.kernels.geometry.path import bounding_box, rectangle
 from sitscad.layout.board import Layout
 from sitscad.spec.sensor import SensorSpec
 
@@ -43,6 +44,7 @@ COLUMN = 176.0  # Where the table and the notes begin along the paper (mm)
 PENS = {"elastomer": Pen(0.4, "#1f5fa8", (3.0, 1.2)), "target": Pen(1.0, "#e07ba8")}
 """The outlines of the pieces, told apart by colour and by their lines."""
 COPPER = "#e3c4a6"
+LARGEST = Pen(0.5, "#d00000", (2.0, 1.0))
 
 
 def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
@@ -50,7 +52,7 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
     pieces = above_board(layout.spec)
     if not pieces:
         return None
-    box = _shown(layout.body, pieces)
+    box = _shown(layout, pieces)
     scale = scale_for((box[2] - box[0], box[3] - box[1]), ROOM[2:])
     title, hashes = "assembly, pieces over the coils", "the board's are in fpc/"
     sheet = new_sheet(layout.spec, title, scale_text(scale), hashes, forced)
@@ -74,7 +76,8 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
         sheet.line(COLUMN + 1.0, low + 1.0, COLUMN + 15.0, low + 1.0, PENS[piece.role.value])
         sheet.text(COLUMN + 18.0, low, f"{piece.role.value}: {_size(piece)}, {piece.material}", 2.6)
         low -= 5.0
-    for pen, words in ((THICK, "edge of the board"), (THIN, "outer edge of a coil"),
+    largest = [(LARGEST, "largest outline that is asked for")] * (layout.spec.fpc.largest is not None)
+    for pen, words in ((THICK, "edge of the board"), *largest, (THIN, "outer edge of a coil"),
                        (Pen(1.0, COPPER), "copper of layer 1"), (CHAIN, "axes of coils; here the tail goes on")):
         sheet.line(COLUMN + 1.0, low + 1.0, COLUMN + 15.0, low + 1.0, pen)
         sheet.text(COLUMN + 18.0, low, words, 2.6)
@@ -86,7 +89,7 @@ def drawing(layout: Layout, forced: bool = False) -> Sheet | None:
 def plan(sheet: Sheet, layout: Layout, room: tuple[float, float, float, float]) -> None:
     """The view on another sheet, in a room (left, low, width, height; mm), without dimensions."""
     pieces = above_board(layout.spec)
-    box = _shown(layout.body, pieces)
+    box = _shown(layout, pieces)
     view = placed(box, plan_scale(layout, room), room)
     _plan(sheet, layout, pieces, view, box)
     axes_sign(sheet, view.x(box[0]), view.y(box[1]) - 12.0, 8.0, TEXT)
@@ -94,7 +97,7 @@ def plan(sheet: Sheet, layout: Layout, room: tuple[float, float, float, float]) 
 
 def plan_scale(layout: Layout, room: tuple[float, float, float, float]) -> float:
     """The scale that `plan` draws at in some room."""
-    box = _shown(layout.body, above_board(layout.spec))
+    box = _shown(layout, above_board(layout.spec))
     return scale_for((box[2] - box[0], box[3] - box[1]), room[2:])
 
 
@@ -111,6 +114,8 @@ def _plan(sheet: Sheet, layout: Layout, pieces: tuple[Body, ...], view: View, bo
     sheet.line(view.x(limit), view.y(box[1]) - 2.0, view.x(limit), view.y(box[3]) + 2.0, CHAIN)
     for coil in layout.coils:
         draw_coil(sheet, view, layout.spec.coil, coil, THIN)
+    if (largest := largest_outline(layout)) is not None:
+        sheet.draw(view.path(largest), LARGEST)
     origin_cross(sheet, view)
     for piece in reversed(pieces):  # the lower one's thin dashes over the other's line, where they are as large
         sheet.draw(view.path(piece.outline()), PENS[piece.role.value])
@@ -127,9 +132,10 @@ def _plan(sheet: Sheet, layout: Layout, pieces: tuple[Body, ...], view: View, bo
         sheet.text(*places[k], coil.name, size)
 
 
-def _shown(body: tuple[float, float, float, float], pieces: tuple[Body, ...]) -> Box:
-    """The board's body and all that lies over it or hangs over its edge (m)."""
-    boxes = [body, *(piece.footprint.box for piece in pieces)]
+def _shown(layout: Layout, pieces: tuple[Body, ...]) -> Box:
+    """The board's body, all that lies over it or hangs over its edge, and the largest outline (m)."""
+    largest = largest_outline(layout)
+    boxes = [layout.body, *(piece.footprint.box for piece in pieces), *([bounding_box([largest])] if largest else [])]
     low = [min(box[axis] for box in boxes) for axis in (0, 1)]
     high = [max(box[axis] for box in boxes) for axis in (2, 3)]
     return low[0], low[1], high[0], high[1]
