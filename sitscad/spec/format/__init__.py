@@ -1,1 +1,1 @@
-"""The vocabulary in which the format is declared: kinds of value, sections of keys, what is read by them."""
+"""Building blocks that declare the format of a spec: kinds of value and sections of keys."""

@@ -1,9 +1,9 @@
-"""The kinds of value that a spec holds: a number, a length, a choice, a preset's name.
+"""Kinds of value in a spec, such as numbers, lengths, choices and names of presets.
 
-Each kind reads a plain YAML value, or refuses it with the id of the rule that it breaks, what was read and what is
-allowed; and each describes itself for the JSON Schema.
+Each kind reads a plain YAML value. If the value is invalid, it raises a `Refusal` with the rule, the value and the
+allowed values. Each kind also provides its JSON Schema.
 """
-# ruff: noqa: D102 - `Kind` and `Scalar` say what reading and describing are
+# ruff: noqa: D102 - `Kind` and `Scalar` document these methods
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from sitscad.data import FOLDER, rows
 class Refusal(ValueError):
     """A value breaks a rule of the format.
 
-    `facts` are the finding's measured, limit and unit, and ``meant``, the value that may have been meant, as it is
-    written, with ``is_sure``, whether it cannot have been anything else.
+    `facts` holds ``measured``, ``limit`` and ``unit`` of the finding. It also holds ``meant``, a suggested value as
+    text, and ``is_sure``, which is True if no other value can have been meant.
     """
 
     def __init__(self, rule: str, message: str, hint: str, facts: Mapping[str, Any]) -> None:
@@ -33,7 +33,7 @@ class Refusal(ValueError):
         self.rule, self.message, self.hint, self.facts = rule, message, hint, facts
 
     def with_hint(self, more: str) -> Refusal:
-        """The refusal with a hint that says more."""
+        """Return the refusal with `more` added to its hint."""
         return Refusal(self.rule, self.message, self.hint + more, self.facts)
 
 
@@ -44,8 +44,9 @@ def refuse(rule: str, message: str, hint: str = "", **facts: Any) -> NoReturn:
 
 @record(eq=False)
 class Misfit:
-    """A key of a text that cannot be read: its dotted key, and the value and its refusal. Without a refusal the key is
-    missing in its section, or no key of the section if ``section`` is set.
+    """A key that cannot be read: dotted key, value and refusal.
+
+    If there is no refusal, the key is missing. If ``section`` is set, the key is unknown in that section.
     """
 
     key: str
@@ -55,7 +56,7 @@ class Misfit:
 
 
 def described(value: Any) -> str:
-    """What was read, short enough for a message."""
+    """Return a short description of a value for a message."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, dict):
@@ -69,13 +70,13 @@ def described(value: Any) -> str:
 
 
 SURELY_LIKE = 0.8
-"""Share of the characters of two words that agree, from which on one is a slip for the other."""
+"""Minimum similarity ratio (`difflib`, 0 to 1) at which a word counts as a misspelling of another."""
 
 
 def is_like(word: Any, meant: str) -> bool:
-    """Whether a word is so similar to `meant` that it must be a misspelling of it.
+    """Whether a word is so similar to `meant` that it counts as a misspelling.
 
-    Digits have to be equal: ``ecoflex-00-40`` is no misspelling of ``ecoflex-00-30``.
+    Digits must be equal: ``ecoflex-00-40`` is no misspelling of ``ecoflex-00-30``.
     """
     one, other = (text.replace("_", "-") for text in (str(word)[:64].lower(), meant))
     if re.findall(r"\d", one) != re.findall(r"\d", other):
@@ -86,23 +87,23 @@ def is_like(word: Any, meant: str) -> bool:
 
 
 class Kind(ABC):
-    """A kind of value: how it is read, and the JSON Schema of what may be written."""
+    """Base class of all kinds of value. A kind reads values and provides their JSON Schema."""
 
     @abstractmethod
     def schema(self) -> dict[str, Any]:
-        """JSON Schema of what may be written."""
+        """Return the JSON Schema of the allowed values."""
 
     @abstractmethod
     def read_at(self, key: str, value: Any, misfits: list[Misfit]) -> Any:
-        """The value for the spec of what is written at a dotted key; whatever cannot be read is added to `misfits`."""
+        """Return the value written at a dotted key, as the spec stores it. Errors are added to `misfits`."""
 
 
 class Scalar(Kind):
-    """A kind whose values are read in one step: `read` turns the YAML value into the spec's."""
+    """Base class of kinds that read a value in one step, with `read`."""
 
     @abstractmethod
     def read(self, value: Any) -> Any:
-        """The value for the spec; refuses by raising."""
+        """Return the value as the spec stores it. Raises `Refusal` if it is invalid."""
 
     def read_at(self, key: str, value: Any, misfits: list[Misfit]) -> Any:
         try:
@@ -114,7 +115,7 @@ class Scalar(Kind):
 
 @record
 class Either(Scalar):
-    """A word with a meaning of its own, read as None, or any value of another kind."""
+    """A special word, read as None, or a value of another kind."""
 
     word: str
     other: Scalar
@@ -128,7 +129,7 @@ class Either(Scalar):
 
 @record(eq=False)
 class Special(Scalar):
-    """A value read by a function, with its JSON Schema given; ``entry`` is the kind of its entries if it is a list."""
+    """A value read by a function, with an explicit JSON Schema. For lists, ``entry`` is the kind of the entries."""
 
     reader: Callable[[Any], Any]
     described_as: Mapping[str, Any]
@@ -143,7 +144,7 @@ class Special(Scalar):
 
 @record
 class Number(Scalar):
-    """A plain number without a unit, within a range."""
+    """A number without a unit, within a range."""
 
     low: float
     high: float
@@ -165,7 +166,7 @@ class Number(Scalar):
         return int(value) if self.whole else float(value)
 
     def _meant(self, value: Any) -> tuple[str, bool]:
-        """Return the number, as text, that a text may stand for, and whether no other reading is possible.
+        """Return the number that a text probably stands for, as text, and whether no other reading is possible.
 
         The number is empty if the text stands for none.
         """
@@ -183,7 +184,7 @@ class Number(Scalar):
 
 
 def _listed(value: Any) -> str:
-    """Return the YAML list that a text of numbers with commas stands for. Empty if the value is no text like 8, 7."""
+    """Return the YAML list for a text of numbers and commas, like 8, 7. Empty if the value is no such text."""
     numbers = [part.strip() for part in value.split(",")] if isinstance(value, str) and len(value) <= 80 else []
     if len(numbers) < 2 or not all(re.fullmatch(r"[0-9]{1,9}(\.[0-9]{1,9})?", number) for number in numbers):
         return ""
@@ -192,7 +193,7 @@ def _listed(value: Any) -> str:
 
 @record
 class NumberOrList(Scalar):
-    """A number, or a list of numbers; read as a tuple, of one where it was no list."""
+    """A number, or a list of numbers. Read as a tuple; a single number becomes a tuple of length 1."""
 
     number: Number
     most: int = 8
@@ -213,7 +214,7 @@ class NumberOrList(Scalar):
 
 @record
 class Several(Scalar):
-    """One or several values of a kind, or none of them (an empty list); read as a tuple."""
+    """A single value or a list of values of a kind. Read as a tuple, which is empty for an empty list."""
 
     one: Scalar
     most: int = 16
@@ -232,7 +233,7 @@ class Several(Scalar):
 
 @record
 class Layers(Scalar):
-    """Copper layers: a count from the top, or a list of layer numbers from the top down."""
+    """Copper layers: a number of layers counted from the top, or a list of layer numbers from the top down."""
 
     most: int = 8
 
@@ -253,7 +254,7 @@ class Layers(Scalar):
         return layers
 
     def _range(self, value: Any) -> str:
-        """Return the YAML list that a range such as 1-2 stands for. Empty if the value is no range of layers."""
+        """Return the YAML list for a range such as 1-2. Empty if the value is no range of layers."""
         text = value if isinstance(value, str) else ""
         ends = re.fullmatch(r"\s*([0-9]{1,2})\s*(?:-|\u2013|\.\.+|:|to)\s*([0-9]{1,2})\s*", text)
         if ends is None or not 1 <= int(ends[1]) < int(ends[2]) <= self.most:
@@ -267,7 +268,7 @@ class Layers(Scalar):
 
 
 _TRUTHS = {"yes": "true", "on": "true", "true": "true", "no": "false", "off": "false", "false": "false"}
-"""Words for true and false in YAML 1.1, or in quotes, and their spelling in YAML 1.2."""
+"""Words for true and false, as in YAML 1.1 or in quotes, with their spelling in YAML 1.2."""
 
 
 @record
@@ -289,7 +290,7 @@ _UNIT_RULES = {"unit": "SIT005", "number": "SIT004", "range": "SIT006", "type": 
 
 @record
 class UnitValue(Scalar):
-    """A dimensional value within a range that is itself written with units; the result is SI."""
+    """A quantity with a unit, within a range. Read as a float in SI units; the range is written with units as well."""
 
     dimension: str
     low: str
@@ -297,7 +298,7 @@ class UnitValue(Scalar):
 
     @property
     def range(self) -> tuple[float, float]:
-        """The least and the largest value (SI)."""
+        """Smallest and largest allowed value (SI)."""
         return parse_quantity(self.low, self.dimension), parse_quantity(self.high, self.dimension)
 
     def read(self, value: Any) -> float:
@@ -327,7 +328,7 @@ class UnitValue(Scalar):
 
 @record
 class Pair(Scalar):
-    """Two lengths [x, y]; with `single`, one length stands for both."""
+    """Two lengths [x, y]. If `single` is True, a single length stands for both."""
 
     length: UnitValue
     single: bool = False
@@ -350,7 +351,7 @@ class Pair(Scalar):
 
 @record
 class Text(Scalar):
-    """A text of limited length that may have to match a pattern."""
+    """A text of limited length. It must match a pattern if there is one."""
 
     longest: int = 200
     pattern: str = ""
@@ -376,7 +377,7 @@ class Text(Scalar):
 
 @record
 class FileName(Scalar):
-    """The name of a file of one kind in the spec's folder, told by its ending (a pattern)."""
+    """The name of a file in the spec's folder. Its ending must match the pattern `ending`."""
 
     what: str
     ending: str
@@ -395,7 +396,7 @@ class FileName(Scalar):
 
 @record
 class Choice(Scalar):
-    """One of a few words."""
+    """One of several allowed words."""
 
     allowed: tuple[str, ...]
 
@@ -413,8 +414,10 @@ class Choice(Scalar):
 
 
 def did_you_mean(word: Any, allowed: tuple[str, ...]) -> str:
-    """The hint for a word that is not allowed: the members of the family that it names (``ecoflex``, of
-    several hardnesses), else the nearest that is; and the list.
+    """Return the hint for a word that is not allowed.
+
+    If the word is the start of several allowed words, such as ``ecoflex``, the hint lists these. Otherwise it suggests
+    the nearest allowed word. All allowed words follow.
     """
     family = _family(word, allowed)
     if family:
@@ -425,7 +428,7 @@ def did_you_mean(word: Any, allowed: tuple[str, ...]) -> str:
 
 
 def nearest(word: Any, allowed: tuple[str, ...]) -> str:
-    """The word out of several that one may have meant; empty where none is near, or it names a family of them."""
+    """Return the allowed word nearest to a word. Empty if none is near, or if the word is the start of several."""
     import difflib
 
     names = {name.lower(): name for name in allowed}
@@ -435,7 +438,7 @@ def nearest(word: Any, allowed: tuple[str, ...]) -> str:
 
 def _family(word: Any, allowed: tuple[str, ...]) -> list[str]:
     found = [name for name in allowed if name.lower().startswith(f"{str(word)[:64].lower().rstrip('- ')}-")]
-    return found if len(found) > 1 else []  # ``ecoflex``, of several hardnesses
+    return found if len(found) > 1 else []  # a family such as ``ecoflex``, which has several hardnesses
 
 
 FOLDERS = {"stackup": "stackups", "rules": "fabricators", "connector": "connectors", "jaw": "jaws",
@@ -445,8 +448,9 @@ TABLES = {kind: f"{kind}s" for kind in ("conductor", "dielectric", "elastomer", 
 
 @cache
 def names(kind: str) -> tuple[str, ...]:
-    """The presets of a kind, sorted: stackup, rules, connector, jaw, hole pattern, material kinds, chip, converter and
-    file naming.
+    """Return the names of all presets of a kind, sorted.
+
+    The kinds are the keys of `FOLDERS` and `TABLES`, and ``file naming``.
     """
     if kind == "file naming":
         return tuple(sorted({row["naming"] for row in rows("archive_names")}))
@@ -458,7 +462,7 @@ def names(kind: str) -> tuple[str, ...]:
 
 @record
 class Preset(Scalar):
-    """The name of a preset of one kind (see `names`); read as the preset itself where it is looked ``up``."""
+    """The name of a preset of one kind (see `names`). If ``up`` is True, it is read as the preset itself."""
 
     kind: str
     up: bool = False
@@ -472,14 +476,15 @@ class Preset(Scalar):
 
 
 def is_profile_file(name: Any) -> bool:
-    """Whether a name of design rules is that of a file and not of a preset."""
+    """Whether a name of design rules is the name of a YAML file and not of a preset."""
     return isinstance(name, str) and name.lower().endswith((".yaml", ".yml"))
 
 
 @record
 class ProfileName(Scalar):
-    """A fabricator's design rules by name: a preset, or a file beside the spec, told apart by the file's ending; with
-    `or_none` also the word none.
+    """The name of a fabricator's design rules: a preset, or a file beside the spec, recognised by its ending.
+
+    If `or_none` is True, the word none is allowed as well.
     """
 
     or_none: bool = False
@@ -505,7 +510,10 @@ class ProfileName(Scalar):
 
 @record
 class Figure:
-    """A figure with where it comes from ("" for where the whole table comes from), and whether that was seen."""
+    """A value with its source, and whether the source was seen.
+
+    An empty source means the source of the whole profile.
+    """
 
     value: Any
     source: str = ""
@@ -517,7 +525,7 @@ _SOURCE, _STATUS = Text(500), Choice(("verified", "unverified"))
 
 @record
 class Sourced(Scalar):
-    """A value, or a section with the value, its source and whether that was seen; read as a `Figure`."""
+    """A value, or a section with value, source and status (verified or unverified). Read as a `Figure`."""
 
     figure: Scalar
 

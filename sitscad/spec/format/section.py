@@ -1,13 +1,12 @@
-"""Sections of the spec: classes whose attributes declare keys, and how they are read.
+"""Sections of the spec: classes whose attributes declare keys, and the code that reads them.
 
-One declaration serves everything: what is read and refused, the value that the spec holds where nothing has to be
-worked out (a section that is a record is that value), the JSON Schema, the tables of docs/spec.md, and the ranges that
-values of programs are held against.
+The reader, the JSON Schema, the tables of docs/spec.md and the check of values set by programs all use these
+declarations. A section that is also a record is stored in the spec as it is.
 
-Every value is read by its kind. A section looks for its keys and collects all that does not fit. A library for this
-(pydantic's core) took a quarter of numpy's start-up time.
+A section reads its keys, each by its kind, and collects all errors. Pydantic was not used, because its core took a
+quarter of numpy's start-up time.
 """
-# ruff: noqa: D102 - `Kind` says what a schema is
+# ruff: noqa: D102 - `Kind` documents these methods
 
 from __future__ import annotations
 
@@ -40,16 +39,17 @@ from sitscad.spec.yaml.source import TextError, dotted, undotted
 
 REQUIRED: Any = object()
 WRITTEN_SOURCE = "the spec"
-"""Where a figure comes from that the user wrote."""
+"""Source of a figure that the user wrote."""
 
 SHOWN_KEYS = 12
-"""Optional keys that a hint lists; the others are in docs/spec.md."""
+"""Maximum number of optional keys that a hint lists. The others are in docs/spec.md."""
 
 
 @record
 class Key:
-    """One key of a section: the kind of its value, its default as a person would write it, what it is for, and how it
-    is written where that is not its attribute's name.
+    """One key of a section: kind of value, default as a user would write it, and description.
+
+    ``written`` is the key's name in the text if it differs from the attribute's name.
     """
 
     kind: Kind
@@ -63,12 +63,15 @@ class Key:
         return self.default is REQUIRED
 
     def usual(self) -> Any:
-        """The default as it is read."""
+        """Return the default after reading it by its kind."""
         return self.kind.read_at("", self.default, [])
 
 
 def key(kind: Kind, about: str, default: Any = REQUIRED, written: str = "") -> Any:
-    """Declare a key. A default of None means that there is no value; any other is read like a written one."""
+    """Declare a key.
+
+    A default of None means no value. Any other default is read in the way of a written value.
+    """
     made = Key(kind, default, about, written)
     if default is None:
         return field(default=None, metadata={"key": made})
@@ -79,7 +82,7 @@ def key(kind: Kind, about: str, default: Any = REQUIRED, written: str = "") -> A
 
 @record
 class KeysLike:
-    """Keys whose names follow a pattern, with values of one kind: an attribute that holds them all by name."""
+    """Keys whose names match a pattern, with values of one kind. One attribute holds all of them by name."""
 
     pattern: re.Pattern[str]
     example: str
@@ -88,32 +91,31 @@ class KeysLike:
 
 
 def keys_like(pattern: re.Pattern[str], example: str, kind: Kind, about: str) -> Any:
-    """Declare keys by a pattern of their names; a section may have one such declaration."""
+    """Declare keys by a pattern of their names."""
     return KeysLike(pattern, example, kind, about)
 
 
 class Readable:
-    """Values of a spec. An attribute that is missing raises an error that names where to read the key of that name."""
+    """Base class of values of a spec. For a missing attribute, the error states where the value of that key is."""
 
     read_instead: ClassVar[dict[str, str]] = {}
 
-    if not TYPE_CHECKING:  # a type checker would take every misspelt attribute for one
+    if not TYPE_CHECKING:  # else a type checker accepts misspelt attributes
 
         def __getattr__(self, name: str) -> NoReturn:
-            """Raise AttributeError; Python asks here for attributes that are missing."""
+            """Raise AttributeError. Python calls this method for missing attributes."""
             where = type(self).read_instead.get(name)
             hint = f": it is a key of the spec's text, read {where}" if where else ""
             raise AttributeError(f"{type(self).__name__} has no attribute {name!r}{hint}", name=name, obj=self)
 
 
 class Section(Readable):
-    """A section of the spec, read-only: `keys` are those declared in the class, as they are written, each an attribute
-    of the instance.
+    """A read-only section of the spec. Each declared key is an attribute of the instance.
 
-    ``attributes`` are the attributes of keys; ``alike`` the keys that are declared by a pattern: the attribute's name
-    and the declaration; ``form`` is what the JSON Schema calls the section. ``stands_in`` holds
-    a key and the required keys, any one of which it may replace. The first paragraph of the docstring is for users. A
-    section that is also a record is the spec's own value.
+    ``keys`` holds the declared keys by their names in the text, and ``attributes`` the attribute of each. ``alike``
+    holds keys that are declared by a pattern, by attribute. ``form`` is the name of the section in the JSON Schema.
+    ``stands_in`` holds a key, and the required keys that it may replace. The first paragraph of a
+    subclass's docstring is printed for users.
     """
 
     keys: ClassVar[dict[str, Key]] = {}
@@ -135,16 +137,16 @@ class Section(Readable):
         cls.form = f"{re.sub('(Document|Spec|Material)$', '', cls.__name__)}Document"
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
-        """Refuse: a section is what was written."""
+        """Raise AttributeError: sections are read-only."""
         raise AttributeError(f"{type(self).__name__} is read-only")
 
     def values(self) -> dict[str, Any]:
-        """The values of all keys by their attributes, defaults included."""
+        """Return the values of all keys by attribute, including defaults."""
         return {name: getattr(self, name) for name in self.attributes.values()}
 
     @classmethod
     def about(cls) -> str:
-        """What the section is, for users."""
+        """Return the description of the section for users."""
         return (cls.__doc__ or "").partition("\n\n")[0]
 
 
@@ -155,13 +157,16 @@ def _refuse_form(key: str, value: Any, form: str, misfits: list[Misfit]) -> None
 
 @record
 class Part(Kind):
-    """A section inside another one; `made` makes the spec's value of it where that is not itself."""
+    """A section inside another one.
+
+    `made` converts it to the value that the spec stores; None stores the section itself.
+    """
 
     section: type[Section]
     made: Callable[[Any], Any] | None = None
 
     def read_at(self, key: str, value: Any, misfits: list[Misfit]) -> Any:
-        """An instance of the section; unknown keys are refused."""
+        """Return an instance of the section. Unknown keys become misfits."""
         if not isinstance(value, dict):
             return _refuse_form(key, value, "a section of keys and values", misfits)
         section, before, found = self.section, len(misfits), {}
@@ -192,12 +197,12 @@ class Part(Kind):
 
 @record
 class ListOf(Kind):
-    """A list whose entries are all of one kind."""
+    """A list with entries of one kind."""
 
     entry: Kind
 
     def read_at(self, key: str, value: Any, misfits: list[Misfit]) -> Any:
-        """A list, each entry read on its own."""
+        """Return the list, with each entry read by the kind of the entries."""
         if not isinstance(value, list):
             return _refuse_form(key, value, "a list", misfits)
         return [self.entry.read_at(dotted(key, k), one, misfits) for k, one in enumerate(value)]
@@ -208,13 +213,13 @@ class ListOf(Kind):
 
 @record
 class NameOr(Kind):
-    """The name of a preset (or a word out of a list, or one quantity), or the same thing written out."""
+    """The name of a preset, a word from a list or a single quantity; or the full value written out."""
 
     preset: Preset | Choice | ProfileName | UnitValue
     written: Kind
 
     def read_at(self, key: str, value: Any, misfits: list[Misfit]) -> Any:
-        """Decides by what is written, so that complaints are about the form that was meant."""
+        """Read the form that was written, so that error messages refer to that form."""
         if isinstance(value, (dict, list)):
             return self.written.read_at(key, value, misfits)
         try:
@@ -230,7 +235,7 @@ class NameOr(Kind):
         return None
 
     def _form(self) -> str:
-        """The keys of the written form: those that it must have, then those that it may have."""
+        """Return a description of the written form: the required keys, then the optional keys."""
         section = section_of(self.written)
         keys = section.keys if section else {}
         if isinstance(self.written, ListOf):
@@ -247,12 +252,15 @@ class NameOr(Kind):
 
 
 def preset_or(kind: str, section: type[Section], made: Callable[[Any], Any] | None = None) -> NameOr:
-    """A preset that is looked up by its name, or written out; then the spec is its source unless `made` says more."""
+    """Return the kind for a preset's name or a section.
+
+    `made` converts the section; by default it sets the spec as its source.
+    """
     return NameOr(Preset(kind, up=True), Part(section, made or (lambda value: replace(value, source=WRITTEN_SOURCE))))
 
 
 def section_of(kind: Kind) -> type[Section] | None:
-    """The section that a kind of value is, or may be when written out; None for single values."""
+    """Return the section that a kind of value is, or can be if written out. None for single values."""
     if isinstance(kind, Part):
         return kind.section
     if isinstance(kind, ListOf):
@@ -261,7 +269,7 @@ def section_of(kind: Kind) -> type[Section] | None:
 
 
 def schema_of(section: type[Section], title: str) -> dict[str, Any]:
-    """The JSON Schema (draft 2020-12) of a document, with descriptions and the names of the installed presets."""
+    """Return the JSON Schema (draft 2020-12) of a document, with descriptions and names of the installed presets."""
     found: dict[str, type[Section]] = {}
 
     def collect(inner: type[Section]) -> None:
@@ -296,7 +304,7 @@ BARE_NUMBER = re.compile(r"\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*")
 """A number without a unit."""
 
 ALTERNATIVE_UNITS = {"length": ("mm", 1e-3), "angle": ("deg", 0.017453292519943295)}
-"""The unit that a number which is out of range may have been meant in, and its factor to SI, by dimension."""
+"""Unit that may have been meant for a number out of range, with its factor to SI, by dimension."""
 
 
 def kind_at(section: type[Section], key: str) -> Kind | None:
@@ -308,7 +316,7 @@ def kind_at(section: type[Section], key: str) -> Kind | None:
 
 
 def _inner(kind: Kind | None, name: str) -> Kind | None:
-    """Return the kind of an entry of a value: a key of a section, or an index of a list."""
+    """Return the kind of an entry of a value, given a key of a section or an index of a list. None if there is none."""
     if isinstance(kind, Either):
         return _inner(kind.other, name)
     if isinstance(kind, NameOr):
@@ -325,7 +333,7 @@ def _inner(kind: Kind | None, name: str) -> Kind | None:
 
 
 def _entry(kind: Kind | None) -> Kind | None:
-    """Return the kind of the entries of a list. None if the value is no list, or a list of plain numbers."""
+    """Return the kind of the entries of a list. None if the value is not a list, or is a list of plain numbers."""
     if isinstance(kind, Pair):
         return kind.length
     if isinstance(kind, ListOf):
@@ -336,13 +344,15 @@ def _entry(kind: Kind | None) -> Kind | None:
 
 
 def as_written(value: Any, kind: Kind | None, key: str) -> Any:
-    """Return a value as the text of a spec has it; `value` is as attributes of a `SensorSpec` are, in SI units. This is
-    the inverse of reading: a number is written with a unit, a record as a preset's name or as a section.
+    """Return a value in the form that a spec's text has. This is the inverse of reading.
+
+    `value` is as in attributes of a `SensorSpec`, in SI units. A number becomes a text with a unit. A record becomes
+    the name of a preset or a section.
 
     Raises
     ------
     TextError
-        if a length as a text has no unit, or if a number is out of range and would not be in another unit.
+        if a length given as text has no unit, or if a number is out of range but would be in range in mm or deg.
     """
     if isinstance(kind, Either):
         return kind.word if value is None or value == kind.word else as_written(value, kind.other, key)
@@ -371,7 +381,7 @@ def as_written(value: Any, kind: Kind | None, key: str) -> Any:
 
 
 def _section(value: Any, section: type[Section], key: str) -> Any:
-    """Return a section as a mapping of its keys; `value` is a mapping, pairs, or the section's record."""
+    """Return a section as a mapping of its keys. `value` is a mapping, a tuple of pairs, or the section's record."""
     if isinstance(value, section):
         inside = {name: getattr(value, attribute) for name, attribute in section.attributes.items()}
         words = {name: one.kind.word for name, one in section.keys.items() if isinstance(one.kind, Either)}
@@ -386,7 +396,7 @@ def _section(value: Any, section: type[Section], key: str) -> Any:
 
 
 def _quantity(value: Any, kind: UnitValue, key: str) -> Any:
-    """Return a quantity as a text with its unit; `value` is a number in SI units, or a text already."""
+    """Return a quantity as text with a unit. `value` is a number in SI units, or a text, which is returned as it is."""
     dimension = kind.dimension
     if isinstance(value, str) and dimension == "length" and BARE_NUMBER.fullmatch(value):
         message = f"{undotted(key)}: {described(value)} has no unit, and a length in a text needs one"

@@ -1,1 +1,1 @@
-"""The text of a spec: read with the place of every value, and rewritten."""
+"""Reader and editor of a spec's YAML text, with the position of every value."""

@@ -1,7 +1,7 @@
-"""Edits of a spec's text: a value is written in the place of another, and nothing else in the text changes.
+"""Edits of a spec's text. An edit replaces the text of one value and leaves all other text unchanged.
 
-Comments, order, quotes, line ends and the unit that a quantity is written in stay as they are. What was written is read
-back, and refused unless exactly the value that was to change has changed.
+Comments, order, quotes, line ends and the unit of a quantity are preserved. The edited text is read again. The edit is
+refused unless exactly the intended value has changed.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from sitscad.spec.yaml.source import Position, TextError, YamlText, dotted, read
 BOM = "\ufeff"
 
 USUAL_INDENT = 2
-"""Spaces by which a section's keys are indented where the text does not show what is usual in it."""
+"""Spaces by which a section's keys are indented if the text has no indented section to copy from."""
 
 _LINE_END = re.compile(r"\r\n|\r|\n")
 _QUOTES = ("'", '"')
@@ -29,16 +29,17 @@ _QUANTITY = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)( *)([^\
 
 
 class CannotWriteError(ValueError):
-    """An edit that a text has no place for."""
+    """An edit cannot be written into a text."""
 
 
 def rewritten(text: str, edits: Iterable[Edit]) -> str:
-    """The text of a spec with edits made in it, one after the other; its line ends and byte order mark are kept.
+    """Return the text of a spec after some edits, applied in order. Line ends and byte order mark are preserved.
 
     Raises
     ------
     CannotWriteError
-        where the text is no YAML, or an edit finds no place in it (a key below a preset's name).
+        if the text is not a mapping in YAML, or if an edit has no place in the text, such as a key below a preset's
+        name.
     """
     for edit in edits:
         text = _edited(_SpecText.read(text), edit)
@@ -46,8 +47,9 @@ def rewritten(text: str, edits: Iterable[Edit]) -> str:
 
 
 def completed(text: str, edits: Iterable[Edit]) -> tuple[Edit, ...]:
-    """Edits of a text with what stands there now (``old``), and what will (``new``), as it is written there; those that
-    change nothing are left out. Raises as `rewritten`.
+    """Return the edits of a text with the current text of each value (``old``) and its new text (``new``).
+
+    Edits that change nothing are left out. Raises `CannotWriteError` as `rewritten` does.
     """
     edits = tuple(edits)
     before, after = _SpecText.read(text), _SpecText.read(rewritten(text, edits))
@@ -64,7 +66,7 @@ def completed(text: str, edits: Iterable[Edit]) -> tuple[Edit, ...]:
 
 @record(eq=False)
 class _SpecText:
-    """A text as it is, with its lines ended by line feeds, and what was read in that."""
+    """The text of a spec as stored (``raw``), the text with line feeds as line ends (``plain``), and its values."""
 
     raw: str
     plain: str
@@ -72,7 +74,7 @@ class _SpecText:
 
     @classmethod
     def read(cls, raw: str) -> _SpecText:
-        """Read a text; raises `CannotWriteError` where it is no mapping in YAML."""
+        """Read a text. Raises `CannotWriteError` if it is not a mapping in YAML."""
         plain = _LINE_END.sub("\n", raw.removeprefix(BOM))
         try:
             found = read_yaml(plain)
@@ -83,7 +85,7 @@ class _SpecText:
         return cls(raw, plain, found)
 
     def replaced(self, start: int, end: int, new: str) -> str:
-        """The raw text with something else between two places of the plain one."""
+        """Return the raw text with the characters between two offsets of the plain text replaced."""
         first = _LINE_END.search(self.raw)
         line_end = first[0] if first else "\n"
         start, end = self._raw_place(start), self._raw_place(end)
@@ -96,7 +98,7 @@ class _SpecText:
         return place + marks + longer
 
     def place(self, position: Position) -> int:
-        """How many characters of the plain text stand before a line and column."""
+        """Return the offset in the plain text of a line and column."""
         line, column = position
         start = 0
         for _ in range(line - 1):
@@ -104,13 +106,16 @@ class _SpecText:
         return start + column - 1
 
     def span(self, key: str) -> tuple[int, int] | None:
-        """Where a value begins and ends; None for a section, and for what is no value in one piece."""
+        """Return the offsets where a value begins and ends.
+
+        None for sections and for values written as blocks of lines.
+        """
         if key not in self.found.values or key not in self.found.ends:
             return None
         return self.place(self.found.values[key]), self.place(self.found.ends[key])
 
     def value(self, key: str) -> Any:
-        """What was read at a key; None where there is nothing."""
+        """Return the value at a dotted key. None if there is no value."""
         value: Any = self.found.data
         for name in key.split(".") if key else ():
             if isinstance(value, list) and name.isdecimal() and int(name) < len(value):
@@ -122,7 +127,7 @@ class _SpecText:
         return value
 
     def written(self, key: str) -> str | None:
-        """How a value is written, a section or list in brackets; None where the key is not there."""
+        """Return the text of a value, for a section or list in brackets. None if the key is missing."""
         span, value = self.span(key), self.value(key)
         if span is not None:
             return self.plain[slice(*span)]
@@ -134,19 +139,19 @@ class _SpecText:
         return None
 
     def below(self, key: str) -> list[str]:
-        """The keys directly in a section or list, in the order of the text."""
+        """Return the keys directly inside a section or list, in the order of the text."""
         deep = key.count(".") + 1 if key else 0
         mine = (k for k in self.found.keys if (not key or k.startswith(f"{key}.")) and k.count(".") == deep)
         return sorted(mine, key=lambda k: self.found.keys[k])
 
     def last_place(self, key: str) -> int:
-        """Where the last thing that stands in a section ends."""
+        """Return the offset where the last entry of a section ends."""
         inside = [k for k in self.found.keys if not key or k.startswith(f"{key}.")]
         return max(self.place(self.found.ends.get(k, self.found.keys[k])) for k in inside)
 
     @property
     def indent(self) -> int:
-        """The spaces by which the first section of the text is indented."""
+        """Number of spaces by which the first section of the text is indented."""
         for top in self.below(""):
             inner = self.below(top)
             if inner and top not in self.found.ends and isinstance(self.value(top), dict):
@@ -155,7 +160,7 @@ class _SpecText:
 
 
 def _edited(text: _SpecText, edit: Edit) -> str:
-    """The text with one edit made; CannotWriteError where it would then say something else."""
+    """Return the text after one edit. Raises `CannotWriteError` if any other value would change."""
     changed = text.raw
     if edit.what == "name":
         start = text.place(text.found.keys[edit.key]) if edit.key in text.found.keys else -1
@@ -180,7 +185,10 @@ def _required(span: tuple[int, int] | None, key: str) -> tuple[int, int]:
 
 
 def _values(text: _SpecText, key: str, new: str) -> Iterator[tuple[str, str]]:
-    """The values to write, and where: of a list as long as the one that stands there only those that differ."""
+    """Yield the key and new text of each value to write.
+
+    For a list of unchanged length these are only the entries that differ.
+    """
     wanted = _SpecText.read(f"x: {new}")
     before, after = text.value(key), wanted.value("x")
     if isinstance(before, list) and isinstance(after, list) and len(before) == len(after):
@@ -194,7 +202,7 @@ def _values(text: _SpecText, key: str, new: str) -> Iterator[tuple[str, str]]:
 
 
 def _in_style(new: str, now: str) -> str:
-    """A value in the unit, the spacing and the quotes of the one that stands there now, where that is as exact."""
+    """Return a value in the unit, spacing and quotes of the current text, if the conversion of the unit is exact."""
     quote = now[0] if now[:1] in _QUOTES and new[:1] not in _QUOTES else ""
     inner = now[1:-1] if quote else now
     here, there = _QUANTITY.fullmatch(inner), _QUANTITY.fullmatch(new)
@@ -204,7 +212,7 @@ def _in_style(new: str, now: str) -> str:
 
 
 def _in_unit(new: str, there: re.Match[str], here: re.Match[str]) -> str:
-    """A quantity in the unit of another, written with its spacing."""
+    """Return a quantity converted to the unit of another one, with that quantity's spacing."""
     unit, now = there[3], here[3]
     dimension = next((d for d, units in UNITS.items() if {unit, now} - {""} and {unit, now} <= {*units, ""}), None)
     if dimension is None or dimension == "temperature" or ("" in (unit, now) and dimension != "length"):
@@ -219,11 +227,11 @@ def _in_unit(new: str, there: re.Match[str], here: re.Match[str]) -> str:
 
 
 LONGEST_NUMBER = 16
-"""Characters of a number that is written in another unit; what needs more stays in its own."""
+"""Maximum number of characters of a converted number. A quantity that needs more keeps its own unit."""
 
 
 def _added(text: _SpecText, key: str, new: str) -> str:
-    """The text with a key that is not there yet, at the end of its section; sections that are not there with it."""
+    """Return the text with a new key at the end of its section. Missing sections are added as well."""
     parent, _, name = key.rpartition(".")
     sections: list[str] = []
     while parent and parent not in text.found.keys:
@@ -250,7 +258,7 @@ def _added(text: _SpecText, key: str, new: str) -> str:
 
 
 def _is_as_asked(before: Any, after: Any, edit: Edit) -> bool:
-    """Whether two texts' values differ by an edit, and by nothing else."""
+    """Whether the values of two texts differ by an edit and by nothing else."""
     one, other = copy.deepcopy(before), copy.deepcopy(after)
     *parents, last = (undotted(name) for name in edit.key.split("."))
     if edit.what == "name":
@@ -262,7 +270,7 @@ def _is_as_asked(before: Any, after: Any, edit: Edit) -> bool:
     new = _at(other, [*parents, last])
     for data in (one, other):
         _dropped(data, [*parents, last])
-    for deep in range(len(parents), 0, -1):  # sections that came with it
+    for deep in range(len(parents), 0, -1):  # sections that were added with the key
         if _at(other, parents[:deep]) == {} and _at(one, parents[:deep]) is None:
             _dropped(other, parents[:deep])
     return repr(one) == repr(other) and _is_same(new, read_yaml(f"x: {edit.new}").data["x"])
@@ -284,7 +292,7 @@ def _dropped(data: Any, names: list[str]) -> None:
 
 
 def _is_same(one: Any, other: Any) -> bool:
-    """Whether two values mean the same: equal, or the same quantity in whatever unit."""
+    """Whether two values are equal, or are the same quantity in different units."""
     if isinstance(one, list) and isinstance(other, list):
         return len(one) == len(other) and all(_is_same(*both) for both in zip(one, other, strict=True))
     for dimension in UNITS if one != other else ():

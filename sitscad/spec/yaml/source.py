@@ -1,7 +1,7 @@
-"""A spec's text: plain values with the line and column of each, and what was read of it and how.
+"""Reader of a spec's text: plain values with their line and column, and the record of the text that was read.
 
-The reader takes YAML events, not objects: nothing in the text can construct anything, aliases are refused instead of
-unfolded, and depth and size are bounded before any work is done.
+The reader consumes YAML events, so that the text cannot construct objects. Aliases are refused. Size and depth are
+limited while reading.
 """
 
 from __future__ import annotations
@@ -45,22 +45,25 @@ _WORDS: dict[str, Any] = {
 Position = tuple[int, int]
 
 DOT = "\0"
-"""Stands for a dot within a key's name in dotted keys, so that ``coil.turns: 3`` is not taken for coil: {turns: 3}."""
+"""Substitute for a dot inside a key's name in dotted keys.
+
+It keeps ``coil.turns: 3`` distinct from ``coil: {turns: 3}``.
+"""
 
 
 def dotted(parent: str, name: object) -> str:
-    """The dotted key of an entry of a section or list."""
+    """Return the dotted key of an entry of a section or list."""
     own = str(name).replace(".", DOT)
     return f"{parent}.{own}" if parent else own
 
 
 def undotted(key: str) -> str:
-    """A dotted key as a person reads it."""
+    """Return a dotted key as text for messages, with the original dots in names."""
     return key.replace(DOT, ".")
 
 
 class TextError(ValueError):
-    """The text is not a spec at all: rule, message, hint and the place (line and column from 1)."""
+    """The text is not a valid spec. Stores rule, message, hint, key and position (line and column from 1)."""
 
     def __init__(
         self, rule: str, message: str, hint: str = "", place: Position = (1, 1), key: str | None = None
@@ -71,11 +74,11 @@ class TextError(ValueError):
 
 @dataclass
 class YamlText:
-    """Plain values (dict, list, str, int, float, bool, None) and where they stand, under dotted keys.
+    """Plain values (dict, list, str, int, float, bool, None) of a text, and their positions by dotted key.
 
-    ``keys`` holds where each key or list entry begins, ``values`` where each single value (or bracketed one) begins,
-    ``ends`` where each of those ends that is not empty and no block of lines; ``flaws`` are complaints that do not keep
-    the rest from being read.
+    ``keys`` has the start of each key or list entry. ``values`` has the start of each single or bracketed value.
+    ``ends`` has the end of each of these values, except empty values and blocks of lines. ``flaws`` are errors that do
+    not stop the reader.
     """
 
     data: Any = None
@@ -86,7 +89,10 @@ class YamlText:
 
 
 def plain_value(text: str) -> Any:
-    """A plain scalar after YAML 1.2's core schema; absurdly long integers become infinite and cost no time."""
+    """Return the value of a plain scalar by YAML 1.2's core schema.
+
+    Integers of more than 64 characters become infinite.
+    """
     if text in _WORDS:
         return _WORDS[text]
     if _INT.fullmatch(text):
@@ -94,19 +100,19 @@ def plain_value(text: str) -> Any:
     if _OTHER_INT.fullmatch(text):
         return int(text, 0) if len(text) <= _LONGEST_NUMBER else float("inf")
     if _FLOAT.fullmatch(text):
-        return float(text)  # costs no more than reading it
+        return float(text)  # fast for any length
     return text
 
 
 @record
 class SpecSource:
-    """Path as typed, text, and for every dotted key (``fpc.tail.length``) its line and column, counted from 1.
+    """The text that a spec was read from: path as typed, text, and positions (line and column from 1) by dotted key.
 
-    ``keys`` holds where each key or list entry stands, ``values`` where each value stands that begins beside its key
-    (single values and bracketed ones; a section is where its key is); ``defaults`` says what was filled in and why.
-    ``files`` holds the bytes of every file that was read for it, the spec itself and the profiles that it names, by
-    their paths from the spec's folder; it is empty for a text that came from no file. ``folder`` is where these files
-    lie if that is not the folder of the path: a package's own copies are told by the path of the spec that was built.
+    ``keys`` has the position of each key (``fpc.tail.length``) or list entry. ``values`` has the position of each value
+    that begins beside its key, which are single and bracketed values. ``defaults`` lists the values that were filled
+    in, each with its reason. ``files`` has the bytes of all files that were read, by path relative to the spec's
+    folder: the spec and the profiles it names. It is empty if the text came from no file. ``folder`` is the folder of
+    these files if it is not the path's folder. An example is a package's own copy, whose path is the original spec's.
     """
 
     path: str
@@ -119,19 +125,22 @@ class SpecSource:
 
     @property
     def sha256(self) -> str:
-        """Hash of the text, hexadecimal."""
+        """SHA-256 of the text, hexadecimal."""
         import hashlib  # loads OpenSSL, which most uses of a spec do not need
 
         return hashlib.sha256(self.text.encode("utf-8")).hexdigest()
 
     @property
     def kept(self) -> Mapping[str, bytes]:
-        """What builds the same again: `files`, and the text itself where it came from none."""
+        """Files from which the spec can be built again: `files`, and the text itself if it came from no file."""
         own = os.path.basename(self.path)
         return self.files if own in self.files else {own: self.text.encode("utf-8"), **self.files}
 
     def locate(self, key: str | None) -> tuple[int | None, int | None]:
-        """Line and column of a dotted key's value; of its nearest parent where it is missing; (None, None) without."""
+        """Return line and column of the value at a dotted key, or of its nearest parent.
+
+        (None, None) if there is no text.
+        """
         while key:
             if key in self.values or key in self.keys:
                 return self.values.get(key) or self.keys[key]
@@ -139,7 +148,7 @@ class SpecSource:
         return (1, 1) if self.text else (None, None)
 
     def absent(self, key: str | None) -> str | None:
-        """The key of a value, if it is not in the text but could be added to it: not below a preset's name."""
+        """Return the key if it is missing in the text and can be added. None if not, such as below a preset's name."""
         if not key or "." not in key or not self.keys or key in self.keys:
             return None
         parent = key.rpartition(".")[0]
@@ -149,18 +158,18 @@ class SpecSource:
         return key if is_section else None
 
     def line(self, number: int) -> str:
-        """One line of the text, counted from 1."""
+        """Return one line of the text, counted from 1. Empty if there is no such line."""
         lines = self.text.splitlines()
         return lines[number - 1] if 0 < number <= len(lines) else ""
 
 
 UNNUMBERED = "unnumbered"
-"""What formats say that must name a revision, for a design that has none."""
+"""Revision of a design without a revision, in file formats that require one."""
 
 
 @record
 class Issue:
-    """The revision, the part number and the date that a spec gives: texts, empty where it does not."""
+    """Revision, part number and date of a spec. Each is empty if the spec does not state it."""
 
     revision: str = ""
     part_number: str = ""
@@ -168,38 +177,41 @@ class Issue:
 
     @property
     def day(self) -> str:
-        """The spec's date; where it gives none, the day of SOURCE_DATE_EPOCH; empty without either."""
+        """The spec's date, or else the day of SOURCE_DATE_EPOCH. Empty if neither is set."""
         return self.date or (creation_date() or "").partition("T")[0]
 
     @property
     def rows(self) -> tuple[tuple[str, str], ...]:
-        """What is known of it, each with its name."""
+        """Part number, revision and date with their names, without the empty ones."""
         known = (("Part number", self.part_number), ("Revision", self.revision), ("Date", self.day))
         return tuple((name, text) for name, text in known if text)
 
     @property
     def words(self) -> str:
-        """All that is known in one line: ``part number A-17, revision B, 2026-11-22``; empty where nothing is known."""
+        """Part number, revision and date in one line, like ``part number A-17, revision B, 2026-11-22``.
+
+        Empty if none is set.
+        """
         return ", ".join(text if name == "Date" else f"{name.lower()} {text}" for name, text in self.rows)
 
     @property
     def title(self) -> str:
-        """The words with a capital first, as a line of its own begins."""
+        """`words` with a capital first letter."""
         return f"{self.words[:1].upper()}{self.words[1:]}"
 
 
 def creation_date() -> str | None:
-    """The date of SOURCE_DATE_EPOCH in ISO 8601, UTC; None where it is not set. Raises ValueError if it is no date."""
+    """Return SOURCE_DATE_EPOCH as ISO 8601 in UTC. None if it is not set. Raises ValueError if it is invalid."""
     seconds = creation_second()
     if seconds is None:
         return None
-    from datetime import UTC, datetime  # only papers ask
+    from datetime import UTC, datetime  # loaded only for documents
 
     return datetime.fromtimestamp(seconds, UTC).isoformat()
 
 
 def creation_second() -> int | None:
-    """SOURCE_DATE_EPOCH, seconds since 1970; None where it is not set. Raises ValueError if it is no date."""
+    """Return SOURCE_DATE_EPOCH (seconds since 1970). None if it is not set. Raises ValueError if it is invalid."""
     written = os.environ.get("SOURCE_DATE_EPOCH", "")
     if not written:
         return None
@@ -209,11 +221,11 @@ def creation_second() -> int | None:
 
 
 LAST_SECOND = 253_402_300_799
-"""The last second of the year 9999, the last that a date has."""
+"""Last second of the year 9999, the latest that `datetime` can represent."""
 
 
 PARSER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-"""The parser of libyaml, or that in Python where PyYAML was built without libyaml."""
+"""Parser of libyaml, or the Python parser if PyYAML was built without libyaml."""
 
 MAX_VALUES = 4000
 MAX_DEPTH = 12
@@ -233,14 +245,14 @@ def read_yaml(text: str) -> YamlText:
         spaced = _INDENT_AND_REST.sub(_with_spaces, text)
         if error.rule != "SIT001" or spaced == text:
             raise
-        return _read(spaced)  # libyaml refuses some of the tabs that the specification allows
+        return _read(spaced)  # libyaml refuses some tabs that the YAML specification allows
 
 
 _INDENT_AND_REST = re.compile(r"^([ \t]*)(.*)$", re.MULTILINE)
 
 
 def _with_spaces(line: re.Match[str]) -> str:
-    """Return a line with spaces in place of its tabs, but for those that indent something."""
+    """Return a line with spaces in place of all tabs, except tabs that indent text."""
     indent, rest = line.groups()
     indents = rest.strip() and not rest.startswith("#")
     return (indent if indents else indent.replace("\t", " ")) + rest.replace("\t", " ")
@@ -273,7 +285,7 @@ def _read(text: str) -> YamlText:
         hint = "indent with spaces, not with tabs" if is_tab else ""
         if "mapping values are not allowed" in problem:
             hint = "is there a colon too many, or a line indented too far?"
-        # What opened and is never closed is met where something else begins, lines later
+        # The parser reports an unclosed bracket or quote only at a later token, lines below.
         opened, kind = error.context_mark, re.search("flow (?:mapping|sequence)|quoted scalar", error.context or "")
         if kind and opened is not None and mark is not None and opened.line < mark.line:
             place = opened.line + 1, opened.column + 1
@@ -293,7 +305,7 @@ def _end(event: Event) -> Position:
 
 
 def _bounded(events: Iterator[Event]) -> Iterator[Event]:
-    """The events, as long as they stay within the size and the plainness of a spec."""
+    """Yield the events. Raises `TextError` at the first one that exceeds the size limits or is not plain YAML."""
     documents = depth = count = 0
     for event in events:
         if isinstance(event, DocumentStartEvent):
@@ -347,14 +359,14 @@ def _read_list(events: Iterator[Event], key: str, found: YamlText, in_brackets: 
         entry_key = dotted(key, len(entries))
         line, column = _place(event)
         if not in_brackets and isinstance(event, ScalarEvent) and event.start_mark.index == event.end_mark.index:
-            column -= 1  # of an entry that holds nothing the reader tells the place behind its dash
+            column -= 1  # the parser places an empty entry behind its dash
         found.keys[entry_key] = line, column
         entries.append(_read_node(event, events, entry_key, found))
     return entries
 
 
 def _read_mapping(events: Iterator[Event], key: str, found: YamlText, in_brackets: bool) -> dict[str, Any]:
-    """The section whose keys follow; of a key that is given twice the first counts."""
+    """Read the entries of a mapping. If a key is repeated, the first entry counts and a flaw is added."""
     mapping: dict[str, Any] = {}
     for event in events:
         if isinstance(event, CollectionEndEvent):
@@ -369,7 +381,7 @@ def _read_mapping(events: Iterator[Event], key: str, found: YamlText, in_bracket
             found.flaws.append(
                 TextError("SIT012", f"{name} is given twice, first in line {first[0]}", "keep one", place, entry_key)
             )
-            again = YamlText()  # its places are not those of the first
+            again = YamlText()  # discarded, so that positions of the first entry stay
             _read_node(next(events), events, entry_key, again)
             found.flaws += again.flaws
             continue
@@ -379,11 +391,11 @@ def _read_mapping(events: Iterator[Event], key: str, found: YamlText, in_bracket
 
 
 CHOICES = "with."
-"""The section of a study whose keys are values that are chosen among, numbers as well; no spec has such a section."""
+"""Prefix of the section of a study whose keys are the values to choose from, which may be numbers. No spec has it."""
 
 
 def _key_name(event: Event, may_be_number: bool) -> str:
-    """The key that an event says; TextError for what is no plain word."""
+    """Return the key in an event. Raises `TextError` if it is not plain text."""
     if not isinstance(event, ScalarEvent):
         raise TextError("SIT013", "a list or a section cannot be a key", "keys are plain words", _place(event))
     name = str(event.value)
