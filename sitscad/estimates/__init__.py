@@ -1,4 +1,4 @@
-"""From a layout to its electrical numbers: the one meeting point of what is drawn and of physics."""
+"""Electrical estimates of a layout: the package where drawn geometry and the physics kernels meet."""
 
 from __future__ import annotations
 
@@ -21,15 +21,34 @@ __all__ = [
 def estimate(
     layout: Layout, method: str | None = None, tolerance: float | None = None, temperature: float | None = None
 ) -> Estimates:
-    """Everything electrical about a layout, free and mounted.
+    """Estimate all electrical values of a layout, for the bare coils and for the mounted sensor.
 
-    `method` names a row of METHODS for the winding's inductance; otherwise the cheapest one is taken whose stated error
-    meets `tolerance` (relative; 1e-4 when None). Alike coils are solved once. Works without leads too, where the layout
-    found no room for them: the contacts then see the winding alone, and a note says so. Raises ValueError for a method
-    that does not exist or does not serve the shape, and for a tolerance that is not above 0. R states its own error; it
-    is solved finer for a tolerance below 3e-3. `temperature` (degrees Celsius; the spec's where None) sets the
-    conductivity of every track, barrel and metal. Raises SpecError where the layout's spec was put together in Python
-    and has values that no text could have.
+    Identical coils are solved once.
+
+    Parameters
+    ----------
+    layout
+        A layout, with or without leads. If it has none, contact values are the winding's, and a note records
+        this.
+    method
+        Name of a row in METHODS, used for the winding's inductance. If None, it is the cheapest method whose
+        stated error
+        meets `tolerance`.
+    tolerance
+        Largest relative error of the inductance; 1e-4 if None. The resistance has a stated error of its own.
+        Below 3e-3 the
+        resistance is solved more finely.
+    temperature
+        Temperature (degrees Celsius) at which the conductivities of all tracks, barrels and metals are taken.
+        If None, it is
+        the spec's temperature.
+
+    Raises
+    ------
+    ValueError
+        If the method does not exist or does not serve the shape, or if the tolerance is not above 0.
+    SpecError
+        If the spec was built in Python and has values that no spec file can have.
     """
     if tolerance is not None and not tolerance > 0.0:
         raise ValueError(f"a tolerance is a number above 0, not {tolerance}")
@@ -40,7 +59,7 @@ def estimate(
 
 
 def missed_tolerance(coils: tuple[CoilEstimate, ...], tolerance: float, method: str | None) -> tuple[str, ...]:
-    """The note that a tolerance of the inductance is not met. Empty if it is."""
+    """Return a note that the tolerance of the inductance is not met. Empty if it is met."""
     worst = max(coils, key=lambda coil: coil.inductance_error)
     if worst.inductance_error <= tolerance:
         return ()
@@ -53,9 +72,9 @@ def estimated(
     layout: Layout, method: str | None = None, tolerance: float | None = None, temperature: float | None = None,
     is_solved: bool | None = None,
 ) -> Estimates:
-    """Estimates of a layout whose spec is known to be right, or is one that is tried.
+    """Return the estimates of a layout whose spec is valid or is a trial spec.
 
-    `is_solved` says whether the target is solved, for estimates that are compared. If it is left out, the target's size
+    `is_solved` sets whether the target is solved, so that estimates can be compared. If None, the target's size
     decides.
     """
     return read(with_target(wind(layout, temperature, method, tolerance), is_solved))

@@ -1,4 +1,4 @@
-"""What an estimate says: one frozen value a coil, a state, the readout, and the document that programs read."""
+"""Frozen values of an estimate (coil, state, readout) and their JSON document."""
 
 from __future__ import annotations
 
@@ -30,17 +30,21 @@ from sitscad.kernels.mechanics.elastomer import Compression
 
 @record
 class StateEstimate:
-    """One coil in one state, at its contacts and its own frequency there: H, ohm, Hz, volts peak.
+    """Electrical values of one coil in one state: H, ohm, Hz, volts peak.
 
-    Frequency, parallel resistance, quality factor and amplitude are the tank's at the converter's pins: cable and
-    capacitors included; `coil_amplitude` is what is left of it at the contacts. `apparent_inductance` is what a meter
-    there reads, the coil's own capacitance across it, `converter_inductance` what 1 / (C (2 pi f)^2) makes of the
-    frequency, C being the readout's `conversion_capacitance`; `quantum` and `noise` (one sigma, of quantisation alone)
-    are the step and the scatter of the measured inductance in henries; `spread` says how far manufacture scatters.
-    `resistance_error` is how far off the computed resistance can be, relative, with what a finite target's loss may be
-    off. `target_change` (H) is what the target alone changes of the winding's inductance, its current even, and
-    `target_change_error` its stated error, relative to the larger of it and 1 % of the free winding's inductance, as
-    in a response; both None without a target. What it may be off is in the spread, too.
+    `inductance` and `resistance` are at the contacts, at the coil's own frequency in this state. Frequency, parallel
+    resistance, quality factor and `amplitude` belong to the tank at the converter's pins, with cable and capacitors.
+    `coil_amplitude` is the amplitude at the contacts.
+
+    `apparent_inductance` is the reading of a meter at the contacts, with the coil's own capacitance across it.
+    `converter_inductance` is 1 / (C (2 pi f)^2), where C is the readout's `conversion_capacitance`. `quantum` is the
+    step of the measured inductance (H), and `noise` its standard deviation (H) by quantisation alone. `spread` holds
+    the standard deviations by manufacture.
+
+    `resistance_error` is the relative error bound of the computed resistance. It includes the error of a finite
+    target's loss. `target_change` (H) is the target's change of the winding's inductance, for evenly spread current.
+    `target_change_error` is its stated error, relative to the larger of the change and 1 % of the free winding's
+    inductance, as in a response. Both are None without a target. `spread` includes this error, too.
     """
 
     state: str
@@ -61,16 +65,18 @@ class StateEstimate:
     target_change_error: float | None = None
 
     def __repr__(self) -> str:
-        """A line with inductance, frequency and parallel resistance."""
+        """Return a line with inductance, frequency and parallel resistance."""
         figures = (show(self.inductance, "H"), show(self.frequency, "Hz"), show(self.parallel_resistance, "ohm"))
         return f"<StateEstimate {self.state}: {', '.join(figures)}>"
 
 
 @record
 class Metered:
-    """What an LCR meter reads of one coil of the bare board, far from metal, at a `frequency` (Hz): inductance (H) and
-    resistance (ohm) between the contacts in series, each with one sigma of manufacture, and how far off the computed
-    resistance can be, relative; and the resistance to direct current (ohm) with its sigma.
+    """Readings of an LCR meter on one coil of the bare board, far from metal.
+
+    `inductance` (H) and `resistance` (ohm) are in series between the contacts, at `frequency` (Hz). Each has its
+    standard deviation by manufacture. `resistance_error` is the relative error bound of the computed resistance.
+    `direct` is the direct-current resistance (ohm), with its standard deviation.
     """
 
     coil: str
@@ -84,12 +90,15 @@ class Metered:
     direct_sigma: float
 
 
-METER_FREQUENCY = 100e3  # What a usual LCR meter goes up to (Hz)
+METER_FREQUENCY = 100e3  # Highest frequency (Hz) of a usual LCR meter
 
 
 PARTS = ("winding", "bends", "stubs", "leads", "tail", "coupling", "vias", "crowding")
-"""What the terminal inductance is made of, in this order: the winding with evenly spread direct current; what direct
-current makes less by cutting corners; the parts of `lead_parts`; what crowding takes away at the sensor frequency."""
+"""Parts of the terminal inductance, in this order.
+
+"winding" is for evenly spread direct current. "bends" is the reduction by direct current that cuts corners. The next
+five are those of `lead_parts`. "crowding" is the reduction by current crowding at the sensor frequency.
+"""
 
 CROWDING_ERROR = 3e-3
 """Largest error of the inductance change by current crowding, as a fraction of the direct-current inductance.
@@ -104,12 +113,12 @@ def crowding_error(inductance: float, change: float) -> float:
 
 @record
 class Spread:
-    """One standard deviation, by the tolerances of manufacture, of a state's numbers (H, ohm, Hz, ohm, V).
+    """Standard deviations of a state's values (H, ohm, Hz, ohm, V) by manufacturing tolerances.
 
-    `causes` names the tolerance that each of them owes most to; `shifts` are what one sigma of each tolerance does to
-    inductance (H), frequency (Hz), resistance and R_P (ohm), with its sign: states of one coil share their causes.
-    ``thickest_copper`` is what the thickest copper that is delivered (foil and plating both at their ends) does to R_P
-    (ohm).
+    `causes` names, for each value, the tolerance with the largest contribution. `shifts` are the signed changes of
+    inductance (H), frequency (Hz), resistance and R_P (ohm) by one sigma of each tolerance. All states of a coil share
+    these causes. ``thickest_copper`` is the change of R_P (ohm) by the thickest copper delivered: foil and plating both
+    at their limits.
     """
 
     inductance: float
@@ -124,21 +133,27 @@ class Spread:
 
 @record
 class CoilEstimate:
-    """One coil. `winding_inductance` and `resistance_dc` are the spiral layers' at direct current, `resistance_ac` is
-    theirs at `sensor_frequency`; `terminal_*` what the contacts see, leads and tail included, in free air.
+    """Electrical values of one coil, in SI units.
 
-    `winding_inductance` is that of a current which is even across every track, `inductance_error` its relative bound;
-    `resistance_error` is that of `resistance_ac`;
-    `bend_inductance` (negative) is what real direct current makes less by cutting corners: it crowds to the inside of
-    bends and arcs; states and terminals have it in them. `inductance_parts` add up to `terminal_inductance`, at
-    `sensor_frequency`: see PARTS. `capacitance` is the whole tank's, `self_capacitance` that of winding,
-    leads and tail, `winding_capacitance` the winding's. `lead_parts` shares out `lead_inductance` by name.
-    `apparent_inductance` is that of the free state. `failed_states` gives a reason for every state in which the model
-    fails or the tank is overdamped: such a state is absent from `states`, and numbers of an absent free state are NaN.
-    `inner_diameter` is measured across the inner copper edges; for a long coil, along its shorter side.
-    `overdamped` are the quality factors of those whose tank does not oscillate. `press_share` is the
-    change from rest to pressed with the coil's own pad over that with the mean pad of all cells, which states have:
-    sensitivities have it. SI units.
+    `winding_inductance` and `resistance_dc` are for the spiral layers at direct current. `resistance_ac` is for these
+    layers at `sensor_frequency`, with the relative error bound `resistance_error`. `winding_inductance` assumes current
+    that is even across every track; `inductance_error` is its relative bound. `terminal_*` are at the contacts in free
+    air, with leads and tail.
+
+    Direct current crowds to the inside of bends and arcs. `bend_inductance` (negative) is the change by this crowding;
+    states and terminal values include it. `inductance_parts` (see PARTS) add up to `terminal_inductance` at
+    `sensor_frequency`. `lead_parts` divides `lead_inductance` by name. `apparent_inductance` belongs to the free state.
+
+    `capacitance` is the whole tank's, `self_capacitance` that of winding, leads and tail together, and
+    `winding_capacitance` the winding's. `inner_diameter` is measured across the inner copper edges, for a long coil
+    along its shorter side.
+
+    `failed_states` gives the reason for each state in which the model fails or the tank is overdamped. Such a state is
+    absent from `states`. If the free state is absent, its values are NaN. `overdamped` holds the quality factors of
+    tanks that do not oscillate.
+
+    `press_share` is the ratio of two changes from rest to pressed: with the coil's own pad, and with the mean pad of
+    all cells. States are for the mean pad. Sensitivities include the ratio.
     """
 
     name: str
@@ -171,13 +186,14 @@ class CoilEstimate:
     press_share: float = 1.0
 
     def __repr__(self) -> str:
-        """A line with inductance and resistance of the winding, and the states."""
+        """Return a line with inductance and resistance of the winding, and the states."""
         figures = f"{show(self.winding_inductance, 'H')}, {show(self.resistance_ac, 'ohm')}"
         return f"<CoilEstimate {self.name}: {figures}, states {', '.join(self.states)}>"
 
     def sensitivity(self, force: float | None) -> tuple[float, float] | None:
-        """Change of inductance at the contacts (H/N) and of frequency (Hz/N) from rest to pressed by that force (N):
-        the secant.
+        """Return the mean changes per newton of contact inductance (H/N) and of frequency (Hz/N).
+
+        They are the changes from rest to the pressed state over the force (N). None if a state or the force is missing.
         """
         rest, pressed = self.states.get(REST), self.states.get(PRESSED)
         if rest is None or pressed is None or not force:
@@ -186,7 +202,11 @@ class CoilEstimate:
         return (pressed.inductance - rest.inductance) / force, (pressed.frequency - rest.frequency) / force
 
     def sensitivity_sigma(self, force: float | None) -> tuple[float, float] | None:
-        """One sigma of the two (H/N, Hz/N): what each tolerance, which both states share, does to their difference."""
+        """Return the standard deviations of `sensitivity` (H/N, Hz/N).
+
+        Both states share each tolerance, so it acts on their difference. None if a state, its spread or the force is
+        missing.
+        """
         rest, pressed = self.states.get(REST), self.states.get(PRESSED)
         if rest is None or pressed is None or not force or rest.spread is None or pressed.spread is None:
             return None
@@ -199,15 +219,16 @@ class CoilEstimate:
 
     @property
     def lead_capacitance(self) -> float | None:
-        """Capacitance (F) of leads and tail. None if the winding's is unknown."""
+        """Capacitance (F) of leads and tail. None if the winding's capacitance is unknown."""
         return None if self.winding_capacitance is None else self.self_capacitance - self.winding_capacitance
 
     @property
     def resistance_change(self) -> tuple[float, float] | None:
-        """Change of resistance at the contacts (ohm) from rest to pressed, and how far off it can be, at most: what the
-        bounds of both states, which err alike, differ by. The target's own loss grows while it takes field away from
-        jaw and tracks, so both nearly cancel where metal lies behind: the change may be less than its bound, and then
-        its sign is not known.
+        """Change of contact resistance (ohm) from rest to pressed, and its error bound (ohm).
+
+        Both states err in the same direction, so the bound is the difference of their bounds. The target's own loss
+        grows while the target takes field away from jaw and tracks. With metal behind, both effects nearly cancel: the
+        change may be below its bound, and its sign is then unknown. None if a state or its bound is missing.
         """
         rest, pressed = self.states.get(REST), self.states.get(PRESSED)
         if rest is None or pressed is None or rest.resistance_error is None or pressed.resistance_error is None:
@@ -216,11 +237,11 @@ class CoilEstimate:
         return pressed.resistance - rest.resistance, abs(after - before)
 
     def converter_sensitivity(self, force: float | None) -> tuple[float, float | None] | None:
-        """Change of the inductance that the firmware's formula gives (H/N) from rest to pressed by that force (N), and
-        one sigma of it where the scatter is known.
+        """Return the change per newton (H/N) of the inductance by the firmware's formula, and its sigma.
 
-        It is larger than the one at the contacts: the formula's C lacks the coil's own capacitance. At that fixed C the
-        formula's L moves by -2 L df/f.
+        The change is from rest to the pressed state by the force (N). It is larger than the change at the contacts,
+        because the formula's C lacks the coil's own capacitance. At this fixed C the formula's L moves by -2 L df/f.
+        The sigma is None if the scatter is unknown.
         """
         rest, pressed = self.states.get(REST), self.states.get(PRESSED)
         if rest is None or pressed is None or not force:
@@ -242,15 +263,18 @@ class CoilEstimate:
 
 @record
 class ReadoutEstimate:
-    """How the converter is set: tank capacitor (F) and why, the drive code for all coils and working states, the
-    reference clock (Hz), the settings of its conversion, the time on one coil (s) and the complete scans a second that
-    follow. Where channels have codes of their own `drive_codes` holds one a coil, and `drive_code` and `drive_current`
-    are the strongest of them.
+    """Converter settings and the scan times that follow from them.
 
-    `dwell_time` is `settle_time`, `conversion_time` and `switch_time`; `read_back_time` is that of all results over I2C
-    at its fastest clock; `supply_current` (A) that of all converters with their drive; `capacitor_tolerance` is the
-    part's, relative. `conversion_capacitance` (F) turns a measured frequency into inductance: capacitor, pins and
-    cable, not the coil's own. Where no coil has a state left, what follows from states is None or NaN.
+    `capacitance` (F) is the tank capacitor, chosen for `capacitance_reason`, and `capacitor_tolerance` its relative
+    tolerance. `drive_code` serves all coils and working states. If channels have separate codes, `drive_codes` holds a
+    code for each coil, and `drive_code` and `drive_current` are the strongest. `clock` is the reference clock (Hz).
+
+    `dwell_time` (s) on a coil is the sum of `settle_time`, `conversion_time` and `switch_time`. `scan_rate` (Hz) counts
+    complete scans. `read_back_time` (s) is for reading all results over I2C at its fastest clock. `supply_current` (A)
+    is for all converters with their drive.
+
+    `conversion_capacitance` (F) converts a measured frequency to inductance. It holds capacitor, pins and cable,
+    without the coil's own capacitance. If no coil has a valid state, values that follow from states are None or NaN.
     """
 
     device: Converter
@@ -273,23 +297,23 @@ class ReadoutEstimate:
     drive_codes: tuple[int, ...] = ()
 
     def code_of(self, coil: int) -> int | None:
-        """The drive code of the coil of that number, from 0."""
+        """Return the drive code of a coil, by its number from 0."""
         return self.drive_codes[coil] if self.drive_codes else self.drive_code
 
     @property
     def result_interval(self) -> float | None:
-        """Time (s) from one result to the next of a converter that reads one coil, which settles once."""
+        """Time (s) between results of a converter that reads a single coil and settles once."""
         return None if self.settle_time is None else self.dwell_time - self.settle_time
 
     @property
     def readable_rate(self) -> float | None:
-        """Complete scans a second (Hz) that can be read over I2C."""
+        """Complete scans per second (Hz) that I2C can transfer."""
         return 1.0 / self.read_back_time if self.read_back_time else None
 
 
 @record
 class CrossCheck:
-    """A closed formula beside the estimate: inductance (H), relative deviation, whether the coil lies in its range."""
+    """Inductance (H) by a closed formula, its relative deviation, and whether the coil is in its range."""
 
     coil: str
     method: str
@@ -301,16 +325,20 @@ class CrossCheck:
 
 @record
 class Estimates:
-    """Everything electrical about a layout. `inductance_matrix` (H) is for currents entering each coil at its outer end
-    on layer 1, `inductance_matrix_error` (H) what its elements can be off by at most; `gaps` are distances in metres by
-    name; `notes` say what the numbers leave out; `normal_force` (N) is the one of the pressed state, `temperature`
-    (degrees Celsius) the one of copper and metals. `compression_scatter` and `gap_sigmas` (m) are one sigma of the
-    pressed pad and of the gaps. `incomplete` says what the layout lacks, and the terminal values with it (None:
-    nothing); `no_cross_check` why there is no closed formula beside the estimate;
-    `states` are those that the sensor has, with the target's pose in each; `target_band` are the frequencies (Hz) at
-    which the target was solved for them, None if its effect is by shares of an endless plate's; `metered` is what a
-    meter reads of the bare board, empty where it was not asked for (`Incoming.board`); `is_rough` says that
-    they were made for screening.
+    """All electrical values of a layout.
+
+    `inductance_matrix` (H) is for currents that enter each coil at its outer end on layer 1; `inductance_matrix_error`
+    (H) bounds its elements. `gaps` are distances (m) by name. `gap_sigmas` (m) are their standard deviations, and
+    `compression_scatter` holds the pressed pad's. `normal_force` (N) belongs to the pressed state, and `temperature`
+    (degrees Celsius) to copper and metals.
+
+    `notes` name effects that the values leave out. `incomplete` names missing parts of the layout, which the contact
+    values lack, too; None if the layout is complete. `no_cross_check` is the reason for an absent closed formula.
+
+    `states` are the sensor's states, each with the target's pose. `target_band` holds the frequencies (Hz) at which the
+    target was solved for the states. It is None if the target's effect is by correction ratios of an infinite plate.
+    `metered` are meter readings of the bare board, empty unless requested (`Incoming.board`). `is_rough` marks
+    screening estimates.
     """
 
     coils: tuple[CoilEstimate, ...]
@@ -333,7 +361,7 @@ class Estimates:
     is_rough: bool = False
 
     def __repr__(self) -> str:
-        """A line with the number of coils and the inductance of the first one."""
+        """Return a line with the number of coils and the inductance of the first coil."""
         first = f"{self.coils[0].name} {show(self.coils[0].winding_inductance, 'H')}" if self.coils else ""
         states = ", ".join(state.name for state in self.states)
         return f"<Estimates of {counted(len(self.coils), 'coil')}: {first}, states {states}>"
@@ -345,16 +373,16 @@ class Estimates:
 
     @property
     def failed_states(self) -> dict[str, str]:
-        """Why a state has no numbers, by its name. Empty if all states have numbers."""
+        """Reasons for states without values, by state. Empty if all states have values."""
         return {state: reason for coil in self.coils for state, reason in coil.failed_states.items()}
 
     @property
     def pressed_place(self) -> float | None:
-        """The place along z (m) of the target in the state pressed; None without that state."""
+        """Place along z (m) of the target in the pressed state. None without this state."""
         return next((s.pose.z for s in self.states if s.name == PRESSED and s.pose is not None), None)
 
     def part(self, first: int, last: int) -> Estimates:
-        """Estimates of the coils from one number up to before another (from 0): converters are set as for all."""
+        """Return the estimates of coils `first` to `last` - 1 (from 0), with the readout settings of all coils."""
         own, readout = slice(first, last), self.readout
         conversion = None if readout.conversion is None else readout.conversion.part(own)
         matrices = self.inductance_matrix, self.inductance_matrix_error
@@ -364,7 +392,10 @@ class Estimates:
                        readout=readout, metered=self.metered[own])
 
     def as_json(self, spec_path: str) -> dict[str, Any]:
-        """The document of ``estimate --format json``: SI units in the keys, None for what is absent or not finite."""
+        """Return the document of ``estimate --format json``, with SI units in its keys.
+
+        Values are None if they are absent or not finite.
+        """
         from sitscad.basics.version import __version__
 
         return {
@@ -394,7 +425,7 @@ def _numbers(values: Mapping[str, float]) -> dict[str, float | None]:
 
 
 def _coil_document(coil: CoilEstimate, place: Channel, force: float | None) -> dict[str, Any]:
-    """One coil as it stands in JSON, with its channel and its sensitivities to force."""
+    """Return the JSON part of a coil, with its channel and its sensitivities to force."""
     change = coil.resistance_change or (None, None)
     inductance, frequency = coil.sensitivity(force) or (None, None)
     of_inductance, of_frequency = coil.sensitivity_sigma(force) or (None, None)
@@ -423,7 +454,7 @@ def _coil_document(coil: CoilEstimate, place: Channel, force: float | None) -> d
 
 
 def _compression_document(estimates: Estimates) -> dict[str, Any] | None:
-    """Return the pressed pad for JSON. None without one."""
+    """Return the JSON part of the pressed pad. None without a pad."""
     scatter = estimates.compression_scatter
     if estimates.compression is None:
         return None
@@ -433,13 +464,13 @@ def _compression_document(estimates: Estimates) -> dict[str, Any] | None:
 
 
 def _state_document(state: StateEstimate) -> dict[str, Any]:
-    """Return one state for JSON, with one sigma if that is known."""
+    """Return the JSON part of a state, with standard deviations if they are known."""
     sigma = None if state.spread is None else deviations(state, TANK) | {"causes": dict(state.spread.causes)}
     return document(state, STATE) | {"sigma": sigma}
 
 
 def _readout_document(readout: ReadoutEstimate) -> dict[str, Any]:
-    """Return the converter's settings for JSON."""
+    """Return the JSON part of the converter's settings."""
     conversion = readout.conversion
     part = {} if conversion is None else conversion.result_settings
     return {

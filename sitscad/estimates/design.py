@@ -1,4 +1,4 @@
-"""A spec and what follows from it, each thing worked out when it is first asked for, and once."""
+"""A spec with all values derived from it, each computed at its first use and then cached."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from sitscad.estimates.loads.pad import NoResponse
 from sitscad.layout import arrange, lay_out
 from sitscad.spec.sensor import SensorSpec, without_text
 
-# Modules of the response, of performance and of cells are imported in functions: a check of a single coil needs none of
-# them, and that of a jaw no performance. The module of the assembly is, too: it is loaded only where solids are built.
+# Functions import the modules of response, performance and cells: a check of a single coil needs none of these modules,
+# and a check of a jaw needs no performance. The assembly module is loaded only when solids are built.
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -43,12 +43,11 @@ ROOM_TEMPERATURE = 20.0
 
 @record
 class Design:
-    """A spec with its layout, its fit and its estimates: what checks, searches, packages and programs share.
+    """A spec with its layout, fit and estimates, shared by checks, searches, packages and other programs.
 
-    Nothing is worked out before it is asked for, and nothing twice. ``given_layout`` and ``given_estimates`` are taken
-    for its own where somebody has them already; they have to be those of the spec. ``of_board`` is what was worked out
-    of the board alone, which designs with the same board have in common (`cached_per_board`). What other modules work
-    out of a design they keep with it by `sitscad.basics.record.kept`.
+    Each value is computed at its first use and then cached. ``given_layout`` and ``given_estimates`` are used if they
+    are present; they must belong to the spec. ``of_board`` caches values of the board alone, shared by designs with
+    equal boards (`cached_per_board`). Other modules cache their values of a design with `sitscad.basics.record.kept`.
     """
 
     spec: SensorSpec
@@ -56,7 +55,7 @@ class Design:
     given_estimates: Estimates | None = None
     of_board: dict[str, Any] = field(default_factory=dict, repr=False, compare=False)
 
-    if not TYPE_CHECKING:  # a copy is made without a spec
+    if not TYPE_CHECKING:  # copies call it without a spec
 
         @checked_arguments
         def __new__(
@@ -68,34 +67,34 @@ class Design:
 
     @cached_property
     def layout(self) -> Layout:
-        """The design as drawn."""
+        """Drawn layout."""
         return lay_out(self.spec) if self.given_layout is None else self.given_layout
 
     @cached_property
     def fit(self) -> tuple[Measure, ...]:
-        """What is measured of the sensor in its jaw; nothing without one, or where the shield does not fit."""
+        """Distances measured for the sensor in its jaw. Empty without a jaw, or if the shield does not fit."""
         return measures(self.layout)
 
     @cached_property
     def closing(self) -> Closing | None:
-        """How the sensor's jaws close; None without a jaw, or where the shield does not fit."""
+        """Closing motion of the jaws. None without a jaw, or if the shield does not fit."""
         return closing(self.layout) if self.fit else None
 
     @cached_property
     def estimates(self) -> Estimates:
-        """The electrical numbers."""
+        """Electrical estimates."""
         return estimated(self.layout) if self.given_estimates is None else self.given_estimates
 
     @cached_property
     def cells(self) -> Cells:
-        """Every cell as a sensor of its own; a sensor without cells is its own only cell."""
+        """All cells, each as a separate sensor. A sensor without cells is its own single cell."""
         return Cells(self)
 
     @cached_property
     def response(self) -> ResponseModel:
-        """What the coils read when the target moves.
+        """Coil readings as a function of the target's pose.
 
-        Raises `NoResponse` if nothing can respond, and for a sensor with cells: each cell has its own response.
+        Raises `NoResponse` if nothing can respond, and for a sensor with cells: each cell has a separate response.
         """
         if self.bare is not self:
             return self.bare.response
@@ -108,7 +107,7 @@ class Design:
 
     @cached_property
     def sensing(self) -> Sensing:
-        """What the sensor feels by its response; of a sensor with cells, what its weakest cell feels."""
+        """Sensing performance by the response model. For cells, it belongs to the cell with the least signal."""
         sensor = self.bare.cells.weakest
         if sensor is not self:
             return sensor.sensing
@@ -118,25 +117,26 @@ class Design:
 
     @cached_property
     def performance(self) -> tuple[Performance, ...]:
-        """What the sensor feels, in newtons, at rest, half and full load; nothing where it has no target that conducts,
-        no pad under it that holds it, or no tank that oscillates. It costs seconds of processor time, once a design.
+        """Sensing performance in newtons at rest, half and full load.
 
-        For a sensor with cells, each figure is the worst of all cells (`Skin.table` has each), and limits of production
-        are those of all coils.
+        It is empty without a conducting target, without a pad that holds the target, or if no tank oscillates. It takes
+        seconds of processor time, once for each design. For a sensor with cells, each figure is the worst of all cells
+        (`Skin.table` has each cell), and production limits are for all coils.
         """
         return self.sensing.performance if self.spec.cells is None else self.cells.skin.performance
 
     @cached_property
     def solids(self) -> Solids:
-        """The sensor's solids (importing a CAD kernel)."""
+        """Solids of the sensor. The first use imports a CAD kernel."""
         from sitscad.assembly.solids.whole import Solids
 
         return Solids(self.layout, hard_adhesive(self.layout))
 
     @cached_property
     def bare(self) -> Design:
-        """This design without the text that it was read from: comments and file name cannot change what is drawn
-        from it. Layout and estimates are this one's.
+        """This design without its spec's source text, with the same layout and estimates.
+
+        Comments and the file name cannot change the drawing.
         """
         spec, source = without_text(self.spec), self.spec.source
         if (source, source.files) == (spec.source, spec.source.files):
@@ -144,7 +144,7 @@ class Design:
         return Design(spec, replace(self.layout, spec=spec), self.estimates)
 
     def drawn(self, changed: SensorSpec, searches: SearchLimit | None = None) -> Design:
-        """A changed design, drawn anew unless the board stays as it is."""
+        """Return the design of a changed spec. It is drawn anew unless the board is unchanged."""
         if has_same_board(changed, self.spec):
             return Design(changed, replace(self.layout, spec=changed), of_board=self.of_board)
         return Design(changed, arrange(changed, searches))
@@ -152,15 +152,16 @@ class Design:
 
 @record(eq=False)
 class Cells:
-    """The cells of a sensor in the order of their numbers, each as a sensor of its own, read by the converters and
-    capacitors of the whole. A sensor without cells is its own only cell.
+    """Cells of a sensor in order of their numbers, each as a separate sensor.
+
+    Every cell has the converters and capacitors of the whole sensor. A sensor without cells is its own single cell.
     """
 
     whole: Design
 
     @cached_property
     def parts(self) -> tuple[Design, ...]:
-        """Every cell."""
+        """Designs of all cells."""
         whole = self.whole
         if whole.spec.cells is None:
             return (whole,)
@@ -179,14 +180,14 @@ class Cells:
         return iter(self.parts)
 
     def by_number(self, number: int) -> Design:
-        """One cell by its number, from 1. Raises ValueError if there is none of that number."""
+        """Return a cell by its number, from 1. Raises ValueError if no cell has this number."""
         if not 1 <= number <= len(self):
             raise ValueError(f"there is no cell {number}: the sensor has {len(self)}")
         return self.parts[number - 1]
 
     @cached_property
     def skin(self) -> Skin:
-        """What cells have in common and do to each other; empty without cells."""
+        """Properties that cells share, and their crosstalk. Empty without cells."""
         if self.whole.bare is not self.whole:
             return self.whole.bare.cells.skin
         from sitscad.estimates.skin import Skin
@@ -195,19 +196,19 @@ class Cells:
 
     @property
     def weakest_number(self) -> int:
-        """The number of the cell with the least signal: of the longest leads, or the most webs."""
+        """Number of the cell with the least signal: the cell with the longest leads or the most webs."""
         return 1 if self.whole.spec.cells is None else self.skin.weakest
 
     @property
     def weakest(self) -> Design:
-        """The cell with the least signal, which stands for all in curves and solutions."""
+        """Cell with the least signal. Curves and solutions of a single cell use it."""
         return self.by_number(self.weakest_number)
 
     @property
     def extremes(self) -> dict[int, Design]:
-        """The cells by which all are judged, by number: that with the least signal, then that whose pad is softest.
+        """Cells that stand for all cells in checks, by number: least signal first, then softest pad.
 
-        They may be one cell.
+        Both may be the same cell.
         """
         if self.whole.spec.cells is None:
             return {1: self.whole}
@@ -216,8 +217,9 @@ class Cells:
 
 
 def cached_per_board(design: Design, name: str, make: Callable[[], Value]) -> Value:
-    """What `make` gives of the drawn board alone, made once for all designs with the same board (`has_same_board`):
-    trials of another pad measure no copper anew.
+    """Return `make()` of the drawn board, computed once for all designs with equal boards.
+
+    Designs that differ in their pad alone measure no copper anew (`has_same_board`).
     """
     if name not in design.of_board:
         design.of_board[name] = make()
@@ -225,7 +227,7 @@ def cached_per_board(design: Design, name: str, make: Callable[[], Value]) -> Va
 
 
 def at_room_temperature(design: Design) -> Design:
-    """The design at 20 degrees Celsius: itself, unless `requirements.temperature` is another."""
+    """Return the design at 20 degrees Celsius. It is the same design if `requirements.temperature` is 20."""
     if design.estimates.temperature == ROOM_TEMPERATURE:
         return design
     return kept(design, "at room temperature", lambda: Design(design.spec, design.layout, estimated(
@@ -243,20 +245,42 @@ def respond(
     frequency: float | None = None,
     tolerance: float | None = None,
 ) -> Response:
-    """What the coils read with the target at `poses` (n, 6: x, y, z in metres, rx, ry, rz in radians, from rest; axes
-    as in `sitscad.assembly.places.state.Pose`), under `loads` (n, 3: normal towards the board, shear along +x and +y,
-    newtons; or n, 5: with moments about x and y on the middle of the outermost face, newton metres), or in a load case
-    that the spec's section `loads` names, or several; "all" is every one of them.
+    """Return the coil readings at target poses, under loads, or in named load cases.
 
-    `rotation` goes with `loads`: "free", the target tilts as it likes (so where it is left out), or "held", a
-    flat face keeps it level, as in data sheets and calibrations. A case says so itself.
+    A `Design` caches its solutions.
 
-    `frequency` (Hz) is what inductances and resistances are taken at, each coil's own tank frequency where None;
-    `tolerance` limits what interpolation between many poses may be off by. A `Design` keeps what it solved. Raises
-    ValueError for other shapes and numbers, for none or several of poses, loads and case, for a rotation without loads
-    or of another name, and `NoResponse` (a
-    ValueError) where the design has nothing that could respond, no such load case, or no room for a pose: more than a
-    metre away, turned over, or with the whole target inside the board.
+    Parameters
+    ----------
+    design
+        A design or a spec.
+    poses
+        Poses (n, 6) relative to rest: x, y, z (m), rx, ry, rz (rad). Axes are as in
+        `sitscad.assembly.places.state.Pose`.
+    loads
+        Loads (n, 3; N): normal towards the board, shear along +x and +y. Or (n, 5), with moments (N m) about x
+        and y on the
+        middle of the outermost face.
+    case
+        A load case, or several, by their names in the spec's section `loads`. "all" selects every case.
+    rotation
+        For `loads` alone: "free" lets the target tilt (default); "held" keeps it level by a flat face, as in
+        data sheets and
+        calibrations. A case sets its own rotation.
+    frequency
+        Frequency (Hz) of inductances and resistances. If None, it is each coil's own tank frequency.
+    tolerance
+        Largest error of interpolation between many poses.
+
+    Raises
+    ------
+    ValueError
+        For other shapes or values, for none or several of poses, loads and case, for a rotation without loads,
+        or for an
+        unknown rotation.
+    NoResponse
+        A ValueError, if nothing in the design can respond, if a load case does not exist, or if a pose is
+        impossible: more
+        than a metre away, turned over, or with the whole target inside the board.
     """
     import numpy as np
 
@@ -295,7 +319,10 @@ def respond_to(
     progress: Callable[[int, int], None] | None = None,
     derivatives: bool = False,
 ) -> Response:
-    """Response at poses, loads and load cases, in this order; with the `derivatives` of the frequencies if wanted."""
+    """Return the response at poses, loads and load cases, in this order.
+
+    `derivatives` adds those of the frequencies.
+    """
     from sitscad.estimates.response.cases import in_cases, with_cases
     from sitscad.estimates.states.placed import require_possible
 
@@ -320,6 +347,6 @@ def has_same_board(one: SensorSpec, other: SensorSpec) -> bool:
 
 
 def _board(spec: SensorSpec) -> tuple[object, ...]:
-    """All that a board is drawn from."""
+    """Return all parts of a spec that determine the board."""
     jaw = spec.jaw
     return spec.coil, spec.array, spec.fpc, spec.readout.chip, (jaw.length, jaw.width) if jaw is not None else None

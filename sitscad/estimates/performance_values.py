@@ -1,4 +1,4 @@
-"""What a sensor feels at a working point, as values and as the contract's JSON."""
+"""Sensing performance at a working point, as values and as JSON."""
 
 from __future__ import annotations
 
@@ -17,62 +17,67 @@ from sitscad.basics.units import show
 FORCES = ("normal", "shear_x", "shear_y")
 MOMENTS = ("moment_x", "moment_y")
 AXES = (*FORCES, *MOMENTS)
-"""What stands in a load, in this order; loads without a moment may end after the forces."""
+"""Order of a load's components. Loads without moments may end after the forces."""
 
 AXIS_WORDS = {"normal": "normal", "shear_x": "shear along x", "shear_y": "shear along y", "moment_x": "moment about x",
               "moment_y": "moment about y"}
 
 
 def load_words(axes: Iterable[str]) -> str:
-    """Forces and moments by their names: ``normal force, shear force along x and moment about y``."""
+    """Return the names of forces and moments: ``normal force, shear force along x and moment about y``."""
     words = (AXIS_WORDS[name] for name in axes)
     *others, last = (each.replace("normal", "normal force").replace("shear", "shear force") for each in words)
     return f"{', '.join(others)} and {last}" if others else last
 
 
 INSTABILITY = "instability"
-"""End of an axis if no shape of the pad bears the load: it gives way sideways."""
+"""Limit of an axis if no stable shape of the pad bears the load: the pad buckles sideways."""
 
 Loads = tuple[float, ...]
 Table = Mapping[str, Mapping[str, float]]
 
 
 def unit_of(axis: str) -> str:
-    """The SI unit of an axis."""
+    """Return the SI unit of an axis."""
     return "N m" if axis in MOMENTS else "N"
 
 
 SHOWN = {"N": (1.0, "N"), "N m": (1e3, "N mm")}
-"""Factor and unit in which tables and plots have forces and moments, by their SI unit."""
+"""Factor and unit of forces and moments in tables and plots, by their SI unit."""
 
 
 def shown_scales(axes: Sequence[str]) -> Array:
-    """What loads (N, N m) on some axes are multiplied with for a table: moments stand there in newton millimetres."""
+    """Return the factors from SI units (N, N m) to table units (N, N mm), by axis."""
     return np.array([SHOWN[unit_of(axis.rpartition(".")[2])][0] for axis in axes])
 
 
 def by_unit(before: str, after: str, table: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """Tables by axis as parts of a document: forces under `before` N `after`, moments, if any, with Nm."""
+    """Return tables by axis as parts of a document, split by unit.
+
+    Forces are under the key `before` + "N" + `after`. Moments, if there are any, are under the same key with "Nm".
+    """
     parts = {"N": {name: row for name, row in table.items() if name not in MOMENTS},
              "Nm": {name: row for name, row in table.items() if name in MOMENTS}}
     return {f"{before}{unit}{after}": part for unit, part in parts.items() if part or unit == "N"}
 
 
 def along(load: Array | Loads, axis: str, forces: Array) -> Array:
-    """A load (3 or 5; N, N m) with (n,) forces or moments on one axis: (n, 3 or 5)."""
+    """Return a load (3 or 5; N, N m), repeated with (n,) values on one axis: (n, 3 or 5)."""
     found = np.tile(np.asarray(load, dtype=float), (len(forces), 1))
     found[:, AXES.index(axis)] = forces
     return found
 
 
-PASSING = ("before", "without")  # Words in the causes of errors that a calibration or a tare takes away
+PASSING = ("before", "without")  # Words in the causes of errors that calibration or tare removes
 
 
 @record
 class AxisPerformance:
-    """One axis at a working point: range (N) and what ends it, full scale (N: what is asked), sensitivity of every coil
-    (Hz/N), resolution (N, one sigma of noise at the scan rate), nonlinearity (of the full scale, by the best straight
-    line), and one sigma of errors (N) by cause. Of a moment N is N m; `unit` says which.
+    """Sensing performance of one axis at a working point. For moments, N is N m; `unit` states which.
+
+    `range` (N) ends by `limited_by`, and `full_scale` (N) is the required load. `sensitivity` (Hz/N) is by coil.
+    `resolution` (N) is one sigma of noise at the scan rate. `nonlinearity` is relative to full scale, from the best
+    straight line. `errors` are one sigma (N) by cause.
     """
 
     range: float
@@ -85,7 +90,7 @@ class AxisPerformance:
     unit: str = "N"
 
     def document(self) -> dict[str, object]:
-        """The figures as the contract's JSON has them."""
+        """Return the figures as JSON."""
         unit = self.unit.replace(" ", "")
         return {
             f"range_{unit}": self.range,
@@ -100,24 +105,30 @@ class AxisPerformance:
 
 @record
 class Performance:
-    """The sensor at a working point `at` (`WORKING_POINTS`: rest, half, full) under `load` (N).
+    """Sensing performance at a working point `at` (`WORKING_POINTS`: rest, half, full) under `load` (N).
 
-    Figures of moments are in N m in place of N. `tilt_stiffness` (N m/rad) by the turn (rx, ry) is how the pad holds a
-    target that is free to move against a moment on its outermost face, NaN if the pad gives way;
-    `tilt_stiffness_error` is one sigma of that by the pad's law, relative, without the scatter of the modulus.
+    Figures of moments are in N m in place of N. Except where stated, the target is kept level.
 
-    `crosstalk[a][b]` is the error of axis a while b goes over its full scale, over a's full scale: of the polynomial
-    that fits the design best, and of the straight map at this point (`straight_crosstalk`). `tilt_error` (N) by axis
-    and angle (rx, ry) of a contact that is tilted by `tilt` (rad: the required one, else a degree), the worse of both
-    ways; `tilt_slope` (N/rad) is that of small angles, which leaves out all that grows with their square;
-    `contact_error` (N/mm) by axis and direction in which the force stands beside the middle, the target tilting as it
-    likes; `temperature_error` (N/K, one sigma) with its causes (N/K, signed where the sign is known);
-    `friction_error` that of shear over normal (None without shear or at rest) with its causes; `bandwidth` (Hz)
-    is the least of half the scan rate and `resonance`, that of target and pad by axis with nothing on them
-    (`bandwidth_by` says which; a silicone's lag by rate is in no data); `overload` (N), ranges and all that no other
-    target is named for are of one that is kept level, and `free_overload` (N) is where the pad gives way sideways under
-    one that is free to tilt (None: not before the overload); `ambiguous` are two loads (N) of one reading,
-    None where the map can be inverted.
+    Tilt stiffness: `tilt_stiffness` (N m/rad), by turn (rx, ry), is the pad's stiffness against a moment on the
+    outermost face of a free target; NaN if the pad buckles. `tilt_stiffness_error` is its relative sigma by the pad's
+    law, without the scatter of the modulus.
+
+    Crosstalk: `crosstalk[a][b]` is the error of axis a, relative to its full scale, while b covers its full scale. It
+    is for the polynomial that fits the design best. `straight_crosstalk` is for the linear map at this point.
+
+    Tilt: `tilt_error` (N), by axis and angle (rx, ry), is for a contact tilted by `tilt` (rad: the required angle, or a
+    degree); it is the worse of both directions. `tilt_slope` (N/rad) is for small angles, without terms of higher
+    order. `contact_error` (N/mm), by axis and direction, is for a force beside the middle on a target that is free to
+    tilt.
+
+    `temperature_error` (N/K) is one sigma; its causes (N/K) have signs if these are known. `friction_error` is the
+    error of the ratio of shear to normal force, with its causes; None without shear or at rest.
+
+    `bandwidth` (Hz) is the smaller of half the scan rate and the least `resonance`, and `bandwidth_by` names the limit.
+    `resonance` (Hz), by axis, is for target and pad without anything on them. No data covers a silicone's lag by rate.
+
+    `free_overload` (N) is the load at which the pad buckles under a target that is free to tilt; None if this is not
+    before `overload` (N). `ambiguous` are two loads (N) with equal readings; None if the map can be inverted.
     """
 
     at: str
@@ -148,13 +159,13 @@ class Performance:
     notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
-        """A line with the resolution and the full scale of each axis."""
+        """Return a line with the resolution and the full scale of each axis."""
         axes = (f"{name} {show(one.resolution, 'N', 2)} of {show(one.full_scale, 'N', 3)}"
                 for name, one in self.axes.items())
         return f"<Performance at {self.at}: {', '.join(axes)}>"
 
     def document(self) -> dict[str, object]:
-        """The figures as the contract's JSON has them."""
+        """Return the figures as JSON."""
 
         def by_axis(load: Loads) -> dict[str, float]:
             return dict(zip(FORCES, load[: len(FORCES)], strict=True))
@@ -196,7 +207,7 @@ class Performance:
 
 
     def _causes(self) -> dict[str, object]:
-        """What temperature does by its causes: of forces, and of moments where there are some."""
+        """Return the temperature errors by cause, for forces and, if there are any, for moments."""
         found: dict[str, dict[str, object]] = {}
         for cause, row in self.temperature_causes.items():
             for name, part in by_unit("temperature_causes_", "_per_K", row).items():
@@ -205,15 +216,16 @@ class Performance:
 
 
 def _finite(value: float) -> float | None:
-    """A figure; None of one that is infinite, as of the noise on an axis that no reading tells."""
+    """Return a finite figure unchanged. None if it is infinite, as the noise on an axis without a signal is."""
     return value if math.isfinite(value) else None
 
 
 def worst_of(each: Sequence[Performance]) -> Performance:
-    """One working point of several cells, each figure the worst of them; coils of different cells count by their place
-    in the cell.
+    """Return the working point of several cells, with the worst figure of all cells for each value.
+
+    Coils of different cells are matched by their place in the cell.
     """
-    # what ends a range is said of the one that ends first, and what differs by a figure alone once
+    # the note on a range's limit is from the shortest range; notes that differ by numbers alone appear once
     notes = [note for one in sorted(each, key=lambda one: one.axes["normal"].range) for note in one.notes]
     said = {re.sub(r"[0-9.]+", "", note): note for note in reversed(notes)}
     slow = min(each, key=lambda one: one.bandwidth)
@@ -244,7 +256,7 @@ def _worst_axis(each: Sequence[AxisPerformance]) -> AxisPerformance:
 
 
 def _worst(each: Sequence[Any], pick: Callable[[Sequence[Any]], Any]) -> Any:
-    """The worst of some figures, of tables row by row; None if all are None."""
+    """Return the worst of some figures, for tables row by row. None if all are None."""
     known = [one for one in each if one is not None]
     if not known or not isinstance(known[0], Mapping):
         return pick(known) if known else None
@@ -253,32 +265,39 @@ def _worst(each: Sequence[Any], pick: Callable[[Sequence[Any]], Any]) -> Any:
 
 
 def _farthest(numbers: Sequence[float]) -> float:
-    """The number farthest from zero."""
+    """Return the number with the largest magnitude."""
     return max(numbers, key=abs)
 
 
 OTHER_JAW_CAUSES = tuple(f"other jaw's metal with {what} in the jaws, without a tare there"
                          for what in ("nothing", "1 mm", "2 mm"))
-"""Names of what the other jaw's metal is read as, by what lies between it and the sensor (`other_jaw.GRASPED`)."""
+"""Names of the errors by the other jaw's metal, by the object between that jaw and the sensor (`other_jaw.GRASPED`)."""
 
 UNMEASURED = "at full scale, which is not measured"
-"""What causes of errors say of axes of force that the array does not tell."""
+"""Suffix of error causes by force axes that the array cannot measure."""
 
 
 def lasts_tared(cause: str) -> bool:
-    """Whether an error by that cause lasts in a calibrated unit, tared before each grasp, without unmeasured loads."""
+    """Whether an error by this cause remains in a calibrated unit.
+
+    The unit is tared before each grasp, and no unmeasured loads act.
+    """
     is_drift, is_tared = "drift" in cause, "with a tare" in cause
     return is_tared if is_drift else not any(word in cause for word in (*PASSING, "not measured", "manufacture"))
 
 
 def combined_error(errors: Mapping[str, float]) -> float:
-    """Root of the squares of the errors (N, N m) that `lasts_tared` counts: causes are taken as independent."""
+    """Return the root sum of squares of errors (N, N m) for which `lasts_tared` is true.
+
+    The causes are taken as independent.
+    """
     return math.hypot(*(error for cause, error in errors.items() if lasts_tared(cause)))
 
 
 def largest_lasting(errors: Mapping[str, float | None]) -> tuple[float, str]:
-    """The largest error (N) that neither calibration nor tare takes away, and its cause; infinite on an axis that no
-    reading tells, whose errors a document has as None.
+    """Return the largest error (N) that neither calibration nor tare removes, and its cause.
+
+    It is infinite on an axis without a signal; there the document has None.
     """
     lasting = {
         cause: math.inf if error is None else error
@@ -290,11 +309,11 @@ def largest_lasting(errors: Mapping[str, float | None]) -> tuple[float, str]:
 
 
 SENSELESS = 10.0
-"""Full scales from which on an error, found to first order, is told as that alone: its digits mean nothing."""
+"""Error, in full scales, from which on no digits are shown: the first-order result is then meaningless."""
 
 
 def of_full_scale(error: float, full: float, axis: str = "normal") -> str:
-    """An error (N, N m) of an axis in words, with its share of full scale."""
+    """Return an error (N, N m) of an axis as text, with its percentage of full scale."""
     if error > SENSELESS * full:
         return f"more than {SENSELESS:.0f} times full scale"
     share, said = error / full, amount_text(error, axis, 2)
@@ -302,5 +321,5 @@ def of_full_scale(error: float, full: float, axis: str = "normal") -> str:
 
 
 def amount_text(value: float, axis: str, digits: int = 3) -> str:
-    """A force in newtons, or a moment in newton millimetres, in words."""
+    """Return a force in newtons, or a moment in newton millimetres, as text."""
     return f"{1e3 * value:.{digits}g} N mm" if axis in MOMENTS else f"{value:.{digits}g} N"

@@ -1,4 +1,4 @@
-"""What a sensor feels by its response, in newtons, each thing worked out when it is first asked for, and once."""
+"""Sensing performance of a sensor in newtons, by its response model. Values are computed at first use and cached."""
 
 from __future__ import annotations
 
@@ -20,33 +20,33 @@ class Sensor(Protocol):
 
     @property
     def layout(self) -> Layout:
-        """The sensor as drawn."""
+        """Drawn layout."""
 
     @property
     def estimates(self) -> Estimates:
-        """The electrical numbers."""
+        """Electrical estimates."""
 
     @property
     def response(self) -> ResponseModel:
-        """What the coils read when the target moves."""
+        """Coil readings as a function of the target's pose."""
 
 
 @record(eq=False)
 class Sensing:
-    """What a sensor without cells feels."""
+    """Sensing performance of a sensor without cells."""
 
     sensor: Sensor
 
     @cached_property
     def solved(self) -> Felt:
-        """What the sensor feels by its response; raises `NoResponse` where there is nothing to feel."""
+        """Sensing performance by the full response model. Raises `NoResponse` if the sensor cannot respond."""
         return feel(self.sensor.layout, self.sensor.estimates, self.sensor.response)
 
     @cached_property
     def felt(self) -> Felt | None:
-        """What the sensor feels, for checks: `solved`, or at the screen level by shares.
+        """Sensing performance for checks: `solved`, or at screen level by correction ratios of an infinite plate.
 
-        None if it feels nothing, or if its target is too large to be solved in a check.
+        None if the sensor cannot respond, or if its target is too large to be solved in a check.
         """
         estimates = self.sensor.estimates
         try:
@@ -58,8 +58,9 @@ class Sensing:
 
     @cached_property
     def twins(self) -> tuple[Loads, Loads] | None:
-        """Two loads (N) within what is required that give one reading, None where none are found: said alike by checks
-        and papers.
+        """Two loads (N) within the requirements that give equal readings. None if no such pair is found.
+
+        Checks and documents share this result.
         """
         if self.felt is None or not self.felt.is_range_held:
             return None
@@ -67,22 +68,22 @@ class Sensing:
 
     @cached_property
     def curves(self) -> Curves | None:
-        """What a data sheet draws of the sensor; None where `performance` is nothing."""
+        """Curves of the data sheet. None if `performance` is empty."""
         return curves(self.solved) if self.performance else None
 
     @property
     def performance(self) -> tuple[Performance, ...]:
-        """What the sensor feels, in newtons, at rest, half and full load; empty if it feels nothing."""
+        """Sensing performance in newtons at rest, half and full load. Empty if the sensor cannot respond."""
         return self._performance[0]
 
     @property
     def no_performance(self) -> str:
-        """Reason why the sensor has no `performance`; empty if it has one."""
+        """Reason for an empty `performance`. Empty if the sensor has performance."""
         return self._performance[1]
 
     @cached_property
     def _performance(self) -> tuple[tuple[Performance, ...], str]:
-        # The performance, and the reason why there is none.
+        # The performance, and the reason if it is empty.
         try:
             return performance(self.solved, self.sensor.response, lambda: self.twins), ""
         except NoResponse as error:

@@ -1,4 +1,4 @@
-"""What a coil has to say: the change of its reading from rest to the required force."""
+"""Signal of a coil: the change of its reading from rest to the required force."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ if TYPE_CHECKING:
 
 
 def signals(estimates: Estimates) -> tuple[Signal, ...]:
-    """The signal of every coil that has both states; none without a required force, a target and an elastomer."""
+    """Return the signals of all coils with both states. Empty without a required force, target or elastomer."""
     found = (_signal(coil, estimates.normal_force, estimates.readout) for coil in estimates.coils)
     return tuple(signal for signal in found if signal is not None)
 
 
 def _signal(coil: CoilEstimate, force: float | None, readout: ReadoutEstimate) -> Signal | None:
-    """What one coil's reading does under a force (N); None where it has no such reading."""
+    """Return the change of a coil's reading under a force (N). None if the coil lacks a state or the force."""
     change = coil.sensitivity(force)
     if change is None or not force or not all(map(math.isfinite, change)):
         return None

@@ -1,4 +1,4 @@
-"""What the cells of a skin have in common and do to each other, each thing worked out when it is first asked for."""
+"""Properties that the cells of a skin share, and their crosstalk. Values are computed at first use and cached."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ from sitscad.layout.board import Layout
 
 
 class Cell(Protocol):
-    """A cell as a sensor of its own."""
+    """A cell as a separate sensor."""
 
     @property
     def performance(self) -> tuple[Performance, ...]:
-        """What the cell feels at rest, half and full load."""
+        """Sensing performance of the cell at rest, half and full load."""
 
 
 @record(eq=False)
 class Skin:
-    """The cells of a sensor together. Empty if it has none."""
+    """All cells of a sensor. Empty if the sensor has no cells."""
 
     layout: Layout
     estimates: Estimates
@@ -45,24 +45,24 @@ class Skin:
 
     @cached_property
     def weakest(self) -> int:
-        """The number of the cell with the least signal: of the longest leads, or the most webs."""
+        """Number of the cell with the least signal: the cell with the longest leads or the most webs."""
         return weakest_cell(self.layout.spec, self.estimates) if self._has_cells else 1
 
     @cached_property
     def crosstalk(self) -> CellCrosstalk | None:
-        """What cells read of each other; None without cells, and where they have no signal."""
+        """Crosstalk between cells. None without cells, or if they have no signal."""
         return cell_crosstalk(self.layout, self.estimates) if self._has_cells else None
 
     @cached_property
     def groups(self) -> tuple[CellGroup, ...]:
-        """Cells grouped by identical pads and drive, without performance; empty without cells."""
+        """Cells grouped by identical pads and drive, without performance. Empty without cells."""
         return cell_groups(self.layout, self.estimates, self.crosstalk) if self._has_cells else ()
 
     @cached_property
     def table(self) -> CellTable:
-        """The cell groups with their performance, which takes seconds of processor time for each group.
+        """Cell groups with their performance (seconds of processor time for each group).
 
-        It has no groups without cells, and if a cell has no performance.
+        It has no groups without cells, or if a cell has no performance.
         """
         groups = []
         for group in self.groups:
@@ -76,6 +76,6 @@ class Skin:
 
     @property
     def performance(self) -> tuple[Performance, ...]:
-        """Each figure the worst of all cells; limits of production are those of all coils."""
+        """Worst figure of all cells for each value. Production limits are for all coils."""
         points = map(worst_of, zip(*(group.felt for group in self.table.groups), strict=True))
         return tuple(replace(point, production=production_limits(self.estimates.coils)) for point in points)
