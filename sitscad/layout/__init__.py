@@ -1,5 +1,6 @@
-"""From the spec to everything that is drawn: coils, vias, leads, tail, contacts and outline, put together on one board;
-and what found no room.
+"""Layout of the board from a spec: coils, vias, leads, tail, contacts and outline.
+
+`Layout.shortfalls` names what found no room.
 """
 
 from __future__ import annotations
@@ -41,21 +42,25 @@ __all__ = ["Coil", "Layout", "Pad", "Role", "Stiffener", "Trace", "Via", "Windin
 
 @checked_arguments
 def lay_out(spec: SensorSpec) -> Layout:
-    """The sensor as drawn; what found no room is in its `shortfalls`, and is no error here.
+    """Lay out the sensor of a spec.
+
+    Pieces without room are missing from the layout and named in `Layout.shortfalls`. They raise no error.
 
     Raises
     ------
     SpecError
-        where the spec was put together in Python and has values that could not have been read from a text.
+        if the spec was built in Python and has values that no spec file could contain
     """
     refuse_unusable(spec)
     return arrange(spec)
 
 
 def arrange(spec: SensorSpec, searches: SearchLimit | None = None) -> Layout:
-    """Lay out the whole board. Never raises for want of room: what found none is missing from the layout and named in
-    `Layout.shortfalls`. Coils that could not be led out are still wound, so that they can be estimated. What is tried
-    counts against `searches`, where it is given, else against a limit of its own.
+    """Lay out the whole board. A lack of room raises no error.
+
+    Pieces without room are missing from the layout and named in `Layout.shortfalls`. Coils without leads are still
+    wound, so that they can be estimated. Trials count against `searches`. If it is None, they count against a new
+    limit.
     """
     level = _about_axis(spec)
     found = _attempt(level, searches or SearchLimit())
@@ -63,10 +68,12 @@ def arrange(spec: SensorSpec, searches: SearchLimit | None = None) -> Layout:
 
 
 def sketch(spec: SensorSpec, wider: int = 0) -> Layout:
-    """The board at a hundredth of the cost: coils as spirals within `SKETCHED`, nothing led out or joined inside, and a
-    body with tail as they are where the narrowest board has room, or of a board `wider` by so many steps and by leads
-    at their widest spacing. How long leads will be is said by each coil's `undrawn`; its windings lie about the origin,
-    for coils differ by their places alone.
+    """Return an approximate layout without routing, at a hundredth of the cost of `arrange`.
+
+    Coils are spirals within `SKETCHED`. No leads and no inner joins are drawn. Body and tail are those of the narrowest
+    board with room. If `wider` is above 0, they are those of a board wider by this number of steps, with leads at the
+    widest spacing. `Coil.undrawn` holds the lengths of the missing leads. All windings lie about the origin, because
+    the coils differ only in their positions.
     """
     level = _about_axis(spec)
     bus = bus_for(level.array.placements, level.coil, level.fpc,
@@ -89,15 +96,18 @@ def sketch(spec: SensorSpec, wider: int = 0) -> Layout:
 
 
 FRONTMOST, ROUND, ROUND_FREE = 2e-3, 0.8, 0.3
-"""Length (m) of the leads of a coil in line that stands next to the tail; and, in the coil's sizes along the board, by
-how much those of the others are longer than the way from the coil's middle to the body's end, in line or not: within
-2 mm of what is drawn of the templates (tests/validation/screen_level.py)."""
+"""Lengths of the undrawn leads in a sketch, within 2 mm of the drawn templates (tests/validation/screen_level.py).
+
+`FRONTMOST` (m) is the lead length of a coil in line that stands next to the tail. Leads of other coils are longer than
+the distance from the coil's middle to the body's end. The excess, in coil sizes along the board, is `ROUND` for coils
+in line and `ROUND_FREE` otherwise.
+"""
 
 PARTED = 4e-3  # Length (m) at the end of a tail over which both leads run apart to their contacts
 
 
 def _undrawn(spec: SensorSpec, bus: Bus, bare: Layout) -> list[tuple[LeadPair, ...]]:
-    """The pairs beside the coils and down the tail that will lead each coil out."""
+    """Estimate, for each coil, the pairs of leads beside the coils and down the tail."""
     tail, lined = body_frame(spec, bus, front_of(spec.array.placements, spec.coil, spec.fpc.rules, bus),
                              boards(spec, bus)[0][1]), in_line(spec)
     length, width = max(tail.end - tail.body_end - PARTED, 0.0), tail.lane_width
@@ -114,7 +124,7 @@ def _undrawn(spec: SensorSpec, bus: Bus, bare: Layout) -> list[tuple[LeadPair, .
 
 @record
 class _Attempt:
-    """The coils wound, how they are led out if they are, and what found no room."""
+    """Wound coils, their routing if there is one, and the shortfalls."""
 
     wound: tuple[WoundCoil, ...]
     routing: Routing | None
@@ -125,7 +135,7 @@ class _Attempt:
 
 
 def _attempt(spec: SensorSpec, searches: SearchLimit) -> _Attempt:
-    """Windings, routing, tail and body as far as there is room, and what found none."""
+    """Wind, route and outline the board as far as there is room. Shortfalls name the rest."""
     wound = wind_all(spec)
     *wider, least = lead_spacings(spec.coil.trace_spacing, spec.fpc.rules.trace_spacing)
     before = searches.left
@@ -144,17 +154,17 @@ def _attempt(spec: SensorSpec, searches: SearchLimit) -> _Attempt:
 
 
 WIDE_TRIALS = 1_500
-"""Trials that the search may take for leads with each gap wider than the fabricator's least."""
+"""Largest number of search trials for leads with each gap wider than the fabricator's minimum."""
 
 UNSEEN = 0.1
-"""Share of the outline's tolerance up to which wider gaps make no board that is larger in the hand."""
+"""Fraction of the outline tolerance by which wider gaps may enlarge the board: the user does not notice it."""
 
 ROOMY = 0.9
-"""Share of a jaw's width up to which a board may grow for wider gaps: beyond, it may stand out of the port."""
+"""Fraction of the jaw's width up to which a board may grow for wider gaps. A wider board may stand out of the port."""
 
 
 def _largest_body(spec: SensorSpec, wider: float) -> tuple[float, float]:
-    """Length and width (m) that a body may have for gaps that are `wider` (m) than the fabricator's least."""
+    """Return the largest length and width (m) of a body whose gaps are `wider` (m) than the fabricator's minimum."""
     length = width = math.inf
     if (jaw := spec.jaw) is not None:
         room = 1.0 if wider <= UNSEEN * spec.fpc.rules.outline_tolerance else ROOMY
@@ -166,7 +176,7 @@ def _largest_body(spec: SensorSpec, wider: float) -> tuple[float, float]:
 
 
 def _spaced(spec: SensorSpec, wound: tuple[WoundCoil, ...], bus: Bus, searches: SearchLimit) -> _Attempt:
-    """Routing, tail and body with leads at the spacing of a bus, and what found no room."""
+    """Route leads at the spacing of a bus, with tail, body and shortfalls."""
     shortfalls = list(wound[0].shortfalls)
     if not in_line(spec) and not bus.is_stacked:  # side by side on one layer, pairs are led along the jaw only
         shortfalls.append(Shortfall(Missing.TAIL_LAYERS, facts=(("pattern", spec.array.pattern),)))
@@ -194,7 +204,7 @@ def _spaced(spec: SensorSpec, wound: tuple[WoundCoil, ...], bus: Bus, searches: 
 def _unrouted(
     spec: SensorSpec, bus: Bus, wound: tuple[WoundCoil, ...], shortfalls: tuple[Shortfall, ...], breadth: Breadth
 ) -> _Attempt:
-    """Tail and body of a board so broad, without leads."""
+    """Return the tail and body of a board of a given breadth, without leads."""
     far = far_end(spec.array.placements, spec.coil, spec.fpc.rules.copper_to_edge, (), ())
     tail = reaching_ahead(spec, far,
                           body_frame(spec, bus, front_of(spec.array.placements, spec.coil, spec.fpc.rules, bus),
@@ -203,7 +213,7 @@ def _unrouted(
 
 
 def _tail_is_clear(rules: DesignRules, routing: Routing) -> bool:
-    """Whether the conductors from the funnel to the contacts keep their distance from those of other coils."""
+    """Whether the conductors from funnel to contacts keep the clearance to conductors of other coils."""
     board = Obstacles(rules, rules.trace_spacing)
     for run in (run for both in routing.ends for run in both):
         tracks = [piece for piece in run.pieces if isinstance(piece, TrackToPlace)]
@@ -215,7 +225,10 @@ def _tail_is_clear(rules: DesignRules, routing: Routing) -> bool:
 
 
 def _no_tail_room(placements: tuple[CoilPlacement, ...], rules: DesignRules, tail: TailFrame) -> Shortfall:
-    """Tracks to the contacts come too near each other; what they take is known where it is more than the pitch."""
+    """Return the shortfall for tracks to the contacts that are too close.
+
+    Its needed size is known only if it exceeds the pitch.
+    """
     contacts = tail.connector
     needed = rules.trace_width + rules.trace_spacing
     facts = (
@@ -230,7 +243,7 @@ def _no_tail_room(placements: tuple[CoilPlacement, ...], rules: DesignRules, tai
 
 
 def _assemble(spec: SensorSpec, found: _Attempt) -> Layout:
-    """The layout of what was found, its tail turned where the spec asks for it."""
+    """Return the layout of an attempt. Turn its tail if the spec asks for it."""
     bus, wound, routing, tail, body = found.bus, found.wound, found.routing, found.tail, found.body
     coils: list[Coil] = []
     pads, capacitors = [], []
@@ -274,8 +287,9 @@ def _assemble(spec: SensorSpec, found: _Attempt) -> Layout:
 
 
 def _copper_points(traces: tuple[Trace, ...], vias: tuple[Via, ...], before: float) -> list[tuple[Point, float]]:
-    """Points of the copper with its half width there (m): ends of all pieces, middles of the windings' arcs, vias.
-    Pieces that lie beyond x = `before` (m) are left out.
+    """Return points of the copper up to x = `before` (m), each with the half width there (m).
+
+    The points are the ends of all pieces, the middles of the windings' arcs, and the vias.
     """
     points = [(via.centre, via.pad / 2) for via in vias]
     for trace in traces:
@@ -289,7 +303,7 @@ def _copper_points(traces: tuple[Trace, ...], vias: tuple[Via, ...], before: flo
 def _series(
     spec: SensorSpec, net: str, coil: WoundCoil, way: Escape | None, ends: tuple[Run, Run] | None
 ) -> tuple[Trace | Via, ...]:
-    """Every conductor of a coil in the order of the current, from contact A to contact B."""
+    """Return all conductors of a coil in the order of the current, from contact A to contact B."""
     tail, width = spec.fpc.tail, spec.coil.trace_width
     # holes of a tail of fewer layers than the body has end with these
     lowest = tail.layers if tail is not None and tail.layers < len(spec.fpc.stackup.copper) else None
@@ -328,7 +342,7 @@ def _series(
 def _mapped(
     layout: Layout, path: Callable[[Path], Path], place: Callable[[Point], Point], is_across: bool = False
 ) -> Layout:
-    """All that is drawn but the windings, moved; `is_across` where contacts that move are turned by a right angle."""
+    """Move all drawn pieces except the windings. `is_across` turns moved contacts by a right angle."""
 
     def piece(item: Trace | Via) -> Trace | Via:
         if isinstance(item, Trace):
@@ -355,7 +369,10 @@ def _mapped(
 
 
 def _about_axis(spec: SensorSpec) -> SensorSpec:
-    """The spec with its coils counted from the tail's axis, their mean height: nothing depends on the spec's origin."""
+    """Return the spec with coil positions relative to the tail's axis, at the mean height of the coils.
+
+    The layout therefore does not depend on the spec's origin.
+    """
     if not (height := _axis_height(spec.array)):
         return spec
     placements = tuple(replace(p, centre=(p.centre[0], p.centre[1] - height)) for p in spec.array.placements)
@@ -368,7 +385,7 @@ def _axis_height(array: ArraySpec) -> float:
 
 
 def _placed(layout: Layout, spec: SensorSpec) -> Layout:
-    """A layout of `_about_axis(spec)`, moved to where the spec has its coils."""
+    """Move a layout of `_about_axis(spec)` to the coil positions of the spec."""
     if not (height := _axis_height(spec.array)):
         return layout
     stands = {placement.name: placement for placement in spec.array.placements}

@@ -1,5 +1,6 @@
-"""How thick the board is where, and how its tail bends: the copper that runs down it, the stretch that may be bent,
-and what is unfit for it there.
+"""Board thickness by place, and bending of the tail.
+
+Bending covers the copper that runs down the tail, the range that may be bent, and defects in this range.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from sitscad.spec.presets import stock_stiffeners
 
 
 class Where(StrEnum):
-    """A place on the board with a build-up of its own."""
+    """A region of the board with its own layer stack."""
 
     COIL = "coil"
     TAIL = "tail"
@@ -27,8 +28,9 @@ class Where(StrEnum):
 
 @record
 class FinishedThickness:
-    """A thickness in metres: the sum of the layers, and the least and the most that the fabricator delivers. ``source``
-    says where the band comes from.
+    """Thickness (m): the sum of the layers, and the minimum and maximum that the fabricator delivers.
+
+    `source` names the origin of this range.
     """
 
     minimum: float
@@ -38,12 +40,13 @@ class FinishedThickness:
 
 
 def finished_thickness(layout: Layout, where: Where) -> FinishedThickness:
-    """The worst case of the stack at a place: the layers' sum, and the fabricator's tolerance of finished thickness.
+    """Return the finished thickness in a region: the sum of the layers and the fabricator's tolerance.
 
-    At the coils all layers count, in the tail those down to its last copper layer and the bottom coverlay. At the
-    contacts `contact_layers` and the stiffener count. A fabricator answers for the whole, not for each
-    film: the tolerance is the one of `fpc.rules` by copper layers (the largest listed stands for more), or by the
-    stiffener's material where there is one (of one that is not listed, the largest).
+    At the coils all layers count. In the tail the layers down to its last copper layer and the bottom coverlay count.
+    At the contacts `contact_layers` and the stiffener count. The fabricator states a tolerance for the whole board, not
+    for each film. With a stiffener the tolerance is that of its material, or the largest if the material is not listed.
+    Otherwise it is the tolerance of `fpc.rules` for the number of copper layers. The largest listed number stands for
+    larger numbers.
     """
     rules, plate = layout.spec.fpc.rules, layout.stiffener if where is Where.CONTACT else None
     layers = layout.spec.fpc.stackup.layers if where is Where.COIL else tail_layers(layout)
@@ -62,29 +65,29 @@ def finished_thickness(layout: Layout, where: Where) -> FinishedThickness:
 
 
 def tail_copper(layout: Layout) -> int:
-    """How many copper layers, from the top, run down the tail; all of them where there is no tail."""
+    """Return number of copper layers, counted from the top, that run down the tail. All layers if there is no tail."""
     tail = layout.spec.fpc.tail
     return min(tail.layers, layout.copper_layers) if tail is not None else layout.copper_layers
 
 
 def has_tail_coverlay(layout: Layout) -> bool:
-    """Whether the tail has a bottom coverlay of its own: the body's cannot run over a step to fewer layers."""
+    """Whether the tail has its own bottom coverlay: the body's coverlay cannot cross a step to fewer layers."""
     last = layout.spec.fpc.stackup.layers[-1]
     return tail_copper(layout) < layout.copper_layers and last.kind is LayerKind.COVERLAY
 
 
 def lap_start(layout: Layout) -> float:
-    """Where along x (m) the tail's own bottom coverlay begins, inside the body."""
+    """Return the position x (m), inside the body, at which the tail's own bottom coverlay begins."""
     return layout.body[2] - layout.spec.fpc.rules.coverlay_lap
 
 
 def step_height(layout: Layout) -> float:
-    """How much thicker (m) the body is than the tail where lower layers end."""
+    """Return the thickness difference (m) between body and tail if lower layers end at the tail."""
     return layout.spec.fpc.stackup.thickness - sum(layer.thickness for layer in tail_layers(layout))
 
 
 def tail_layers(layout: Layout) -> tuple[StackLayer, ...]:
-    """The stack-up of the tail: down to its last copper layer, and the bottom coverlay."""
+    """Return the layer stack of the tail: the layers down to its last copper layer, and the bottom coverlay."""
     layers = layout.spec.fpc.stackup.layers
     copper = [i for i, layer in enumerate(layers) if layer.kind is LayerKind.COPPER]
     kept = copper[tail_copper(layout) - 1] + 1
@@ -101,7 +104,10 @@ def is_opened(
 
 
 def contact_copper(layout: Layout) -> frozenset[int]:
-    """Numbers of the copper layers that have copper where the contacts are bare; the first alone without contacts."""
+    """Return numbers of the copper layers with copper under the bare part of a contact.
+
+    Only layer 1 without contacts.
+    """
     bare = [box for pad in layout.pads if (box := _bare_box(layout.top_openings, pad)) is not None]
     if not bare:
         return frozenset({1})
@@ -122,7 +128,7 @@ def contact_copper(layout: Layout) -> frozenset[int]:
 
 
 def _bare_box(top_openings: tuple[Region, ...], pad: Pad) -> tuple[float, float, float, float] | None:
-    """The box (m) of a contact's bare part; None where the coverlay covers all of it."""
+    """Return the box (m) of a contact's bare part. None if the coverlay covers the whole contact."""
     (x, y), (w, h) = pad.centre, pad.size
     for opening in top_openings:
         x0, y0, x1, y1 = bounding_box([opening.outline])
@@ -132,10 +138,10 @@ def _bare_box(top_openings: tuple[Region, ...], pad: Pad) -> tuple[float, float,
 
 
 def contact_layers(layout: Layout) -> tuple[StackLayer, ...]:
-    """The tail's layers that are under the contacts, the contacts' own copper included.
+    """Return layers of the tail under the contacts, with the contacts' own copper.
 
-    Opened coverlays and copper layers that end before the contacts are left out. Coverlay and bond films count with
-    their stated thickness: where there is no copper their adhesive has nothing to fill, and no more of it is laid.
+    Opened coverlays and copper layers that end before the contacts do not count. Coverlay and bond films count with
+    their stated thickness. Without copper their adhesive has no gaps to fill, and the film is no thicker.
     """
     found, number, copper = [], 0, contact_copper(layout)
     for index, layer in enumerate(tail_layers(layout)):
@@ -157,10 +163,11 @@ def tail_thickness(fpc: FpcSpec) -> float:
 
 
 def stiffener(layout: Layout, tail: TailFrame) -> Stiffener | None:
-    """The plate that brings a layout's contacts to the connector's insertion thickness; None for solder pads.
+    """Return the stiffener that brings the contacts to the connector's insertion thickness. None for solder pads.
 
-    It is as thick as the spec says, with the adhesive of a stock film of this thickness. If the spec says nothing, it
-    is the stock one, or none, that comes nearest to what is wanted; else what is wanted, with an adhesive of 0.
+    The spec may state its thickness. The adhesive is then that of a stock film of this thickness. Otherwise the stock
+    film nearest to the needed thickness is chosen, or no stiffener if that is nearer. Without a stock film near it, the
+    needed thickness is returned with an adhesive of 0.
     """
     fpc, connector = layout.spec.fpc, tail.connector
     if fpc.tail is None or connector.insertion_thickness <= 0.0:
@@ -188,7 +195,7 @@ _SAME_PLACE = 1e-8
 
 @record
 class Unfit:
-    """A stretch of x (m) in the bend zone where one track runs askew or changes its width, and a place (m) on it."""
+    """Range of x (m) in the bend zone in which a track runs obliquely or changes its width, with a place (m) in it."""
 
     first: float
     last: float
@@ -199,19 +206,19 @@ class Unfit:
 
 @record
 class Stretch:
-    """A stretch from one x to another (m); its length is not above zero where there is none."""
+    """Range of x (m). Its length is 0 or negative if there is no such range."""
 
     start: float
     end: float
 
     @property
     def length(self) -> float:
-        """How long it is (m)."""
+        """Length (m)."""
         return self.end - self.start
 
 
 def bend_stretch(layout: Layout) -> tuple[float, float] | None:
-    """The range of x (m) in which the tail may be bent; None where it has no bend, or nothing straight to bend."""
+    """Return the range of x (m) in which the tail may be bent. None if it has no bend or no straight part."""
     if layout.bend_zone is None:
         return None
     longest = longest_straight(layout.bend_zone, unfit_for_bending(layout.bend_zone, layout.in_bend_zone,
@@ -221,9 +228,10 @@ def bend_stretch(layout: Layout) -> tuple[float, float] | None:
 
 @record
 class Bend:
-    """A bend about the line x = `line` (m) across the tail by an angle (rad), ``down`` (away from the coils) or ``up``.
-    It takes the board from `start` to `end` (m), only its line where no radius is known; `radius` (m) is inside. `why`
-    says what makes it where that is the mount.
+    """Bend about the line x = `line` (m) across the tail by an angle (rad), ``down`` (away from the coils) or ``up``.
+
+    It covers the board from `start` to `end` (m). Both equal `line` if no radius is known. `radius` (m) is the inside
+    radius. `why` gives the reason for a bend that the mount sets.
     """
 
     line: float
@@ -237,13 +245,13 @@ class Bend:
 
     @property
     def angle_text(self) -> str:
-        """The angle; one that the mount sets in whole degrees, nearer than a hand bends."""
+        """Angle as text. An angle set by the mount is rounded to whole degrees, finer than a hand can bend."""
         degrees = math.degrees(self.angle)
         return f"about {degrees:.0f} deg" if self.why else f"{degrees:.4g} deg"
 
 
 def bend_figure(fpc: FpcSpec) -> tuple[str, float] | None:
-    """Which figure of the fabricator's is the tail's smallest bend radius, and that radius by its thickness."""
+    """Name of the fabricator's rule for the tail's smallest bend radius, and this radius (m) for its thickness."""
     tail, rules = fpc.tail, fpc.rules
     if tail is None or tail.bend == "none":
         return None
@@ -255,26 +263,26 @@ def bend_figure(fpc: FpcSpec) -> tuple[str, float] | None:
 
 
 def least_bend_radius(fpc: FpcSpec) -> float | None:
-    """Smallest inside radius (m) that the tail may be bent to by the fabricator's rules; None where they state none."""
+    """Return smallest inside bend radius (m) of the tail by the fabricator's rules. None if there is no such rule."""
     figure = bend_figure(fpc)
     return None if figure is None else figure[1] * tail_thickness(fpc)
 
 
 def bend_radius(fpc: FpcSpec) -> float | None:
-    """The inside radius (m) of the bend: the spec's, or the fabricator's least; None where neither is stated."""
+    """Return the inside bend radius (m): the spec's, or the fabricator's minimum. None if neither is stated."""
     tail = fpc.tail
     stated = tail.bend_radius if tail is not None else None
     return least_bend_radius(fpc) if stated is None else stated
 
 
 def bend_length(fpc: FpcSpec) -> float:
-    """The length (m) of tail that its bend takes, along the middle of its thickness; 0 where no radius is known."""
+    """Return the length (m) of tail within the bend, along the middle of its thickness. 0 if no radius is known."""
     tail, radius = fpc.tail, bend_radius(fpc)
     return 0.0 if tail is None or radius is None else tail.bend_angle * (radius + tail_thickness(fpc) / 2)
 
 
 def longest_straight(zone: tuple[float, float], unfit: list[Unfit]) -> Stretch:
-    """The longest stretch of a zone (m) that is free of all that is unfit."""
+    """Return the longest range in a zone (m) without unfit places."""
     unfit = sorted(unfit, key=lambda each: (each.first, each.last))
     starts = accumulate([zone[0], *(each.last for each in unfit)], max)
     ends = [*(each.first for each in unfit), zone[1]]
@@ -285,7 +293,7 @@ def longest_straight(zone: tuple[float, float], unfit: list[Unfit]) -> Stretch:
 def unfit_for_bending(
     zone: tuple[float, float] | None, in_bend_zone: tuple[tuple[Trace, Segment], ...], traces: tuple[Trace, ...]
 ) -> list[Unfit]:
-    """What is unfit for bending in the bend zone, from the body on."""
+    """Return places in the bend zone that are unfit for bending, from the body on."""
     if zone is None:
         return []
     found = [*_askew(in_bend_zone, zone), *_steps(traces, zone)]
@@ -293,7 +301,7 @@ def unfit_for_bending(
 
 
 def _askew(in_bend_zone: tuple[tuple[Trace, Segment], ...], zone: tuple[float, float]) -> Iterator[Unfit]:
-    """Places inside the zone (x from and to, m) where a track does not run straight along the tail."""
+    """Yield ranges inside the zone (x from and to, m) in which a track is not parallel to the tail."""
     for trace, segment in in_bend_zone:
         x0, y0, x1, _ = segment.box
         if x0 < zone[1] - _ROUNDING and x1 > zone[0] + _ROUNDING and _angle(segment) > STRAIGHT:
@@ -301,7 +309,7 @@ def _askew(in_bend_zone: tuple[tuple[Trace, Segment], ...], zone: tuple[float, f
 
 
 def _steps(traces: tuple[Trace, ...], zone: tuple[float, float]) -> Iterator[Unfit]:
-    """Places inside the zone (x from and to, m) where a track's width changes."""
+    """Yield ranges inside the zone (x from and to, m) in which a track's width changes."""
     widths: dict[tuple[int, int, int], float] = {}
     for trace in traces:
         for end in (trace.path.start, trace.path.end):
@@ -311,7 +319,7 @@ def _steps(traces: tuple[Trace, ...], zone: tuple[float, float]) -> Iterator[Unf
 
 
 def _angle(segment: Segment) -> float:
-    """The largest angle (rad, at most a right one) at its ends between a segment and the tail's length."""
+    """Return the largest angle (rad, at most a right angle) between a segment's ends and the tail's direction."""
     (ax, ay), (bx, by) = segment.start, segment.end
     if isinstance(segment, Arc):
         centre = segment.centre

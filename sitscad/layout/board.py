@@ -1,9 +1,11 @@
-"""The layout as drawn: copper, vias, pads, openings and outline, every piece with its net. Frozen values, metres.
+"""The finished layout: copper, vias, pads, openings and outline, each piece with its net.
 
-Teardrops widen a track towards the via or contact where it ends, where all distances leave room: the joint of a thin
-track and a pad is where a flexible circuit cracks first, and where a drill that is out of register breaks the track
-off. A via's teardrop is the hull of its pad and of the track's width some way off; a contact's is the trapezoid from
-the contact's edge to the track.
+Values are frozen; lengths are in metres.
+
+Teardrops widen a track towards the via or contact at its end, if all clearances permit. The joint of a thin track and a
+pad is the first place to crack in a flexible circuit. A misregistered drill also breaks the track there. The teardrop
+of a via is the convex hull of its pad and a circle on the track, as wide as the track. The teardrop of a contact is the
+trapezoid from the contact's edge to the track.
 """
 
 from __future__ import annotations
@@ -37,7 +39,7 @@ from sitscad.spec.sensor import SensorSpec
 
 
 class Role(StrEnum):
-    """What a piece of copper is for."""
+    """Purpose of a piece of copper."""
 
     WINDING = "winding"
     STUB = "stub"
@@ -58,8 +60,10 @@ class Trace:
 
 @record
 class Via:
-    """A plated hole with the same round pad on every copper layer that it goes through. ``lowest`` is the last of them,
-    from the top (a hole in a tail of fewer layers); None where it goes through all.
+    """A plated hole with equal round pads on all copper layers that it passes.
+
+    `lowest` is the last of these layers, counted from the top, for a hole in a tail of fewer layers. None if the hole
+    passes all layers.
     """
 
     centre: Point
@@ -71,9 +75,10 @@ class Via:
 
 @record
 class Pad:
-    """A rectangular contact: centre and size [x, y] in metres, its net and its pin (``C1.A``, ``C1.B``). ``reference``
-    is the part that it belongs to: the contacts of the tail, or a capacitor. Net and pin are empty where the connector
-    has more contacts than the coils.
+    """A rectangular contact: centre and size [x, y] (m), net and pin (``C1.A``, ``C1.B``).
+
+    `reference` names the part with this contact: the tail's connector or a capacitor. Net and pin are empty for
+    connector contacts that no coil uses.
     """
 
     centre: Point
@@ -86,23 +91,23 @@ class Pad:
 
     @property
     def is_unused(self) -> bool:
-        """Whether it is a contact that no coil has: copper without a net."""
+        """Whether no coil uses the contact: it is copper without a net."""
         return not self.net
 
     @property
     def name(self) -> str:
-        """What people call it: its pin, or its number where it is unused."""
+        """Display name: the pin, or the number of an unused contact."""
         return self.pin or f"{self.number} (unused)"
 
     def holds(self, point: Point) -> bool:
-        """Whether a point lies on it."""
+        """Whether a point lies on the pad."""
         (x, y), (w, h) = self.centre, self.size
         return abs(point.x - x) <= w / 2 and abs(point.y - y) <= h / 2
 
 
 @record
 class Teardrop:
-    """A filled outline on a copper layer, at one end (``origin``) of one of the layout's tracks (its index)."""
+    """A filled outline on a copper layer, at the end `origin` of a track (index into the layout's tracks)."""
 
     outline: Path
     layer: int
@@ -114,7 +119,7 @@ class Teardrop:
 
 @record
 class Capacitor:
-    """Two pads for a coil's tank capacitor across its pair, the first on end A; ``package`` is the chip's name."""
+    """Two pads for the tank capacitor of a coil, the first at end A. `package` is the chip size name."""
 
     reference: str
     coil: str
@@ -123,18 +128,18 @@ class Capacitor:
 
     @property
     def centre(self) -> Point:
-        """The middle between the pads."""
+        """Midpoint between the pads."""
         one, other = (pad.centre for pad in self.pads)
         return Point((one.x + other.x) / 2, (one.y + other.y) / 2)
 
 
 @record
 class Winding:
-    """One layer of a coil, walked in the coil's direction.
+    """One layer of a coil.
 
-    ``outer_angle`` (rad) is where this layer's outer end stands; ``sense`` is +1 when the layer, walked from the
-    outside in, runs counter-clockwise, -1 otherwise; ``inward`` says which way the coil's current walks it; ``z`` is
-    the copper's mid-plane below the board's top face (m, negative).
+    `outer_angle` (rad) is the direction of the layer's outer end. `sense` is +1 if the layer runs counter-clockwise
+    from the outside in, otherwise -1. `inward` is True if the coil's current flows from the outside in. `z` (m,
+    negative) is the copper's mid-plane relative to the board's top face.
     """
 
     layer: int
@@ -148,8 +153,10 @@ class Winding:
 
 @record
 class LeadPair:
-    """Both leads of a coil along a stretch that is not drawn: its length and their width (m), and their layers, the
-    first on top; side by side, `apart` (m) from middle to middle, where the two are one.
+    """Both leads of a coil along a stretch that is not drawn.
+
+    Fields are length and track width (m), and the layers of the leads, the first on top. `apart` (m) is the centre
+    distance of leads that lie side by side on one layer.
     """
 
     length: float
@@ -160,9 +167,11 @@ class LeadPair:
 
 @record
 class Coil:
-    """One coil as drawn. ``series`` lists every conductor from contact A to contact B in the order of the current;
-    ``undrawn`` is about what would lead it out, in a sketch, and ``goes_on`` for how many turns beside its own one lead
-    runs round it (the way of its current), and at what distance from its centre (m).
+    """A drawn coil.
+
+    `series` lists all conductors from contact A to contact B in the order of the current. `undrawn` describes the
+    missing leads of a sketch. `goes_on` is about a lead that runs round the coil beside its turns. It holds the number
+    of turns (positive along the current) and the distance (m) from the coil's centre.
     """
 
     placement: CoilPlacement
@@ -175,19 +184,21 @@ class Coil:
 
     @property
     def name(self) -> str:
-        """The coil's name (C1, C2, ...)."""
+        """Name (C1, C2, ...)."""
         return self.placement.name
 
     @property
     def centre(self) -> Point:
-        """The coil's centre on the board."""
+        """Position of the centre on the board."""
         return Point(*self.placement.centre)
 
 
 @record
 class Stiffener:
-    """A plate bonded to the bottom face: its outline and its thickness with the adhesive (m). ``adhesive`` (m) is that
-    of a stock film with a stock adhesive; 0 where none comes near what is needed.
+    """A plate bonded to the bottom face: outline, and thickness (m) including the adhesive.
+
+    `adhesive` (m) is the thickness of the stock adhesive on a stock film. 0 if no stock film is near the needed
+    thickness.
     """
 
     outline: Region
@@ -198,8 +209,10 @@ class Stiffener:
 
 @record
 class Layout:
-    """Everything that is drawn. ``shortfalls`` holds what found no room: the pieces in question are then missing.
-    ``tail_length`` (m) is the tail's as laid, from the body's end along its middle line: at least what the spec asks.
+    """The complete layout.
+
+    `shortfalls` lists the pieces without room, which are missing. `tail_length` (m) is the length of the tail as laid
+    out, from the body's end along its middle line. It is at least the length in the spec.
     """
 
     spec: SensorSpec
@@ -218,13 +231,13 @@ class Layout:
     tail_length: float = 0.0
 
     def __repr__(self) -> str:
-        """A line: all fields are half a million characters."""
+        """Return a single line, because the text of all fields has half a million characters."""
         return (
             f"<Layout of {self.spec.name}: {len(self.coils)} coils, {len(self.traces)} traces, {len(self.vias)} vias>"
         )
 
     def cell(self, number: int) -> Layout:
-        """The board with the coils of one cell alone (its number, from 1); itself where there are no cells."""
+        """Return the board with only the coils of one cell (number from 1). The layout itself if there are no cells."""
         if self.spec.cells is None:
             return self
         count = self.spec.cells.coils
@@ -233,7 +246,7 @@ class Layout:
 
     @property
     def all_pads(self) -> tuple[Pad, ...]:
-        """The contacts, and the capacitors' pads."""
+        """Contacts and capacitor pads."""
         return self.pads + tuple(pad for capacitor in self.capacitors for pad in capacitor.pads)
 
     @property
@@ -243,29 +256,29 @@ class Layout:
 
     @property
     def size(self) -> tuple[float, float]:
-        """Length along the jaw and width across it (m) of the whole board, its tail included."""
+        """Length along the jaw and width across the jaw (m) of the whole board with its tail."""
         x0, y0, x1, y1 = bounding_box([self.outline])
         return x1 - x0, y1 - y0
 
     @property
     def body_size(self) -> tuple[float, float]:
-        """Length along the jaw and width across it (m) of the part with the coils, without the tail."""
+        """Length along the jaw and width across the jaw (m) of the body, without the tail."""
         x0, y0, x1, y1 = self.body
         return x1 - x0, y1 - y0
 
     @property
     def nets(self) -> tuple[str, ...]:
-        """The nets, one a coil."""
+        """Nets, one per coil."""
         return tuple(coil.net for coil in self.coils)
 
     @cached_property
     def teardrops(self) -> tuple[Teardrop, ...]:
-        """The teardrops where tracks meet vias and contacts; none where the spec wants none."""
+        """Teardrops at joints of tracks with vias and contacts. Empty if the spec excludes them."""
         return teardrops(self)
 
     @cached_property
     def in_bend_zone(self) -> tuple[tuple[Trace, Segment], ...]:
-        """The segments of tracks that reach into the bend zone, each with its trace; none without such a zone."""
+        """Track segments that reach into the bend zone, each with its trace. Empty if there is no bend zone."""
         if self.bend_zone is None:
             return ()
         low, high = self.bend_zone
@@ -280,7 +293,8 @@ class Layout:
         return tuple(found)
 
     def reach_at(self, x: float) -> tuple[float, float]:
-        """The lowest and the highest y (m) of the board's outline at a place along x; both 0 where there is no board.
+        """Return the lowest and highest y (m) of the board's outline at x. Both are 0 outside the board.
+
         Arcs count as chords within 10 um.
         """
         points = self.outline.flattened(1e-5)
@@ -292,25 +306,27 @@ class Layout:
         return min(found, default=0.0), max(found, default=0.0)
 
     def on_layer(self, number: int) -> tuple[Trace, ...]:
-        """The traces on one copper layer."""
+        """Return traces on one copper layer."""
         return tuple(trace for trace in self.traces if trace.layer == number)
 
     def lowest_layer(self, via: Via) -> int:
-        """The last copper layer, from the top, that a hole goes through."""
+        """Return the last copper layer, counted from the top, that a hole passes."""
         return self.copper_layers if via.lowest is None else via.lowest
 
     def vias_on(self, number: int) -> tuple[Via, ...]:
-        """The holes that go through one copper layer and have a pad there."""
+        """Return vias that pass one copper layer and have a pad there."""
         return tuple(via for via in self.vias if number <= self.lowest_layer(via))
 
     @property
     def spans(self) -> tuple[int, ...]:
-        """The last copper layer of every kind of hole: those through the whole board first."""
+        """Last copper layer of each kind of hole. Holes through the whole board come first."""
         return tuple(sorted({self.lowest_layer(via) for via in self.vias}, reverse=True))
 
 
 REACHES = (1.5, 1.2, 0.9, 0.75)
-"""Lengths that are tried, in diameters of the pad from its centre, or in widths of the contact from its edge."""
+"""Teardrop lengths to try: in pad diameters from the centre of a via, or in contact widths from the edge of a
+contact.
+"""
 
 INSIDE = 10e-6  # How far (m) a contact's teardrop reaches into the contact, so that rounding leaves no slit
 
@@ -320,7 +336,7 @@ SLACK = 1e-9
 
 
 def teardrops(layout: Layout) -> tuple[Teardrop, ...]:
-    """The teardrops of a layout, those that keep the fabricator's distances from all copper, holes and the edge."""
+    """Return teardrops of a layout that keep the fabricator's clearance to all copper, holes and the edge."""
     if layout.spec.fpc.teardrops == "none":
         return ()
     tried: list[_Try] = []  # all outlines at all ends, long ones first at each
@@ -342,7 +358,7 @@ def teardrops(layout: Layout) -> tuple[Teardrop, ...]:
 
 
 def _outlines(layout: Layout, trace: Trace, leg: Segment) -> Iterator[Path]:
-    """Outlines for a track's straight leg that leaves a via or a contact, long ones first."""
+    """Yield teardrop outlines for a straight track segment that leaves a via or a contact, longest first."""
     if not isinstance(leg, Line):
         return
     vias = (via for via in layout.vias_on(trace.layer) if via.net == trace.net)
@@ -357,7 +373,7 @@ def _outlines(layout: Layout, trace: Trace, leg: Segment) -> Iterator[Path]:
 
 @record
 class _Try:
-    """An outline at one end of a track (its index), whose leg leaves there."""
+    """A teardrop outline at one end of a track (index), with the segment at this end."""
 
     outline: Path
     track: int
@@ -366,7 +382,7 @@ class _Try:
 
 
 def _of_via(via: Via, leg: Line, width: float) -> Iterator[Path]:
-    """The tangents from a pad to a circle as wide as the track, some way along it."""
+    """Yield the hulls of a via's pad and a circle on the track, as wide as the track."""
     large, small = via.pad / 2, width / 2
     if small >= large:
         return
@@ -384,7 +400,7 @@ def _of_via(via: Via, leg: Line, width: float) -> Iterator[Path]:
 
 
 def _of_contact(pad: Pad, leg: Line, width: float) -> Iterator[Path]:
-    """The trapezoid from the edge of a contact to a track that leaves it square."""
+    """Yield the trapezoids from the edge of a contact to a track that leaves it at a right angle."""
 
     def exchanged(point: Point) -> Point:
         return Point(point.y, point.x)
@@ -410,7 +426,7 @@ def _of_contact(pad: Pad, leg: Line, width: float) -> Iterator[Path]:
 
 
 class _CopperAround:
-    """The copper of a layer, the holes and the edge, with the distance that a teardrop must keep from each piece."""
+    """Copper of a layer, holes and board edge, each with the clearance that a teardrop must keep."""
 
     def __init__(self, layout: Layout, layer: int) -> None:
         self._layout = layout
@@ -453,7 +469,7 @@ class _CopperAround:
         self._ways = ways
 
     def leave_room(self, tries: Sequence[_Try]) -> list[bool]:
-        """Whether outlines keep their distance from everything but the track there, what it ends at, and its next."""
+        """Whether each outline keeps its clearance. The pieces joined at the outline's track end do not count."""
         rows = [(row, k) for k, one in enumerate(tries) for row, _ in path_rows(one.outline)]
         edges, owner = from_rows([row for row, _ in rows]), [k for _, k in rows]
         pairs = nearest_pairs(edges.boxes, np.zeros(len(edges)), self._boxes, self._keep)
@@ -467,7 +483,10 @@ class _CopperAround:
         return [k not in short for k in range(len(tries))]
 
     def _farther_on(self, tries: Sequence[_Try], tried: Index, pieces: Index) -> tuple[Array, Array]:
-        """Which part (two fractions) of a piece counts: of the outline's own track what has come back, not bent."""
+        """Return the range (two fractions) of each piece that counts.
+
+        On the outline's own track, only returning parts count, not bends.
+        """
         first, last = np.zeros(len(pieces)), np.ones(len(pieces))
         for at, (k, piece) in enumerate(zip(tried.tolist(), pieces.tolist(), strict=True)):
             one, (kind, number) = tries[k], self._owner[piece]
@@ -484,7 +503,7 @@ class _CopperAround:
         return first, last
 
     def _is_joined(self, piece: int, index: int, leg: Segment) -> bool:
-        """Whether a piece of copper is joined to the track at that leg, and so may be touched."""
+        """Whether a piece of copper is joined to a track segment, so that the teardrop may touch it."""
         (kind, number), trace = self._owner[piece], self._layout.traces[index]
         if kind == "edge" or self._net[piece] != trace.net:
             return False
@@ -503,8 +522,10 @@ class _CopperAround:
 
 
 def as_made(layout: Layout, spec: SensorSpec) -> Layout:
-    """The layout with the spec of one unit: windings and leads as wide as its `coil.trace_width` makes them, windings
-    as large as its coils, copper at its heights and as thick as in its stack-up. Nothing is routed anew.
+    """Return the layout of one manufactured unit, whose deviations are in `spec`.
+
+    Track widths of windings and leads follow its `coil.trace_width`. Winding sizes, copper heights and copper
+    thicknesses follow its coils and stack-up. The routing stays.
     """
     drawn, coil = layout.spec.coil, spec.coil
     wider = coil.trace_width / drawn.trace_width
