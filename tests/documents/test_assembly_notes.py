@@ -558,7 +558,7 @@ def test_each_piece_has_its_place_and_how_near_to_it(template):
     assert len(placing) == 3 and all(band in step for step in placing)
     assert layout.spec.mount.jaw is None or f"each piece beside its place {band}" in in_one_line(layout)
     target, (x0, *_) = targets(layout.spec)[0], layout.body
-    (end,) = re.findall(r"target's are, in mm, to [^:]+: away from [^0-9]+([0-9.]+)", placing[1])
+    (end,) = re.findall(r"target's edges must be, in mm [^:]+: away from [^0-9]+([0-9.]+)", placing[1])
     assert float(end) == approx(1e3 * (target.footprint.box[0] - x0), abs=6e-4)
 
 
@@ -690,7 +690,7 @@ def test_places_of_pieces_name_only_walls_and_edges_that_exist(name):
     base = said[said.index("Lay the board, face"):said.index("Put the frame jig-elastomer")]
     assert ("round wall" in base) == is_round and ("the wall on the right" in base) != is_round
     assert "long wall" not in said and "at it" not in said
-    (edges,) = re.findall(r"to the elastomer's are, in mm, to \+-[0-9.]+ mm: [a-z ]+([0-9.]+), on the right ([0-9.]+), "
+    (edges,) = re.findall(r"to the elastomer's edges must be, in mm [^:]+: [a-z ]+([0-9.]+), on the right ([0-9.]+), "
                           r"on the left ([0-9.]+) ", said)
     pad, (x0, y0, _, y1) = elastomer(layout.spec), layout.body
     left, low, _, high = pad.footprint.box
