@@ -114,7 +114,7 @@ class Section(Readable):
 
     ``keys`` holds the declared keys by their names in the text, and ``attributes`` the attribute of each. ``alike``
     holds keys that are declared by a pattern, by attribute. ``form`` is the name of the section in the JSON Schema.
-    ``stands_in`` holds a key, and the required keys that it may replace. The first paragraph of a
+    ``stands_in`` holds a key, and the required keys, one of which it may replace. The first paragraph of a
     subclass's docstring is printed for users.
     """
 

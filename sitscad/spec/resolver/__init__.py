@@ -1,1 +1,1 @@
-"""The written sections to the values of the spec: presets looked up, defaults noted, pieces held against each other."""
+"""Conversion of the sections as written into values of the spec: presets, defaults and checks between parts."""

@@ -1,5 +1,6 @@
-"""The outline of the body as written to a closed path about the mean of the coils' centres: by its sizes, or out of a
-DXF file as one closed convex outline of lines and arcs.
+"""Outline of the board's body as a closed path about the mean of the coils' centres, from its size or from a DXF file.
+
+A DXF file must contain a single closed convex outline of lines and arcs.
 """
 
 from __future__ import annotations
@@ -17,19 +18,22 @@ from sitscad.spec.profiles import Origin
 from sitscad.spec.reading import Remarks
 
 MOST_BYTES, MOST_PIECES = 4 * 2**20, 2_000
-"""A file and its outline at most: an outline has some kilobytes, and every piece of it is drawn in every file."""
+"""Maximum size of a DXF file (bytes) and maximum number of lines and arcs.
+
+An outline usually has some kilobytes, and every output file draws all of its pieces.
+"""
 
 UNITS = {0: 1e-3, 1: 25.4e-3, 4: 1e-3, 5: 1e-2, 6: 1.0, 13: 1e-6}
-"""Metres by the DXF reference's $INSUNITS: none (taken as millimetres), inches, mm, cm, m, um."""
+"""Metres per unit, by $INSUNITS of the DXF reference: none (taken as millimetres), inches, mm, cm, m, um."""
 
 JOINED = 1e-6
-"""Ends that are nearer to each other (m) are one point."""
+"""Largest distance (m) between two ends that count as the same point."""
 
 SPLINE = 4
-"""Bit of a polyline's flags that says that its vertices are those of a spline (DXF reference, group 70)."""
+"""Flag bit of a polyline whose vertices belong to a spline (DXF reference, group 70)."""
 
 LEAST, LARGEST = 1e-3, 0.5
-"""Length and width (m) that a body may have."""
+"""Smallest and largest length and width (m) of a body."""
 
 ASKED = (
     "one closed outline of LINE, ARC, CIRCLE, LWPOLYLINE and POLYLINE entities, convex, and nothing else in the "
@@ -38,11 +42,14 @@ ASKED = (
 
 
 class UnfitError(Exception):
-    """What is wrong with a drawing: for people."""
+    """A drawing cannot be used. The message states the reason for users."""
 
 
 def drawn(part: BodySpec, name: str, place: Origin, remarks: Remarks) -> BodySpec | None:
-    """The body as its file draws it; None with what is wrong noted. The file's bytes stand in the spec's source."""
+    """Return the body with the outline in its DXF file. None if the file is invalid; a flaw then gives the reason.
+
+    The file's bytes are added to `remarks.files`.
+    """
     key = f"{name}.file"
     if part.file is None:
         remarks.flaw("SIT003", key, "a body of shape dxf has no file", "write a file beside the spec, like body.dxf")
@@ -61,8 +68,8 @@ def drawn(part: BodySpec, name: str, place: Origin, remarks: Remarks) -> BodySpe
 
 
 def outline(content: bytes) -> Path:
-    """The closed outline in a DXF file, counter-clockwise (m). Raises `UnfitError`."""
-    import ezdxf  # of all specs only these need it
+    """Return the closed outline (m) in a DXF file, counter-clockwise. Raises `UnfitError`."""
+    import ezdxf  # loaded only for specs with a DXF file
     from ezdxf.lldxf.validator import dxf_info
 
     try:
@@ -70,7 +77,7 @@ def outline(content: bytes) -> Path:
         info = dxf_info(StringIO(content.decode("latin-1")))
         encoding = "utf-8" if info.version >= "AC1021" else info.encoding
         drawing = ezdxf.read(StringIO(content.decode(encoding)))
-        # a file that names no unit is read by ezdxf as one of metres
+        # ezdxf takes the unit of a file without $INSUNITS as metres
         scale = UNITS.get(int(drawing.header["$INSUNITS"]) if b"$INSUNITS" in content else 0)
         if scale is None:
             raise UnfitError(f"its unit ($INSUNITS {drawing.header['$INSUNITS']}) is none of mm, cm, m, um and inches")
@@ -93,11 +100,14 @@ def outline(content: bytes) -> Path:
 
 
 Piece = tuple[str, Segment]
-"""The entity that drew it, in words, and the line or arc (m)."""
+"""A line or arc (m), with a description of the DXF entity that contains it."""
 
 
 def _pieces(entity: Any, scale: float) -> Iterator[Piece]:
-    """The lines and arcs of one entity; points, texts and the like are refused: nothing is left out unsaid."""
+    """Yield the lines and arcs of an entity.
+
+    Raises `UnfitError` for all other entities, so that nothing is ignored silently.
+    """
     kind, dxf = entity.dxftype(), entity.dxf
     words = f"{kind} {dxf.handle} on layer {dxf.layer}"
     if kind not in ("LINE", "ARC", "CIRCLE", "LWPOLYLINE", "POLYLINE"):
@@ -133,7 +143,7 @@ def _pieces(entity: Any, scale: float) -> Iterator[Piece]:
 
 
 def _heights(entity: Any) -> list[float]:
-    """Heights z of an entity in the drawing's unit."""
+    """Return the heights z of an entity in the drawing's unit."""
     dxf = entity.dxf
     if entity.dxftype() == "LINE":
         return [dxf.start[2], dxf.end[2]]
@@ -143,7 +153,7 @@ def _heights(entity: Any) -> list[float]:
 
 
 def _corners(entity: Any) -> list[tuple[float, float, float]]:
-    """Vertices [x, y] and bulges of a polyline in the drawing's unit."""
+    """Return the vertices and bulges (x, y, bulge) of a polyline in the drawing's unit."""
     if entity.dxftype() == "LWPOLYLINE":
         return list(entity.get_points("xyb"))
     found = ((vertex, vertex.dxf.location) for vertex in entity.vertices)
@@ -151,7 +161,7 @@ def _corners(entity: Any) -> list[tuple[float, float, float]]:
 
 
 def _refuse_repeated(pieces: list[Piece]) -> None:
-    """Raise `UnfitError` if two pieces lie on each other from end to end."""
+    """Raise `UnfitError` if two pieces coincide."""
     known: dict[tuple[tuple[int, ...], ...], str] = {}
     for words, piece in pieces:
         middle = piece.at(0.5) if isinstance(piece, Arc) else _middle(piece.start, piece.end)
@@ -168,8 +178,9 @@ def _middle(start: Point, end: Point) -> Point:
 
 
 def _bulged(start: Point, end: Point, bulge: float) -> Arc:
-    """The arc between two corners of a polyline: its bulge is the tangent of a quarter of its angle."""
-    away = (1.0 - bulge * bulge) / (4.0 * bulge)  # from the chord's middle to the centre, to the left, in chords
+    """Return the arc between two vertices of a polyline. A bulge is the tangent of a quarter of the arc's angle."""
+    # distance from the chord's middle to the centre, positive to the left, over the chord's length
+    away = (1.0 - bulge * bulge) / (4.0 * bulge)
     dx, dy = end.x - start.x, end.y - start.y
     centre = Point((start.x + end.x) / 2 - away * dy, (start.y + end.y) / 2 + away * dx)
     return Arc(start, end, centre, ccw=bulge > 0.0)
@@ -180,7 +191,7 @@ def _place(point: Point) -> str:
 
 
 def _chained(pieces: list[Piece]) -> list[Piece]:
-    """The pieces in the order of the outline, each beginning where the one before ends."""
+    """Return the pieces in the order of the outline. Each begins at the end of the piece before it."""
     left, found = pieces[1:], pieces[:1]
     while left:
         here = found[-1][1].end
@@ -193,7 +204,7 @@ def _chained(pieces: list[Piece]) -> list[Piece]:
             break
         words, piece = left.pop(index)
         piece = piece.reversed() if turned else piece
-        # where two ends are one point, rounded otherwise, the arc's stays
+        # ends that differ only by rounding become equal
         found.append((words, replace(piece, start=here)))
     end, begin = found[-1][1].end, found[0][1].start
     if end.distance(begin) > JOINED:
@@ -205,12 +216,15 @@ def _chained(pieces: list[Piece]) -> list[Piece]:
 
 
 def _convex(pieces: list[Piece]) -> Path:
-    """The outline counter-clockwise; a part of it that is bent inwards is refused, as are crossings and wrong sizes."""
+    """Return the outline, counter-clockwise.
+
+    Raises `UnfitError` if it is not convex, crosses itself or has a wrong size.
+    """
     path = Path(tuple(piece for _, piece in pieces))
     if enclosed_area(path) < 0.0:
         pieces, path = [(words, piece.reversed()) for words, piece in reversed(pieces)], path.reversed()
-    # A closed outline is convex where it turns to one side alone, at corners and in arcs, and once round in all: one
-    # that crosses itself turns round more often.
+    # A closed outline is convex if all corners and arcs turn to the same side and the total turn is 360 degrees. An
+    # outline that crosses itself turns by more.
     around = 0.0
     for (words, piece), (_, before) in zip(pieces, [pieces[-1], *pieces[:-1]], strict=True):
         turn = math.remainder(_heading(piece, 0.0) - _heading(before, 1.0), 2.0 * math.pi)
@@ -227,7 +241,7 @@ def _convex(pieces: list[Piece]) -> Path:
 
 
 def _heading(piece: Segment, fraction: float) -> float:
-    """Which way a piece runs (rad) at its start (0) or its end (1)."""
+    """Return the direction (rad) of a piece at its start (`fraction` 0) or end (`fraction` 1)."""
     if isinstance(piece, Arc):
         quarter = math.pi / 2 if piece.ccw else -math.pi / 2
         return piece.start_angle + fraction * piece.sweep + quarter
@@ -235,11 +249,11 @@ def _heading(piece: Segment, fraction: float) -> float:
 
 
 USUAL_CORNER = 1e-3
-"""Radius (m) of the corners of a rounded body where it is left out."""
+"""Default corner radius (m) of a rounded body."""
 
 
 def resolve_body(part: BodySpec | None, name: str, place: Origin, remarks: Remarks) -> BodySpec | None:
-    """The body with its outline; what does not go together at its key (`name`) is a flaw."""
+    """Return the body with its outline. Keys that do not match its shape are flaws. `name` is the body's dotted key."""
     if part is None:
         return None
     is_drawn, is_rounded = part.shape == "dxf", part.shape == "rounded"

@@ -1,4 +1,4 @@
-"""The flexible circuit as written to `FpcSpec`: stack-up, design rules and tail, presets or written out."""
+"""Conversion of the flexible circuit as written to `FpcSpec`: stack-up, design rules, tail, panel and body."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from sitscad.spec.resolver.body import resolve_body
 _DEFAULT_STACKUP = {1: "flex-2l-30um", 2: "flex-2l-30um", 3: "flex-4l", 4: "flex-4l", 5: "flex-6l", 6: "flex-6l"}
 _LARGEST_STACKUP = "flex-8l"
 USUAL_PLATING = 12e-6
-"""The presets' plating (m): it adds 8 to 15 um to the foil (wellerpcba.com)."""
+"""Plating (m) of the presets. Fabricators add 8 to 15 um to the foil (wellerpcba.com)."""
 _TURN_RADIUS = 2e-3
 ROUNDING = 1e-9
 
@@ -38,8 +38,9 @@ ROUNDING = 1e-9
 def resolve_fpc(
     document: FpcSpec, coil: CoilSpec, mount: Mount | None, remarks: Remarks, place: Origin
 ) -> FpcSpec:
-    """The flexible circuit of a sensor on its mount; a stack-up that lacks the coil's layers is a flaw. Names of files
-    count from `place`, the spec.
+    """Return the flexible circuit of a sensor on its mount. It is a flaw if the stack-up lacks a layer of the coil.
+
+    File names are relative to `place`, the spec.
     """
     words = document.values()
     stackup = _stackup(words["stackup"], coil, remarks)
@@ -90,7 +91,7 @@ def _panel(written: str | PanelSpec, remarks: Remarks) -> PanelSpec:
 
 def _stackup(written: Stackup | list[LayerDocument] | None, coil: CoilSpec, remarks: Remarks) -> Stackup:
     if isinstance(written, list):
-        # the stack-up that is written layer by layer; what cannot be is noted
+        # a stack-up written layer by layer; impossible layers are flaws
         found = [_written_layer(layer, f"fpc.stackup.{index}", remarks) for index, layer in enumerate(written)]
         kinds = [layer.kind for layer in found]
         if not 1 <= kinds.count(LayerKind.COPPER) <= 8 or len(found) > 40:
@@ -115,9 +116,10 @@ def _stackup(written: Stackup | list[LayerDocument] | None, coil: CoilSpec, rema
 
 
 def _built(stackup: Stackup, document: FpcSpec, remarks: Remarks) -> Stackup:
-    """The stack-up as it is plated, for a tail of so many layers; one copper layer has no holes and is not plated. A
-    written stack-up gives finished copper: what is left of it beside the plating is foil. Where its outer copper is too
-    thin for any, only the holes can be plated.
+    """Return the stack-up after plating, for the number of layers in the tail. A single copper layer is not plated.
+
+    Copper in a stack-up written out is finished copper: its foil is the rest after the plating. If its outer copper is
+    too thin for plating, the default is to plate only the holes.
     """
     written = isinstance(document.values()["stackup"], list)
     count = len(stackup.copper)
@@ -175,7 +177,7 @@ def _written_layer(layer: LayerDocument, key: str, remarks: Remarks) -> StackLay
 
 
 def _tail(tail: Tail | None, copper: int, rules: DesignRules, mount: Mount | None, remarks: Remarks) -> Tail | None:
-    """The tail with all defaults; None where none is wanted."""
+    """Return the tail with all defaults. None if the spec has no tail."""
     if tail is None:
         return None
     layers = tail.values()["layers"]
@@ -186,7 +188,7 @@ def _tail(tail: Tail | None, copper: int, rules: DesignRules, mount: Mount | Non
         message = f"the tail has {layers} copper layers, the stack-up has {copper}"
         remarks.flaw("SIT009", "fpc.tail.layers", message, "", measured=float(layers), limit=float(copper))
     bend: str | BendDocument = tail.values()["bend"]
-    # the radius (m) of the inner edge of the tail's turn, no less than the fabricator's
+    # radius (m) of the inner edge of the tail's turn, at least the fabricator's minimum
     radius, is_turned = tail.values()["turn_radius"], tail.turn != "none" or tail.offset != 0.0
     if tail.turn != "none" and tail.offset:
         message = f"the tail turns {tail.turn} and is led aside too"
@@ -206,9 +208,10 @@ def _tail(tail: Tail | None, copper: int, rules: DesignRules, mount: Mount | Non
 
 
 def _bent(tail: Tail, written: str | BendDocument, mount: Mount | None, remarks: Remarks) -> Tail:
-    """The tail with its bend; angle and direction are defaults where the spec does not say them. Through the hinge of a
-    jaw it leads into the shaft: both jaws open alike, each by half of the angle between them. Along a finger, or a jaw
-    without a hinge, it lies where the mount lets it down to.
+    """Return the tail with its bend. Angle and direction have defaults.
+
+    If a jaw has a hinge, the tail bends at the hinge into the shaft, by half of the angle between the open jaws. On a
+    finger or a jaw without a hinge, the default angle is 0: the mount itself leads the tail down.
     """
     if written == "none":
         return replace(tail, bend="none")

@@ -1,7 +1,8 @@
-"""The coils as written, to values: their turns against shape and size, where they stand, and how far apart they are.
+"""Conversion of the coils as written to values: turns for shape and size, centres, and gaps between coils.
 
-Regular patterns lie symmetric about the origin and are numbered from the far end of the jaw (most negative x) to the
-tail at +x, and from negative to positive y where x is equal; written centres keep the order in which they are written.
+Regular patterns are symmetric about the origin. Their coils are numbered from the far end of the jaw (most negative x)
+to the tail at +x. Coils of equal x are numbered from negative to positive y. Centres that the spec writes keep their
+order.
 """
 
 from __future__ import annotations
@@ -22,8 +23,9 @@ from sitscad.spec.reading import Remarks
 Point = tuple[float, float]
 
 MOST_OF_A_COIL, MOST_OF_ALL = 500.0, 2000.0
-"""Turns of all layers of one coil, and of all coils: the memory of an estimate grows with the square of the first (0.5
-GB at 400 turns near metal), its time with both.
+"""Maximum number of turns in all layers of one coil, and of all coils.
+
+The memory of an estimate grows with the square of the first (0.5 GB at 400 turns near metal), its time with both.
 """
 
 
@@ -74,13 +76,13 @@ def _with_replaced_key(coil: CoilSpec, remarks: Remarks) -> CoilSpec:
 
 
 PLACEHOLDERS = {"turns": (1.0,), "trace_width": 1e-6, "trace_spacing": 1e-6}
-"""Turns, or lengths (m), with which the rest of a spec is checked if its inner diameter is impossible."""
+"""Turns and lengths (m) used to check the rest of a spec if its inner diameter is impossible."""
 
 
 def _turns_in(coil: CoilSpec, inset: float, remarks: Remarks) -> float:
-    """Return the turns that fill an inset (m): exact for a circle, rounded to whole sides for other shapes.
+    """Return the number of turns that fill an inset (m): exact for a circle, rounded to whole sides for other shapes.
 
-    The remarks name the turns, and the inner diameter if rounding changes it.
+    A remark names the turns, and also the inner diameter if rounding changes it.
     """
     exact = coil.outline.outermost_turns + (inset - coil.trace_width) / coil.pitch
     turns = round(coil.outline.nearest_turns(exact), 9)
@@ -100,7 +102,7 @@ def _turns_in(coil: CoilSpec, inset: float, remarks: Remarks) -> float:
 
 
 def _width_or_spacing_in(coil: CoilSpec, name: str, inset: float, remarks: Remarks) -> float:
-    """Return the trace width or spacing (m), whichever the spec omits, with which the turns fill an inset (m)."""
+    """Return the omitted trace width or spacing (m), chosen so that the turns fill an inset (m)."""
     gaps = max(coil.layer_turns) - coil.outline.outermost_turns
     if name == "trace_spacing" and gaps <= 0.0:
         message = f"{max(coil.layer_turns):g} turns of a {coil.shape} have no gap, so {name} does not follow from them"
@@ -159,7 +161,10 @@ def check_coil(
 
 
 def _check_turns(coil: CoilSpec, turns: float, most: float, key: str, remarks: Remarks) -> None:
-    """Whether the turns of a layer, written at a key, end where the shape has an end, and fit."""
+    """Add a flaw if a layer's turns do not end at an end that the shape allows, or do not fit.
+
+    `key` is the turns' key.
+    """
     parts = coil.outline.ends
     if parts and not coil.outline.is_whole(turns):
         nearest = coil.outline.nearest_turns(turns)
@@ -180,7 +185,7 @@ def _check_turns(coil: CoilSpec, turns: float, most: float, key: str, remarks: R
 
 
 def check_amount(coil: CoilSpec, coils: int, remarks: Remarks) -> None:
-    """Whether all turns together are no more than an estimate can be made of."""
+    """Add a flaw if there are too many turns in total for an estimate."""
     one = math.fsum(coil.layer_turns)
     for turns, most, whose in ((one, MOST_OF_A_COIL, "a coil"), (one * coils, MOST_OF_ALL, f"all {coils} coils")):
         if turns > most:
@@ -196,8 +201,8 @@ def check_amount(coil: CoilSpec, coils: int, remarks: Remarks) -> None:
 MOST_COILS = 64
 _DEFAULT_GAP = 0.5e-3
 MORE_ROOM = "leads and vias between the coils may need more"
-_GRAIN = 1e-6  # missing lengths are named in micrometres
-_NEARLY = 1 - 1e-6  # a gap that is so much of the one that is wanted is wide enough
+_GRAIN = 1e-6  # step (m) to which lengths are rounded up
+_NEARLY = 1 - 1e-6  # a gap of this fraction of the required gap passes
 _COUNTS = {"line": (2,), "grid": (2, 2), "triangle": (3,), "single": (1,)}
 _PATTERN_KEYS = {
     "single": (), "line": ("count", "pitch"), "triangle": ("pitch",), "grid": ("count", "pitch"),
@@ -206,14 +211,14 @@ _PATTERN_KEYS = {
 
 
 def resolve_array(document: ArrayDocument, coil: CoilSpec, remarks: Remarks) -> ArraySpec:
-    """The coils' places; unfit ones fall back on a single coil, with a flaw."""
+    """Return the array of coils. If the number of coils is invalid, add a flaw and return a single coil."""
     is_grid = document.count is not None and len(document.count) == 2
     is_line = document.count is not None or document.pitch is not None
     implied = "explicit" if document.centres is not None else "grid" if is_grid else "line" if is_line else "single"
     pattern = document.pattern or implied
     if document.pattern is None:
         remarks.default("array.pattern", pattern, "the default" if pattern == "single" else "after the keys given")
-    # Note keys that mean nothing with a pattern, or are missing.
+    # Add a flaw for each key that the pattern does not use, and for missing centres.
     wanted = _PATTERN_KEYS[pattern]
     for name in ("count", "pitch", "centres", "rotations"):
         value = getattr(document, name)
@@ -240,16 +245,19 @@ def resolve_array(document: ArrayDocument, coil: CoilSpec, remarks: Remarks) -> 
 
 
 def _pitch(document: ArrayDocument, pattern: str, coil: CoilSpec, remarks: Remarks) -> float | None:
-    """The pitch (m) that is written, else the least one at which alike coils stand apart; None where there is none."""
+    """Return the written pitch (m), else the smallest pitch with enough gap between coils.
+
+    None if the pattern has no pitch.
+    """
     if document.pitch is not None or "pitch" not in _PATTERN_KEYS[pattern]:
         return document.pitch
     size = coil.size[0] if pattern == "line" else max(coil.size)
     gap = max(_DEFAULT_GAP, coil.trace_spacing)
     pitch = size + gap
-    # in the smallest array of a pattern every coil has the neighbours that it has in a larger one
+    # the smallest array of a pattern has all the pairs of neighbours of a larger array
     centres = {"line": line(2, pitch), "grid": grid(2, 2, pitch)}.get(pattern, triangle(pitch))
     scale = least_scale(ArraySpec(pattern, named(centres), pitch), replace(coil, trace_spacing=gap)) or 1.0
-    if scale > 1.0 + 1e-9:  # corners that face each other, or flat sides at an angle
+    if scale > 1.0 + 1e-9:  # for corners that face each other, or flat sides at an angle
         pitch = round(math.ceil(pitch * scale / _GRAIN) * _GRAIN, 9)
     remarks.default("array.pitch", show(pitch, "m"), "the coil's size and a gap, the default")
     return pitch
@@ -269,7 +277,7 @@ def _centres(document: ArrayDocument, pattern: str, pitch: float, remarks: Remar
 
 
 def _rotations(document: ArrayDocument, pattern: str, coils: int, remarks: Remarks) -> tuple[float, ...]:
-    """The coils' rotations (rad); 0 for all patterns but the explicit one."""
+    """Return the rotation of each coil (rad). They are 0 in all patterns except ``explicit``."""
     if document.rotations is None or pattern != "explicit":
         return (0.0,) * coils
     if len(document.rotations) == coils:
@@ -280,7 +288,7 @@ def _rotations(document: ArrayDocument, pattern: str, coils: int, remarks: Remar
 
 
 def check_gaps(array: ArraySpec, coil: CoilSpec, remarks: Remarks) -> None:
-    """Whether the coils of an array keep the trace spacing from each other."""
+    """Add a flaw if the gap between two coils is smaller than the trace spacing."""
     smallest, first, second = _smallest_gap(array.placements, coil)
     if smallest >= coil.trace_spacing * _NEARLY:
         return
@@ -299,8 +307,11 @@ def check_gaps(array: ArraySpec, coil: CoilSpec, remarks: Remarks) -> None:
 
 
 def _smallest_gap(placements: tuple[CoilPlacement, ...], coil: CoilSpec) -> tuple[float, str, str]:
-    """The smallest gap (m) between two coils, and which they are; infinite where none are near each other."""
-    # pairs farther apart than any outline reaches need no closer look
+    """Return the smallest gap (m) between two coils, and their names.
+
+    The gap is infinite if no coils are near each other.
+    """
+    # skip pairs whose outlines cannot come near each other
     far = math.hypot(*coil.size) + coil.trace_spacing
     pairs = [(a, b) for a, b in combinations(placements, 2) if math.dist(a.centre, b.centre) < far]
     found = ((gap(coil.shape, coil.size, a, b), a.name, b.name) for a, b in pairs)
@@ -308,7 +319,10 @@ def _smallest_gap(placements: tuple[CoilPlacement, ...], coil: CoilSpec) -> tupl
 
 
 def least_scale(array: ArraySpec, coil: CoilSpec) -> float | None:
-    """How many times as far apart the centres must be, within a millionth above; None where two are in one place."""
+    """Return the smallest factor for all centres that gives enough gap, at most 1e-6 too large.
+
+    None if two centres coincide.
+    """
     near = min(math.dist(a.centre, b.centre) for a, b in combinations(array.placements, 2))
     if near <= 0.0:
         return None
@@ -326,7 +340,7 @@ def least_scale(array: ArraySpec, coil: CoilSpec) -> float | None:
 
 
 def check_cells(coils: int, placements: tuple[CoilPlacement, ...], has_plates: bool, remarks: Remarks) -> None:
-    """Whether so many coils make alike cells, at least two of them, of which each has a target on a pad."""
+    """Add a flaw unless the coils form two or more equal cells of `coils` coils, each with a target on a pad."""
     count, key = len(placements), "cells.coils"
     if not has_plates:
         hint = "write both, of one cell, or leave cells out"
@@ -343,15 +357,17 @@ def check_cells(coils: int, placements: tuple[CoilPlacement, ...], has_plates: b
         remarks.flaw("SIT009", key, message, hint)
 
 
-EVEN = 0.2  # Thicknesses by which a joined pad may reach farther beyond its target on one side than on another
+EVEN = 0.2  # Largest difference between a joined pad's rims along x and y beside the target, in pad thicknesses
 
 
 def check_webs(
     web: float | None, pattern: str, target: Target | None, pad: ElastomerPad | None, has_film: bool,
     remarks: Remarks,
 ) -> None:
-    """Whether strips of that width (m) can join the pads: rectangles in rows and columns, under targets that stand as
-    they do, with no film over them. Nothing else is in the law of how far a joined pad gives way.
+    """Add a flaw if strips of width `web` (m) cannot join the pads of the cells.
+
+    Pads must be rectangular, in rows and columns, with targets in line with them, and without a film on top. The
+    stiffness law of joined pads covers nothing else.
     """
     if web is None or pad is None or target is None:
         return
@@ -371,48 +387,53 @@ def check_webs(
 
 
 def within(placements: Sequence[CoilPlacement]) -> list[tuple[int, ...]]:
-    """Where coils stand and how they are turned, from their mean: whole nanometres and microradians."""
+    """Return position and rotation of coils relative to their mean, in whole nanometres and microradians."""
     x, y = (math.fsum(p.centre[axis] for p in placements) / len(placements) for axis in (0, 1))
     return [(round((p.centre[0] - x) * 1e9), round((p.centre[1] - y) * 1e9), round(p.rotation * 1e6))
             for p in placements]
 
 
 def line(count: int, pitch: float) -> tuple[Point, ...]:
-    """Centres (m) of a row along x."""
+    """Return the centres (m) of a row along x."""
     return tuple(((i - (count - 1) / 2) * pitch, 0.0) for i in range(count))
 
 
 def triangle(pitch: float) -> tuple[Point, ...]:
-    """Centres (m) of three coils at one distance, the far one alone on the axis, their centroid at the origin."""
+    """Return the centres (m) of three coils at equal distances.
+
+    The first is on the axis, at the far end; the centroid is the origin.
+    """
     return (
         (-pitch / math.sqrt(3), 0.0), (pitch / (2 * math.sqrt(3)), -pitch / 2), (pitch / (2 * math.sqrt(3)), pitch / 2)
     )
 
 
 def grid(columns: int, rows: int, pitch: float) -> tuple[Point, ...]:
-    """Centres (m) of a grid, `columns` along x and `rows` along y."""
+    """Return the centres (m) of a grid with `columns` along x and `rows` along y."""
     return tuple((x, y) for x, _ in line(columns, pitch) for y, _ in line(rows, pitch))
 
 
 def scaled(array: ArraySpec, factor: float) -> ArraySpec:
-    """The array with all centres so many times as far from the origin, and from each other."""
+    """Return the array with all centres and the pitch multiplied by a factor."""
     placements = (replace(p, centre=(p.centre[0] * factor, p.centre[1] * factor)) for p in array.placements)
     return replace(array, placements=tuple(placements), pitch=None if array.pitch is None else array.pitch * factor)
 
 
 def named(centres: tuple[Point, ...], rotations: tuple[float, ...] | None = None) -> tuple[CoilPlacement, ...]:
-    """Placements C1, C2, ... in the order given, turned by `rotations` (rad)."""
+    """Return placements C1, C2, ... at some centres (m), in the same order, with rotations (rad)."""
     turned = zip(centres, rotations or (0.0,) * len(centres), strict=True)
     return tuple(CoilPlacement(f"C{number}", *place) for number, place in enumerate(turned, 1))
 
 
 def gap(shape: str, size: tuple[float, float], first: CoilPlacement, second: CoilPlacement) -> float:
-    """Smallest gap (m) between the outer copper edges of two equal coils; negative where they overlap. Exact for
-    circles and racetracks that do not overlap; for polygons the largest gap between two parallel lines along a side of
-    either, which is at most the true one.
+    """Return the smallest gap (m) between the outer copper edges of two equal coils. Negative if they overlap.
+
+    It is exact for circles and racetracks that do not overlap. For polygons it is a lower bound: the largest distance
+    between two parallel lines along a side of either coil.
     """
-    # Every outline is a convex core of points with a radius round it; two convex cores are as far apart as they are in
-    # the best direction, which is square to a side of one of them or, between two corners, along the line through both.
+    # Every outline is a convex core of points, widened by a radius. The distance of two convex cores is their largest
+    # separation over all directions. The best direction is perpendicular to a side of a core, or along the line between
+    # two corners.
     core, radius = SHAPES[shape].core(size)
     one, other = (_placed(core, place) for place in (first, second))
     sides = [side for each in (one, other) if len(each) > 1 for side in zip(each, each[1:] + each[:1], strict=True)]

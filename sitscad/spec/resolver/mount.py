@@ -1,5 +1,7 @@
-"""What carries the sensor, as it is written, to its values: jaw, bench, finger or a part of the user's own; and the
-STEP files that a spec names, in its folder and below, of a size that a part has, and text as ISO 10303-21 has it.
+"""Conversion of the mount as written to values, for a jaw, a bench, a finger or a part supplied by the user.
+
+It also reads STEP files named in the spec. They must lie in its folder or below, have at most `MOST_STEP_BYTES` and be
+text in the form of ISO 10303-21.
 """
 
 from __future__ import annotations
@@ -24,19 +26,22 @@ BELONGS: dict[str, tuple[str, ...]] = {
     "grasper-pad": ("jaw", "retention"), "bench-plate": ("holes",), "fingertip": ("finger",),
     "custom": ("step", "datum", "along", "up"),
 }
-"""The keys that one kind of mount has and the others have not."""
+"""Keys that are valid for only one kind of mount, by kind."""
 
 NEEDED = ("width", "length", "height")
-"""Figures without which nothing is known of a jaw."""
+"""Figures that a jaw must have unless it is based on a preset or described by a STEP file."""
 
 MOST_STEP_BYTES = 16 * 2**20
-"""A STEP file at most: a package keeps it, and a jaw has some hundred kilobytes."""
+"""Maximum size of a STEP file. A package stores it; a jaw usually has some hundred kilobytes."""
 
 BEGINS, ENDS = b"ISO-10303-21;", b"END-ISO-10303-21;"
 
 
 def resolve_mount(part: Mount | None, shield: Shield | None, remarks: Remarks, place: Origin) -> Mount | None:
-    """The mount; the shield has to fit between board and metal. Names of files count from `place`, the spec."""
+    """Return the mount. It is a flaw if the shield does not fit between board and metal.
+
+    File names are relative to `place`, the spec.
+    """
     if part is None:
         return None
     standoff = _standoff(part, shield, remarks)
@@ -70,7 +75,7 @@ def resolve_mount(part: Mount | None, shield: Shield | None, remarks: Remarks, p
 
 
 def computable_plate(shape: str, key: str, remarks: Remarks) -> str:
-    """The shape of a plate. If no plate of that shape can be computed and cut, note a flaw and return a rectangle."""
+    """Return the shape of a plate. If it cannot be computed and cut, add a flaw and return a rectangle."""
     if PLATES[shape].plate:
         return shape
     known = ", ".join(name for name, row in PLATES.items() if row.plate)
@@ -80,7 +85,10 @@ def computable_plate(shape: str, key: str, remarks: Remarks) -> str:
 
 
 def _standoff(part: Mount, shield: Shield | None, remarks: Remarks) -> float:
-    """The height of the board over what carries it; one that has no room for the shield is a flaw."""
+    """Return the height (m) of the board over the metal or mount.
+
+    It is a flaw if the shield does not fit below the board.
+    """
     needed = shield.gap + shield.thickness if shield else 0.0
     standoff: float | None = part.values()["standoff"]
     if standoff is None:
@@ -108,7 +116,7 @@ def _check_keys(part: Mount, remarks: Remarks) -> None:
 
 
 def _check_metal(part: Mount, standoff: float, remarks: Remarks) -> None:
-    """Add a flaw if jaw or finger are the metal behind the board already, or if metal lies in the mount's plastic."""
+    """Add a flaw if the jaw or finger is already the metal behind the board, or if metal lies inside the mount."""
     metal = part.metal_behind
     if metal is None:
         return
@@ -128,7 +136,7 @@ def _check_metal(part: Mount, standoff: float, remarks: Remarks) -> None:
 
 
 def _in_jaw(mount: Mount, written: Jaw, place: Origin, remarks: Remarks) -> Mount:
-    """The mount with its jaw, or with the STEP file alone where no figure is written beside it."""
+    """Return the mount with its jaw. If the spec gives only a STEP file of the jaw, return the mount with that file."""
     if written.preset:
         return replace(mount, jaw=written)
     step = _step(written, "mount.jaw", place, remarks)
@@ -140,7 +148,7 @@ def _in_jaw(mount: Mount, written: Jaw, place: Origin, remarks: Remarks) -> Moun
                 remarks.flaw("SIT003", f"mount.jaw.{name}", f"the jaw has no {name}", hint)
         return replace(mount, step=step, backing=written.material or presets.conductor(DEFAULT_METAL))
     jaw = _written_over(written, step)
-    # whether pockets and window of a jaw lie inside its face, and the other jaw's pad in its pocket
+    # pockets and window must lie inside the face, and the other jaw's pad must stand out of its pocket
     holes = (("pocket", jaw.pocket), ("fenestration", jaw.fenestration), ("opposing_pocket", jaw.opposing_pocket))
     for name, size in holes:
         if size is not None and (size[0] > jaw.length or size[1] > jaw.width):
@@ -178,7 +186,7 @@ def _written_over(own: Jaw, step: StepPart | None) -> Jaw:
 
 
 def _check_retention(retention: Retention, jaw: Jaw | None, remarks: Remarks) -> None:
-    """Whether the jaw is known that is to be cut, and whether a dovetail can slide in."""
+    """Add a flaw if the jaw is a STEP file, which sitscad does not cut, or if a dovetail cannot slide in."""
     if jaw is None or jaw.step is not None:
         message = "the jaw is a STEP file, which is not cut here"
         remarks.flaw("SIT009", "mount.retention", message, "retention: glue, and cut the file's jaw yourself")
@@ -203,8 +211,8 @@ def _holes(written: HolePattern | list[Hole] | None, remarks: Remarks) -> HolePa
 
 
 def _step(part: Mount | Jaw, section: str, place: Origin, remarks: Remarks) -> StepPart | None:
-    # The STEP file that is named in a section, with its datum and axes as written; None without one, or with its faults
-    # noted. What is in it is read by the parts' CAD kernel, in a process of its own
+    # Return the STEP file named in a section, with datum and axes as written. None if there is none, or if it is
+    # invalid; a flaw then gives the reason. The CAD kernel reads its content in a separate process
     # (`sitscad.assembly.solids.imported`).
     name, key = part.values()["step"], f"{section}.step"
     if name is None:

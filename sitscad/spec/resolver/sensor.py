@@ -1,4 +1,4 @@
-"""The written spec to the frozen `SensorSpec`: presets looked up, defaults noted, pieces held against each other."""
+"""Conversion of a written spec to the frozen `SensorSpec`: presets, defaults and checks between parts."""
 
 from __future__ import annotations
 
@@ -30,15 +30,18 @@ from sitscad.spec.yaml.source import Issue, SpecSource
 Plate = TypeVar("Plate", Target, ElastomerPad)
 
 CELLS_APART = 1e-3
-"""What the plates of neighbouring cells are smaller than the pitch if their size is left out (m)."""
+"""Default gap (m) between the plates of neighbouring cells: their default size is the pitch minus this."""
 
 
 def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = None) -> tuple[SensorSpec, Remarks]:
-    """The sensor in SI values, and what there is to say about it: unusable where that has flaws or findings. `folder`
-    is the spec's, where the profile files are that it names; None for a text without a file.
+    """Return the sensor in SI units, with flaws, findings and defaults.
+
+    It is unusable if there are flaws or findings.
+
+    `folder` is the folder of the spec, in which profile files are searched. None if the text came from no file.
     """
     remarks = Remarks()
-    # The spec itself is the place where rules are named: in its folder and below may be profile files
+    # The spec names the rules. Profile files may be in its folder or below.
     place = Origin(source, "fpc.rules.", folder, None if folder is None else folder.resolve())
     coil = resolve_coil(document.coil, remarks)
     array = resolve_array(document.array, coil, remarks)
@@ -76,11 +79,14 @@ def resolve(document: SpecDocument, source: SpecSource, folder: Path | None = No
 def _note_plain_defaults(
     section: type[Section], values: Any, path: str, written: Mapping[str, Any], remarks: Remarks
 ) -> None:
-    """Note every default that is written in the format itself; the others were noted where they were worked out."""
+    """Add a remark for each default that the format declares.
+
+    Defaults that depend on other values have remarks already.
+    """
     for name, key in section.keys.items():
         value, place, kind = getattr(values, section.attributes[name], None), f"{path}{name}", key.kind
         is_section = isinstance(value, Section)
-        if isinstance(kind, NameOr) and isinstance(kind.preset, Preset):  # what a name stands for looks like it, too
+        if isinstance(kind, NameOr) and isinstance(kind.preset, Preset):  # a preset's record is a section as well
             is_section = isinstance(kind.written, Part) and any(each.startswith(f"{place}.") for each in written)
         inner = section_of(kind)
         if is_section and inner is not None:
@@ -91,7 +97,7 @@ def _note_plain_defaults(
 
 
 def _sized(plate: Plate, key: str, usual: tuple[float, float], remarks: Remarks) -> Plate:
-    """A plate with its size, which is the usual one if left out, and its shape."""
+    """Return a plate with its size and shape. `usual` is the default size (m)."""
     written = plate.values()
     if written["size"] is None:
         shown = show(usual[0], "m") if usual[0] == usual[1] else f"[{show(usual[0], 'm')}, {show(usual[1], 'm')}]"
@@ -108,14 +114,17 @@ def _sized(plate: Plate, key: str, usual: tuple[float, float], remarks: Remarks)
 
 
 def _carrying(target: Target, offset: tuple[float, float]) -> tuple[float, float]:
-    """The sides (m) of the least pad, offset so far from the mean of the coils' centres, that carries a target."""
+    """Return the sides (m) of the smallest pad that carries a target.
+
+    `offset` is the pad's, from the mean of the coils' centres.
+    """
     reach = Footprint(target.outline.is_disc, target.size, Point(*target.offset), target.rotation).reach
     x, y = (2.0 * (abs(target.offset[axis] - offset[axis]) + reach[axis]) for axis in (0, 1))
     return x, y
 
 
 def _assembly(part: Assembly, is_glued: bool, remarks: Remarks) -> Assembly:
-    """What the pieces are glued with; figures that are left out are the adhesive's."""
+    """Return the assembly with its adhesive. Figures that the spec omits come from the adhesive."""
     written = part.values()
     adhesive = part.adhesive or presets.adhesive("cyanoacrylate")
     line = adhesive.line if written["glue_line"] is None else part.glue_line
@@ -149,7 +158,7 @@ def toleranced_sizes(spec: SensorSpec) -> dict[str, float | None]:
 
 
 def _check_tolerances(spec: SensorSpec, remarks: Remarks) -> None:
-    """Add a flaw for each tolerance in the spec that is as large as the size it applies to."""
+    """Add a flaw for each tolerance in the spec that is not smaller than the size it applies to."""
     sizes = toleranced_sizes(spec)
     for part, tolerance in spec.assembly.tolerances:
         size = sizes.get(part)
@@ -165,7 +174,10 @@ _CABLE_PER_METRE = {"inductance": (600e-9, "H"), "capacitance": (100e-12, "F"), 
 
 
 def _readout(part: ReadoutSpec, tail: Tail | None, remarks: Remarks) -> ReadoutSpec:
-    """The converter and its cable; what is left out of a cable is a thin flexible pair's, by its length."""
+    """Return the converter and its cable.
+
+    Omitted figures of a cable are those of a thin flexible pair of its length.
+    """
     cable, place = part.cable, part.values()["capacitor_at"]
     for name, (per_metre, unit) in _CABLE_PER_METRE.items() if cable is not None else ():
         if cable is not None and getattr(cable, name) is None:
@@ -182,7 +194,7 @@ def _readout(part: ReadoutSpec, tail: Tail | None, remarks: Remarks) -> ReadoutS
         place = "coil" if part.chip else "converter"
         remarks.default("readout.capacitor_at", place)
     if part.chip is not None:
-        # whether capacitors on the board have a place there, with the tail's pairs above each other
+        # capacitors on the board need a stiffened tail with the two tracks of each pair above each other
         key = "readout.capacitors_on_board"
         if part.capacitor_at == "converter":
             remarks.flaw("SIT009", key, "the capacitors are at the converter", "capacitor_at: coil, or leave it out")
@@ -211,7 +223,7 @@ def _check_contacts(tail: Tail | None, needed: int, remarks: Remarks) -> None:
 
 
 def _loads(document: SpecDocument, mount: Mount | None, remarks: Remarks) -> tuple[LoadCase, ...]:
-    """The load cases in the order of the format; a flaw each for those that lack a force, a pad or a lever."""
+    """Return the load cases in the order of the format. It is a flaw if a case lacks a force, a pad or a lever."""
     cases = tuple(_cases(document, mount, remarks))
     for case in cases:
         if document.elastomer is None or document.target is None:
@@ -221,10 +233,10 @@ def _loads(document: SpecDocument, mount: Mount | None, remarks: Remarks) -> tup
 
 
 def _cases(document: SpecDocument, mount: Mount | None, remarks: Remarks) -> Iterator[LoadCase]:
-    """The ways in which the sensor is pushed, one a section that is there."""
+    """Yield a load case for each section of `loads` in the spec."""
 
     def normal(name: str, written: float | None) -> float:
-        """The normal force (N): what is written, or the required one."""
+        """Return the normal force (N) as written, or else the required normal force."""
         required = document.requirements.normal_force
         if written is None and required is None:
             hint = f"write loads.{name}.normal, or requirements.normal_force"
@@ -255,7 +267,7 @@ def _cases(document: SpecDocument, mount: Mount | None, remarks: Remarks) -> Ite
 
 
 def _mechanism(written: Mechanism, mount: Mount | None, remarks: Remarks) -> Mechanism:
-    """The levers; a flaw where link B cannot reach the axis, or nothing says how long the jaw is."""
+    """Return the levers. It is a flaw if link B does not reach the axis, or if the length of the jaw is unknown."""
     lever_angle = written.theta + written.theta0
     aside, reach = written.lever * math.sin(lever_angle), written.values()["reach"]
     if aside >= written.link:

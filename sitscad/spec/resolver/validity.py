@@ -1,7 +1,7 @@
-"""Whether a spec that was not read from a text can be worked with: values that programs put together in Python.
+"""Checks of a spec whose values were set by a program and not read from a text.
 
-Types are those of the fields, ranges and words those of the keys that the format has for them, and a coil's turns, size
-and neighbours are held against each other as when a text is resolved. What was read is right, and not looked at.
+Values must have the types of their fields and lie within the ranges of their keys. The turns, size and neighbours of a
+coil are checked in the same way as in a text. A spec that was read from a text is valid and skips these checks.
 """
 
 from __future__ import annotations
@@ -35,15 +35,16 @@ from sitscad.spec.sensor import SensorSpec, SpecDocument
 from sitscad.spec.yaml.source import Issue, SpecSource, dotted
 
 DOCUMENTS: dict[type, type[Section]] = {SensorSpec: SpecDocument, Issue: SpecDocument, DesignRules: RulesDocument}
-"""The section of the format that has the keys of a value's fields, where the value is not itself that section."""
+"""Section of the format that declares the keys of a class, if the class is not itself that section."""
 
 FARTHEST = 1.0
-"""The largest distance (m) of a coil's centre from the origin."""
+"""Largest distance (m) of a coil's centre from the origin, along x or y."""
 
 
 def refuse_unusable(spec: SensorSpec) -> None:
-    """Raise `SpecError`, with a finding for each value, where a spec is none that could have been read. A spec just as
-    it was read costs nothing here; of any other all values are looked at.
+    """Raise `SpecError` with a finding for each invalid value.
+
+    A spec that is unchanged since it was read is accepted without checks.
     """
     if not isinstance(spec, SensorSpec):
         raise TypeError(f"a SensorSpec is wanted, not {described(spec)}")
@@ -57,7 +58,7 @@ def refuse_unusable(spec: SensorSpec) -> None:
 
 
 def _misfits(value: Any, wanted: Any, key: str) -> Iterator[Flaw]:
-    """What within a value is not of the type that its field wants."""
+    """Yield a flaw for each value inside `value` that does not have the type of its field."""
     if is_dataclass(wanted) and isinstance(wanted, type):
         if type(value) is not wanted:
             yield _mistyped(value, wanted, key)
@@ -69,7 +70,7 @@ def _misfits(value: Any, wanted: Any, key: str) -> Iterator[Flaw]:
     origin, inner = get_origin(wanted), get_args(wanted)
     if origin in (Union, UnionType):
         found = [list(_misfits(value, each, key)) for each in inner]
-        if all(found):  # the complaint of the one that came nearest: about what is inside of the value
+        if all(found):  # report the nearest type: only values inside have the wrong type
             inside = [flaws for flaws in found if all(flaw.key != key for flaw in flaws)]
             yield from inside[0] if inside else [_mistyped(value, wanted, key)]
     elif origin is tuple:
@@ -95,8 +96,8 @@ def _tuple_misfits(value: Any, inner: tuple[Any, ...], key: str) -> Iterator[Fla
 
 
 def _is_scalar(value: Any, wanted: Any) -> bool:
-    """Whether a value is of a plain type, numbers finite."""
-    if wanted is float:  # whole numbers may be too large for a float; the comparison fails for what is no number
+    """Whether a value has a plain type. Floats must be finite."""
+    if wanted is float:  # whole numbers may be too large for a float; comparisons with NaN are False
         return isinstance(value, (int, float)) and not isinstance(value, bool) and -1e30 < value < 1e30
     if wanted is int:
         return isinstance(value, int) and not isinstance(value, bool)
@@ -113,7 +114,7 @@ _hints = cache(get_type_hints)
 
 
 def _ranges(spec: SensorSpec) -> Iterator[Flaw]:
-    """Values that no text could have, out of their kinds' ranges."""
+    """Yield a flaw for each value that is outside the range of its kind."""
     yield from _out_of_range(spec, "")
     for index, layer in enumerate(spec.fpc.stackup.layers):
         yield from _refused(layer.thickness, _LAYER, f"fpc.stackup.layers.{index}.thickness")
@@ -129,7 +130,7 @@ _LAYER = UnitValue("length", "1 um", "5 mm")
 
 
 def _out_of_range(value: Any, key: str) -> Iterator[Flaw]:
-    """What within a value the keys of the format do not take."""
+    """Yield a flaw for each value inside `value` that its key does not allow."""
     section = type(value) if isinstance(value, Section) else DOCUMENTS.get(type(value))
     keys: dict[str, Key] = {}
     if section is not None:
@@ -137,7 +138,7 @@ def _out_of_range(value: Any, key: str) -> Iterator[Flaw]:
     for one in fields(value):
         inside, inner = getattr(value, one.name), dotted(key, one.name)
         if inside is None or (isinstance(inside, str) and inside == one.default):
-            continue  # a text that leaves the key out gives it
+            continue  # a spec without this key has the same value
         if one.name in keys:
             yield from _refused(inside, keys[one.name].kind, inner)
         elif is_dataclass(inside) and not isinstance(inside, SpecSource):
@@ -167,7 +168,7 @@ def _refused(value: Any, kind: Kind, key: str) -> Iterator[Flaw]:
 
 
 def _fits(spec: SensorSpec) -> Iterator[Flaw]:
-    """What the coils, their layers and places have against each other."""
+    """Yield a flaw for each conflict between the coils, their layers and their positions."""
     remarks, copper = Remarks(), len(spec.fpc.stackup.copper)
     if spec.coil.has_unequal_turns and len(spec.coil.layer_turns) != len(spec.coil.layers):
         message = f"{len(spec.coil.layer_turns)} numbers of turns for {len(spec.coil.layers)} layers"

@@ -108,7 +108,7 @@ class _SpecText:
     def span(self, key: str) -> tuple[int, int] | None:
         """Return the offsets where a value begins and ends.
 
-        None for sections and for values written as blocks of lines.
+        None for sections and texts that extend over lines, and for empty values.
         """
         if key not in self.found.values or key not in self.found.ends:
             return None
